@@ -31,7 +31,7 @@ def main(folder: Path) -> Path:
     print(run)
     print(f"worst direction: {run.hazard.direction:.0f} degrees from +x")
     picture = folder / "pallet.png"
-    run.figure("distance_by_azimuth").savefig(picture, dpi=150, bbox_inches="tight")
+    run.figure("landing_map").savefig(picture, dpi=150, bbox_inches="tight")
     return picture
 
 

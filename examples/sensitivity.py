@@ -1,4 +1,4 @@
-"""What single inputs do to the hazard distance: one changed at a time, drawn as a tornado.
+"""What single inputs do to the expected distance: one changed at a time, drawn as a tornado.
 
 Distances of variants are compared with their standard errors. For many inputs at once, with their distributions, see
 `fragfield uncertainty`. Run it: `python examples/sensitivity.py [FOLDER]`.
@@ -22,10 +22,10 @@ INPUTS = {
 
 
 def distance(case: fragfield.Case, out: Path) -> tuple[float, float]:
-    """Hazard distance and its standard error (m); burst, break-up and flight, without a report."""
+    """Expected distance and its standard error (m); burst, break-up and flight, without a report."""
     for stage in ("burst", "break-up", "fly"):
         run = fragfield.run(case, out=out, only=stage, overwrite=stage == "burst", progress=False)
-    return run.hazard.distance, run.hazard.standard_error
+    return run.hazard.expected, run.hazard.standard_error
 
 
 def main(folder: Path) -> Path:
@@ -52,7 +52,7 @@ def main(folder: Path) -> Path:
         axes.errorbar([low, high], [row, row], xerr=[low_error, high_error], fmt="o", color="#16365c", capsize=3)
     axes.axvline(middle, color="#b3361e", label=f"nominal {middle:.0f} m")
     axes.set(yticks=range(len(ordered)), yticklabels=[words for words, _ in ordered])
-    axes.set_xlabel("Hazard distance and its standard error (m)")
+    axes.set_xlabel("Expected distance and its standard error (m)")
     axes.legend(loc="lower right")
     picture = folder / "sensitivity.png"
     figure.savefig(picture, dpi=150)

@@ -25,7 +25,7 @@ def main(folder: Path) -> Path:
     run = fragfield.run(case, out=folder / "run", overwrite=True)
     print(run)
     hazard = run.hazard
-    print(f"keep people {hazard.upper:.0f} m away (expected {hazard.distance:.0f} m, {hazard.realisations} events)")
+    print(hazard)
 
     heavy = run.table("fragments")["mass_kg"] > 0.01
     print(f"{heavy.sum()} of {len(heavy)} fragments of the first event are heavier than 10 g")

@@ -16,8 +16,9 @@ from fragfield_base.lazy_names import lazy_names
 if TYPE_CHECKING:
     from flight import shape
     from flight.drag import Drag
-    from flight.errors import FlightWarning, InputError
+    from flight.errors import FlightWarning, InputError, NotDeterminedError
     from flight.fragments import Fragments
+    from flight.hazard.flown import hazard_distance
     from flight.integrate.contact import CONTACTS, Contact
     from flight.integrate.fly import FlightProgress, fly
     from flight.integrate.integrator import Adaptive, Domain, FixedStep
@@ -50,6 +51,7 @@ __all__ = [
     "Fragments",
     "HeightMap",
     "InputError",
+    "NotDeterminedError",
     "Panel",
     "Polygon",
     "Ricochet",
@@ -59,6 +61,7 @@ __all__ = [
     "Wall",
     "Wind",
     "fly",
+    "hazard_distance",
     "shape",
     "to_pandas",
 ]
@@ -68,8 +71,9 @@ __getattr__, __dir__ = lazy_names(
     {
         "flight.shape": "",
         "flight.drag": "Drag",
-        "flight.errors": "FlightWarning InputError",
+        "flight.errors": "FlightWarning InputError NotDeterminedError",
         "flight.fragments": "Fragments",
+        "flight.hazard.flown": "hazard_distance",
         "flight.integrate.contact": "CONTACTS Contact",
         "flight.integrate.fly": "FlightProgress fly",
         "flight.integrate.integrator": "Adaptive Domain FixedStep",

@@ -5,11 +5,15 @@ from __future__ import annotations
 from fragfield_base import errors
 from fragfield_base.names import names_allowed as nearest
 
-__all__ = ["FlightWarning", "InputError", "nearest"]
+__all__ = ["FlightWarning", "InputError", "NotDeterminedError", "nearest"]
 
 
 class InputError(errors.InputError):
     """The input cannot be flown; the message says what was found and what is allowed."""
+
+
+class NotDeterminedError(InputError):
+    """The flights do not determine a hazard distance; the message says why."""
 
 
 class FlightWarning(UserWarning):

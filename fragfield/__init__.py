@@ -12,7 +12,7 @@ From Python::
 MPI, matplotlib or pandas come with the import. The guide's page "Python" has examples.
 
 Errors: `InputError` for what the caller can mend, `NumericalStop` for a computation that was ended because it left its
-bounds, `NotDeterminedError` for a hazard distance that was asked for and is not determined. Their messages are those of
+bounds, `NotDeterminedError` for a distance that was asked for and is not determined. Their messages are those of
 the command line, where they are the exit codes 2, 3 and 3.
 """
 

@@ -63,7 +63,7 @@ class InputError(errors.InputError):
 
 
 class NotDeterminedError(RuntimeError):
-    """The hazard distance that was asked for is not determined; the message says why."""
+    """The distance that was asked for is not determined; the message says why."""
 
 
 def _loaded(name: str, modules: Iterable[str]) -> tuple[type[BaseException], ...]:

@@ -109,7 +109,7 @@ def test_the_tests_of_a_module_are_those_of_its_area_and_those_that_import_it():
 def test_modules_that_send_messages_are_tried_on_ranks_as_well():
     assert "tests/burst_fenicsx/test_ranks.py" in on_ranks("burst_fenicsx/contact/collisions.py")
     assert on_ranks("burst_fenicsx/contact/slide_surface.py") == []
-    assert on_ranks("flight/hazard/bands.py") == []
+    assert on_ranks("flight/hazard/pool.py") == []
     for area in AREAS:
         assert all("on_ranks" in (ROOT / test).read_text() for test in area.ranks)
 

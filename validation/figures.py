@@ -6,7 +6,7 @@ import shutil
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
-from fragfield.report.figures.drawing import drawing_style, new_figure, to_bytes
+from fragfield.report.figures.drawing import WIDE, drawing_style, new_figure, to_bytes
 from validation.readme import PICTURES
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ def picture(path: Path, columns: int = 1, *, rows: int = 1, height: float = 3.2,
         In inches; the width is that of the report.
     """
     with drawing_style():
-        figure, axes = new_figure(rows, columns, narrow=False, height=height, narrow_height=height, **grid)
+        figure, axes = new_figure(rows, columns, width=WIDE, height=height, **grid)
         yield axes
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_bytes(to_bytes(figure, "png")[0])

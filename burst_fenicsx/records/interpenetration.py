@@ -113,6 +113,7 @@ class InterpenetrationCheck:
         ]
         self._among_rounds = settings.contact.surfaces and len(rounds) > 1
         self.largest = np.zeros(4)
+        self._warned = False
         self.last: PassedThrough | None = None
         self.casing_mass = np.zeros(self._count)
         if not self.needed:
@@ -284,7 +285,10 @@ class InterpenetrationCheck:
         fraction = found.together / np.where(self.casing_mass > 0.0, self.casing_mass, 1.0)
         worst = int(np.argmax(fraction))
         if fraction[worst] > 0.1 * LARGEST_FRACTION and self._comm.rank == 0:
-            _log.warning("%s (at %.2f us)", self._words(found, worst), 1e6 * time, extra={"code": "passed_through"})
+            # Once: what follows is in the log, and the largest in the summary.
+            say = _log.info if self._warned else _log.warning
+            say("%s (at %.2f us)", self._words(found, worst), 1e6 * time, extra={"code": "passed_through"})
+            self._warned = True
         if fraction[worst] > LARGEST_FRACTION:
             raise NumericalStop(
                 f"{self._words(found, worst)}; allowed {100 * LARGEST_FRACTION:g} %. Contact has failed there: "

@@ -2,19 +2,15 @@
 
 ensemble.h5 holds, beside provenance and the criteria as attributes:
 
-/counts
-    what landed where, by realisation, sector and distance cell (`flight.hazard.density.tally.Tally`);
-    all else follows from it;
-/realisations
-    one value a realisation of every distance (m);
-/bands/NAME
-    median, low (5 %), high (95 %), pooled, standard errors and verdict of every distance, as attributes;
-/by_sector, /by_distance
-    median, low, high and pooled by sector (azimuth in degrees) and by distance (m);
 /expected
-    the hazard distance (`flight.hazard.ExpectedDistance`): numbers as attributes, by direction and by distance;
+    the hazard distance (`flight.hazard.ExpectedDistance`): numbers as attributes, by direction, and the density over
+    distance in the direction that decides (radius, density, density_low, density_high);
 /without_ricochet
     the same without what follows the first impact on the ground, where fragments ricochet;
+/counts
+    numbers and throws by realisation and sector (`flight.hazard.density.tally.Tally`);
+/realisations
+    distance of every realisation alone (m), by the same estimate;
 /witness/I
     hits on every witness surface by realisation and sector (`flight.hazard.density.witness_hazard.SECTOR_HITS`).
 """
@@ -22,7 +18,7 @@ ensemble.h5 holds, beside provenance and the criteria as attributes:
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, fields
+from dataclasses import dataclass, fields
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
@@ -33,21 +29,20 @@ from flight.errors import InputError
 from flight.files.hdf5 import open_checked, write_attributes
 from flight.files.text_tables import write_columns
 from flight.fragments import ARRAYS, Fragments, check_possible
-from flight.hazard.criteria import Criteria
+from flight.hazard.criteria import Criteria, hit_probability
 from flight.hazard.density.distance import ExpectedDistance
+from flight.hazard.density.estimate import KINDS
 from flight.hazard.density.tally import Tally
 from flight.hazard.density.witness_hazard import SECTOR_HITS
-from flight.hazard.ensemble import EnsembleHazard, assess_ensemble
+from flight.hazard.ensemble import EnsembleHazard
 from fragfield_base.arrays import numbers, texts
 from fragfield_base.hdf5_files import creating
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping
+    from collections.abc import Iterable, Mapping
 
     import h5py
     from numpy.typing import NDArray
-
-    from flight.hazard.bands import Curve
 
 __all__ = [
     "CSV_FILES",
@@ -60,11 +55,11 @@ __all__ = [
 ]
 
 FORMAT, FRAGMENTS_FORMAT, FORMAT_VERSION, FRAGMENTS_VERSION = (
-    "fragfield ensemble", "fragfield ensemble of fragments", 2, 1,
+    "fragfield ensemble", "fragfield ensemble of fragments", 3, 1,
 )  # fmt: skip
 CSV_FILES = ("ensemble.csv", "hazard_by_distance.csv", "hazard_by_sector.csv")
 _AGAIN = "break the casing up again"
-_COUNTS = ("edges", "landings", "tracks", "fragments", "hazardous", "throw")
+_COUNTS = ("fragments", "hazardous", "throw")
 _CRITERIA = ("energy", "density", "person_area", "person_height")
 
 
@@ -95,22 +90,10 @@ def write_ensemble(
             file.attrs[name] = getattr(found.criteria, name)
         file.attrs["tolerance"] = found.tolerance
         file.attrs["undetermined"] = found.undetermined
-        if found.expected is not None:
-            _put_expected(file.create_group("expected"), found.expected)
-        if found.without_ricochet is not None:
-            _put_expected(file.create_group("without_ricochet"), found.without_ricochet)
+        _put_expected(file, "expected", found.expected)
         for name in _COUNTS:
             _put(file, f"counts/{name}", getattr(found.counts, name))
-        for name, values in found.each.items():
-            _put(file, f"realisations/{name}", values)
-        for name, band in found.bands.items():
-            group = file.create_group(f"bands/{name}")
-            group.attrs.update({key: value for key, value in asdict(band).items() if value is not None})
-        _put(file, "by_sector/azimuth", found.azimuth)
-        _put(file, "by_distance/distance", found.distance)
-        for where, curves in (("by_sector", found.by_sector), ("by_distance", found.by_distance)):
-            for key, values in _columns(curves):
-                _put(file, f"{where}/{key}", values)
+        _put(file, "realisations/distance", found.events)
         for number, (name, table) in enumerate(witnesses.items()):
             group = file.create_group(f"witness/{number}")
             group.attrs["name"] = name
@@ -120,11 +103,42 @@ def write_ensemble(
 
 
 def ensemble_columns(found: EnsembleHazard) -> dict[str, dict[str, NDArray[Any]]]:
-    """Columns of the three CSV files, by the name of the file: one row a realisation, a distance and a sector."""
+    """Columns of the three CSV files, by the name of the file: one row a realisation, a distance and a sector.
+
+    Distances that are not determined are NaN.
+    """
+    expected, counts = found.expected, found.counts
+    known = np.nan if found.undetermined else 1.0
+    directions = np.round(found.azimuth / 360.0 * len(expected.azimuth)).astype(int) % len(expected.azimuth)
+    densities: dict[str, NDArray[Any]] = {}
+    for kind, name in enumerate(KINDS):
+        densities[f"{name}_density"] = expected.density[kind]
+        if expected.density_low.size:
+            densities[f"{name}_density_low"] = expected.density_low[kind]
+            densities[f"{name}_density_high"] = expected.density_high[kind]
     tables: tuple[dict[str, NDArray[Any]], ...] = (
-        {"realisation": np.arange(found.realisations), **found.each},
-        {"distance_m": found.distance, **_flat(found.by_distance)},
-        {"azimuth_deg": found.azimuth, **_flat(found.by_sector)},
+        {
+            "realisation": np.arange(found.realisations),
+            "distance_m": known * found.events,
+            "max_throw_m": found.throw,
+            "fragments": counts.fragments.sum(axis=1),
+            "hazardous": counts.hazardous.sum(axis=1),
+        },
+        {
+            "distance_m": expected.radius,
+            **densities,
+            "probability": hit_probability(expected.density[1], found.criteria.person_area),
+        },
+        {
+            "azimuth_deg": found.azimuth,
+            "distance_m": known * expected.by_direction[directions],
+            "upper_m": known * expected.upper_by_direction[directions],
+            **{
+                f"{name}_{key}": values
+                for name, curve in found.by_sector.items()
+                for key, values in vars(curve).items()
+            },
+        },
     )
     return dict(zip(CSV_FILES, tables, strict=True))
 
@@ -139,34 +153,38 @@ def read_ensemble(path: str | Path) -> tuple[EnsembleHazard, dict[str, NDArray[A
     """
     with open_checked(Path(path), FORMAT, FORMAT_VERSION) as file:
         try:
-            counts = Tally(**{name: file[f"counts/{name}"][...] for name in _COUNTS})
-            criteria = Criteria(**{name: float(file.attrs[name]) for name in _CRITERIA})
-            tolerance = float(file.attrs["tolerance"])
-            expected, short = (_expected(file[n]) if n in file else None for n in ("expected", "without_ricochet"))
-            undetermined = str(file.attrs["undetermined"])
+            found = EnsembleHazard(
+                Tally(**{name: file[f"counts/{name}"][...] for name in _COUNTS}),
+                Criteria(**{name: float(file.attrs[name]) for name in _CRITERIA}),
+                float(file.attrs["tolerance"]), _expected(file, "expected"), file["realisations/distance"][...],
+                str(file.attrs["undetermined"]),
+            )  # fmt: skip
             groups = [file["witness"][name] for name in sorted(file.get("witness", {}), key=int)]
             witnesses = {str(group.attrs["name"]): _witness(group) for group in groups}
         except (KeyError, OSError, ValueError) as error:
             raise InputError(f"{path}: data cut off or damaged ({error}); fly the fragments again") from None
-    found = assess_ensemble(
-        counts, criteria, tolerance=tolerance, expected=expected, undetermined=undetermined, without_ricochet=short
-    )
     return found, witnesses
 
 
-def _put_expected(group: h5py.Group, found: ExpectedDistance) -> None:
+def _put_expected(file: h5py.File | h5py.Group, name: str, found: ExpectedDistance) -> None:
+    group = file.create_group(name)
     for entry in fields(found):
         value = getattr(found, entry.name)
-        if isinstance(value, np.ndarray):
+        if isinstance(value, ExpectedDistance):
+            _put_expected(group, entry.name, value)
+        elif isinstance(value, np.ndarray):
             _put(group, entry.name, value)
         elif value is not None:
             group.attrs[entry.name] = value
 
 
-def _expected(group: h5py.Group) -> ExpectedDistance:
+def _expected(file: h5py.File | h5py.Group, name: str) -> ExpectedDistance:
+    group = file[name]
     values: dict[str, Any] = {}
     for entry in fields(ExpectedDistance):
-        if entry.name in group:
+        if entry.name == "without_ricochet":
+            values[entry.name] = _expected(group, entry.name) if entry.name in group else None
+        elif entry.name in group:
             values[entry.name] = group[entry.name][...]
         else:
             value = group.attrs.get(entry.name)
@@ -263,7 +281,6 @@ class FragmentEnsemble(Sequence[Fragments]):
 
 
 def _put(file: h5py.File | h5py.Group, name: str, values: NDArray[Any]) -> None:
-    # Most cells of a tally are empty.
     options = {"compression": "gzip", "compression_opts": 4} if values.ndim > 1 and values.size else {}
     file.create_dataset(name, data=values, **options)
 
@@ -273,13 +290,3 @@ def _witness(group: h5py.Group) -> NDArray[Any]:
     for field in SECTOR_HITS.names or ():
         table[field] = group[field][...]
     return table
-
-
-def _columns(curves: Mapping[str, Curve]) -> Iterator[tuple[str, NDArray[np.float64]]]:
-    for name, curve in curves.items():
-        for key, values in vars(curve).items():
-            yield f"{name}/{key}", values
-
-
-def _flat(curves: Mapping[str, Curve]) -> dict[str, NDArray[np.float64]]:
-    return {key.replace("/", "_"): values for key, values in _columns(curves)}

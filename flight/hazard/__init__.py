@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from flight.hazard.assessment import Hazard, assess, hit_probability
-from flight.hazard.contours import Site, contours_of, write_geojson, write_kml
-from flight.hazard.criteria import Criteria
+from flight.hazard.contours import contours_of, write_geojson, write_kml
+from flight.hazard.criteria import Criteria, hit_probability
 from flight.hazard.density.directions import Directions
 from flight.hazard.density.distance import ExpectedDistance
 from flight.hazard.density.expected import expected_distance
@@ -14,9 +13,12 @@ from flight.hazard.density.near_ground import NearGround
 from flight.hazard.density.polar_grid import PolarGrid
 from flight.hazard.density.tally import Tally, tally
 from flight.hazard.density.witness_hazard import by_azimuth, density_on
-from flight.hazard.ensemble import EnsembleHazard, assess_ensemble
+from flight.hazard.ensemble import EnsembleHazard
 from flight.hazard.exposed import Prism, count_exposed, surfaces_of
+from flight.hazard.flown import ensemble_hazard
+from flight.hazard.pool import FlightCounts, PooledFlights
 from flight.hazard.retardation import Retardation
+from flight.hazard.site import Site, compass_point
 from flight.hazard.tp12 import PolarField, beam_distance, effective_number, stack_distance
 
 __all__ = [
@@ -25,22 +27,23 @@ __all__ = [
     "Directions",
     "EnsembleHazard",
     "ExpectedDistance",
-    "Hazard",
+    "FlightCounts",
     "NearGround",
     "PolarField",
     "PolarGrid",
+    "PooledFlights",
     "Prism",
     "Retardation",
     "Site",
     "Tally",
-    "assess",
-    "assess_ensemble",
     "beam_distance",
     "by_azimuth",
+    "compass_point",
     "contours_of",
     "count_exposed",
     "density_on",
     "effective_number",
+    "ensemble_hazard",
     "expected_distance",
     "fields_of",
     "hit_probability",

@@ -88,8 +88,8 @@ class Balance:
                 f"{number} {_WORDS[status]}" for number, status in zip(self.ended, _UNENDED, strict=True) if number
             )
             return (
-                f"{100.0 * self.missing / self.possible:.3g} % of the mass that could be hazardous has not landed "
-                f"({how}); at most {100.0 * LARGEST_MISSING:g} % is allowed"
+                f"{100.0 * self.missing / self.possible:.3g} % of the mass that could be hazardous neither landed nor "
+                f"was stopped ({how}); at most {100.0 * LARGEST_MISSING:g} % is allowed"
             )
         if not self.landed:
             met = f", {self.hits} crossings of witness surfaces" if self.hits else ""

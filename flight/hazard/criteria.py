@@ -1,14 +1,24 @@
-"""When a fragment is hazardous, and what density of hazardous fragments is acceptable."""
+"""When a fragment is hazardous, what density of them is acceptable, and the probability of a hit at a density.
+
+A fragment is hazardous with 79 J or more; one hazardous fragment per 55.7 m2 is the acceptable density (DoD 6055.09;
+DDESB Technical Paper 12).
+"""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-from flight.arguments import require_numbers
+import numpy as np
+
+from flight.arguments import real_array, require_number, require_numbers
 from flight.errors import InputError
 
-__all__ = ["SHALLOWEST", "Criteria"]
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+__all__ = ["SHALLOWEST", "Criteria", "falling_through", "hit_probability"]
 
 SHALLOWEST = math.radians(0.01)  # paths closer to level than this count as this steep
 
@@ -32,3 +42,24 @@ class Criteria:
         for name in ("energy", "person_height"):
             if not (math.isfinite(getattr(self, name)) and getattr(self, name) >= 0.0):
                 raise InputError(f"hazard: {name} is {getattr(self, name)}, needed: zero or more")
+
+
+def hit_probability(density: ArrayLike, person_area: float = 0.58) -> NDArray[np.float64]:
+    """Probability p = 1 - exp(-q A) of a hit on a person of area A (m2) at a density q normal to the paths (1/m2)."""
+    require_number("hazard", "person_area", person_area, "m2")
+    return np.asarray(-np.expm1(-person_area * real_array("hazard", "density", density, "1/m2")))
+
+
+def falling_through(distance: NDArray[np.float64], density: NDArray[np.float64], limit: float) -> float:
+    """Farthest distance (m) at which a density falls through the limit, linear between the distances given (rising).
+
+    The last one where the density is above the limit there; 0 where the limit is never reached.
+    """
+    above = np.flatnonzero(density >= limit)
+    if not above.size:
+        return 0.0
+    last = int(above[-1])
+    if last == len(distance) - 1:
+        return float(distance[-1])
+    part = (density[last] - limit) / (density[last] - density[last + 1])
+    return float(distance[last] + part * (distance[last + 1] - distance[last]))

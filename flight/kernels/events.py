@@ -27,7 +27,7 @@ from flight.kernels.surfaces import (
     inside_outline,
     misses_box,
 )
-from flight.kernels.terrain import cross_edges, cross_terrain
+from flight.kernels.terrain import cross_terrain
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -89,9 +89,6 @@ def ending_in_scene(
 ) -> tuple[float, int, int, int]:  # fmt: skip
     """As `ending`, whose answer is given, on a height map and among obstacles; with obstacle and face, or -1."""
     if terrain.heights.shape[0] > 0:
-        position = cross_edges(points, terrain, stack, roots)
-        if position < theta:
-            theta, status = position, LEFT_DOMAIN
         position = cross_terrain(points, terrain, theta, terrain_pieces, events, stack, roots)
         if position <= 1.0 and position <= theta:
             theta, status = position, LANDED

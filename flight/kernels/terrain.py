@@ -2,7 +2,8 @@
 
 A step is halved until it lies above everything below it, by a pyramid of the cells' greatest heights, or over at most
 two by two cells. There it is cut where it passes from cell to cell, by the same sign changes that find crossings, and
-its height above the cell is a polynomial of degree 10. So no cell that the path enters is left out.
+its height above the cell is a polynomial of degree 10. So no cell that the path enters is left out. The outermost
+cells, which `HeightMap.table` adds, are level outward and go on without end.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ import numpy as np
 
 from flight.kernels.compiling import inner_kernel
 from flight.kernels.roots import PRODUCT, sign_changes
-from flight.kernels.surfaces import cross_plane, highest_of, lowest_of
+from flight.kernels.surfaces import highest_of, lowest_of
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 __all__ = [
-    "TERRAIN_PIECES_SHAPE", "Terrain", "cross_edges", "cross_terrain", "height_at", "slope_at",
+    "TERRAIN_PIECES_SHAPE", "Terrain", "cross_terrain", "height_at", "slope_at",
 ]  # fmt: skip
 
 # parts of a step: coefficients of x, y and z, lower and upper end; the last two rows are scratch
@@ -33,7 +34,7 @@ NOWHERE = 2.0  # beyond the step
 
 
 class Terrain(NamedTuple):
-    """Heights at the nodes of a regular grid; no rows: flat ground, or none. Units: m."""
+    """Heights at the nodes of a regular grid, a ring of level cells around; no rows: flat ground, or none. Units: m."""
 
     heights: Array  # (rows, columns), rows towards +y, columns towards +x
     west: float  # x of the first column
@@ -80,27 +81,6 @@ def slope_at(terrain: Terrain, x: float, y: float) -> tuple[float, float]:
     v = (y - (terrain.south + row * terrain.step_y)) / terrain.step_y
     _, rise_x, rise_y, twist = _shape(terrain, row, column)
     return (rise_x + v * twist) / terrain.step_x, (rise_y + u * twist) / terrain.step_y
-
-
-@inner_kernel(_nrt=False)
-def cross_edges(points: Array, terrain: Terrain, stack: Array, roots: Array) -> float:
-    """Find the position on the step where it leaves the map; 2.0 if it stays."""
-    theta = NOWHERE
-    east = terrain.west + (terrain.heights.shape[1] - 1) * terrain.step_x
-    north = terrain.south + (terrain.heights.shape[0] - 1) * terrain.step_y
-    x, y = points[0], points[1]
-    if lowest_of(x, 0) < terrain.west and cross_plane(points, terrain.west, 0.0, 0.0, 1.0, 0.0, 0.0, stack, roots) > 0:
-        theta = min(theta, roots[0])
-    if highest_of(x, 0) > east and cross_plane(points, east, 0.0, 0.0, -1.0, 0.0, 0.0, stack, roots) > 0:
-        theta = min(theta, roots[0])
-    if (
-        lowest_of(y, 0) < terrain.south
-        and cross_plane(points, 0.0, terrain.south, 0.0, 0.0, 1.0, 0.0, stack, roots) > 0
-    ):
-        theta = min(theta, roots[0])
-    if highest_of(y, 0) > north and cross_plane(points, 0.0, north, 0.0, 0.0, -1.0, 0.0, stack, roots) > 0:
-        theta = min(theta, roots[0])
-    return theta
 
 
 @inner_kernel(_nrt=False)

@@ -40,8 +40,8 @@ class HeightMap:
 
     Notes
     -----
-    The surface between four nodes is bilinear; a flight meets it exactly. The map ends at its outermost nodes: a
-    fragment that crosses the edge, however high, has left the domain (`Status.LEFT_DOMAIN`).
+    The surface between four nodes is bilinear; a flight meets it exactly. Beyond the outermost nodes the ground goes on
+    level, at the height of the nearest point of the map's edge.
     """
 
     heights: NDArray[np.float64]
@@ -163,6 +163,16 @@ class HeightMap:
             f"{north + site[1]:g} m along y"
         )
 
+    def reach(self, origin: tuple[float, float], azimuth: ArrayLike) -> NDArray[np.float64]:
+        """Distances (m) from an origin on the map to its edge at azimuths (degrees from +x)."""
+        turn = np.radians(np.asarray(azimuth, dtype=np.float64))
+        distances = []
+        for way, low, high, start in zip((np.cos(turn), np.sin(turn)), self.corner, self.end, origin, strict=True):
+            with np.errstate(divide="ignore", invalid="ignore"):
+                along = np.where(way > 0.0, (high - start) / way, (low - start) / way)
+            distances.append(np.where(np.abs(way) < 1e-12, np.inf, along))
+        return np.minimum(*distances)
+
     def contains(self, x: ArrayLike, y: ArrayLike) -> NDArray[np.bool_]:
         """Whether positions lie on the map, its edges included."""
         x, y = np.asarray(x, dtype=np.float64), np.asarray(y, dtype=np.float64)
@@ -170,10 +180,10 @@ class HeightMap:
         return np.asarray((x >= west) & (x <= east) & (y >= south) & (y <= north))
 
     def at(self, x: ArrayLike, y: ArrayLike) -> NDArray[np.float64]:
-        """Heights (m) at positions; off the map those of the nearest cell's plane."""
+        """Heights (m) at positions; off the map that of the nearest point of its edge."""
         rows, columns = self.heights.shape
-        u = (np.asarray(x, dtype=np.float64) - self.corner[0]) / self.step[0]
-        v = (np.asarray(y, dtype=np.float64) - self.corner[1]) / self.step[1]
+        u = np.clip((np.asarray(x, dtype=np.float64) - self.corner[0]) / self.step[0], 0.0, columns - 1.0)
+        v = np.clip((np.asarray(y, dtype=np.float64) - self.corner[1]) / self.step[1], 0.0, rows - 1.0)
         i, j = np.clip(np.floor(u), 0, columns - 2).astype(int), np.clip(np.floor(v), 0, rows - 2).astype(int)
         u, v, h = u - i, v - j, self.heights
         return np.asarray(
@@ -181,10 +191,14 @@ class HeightMap:
         )
 
     def table(self) -> Terrain:
-        """The map for the kernels, with the greatest heights of its cells and of blocks of them."""
+        """The map for the kernels, with the greatest heights of its cells and of blocks of them.
+
+        A ring of cells that are level outward is added; the kernels continue the outermost cells beyond it.
+        """
         from flight.kernels.terrain import Terrain
 
-        h = np.ascontiguousarray(self.heights)
+        h = np.pad(self.heights, 1, mode="edge")
+        west, south = self.corner[0] - self.step[0], self.corner[1] - self.step[1]
         level = np.maximum(np.maximum(h[:-1, :-1], h[1:, :-1]), np.maximum(h[:-1, 1:], h[1:, 1:]))
         blocks, rows, first = [], [], 0
         while True:
@@ -196,7 +210,7 @@ class HeightMap:
             even = np.pad(level, [(0, n % 2) for n in level.shape], constant_values=-np.inf)
             level = even.reshape(even.shape[0] // 2, 2, even.shape[1] // 2, 2).max(axis=(1, 3))
         return Terrain(
-            h, *self.corner, *self.step, np.concatenate(blocks), np.array(rows, dtype=np.int64), float(h.max())
+            h, west, south, *self.step, np.concatenate(blocks), np.array(rows, dtype=np.int64), float(h.max())
         )
 
 

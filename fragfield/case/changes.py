@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import re
 import tomllib
 from typing import TYPE_CHECKING, Any
 
@@ -21,6 +22,7 @@ __all__ = ["changed_document", "load_changed_case", "load_set_case", "read_setti
 _EXAMPLE = '--set burst.cell_size="8 mm"'
 _MATERIALS = ("explosive", "casing")
 _EVERY = "*"
+_AS_MESSAGES = re.compile(r"\[([1-9]\d{0,5})\]")  # "round[2].casing", entries counted from 1
 
 
 def load_changed_case(path: Path, changes: Mapping[str, Any]) -> Case:
@@ -123,8 +125,9 @@ def changed_document(
     document : mapping
         Tables as the case file has them, or resolved; they stay as they are.
     changes : mapping from dotted key to value
-        A value with a dimension as a string with its unit. In a list, `*` stands for every entry, a number (from 0) or
-        a name for one: "round.*.casing.shear_softening_strain"; a material's name is replaced by its table where a key
+        A value with a dimension as a string with its unit. In a list, `*` stands for every entry, a name or a number
+        (from 0) for one: "round.*.casing.shear_softening_strain"; "round[1]" is the first, as messages count; a
+        material's name is replaced by its table where a key
         goes into it. A callable is given the old value.
     source : str
         Named by messages.
@@ -138,7 +141,7 @@ def changed_document(
     """
     changed = copy.deepcopy(dict(document))
     for key, value in changes.items():
-        steps = key.split(".")
+        steps = _AS_MESSAGES.sub(lambda found: f".{int(found[1]) - 1}", key).split(".")
         if len(steps) > MOST_DEPTH:
             raise InputError(f"{source}: found a key of {len(steps)} names; allowed: at most {MOST_DEPTH}")
         if not all(steps):

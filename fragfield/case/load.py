@@ -16,6 +16,7 @@ from fragfield.case.conversion.attitude import attitude_faults, is_mixed, with_a
 from fragfield.case.conversion.exposed_sites import resolved_exposed
 from fragfield.case.conversion.fragment_counts import check_counts, with_counts
 from fragfield.case.conversion.geometry import check_geometry
+from fragfield.case.conversion.placing import base_faults, on_base
 from fragfield.case.conversion.stack import expanded, stacked_names
 from fragfield.case.conversion.turned import origin_faults
 from fragfield.case.messages import explain, join_faults
@@ -100,7 +101,7 @@ def read_resolved(path: Path) -> Case:
 def case_from_document(document: Mapping[str, Any], *, source: str, folder: Path, burst: bool = True) -> Case:
     """Check and resolve the tables of a case; as `load_case` for tables that are already read."""
     case = _validated(document, source)
-    of_attitude = list(attitude_faults(case))
+    of_attitude = [*attitude_faults(case), *base_faults(case)]
     case = with_axes(case)
     _raise(source, [*of_attitude, *check_case(case, burst=burst)])
     stacked = stacked_names(case) if case.stack is not None else []
@@ -144,22 +145,27 @@ def _resolved(case: Case, source: str, folder: Path) -> Case:
     for number, entry in enumerate(case.round, start=1):
         key = f"round[{number}]"
         rounds.append(_resolved_round(entry, source, key, folder))
+    case = _with_files(case, folder)
+    rounds = [_with_location(partial(on_base, entry, case), source) for entry in rounds]
     rounds = _with_location(partial(expanded, case.model_copy(update={"round": rounds})), source)
     planes = [resolved_plane(entry) for entry in case.plane]
     changes: dict[str, Any] = {"round": rounds, "stack": None, "plane": planes}
     changes["exposed"] = resolved_exposed(case)
+    if case.burst is not None and case.burst.stop is None:
+        stop = "acceleration" if case.burst.end_time is None else "time"
+        changes["burst"] = case.burst.model_copy(update={"stop": stop})
+    return with_counts(case.model_copy(update=changes), source, folder)
+
+
+def _with_files(case: Case, folder: Path) -> Case:
+    """The case with the files of its flight as absolute paths."""
     flight: dict[str, Any] = {}
     if isinstance(case.flight.drag, str) and case.flight.drag.endswith(".csv"):
         flight["drag"] = str((folder / case.flight.drag).resolve())
     if case.flight.ground.map is not None:
         place = str((folder / case.flight.ground.map).resolve())
         flight["ground"] = case.flight.ground.model_copy(update={"map": place})
-    if flight:
-        changes["flight"] = case.flight.model_copy(update=flight)
-    if case.burst is not None and case.burst.stop is None:
-        stop = "acceleration" if case.burst.end_time is None else "time"
-        changes["burst"] = case.burst.model_copy(update={"stop": stop})
-    return with_counts(case.model_copy(update=changes), source, folder)
+    return case.model_copy(update={"flight": case.flight.model_copy(update=flight)}) if flight else case
 
 
 def _resolved_round(entry: RoundTable, source: str, key: str, folder: Path) -> RoundTable:

@@ -17,6 +17,7 @@ from fragfield.checking.cost import expected_cost
 from fragfield.checking.witness import witness_warnings
 from fragfield.hazard.arrangement import arrangement, arrangement_warnings
 from fragfield.hazard.contents import contents_of
+from fragfield.hazard.map_edge import map_warnings
 from fragfield.hazard.prescribed import official_part
 from fragfield.hazard.rules import rules_for
 from fragfield.pipeline.attitudes import attitudes_of
@@ -214,6 +215,8 @@ def _warnings(
 ) -> Iterator[str]:
     yield from outside_soft(case)
     yield from arrangement_warnings(case)
+    if case.flight.ground.map is not None:
+        yield from map_warnings(case, described)
     if settings.products == "landau":
         yield (
             'burst.products = "landau" starts from the pressure of an instantaneous explosion; with a '

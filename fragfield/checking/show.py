@@ -9,6 +9,7 @@ from rich.table import Table
 
 from fragfield.case import to_toml
 from fragfield.case.conversion.attitude import attitude_words
+from fragfield.case.conversion.site import direction_words
 from fragfield.hazard.certainty import metres
 from fragfield.hazard.contents import quantity_words
 from fragfield.hazard.prescribed import USES, official_note
@@ -66,6 +67,8 @@ def _print_found(console: Console, found: Mapping[str, Any]) -> None:
             console.print(recovered["words"], markup=False)
     for warning in found["warnings"]:
         console.print(f"warning: {warning}")
+    for path in found.get("drawings") or ():
+        console.print(f"drawing: {path}", markup=False)
 
 
 def _print_burst(console: Console, found: Mapping[str, Any]) -> None:
@@ -183,7 +186,7 @@ def _print_surroundings(console: Console, found: Mapping[str, Any]) -> None:
         (west, east), (south, north), (low, high) = ground["x"], ground["y"], ground["z"]
         console.print(
             f"ground: {ground['map']}, {ground['nodes'][0]} x {ground['nodes'][1]} nodes, x {west:g} to {east:g} m, "
-            f"y {south:g} to {north:g} m, z {low:.4g} to {high:.4g} m; fragments beyond it are not followed",
+            f"y {south:g} to {north:g} m, z {low:.4g} to {high:.4g} m; beyond it level at the height of its edge",
             markup=False,
         )
     law = found["ricochet"]
@@ -202,7 +205,8 @@ def _print_surroundings(console: Console, found: Mapping[str, Any]) -> None:
         )
     for entry in found["exposed"]:
         console.print(
-            f"exposed {entry['name']}: {entry['kind']}, {entry['distance']:.1f} m at {entry['azimuth_deg']:.0f} degrees"
+            f"exposed {entry['name']}: {entry['kind']}, {entry['distance']:.1f} m at "
+            + direction_words(entry["azimuth_deg"], entry["bearing_deg"], whole=True)
             + (f", in {entry['pieces']} pieces" if entry["pieces"] > 1 else ""),
             markup=False,
         )

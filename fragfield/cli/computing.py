@@ -12,6 +12,7 @@ from fragfield.cli.guard import give, guarded
 from fragfield.cli.options import (
     CaseOrRun,
     CellSize,
+    Drawing,
     FragmentsFile,
     Json,
     Out,
@@ -38,6 +39,7 @@ def check(
     cell_size: CellSize = None,
     settings: Settings = None,
     fragments: FragmentsFile = None,
+    drawing: Drawing = None,
     resolved: Resolved = False,
     quiet: Quiet = False,
     json: Json = False,
@@ -51,7 +53,8 @@ def check(
 
         done = fragfield.check(case, cell_size=cell_size, set=settings or (), fragments=fragments)
         shown = done.case.values if resolved else None
-        give(done.found, json=json, quiet=quiet, show=lambda found: print_check(found, shown))
+        drawn = {"drawings": [str(path) for path in done.draw(drawing)]} if drawing is not None else {}
+        give(done.found | drawn, json=json, quiet=quiet, show=lambda found: print_check(found, shown))
 
 
 @app.command()
@@ -131,7 +134,7 @@ def report(case: CaseOrRun, out: Out = None, quiet: Quiet = False, json: Json = 
 
 
 def _give_summary(done: Run, *, json: bool, quiet: bool, flown: bool) -> None:
-    """Print the summary of a run; one that was `flown` and has no hazard distance ends with the exit code for that."""
+    """Print the summary of a run; one that was `flown` and has no distance ends with the exit code for that."""
     from fragfield.terminal.show import print_summary
 
     if launched_rank() == 0:

@@ -8,8 +8,8 @@ from typing import Annotated
 import typer
 
 __all__ = [
-    "CaseOrRun", "CellSize", "FragmentsFile", "Html", "Json", "Out", "Overwrite", "Profile", "Quiet", "Resume",
-    "Scheduler", "Settings", "Threads", "Window",
+    "CaseOrRun", "CellSize", "Drawing", "FragmentsFile", "Html", "Json", "Out", "Overwrite", "Profile", "Quiet",
+    "Resume", "Scheduler", "Settings", "Threads", "Window",
 ]  # fmt: skip
 
 CaseOrRun = Annotated[Path, typer.Argument(metavar="CASE_OR_RUN", help="A case file, or the directory of a run.")]
@@ -33,6 +33,12 @@ Profile = Annotated[
 ]
 Resolved = Annotated[
     bool, typer.Option("--resolved", help="Print the case as well, with every default, in everyday units.")
+]
+Drawing = Annotated[
+    Path | None,
+    typer.Option(
+        "--drawing", metavar="FILE", help="Write a dimensioned drawing of each different round: .svg or .png."
+    ),
 ]
 FragmentsFile = Annotated[
     Path | None,

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from fragfield.case.conversion.clearance import Body
     from fragfield.case.tables.plane import PlaneTable
 
-__all__ = ["arrangement", "arrangement_warnings", "with_images"]
+__all__ = ["arrangement", "arrangement_warnings", "image_names", "with_images"]
 
 _SAME_HEIGHT = 1e-6  # of the ground in the burst and in flight (m)
 
@@ -108,6 +108,15 @@ def with_images(case: Case) -> NDArray[np.float64]:
             images = places - 2.0 * ((places - point) @ normal)[:, None] * normal
             places = np.concatenate([places, images])
     return places
+
+
+def image_names(case: Case) -> list[str]:
+    """Names of the rounds and of all their mirror images, in the order of `with_images`."""
+    names = [entry.name for entry in case.round]
+    for plane in case.plane:
+        if plane.kind == "symmetry":
+            names += [f"{name}, mirrored at {plane.name}" for name in names]
+    return names
 
 
 def arrangement_warnings(case: Case) -> Iterator[str]:

@@ -1,16 +1,17 @@
-"""Statements on the hazard distance of a run: whether it is determined, and how accurately."""
+"""Statements on the distances of a run: whether they are determined, and how accurately."""
 
 from __future__ import annotations
 
 import math
 from typing import TYPE_CHECKING, Any
 
+from fragfield.case.conversion.site import direction_words
+
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
 __all__ = [
     "NOT_DETERMINED",
-    "WHICH_NUMBER",
     "basis_words",
     "certainty",
     "is_determined",
@@ -18,48 +19,42 @@ __all__ = [
     "metres",
     "metres_and_error",
     "ricochet_words",
+    "rounded_metres",
     "single_words",
     "whole_metres",
 ]
 
 NOT_DETERMINED = "not determined"
-WHICH_NUMBER = (
-    "Which number for what: to keep people away, apply the upper bound of the hazard distance, and no less than what "
-    "is prescribed. The distance itself, without its bound, is for comparing variants of a case. The range of single "
-    "events and the largest throw are not hazard distances: they show how far single fragments may land, for "
-    "warnings, for the search for fragments and for insurance, and they increase with the number of events considered."
-)
 
 
 def is_determined(summary: Mapping[str, Any]) -> bool:
-    """Whether a summary holds a hazard distance, or none was to be computed."""
+    """Whether the distance of a summary is determined, or none was to be computed."""
     return bool((summary.get("hazard") or {}).get("determined", True))
 
 
 def certainty(hazard: Mapping[str, Any]) -> str:
     """Why the distance of summary.json's part "hazard" is not determined, or not known to the tolerance; else empty."""
     if not hazard.get("determined", True):
-        return f"the hazard distance is not determined: {hazard['reason']}"
+        return f"the distance is not determined: {hazard['reason']}"
     if hazard.get("converged", True):
         return ""
     number, more = hazard["realisations"], hazard.get("more_realisations", True)
     if hazard.get("standard_error") is None:
-        how = "" if more else "; there is only one set of fragments from another source"
-        return (
-            f"one realisation was flown{how}: the hazard distance has neither a standard error nor an upper bound; set "
-            "break_up.realisations to 20 or more"
-        )
-    error = hazard["standard_error"] / hazard["distance"] if hazard["distance"] else math.inf
+        how = "one realisation was flown" if more else "there is one set of fragments from another source"
+        what = "the expected distance has neither a standard error nor an upper bound"
+        ask = "set break_up.realisations to 20 or more" if more else "a bound needs those of several events"
+        return f"{how}: {what}; {ask}"
+    error = hazard["standard_error"] / hazard["expected"] if hazard["expected"] else math.inf
     ask = (
         "set hazard.max_realisations higher"
         if more
         else "no more realisations can be made without the burst's snapshot"
     )
-    bias = hazard["max_bias"] / hazard["distance"] if hazard["distance"] else 0.0
+    bias = hazard["max_bias"] / hazard["expected"] if hazard["expected"] else 0.0
     what = f"{100.0 * error:.2g} % (standard error)"
     if bias > error:
         what = f"{100.0 * bias:.2g} % (bound of the bias of taking the worst direction)"
-    return f"{number} realisations fix the hazard distance to {what}, not to {100.0 * hazard['tolerance']:g} %; {ask}"
+    return f"{number} realisations fix the expected distance to {what}, not to {100.0 * hazard['tolerance']:g} %; {ask}"
 
 
 def basis_words(hazard: Mapping[str, Any]) -> str:
@@ -71,7 +66,9 @@ def basis_words(hazard: Mapping[str, Any]) -> str:
         return words + smoothed
     if hazard.get("basis") == "all_azimuths":
         return "over all azimuths"
-    words = f"worst direction, azimuth {hazard['direction_deg']:g}°" if hazard.get("determined") else "worst direction"
+    words = "worst direction"
+    if hazard.get("determined"):
+        words += f", {direction_words(hazard['direction_deg'], hazard.get('bearing_deg'))}"
     return f"{words}, smoothed over ±{hazard['kernel_deg']:.3g}°"
 
 
@@ -81,6 +78,11 @@ def whole_metres(value: float | None, otherwise: str = "–") -> str:
     Rounded up, so that print loses nothing of a distance to keep, and the same number stands everywhere.
     """
     return otherwise if value is None or math.isnan(value) else f"{math.ceil(value - 1e-9):,d}"
+
+
+def rounded_metres(value: float | None, otherwise: str = "–") -> str:
+    """A distance that is none to keep (single events, throws, places) in whole metres without its unit, rounded."""
+    return otherwise if value is None or math.isnan(value) else f"{round(value):,d}"
 
 
 def metres(value: float | None) -> str:
@@ -101,15 +103,14 @@ def metres_and_error(value: float | None, error: float | None, between: str = " 
 
 
 def ricochet_words(hazard: Mapping[str, Any]) -> str:
-    """Off what fragments ricochet in the hazard distance, and the same distance without; empty in older summaries."""
+    """Off what fragments ricochet, and the recommended distance without; empty in older summaries."""
     short = hazard.get("without_ricochet")
     if not short:
         return ""
     kind = hazard.get("ricochet", "none")
     if kind == "none":
         return "without ricochet: every fragment stays where it first meets the ground"
-    shown = "upper" if short["upper"] is not None else "distance"
-    return f"with ricochet off {kind.replace('_', ' ')}; without ricochet {metres(short[shown])}"
+    return f"with ricochet off {kind.replace('_', ' ')}; without ricochet {metres(short['recommended'])}"
 
 
 def single_words(hazard: Mapping[str, Any]) -> str:
@@ -117,4 +118,4 @@ def single_words(hazard: Mapping[str, Any]) -> str:
     found = hazard.get("single_event")
     if not found:
         return NOT_DETERMINED
-    return f"{whole_metres(found['low'])} to {metres(found['high'])}"
+    return f"{rounded_metres(found['low'])} to {rounded_metres(found['high'])} m"

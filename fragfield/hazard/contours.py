@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from fragfield.case.conversion.exposed_sites import site_of
+from fragfield.case.conversion.site import site_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -18,11 +18,12 @@ __all__ = ["write_contours"]
 
 def write_contours(
     case: Case, found: EnsembleHazard, target: RunDirectory, provenance: Mapping[str, str],
-    exposed: Sequence[Mapping[str, Any]] = (),
+    exposed: Sequence[Mapping[str, Any]], recommended: float | None,
 ) -> None:  # fmt: skip
     """Write contours.geojson and contours.kml into the run directory, or nothing without a table [site].
 
-    They hold the distances by direction, exposed sites with their results, obstacles, rounds and lines of terrain.
+    They hold the recommended distance, distances by direction, exposed sites with their results, obstacles, rounds and
+    lines of terrain.
     """
     site = site_of(case)
     if site is None:
@@ -30,6 +31,7 @@ def write_contours(
     from flight.hazard.contours import contours_of, write_geojson, write_kml
     from fragfield.hazard.site_map import shapes_of, to_contours
 
-    contours = contours_of(found, site) + to_contours(shapes_of(case, found, exposed), site, case.flight.origin)
+    shapes = shapes_of(case, found, exposed, recommended)
+    contours = to_contours(shapes, site, case.flight.origin) + contours_of(found, site)
     write_geojson(contours, site, target.file("contours.geojson"), provenance)
     write_kml(contours, site, target.file("contours.kml"), provenance)

@@ -1,7 +1,7 @@
 """Exposed sites over all realisations: densities, hits and probabilities with bounds, and the verdict on each.
 
-Bounds are one-sided at 95 % and hold for the expected value, as that of the hazard distance: for what the randomness of
-the break-up leaves open, not for the uncertainty of inputs and models. A sum of weights of rare hits is bounded by
+Bounds are one-sided at 95 % and hold for the expected value, for what the randomness of the break-up leaves open, not
+for the uncertainty of inputs and models. A sum of weights of rare hits is bounded by
 the gamma law of Fay and Feuer (Statistics in Medicine 16, 1997), which for equal weights is the exact Poisson bound
 and holds where nothing was hit at all; its variance is the larger of the hits' own and that between realisations. A
 share of realisations is bounded by Clopper and Pearson (1934). Where all azimuths are alike (one upright round of
@@ -20,6 +20,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fragfield.case.conversion.exposed_sites import ExposedSite, exposed_sites_of
+from fragfield.case.conversion.site import bearing_of
+from fragfield.hazard.verdict import criterion_of, no_margin, verdict_of
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -148,46 +150,53 @@ class ExposedSums:
         error = math.sqrt(spread) / n / scale if n > 1 else None
         return {"expected": total / n / scale, "upper": upper / n / scale, "standard_error": error}
 
-    def assess(self, case: Case, found: EnsembleHazard) -> list[dict[str, Any]]:
-        """Entries of summary.json, one a site (SI, degrees)."""
+    def assess(self, case: Case, found: EnsembleHazard, *, determined: bool = True) -> list[dict[str, Any]]:
+        """Entries of summary.json, one a site (SI, degrees); `determined`: whether all flights ended."""
         entries, first = [], 0
         for site in self.sites:
             pieces = range(first, first + len(site.prisms))
             first = pieces.stop
-            entries.append(self._entry(case, site, pieces, found))
+            entries.append(self._entry(case, site, pieces, found, determined=determined))
         return entries
 
-    def _entry(self, case: Case, site: ExposedSite, pieces: range, found: EnsembleHazard) -> dict[str, Any]:
-        assert self._energy is not None  # a flight has been added
+    def _entry(
+        self, case: Case, site: ExposedSite, pieces: range, found: EnsembleHazard, *, determined: bool
+    ) -> dict[str, Any]:
         away = site.edge() - np.asarray(case.flight.origin)
         distance = np.hypot(away[:, 0], away[:, 1])
         nearest = int(np.argmin(distance))
+        azimuth = math.degrees(math.atan2(away[nearest, 1], away[nearest, 0])) % 360.0
         values = self._values(case, site, pieces, found, found.expected)
         if self._short is not None:
             short = self._short._values(case, site, pieces, found, found.without_ricochet or found.expected)
             values["without_ricochet"] = {name: short[name] for name in _SHORT}
-        quantity, limit = _criterion(case, site)
-        determined = not found.undetermined
+        quantity, limit = criterion_of(case, site)
         entry: dict[str, Any] = {
             "name": site.table.name,
             "kind": site.table.kind,
             "place": list(site.centre),
             "outline": site.outline.tolist(),
             "distance": float(distance[nearest]),
-            "azimuth_deg": math.degrees(math.atan2(away[nearest, 1], away[nearest, 0])) % 360.0,
+            "azimuth_deg": azimuth,
+            "bearing_deg": bearing_of(case, azimuth),
             "energy": site.prisms[0].energy,
             **(values if determined else dict.fromkeys(values)),
-            "largest_energy": float(self._energy[pieces.start : pieces.stop].max()),
+            "largest_energy": self._largest_energy(pieces),
             "criterion": {"quantity": quantity, "limit": limit},
             "realisations": self.realisations,
             "level": LEVEL,
         }
-        entry["verdict"] = _verdict(entry, quantity, limit) if determined else "not determined"
-        entry["margin"] = _margin(away, distance, found)
+        entry["verdict"] = verdict_of(entry) if determined else "not determined"
+        entry["no_margin"] = no_margin(case, site) or None
+        entry["margin"] = None if entry["no_margin"] else _margin(away, distance, found)
         return entry
 
+    def _largest_energy(self, pieces: range) -> float | None:
+        assert self._energy is not None  # a flight has been added
+        return float(self._energy[pieces.start : pieces.stop].max())
+
     def _values(
-        self, case: Case, site: ExposedSite, pieces: range, found: EnsembleHazard, expected: ExpectedDistance | None
+        self, case: Case, site: ExposedSite, pieces: range, found: EnsembleHazard, expected: ExpectedDistance
     ) -> dict[str, Any]:
         if site.is_building:
             return self._building(pieces[0], site)
@@ -198,11 +207,18 @@ class ExposedSums:
         for index, prism in zip(pieces, site.prisms, strict=True):
             normal.append(self._mean("track", index, prism.volume, prism.longest))
             ground.append(self._mean("landings", index, prism.area, 1.0))
+        return self._of_densities(site, normal, ground, _all_round(case, site, expected))
+
+    @staticmethod
+    def _of_densities(
+        site: ExposedSite, normal: list[dict[str, float | None]], ground: list[dict[str, float | None]],
+        around: dict[str, dict[str, float | None]] | None = None,
+    ) -> dict[str, Any]:  # fmt: skip
+        """Values of a site in the open by the densities of its pieces, or by those over all azimuths."""
         worst = int(
             np.argmax([max(n["expected"] or 0.0, g["expected"] or 0.0) for n, g in zip(normal, ground, strict=True)])
         )
         counted = {"normal": _worst(normal), "ground": _worst(ground)}
-        around = _all_round(case, site, expected)
         density = around or counted
         table = site.table
         target = site.area * getattr(table, "number", 1.0)
@@ -297,34 +313,14 @@ def _worst(values: list[dict[str, float | None]]) -> dict[str, float | None]:
     return {**worst, "upper": max(value["upper"] or 0.0 for value in values)}
 
 
-def _criterion(case: Case, site: ExposedSite) -> tuple[str, float]:
-    table = site.table
-    if table.max_probability is not None:
-        return "probability", table.max_probability
-    if table.max_hits is not None:
-        return "hits", table.max_hits
-    return "density", case.hazard.density if table.max_density is None else table.max_density
-
-
-def _verdict(entry: dict[str, Any], quantity: str, limit: float) -> str:
-    """Return "met" where the bound meets the criterion, "not met" where the estimate exceeds it, else "not shown"."""
-    names = {
-        "probability": ("probability",),
-        "hits": ("expected_hits",),
-        "density": ("density_normal", "density_ground"),
-    }
-    values = [entry[name] for name in names[quantity] if entry[name] is not None]
-    if max(value["upper"] for value in values) <= limit:
-        return "met"
-    return "not met" if max(value["expected"] for value in values) > limit else "not shown"
-
-
 def _margin(away: NDArray[np.float64], distance: NDArray[np.float64], found: EnsembleHazard) -> float | None:
-    """Smallest distance of the site's edge beyond the hazard distance in its direction (m), or beyond its bound."""
+    """Smallest distance (m) of a site's edge beyond the line of the expected density's bound as it is drawn."""
+    from flight.hazard.contours import smooth_outline
+
     expected = found.expected
-    if expected is None or found.undetermined:
+    if found.undetermined:
         return None
     reach = expected.upper_by_direction if np.isfinite(expected.upper_by_direction).all() else expected.by_direction
-    turn = np.degrees(np.arctan2(away[:, 1], away[:, 0])) % 360.0
-    direction = np.round(turn / 360.0 * len(reach)).astype(int) % len(reach)
-    return float((distance - reach[direction]).min())
+    azimuth, line = smooth_outline(reach, expected.kernel)
+    turn = np.degrees(np.arctan2(away[:, 1], away[:, 0]))
+    return float((distance - np.interp(turn, azimuth, line, period=360.0)).min())

@@ -1,4 +1,4 @@
-"""Computed distance, official distance of the round and rules in range: which is the largest, in words.
+"""Recommended distance, official distance of the round and rules in range: which is the largest, in words.
 
 A computed distance is no leave to stay below a prescribed one, nor a prescribed one leave to stay below a larger
 computed one: the largest is the distance not to go below.
@@ -17,18 +17,11 @@ if TYPE_CHECKING:
 
     from fragfield.case import Case
 
-__all__ = ["USES", "Computed", "computed_distance", "minimum_part", "official_note", "official_part"]
+__all__ = ["USES", "minimum_part", "official_note", "official_part"]
 
 USES = {SITING: "storage and handling", DISPOSAL: "disposal in the open"}
 """Activities for which distances are prescribed, in words."""
 _HAZARDOUS, _MAXIMUM = "hazardous_fragment_distance", "maximum_fragment_distance"
-
-
-class Computed(NamedTuple):
-    """The computed distance (m), None where it is not determined, and which of them it is."""
-
-    distance: float | None
-    name: str
 
 
 class _Candidate(NamedTuple):
@@ -54,20 +47,10 @@ def official_part(case: Case) -> dict[str, Any] | None:
     return {**case.official.model_dump(), "rounds_here": here, "alike": alike, "covers": covers}
 
 
-def computed_distance(hazard: Mapping[str, Any]) -> Computed:
-    """The computed distance to apply, from the part `hazard` of summary.json."""
-    if not hazard.get("determined"):
-        return Computed(None, "this computation")
-    if hazard.get("upper") is not None:
-        return Computed(hazard["upper"], "this computation, upper bound (95 %)")
-    return Computed(hazard.get("distance"), "this computation, expected distance without a bound")
-
-
 def minimum_part(
     hazard: Mapping[str, Any],
     official: Mapping[str, Any] | None,
     rules: Sequence[Mapping[str, Any]],
-    computed: Computed | None = None,
 ) -> dict[str, Any]:
     """The part `minimum` of summary.json: the distances not to go below.
 
@@ -77,8 +60,6 @@ def minimum_part(
         Parts of summary.json; `official` is None where the case has no such table.
     rules : sequence of mapping
         `rules.rules` of it; empty where there are none.
-    computed : Computed, optional
-        Taken in place of that of `hazard`.
 
     Returns
     -------
@@ -86,7 +67,7 @@ def minimum_part(
         By use, "siting" and "disposal", `distance` (m; None where nothing is known), `by`, and `words`, sentences for
         a reader.
     """
-    computed = computed if computed is not None else computed_distance(hazard)
+    computed = hazard.get("recommended")
     part: dict[str, Any] = {}
     closing = []
     for use, title in USES.items():
@@ -101,11 +82,11 @@ def minimum_part(
 
 
 def _candidates(
-    use: str, computed: Computed, official: Mapping[str, Any], rules: Sequence[Mapping[str, Any]]
+    use: str, computed: float | None, official: Mapping[str, Any], rules: Sequence[Mapping[str, Any]]
 ) -> Iterator[_Candidate]:
-    """All distances that are prescribed for a use, and the computed one; of equal ones the first decides."""
-    if computed.distance is not None:
-        yield _Candidate(computed.distance, computed.name)
+    """All distances that are prescribed for a use, and the recommended one; of equal ones the first decides."""
+    if computed is not None:
+        yield _Candidate(computed, "the recommended distance of this computation")
     if official.get(_HAZARDOUS) is not None:
         yield _Candidate(official[_HAZARDOUS], "the official hazardous fragment distance")
     if use == DISPOSAL and official.get(_MAXIMUM) is not None:
@@ -115,14 +96,16 @@ def _candidates(
             yield _Candidate(rule["distance"], f"the rule “{rule['name']}” ({rule['hazard']})")
 
 
-def _official_words(hazard: Mapping[str, Any], computed: Computed, official: Mapping[str, Any] | None) -> Iterator[str]:
+def _official_words(
+    hazard: Mapping[str, Any], computed: float | None, official: Mapping[str, Any] | None
+) -> Iterator[str]:
     """Official against computed distances."""
     if official is None:
         yield "No official distance of the round is in the case (table [official])."
         return
     determined = bool(hazard.get("determined"))
     if official.get(_HAZARDOUS) is not None:
-        yield _against_hazardous(official[_HAZARDOUS], computed.distance, _without_ricochet(hazard))
+        yield _against_hazardous(official[_HAZARDOUS], computed, _without_ricochet(hazard))
     if official.get(_MAXIMUM) is not None:
         yield _against_maximum(official[_MAXIMUM], hazard.get("largest_throw") if determined else None)
     if note := official_note(official):
@@ -134,20 +117,20 @@ def _without_ricochet(hazard: Mapping[str, Any]) -> str:
     short = hazard.get("without_ricochet")
     if not hazard.get("determined") or not short or hazard.get("ricochet", "none") == "none":
         return ""
-    return f" (without ricochet {metres(short['distance'] if short['upper'] is None else short['upper'])})"
+    return f" (without ricochet {metres(short['recommended'])})"
 
 
 def _against_hazardous(official: float, computed: float | None, beside: str) -> str:
-    """The official hazardous fragment distance (m) against the computed one, which may not be determined."""
+    """The official hazardous fragment distance (m) against the recommended one, which may not be determined."""
     theirs, ours = f"{whole_metres(official)} m", f"{whole_metres(computed)} m{beside}"
     name = "official hazardous fragment distance"
     if computed is None:
-        return f"The {name} is {theirs}; the computed distance is not determined and may be larger."
+        return f"The {name} is {theirs}; the recommended distance is not determined and may be larger."
     if whole_metres(official) == whole_metres(computed):
-        return f"The {name}, {theirs}, equals the computed distance, {ours}."
+        return f"The {name}, {theirs}, equals the recommended distance, {ours}."
     if official > computed:
-        return f"The {name}, {theirs}, is larger than the computed distance, {ours}: of the two the official governs."
-    return f"The computed distance, {ours}, is larger than the {name}, {theirs}: of the two the computed governs."
+        return f"The {name}, {theirs}, is larger than the recommended distance, {ours}: the official one governs."
+    return f"The recommended distance, {ours}, is larger than the {name}, {theirs}: the recommended one governs."
 
 
 def _against_maximum(official: float, throw: float | None) -> str:
@@ -174,8 +157,8 @@ def official_note(official: Mapping[str, Any]) -> str:
     return f"The official distances are {published}; {official['rounds_here']} stand here, which they do not cover."
 
 
-def _rule_words(computed: Computed, rules: Sequence[Mapping[str, Any]]) -> Iterator[str]:
-    """The largest rule in range of each hazard for storage and handling, against the computed distance."""
+def _rule_words(computed: float | None, rules: Sequence[Mapping[str, Any]]) -> Iterator[str]:
+    """The largest rule in range of each hazard for storage and handling, against the recommended distance."""
     if not rules:
         yield "No rule was applied: the masses of the rounds are not known here."
     for hazard in ("fragments", "blast"):
@@ -186,9 +169,9 @@ def _rule_words(computed: Computed, rules: Sequence[Mapping[str, Any]]) -> Itera
             continue
         rule = max(inside, key=lambda one: float(one["distance"]))
         relation = ""
-        if computed.distance is not None:
-            more = whole_metres(computed.distance), whole_metres(rule["distance"])
+        if computed is not None:
+            more = whole_metres(computed), whole_metres(rule["distance"])
             relation = ", as much as" if more[0] == more[1] else (
-                ", more than" if rule["distance"] > computed.distance else ", less than")  # fmt: skip
-            relation += f" the computed {more[0]} m"
+                ", more than" if rule["distance"] > computed else ", less than")  # fmt: skip
+            relation += f" the recommended {more[0]} m"
         yield f"Rules in range against {hazard}: {metres(rule['distance'])} ({rule['name']}){relation}."

@@ -13,7 +13,9 @@ import numpy as np
 
 from fragfield.case.conversion.exposed_sites import outline_of
 from fragfield.case.conversion.surroundings import ground_of
-from fragfield.hazard.arrangement import with_images
+from fragfield.hazard.arrangement import image_names, with_images
+from fragfield.hazard.certainty import metres
+from fragfield.hazard.verdict import criterion_words, part_of_criterion
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -21,24 +23,69 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from flight import HeightMap
-    from flight.hazard.contours import Contour, Site
+    from flight.hazard.contours import Contour
     from flight.hazard.ensemble import EnsembleHazard
+    from flight.hazard.site import Site
     from fragfield.case import Case
 
     Array = NDArray[np.float64]
 
-__all__ = ["KINDS", "Shape", "shapes_of", "to_contours"]
+__all__ = ["COLORS", "KINDS", "VERDICTS", "Shape", "VerdictStyle", "extent_of", "shapes_of", "to_contours"]
 
 KINDS = {
-    "hazard_upper": "hazard distance, upper bound: the distance to apply",
-    "hazard": "hazard distance of the expected density",
-    "max_throw": "farthest fragment by sector (not a hazard distance)",
+    "recommended": "recommended distance",
+    "hazard_upper": "expected density, upper bound (95 %) by direction",
+    "hazard": "expected density by direction",
+    "max_throw": "farthest fragment by sector",
     "exposed": "exposed site",
     "obstacle": "barricade, wall or building",
     "round": "round",
     "terrain": "height of the ground",
 }
 """Kinds of shapes, in words."""
+FOLDERS = {
+    "round": "rounds",
+    "exposed": "exposed sites",
+    "recommended": "recommended distance",
+    "obstacle": "obstacles",
+    "terrain": "contours of the ground",
+}
+"""Folder of a KML file by kind of shape; distances by direction have their own."""
+COLORS = {"recommended": "#7a1f10", "obstacle": "#6b4e16", "round": "#1d2733", "terrain": "#9a8a6f"}
+
+
+@dataclass(frozen=True)
+class VerdictStyle:
+    """How an exposed site is drawn by its verdict: distinguished in grey by hatching, marker and width of the line too.
+
+    Attributes
+    ----------
+    color : str
+        "#rrggbb".
+    hatch : str
+        As matplotlib names it: none, "xx" crossed, "//" oblique or ".." dotted.
+    marker : str
+        The same of markers: "o" circle, "X" cross, "^" triangle, "s" square.
+    width : float
+        Of the outline (pixels).
+    opacity : float
+        Of the fill.
+    """
+
+    color: str
+    hatch: str
+    marker: str
+    width: float
+    opacity: float
+
+
+VERDICTS = {
+    "met": VerdictStyle("#2b6b46", "", "o", 1.5, 0.15),
+    "not met": VerdictStyle("#a3301a", "xx", "X", 4.0, 0.55),
+    "not shown": VerdictStyle("#9a5b00", "//", "^", 2.5, 0.35),
+    "not determined": VerdictStyle("#5d6670", "..", "s", 2.5, 0.35),
+}
+"""By verdict."""
 REACH = 1.25  # of what is to be seen, up to which lines of terrain are drawn
 LEVELS = 9
 
@@ -70,8 +117,15 @@ class Shape:
     properties: dict[str, Any] = field(default_factory=dict)
     label: tuple[float, float] | None = None
 
+    @property
+    def centre(self) -> Array:
+        """Position of its name and marker (2,), in m."""
+        return np.asarray(self.label or self.points.mean(axis=0), dtype=np.float64)
 
-def shapes_of(case: Case, found: EnsembleHazard, exposed: Sequence[Mapping[str, Any]]) -> list[Shape]:
+
+def shapes_of(
+    case: Case, found: EnsembleHazard, exposed: Sequence[Mapping[str, Any]], recommended: float | None
+) -> list[Shape]:
     """All shapes of a resolved case: terrain first, so that it is drawn below the rest.
 
     Parameters
@@ -82,10 +136,13 @@ def shapes_of(case: Case, found: EnsembleHazard, exposed: Sequence[Mapping[str, 
         Of its flights.
     exposed : sequence of dict
         The entries `exposed` of summary.json.
+    recommended : float or None
+        `hazard.recommended` of it.
     """
-    shapes = [*_distances(case, found), *_obstacles(case), *map(_exposed, exposed)]
-    images = with_images(case) if case.round else np.zeros((0, 3))
-    shapes += [Shape("round", f"round {number}", position[None, :2]) for number, position in enumerate(images, 1)]
+    shapes = [*_distances(case, found), *_recommended(case, recommended), *_obstacles(case), *map(_exposed, exposed)]
+    if case.round:
+        images = zip(image_names(case), with_images(case), strict=True)
+        shapes += [Shape("round", name, position[None, :2]) for name, position in images]
     ground = ground_of(case)
     if isinstance(ground, float):
         return shapes
@@ -100,7 +157,7 @@ def extent_of(shapes: Sequence[Shape]) -> tuple[Array, Array]:
 
 
 def to_contours(shapes: Sequence[Shape], site: Site, origin: tuple[float, float]) -> list[Contour]:
-    """Shapes other than distances as lines on the Earth, for GeoJSON and KML."""
+    """Shapes other than distances by direction as lines on the Earth, for GeoJSON and KML."""
     from flight.hazard.contours import Contour
 
     made = []
@@ -113,23 +170,43 @@ def to_contours(shapes: Sequence[Shape], site: Site, origin: tuple[float, float]
         if shape.closed and len(ring) > 1:
             ring = np.concatenate([ring, ring[:1]])
         properties = {"name": shape.name, "quantity": shape.kind, "what": KINDS[shape.kind], **shape.properties}
-        made.append(Contour(ring, properties, shape.closed))
-    return made
+        look: dict[str, Any] = {"folder": FOLDERS[shape.kind]}
+        if shape.kind == "exposed":
+            verdict = shape.properties["verdict"]
+            style, centre = VERDICTS[verdict], shape.centre - np.asarray(origin)
+            (at,) = site.coordinates(np.degrees(np.arctan2(centre[1], centre[0])), np.hypot(*centre)).tolist()
+            look |= {"color": style.color, "width": style.width, "opacity": style.opacity,
+                     "label": f"{shape.name}: {verdict}", "label_at": tuple(at)}  # fmt: skip
+        else:
+            look["color"] = COLORS[shape.kind]
+        made.append(Contour(ring, properties, shape.closed, **look))
+    order = list(FOLDERS.values())
+    return sorted(made, key=lambda one: order.index(one.folder))
 
 
 def _distances(case: Case, found: EnsembleHazard) -> Iterator[Shape]:
-    from flight.hazard.contours import outline
+    from flight.hazard.contours import outline, smooth_outline
 
     expected, origin = found.expected, np.asarray(case.flight.origin)
     rows: list[tuple[str, Array]] = [("max_throw", found.by_sector["max_throw"].pooled)]
-    if expected is not None and not found.undetermined:
+    if not found.undetermined:
         rows += [("hazard", expected.by_direction), ("hazard_upper", expected.upper_by_direction)]
     for kind, reach in rows:
         if np.isfinite(reach).all() and reach.max(initial=0.0) > 0.0:
-            turn, distance = outline(reach)
+            turn, distance = outline(reach) if kind == "max_throw" else smooth_outline(reach, expected.kernel)
             turn = np.radians(turn)
             points = origin + distance[:, None] * np.column_stack([np.cos(turn), np.sin(turn)])
             yield Shape(kind, KINDS[kind], points, properties={"largest_m": round(float(reach.max()), 1)})
+
+
+def _recommended(case: Case, distance: float | None) -> Iterator[Shape]:
+    """The recommended distance, a circle about the origin of distances."""
+    if distance is None:
+        return
+    turn = np.radians(np.arange(360.0))
+    points = np.asarray(case.flight.origin) + distance * np.column_stack([np.cos(turn), np.sin(turn)])
+    name = f"{KINDS['recommended']}, {metres(distance)}"
+    yield Shape("recommended", name, points, properties={"distance_m": round(distance, 3)})
 
 
 def _obstacles(case: Case) -> Iterator[Shape]:
@@ -143,8 +220,13 @@ def _exposed(entry: Mapping[str, Any]) -> Shape:
     properties = {
         "place": entry["kind"],
         "verdict": entry["verdict"],
+        "criterion": criterion_words(entry),
+        "part_of_criterion": _rounded(part_of_criterion(entry)),
         "distance_m": _rounded(entry["distance"]),
+        "azimuth_deg": _rounded(entry["azimuth_deg"]),
+        "bearing_deg": _rounded(entry["bearing_deg"]),
         "margin_m": _rounded(entry["margin"]),
+        "no_margin": entry["no_margin"],
         "expected_hits": _rounded(hits["expected"]),
         "expected_hits_upper": _rounded(hits["upper"]),
         "probability_of_a_hit": _rounded(probability["expected"]),

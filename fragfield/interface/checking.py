@@ -40,6 +40,18 @@ class CheckResult:
         """What looks doubtful in the case."""
         return list(self.found["warnings"])
 
+    def draw(self, path: str | os.PathLike[str]) -> list[Path]:
+        """Write the dimensioned drawing of the round (.svg or .png), of different rounds one each; their paths.
+
+        Raises
+        ------
+        InputError
+            Another ending, no round, a round from a mesh file, or no right to write.
+        """
+        from fragfield.checking.drawing import write_drawings
+
+        return write_drawings(self.case.values, Path(path))
+
     def __repr__(self) -> str:
         what = f"{self.found['mesh']['cells']} cells" if "mesh" in self.found else "no burst"
         return f"<fragfield.CheckResult {self.case.title!r}: {what}, {len(self.warnings)} warnings>"

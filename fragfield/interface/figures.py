@@ -35,7 +35,7 @@ def figures_of(run: RunFiles) -> dict[str, tuple[str, Drawing]]:
     return found
 
 
-def draw(run: RunFiles, name: str, *, narrow: bool = False) -> Figure:
+def draw(run: RunFiles, name: str) -> Figure:
     """A figure by its name; raises InputError for another name, or where the run has no data for it."""
     from fragfield.report.figures.drawing import drawing_style
     from fragfield.report.figures.layout import place_panels, prepare
@@ -44,7 +44,7 @@ def draw(run: RunFiles, name: str, *, narrow: bool = False) -> Figure:
     if name not in known:
         raise InputError(f"figure: found {name!r}{nearest(str(name), known)}; allowed: {', '.join(known)}")
     with drawing_style():
-        figure = known[name][1](run, narrow)
+        figure = known[name][1](run)
         if figure is None:
             raise InputError(f"{run.folder}: holds no data for the figure {name} ({known[name][0]})")
         prepare(figure)

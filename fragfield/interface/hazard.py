@@ -1,4 +1,4 @@
-"""The hazard distance of a run: its numbers if it is determined, otherwise the reason."""
+"""The recommended distance of a run and its parts if it is determined, otherwise the reason."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from fragfield.errors import InputError, NotDeterminedError
 from fragfield.hazard.certainty import basis_words, is_determined, metres, ricochet_words
+from fragfield.hazard.recommended import parts_words
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -17,7 +18,7 @@ __all__ = ["HazardDistance"]
 
 
 class HazardDistance:
-    """The hazard distance and what it rests on; the part "hazard" of summary.json.
+    """The recommended distance and its parts; the part "hazard" of summary.json.
 
     Parameters
     ----------
@@ -42,33 +43,56 @@ class HazardDistance:
         return "" if self.determined else str(self._found.get("reason", ""))
 
     @property
-    def distance(self) -> float:
+    def recommended(self) -> float:
+        """The recommended distance (m): the expected one and what is not known of it, added up."""
+        return float(self._number("recommended"))
+
+    @property
+    def parts(self) -> dict[str, float | None]:
+        """Its parts (m): `expected`, and the half-widths `randomness`, `grid`, `inputs` and `samples`.
+
+        One that is not known is None; `not_included` says why.
+        """
+        return dict(self._number("parts"))
+
+    @property
+    def not_included(self) -> dict[str, str]:
+        """Parts that the recommended distance does not include, and why."""
+        return dict(self._number("not_included"))
+
+    @property
+    def expected(self) -> float:
         """Distance (m) at which the expected density of hazardous fragments falls through the acceptable one."""
-        return float(self._number("distance"))
+        return float(self._number("expected"))
 
     @property
     def upper(self) -> float | None:
-        """Its one-sided 95 % upper bound (m), the distance to apply; None for a single realisation."""
+        """Its one-sided 95 % upper bound by the randomness of the break-up (m); None for a single realisation."""
         return self._optional("upper")
 
     @property
     def standard_error(self) -> float | None:
-        """Standard error of the distance (m); None for a single realisation."""
+        """Standard error of the expected distance (m); None for a single realisation."""
         return self._optional("standard_error")
 
     @property
     def without_ricochet(self) -> dict[str, float | None]:
-        """`distance`, `upper` and `standard_error` (m) of the same flights up to the first impact on the ground.
+        """`recommended`, `expected`, `upper`, `standard_error` (m) of the same flights up to the first impact.
 
         The numbers above count what fragments do after it too; where `flight.ground.ricochet` is "none" both are one.
         """
-        self._number("distance")
+        self._number("recommended")
         return dict(self._found.get("without_ricochet") or {})
 
     @property
     def direction(self) -> float | None:
         """Azimuth of the worst direction (degrees from +x); None where the distance is of all azimuths."""
         return self._optional("direction_deg")
+
+    @property
+    def bearing(self) -> float | None:
+        """Bearing of the worst direction (degrees from north, clockwise); None without [site] too."""
+        return self._optional("bearing_deg")
 
     @property
     def realisations(self) -> int:
@@ -92,10 +116,10 @@ class HazardDistance:
 
     def _number(self, key: str) -> Any:  # noqa: ANN401 - of JSON
         if not self.determined:
-            raise NotDeterminedError(f"{self._directory}: the hazard distance is not determined: {self.reason}")
-        if "distance" not in self._found:
+            raise NotDeterminedError(f"{self._directory}: the distance is not determined: {self.reason}")
+        if "recommended" not in self._found:
             raise InputError(
-                f"{self._directory}: contains no hazard distance, because another version computed the flight; "
+                f"{self._directory}: contains no recommended distance, because another version computed the flight; "
                 "run `fragfield fly` again"
             )
         return self._found.get(key)
@@ -107,17 +131,12 @@ class HazardDistance:
     def __repr__(self) -> str:
         if not self.determined:
             return "<fragfield.HazardDistance: not determined>"
-        return f"<fragfield.HazardDistance: {metres(self.distance if self.upper is None else self.upper)}>"
+        return f"<fragfield.HazardDistance: {metres(self.recommended)}>"
 
     def __str__(self) -> str:
         if not self.determined:
-            return f"hazard distance: not determined\n  {self.reason}"
+            return f"recommended distance: not determined\n  {self.reason}"
         number = f"{self.realisations} realisation{'s' if self.realisations > 1 else ''}; {basis_words(self._found)}"
         if words := ricochet_words(self._found):
             number += f"; {words}"
-        if self.upper is None:
-            return f"hazard distance: {metres(self.distance)}, no upper bound: {number}"
-        return (
-            f"hazard distance, upper bound (95 %): {metres(self.upper)}\n"
-            f"  expected {metres(self.distance)}, standard error {self.standard_error:.2g} m, {number}"
-        )
+        return f"recommended distance {metres(self.recommended)}\n  {parts_words(self._found)}\n  {number}"

@@ -54,7 +54,7 @@ class Limit:
     def table(self) -> Table:
         """A row a run computed: value, rounds, net explosive quantity (kg), distances (m), `met` and reasons."""
         key = self.found["key"]
-        names = ("rounds", "explosive", "distance", "standard_error", "minimum")
+        names = ("rounds", "explosive", "recommended", "standard_error", "minimum")
         return table_of_rows(
             "limit",
             [
@@ -88,9 +88,9 @@ def run_limit(
 ) -> Limit:
     """Find the largest number of rounds for which a case still meets its criteria.
 
-    Every exposed site must meet its criterion, and, where `distance` is given, the computed hazard distance (its upper
-    bound) and the official one must not exceed it. The smallest and the largest number are computed first, then the
-    interval between met and not met is halved.
+    Every exposed site must meet its criterion, and, where `distance` is given, the recommended distance and
+    the official one must not exceed it. The smallest and the largest number are computed first, then the interval
+    between met and not met is halved.
 
     Parameters
     ----------

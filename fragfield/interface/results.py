@@ -118,7 +118,7 @@ class Run:
 
     @property
     def hazard(self) -> HazardDistance:
-        """The hazard distance; raises InputError where nothing was flown."""
+        """The recommended distance and its parts; raises InputError where nothing was flown."""
         from fragfield.interface.hazard import HazardDistance
 
         self._file("landing.h5", "fly")
@@ -173,8 +173,8 @@ class Run:
 
         return {name: title for name, (title, _) in figures_of(self.files).items()}
 
-    def figure(self, name: str, *, narrow: bool = False) -> Figure:
-        """A figure of the report as one of matplotlib, wide or, `narrow`, for a telephone.
+    def figure(self, name: str) -> Figure:
+        """A figure of the report as one of matplotlib.
 
         It is not known to pyplot; `figure.savefig("name.png", bbox_inches="tight")` writes it.
 
@@ -185,7 +185,7 @@ class Run:
         """
         from fragfield.interface.figures import draw
 
-        return draw(self.files, name, narrow=narrow)
+        return draw(self.files, name)
 
     def _file(self, name: str, stage: str) -> Path:
         path = self.path / name

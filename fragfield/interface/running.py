@@ -76,8 +76,8 @@ def run(
 
     Notes
     -----
-    A hazard distance that is not determined is no error here: all files are written. `run.hazard.determined` says so,
-    and `run.hazard.distance` raises `NotDeterminedError`.
+    A distance that is not determined is no error here: all files are written. `run.hazard.determined` says so,
+    and `run.hazard.recommended` raises `NotDeterminedError`.
     """
     from fragfield.files.run_directory import STAGES
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from fragfield.errors import InputError, NotDeterminedError, nearest
 from fragfield.hazard.certainty import metres
+from fragfield.hazard.recommended import parts_words
 from fragfield.interface.case import Case
 from fragfield.interface.results import Run
 from fragfield.interface.results import open as open_run
@@ -203,30 +204,30 @@ def compare_runs(
 
 @dataclass(frozen=True, repr=False)
 class Uncertainty:
-    """What uncertain inputs do to the hazard distance.
+    """What uncertain inputs do to the distance.
 
     Attributes
     ----------
     path : Path
         Holds uncertainty.html, uncertainty.json, samples.csv and the nominal run.
     found : dict
-        As `fragfield uncertainty --json` prints it: `design`, `states`, `inputs`, `distance`, `budget`, `exposed`.
+        As `fragfield uncertainty --json` prints it: `design`, `states`, `inputs`, `distance`, `hazard`, `exposed`.
     """
 
     path: Path
     found: dict[str, Any]
 
     @property
-    def signed(self) -> float:
-        """Distance to be signed (m): median and all contributions; raises NotDeterminedError where there is none."""
+    def recommended(self) -> float:
+        """The recommended distance (m) of the nominal run with this study; NotDeterminedError where there is none."""
         if not self.found["distance"]:
             reason = self.found["states"].get("reason", "no sample gave a distance")
             raise NotDeterminedError(f"the distance over the inputs is not determined: {reason}")
-        return float(self.found["budget"]["signed"])
+        return float(self.found["hazard"]["recommended"])
 
     @property
     def spread(self) -> tuple[float, float, float]:
-        """Distance (m) at 5, 50 and 95 % of the inputs' distribution; NaN where there is none."""
+        """Expected distance (m) at 5, 50 and 95 % of the inputs' distribution; NaN where there is none."""
         found = (self.found["distance"] or {}).get("spread") or {}
         low, median, high = (float(found.get(key, math.nan)) for key in ("low", "median", "high"))
         return low, median, high
@@ -247,8 +248,9 @@ class Uncertainty:
             return f"no distance over the inputs, see {self.path}"
         low, median, high = (metres(value) for value in self.spread)
         return (
-            f"distance to be signed: {metres(self.signed)}\n"
-            f"  over the inputs: 5 % {low}, median {median}, 95 % {high}, {self.found['design']['samples']} samples"
+            f"recommended distance {metres(self.recommended)}\n  {parts_words(self.found['hazard'])}\n"
+            f"  expected distance over the inputs: 5 % {low}, median {median}, 95 % {high}, "
+            f"{self.found['design']['samples']} samples"
         )
 
 

@@ -1,6 +1,7 @@
 """Tables of a run as structured NumPy arrays, or as pandas data frames.
 
-They are those of the CSV files, with the same columns, but from the HDF5 files: no digit is lost.
+They are those of the CSV files, with the same columns, but from the HDF5 files: no digit is lost. Where the case has a
+site, the bearing stands beside every azimuth.
 """
 
 from __future__ import annotations
@@ -161,13 +162,13 @@ TABLES: dict[str, tuple[str, str, Callable[[Path], Mapping[str, Any]]]] = {
     "witness": ("hits.h5", "crossings of witness surfaces, first realisation", _witness),
     "obstacle_hits": ("obstacle_hits.h5", "impacts on obstacles, first realisation", _obstacle_hits),
     "contacts": ("contacts.h5", "contacts between fragments, first realisation", _contacts),
-    "ensemble": ("ensemble.h5", "distances of every realisation", _ensemble("ensemble")),
+    "ensemble": ("ensemble.h5", "distance, throw and numbers of every realisation alone", _ensemble("ensemble")),
     "hazard_by_distance": (
         "ensemble.h5",
-        "densities and probabilities by distance",
+        "expected density and probability of a hit by distance",
         _ensemble("hazard_by_distance"),
     ),
-    "hazard_by_sector": ("ensemble.h5", "distances and numbers by azimuth", _ensemble("hazard_by_sector")),
+    "hazard_by_sector": ("ensemble.h5", "distances, throws and numbers by azimuth", _ensemble("hazard_by_sector")),
 }
 """By name: the file of the run that holds it, what it is, and what reads its columns from the run's folder."""
 
@@ -179,7 +180,26 @@ def read_table(folder: Path, name: str) -> Table:
     file, what, read = TABLES[name]
     if not (folder / file).is_file():
         raise InputError(f"{folder / file}: no such file, which holds the table {name} ({what})")
-    return Table(name, {key: _values(column) for key, column in read(folder).items()})
+    return Table(name, _with_bearing(folder, {key: _values(column) for key, column in read(folder).items()}))
+
+
+def _with_bearing(folder: Path, columns: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
+    """Columns with `bearing` (or `bearing_deg`) after the azimuth, where the case of the run has a site."""
+    names = [name for name in ("azimuth", "azimuth_deg") if name in columns]
+    if not names or not (folder / "case.toml").is_file():
+        return columns
+    from fragfield.case import read_resolved
+    from fragfield.case.conversion.site import site_of
+
+    site = site_of(read_resolved(folder / "case.toml"))
+    if site is None:
+        return columns
+    made: dict[str, NDArray[Any]] = {}
+    for name, values in columns.items():
+        made[name] = values
+        if name in names:
+            made[name.replace("azimuth", "bearing")] = site.bearing_of(values)
+    return made
 
 
 def _values(column: Any) -> NDArray[Any]:  # noqa: ANN401 - an array, or labels

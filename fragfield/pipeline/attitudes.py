@@ -17,11 +17,13 @@ import numpy as np
 from fragfield.case.conversion.attitude import attitude_of
 from fragfield.case.conversion.turned import Arrangement
 from fragfield.errors import InputError
+from fragfield.hazard.exposed_turned import worst_of_attitudes
 from fragfield.pipeline.ensemble import EnsembleFlight
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from flight.hazard.ensemble import EnsembleHazard
     from fragfield.case import Case
     from fragfield.pipeline.ensemble import Flights, FlownEnsemble
     from fragfield.pipeline.job import Job
@@ -89,7 +91,6 @@ class _Envelope:
         worst = self.flown[self._worst]
         flown = worst.result()
         expected = flown.hazard.expected
-        assert expected is not None  # of every flight
         # Which way the nose points is not known either: the worst direction counts in all.
         everywhere = replace(
             expected,
@@ -98,11 +99,21 @@ class _Envelope:
                 expected.upper_by_direction, np.nan if expected.upper is None else expected.upper
             ),
         )
+        hazard = replace(flown.hazard, expected=everywhere)
         return replace(
-            flown, hazard=replace(flown.hazard, expected=everywhere), attitude=worst.attitude,
+            flown, hazard=hazard, exposed=self._exposed(hazard), attitude=worst.attitude,
             flights=sum(one.done for one in self.flown.values()),
             curve=[self.rows[key] for key in sorted(self.rows)],
         )  # fmt: skip
+
+    def _exposed(self, hazard: EnsembleHazard) -> list[dict[str, Any]]:
+        """What the exposed sites meet, each in its worst attitude of those flown."""
+        entries = []
+        for key, one in sorted(self.flown.items()):
+            assert one.found is not None  # on rank 0
+            ended = not one.found.pool.balance.reason
+            entries.append((key, one.found.exposed.assess(self.job.case, hazard, determined=ended)))
+        return worst_of_attitudes(entries) if self.job.case.exposed else []
 
     def _fly(self, key: Key, number: int) -> None:
         """Fly an attitude to this number of realisations."""
@@ -113,11 +124,11 @@ class _Envelope:
         self.all.expected = max(self.all.expected, sum(each.done for each in self.flown.values()) + number - one.done)
         one.fly(number)
         if one.found is not None:
-            expected = one.found.assess(every_direction=False)
+            expected = one.found.pool.expected(every_direction=False)
             self.rows[key] = {
                 "inclination_deg": key[0],
                 "roll_deg": key[1],
-                "distance": expected.distance,
+                "expected": expected.distance,
                 "upper": expected.upper,
                 "standard_error": expected.standard_error,
                 "direction_deg": expected.direction,
@@ -131,9 +142,9 @@ class _Envelope:
         def reach(key: Key) -> float:
             row, found = self.rows[key], self.flown[key].found
             assert found is not None  # on rank 0
-            if found.balance.reason:
+            if found.pool.balance.reason:
                 return np.inf
-            return float(row["distance"] if row["upper"] is None else row["upper"])
+            return float(row["expected"] if row["upper"] is None else row["upper"])
 
         return max(sorted(self.rows), key=reach)
 

@@ -63,8 +63,6 @@ class Request:
         Numbers alone, for a sweep: no report, no files for visualisation, no other cell sizes.
     profile : bool
         Time the parts of the burst.
-    thorough : bool
-        Other cell sizes whatever time they take, for a study of uncertainty: the same numbers on every machine.
     made : Case, optional
         The resolved case, instead of a file's; `target` is then its run directory, and a stage's case is this one.
     follow : callable, optional
@@ -81,7 +79,6 @@ class Request:
     fragments: Path | None = None
     settings: tuple[str, ...] = ()
     lean: bool = False
-    thorough: bool = False
     profile: bool = False
     made: Case | None = None
     follow: Callable[[Progress], object] | None = None
@@ -163,13 +160,13 @@ def _run_all(request: Request, team: Team, case: Case, directory: RunDirectory) 
 
 @contextmanager
 def _drawing(request: Request, team: Team) -> Iterator[FigureQueue | None]:
-    """Where figures are drawn while later stages are computed: not beside other ranks, which take the cores."""
+    """Where pictures are drawn while later stages are computed: not beside other ranks, which take the cores."""
     if request.lean or team.size > 1:
         yield None
         return
     from fragfield.report.figures.early import early_figures
 
-    figures = early_figures(request.directory.path)
+    figures = early_figures()
     try:
         yield figures
     finally:
@@ -194,7 +191,7 @@ def _run_one(request: Request, team: Team, case: Case, directory: RunDirectory, 
             _warn_of_values(case, team)
         job = Job(
             case, source, directory, team, reporter, request.threads, request.fragments, request.resume, request.lean,
-            request.thorough, request.profile,
+            request.profile,
         )  # fmt: skip
         with _together(team):
             _compile_ahead(job, [stage])

@@ -1,9 +1,9 @@
-"""Grid convergence of a run's own results: the axisymmetric burst repeated with other cell sizes.
+"""Grid convergence of a run's own results: the burst repeated with the cell sizes of `burst.convergence`.
 
-After the flight of an axisymmetric run the burst, the break-up and the flight are computed with cells of twice the
-size, and, as far as half of the time that the run took allows, of sqrt(2) times the size and of 1/sqrt(2) of it. What
-they give stands in summary.json as `convergence`; `fragfield.pipeline.grid_convergence` has the arithmetic. The files
-of these computations lie in a scratch folder within the run directory and are removed.
+After the flight the burst, the break-up and the flight are computed with other cell sizes, which the case alone
+decides: the same inputs give the same numbers however busy the machine is. What they give stands in summary.json as
+`convergence`; `fragfield.pipeline.grid_convergence` has the arithmetic. The files of these computations lie in a
+scratch folder within the run directory and are removed.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from fragfield.pipeline.grid_convergence import grid_convergence
 from fragfield.pipeline.side_burst import side_burst, silent
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Mapping
 
     from fragfield.case import Case
     from fragfield.pipeline.ensemble import FlownEnsemble
@@ -31,7 +31,7 @@ __all__ = ["convergence_of", "convergence_words", "with_cells"]
 _CONSOLE = (
     ("mean_initial_speed", "mean speed", 1.0, "m/s"),
     ("speed_99", "99 % of the mass", 1.0, "m/s"),
-    ("hazard_distance", "hazard distance", 1.0, "m"),
+    ("expected_distance", "expected distance", 1.0, "m"),
 )
 _KINDS = {
     "oscillating": "oscillating",
@@ -41,28 +41,26 @@ _KINDS = {
     "constant": "no difference",
     "one_size": "one size",
 }
-_SHARE = 0.5  # of the time that the run has taken: what other sizes may take
-_FEWEST = 12  # realisations at another size, where the run has so many
 _ROOT = math.sqrt(2.0)
-_SWEEP = "for convergence run `fragfield sweep CASE burst.cell_size=...` with three sizes or more"
+_FACTORS = {"off": (), "quick": (2.0,), "standard": (_ROOT, 2.0), "final": (1.0 / _ROOT, _ROOT, 2.0)}
+_FACTORS_3D = (_ROOT, 2.0)  # a quarter and a sixteenth of the burst's cost; a finer one costs four times as much
+_MOST = 32  # realisations with another size: beyond, its flights cost more than those of the run itself
 
 _log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
 class _Result:
-    """What one size gave: its cells, its quantities with their standard errors, and what its parts took (s)."""
+    """What one size gave: its cells, and its quantities with their standard errors."""
 
     size: float
     cells: int
     realisations: int
     values: dict[str, float | None]
     errors: dict[str, float | None]
-    start_seconds: float
-    stepping_seconds: float
 
 
-def convergence_of(job: Job, flown: FlownEnsemble, headline: Mapping[str, Any], seconds: float) -> dict[str, Any]:
+def convergence_of(job: Job, flown: FlownEnsemble, headline: Mapping[str, Any]) -> dict[str, Any]:
     """The part `convergence` of summary.json. On one rank.
 
     Parameters
@@ -71,14 +69,12 @@ def convergence_of(job: Job, flown: FlownEnsemble, headline: Mapping[str, Any], 
         The run, whose burst and flight are complete.
     flown, headline : FlownEnsemble, mapping
         Its flight, and the part `hazard`.
-    seconds : float
-        What its flight took (s).
 
     Returns
     -------
     dict
-        `reason`: why there is none, or what was left out; and where there is one: `sizes` (m, ascending), `cells`,
-        `representative_sizes` (m: of cells in the number that the meshes have), `realisations`, `seconds` and
+        `reason`: why there is none, or which sizes are missing and why; and where there is one: `sizes` (m, ascending),
+        `cells`, `representative_sizes` (m: of cells in the number that the meshes have), `realisations`, `seconds` and
         `quantities`, by name `values`, `standard_errors` (hazard alone), `order`, `order_used`, `extrapolated`,
         `uncertainty`, `factor` and `kind`, see `fragfield.pipeline.grid_convergence.GridConvergence`.
     """
@@ -88,30 +84,34 @@ def convergence_of(job: Job, flown: FlownEnsemble, headline: Mapping[str, Any], 
     own = _own_result(burst, flown, headline)
     job = replace(job, attitude=flown.attitude)  # of mixed attitudes the worst one, with other cells too
     began = time.perf_counter()
-    taken = max(began - job.began, burst["wall_seconds"] + seconds)
     words: list[str] = []
-    budget = math.inf if job.thorough else _SHARE * taken
-    results = [own, *_other_sizes(job, own, budget, seconds / max(flown.flights, 1), words)]
-    results.sort(key=lambda one: one.size)
+    assert job.case.burst is not None  # a run with a burst
+    dimensions = 2 if burst["geometry"] == "axisymmetric" else 3
+    factors = _FACTORS[job.case.burst.convergence] if dimensions == 2 else _FACTORS_3D
+    number = min(own.realisations, _MOST)
+    others = [_computed(job, with_cells(job.case, factor * own.size, number, burst["geometry"]), words)
+              for factor in reversed(factors)]  # fmt: skip
+    results = sorted([own, *(one for one in others if one is not None)], key=lambda one: one.size)
+    quantities = {name: _quantity(name, results, own, dimensions) for name in QUANTITIES}
     spent = time.perf_counter() - began
     _log.info("convergence: %d cell sizes in %.1f s more", len(results), spent)
     return {
         "sizes": [one.size for one in results],
         "cells": [one.cells for one in results],
-        "representative_sizes": [_representative(one, own) for one in results],
+        "representative_sizes": [_representative(one, own, dimensions) for one in results],
         "realisations": [one.realisations for one in results],
-        "quantities": {name: found for name in QUANTITIES if (found := _quantity(name, results, own)) is not None},
+        "quantities": {name: found for name, found in quantities.items() if found is not None},
         "seconds": spent,
         "reason": "; ".join(words),
     }
 
 
-def with_cells(case: Case, size: float, realisations: int) -> Case:
+def with_cells(case: Case, size: float, realisations: int, geometry: str) -> Case:
     """The case with cells of another size (m) and so many realisations, without what the quantities do not need."""
     assert case.burst is not None
     output = case.burst.output.model_copy(update={"interval": case.burst.time_limit})
     burst = case.burst.model_copy(
-        update={"cell_size": size, "convergence": "off", "geometry": "axisymmetric", "output": output}
+        update={"cell_size": size, "convergence": "off", "geometry": geometry, "output": output}
     )
     hazard = {"max_realisations": realisations}
     return case.model_copy(
@@ -128,9 +128,9 @@ def with_cells(case: Case, size: float, realisations: int) -> Case:
 
 
 def convergence_words(part: Mapping[str, Any]) -> list[str]:
-    """One line of text on the part `convergence` of summary.json, or none where a run has not the part."""
+    """One line of text on the part `convergence` of summary.json; none where no other size was computed."""
     if "sizes" not in part:
-        return [str(part["reason"])] if part.get("reason") else []
+        return []
     sizes = ", ".join(f"{1e3 * size:.3g}" for size in part["sizes"])
     parts = []
     for name, words, factor, unit in _CONSOLE:
@@ -139,9 +139,7 @@ def convergence_words(part: Mapping[str, Any]) -> list[str]:
             continue
         order = f", order {entry['order']:.2g}" if entry["order"] is not None else f", {_KINDS[entry['kind']]}"
         parts.append(f"{words} ± {factor * entry['uncertainty']:.2g} {unit}{order}")
-    if not parts:
-        return [f"no grid convergence: {part['reason']}"] if part.get("reason") else []
-    return [f"uncertainty by the cells ({sizes} mm): {'; '.join(parts)}"]
+    return [] if not parts else [f"uncertainty by the cells ({sizes} mm): {'; '.join(parts)}"]
 
 
 def _why_none(job: Job, burst: Mapping[str, Any]) -> str:
@@ -150,15 +148,16 @@ def _why_none(job: Job, burst: Mapping[str, Any]) -> str:
         return "no grid convergence: the fragments are from another source"
     if not burst or job.case.burst is None:
         return "no grid convergence: the burst is not part of this run"
-    if burst.get("geometry") != "axisymmetric":
-        return (
-            "no grid convergence: other cell sizes are computed for axisymmetric bursts only, and this one is in three "
-            f"dimensions; {_SWEEP}"
-        )
     if job.lean:
         return "no grid convergence: not computed for the runs of a sweep"
-    if job.case.burst.convergence == "off":
-        return f'no grid convergence: burst.convergence = "off"; {_SWEEP}, or set it to "auto"'
+    asked = job.case.burst.convergence
+    if asked == "off":
+        return 'no grid convergence: burst.convergence = "off"'
+    if burst.get("geometry") != "axisymmetric" and asked != "final":
+        return (
+            'no grid convergence: a burst in three dimensions has it with burst.convergence = "final" alone, and this '
+            f'run has "{asked}"'
+        )
     return ""
 
 
@@ -167,54 +166,29 @@ def _own_result(burst: Mapping[str, Any], flown: FlownEnsemble, headline: Mappin
     number = int(headline["realisations"])
     counts = flown.hazard.counts.hazardous.sum(axis=1)
     known = bool(headline["determined"])
-    distance, upper = (headline[key] if known else None for key in ("distance", "upper"))
-    error = headline["standard_error"] if known else None
     values = {
         "mean_initial_speed": burst["mean_initial_speed"],
         "max_initial_speed": burst["max_initial_speed"],
         "speed_99": (burst.get("speed_quantiles") or {}).get("99"),
         "outer_diameter": burst["outer_diameter"],
         "hazardous_fragments": float(counts.mean()),
-        "hazard_distance": distance,
-        "hazard_distance_upper": upper,
+        "expected_distance": headline["expected"] if known else None,
     }
-    # The bound's own statistical error is taken as that of the distance, on which it stands.
     of_count = float(counts.std(ddof=1) / math.sqrt(len(counts))) if len(counts) > 1 else None
-    errors = {"hazardous_fragments": of_count, "hazard_distance": error, "hazard_distance_upper": error}
-    times = (burst["start_seconds"], burst["stepping_seconds"])
-    return _Result(burst["cell_size"], burst["cells"], number, values, errors, *times)
+    errors = {"hazardous_fragments": of_count, "expected_distance": headline["standard_error"] if known else None}
+    return _Result(burst["cell_size"], burst["cells"], number, values, errors)
 
 
-def _other_sizes(job: Job, own: _Result, budget: float, per_flight: float, words: list[str]) -> Iterator[_Result]:
-    """Results with other cells, the coarsest in any case; `words` says what was left out and why."""
-    began, start, per_burst = time.perf_counter(), own.start_seconds, own.stepping_seconds
-    bursts = sum(start + per_burst * (own.size / size) ** 3 for size in (2.0 * own.size, _ROOT * own.size))
-    affordable = (budget - bursts) / (2.0 * per_flight) if per_flight > 0.0 else math.inf
-    number = own.realisations
-    if affordable < number:
-        number = min(number, max(_FEWEST, int(affordable)))
-    for factor in (2.0, _ROOT, 1.0 / _ROOT):
-        size = factor * own.size
-        estimate = start + per_burst / factor**3 + number * per_flight
-        left = budget - (time.perf_counter() - began)
-        if factor < 2.0 and estimate > left:
-            if factor > 1.0:
-                words.append(f"{1e3 * size:.3g} mm left out: about {estimate:.1f} s, with {max(left, 0.0):.1f} s left")
-            break
-        if (found := _computed(job, size, number, words)) is not None:
-            start = found.start_seconds  # without the first run's imports and compilation
-            yield found
-
-
-def _computed(job: Job, size: float, realisations: int, words: list[str]) -> _Result | None:
-    """The quantities with cells of another size; None where they cannot be computed."""
+def _computed(job: Job, case: Case, words: list[str]) -> _Result | None:
+    """The quantities of a case with other cells; None where they cannot be computed, and `words` says why."""
     import transition
     from fragfield.case.conversion.stages import break_up_settings
     from fragfield.pipeline.flights import fly_all
     from fragfield.pipeline.parallel import Team
     from fragfield.terminal.progress import ProgressReporter
 
-    case = with_cells(job.case, size, realisations)
+    assert case.burst is not None  # of `with_cells`
+    size, realisations = f"{1e3 * case.burst.cell_size:.3g} mm", case.break_up.realisations
     try:
         with silent():
             done, snapshot = side_burst(job, case)
@@ -226,20 +200,21 @@ def _computed(job: Job, size: float, realisations: int, words: list[str]) -> _Re
     except Exception as error:
         if exit_code_of(error) == EXIT_FAULT:
             raise
-        words.append(f"{1e3 * size:.3g} mm could not be computed: {message_of(error)}")
+        words.append(f"{size} could not be computed: {message_of(error)}")
         return None
     assert flown is not None  # a team of one
-    return _own_result(
-        done.summary, flown, flown.hazard.headline or {"realisations": realisations, "determined": False}
-    )
+    headline = flown.hazard.headline or {"realisations": realisations, "determined": False, "reason": ""}
+    if not headline["determined"]:
+        words.append(f"{size} gave no distance: {headline['reason']}")
+    return _own_result(done.summary, flown, headline)
 
 
-def _representative(one: _Result, own: _Result) -> float:
+def _representative(one: _Result, own: _Result, dimensions: int) -> float:
     """Cell size (m) by the number of cells: meshes have whole numbers of layers (ASME V&V 20, 2-4.1)."""
-    return own.size * math.sqrt(own.cells / one.cells)
+    return float(own.size * (own.cells / one.cells) ** (1.0 / dimensions))
 
 
-def _quantity(name: str, results: list[_Result], own: _Result) -> dict[str, Any] | None:
+def _quantity(name: str, results: list[_Result], own: _Result, dimensions: int) -> dict[str, Any] | None:
     """Convergence of one quantity; None where the run itself has no value of it."""
     if own.values[name] is None:
         return None
@@ -249,13 +224,13 @@ def _quantity(name: str, results: list[_Result], own: _Result) -> dict[str, Any]
     if not known:
         known = [i for i, value in enumerate(values) if value is not None]
         statistical = False
-    sizes = [_representative(results[i], own) for i in known]
+    sizes = [_representative(results[i], own, dimensions) for i in known]
     distinct = [k for k, size in enumerate(sizes) if all(abs(size - other) > 0.02 * size for other in sizes[:k])]
     found = grid_convergence(
         [sizes[k] for k in distinct],
         [values[known[k]] for k in distinct],
         [errors[known[k]] for k in distinct] if statistical else None,
-        at=_representative(own, own),
+        at=own.size,
     )
     entry: dict[str, Any] = {"values": values}
     if name in own.errors:

@@ -25,17 +25,14 @@ if TYPE_CHECKING:
 
     from flight import FlightProgress, FlightResult, Fragments, HeightMap
     from flight.hazard.balance import Balance
-    from flight.hazard.density.distance import ExpectedDistance
-    from flight.hazard.density.groups import DensityGroups
-    from flight.hazard.density.tally import Tally
     from flight.hazard.ensemble import EnsembleHazard
+    from flight.hazard.pool import FlightCounts
     from fragfield.case.conversion.turned import Turned
     from fragfield.pipeline.job import Job
     from fragfield.pipeline.realisations import Realisations
     from transition import BreakUpResult
 
 __all__ = [
-    "KEPT",
     "EnsembleFlight",
     "Flights",
     "FlownEnsemble",
@@ -43,8 +40,6 @@ __all__ = [
     "break_up_all",
 ]
 
-KEPT = 200
-"""Realisations of which single counts are kept: they show what single events do, in files of bounded size."""
 _AT_ONCE = 48  # realisations of a batch
 _FEWEST_MORE = 12
 
@@ -62,7 +57,7 @@ class FlownEnsemble:
     hazard : EnsembleHazard
         Over all.
     witnesses : dict from a surface's name to (n, s) arrays of flight.hazard.density.witness_hazard.SECTOR_HITS
-        Hits by realisation and sector, of the first `KEPT` realisations.
+        Hits by realisation and sector, of the realisations that are kept.
     balance : Balance
         How the flights of all fragments ended.
     more : bool
@@ -125,7 +120,7 @@ class EnsembleFlight:
         self.job, self.source, self.flights, self.attitude = job, source, flights, attitude
         placed = {} if attitude is None else {"round": attitude.case.round, "plane": attitude.case.plane}
         own = replace(job, case=job.case.model_copy(update=placed))
-        self.found = _Found(own, source) if job.team.first else None
+        self.found = _Found(own, source, turned=attitude is not None) if job.team.first else None
         self.done = 0
         self.first: FlightResult | None = None
 
@@ -144,7 +139,7 @@ class EnsembleFlight:
                 self.first = self.flights.first
             self.done = batch.stop
             if self.found is not None:
-                self.found.add(batch, parts)
+                self.found.add(parts)
 
     def fly_to_tolerance(self) -> None:
         """Fly the realisations at hand, and more until they fix the distance."""
@@ -164,96 +159,76 @@ class EnsembleFlight:
 class _Found:
     """What the realisations flown so far gave, on rank 0."""
 
-    def __init__(self, job: Job, source: Realisations) -> None:
-        from flight.hazard.balance import Balance
+    def __init__(self, job: Job, source: Realisations, *, turned: bool) -> None:
         from flight.hazard.density.directions import Directions
-        from flight.hazard.density.groups import DensityGroups
+        from flight.hazard.pool import PooledFlights
         from fragfield.case.conversion.exposed_sites import exposed_sites_of
         from fragfield.case.conversion.stages import hazard_criteria, hazard_directions, hazard_grid, kernel_degrees
         from fragfield.hazard.exposed import ExposedSums
+        from fragfield.hazard.exposed_turned import TurnedSums
         from fragfield.pipeline.arena import arena_basis
 
-        self.case, self.criteria = job.case, hazard_criteria(job.case)
+        self.case = job.case
         if source.arena is not None:
             basis, mirrors = arena_basis(job.case)
         else:
             basis, mirrors = hazard_directions(job.case, elsewhere=job.fragments is not None)
         grid, kernel = hazard_grid(job.case), kernel_degrees(job.case)
         used = tuple(one for one in mirrors if grid.maps(one)) if basis == "worst_direction" else ()
-        self.groups = DensityGroups(Directions(grid, basis, kernel, used))
-        self.short: DensityGroups | None = None  # without ricochet
-        if job.case.flight.ground.ricochet != "none":
-            self.short = DensityGroups(self.groups.directions)
-        self.counts: list[Tally] = []
+        directions = Directions(grid, basis, kernel, used)
+        ricochet = job.case.flight.ground.ricochet != "none"
+        self.pool = PooledFlights(directions, hazard_criteria(job.case), ricochet=ricochet)
         self.tables: list[dict[str, NDArray[Any]]] = []
-        self.balance = Balance()
-        self.exposed = ExposedSums(exposed_sites_of(job.case))
+        sites = exposed_sites_of(job.case)
+        self.exposed: ExposedSums = ExposedSums(sites)
+        if turned:
+            self.exposed = TurnedSums(sites, case=job.case, grid=grid, kernel=kernel, alike=basis == "all_azimuths")
 
-    def add(self, numbers: Sequence[int], parts: Sequence[_Part]) -> None:
+    def add(self, parts: Sequence[_Part]) -> None:
         """Add realisations in the order of their numbers, so that no sum depends on the ranks."""
-        for number, part in zip(numbers, parts, strict=True):
-            self.groups.add(*part.fields)
-            if self.short is not None:
-                self.short.add(*part.short)
-            self.balance += part.balance
-            if self.exposed.sites:
+        from fragfield.hazard.exposed_turned import TurnedSums
+
+        for part in parts:
+            self.pool.add(part.counts)
+            if isinstance(self.exposed, TurnedSums):
+                self.exposed.add_fields(part.counts.density, part.counts.without_ricochet)
+            elif self.exposed.sites:
                 self.exposed.add(part.exposed, part.exposed_short)
-            if number < KEPT:
-                assert part.counts is not None  # of the first ones
-                self.counts.append(part.counts)
+            if part.tables is not None:
                 self.tables.append(part.tables)
 
     def wanted(self, done: int, *, more: bool) -> int:
         """How many realisations to have, as many as there are where they are enough."""
+        from flight.hazard.density.expected import DRAWS
+
         most, tolerance = self.case.hazard.max_realisations, self.case.hazard.tolerance
-        if not more or done >= most or self.balance.reason:
+        if not more or done >= most or self.pool.balance.reason:
             return done
-        error = self.assess(quick=True).uncertainty
+        error = self.pool.expected(draws=DRAWS // 4, every_direction=False).uncertainty  # fewer, to save time
         if error <= tolerance:
             return done
         needed = math.ceil(1.1 * done * (error / tolerance) ** 2) if math.isfinite(error) else most
         return min(max(needed, done + _FEWEST_MORE), max(2 * done, done + _AT_ONCE), most)
 
-    def assess(
-        self, groups: DensityGroups | None = None, *, quick: bool = False, every_direction: bool = True
-    ) -> ExpectedDistance:
-        """The distance by what has been flown; `quick` by fewer draws, which like fewer directions saves time.
-
-        By the densities of all legs of the flights, or by those of other `groups`.
-        """
-        from flight.hazard.density.expected import DRAWS, expected_distance
-
-        draws = DRAWS // 4 if quick else DRAWS
-        return expected_distance(
-            groups or self.groups, self.criteria.density, draws=draws, every_direction=every_direction and not quick
-        )
-
     def result(self, first: FlightResult | None, source: Realisations) -> FlownEnsemble:
         """The whole, once all have been flown."""
-        from flight.hazard.density.tally import Tally
-        from flight.hazard.ensemble import assess_ensemble
+        from fragfield.hazard.map_edge import beyond_map_words
 
         assert first is not None  # rank 0 flies the first one
         witnesses = {name: np.stack([table[name] for table in self.tables]) for name in self.tables[0]}
-        found = assess_ensemble(
-            Tally.join(self.counts), self.criteria, tolerance=self.case.hazard.tolerance, expected=self.assess(),
-            undetermined=self.balance.reason,
-            without_ricochet=None if self.short is None else self.assess(self.short),
-        )  # fmt: skip
-        exposed = self.exposed.assess(self.case, found) if self.exposed.sites else []
-        return FlownEnsemble(first, found, witnesses, self.balance, source.more, exposed, self.groups.realisations)
+        found, unended = self.pool.hazard(self.case.hazard.tolerance), self.pool.balance.reason
+        found = replace(found, undetermined=unended or beyond_map_words(self.case, found.expected))
+        exposed = self.exposed.assess(self.case, found, determined=not unended) if self.exposed.sites else []
+        return FlownEnsemble(first, found, witnesses, self.pool.balance, source.more, exposed, self.pool.realisations)
 
 
 @dataclass(frozen=True, eq=False)
 class _Part:
-    """What one realisation gave; `counts` and `tables` of the first ones alone, `short` what is without ricochet."""
+    """What one realisation gave: `tables` of the kept ones alone, `exposed_short` what is without ricochet."""
 
-    counts: Tally | None
-    tables: dict[str, NDArray[Any]]
-    fields: tuple[NDArray[np.float64], NDArray[np.float64]]
-    balance: Balance
+    counts: FlightCounts
+    tables: dict[str, NDArray[Any]] | None
     exposed: NDArray[Any]
-    short: tuple[NDArray[np.float64], NDArray[np.float64]]
     exposed_short: NDArray[Any]
 
 
@@ -262,6 +237,7 @@ class Flights:
 
     def __init__(self, job: Job) -> None:
         from flight.hazard.density.near_ground import NearGround
+        from fragfield.case.conversion.attitude import is_mixed
         from fragfield.case.conversion.stages import flight_arguments, hazard_criteria, hazard_grid
         from fragfield.hazard.exposed import ExposedPlaces
 
@@ -270,7 +246,8 @@ class Flights:
             self.arguments["sample"] = 0  # no paths for ParaView
         self.criteria, self.case = hazard_criteria(job.case), job.case
         self.near = NearGround(hazard_grid(job.case), self.criteria)
-        self.exposed = ExposedPlaces.of(job.case)
+        # Of mixed attitudes what sites meet is taken from the fields: their surfaces would be in one direction alone.
+        self.exposed = ExposedPlaces([]) if is_mixed(job.case) or job.attitude else ExposedPlaces.of(job.case)
         self.own = len(self.arguments["witnesses"])  # the case's own surfaces come first
         self.arguments["witnesses"] += self.exposed.surfaces
         self.job, self.done, self.total = job, 0, 0
@@ -310,10 +287,8 @@ class Flights:
     ) -> _Part:  # fmt: skip
         """Counts of one realisation, and its hits by sector on every surface."""
         import flight
-        from flight.hazard.balance import Balance
-        from flight.hazard.density.fields import fields_of
-        from flight.hazard.density.tally import tally
         from flight.hazard.density.witness_hazard import sector_hits
+        from flight.hazard.pool import KEPT, FlightCounts
 
         ground = self.arguments["ground"]
         fragments = above_ground(fragments, ground, warn=number == 0)
@@ -326,16 +301,12 @@ class Flights:
         result.summary["hits"] = len(result.hits)
         if number == 0:
             self.first = result
-        lowest = ground if isinstance(ground, float) else float(ground.heights.min())
-        balance = Balance.of(result, fragments, self.criteria, lowest=lowest, gravity=self.case.flight.gravity)
-        fields, short = fields_of(result), fields_of(result, ricochet=False)
+        counts = FlightCounts.of(result, fragments, ground=ground, gravity=self.case.flight.gravity)
         if number >= KEPT:
-            return _Part(None, {}, fields, balance, exposed, short, without)
-        width = 360.0 / self.case.hazard.sectors
-        counts = tally(result, self.criteria, sector_width=width, distance=self.case.hazard.distance_cell)
-        names = [surface.name for surface in result.witnesses]
+            return _Part(counts, None, exposed, without)
+        names, width = [surface.name for surface in result.witnesses], 360.0 / self.case.hazard.sectors
         tables = {name: sector_hits(result.hits_on(name), self.criteria, sector_width=width) for name in names}
-        return _Part(counts, tables, fields, balance, exposed, short, without)
+        return _Part(counts, tables, exposed, without)
 
     def _expect(self, fragments: int) -> None:
         """How many fragments there will be, if all realisations have so many."""

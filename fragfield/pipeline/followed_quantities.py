@@ -10,7 +10,6 @@ QUANTITIES = {
     "speed_99": ("speed that 99 % of the casing's mass does not exceed", "m/s"),
     "outer_diameter": ("outer diameter", "m"),
     "hazardous_fragments": ("hazardous fragments that landed, per event", ""),
-    "hazard_distance": ("distance of the expected density", "m"),
-    "hazard_distance_upper": ("hazard distance, upper bound (95 %)", "m"),
+    "expected_distance": ("expected distance", "m"),
 }
 """Names, words and units of what is followed."""

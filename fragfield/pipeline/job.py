@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import os
-import time
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -50,14 +49,10 @@ class Job:
         Numbers alone: no files for visualisation, no other cell sizes.
     profile : bool
         Time the parts of the burst.
-    thorough : bool
-        Other cell sizes whatever time they take, each with all realisations.
     figures : FigureQueue, optional
-        Draws the report's figures while the stages are computed.
+        Draws the report's pictures while the stages are computed.
     attitude : Turned, optional
         The one attitude in which an arrangement of mixed attitudes is flown; left out: all.
-    began : float
-        Clock (s) at which the work began.
     noted : dict
         What has been put into summary.json.
     """
@@ -71,11 +66,9 @@ class Job:
     fragments: Path | None = None
     resume: bool = False
     lean: bool = False
-    thorough: bool = False
     profile: bool = False
     figures: FigureQueue | None = None
     attitude: Turned | None = None
-    began: float = field(default_factory=time.perf_counter)
     noted: dict[str, Any] = field(default_factory=dict)
 
     @property

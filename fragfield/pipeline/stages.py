@@ -90,9 +90,11 @@ def fly(job: Job, stage: Stage) -> None:
     """Fragments fly to the ground through the witness surfaces: landing.h5, hits.h5, ensemble.h5, CSV. Collective."""
     from flight import hazard
     from flight.files.ensemble import write_ensemble
+    from fragfield.case.conversion.site import bearing_of, with_bearing
     from fragfield.case.conversion.stages import hazard_criteria
     from fragfield.hazard.contours import write_contours
     from fragfield.hazard.prescribed import minimum_part, official_part
+    from fragfield.hazard.recommended import recommended_of
     from fragfield.hazard.rules import rules_of
     from fragfield.pipeline.attitudes import flown_attitude
     from fragfield.pipeline.convergence import convergence_of
@@ -109,7 +111,6 @@ def fly(job: Job, stage: Stage) -> None:
     provenance = provenance_of(job.case)
     flown.first.write(job.target.path, provenance)
     write_ensemble(flown.hazard, flown.witnesses, job.target.path, provenance)
-    write_contours(job.case, flown.hazard, job.target, provenance, flown.exposed)
     criteria, width = hazard_criteria(job.case), 360.0 / job.case.hazard.sectors
     surfaces = []
     for surface, table in zip(flown.first.witnesses, job.case.witness, strict=True):
@@ -121,18 +122,24 @@ def fly(job: Job, stage: Stage) -> None:
         summary["fragments_file"] = job.fragments.name
         if found := read_arena(job.fragments, job.case):
             summary["recovered"] = found[1].summary()
-    headline = {**(flown.hazard.headline or {}), "possible_mass": flown.balance.possible,
+    headline = {**flown.hazard.headline, "possible_mass": flown.balance.possible,
                 "mass_not_landed": flown.balance.missing, "more_realisations": flown.more,
                 "ricochet": job.case.flight.ground.ricochet, "attitude": flown_attitude(job, flown)}  # fmt: skip
+    headline["bearing_deg"] = bearing_of(job.case, headline.get("direction_deg"))
     if words := certainty(headline):
         _log.warning("%s", words, extra={"code": "certainty"})
-    obstacles = flown.first.by_face(criteria.energy)
+    obstacles = [
+        {**entry, "faces": [with_bearing(job.case, face) for face in entry["faces"]]}
+        for entry in flown.first.by_face(criteria.energy)
+    ]
     own = job.fragments is None and bool(job.case.round)
     rules = rules_of(job.case, job.source.summary(), single_round(job)) if own else None
     official = official_part(job.case)
-    minimum = minimum_part(headline, official, (rules or {}).get("rules") or ())
-    convergence = convergence_of(job, flown, headline, seconds)  # of one rank, while the others wait
+    convergence = convergence_of(job, flown, headline)  # of one rank, while the others wait
     job.team.broadcast()
+    headline = recommended_of(headline, convergence)
+    minimum = minimum_part(headline, official, (rules or {}).get("rules") or ())
+    write_contours(job.case, flown.hazard, job.target, provenance, flown.exposed, headline["recommended"])
     job.note(
         {
             "flight": summary,

@@ -6,11 +6,12 @@ import base64
 from dataclasses import replace
 from datetime import UTC, datetime
 from importlib import resources
+from itertools import groupby
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from fragfield.errors import InputError
-from fragfield.report.blocks import Beside, Illustration
+from fragfield.report.blocks import Columns, Illustration
 from fragfield.report.document import code_words, css_text, identity_line
 from fragfield.report.figures.side_by_side import FigureQueue
 from fragfield.report.map_page import write_map
@@ -20,7 +21,7 @@ from fragfield.version import __version__
 from fragfield_base.writing import write_files, write_text
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
 
     from matplotlib.figure import Figure
 
@@ -49,7 +50,7 @@ def write_report(
         Draw the burst and the fragments by VTK; where VTK cannot draw, the report says so and goes on. Beside the
         page go interactive views of both, where trame-vtk is installed.
     figures : FigureQueue, optional
-        Where some of the run's figures are drawn already, for a page in the run directory; ended here.
+        Where the run's pictures are drawn already, for a page in the run directory; ended here.
 
     Returns
     -------
@@ -63,10 +64,8 @@ def write_report(
     """
     run = read_run(Path(run_dir))
     target = Path(path) if path is not None else run.folder / "report.html"
-    if figures is not None:
-        figures.renew(run)
-    queue = figures if figures is not None else FigureQueue(run, helped=pictures)
-    illustrator = _Illustrator(target.parent / "figures", queue, pictures=pictures)
+    queue = figures if figures is not None else FigureQueue()
+    illustrator = _Illustrator(run, target.parent / "figures", queue, pictures=pictures)
     return _write(
         run, illustrator, target, lambda: sections(run, illustrator.draw, illustrator.picture),
         lambda written: write_map(run, target.with_name("map.html"), identity=identity_line(run), written=written),
@@ -81,7 +80,7 @@ def write_page(run: RunFiles, target: Path, parts: Callable[[Draw], list[Section
     InputError
         No right to write.
     """
-    illustrator = _Illustrator(target.parent / "figures", FigureQueue(run, helped=False), pictures=False)
+    illustrator = _Illustrator(run, target.parent / "figures", FigureQueue(), pictures=False)
     return _write(run, illustrator, target, lambda: parts(illustrator.draw), lambda _: None)
 
 
@@ -94,7 +93,7 @@ def _write(
 ) -> Path:
     try:
         illustrator.folder.mkdir(parents=True, exist_ok=True)
-        parts = make()
+        parts = _counted(make())
         illustrator.fill(parts)
         written = datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")
         page = _render(run, parts, illustrator.count, written)
@@ -107,9 +106,10 @@ def _write(
 
 
 class _Illustrator:
-    """Has each figure drawn once for the page and once, narrower, for a telephone; keeps PNG and SVG as files."""
+    """Has each figure drawn once, and keeps it as PNG and SVG beside the page."""
 
-    def __init__(self, folder: Path, figures: FigureQueue, *, pictures: bool) -> None:
+    def __init__(self, run: RunFiles, folder: Path, figures: FigureQueue, *, pictures: bool) -> None:
+        self.run = run
         self.folder = folder
         self.pictures = pictures
         self.count = 0
@@ -117,10 +117,10 @@ class _Illustrator:
         self.figures = figures
 
     def draw(
-        self, name: str, title: str, caption: str, function: Callable[[RunFiles, bool], Figure | None]
+        self, name: str, title: str, caption: str, function: Callable[[RunFiles], Figure | None]
     ) -> list[Illustration]:
         self.figures.add(name, function)
-        return [Illustration(name, title, caption, wide=_DEFERRED)]
+        return [Illustration(name, title, caption, image=_DEFERRED)]
 
     def picture(self, name: str, title: str, caption: str) -> list[Block]:
         if not self.pictures:
@@ -130,41 +130,59 @@ class _Illustrator:
         self.count += 1
         if fault := library_fault():
             return [Illustration(name, title, caption, missing=fault)]
-        self.figures.add_picture(name, self.folder.parent)
-        return [Illustration(name, title, caption, wide=_PICTURE)]
+        self.figures.add_picture(name, self.run.folder, self.folder.parent)
+        return [Illustration(name, title, caption, image=_PICTURE)]
 
     def fill(self, parts: list[Section]) -> None:
-        """Put the figures where they were asked for; those without data leave no trace."""
-        drawn = self.figures.finish()
+        """Put the figures where they were asked for, side by side; those without data leave no trace."""
+        drawn = self.figures.finish(self.run)
         for part in parts:
-            blocks: list[Block] = []
-            for block in part.blocks:
-                if not isinstance(block, Illustration) or block.wide not in (_DEFERRED, _PICTURE):
-                    blocks.append(block)
-                elif block.wide == _DEFERRED:
-                    blocks += self._filled(block, drawn[block.name])
-                else:
-                    blocks += self._with_view(block, self.figures.picture(block.name))
-            part.blocks = blocks
+            blocks = [found for block in part.blocks for found in self._drawn(block, drawn)]
+            part.blocks = list(_side_by_side(blocks))
         write_files(self.files, InputError)
 
-    def _filled(self, block: Illustration, files: dict[str, bytes] | None) -> list[Illustration]:
+    def _drawn(self, block: Block, drawn: dict[str, dict[str, bytes] | None]) -> list[Block]:
+        """A block with its figures; nothing where it was one without data."""
+        if isinstance(block, Columns):
+            return [Columns(tuple(found for item in block.items for found in self._drawn(item, drawn)))]
+        if not isinstance(block, Illustration):
+            return [block]
+        return self._filled(block, drawn[block.name]) if block.image == _DEFERRED else [self._with_view(block)]
+
+    def _filled(self, block: Illustration, files: dict[str, bytes] | None) -> list[Block]:
         if files is None:
             return []
         self.files |= {self.folder / f"{block.name}.{kind}": files[kind] for kind in ("svg", "png")}
         self.count += 1
-        return [replace(block, wide=_uri(files["svg"], "svg"), narrow=_uri(files["narrow"], "svg"))]
+        return [replace(block, image=_uri(files["svg"], "svg"))]
 
-    def _with_view(self, block: Illustration, found: dict[str, Any]) -> list[Block]:
-        """A picture, or why there is none, and the page beside the report that shows the same to be turned."""
+    def _with_view(self, block: Illustration) -> Illustration:
+        """A picture, or why there is none, with the page beside the report that shows the same to be turned."""
+        if block.missing:
+            return block
+        found = self.figures.picture(block.name)
         if "missing" in found:
-            return [replace(block, wide="", missing=found["missing"])]
-        self.files[self.folder / f"{block.name}.png"] = found["wide"]
-        shown: list[Block] = [replace(block, wide=_uri(found["wide"], "png"), narrow=_uri(found["narrow"], "png"))]
-        if found["view"]:
-            what = "burst" if block.name == "picture_of_burst" else "fragments"
-            shown.append(Beside(found["view"], f"The {what} to turn and to zoom, in 3-D"))
-        return shown
+            return replace(block, image="", missing=found["missing"])
+        self.files[self.folder / f"{block.name}.png"] = found["png"]
+        return replace(block, image=_uri(found["png"], "png"), view=found["view"] or "")
+
+
+def _side_by_side(blocks: list[Block]) -> Iterator[Block]:
+    """The blocks, with figures that follow each other in columns."""
+    for of_figures, group in groupby(blocks, key=lambda block: isinstance(block, Illustration)):
+        members = tuple(group)
+        if of_figures and len(members) > 1:
+            yield Columns(members)
+        else:
+            yield from members
+
+
+def _counted(parts: list[Section]) -> list[Section]:
+    """The sections with their numbers, the annexes with letters."""
+    body = sum(not part.annex for part in parts)
+    for place, part in enumerate(parts):
+        part.count = chr(ord("A") + place - body) if part.annex else str(place + 1)
+    return parts
 
 
 def _uri(data: bytes, kind: str) -> str:

@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING, Literal
 if TYPE_CHECKING:
     from fragfield.report.quantities import Row
 
-__all__ = ["Beside", "Block", "Card", "Cards", "Finding", "Findings", "Illustration", "Paragraph", "Points", "Rows", "Section", "Signatures", "Table", "Text", "Weight"]  # fmt: skip  # noqa: E501
+__all__ = ["Beside", "Block", "Card", "Cards", "Columns", "Finding", "Findings", "Group", "Illustration", "Paragraph", "Points", "Rows", "Section", "Signatures", "Table", "Text", "Weight"]  # fmt: skip  # noqa: E501
+
+_LONGEST_NUMBER = 18  # characters of a cell: "1,017.4 ± 4.0", "12,345 – 23,456"
 
 Weight = Literal["stop", "warning", "note", "good"]
 """How grave a finding is."""
@@ -85,7 +87,7 @@ class Rows:
 
 @dataclass(frozen=True)
 class Table:
-    """A table of several columns; all but the first are numbers."""
+    """A table of several columns; the first one and those with long cells are words, the others numbers."""
 
     title: str
     head: tuple[str, ...]
@@ -94,6 +96,11 @@ class Table:
     columns: int = 1
     """Number of newspaper columns for long tables."""
     kind: str = "table"
+
+    @property
+    def worded(self) -> tuple[bool, ...]:
+        """By column, whether it holds words, which are broken and begin at the left."""
+        return tuple(any(len(line[place]) > _LONGEST_NUMBER for line in self.lines) for place in range(len(self.head)))
 
 
 @dataclass(frozen=True)
@@ -107,15 +114,16 @@ class Text:
 
 @dataclass(frozen=True)
 class Illustration:
-    """A figure with the data URI of its wide and, where it differs, its narrow form."""
+    """A figure with its data URI."""
 
     name: str
     title: str
     caption: str
-    wide: str = ""
-    narrow: str = ""
+    image: str = ""
     missing: str = ""
     """Why the picture could not be drawn, instead of it."""
+    view: str = ""
+    """The file beside the report that shows the same in three dimensions."""
     kind: str = "illustration"
 
 
@@ -138,13 +146,34 @@ class Signatures:
     kind: str = "signatures"
 
 
-Block = Paragraph | Points | Cards | Findings | Rows | Table | Text | Illustration | Beside | Signatures
+@dataclass(frozen=True)
+class Columns:
+    """Blocks side by side, two in a row; one below the other on a telephone."""
+
+    items: tuple[Block, ...]
+    kind: str = "beside_each_other"
+
+
+@dataclass(frozen=True)
+class Group:
+    """Blocks one below the other, as one item of columns."""
+
+    items: tuple[Block, ...]
+    kind: str = "group"
+
+
+Block = (
+    Columns | Group | Paragraph | Points | Cards | Findings | Rows | Table | Text | Illustration | Beside | Signatures
+)
 
 
 @dataclass
 class Section:
-    """A numbered part of the report."""
+    """A part of the report: numbered, or an annex with a letter."""
 
     key: str
     title: str
     blocks: list[Block] = field(default_factory=list)
+    annex: bool = False
+    count: str = ""
+    """Its number or letter, once the order is known."""

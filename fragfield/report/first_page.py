@@ -1,147 +1,143 @@
-"""The report's first section: the hazard distance, its basis, and the limits of validity."""
+"""The report's first page: what was computed, the recommended distance, verdicts, reasons and signatures."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from fragfield.hazard.certainty import WHICH_NUMBER, basis_words, ricochet_words, whole_metres
-from fragfield.report.blocks import (
-    Block,
-    Card,
-    Cards,
-    Paragraph,
-    Points,
-    Section,
-)
-from fragfield.report.findings import statements
-from fragfield.report.quantities import SPACE, explosive_title, number
-from fragfield.report.reading.landings import landings
+from fragfield.hazard.certainty import basis_words, whole_metres
+from fragfield.hazard.recommended import parts_of
+from fragfield.report.blocks import Block, Card, Cards, Columns, Group, Paragraph, Points, Rows, Section, Signatures
+from fragfield.report.findings.reasons import reasons_against, reasons_for
+from fragfield.report.quantities import SPACE, Row, explosive_title, number
 from fragfield.report.tables.attitudes import attitude_sentence
-from fragfield.report.tables.distances import density_table
 from fragfield.report.tables.exposed_sites import verdict_table
-from fragfield.report.tables.prescribed import prescribed_blocks
-from fragfield.report.tables.uncertainty import signed_card
+from fragfield.report.tables.prescribed import minimum_words, prescribed_table
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
+    from typing import Any
 
-    from matplotlib.figure import Figure
-
-    from fragfield.report.blocks import Finding, Illustration
+    from fragfield.case import Case
+    from fragfield.report.blocks import Finding
     from fragfield.report.reading.run_files import RunFiles
 
-    Draw = Callable[[str, str, str, Callable[[RunFiles, bool], Figure | None]], list[Illustration]]
-    Picture = Callable[[str, str, str], list[Block]]
-
-__all__ = ["summary_section"]
+__all__ = ["decision_section"]
 
 
-def summary_section(run: RunFiles, all_findings: Sequence[Finding]) -> Section:
-    """The first section: cards with the distances, verdicts, limits of validity."""
-    burst = run.part("burst")
-    found = landings(run)
-    graver = sum(item.weight == "stop" for item in all_findings), sum(item.weight == "warning" for item in all_findings)
-    cards = _distances(run)
-    if found is not None:
-        count = int(found.hazardous.sum())
-        cards.append(
-            Card("Hazardous fragments", number(count), "", f"of {number(len(found.x))} that landed, first realisation")
-        )
-    for label, name, note in (
-        ("Mean initial speed", "mean_initial_speed", "of the casing, by mass"),
-        ("Speed of 99 % of the mass", "speed_99", "not exceeded by 99 % of the casing's mass"),
-        ("Largest initial speed", "max_initial_speed", "largest cell mean; increases as cells get smaller"),
-    ):
-        value = (burst.get("speed_quantiles") or {}).get("99") if name == "speed_99" else burst.get(name)
-        if isinstance(value, (int, float)):
-            cards.append(Card(label, number(round(value)), "m/s", note))
+def decision_section(run: RunFiles, all_findings: Sequence[Finding]) -> Section:
+    """The page on which a decision is taken and signed."""
+    trust, doubt = reasons_for(run), reasons_against(run, all_findings)
     blocks: list[Block] = [
-        Paragraph(" ".join(words for words in (_sentence(run), attitude_sentence(run)) if words)),
-        Cards(tuple(cards)),
-        *_caution(*graver),
-    ]
-    if "flight" not in run.missing:
-        blocks += [
-            *prescribed_blocks(run),
-            *verdict_table(run),
-            Paragraph(statements.summary_terms(run)),
-            Paragraph(WHICH_NUMBER),
-            *density_table(run),
-        ]
-    blocks += [Paragraph("Limits of validity", kind="heading"), Points(statements.limits(run))]
-    return Section("summary", "Summary for the safety engineer", blocks)
+        Columns((
+            Rows("What was computed", tuple(_what(run))),
+            Group((Cards((_distance(run),)), *_prescribed(run))),
+        )),
+        *verdict_table(run),
+        Columns((
+            Group((Paragraph("Reasons to trust it", kind="heading"), Points(tuple(trust)))),
+            Group((Paragraph("Reasons against", kind="heading"), Points(tuple(doubt)))),
+        )),
+        _signatures(run),
+    ]  # fmt: skip
+    return Section("decision", "Decision", blocks)
 
 
-def _caution(stops: int, warnings: int) -> list[Block]:
-    """The word that warnings stand in the next section, before anything is read out of the numbers."""
-    parts = []
-    if stops:
-        parts.append("one reason not to use this result" if stops == 1 else f"{stops} reasons not to use this result")
-    if warnings:
-        parts.append("one warning" if warnings == 1 else f"{warnings} warnings")
-    if not parts:
-        return []
-    return [Paragraph(f"Read first, in the next section: {' and '.join(parts)}.", kind="caution")]
+def _prescribed(run: RunFiles) -> Iterator[Block]:
+    """Below which distance not to go, and the prescribed ones."""
+    if "flight" in run.missing:
+        return
+    if words := tuple(minimum_words(run)):
+        yield Points(words)
+    yield from prescribed_table(run)
 
 
-def _distances(run: RunFiles) -> list[Card]:
-    """The hazard distance first, then what it must not be mistaken for."""
+def _distance(run: RunFiles) -> Card:
+    """The recommended distance with its parts in one line."""
     hazard = run.part("hazard")
     if not hazard:
-        return [Card("Hazard distance", "–", "", "not computed")]
+        return Card("Recommended distance", "–", "", "not computed")
     if not hazard["determined"]:
-        return [Card("Hazard distance", "not determined", "", hazard["reason"])]
-    number_of = f"{number(hazard['realisations'])} realisation{'s' if hazard['realisations'] > 1 else ''}"
-    where = basis_words(hazard)
-    if hazard["upper"] is None:
-        cards = [_distance("Hazard distance", hazard["distance"], f"no upper bound: {number_of}; {where}")]
+        return Card("Recommended distance", "not determined", "", hazard["reason"])
+    note = f"{_parts_words(hazard)}. Basis: {basis_words(hazard)}."
+    return Card("Recommended distance", whole_metres(hazard["recommended"]), "m", note)
+
+
+def _parts_words(hazard: Mapping[str, Any]) -> str:
+    """The parts in one line, with the names of those not included; why, the table of distances says."""
+    base, *added = parts_of(hazard)
+    known = [f"{part.words} {part.value:.1f}{SPACE}m" for part in added if part.value is not None]
+    missing = [part.words for part in added if part.value is None]
+    words = f"{base.words} {base.value:.1f}{SPACE}m"
+    if known:
+        words += f"; added as squares: {', '.join(known)}"
+    return words + (f"; not included: {', '.join(missing)}" if missing else "")
+
+
+def _what(run: RunFiles) -> Iterator[Row]:
+    """The rows of the arrangement and its site."""
+    case = run.case
+    if run.fragments_file is not None:
+        yield Row("Fragments", f"of {run.fragments_file}; no burst was computed")
     else:
-        error = f"standard error {hazard['standard_error']:.2g}{SPACE}m, {number_of}"
-        cards = [
-            _distance("Hazard distance, upper bound (95 %)", hazard["upper"], f"the distance to apply; {where}"),
-            _distance("Distance of the expected density", hazard["distance"], error),
-        ]
-    short = hazard.get("without_ricochet")
-    if short:
-        shown = short["distance"] if short["upper"] is None else short["upper"]
-        cards.append(
-            _distance("The same without ricochet", shown, f"beside it, {ricochet_words(hazard).partition(';')[0]}")
+        yield from _rounds(run)
+    if contents := run.part("rules").get("contents"):
+        yield Row(
+            "Net explosive quantity",
+            f"{number(contents['explosive'], 3)} kg (TNT equivalent {number(contents['tnt'], 3)} kg)",
         )
-    single = hazard["single_event"]
-    span = f"{whole_metres(single['low'])}{SPACE}–{SPACE}{whole_metres(single['high'])}"
-    return [
-        *cards,
-        *signed_card(run),
-        Card("Single events, 5 to 95 %", span, "m", "not a hazard distance: range of the distances of single events"),
-        _distance("Largest throw", hazard["largest_throw"], "not a hazard distance: the farthest single fragment"),
-    ]
+    if attitude := attitude_sentence(run):
+        yield Row("Attitude and height", attitude.removeprefix("Attitude: ").removesuffix("."))
+    if case is None:
+        return
+    yield from _site(case)
+    criteria = run.criteria
+    yield Row("Criterion", f"{criteria.energy:.3g} J, 1 per {1.0 / criteria.density:.1f} m²")
+    if case.burst is not None and run.fragments_file is None:
+        size = f"{number(1e3 * case.burst.cell_size, 3)} mm"
+        yield Row("Cell size", f"{size}; grid convergence: {case.burst.convergence}")
+    if count := run.part("hazard").get("realisations"):
+        yield Row("Realisations", number(count))
 
 
-def _distance(label: str, value: object, note: str) -> Card:
-    if not isinstance(value, (int, float)):
-        return Card(label, "–", "", "not computed")
-    return Card(label, whole_metres(value), "m", note)
-
-
-def _sentence(run: RunFiles) -> str:
-    kinds: dict[str, list[str]] = {}
+def _rounds(run: RunFiles) -> Iterator[Row]:
+    """Round, fill and casing, each kind once."""
+    kinds: dict[tuple[str, str, str], list[str]] = {}
     for item in run.rounds:
         casing, charge = (number(float(item.attributes[f"{part}_mass"]), 3) for part in ("casing", "charge"))
-        what = f"{charge} kg {explosive_title(str(item.attributes['explosive']))} in {casing} kg of casing"
-        kinds.setdefault(what, []).append(item.name)
-    if run.fragments_file is not None:
-        recovered = run.part("flight").get("recovered")
-        words = f" {recovered['words'][0].upper()}{recovered['words'][1:]}." if recovered else ""
-        return f"Computed for the fragments of {run.fragments_file}; no burst was computed.{words}"
+        entry = next((one for one in (run.case.round if run.case else []) if one.name == item.name), None)
+        named = getattr(entry, "casing", None)
+        material = f" of {getattr(named, 'name', named)}" if named is not None else ""
+        fill = f"{explosive_title(str(item.attributes['explosive']))}, {charge} kg"
+        profile = str(item.attributes.get("profile") or "")
+        kinds.setdefault((profile, fill, f"{casing} kg{material}"), []).append(item.name)
     if not kinds:
-        return "This directory contains no burst; the rounds are described in the annex."
-    many = "one round" if len(run.rounds) == 1 else f"{len(run.rounds)} rounds"
-    listed = "; ".join(f"{_names(names)} ({what}{' each' if len(names) > 1 else ''})" for what, names in kinds.items())
-    images = sum(bool(item.get("mirror_of")) for item in run.part("break_up").get("rounds") or [])
-    behind = f" With {number(images)} more behind planes of symmetry." if images else ""
-    return f"Computed for {many}: {listed}.{behind}"
+        yield Row("Round", "this directory contains no burst")
+    for (profile, fill, casing), names in kinds.items():
+        listed = ", ".join(names) if len(names) <= 4 else f"{names[0]} … {names[-1]} ({len(names)} rounds)"
+        yield Row("Round", f"{listed}{f' ({profile})' if profile else ''}{', each' if len(names) > 1 else ''}")
+        yield Row("Fill", fill)
+        yield Row("Casing", casing)
+    if kinds:
+        images = sum(bool(item.get("mirror_of")) for item in run.part("break_up").get("rounds") or [])
+        behind = f"; {number(images)} more behind planes of symmetry" if images else ""
+        yield Row("Number of rounds", f"{number(len(run.rounds))}{behind}")
 
 
-def _names(names: list[str]) -> str:
-    """Names of rounds, the middle ones of many left out."""
-    return ", ".join(names) if len(names) <= 4 else f"{names[0]} … {names[-1]} ({len(names)} rounds)"
+def _site(case: Case) -> Iterator[Row]:
+    ground = case.flight.ground
+    ricochet = "no ricochet" if ground.ricochet == "none" else f"ricochet off {ground.ricochet.replace('_', ' ')}"
+    yield Row("Ground", f"{'map of heights' if ground.map is not None else 'flat'}, {ricochet}")
+    stops = [f"{one.kind} {one.name}" for one in case.obstacle]
+    shown = ", ".join(stops) if len(stops) <= 4 else f"{', '.join(stops[:4])} and {len(stops) - 4} more"
+    yield Row("Barricades and buildings", shown or "none")
+    if case.site is not None:
+        latitude, longitude = (57.29577951308232 * angle for angle in (case.site.latitude, case.site.longitude))
+        yield Row("Site", f"{latitude:.5f}°, {longitude:.5f}°")
+
+
+def _signatures(run: RunFiles) -> Signatures:
+    document = run.document
+    return Signatures(
+        ("Computed by", "Reviewed by", "Approved by"),
+        (document.prepared_by, document.reviewed_by, document.approved_by),
+    )

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import json
+from dataclasses import asdict
 from importlib import resources
 from typing import TYPE_CHECKING, Any
 
 from fragfield.errors import InputError
-from fragfield.hazard.site_map import KINDS, extent_of
+from fragfield.hazard.site_map import COLORS, KINDS, VERDICTS, extent_of
 from fragfield.report.figures.site import north_of, site_shapes
 from fragfield.version import __version__
 from fragfield_base.writing import write_text
@@ -25,7 +26,8 @@ def map_data(run: RunFiles) -> dict[str, Any] | None:
     found = site_shapes(run)
     if found is None:
         return None
-    from fragfield.case.conversion.exposed_sites import site_of
+    from flight.hazard.site import POINTS
+    from fragfield.case.conversion.site import site_of
 
     case, shapes = found
     site = site_of(case)
@@ -43,6 +45,9 @@ def map_data(run: RunFiles) -> dict[str, Any] | None:
             for shape in shapes
         ],
         "kinds": KINDS,
+        "colors": COLORS,
+        "compass": POINTS,
+        "verdicts": {name: asdict(style) for name, style in VERDICTS.items()},
         "extent": [low.tolist(), high.tolist()],
         "origin": list(case.flight.origin),
         "north": north_of(case),

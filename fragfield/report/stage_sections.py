@@ -1,28 +1,26 @@
-"""The sections of the stages: ledger, burst, break-up, flight, hazard, grid convergence."""
+"""The sections of the stages: rounds, hazard, fragments, speeds, grid convergence, and their annexes."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from fragfield.report.blocks import (
-    Beside,
-    Block,
-    Paragraph,
-    Section,
-)
+from fragfield.report.blocks import Beside, Block, Columns, Group, Paragraph, Section
+from fragfield.report.figures import arrangement as arrangement_figures
 from fragfield.report.figures import burst as burst_figures
 from fragfield.report.figures import fragments as fragment_figures
 from fragfield.report.figures import hazard as hazard_figures
+from fragfield.report.figures import round_drawing
 from fragfield.report.figures import site as site_figure
 from fragfield.report.tables import zones as zone_blocks
 from fragfield.report.tables.attitudes import attitude_figure
-from fragfield.report.tables.convergence import convergence_figure, convergence_tables
+from fragfield.report.tables.convergence import convergence_figure, convergence_notes, convergence_tables
 from fragfield.report.tables.counted import counted_table
-from fragfield.report.tables.distances import distance_table
+from fragfield.report.tables.distances import direction_table, distance_table
 from fragfield.report.tables.exposed_sites import exposed_tables
 from fragfield.report.tables.ignition import ignition_table
 from fragfield.report.tables.obstacles import obstacle_tables
 from fragfield.report.tables.rounds import (
+    arrangement_table,
     broken_rounds_table,
     contact_rows,
     round_table,
@@ -31,65 +29,150 @@ from fragfield.report.tables.rounds import (
 from fragfield.report.tables.rules import rule_tables
 from fragfield.report.tables.shock_exposure import exposure_table
 from fragfield.report.tables.stages import (
+    alike_around,
+    azimuth_tables,
     break_up_rows,
     burst_rows,
     flight_rows,
-    hazard_rows,
     ledger_table,
+    mesh_rows,
 )
 from fragfield.report.tables.zones import zone_table
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
 
     from matplotlib.figure import Figure
 
     from fragfield.report.blocks import Illustration
     from fragfield.report.reading.run_files import RunFiles
 
-    Draw = Callable[[str, str, str, Callable[[RunFiles, bool], Figure | None]], list[Illustration]]
+    Draw = Callable[[str, str, str, Callable[[RunFiles], Figure | None]], list[Illustration]]
     Picture = Callable[[str, str, str], list[Block]]
 
 __all__ = [
-    "blocks_of_stage",
-    "break_up_section",
-    "burst_section",
+    "annexes_of_stages",
     "convergence_section",
-    "flight_section",
+    "fragments_section",
     "hazard_section",
-    "ledger_section",
+    "rounds_section",
+    "speeds_section",
 ]
 
 
-def blocks_of_stage(run: RunFiles, stage: str, blocks: Callable[[], list[Block]]) -> list[Block]:
+def _blocks_of_stage(run: RunFiles, stage: str, blocks: Callable[[], list[Block]]) -> list[Block]:
     """The blocks of a stage, or the word that it has not been run."""
     if stage in run.missing:
         return [Paragraph(f"Not computed: the stage “{stage}” has not been run in this directory.")]
     return blocks()
 
 
-def ledger_section(run: RunFiles, draw: Draw) -> Section:
-    """Energy ledger of the burst."""
+def rounds_section(run: RunFiles, draw: Draw) -> Section:
+    """Dimensioned drawings of the different rounds, and how they stand."""
+    blocks: list[Block] = []
+    different = round_drawing.drawn_rounds(run.case) if run.case is not None else []
+    for item, drawing in zip(different, round_drawing.DRAWINGS, strict=False):
+        blocks += draw(
+            drawing.__name__, f"Drawing of {item.name}",
+            "Section along the axis, nose up: casing (lines), charge (dots), fuze (crosses); dotted: segments of the "
+            "break-up. Cross in a circle: centre of mass.",
+            drawing,
+        )  # fmt: skip
+    blocks += draw(
+        "arrangement", "Plan and elevation of the rounds",
+        "Outlines of the rounds where they stand; dashed: images behind planes of symmetry, which burst as well.",
+        arrangement_figures.arrangement_figure,
+    )  # fmt: skip
+    return Section("rounds", "Rounds", blocks)
+
+
+def hazard_section(run: RunFiles, draw: Draw) -> Section:
+    """Distances, density in the direction that decides, and the site."""
+    blocks: Callable[[], list[Block]] = lambda: [  # noqa: E731
+        *distance_table(run),
+        *draw(
+            "density_curve", "Density by distance",
+            "Expected number of hazardous fragments per acceptable area, over all azimuths where they are alike, else "
+            "in the direction that decides. Hatched: 5 to 95 % of the bootstrap, the certainty of the mean, not the "
+            "scatter of single events.",
+            hazard_figures.density_curve,
+        ),
+        *(_landing_map(draw) if site_figure.site_shapes(run) is None else []),
+        *draw(
+            "attitude_curve", "Distance by attitude",
+            "Distance by the inclination of the rounds from upright, each in its worst direction; of an arrangement "
+            "that is not axisymmetric the worst roll of each inclination.",
+            attitude_figure,
+        ),
+        *draw(
+            "exposed_sites", "Exposed sites against their criteria",
+            "Expected value (dot) and upper bound (95 %, bar) over the site's limit; left of the "
+            "line the criterion is met.",
+            site_figure.exposed_figure,
+        ),
+        *_site_plan(run, draw),
+    ]  # fmt: skip
+    return Section("hazard", "Distances and site", _blocks_of_stage(run, "flight", blocks))
+
+
+def _landing_map(draw: Draw) -> list[Illustration]:
+    return draw(
+        "landing_map", "Landing points",
+        "Landing points of the fragments of the first realisation, seen from above, y upwards.",
+        hazard_figures.landing_map,
+    )  # fmt: skip
+
+
+def _site_plan(run: RunFiles, draw: Draw) -> list[Block]:
+    """The map, here and with pan and zoom beside the page, where there is something to show."""
+    if site_figure.site_shapes(run) is None:
+        return []
+    return [
+        Paragraph("Site plan", kind="heading"),
+        *draw(
+            "site_map", "Map of the site",
+            "Distance by direction, exposed sites by their verdict, barricades and buildings, and lines of "
+            "equal height, in the site's frame.",
+            site_figure.site_figure,
+        ),
+        Beside("map.html", "The map with pan and zoom; no network needed"),
+    ]  # fmt: skip
+
+
+def fragments_section(run: RunFiles, draw: Draw, picture: Picture) -> Section:
+    """Fragments by mass and direction."""
+    own = run.fragments_file is None
     blocks: Callable[[], list[Block]] = lambda: [  # noqa: E731
         *draw(
-            "energy_ledger", "Energy ledger over time",
-            "Work of the products and how it is distributed; below, the imbalance of the sum.",
-            burst_figures.energy_ledger,
+            "number_by_mass", "Number of fragments by mass",
+            "Number of fragments heavier than m against the root of m (upper figures; lower figures: m)"
+            + (": law (lines) and sample (circles), in total and by segment." if own else ", first realisation."),
+            fragment_figures.number_by_mass,
         ),
-        *ledger_table(run),
-    ]  # fmt: skip
-    return Section("ledger", "Energy ledger", blocks_of_stage(run, "burst", blocks))
-
-
-def burst_section(run: RunFiles, draw: Draw, picture: Picture) -> Section:
-    """Results of the burst."""
-    blocks: Callable[[], list[Block]] = lambda: [  # noqa: E731
-        *burst_rows(run),
+        *draw(
+            "polar_zones", "Fragments by polar zone",
+            "Numbers and speeds of one round's fragments at launch by angle from the nose, as arena tests report them.",
+            zone_blocks.zone_figure,
+        ),
+        *draw(
+            "directions", "Directions of the mass",
+            "Share of the first round's mass by direction of flight at the end of the burst: fragments of the first "
+            "realisation (bars) and the velocity field of the casing from which they were made (line).",
+            fragment_figures.directions,
+        ),
         *picture(
-            "picture_of_burst", "Section of the burst",
-            "Section through the axis, viewed along +y, coloured by speed: light is fast, dark is slow. The thin "
-            "line is the outline of the casing.",
+            "picture_of_fragments", "Fragment cloud",
+            f"Fragments 100 µs after {'the end of the burst' if own else 'launch'}, drag neglected, coloured by "
+            "initial speed. Spheres stand for the mass, not to scale; shapes are not known.",
         ),
+        *counted_table(run),
+    ]  # fmt: skip
+    return Section("fragments", "Fragments", _blocks_of_stage(run, "break-up", blocks))
+
+
+def speeds_section(run: RunFiles, draw: Draw, picture: Picture) -> Section:
+    """Speeds of the casing."""
+    blocks: Callable[[], list[Block]] = lambda: [  # noqa: E731
         *draw(
             "speed_along_round", "Speed along the round",
             "Casing speed at the end of the burst against the station from the nose, as a fraction of the length: "
@@ -102,140 +185,89 @@ def burst_section(run: RunFiles, draw: Draw, picture: Picture) -> Section:
             "A dotted vertical line marks the time at which acceleration is complete.",
             burst_figures.casing_over_time,
         ),
-        *contact_rows(run),
-        *ignition_table(run),
-        *exposure_table(run),
-        *round_table(run),
-    ]  # fmt: skip
-    return Section("burst", "Burst", blocks_of_stage(run, "burst", blocks))
-
-
-def break_up_section(run: RunFiles, draw: Draw, picture: Picture) -> Section:
-    """Break-up: fragments by mass, segment and direction."""
-    own = run.fragments_file is None
-    blocks: Callable[[], list[Block]] = lambda: [  # noqa: E731
-        *break_up_rows(run),
-        *broken_rounds_table(run),
-        *counted_table(run),
-        *draw(
-            "number_by_mass", "Number of fragments by mass",
-            "Number of fragments heavier than m against the root of m (upper figures; lower figures: m)"
-            + (": law (lines) and sample (circles), in total and by segment." if own else ", first realisation."),
-            fragment_figures.number_by_mass,
-        ),
-        *draw(
-            "directions", "Directions of the mass",
-            "Share of the first round's mass by direction of flight at the end of the burst: fragments of the first "
-            "realisation (bars) and the velocity field of the casing from which they were made (line).",
-            fragment_figures.directions,
-        ),
-        *draw(
-            "polar_zones", "Fragments by polar zone",
-            "Numbers and speeds of one round's fragments at launch by angle from the nose, as arena tests report them.",
-            zone_blocks.zone_figure,
-        ),
-        *zone_table(run),
         *picture(
-            "picture_of_fragments", "Fragment cloud",
-            f"Fragments 100 µs after {'the end of the burst' if own else 'launch'}, drag neglected, coloured by "
-            "initial speed. Spheres stand for the mass, not to scale; shapes are not known.",
-        ),
-        *segment_table(run),
-    ]  # fmt: skip
-    return Section("break-up", "Break-up" if own else "Fragments", blocks_of_stage(run, "break-up", blocks))
-
-
-def flight_section(run: RunFiles, draw: Draw) -> Section:
-    """Flight: numbers, landings, witness surfaces."""
-    blocks: Callable[[], list[Block]] = lambda: [  # noqa: E731
-        *flight_rows(run),
-        *obstacle_tables(run),
-        *draw(
-            "by_azimuth", "Number and speed by azimuth",
-            "Fragments that cross the witness surface, by the azimuth of the crossing: number, and initial speed.",
-            fragment_figures.by_azimuth,
+            "picture_of_burst", "Section of the burst",
+            "Section through the axis, viewed along +y, coloured by speed: light is fast, dark is slow. The thin "
+            "line is the outline of the casing.",
         ),
         *draw(
-            "polar_by_sector", "Number and speed around the rounds",
-            "The same over all realisations: median and band of 5 to 95 % by sector, azimuth counted from +x "
-            "counter-clockwise, seen from above.",
-            hazard_figures.polar_by_sector,
-        ),
-        *draw(
-            "landing_map", "Landing points",
-            "Landing points of the fragments of the first realisation; dark: hazardous. Seen from above, y "
-            "upwards. The hazard line is the upper bound of the hazard distance by direction.",
-            hazard_figures.landing_map,
+            "energy_ledger", "Energy ledger over time",
+            "Work of the products and how it is distributed; below, the imbalance of the sum.",
+            burst_figures.energy_ledger,
         ),
     ]  # fmt: skip
-    return Section("flight", "Flight", blocks_of_stage(run, "flight", blocks))
-
-
-def beside_map(run: RunFiles) -> list[Block]:
-    """The map with pan and zoom, beside the page, where there is something to show."""
-    if site_figure.site_shapes(run) is None:
-        return []
-    return [Beside("map.html", "The map with pan and zoom; no network needed")]
-
-
-def hazard_section(run: RunFiles, draw: Draw) -> Section:
-    """Hazard: distances, map, densities, exposed sites."""
-    blocks: Callable[[], list[Block]] = lambda: [  # noqa: E731
-        *distance_table(run),
-        *draw(
-            "attitude_curve", "Hazard distance by attitude",
-            "Hazard distance by the inclination of the rounds from upright, each in its worst direction; of an "
-            "arrangement that is not axisymmetric the worst roll of each inclination.",
-            attitude_figure,
-        ),
-        *exposed_tables(run),
-        *draw(
-            "exposed_sites", "Exposed sites against their criteria",
-            "Expected value (dot) and upper bound (95 %, bar) over the site's limit; left of the "
-            "line the criterion is met.",
-            site_figure.exposed_figure,
-        ),
-        *draw(
-            "site_map", "Map of the site",
-            "Hazard distance by direction, exposed sites by their verdict, barricades and buildings, and lines of "
-            "equal height, in the site's frame.",
-            site_figure.site_figure,
-        ),
-        *beside_map(run),
-        *rule_tables(run),
-        *hazard_rows(run),
-        *draw(
-            "density_curve", "Density by distance",
-            "Expected number of hazardous fragments per acceptable area, by area of ground and normal to the paths, "
-            "over all azimuths or in the worst direction, with 5 to 95 % of the bootstrap: the certainty of the mean, "
-            "not the scatter of single events. The vertical lines mark the hazard distance and its upper bound.",
-            hazard_figures.density_curve,
-        ),
-        *draw(
-            "hit_probability", "Probability of a hit on a person",
-            "Probability that a hazardous fragment hits a person standing at that distance, at a random azimuth: "
-            "mean of the realisations and band of single events.",
-            hazard_figures.hit_probability,
-        ),
-        *draw(
-            "distance_by_azimuth", "Distances by azimuth",
-            "Hazard distance by direction, as its upper bound and by the expected density; and, not a hazard distance, "
-            "the farthest fragment of each sector: median and band of single events.",
-            hazard_figures.distance_by_azimuth,
-        ),
-    ]  # fmt: skip
-    return Section("hazard", "Hazard", blocks_of_stage(run, "flight", blocks))
+    return Section("speeds", "Burst and speeds", _blocks_of_stage(run, "burst", blocks))
 
 
 def convergence_section(run: RunFiles, draw: Draw) -> Section:
     """Grid convergence of the results."""
     blocks: Callable[[], list[Block]] = lambda: [  # noqa: E731
         *convergence_tables(run),
-        *draw(
-            "grid_convergence", "Values by cell size",
-            "Each value divided by that of this run (vertical line), with its statistical error; open circles at zero: "
-            "limits, where an order was observed.",
-            convergence_figure,
-        ),
+        *([Columns((
+            *draw(
+                "grid_convergence", "Values by cell size",
+                "Each value divided by that of this run (vertical line), with its statistical error; open circles at "
+                "zero: limits, where an order was observed.",
+                convergence_figure,
+            ),
+            Group(convergence_notes()),
+        ))] if "sizes" in run.part("convergence") else []),
     ]  # fmt: skip
-    return Section("convergence", "Grid convergence", blocks_of_stage(run, "flight", blocks))
+    return Section("convergence", "Grid convergence", _blocks_of_stage(run, "flight", blocks))
+
+
+def annexes_of_stages(run: RunFiles, draw: Draw) -> list[Section]:
+    """Details of every stage, in tables; none of a stage that has not been run."""
+    found = [
+        Section("distances", "Rules and exposed sites", [*rule_tables(run), *exposed_tables(run)], annex=True),
+        Section("azimuths", "Tables by azimuth", list(_by_azimuth(run, draw)), annex=True),
+        Section("flight", "Flight", list(_flight(run, draw)), annex=True),
+        Section("break-up", "Break-up", list(_break_up(run)), annex=True),
+        Section("burst", "Burst", list(_burst(run)), annex=True),
+    ]
+    return [section for section in found if section.blocks]
+
+
+def _by_azimuth(run: RunFiles, draw: Draw) -> Iterator[Block]:
+    if "flight" in run.missing:
+        return
+    yield from direction_table(run)
+    yield from azimuth_tables(run)
+    if not alike_around(run):
+        yield from draw(
+            "polar_by_sector", "Number and speed around the rounds",
+            "Fragments that cross the witness surface over all realisations: median and band of 5 to 95 % by sector, "
+            "azimuth counted from +x counter-clockwise, seen from above.",
+            hazard_figures.polar_by_sector,
+        )  # fmt: skip
+
+
+def _flight(run: RunFiles, draw: Draw) -> Iterator[Block]:
+    if not run.part("flight"):
+        return
+    yield from flight_rows(run)
+    yield from obstacle_tables(run)
+    if site_figure.site_shapes(run) is not None:
+        yield from _landing_map(draw)
+
+
+def _break_up(run: RunFiles) -> Iterator[Block]:
+    if "break-up" in run.missing or not run.fragments:
+        return
+    yield from break_up_rows(run)
+    yield from broken_rounds_table(run)
+    yield from zone_table(run)
+    yield from segment_table(run)
+
+
+def _burst(run: RunFiles) -> Iterator[Block]:
+    if "burst" not in run.stages or "burst" in run.missing:
+        return
+    yield from arrangement_table(run)
+    yield from burst_rows(run)
+    yield mesh_rows(run)
+    yield from ledger_table(run)
+    yield from contact_rows(run)
+    yield from ignition_table(run)
+    yield from exposure_table(run)
+    yield from round_table(run)

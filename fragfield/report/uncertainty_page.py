@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 __all__ = ["write_uncertainty_page"]
 
 _PARTS = (
-    ("uncertainty", "The distance to be signed"),
+    ("uncertainty", "The recommended distance"),
     ("shares", "What moves it"),
     ("inputs", "Uncertain inputs"),
 )

@@ -9,9 +9,12 @@ from rich.console import Console
 from rich.table import Table
 
 from fragfield.case.conversion.attitude import attitude_words
-from fragfield.hazard.certainty import basis_words, margin_metres, metres, ricochet_words, single_words
+from fragfield.case.conversion.site import direction_words
+from fragfield.hazard.certainty import basis_words, margin_metres, metres, ricochet_words, rounded_metres, single_words
 from fragfield.hazard.contents import quantity_words
+from fragfield.hazard.recommended import parts_words
 from fragfield.hazard.shock_exposure import exposed_rounds, exposure_words
+from fragfield.hazard.verdict import criterion_words, part_of_criterion
 from fragfield.pipeline.convergence import convergence_words
 from fragfield.terminal.progress import duration
 
@@ -95,7 +98,7 @@ def print_summary(summary: Mapping[str, Any], console: Console | None = None) ->
     for surface in summary.get("witness") or []:
         table.add_row("witness", f"hits on {surface['name']}", number_text(surface["hits"], 1.0), "")
     for obstacle in summary.get("obstacle") or []:
-        hits = f"{obstacle['hits']:d}, hazardous {obstacle['hazardous_hits']:d}"
+        hits = f"{obstacle['hits']:d}, hazardous {obstacle['hazardous_hits']:d}, stopped {obstacle['stopped']:d}"
         table.add_row("obstacle", f"hits on {obstacle['name']}", hits, "")
     console = console or plain_console()
     console.print(table)
@@ -107,11 +110,19 @@ def print_summary(summary: Mapping[str, Any], console: Console | None = None) ->
     for line in convergence_words(summary.get("convergence") or {}):
         console.print(line, markup=False)
     for entry in summary.get("exposed") or []:
-        margin = "" if entry["margin"] is None else f", margin {margin_metres(entry['margin'])} m"
-        console.print(f"exposed {entry['name']}: criterion {entry['verdict']}{margin}", markup=False)
+        console.print(f"exposed {entry['name']}: {_exposed_words(entry)}", markup=False)
     _print_profile(console, (summary.get("burst") or {}).get("profile") or [])
     if "directory" in summary:
         console.print(f"written to {summary['directory']}")
+
+
+def _exposed_words(entry: Mapping[str, Any]) -> str:
+    """Verdict on an exposed site, by which criterion, where it lies, and its margin where one says something."""
+    part, where = part_of_criterion(entry), direction_words(entry["azimuth_deg"], entry["bearing_deg"], whole=True)
+    shown = "" if part is None else f"; {part:.2g} of the limit"
+    margin = "" if entry["margin"] is None else f"; margin by density {margin_metres(entry['margin'])} m"
+    verdict = f"{entry['verdict']} ({criterion_words(entry)}{shown})"
+    return f"{verdict}, {rounded_metres(entry['distance'])} m, {where}{margin}"
 
 
 def _print_profile(console: Console, profile: Sequence[Mapping[str, Any]]) -> None:
@@ -135,29 +146,24 @@ def _initiated(ignition: Sequence[Mapping[str, Any]]) -> tuple[str, str]:
 
 
 def _print_hazard(console: Console, hazard: Mapping[str, Any]) -> None:
-    """The hazard distance, what it rests on, and beside it what single events do."""
+    """The recommended distance, its parts, and beside it what single events do."""
     if not hazard:
         return
     if hazard.get("attitude"):
         console.print(f"attitude: {attitude_words(hazard['attitude'])}", markup=False)
     if not hazard["determined"]:
-        console.print(f"hazard distance: not determined\n  {hazard['reason']}", markup=False)
+        console.print(f"recommended distance: not determined\n  {hazard['reason']}", markup=False)
         return
     number = f"{hazard['realisations']} realisation{'s' if hazard['realisations'] > 1 else ''}"
-    lines = [("hazard distance", metres(hazard["distance"]), f"no upper bound: {number}; {basis_words(hazard)}")]
-    if hazard["upper"] is not None:
-        error = f"± {hazard['standard_error']:.2g} m standard error, {number}"
-        lines = [
-            ("hazard distance, upper bound (95 %)", metres(hazard["upper"]), basis_words(hazard)),
-            ("distance of the expected density", metres(hazard["distance"]), error),
-        ]
-    short = hazard.get("without_ricochet")
-    if short:
-        shown = short["distance"] if short["upper"] is None else short["upper"]
-        lines.append(("  the same without ricochet", metres(shown), ricochet_words(hazard).partition(";")[0]))
+    console.print(f"recommended distance {metres(hazard['recommended'])}", markup=False)
+    console.print(f"  {parts_words(hazard)}", markup=False)
+    console.print(f"  {number}; {basis_words(hazard)}", markup=False)
+    lines = []
+    if short := hazard.get("without_ricochet"):
+        lines.append(("without ricochet", metres(short["recommended"]), ricochet_words(hazard).partition(";")[0]))
     lines += [
-        ("not hazard distances: single events", single_words(hazard), "5 to 95 %"),
-        ("  largest throw", metres(hazard["largest_throw"]), "of a single fragment"),
+        ("single events", single_words(hazard), "5 to 95 %, no distance to keep"),
+        ("largest throw", f"{rounded_metres(hazard['largest_throw'])} m", "of a single fragment, no distance to keep"),
     ]
     for label, value, note in lines:
         console.print(f"{label:37}{value:>16}  {note}", markup=False)

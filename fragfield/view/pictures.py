@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fragfield.errors import InputError
-from fragfield.report.figures.drawing import SPEED_MAP, drawing_style, to_bytes
+from fragfield.report.figures.drawing import COLUMN, SPEED_MAP, WIDE, blank_figure, drawing_style, to_bytes
 from fragfield.report.reading.run_files import RunFiles, read_run
 from fragfield.view.offscreen import require_offscreen
 from fragfield.view.scenes import burst_states, cut, fragment_points, section
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
-__all__ = ["burst_figures", "fragments_figures", "picture_of_burst", "picture_of_fragments"]
+__all__ = ["burst_figure", "fragments_figure", "picture_of_burst", "picture_of_fragments"]
 
 _PIXELS_HIGH = 900
 _LIGHT: dict[str, Any] = {"ambient": 0.45, "diffuse": 0.65, "specular": 0.0}
@@ -47,13 +47,13 @@ def picture_of_burst(run: Path | RunFiles, path: Path | None = None, *, frames: 
         VTK cannot draw here.
     """
     files = run if isinstance(run, RunFiles) else read_run(run)
-    return _saved(burst_figures(files, frames=frames)[0], files, path, "picture_of_burst.png")
+    return _saved(burst_figure(files, frames=frames), files, path, "picture_of_burst.png")
 
 
 def picture_of_fragments(run: Path | RunFiles, path: Path | None = None) -> Path:
     """Write the cloud of fragments, coloured by initial speed; parameters and errors as `picture_of_burst`."""
     files = run if isinstance(run, RunFiles) else read_run(run)
-    return _saved(fragments_figures(files)[0], files, path, "picture_of_fragments.png")
+    return _saved(fragments_figure(files, width=WIDE), files, path, "picture_of_fragments.png")
 
 
 def _saved(figure: Figure, run: RunFiles, path: Path | None, name: str) -> Path:
@@ -72,13 +72,13 @@ class _Frame:
     extent: tuple[float, float, float, float]
 
 
-def burst_figures(run: RunFiles, *, frames: int = 4) -> tuple[Figure, Figure]:
-    """Figures of the section over time: `frames` times side by side, and for a narrow page half as many."""
+def burst_figure(run: RunFiles, *, frames: int = 2) -> Figure:
+    """Figure of the section at `frames` times side by side, two in the width of a column."""
     require_offscreen()
     grids = burst_states(run, frames)
     fastest = max(float(grid.point_data["speed"].max()) for _, grid in grids) or 1.0
     drawn = [_Frame(time, *_render_section(grid, fastest)) for time, grid in grids]
-    return _panels(drawn, fastest, 7.4), _panels(drawn[1::2] if len(drawn) > 2 else drawn[-1:], fastest, 3.75)
+    return _panels(drawn, fastest, max(COLUMN, 0.5 * COLUMN * len(drawn)))
 
 
 def _panels(drawn: list[_Frame], fastest: float, width: float) -> Figure:
@@ -87,7 +87,7 @@ def _panels(drawn: list[_Frame], fastest: float, width: float) -> Figure:
     low, high = min(frame.extent[2] for frame in drawn), max(frame.extent[3] for frame in drawn)
     height = float(np.clip((width - 1.2) * (high - low) / sum(widths), 1.8, 5.5))
     with drawing_style():
-        figure = _canvas(width, height + 1.35)
+        figure = blank_figure(width, height + 1.35)
         axes = figure.subplots(1, len(drawn), sharey=True, squeeze=False, gridspec_kw={"width_ratios": widths})[0]
         for axis, frame in zip(axes, drawn, strict=True):
             left, right, bottom, top = (edge * 1e3 for edge in frame.extent)
@@ -128,15 +128,6 @@ def _render_section(
     return picture, extent
 
 
-def _canvas(width: float, height: float) -> Figure:
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(width, height))
-    FigureCanvasAgg(figure)
-    return figure
-
-
 def _speed_bar(figure: Figure, fastest: float) -> None:
     """The scale of speeds along the foot of the figure, above which its panels are placed."""
     from matplotlib.cm import ScalarMappable
@@ -149,8 +140,8 @@ def _speed_bar(figure: Figure, fastest: float) -> None:
     bar.outline.set_visible(False)  # type: ignore[operator]
 
 
-def fragments_figures(run: RunFiles, streak: float = 1e-4) -> tuple[Figure, Figure]:
-    """Figures, wide and narrow, of the fragments `streak` seconds on without drag, sized by mass, coloured by speed."""
+def fragments_figure(run: RunFiles, streak: float = 1e-4, *, width: float = COLUMN) -> Figure:
+    """Figure of the fragments `streak` seconds on without drag, sized by mass, coloured by speed; width in inches."""
     import pyvista
 
     require_offscreen()
@@ -172,12 +163,12 @@ def fragments_figures(run: RunFiles, streak: float = 1e-4) -> tuple[Figure, Figu
     plotter.close()
     extents = np.ptp(points.points, axis=0)
     text = f"Cloud {extents[0]:.2f} × {extents[1]:.2f} × {extents[2]:.2f} m; spheres {enlarged:.2g} times their size"
-    return _cloud(picture, fastest, text, 7.4, 4.6), _cloud(picture, fastest, text, 3.75, 3.9)
+    return _cloud(picture, fastest, text, width, 0.45 * width + 1.5)
 
 
 def _cloud(picture: NDArray[np.uint8], fastest: float, text: str, width: float, height: float) -> Figure:
     with drawing_style():
-        figure = _canvas(width, height)
+        figure = blank_figure(width, height)
         axis = figure.subplots()
         axis.imshow(picture, interpolation="antialiased")
         axis.set_axis_off()

@@ -60,7 +60,7 @@ def _hits(path: Path) -> Any:
 
 def _ensemble(path: Path) -> Any:
     found, witnesses = read_ensemble(path)
-    return [found.counts.landings, repr(found.headline), witnesses]
+    return [found.counts.throw, repr(found.headline), witnesses]
 
 
 def _case(path: Path) -> Any:

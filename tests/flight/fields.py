@@ -7,23 +7,47 @@ from typing import Any
 
 import numpy as np
 
+from flight.hazard.balance import Balance
+from flight.hazard.criteria import Criteria
 from flight.hazard.density.directions import Directions
 from flight.hazard.density.distance import ExpectedDistance
 from flight.hazard.density.expected import expected_distance
 from flight.hazard.density.groups import DensityGroups
 from flight.hazard.density.polar_grid import PolarGrid
+from flight.hazard.density.tally import tally
+from flight.hazard.ensemble import EnsembleHazard
+from flight.hazard.pool import FlightCounts, PooledFlights
 
 LIMIT = 1.0 / 55.7
 
 
+def landings_of(rows: np.ndarray, grid: PolarGrid) -> np.ndarray:
+    """Landed fragments by cell of a grid."""
+    turn, cell = grid.cells_of(rows["azimuth"], rows["distance"])
+    field = np.bincount(turn * grid.shape[1] + cell, minlength=grid.shape[0] * grid.shape[1])
+    return field.reshape(grid.shape).astype(float)
+
+
 def groups_of_landings(realisations: Sequence[np.ndarray], directions: Directions) -> DensityGroups:
-    """Groups of landed fragments, all hazardous, that fall steeply: their tracks are their landings."""
-    groups, grid = DensityGroups(directions), directions.grid
+    """Groups of landed fragments, all hazardous, that fall steeply: their path lengths are their landings."""
+    groups = DensityGroups(directions)
     for rows in realisations:
-        turn, cell = grid.cells_of(rows["azimuth"], rows["distance"])
-        field = np.bincount(turn * grid.shape[1] + cell, minlength=grid.shape[0] * grid.shape[1]).reshape(grid.shape)
-        groups.add(field.astype(float), field.astype(float))
+        field = landings_of(rows, directions.grid)
+        groups.add(field, field)
     return groups
+
+
+def ensemble_of_landings(
+    realisations: Sequence[np.ndarray], directions: Directions, criteria: Criteria | None = None
+) -> EnsembleHazard:
+    """Hazard over realisations of landed fragments that fall steeply."""
+    criteria = criteria or Criteria()
+    pool = PooledFlights(directions, criteria, ricochet=False)
+    for rows in realisations:
+        field = landings_of(rows[rows["energy"] >= criteria.energy], directions.grid)
+        counts = tally(rows, criteria, sector_width=360.0 / directions.grid.sectors)
+        pool.add(FlightCounts((field, field), (field, field), Balance(len(rows), len(rows)), counts))
+    return pool.hazard()
 
 
 def distance_of_landings(realisations: Sequence[np.ndarray], **settings: Any) -> ExpectedDistance:

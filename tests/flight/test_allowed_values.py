@@ -8,15 +8,13 @@ import numpy as np
 import pytest
 
 import flight
-from flight import hazard
 from flight.arena import ArenaTable
 from flight.hazard import Criteria
-from flight.hazard.contours import Site
 from flight.hazard.density.polar_grid import PolarGrid
 from flight.hazard.density.ring_counts import count_by_azimuth
 from flight.hazard.density.tally import sectors_of, tally
-from flight.hazard.ensemble import assess_ensemble
 from flight.hazard.exposed import Prism
+from flight.hazard.site import Site
 from flight.hazard.tp12 import effective_number
 from flight.result import HITS, LANDING, Status
 from flight.scene.walls import Wall as StoppingWall
@@ -25,7 +23,6 @@ CLOUD = flight.Fragments.from_arrays([0.01, 0.02], (0.0, 0.0, 1.0), [(8.0, 0.0, 
 THIRD = flight.Fragments.from_arrays(0.01, (0.0, 0.0, 1.0), (8.0, 0.0, 1.0), round=2)
 LANDED = np.zeros(1, dtype=LANDING)
 LANDED["status"], LANDED["distance"] = Status.LANDED, 25.0
-COUNTS = tally(LANDED)
 FLAT = np.zeros((2, 2))
 
 
@@ -60,9 +57,7 @@ ABOVE_ZERO = {
     "step of a map": lambda v: flight.HeightMap(FLAT, v),
     "step of a map's rows": lambda v: flight.HeightMap(FLAT, (1.0, v)),
     "cell of a grid": lambda v: PolarGrid(cell=v),
-    "distance cell": lambda v: tally(LANDED, distance=v),
     "fixed step": flight.FixedStep,
-    "tolerance of an ensemble": lambda v: assess_ensemble(COUNTS, tolerance=v),
     "mass": lambda v: flight.Fragments.from_arrays([0.1, v], (0, 0, 1), (1, 0, 0)),
     "shape factor": lambda v: flight.Fragments.from_arrays(0.1, (0, 0, 1), (1, 0, 0), [2600.0, v]),
     **{
@@ -183,11 +178,6 @@ def test_ranges_end_at_their_limits(call, lowest, highest):
         lambda: flight.Wind(np.zeros((1, 1)), np.zeros((1, 2))),
         lambda: Prism([(0.0, 0.0), (4.0, 0.0)], 0.0, 3.0),
         lambda: Prism([(0.0, 0.0, 0.0), (4.0, 0.0, 0.0), (4.0, 4.0, 0.0)], 0.0, 3.0),
-        lambda: tally(LANDED, distance=[[0.0, 10.0]]),
-        lambda: tally(LANDED, distance=[10.0]),
-        lambda: tally(LANDED, distance=[0.0, np.inf]),
-        lambda: tally(LANDED, distance=[-5.0, 10.0]),
-        lambda: tally(LANDED, distance=[0.0, 10.0, 10.0]),
         lambda: flight.shape.shaped(CLOUD, flight.shape.Mean(), identity=[1]),
         lambda: flight.shape.shaped(CLOUD, flight.shape.Mean(), identity=[0.0, 1.0]),
         lambda: flight.shape.shaped(CLOUD, flight.shape.Mean(), identity=[0, -1]),
@@ -257,14 +247,8 @@ def test_zones_that_leave_a_gap_are_refused(edges):
 
 def test_defaults_are_those_of_no_argument():
     """What is left out, and what is given as its default, is one."""
-    given = hazard.assess(LANDED, Criteria())
-    left_out = hazard.assess(LANDED)
-    assert given.criteria == left_out.criteria == Criteria()
-    assert assess_ensemble(COUNTS).criteria == Criteria()
     assert tally(LANDED, Criteria(energy=0.0)).hazardous.sum() == 1
-    assert tally(LANDED).hazardous.sum() == 0
-    assert hazard.assess(LANDED, Criteria(energy=0.0)).criteria.energy == 0.0
-    assert assess_ensemble(COUNTS, Criteria(energy=5.0)).criteria.energy == 5.0
+    assert tally(LANDED).hazardous.sum() == tally(LANDED, Criteria()).hazardous.sum() == 0
 
 
 def test_ground_and_ricochet_fit_together():

@@ -9,15 +9,14 @@ import flight
 from flight import hazard
 from flight.arena import ArenaTable, is_arena_file
 from flight.hazard import Criteria
-from flight.hazard.contours import Site
 from flight.hazard.density.directions import Directions
 from flight.hazard.density.expected import expected_distance
 from flight.hazard.density.fields import fields_of
 from flight.hazard.density.groups import DensityGroups
 from flight.hazard.density.near_ground import NearGround
 from flight.hazard.density.polar_grid import PolarGrid
-from flight.hazard.ensemble import assess_ensemble
 from flight.hazard.exposed import Prism
+from flight.hazard.site import Site
 from flight.hazard.tp12 import effective_number
 from flight.scene.walls import Wall as StoppingWall
 
@@ -76,12 +75,10 @@ HEAT = "zone_from_deg;zone_to_deg;mass_from_kg;mass_to_kg;number;mean_mass_kg;me
         (lambda: PolarGrid(cell="10 m"), "hazard: cell is the text '10 m'; needed: metres as a number"),
         (lambda: Site("46.9", 7.4, 0.0), "site: latitude is the text '46.9'; needed: degrees as a number"),
         (lambda: effective_number("4", 2), "stack rule: side is the text '4'; needed: a plain number"),
-        (lambda: hazard.assess(FLOWN, sector_width="15 deg"), "hazard: sector_width is the text '15 deg'; needed: deg"),
-        (lambda: hazard.assess(FLOWN, distance="10 m"), "hazard: distance is the text '10 m'; needed: metres as num"),
-        (lambda: hazard.assess(FLOWN, realisations="2"), "hazard: realisations is the text '2'; needed: a plain num"),
+        (lambda: hazard.tally(FLOWN, sector_width="15 deg"), "hazard: sector_width is the text '15 deg'; needed: deg"),
         (lambda: hazard.hit_probability(0.1, "0.58 m2"), "person_area is the text '0.58 m2'; needed: square metres"),
         (lambda: hazard.by_azimuth(FLOWN.hits, sector_width="5"), "sector_width is the text '5'; needed: degrees as a"),
-        (lambda: assess_ensemble([], tolerance="5 %"), "hazard: tolerance is the text '5 %'; needed: a plain number"),
+        (lambda: flight.hazard_distance(ONE, kernel="10 deg"), "hazard_distance: kernel is the text '10 deg'; needed"),
         (lambda: PolarGrid.of(72, "10 deg", 10.0, 500.0), "hazard: kernel is the text '10 deg'; needed: degrees as"),
         (lambda: Directions(PolarGrid(), kernel="10 deg"), "hazard: kernel is the text '10 deg'; needed: degrees"),
         (lambda: expected_distance(GROUPS, "1/55.7"), "hazard: limit is the text '1/55.7'; needed: a number per"),
@@ -181,11 +178,10 @@ def test_every_result_is_printed_in_a_line_or_two():
     found = {
         repr(cloud): "<flight.Fragments: 3, 0.06 kg, 600 to 600 m/s>",
         repr(result): "<flight.FlightResult: 3 of 3 fragments landed, 2 hits>",
-        repr(counts): "<flight.Tally: 1 x 72 x ",
+        repr(counts): "<flight.Tally: 1 x 72 sectors, ",
         repr(result.trajectories): "<flight.Trajectories: 2 paths of ",
         repr(result.near_ground): "<flight.PathLengths: ",
-        repr(hazard.assess(result)): "<flight.Hazard: ",
-        repr(assess_ensemble(counts, expected=expected)): "<flight.EnsembleHazard: 1 realisation, 72 sectors to ",
+        repr(hazard.ensemble_hazard(cloud)): "<flight.EnsembleHazard: 1 realisation, 72 sectors, criterion 79 J>",
         repr(expected): "<flight.ExpectedDistance: ",
         repr(ArenaTable.of([cloud])): "<flight.ArenaTable: 3 fragments of 0.06 kg in 36 zones>",
         repr(flight.HeightMap(np.zeros((2, 3)), 1.0)): "<flight.HeightMap 'height map': 2 x 3 nodes, 0 to 0 m>",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
+from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
@@ -11,14 +12,13 @@ import numpy as np
 import pytest
 
 from flight import InputError
-from flight.hazard.contours import Contour, Site, contours_of, outline, write_geojson, write_kml
+from flight.hazard.contours import Contour, contours_of, outline, smooth_outline, write_geojson, write_kml
 from flight.hazard.density.directions import Directions
-from flight.hazard.density.expected import expected_distance
 from flight.hazard.density.polar_grid import PolarGrid
-from flight.hazard.density.tally import tally
-from flight.hazard.ensemble import EnsembleHazard, assess_ensemble
+from flight.hazard.ensemble import EnsembleHazard
+from flight.hazard.site import Site, compass_point
 from flight.result import LANDING, Status
-from tests.flight.fields import distance_of_landings, groups_of_landings
+from tests.flight.fields import distance_of_landings, ensemble_of_landings
 
 Geodesic = pytest.importorskip("geographiclib.geodesic").Geodesic
 KML = "{http://www.opengis.net/kml/2.2}"
@@ -28,16 +28,14 @@ SITE = Site(52.25, 7.5, 30.0)
 @pytest.fixture(scope="module")
 def found() -> EnsembleHazard:
     generator = np.random.default_rng(1)
-    counts, parts = [], []
+    parts = []
     for _ in range(12):
         rows = np.zeros(20_000, dtype=LANDING)
         rows["status"], rows["energy"], rows["angle"] = Status.LANDED, 100.0, 30.0
         rows["azimuth"] = generator.uniform(0.0, 360.0, len(rows))
         rows["distance"] = generator.exponential(60.0, len(rows)) * (2.0 + np.cos(np.radians(rows["azimuth"])))
-        counts.append(tally(rows, sector_width=15.0))
         parts.append(rows)
-    groups = groups_of_landings(parts, Directions(PolarGrid.of(24, 15.0, 10.0, 3000.0), "worst_direction", 15.0))
-    return assess_ensemble(counts, expected=expected_distance(groups, 1.0 / 55.7))
+    return ensemble_of_landings(parts, Directions(PolarGrid.of(24, 15.0, 10.0, 3000.0), "worst_direction", 15.0))
 
 
 def inverse(site: Site, ring: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -75,7 +73,7 @@ def test_longitudes_do_not_jump_at_the_date_line() -> None:
 def test_contours_have_the_distances_of_the_sectors(found: EnsembleHazard) -> None:
     contours = contours_of(found, SITE)
     names = [(one.properties["quantity"], one.properties["statistic"]) for one in contours]
-    assert names == [("hazard_distance", "upper"), ("hazard_distance", "expected"), ("max_throw", "pooled")]
+    assert names == [("expected_density", "upper"), ("expected_density", "expected"), ("max_throw", "pooled")]
     expected = found.expected
     assert expected is not None
     curves = (expected.upper_by_direction, expected.by_direction, found.by_sector["max_throw"].pooled)
@@ -84,15 +82,60 @@ def test_contours_have_the_distances_of_the_sectors(found: EnsembleHazard) -> No
         azimuth, width = (SITE.bearing - bearing) % 360.0, 360.0 / len(curve)
         sector = np.floor(azimuth / width + 0.5).astype(int) % len(curve)
         inside = np.abs((azimuth + width / 2) % width - width / 2) < 0.49 * width  # a limit belongs to either
-        assert length[inside] == pytest.approx(curve[sector[inside]], abs=1e-6)
+        if one.properties["quantity"] == "max_throw":
+            assert length[inside] == pytest.approx(curve[sector[inside]], abs=1e-6)
+        else:
+            line = np.interp(azimuth, *smooth_outline(curve, expected.kernel), period=360.0)
+            assert length == pytest.approx(line, abs=1e-6)
+            assert expected.kernel == 15.0
         assert one.properties["largest_distance_m"] == pytest.approx(curve.max(), abs=1e-3)
         assert one.properties["realisations"] == 12
     assert contours[0].properties["largest_distance_m"] == pytest.approx(expected.upper, abs=1e-3)
     assert contours[1].properties["largest_distance_m"] == pytest.approx(expected.distance, abs=1e-3)
-    assert "the distance to apply" in contours[0].properties["name"]
+    assert "expected density, upper bound" in contours[0].properties["name"]
     for one in contours:
         assert (one.ring[0] == one.ring[-1]).all()
         assert area(one.ring) > 0.0, "the right-hand rule: counter-clockwise"
+
+
+@pytest.mark.parametrize("width", [1, 3, 20])  # directions behind a barricade
+def test_a_smooth_line_is_nowhere_nearer_than_the_distances_and_has_no_steps(width: int) -> None:
+    distance = np.full(144, 90.0)
+    distance[30 : 30 + width] = 20.0
+    distance[100:101] = 120.0
+    azimuth, line = smooth_outline(distance, 10.0)
+    own = np.interp(azimuth, np.arange(144) * 2.5, distance, period=360.0)
+    assert (line >= own - 1e-9).all()
+    assert line.max() == 120.0
+    assert np.interp(250.0, azimuth, line) == 120.0, "the worst direction keeps its distance"
+    step = np.abs(np.diff(np.append(line, line[0]))).max() / (360.0 / len(azimuth))
+    assert step <= 70.0 / (5 * 2.5) + 1e-9, "from one level to the other over half the kernel's width"
+    if width == 20:  # shade wider than the kernel is seen
+        assert np.interp(75.0 + 2.5 * 9.5, azimuth, line) == pytest.approx(20.0)
+
+
+def test_a_line_of_one_direction_or_without_a_kernel_is_as_the_distances() -> None:
+    assert (smooth_outline(np.array([55.0]), 10.0)[1] == 55.0).all()
+    assert set(smooth_outline(np.array([5.0, 50.0, 20.0, 1.0]), None)[1]) == {5.0, 50.0, 20.0, 1.0}
+
+
+@pytest.mark.parametrize(
+    ("azimuth", "bearing", "point"),
+    [
+        (0.0, 30.0, "NNE"),
+        (30.0, 0.0, "N"),
+        (-60.0, 90.0, "E"),
+        (120.0, 270.0, "W"),
+        (18.75, 11.25, "NNE"),
+        (31.0, 359.0, "N"),
+    ],
+)
+def test_bearings_turn_clockwise_from_north(azimuth: float, bearing: float, point: str) -> None:
+    assert float(SITE.bearing_of(azimuth)) == pytest.approx(bearing)
+    assert compass_point(float(SITE.bearing_of(azimuth))) == point
+    ((x, y),) = SITE.coordinates(azimuth, 10.0)
+    away = Geodesic.WGS84.Inverse(SITE.latitude, SITE.longitude, y, x)["azi1"] % 360.0
+    assert abs((away - bearing + 180.0) % 360.0 - 180.0) < 1e-4
 
 
 def test_arcs_keep_within_their_chords() -> None:
@@ -111,19 +154,20 @@ def test_all_azimuths_are_a_circle(found: EnsembleHazard) -> None:
         rows["azimuth"], rows["distance"] = generator.uniform(0.0, 360.0, 5000), generator.exponential(90.0, 5000)
         parts.append(rows)
     expected = distance_of_landings(parts)
-    circle = contours_of(assess_ensemble(found.counts, expected=expected), SITE)[0]
+    circle = contours_of(replace(found, expected=expected), SITE)[0]
     assert inverse(SITE, circle.ring)[0] == pytest.approx(expected.upper, abs=1e-6)
 
 
 def test_what_is_not_determined_has_no_line(found: EnsembleHazard) -> None:
-    open_ = assess_ensemble(found.counts, expected=found.expected, undetermined="there are no fragments")
+    open_ = replace(found, undetermined="there are no fragments")
     assert {one.properties["quantity"] for one in contours_of(open_, SITE)} == {"max_throw"}
 
 
 def test_no_hazard_has_no_contour() -> None:
     rows = np.zeros(3, dtype=LANDING)
     rows["status"], rows["distance"] = Status.LANDED, 50.0
-    quantities = {one.properties["quantity"] for one in contours_of(assess_ensemble([tally(rows)]), SITE)}
+    found = ensemble_of_landings([rows, rows], Directions(PolarGrid.of()))
+    quantities = {one.properties["quantity"] for one in contours_of(found, SITE)}
     assert quantities == {"max_throw"}
 
 
@@ -150,7 +194,10 @@ def test_kml_is_read_back(found: EnsembleHazard, tmp_path: Path) -> None:
     path = write_kml(contours, SITE, tmp_path / "contours.kml", {"seed": "1", "case": "long"})
     root = ET.parse(path).getroot()
     assert root.tag == f"{KML}kml"
-    origin, *places = root.findall(f"{KML}Document/{KML}Placemark")
+    (origin,) = root.findall(f"{KML}Document/{KML}Placemark")
+    (folder,) = root.findall(f"{KML}Document/{KML}Folder")
+    assert folder.findtext(f"{KML}name") == "distances by direction"
+    places = folder.findall(f"{KML}Placemark")
     assert origin.findtext(f"{KML}Point/{KML}coordinates") == "7.500000000,52.250000000"
     for place, contour in zip(places, contours, strict=True):
         text = place.findtext(f"{KML}Polygon/{KML}outerBoundaryIs/{KML}LinearRing/{KML}coordinates") or ""

@@ -1,14 +1,13 @@
-"""Bands, pooled distances and their convergence over many realisations; the files of an ensemble."""
+"""Ensembles: single events by the same estimate, throws and numbers by sector, and the files of an ensemble."""
 
 from __future__ import annotations
 
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import Path
 
 import h5py
 import numpy as np
 import pytest
-from scipy.stats import binom
 
 from flight import Fragments, InputError
 from flight.files.ensemble import (
@@ -19,22 +18,19 @@ from flight.files.ensemble import (
     write_fragment_ensemble,
 )
 from flight.files.text_tables import read_columns
-from flight.hazard.assessment import assess, falling_through, hazard_of
-from flight.hazard.bands import Band, band_of
-from flight.hazard.criteria import Criteria
+from flight.hazard.criteria import hit_probability
 from flight.hazard.density.directions import Directions
 from flight.hazard.density.distance import ExpectedDistance
-from flight.hazard.density.expected import expected_distance
 from flight.hazard.density.polar_grid import PolarGrid
 from flight.hazard.density.tally import Tally, tally
 from flight.hazard.density.witness_hazard import SECTOR_HITS, by_azimuth, sector_hits
-from flight.hazard.distances import DISTANCES, FEWEST
-from flight.hazard.ensemble import EnsembleHazard, assess_ensemble
+from flight.hazard.ensemble import EnsembleHazard
+from flight.hazard.pool import KEPT
 from flight.result import HITS, LANDING, Status
-from tests.flight.fields import groups_of_landings
+from tests.flight.fields import ensemble_of_landings
 
-LIMIT = 1.0 / 55.7
-FLAT = Criteria(person_height=0.0)
+GRID = PolarGrid.of(sectors=12)
+BASES = ("all_azimuths", "worst_direction")
 
 
 def poisson_field(generator: np.random.Generator, reach: float = 150.0, number: float = 3000.0) -> np.ndarray:
@@ -46,168 +42,127 @@ def poisson_field(generator: np.random.Generator, reach: float = 150.0, number: 
     return rows
 
 
-def ensemble(realisations: int, seed: int = 1, **settings: float) -> EnsembleHazard:
+def ensemble(realisations: int, seed: int = 1, basis: str = "all_azimuths", **settings: float) -> EnsembleHazard:
     generator = np.random.default_rng(seed)
-    counts = [tally(poisson_field(generator, **settings), FLAT, sector_width=30.0) for _ in range(realisations)]
-    return assess_ensemble(counts, FLAT)
+    parts = [poisson_field(generator, **settings) for _ in range(realisations)]
+    return ensemble_of_landings(parts, Directions(GRID, basis))
 
 
-def test_pooled_is_the_assessment_of_all_rows_together() -> None:
-    generator = np.random.default_rng(4)
-    parts = [poisson_field(generator) for _ in range(5)]
-    found = assess_ensemble([tally(part, FLAT) for part in parts], FLAT)
-    together = assess(np.concatenate(parts), FLAT, realisations=5)
-    for name in ("ground_density", "normal_density", "ground_distance", "max_throw", "fragments", "hazardous"):
-        assert getattr(found.pooled, name) == pytest.approx(getattr(together, name), rel=1e-12), name
-    assert found.bands["hazardous_fragment_distance"].pooled == together.hazardous_fragment_distance
-
-
-def test_a_realisation_in_the_ensemble_is_that_alone() -> None:
-    """However far the others flew: what one realisation gives does not depend on the cells that another one needs."""
+@pytest.mark.parametrize("basis", BASES)
+def test_an_event_in_the_ensemble_is_that_event_alone(basis: str) -> None:
+    """However far the others flew: its distance is that of an ensemble of it alone, by the same estimate."""
     generator = np.random.default_rng(5)
-    parts = [poisson_field(generator, reach) for reach in (20.0, 300.0)]
-    found = assess_ensemble([tally(part, FLAT) for part in parts], FLAT)
+    parts = [poisson_field(generator, reach) for reach in (20.0, 300.0, 100.0)]
+    directions = Directions(GRID, basis)
+    found = ensemble_of_landings(parts, directions)
     for number, part in enumerate(parts):
-        alone = assess(part, FLAT)
-        assert found.each["hazardous_fragment_distance"][number] == alone.hazardous_fragment_distance
-        assert found.each["hazardous_fragment_distance_all_round_ground"][number] == alone.all_round_ground_distance
-        assert found.each["max_range"][number] == alone.max_throw.max()
-        assert found.sector_distance["normal"][number] == pytest.approx(alone.normal_distance, abs=0)
+        alone = ensemble_of_landings([part], directions)
+        assert found.events[number] == pytest.approx(alone.expected.distance, rel=1e-12)
+        assert found.events[number] == pytest.approx(alone.events[0], rel=1e-12)
+        assert found.throw[number] == alone.throw[0] == part["distance"].max()
+        assert alone.expected.upper is None
 
 
-def test_pooled_density_converges_to_the_field() -> None:
-    """Density of the field at d: number / (2 pi reach d) exp(-d / reach); its distance by the same fall."""
-    found = ensemble(200)
-    place = found.distance
-    edges = found.counts.edges
-    exact = 3000.0 * -np.diff(np.exp(-edges / 150.0)) / (np.pi * np.diff(edges**2))
-    counted = found.counts.landings.sum(axis=(0, 1))
-    noise = 5.0 / np.sqrt(np.maximum(counted, 1.0))
-    seen = counted > 50
-    assert (np.abs(found.by_distance["ground_density"].pooled[seen] / exact[seen] - 1.0) < noise[seen]).all()
-    band = found.bands["hazardous_fragment_distance_all_round_ground"]
-    assert band.pooled == pytest.approx(
-        falling_through(place, exact, LIMIT), abs=4.0 * (band.pooled_standard_error or 0)
-    )
-    assert band.converged
+def test_nine_events_of_ten_lie_within_the_band_and_their_mean_in_its_middle() -> None:
+    found = ensemble(100)
+    median, low, high = found.single_event
+    assert np.mean((found.events >= low) & (found.events <= high)) == pytest.approx(0.9, abs=0.02)
+    assert median == pytest.approx(found.expected.distance, rel=0.02)
+    assert low < 0.97 * median < 1.03 * median < high
 
 
-def test_bands_hold_nine_realisations_of_ten() -> None:
-    found = ensemble(400)
-    for name in DISTANCES:
-        each, band = found.each[name], found.bands[name]
-        assert np.mean((each >= band.low) & (each <= band.high)) == pytest.approx(0.9, abs=0.02), name
-        assert band.low <= band.median <= band.high
-        assert band.realisations == 400
-    curve = found.by_distance["ground_density"]
-    assert (curve.low <= curve.median).all()
-    assert (curve.median <= curve.high).all()
-    assert (found.by_distance["probability"].high <= 1.0).all()
+def test_in_the_worst_direction_single_events_reach_farther_than_their_mean() -> None:
+    """Of an even field each event has a worst direction of its own: the largest of many counts."""
+    found, even = ensemble(15, basis="worst_direction"), ensemble(15)
+    assert found.events.min() > even.events.max()
+    assert found.events.min() > found.expected.distance
 
 
-def test_standard_error_is_the_scatter_of_repeated_ensembles() -> None:
-    """Of 250 ensembles the medians and pooled distances scatter as each of them says; the error falls as 1 / root n.
-
-    250 of them know their scatter to 4.5 % (1 / sqrt(500)). The bootstrap of a median of few realisations says a little
-    too much: for normal values by what its exact distribution gives (Efron 1979, Ann. Statist. 7, section 3).
-    """
-    name = "hazardous_fragment_distance_all_round_ground"
-    repeated = [ensemble(25, seed, reach=60.0, number=500.0).bands[name] for seed in range(100, 350)]
-    # The median of a draw of 25 is at most the k-th value where 13 or more of its members are.
-    weight = np.diff(binom.sf(12, 25, np.arange(26) / 25.0))
-    values = np.sort(np.random.default_rng(1).normal(size=(20_000, 25)), axis=1)
-    variance = values**2 @ weight - (values @ weight) ** 2
-    too_much = float(np.sqrt(variance.mean()) / values[:, 12].std())
-    assert too_much == pytest.approx(1.09, abs=0.01)
-    for value, error in (("median", "standard_error"), ("pooled", "pooled_standard_error")):
-        scatter = np.std([getattr(band, value) for band in repeated], ddof=1)
-        reported = np.sqrt(np.mean([getattr(band, error) ** 2 for band in repeated]))
-        expected = {"median": too_much, "pooled": 1.0}[value] * scatter
-        assert reported == pytest.approx(expected, rel=0.09), (value, reported, scatter)
-    errors = [
-        np.mean([ensemble(n, seed, reach=60.0, number=500.0).bands[name].pooled_standard_error for seed in range(3)])
-        for n in (32, 128, 512)
-    ]
-    rate = np.polyfit(np.log([32, 128, 512]), np.log(errors), 1)[0]
-    assert rate == pytest.approx(-0.5, abs=0.05), errors
+def test_the_first_realisations_alone_are_kept() -> None:
+    found = ensemble(KEPT + 3, number=50.0)
+    assert found.realisations == len(found.events) == len(found.throw) == KEPT
+    assert found.expected.realisations == KEPT + 3
+    assert found.headline["single_event"]["realisations"] == KEPT
+    assert found.headline["realisations"] == KEPT + 3
 
 
-def test_standard_error_of_a_median_is_that_of_theory() -> None:
-    """Of n normal values sqrt(pi / 2 n) times their deviation, on the average of many bootstraps (Kendall).
-
-    4,000 medians know their scatter to 1.1 %; the mean of 60 reported errors is known to about 3 %.
-    """
-    number, generator = 400, np.random.default_rng(12)
-    bands = [band_of(generator.normal(100.0, 5.0, number), 100.0, None, 0.05) for _ in range(60)]
-    reported = np.sqrt(np.mean([band.standard_error**2 for band in bands]))
-    theory = np.sqrt(0.5 * np.pi / number) * 5.0
-    scatter = np.median(generator.normal(100.0, 5.0, (4000, number)), axis=1).std(ddof=1)
-    assert scatter == pytest.approx(theory, rel=0.035)
-    assert reported == pytest.approx(theory, rel=0.08)
-    assert all(abs(band.median - 100.0) < 4.5 * theory for band in bands)
-
-
-def test_one_realisation_has_no_band_and_few_have_not_converged() -> None:
-    one = ensemble(1).bands["hazardous_fragment_distance"]
-    assert one.median == one.low == one.high == one.pooled
-    assert (one.standard_error, one.change_between_halves, one.converged, one.needed) == (None, None, False, None)
-    few = ensemble(FEWEST - 1)
-    assert set(few.not_converged) == set(DISTANCES)
-    assert ensemble(40).summary()["converged"] is True
-
-
-def test_convergence_asks_for_what_is_needed() -> None:
-    """A distance that scatters by 20 % needs the number at which the error of its median is within the tolerance."""
-    each = 100.0 + 20.0 * np.random.default_rng(1).normal(size=20)
-    band = band_of(each, 100.0, None, 0.01)
-    assert not band.converged
-    assert band.standard_error == pytest.approx(20.0 * np.sqrt(np.pi / 2.0 / 20.0), rel=0.5)
-    assert band.needed == np.ceil(20 * (band.standard_error / (0.01 * band.median)) ** 2)
-    assert band_of(each, 100.0, None, 0.5).converged
-    assert band_of(np.zeros(20), 0.0, np.zeros(5), 0.05).converged
-    assert band_of(np.array([0.0] * 15 + [9.0] * 6), 0.0, None, 0.05).needed in (None, FEWEST)
-    assert band.change_between_halves == pytest.approx(np.median(each[10:]) - np.median(each[:10]))
-
-
-def test_the_order_of_the_realisations_changes_no_distance() -> None:
+def test_the_order_of_the_realisations_changes_no_event() -> None:
     generator = np.random.default_rng(9)
-    counts = [tally(poisson_field(generator), FLAT) for _ in range(6)]
-    there, back = assess_ensemble(counts, FLAT), assess_ensemble(counts[::-1], FLAT)
-    for name, band in there.bands.items():
-        for value in ("median", "low", "high"):
-            assert getattr(band, value) == getattr(back.bands[name], value)
-        assert band.pooled == pytest.approx(back.bands[name].pooled, rel=1e-12)
+    parts = [poisson_field(generator) for _ in range(4)]
+    there, back = (ensemble_of_landings(one, Directions(GRID, "worst_direction")) for one in (parts, parts[::-1]))
+    assert there.single_event == back.single_event
+    assert there.summary() == back.summary()
 
 
-def test_files_hold_the_ensemble(tmp_path: Path) -> None:
-    found = ensemble(12)
+def test_throws_and_numbers_by_sector() -> None:
+    generator = np.random.default_rng(3)
+    parts = [poisson_field(generator) for _ in range(20)]
+    found = ensemble_of_landings(parts, Directions(GRID))
+    here = [(np.floor(part["azimuth"] / 30.0 + 0.5).astype(int) % 12) == 4 for part in parts]
+    throws = [part["distance"][one].max() for part, one in zip(parts, here, strict=True)]
+    row = found.summary()["by_sector"][4]
+    assert row["azimuth_deg"] == 120.0
+    assert row["fragments"] == row["hazardous"] == np.mean([one.sum() for one in here])
+    assert (row["max_throw"], row["max_throw_largest"]) == (np.median(throws), max(throws))
+    assert [row["max_throw_low"], row["max_throw_high"]] == pytest.approx(np.quantile(throws, [0.05, 0.95]))
+    farthest = [part["distance"].max() for part in parts]
+    assert found.summary()["max_range"] == np.median(farthest)
+    assert found.headline["largest_throw"] == max(farthest)
+
+
+def _same(one: object, other: object) -> bool:
+    if isinstance(one, ExpectedDistance) and isinstance(other, ExpectedDistance):
+        return all(_same(getattr(one, entry.name), getattr(other, entry.name)) for entry in fields(one))
+    return np.array_equal(one, other) if isinstance(one, np.ndarray) else one == other
+
+
+@pytest.mark.parametrize("basis", BASES)
+def test_files_hold_the_ensemble(basis: str, tmp_path: Path) -> None:
+    found = ensemble(12, basis=basis)
+    found = replace(found, expected=replace(found.expected, without_ricochet=replace(found.expected, distance=1.0)))
     hits = np.zeros((12, 12), dtype=SECTOR_HITS)
     hits["hits"] = np.arange(144).reshape(12, 12)
     hits["mean_initial_speed"] = 0.5 * hits["hits"]
     paths = write_ensemble(found, {"ring": hits}, tmp_path, {"seed": "7"})
     assert [path.name for path in paths] == ["ensemble.h5", *CSV_FILES]
     again, witnesses = read_ensemble(tmp_path / "ensemble.h5")
+    assert _same(again.expected, found.expected)
+    assert again.headline == found.headline
     assert again.summary() == found.summary()
-    assert again.criteria == FLAT
+    assert again.criteria == found.criteria
     assert list(witnesses) == ["ring"]
     assert (witnesses["ring"] == hits).all()
     with h5py.File(tmp_path / "ensemble.h5") as file:
         assert file.attrs["seed"] == "7"
-        band = file["bands/hazardous_fragment_distance"].attrs
-        assert band["median"] == found.bands["hazardous_fragment_distance"].median
-        assert band["realisations"] == 12
+        assert file["expected"].attrs["upper"] == found.expected.upper
     table = read_columns(tmp_path / "ensemble.csv")
-    assert table["hazardous_fragment_distance"] == pytest.approx(found.each["hazardous_fragment_distance"], rel=1e-9)
+    assert table["distance_m"] == pytest.approx(found.events, rel=1e-9)
+    assert table["max_throw_m"] == pytest.approx(found.throw, rel=1e-9)
     table = read_columns(tmp_path / "hazard_by_distance.csv")
-    assert table["normal_density_high"] == pytest.approx(found.by_distance["normal_density"].high, rel=1e-9)
+    assert table["distance_m"] == pytest.approx(found.expected.radius, rel=1e-9)
+    assert table["normal_density_high"] == pytest.approx(found.expected.density_high[1], rel=1e-9)
+    assert table["probability"] == pytest.approx(hit_probability(found.expected.density[1]), rel=1e-9)
     table = read_columns(tmp_path / "hazard_by_sector.csv")
     assert table["azimuth_deg"].tolist() == [30.0 * i for i in range(12)]
+    assert table["upper_m"].max() <= found.expected.upper * (1.0 + 1e-9)
     with h5py.File(tmp_path / "ensemble.h5", "a") as file:
-        del file["counts/tracks"]
+        del file["counts/throw"]
     with pytest.raises(InputError, match=r"ensemble\.h5: data cut off or damaged"):
         read_ensemble(tmp_path / "ensemble.h5")
     with pytest.raises(InputError, match="no such file"):
         read_ensemble(tmp_path / "other.h5")
+
+
+def test_what_is_not_determined_has_no_distance_in_any_file(tmp_path: Path) -> None:
+    found = replace(ensemble(3), undetermined="none landed")
+    write_ensemble(found, {}, tmp_path)
+    again, _ = read_ensemble(tmp_path / "ensemble.h5")
+    assert again.undetermined == "none landed"
+    assert again.headline == found.headline
+    assert found.headline["expected"] is found.headline["single_event"] is None
+    assert found.headline["determined"] is False
+    for name in ("ensemble.csv", "hazard_by_sector.csv"):
+        assert np.isnan(read_columns(tmp_path / name)["distance_m"]).all()
 
 
 def test_fragments_of_realisations_come_back(tmp_path: Path) -> None:
@@ -243,49 +198,9 @@ def test_hits_by_sector_are_the_table_of_the_summary() -> None:
         assert [row[name] for row in rows] == table[name].tolist()
 
 
-def test_files_hold_the_hazard_distance(tmp_path: Path) -> None:
-    generator = np.random.default_rng(2)
-    parts = [poisson_field(generator) for _ in range(12)]
-    grid = PolarGrid.of(72, 10.0, 10.0, 2000.0)
-    counts = [tally(part, FLAT) for part in parts]
-    for basis, reason in (("all_azimuths", ""), ("worst_direction", "none landed")):
-        groups = groups_of_landings(parts, Directions(grid, basis, 10.0, (0.0,) if reason else ()))
-        found = assess_ensemble(counts, FLAT, expected=expected_distance(groups, LIMIT), undetermined=reason)
-        write_ensemble(found, {}, tmp_path)
-        back, _ = read_ensemble(tmp_path / "ensemble.h5")
-        assert back.headline == found.headline
-        assert back.undetermined == reason
-        for entry in fields(ExpectedDistance):
-            mine, theirs = getattr(found.expected, entry.name), getattr(back.expected, entry.name)
-            assert np.array_equal(mine, theirs) if isinstance(mine, np.ndarray) else mine == theirs, entry.name
-        if not reason:
-            assert found.headline["single_event"]["low"] < found.headline["single_event"]["high"]
-        else:
-            assert found.headline["distance"] is None
-            assert found.headline["determined"] is False
-
-
-@pytest.mark.parametrize(
-    ("make", "message"),
-    [
-        (lambda: assess_ensemble([]), "no realisation"),
-        (lambda: assess_ensemble(ensemble(2).counts, tolerance=0.0), "tolerance is 0.0"),
-    ],
-)
-def test_messages(make, message: str) -> None:
-    with pytest.raises(InputError, match=message):
-        make()
-
-
-def test_tallies_of_different_grids_are_refused() -> None:
+def test_tallies_of_different_sectors_are_refused() -> None:
     rows = poisson_field(np.random.default_rng(0))
     with pytest.raises(InputError, match="different sectors"):
         Tally.join([tally(rows, sector_width=5.0), tally(rows, sector_width=10.0)])
-    with pytest.raises(InputError, match="different distance cells"):
-        Tally.join([tally(rows, distance=10.0), tally(rows, distance=20.0)])
-
-
-def test_hazard_of_a_tally_names_the_band() -> None:
-    assert isinstance(ensemble(3).bands["max_range"], Band)
-    counts = ensemble(3).counts
-    assert hazard_of(counts, FLAT).realisations == 3
+    with pytest.raises(InputError, match="no realisation"):
+        Tally.join([])

@@ -9,7 +9,9 @@ import pytest
 
 from flight import LANDING, ConstantAir, Cylinder, Fragments, InputError, Panel, Status, fly
 from flight.files.text_tables import read_columns
-from flight.hazard.assessment import Criteria, assess, by_azimuth, density_on, falling_through, hit_probability
+from flight.hazard.criteria import Criteria, falling_through, hit_probability
+from flight.hazard.density.tally import tally
+from flight.hazard.density.witness_hazard import by_azimuth, density_on
 
 LIMIT = 1.0 / 55.7
 
@@ -26,21 +28,6 @@ def isotropic(number: int, height: float, speed: float = 1e5) -> Fragments:
     direction = generator.normal(size=(number, 3))
     direction /= np.linalg.norm(direction, axis=1, keepdims=True)
     return Fragments.from_arrays(0.1, (0.0, 0.0, height), speed * direction)
-
-
-def test_isotropic_field_on_the_ground() -> None:
-    """Straight flight from a height: N / (4 pi d^2) across the path, times sin(angle) on the ground."""
-    number, height = 400_000, 30.0
-    result = fly(isotropic(number, height), air="vacuum", gravity=0.0, time_limit=1.0)
-    hazard = assess(result, Criteria(person_height=0.0), sector_width=90.0, distance=np.arange(0.0, 121.0, 5.0))
-    squared = hazard.distance**2 + height**2
-    across = number / (4.0 * np.pi * squared)
-    counts = np.maximum(hazard.all_round_ground * np.pi * np.diff(hazard.edges**2), 1.0)
-    noise = 4.0 / np.sqrt(counts) + 0.01
-    assert (np.abs(hazard.all_round_normal / across - 1.0) < noise).all()
-    assert (np.abs(hazard.all_round_ground / (across * height / np.sqrt(squared)) - 1.0) < noise).all()
-    assert hazard.normal_density.mean(axis=0) == pytest.approx(hazard.all_round_normal, rel=1e-12)
-    assert hazard.probability == pytest.approx(1.0 - np.exp(-0.58 * hazard.normal_density))
 
 
 def test_isotropic_field_on_a_ring() -> None:
@@ -61,65 +48,29 @@ def test_isotropic_field_on_a_ring() -> None:
         density_on(result.hits, Cylinder(1.0))
 
 
-def test_cells_and_energy() -> None:
+def test_sectors_energy_and_throw() -> None:
     rows = landed([12.0, 18.0, 12.0, 33.0, 12.0], [0.0, 2.4, 357.6, 90.0, 2.6], [79.0, 200.0, 80.0, 78.9, 500.0])
-    hazard = assess(rows, Criteria(person_height=0.0))
-    area = np.pi / 72 * (20.0**2 - 10.0**2)
-    assert hazard.azimuth[[0, 1, 18]].tolist() == [0.0, 5.0, 90.0]
-    assert hazard.ground_density[0, 1] == pytest.approx(3.0 / area)
-    assert hazard.ground_density[1, 1] == pytest.approx(1.0 / area)
-    assert hazard.ground_density[18].sum() == 0.0
-    assert hazard.max_throw[[0, 1, 18]].tolist() == [18.0, 12.0, 33.0]
-    assert hazard.fragments.sum() == 5
-    assert hazard.hazardous.sum() == 4
-    halved = assess(rows, Criteria(person_height=0.0), realisations=2)
-    assert halved.ground_density == pytest.approx(0.5 * hazard.ground_density)
-
-
-def test_trajectory_normal_tracks() -> None:
-    """A path 30 degrees steep: 1.8 m high it is 3.118 m long on the ground; the track is split over two cells."""
-    rows = landed([21.0], [0.0], angle=30.0)
-    hazard = assess(rows, sector_width=360.0, distance=10.0)
-    back = 1.8 / np.tan(np.radians(30.0))
-    length = 1.8 / np.sin(np.radians(30.0))
-    areas = np.pi * np.diff(hazard.edges**2)
-    assert hazard.normal_density[0, 2] == pytest.approx(length * 1.0 / back / 1.8 / areas[2])
-    assert hazard.normal_density[0, 1] == pytest.approx(length * (back - 1.0) / back / 1.8 / areas[1])
-    flat = assess(landed([500.0], [0.0], angle=0.0), sector_width=360.0, distance=100.0)
-    lengths = flat.normal_density[0] * np.pi * np.diff(flat.edges**2)
-    assert lengths[:5] == pytest.approx(np.full(5, 100.0 / 1.8), rel=1e-5)
-    # as the height goes to zero, 1 / sin
-    low = assess(rows, Criteria(person_height=1e-6), sector_width=360.0, distance=10.0)
-    zero = assess(rows, Criteria(person_height=0.0), sector_width=360.0, distance=10.0)
-    assert low.normal_density == pytest.approx(zero.normal_density)
-    assert zero.normal_density[0, 2] == pytest.approx(2.0 / areas[2])
+    rows["ricochets"][3], rows["last_status"][3] = 1, Status.LANDED
+    rows["last_azimuth"][3], rows["last_distance"][3] = 95.0, 60.0
+    found = tally(rows)
+    assert found.azimuth[[0, 1, 18]].tolist() == [0.0, 5.0, 90.0]
+    assert found.fragments[0, [0, 1, 18]].tolist() == [3, 1, 1]
+    assert found.hazardous[0, [0, 1, 18]].tolist() == [3, 1, 0]
+    assert found.throw[0, [0, 1, 18, 19]].tolist() == [18.0, 12.0, 0.0, 60.0], "where it came to rest"
+    assert (found.fragments.sum(), found.hazardous.sum()) == (5, 4)
 
 
 def test_distance_is_linear_between_centres() -> None:
     place = np.array([5.0, 15.0, 25.0, 35.0])
     assert falling_through(place, np.array([9.0, 4.0, 2.0, 0.0]), 3.0) == pytest.approx(20.0)
     assert falling_through(place, np.array([9.0, 1.0, 4.0, 2.0]), 3.0) == pytest.approx(30.0)  # the farthest counts
-    assert falling_through(place, np.array([9.0, 9.0, 9.0, 9.0]), 3.0, end=40.0) == pytest.approx(35.0 + 5.0 * 6 / 9)
+    assert falling_through(place, np.array([9.0, 9.0, 9.0, 9.0]), 3.0) == 35.0
     assert falling_through(place, np.zeros(4), 3.0) == 0.0
     # N / (4 pi r^2) on cells: the exact distance within their width squared
     edges = np.linspace(0.0, 100.0, 101)
     middle = 0.5 * (edges[1:] + edges[:-1])
     exact = np.sqrt(900.0 / (4.0 * np.pi * LIMIT))
     assert falling_through(middle, 900.0 / (4.0 * np.pi * middle**2), LIMIT) == pytest.approx(exact, rel=1e-4)
-
-
-def test_uniform_ground_field_gives_its_edge() -> None:
-    """Twice the limit out to 200 m, nothing beyond: every sector's distance lies at the edge, within a cell."""
-    generator = np.random.default_rng(3)
-    number = round(40.0 * LIMIT * np.pi * 200.0**2)
-    rows = landed(200.0 * np.sqrt(generator.uniform(size=number)), generator.uniform(0.0, 360.0, number))
-    hazard = assess(rows, sector_width=30.0, distance=20.0, realisations=20)
-    assert hazard.ground_distance == pytest.approx(np.full(12, 200.0), abs=6.0)
-    assert hazard.all_round_ground_distance == pytest.approx(200.0, abs=1.0)
-    assert hazard.all_round_normal_distance == pytest.approx(hazard.all_round_ground_distance, abs=1e-6)
-    summary = hazard.summary()
-    assert summary["hazardous_fragment_distance"] == max(s["hazardous_fragment_distance"] for s in summary["by_sector"])
-    assert len(summary["by_sector"]) == 12
 
 
 def test_probability() -> None:
@@ -143,18 +94,9 @@ def test_table_by_azimuth() -> None:
     assert table[1]["mean_initial_speed"] == 0.0
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ({"sector_width": 7.0}, "sector width is 7.0 degrees"),
-        ({"distance": 0.0}, "distance cells of 0.0 m"),
-        ({"distance": [5.0, 3.0]}, "rising from zero"),
-        ({"realisations": 0}, "realisations is 0"),
-    ],
-)
-def test_messages(arguments: dict[str, object], message: str) -> None:
-    with pytest.raises(InputError, match=message):
-        assess(landed([1.0], [0.0]), **arguments)  # type: ignore[arg-type]
+def test_messages() -> None:
+    with pytest.raises(InputError, match=r"sector width is 7\.0 degrees"):
+        tally(landed([1.0], [0.0]), sector_width=7.0)
 
 
 def test_criteria_messages() -> None:

@@ -75,7 +75,7 @@ def test_no_hill_is_flown_through(integrator: FixedStep | None) -> None:
     ground = hills()
     fragments = slow_cloud(2500, seed=1)
     landing = fly(fragments, air="vacuum", ground=ground, integrator=integrator).landing
-    assert {Status.LANDED, Status.LEFT_DOMAIN} >= set(landing["status"].tolist())
+    assert set(landing["status"].tolist()) == {Status.LANDED}
     landed = landing["status"] == Status.LANDED
     assert landed.sum() > 2000
     on = landing[landed]
@@ -103,8 +103,7 @@ def test_needle_hills_are_met() -> None:
     assert landing["position"][:, 0] == pytest.approx(99.0 + z / 30.0, abs=1e-6)
     above = Fragments.from_arrays(0.01, place + np.array([0.0, 0.0, 29.5]), shots.velocity)
     landing = fly(above, air="vacuum", gravity=0.0, ground=ground, time_limit=1.0).landing
-    assert (landing["status"] == Status.LEFT_DOMAIN).all()
-    assert landing["position"][:, 0] == pytest.approx(200.0, abs=1e-6)
+    assert (landing["status"] == Status.TIME_OUT).all()
 
 
 def test_saddle_of_one_cell() -> None:
@@ -115,13 +114,27 @@ def test_saddle_of_one_cell() -> None:
     assert landing["position"] == pytest.approx([6.0, 6.0, 0.36], abs=1e-7)
 
 
-def test_edge_of_the_map_is_the_edge_of_the_domain() -> None:
-    ground = HeightMap(np.zeros((3, 3)), 100.0, (-100.0, -100.0))
-    shots = Fragments.from_arrays(1.0, (0.0, 0.0, 1.0), [[500.0, 0, 50], [0, -500, 50], [1.0, 0, 0]])
-    landing = fly(shots, ground=ground).landing
-    assert landing["status"].tolist() == [Status.LEFT_DOMAIN, Status.LEFT_DOMAIN, Status.LANDED]
-    assert landing["position"][0, 0] == pytest.approx(100.0, abs=1e-9)
-    assert landing["position"][1, 1] == pytest.approx(-100.0, abs=1e-9)
+def test_beyond_the_edge_the_ground_is_level_at_its_height() -> None:
+    """As on a map that is larger by level ground: profiles of the edges go on straight, the corners both ways."""
+    profile = np.array([[0.0, 4.0], [3.0, 1.0], [6.0, -2.0]])
+    small = HeightMap(profile, 40.0, (-20.0, -40.0))
+    large = HeightMap(np.pad(profile, 60, mode="edge"), 40.0, (-20.0 - 2400.0, -40.0 - 2400.0))
+    generator = np.random.default_rng(4)
+    velocity = generator.normal(0.0, 150.0, (3000, 3))
+    shots = Fragments.from_arrays(0.02, (0.0, 0.0, 6.5), velocity)
+    flown, expected = (fly(shots, ground=ground).landing for ground in (small, large))
+    off = ~small.contains(*expected["position"][:, :2].T)
+    assert off.sum() > 1500
+    assert large.contains(*expected["position"][:, :2].T).all()
+    assert (flown["status"] == expected["status"]).all()
+    assert flown["position"] == pytest.approx(expected["position"], abs=1e-5)
+    assert flown["position"][off, 2] == pytest.approx(small.at(*flown["position"][off, :2].T), abs=1e-7)
+
+
+def test_distance_to_the_edge() -> None:
+    ground = HeightMap(np.zeros((3, 4)), 100.0, (-100.0, -50.0))
+    assert ground.reach((0.0, 0.0), [0.0, 90.0, 180.0, 270.0]) == pytest.approx([200.0, 150.0, 100.0, 50.0])
+    assert ground.reach((50.0, 0.0), 45.0) == pytest.approx(150.0 * np.sqrt(2.0))
 
 
 def test_starting_on_the_ground_flies() -> None:

@@ -13,7 +13,6 @@ from flight.hazard.criteria import Criteria
 from flight.hazard.density.fields import fields_of
 from flight.hazard.density.near_ground import NearGround
 from flight.hazard.density.polar_grid import PolarGrid
-from flight.hazard.density.tally import tally
 from flight.integrate.fly import STANDARD_GRAVITY
 
 GRID = PolarGrid(72, 2, 10.0, 20)
@@ -154,17 +153,6 @@ def test_the_flight_itself_is_the_same_to_the_last_bit() -> None:
     assert np.array_equal(counted.landing, plain.landing)
     with pytest.raises(InputError, match="not asked to count paths"):
         fields_of(plain)
-
-
-def test_tables_take_the_paths_that_were_counted() -> None:
-    fragments = launched([0.0, 0.0, 0.8], rays(500, 700.0, 1.0), 0.02)
-    _, _, result = lengths(fragments, air="standard")
-    along, straight = tally(result), tally(result.landing)
-    assert np.array_equal(along.landings[..., : straight.landings.shape[2]], straight.landings)
-    assert along.tracks.sum() == pytest.approx(fields_of(result)[1].sum())
-    near = along.tracks[..., 0].sum(), straight.tracks[..., 0].sum()
-    assert near[0] == pytest.approx(500 * 10.0 / 1.8, rel=0.01), "near the charge too"
-    assert near[1] == 0.0
 
 
 def test_contact_between_fragments_counts_every_path_once() -> None:

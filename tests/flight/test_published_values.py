@@ -16,18 +16,18 @@ from burst_fenicsx.problem import ContactSettings
 from flight import Contact, StandardAtmosphere, Wind
 from flight.arena import ArenaTable
 from flight.fragments import check_possible
-from flight.hazard.assessment import assess, hit_probability
-from flight.hazard.bands import HIGH, LOW
-from flight.hazard.criteria import Criteria
+from flight.hazard.criteria import Criteria, hit_probability
 from flight.hazard.density.directions import RADIAL, SPACING, Directions, _raised_cosine
 from flight.hazard.density.estimate import _student
 from flight.hazard.density.polar_grid import PolarGrid
 from flight.hazard.density.tally import tally
 from flight.hazard.exposed import Prism
+from flight.hazard.pool import TOLERANCE
 from flight.hazard.tp12 import effective_number
 from flight.scene.obstacles import count_by_face
 from flight.scene.ricochet import KINDS, RANGE
 from flight.scene.walls import FRAGMENT_DENSITY
+from fragfield.case.tables.flight import HazardTable
 
 FOOT, POUND_FORCE = 0.3048, 4.4482216
 
@@ -53,14 +53,16 @@ def test_what_is_left_out_is_that_criterion_everywhere():
     assert default(hit_probability, "person_area") == Criteria().person_area
 
 
-def test_tables_are_cut_alike_where_nothing_is_said():
-    """72 sectors and cells of 10 m, as the grid on which paths near the ground are counted."""
-    grid = PolarGrid()
-    for function in (assess, tally):
-        assert 360.0 / default(function, "sector_width") == grid.sectors == 72
-        assert default(function, "distance") == grid.cell == 10.0
+def test_the_library_and_the_case_have_the_same_defaults():
+    """72 sectors, cells of 10 m, a kernel of 10 degrees: the distance of both is one."""
+    case, grid = HazardTable(), PolarGrid.of()
+    assert (case.sectors, case.distance_cell, case.tolerance) == (grid.sectors, grid.cell, TOLERANCE)
+    assert (grid.sectors, grid.cell, TOLERANCE) == (72, 10.0, 0.02)
+    assert math.degrees(case.kernel) == pytest.approx(default(flight.hazard_distance, "kernel"), rel=1e-15)
+    assert 360.0 / default(tally, "sector_width") == grid.sectors
     assert default(ArenaTable.of, "width") == 360.0 / grid.sectors
-    assert (pytest.approx(0.05), pytest.approx(0.95)) == (LOW, HIGH)
+    wanted = Criteria()
+    assert [case.energy, case.density, case.person_area, case.person_height] == list(vars(wanted).values())
 
 
 @pytest.mark.parametrize(("name", "density"), [("water", 1000.0), ("soft_soil", 1500.0), ("sand", 1700.0)])

@@ -9,8 +9,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from flight import Drag, Fragments, InputError
-from flight.hazard.assessment import hit_probability
-from flight.hazard.criteria import Criteria
+from flight.hazard.criteria import Criteria, hit_probability
 from flight.hazard.retardation import Retardation
 from flight.hazard.tp12 import (
     MottField,

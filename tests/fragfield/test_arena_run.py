@@ -42,7 +42,7 @@ def test_realisations_are_added_and_all_azimuths_count_alike(runs):
     assert hazard["realisations"] == 30
     assert hazard["more_realisations"]
     assert hazard["basis"] == "all_azimuths"
-    assert hazard["upper"] > hazard["distance"] > 20.0
+    assert hazard["upper"] > hazard["expected"] > 20.0
 
 
 def test_the_table_of_a_run_is_that_of_the_test(runs):
@@ -56,7 +56,7 @@ def test_the_table_flown_again_from_the_run_gives_the_same_distance(runs, tmp_pa
     assert done.exit_code == 0, done.stderr
     again = json.loads(done.stdout)["hazard"]
     first = json.loads((runs / "a" / "summary.json").read_text())["hazard"]
-    for key in ("distance", "upper", "standard_error"):
+    for key in ("recommended", "expected", "upper", "standard_error"):
         assert again[key] == first[key]
 
 
@@ -127,7 +127,7 @@ def test_pieces_that_land_beyond_the_first_guess_of_the_reach(tmp_path):
     hazard = json.loads(done.stdout)["hazard"]
     assert hazard["largest_throw"] > 2000.0
     assert hazard["determined"]
-    assert 10.0 < hazard["distance"] < hazard["upper"] < 100.0
+    assert 10.0 < hazard["expected"] < hazard["upper"] < 100.0
 
 
 ROUND = """title = "Arena with a round"

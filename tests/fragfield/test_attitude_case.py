@@ -77,11 +77,11 @@ def test_words_of_an_axis_give_back_its_angles(inclination, azimuth):
     [
         ({}, "upright", "upright, nose up; base 1 m over the ground"),
         ({"attitude": "180 deg"}, "inclined", "upright, nose down; base 1 m over the ground"),
-        ({"attitude": "lying", "azimuth": "90 deg"}, "lying", "lying, nose to 90 deg; base 1 m over the ground"),
+        ({"attitude": "lying", "azimuth": "90 deg"}, "lying", "lying, nose to azimuth 90°; base 1 m over the ground"),
         (
             {"attitude": "30 deg", "azimuth": "45 deg"},
             "inclined",
-            "inclined by 30 deg from upright, nose to 45 deg; base 1 m over the ground",
+            "inclined by 30 deg from upright, nose to azimuth 45°; base 1 m over the ground",
         ),
         ({"attitude": "any"}, "any", "mixed attitudes, the distance is that of the worst; base as placed 1 m over"),
     ],
@@ -98,7 +98,7 @@ def test_rounds_that_stand_and_lie_are_named():
     case = case_from_document(changed(round=[entry, lying]), source="case", folder=Path())
     part = attitude_of(case)
     assert part["kind"] == "several"
-    assert part["words"] == "a upright, nose up; b lying, nose to 0 deg"
+    assert part["words"] == "a upright, nose up; b lying, nose to azimuth 0°"
     assert part["base_height"] == pytest.approx(0.5)
 
 
@@ -134,6 +134,15 @@ def test_what_contradicts_itself_is_refused(given, words):
 
 
 WALL = {"name": "wall", "kind": "wall", "start": ["9 m", "-5 m"], "end": ["9 m", "5 m"], "height": "3 m"}
+MAN = {"name": "man", "kind": "person", "position": ["90 m", "0 m"]}
+HOUSE = {
+    "name": "house",
+    "kind": "building",
+    "position": ["90 m", "0 m"],
+    "length": "9 m",
+    "width": "6 m",
+    "height": "4 m",
+}
 ANY_REFUSED = 'round[1].attitude: found "any" together with'
 
 
@@ -141,7 +150,8 @@ ANY_REFUSED = 'round[1].attitude: found "any" together with'
     ("tables", "what"),
     [
         ({"plane": [{"name": "earth", "kind": "ground"}]}, "a ground plane or a wall in the burst (plane)"),
-        ({"exposed": [{"name": "man", "kind": "person", "position": ["90 m", "0 m"]}]}, "exposed sites (exposed)"),
+        ({"exposed": [{**HOUSE}]}, "exposed[1] (house), a building, whose walls and roof count hits"),
+        ({"exposed": [{**MAN, "energy": "15 J"}]}, "exposed[1] (man), a site with its own energy"),
         ({"obstacle": [{**WALL}]}, "obstacles (obstacle)"),
         ({"flight": {"wind": {"model": "constant", "speed": "5 m/s"}}}, "wind (flight.wind)"),
     ],
@@ -149,9 +159,15 @@ ANY_REFUSED = 'round[1].attitude: found "any" together with'
 def test_what_does_not_turn_with_the_rounds_is_refused_with_any(tables, what):
     """With what to do instead; the same tables are sound with an attitude of their own."""
     _refused(
-        [f"{ANY_REFUSED} {what}", "fragfield sweep CASE round.0.attitude=upright,lying"], {"attitude": "any"}, **tables
+        [f"{ANY_REFUSED} {what}", "fragfield sweep CASE 'round.*.attitude=upright,lying'"],
+        {"attitude": "any"},
+        **tables,
     )
     assert _case({"attitude": "upright"}, **tables).round[0].axis == (0.0, 0.0, 1.0)
+
+
+def test_people_in_the_open_go_with_any():
+    assert _case({"attitude": "any"}, exposed=[{**MAN}]).exposed[0].name == "man"
 
 
 def test_any_is_of_all_rounds_or_of_none():
@@ -183,7 +199,7 @@ def test_the_check_says_the_attitude_and_what_any_costs(tmp_path):
     )
     assert done.exit_code == 0, done.stderr
     found = json.loads(done.stdout)
-    assert found["arrangement"]["attitude"]["words"] == "lying, nose to 0 deg"
+    assert found["arrangement"]["attitude"]["words"] == "lying, nose to azimuth 0°"
     assert "attitudes" not in found["expected"]
 
 

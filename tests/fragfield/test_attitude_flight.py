@@ -26,6 +26,7 @@ STEPS = (60.0, 20.0)
 FEW = "[break_up]\nrealisations = 8"
 TEXT = (
     RINGS.replace("[break_up]", FEW, 1).replace('"12 us"', '"80 us"')
+    + '\n[[exposed]]\nname = "man"\nposition = ["0 m", "40 m"]\n'
     + "\n[hazard]\ntolerance = 0.05\nmax_realisations = 16\n"
 )
 
@@ -108,7 +109,7 @@ def test_the_worst_attitude_is_reported_with_the_curve(envelope):
     expected = envelope.hazard.expected
     assert envelope.attitude.inclination == worst["inclination_deg"]
     assert expected.upper == worst["upper"]
-    assert expected.distance == worst["distance"]
+    assert expected.distance == worst["expected"]
     for beside in (worst["inclination_deg"] - 20.0, worst["inclination_deg"] + 20.0):
         assert (beside, 0.0) in rows or not 0.0 <= beside <= 180.0
     assert envelope.flights == sum(row["realisations"] for row in rows.values())
@@ -118,12 +119,26 @@ def test_the_worst_attitude_is_reported_with_the_curve(envelope):
     assert set(expected.upper_by_direction) == {expected.upper}
 
 
+def test_an_exposed_site_meets_its_worst_attitude(mixed, envelope):
+    """No less than the mean of one attitude at any azimuth; the attitude is one of those flown."""
+    (man,) = envelope.exposed
+    rows = {(row["inclination_deg"], row["roll_deg"]) for row in envelope.curve}
+    assert (man["worst_inclination_deg"], man["worst_roll_deg"]) in rows
+    leaning = replace(_job(mixed, few=True), attitude=Arrangement(_job(mixed).case).turned(60.0))
+    (there,) = fly_all(leaning, _fragments(mixed)).exposed
+    for name in ("density_normal", "density_ground"):
+        assert man[name]["expected"] <= man[name]["upper"]
+    assert max(man[name]["upper"] for name in ("density_normal", "density_ground")) >= max(
+        there[name]["expected"] for name in ("density_normal", "density_ground")
+    )
+
+
 def test_the_upright_attitude_of_the_curve_is_the_upright_run(mixed, envelope):
     job = _job(mixed, few=True)
     upright = job.case.round[0].model_copy(update={"attitude": None})
     job = replace(job, case=job.case.model_copy(update={"round": [upright]}))
     alone = fly_all(job, _fragments(mixed)).hazard.expected
-    assert envelope.curve[0]["distance"] == alone.distance
+    assert envelope.curve[0]["expected"] == alone.distance
     assert envelope.curve[0]["upper"] == alone.upper
 
 
@@ -180,6 +195,6 @@ def test_summary_and_report_state_the_attitude(mixed, tmp_path):
     page = (tmp_path / "out" / "report.html").read_text()
     first = page.index("Attitude: mixed attitudes, the distance is that of the worst: inclined by")
     assert first < page.index("Limits of validity")
-    assert "Annex: hazard distance by attitude" in page
+    assert "Annex: expected distance by attitude" in page
     assert (tmp_path / "out" / "figures" / "attitude_curve.svg").is_file()
     assert "in every direction: worst attitude" in page

@@ -202,21 +202,37 @@ def test_a_crossed_round_is_refused_by_the_depth_between_the_axes():
     _refused('"b" reaches 5 mm into round[1] "shell"', round=[ROUND, lying])
 
 
-def test_the_smallest_gap_that_a_refusal_names_is_enough():
-    """Closer than the corners of the mesh reach is refused; at the gap that the message allows the meshes are apart."""
-    stack = {"arrangement": "row", "count": 2, "gap": "0 mm"}
+def test_rounds_of_a_stack_without_a_gap_touch_with_their_meshes():
+    """At a gap of zero the meshes do not overlap, and are apart by far less than a cell."""
+    case = _case(stack={"arrangement": "row", "count": 2, "gap": "0 mm"})
+    left, right = (mesh_round(entry, burst_settings(case).cell_size) for entry in burst_rounds(case))
+    assert 0.0 <= right.nodes[:, 0].min() - left.nodes[:, 0].max() < 1e-3
+    places = _positions(case)
+    assert 0.0 < places[1, 0] - places[0, 0] - WIDTH < 1e-3, "far less than a cell of 10 mm"
+    alone = _positions(
+        _case(stack={"arrangement": "row", "count": 2, "gap": "0 mm"}, burst={"contact": {"surfaces": False}})
+    )
+    assert np.diff(alone[:, 0]) == pytest.approx(WIDTH)
+
+
+def test_the_smallest_distance_that_a_refusal_names_is_enough():
+    """Closer than the corners of the mesh reach is refused; at the distance that the message allows they are apart."""
+
+    def pair(gap: str) -> list[dict]:
+        there = f"{1e3 * WIDTH + float(gap.split(maxsplit=1)[0])!r} mm"
+        return [ROUND, {**ROUND, "name": "b", "position": [there, *ROUND.get("position", ["0 m", "0 m", "0 m"])[1:]]}]
+
     with pytest.raises(InputError) as caught:
-        _case(stack=stack)
+        _case(round=pair("0 mm"))
     message = str(caught.value)
-    assert 'stack.gap: "shell_1" and "shell_2" stand 0 mm apart' in message
+    assert 'round[2].position: "shell" and "b" stand 0 mm apart' in message
     smallest = re.search(r"allowed: at least (\S+ mm) apart", message)[1]
-    case = _case(stack={**stack, "gap": smallest})
-    settings, rounds = burst_settings(case), burst_rounds(case)
-    left, right = (mesh_round(entry, settings.cell_size) for entry in rounds)
+    case = _case(round=pair(smallest))
+    left, right = (mesh_round(entry, burst_settings(case).cell_size) for entry in burst_rounds(case))
     assert left.nodes[:, 0].max() < right.nodes[:, 0].min()
     assert float(smallest.split()[0]) < 1.0, "far less than a cell of 10 mm"
-    _refused("stack.gap", stack={**stack, "gap": f"{float(smallest.split()[0]) - 0.01} mm"})
-    assert len(_case(stack=stack, burst={"contact": {"surfaces": False}}).round) == 2
+    _refused("round[2].position", round=pair(f"{float(smallest.split()[0]) - 0.01} mm"))
+    assert len(_case(round=pair("0 mm"), burst={"contact": {"surfaces": False}}).round) == 2
 
 
 def test_a_round_from_a_mesh_file_is_seen_too(tmp_path):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import signal
 import subprocess
 import time
@@ -13,8 +12,10 @@ import numpy as np
 import pytest
 
 from fragfield.case import load_case
+from fragfield.case.changes import load_set_case
 from fragfield.errors import InputError
 from fragfield.files.run_directory import SCRATCH, STAGES, RunDirectory
+from fragfield.hazard.recommended import not_included_words, recommended_of
 from fragfield.pipeline import convergence as module
 from fragfield.pipeline.convergence import convergence_of, convergence_words, with_cells
 from fragfield.pipeline.job import Job
@@ -27,7 +28,7 @@ from tests.fragfield.short_run import ROOT, command, environment
 BURST = {"geometry": "axisymmetric", "wall_seconds": 10.0, "start_seconds": 0.5, "stepping_seconds": 8.0, "cells": 1600,
          "cell_size": 0.003, "mean_initial_speed": 1009.0, "max_initial_speed": 1400.0, "outer_diameter": 0.4,
          "speed_quantiles": {"90": 1200.0, "99": 1300.0}}  # fmt: skip
-HEADLINE = {"realisations": 20, "determined": True, "distance": 100.0, "upper": 103.0, "standard_error": 1.0}
+HEADLINE = {"realisations": 20, "determined": True, "expected": 100.0, "upper": 103.0, "standard_error": 1.0}
 
 
 class _Directory(RunDirectory):
@@ -42,8 +43,13 @@ def job(tmp_path):
     case = load_case(ROOT / "cases" / "m107_tnt.toml")
     directory = _Directory(tmp_path)
     object.__setattr__(directory, "burst", dict(BURST))
-    # The clock began long ago enough for every size, unless a test says otherwise.
-    return Job(case, directory, directory, Team(), ProgressReporter(enabled=False), began=time.perf_counter() - 1000.0)
+    return Job(case, directory, directory, Team(), ProgressReporter(enabled=False))
+
+
+def _with(job, asked):
+    """The job with a preset of other cell sizes."""
+    burst = job.case.burst.model_copy(update={"convergence": asked})
+    return replace(job, case=job.case.model_copy(update={"burst": burst}))
 
 
 @pytest.fixture
@@ -56,8 +62,9 @@ def flown():
 def _stub(monkeypatch, values, made):
     """Other sizes that give a function of the size in place of a burst."""
 
-    def computed(_job, size, realisations, words):
-        made.append((size, realisations))
+    def computed(_job, case, words):
+        size = case.burst.cell_size
+        made.append((size, case.break_up.realisations))
         if isinstance(found := values(size), Exception):
             words.append(str(found))
             return None
@@ -76,8 +83,8 @@ FLOWN = SimpleNamespace(
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"geometry": "3d"}, "is in three dimensions; for convergence run `fragfield sweep CASE burst.cell_size="),
-        ({"off": True}, 'burst.convergence = "off"; for convergence run `fragfield sweep'),
+        ({"geometry": "3d"}, 'has it with burst.convergence = "final" alone, and this run has "standard"'),
+        ({"off": True}, 'burst.convergence = "off"'),
         ({"fragments": True}, "the fragments are from another source"),
         ({"lean": True}, "not computed for the runs of a sweep"),
     ],
@@ -86,22 +93,22 @@ def test_a_run_without_convergence_says_why(job, flown, change, words):
     if "geometry" in change:
         job.source.burst["geometry"] = change["geometry"]
     if "off" in change:
-        job = replace(job, case=job.case.model_copy(update={
-            "burst": job.case.burst.model_copy(update={"convergence": "off"})}))  # fmt: skip
+        job = _with(job, "off")
     if "fragments" in change:
         job = replace(job, fragments=job.target.path / "fragments.h5")
     job = replace(job, lean="lean" in change)
-    found = convergence_of(job, flown, HEADLINE, 1.0)
+    found = convergence_of(job, flown, HEADLINE)
     assert set(found) == {"reason"}
     assert found["reason"].startswith("no grid convergence: ")
     assert words in found["reason"]
-    assert convergence_words(found) == [found["reason"]]
+    assert convergence_words(found) == []  # the recommended distance says it
+    assert words in not_included_words(recommended_of(HEADLINE, found))
 
 
 def test_a_manufactured_burst_gives_its_order_and_limit(job, flown, monkeypatch):
     made = []
     _stub(monkeypatch, lambda size: 1000.0 + 1e6 * size**2, made)  # 1009 at 3 mm
-    found = convergence_of(job, flown, HEADLINE, 1.0)
+    found = convergence_of(_with(job, "final"), flown, HEADLINE)
     assert [1e3 * size for size, _ in made] == pytest.approx([6.0, 3.0 * 2**0.5, 3.0 / 2**0.5])
     assert found["sizes"] == sorted(found["sizes"])
     assert len(found["sizes"]) == 4
@@ -110,45 +117,71 @@ def test_a_manufactured_burst_gives_its_order_and_limit(job, flown, monkeypatch)
     assert speed["order"] == pytest.approx(2.0, abs=0.01)
     assert speed["extrapolated"] == pytest.approx(1000.0, abs=0.1)
     assert speed["uncertainty"] == pytest.approx(1.25 * 9.0, rel=0.02)  # of the run's own size, not of the finest
-    distance = found["quantities"]["hazard_distance"]
+    distance = found["quantities"]["expected_distance"]
     assert distance["standard_errors"] == [1.0] * 4
     assert distance["kind"] == "statistical"  # 0.9 m of cells in differences known to 1.4 m
     (line,) = convergence_words(found)
     assert "(2.12, 3, 4.24, 6 mm): mean speed ± 11 m/s, order 2" in line
 
 
-def test_the_budget_is_half_of_the_time_taken(job, flown, monkeypatch):
+@pytest.mark.parametrize(
+    ("asked", "geometry", "factors"),
+    [
+        ("quick", "axisymmetric", [2.0]),
+        ("standard", "axisymmetric", [2.0, 2**0.5]),
+        ("final", "axisymmetric", [2.0, 2**0.5, 0.5**0.5]),
+        ("final", "3d", [2.0, 2**0.5]),
+    ],
+)
+def test_the_case_alone_decides_sizes_and_realisations(job, flown, monkeypatch, asked, geometry, factors):
     made = []
     _stub(monkeypatch, lambda size: 1009.0 + size, made)
-    short = replace(job, began=time.perf_counter())
-    found = convergence_of(short, flown, HEADLINE, 2.0)  # 10 s and 2 s: 6 s for the others
-    # sqrt(2) h: 8 s / 2.8 and its flights fit; h / sqrt(2): 8 s x 2.8 does not.
-    assert [1e3 * size for size, _ in made] == pytest.approx([6.0, 3.0 * 2**0.5])
-    made.clear()
-    short.source.burst.update(wall_seconds=1.0, stepping_seconds=0.9, start_seconds=0.1)
-    found = convergence_of(short, flown, HEADLINE, 20.0)  # flights of 1 s a realisation
-    assert [(size, number) for size, number in made] == [(0.006, 12)]  # the coarsest in any case, with twelve of them
-    assert "4.24 mm left out: about" in found["reason"]
-    assert found["quantities"]["mean_initial_speed"]["kind"] == "two_sizes"
+    job.source.burst["geometry"] = geometry
+    for realisations, number in ((20, 20), (module._MOST + 30, module._MOST)):
+        made.clear()
+        found = convergence_of(_with(job, asked), flown, {**HEADLINE, "realisations": realisations})
+        assert [size / 0.003 for size, _ in made] == pytest.approx(factors)
+        assert {count for _, count in made} == {number}
+        assert len(found["sizes"]) == 1 + len(factors)
+
+
+def test_an_unknown_preset_is_refused_with_those_that_exist():
+    words = r'burst\.convergence: found "?auto"?; allowed: "off", "quick", "standard" or "final"'
+    with pytest.raises(InputError, match=words):
+        load_set_case(ROOT / "cases" / "m107_tnt.toml", ["burst.convergence=auto"])
+
+
+def test_sizes_count_by_the_number_of_cells(job, flown, monkeypatch):
+    made = []
+    _stub(monkeypatch, lambda size: 1009.0 + size, made)
+    flat = convergence_of(_with(job, "final"), flown, HEADLINE)
+    assert flat["representative_sizes"] == pytest.approx(flat["sizes"], rel=1e-3)
+    job.source.burst["geometry"] = "3d"  # the stub's cells are as many as in two dimensions
+    solid = convergence_of(_with(job, "final"), flown, HEADLINE)
+    assert solid["representative_sizes"][1:] == pytest.approx([0.003 * 2 ** (1 / 3), 0.003 * 4 ** (1 / 3)], rel=1e-3)
 
 
 def test_a_size_that_fails_is_reported_and_the_others_count(job, flown, monkeypatch):
     made = []
     _stub(monkeypatch, lambda size: ValueError("6 mm: no layer") if size > 0.005 else 1009.0 + size, made)
-    found = convergence_of(job, flown, HEADLINE, 1.0)
-    assert len(found["sizes"]) == 3
+    found = convergence_of(job, flown, HEADLINE)
+    assert len(found["sizes"]) == 2
     assert found["reason"] == "6 mm: no layer"
+    _stub(monkeypatch, lambda size: ValueError(f"{1e3 * size:.3g} mm: no layer"), made)
+    found = convergence_of(job, flown, HEADLINE)
+    assert found["reason"] == "6 mm: no layer; 4.24 mm: no layer"
+    assert recommended_of(HEADLINE, found)["not_included"]["grid"] == found["reason"]
 
 
 def test_a_run_without_a_distance_has_no_convergence_of_it(job, flown, monkeypatch):
     _stub(monkeypatch, lambda size: 1009.0 + size, [])
-    found = convergence_of(job, flown, {"realisations": 20, "determined": False}, 1.0)
-    assert "hazard_distance" not in found["quantities"]
+    found = convergence_of(job, flown, {"realisations": 20, "determined": False})
+    assert "expected_distance" not in found["quantities"]
     assert "mean_initial_speed" in found["quantities"]
 
 
 def test_another_size_changes_the_cells_and_leaves_out_what_is_not_needed(job):
-    case = with_cells(job.case, 0.012, 7)
+    case = with_cells(job.case, 0.012, 7, "axisymmetric")
     assert (case.burst.cell_size, case.burst.convergence, case.burst.geometry) == (0.012, "off", "axisymmetric")
     assert (case.break_up.realisations, case.hazard.max_realisations) == (7, 7)
     assert (case.witness, case.exposed, case.flight.trajectories) == ([], [], 0)
@@ -169,9 +202,9 @@ def test_nothing_is_left_behind(job, monkeypatch, error):
     words = []
     if isinstance(error, KeyboardInterrupt):
         with pytest.raises(KeyboardInterrupt):
-            module._computed(job, 0.006, 2, words)
+            module._computed(job, with_cells(job.case, 0.006, 2, "axisymmetric"), words)
     else:
-        assert module._computed(job, 0.006, 2, words) is None
+        assert module._computed(job, with_cells(job.case, 0.006, 2, "axisymmetric"), words) is None
         assert words == ["6 mm could not be computed: the mesh cannot be made"]
     assert list(job.target.path.iterdir()) == []
 
@@ -189,8 +222,8 @@ def _run(share, *, kind="monotone", tolerance=0.02):
     quantity = {"values": [100.0, 101.0, 103.0], "standard_errors": [1.0, 1.0, 1.0], "order": 1.5, "order_used": 1.5,
                 "extrapolated": 99.0, "uncertainty": 100.0 * share, "factor": 1.25, "kind": kind}  # fmt: skip
     sizes = [0.003, 0.0042, 0.006]
-    parts = {"convergence": {"sizes": sizes, "quantities": {"hazard_distance": quantity}, "reason": ""},
-             "hazard": {"distance": 100.0, "determined": True, "tolerance": tolerance},
+    parts = {"convergence": {"sizes": sizes, "quantities": {"expected_distance": quantity}, "reason": ""},
+             "hazard": {"expected": 100.0, "determined": True, "tolerance": tolerance},
              "burst": {"cell_size": 0.003}}  # fmt: skip
     return SimpleNamespace(part=lambda name: parts.get(name, {}))
 
@@ -198,22 +231,21 @@ def _run(share, *, kind="monotone", tolerance=0.02):
 def test_a_distance_that_its_cells_leave_open_is_a_warning():
     (warning,) = convergence_findings(_run(0.07, kind="oscillating"))
     assert warning.weight == "warning"
-    assert "The cell size leaves the hazard distance uncertain by 7.0 %" in warning.text
+    assert "The cell size leaves the expected distance uncertain by 7.0 %" in warning.text
     assert "values that oscillate), several times `hazard.tolerance` (2 %): repeat with smaller cells" in warning.text
     (good,) = convergence_findings(_run(0.05))
     assert good.weight == "good"
 
 
 def test_the_report_has_a_line_for_each_quantity():
-    (table, words) = convergence_tables(_run(0.03))
+    (table,) = convergence_tables(_run(0.03))
     assert table.head[1] == "3\u00a0mm (this run)"
     (line,) = table.lines
     assert line == (
-        "Distance of the expected density (m)",
+        "Expected distance (m)",
         "100\u00a0±\u00a01", "101\u00a0±\u00a01", "103\u00a0±\u00a01",
         "1.5", "99", "3", "order observed",
     )  # fmt: skip
-    assert "The largest speed is the mean of one cell" in words.text
 
 
 @pytest.mark.slow
@@ -230,15 +262,3 @@ def test_an_interrupted_run_leaves_no_scratch_folder(short_case, tmp_path):
     assert process.wait(timeout=60) == 130
     assert not (out / SCRATCH).exists()
     assert not RunDirectory(out).complete(STAGES["fly"])  # a resumed run computes it again
-
-
-@pytest.mark.parametrize(("budget", "sizes"), [(math.inf, 3), (0.0, 1)])
-def test_a_study_computes_every_size_whatever_it_takes(budget, sizes, monkeypatch):
-    """Without a limit of time: all sizes with all realisations; so the numbers do not depend on the machine."""
-    own = module._Result(0.006, 1000, 80, {}, {}, 100.0, 1000.0)
-    made, words = [], []
-    monkeypatch.setattr(module, "_computed", lambda job, size, number, words: made.append((size, number)) or own)
-    found = list(module._other_sizes(None, own, budget, 10.0, words))
-    assert len(found) == len(made) == sizes
-    assert {number for _, number in made} == ({80} if budget else {12})
-    assert bool(words) == (budget == 0.0)

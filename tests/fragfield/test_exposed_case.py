@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from fragfield.case import load_case
-from fragfield.case.conversion.exposed_sites import exposed_sites_of, site_of
+from fragfield.case.conversion.exposed_sites import describe_exposed, exposed_sites_of
+from fragfield.case.conversion.site import direction_words, site_of
 from fragfield.errors import InputError
+from fragfield.hazard.verdict import no_margin
 
 SITE = '[site]\nlatitude = "51.5 deg"\nlongitude = "7 deg"\nbearing = "30 deg"\n'
 ROUND = '[[round]]\nname = "a"\nprofile = "m107"\nexplosive = "tnt"\ncasing = "steel_m107"\nposition = ["0 m", "0 m", "1 m"]\n'  # noqa: E501
@@ -123,3 +125,38 @@ def test_the_document_changes_nothing_that_is_computed(tmp_path):
     moved = load(tmp_path, place.replace("9 m", "10 m"))
     assert not list(differences(first, second))
     assert any("exposed[1].position" in line for line in differences(first, moved))
+
+
+OPEN = '[[exposed]]\nname = "yard"\nposition = ["{x} m", "{y} m"]\n'
+BANK = (
+    '[[obstacle]]\nname = "bank"\nkind = "barricade"\nstart = ["-20 m", "12 m"]\nend = ["20 m", "12 m"]\n'
+    'height = "3 m"\n'
+)
+
+
+@pytest.mark.parametrize(
+    ("table", "reason"),
+    [
+        (OPEN.format(x=0, y=60), "shelter decides: behind bank"),
+        (OPEN.format(x=30, y=60), "shelter decides: behind bank"),
+        (OPEN.format(x=60, y=0), ""),
+        (OPEN.format(x=0, y=-60), ""),
+        (OPEN.format(x=0, y=4), ""),  # before the foot of the bank
+        (OPEN.format(x=60, y=0) + 'max_density = "1 / (100 m^2)"\n', "has a density, energy or height of its own"),
+        (OPEN.format(x=60, y=0) + "max_hits = 2.0\n", "judged by the expected hits, not by the density"),
+    ],
+)
+def test_a_margin_is_given_where_density_decides_and_nothing_stands_between(tmp_path, table, reason):
+    case = load(tmp_path, BANK + table)
+    found = no_margin(case, exposed_sites_of(case)[0])
+    assert found.startswith(reason) if reason else found == ""
+
+
+def test_check_shows_bearings_where_there_is_a_site(tmp_path):
+    without, within = (describe_exposed(load(tmp_path, more + OPEN.format(x=0, y=60)))[0] for more in ("", SITE))
+    assert without["azimuth_deg"] == within["azimuth_deg"]
+    assert without["bearing_deg"] is None
+    assert (within["azimuth_deg"] + within["bearing_deg"]) % 360.0 == pytest.approx(30.0)
+    assert direction_words(90.0, None) == "azimuth 90°"
+    assert direction_words(90.0, 300.0) == "bearing 300° (WNW)"
+    assert direction_words(90.1, 359.6, whole=True) == "bearing 0° (N)"

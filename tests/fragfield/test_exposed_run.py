@@ -12,6 +12,7 @@ from xml.etree import ElementTree as ET
 import numpy as np
 import pytest
 
+from fragfield.hazard.site_map import VERDICTS
 from fragfield.report.document import css_text
 from tests.flight.clouds import cloud
 from tests.fragfield.browser import needs_chromium, open_page, script_errors
@@ -88,6 +89,12 @@ def test_summary_holds_every_place(flown):
     assert store["verdict"] == "not met"
     assert entries["open"]["density_normal"]["expected"] > 10.0 * entries["sheltered"]["density_normal"]["expected"]
     assert entries["open"]["margin"] < 0.0
+    assert (entries["open"]["azimuth_deg"] + entries["open"]["bearing_deg"]) % 360.0 == pytest.approx(90.0)
+    assert entries["sheltered"]["margin"] is None
+    assert entries["sheltered"]["no_margin"].startswith("judged by the probability of a hit")
+    faces = {face["face"]: face["bearing_deg"] for face in obstacle["faces"]}
+    assert faces["roof"] is None
+    assert sum(value is not None for value in faces.values()) == 4
     assert entries["road"]["expected_hits"]["expected"] == pytest.approx(
         10.0 * entries["road"]["density_normal"]["expected"]
     )
@@ -104,7 +111,7 @@ def test_geographic_files_hold_what_the_map_holds(flown):
     kinds = [feature["properties"].get("quantity") for feature in features]
     assert kinds.count("exposed") == 4
     assert kinds.count("obstacle") == 2
-    assert "hazard_distance" in kinds
+    assert {"recommended", "expected_density"} <= set(kinds)
     open_place = next(f for f in features if f["properties"].get("name") == "open")
     assert open_place["properties"]["verdict"] == "not met"
     ring = np.array(open_place["geometry"]["coordinates"][0])
@@ -112,19 +119,23 @@ def test_geographic_files_hold_what_the_map_holds(flown):
     assert east == pytest.approx(50.0, abs=0.3)  # x points east
     text = (run / "contours.kml").read_text()
     names = [element.text for element in ET.fromstring(text).iter("{http://www.opengis.net/kml/2.2}name")]
-    assert {"open", "sheltered", "store", "road", "bank"} <= set(names)
+    verdicts = {f["properties"]["name"]: f["properties"]["verdict"] for f in features if "verdict" in f["properties"]}
+    assert {f"{name}: {verdicts[name]}" for name in ("open", "sheltered", "store", "road")} <= set(names)
+    assert {"bank", "exposed sites", "recommended distance", "distances by direction", "obstacles"} <= set(names)
+    assert open_place["properties"]["stroke"] == VERDICTS["not met"].color
 
 
 def test_report_has_the_places_on_its_first_page_and_the_document_on_every_page(flown):
     run, _ = flown
     html = (run / "report.html").read_text(encoding="utf-8")
-    first = html[html.index('id="summary"') : html.index('id="warnings"')]
+    first = html[html.index('id="decision"') : html.index('id="hazard"')]
     assert "<caption>Exposed sites</caption>" in first
-    assert re.search(r'<th scope="row"[^>]*>open</th><td[^>]*>not met \(density\)</td>', first)
+    cells = r"<td[^>]*>48\s*m, bearing 89° \(E\)</td><td[^>]*>not met</td><td[^>]*>density, at most 1 in 55.7 m²</td>"
+    assert re.search(rf'<th scope="row"[^>]*>open</th>{cells}', first), first[first.index(">open<") :][:300]
     assert "QD-17 · revision C" in html
     assert '@bottom-left { content: "OPEN · QD-17 · revision C"' in html
     assert '@top-center { content: "OPEN"' in html
-    assert "Prepared by A. Bee" in html
+    assert ">A. Bee<" in first
     assert "Bank moved." in html
     assert 'id="figure-site_map"' in html
     assert 'id="figure-exposed_sites"' in html
@@ -189,10 +200,10 @@ def test_places_of_an_undetermined_hazard_have_no_verdict(tmp_path, quick_report
     cloud(300, seed=8).write(tmp_path / "fragments.csv")
     fly = invoke("fly", tmp_path / "case.toml", "--fragments", tmp_path / "fragments.csv", "--out", tmp_path / "run")
     assert fly.exit_code == 3
-    assert "exposed open: criterion not determined" in fly.stdout
+    assert "exposed open: not determined (density, at most 1 in 55.7 m²), 48 m, bearing 89° (E)" in fly.stdout
     entries = json.loads((tmp_path / "run" / "summary.json").read_text())["exposed"]
     assert {entry["verdict"] for entry in entries} == {"not determined"}
     assert all(entry["probability"] is None and entry["margin"] is None for entry in entries)
     assert invoke("report", tmp_path / "run").exit_code == 0
     html = (tmp_path / "run" / "report.html").read_text(encoding="utf-8")
-    assert "not determined (density)" in html
+    assert re.search(r">not determined</td><td[^>]*>density, at most", html)

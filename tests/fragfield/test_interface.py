@@ -82,10 +82,11 @@ def test_the_hazard_distance(done):
     run, _ = done
     hazard, part = run.hazard, run.summary["hazard"]
     assert hazard.determined is part["determined"] is True
-    assert (hazard.distance, hazard.upper, hazard.standard_error) == (
-        part["distance"], part["upper"], part["standard_error"],
+    assert (hazard.recommended, hazard.expected, hazard.upper, hazard.standard_error) == (
+        part["recommended"], part["expected"], part["upper"], part["standard_error"],
     )  # fmt: skip
-    assert hazard.upper > hazard.distance > 0.0
+    assert hazard.recommended >= hazard.upper > hazard.expected > 0.0
+    assert (hazard.parts, hazard.not_included) == (part["parts"], part["not_included"])
     assert hazard.realisations == part["realisations"] >= 32
     assert hazard.ensemble.realisations == min(hazard.realisations, 200)  # of which single counts are kept
     assert hazard.direction is None
@@ -96,13 +97,18 @@ def test_a_distance_that_is_not_determined_is_an_error_once_it_is_asked_for(done
     run, _ = done
     copy = shutil.copytree(run.path, tmp_path / "copy")
     summary = run.summary
-    summary["hazard"] |= {"determined": False, "reason": "half of it never came down", "distance": None, "upper": None}
+    summary["hazard"] |= {
+        "determined": False,
+        "reason": "half of it never came down",
+        "recommended": None,
+        "upper": None,
+    }
     (copy / "summary.json").write_text(stamped_json(summary))
     found = fragfield.open(copy)
     assert not found.hazard.determined
     assert "not determined" in str(found.hazard)
     assert "not determined" in str(found)
-    for name in ("distance", "upper", "standard_error"):
+    for name in ("recommended", "parts", "not_included", "expected", "upper", "standard_error"):
         with pytest.raises(fragfield.NotDeterminedError, match="not determined: half of it never came down") as error:
             getattr(found.hazard, name)
         assert exit_code_of(error.value) == 3
@@ -195,7 +201,7 @@ def test_stages_alone_and_resumed(done, tmp_path, tube):
     again = fragfield.run(copy, only="fly", progress=False)
     assert (again.landing == run.landing).all()
     thicker = fragfield.run(tube.changed({"hazard.energy": "200 J"}), out=copy, only="fly", progress=False)
-    assert thicker.hazard.distance < run.hazard.distance
+    assert thicker.hazard.expected < run.hazard.expected
     with pytest.raises(fragfield.InputError, match=r"holds burst\.xdmf .*allowed: --resume"):
         fragfield.run(thicker.case, out=copy)
     with pytest.raises(

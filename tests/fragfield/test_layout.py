@@ -5,15 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fragfield.report.figures.drawing import drawing_style, new_figure, to_bytes
+from fragfield.report.figures.drawing import WIDE, drawing_style, new_figure, to_bytes
 from fragfield.report.figures.layout import place_panels, prepare, settle, without_markup
 
 
 def test_panels_with_their_decorations_fill_the_figure_and_do_not_overlap():
     with drawing_style():
-        figure, axes = new_figure(
-            2, 2, narrow=False, height=5.0, narrow_height=5.0, gridspec_kw={"height_ratios": (3, 1)}
-        )
+        figure, axes = new_figure(2, 2, width=WIDE, height=5.0, gridspec_kw={"height_ratios": (3, 1)})
         for number, axis in enumerate(axes):
             axis.plot([0, 1], [0, 10.0 ** (3 * number)])
             axis.set(xlabel="x", ylabel="y\nof two lines", title="Title")
@@ -34,7 +32,7 @@ def test_panels_with_their_decorations_fill_the_figure_and_do_not_overlap():
 
 def test_a_scale_at_the_foot_keeps_its_place():
     with drawing_style():
-        figure, (axis,) = new_figure(narrow=True, height=4.0, narrow_height=4.0)
+        figure, (axis,) = new_figure(height=4.0)
         axis.set_xlabel("x (mm)")
         foot = figure.add_axes((0.1, 0.1, 0.8, 0.02))
         place_panels(figure)
@@ -45,7 +43,7 @@ def test_a_scale_at_the_foot_keeps_its_place():
 def test_labels_stay_where_they_were_measured():
     """Drawn with other dots an inch, a label has the same place in inches."""
     with drawing_style():
-        figure, (axis,) = new_figure(narrow=False, height=3.0, narrow_height=3.0)
+        figure, (axis,) = new_figure(width=WIDE, height=3.0)
         axis.set(xlabel="x", ylabel="y", ylim=(0, 12345))
         place_panels(figure)
         before = axis.yaxis.label.get_window_extent().bounds if settle(figure) is not None else ()
@@ -58,7 +56,7 @@ def test_labels_stay_where_they_were_measured():
 @pytest.mark.parametrize("shared", [False, True])
 def test_minor_ticks_of_logarithmic_axes_are_marked_on_every_panel(shared):
     with drawing_style():
-        figure, axes = new_figure(1, 2, narrow=False, height=3.0, narrow_height=3.0, sharey=shared)
+        figure, axes = new_figure(1, 2, width=WIDE, height=3.0, sharey=shared)
         for axis in axes:
             axis.plot([1, 2], [1, 1000])
             axis.set(yscale="log", ylim=(1, 1000))
@@ -75,7 +73,7 @@ def test_minor_ticks_of_logarithmic_axes_are_marked_on_every_panel(shared):
 
 def test_a_short_logarithmic_axis_keeps_its_labelled_ticks():
     with drawing_style():
-        figure, (axis,) = new_figure(narrow=False, height=3.0, narrow_height=3.0)
+        figure, (axis,) = new_figure(width=WIDE, height=3.0)
         axis.set(yscale="log", ylim=(2, 9))
         prepare(figure)
         assert not axis.lines

@@ -14,6 +14,7 @@ import fragfield.studies.sweep.work as work
 from fragfield.case import load_case, read_resolved
 from fragfield.errors import InputError
 from fragfield.files.run_directory import RunDirectory
+from fragfield.hazard.recommended import recommended_of
 from fragfield.studies.limit import LimitCriteria, plan_limit
 from fragfield.studies.limit.criteria import judged
 from fragfield.studies.limit.plan import listed_values, round_count
@@ -75,8 +76,9 @@ def computed(monkeypatch):
         for name in ("burst_snapshot.h5", "fragments.h5", "landing.h5"):
             (out / name).touch()
         distance = law["distance"](rounds)
-        hazard = {"determined": distance is not None, "reason": "airborne", "distance": distance, "upper": distance,
+        hazard = {"determined": distance is not None, "reason": "airborne", "expected": distance, "upper": distance,
                   "standard_error": 1.0}  # fmt: skip
+        hazard = recommended_of(hazard, {"reason": "no grid convergence: not computed for the runs of a sweep"})
         sites = [{"name": one.name, "verdict": "met" if law["met"](rounds) else "not met"} for one in case.exposed]
         rules = {"contents": {"explosive": 5.0 * rounds}}
         minimum = {"siting": {"distance": 40.0, "by": "a rule"}}
@@ -195,7 +197,7 @@ def test_resumed_search_computes_nothing_twice_and_writes_its_table(case_file, c
     assert again.exit_code == 0, again.stderr
     assert made == first
     assert (
-        "limit: 5 rounds (stack.count = 5, net explosive quantity 25 kg), so that the distance to apply is at most"
+        "limit: 5 rounds (stack.count = 5, net explosive quantity 25 kg), so that the recommended distance is at most"
         in (again.stdout)
     )
     with (folder / "limit.csv").open(encoding="utf-8") as file:
@@ -230,7 +232,7 @@ def test_a_run_that_fails_or_has_no_distance_counts_as_not_met(case_file, comput
     assert done.exit_code == 3
     found = json.loads(done.stdout)
     assert found["limit"]["rounds"] == 3
-    reason = "the run failed: cell 7 is lost" if kind == "fails" else "the hazard distance is not determined"
+    reason = "the run failed: cell 7 is lost" if kind == "fails" else "the distance is not determined"
     assert found["runs"][-1]["reasons"] == [reason]
 
 
@@ -246,14 +248,15 @@ def test_a_distance_that_falls_is_said_and_every_number_shows_what_bisection_mis
     assert every.rounds == 2
     assert sorted(computed[0]) == list(range(1, 9))
     assert (
-        "Not monotonic: 4 rounds have a distance of 54 m, 3 have 100 m (beyond the statistical error)." in every.remarks
+        "Not monotonic: 4 rounds have a recommended distance of 54 m, 3 have 100 m (beyond the statistical error)."
+        in every.remarks
     )
     assert any("Not monotonic: 4 rounds meet the criteria, 3 do not" in one for one in every.remarks)
     assert not any("taken to meet" in one for one in every.remarks)
 
 
 def row(rounds: int, distance: float, *, met: bool = True, error: float = 1.0) -> dict:
-    return {"rounds": rounds, "distance": distance, "standard_error": error, "met": met, "minimum": None,
+    return {"rounds": rounds, "recommended": distance, "standard_error": error, "met": met, "minimum": None,
             "explosive": 1.0, "values": {"k": rounds}, "directory": "d", "exit_code": 0}  # fmt: skip
 
 
@@ -271,13 +274,15 @@ def test_gaps_and_larger_prescribed_distances_are_said():
     rows[1]["minimum"] = 381.0
     words = limit_of(rows, "k", asked=[1, 4, 8])["words"]
     assert "Nothing between 4 and 8 rounds was asked for." in words
-    assert any("prescribe 381 m at the limit, more than the computed 80 m: do not apply less" in one for one in words)
+    assert any(
+        "prescribe 381 m at the limit, more than the recommended 80 m: do not apply less" in one for one in words
+    )
     assert "Nothing between 4 and 8 rounds was computed." in limit_of(rows, "k", asked=[1, 4, 6, 8])["words"]
 
 
 @pytest.mark.parametrize(("official", "met"), [(90.0, True), (90.1, False)])
 def test_the_official_distance_must_not_exceed_the_given_one_either(official, met):
-    summary = {"hazard": {"determined": True, "upper": 50.0, "standard_error": 1.0},
+    summary = {"hazard": {"determined": True, "recommended": 50.0, "standard_error": 1.0},
                "official": {"hazardous_fragment_distance": official}}  # fmt: skip
     found = judged(summary, LimitCriteria(90.0, exposed=False))
     assert found["reasons"] == ([] if met else ["official distance 91 m"])
@@ -300,6 +305,6 @@ def test_limit_of_a_computed_row(case_file):
     assert [one["explosive"] for one in found["runs"]] == pytest.approx([charge, 2.0 * charge, 3.0 * charge])
     for one in found["runs"]:
         summary = RunDirectory(Path(one["directory"])).summary()
-        assert one["distance"] == summary["hazard"]["upper"]
-        assert one["met"] == (summary["hazard"]["upper"] <= 60.0)
+        assert one["recommended"] == summary["hazard"]["recommended"]
+        assert one["met"] == (summary["hazard"]["recommended"] <= 60.0)
     assert found["limit"] is not None

@@ -9,19 +9,18 @@ import pytest
 import fragfield
 from fragfield.case import load_case
 from fragfield.hazard.contents import contents_of
-from fragfield.hazard.prescribed import Computed, minimum_part, official_part
+from fragfield.hazard.prescribed import minimum_part, official_part
 from fragfield.hazard.rule import COMPARISON, DISPOSAL, SITING
 from fragfield.hazard.rules import rules_for
 from fragfield.report import read_run
-from fragfield.report.first_page import summary_section
-from fragfield.report.tables.prescribed import prescribed_blocks
+from fragfield.report.tables.prescribed import minimum_words, prescribed_table
 from tests.fragfield.short_run import RINGS, ROOT, invoke
 
 OFFICIAL = '\n[official]\nhazardous_fragment_distance = "{hazardous}"\nsource = "Authority, table 1, p. 7"\n'
 
 
 def hazard(distance: float = 100.0, **changes: object) -> dict:
-    found = {"determined": True, "distance": distance - 5.0, "upper": distance, "largest_throw": 500.0}
+    found = {"determined": True, "recommended": distance, "largest_throw": 500.0}
     return {**found, "ricochet": "none", **changes}
 
 
@@ -37,9 +36,9 @@ def rule(name: str, distance: float | None, use: str = SITING, against: str = "f
 @pytest.mark.parametrize(
     ("theirs", "words"),
     [
-        (99.0, "The computed distance, 100 m, is larger than the official hazardous fragment distance, 99 m"),
-        (99.5, "The official hazardous fragment distance, 100 m, equals the computed distance, 100 m."),
-        (101.0, "The official hazardous fragment distance, 101 m, is larger than the computed distance, 100 m"),
+        (99.0, "The recommended distance, 100 m, is larger than the official hazardous fragment distance, 99 m"),
+        (99.5, "The official hazardous fragment distance, 100 m, equals the recommended distance, 100 m."),
+        (101.0, "The official hazardous fragment distance, 101 m, is larger than the recommended distance, 100 m"),
     ],
 )
 def test_the_larger_of_official_and_computed_governs_and_is_said(theirs, words):
@@ -47,9 +46,9 @@ def test_the_larger_of_official_and_computed_governs_and_is_said(theirs, words):
     assert words in found["words"][0]
     for use in (SITING, DISPOSAL):
         assert found[use]["distance"] == max(theirs, 100.0)
-        assert found[use]["by"].startswith("the official" if theirs > 100.0 else "this computation")
+        assert found[use]["by"].startswith("the official" if theirs > 100.0 else "the recommended")
     if theirs != 99.5:
-        assert f"of the two the {'official' if theirs > 100.0 else 'computed'} governs" in found["words"][0]
+        assert f": the {'official' if theirs > 100.0 else 'recommended'} one governs" in found["words"][0]
 
 
 @pytest.mark.parametrize(("theirs", "words"), [(499.0, "larger than the official"), (500.0, "is not exceeded")])
@@ -69,15 +68,15 @@ def test_rules_count_for_their_own_use_alone_and_only_in_range():
     assert found[SITING] == {"distance": 381.0, "by": "the rule “siting” (fragments)"}
     assert found[DISPOSAL]["distance"] == 1200.0
     assert found["words"][0] == "No official distance of the round is in the case (table [official])."
-    assert "Rules in range against fragments: 381 m (siting), more than the computed 100 m." in found["words"]
-    assert "Rules in range against blast: 32 m (K), less than the computed 100 m." in found["words"]
+    assert "Rules in range against fragments: 381 m (siting), more than the recommended 100 m." in found["words"]
+    assert "Rules in range against blast: 32 m (K), less than the recommended 100 m." in found["words"]
     assert "Storage and handling: do not apply less than 381 m, by the rule “siting” (fragments)." in found["words"]
 
 
 def test_a_distance_that_is_not_determined_leaves_the_prescribed_one_and_says_so():
     found = minimum_part({"determined": False, "reason": "airborne"}, official(80.0, 400.0), [rule("r", 60.0)])
     assert found[SITING] == {"distance": 80.0, "by": "the official hazardous fragment distance"}
-    assert "the computed distance is not determined and may be larger" in found["words"][0]
+    assert "the recommended distance is not determined and may be larger" in found["words"][0]
     assert "the largest throw is not determined" in found["words"][1]
     nothing = minimum_part({"determined": False, "reason": "airborne"}, None, ())
     assert nothing[SITING] == {"distance": None, "by": None}
@@ -86,15 +85,9 @@ def test_a_distance_that_is_not_determined_leaves_the_prescribed_one_and_says_so
 
 
 def test_the_distance_without_ricochet_stands_beside():
-    short = {"distance": 85.0, "upper": 90.0, "standard_error": 1.0}
+    short = {"expected": 85.0, "upper": 88.0, "standard_error": 1.0, "recommended": 90.0}
     found = minimum_part(hazard(ricochet="soft_soil", without_ricochet=short), official(95.0), ())
-    assert "The computed distance, 100 m (without ricochet 90 m), is larger than" in found["words"][0]
-
-
-def test_a_signed_distance_replaces_the_bound():
-    found = minimum_part(hazard(), official(105.0), (), Computed(110.0, "this computation, distance to be signed"))
-    assert found[SITING] == {"distance": 110.0, "by": "this computation, distance to be signed"}
-    assert "110 m, is larger than" in found["words"][0]
+    assert "The recommended distance, 100 m (without ricochet 90 m), is larger than" in found["words"][0]
 
 
 @pytest.mark.parametrize(("published", "covers"), [(1, False), (2, True), (3, True)])
@@ -203,11 +196,12 @@ def test_a_run_shows_the_official_distance_everywhere(run):
     opened = fragfield.open(folder)
     assert opened.official == summary["official"]
     assert opened.minimum == summary["minimum"]
-    blocks = summary_section(read_run(folder), ()).blocks
-    table = next(block for block in blocks if getattr(block, "title", "") == "Prescribed distances")
+    (table,) = prescribed_table(read_run(folder))
     lines = {line[0]: line[1:] for line in table.lines}
-    assert lines["Official, hazardous fragments"] == ("9,000", "Authority, table 1, p. 7")
-    assert lines["Do not apply less than: storage and handling"][0] == "9,000"
+    assert lines["Official hazardous fragment distance"] == ("9,000", "Authority, table 1, p. 7")
+    words = list(minimum_words(read_run(folder)))
+    by = "by the official hazardous fragment distance"
+    assert words[0] == f"Storage and handling: do not apply less than 9,000 m, {by}."
     text = (folder / "report.html").read_text(encoding="utf-8")
     assert "do not apply less than 9,000" in text
     assert "net explosive quantity" in text.casefold()
@@ -227,5 +221,5 @@ def test_a_run_of_a_former_version_shows_no_prescribed_distances(run, tmp_path):
         def part(self, name: str) -> dict:
             return {} if name == "minimum" else {"determined": True, "upper": 1.0}
 
-    assert list(prescribed_blocks(Former())) == []
-    assert list(prescribed_blocks(read_run(run[0])))
+    assert list(prescribed_table(Former())) == list(minimum_words(Former())) == []
+    assert list(prescribed_table(read_run(run[0])))

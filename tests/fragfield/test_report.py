@@ -24,15 +24,12 @@ from fragfield.view.interactive import interactive_fault
 from tests.fragfield.synthetic_run import REALISATIONS, write_run
 
 FIGURES = [
-    "energy_ledger", "picture_of_burst", "speed_along_round", "casing_over_time", "number_by_mass", "directions",
-    "picture_of_fragments", "by_azimuth", "polar_by_sector", "landing_map", "density_curve", "hit_probability",
-    "distance_by_azimuth",
+    "drawing_1", "arrangement", "density_curve", "landing_map", "number_by_mass", "directions", "picture_of_fragments",
+    "speed_along_round", "casing_over_time", "picture_of_burst", "energy_ledger", "polar_by_sector",
 ]  # fmt: skip
-SECTIONS = [
-    "summary", "warnings", "mesh", "ledger", "burst", "break-up", "flight", "hazard", "convergence", "tables",
-    "validation", "provenance", "use", "signatures", "inputs",
-]  # fmt: skip
-OF_PAIR = [*SECTIONS[:2], "arrangement", *SECTIONS[2:]]
+BODY = ["decision", "rounds", "hazard", "warnings", "fragments", "speeds", "convergence"]
+ANNEXES = ["azimuths", "flight", "break-up", "burst", "validation", "provenance", "inputs"]
+SECTIONS = [*BODY, *ANNEXES]
 VIEWS = [] if interactive_fault() or offscreen_fault() else ["view_burst.html", "view_fragments.html"]
 NO_CONTENT = {"meta", "link", "img", "source", "br"}
 
@@ -101,9 +98,10 @@ def card(page: Page, label: str) -> str:
 
 def test_page_is_well_formed_and_in_order(page):
     assert page.open == []
-    assert [attributes["id"] for attributes in page.all("section")] == OF_PAIR
+    assert [attributes["id"] for attributes in page.all("section")] == SECTIONS
+    assert [one["id"] for one in page.all("section") if one.get("class") == "annex"] == ANNEXES
     links = {str(attributes["href"]) for attributes in page.all("a")}
-    assert links == {f"#{key}" for key in OF_PAIR} | set(VIEWS)
+    assert links == {f"#{key}" for key in SECTIONS} | set(VIEWS)
 
 
 @pytest.mark.skipif(not VIEWS, reason=str(interactive_fault()))
@@ -111,9 +109,14 @@ def test_interactive_views_lie_beside_the_page(run):
     assert all((run / name).is_file() for name in VIEWS)
 
 
-def test_summary_points_to_the_warnings_and_gives_densities(page):
-    assert re.search(r"Read first, in the next section: (one warning|\d+ warnings)\.", page.text)
-    assert page.text.index("Density by distance") < page.text.index("Limits of validity")
+def test_the_first_page_says_what_how_far_why_and_who_signs(page):
+    """In that order, and before the second section."""
+    first = page.text.partition("Drawing of")[0]
+    words = ("What was computed", "TNT, 9.29 kg", "upright, nose up", "12 mm; grid convergence", "Reasons to trust it",
+             "Reasons against", "Computed by", "Reviewed by", "Approved by")  # fmt: skip
+    places = [first.index(text) for text in words]
+    assert places == sorted(places)
+    assert "Recommended distance" in first[: first.index("Reasons to trust it")]
 
 
 def test_page_needs_nothing_else(html, page):
@@ -129,13 +132,12 @@ def test_page_needs_nothing_else(html, page):
     assert "@import" not in style[1]
 
 
-def test_every_figure_is_there_wide_and_narrow(page, run):
+def test_every_figure_is_there_once(page, run):
     assert [attributes["id"] for attributes in page.all("figure")] == [f"figure-{name}" for name in FIGURES]
     images = [attributes["src"] for attributes in page.all("img")]
-    narrow = [attributes["srcset"] for attributes in page.all("source")]
-    assert len(images) == len(narrow) == len(FIGURES)
+    assert len(images) == len(set(images)) == len(FIGURES)
     assert all(attributes["alt"] for attributes in page.all("img"))
-    for uri in images + narrow:
+    for uri in images:
         kind, data = str(uri).removeprefix("data:image/").split(";base64,")
         content = base64.b64decode(data)
         if kind == "png":
@@ -151,25 +153,23 @@ def test_every_figure_is_there_wide_and_narrow(page, run):
 
 
 def test_numbers_are_those_of_the_summary(page, summary):
-    hazard, flight, burst = summary["hazard"], summary["flight"], summary["burst"]
-    assert card(page, "Hazard distance, upper bound (95 %)") == str(math.ceil(hazard["upper"]))
-    assert card(page, "Distance of the expected density") == str(math.ceil(hazard["distance"]))
-    assert card(page, "Largest throw") == str(math.ceil(hazard["largest_throw"]))
-    low, high = hazard["single_event"]["low"], hazard["single_event"]["high"]
-    assert card(page, "Single events, 5 to 95 %") == f"{math.ceil(low):,}\u00a0–\u00a0{math.ceil(high):,}"
-    assert card(page, "Mean initial speed") == f"{burst['mean_initial_speed']:,.0f}"
-    assert card(page, "Largest initial speed") == f"{burst['max_initial_speed']:,.0f}"
-    assert card(page, "Hazardous fragments") == f"{round(flight['hazardous_fragments']):,}"
-
-
-def test_the_bound_comes_first_and_other_distances_are_named_for_what_they_are(page, summary):
     hazard = summary["hazard"]
-    order = [page.text.index(words) for words in ("Hazard distance, upper bound", "Single events, 5", "Largest throw")]
+    assert card(page, "Recommended distance") == str(math.ceil(hazard["recommended"]))
+    texts = " ".join(page.texts)
+    parts = hazard["parts"]
+    expected = f"expected distance {parts['expected']:.1f}\u00a0m; added as squares: randomness of the break-up"
+    assert f"{expected} {parts['randomness']:.1f}\u00a0m; not included: grid, inputs." in texts
+    low, high = hazard["single_event"]["low"], hazard["single_event"]["high"]
+    assert f"{round(low):,}\u00a0–\u00a0{round(high):,}" in texts
+
+
+def test_one_distance_is_to_keep_and_others_are_named_for_what_they_are(page, summary):
+    hazard = summary["hazard"]
+    order = [page.text.index(words) for words in ("Recommended distance", "Single events: median", "Largest throw")]
     assert order == sorted(order)
-    assert page.text.count("not a hazard distance") >= 4
-    assert "Which number for what: to keep people away, apply the upper bound" in page.text
+    assert page.text.count("no distance to keep") == 2
     assert f"worst direction, azimuth {hazard['direction_deg']:g}°, smoothed over ±10°" in page.text
-    assert f"{REALISATIONS} realisations fix the hazard distance to" in page.text
+    assert f"{REALISATIONS} realisations fix the expected distance to" in page.text
     assert "worst sector" not in page.text.lower()
 
 
@@ -177,16 +177,15 @@ def test_a_distance_that_is_not_determined_is_said_in_place_of_a_number(tmp_path
     folder = write_run(tmp_path / "run")
     found = json.loads((folder / "summary.json").read_text())
     reason = "3 % of the mass that could be hazardous has not landed"
-    absent = ("distance", "upper", "standard_error", "direction_deg", "single_event", "max_bias")
+    absent = ("recommended", "expected", "upper", "standard_error", "direction_deg", "single_event", "max_bias")
     found["hazard"] |= {"determined": False, "converged": False, "reason": reason, **dict.fromkeys(absent)}
     (folder / "summary.json").write_text(json.dumps(found))
     with h5py.File(folder / "ensemble.h5", "a") as file:
         file.attrs["undetermined"] = reason
     _, _, words = outline(folder)
-    assert "Card(label='Hazard distance', value='not determined', unit='', note='3 % of the mass" in words
-    assert f"The hazard distance is not determined: {reason}" in words
+    assert "Card(label='Recommended distance', value='not determined', unit='', note='3 % of the mass" in words
+    assert f"The distance is not determined: {reason}" in words
     assert "weight='stop'" in words
-    assert "upper bound (95 %)', value=" not in words
 
 
 def test_the_tilt_of_the_realisations_stands_below_the_distance(tmp_path):
@@ -210,7 +209,7 @@ def test_a_run_of_an_earlier_version_is_to_be_flown_again(tmp_path):
     del found["hazard"]
     (folder / "summary.json").write_text(json.dumps(found))
     _, _, words = outline(folder)
-    assert "did not estimate the hazard distance: run" in words
+    assert "did not estimate the recommended distance: run" in words
 
 
 def test_title_is_shown_as_text(html, page):
@@ -231,8 +230,10 @@ def test_densities_agree_with_the_flight(run):
     found = ensemble(files)
     assert found is not None
     assert found.realisations == REALISATIONS
-    assert found.headline.items() <= files.part("hazard").items()
-    assert found.summary()["by_sector"] == files.part("flight")["by_sector"]
+    stored, headline = files.part("hazard"), found.headline
+    assert headline is not None
+    assert headline["without_ricochet"].items() <= stored["without_ricochet"].items()
+    assert {name: stored[name] for name in headline if name != "without_ricochet"}.items() <= headline.items()
 
 
 def outline(folder: Path) -> tuple[list[str], list[str], str]:
@@ -241,7 +242,7 @@ def outline(folder: Path) -> tuple[list[str], list[str], str]:
 
     def draw(name, title, caption, function):
         with drawing_style():
-            if function(run, True) is not None:
+            if function(run) is not None:
                 names.append(name)
         return []
 
@@ -255,12 +256,18 @@ def outline(folder: Path) -> tuple[list[str], list[str], str]:
 
 @pytest.mark.parametrize(
     ("stages", "missing", "figures"),
-    [(0, "burst, break-up, flight", 0), (1, "break-up, flight", 4), (2, "flight", 7), (3, "", 13)],
+    [
+        (0, "burst, break-up, flight", FIGURES[:2]),
+        (1, "break-up, flight", [*FIGURES[:2], *FIGURES[7:11]]),
+        (2, "flight", [*FIGURES[:2], *FIGURES[4:11]]),
+        (3, "", FIGURES),
+    ],
 )
 def test_missing_stages_are_said(tmp_path, stages, missing, figures):
     keys, names, words = outline(write_run(tmp_path / "run", stages=stages))
-    assert keys == SECTIONS
-    assert names == FIGURES[:figures]
+    of_stage = {"azimuths": 3, "flight": 3, "break-up": 2, "burst": 1}
+    assert keys == [key for key in SECTIONS if of_stage.get(key, 0) <= stages]
+    assert names == figures
     assert (f"Not yet run: {missing}." in words) == bool(missing)
     for stage in ("burst", "break-up", "flight"):
         assert (f"the stage “{stage}” has not been run" in words) == (stage in missing.split(", "))
@@ -269,7 +276,7 @@ def test_missing_stages_are_said(tmp_path, stages, missing, figures):
 def test_page_of_a_part_says_so(tmp_path):
     page = Page(write_report(write_run(tmp_path / "run", stages=0)).read_text(encoding="utf-8"))
     assert "incomplete: burst, break-up, flight not run" in page.text
-    assert page.all("figure") == []
+    assert [attributes["id"] for attributes in page.all("figure")] == ["figure-drawing_1", "figure-arrangement"]
 
 
 def test_flight_of_fragments_from_elsewhere(tmp_path):
@@ -282,9 +289,9 @@ def test_flight_of_fragments_from_elsewhere(tmp_path):
     found["flight"]["fragments_file"] = "arena_test.csv"
     (folder / "summary.json").write_text(json.dumps(found))
     keys, names, words = outline(folder)
-    assert keys == [key for key in SECTIONS if key not in ("mesh", "ledger", "burst", "convergence")]
-    assert names == [name for name in FIGURES[4:] if name != "directions"]
-    assert "Computed for the fragments of arena_test.csv; no burst was computed." in words
+    assert keys == [key for key in SECTIONS if key not in ("rounds", "speeds", "burst", "convergence")]
+    assert names == [name for name in [*FIGURES[2:7], FIGURES[-1]] if name != "directions"]
+    assert "of arena_test.csv; no burst was computed" in words
     said = words.partition("case.toml, as resolved")[0].partition("Validation cases")[0]
     for false in ("Not yet run", "prescribed burn", "Every round is assumed", "leakage", "random break-up", "handed"):
         assert false not in said, false
@@ -310,9 +317,9 @@ def test_statements_are_of_the_case_at_hand(tmp_path):
 
 
 def test_results_come_before_inputs(page):
-    """The annex of inputs is the last section; the first table of numbers stands on the first page."""
-    assert page.text.index("Density by distance") < page.text.rindex("Mesh and its quality")
-    assert page.text.rindex("Signatures") < page.text.rindex("Annex: inputs as resolved")
+    """The annex of inputs is the last section; the recommended distance stands on the first page."""
+    assert page.text.index("Recommended distance") < page.text.rindex("Versions and files")
+    assert page.text.rindex("Versions and files") < page.text.rindex("Inputs as resolved")
     assert "`" not in page.text.partition("case.toml, as resolved")[0]
     results = page.text.partition("Files of the run")[0]  # whose checksums may look like numbers
     # A revision of the source may look like one in its middle.
@@ -325,7 +332,7 @@ def test_report_may_be_written_elsewhere_and_figures_repeat(tmp_path):
     assert write_report(folder, tmp_path / "out" / "report.html", pictures=False) == tmp_path / "out" / "report.html"
     assert not (folder / "report.html").exists()
     with drawing_style():
-        figure = speed_along_round(read_run(folder), narrow=False)
+        figure = speed_along_round(read_run(folder))
         assert figure is not None
         again = to_bytes(figure, "svg")[0]
     assert (tmp_path / "out" / "figures" / "speed_along_round.svg").read_bytes() == again
@@ -354,10 +361,9 @@ def test_nothing_landed_is_no_fault(tmp_path):
     folder = write_run(tmp_path / "run")
     with h5py.File(folder / "landing.h5", "a") as file:
         file["landing/status"][:] = 2
-    _, names, words = outline(folder)
+    _, names, _ = outline(folder)
     assert "landing_map" not in names
     assert "density_curve" not in names
-    assert "Card(label='Hazardous fragments', value='0'" in words
 
 
 def test_report_in_grey_keeps_lines_distinguishable():

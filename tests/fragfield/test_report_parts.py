@@ -154,7 +154,7 @@ def reported(part: str, witness: list | None = None, records: list | None = None
 def hazard(**changes) -> dict:
     """The part "hazard" of a run whose distance is known to 1.5 %."""
     return {
-        "distance": 100.0, "upper": 102.5, "standard_error": 1.5, "realisations": 40, "determined": True, "reason": "",
+        "expected": 100.0, "upper": 102.5, "standard_error": 1.5, "realisations": 40, "determined": True, "reason": "",
         "tolerance": 0.02, "converged": True, "max_bias": 0.0, "more_realisations": True, **changes,
     }  # fmt: skip
 
@@ -187,13 +187,13 @@ def made_by_contact(at_end: float, largest: float, gain: float) -> dict:
         ("burst", {"acceleration_complete": None, "kinetic_energy_growth": 0.04}, "warning", "grew by 4 %"),
         ("burst", {"momentum_error": 1e-6}, "warning", "momentum drifts by 1.0e-06"),
         ("break_up", {"mass_error": -0.08}, "warning", "8 % less mass"),
-        ("hazard", hazard(), "good", "40 realisations fix the hazard distance to 2 % (standard error)"),
-        ("hazard", hazard(max_bias=2.0), "note", "may bias the hazard distance by up to 2 % either way"),
+        ("hazard", hazard(), "good", "40 realisations fix the expected distance to 2 % (standard error)"),
+        ("hazard", hazard(max_bias=2.0), "note", "may bias the expected distance by up to 2 % either way"),
         (
             "hazard",
             hazard(converged=False, standard_error=3.0),
             "warning",
-            "40 realisations fix the hazard distance to 3 % (standard error), not to 2 %; set hazard.max_realisations",
+            "40 realisations fix the expected distance to 3 % (standard error), not to 2 %; set hazard.max_",
         ),
         (
             "hazard",
@@ -205,21 +205,21 @@ def made_by_contact(at_end: float, largest: float, gain: float) -> dict:
             "hazard",
             hazard(converged=False, standard_error=None, more_realisations=False),
             "warning",
-            "One realisation was flown; there is only one set of fragments from another source",
+            "There is one set of fragments from another source",
         ),
         (
             "hazard",
             hazard(converged=False, max_bias=4.0),
             "warning",
-            "fix the hazard distance to 4 % (bound of the bias of taking the worst direction), not to 2 %",
+            "fix the expected distance to 4 % (bound of the bias of taking the worst direction), not to 2 %",
         ),
         (
             "hazard",
             hazard(determined=False, converged=False, distance=None, reason="there are no fragments"),
             "stop",
-            "The hazard distance is not determined: there are no fragments",
+            "The distance is not determined: there are no fragments",
         ),
-        ("flight", {"fragments": 10}, "stop", "an earlier version, which did not estimate the hazard distance"),
+        ("flight", {"fragments": 10}, "stop", "an earlier version, which did not estimate the recommended distance"),
         (
             "flight",
             {"fragments": 10, "above_drag_table": 4, "drag": "sphere"},
@@ -227,6 +227,18 @@ def made_by_contact(at_end: float, largest: float, gain: float) -> dict:
             "4 of 10 fragments were faster",
         ),
         ("flight", {"fragments": 10, "landed": 9}, "note", "1 of 10 fragments did not land"),
+        (
+            "flight",
+            {"fragments": 10, "landed": 6, "status": {"stopped": {"fragments": 3}}},
+            "note",
+            "1 of 10 fragments did not land",
+        ),
+        (
+            "flight",
+            {"fragments": 10, "landed": 7, "status": {"stopped": {"fragments": 3}}},
+            "note",
+            "3 of 10 fragments were stopped by obstacles",
+        ),
     ],
 )
 def test_findings_follow_the_summary(part, values, weight, words):

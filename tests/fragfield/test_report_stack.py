@@ -67,7 +67,7 @@ def plain(text):
 
 
 def test_the_arrangement_names_every_place(pallet):
-    found = table(blocks(pallet)["arrangement"], "Arrangement")
+    found = table(blocks(pallet)["burst"], "Arrangement")
     assert [line[0] for line in found.lines] == [f"round {letter}" for letter in "ABCDEFGH"]
     x = [float(plain(line[1])) for line in found.lines]
     assert x == pytest.approx([190.0 * (k - 3.5) for k in range(8)])
@@ -182,18 +182,18 @@ def test_images_are_named_with_their_rounds(pallet):
         masses = run.fragments["mass"][run.fragments["round"] == index]
         assert line[2] == f"{len(masses):,}"
         assert float(line[4]) == pytest.approx(1e3 * masses.max(), rel=1e-3)
-    assert "With 4 more behind planes of symmetry." in str(blocks(pallet)["summary"][0].text)
+    assert "value='8; 4 more behind planes of symmetry'" in str(blocks(pallet)["decision"][0])
 
 
 def test_long_stacks_stay_short(pallet):
     found = blocks(pallet)
-    assert "round A … round H (8 rounds)" in found["summary"][0].text
+    assert "round A … round H (8 rounds), each" in str(found["decision"][0])
     segments = [block for block in found["burst"] if getattr(block, "title", "").startswith("Segments of")]
     assert len(segments) == 4
     assert segments[0].note.endswith("The first 4 of 8 rounds are shown.")
     assert len(table(found["break-up"], "Law and sample by segment").lines) == 4 * 3
     with drawing_style():
-        figure = speed_along_round(read_run(pallet), narrow=False)
+        figure = speed_along_round(read_run(pallet))
         assert len(figure.axes[0].get_legend().get_texts()) == 8, "the means alone, no pair of lines for each"
 
 
@@ -269,7 +269,7 @@ def test_a_round_that_did_not_detonate_is_named():
 
 def test_speeds_in_the_table_are_numbers(pallet):
     for block in blocks(pallet)["burst"]:
-        if isinstance(block, Table):
+        if isinstance(block, Table) and block.title != "Arrangement":
             assert all(np.isfinite(float(plain(cell).replace(",", ""))) for line in block.lines for cell in line[2:])
 
 

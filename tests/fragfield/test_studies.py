@@ -23,7 +23,12 @@ FOUND = {
         "spread": {"low": 90.2, "median": 110.0, "high": 133.4},
         "indices": [{"name": "prefactor", "total": 0.7, "total_standard_error": 0.1}],
     },
-    "budget": {"signed": 141.2},
+    "hazard": {
+        "recommended": 141.2,
+        "base": 110.0,
+        "not_included": {},
+        "parts": {"expected": 108.0, "randomness": 3.0, "grid": 5.0, "inputs": 30.0, "samples": 5.0},
+    },
     "exit_code": 0,
 }
 
@@ -98,10 +103,10 @@ def test_a_study_of_uncertainty_passes_what_is_asked_and_gives_the_distance(tmp_
     assert request.target == TUBE
     assert (options.folder, options.samples, options.seed, options.workers) == (tmp_path / "study", 8, 3, 2)
     assert options.quiet
-    assert found.signed == 141.2
+    assert found.recommended == 141.2
     assert found.spread == (90.2, 110.0, 133.4)
     assert found.effects["total"][0] == 0.7
-    assert str(found).splitlines()[0] == "distance to be signed: 142 m"
+    assert str(found).splitlines()[0] == "recommended distance 142 m"
     done = _invoke("uncertainty", TUBE, "--out", tmp_path / "study", "--samples", "8", "--json")
     assert done.exit_code == 0, done.stderr
     assert json.loads(done.stdout) == FOUND
@@ -110,5 +115,5 @@ def test_a_study_of_uncertainty_passes_what_is_asked_and_gives_the_distance(tmp_
     )
     empty = fragfield.run_uncertainty(TUBE, out=tmp_path / "study", progress=False)
     with pytest.raises(fragfield.NotDeterminedError, match="none landed"):
-        _ = empty.signed
+        _ = empty.recommended
     assert str(empty.effects) == "effects: no rows"

@@ -190,7 +190,7 @@ def test_flight_of_ones_own_fragments_to_the_report(folder) -> None:
     assert summary["flight"]["last_status"]["landed"]["fragments"] == 2
     assert summary["hazard"]["ricochet"] == "asphalt"
     short = summary["hazard"]["without_ricochet"]
-    assert short["distance"] <= summary["hazard"]["distance"]
+    assert short["expected"] <= summary["hazard"]["expected"]
     done = CliRunner().invoke(app, ["report", str(out)])
     assert done.exit_code == 0, done.stderr
     page = (out / "report.html").read_text()

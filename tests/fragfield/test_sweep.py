@@ -31,7 +31,9 @@ SUMMARY = {
               "wall_seconds": 10.0},
     "break_up": {"fragments": 500},
     "flight": {"wall_seconds": 2.5},
-    "hazard": {"realisations": 20, "distance": 110.0, "upper": 115.0, "standard_error": 3.0, "determined": True,
+    "hazard": {"realisations": 20, "recommended": 115.0, "expected": 110.0, "standard_error": 3.0, "determined": True,
+               "base": 110.0, "parts": {"expected": 110.0, "randomness": 5.0, "grid": None},
+               "not_included": {"grid": "not computed for the runs of a sweep"},
                "single_event": {"median": 108.0, "low": 90.0, "high": 130.0}, "largest_throw": 700.0},
 }  # fmt: skip
 
@@ -144,13 +146,13 @@ def test_a_failed_run_is_reported_and_the_others_go_on(tmp_path, calls):
                        "out": str(out / "cell_size_12_mm"), "resume": False, "overwrite": False}  # fmt: skip
     assert read_resolved(out / "cell_size_15_mm.toml").burst.cell_size == pytest.approx(0.015)
     assert "cell_size_15_mm failed (exit code 3): cell 7 is lost" in done.stdout
-    for text in ("115", "110 ± 3.0", "90 to 130", "700", "the hazard distance to apply"):
+    for text in ("115", "110 ± 3.0", "90 to 130", "700", "do not include grid (not computed for the runs of a sweep)"):
         assert text in done.stdout, text
     rows = list(csv.DictReader((out / "sweep.csv").open()))
     assert [row["state"] for row in rows] == ["done", "failed", "done"]
     assert [row["burst.cell_size"] for row in rows] == ["12 mm", "15 mm", "20 mm"]
     assert (rows[0]["mean_initial_speed"], rows[1]["mean_initial_speed"]) == ("1000.0", "")
-    assert (rows[0]["hazard_distance_upper"], rows[0]["single_event_low"]) == ("115.0", "90.0")
+    assert (rows[0]["recommended_distance"], rows[0]["single_event_low"]) == ("115.0", "90.0")
     assert rows[0]["wall_seconds"] == "12.5"
     assert rows[1]["message"] == "cell 7 is lost"
     stored = json.loads((out / "sweep.json").read_text())
@@ -166,7 +168,7 @@ def test_a_run_whose_distance_is_not_determined_is_done_and_says_so(tmp_path, ca
         plain(worker, request)
         out = Path(request["out"])
         found = RunDirectory(out).summary()
-        found["hazard"] |= {"distance": None, "upper": None, "determined": False, "reason": reason}
+        found["hazard"] |= {"recommended": None, "expected": None, "determined": False, "reason": reason}
         RunDirectory(out).write_summary(found)
         return 0, ""
 
@@ -176,7 +178,7 @@ def test_a_run_whose_distance_is_not_determined_is_done_and_says_so(tmp_path, ca
     assert (done.exit_code, found["exit_code"]) == (3, 3)
     for row in found["runs"]:
         assert (row["state"], row["exit_code"], row["message"]) == ("done", 3, reason)
-        assert row["results"]["hazard_distance"] is None
+        assert row["results"]["recommended_distance"] is None
         assert row["results"]["mean_initial_speed"] == 1000.0
     kept = _invoke("sweep", TUBE, "burst.cell_size=12 mm,15 mm", "--out", tmp_path / "out", "--json", "--resume")
     assert kept.exit_code == 3, kept.output
@@ -358,7 +360,7 @@ def test_real_bursts_of_which_one_stops(tmp_path):
     assert (sound["state"], sound["exit_code"], stopped["state"], stopped["exit_code"]) == ("done", 0, "failed", 3)
     assert "the energy ledger is open by" in stopped["message"]
     assert sound["results"]["mean_initial_speed"] > 0.0
-    assert sound["results"]["hazard_distance"] is None
+    assert sound["results"]["recommended_distance"] is None
     again = json.loads(_invoke(*arguments, "--resume").stdout)["runs"]
     assert [row["state"] for row in again] == ["kept", "failed"]
     assert again[0]["results"] == sound["results"]

@@ -12,7 +12,6 @@ from fragfield.case import load_case
 from fragfield.files.stamped import stamped_json
 from fragfield.report import write_report
 from fragfield.report.reading.run_files import read_run
-from fragfield.report.tables.uncertainty import signed_card
 from fragfield.report.uncertainty_page import write_uncertainty_page
 from fragfield.studies.uncertainty.plan import plan_study
 from fragfield.studies.uncertainty.results import assess
@@ -22,8 +21,8 @@ M107 = Path(__file__).parents[2] / "cases" / "m107_tnt.toml"
 SUMMARY = {
     "burst": {"mean_initial_speed": 980.0, "speed_quantiles": {"99": 1370.0}},
     "break_up": {"fragments": 2500},
-    "hazard": {"determined": True, "distance": 100.0, "upper": 103.0, "standard_error": 1.5},
-    "convergence": {"reason": "", "quantities": {"hazard_distance": {"uncertainty": 5.0, "kind": "monotone"}}},
+    "hazard": {"determined": True, "expected": 100.0, "upper": 103.0, "standard_error": 1.5},
+    "convergence": {"reason": "", "quantities": {"expected_distance": {"uncertainty": 5.0, "kind": "monotone"}}},
     "exposed": [
         {"name": "<gate>", "expected_hits": {"expected": 0.01, "standard_error": 0.001},
          "density_normal": {"expected": 0.02, "standard_error": 0.002}, "density_ground": None,
@@ -59,13 +58,13 @@ def folder(tmp_path_factory):
 def test_the_run_has_a_section_and_a_card(folder):
     text = write_report(folder, pictures=False).read_text()
     found = read_run(folder).part("uncertainty")
-    signed = int(np.ceil(found["budget"]["signed"]))
+    recommended = int(np.ceil(found["hazard"]["recommended"]))
     assert '<section id="uncertainty">' in text
-    assert re.search(rf"Distance to be signed</dt>\s*<dd><span class=\"value\">{signed}</span>", text)
+    assert re.search(rf"Recommended distance</dt>\s*<dd><span class=\"value\">{recommended}</span>", text)
     for words in (
-        "Budget of the distance (m)", "Share of each input in the variance of the distance", "heat of detonation",
-        "Uncertain inputs and their sources", "judgement", "figure-uncertainty_tornado",
-        "figure-uncertainty_distribution", "figure-uncertainty_sites", "grid convergence index of the nominal run",
+        "Parts of the recommended distance", "Share of each input in the variance of the distance",
+        "heat of detonation",         "Uncertain inputs and their sources", "judgement", "figure-uncertainty_tornado",
+        "figure-uncertainty_distribution", "figure-uncertainty_sites", "number of samples",
         "2 samples gave no distance", "sample 3: exit code 3: cell 7 is &lt;lost&gt;", "&lt;gate&gt;",
     ):  # fmt: skip
         assert words in text, words
@@ -74,10 +73,9 @@ def test_the_run_has_a_section_and_a_card(folder):
         assert entry["source"].split(":")[0][:30] in text.replace("&#39;", "'")
 
 
-def test_a_run_without_a_study_has_neither(folder, tmp_path, without_figures):
+def test_a_run_without_a_study_has_no_section(folder, tmp_path, without_figures):
     plain = write_run(tmp_path / "plain", rounds=1, title="plain")
-    assert signed_card(read_run(plain)) == []
-    assert "Distance to be signed" not in write_report(plain, pictures=False).read_text()
+    assert '<section id="uncertainty">' not in write_report(plain, pictures=False).read_text()
 
 
 def test_the_page_of_its_own(folder, tmp_path):
@@ -90,11 +88,10 @@ def test_the_page_of_its_own(folder, tmp_path):
     assert (tmp_path / "figures" / "uncertainty_distribution.svg").is_file()
 
 
-def test_a_budget_without_grid_warns(folder, tmp_path):
+def test_a_grid_that_is_not_included_is_said(folder, tmp_path):
     found = _study({**SUMMARY, "convergence": {"reason": "no grid convergence: the burst is in three dimensions"}})
     text = write_uncertainty_page(tmp_path, folder, found).read_text()
-    assert "One contribution to the budget is unknown: the distance to be signed does not include it." in text
-    assert "not known, and not in the sum: no grid convergence: the burst is in three dimensions" in text
+    assert "not included: grid (the burst is in three dimensions)" in text
 
 
 def test_too_few_samples_give_no_result(folder, tmp_path):

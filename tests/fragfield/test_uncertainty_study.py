@@ -22,11 +22,11 @@ from tests.fragfield.synthetic_run import write_run
 
 ROOT = Path(__file__).parents[2]
 M107, PAIR = ROOT / "cases" / "m107_tnt.toml", ROOT / "cases" / "m107_pair.toml"
-CONVERGENCE = {"reason": "", "quantities": {"hazard_distance": {"uncertainty": 5.0, "kind": "monotone"}}}
+CONVERGENCE = {"reason": "", "quantities": {"expected_distance": {"uncertainty": 5.0, "kind": "monotone"}}}
 SUMMARY = {
     "burst": {"mean_initial_speed": 980.0, "speed_quantiles": {"99": 1370.0}},
     "break_up": {"fragments": 2500},
-    "hazard": {"determined": True, "distance": 100.0, "upper": 103.0, "standard_error": 1.5},
+    "hazard": {"determined": True, "expected": 100.0, "upper": 103.0, "standard_error": 1.5},
     "convergence": CONVERGENCE,
     "exposed": [],
 }
@@ -101,10 +101,14 @@ def test_the_law_comes_back(made, tmp_path, method):
     spread = found["distance"]["spread"]
     assert spread["standard_deviation"] == pytest.approx(np.sqrt(heat + drag), rel=0.08)
     assert spread["statistical_error"] == 1.0
-    budget = found["budget"]
-    assert budget["contributions"][3]["half_width"] == 5.0
-    assert budget["contributions"][2]["half_width"] == pytest.approx(3.0)
-    assert budget["signed"] == pytest.approx(budget["median"] + budget["sum"])
+    hazard = found["hazard"]
+    assert hazard["base"] == max(100.0, spread["median"])
+    assert (hazard["parts"]["expected"], hazard["parts"]["grid"]) == (100.0, 5.0)
+    assert hazard["parts"]["randomness"] == pytest.approx(3.0)
+    assert hazard["parts"]["inputs"] == spread["high"] - hazard["base"]
+    nominal = RunDirectory(Path(found["nominal_run"])).summary()
+    assert {key: nominal["hazard"][key] for key in hazard} == hazard
+    assert nominal["minimum"]["siting"]["distance"] == hazard["recommended"]
     bars = {one["name"]: one["high"] - one["low"] for one in found["distance"]["tornado"]}
     assert bars["heat of detonation"] == pytest.approx(2 * 1.645 * 5.0, rel=0.1)
     assert bars["drag coefficient"] < -4.0

@@ -141,21 +141,20 @@ AREAS = (
             *(
                 (f"flight/{name}.py", _HAZARD)
                 for name in (
-                    "hazard/assessment",
                     "hazard/criteria",
                     "hazard/density/fields",
                     *(
                         f"hazard/density/{name}"
                         for name in ("expected", "estimate", "distance", "directions", "groups")
                     ),
-                    "hazard/bands",
+                    "hazard/flown",
                     "hazard/ensemble",
                     "hazard/exposed",
                     "hazard/contours",
                     "hazard/density/ring_counts",
                     "arena",
                     "hazard/density/tally",
-                    "hazard/distances",
+                    "hazard/pool",
                     "hazard/density/witness_hazard",
                     "hazard/density/polar_grid",
                     "hazard/retardation",

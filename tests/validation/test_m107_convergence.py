@@ -48,7 +48,7 @@ def test_distances_are_compared_with_the_finest():
     """Allowed by size: 6 % at 6 mm, 3 % at 4 mm; the two finest within two standard errors."""
 
     def hazard(distance, error=1.0):
-        return {"distance": distance, "upper": distance + 2.0, "standard_error": error}
+        return {"expected": distance, "upper": distance + 2.0, "standard_error": error}
 
     rows = check_distances("TNT", {"6 mm": hazard(74.0), "4 mm": hazard(71.5), "3 mm": hazard(70.0)})
     assert [row.passed for row in rows] == [True, None, True, None, None, None, True]

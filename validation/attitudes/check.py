@@ -24,7 +24,7 @@ def check_cells(fill: str, hazards: Mapping[str, Mapping[str, Any]]) -> list[Row
     """Distances by cell size, each two of them apart in standard errors of their difference."""
     rows = [_inform(f"{fill}, {size}: distance, upright", hazard) for size, hazard in hazards.items()]
     apart = {
-        (one, other): abs(a["distance"] - b["distance"]) / np.hypot(a["standard_error"], b["standard_error"])
+        (one, other): abs(a["expected"] - b["expected"]) / np.hypot(a["standard_error"], b["standard_error"])
         for (one, a), (other, b) in combinations(hazards.items(), 2)
     }
     if apart:
@@ -37,7 +37,7 @@ def check_cells(fill: str, hazards: Mapping[str, Mapping[str, Any]]) -> list[Row
 def check_lean(fill: str, hazards: Mapping[float, Mapping[str, Any]]) -> list[Row]:
     """Distances in the worst direction over leans of a few degrees."""
     rows = [_inform(f"{fill}: distance, leaning {lean:g} degrees", hazard) for lean, hazard in hazards.items()]
-    values = [hazard["distance"] for hazard in hazards.values()]
+    values = [hazard["expected"] for hazard in hazards.values()]
     quantity = f"{fill}: largest over smallest distance over the leans, less one"
     return [*rows, within(NAME, quantity, max(values) / min(values) - 1.0, 0.0, REFERENCE["lean"]["allowed"], _SOURCE)]
 
@@ -51,11 +51,11 @@ def check_envelope(fill: str, attitude: Mapping[str, Any]) -> list[Row]:
         _inform(f"{fill}: envelope, worst at {attitude['worst_inclination_deg']:g} degrees from upright", worst)
     )
     for degrees, words in ((0.0, "upright"), (90.0, "lying"), (180.0, "nose down")):
-        rows.append(compare(NAME, f"{fill}: {words}, against the worst", curve[degrees]["distance"], worst["distance"],
+        rows.append(compare(NAME, f"{fill}: {words}, against the worst", curve[degrees]["expected"], worst["expected"],
                             None, _SOURCE, "m"))  # fmt: skip
     return rows
 
 
 def _inform(quantity: str, hazard: Mapping[str, Any]) -> Row:
     words = f"{quantity} (standard error {hazard['standard_error']:.1f} m)"
-    return Row(NAME, words, hazard["distance"], None, None, None, None, _SOURCE, "m")
+    return Row(NAME, words, hazard["expected"], None, None, None, None, _SOURCE, "m")

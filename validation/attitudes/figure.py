@@ -19,7 +19,7 @@ def draw(curves: Mapping[str, Mapping[str, Any]], path: Path) -> Path:
         for fill, attitude in curves.items():
             rows = sorted(attitude["curve"], key=lambda row: row["inclination_deg"])
             degrees = [row["inclination_deg"] for row in rows]
-            distances = [row["distance"] for row in rows]
+            distances = [row["expected"] for row in rows]
             axis.errorbar(degrees, distances, [2.0 * row["standard_error"] for row in rows], marker="o", markersize=3,
                           linewidth=1.2, capsize=2, label=f"M107, {fill} (bars: two standard errors)")  # fmt: skip
         axis.set(xlabel="Inclination of the axis from upright (degrees)", ylabel="Hazard distance (m)", xlim=(-3, 183))

@@ -9,7 +9,7 @@ import numpy as np
 
 import flight
 from flight.files.text_tables import read_columns
-from flight.hazard.assessment import falling_through
+from flight.hazard.criteria import falling_through
 from transition.law.mott import MottLaw
 from transition.law.samplers import Quantile
 

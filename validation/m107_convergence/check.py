@@ -104,13 +104,13 @@ def check_distances(fill: str, hazards: Mapping[str, Mapping[str, Any]]) -> list
     for size, hazard in hazards.items():
         quantity = f"{fill}, {size}: distance against that of {finest}"
         tolerance = allowed.get(size) if size != finest else None
-        rows.append(compare(NAME, quantity, hazard["distance"], best["distance"], tolerance, source, "m"))
+        rows.append(compare(NAME, quantity, hazard["expected"], best["expected"], tolerance, source, "m"))
         quantity = f"{fill}, {size}: upper bound of the distance against that of {finest}"
         rows.append(compare(NAME, quantity, hazard["upper"], best["upper"], None, source, "m"))
     if len(sizes) > 1:
         before = hazards[sizes[-2]]
         error = float(np.hypot(best["standard_error"], before["standard_error"]))
-        apart = abs(before["distance"] - best["distance"]) / error
+        apart = abs(before["expected"] - best["expected"]) / error
         quantity = f"{fill}: distances of {sizes[-2]} and {finest}, apart in standard errors"
         rows.append(within(NAME, quantity, apart, 0.0, REFERENCE["distance"]["standard_errors"], source))
     return rows

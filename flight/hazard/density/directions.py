@@ -18,8 +18,10 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["Directions", "RADIAL", "SPACING"]
+__all__ = ["Directions", "KERNEL", "RADIAL", "SPACING"]
 
+KERNEL = 10.0
+"""Half-width of the azimuth kernel (degrees): narrower than the jets between neighbouring rounds."""
 RADIAL = 0.04  # h: standard deviation of the radial kernel in ln r
 SPACING = 0.02  # in ln r, of the positions at which the density is computed; between them it is a power of r
 _COSINE_MOMENT = 1.0 / 3.0 - 2.0 / math.pi**2  # second moment of the raised cosine over its half-width squared
@@ -43,7 +45,7 @@ class Directions:
 
     grid: PolarGrid
     basis: str = "all_azimuths"
-    kernel: float = 10.0
+    kernel: float = KERNEL
     mirrors: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:

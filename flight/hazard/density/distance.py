@@ -47,6 +47,8 @@ class ExpectedDistance:
     density, density_low, density_high : (2, j) float64
         Expected density on the ground and normal to the path (1/m2) over all azimuths or in the worst direction, and
         5 and 95 % of the bootstrap's draws: the certainty of the mean, not the scatter of single events.
+    without_ricochet : ExpectedDistance or None
+        The same of what fragments do before their first impact on the ground; None where they stay there.
     """
 
     distance: float
@@ -68,6 +70,7 @@ class ExpectedDistance:
     density: Array
     density_low: Array = field(default_factory=lambda: np.zeros((2, 0)))
     density_high: Array = field(default_factory=lambda: np.zeros((2, 0)))
+    without_ricochet: ExpectedDistance | None = None
 
     def __repr__(self) -> str:
         bound = "no upper bound" if self.upper is None else f"upper bound (95 %) {self.upper:.4g} m"

@@ -90,6 +90,19 @@ class Estimate:
         begin, end = np.searchsorted(self.radial.places, [min(known) - INSIDE, max(known) + BEYOND])
         return slice(min(int(begin), self.last - 2), min(int(end), self.last))
 
+    def alone(self, sums: Array, near: float) -> float:
+        """The distance (m) of one realisation, whose sums (2, c, r) are of the groups or reach less far.
+
+        Looked for from somewhat below `near` (m) first, to save time.
+        """
+        number, found = self.weights @ sums, -np.inf
+        begin = int(np.searchsorted(self.radial.places, math.log(max(near, 1e-3)) - INSIDE))
+        for where in (slice(min(begin, self.last - 2), self.last), self.everywhere):
+            found = self._through(self._density(self._smoothed(number, where), where), where).max()
+            if np.isfinite(found):
+                break
+        return float(np.exp(found))
+
     def result(self, *, every_direction: bool) -> ExpectedDistance:
         """Distances, bound and curves."""
         number = np.einsum("dc,kcr->kdr", self.weights, self.total) / self.count  # (2, d, r)

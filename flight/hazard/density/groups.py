@@ -39,8 +39,14 @@ class DensityGroups:
         self.size, self.realisations = 1, 0  # of a full group; of all
         self._sums: list[Array] = []
 
-    def add(self, landings: Array, tracks: Array) -> None:
-        """Add one realisation: numbers and path lengths over height (turns, r) on the grid or up to a nearer reach."""
+    def add(self, landings: Array, tracks: Array) -> Array:
+        """Add one realisation: numbers and path lengths over height (turns, r) on the grid or up to a nearer reach.
+
+        Returns
+        -------
+        (2, c, r) float64
+            What was added, by direction class; not to be written to.
+        """
         here = np.stack([self.directions.folded(values) for values in (landings, tracks)])
         cells = max(here.shape[-1], self.cells)
         if cells > self.directions.grid.shape[1]:
@@ -55,6 +61,7 @@ class DensityGroups:
         else:
             self._sums[-1] = self._sums[-1] + here
         self.realisations += 1
+        return here
 
     def _join(self) -> None:
         self._sums = [one + other for one, other in zip(self._sums[::2], self._sums[1::2], strict=True)]
@@ -88,5 +95,7 @@ class DensityGroups:
 
 
 def _padded(values: Array, cells: int) -> Array:
+    if values.shape[-1] == cells:
+        return values
     empty = [(0, 0)] * (values.ndim - 1) + [(0, cells - values.shape[-1])]
     return np.pad(values, empty)

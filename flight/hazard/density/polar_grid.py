@@ -27,6 +27,7 @@ __all__ = ["PolarGrid"]
 FINEST = 0.1  # of a distance cell of the tables
 RELATIVE = 0.02  # width of a cell over its distance
 PER_KERNEL = 4  # azimuth cells in half a kernel
+REACH = 2000.0  # m, of a first grid: a flight extends it where fragments pass beyond
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +60,7 @@ class PolarGrid:
             raise InputError(f"hazard: a grid of {self.sectors} sectors and {self.cells} cells, needed: 1 or more")
 
     @classmethod
-    def of(cls, sectors: int, kernel: float, cell: float, reach: float) -> PolarGrid:
+    def of(cls, sectors: int = 72, kernel: float = 10.0, cell: float = 10.0, reach: float = REACH) -> PolarGrid:
         """A grid for a kernel of this half-width (degrees), up to a distance of at least `reach` (m)."""
         for name, value, unit in (
             ("sectors", sectors, ""),
@@ -139,11 +140,6 @@ class PolarGrid:
         distances = np.asarray(distance, dtype=np.float64)
         found = np.searchsorted(self.edges, distances, side="right") - 1
         return turn, np.where(distances < self.edges[-1], found, -1)
-
-    def for_tables(self, field: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Sums (sectors, cells) over the cells of the tables of a field (turns, r)."""
-        by_sector = field.reshape(self.sectors, self.cuts, -1).sum(axis=1)
-        return np.asarray(np.add.reduceat(by_sector, self.first[:-1], axis=1))
 
     def maps(self, mirror: float) -> bool:
         """Whether the mirror plane at this azimuth (degrees) maps cells on cells."""

@@ -9,6 +9,8 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
+from fragfield.case.conversion.site import bearing_of, direction_words
+
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
@@ -20,7 +22,7 @@ __all__ = ["attitude_faults", "attitude_of", "attitude_words", "axis_of", "is_mi
 Vector = tuple[float, float, float]
 UP: Vector = (0.0, 0.0, 1.0)
 _SAME = 1e-6  # degrees
-_INSTEAD = "or one run for each attitude: `fragfield sweep CASE round.0.attitude=upright,lying`"
+_INSTEAD = "or one run for each attitude: `fragfield sweep CASE 'round.*.attitude=upright,lying'`"
 
 
 def axis_of(inclination: float, azimuth: float) -> Vector:
@@ -84,10 +86,10 @@ def _mixed_faults(case: Case) -> Iterator[str]:
                 "rounds, which turn together as one body, or for none"
             )
             break
+    yield from _site_faults(case, key)
     wind = case.flight.wind
     fixed = {
         "a ground plane or a wall in the burst (plane)": any(plane.kind != "symmetry" for plane in case.plane),
-        "exposed sites (exposed)": bool(case.exposed),
         "obstacles (obstacle)": bool(case.obstacle),
         "a map of heights (flight.ground.map)": case.flight.ground.map is not None,
         "wind (flight.wind)": wind.speed != 0.0 or any(wind.speeds or ()),
@@ -99,6 +101,22 @@ def _mixed_faults(case: Case) -> Iterator[str]:
                 "burst in the open, over flat ground in still air, and its distance holds in every direction; "
                 f"allowed: without it, {_INSTEAD}"
             )
+
+
+def _site_faults(case: Case, key: str) -> Iterator[str]:
+    """Exposed sites that the densities over all directions of the nose say nothing of."""
+    for number, entry in enumerate(case.exposed, start=1):
+        own = [name for name in ("energy", "height") if getattr(entry, name, None) is not None]
+        if entry.kind == "building":
+            what = "a building, whose walls and roof count hits of rounds that point one way"
+        elif own:
+            what = f"a site with its own {own[0]}, while densities in all directions are those of [hazard]"
+        else:
+            continue
+        yield (
+            f"{key} together with exposed[{number}] ({entry.name}), {what}; allowed: persons, roads and areas with the "
+            f"energy and height of [hazard], {_INSTEAD}"
+        )
 
 
 def attitude_of(case: Case, *, given: bool = False) -> dict[str, Any]:
@@ -134,11 +152,11 @@ def attitude_of(case: Case, *, given: bool = False) -> dict[str, Any]:
     for entry in case.round:
         angles.setdefault(_angles(entry.axis), []).append(entry.name)
     if len(angles) > 1:
-        listed = [f"{_names(names)} {_words(*angle)}" for angle, names in angles.items()]
+        listed = [f"{_names(names)} {_words(case, *angle)}" for angle, names in angles.items()]
         return part | {"words": "; ".join(listed)}
     ((inclination, azimuth),) = angles
     kind = "upright" if inclination == 0.0 else "lying" if inclination == 90.0 else "inclined"
-    words = _words(inclination, azimuth)
+    words = _words(case, inclination, azimuth)
     return part | {"kind": kind, "words": words, "inclination_deg": inclination, "azimuth_deg": azimuth}
 
 
@@ -170,11 +188,11 @@ def _near(angle: float) -> float:
     return float(round(angle)) if abs(angle - round(angle)) < _SAME else angle
 
 
-def _words(inclination: float, azimuth: float | None) -> str:
+def _words(case: Case, inclination: float, azimuth: float | None) -> str:
     if azimuth is None:
         return "upright, nose up" if inclination == 0.0 else "upright, nose down"
     how = "lying" if inclination == 90.0 else f"inclined by {inclination:.4g} deg from upright"
-    return f"{how}, nose to {azimuth:.4g} deg"
+    return f"{how}, nose to {direction_words(azimuth, bearing_of(case, azimuth))}"
 
 
 def _names(names: list[str]) -> str:

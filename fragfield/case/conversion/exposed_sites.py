@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fragfield.case.conversion.site import bearing_of, site_of
 from fragfield.case.conversion.surroundings import ground_height
 from fragfield.case.tables.exposed import AreaTable, ExposedBuildingTable, PersonTable, RoadTable
 from fragfield.case.tables.ground import BuildingTable, WallTable
@@ -18,7 +19,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from flight.hazard.contours import Site
     from flight.hazard.exposed import Prism
     from flight.scene.walls import Wall
     from fragfield.case.schema import Case
@@ -34,7 +34,6 @@ __all__ = [
     "outline_of",
     "exposed_sites_of",
     "resolved_exposed",
-    "site_of",
 ]
 
 PIECE = 10.0  # m: pieces of roads and areas, where they are not too many
@@ -83,15 +82,6 @@ class ExposedSite:
             count = min(256, max(1, math.ceil(float(np.hypot(*(end - start))) / spacing)))
             parts.append(start + (end - start) * (np.arange(count) / count)[:, None])
         return np.concatenate(parts)
-
-
-def site_of(case: Case) -> Site | None:
-    """The case's site in degrees, free of what the way over radians adds in the last digits."""
-    from flight.hazard.contours import Site
-
-    if case.site is None:
-        return None
-    return Site(*(round(math.degrees(v), 10) for v in (case.site.latitude, case.site.longitude, case.site.bearing)))
 
 
 def check_exposed(case: Case) -> Iterator[str]:
@@ -361,7 +351,7 @@ def _contains(corners: Array, point: tuple[float, ...]) -> bool:
 
 
 def describe_exposed(case: Case) -> list[dict[str, Any]]:
-    """Exposed sites for `fragfield check`: name, kind, distance and azimuth of the nearest edge, pieces."""
+    """Exposed sites for `fragfield check`: name, kind, distance and direction of the nearest edge, pieces."""
     found = []
     for exposed in exposed_sites_of(case):
         away = exposed.edge() - np.asarray(case.flight.origin)
@@ -369,5 +359,6 @@ def describe_exposed(case: Case) -> list[dict[str, Any]]:
         nearest = int(np.argmin(distance))
         azimuth = math.degrees(math.atan2(away[nearest, 1], away[nearest, 0])) % 360.0
         entry = {"name": exposed.table.name, "kind": exposed.table.kind, "distance": float(distance[nearest])}
-        found.append({**entry, "azimuth_deg": azimuth, "pieces": len(exposed.prisms)})
+        direction = {"azimuth_deg": azimuth, "bearing_deg": bearing_of(case, azimuth)}
+        found.append({**entry, **direction, "pieces": len(exposed.prisms)})
     return found

@@ -8,15 +8,20 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fragfield.case.conversion.surroundings import ground_height
+
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from numpy.typing import NDArray
 
     from burst_fenicsx.geometry import Profile
     from fragfield.case.conversion.clearance import Body
+    from fragfield.case.schema import Case
     from fragfield.case.tables.plane import PlaneTable
     from fragfield.case.tables.round import RoundTable
 
-__all__ = ["heights", "meshed", "placed", "profile_of"]
+__all__ = ["base_faults", "heights", "lift_to", "meshed", "on_base", "outsides", "placed", "profile_of"]
 
 
 def placed(entry: RoundTable) -> Body:
@@ -41,6 +46,45 @@ def meshed(entry: RoundTable, cell_size: float) -> Body:
         return placed(entry)
     stations, factor = _grid(json.dumps(entry.profile), cell_size)
     return placed_body(profile_of(entry), entry.position, entry.axis, stations=stations, enlargement=factor)
+
+
+def outsides(entry: RoundTable, case: Case) -> tuple[Body, Body]:
+    """Outside of a resolved round, and that which its mesh touches from within where surfaces meet in the burst."""
+    exact = placed(entry)
+    meets = case.burst is not None and case.burst.contact.surfaces
+    return exact, meshed(entry, case.burst.cell_size) if case.burst is not None and meets else exact
+
+
+def lift_to(base: float | str | None, entry: RoundTable, case: Case) -> float:
+    """Height (m) by which a resolved round is lifted so that it stands on a z or on the "ground".
+
+    Where a plane is in the burst its mesh does.
+    """
+    if base is None:
+        return 0.0
+    solid = case.burst is not None and any(plane.kind != "symmetry" for plane in case.plane)
+    bodies = (placed(entry), meshed(entry, case.burst.cell_size)) if case.burst and solid else (placed(entry),)
+    lowest = min(body.reach((0.0, 0.0, 1.0))[0] for body in bodies)
+    return (ground_height(case, *entry.position[:2]) if isinstance(base, str) else base) - lowest
+
+
+def on_base(entry: RoundTable, case: Case) -> RoundTable:
+    """A resolved round with `base` spelt out in its position."""
+    if entry.base is None:
+        return entry
+    x, y, z = entry.position
+    height = round(z + lift_to(entry.base, entry, case), 12) + 0.0
+    return entry.model_copy(update={"position": (x, y, height), "base": None})
+
+
+def base_faults(case: Case) -> Iterator[str]:
+    """Faults of the keys `base` of a case as read."""
+    for number, entry in enumerate(case.round, start=1):
+        if entry.base is not None and entry.position[2] != 0.0:
+            yield (
+                f"round[{number}].base: found together with z = {entry.position[2]:g} m of position; allowed: one of "
+                "the two, with z left at 0 m"
+            )
 
 
 def profile_of(entry: RoundTable) -> Profile:

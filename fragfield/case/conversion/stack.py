@@ -10,7 +10,7 @@ from fragfield.errors import nearest
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from numpy.typing import NDArray
+    from numpy.typing import ArrayLike, NDArray
 
     from fragfield.case.schema import Case
     from fragfield.case.tables.round import IgnitionTable, RoundTable
@@ -48,7 +48,7 @@ def expanded(case: Case) -> list[RoundTable]:
     if stack is None:
         return list(case.round)
     template = _template(case, stack)
-    places = _places(template, stack)
+    places = _places(case, template, stack)
     initiated = _initiated(case, stack)
     copies = []
     for index, (name, place) in enumerate(zip(stacked_names(case), places, strict=True)):
@@ -60,25 +60,31 @@ def expanded(case: Case) -> list[RoundTable]:
     return [*case.round[:at], *copies, *case.round[at + 1 :]]
 
 
-def _places(template: RoundTable, stack: StackTable) -> NDArray[Any]:
+def _places(case: Case, template: RoundTable, stack: StackTable) -> NDArray[Any]:
     """Positions of the rounds (m), shape (n, 3)."""
     import numpy as np
 
     from fragfield.case.conversion import patterns
-    from fragfield.case.conversion.placing import placed
+    from fragfield.case.conversion.placing import lift_to, outsides
 
-    body = placed(template)
-    (x, y, z) = (np.ptp(body.reach(direction)) for direction in np.eye(3))
+    bodies = outsides(template, case)
+
+    def pitch(direction: ArrayLike, gap: float) -> float:
+        """From one round to the next along a direction: apart by the gap, and with meshes that do not overlap."""
+        exact, outer = (float(np.ptp(body.reach(direction))) for body in bodies)
+        return max(exact + gap, outer)
+
+    layer_gap = stack.gap if stack.layer_gap is None else stack.layer_gap
     if stack.arrangement == "triangle":
         across = [1.0, 0.0, 0.0] if patterns.stands(template.axis) else patterns.across_horizontally(template.axis)
-        pitch = float(np.ptp(body.reach(across))) + stack.gap
-        offsets = patterns.triangle(stack.count or 2, pitch, template.axis)
+        offsets = patterns.triangle(stack.count or 2, pitch(across, stack.gap), template.axis)
     elif stack.arrangement == "row":
-        offsets = patterns.row(stack.count or 1, x + stack.gap)
+        offsets = patterns.row(stack.count or 1, pitch((1.0, 0.0, 0.0), stack.gap))
     else:
-        layer_gap = stack.gap if stack.layer_gap is None else stack.layer_gap
-        offsets = patterns.pallet(stack.counts or (1, 1, 1), (x + stack.gap, y + stack.gap, z + layer_gap))
-    lift = 0.0 if stack.base is None else stack.base - body.reach((0.0, 0.0, 1.0))[0]
+        gaps = (stack.gap, stack.gap, layer_gap)
+        pitches = [pitch(direction, gap) for direction, gap in zip(np.eye(3).tolist(), gaps, strict=True)]
+        offsets = patterns.pallet(stack.counts or (1, 1, 1), (pitches[0], pitches[1], pitches[2]))
+    lift = lift_to(stack.base, template, case)
     return np.asarray(offsets + np.array(template.position) + [0.0, 0.0, lift])
 
 

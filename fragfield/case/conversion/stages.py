@@ -35,8 +35,6 @@ __all__ = [
     "rigid_plane",
 ]
 
-_REACH = 2000.0  # m; a flight extends its cells where fragments pass beyond
-
 
 def burst_settings(case: Case, *, geometry: Geometry | None = None) -> BurstSettings:
     """Settings of the burst stage; the case must have a table [burst]. `geometry` overrides the case's choice."""
@@ -137,11 +135,11 @@ def kernel_degrees(case: Case) -> float:
 
 
 def hazard_grid(case: Case) -> PolarGrid:
-    """Cells of the hazard distance, up to a first guess of how far hazardous fragments fly."""
+    """Cells of the hazard distance."""
     from flight.hazard.density.polar_grid import PolarGrid
 
     hazard = case.hazard
-    return PolarGrid.of(hazard.sectors, kernel_degrees(case), hazard.distance_cell, _REACH)
+    return PolarGrid.of(hazard.sectors, kernel_degrees(case), hazard.distance_cell)
 
 
 def _wind(table: WindTable, ground: float) -> Wind | None:

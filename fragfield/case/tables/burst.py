@@ -98,8 +98,9 @@ class BurstTable(Table):
     """Target edge length of the cells; the only mesh parameter."""
     geometry: Literal["auto", "axisymmetric", "3d"] = "auto"
     """Rings of a round's meridian, or hexahedra; auto: rings where one round, initiated on its axis, allows it."""
-    convergence: Literal["auto", "off"] = "auto"
-    """Whether an axisymmetric run computes other cell sizes as well, for its grid convergence."""
+    convergence: Literal["off", "quick", "standard", "final"] = "standard"
+    """Cell sizes for the grid convergence, besides h = `cell_size`: quick 2 h; standard sqrt(2) h and 2 h; final
+    h / sqrt(2) as well. In three dimensions final alone, sqrt(2) h and 2 h."""
     symmetry: Literal["auto", "off"] = "auto"
     """Compute the smallest part of the arrangement that planes of symmetry bound, or every round in full."""
     quadrature: Literal["one_point", "full"] = "one_point"

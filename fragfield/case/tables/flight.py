@@ -233,7 +233,7 @@ class HazardTable(Table):
     sectors: int = Field(default=72, ge=1)
     """Azimuth sectors; 72 are 5 degrees each, the first centred on +x."""
     distance_cell: PositiveLength = 10.0
-    """Width of the distance cells of tables and curves; the hazard distance is estimated in cells a tenth as wide."""
+    """The density is counted in cells a tenth as wide, or of 2 % of their distance where that is wider."""
     kernel: Annotated[float, Quantity("rad", "10 deg", above=0.0, maximum=3.2)] = degrees(10.0)
     """Half-width of the raised cosine that smooths the density over azimuth where directions differ: narrower than the
     jets between neighbouring rounds (about 10 degrees to either side), wide enough to hold many fragments."""

@@ -30,12 +30,14 @@ __all__ = [
     "InitiationTable",
     "JwlTable",
     "RoundTable",
+    "StandsOn",
 ]
 
 PositivePressure = Annotated[float, Quantity("Pa", "3.5 GPa", above=0.0)]
 Attitude = Annotated[
     float | str | None, Quantity("rad", "30 deg", minimum=0.0, maximum=math.pi, words=("upright", "lying", "any"))
 ]
+StandsOn = Annotated[float | str | None, Quantity("m", "0 m", words=("ground",))]
 SofteningStrain = Annotated[float | str, NumberOrWord(("none",), 0.5)]
 
 
@@ -171,6 +173,9 @@ class RoundTable(Table):
     diameters given for radii, and wrong units. Give them wherever the drawing has them."""
     position: Position = (0.0, 0.0, 0.0)
     """Centre of the base plane."""
+    base: StandsOn = None
+    """"ground": the round stands or lies on the ground at its x and y, flat or of a map of heights; or z of its lowest
+    point. It sets the z of `position`, which is left at 0 m; left out: by `position`."""
     attitude: Attitude = None
     """How the round stands: "upright" (axis and nose up), "lying", the inclination of its axis from upright (180 deg:
     nose down), or "any": the worst of all attitudes. Left out: by `axis`."""

@@ -11,7 +11,7 @@ from pydantic import Field
 from pydantic_core import PydanticCustomError, core_schema
 
 from fragfield.case.tables.base import Table
-from fragfield.case.units.kinds import Length
+from fragfield.case.tables.round import StandsOn
 from fragfield.case.units.quantities import Quantity, show
 
 if TYPE_CHECKING:
@@ -90,11 +90,12 @@ class StackTable(Table):
     counts: Annotated[tuple[int, int, int] | None, _Counts()] = None
     """Rounds of a pallet along x, along y and of layers."""
     gap: Annotated[float, Quantity("m", "21.7 mm", minimum=0.0)]
-    """Clear distance between neighbours, at their largest diameters."""
+    """Clear distance between neighbours, at their largest diameters; 0 mm: they touch. It is never less than what the
+    corners of their meshes reach beyond the contours, a fraction of a millimetre."""
     layer_gap: Annotated[float | None, Quantity("m", "50 mm", minimum=0.0)] = None
     """Clear distance between the layers of a pallet; left out: `gap`."""
-    base: Length | None = None
-    """z of the ground or deck on which the lowest layer stands; left out: as the round that is copied."""
+    base: StandsOn = None
+    """z of the deck on which the lowest layer stands, or "ground"; left out: as the round that is copied."""
     delays: list[Annotated[float, Quantity("s", "5 us", minimum=0.0)]] | None = None
     """One time for each round, added to the delays of its ignition points; left out: none."""
     initiated: list[Annotated[str | int, _Reference()]] | None = None

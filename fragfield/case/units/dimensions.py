@@ -77,7 +77,11 @@ def fault_of(error: Exception) -> str:
     return "which is not a number with a unit"
 
 
+_PREFIXES = ("", "micro", "milli", "centi", "kilo", "mega", "giga")
+
+
 def _common_units() -> list[str]:
     prefixes = ("", "n", "u", "m", "c", "k", "M", "G")
     metric = [prefix + unit for unit in ("m", "g", "s", "Pa", "J") for prefix in prefixes]
-    return [*metric, "inch", "feet", "foot", "ft", "pound", "lb", "grain", "metre", "meter", "degree", "deg", "radian"]
+    long = [prefix + unit for unit in ("meter", "metre", "gram", "second", "pascal", "joule") for prefix in _PREFIXES]
+    return [*metric, *long, "inch", "feet", "foot", "ft", "pound", "lb", "grain", "degree", "deg", "radian"]

@@ -109,8 +109,13 @@ class Quantity:
 
     def _bounds(self) -> str:
         shown = (("greater than", self.above), ("at least", self.minimum), ("at most", self.maximum))
-        limits = [f"{text} {limit:g} {self.symbol}" for text, limit in shown if limit is not None]
+        limits = [f"{text} {self._limit(limit)}" for text, limit in shown if limit is not None]
         return ", " + " and ".join(limits) if limits else ""
+
+    def _limit(self, value: float) -> str:
+        """A bound as a message shows it: angles in whole degrees where they are, as in the examples."""
+        whole = round(math.degrees(value)) if self.symbol == "rad" else None
+        return f"{whole} deg" if whole is not None and degrees(whole) == value else f"{value:g} {self.symbol}"
 
     def parse(self, value: object) -> float | str:
         """Read a value of the case file.

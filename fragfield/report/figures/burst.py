@@ -27,11 +27,11 @@ _LEDGER = {
 }
 
 
-def speed_along_round(run: RunFiles, narrow: bool) -> Figure | None:
+def speed_along_round(run: RunFiles) -> Figure | None:
     """Mean and largest casing speed against the fraction of the length, all rounds; of many the mean alone."""
     if not run.rounds:
         return None
-    figure, (axis,) = new_figure(narrow=narrow, height=3.5, narrow_height=3.6)
+    figure, (axis,) = new_figure(height=3.3)
     several, many = len(run.rounds) > 1, len(run.rounds) > _FEW_ROUNDS
     for index, item in enumerate(run.rounds):
         style = LINES[index % len(LINES)]
@@ -48,15 +48,14 @@ def speed_along_round(run: RunFiles, narrow: bool) -> Figure | None:
             place, item.along["max_speed"][present], color=style["color"], linestyle=(0, (4, 1.6)), linewidth=1.1,
             marker=".", markersize=3.5, label=f"{label}largest cell",
         )  # fmt: skip
-    _mark_segments(axis, run, narrow)
+    _mark_segments(axis, run)
     axis.set(xlim=(0, 1), xlabel="Station from the nose / length", ylabel="Casing speed (m/s)")
     axis.set_ylim(bottom=0)
-    columns = (2, 4) if many else (1, 2)
-    axis.legend(ncols=columns[not narrow], loc="upper center", bbox_to_anchor=(0.5, -0.17))
+    axis.legend(ncols=2 if many or not several else 1, loc="upper center", bbox_to_anchor=(0.5, -0.17))
     return figure
 
 
-def _mark_segments(axis: object, run: RunFiles, narrow: bool) -> None:
+def _mark_segments(axis: object, run: RunFiles) -> None:
     """Limits and names of the first round's segments, where all rounds are cut alike."""
     first = run.rounds[0]
     length = float(first.attributes["length"])
@@ -70,22 +69,20 @@ def _mark_segments(axis: object, run: RunFiles, narrow: bool) -> None:
     for line in first.segments:
         start, end = float(line["start"]) / length, float(line["end"]) / length
         axis.axvline(end, color=GREY, linewidth=0.7, linestyle=":")  # type: ignore[attr-defined]
-        # A letter takes about 0.06 inches; the axis is about 3 or 6.5 inches wide.
-        if (end - start) * (3.0 if narrow else 6.5) > 0.06 * len(str(line["name"])):
+        # A letter takes about 0.06 inches; the axis is about 3 inches wide.
+        if (end - start) * 3.0 > 0.06 * len(str(line["name"])):
             axis.annotate(  # type: ignore[attr-defined]
                 str(line["name"]), ((start + end) / 2, 1.0), xycoords=("data", "axes fraction"), ha="center",
                 va="bottom", fontsize=7, color=GREY,
             )  # fmt: skip
 
 
-def casing_over_time(run: RunFiles, narrow: bool) -> Figure | None:
+def casing_over_time(run: RunFiles) -> Figure | None:
     """Mean casing speed and outer diameter against time."""
     if not {"time", "mean_casing_speed", "outer_diameter"} <= set(run.history):
         return None
     time = run.history["time"] * 1e6
-    figure, (speed, diameter) = new_figure(
-        *((2, 1) if narrow else (1, 2)), narrow=narrow, height=2.8, narrow_height=4.6, sharex=True
-    )
+    figure, (speed, diameter) = new_figure(2, 1, height=3.6, sharex=True)
     speed.plot(time, run.history["mean_casing_speed"], **LINES[0])
     speed.set(ylabel="Mean casing speed (m/s)", title="Speed")
     diameter.plot(time, run.history["outer_diameter"] * 1e3, **LINES[0])
@@ -96,19 +93,16 @@ def casing_over_time(run: RunFiles, narrow: bool) -> Figure | None:
         if isinstance(done, (int, float)) and np.isfinite(done):
             axis.axvline(done * 1e6, color=ACCENT, linewidth=0.9, linestyle=":")
     speed.set_ylim(bottom=0)
-    for axis in (diameter,) if narrow else (speed, diameter):
-        axis.set_xlabel("Time (µs)")
+    diameter.set_xlabel("Time (µs)")
     return figure
 
 
-def energy_ledger(run: RunFiles, narrow: bool) -> Figure | None:
+def energy_ledger(run: RunFiles) -> Figure | None:
     """Where the work of the products went, and what does not close, against time."""
     if not {"time", "products_work", "energy_error"} <= set(run.history):
         return None
     time = run.history["time"] * 1e6
-    figure, (ledger, error) = new_figure(
-        2, 1, narrow=narrow, height=4.6, narrow_height=5.4, sharex=True, gridspec_kw={"height_ratios": (3, 1)}
-    )
+    figure, (ledger, error) = new_figure(2, 1, height=4.8, sharex=True, gridspec_kw={"height_ratios": (3, 1)})
     ledger.plot(time, run.history["products_work"] * 1e-6, color=INK, linewidth=2.4, label="work of the products")
     for style, (name, label) in zip(LINES, _LEDGER.items(), strict=False):
         values = run.history.get(name)
@@ -116,7 +110,7 @@ def energy_ledger(run: RunFiles, narrow: bool) -> Figure | None:
             ledger.plot(time, values * 1e-6, label=label, **style)
     ledger.set(ylabel="Energy (MJ)", title="Ledger")
     ledger.set_ylim(bottom=min(0.0, ledger.get_ylim()[0]))
-    ledger.legend(ncols=2 if narrow else 4, loc="upper center", bbox_to_anchor=(0.5, -0.02))
+    ledger.legend(ncols=2, loc="upper center", bbox_to_anchor=(0.5, -0.02))
     percent = run.history["energy_error"] * 100
     error.plot(time, percent, label="all", **LINES[0])
     of_contact = run.history.get("contact_error")

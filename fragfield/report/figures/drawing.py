@@ -1,4 +1,4 @@
-"""Style of the figures: readable in grey, with units, wide for paper and screen, narrow for a telephone."""
+"""Style of the figures: readable in grey, with units, of a width that paper, screen and telephone show alike."""
 
 from __future__ import annotations
 
@@ -14,7 +14,10 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["ACCENT", "GREY", "INK", "LINES", "RULE", "SPEED_MAP", "drawing_style", "new_figure", "to_bytes"]
+__all__ = ["ACCENT", "COLUMN", "GREY", "INK", "LINES", "RULE", "SPEED_MAP", "WIDE", "blank_figure", "drawing_style", "new_figure", "to_bytes"]  # fmt: skip  # noqa: E501
+
+COLUMN, WIDE = 3.6, 7.4
+"""Widths of figures (inches): a column of a printed page, which is the width of a telephone, and the whole page."""
 
 INK = "#1d2733"
 GREY = "#8b95a1"
@@ -60,6 +63,7 @@ _STYLE = {
     "legend.frameon": False,
     "legend.handlelength": 2.8,
     "lines.linewidth": 1.6,
+    "hatch.linewidth": 0.4,
     "text.color": INK,
     "figure.facecolor": "white",
     "savefig.facecolor": "white",
@@ -78,19 +82,25 @@ def drawing_style() -> Iterator[None]:
 
 
 def new_figure(
-    rows: int = 1, columns: int = 1, *, narrow: bool, height: float, narrow_height: float, **grid: Any
+    rows: int = 1, columns: int = 1, *, height: float, width: float = COLUMN, **grid: Any
 ) -> tuple[Figure, list[Axes]]:
-    """A figure of the report's width with its axes in reading order; heights in inches.
+    """A figure with its axes in reading order; sizes in inches."""
+    figure = blank_figure(width, height)
+    axes = figure.subplots(rows, columns, squeeze=False, **grid)
+    return figure, [axis for line in axes for axis in line]
 
-    The figure is not known to pyplot, so that nothing is left open and no window system is asked for.
+
+def blank_figure(width: float, height: float) -> Figure:
+    """A figure without axes; sizes in inches.
+
+    It is not known to pyplot, so that nothing is left open and no window system is asked for.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(3.75, narrow_height) if narrow else (7.4, height))
+    figure = Figure(figsize=(width, height))
     FigureCanvasAgg(figure)
-    axes = figure.subplots(rows, columns, squeeze=False, **grid)
-    return figure, [axis for line in axes for axis in line]
+    return figure
 
 
 def to_bytes(figure: Figure, *kinds: str, dots: int = 200) -> list[bytes]:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fragfield.report.figures.drawing import ACCENT, INK, LINES, new_figure
+from fragfield.report.figures.drawing import INK, LINES, new_figure
 from fragfield.report.reading.laws import number_above, segment_laws
 
 if TYPE_CHECKING:
@@ -16,37 +16,33 @@ if TYPE_CHECKING:
 
     from fragfield.report.reading.run_files import RunFiles
 
-__all__ = ["by_azimuth", "directions", "number_by_mass"]
+__all__ = ["directions", "number_by_mass"]
 
 
-def number_by_mass(run: RunFiles, narrow: bool) -> Figure | None:
+def number_by_mass(run: RunFiles) -> Figure | None:
     """Number of fragments heavier than m against sqrt(m): law and sample, in total and by segment."""
     if not run.fragments or not len(run.fragments["mass"]):
         return None
     laws = segment_laws(run)
-    figure, (total, parts) = new_figure(
-        *((2, 1) if narrow else (1, 2)), narrow=narrow, height=3.6, narrow_height=6.4, sharey=not narrow
-    )
+    figure, (axis,) = new_figure(height=3.6)
     masses = run.fragments["mass"]
     grid = np.linspace(0.0, np.sqrt(masses.max() * 1e3) * 1.04, 300)
-    _sampled(total, masses, INK, label="sampled")
+    _sampled(axis, masses, INK, label="all, sampled")
     if laws:
-        _law(total, grid, sum(number_above(law, grid**2 * 1e-3) for law in laws), {"color": LINES[1]["color"]}, "law")
-    total.set(title="All fragments", ylabel="Number heavier than m")
-    total.legend(loc="upper right")
+        total = sum(number_above(law, grid**2 * 1e-3) for law in laws)
+        _law(axis, grid, total, {"color": INK, "linestyle": "-"}, "all, law")
     first = [law for law in laws if law.round_index == 0]
+    of_first = "" if len(run.rounds) < 2 else f" of {run.rounds[0].name}"
     for index, law in enumerate(first):
-        style = LINES[index % len(LINES)]
+        style = LINES[1 + index % (len(LINES) - 1)]
         chosen = (run.fragments["round"] == 0) & (run.fragments["segment"] == law.segment_index)
         if chosen.any():
-            _sampled(parts, masses[chosen], style["color"], symbols=25)
-        _law(parts, grid, number_above(law, grid**2 * 1e-3), style, law.name)
-    parts.set_title("By segment" if len(run.rounds) < 2 else f"By segment, {run.rounds[0].name}")
-    for axis in (total, parts):
-        axis.set(yscale="log", xlim=(0, grid[-1]), ylim=(0.7, len(masses) * 2.0), xlabel="√m (√g); below: m (g)")
-        _mass_labels(axis)
-    if first:
-        parts.legend(loc="upper right", ncols=2 if len(first) > 6 else 1)
+            _sampled(axis, masses[chosen], style["color"], symbols=20)
+        _law(axis, grid, number_above(law, grid**2 * 1e-3), style, f"{law.name}{of_first}")
+    axis.set(yscale="log", xlim=(0, grid[-1]), ylim=(0.7, len(masses) * 2.0), xlabel="√m (√g); below: m (g)")
+    axis.set_ylabel("Number heavier than m")
+    _mass_labels(axis)
+    axis.legend(loc="upper right", fontsize=7)
     return figure
 
 
@@ -70,14 +66,14 @@ def _law(axis: Axes, grid: NDArray[np.float64], number: Any, style: dict[str, An
     axis.plot(grid, np.where(number > 1e-3, number, np.nan), label=label, linewidth=1.4, zorder=1.5, **style)
 
 
-def directions(run: RunFiles, narrow: bool) -> Figure | None:
+def directions(run: RunFiles) -> Figure | None:
     """Shares of the first round's mass by direction of flight: its fragments against the cells they were made from."""
     found = next(
         (item["directions"] for item in run.part("break_up").get("rounds") or [] if "directions" in item), None
     )
     if found is None:
         return None
-    figure, (polar, azimuth) = new_figure(*((2, 1) if narrow else (1, 2)), narrow=narrow, height=2.9, narrow_height=4.8)
+    figure, (polar, azimuth) = new_figure(2, 1, height=4.2)
     for axis, name in ((polar, "polar"), (azimuth, "azimuth")):
         place = np.array(found[f"{name}_deg"])
         width = float(place[1] - place[0])
@@ -93,38 +89,5 @@ def directions(run: RunFiles, narrow: bool) -> Figure | None:
     polar.set_xticks(np.arange(0, 181, 30))
     azimuth.set(title="Around", xlabel="Azimuth (°), from +x counter-clockwise", xlim=(-2.5, 357.5))
     azimuth.set_xticks(np.arange(0, 360, 90))
-    polar.legend(loc="upper right" if narrow else "upper left")
+    polar.legend(loc="upper right")
     return figure
-
-
-def by_azimuth(run: RunFiles, narrow: bool) -> Figure | None:
-    """Number and initial speed of the fragments that cross the first witness surface, by azimuth."""
-    witness = next((item for item in run.witnesses if item.get("by_azimuth")), None)
-    if witness is None:
-        return None
-    table = witness["by_azimuth"]
-    azimuth = _column(table, "azimuth_deg")
-    width = float(np.diff(np.sort(azimuth)).min()) if len(azimuth) > 1 else 5.0
-    figure, (number, speed) = new_figure(2, 1, narrow=narrow, height=4.6, narrow_height=4.8, sharex=True)
-    number.bar(azimuth, _column(table, "hits"), width, color="#c9d3df", edgecolor="white", linewidth=0.4, label="all")
-    hazardous = _column(table, "hazardous_hits")
-    if np.isfinite(hazardous).any():
-        number.bar(azimuth, hazardous, width * 0.55, color=LINES[0]["color"], label="hazardous")
-    number.set(ylabel=f"Fragments in {width:g}°", title="Number")
-    number.legend(loc="upper right", ncols=2, bbox_to_anchor=(1.0, 1.16))
-    order = np.argsort(azimuth)
-    for name, label, style in (
-        ("max_initial_speed", "largest", {"color": ACCENT, "linestyle": "none", "marker": "^", "markersize": 3.5}),
-        ("mean_initial_speed", "mean", {"color": LINES[0]["color"], "drawstyle": "steps-mid"}),
-    ):
-        values = np.where(_column(table, "hits") > 0, _column(table, name), np.nan)
-        speed.plot(azimuth[order], values[order], label=label, **style)
-    speed.set(ylabel="Initial speed (m/s)", title="Speed", xlabel="Azimuth (°), from +x counter-clockwise")
-    speed.set(xlim=(-width / 2, 360 - width / 2), xticks=np.arange(0, 360, 90 if narrow else 45))
-    speed.set_ylim(bottom=0)
-    speed.legend(loc="upper right", ncols=2, bbox_to_anchor=(1.0, 1.16))
-    return figure
-
-
-def _column(table: list[dict[str, Any]], name: str) -> NDArray[np.float64]:
-    return np.array([np.nan if line.get(name) is None else line[name] for line in table], dtype=float)

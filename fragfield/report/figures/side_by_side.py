@@ -1,16 +1,12 @@
-"""Draws figures and pictures in two processes: this one, and a helper that reads the run itself.
+"""Draws the figures of a report, and beside them in a process of its own the pictures.
 
-Drawing takes most of a report's time and figures are independent. The helper draws the pictures, for which
-VTK is loaded nowhere else: where VTK ends its process, as it does without a driver, the report goes on and says so.
-Then it takes figures from the front of the queue, while this process takes them from its end, once it has made all
-else. Where no helper can be had, or it fails, this process draws what figures are left: they are the same, to the last
-byte.
+VTK is loaded nowhere else: where it ends its process, as it does without a driver, the report goes on and says so. The
+other process reads the run itself, and draws while this one computes and draws figures.
 """
 
 from __future__ import annotations
 
 import gc
-import importlib
 import json
 import os
 import subprocess
@@ -18,9 +14,9 @@ import sys
 import tempfile
 import threading
 from base64 import b64decode, b64encode
-from collections import deque
 from contextlib import suppress
 from pathlib import Path
+from queue import SimpleQueue
 from typing import IO, TYPE_CHECKING, Any
 
 from fragfield.errors import InputError
@@ -33,105 +29,58 @@ if TYPE_CHECKING:
 
     from fragfield.report.reading.run_files import RunFiles
 
-    Drawing = Callable[[RunFiles, bool], Figure | None]
+    Drawing = Callable[[RunFiles], Figure | None]
 
 __all__ = ["FigureQueue", "draw_figure", "serve"]
 
 _SERVE = "from fragfield.report.figures.side_by_side import serve; serve()"
-_FEWEST = 8
-"""Figures for which alone a helper is started: it takes 1.2 s of processor time to begin, a figure 0.2 s."""
-_FILES = ("svg", "png", "narrow")
-_PICTURES = ("wide", "narrow")
+_FILES = ("svg", "png")
 _FAULT = "fault"
 
 
 def draw_figure(run: RunFiles, function: Drawing) -> dict[str, bytes] | None:
-    """A figure as "svg" and "png", and as "narrow" SVG for a telephone; None where there is no data for it."""
+    """A figure as "svg" and "png"; None where there is no data for it."""
     with drawing_style():
-        wide = function(run, False)
-        if wide is None:
+        figure = function(run)
+        if figure is None:
             return None
-        narrow = function(run, True)
-        svg, png = to_bytes(wide, "svg", "png")
-        return {"svg": svg, "png": png, "narrow": to_bytes(narrow, "svg")[0] if narrow is not None else svg}
+        return dict(zip(_FILES, to_bytes(figure, *_FILES), strict=True))
 
 
 class FigureQueue:
-    """Figures and pictures to be drawn, by name.
+    """Figures and pictures to be drawn, by name, each once; pictures from when they are added on."""
 
-    Parameters
-    ----------
-    run : RunFiles
-        The run that they show.
-    helped : bool
-        Start a helper for figures, where there are two cores; for a picture it is started in any case.
-    fewest : int
-        Figures that must be waiting before a helper is started for them.
-    """
-
-    def __init__(self, run: RunFiles, *, helped: bool, fewest: int = _FEWEST) -> None:
-        self._run = run
-        self._fewest = fewest
-        self._helped = helped and len(os.sched_getaffinity(0)) > 1
-        self._waiting: deque[tuple[str, Drawing]] = deque()
-        self._drawn: dict[str, dict[str, bytes] | None] = {}
-        self._pictures: deque[tuple[str, Path]] = deque()
-        self._seen: dict[str, dict[str, Any]] = {}
+    def __init__(self) -> None:
+        self._figures: dict[str, Drawing] = {}
         self._known: set[str] = set()
-        self._outdated = False
+        self._asked: SimpleQueue[tuple[str, Path, Path] | None] = SimpleQueue()
+        self._seen: dict[str, dict[str, Any]] = {}
         self._process: subprocess.Popen[str] | None = None
         self._said: IO[str] | None = None
         self._thread: threading.Thread | None = None
-        self._all_known = threading.Event()
-        self._more = threading.Semaphore(0)
-
-    def renew(self, run: RunFiles) -> None:
-        """Draw what is added from now on from the run as it is by now; the helper reads it again."""
-        self._run = run
-        self._outdated = True
 
     def add(self, name: str, function: Drawing) -> None:
-        """Have a figure drawn; one that was added before is not drawn again."""
-        if self._is_new(name):
-            self._waiting.append((name, function))
-            self._more.release()
-            if self._helped and len(self._waiting) >= self._fewest:
-                self._start()
+        """Have a figure drawn."""
+        self._figures[name] = function
 
-    def add_picture(self, name: str, folder: Path) -> None:
-        """Have a picture of VTK drawn, and its interactive view written to a folder; once, like a figure."""
-        if self._is_new(name):
-            self._pictures.append((name, folder))
-            self._more.release()
-            self._start()
-
-    def _is_new(self, name: str) -> bool:
-        """Whether a name was not asked for before; it is known from now on."""
-        new = name not in self._known
+    def add_picture(self, name: str, run: Path, folder: Path) -> None:
+        """Have a picture of the run in a directory drawn by VTK, and its interactive view written to a folder."""
+        if name in self._known:
+            return
         self._known.add(name)
-        return new
-
-    def _start(self) -> None:
+        self._asked.put((name, run, folder))
         if self._thread is None:
             self._thread = threading.Thread(target=self._feed, daemon=True)
             self._thread.start()
 
-    def finish(self) -> dict[str, dict[str, bytes] | None]:
-        """Draw what is left; the files of every figure by its name, None where there was no data for it."""
-        self._all_known.set()
-        self._more.release()
-        self._draw_rest()
+    def finish(self, run: RunFiles) -> dict[str, dict[str, bytes] | None]:
+        """Draw the figures of a run; the files of each by its name, None where there was no data for it."""
+        drawn = {name: draw_figure(run, function) for name, function in self._figures.items()}
+        self._asked.put(None)
         if self._thread is not None:
             self._thread.join()
             self._thread = None
-        self._draw_rest()  # what a helper that failed gave back
-        return self._drawn
-
-    def _draw_rest(self) -> None:
-        with suppress(IndexError):
-            while True:
-                name, function = self._waiting.pop()
-                self._drawn[name] = draw_figure(self._run, function)
+        return drawn
 
     def picture(self, name: str) -> dict[str, Any]:
         """A picture, once all is finished.
@@ -139,7 +88,7 @@ class FigureQueue:
         Returns
         -------
         dict
-            "wide" and "narrow", PNG files as bytes, and "view", the name of the interactive page or None; or "missing"
+            "png", the file as bytes, and "view", the name of the interactive page or None; or "missing"
             alone, the reason why VTK draws nothing here.
 
         Raises
@@ -159,11 +108,8 @@ class FigureQueue:
         return found
 
     def close(self) -> None:
-        """End the helper, in the middle of a figure where an error ends the report."""
-        self._waiting.clear()
-        self._pictures.clear()
-        self._all_known.set()
-        self._more.release()
+        """End the other process, in the middle of a picture where an error ends the report."""
+        self._asked.put(None)
         if self._process is not None:
             self._process.kill()
             self._process.wait()
@@ -180,12 +126,11 @@ class FigureQueue:
         return lines[-1] if lines else f"exit code {code}"
 
     def _feed(self) -> None:
-        """Give the helper one picture and one figure after another."""
+        """Have one picture after another drawn."""
         try:
-            self._outdated = False
             self._said = tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace")  # noqa: SIM115 - see close
             process = self._process = subprocess.Popen(
-                [sys.executable, "-c", _SERVE, str(self._run.folder)],
+                [sys.executable, "-c", _SERVE],
                 stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._said, text=True,
             )  # fmt: skip
         except OSError:
@@ -193,66 +138,23 @@ class FigureQueue:
         assert process.stdin is not None
         assert process.stdout is not None
         with suppress(OSError, ValueError), process.stdin, process.stdout:
-            if process.stdout.readline() != "ready\n":  # read while figures are still taken by the other end
-                return
-            while self._given(process):
-                pass
-
-    def _given(self, process: subprocess.Popen[str]) -> bool:
-        """Have the helper draw what comes next; False when there is nothing left."""
-        self._more.acquire()
-        if self._outdated:
-            self._outdated = False
-            _asked(process, ["read", "", ""])
-        if self._pictures:
-            name, folder = self._pictures.popleft()
-            answer = _asked(process, ["picture", name, str(folder)])
-            self._seen[name] = {key: b64decode(answer[key]) if key in _PICTURES else answer[key] for key in answer}
-            return True
-        try:
-            name, function = self._waiting.popleft()
-        except IndexError:
-            return not self._all_known.is_set()
-        whole = False
-        try:
-            found = _asked(process, ["figure", function.__module__, function.__qualname__])
-            self._drawn[name] = None if found is None else {key: b64decode(found[key]) for key in _FILES}
-            whole = True
-        finally:
-            if not whole:
-                self._waiting.append((name, function))
-        return True
-
-
-def _asked(process: subprocess.Popen[str], task: list[str]) -> Any:  # noqa: ANN401 - an object of JSON
-    assert process.stdin is not None
-    assert process.stdout is not None
-    process.stdin.write(json.dumps(task) + "\n")
-    process.stdin.flush()
-    return json.loads(process.stdout.readline())
+            while (task := self._asked.get()) is not None:
+                name, *folders = task
+                process.stdin.write(json.dumps([name, *map(str, folders)]) + "\n")
+                process.stdin.flush()
+                answer = json.loads(process.stdout.readline())
+                self._seen[name] = {key: b64decode(answer[key]) if key == "png" else answer[key] for key in answer}
 
 
 def serve() -> None:
-    """Draw what is asked for on standard input, of the run named on the command line."""
-    from fragfield.report.reading.run_files import read_run
-
-    gc.disable()  # a short life: figures are many small things, which it would look through again and again
+    """Draw the pictures that are asked for on standard input."""
+    gc.disable()  # a short life: pictures are many small things, which it would look through again and again
     answers = os.fdopen(os.dup(1), "w", encoding="utf-8")
     os.dup2(2, 1)
-    run = read_run(Path(sys.argv[1]))
-    answers.write("ready\n")
-    answers.flush()
     for line in sys.stdin:
-        kind, first, second = json.loads(line)
-        found: dict[str, Any] | None = None
-        if kind == "read":
-            run = read_run(Path(sys.argv[1]))
-        elif kind == "picture":
-            found = _draw_picture(run, first, Path(second))
-        else:
-            found = draw_figure(run, getattr(importlib.import_module(first), second))
-        answer = None if found is None else {key: _text(value) for key, value in found.items()}
-        answers.write(json.dumps(answer) + "\n")
+        name, run, folder = json.loads(line)
+        found = _draw_picture(name, Path(run), Path(folder))
+        answers.write(json.dumps({key: _text(value) for key, value in found.items()}) + "\n")
         answers.flush()
 
 
@@ -260,17 +162,18 @@ def _text(value: bytes | str | None) -> str | None:
     return b64encode(value).decode("ascii") if isinstance(value, bytes) else value
 
 
-def _draw_picture(run: RunFiles, name: str, folder: Path) -> dict[str, Any]:
+def _draw_picture(name: str, directory: Path, folder: Path) -> dict[str, Any]:
     """A picture and its view; errors as entries, since the other process is to raise them."""
+    from fragfield.report.reading.run_files import read_run
     from fragfield.view import offscreen
     from fragfield.view.interactive import interactive_fault, view_of_burst, view_of_fragments
-    from fragfield.view.pictures import burst_figures, fragments_figures
+    from fragfield.view.pictures import burst_figure, fragments_figure
 
     offscreen.go_untried()
     of_burst = name == "picture_of_burst"
     try:
-        figures = (burst_figures if of_burst else fragments_figures)(run)
-        (wide,), (narrow,) = (to_bytes(figure, "png") for figure in figures)
+        run = read_run(directory)
+        (png,) = to_bytes((burst_figure if of_burst else fragments_figure)(run), "png")
         view = None
         if not interactive_fault():
             view = (view_of_burst if of_burst else view_of_fragments)(run, folder).name
@@ -282,4 +185,4 @@ def _draw_picture(run: RunFiles, name: str, folder: Path) -> dict[str, Any]:
         import traceback
 
         return {_FAULT: f"{error}\n{traceback.format_exc()}"}
-    return {"wide": wide, "narrow": narrow, "view": view}
+    return {"png": png, "view": view}

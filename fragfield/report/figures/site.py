@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fragfield.hazard.site_map import KINDS, extent_of, shapes_of
+from fragfield.hazard.site_map import COLORS, KINDS, VERDICTS, extent_of, shapes_of
+from fragfield.hazard.verdict import governing
 from fragfield.report.figures.drawing import ACCENT, GREY, INK, new_figure
 from fragfield.report.tables.exposed_sites import exposed_entries
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-    from numpy.typing import NDArray
 
     from fragfield.case import Case
     from fragfield.hazard.site_map import Shape
@@ -22,8 +24,9 @@ if TYPE_CHECKING:
 
 __all__ = ["exposed_figure", "north_of", "site_figure", "site_shapes"]
 
-VERDICT_COLORS = {"met": "#2b6b46", "not met": "#a3301a", "not shown": "#9a5b00", "not determined": "#5d6670"}
-_TERRAIN, _OBSTACLE = "#b7a98c", "#6b4e16"
+_TERRAIN, _OBSTACLE = "#b7a98c", COLORS["obstacle"]
+_BESIDE = ((0, 7, "center"), (0, -7, "center"), (7, 0, "left"), (-7, 0, "right"), (0, 17, "center"), (0, -17, "center"))
+"""Offsets (points) of a label from its position, and its alignment, in the order in which they are tried."""
 
 
 def site_shapes(run: RunFiles) -> tuple[Case, list[Shape]] | None:
@@ -33,7 +36,7 @@ def site_shapes(run: RunFiles) -> tuple[Case, list[Shape]] | None:
         return None
     if not (exposed_entries(run) or case.obstacle or case.site is not None or case.flight.ground.map is not None):
         return None
-    shapes = shapes_of(case, run.ensemble, exposed_entries(run))
+    shapes = shapes_of(case, run.ensemble, exposed_entries(run), run.part("hazard").get("recommended"))
     return (case, shapes) if shapes else None
 
 
@@ -44,17 +47,16 @@ def north_of(case: Case) -> float | None:
     return 90.0 if case.flight.ground.map is not None else None
 
 
-def site_figure(run: RunFiles, narrow: bool) -> Figure | None:
+def site_figure(run: RunFiles) -> Figure | None:
     """The map with scale bar and north."""
     found = site_shapes(run)
     if found is None:
         return None
     case, shapes = found
-    figure, (axis,) = new_figure(narrow=narrow, height=7.0, narrow_height=5.0)
-    verdicts = {entry["name"]: entry["verdict"] for entry in exposed_entries(run)}
+    figure, (axis,) = new_figure(width=5.2, height=5.2)
     labels: set[str] = set()
     for shape in shapes:
-        _draw(axis, shape, verdicts, labels, narrow)
+        _draw(axis, shape, labels)
     low, high = extent_of(shapes)
     margin = 0.08 * float((high - low).max())
     axis.set(
@@ -66,23 +68,23 @@ def site_figure(run: RunFiles, narrow: bool) -> Figure | None:
     north = north_of(case)
     if north is not None:
         _north(axis, north)
+    _name(axis, shapes)
     if labels:
-        axis.legend(loc="upper center", bbox_to_anchor=(0.5, -0.08 if not narrow else -0.14), ncols=1 if narrow else 2)
+        axis.legend(loc="upper center", bbox_to_anchor=(0.5, -0.1), ncols=2)
     return figure
 
 
-def _draw(axis: Axes, shape: Shape, verdicts: dict[str, str], labels: set[str], narrow: bool) -> None:
+def _draw(axis: Axes, shape: Shape, labels: set[str]) -> None:
     points = np.concatenate([shape.points, shape.points[:1]]) if shape.closed else shape.points
     x, y = points.T
     if shape.kind == "terrain":
         axis.plot(x, y, color=_TERRAIN, linewidth=0.6, zorder=1, label=_once(labels, "height of the ground (m)"))
-        middle = len(points) // 2
-        axis.annotate(shape.name[:-2], (x[middle], y[middle]), fontsize=6, color="#8a7b5c", ha="center", va="center",
-                      annotation_clip=True, bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.4})  # fmt: skip
     elif shape.kind in ("hazard_upper", "hazard"):
         upper = shape.kind == "hazard_upper"
         axis.plot(x, y, color=ACCENT, linewidth=1.5 if upper else 0.9, linestyle="-" if upper else (0, (4, 2)),
                   zorder=3, label=_once(labels, KINDS[shape.kind]))  # fmt: skip
+    elif shape.kind == "recommended":
+        axis.plot(x, y, color=COLORS["recommended"], linewidth=2.0, zorder=3, label=_once(labels, shape.name))
     elif shape.kind == "max_throw":
         axis.plot(x, y, color=GREY, linewidth=0.8, linestyle=":", zorder=1, label=_once(labels, KINDS[shape.kind]))
     elif shape.kind == "obstacle":
@@ -92,22 +94,41 @@ def _draw(axis: Axes, shape: Shape, verdicts: dict[str, str], labels: set[str], 
         axis.plot(x[:1], y[:1], marker="+", color=INK, markersize=9, markeredgewidth=1.4, linestyle="", zorder=5,
                   label=_once(labels, "rounds"))  # fmt: skip
     else:
-        verdict = verdicts.get(shape.name, "not determined")
-        color = VERDICT_COLORS[verdict]
-        axis.fill(x, y, facecolor=color, alpha=0.35, edgecolor=color, linewidth=1.2, zorder=4,
+        verdict = shape.properties["verdict"]
+        style = VERDICTS[verdict]
+        axis.fill(x, y, facecolor=style.color, alpha=style.opacity, zorder=4)
+        axis.fill(
+            x, y, facecolor="none", edgecolor=style.color, linewidth=0.5 * style.width, hatch=style.hatch, zorder=4
+        )
+        axis.plot(*shape.centre, marker=style.marker, color=style.color, markersize=5, linestyle="", zorder=5,
                   label=_once(labels, f"exposed site, criterion {verdict}"))  # fmt: skip
-        centre = points[:-1].mean(axis=0)
-        if np.ptp(x) + np.ptp(y) < 12.0:  # a person's square is hardly seen
-            axis.plot(*centre, marker="o", color=color, markersize=5, zorder=5)
-        where = shape.label or _label_place(points)
-        axis.annotate(shape.name, where, xytext=(0, 4), textcoords="offset points", ha="center",
-                      fontsize=6.5 if narrow else 7.2, color=color, zorder=6, annotation_clip=True,
-                      bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.5, "alpha": 0.8})  # fmt: skip
 
 
-def _label_place(points: NDArray[np.float64]) -> tuple[float, float]:
-    top = points[int(np.argmax(points[:, 1]))]
-    return float(points[:, 0].mean()), float(top[1])
+def _name(axis: Axes, shapes: Sequence[Shape]) -> None:
+    """Names of exposed sites and obstacles, then heights of the ground: where none covers another, or not at all."""
+    figure = axis.figure
+    figure.canvas.draw()
+    renderer = figure.canvas.get_renderer()  # type: ignore[attr-defined]
+    inside, taken = axis.get_window_extent(renderer), list[Any]()
+    named = {shape.name for shape in shapes if shape.kind == "exposed"}
+    for kind, size, offsets in (("exposed", 7.2, _BESIDE), ("obstacle", 6.5, _BESIDE), ("terrain", 6.0, _BESIDE[:0])):
+        for shape in shapes:
+            if shape.kind != kind or (kind == "obstacle" and shape.name in named):
+                continue
+            at = shape.points[len(shape.points) // 2] if kind == "terrain" else shape.centre
+            color = VERDICTS[shape.properties["verdict"]].color if kind == "exposed" else COLORS[kind]
+            for right, up, alignment in offsets or ((0, 0, "center"),):
+                label = axis.annotate(
+                    shape.name, tuple(at), xytext=(right, up), textcoords="offset points", ha=alignment, va="center",
+                    fontsize=size, color=color, zorder=6, annotation_clip=True,
+                    bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.4, "alpha": 0.8},
+                )  # fmt: skip
+                box = label.get_window_extent(renderer)
+                free = inside.containsx(box.x0) and inside.containsx(box.x1) and inside.containsy(box.y1)
+                if free and inside.containsy(box.y0) and not any(box.overlaps(other) for other in taken):
+                    taken.append(box)
+                    break
+                label.remove()
 
 
 def _once(labels: set[str], label: str) -> str:
@@ -152,29 +173,27 @@ def _north(axis: Axes, azimuth: float) -> None:
     )
 
 
-def exposed_figure(run: RunFiles, narrow: bool) -> Figure | None:
+def exposed_figure(run: RunFiles) -> Figure | None:
     """Every site's governing value over its criterion, with its bound, on a logarithmic axis."""
     entries = [entry for entry in exposed_entries(run) if entry["verdict"] != "not determined"]
     if not entries:
         return None
-    names = {"density": ("density_normal", "density_ground"), "probability": ("probability",), "hits": ("expected_hits",)}  # fmt: skip  # noqa: E501
     height = 1.1 + 0.34 * len(entries)
-    figure, (axis,) = new_figure(narrow=narrow, height=height, narrow_height=1.2 + 0.36 * len(entries))
+    figure, (axis,) = new_figure(height=height)
     bounds = []
     for row, entry in enumerate(entries):
-        quantity, limit = entry["criterion"]["quantity"], entry["criterion"]["limit"]
-        value = max((entry[n] for n in names[quantity] if entry[n]), key=lambda one: one["upper"])
+        limit, value, style = entry["criterion"]["limit"], governing(entry), VERDICTS[entry["verdict"]]
+        assert value is not None  # the verdict is determined
         upper, expected = value["upper"] / limit, value["expected"] / limit
-        color = VERDICT_COLORS[entry["verdict"]]
-        axis.plot([max(expected, 1e-6), upper], [row, row], color=color, linewidth=2.4, solid_capstyle="butt")
-        axis.plot(upper, row, marker="|", color=color, markersize=10, markeredgewidth=2.0)
+        axis.plot([max(expected, 1e-6), upper], [row, row], color=style.color, linewidth=2.4, solid_capstyle="butt")
+        axis.plot(upper, row, marker="|", color=style.color, markersize=10, markeredgewidth=2.0)
         if expected > 0.0:
-            axis.plot(expected, row, marker="o", color=color, markersize=5)
+            axis.plot(expected, row, marker=style.marker, color=style.color, markersize=5)
         bounds.append((max(expected, 0.2 * upper), upper))
     axis.axvline(1.0, color=ACCENT, linewidth=1.1)
     axis.set(
         xscale="log", yticks=range(len(entries)), yticklabels=[entry["name"] for entry in entries],
-        xlabel="Part of the criterion" if narrow else "Part of the criterion: expected value (dot), upper bound (bar)",
+        xlabel="Part of the criterion",
         xlim=(0.3 * min(low for low, _ in bounds), 3.0 * max(1.0, *(high for _, high in bounds))),
     )  # fmt: skip
     axis.invert_yaxis()

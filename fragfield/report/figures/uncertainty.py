@@ -16,53 +16,52 @@ __all__ = ["distribution_figure", "places_figure", "tornado_figure"]
 _LIGHT = "#9db7cf"
 
 
-def distribution_figure(run: RunFiles, narrow: bool) -> Figure | None:
-    """Cumulative distribution of the distance, with its quantiles, the run itself and the distance to be signed."""
+def distribution_figure(run: RunFiles) -> Figure | None:
+    """Cumulative distribution of the distance, with its quantiles, the run itself and the recommended one."""
     found = run.part("uncertainty")
-    entry, budget = found.get("distance"), found.get("budget")
-    if not entry or not budget:
+    entry, hazard = found.get("distance"), found.get("hazard")
+    if not entry or not hazard:
         return None
-    figure, (axis,) = new_figure(narrow=narrow, height=2.8, narrow_height=3.0)
+    figure, (axis,) = new_figure(height=3.0)
     curve, spread = entry["curve"], entry["spread"]
     axis.plot(curve["value"], [100.0 * level for level in curve["level"]], **LINES[0])
     for name, level in (("low", 5), ("median", 50), ("high", 95)):
         axis.plot([spread[name]] * 2, [0, level], color=GREY, linewidth=0.8)
         axis.plot(spread[name], level, "o", color=INK, markersize=3.5)
-    if budget["nominal"] is not None:
-        axis.axvline(budget["nominal"], color=GREY, linestyle=":", linewidth=1.2, label="the run itself")
-    axis.axvline(budget["signed"], color=ACCENT, linewidth=1.4, label="to be signed")
-    axis.set(xlabel="Hazard distance (m)", ylabel="Samples (%)", ylim=(0, 100))
+    axis.axvline(hazard["parts"]["expected"], color=GREY, linestyle=":", linewidth=1.2, label="the run itself")
+    axis.axvline(hazard["recommended"], color=ACCENT, linewidth=1.4, label="recommended")
+    axis.set(xlabel="Expected distance (m)", ylabel="Samples (%)", ylim=(0, 100))
     axis.legend(loc="upper left")
     return figure
 
 
-def tornado_figure(run: RunFiles, narrow: bool) -> Figure | None:
+def tornado_figure(run: RunFiles) -> Figure | None:
     """Bars from the mean distance with each input at its low end to that at its high end."""
     entry = run.part("uncertainty").get("distance")
     if not entry or not entry.get("tornado"):
         return None
     rows = sorted(entry["tornado"], key=lambda one: abs(one["high"] - one["low"]))
     height = 0.9 + 0.27 * len(rows)
-    figure, (axis,) = new_figure(narrow=narrow, height=height, narrow_height=height)
+    figure, (axis,) = new_figure(height=height)
     mean = entry["spread"]["mean"]
     for place, row in enumerate(rows):
         for name, colour in (("low", _LIGHT), ("high", LINES[0]["color"])):
             axis.barh(place, row[name] - mean, left=mean, height=0.62, color=colour)
     axis.axvline(mean, color=INK, linewidth=0.8)
     axis.set_yticks(range(len(rows)), [row["name"] for row in rows])
-    axis.set(xlabel="Hazard distance (m)")
+    axis.set(xlabel="Expected distance (m)")
     axis.grid(visible=False, axis="y")
     return figure
 
 
-def places_figure(run: RunFiles, narrow: bool) -> Figure | None:
+def places_figure(run: RunFiles) -> Figure | None:
     """Expected hits at each exposed site, 5 to 95 % over the inputs."""
     places = [one for one in run.part("uncertainty").get("exposed") or [] if one["hits"] is not None]
     drawn = [one for one in places if one["hits"]["spread"]["high"] > 0.0]
     if not drawn:
         return None
     height = 1.0 + 0.3 * len(drawn)
-    figure, (axis,) = new_figure(narrow=narrow, height=height, narrow_height=height)
+    figure, (axis,) = new_figure(height=height)
     floor = min(value for one in drawn for value in _values(one) if value > 0.0) / 3.0
     for place, one in enumerate(reversed(drawn)):
         low, median, high, nominal = (max(value, floor) for value in _values(one))

@@ -1,4 +1,4 @@
-"""Findings on break-up, flight and hazard distance: mean mass, certainty, convergence, imprint of the mesh."""
+"""Findings on break-up, flight and distance: mean mass, certainty, convergence, imprint of the mesh."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ def _mean_mass(part: dict[str, Any] | None) -> list[Finding]:
 
 
 def flight_findings(run: RunFiles) -> list[Finding]:
-    """Certainty of the hazard distance, and fragments outside the drag table or still in the air."""
+    """Certainty of the distance, and fragments outside the drag table or still in the air."""
     part = run.part("flight")
     found: list[Finding] = []
     if part or run.part("hazard"):
@@ -92,16 +92,23 @@ def flight_findings(run: RunFiles) -> list[Finding]:
             )
         )
     flown, landed = value_of(part, "fragments"), value_of(part, "landed")
-    if flown and landed is not None and landed < flown:
-        found.append(Finding("note", f"{number(int(flown - landed))} of {number(int(flown))} fragments did not land."))
+    if flown and landed is not None:
+        held = int(((part.get("status") or {}).get("stopped") or {}).get("fragments", 0))
+        if held:
+            found.append(
+                Finding("note", f"{number(held)} of {number(int(flown))} fragments were stopped by obstacles.")
+            )
+        if flown - landed - held > 0:
+            text = f"{number(int(flown - landed) - held)} of {number(int(flown))} fragments did not land."
+            found.append(Finding("note", text))
     return found
 
 
 def _certainty(hazard: dict[str, Any]) -> list[Finding]:
-    """Whether the hazard distance is determined, and whether there are enough realisations."""
+    """Whether the distance is determined, and whether there are enough realisations."""
     if not hazard:
         text = (
-            "This flight was computed by an earlier version, which did not estimate the hazard distance: "
+            "This flight was computed by an earlier version, which did not estimate the recommended distance: "
             "run `fragfield fly` again."
         )
         return [Finding("stop", text)]
@@ -110,25 +117,25 @@ def _certainty(hazard: dict[str, Any]) -> list[Finding]:
         return [Finding("stop", f"{words[0].upper()}{words[1:]}.")]
     if words:
         return [Finding("warning", f"{words[0].upper()}{words[1:]}.")]
-    text = f"{number(int(hazard['realisations']))} realisations fix the hazard distance to"
+    text = f"{number(int(hazard['realisations']))} realisations fix the expected distance to"
     found = [Finding("good", f"{text} {100 * hazard['tolerance']:g} % (standard error).")]
-    if hazard["distance"] and hazard["max_bias"] > 0.5 * hazard["standard_error"]:
-        share = 100 * hazard["max_bias"] / hazard["distance"]
-        text = f"Taking the worst direction may bias the hazard distance by up to {share:.1g} % either way."
+    if hazard["expected"] and hazard["max_bias"] > 0.5 * hazard["standard_error"]:
+        share = 100 * hazard["max_bias"] / hazard["expected"]
+        text = f"Taking the worst direction may bias the expected distance by up to {share:.1g} % either way."
         found.append(Finding("note", text))
     return found
 
 
 def convergence_findings(run: RunFiles) -> list[Finding]:
-    """How far the cells, apart from randomness, leave the hazard distance open."""
+    """How far the cells, apart from randomness, leave the expected distance open."""
     part, hazard = run.part("convergence"), run.part("hazard")
-    entry = (part.get("quantities") or {}).get("hazard_distance")
+    entry = (part.get("quantities") or {}).get("expected_distance")
     if not part or not hazard or not hazard.get("determined"):
         return []
-    if entry is None or entry["uncertainty"] is None or not hazard.get("distance"):
+    if entry is None or entry["uncertainty"] is None or not hazard.get("expected"):
         return [Finding("note", f"{part['reason'][0].upper()}{part['reason'][1:]}.")] if part.get("reason") else []
-    share, tolerance = entry["uncertainty"] / hazard["distance"], hazard["tolerance"]
-    text = f"The cell size leaves the hazard distance uncertain by {number(100.0 * share, 2)} %"
+    share, tolerance = entry["uncertainty"] / hazard["expected"], hazard["tolerance"]
+    text = f"The cell size leaves the expected distance uncertain by {number(100.0 * share, 2)} %"
     if share > _MOST_TOLERANCES * tolerance:
         text += (
             f" (grid convergence, values {_trend(entry['kind'])}), several times `hazard.tolerance` "

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from fragfield.hazard.recommended import RULE
+
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
@@ -14,7 +16,7 @@ __all__ = ["MAY_BE_USED_FOR", "MUST_NOT_BE_USED_FOR", "limits", "summary_terms"]
 
 
 def summary_terms(run: RunFiles) -> str:
-    """What the hazard distance and its bound are."""
+    """What the recommended distance and its parts are."""
     criteria, hazard = run.criteria, run.part("hazard")
     if run.fragments_file is None:
         mean = "the mean over realisations of the random break-up"
@@ -23,16 +25,15 @@ def summary_terms(run: RunFiles) -> str:
     else:
         mean = f"of the fragments of {run.fragments_file} alone"
     text = (
-        f"The hazard distance is where the expected density of fragments of {criteria.energy:.3g} J or more falls "
+        f"The expected distance is where the expected density of fragments of {criteria.energy:.3g} J or more falls "
         f"below one per {1.0 / criteria.density:.1f} m² for the last time: {mean}, on the ground or normal to the "
         "paths below a person's height, whichever distance is larger. "
     )
     if hazard.get("upper") is not None:
         what = "the break-up" if run.fragments_file is None else "the draws"
-        text += (
-            "Its upper bound lies beyond the model's true value with a confidence of 95 % (bootstrap over the "
-            f"realisations); it covers the randomness of {what}, not the uncertainty of inputs and models. "
-        )
+        text += f"The randomness of {what} is a one-sided band of 95 % by a bootstrap over the realisations. "
+    if hazard.get("recommended") is not None:
+        text += f"Recommended distance: {RULE[0].lower()}{RULE[1:]} "
     if hazard.get("ricochet", "none") != "none":
         text += (
             "It counts what fragments do after their first impact on the ground too, from which they ricochet at "
@@ -60,7 +61,7 @@ def _limits(run: RunFiles) -> Iterator[str]:
         )
     if (run.part("hazard").get("attitude") or {}).get("kind") == "any":
         yield (
-            "Mixed attitudes: the hazard distance is that of the worst attitude and holds in every direction. "
+            "Mixed attitudes: the recommended distance is that of the worst attitude and holds in every direction. "
             "Landings, densities, hits on witness surfaces and tables by azimuth are those of that attitude, nose to "
             "azimuth 0."
         )

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from fragfield.report.blocks import Block
     from fragfield.report.reading.run_files import RunFiles
 
-__all__ = ["Record", "read_record", "validation_blocks", "validation_words"]
+__all__ = ["Record", "read_record", "shown_size", "shown_value", "validation_blocks", "validation_words"]
 
 _FORMAT, _FORMAT_VERSION = "fragfield validation", 1
 _COMMAND = "“python -m validation --record”"
@@ -127,10 +127,10 @@ def validation_blocks(record: Record, run: RunFiles) -> Iterator[Block]:
         shown = tuple(
             (
                 f"{row['case']}: {row['quantity']}",
-                _with_unit(row["ours"], row),
-                _with_unit(row["reference"], row),
-                _size(row, "error"),
-                _size(row, "tolerance"),
+                shown_value(row["ours"], row),
+                shown_value(row["reference"], row),
+                shown_size(row, "error"),
+                shown_size(row, "tolerance"),
             )
             for row in near
         )
@@ -145,11 +145,12 @@ def validation_blocks(record: Record, run: RunFiles) -> Iterator[Block]:
         )
 
 
-def _with_unit(value: float | None, row: Mapping[str, Any]) -> str:
+def shown_value(value: float | None, row: Mapping[str, Any]) -> str:
+    """A value of a check with its unit."""
     return "–" if value is None else f"{number(value)} {row.get('unit') or ''}".strip()
 
 
-def _size(row: Mapping[str, Any], key: str) -> str:
+def shown_size(row: Mapping[str, Any], key: str) -> str:
     """An error or a tolerance: relative in per cent, or where a bound is judged the distance outside of it."""
     value = row[key]
     if value is None:

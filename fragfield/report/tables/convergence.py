@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from fragfield.report.blocks import Block
     from fragfield.report.reading.run_files import RunFiles
 
-__all__ = ["convergence_figure", "convergence_tables"]
+__all__ = ["convergence_figure", "convergence_notes", "convergence_tables"]
 
 _KINDS = {
     "monotone": "order observed",
@@ -37,12 +37,12 @@ _LARGEST = (
     "The largest speed is the mean of one cell, whose mass decreases with the cell size: at a corner of the charge it "
     "increases without limit. The speed that 99 % of the mass does not exceed converges; use it for comparisons."
 )
-_DRAWN = ("mean_initial_speed", "speed_99", "outer_diameter", "hazard_distance")
+_DRAWN = ("mean_initial_speed", "speed_99", "outer_diameter", "expected_distance")
 _SHORT = {
     "mean_initial_speed": "mean speed",
     "speed_99": "99 % of the mass",
     "outer_diameter": "diameter",
-    "hazard_distance": "hazard distance",
+    "expected_distance": "expected distance",
 }
 
 
@@ -63,8 +63,12 @@ def convergence_tables(run: RunFiles) -> Iterator[Block]:
     ]
     head = ("Quantity", *sizes, "order", "limit", "uncertainty", "")
     lines = tuple(_line(name, entry) for name, entry in found["quantities"].items())
-    yield Table("Grid convergence", head, lines, _NOTE)
-    yield Paragraph(_LARGEST)
+    yield Table("Grid convergence", head, lines)
+
+
+def convergence_notes() -> tuple[Block, ...]:
+    """What the columns of the table mean."""
+    return Paragraph(_NOTE), Paragraph(_LARGEST)
 
 
 def _line(name: str, entry: Mapping[str, Any]) -> tuple[str, ...]:
@@ -73,9 +77,9 @@ def _line(name: str, entry: Mapping[str, Any]) -> tuple[str, ...]:
     errors = entry.get("standard_errors") or [None] * len(entry["values"])
     values = [_value(value, error, factor) for value, error in zip(entry["values"], errors, strict=True)]
     label = f"{words[0].upper()}{words[1:]}{f' ({shown})' if shown else ''}"
-    order = UNKNOWN if entry["order"] is None else number(entry["order"], 2)
+    order = "–" if entry["order"] is None else number(entry["order"], 2)
     limit, uncertainty = (
-        UNKNOWN if entry[key] is None else number(factor * entry[key], digits)
+        "–" if entry[key] is None else number(factor * entry[key], digits)
         for key, digits in (("extrapolated", 4), ("uncertainty", 2))
     )
     return (label, *values, order, limit, uncertainty, _KINDS[entry["kind"]])
@@ -88,13 +92,13 @@ def _value(value: float | None, error: float | None, factor: float) -> str:
     return text if error is None else f"{text}{SPACE}±{SPACE}{number(factor * error, 2)}"
 
 
-def convergence_figure(run: RunFiles, narrow: bool) -> Figure | None:
+def convergence_figure(run: RunFiles) -> Figure | None:
     """Quantities over their values in this run, against the cell size; bars are standard errors."""
     found = run.part("convergence")
     own = run.part("burst").get("cell_size")
     if len(found.get("sizes") or []) < 2 or not own:
         return None
-    figure, (axis,) = new_figure(narrow=narrow, height=2.9, narrow_height=3.2)
+    figure, (axis,) = new_figure(height=3.2)
     at = min(range(len(found["sizes"])), key=lambda i: abs(found["sizes"][i] - own))
     sizes = [1e3 * size for size in found["sizes"]]
     for style, name in zip(LINES, _DRAWN, strict=False):
@@ -113,5 +117,5 @@ def convergence_figure(run: RunFiles, narrow: bool) -> Figure | None:
     axis.axhline(1.0, color=GREY, linewidth=0.7)
     axis.set(xlabel="Cell size (mm)", ylabel="Value / value of this run")
     axis.set_xlim(left=-0.03 * max(sizes))
-    axis.legend(ncols=2 if narrow else 4, loc="upper center", bbox_to_anchor=(0.5, -0.2))
+    axis.legend(ncols=2, loc="upper center", bbox_to_anchor=(0.5, -0.2))
     return figure

@@ -1,4 +1,4 @@
-"""Tables of distances: the hazard distance with its bound, and the distances of single events."""
+"""Tables of distances: the recommended distance with its parts and its neighbours, and the distance by direction."""
 
 from __future__ import annotations
 
@@ -6,59 +6,62 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fragfield.hazard.certainty import basis_words, metres_and_error, ricochet_words, whole_metres
+from fragfield.case.conversion.site import direction_words, site_of
+from fragfield.hazard.certainty import basis_words, metres_and_error, ricochet_words, rounded_metres, whole_metres
+from fragfield.hazard.recommended import RULE, parts_of
 from fragfield.report.blocks import Table
 from fragfield.report.quantities import SPACE, number
-from fragfield.report.reading.landings import ensemble, hazard_density
+from fragfield.report.reading.landings import ensemble
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from flight.hazard.ensemble import EnsembleHazard
     from fragfield.report.reading.run_files import RunFiles
 
-__all__ = ["density_table", "distance_table", "sector_table"]
+__all__ = ["direction_table", "distance_table"]
 
 
 def distance_table(run: RunFiles) -> Iterator[Table]:
-    """The hazard distance with its bound and error, and beside it what single events do."""
+    """The recommended distance, its parts, and beside it what single events do."""
     hazard = run.part("hazard")
     if not hazard:
         return
+    head = ("Distance (m)", "Value", "What it is")
     if not hazard["determined"]:
-        lines = [("Hazard distance", "not determined", hazard["reason"])]
-        yield Table("Hazard distance", ("Distance (m)", "Value", "What it is"), tuple(lines), "")
+        yield Table("Distances", head, (("Recommended distance", "not determined", hazard["reason"]),))
         return
-    error, where = hazard["standard_error"], basis_words(hazard)
-    short = hazard.get("without_ricochet") or dict.fromkeys(("distance", "upper", "standard_error"))
-    count = number(hazard["realisations"])
+    short = hazard.get("without_ricochet") or dict.fromkeys(("recommended", "expected", "standard_error"))
     bias = f"; bias of taking the worst direction: ±{hazard['max_bias']:.2g}{SPACE}m at most"
     single = hazard["single_event"]
+    span = f"{rounded_metres(single['low'])}{SPACE}–{SPACE}{rounded_metres(single['high'])}"
+    expected, *added = parts_of(hazard)
     lines = [
-        ("Hazard distance, upper bound (95 %)", whole_metres(hazard["upper"]), f"to be applied; {where}"),
+        ("Recommended distance", whole_metres(hazard["recommended"]), f"to keep; {basis_words(hazard)}"),
         (
-            "Hazard distance", metres_and_error(hazard["distance"], error, SPACE),
-            f"of the expected density, mean of {count} realisations{bias if hazard['max_bias'] else ''}",
+            "Expected distance", metres_and_error(expected.value, hazard["standard_error"], SPACE),
+            f"mean of {number(hazard['realisations'])} realisations{bias if hazard['max_bias'] else ''}",
         ),
-        ("… by area of ground alone", whole_metres(hazard["distance_ground"]), "expected density of landings"),
+        *(
+            (f"– {part.words}", "–" if part.value is None else f"{part.value:.1f}", part.reason or "part of it")
+            for part in added
+        ),
+        ("Expected, by area of ground alone", whole_metres(hazard["distance_ground"]), "density of landings"),
         (
-            "… normal to the paths alone", whole_metres(hazard["distance_normal"]),
+            "Expected, normal to the paths alone", whole_metres(hazard["distance_normal"]),
             "along the paths below a person's height",
         ),
-        ("Without ricochet, upper bound (95 %)", whole_metres(short["upper"]), "up to the first impact on the ground"),
         (
-            "Without ricochet", metres_and_error(short["distance"], short["standard_error"], SPACE),
+            "Recommended, without ricochet", whole_metres(short["recommended"]),
             f"all other distances are {ricochet_words(hazard).partition(';')[0]}",
         ),
         (
-            "Single events: median, 5 to 95 %",
-            f"{whole_metres(single['median'])}, {_span(single['low'], single['high'])}",
-            "not a hazard distance: where the fragment density of one event falls below the limit",
+            "Single events: median, 5 to 95 %", f"{rounded_metres(single['median'])}, {span}",
+            f"no distance to keep: the same estimate on each of {number(single['realisations'])} events alone",
         ),
-        ("Largest throw", whole_metres(hazard["largest_throw"]), "not a hazard distance: farthest single fragment"),
+        ("Largest throw", rounded_metres(hazard["largest_throw"]), "no distance to keep: the farthest fragment"),
     ]  # fmt: skip
-    note = "± is the standard error by bootstrap over the realisations." + _tilt_words(run)
-    yield Table("Hazard distance", ("Distance (m)", "Value", "What it is"), tuple(lines), note)
+    note = f"{RULE} ± is the standard error by bootstrap over the realisations.{_tilt_words(run)}"
+    yield Table("Distances", head, tuple(lines), note)
 
 
 def _tilt_words(run: RunFiles) -> str:
@@ -72,82 +75,21 @@ def _tilt_words(run: RunFiles) -> str:
     )
 
 
-def density_table(run: RunFiles) -> Iterator[Table]:
-    """Density of hazardous fragments and probability of a hit at a few distances, for the summary."""
+def direction_table(run: RunFiles) -> Iterator[Table]:
+    """Expected distance by direction with its bound; none where all directions are alike."""
     found = ensemble(run)
-    if found is None or not found.pooled.hazardous.any():
+    if found is None or found.undetermined or found.expected.direction is None:
         return
-    curves, area = found.by_distance, 1.0 / hazard_density(run)
-    lines = []
-    for cell in _few_cells(found):
-        line = [f"{found.counts.edges[cell]:,.0f}{SPACE}–{SPACE}{found.counts.edges[cell + 1]:,.0f}"]
-        for name in ("ground", "normal"):
-            curve = curves[f"{name}_density"]
-            line.append(_share(area * curve.pooled[cell]))
-            if name == "ground":
-                several = found.realisations > 1
-                line.append(_share_span(area * curve.low[cell], area * curve.high[cell]) if several else "–")
-        lines.append((*line, _share(float(curves["probability"].pooled[cell]))))
-    head = ("Distance (m)", "On the ground", "5 to 95 %", "Normal to the path", "Hit on a person")
-    note = (
-        f"Hazardous fragments per {area:.1f} m², mean of {number(found.realisations)} "
-        f"realisation{'s' if found.realisations > 1 else ''}, over all azimuths; 1 is the acceptable density; "
-        "5 to 95 % are those of single events. Last column: probability of a hit on a person at a random azimuth."
-    )
-    yield Table("Density by distance", head, tuple(lines), note)
-
-
-def _few_cells(found: EnsembleHazard, most: int = 8) -> list[int]:
-    """About `most` distance cells, evenly spread to half as far again as the hazardous fragment distance reaches."""
-    assert found.expected is not None  # of every run that this version has flown
-    farthest = 1.5 * (found.expected.upper or found.expected.distance)
-    last = int(np.flatnonzero(found.by_distance["ground_density"].pooled > 0).max(initial=0))
-    last = min(last, max(1, int(np.searchsorted(found.distance, farthest))))
-    return sorted({round(cell) for cell in np.linspace(0, last, min(most, last + 1))})
-
-
-def _share(value: float) -> str:
-    """A density in parts of the acceptable one, or a probability: two digits, however small."""
-    return "0" if value <= 0.0 else number(float(f"{value:.2g}"), 2)
-
-
-def _share_span(low: float, high: float) -> str:
-    return f"{_share(low)}{SPACE}–{SPACE}{_share(high)}"
-
-
-def sector_table(run: RunFiles) -> Iterator[Table]:
-    """Hazard distance by direction, and what single events do by sector."""
-    found = ensemble(run)
-    if found is None or found.expected is None:
-        return
-    throw, hazardous = found.by_sector["max_throw"], found.by_sector["hazardous"]
-    expected, known = found.expected, not found.undetermined
-    several = found.realisations > 1
-    lines = []
-    for i, azimuth in enumerate(found.azimuth):
-        at = round(float(azimuth) / 360.0 * len(expected.azimuth)) % len(expected.azimuth)
-        upper, distance = expected.upper_by_direction[at], expected.by_direction[at]
-        lines.append(
-            (
-                f"{azimuth:.0f}",
-                number(round(float(hazardous.pooled[i]), 1)),
-                whole_metres(upper) if known else "–",
-                whole_metres(distance) if known else "–",
-                whole_metres(throw.median[i]),
-                _span(throw.low[i], throw.high[i]) if several else "–",
-            )
+    expected, site = found.expected, None if run.case is None else site_of(run.case)
+    named = {azimuth: f"{azimuth:.0f}" for azimuth in expected.azimuth.tolist()}
+    if site is not None:
+        named = {azimuth: direction_words(azimuth, float(site.bearing_of(azimuth))) for azimuth in named}
+    lines = tuple(
+        (named[azimuth], whole_metres(upper), whole_metres(distance))
+        for azimuth, upper, distance in zip(
+            expected.azimuth.tolist(), expected.upper_by_direction.tolist(), expected.by_direction.tolist(), strict=True
         )
-    head = (
-        "Azimuth (°)", "Hazardous, mean", "Hazard distance (m), upper bound", "Of the expected density",
-        "Farthest (m), median", "5 to 95 %",
-    )  # fmt: skip
-    same = " The hazard distance is that over all azimuths." if expected.direction is None else ""
-    note = (
-        f"Hazard distance of {number(expected.realisations)} realisations; 0 where the acceptable density is never "
-        f"reached.{same} Farthest fragment of single events, which is not a hazard distance."
     )
-    yield Table("Distances by direction", head, tuple(lines), note)
-
-
-def _span(low: float, high: float) -> str:
-    return f"{whole_metres(low)}{SPACE}–{SPACE}{whole_metres(high)}"
+    head = ("Azimuth (°)" if site is None else "Direction", "Upper bound (95 %) (m)", "Expected distance (m)")
+    note = f"Of {number(expected.realisations)} realisations; 0 where the criterion is never reached."
+    yield Table("Expected distance by direction", head, lines, note, columns=2)

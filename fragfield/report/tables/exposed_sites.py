@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from fragfield.hazard.certainty import margin_metres, whole_metres
+from fragfield.case.conversion.site import direction_words
+from fragfield.hazard.certainty import margin_metres, rounded_metres
+from fragfield.hazard.verdict import criterion_words, part_of_criterion
 from fragfield.report.blocks import Paragraph, Table
 from fragfield.report.quantities import SPACE, number
 
@@ -16,7 +18,9 @@ if TYPE_CHECKING:
 
 __all__ = ["exposed_entries", "exposed_tables", "verdict_table"]
 
-_QUANTITIES = {"density": "density", "probability": "probability of a hit", "hits": "expected hits"}
+_GRAVEST = ("not met", "not determined", "not shown", "met")
+_MOST_SITES = 8
+"""Sites that the first page shows."""
 
 
 def exposed_entries(run: RunFiles) -> list[dict[str, Any]]:
@@ -30,27 +34,23 @@ def verdict_table(run: RunFiles) -> Iterator[Block]:
     entries = exposed_entries(run)
     if not entries:
         return
-    lines = []
-    for entry in entries:
-        quantity, limit = entry["criterion"]["quantity"], entry["criterion"]["limit"]
-        value = _governing(entry)
-        lines.append(
-            (
-                entry["name"],
-                f"{entry['verdict']} ({_QUANTITIES[quantity]})",
-                "–" if value is None else _part(value["upper"] / limit),
-                _few((entry["probability"] or {}).get("upper")),
-                margin_metres(entry["margin"]),
-                whole_metres(entry["distance"]),
-                _few(entry["largest_energy"]),
-            )
+    lines = [
+        (
+            entry["name"],
+            f"{rounded_metres(entry['distance'])}{SPACE}m, "
+            + direction_words(entry["azimuth_deg"], entry["bearing_deg"], whole=True),
+            entry["verdict"],
+            criterion_words(entry),
+            _part(part_of_criterion(entry)),
         )
-    head = ("Exposed site", "Criterion", "Part of it", "Probability of a hit", "Margin (m)", "Distance (m)", "Largest energy (J)")  # fmt: skip  # noqa: E501
+        for entry in sorted(entries, key=lambda one: _GRAVEST.index(one["verdict"]))[:_MOST_SITES]
+    ]
+    head = ("Exposed site", "Nearest edge", "Verdict", "Criterion", "Part of it")
+    left = len(entries) - len(lines)
     note = (
-        "Upper bounds (95 %) of expected values. Part: the bound divided by the site's limit; 1 is the "
-        "limit. Margin: from the nearest edge to the hazard distance in its direction (its upper bound), negative "
-        "where the site lies inside; shelter does not change it. “Not shown”: the expected value meets the "
-        "criterion, its bound does not; more realisations may decide."
+        "Part: upper bound (95 %) of the expected value over the site's limit. “Not shown”: the expected value meets "
+        "the criterion, its bound does not."
+        + (f" {number(left)} more sites are in the annex, none of a graver verdict." if left > 0 else "")
     )
     yield Table("Exposed sites", head, tuple(lines), note)
 
@@ -67,16 +67,21 @@ def exposed_tables(run: RunFiles) -> Iterator[Block]:
             _bounded(entry["density_ground"], 55.7),
             _bounded(entry["expected_hits"]),
             _bounded(entry["probability"]),
+            margin_metres(entry["margin"]),
+            _few(entry["largest_energy"]),
             number(entry["pieces"]),
         )
         for entry in entries
     ]
-    head = ("Exposed site", "Density normal to the path, per 55.7 m²", "On the ground, per 55.7 m²", "Expected hits", "Probability of one or more", "Pieces")  # fmt: skip  # noqa: E501
+    head = ("Exposed site", "Density normal to the path, per 55.7 m²", "On the ground, per 55.7 m²", "Expected hits", "Probability of one or more", "Margin by density (m)", "Largest energy (J)", "Pieces")  # fmt: skip  # noqa: E501
+    sheltered = "; ".join(f"{entry['name']}: {entry['no_margin']}" for entry in entries if entry["no_margin"])
     note = (
         f"Expected value and, after it, its upper bound (95 %), over {number(entries[0]['realisations'])} "
         "realisations, along the computed paths: barricades, terrain and obstacles shield. Of a road or an area the "
         "piece where it is worst counts; where all azimuths are alike, densities are those over all azimuths. Hits on "
-        "people and vehicles: assuming that all are present; on a building: on its walls and roof."
+        "people and vehicles: assuming that all are present; on a building: on its walls and roof. Margin: from the "
+        "nearest edge to the line of the expected density (its bound by direction), negative inside."
+        + (f" Without a margin: {sheltered}." if sheltered else "")
     )
     yield Table("Exposed sites, all numbers", head, tuple(lines), note)
     yield from _walls(entries)
@@ -104,12 +109,6 @@ def _walls(entries: list[dict[str, Any]]) -> Iterator[Block]:
     )
 
 
-def _governing(entry: Mapping[str, Any]) -> dict[str, float] | None:
-    names = {"density": ("density_normal", "density_ground"), "probability": ("probability",), "hits": ("expected_hits",)}  # fmt: skip  # noqa: E501
-    values = [entry[name] for name in names[entry["criterion"]["quantity"]] if entry[name] is not None]
-    return max(values, key=lambda value: value["upper"]) if values else None
-
-
 def _bounded(value: Mapping[str, float | None] | None, scale: float = 1.0) -> str:
     if not value or value["expected"] is None or value["upper"] is None:
         return "–"
@@ -123,8 +122,10 @@ def _few(value: float | None) -> str:
     return "0" if value <= 0.0 else number(float(f"{value:.2g}"), 2)
 
 
-def _part(value: float) -> str:
+def _part(value: float | None) -> str:
     """A part of the criterion, rounded up: a bound must not meet it by the print alone."""
+    if value is None:
+        return "–"
     if value <= 0.0:
         return "0"
     return number(float(f"{value * (1.0 + 0.5e-2):.2g}"), 2)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from fragfield.case.conversion.site import direction_words
 from fragfield.report.blocks import Table
 from fragfield.report.quantities import number
 
@@ -14,27 +15,25 @@ if TYPE_CHECKING:
 
 __all__ = ["obstacle_tables"]
 
-_HEAD = ("Face", "Looks to (°)", "Hits", "Hazardous", "Stopped", "Stopped mass (kg)", "Largest energy (J)")
+_HEAD = ("Face", "Looks to", "Hits", "Hazardous", "Stopped", "Stopped mass (kg)", "Largest energy (J)")
 
 
 def obstacle_tables(run: RunFiles) -> Iterator[Table]:
     """One table an obstacle, one row a face."""
     for obstacle in run.summary.get("obstacle") or []:
-        lines = [
-            (str(face.get("face", "")), _azimuth(face.get("azimuth_deg")), *_counts(face))
-            for face in obstacle.get("faces") or []
-        ]
+        lines = [(str(face.get("face", "")), _direction(face), *_counts(face)) for face in obstacle.get("faces") or []]
         lines.append(("all", "", *_counts(obstacle)))
         note = (
-            "First realisation. Azimuth of the face's outward normal. Fragments stopped here are not counted on the "
-            "ground."
+            "First realisation. The direction is that of the face's outward normal. Fragments stopped here are not "
+            "counted on the ground."
         )
         name = f"Hits on {obstacle.get('kind', 'obstacle')} “{obstacle.get('name', '')}”"
         yield Table(name, _HEAD, tuple(lines), note)
 
 
-def _azimuth(degrees: float | None) -> str:
-    return "up" if degrees is None else f"{degrees:.0f}"
+def _direction(face: dict[str, Any]) -> str:
+    azimuth = face.get("azimuth_deg")
+    return "up" if azimuth is None else direction_words(azimuth, face.get("bearing_deg"), whole=True)
 
 
 def _counts(part: dict[str, Any]) -> tuple[str, ...]:

@@ -39,4 +39,6 @@ def profile_section(run: RunFiles) -> Iterator[Section]:
         f"ranks: {burst['ranks']}, threads of each: {burst['threads']}. "
         "The seconds of a part exclude those of the parts it calls; means over the ranks."
     )
-    yield Section("profile", "Annex: time of the burst by part", [Table("Parts of the stepping", _HEAD, lines, note)])
+    yield Section(
+        "profile", "Time of the burst by part", [Table("Parts of the stepping", _HEAD, lines, note)], annex=True
+    )

@@ -24,11 +24,11 @@ def rule_tables(run: RunFiles) -> Iterator[Block]:
     if not rules:
         return
     hazard = run.part("hazard")
-    own = hazard.get("upper") or hazard.get("distance")
+    own = hazard.get("recommended")
     known = own is not None and hazard.get("determined")
     lines = [
         (
-            "This computation, upper bound (95 %)",
+            "Recommended distance, this computation",
             "fragments",
             whole_metres(own) if known else "–",
             "–",

@@ -10,20 +10,19 @@ import numpy as np
 
 from fragfield.report.blocks import Rows, Table
 from fragfield.report.quantities import UNKNOWN, Row, number, row
-from fragfield.report.reading.landings import hazard_density, hazard_energy, landings
 from fragfield.report.reading.mesh_quality import aspect_ratio, scaled_jacobian
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
 
     from fragfield.report.reading.run_files import RunFiles
 
 __all__ = [
+    "alike_around",
     "azimuth_tables",
     "break_up_rows",
     "burst_rows",
     "flight_rows",
-    "hazard_rows",
     "ledger_table",
     "mesh_rows",
     "provenance_rows",
@@ -208,7 +207,7 @@ def _recovered_rows(recovered: Mapping[str, Any]) -> Iterator[Row]:
     yield row("Fragments of the arena table", recovered["mass"], "kg", "of one round, as the test has them")
     if recovered["fraction"] is not None:
         yield row("Casing of the round", recovered["casing_mass"], "kg")
-        yield row("Recovered of the casing", 100.0 * recovered["fraction"], "%")
+        yield row("Recovered of the casing", recovered["fraction"], "%")
     if recovered["factor"] != 1.0:
         yield row("Factor on the numbers of the arena table", recovered["factor"], "1")
 
@@ -234,25 +233,13 @@ def _contact_rows(contact: Mapping[str, Any]) -> Iterator[Row]:
         yield row("Impacts between fragments", contact.get("contacts"), "", f"energy lost: {lost}")
 
 
-def hazard_rows(run: RunFiles) -> Iterator[Rows]:
-    """What counts as hazardous, and the hazardous fragments of the first realisation."""
-    found = landings(run)
-    rows = [
-        row("Hazardous from", hazard_energy(run), "J", "impact energy; 58 ft lb is 79 J"),
-        Row("Acceptable density", f"1 per {1 / hazard_density(run):.1f} m²", f"{hazard_density(run):.5f} 1/m²"),
-    ]
-    if found is not None and len(found.x):
-        first = "first realisation"
-        rows.append(row("Hazardous fragments on the ground", int(found.hazardous.sum()), "", first))
-        rows.append(row("Largest impact energy", float(found.energy.max()), "J", first))
-        if found.hazardous.any():
-            rows.append(row("Farthest hazardous fragment", float(found.distance[found.hazardous].max()), "m", first))
-    yield Rows("Hazard", tuple(rows))
-
-
 def azimuth_tables(run: RunFiles) -> Iterator[Table]:
     """Every witness surface by azimuth."""
     for witness in run.witnesses:
+        rows = witness.get("by_azimuth") or []
+        if alike_around(run) and rows:
+            yield _all_around(witness, rows)
+            continue
         lines = [
             (
                 f"{line.get('azimuth_deg', 0):.0f}",
@@ -261,12 +248,33 @@ def azimuth_tables(run: RunFiles) -> Iterator[Table]:
                 _rounded(line.get("mean_initial_speed")),
                 _rounded(line.get("max_initial_speed")),
             )
-            for line in witness.get("by_azimuth") or []
+            for line in rows
         ]
         head = ("Azimuth (°)", "Hits", "Hazardous", "Mean (m/s)", "Largest (m/s)")
         if lines:
             name = witness.get("name", "")
             yield Table(f"Witness “{name}”", head, _cells(lines), "Initial speeds.", columns=2)
+
+
+def alike_around(run: RunFiles) -> bool:
+    """Whether all azimuths are alike, so that a sector differs from the others at random alone."""
+    return run.part("hazard").get("basis") == "all_azimuths"
+
+
+def _all_around(witness: Mapping[str, Any], rows: Sequence[Mapping[str, Any]]) -> Table:
+    """One row for sectors that are alike: means of the numbers, the mean of the mean speeds by number."""
+    hits, hazardous, mean, largest = (
+        np.array([line.get(key) or 0.0 for line in rows], dtype=float)
+        for key in ("hits", "hazardous_hits", "mean_initial_speed", "max_initial_speed")
+    )
+    speed = float(np.average(mean, weights=hits)) if hits.any() else None
+    line = (
+        f"all {len(rows)} sectors", f"{hits.mean():.1f}", f"{hazardous.mean():.1f}", _rounded(speed),
+        _rounded(float(largest.max())),
+    )  # fmt: skip
+    head = ("Azimuth", "Hits, mean of a sector", "Hazardous", "Mean (m/s)", "Largest (m/s)")
+    note = "All azimuths are alike; the sectors of the first realisation differ at random. Initial speeds."
+    return Table(f"Witness “{witness.get('name', '')}”", head, (line,), note)
 
 
 def _rounded(value: float | None, decimals: int = 0) -> str:

@@ -1,10 +1,11 @@
-"""Uncertainty of the inputs in the report: the budget of the distance to be signed, shares of the inputs, sources."""
+"""Uncertainty of the inputs in the report: the recommended distance with its parts, shares of the inputs, sources."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
 from fragfield.hazard.certainty import whole_metres
+from fragfield.hazard.recommended import RULE, parts_of, parts_words
 from fragfield.report.blocks import Block, Card, Cards, Paragraph, Points, Rows, Section, Table
 from fragfield.report.figures.uncertainty import distribution_figure, places_figure, tornado_figure
 from fragfield.report.quantities import SPACE, Row, number
@@ -14,10 +15,10 @@ if TYPE_CHECKING:
 
     from fragfield.report.reading.run_files import RunFiles
 
-__all__ = ["signed_card", "uncertainty_blocks", "uncertainty_section"]
+__all__ = ["uncertainty_blocks", "uncertainty_section"]
 
 _NOT_IN_IT = (
-    "What is not in the budget: the error of the models themselves, shown by comparison with measurements (section "
+    "What is not in it: the error of the models themselves, shown by comparison with measurements (section "
     "on validation), and inputs that are not listed. An index says which input is worth a measurement; it does not "
     "make the input better known."
 )
@@ -28,16 +29,6 @@ _ESTIMATORS = {
     "saltelli": "Shares from {blocks} blocks of Saltelli's design by the estimators of Jansen and Saltelli, "
     "statistical errors of the samples taken out; errors by bootstrap.",
 }
-
-
-def signed_card(run: RunFiles) -> list[Card]:
-    """The distance to be signed, for the first page; none where there is no study of uncertainty."""
-    budget = run.part("uncertainty").get("budget")
-    if not budget:
-        return []
-    missing = "" if budget["complete"] else "; one contribution is unknown, see the section"
-    note = f"inputs, statistical error and grid added up{missing}"
-    return [Card("Distance to be signed", whole_metres(budget["signed"]), "m", note)]
 
 
 def uncertainty_section(run: RunFiles, draw: Callable[..., Sequence[Block]]) -> list[Section]:
@@ -55,15 +46,15 @@ def uncertainty_blocks(run: RunFiles, draw: Callable[..., Sequence[Block]]) -> I
         yield _inputs(found)
         return
     yield from _headline(found)
-    yield from _budget(found["budget"])
+    yield _parts(found["hazard"])
     yield Paragraph(_NOT_IN_IT)
     yield from draw(
-        "uncertainty_distribution", "Distribution of the hazard distance",
+        "uncertainty_distribution", "Distribution of the expected distance",
         "Share of the samples whose distance is not larger, statistical errors of the samples taken out; uprights: 5, "
-        "50 and 95 %, the distance of the run itself, and the distance to be signed.", distribution_figure,
+        "50 and 95 %, the distance of the run itself, and the recommended one.", distribution_figure,
     )  # fmt: skip
     yield from draw(
-        "uncertainty_tornado", "Effect of each input on the hazard distance",
+        "uncertainty_tornado", "Effect of each input on the expected distance",
         "Mean distance with one input at 5 % and at 95 % of its own distribution (for discrete inputs over all steps), "
         "the others at random. Light: the input at its low end.", tornado_figure,
     )  # fmt: skip
@@ -99,11 +90,11 @@ def _states(found: Mapping[str, Any]) -> Iterator[Block]:
 
 
 def _headline(found: Mapping[str, Any]) -> Iterator[Block]:
-    spread, budget = found["distance"]["spread"], found["budget"]
+    spread, hazard = found["distance"]["spread"], found["hazard"]
     span = f"{whole_metres(spread['low'])}{SPACE}–{SPACE}{whole_metres(spread['high'])}"
     what, error = "taken out" if spread["resolved"] else "included", f"± {spread['median_standard_error']:.1f}"
     cards = [
-        Card("Distance to be signed", whole_metres(budget["signed"]), "m", _governs(budget)),
+        Card("Recommended distance", whole_metres(hazard["recommended"]), "m", parts_words(hazard)),
         Card("Median over the inputs", whole_metres(spread["median"]), "m", f"{error} m for the number of samples"),
         Card("5 to 95 % over the inputs", span, "m", f"statistical errors of the samples {what}"),
     ]  # fmt: skip
@@ -114,29 +105,12 @@ def _headline(found: Mapping[str, Any]) -> Iterator[Block]:
             "both together, too wide; more realisations for each sample (uncertainty.realisations) separate them.",
             kind="caution",
         )
-    if not budget["complete"]:
-        yield Paragraph(
-            "One contribution to the budget is unknown: the distance to be signed does not include it.", kind="caution"
-        )
 
 
-def _governs(budget: Mapping[str, Any]) -> str:
-    if budget["governed_by"] == "sum":
-        return "median and all contributions"
-    return "the upper bound of the run itself, which is the larger one"
-
-
-def _budget(budget: Mapping[str, Any]) -> Iterator[Block]:
-    lines = [("median over the inputs", f"{budget['median']:.1f}", "")]
-    for one in budget["contributions"]:
-        width = "not known" if one["half_width"] is None else f"+{one['half_width']:.1f}"
-        share = "" if one["share"] is None else f"{100 * one['share']:.0f}{SPACE}%"
-        lines.append((one["name"], width, share))
-    lines.append(("root of the sum of squares", f"+{budget['sum']:.1f}", ""))
-    lines.append(("distance to be signed", f"{budget['signed']:.1f}", ""))
-    head = ("Contribution", "m", "Share of the sum of squares")
-    yield Table("Budget of the distance (m)", head, tuple(lines), budget["rule"])
-    yield Points(tuple(f"{_capital(one['name'])}: {one['note']}." for one in budget["contributions"]))
+def _parts(hazard: Mapping[str, Any]) -> Block:
+    lines = [(row.words, f"{row.value:.1f}" if row.value is not None else "–", row.reason) for row in parts_of(hazard)]
+    lines.append(("recommended distance", f"{hazard['recommended']:.1f}", ""))
+    return Table("Parts of the recommended distance", ("Part", "m", "Not included"), tuple(lines), RULE)
 
 
 def _capital(text: str) -> str:

@@ -63,13 +63,13 @@ def _speed(zones: dict[str, Any], name: str, index: int) -> str:
     return number(round(float(zones[name][index]))) if zones["number"][index] > 0.0 else "–"
 
 
-def zone_figure(run: RunFiles, narrow: bool) -> Figure | None:
+def zone_figure(run: RunFiles) -> Figure | None:
     """Numbers and speeds by zone."""
     table = _table(run)
     if table is None:
         return None
     zones = table.by_zone(hazard_energy(run))
-    figure, (count, speed) = new_figure(2, 1, narrow=narrow, height=4.4, narrow_height=4.8, sharex=True)
+    figure, (count, speed) = new_figure(2, 1, height=4.2, sharex=True)
     edges = table.zones
     for index, (name, label) in enumerate((("number", "all"), ("hazardous", "hazardous at launch"))):
         style = LINES[index]

@@ -62,7 +62,7 @@ def compare_runs(
     if run.hazard is not None and reference.hazard is not None:
         by_distance = compare_densities(run.hazard, reference.hazard)
         if not by_distance:
-            notes.append("densities are not compared: hazard.distance_cell or hazard.sectors differ")
+            notes.append("densities are not compared: hazard.distance_cell differs")
     return {
         "run": _described(run),
         "reference": _described(reference),

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from fragfield.hazard.verdict import part_of_criterion
+
 if TYPE_CHECKING:
     from fragfield.studies.compare.runs import ComparedRun
 
 __all__ = ["compare_places"]
-
-_VALUES = {"density": ("density_normal", "density_ground"), "probability": ("probability",), "hits": ("expected_hits",)}
 
 
 def compare_places(run: ComparedRun, reference: ComparedRun) -> list[dict[str, Any]]:
@@ -33,12 +33,10 @@ def _places(run: ComparedRun) -> dict[str, dict[str, Any]]:
 
 
 def _row(entry: dict[str, Any]) -> dict[str, Any]:
-    quantity, limit = entry["criterion"]["quantity"], entry["criterion"]["limit"]
-    bounds = [entry[name]["upper"] for name in _VALUES[quantity] if entry[name]]
     return {
         "verdict": entry["verdict"],
-        "quantity": quantity,
-        "part_of_criterion": max(bounds) / limit if bounds else None,
+        "quantity": entry["criterion"]["quantity"],
+        "part_of_criterion": part_of_criterion(entry),
         "probability": (entry["probability"] or {}).get("upper"),
         "margin": entry["margin"],
     }

@@ -12,7 +12,7 @@ import numpy as np
 
 from fragfield.case.units.quantities import show
 from fragfield.errors import InputError
-from fragfield.report.figures.drawing import GREY, LINES, drawing_style, new_figure, to_bytes
+from fragfield.report.figures.drawing import GREY, LINES, WIDE, drawing_style, new_figure, to_bytes
 from fragfield_base.csv_text import harmless
 from fragfield_base.writing import write_bytes, write_text
 
@@ -94,13 +94,15 @@ def _picture(found: Mapping[str, Any]) -> bytes:
     """Ratios by azimuth, a line of panels a surface, and below them the densities by distance."""
     rows = len(found["witness"]) + bool(found["by_distance"])
     with drawing_style():
-        figure, axes = new_figure(rows, 2, narrow=False, height=2.4 * rows + 0.5, narrow_height=2.4 * rows)
+        figure, axes = new_figure(rows, 2, width=WIDE, height=2.4 * rows + 0.5)
         for number, surface in enumerate(found["witness"]):
             for (key, label), axis in zip(_PICTURED, axes[2 * number : 2 * number + 2], strict=True):
                 _draw_ratio(axis, surface, key, label)
         if found["by_distance"]:
             for (key, title), axis in zip(
-                (("ground_density", "all azimuths"), ("worst_ground_density", "densest sector")), axes[-2:], strict=True
+                (("ground_density", "by area of ground"), ("normal_density", "normal to paths")),
+                axes[-2:],
+                strict=True,
             ):
                 _draw_density(axis, found, key, title)
         _put_title(figure, found)
@@ -134,5 +136,5 @@ def _draw_density(axis: Axes, found: Mapping[str, Any], key: str, title: str) ->
         density = _column(rows, key, name)
         axis.plot(distance, np.where(density > 0.0, density, math.nan), label=label, **style)
     axis.set_yscale("log")
-    axis.set(title=f"hazardous fragments, {title}", xlabel="distance (m)", ylabel="per m² of ground")
+    axis.set(title=f"hazardous fragments, {title}", xlabel="distance (m)", ylabel="per m²")
     axis.legend()

@@ -1,4 +1,4 @@
-"""Hazards of two runs: hazard distances with their errors, and densities by distance."""
+"""Hazards of two runs: distances with their errors, and densities by distance."""
 
 from __future__ import annotations
 
@@ -6,35 +6,36 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fragfield.studies.compare.estimates import Estimates, compared, estimate
+from fragfield.studies.compare.estimates import Estimates, compared
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from flight.hazard.density.tally import Tally
+    from flight.hazard.density.distance import ExpectedDistance
     from flight.hazard.ensemble import EnsembleHazard
     from fragfield.studies.compare.runs import ComparedRun
 
 _DISTANCES = (
-    ("upper", "hazard distance, upper bound", None),
-    ("distance", "hazard distance", "standard_error"),
-    ("without_ricochet.upper", "without ricochet, upper bound", None),
-    ("without_ricochet.distance", "without ricochet", "without_ricochet.standard_error"),
+    ("recommended", "recommended distance", None),
+    ("expected", "expected distance", "standard_error"),
+    ("without_ricochet.recommended", "recommended, without ricochet", None),
+    ("without_ricochet.expected", "expected, without ricochet", "without_ricochet.standard_error"),
     ("largest_throw", "largest throw", None),
 )
 
 __all__ = ["DENSITIES", "compare_densities", "compare_distances"]
 
-DENSITIES = ("ground_density", "normal_density", "worst_ground_density", "worst_normal_density")
-"""Hazardous fragments (1/m2) by area of ground and normal to paths, over all azimuths and in the densest sector."""
+DENSITIES = ("ground_density", "normal_density")
+"""Hazardous fragments (1/m2) by area of ground and normal to paths, over all azimuths or in the worst direction."""
+_SPAN = 2.0 * 1.6448536269514722  # standard errors from 5 to 95 %
 
 
 def compare_distances(run: ComparedRun, reference: ComparedRun) -> list[dict[str, Any]]:
     """One row a distance, as `estimates.compared` has it.
 
-    Of the hazard distance, its upper bound, both without ricochet, and the largest throw.
+    Of the recommended distance, the expected one, both without ricochet, and the largest throw.
     A distance that is not determined is None, and so is its ratio. `run_basis` and `reference_basis` say in which
-    direction the hazard distances hold; a largest throw has none, and no error: it grows with the realisations.
+    direction the distances hold; a largest throw has none, and no error: it grows with the realisations.
     """
     ours, theirs = run.part("hazard"), reference.part("hazard")
     if not ours or not theirs:
@@ -61,27 +62,27 @@ def _single(value: float | None, error: float | None) -> Estimates:
 
 
 def compare_densities(run: EnsembleHazard, reference: EnsembleHazard) -> list[dict[str, Any]]:
-    """One row a distance cell: `distance_m` and, for each of DENSITIES, a table as `estimates.compared` has it.
+    """One row a distance: `distance_m` and, for each of DENSITIES, a table as `estimates.compared` has it.
 
-    Means over the realisations; cells beyond a run's farthest landing hold nothing. Empty where the runs count in cells
-    or sectors of different size.
+    Expected densities in the directions that decide, with the standard errors of the bootstrap; none beyond a run's
+    farthest hazardous fragment. Empty where the runs estimate at different distances.
     """
-    edges = max((run.counts.edges, reference.counts.edges), key=len)
-    for counts in (run.counts, reference.counts):
-        if not np.array_equal(edges[: len(counts.edges)], counts.edges):
-            return []
-    if run.counts.throw.shape[1] != reference.counts.throw.shape[1]:
+    curves = run.expected, reference.expected
+    radius = max((one.radius for one in curves), key=len)
+    if not all(np.array_equal(radius[: len(one.radius)], one.radius) for one in curves):
         return []
-    mine, other = (_densities(one.counts.up_to(edges)) for one in (run, reference))
-    columns = {name: compared(mine[name], other[name]) for name in DENSITIES}
-    centres = 0.5 * (edges[:-1] + edges[1:])
+    columns = {
+        name: compared(*(_density(one, kind, len(radius)) for one in curves)) for kind, name in enumerate(DENSITIES)
+    }
     return [
-        {"distance_m": float(centre), **dict(zip(columns, row, strict=True))}
-        for centre, row in zip(centres, zip(*columns.values(), strict=True), strict=True)
+        {"distance_m": float(distance), **dict(zip(columns, row, strict=True))}
+        for distance, row in zip(radius, zip(*columns.values(), strict=True), strict=True)
     ]
 
 
-def _densities(counts: Tally) -> dict[str, Estimates]:
-    ground, normal = counts.landings / counts.area, counts.tracks / counts.area
-    each = (ground.mean(axis=1), normal.mean(axis=1), ground.max(axis=1), normal.max(axis=1))
-    return {name: estimate(values) for name, values in zip(DENSITIES, each, strict=True)}
+def _density(found: ExpectedDistance, kind: int, places: int) -> Estimates:
+    beyond = (0, places - len(found.radius))
+    error = np.full(len(found.radius), np.nan)
+    if found.density_low.size:
+        error = (found.density_high[kind] - found.density_low[kind]) / _SPAN
+    return Estimates(np.pad(found.density[kind], beyond), np.pad(error, beyond))

@@ -13,6 +13,7 @@ from fragfield.case.units.quantities import show
 from fragfield.errors import InputError
 from fragfield.files.run_directory import RunDirectory
 from fragfield.files.stamped import stored_case_text
+from fragfield.hazard.recommended import not_included_words
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -139,6 +140,15 @@ def differences_of(run: ComparedRun, reference: ComparedRun) -> list[str]:
     return lines + document_differences(theirs, ours, words=("reference", "run"), tolerance=_ROUND_OFF)
 
 
+def _not_included(run: ComparedRun, reference: ComparedRun) -> list[str]:
+    """What the recommended distances do not include, once where it is the same for both."""
+    missing = [(one, not_included_words(one.part("hazard"))) for one in (run, reference)]
+    if len({words for _, words in missing}) == 1:
+        return [f"the recommended distances do not include {missing[0][1]}"] if missing[0][1] else []
+    return [f"{one.folder}: the recommended distance does not include {words}"
+            for one, words in missing if words]  # fmt: skip
+
+
 def notes_on(run: ComparedRun, reference: ComparedRun) -> list[str]:
     """What a reader must know of the two runs beside their ratios."""
     notes = []
@@ -155,7 +165,7 @@ def notes_on(run: ComparedRun, reference: ComparedRun) -> list[str]:
         if not one.flown:
             notes.append(f"{one.folder} has no flight: only the casings are compared")
         elif not one.part("hazard").get("determined", True):
-            notes.append(f"{one.folder}: the hazard distance is not determined: {one.part('hazard')['reason']}")
+            notes.append(f"{one.folder}: the distance is not determined: {one.part('hazard')['reason']}")
         elif one.hazard is None or realisations < 2:
             notes.append(f"{one.folder} has one realisation of the break-up: no standard errors")
     if run.hazard is not None and reference.hazard is not None and run.hazard.criteria != reference.hazard.criteria:
@@ -163,10 +173,11 @@ def notes_on(run: ComparedRun, reference: ComparedRun) -> list[str]:
             f"the hazard criteria differ, {run.hazard.criteria} and {reference.hazard.criteria}: "
             "ratios of hazardous numbers and distances include this difference"
         )
+    notes += _not_included(run, reference)
     bases = [one.part("hazard").get("basis") for one in (run, reference)]
     if None not in bases and bases[0] != bases[1]:
         words = {"all_azimuths": "over all azimuths", "worst_direction": "in the worst direction"}
-        notes.append("hazard distances hold " + " and ".join(words[str(basis)] for basis in bases))
+        notes.append("distances hold " + " and ".join(words[str(basis)] for basis in bases))
     versions = [one.summary.get("program_version") for one in (run, reference)]
     if versions[0] != versions[1]:
         notes.append(f"computed by different versions of the program, {versions[0]} and {versions[1]}")

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
 __all__ = ["print_comparison"]
 
+_NEAREST = 10.0  # m, of the table by distance
 _MOST_LINES = 12  # of the table by distance, and of differences
 _RATIOS = (
     ("number", "hits"),
@@ -108,19 +109,19 @@ def _witness_table(surface: Mapping[str, Any], *, all_round: bool) -> Table:
 
 
 def _density_table(rows: Sequence[Mapping[str, Any]]) -> Table:
-    """Every so manieth cell up to the farthest that holds anything."""
+    """Every so manieth distance, from some metres to the farthest at which there is anything."""
+    rows = [row for row in rows if row["distance_m"] >= _NEAREST]
     filled = [number for number, row in enumerate(rows) if any(row["ground_density"][k] for k in ("run", "reference"))]
     rows = rows[: filled[-1] + 1] if filled else []
     step = max(1, -(-len(rows) // _MOST_LINES))
-    cells = "" if step == 1 else f", one cell of {step}"
-    heads = ("m", "all round", "over", "ratio", "densest sector", "over", "ratio")
-    table = _table(f"hazardous fragments per 100 m2 of ground by distance{cells}", heads)
+    heads = ("m", "on the ground", "over", "ratio", "normal to the paths", "over", "ratio")
+    table = _table("expected hazardous fragments per 100 m2 by distance", heads)
     for row in rows[::step]:
         columns = []
-        for name in ("ground_density", "worst_ground_density"):
+        for name in ("ground_density", "normal_density"):
             columns += [_number(100.0 * row[name][key]) for key in ("run", "reference")]
             columns.append(_with_error(row[name], "ratio"))
-        table.add_row(f"{row['distance_m']:g}", *columns)
+        table.add_row(f"{row['distance_m']:.3g}", *columns)
     return table
 
 

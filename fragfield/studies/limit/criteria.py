@@ -10,7 +10,6 @@ from pydantic_core import PydanticCustomError
 from fragfield.case.units.quantities import Quantity
 from fragfield.errors import InputError
 from fragfield.hazard.certainty import metres
-from fragfield.hazard.prescribed import computed_distance
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -30,7 +29,7 @@ class LimitCriteria:
     Attributes
     ----------
     distance : float or None
-        The computed hazard distance (its upper bound) and the official one are at most this (m); None: not asked for.
+        The recommended distance and the official one are at most this (m); None: not asked for.
     exposed : bool
         The criterion of every exposed site is met.
     """
@@ -65,7 +64,7 @@ class LimitCriteria:
         """What is asked for, in words."""
         parts = ["the criterion of every exposed site is met"] if self.exposed else []
         if self.distance is not None:
-            parts.append(f"the distance to apply is at most {metres(self.distance)}")
+            parts.append(f"the recommended distance is at most {metres(self.distance)}")
         return " and ".join(parts)
 
 
@@ -75,25 +74,24 @@ def judged(summary: Mapping[str, Any], criteria: LimitCriteria) -> dict[str, Any
     Returns
     -------
     dict
-        `explosive` (kg; None where it is not known), `distance` (m: the upper bound, or the expected distance of
-        a single realisation; None where it is not determined), `standard_error` (m), `minimum` (m, prescribed for
-        storage and handling, the computed one among it), `not_met` (names of exposed sites) and `reasons`, empty where
-        all is met.
+        `explosive` (kg; None where it is not known), `recommended` (m: the recommended distance, None where it is not
+        determined), `standard_error` (m), `minimum` (m, prescribed for storage and handling, the recommended one
+        among it), `not_met` (names of exposed sites) and `reasons`, empty where all is met.
     """
     hazard = summary.get("hazard") or {}
-    distance = computed_distance(hazard).distance
+    distance = hazard.get("recommended")
     official = (summary.get("official") or {}).get(_OFFICIAL)
     sites = [entry for entry in summary.get("exposed") or [] if entry["verdict"] != "met"] if criteria.exposed else []
     reasons = [f"{entry['name']}: {entry['verdict']}" for entry in sites]
     if distance is None:
-        reasons.append("the hazard distance is not determined")
+        reasons.append("the distance is not determined")
     if criteria.distance is not None:
-        for name, value in (("computed", distance), ("official", official)):
+        for name, value in (("recommended", distance), ("official", official)):
             if value is not None and value > criteria.distance:
                 reasons.append(f"{name} distance {metres(value)}")
     return {
         "explosive": ((summary.get("rules") or {}).get("contents") or {}).get("explosive"),
-        "distance": distance,
+        "recommended": distance,
         "standard_error": hazard.get("standard_error"),
         "minimum": ((summary.get("minimum") or {}).get("siting") or {}).get("distance"),
         "not_met": [entry["name"] for entry in sites],

@@ -22,7 +22,7 @@ _WIDE = 200  # characters of a line where no terminal sets a bound
 _COLUMNS = {
     "rounds": "rounds",
     "explosive": "net_explosive_quantity_kg",
-    "distance": "distance_m",
+    "recommended": "recommended_m",
     "standard_error": "standard_error_m",
     "minimum": "prescribed_m",
     "met": "met",
@@ -64,16 +64,19 @@ def print_limit(found: Mapping[str, Any]) -> None:
     if not console.is_terminal:
         console.width = _WIDE
     table = Table(box=None, pad_edge=False)
-    for head in (found["key"], "rounds", "net explosive kg", "distance m", "prescribed m", "", "criteria", ""):
+    for head in (found["key"], "rounds", "net explosive kg", "recommended m", "prescribed m", "", "criteria", ""):
         table.add_column(Text(head), justify="right" if head not in ("", "criteria") else "left", no_wrap=True)
     for row in found["runs"]:
         explosive = "-" if row["explosive"] is None else f"{row['explosive']:.4g}"
-        distances = (whole_metres(row[key], "-") for key in ("distance", "minimum"))
+        distances = (whole_metres(row[key], "-") for key in ("recommended", "minimum"))
         cells = [str(row["values"][found["key"]]), str(row["rounds"]), explosive, *distances, row["state"]]
         cells += ["met" if row["met"] else "not met", "; ".join(row["reasons"])]
         table.add_row(*map(Text, cells))
     console.print(table)
-    console.print("distance: the computed one to apply; prescribed: not to go below, for storage and handling")
+    console.print("recommended: the recommended distance; prescribed: not to go below, for storage and handling")
+    for words in dict.fromkeys(row["results"]["not_included"] for row in found["runs"]):
+        if words:
+            console.print(f"the recommended distances do not include {words}")
     console.print(limit_words(found))
     for words in found["words"]:
         console.print(words)

@@ -126,10 +126,10 @@ def limit_of(rows: Sequence[Mapping[str, Any]], key: str, *, asked: Sequence[int
             "(--all computes every one)."
         )
     words += _not_monotonic(rows)
-    if met_up_to is not None and met_up_to["minimum"] is not None and met_up_to["minimum"] > met_up_to["distance"]:
+    if met_up_to is not None and met_up_to["minimum"] is not None and met_up_to["minimum"] > met_up_to["recommended"]:
         words.append(
             f"For storage and handling rules or the official distance prescribe {metres(met_up_to['minimum'])} at the "
-            f"limit, more than the computed {metres(met_up_to['distance'])}: do not apply less."
+            f"limit, more than the recommended {metres(met_up_to['recommended'])}: do not apply less."
         )
     failed = any(row["exit_code"] not in (EXIT_DONE, None) for row in rows)
     return {
@@ -147,23 +147,23 @@ def _listed(numbers: Sequence[int]) -> str:
 def _named(row: Mapping[str, Any] | None, key: str) -> dict[str, Any] | None:
     if row is None:
         return None
-    return {"value": row["values"][key], **{name: row[name] for name in ("rounds", "explosive", "distance")},
+    return {"value": row["values"][key], **{name: row[name] for name in ("rounds", "explosive", "recommended")},
             "run": row["directory"]}  # fmt: skip
 
 
 def _not_monotonic(rows: Sequence[Mapping[str, Any]]) -> list[str]:
     """Where more rounds have a smaller distance, or meet what fewer do not; bisection rests on neither happening."""
     words = []
-    known = [row for row in rows if row["distance"] is not None]
+    known = [row for row in rows if row["recommended"] is not None]
     for fewer, more in pairwise(known):
-        drop = fewer["distance"] - more["distance"]
+        drop = fewer["recommended"] - more["recommended"]
         if drop <= 0.0:
             continue
         error = hypot(fewer["standard_error"] or 0.0, more["standard_error"] or 0.0)
         how = "within the statistical error" if drop <= _SIGNIFICANT * error else "beyond the statistical error"
         words.append(
-            f"Not monotonic: {more['rounds']} rounds have a distance of {metres(more['distance'])}, {fewer['rounds']} "
-            f"have {metres(fewer['distance'])} ({how})."
+            f"Not monotonic: {more['rounds']} rounds have a recommended distance of {metres(more['recommended'])}, "
+            f"{fewer['rounds']} have {metres(fewer['recommended'])} ({how})."
         )
     for fewer, more in pairwise(rows):
         if more["met"] and not fewer["met"]:

@@ -8,6 +8,8 @@ import json
 from typing import TYPE_CHECKING, Any
 
 from fragfield.errors import InputError
+from fragfield.hazard.certainty import whole_metres
+from fragfield.hazard.recommended import not_included_words
 from fragfield.studies.sweep.plan import labels_of
 from fragfield_base.csv_text import harmless
 from fragfield_base.writing import write_text
@@ -33,11 +35,11 @@ _VALUES = (
     ("steps", "burst", "steps"),
     ("fragments", "break_up", "fragments"),
     ("realisations", "hazard", "realisations"),
-    ("hazard_distance", "hazard", "distance"),
-    ("hazard_distance_upper", "hazard", "upper"),
-    ("hazard_distance_standard_error", "hazard", "standard_error"),
-    ("hazard_distance_without_ricochet", "hazard", "without_ricochet.distance"),
-    ("hazard_distance_without_ricochet_upper", "hazard", "without_ricochet.upper"),
+    ("recommended_distance", "hazard", "recommended"),
+    ("expected_distance", "hazard", "expected"),
+    ("expected_distance_standard_error", "hazard", "standard_error"),
+    ("recommended_distance_without_ricochet", "hazard", "without_ricochet.recommended"),
+    ("expected_distance_without_ricochet", "hazard", "without_ricochet.expected"),
     ("hazard_direction_deg", "hazard", "direction_deg"),
     ("determined", "hazard", "determined"),
     ("largest_throw", "hazard", "largest_throw"),
@@ -49,15 +51,17 @@ def results_of(summary: Mapping[str, Any]) -> dict[str, Any]:
     """The chosen numbers of a summary in SI; None for what was not computed.
 
     Speeds (m/s; `speed_99` is that which 99 % of the casing's mass does not exceed), diameter (m),
-    errors of the ledger (fractions), counts; the hazard distance with its upper bound and
-    standard error (m), None where it is not determined, and without ricochet; largest throw (m); `single_event_low`
-    and `_high` (m), 5 and 95 % of single events; `wall_seconds` of burst and flight together.
+    errors of the ledger (fractions), counts; the recommended distance and the expected one with its standard error
+    (m), None where it is not determined, both without ricochet too; `not_included`, parts that the recommended one
+    does not include; largest throw (m); `single_event_low` and `_high` (m), 5 and 95 % of single events;
+    `wall_seconds` of burst and flight together.
     """
     parts = {name: summary.get(name) or {} for name in ("burst", "break_up", "flight", "hazard")}
     parts["burst"] = {**parts["burst"], "speed_99": (parts["burst"].get("speed_quantiles") or {}).get("99")}
     short = parts["hazard"].get("without_ricochet") or {}
     parts["hazard"] = {**parts["hazard"], **{f"without_ricochet.{key}": value for key, value in short.items()}}
     found = {name: parts[part].get(key) for name, part, key in _VALUES}
+    found["not_included"] = not_included_words(parts["hazard"])
     single = parts["hazard"].get("single_event") or {}
     found |= {f"single_event_{key}": single.get(key) for key in ("low", "high")}
     times = [part["wall_seconds"] for part in parts.values() if part.get("wall_seconds") is not None]
@@ -90,25 +94,29 @@ def print_sweep(found: Mapping[str, Any]) -> None:
     table = Table(box=None, pad_edge=False)
     for label in labels_of(found["keys"]).values():
         table.add_column(Text(label), no_wrap=True)
-    for head in ("", "mean\nm/s", "99 % of\nmass m/s", "largest\nm/s", "ledger\n%", "lost\ncells"):
-        table.add_column(head, justify="right" if head else "left", no_wrap=True)
     distances = found["stage"] == "run"
+    table.add_column("", no_wrap=True)
     if distances:
-        for head in ("upper\nbound m", "distance m", "single\nevents m", "throw m"):
+        for head in ("recommended\ndistance m", "expected m", "single\nevents m", "throw m"):
             table.add_column(head, justify="right")
+    for head in ("mean\nm/s", "99 % of\nmass m/s", "largest\nm/s", "ledger\n%", "lost\ncells"):
+        table.add_column(head, justify="right", no_wrap=True)
     table.add_column("time s", justify="right")
     for row in found["runs"]:
         results = row["results"]
         cells = [Text(str(row["values"][key])) for key in found["keys"]]
-        cells += [Text(row["state"]), *map(Text, _numbers(results))]
-        cells += [Text(text) for text in _distances(results)] if distances else []
+        cells += [
+            Text(row["state"]),
+            *map(Text, _distances(results) if distances else []),
+            *map(Text, _numbers(results)),
+        ]
         table.add_row(*cells, _number(results["wall_seconds"]))
     console.print(table)
     if distances:
-        console.print(
-            "upper bound (95 %): the hazard distance to apply; distance ± standard error: of the expected density; no "
-            "hazard distances: 5 to 95 % of single events, largest throw"
-        )
+        console.print("expected ± standard error; single events 5 to 95 % and largest throw are no distances to keep")
+        for words in dict.fromkeys(row["results"]["not_included"] for row in found["runs"]):
+            if words:
+                console.print(f"the recommended distances do not include {words}")
     for row in found["runs"]:
         if row["state"] == FAILED:
             console.print(f"{row['name']} failed (exit code {row['exit_code']}): {row['message']}", markup=False)
@@ -133,10 +141,10 @@ def _number(value: float | None) -> str:
 def _distances(results: Mapping[str, Any]) -> list[str]:
     if results["determined"] is False:
         return ["not determined", "-", "-", _number(results["largest_throw"])]
-    distance, error = _number(results["hazard_distance"]), results["hazard_distance_standard_error"]
+    distance, error = _number(results["expected_distance"]), results["expected_distance_standard_error"]
     low, high = _number(results["single_event_low"]), _number(results["single_event_high"])
     return [
-        _number(results["hazard_distance_upper"]),
+        whole_metres(results["recommended_distance"], "-"),
         distance if error is None else f"{distance} ± {error:.1f}",
         "-" if low == "-" else f"{low} to {high}",
         _number(results["largest_throw"]),

@@ -201,7 +201,7 @@ def _perform(planned: PlannedRun, worker: AnyWorker, options: SweepOptions) -> t
 
 
 def _fill(row: dict[str, Any], outcome: tuple[str, int, str], directory: RunDirectory) -> None:
-    """Fill the row of a run; one whose hazard distance is not determined has the exit code and reason."""
+    """Fill the row of a run; one whose distance is not determined has the exit code and reason."""
     state, code, message = outcome
     if state == FAILED:
         row.update(state=state, exit_code=code, message=message)

@@ -11,7 +11,9 @@ import numpy as np
 
 from fragfield.errors import EXIT_DONE, EXIT_NUMERICAL, InputError
 from fragfield.files.stamped import read_stamped_json, stamped_json
-from fragfield.studies.uncertainty.budget import budget_of
+from fragfield.hazard.contours import write_contours
+from fragfield.hazard.prescribed import minimum_part
+from fragfield.hazard.recommended import recommended_of
 from fragfield.studies.uncertainty.indices import Analysis, analyse
 from fragfield.studies.uncertainty.sample import results_of_summary
 from fragfield.studies.uncertainty.spread import spread_of, without_statistical_error
@@ -32,6 +34,7 @@ __all__ = ["RESULT", "assess", "read_results", "write_results"]
 
 RESULT = "uncertainty.json"
 _SITE = ("density", "hits", "probability")
+_RECOMMENDED = ("recommended", "base", "parts", "not_included")
 _LEVELS = (0.01, *(round(0.02 * step, 2) for step in range(1, 50)), 0.99)
 _FEWEST = 8  # samples with a result, below which nothing is said
 
@@ -39,7 +42,7 @@ _FEWEST = 8  # samples with a result, below which nothing is said
 def write_results(
     study: Study, rows: Mapping[int, Mapping[str, Any]], nominal: RunDirectory, folder: Path, cost: Mapping[str, Any]
 ) -> dict[str, Any]:
-    """Write samples.csv and uncertainty.json into the study's folder, and the latter into the nominal run as well.
+    """Write samples.csv and uncertainty.json into the study's folder, the latter and its number into the nominal run.
 
     Returns
     -------
@@ -52,10 +55,27 @@ def write_results(
     write_text(folder / RESULT, text, InputError)
     try:
         write_text(nominal.file(RESULT), text, InputError)
+        _renew(nominal, found)
     except InputError:  # a run that may only be read
         if not nominal.path.is_dir():
             raise
     return found
+
+
+def _renew(nominal: RunDirectory, study: Mapping[str, Any]) -> None:
+    """The recommended distance with the study, in the nominal run's summary.json and map files."""
+    summary = nominal.summary()
+    hazard = recommended_of(summary["hazard"], summary.get("convergence"), study)
+    rules = (summary.get("rules") or {}).get("rules") or ()
+    minimum = minimum_part(hazard, summary.get("official"), rules)
+    nominal.write_summary({**summary, "hazard": hazard, "minimum": minimum})
+    if nominal.file("contours.geojson").is_file():
+        from flight.files.ensemble import read_ensemble
+        from fragfield.files.provenance import provenance_of
+
+        case, found = nominal.stored_case(), read_ensemble(nominal.file("ensemble.h5"))[0]
+        exposed = summary.get("exposed") or ()
+        write_contours(case, found, nominal, provenance_of(case), exposed, hazard["recommended"])
 
 
 def read_results(folder: Path) -> dict[str, Any]:
@@ -71,7 +91,8 @@ def assess(study: Study, rows: Mapping[int, Mapping[str, Any]], summary: Mapping
     -------
     dict
         `exit_code` (3 where a sample failed or has no distance), `title`, `inputs`, `design`, `states` (numbers of
-        samples by state, and the first messages), `distance` and `exposed` (spread, indices, tornado), `budget`.
+        samples by state, and the first messages), `distance` (the expected one) and `exposed` (spread, indices,
+        tornado), and `hazard`, the recommended distance of the nominal run with its parts, as in summary.json.
     """
     values = [rows.get(number, {}).get("results") or {} for number in range(study.samples)]
     distance = _column(values, "distance")
@@ -90,15 +111,15 @@ def assess(study: Study, rows: Mapping[int, Mapping[str, Any]], summary: Mapping
         "nominal": nominal,
         "distance": None,
         "exposed": [],
-        "budget": None,
+        "hazard": None,
     }  # fmt: skip
     if known < _FEWEST:
         found["states"]["reason"] = f"{known} samples gave a distance; at least {_FEWEST} are needed"
         return found
     errors = _column(values, "standard_error")
-    entry, spread = _quantity(study, distance, errors)
-    found["distance"] = entry
-    found["budget"] = budget_of(spread, summary["hazard"], summary.get("convergence") or {})
+    found["distance"] = _quantity(study, distance, errors)
+    hazard = recommended_of(summary["hazard"], summary.get("convergence"), found)
+    found["hazard"] = {name: hazard[name] for name in _RECOMMENDED}
     found["exposed"] = [
         {"name": site["name"]} | {name: _of_site(study, values, number, name, site[name]) for name in _SITE}
         for number, site in enumerate(nominal["exposed"])
@@ -125,9 +146,7 @@ def _column(values: list[Mapping[str, Any]], name: str) -> NDArray[np.float64]:
     return np.array([math.nan if one.get(name) is None else one[name] for one in values], dtype=np.float64)
 
 
-def _quantity(
-    study: Study, values: NDArray[np.float64], errors: NDArray[np.float64] | None
-) -> tuple[dict[str, Any], Any]:
+def _quantity(study: Study, values: NDArray[np.float64], errors: NDArray[np.float64] | None) -> dict[str, Any]:
     """Spread, indices and tornado of one result."""
     known = np.isfinite(values)
     used = None if errors is None or not np.isfinite(errors[known]).all() else errors[known]
@@ -149,7 +168,7 @@ def _quantity(
         entry["tornado"] = [{"name": name, **one} for name, one in zip(names, analysis.tornado, strict=True)]
     else:
         entry["estimator"] = {"name": "none", "reason": analysis}
-    return entry, spread
+    return entry
 
 
 def _of_site(
@@ -161,8 +180,7 @@ def _of_site(
     if np.isfinite(found).sum() < _FEWEST:
         return None
     errors = _column(sites, f"{name}_standard_error")
-    entry, _ = _quantity(study, found, errors if np.isfinite(errors).any() else None)
-    return {"nominal": nominal, **entry}
+    return {"nominal": nominal, **_quantity(study, found, errors if np.isfinite(errors).any() else None)}
 
 
 def _write_samples(study: Study, rows: Mapping[int, Mapping[str, Any]], folder: Path) -> None:

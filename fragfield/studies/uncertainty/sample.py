@@ -92,14 +92,14 @@ def _flown(case: Case, snapshot: Path, burst: Mapping[str, Any]) -> dict[str, An
 def results_of_summary(summary: Mapping[str, Any]) -> dict[str, Any]:
     """The numbers of a sample that are kept (SI).
 
-    `distance` with its `standard_error`, None where it is not `determined` (`reason` says why); `mean_initial_speed`,
-    `speed_99`, `fragments`, and for each exposed site its expected `density` (the larger of that normal to the path
-    and that on the ground), `hits` and `probability` with their standard errors.
+    `distance`, the expected one, with its `standard_error`, None where it is not `determined` (`reason` says why);
+    `mean_initial_speed`, `speed_99`, `fragments`, and for each exposed site its expected `density` (the larger of that
+    normal to the path and that on the ground), `hits` and `probability` with their standard errors.
     """
     hazard, burst = summary["hazard"], summary["burst"]
     determined = bool(hazard["determined"])
     return {
-        "distance": hazard["distance"] if determined else None,
+        "distance": hazard["expected"] if determined else None,
         "standard_error": hazard["standard_error"] if determined else None,
         "determined": determined,
         "reason": "" if determined else str(hazard["reason"]),

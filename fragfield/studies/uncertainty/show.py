@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from fragfield.hazard.certainty import metres
+from fragfield.hazard.recommended import parts_words
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -15,7 +16,7 @@ _WIDE = 160  # characters of a line where no terminal sets a bound
 
 
 def print_study(found: Mapping[str, Any]) -> None:
-    """Print the budget, the shares of the inputs and the exposed sites."""
+    """Print the recommended distance, the shares of the inputs and the exposed sites."""
     from rich.console import Console
     from rich.table import Table
 
@@ -31,9 +32,9 @@ def print_study(found: Mapping[str, Any]) -> None:
     if not found["distance"]:
         console.print(f"no result: {states.get('reason', 'no sample gave a distance')}")
         return
-    spread, budget = found["distance"]["spread"], found["budget"]
+    spread = found["distance"]["spread"]
     console.print(
-        f"hazard distance over the inputs: 5 % {spread['low']:.1f}, median {spread['median']:.1f}, 95 % "
+        f"expected distance over the inputs: 5 % {spread['low']:.1f}, median {spread['median']:.1f}, 95 % "
         f"{spread['high']:.1f} m (± {spread['high_standard_error']:.1f} m for {spread['samples']} samples)"
     )
     table = Table(box=None, pad_edge=False)
@@ -48,15 +49,8 @@ def print_study(found: Mapping[str, Any]) -> None:
             over = site["hits"]["spread"]
             words = f"5 % {over['low']:.3g}, median {over['median']:.3g}, 95 % {over['high']:.3g}"
             console.print(f"{site['name']}: expected hits {words}")
-    parts = (
-        f"{one['name']} {'not known' if one['half_width'] is None else format(one['half_width'], '.1f')}"
-        for one in budget["contributions"]
-    )
-    console.print(f"budget: median {budget['median']:.1f} m; half-widths (95 %, one-sided, m): {', '.join(parts)}")
-    incomplete = "" if budget["complete"] else " (a contribution is not known)"
-    console.print(
-        f"distance to be signed: {metres(budget['signed'])}, governed by the {budget['governed_by']}{incomplete}"
-    )
+    console.print(f"recommended distance {metres(found['hazard']['recommended'])}")
+    console.print(f"  {parts_words(found['hazard'])}")
     cost = found["cost"]
     if cost["samples_made_now"]:
         each = cost["wall_seconds"] / cost["samples_made_now"]

@@ -135,7 +135,7 @@ def _remove(folder: Path) -> None:
 
 
 def _nominal(request: Request, options: StudyOptions) -> RunDirectory:
-    """The run with every input as the case has it: given as a directory, or made here, with other cell sizes."""
+    """The run with every input as the case has it: given as a directory, or made here."""
     if request.target.is_dir():
         directory = RunDirectory(request.target)
         if request.settings or request.cell_size:
@@ -154,7 +154,7 @@ def _nominal(request: Request, options: StudyOptions) -> RunDirectory:
     for stage in ("burst", "break-up", "fly"):
         if stage not in done:
             _report(f"nominal run: {stage}", options)
-            run_stage(own if stage == "burst" else Request(directory.path, quiet=options.quiet, thorough=True), stage)
+            run_stage(own if stage == "burst" else Request(directory.path, quiet=options.quiet), stage)
     return directory
 
 

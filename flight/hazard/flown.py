@@ -1,0 +1,118 @@
+"""The hazard distance of fragments: their realisations flown, counted near the ground, and pooled."""
+
+from __future__ import annotations
+
+import warnings
+from typing import TYPE_CHECKING, Any, Literal
+
+from flight.arguments import require_number
+from flight.constants import STANDARD_GRAVITY
+from flight.errors import FlightWarning, InputError, NotDeterminedError, nearest
+from flight.fragments import Fragments
+from flight.hazard.criteria import Criteria
+from flight.hazard.density.directions import KERNEL, Directions
+from flight.hazard.density.near_ground import NearGround
+from flight.hazard.density.polar_grid import PolarGrid
+from flight.hazard.pool import FlightCounts, PooledFlights
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from flight.hazard.density.distance import ExpectedDistance
+    from flight.hazard.ensemble import EnsembleHazard
+
+__all__ = ["ensemble_hazard", "hazard_distance"]
+
+NARROWEST = 1.0  # degrees of the kernel: cells are a quarter as wide, and their number squared is in every estimate
+_BASES = {"worst": "worst_direction", "all": "all_azimuths"}
+
+
+def hazard_distance(
+    realisations: Fragments | Sequence[Fragments], criteria: Criteria | None = None, *,
+    by: Literal["worst", "all"] = "worst", kernel: float = KERNEL, **flight_arguments: Any,
+) -> ExpectedDistance:  # fmt: skip
+    """Fly fragments and estimate the distance beyond which the expected density of hazardous ones stays acceptable.
+
+    With the defaults it is the distance that the command `fragfield fly` gives for the same fragments.
+
+    Parameters
+    ----------
+    realisations : Fragments or sequence of Fragments
+        Of one event, or of several independent ones: of one there is no bound.
+    criteria : flight.hazard.Criteria, optional
+        Default: 79 J, 1 per 55.7 m2, a person of 1.8 m.
+    by : "worst" or "all"
+        The distance in its worst direction, or over all azimuths: of one upright round of revolution, whose directions
+        are alike.
+    kernel : float
+        Half-width of the raised cosine that smooths the density over azimuth (degrees); by "worst" alone.
+    **flight_arguments
+        Of `flight.fly`. `contact` is by default that between fragments of different rounds.
+
+    Returns
+    -------
+    ExpectedDistance
+        `distance`, `upper`, `standard_error`, `direction`, the curve of the density, and all of it `without_ricochet`.
+
+    Raises
+    ------
+    InputError
+        There are no fragments, or an argument is out of range.
+    NotDeterminedError
+        Fragments were not followed to the ground, or none landed.
+    """
+    found = ensemble_hazard(realisations, criteria, by=by, kernel=kernel, **flight_arguments)
+    if found.undetermined:
+        raise NotDeterminedError(f"hazard_distance: not determined: {found.undetermined}")
+    return found.expected
+
+
+def ensemble_hazard(
+    realisations: Fragments | Sequence[Fragments], criteria: Criteria | None = None, *,
+    by: Literal["worst", "all"] = "worst", kernel: float = KERNEL, **flight_arguments: Any,
+) -> EnsembleHazard:  # fmt: skip
+    """The hazard over realisations with single events and throws; arguments as of `hazard_distance`.
+
+    A distance that is not determined is no error: `undetermined` says why.
+    """
+    from flight.integrate.contact import Contact
+    from flight.integrate.fly import fly
+    from flight.scene.ricochet import Ricochet
+
+    events = [realisations] if isinstance(realisations, Fragments) else realisations
+    arguments: dict[str, Any] = {"contact": Contact(between="rounds"), "ground": 0.0, **flight_arguments}
+    _check(events, by, kernel, arguments)
+    criteria = criteria or Criteria()
+    grid = PolarGrid.of(kernel=kernel)
+    near = NearGround(grid, criteria)
+    ricochet = Ricochet.of(arguments.get("ricochet", "soft_soil")) is not None
+    pool = PooledFlights(Directions(grid, _BASES[by], kernel), criteria, ricochet=ricochet)
+    with warnings.catch_warnings():
+        for fragments in events:
+            if not isinstance(fragments, Fragments):
+                raise InputError(f"hazard_distance: found {type(fragments).__name__} among the realisations; {_NEEDED}")
+            result = fly(fragments, **arguments, near_ground=near)
+            gravity = arguments.get("gravity", STANDARD_GRAVITY)
+            pool.add(FlightCounts.of(result, fragments, ground=arguments["ground"], gravity=gravity))
+            warnings.simplefilter("ignore", FlightWarning)  # reported for the first
+    return pool.hazard()
+
+
+_NEEDED = "needed: flight.Fragments, or a sequence of them"
+
+
+def _check(events: Sequence[Fragments], by: str, kernel: float, arguments: dict[str, Any]) -> None:
+    """Refuse what a hazard distance cannot be estimated of."""
+    if not hasattr(events, "__len__"):
+        raise InputError(f"hazard_distance: realisations is a {type(events).__name__}; {_NEEDED}")
+    if not len(events):
+        raise InputError("hazard_distance: there are no realisations; needed: one or more")
+    if by not in _BASES:
+        raise InputError(f"hazard_distance: by is {by!r}{nearest(by, _BASES)}")
+    require_number("hazard_distance", "kernel", kernel, "degrees")
+    if not NARROWEST <= kernel <= 180.0:
+        raise InputError(f"hazard_distance: kernel is {kernel} degrees, allowed: {NARROWEST:g} to 180")
+    if "near_ground" in arguments:
+        raise InputError("hazard_distance: near_ground is its own; give criteria and kernel")
+    if arguments["ground"] is None:
+        raise InputError("hazard_distance: ground is None; needed: a height (m), or a HeightMap")

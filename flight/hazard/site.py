@@ -1,0 +1,103 @@
+"""Where the rounds stand on Earth: coordinates, bearings and points of the compass."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from flight.arguments import require_number
+from flight.errors import InputError
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+__all__ = ["POINTS", "Site", "compass_point"]
+
+POINTS = ("N", "NNE", "NE", "ENE", "E", "ESE", "SE", "SSE", "S", "SSW", "SW", "WSW", "W", "WNW", "NW", "NNW")
+"""The points of the compass, clockwise from north."""
+
+
+def compass_point(bearing: float) -> str:
+    """Nearest of the sixteen points of the compass to a bearing (degrees clockwise from north)."""
+    return POINTS[math.floor(bearing / 22.5 + 0.5) % len(POINTS)]
+
+
+@dataclass(frozen=True)
+class Site:
+    """Where the origin of distances lies on Earth (WGS 84).
+
+    Attributes
+    ----------
+    latitude, longitude : float
+        Of the origin (degrees, north and east positive).
+    bearing : float
+        Of +x, clockwise from north (degrees).
+
+    Raises
+    ------
+    InputError
+        A value is not finite, or the latitude is beyond 89 degrees.
+    """
+
+    latitude: float
+    longitude: float
+    bearing: float
+
+    def __post_init__(self) -> None:
+        """Refuse places that have no map."""
+        for name in ("latitude", "longitude", "bearing"):
+            require_number("site", name, getattr(self, name), "degrees")
+            if not math.isfinite(getattr(self, name)):
+                raise InputError(f"site: {name} is {getattr(self, name)}, needed: a finite number of degrees")
+        if abs(self.latitude) > 89.0:
+            raise InputError(f"site: latitude is {self.latitude} degrees, allowed: -89 to 89")
+
+    def bearing_of(self, azimuth: ArrayLike) -> NDArray[np.float64]:
+        """Bearings (degrees clockwise from north, 0 to 360) of azimuths (degrees from +x counter-clockwise)."""
+        turned = (self.bearing - np.asarray(azimuth, dtype=np.float64)) % 360.0
+        return np.where(turned == 360.0, 0.0, turned)  # of a negative rounding error
+
+    def coordinates(self, azimuth: ArrayLike, distance: ArrayLike) -> NDArray[np.float64]:
+        """Longitudes and latitudes (k, 2) in degrees at azimuths (degrees from +x counter-clockwise) and distances (m).
+
+        Raises
+        ------
+        InputError
+            geographiclib is not installed.
+        """
+        geodesic = _geodesic("contours on a map")
+        mask = geodesic.LATITUDE | geodesic.LONGITUDE | geodesic.LONG_UNROLL
+        east = (self.longitude + 180.0) % 360.0 - 180.0
+        pairs = np.broadcast_arrays(np.asarray(azimuth, dtype=np.float64), np.asarray(distance, dtype=np.float64))
+        ends = (
+            geodesic.WGS84.Direct(self.latitude, east, self.bearing - float(turn), float(length), mask)
+            for turn, length in zip(*(values.ravel() for values in pairs), strict=True)
+        )
+        return np.array([(end["lon2"], end["lat2"]) for end in ends], dtype=np.float64).reshape(-1, 2)
+
+    def offsets(self, longitude: ArrayLike, latitude: ArrayLike) -> NDArray[np.float64]:
+        """Where places (degrees) lie: x and y (k, 2) in m from the origin, at their geodesic distance and azimuth.
+
+        Raises
+        ------
+        InputError
+            geographiclib is not installed.
+        """
+        geodesic = _geodesic("positions on a map")
+        pairs = zip(np.atleast_1d(longitude).tolist(), np.atleast_1d(latitude).tolist(), strict=True)
+        found = [geodesic.WGS84.Inverse(self.latitude, self.longitude, lat, lon) for lon, lat in pairs]
+        turn = np.radians([self.bearing - way["azi1"] for way in found])
+        distance = np.array([way["s12"] for way in found])
+        return np.column_stack([distance * np.cos(turn), distance * np.sin(turn)])
+
+
+def _geodesic(what: str) -> Any:  # noqa: ANN401 - a class of a library without types
+    """GeographicLib's geodesics; raises InputError where it is not installed."""
+    try:
+        from geographiclib.geodesic import Geodesic  # type: ignore[import-untyped,import-not-found,unused-ignore]
+    except ImportError:
+        raise InputError(f"{what} need geographiclib: pip install geographiclib") from None
+    return Geodesic

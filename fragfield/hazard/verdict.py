@@ -1,0 +1,98 @@
+"""The verdict on an exposed site, what of its criterion it meets, and why a margin in metres would mislead."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fragfield.case.conversion.exposed_sites import outline_of
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from numpy.typing import NDArray
+
+    from fragfield.case import Case
+    from fragfield.case.conversion.exposed_sites import ExposedSite
+
+__all__ = ["criterion_of", "criterion_words", "governing", "no_margin", "part_of_criterion", "verdict_of"]
+
+_VALUES = {
+    "density": ("density_normal", "density_ground"),
+    "probability": ("probability",),
+    "hits": ("expected_hits",),
+}
+_WORDS = {"density": "density", "probability": "probability of a hit", "hits": "expected hits"}
+
+
+def criterion_of(case: Case, site: ExposedSite) -> tuple[str, float]:
+    """Quantity and limit of a site's criterion: "density" (1/m2), "probability" or "hits"."""
+    table = site.table
+    if table.max_probability is not None:
+        return "probability", table.max_probability
+    if table.max_hits is not None:
+        return "hits", table.max_hits
+    return "density", case.hazard.density if table.max_density is None else table.max_density
+
+
+def governing(entry: Mapping[str, Any], by: str = "upper") -> dict[str, float] | None:
+    """The value of an entry `exposed` on which its criterion is judged, largest in `by`; None where there is none."""
+    values = [entry[name] for name in _VALUES[entry["criterion"]["quantity"]] if entry[name] is not None]
+    return max(values, key=lambda value: float(value[by])) if values else None
+
+
+def verdict_of(entry: Mapping[str, Any]) -> str:
+    """Return "met" where the bound meets the criterion, "not met" where the estimate exceeds it, else "not shown"."""
+    upper, expected = governing(entry), governing(entry, "expected")
+    if upper is None or expected is None:
+        return "not determined"
+    limit = entry["criterion"]["limit"]
+    if upper["upper"] <= limit:
+        return "met"
+    return "not met" if expected["expected"] > limit else "not shown"
+
+
+def part_of_criterion(entry: Mapping[str, Any]) -> float | None:
+    """The bound over the limit: 1 is the limit."""
+    value = governing(entry)
+    return None if value is None else value["upper"] / entry["criterion"]["limit"]
+
+
+def criterion_words(entry: Mapping[str, Any]) -> str:
+    """The criterion of an entry `exposed`: "density, at most 1 in 55.7 m²"."""
+    quantity, limit = entry["criterion"]["quantity"], entry["criterion"]["limit"]
+    most = f"1 in {1.0 / limit:.4g} m²" if quantity == "density" else f"{limit:.4g}"
+    return f"{_WORDS[quantity]}, at most {most}"
+
+
+def no_margin(case: Case, site: ExposedSite) -> str:
+    """Why a site has no margin in metres to the line of the expected density; empty where it has one.
+
+    The line says where people in the open meet the density of `hazard`. It says nothing of a site that is judged by
+    another criterion, or that lies behind an obstacle: there shelter decides, and the line, smoothed over directions,
+    may pass on either side of it.
+    """
+    quantity, limit = criterion_of(case, site)
+    prism, usual = site.prisms[0], (case.hazard.energy, case.hazard.person_height)
+    if quantity != "density":
+        return f"judged by the {_WORDS[quantity]}, not by the density of the distance"
+    if site.is_building:
+        return "a building is judged by the hits on its walls and roof"
+    if limit != case.hazard.density or (prism.energy, prism.height) != usual:
+        return "has a density, energy or height of its own"
+    origin = np.asarray(case.flight.origin, dtype=np.float64)
+    between = [one.name for one in case.obstacle if _stands_between(outline_of(one), origin, site.edge())]
+    return f"shelter decides: behind {', '.join(between)}" if between else ""
+
+
+def _stands_between(plan: NDArray[np.float64], origin: NDArray[np.float64], edge: NDArray[np.float64]) -> bool:
+    """Whether a straight way in plan from the origin to a point of the edge (n, 2) crosses a polygon (k, 2)."""
+    start, side = plan, np.roll(plan, -1, axis=0) - plan
+    way = (edge - origin)[:, None]
+    across = way[..., 0] * side[:, 1] - way[..., 1] * side[:, 0]
+    to = start - origin
+    with np.errstate(divide="ignore", invalid="ignore"):
+        along = (to[:, 0] * side[:, 1] - to[:, 1] * side[:, 0]) / across
+        on_side = (to[:, 0] * way[..., 1] - to[:, 1] * way[..., 0]) / across
+    return bool(((along > 0.0) & (along < 1.0) & (on_side >= 0.0) & (on_side <= 1.0)).any())

@@ -1,0 +1,95 @@
+"""Three reasons to trust a result and three against: validation that bears on it, checks, warnings, limits."""
+
+from __future__ import annotations
+
+from itertools import chain, islice
+from typing import TYPE_CHECKING, Any
+
+from fragfield.hazard.recommended import PARTS
+from fragfield.report.findings.bearing import STUDIES, bears_on
+from fragfield.report.findings.burst import burst_findings, ledger_findings
+from fragfield.report.findings.hazard import convergence_findings, flight_findings
+from fragfield.report.findings.statements import limits
+from fragfield.report.findings.validation_status import read_record, shown_size, shown_value
+from fragfield.report.quantities import number
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+
+    from fragfield.report.blocks import Finding
+    from fragfield.report.reading.run_files import RunFiles
+
+__all__ = ["reasons_against", "reasons_for"]
+
+_EACH = 3
+_MEASURED = ("m107_1944", "polar_zones", "copper_cylinder", "colliding_tubes", "steel_tubes", "paper_3_1", "paper_3_2")
+"""Studies against measurements or published results, the nearest to a distance first."""
+
+
+def reasons_for(run: RunFiles) -> list[str]:
+    """Checks that passed: validation by measurement, grid, number of realisations, energy."""
+    checks = chain(convergence_findings(run), flight_findings(run), ledger_findings(run), burst_findings(run))
+    passed = (item.text for item in checks if item.weight == "good")
+    return _three(chain(islice(_measured(run), 1), passed))
+
+
+def reasons_against(run: RunFiles, found: Sequence[Finding]) -> list[str]:
+    """What was found wrong or doubtful, the gravest first; then missed checks of the validation and limits."""
+    grave = [item.text for item in found if item.weight in ("stop", "warning")]
+    more = len(grave) - _EACH
+    texts = _three(chain(grave, islice(_missed(run), 1), _left_out(run), limits(run)))
+    if more > 0:
+        texts[-1] += f" {number(more)} more {'warning' if more == 1 else 'warnings'}: see below."
+    return texts
+
+
+def _three(texts: Iterator[str]) -> list[str]:
+    return list(islice((_first_sentence(text) for text in texts), _EACH))
+
+
+def _first_sentence(text: str) -> str:
+    """The first sentence: what is meant, without how to go on; a point within a number or name ends none."""
+    head, point, _ = text.partition(". ")
+    return f"{head}." if point else text
+
+
+def _bearing_rows(run: RunFiles) -> list[Mapping[str, Any]]:
+    """Judged checks against a reference that bear on the run, the studies nearest to a distance first."""
+    rows = [row for case in read_record().cases.values() for row in case["rows"]]
+    judged = [row for row in rows if row["passed"] is not None and row["reference"] is not None and bears_on(row, run)]
+    measured = [row for row in judged if row["case"] in _MEASURED]
+    # A study of what only such runs have says more of this one: of several rounds for a stack.
+    return sorted(measured, key=lambda row: (-len(STUDIES.get(row["case"], ())), _MEASURED.index(row["case"])))
+
+
+def _measured(run: RunFiles) -> Iterator[str]:
+    """By study: how many of its checks were passed, with the one of the median error as the example."""
+    rows = _bearing_rows(run)
+    for study in dict.fromkeys(row["case"] for row in rows):
+        own = [row for row in rows if row["case"] == study]
+        passed = [row for row in own if row["passed"]]
+        if 2 * len(passed) > len(own):
+            example = sorted(passed, key=lambda row: abs(row["error"] or 0.0))[len(passed) // 2]
+            yield (
+                f"Validation {study} ({example['source'].partition(';')[0]}): {len(passed)} of {len(own)} checks "
+                f"passed, such as {example['quantity']} {shown_value(example['ours'], example)}, there "
+                f"{shown_value(example['reference'], example)}."
+            )
+
+
+def _missed(run: RunFiles) -> Iterator[str]:
+    """Checks of the validation that were missed, the farthest outside its tolerance first."""
+    missed = [row for row in _bearing_rows(run) if not row["passed"] and row["tolerance"]]
+    for row in sorted(missed, key=lambda row: -abs(row["error"]) / row["tolerance"]):
+        ours, theirs = (shown_value(row[key], row) for key in ("ours", "reference"))
+        error, tolerance = (shown_size(row, key) for key in ("error", "tolerance"))
+        yield (
+            f"Validation {row['case']} missed: {row['quantity']} {ours}, reference {theirs} ({error}, tolerance "
+            f"{tolerance})."
+        )
+
+
+def _left_out(run: RunFiles) -> Iterator[str]:
+    """Parts of the recommended distance that are not known."""
+    for name, why in (run.part("hazard").get("not_included") or {}).items():
+        yield f"The recommended distance does not include the part “{PARTS[name]}”: {why}."

@@ -1,0 +1,106 @@
+"""Exposed sites beside rounds of any attitude: densities from fields in all directions, and the worst of attitudes."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from flight.hazard.density.polar_grid import PolarGrid
+from fragfield.case.conversion.exposed_sites import exposed_sites_of
+from fragfield.case.load import case_from_document
+from fragfield.hazard.exposed_turned import TurnedSums, worst_of_attitudes
+from fragfield.hazard.verdict import part_of_criterion
+
+GRID, KERNEL = PolarGrid.of(72, 10.0, 10.0, 400.0), 10.0
+AREA = 55.7
+
+
+def sites(azimuth: float) -> TurnedSums:
+    """A person, a road and an area around this azimuth (degrees), in one attitude."""
+    turn = np.radians(azimuth)
+    along, across = np.array([np.cos(turn), np.sin(turn)]), np.array([-np.sin(turn), np.cos(turn)])
+
+    def points(*pairs: tuple[float, float]) -> list[list[str]]:
+        return [[f"{value:.12g} m" for value in x * along + y * across] for x, y in pairs]
+
+    exposed = [
+        {"name": "person", "position": points((80.0, 0.0))[0], "extent": "5 m"},
+        {"name": "road", "kind": "road", "points": points((60.0, -90.0), (60.0, 90.0))},
+        {"name": "area", "kind": "area", "points": points((90.0, -40.0), (140.0, -40.0), (140.0, 40.0), (90.0, 40.0))},
+    ]
+    shell = {"name": "shell", "profile": "m107", "explosive": "tnt", "casing": "steel_m107", "attitude": "any",
+             "position": ["0 m", "0 m", "1 m"]}  # fmt: skip
+    case = case_from_document({"title": "t", "burst": {"cell_size": "12 mm"}, "round": [shell], "exposed": exposed},
+                              source="case", folder=None)  # fmt: skip
+    return TurnedSums(exposed_sites_of(case), case=case, grid=GRID, kernel=KERNEL)
+
+
+def cell_areas() -> np.ndarray:
+    return 0.5 * np.radians(GRID.width) * np.diff(GRID.edges**2)
+
+
+def entries(sums: TurnedSums) -> list[dict]:
+    from flight.hazard.density.distance import ExpectedDistance
+    from flight.hazard.ensemble import EnsembleHazard
+
+    one = np.array([100.0])
+    expected = ExpectedDistance(100.0, 110.0, 2.0, 90.0, 100.0, "worst_direction", 0.0, 10, 10, KERNEL, (), 0.0,
+                                np.zeros(1), one, one, one, np.zeros((2, 1)))  # fmt: skip
+    found = object.__new__(EnsembleHazard)
+    for name, value in (("expected", expected), ("undetermined", "")):
+        object.__setattr__(found, name, value)
+    return sums.assess(sums.case, found)
+
+
+def test_an_even_density_is_found_at_every_site() -> None:
+    sums = sites(20.0)
+    landings = 0.3 / AREA * np.broadcast_to(cell_areas(), GRID.shape)
+    for _ in range(10):
+        sums.add_fields((landings, 2.0 * landings))
+    for entry in entries(sums):
+        assert AREA * entry["density_ground"]["expected"] == pytest.approx(0.3, rel=1e-9)
+        assert AREA * entry["density_normal"]["expected"] == pytest.approx(0.6, rel=1e-9)
+        assert entry["largest_energy"] is None
+        assert AREA * entry["density_ground"]["upper"] > 0.3
+
+
+def test_the_direction_of_the_nose_is_the_worst_whatever_the_azimuth_of_a_site() -> None:
+    """A beam of fragments 30 degrees wide on one side of the rounds meets every site, wherever it stands."""
+    beam = np.zeros(GRID.shape)
+    beam[:8] = 5.0 / AREA * cell_areas()
+    found = []
+    for azimuth in (0.0, 2.0 * GRID.width, 35.0 * GRID.width):
+        sums = sites(azimuth)
+        sums.add_fields((beam, 0.0 * beam))
+        found.append([AREA * entry["density_ground"]["expected"] for entry in entries(sums)])
+    # Points on the edge of a cell may fall into either by rounding.
+    assert found[0] == pytest.approx(found[1], rel=1e-3)
+    assert found[0] == pytest.approx(found[2], rel=1e-3)
+    assert found[0][0] == pytest.approx(5.0, rel=1e-2), "the beam is wider than kernel and person"
+    assert entries(sums)[0]["verdict"] == "not met"
+
+
+def test_bounds_hold_in_more_than_nineteen_of_twenty() -> None:
+    """Of a rate of single impacts that the blocks of realisations see at random, at one direction of the nose."""
+    generator, rate, held = np.random.default_rng(2), 0.02, 0
+    for _ in range(60):
+        sums = sites(0.0)
+        for _ in range(20):
+            landings = generator.poisson(rate / AREA * 3.0 * np.broadcast_to(cell_areas(), GRID.shape)).astype(float)
+            sums.add_fields((landings, landings))
+        held += AREA * entries(sums)[0]["density_ground"]["upper"] >= 3.0 * rate
+    assert held >= 57
+
+
+def test_of_attitudes_the_one_nearest_to_the_criterion_counts() -> None:
+    def entry(upper: float | None) -> dict:
+        density = None if upper is None else {"expected": 0.5 * upper, "upper": upper, "standard_error": 0.0}
+        limit = {"quantity": "density", "limit": 1.0}
+        return {"name": "a", "criterion": limit, "density_normal": density, "density_ground": density}
+
+    rows = [((0.0, 0.0), [entry(0.2)]), ((90.0, 30.0), [entry(0.9)]), ((180.0, 0.0), [entry(0.4)])]
+    (worst,) = worst_of_attitudes(rows)
+    assert part_of_criterion(worst) == 0.9
+    assert (worst["worst_inclination_deg"], worst["worst_roll_deg"]) == (90.0, 30.0)
+    (open_,) = worst_of_attitudes([*rows, ((60.0, 0.0), [entry(None)])])
+    assert open_["worst_inclination_deg"] == 60.0, "what is not determined in one attitude is not determined"

@@ -1,0 +1,89 @@
+"""The size that a map of heights must have, and what is not determined beyond its edge."""
+
+from __future__ import annotations
+
+import re
+from types import SimpleNamespace
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+
+import flight
+from fragfield.case import load_case
+from fragfield.case.conversion.stages import flight_arguments
+from fragfield.checking.check import check_report
+from fragfield.hazard.map_edge import _ELEVATIONS, _range, beyond_map_words
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from fragfield.case import Case
+
+CASE = """
+[burst]
+cell_size = "12 mm"
+[[round]]
+name = "shell"
+profile = "m107"
+explosive = "tnt"
+casing = "steel_m107"
+attitude = "upright"
+base = "ground"
+[flight.ground]
+map = "level.asc"
+ricochet = "none"
+"""
+SITE = '[site]\nlatitude = "52 deg"\nlongitude = "7 deg"\nbearing = "90 deg"\n'
+
+
+def read(folder: Path, half: float, more: str = "") -> Case:
+    """The case on a level map of this half-width (m), which reaches 100 m farther west."""
+    columns, rows = round(half / 50.0) * 2 + 3, round(half / 50.0) * 2 + 1
+    head = f"ncols {columns}\nnrows {rows}\nxllcenter {-half - 100.0}\nyllcenter {-half}\ncellsize 50\n"
+    (folder / "level.asc").write_text(head + "\n".join([" ".join(["0"] * columns)] * rows) + "\n")
+    (folder / "case.toml").write_text(more + CASE)
+    return load_case(folder / "case.toml")
+
+
+def test_the_farthest_throw_is_that_of_the_flight(tmp_path: Path) -> None:
+    case = read(tmp_path, 500.0)
+    mass, speed = np.array([0.002, 0.05, 0.4]), np.array([1500.0, 1200.0, 900.0])
+    level = np.stack([np.cos(_ELEVATIONS), 0.0 * _ELEVATIONS, np.sin(_ELEVATIONS)], axis=1)
+    farthest = _range(case, mass, speed)
+    for one in range(3):
+        shots = flight.Fragments.from_arrays(
+            mass[one], (0.0, 0.0, 0.0), speed[one] * level, shape_factor=case.flight.shape_factor
+        )
+        arguments = {**flight_arguments(case), "ground": 0.0, "sample": 0}
+        flown = flight.fly(shots, **arguments).landing["distance"].max()
+        assert farthest[one] == pytest.approx(flown, rel=0.01)
+
+
+def test_check_names_the_size_that_a_map_must_have(tmp_path: Path) -> None:
+    words = [one for one in check_report(read(tmp_path, 500.0, SITE))["warnings"] if "flight.ground.map" in one]
+    assert len(words) == 1
+    assert "ends 500 m from the rounds (bearing 90° (E))" in words[0]
+    found = re.search(r"about (\d+) m.* from (-\d+) to (\d+) m along x", words[0])
+    throw, low, high = map(float, found.groups())
+    assert 500.0 < throw <= high == -low < throw + 50.0
+    large = check_report(read(tmp_path, high, SITE))["warnings"]
+    assert not any("flight.ground.map" in one for one in large), "a map of the size that is named is large enough"
+
+
+def test_a_distance_beyond_the_map_is_not_determined(tmp_path: Path) -> None:
+    case = read(tmp_path, 100.0, SITE)
+    azimuth = np.arange(0.0, 360.0, 90.0)
+
+    def words(distance: list[float], upper: list[float], direction: float | None = 0.0) -> str:
+        found = SimpleNamespace(by_direction=np.array(distance), upper_by_direction=np.array(upper),
+                                azimuth=azimuth[: len(distance)], direction=direction)  # fmt: skip
+        return beyond_map_words(case, found)
+
+    assert words([90.0, 80.0, 150.0, 90.0], [99.0, 90.0, 190.0, 99.0]) == "", "to the west it reaches 200 m"
+    assert "it would be 103 m, bearing 0° (N), and the map ends 100 m from the rounds" in words(
+        [90.0, 95.0, 150.0, 90.0], [99.0, 103.0, 190.0, 99.0]
+    )
+    assert "would be 130 m, bearing 180° (S)" in words([90.0, 80.0, 150.0, 130.0], [np.nan] * 4)
+    assert words([99.0], [np.nan], None) == ""
+    assert "would be 101 m, and the map ends 100 m" in words([95.0], [101.0], None)

@@ -1,0 +1,128 @@
+"""The dimensioned drawing of a round: its numbers against closed forms and the contour, its files, and refusals."""
+
+from __future__ import annotations
+
+import math
+import subprocess
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import fragfield
+from burst_fenicsx.geometry import profile_from_table
+from fragfield.case.conversion.burst import burst_rounds
+from fragfield.errors import InputError
+from fragfield.report.figures.drawing import drawing_style
+from fragfield.report.figures.round_drawing import centre_of_mass, draw_round, round_masses
+from tests.fragfield.short_run import command, environment
+
+CASES = Path(__file__).resolve().parents[2] / "cases"
+CASE = """
+[burst]
+cell_size = "20 mm"
+[[round]]
+name = "first"
+explosive = "tnt"
+casing = "steel_m107"
+profile = "tube"
+position = ["0 m", "0 m", "1 m"]
+"""
+
+
+def m107():
+    return burst_rounds(fragfield.Case.from_toml(CASES / "m107_tnt.toml").values)[0]
+
+
+def words_of(item) -> list[str]:
+    with drawing_style():
+        return [text.get_text().replace("\n", " ") for text in draw_round(item).axes[0].texts]
+
+
+def test_centre_of_mass_of_a_solid_cylinder_with_a_charge_in_half_of_it():
+    """Casing of L and R about a charge from L/2 to the base: first moments of two cylinders, over their masses."""
+    table = {
+        "unit": "mm", "outer": {"points": [[0, 50], [400, 50]]}, "cavity": {"points": [[200, 30], [400, 30]]},
+        "charge": {"front": 200},
+    }  # fmt: skip
+    item = replace(m107(), profile=profile_from_table(table, where="test"))
+    steel, fill = item.casing.density, item.explosive.density
+    whole, hole = math.pi * 0.05**2 * 0.4, math.pi * 0.03**2 * 0.2
+    mass = steel * (whole - hole) + fill * hole
+    assert sum(round_masses(item).values()) == pytest.approx(mass, rel=1e-9)
+    moment = steel * (whole * 0.2 - hole * 0.3) + fill * hole * 0.3
+    assert centre_of_mass(item) == pytest.approx(moment / mass, rel=1e-9)
+
+
+def test_centre_of_mass_of_a_cone_lies_at_three_quarters_of_its_height():
+    """A cone of steel from a nose of nearly no radius, with a charge too thin to matter."""
+    table = {
+        "unit": "mm", "outer": {"points": [[0, 0.001], [400, 80]]}, "cavity": {"points": [[100, 0.01], [399, 0.01]]},
+        "charge": {"front": 100},
+    }  # fmt: skip
+    item = replace(m107(), profile=profile_from_table(table, where="test"))
+    assert centre_of_mass(item) == pytest.approx(0.3, rel=1e-4)
+
+
+def test_drawing_names_lengths_diameters_walls_and_masses():
+    item = m107()
+    words = words_of(item)
+    section = item.profile.section(np.linspace(0.0, item.profile.length, 2001))
+    assert f"length {1e3 * item.profile.length:.1f}" in words
+    assert f"⌀ {2e3 * section.outer_radius.max():.0f}" in words
+    assert f"charge ⌀ {2e3 * section.charge_radius.max():.0f}" in words
+    assert {"fuze", "charge"} <= set(words)
+    for segment in item.profile.segments:
+        assert f"{segment.name} {1e3 * (segment.end - segment.start):.1f}" in words
+    walls = [text.split() for text in words if text.startswith("wall ")]
+    assert len(walls) >= 3
+    for _, wall, _, station in walls:
+        computed = item.profile.section(1e-3 * float(station)).wall
+        assert float(wall) == pytest.approx(1e3 * computed, abs=0.11)
+    assert f"centre of mass {1e3 * centre_of_mass(item):.1f}" in words
+    assert any("casing 34.53 kg (steel_m107), charge 6.863 kg" in text for text in words)
+
+
+def test_labels_do_not_cover_each_other():
+    """Boxes of all texts beside the round, as drawn."""
+    with drawing_style():
+        figure = draw_round(m107())
+        renderer = figure.canvas.get_renderer()
+        boxes = [text.get_window_extent(renderer) for text in figure.axes[0].texts if text.get_text()]
+    for index, box in enumerate(boxes):
+        assert not any(box.overlaps(other) for other in boxes[index + 1 :])
+
+
+@pytest.mark.parametrize("kind", ["svg", "png"])
+def test_check_writes_the_drawing_before_anything_is_computed(tmp_path, kind):
+    case = tmp_path / "case.toml"
+    case.write_text(CASE)
+    target = tmp_path / f"round.{kind}"
+    done = subprocess.run(
+        command("check", case, "--drawing", target), capture_output=True, text=True, env=environment(), timeout=120,
+        check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert f"drawing: {target}" in done.stdout.replace("\n", "")
+    assert target.read_bytes().startswith(b"\x89PNG" if kind == "png" else b"<?xml")
+
+
+def test_different_rounds_have_a_drawing_each_and_alike_ones_share_it(tmp_path):
+    case = tmp_path / "case.toml"
+    second = CASE.partition("[[round]]")[2].replace("first", "second").replace('"0 m", "0 m"', '"1 m", "0 m"')
+    third = second.replace("second", "third").replace("tube", "m107").replace('"1 m", "0 m"', '"2 m", "0 m"')
+    case.write_text(f"{CASE}\n[[round]]{second}\n[[round]]{third}")
+    written = fragfield.check(case).draw(tmp_path / "round.svg")
+    assert [path.name for path in written] == ["round_1.svg", "round_2.svg"]
+    assert len({path.read_bytes() for path in written}) == 2
+
+
+def test_other_files_and_rounds_without_a_contour_are_refused(tmp_path):
+    case = tmp_path / "case.toml"
+    case.write_text(CASE)
+    found = fragfield.check(case)
+    with pytest.raises(InputError, match=r"--drawing: found round\.pdf; allowed: a name that ends in \.svg or \.png"):
+        found.draw(tmp_path / "round.pdf")
+    with pytest.raises(InputError, match=r'round "shell": found mesh = .*allowed for a drawing: a profile'):
+        draw_round(replace(m107(), profile=None, mesh_file=tmp_path / "round.msh"))
