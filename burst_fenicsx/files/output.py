@@ -204,10 +204,11 @@ class TimeSeries:
                 self._times.append(float(time))
                 self._grids.append(self._grid(float(time), where))
                 self._nodes = len(step["position"])
-                self._names = tuple(  # type: ignore[assignment]
+                point, cell = (
                     tuple(sorted(key.split("/", 1)[1] for key in where if key.startswith(centre + "/")))
                     for centre in ("point", "cell")
                 )
+                self._names = point, cell
                 self._last = {key: item for key, item in where.items() if item[1].dtype.kind == "i"}
 
     def _known(self, key: str, data: h5py.Dataset) -> tuple[str, Any]:
