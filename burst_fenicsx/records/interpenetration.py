@@ -13,6 +13,7 @@ from burst_fenicsx.contact.surfaces import outward_sides
 from burst_fenicsx.contact.torn_faces import sides_beside
 from burst_fenicsx.errors import NumericalStop
 from burst_fenicsx.kernels.contact.search import Bodies, find_candidates
+from burst_fenicsx.kernels.geometry.faces import TENSOR_ORDER
 from burst_fenicsx.problem import Part
 from burst_fenicsx.records.within_rounds import CasingRadii, hold
 
@@ -30,7 +31,6 @@ LARGEST_FRACTION = 0.01
 
 _BEHIND_PLANE = 0.01  # of the cell size: a node less deep than this behind a plane is in contact with it, not beyond
 _OVERLAP = 0.05  # of the cell size: a node less deep than this in a cell of another round is in contact with it
-_VTK = [0, 1, 3, 2, 4, 5, 7, 6]  # nodes in tensor-product order, in that of `FACES`
 _BOXES = 1000  # of cells from which the edge of the search's grid is taken
 
 _log = logging.getLogger(__name__)
@@ -245,7 +245,7 @@ class InterpenetrationCheck:
             cell = rows[candidate[first[point] + k]]
             counts = ~self._charge[cell] | enclosed[point, fields.mesh.round[cell]]
             point, cell = point[counts], cell[counts]
-            corner = position[fields.mesh.dofmap[cell][:, _VTK]]
+            corner = position[fields.mesh.dofmap[cell][:, TENSOR_ORDER]]
             held[point] = hold(corner, points[point], outward[cell], self._overlap)
         return held
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from burst_fenicsx.kernels.geometry.faces import FACES
+from burst_fenicsx.kernels.geometry.faces import FACES, area_vectors
 from burst_fenicsx.meshing.placement import frame
 
 if TYPE_CHECKING:
@@ -89,8 +89,8 @@ def hold(corner: np.ndarray, points: np.ndarray, outward: np.ndarray, overlap: f
     """
     centre = np.stack([corner[:, face].mean(axis=1) for face in FACES], axis=1)
     held = np.ones(len(points), dtype=bool)
-    for side, (a, b, c, d) in enumerate(FACES):
-        normal = np.cross(corner[:, c] - corner[:, a], corner[:, d] - corner[:, b])
+    for side, face in enumerate(FACES):
+        normal = area_vectors(corner[:, face])
         normal /= np.maximum(np.sqrt((normal**2).sum(axis=1)), 1e-300)[:, None]
         width = np.sqrt(((centre[:, side] - centre[:, _OPPOSITE[side]]) ** 2).sum(axis=1))
         needed = np.where(outward[:, side], np.minimum(overlap, _MOST_OVERLAP * width), 0.0)
