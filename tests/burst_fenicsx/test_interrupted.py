@@ -8,7 +8,6 @@ import signal
 from dataclasses import replace
 
 import h5py
-import numpy as np
 import pytest
 
 pytest.importorskip("dolfinx")
