@@ -22,8 +22,6 @@ __all__ = [
     "create_hexahedral_mesh",
     "create_quadrilateral_mesh",
     "geometry_dofmap",
-    "index_map",
-    "meshtags",
     "quadrature_space",
     "renumber_nodes",
     "renumbered_map",
@@ -269,7 +267,7 @@ def renumber_nodes(domain: Any, number: np.ndarray) -> Any:
     old = geometry._cpp_object
     given = np.empty(len(number), dtype=np.int64)
     given[number] = geometry.input_global_indices
-    element = old.cmaps[0] if hasattr(old, "cmaps") else old.cmap
+    element = old.cmap if hasattr(old, "cmap") else old.cmaps[0]
     new = cpp.mesh.Geometry_float64(geometry.index_map(), dofmap, element, place, given)
     created = cpp.mesh.Mesh_float64(domain.comm, domain.topology._cpp_object, new)
     return mesh.Mesh(created, domain.ufl_domain())
@@ -316,14 +314,8 @@ def renumbered_space(space: Any, index_map: Any, dofmap: np.ndarray) -> Any:
     dofs = cpp.graph.AdjacencyList_int32(np.ascontiguousarray(dofmap, dtype=np.int32).reshape(-1), offsets)
     layout, block = old.dofmap.dof_layout, old.dofmap.index_map_bs
     own = cpp.fem.DofMap(layout, index_map, block, dofs, old.dofmap.bs)
-    shape = (list(old.value_shape),) if hasattr(old, "value_shape") else ()  # 0.9 asks for it
+    shape = ([int(size) for size in old.value_shape],) if _MODERN and _VERSION < (0, 10) else ()
     return fem.FunctionSpace(space.mesh, space.ufl_element(), type(old)(old.mesh, old.element, own, *shape))
-
-
-def index_map(function: Any) -> Any:
-    """Index map of a function's vector (blocks)."""
-    vector = function.x
-    return vector.index_map if hasattr(vector, "index_map") else vector.map
 
 
 def add_to_owners(function: Any) -> None:
@@ -337,11 +329,3 @@ def add_to_owners(function: Any) -> None:
 def send_to_ghosts(function: Any) -> None:
     """Copy the owners' values to the ghosts (forward scatter)."""
     function.x.scatter_forward()
-
-
-def meshtags(domain: Any, cells: np.ndarray, values: np.ndarray) -> Any:
-    """Tags of cells; `cells` need not be sorted."""
-    order = np.argsort(cells, kind="stable")
-    return mesh.meshtags(
-        domain, domain.topology.dim, cells[order].astype(np.int32), np.ascontiguousarray(values[order], dtype=np.int32)
-    )

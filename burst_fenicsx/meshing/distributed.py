@@ -1,4 +1,4 @@
-"""A hexahedral mesh handed to dolfinx and spread over the ranks, its cells named by tags."""
+"""A hexahedral mesh handed to dolfinx and spread over the ranks."""
 
 from __future__ import annotations
 
@@ -66,13 +66,6 @@ class DistributedMesh:
     def cells(self) -> int:
         """Cells that this rank owns."""
         return len(self.dofmap)
-
-    @cached_property
-    def tags(self) -> dict[str, Any]:
-        """Tags of dolfinx's cells by "part", "round" and "segment" (segment + 1, 0 for none)."""
-        names = {"part": self.part, "round": self.round, "segment": self.segment + 1}
-        every, row = np.arange(self.cells), self.row[: self.cells]
-        return {name: compat.meshtags(self.domain, every, values[row]) for name, values in names.items()}
 
     @cached_property
     def vector_space(self) -> Any:  # noqa: ANN401 - dolfinx's class
