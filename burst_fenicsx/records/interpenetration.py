@@ -234,7 +234,7 @@ class InterpenetrationCheck:
         fields, position = self._fields, self._fields.nodes.position
         reached = (boxes[:, :3] <= points.max(axis=0, initial=-np.inf)).all(axis=1)
         reached &= (boxes[:, 3:] >= points.min(axis=0, initial=np.inf)).all(axis=1)
-        rows = np.flatnonzero(reached & ~fields.released & ~fields.folded())
+        rows = np.flatnonzero(reached & ~fields.eroded & ~fields.folded())
         if not len(rows):
             return held
         first, candidate = self._candidates(points, rounds, rows, boxes[rows])
