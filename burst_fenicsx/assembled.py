@@ -26,8 +26,8 @@ from burst_fenicsx.meshing.partition import partition
 from burst_fenicsx.meshing.split import split_charges
 from burst_fenicsx.problem import BurstSettings, Part, Round
 from burst_fenicsx.records.exposure import ShockExposures
+from burst_fenicsx.records.interpenetration import InterpenetrationCheck
 from burst_fenicsx.records.measures import Measures
-from burst_fenicsx.records.passage import Passage
 from burst_fenicsx.records.surfaces import radial_surfaces
 from burst_fenicsx.symmetry import smallest_part
 from burst_fenicsx.symmetry.completion import Completion
@@ -53,7 +53,7 @@ class AssembledBurst:
     part, rounds, settings : what of the arrangement is computed, its rounds, and the settings with its planes.
     mesh, quality, surfaces : of all ranks. fuze_density : of each round (kg/m3).
     fields, contact, initiation, leakage, ledger, solver : the state, what acts on it, its sums and what steps it.
-    exposures, measures, passage, completion : what looks at it, and what adds the rounds that planes mirror.
+    exposures, measures, interpenetration, completion : what looks at it, and what adds the rounds that planes mirror.
     """
 
     geometry = "3d"
@@ -90,7 +90,7 @@ class AssembledBurst:
             images=self.part.images,
             weight=self.mesh.node_weight,
         )
-        self.passage = self._make_passage()
+        self.interpenetration = self._make_interpenetration()
 
     def _find_part(self, rounds: Sequence[Round], settings: BurstSettings) -> SymmetricPart:
         """What of the arrangement is computed."""
@@ -159,9 +159,9 @@ class AssembledBurst:
             holds=self._holds(),
         )
 
-    def _make_passage(self) -> Passage:
+    def _make_interpenetration(self) -> InterpenetrationCheck:
         """What finds metal that has passed through planes or into other rounds."""
-        return Passage(
+        return InterpenetrationCheck(
             self.mesh,
             self.fields,
             self.rounds,

@@ -121,8 +121,8 @@ class Simulation(AssembledBurst):
         """Go on from the checkpoint."""
         records = read_checkpoint(self.checkpoint_path, self.solver, self.key)
         self.radii = list(zip(*(records[name] for name in _RADII), strict=True))
-        self.passage.largest = records["passed_through"]
-        self.exposures.restore(records)
+        self.interpenetration.largest = records["passed_through"]
+        self.exposures.values[:] = records["exposure"]
         complete = float(records["acceleration_complete"])
         self.acceleration_complete = complete if np.isfinite(complete) else None
         self._resumed_at = self.solver.time
@@ -225,7 +225,7 @@ class Simulation(AssembledBurst):
             self._turn_stress(cells)
             if not self._series.times or self.solver.time > self._series.times[-1]:
                 self._writing.begin(partial(self._write_series, self._series, self.solver.time, points, cells))
-        self.passage.check(self.solver.time)
+        self.interpenetration.check(self.solver.time)
         due = self.comm.bcast(clock.perf_counter() - self._checkpoint_at >= _CHECKPOINT_SECONDS)  # by rank 0's clock
         if self.solver.time > 0.0 and due:
             self._write_checkpoint()
@@ -248,10 +248,9 @@ class Simulation(AssembledBurst):
         self._writing.wait()  # whoever resumes from here needs the outputs before it
         self._checkpoint_at = clock.perf_counter()
         records = {name: np.array(column) for name, column in zip(_RADII, zip(*self.radii, strict=True), strict=True)}
-        records["passed_through"] = self.passage.largest
+        records["passed_through"] = self.interpenetration.largest
         records["acceleration_complete"] = np.array(self.acceleration_complete or np.nan)
-        if self.exposures.any:
-            records |= self.exposures.arrays()
+        records["exposure"] = self.exposures.values
         write_checkpoint(self.checkpoint_path, self.solver, self.provenance, self.key, records)
 
     def _report_progress(self, end: float, began: float) -> None:
@@ -287,7 +286,7 @@ class Simulation(AssembledBurst):
         self._place(nodes)
         history = whole.history(self.ledger.columns())
         summary = self._summary(along, [record.charge_mass for record in records])
-        self.passage.log_result(summary["contact"], summary["folded_casing_mass"])
+        self.interpenetration.log_result(summary["contact"], summary["folded_casing_mass"])
         self._warn_of_contact()
         if self.comm.rank == 0:
             names = whole.names

@@ -49,6 +49,7 @@ class CollidingSurfaces(NodeContact):
     ----------
     state : the kernels' arrays.
     searches : how many have been made. near_faces : brings what they need from other ranks.
+    searched_at : places (surface nodes, 3) in m at the last search, of the nodes that are here; none before the first.
     travel : how far surfaces may have approached each other since (m).
     """
 
@@ -83,7 +84,7 @@ class CollidingSurfaces(NodeContact):
         self._position, self._velocity = np.zeros((count, 3)), np.zeros((count, 3))
         self._sums = np.zeros((count, 4))
         self._mass = self._everywhere(fields.mass[:, None])[:, 0]
-        self._searched_at = np.zeros((0, 3))
+        self.searched_at = np.zeros((0, 3))
         self.travel = np.inf
         self.state: Collisions = self._make_state(np.zeros((count, 3)))
         self._near_rows = self._near_local = np.zeros(0, dtype=np.int32)
@@ -172,16 +173,9 @@ class CollidingSurfaces(NodeContact):
         position[self._known_rows] = self._fields.nodes.position[self._known_local]
         self.search_from(position)
 
-    @property
-    def searched_at(self) -> np.ndarray:
-        """Places (surface nodes, 3) in m at the last search, none before the first; collective."""
-        if self._comm.size == 1 or not len(self._searched_at):
-            return self._searched_at
-        return self.own_everywhere(self._searched_at)
-
     def search_from(self, position: np.ndarray) -> None:
         """Search with this rank's surface nodes at `position` (surface nodes, 3) in m; collective."""
-        self._searched_at = position
+        self.searched_at = position
         self.searches += 1
         self.travel = 0.0
         surfaces, bodies = self.surfaces, self._bodies

@@ -183,10 +183,9 @@ class ContactForces:
         return {"force": self.force}
 
     def restore_forces(self, forces: Mapping[str, np.ndarray]) -> None:
-        """Take over what `forces` gave, (nodes of the whole mesh, 3)."""
-        own = self.mesh.owned_nodes
+        """Take over what `forces` gave."""
         for name, values in self.forces.items():
-            values[:own] = forces[name][self.mesh.node[:own]]
+            values[:] = forces[name]
         self._pushed = self._any_of(self._always, np.flatnonzero(self.force.any(axis=1)))
 
     @property

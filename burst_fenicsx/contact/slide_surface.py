@@ -11,6 +11,7 @@ from scipy.sparse.csgraph import connected_components
 from burst_fenicsx.kernels.constants import SMOOTH
 from burst_fenicsx.kernels.contact.slide_points import SlideSurface
 from burst_fenicsx.kernels.contact.sliding import SlideContacts
+from burst_fenicsx.kernels.geometry.faces import area_vectors
 from burst_fenicsx.kernels.geometry.smooth_faces import group_faces
 from burst_fenicsx.meshing.faces import outer_faces
 from burst_fenicsx.problem import Part
@@ -38,8 +39,7 @@ def interface_faces(mesh: HexahedralMesh) -> tuple[np.ndarray, np.ndarray, int]:
 
 
 def _normals(nodes: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    corner = nodes[faces]
-    normal = np.cross(corner[:, 2] - corner[:, 0], corner[:, 3] - corner[:, 1])
+    normal = area_vectors(nodes[faces])
     unit: np.ndarray = normal / np.linalg.norm(normal, axis=1)[:, None]
     return unit
 

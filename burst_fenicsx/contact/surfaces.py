@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from burst_fenicsx.kernels.geometry.faces import FACES
+from burst_fenicsx.kernels.geometry.faces import FACES, area_vectors
 from burst_fenicsx.meshing.faces import outer_faces
 from burst_fenicsx.problem import Part
 
@@ -89,7 +89,7 @@ def contact_surfaces(mesh: HexahedralMesh) -> ContactSurfaces:
         node_body[numbered[: len(all_faces), corner]] = face_body
     face_body = np.concatenate([face_body, (2 * mesh.round[of_layers]).astype(np.int32)])
     at = mesh.nodes[node][numbered]
-    area = 0.5 * np.linalg.norm(np.cross(at[:, 2] - at[:, 0], at[:, 3] - at[:, 1]), axis=1)
+    area = np.linalg.norm(area_vectors(at), axis=1)
     return ContactSurfaces(
         node,
         numbered,

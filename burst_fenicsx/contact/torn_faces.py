@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from burst_fenicsx.contact.surfaces import outward_sides
-from burst_fenicsx.kernels.geometry.faces import FACES
+from burst_fenicsx.kernels.geometry.faces import FACES, area_vectors
 from burst_fenicsx.problem import Part
 
 if TYPE_CHECKING:
@@ -51,7 +51,7 @@ class TornFaces:
         nodes = np.concatenate([nodes, mesh.cells[behind[:, None], FACES[back][:, ::-1]]])
         cell = np.concatenate([cell, of_charge])
         at = mesh.nodes[nodes]
-        area = 0.5 * np.linalg.norm(np.cross(at[:, 2] - at[:, 0], at[:, 3] - at[:, 1]), axis=1)
+        area = np.linalg.norm(area_vectors(at), axis=1)
         before = self._surfaces
         return replace(
             before,

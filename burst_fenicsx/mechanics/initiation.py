@@ -12,7 +12,7 @@ the cell size.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from mpi4py import MPI
@@ -148,29 +148,16 @@ class ShockInitiations:
         charge.compression_from[cells] = np.minimum(charge.compression_from[cells], earliest)
 
     def arrays(self) -> dict[str, np.ndarray]:
-        """What a checkpoint keeps, on rank 0, and nothing elsewhere; collective."""
-        mesh = self._fields.mesh
-        held = np.full(mesh.cells, _BELOW)
-        held[self._cell] = self.held
-        gathered = {
-            "held": mesh.gather_cells(held),
-            "ignition_time": mesh.gather_cells(self._fields.charge.ignition_time),
-            "compression_from": mesh.gather_cells(self._fields.charge.compression_from),
-        }
-        if mesh.comm.rank != 0:
-            return {}
+        """What a checkpoint keeps of this rank besides the times of the charge's cells."""
         rows = [(one.time, one.cell, *one.place) if one else (np.inf, -1, 0.0, 0.0, 0.0) for one in self.sources]
-        return {**{name: values for name, values in gathered.items() if values is not None}, "sources": np.array(rows)}
+        return {"held": self.held, "sources": np.array(rows)}
 
-    def restore(self, arrays: Mapping[str, Any]) -> None:
-        """Go on from what `arrays` gave, on any number of ranks; whether anything waits shows at the next update."""
-        mesh, charge = self._fields.mesh, self._fields.charge
-        self.held[:] = arrays["held"][()][mesh.cell][self._cell]
-        charge.ignition_time[:] = arrays["ignition_time"][()][mesh.cell]
-        charge.compression_from[:] = arrays["compression_from"][()][mesh.cell]
+    def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
+        """Go on from what `arrays` gave; whether anything waits shows at the next update."""
+        self.held[:] = arrays["held"]
         self.sources = [
             Source(float(row[0]), int(row[1]), _place(row[2:])) if np.isfinite(row[0]) else None
-            for row in arrays["sources"][()]
+            for row in arrays["sources"]
         ]
         self.waiting = True
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from burst_fenicsx import compat
+from burst_fenicsx.kernels.geometry.faces import TENSOR_ORDER
 from burst_fenicsx.kernels.vectors.rows import place_rows
 
 if TYPE_CHECKING:
@@ -19,7 +20,6 @@ if TYPE_CHECKING:
 __all__ = ["DistributedMesh", "distribute"]
 
 _MOST_SPREAD = 2.0  # of the span of a cell's nodes over that in dolfinx's order: beyond it dolfinx's is taken
-_TO_TENSOR = [0, 1, 3, 2, 4, 5, 7, 6]  # VTK order to tensor-product order; its own inverse
 
 
 @dataclass(frozen=True)
@@ -124,7 +124,7 @@ def distribute(
     if comm.rank == 0:
         assert mesh is not None
         count = len(mesh.cells)
-        cells, nodes = mesh.cells[:, _TO_TENSOR], mesh.nodes
+        cells, nodes = mesh.cells[:, TENSOR_ORDER], mesh.nodes
         if destination is None:
             destination = (np.arange(count, dtype=np.int64) * comm.size // max(count, 1)).astype(np.int32)
         names = (mesh.part, mesh.round, mesh.segment, mesh.station)

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import io
-import json
-import math
-from dataclasses import dataclass
+import zipfile
 from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -28,7 +26,6 @@ if TYPE_CHECKING:
 
 __all__ = ["GROUPS", "WALL_PIECES", "read_gmsh"]
 
-Number = TypeVar("Number", np.float64, np.int64)
 GROUPS = {"casing": Part.CASING, "charge": Part.CHARGE, "fuze": Part.FUZE}
 REQUIRED = ("casing", "charge")
 WALL_PIECES = 4  # automatic segments along the charge
@@ -36,7 +33,6 @@ LARGEST_OFFSET = 0.05  # of the casing's centre from the axis, over the largest 
 _SMALLEST, _LARGEST = 1e-3, 20.0  # m
 _MOST_CELLS = 50_000_000
 _MOST_BYTES = 1 << 34
-FLAT = ("vertex", "line", "triangle", "quad")
 
 
 def read_gmsh(
@@ -134,39 +130,57 @@ def read_gmsh(
 def _read(path: Path) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.int32]]:
     """Return points, hexahedra and their parts, in the file's order and unit."""
     content = _parse(path)
-    names = {tag: name for name, (tag, dimension) in content.names.items() if dimension == 3}
+    names = dict(zip(content["tags"].tolist(), content["names"].tolist(), strict=True))
     for name in names.values():
         if name not in GROUPS:
             raise InputError(f"{path}: physical volume '{name}' is unknown; {nearest_name(name, GROUPS)}")
-    cells: list[NDArray[np.int64]] = []
-    parts: list[NDArray[np.int32]] = []
-    for kind, data, tag in content.blocks:
-        if kind.rstrip("0123456789") in FLAT:
-            continue
-        group = ["none"]
-        if tag is not None:
-            group = sorted({names.get(int(value), "none") for value in np.unique(tag)})
+    cells = [np.zeros((0, 8), dtype=np.int64)]
+    parts = [np.zeros(0, dtype=np.int32)]
+    for key in [key for key in content if key.startswith("kind_")]:
+        kind, number = str(content[key]), key.removeprefix("kind_")
+        block, group = content[f"cells_{number}"], content[f"groups_{number}"]
+        groups = sorted({names.get(value, "none") for value in np.unique(group).tolist()})
         if kind != "hexahedron":
             raise InputError(
-                f"{path}: {len(data)} cells of type '{kind}' in group '{', '.join(group)}'; "
+                f"{path}: {len(block)} cells of type '{kind}' in group '{', '.join(groups)}'; "
                 "only linear hexahedra (8 nodes) are allowed"
             )
-        if "none" in group:
+        if "none" in groups:
             raise InputError(
-                f"{path}: {len(data)} hexahedra hold cells of no physical volume; "
+                f"{path}: {len(block)} hexahedra hold cells of no physical volume; "
                 f"every cell must belong to one of {', '.join(GROUPS)}"
             )
-        assert tag is not None
-        cells.append(data)
-        parts.append(np.array([GROUPS[names[int(value)]] for value in tag], dtype=np.int32))
-    found = np.concatenate(parts) if parts else np.empty(0, dtype=np.int32)
+        cells.append(block)
+        parts.append(np.array([GROUPS[names[value]] for value in group.tolist()], dtype=np.int32))
+    part = np.concatenate(parts)
     for name in REQUIRED:
-        if not np.any(found == GROUPS[name]):
+        if not np.any(part == GROUPS[name]):
             present = ", ".join(f"'{other}'" for other in names.values()) or "none"
             raise InputError(
                 f"{path}: no hexahedra in a physical volume '{name}'; found {present}; needed: casing and charge"
             )
-    return content.points, np.concatenate(cells), found
+    return content["points"], np.concatenate(cells), part
+
+
+def _parse(path: Path) -> dict[str, NDArray[Any]]:
+    """What a file holds, as `gmsh_parse` gives it."""
+    if not path.is_file():
+        raise InputError(f"{path}: there is no such mesh file")
+    if path.stat().st_size > _MOST_BYTES:
+        raise InputError(f"{path}: {path.stat().st_size} bytes; at most {_MOST_BYTES} are allowed")
+    if path.suffix.lower() != ".msh":
+        raise InputError(f"{path}: '{path.suffix}' is not a gmsh mesh; a file that ends in .msh is expected")
+    done = run_script(Path(__file__).with_name("gmsh_parse.py"), str(path))
+    words = done.stderr.decode("utf-8", "replace").strip().splitlines()
+    why = f"its reader ended: {words[-1]}" if words else "it takes longer to read than a file of its size may"
+    try:
+        with np.load(io.BytesIO(done.stdout), allow_pickle=False) as archive:
+            content = {name: archive[name] for name in archive.files}
+    except (ValueError, OSError, zipfile.BadZipFile):
+        content = {"fault": np.array(why)}
+    if "fault" in content:
+        raise InputError(f"{path}: not a readable gmsh mesh ({content['fault']})")
+    return content
 
 
 def _check_numbers(points: NDArray[np.float64], cells: NDArray[np.int64], path: Path, unit: str) -> None:
@@ -190,50 +204,6 @@ def _check_numbers(points: NDArray[np.float64], cells: NDArray[np.int64], path: 
             f"{path}: {int((count > 1).sum())} hexahedra are there more than once; the first of them is hexahedron "
             f"{int(first[count > 1].min()) + 1} in file order (in gmsh: Coherence Mesh removes doubles)"
         )
-
-
-@dataclass(frozen=True)
-class _Content:
-    """What a file holds: nodes, tag and dimension of named groups, and blocks of cells (type, nodes, tags)."""
-
-    points: NDArray[np.float64]
-    names: dict[str, tuple[int, int]]
-    blocks: list[tuple[str, NDArray[np.int64], NDArray[np.int64] | None]]
-
-
-def _parse(path: Path) -> _Content:
-    if not path.is_file():
-        raise InputError(f"{path}: there is no such mesh file")
-    if path.stat().st_size > _MOST_BYTES:
-        raise InputError(f"{path}: {path.stat().st_size} bytes; at most {_MOST_BYTES} are allowed")
-    if path.suffix.lower() != ".msh":
-        raise InputError(f"{path}: '{path.suffix}' is not a gmsh mesh; a file that ends in .msh is expected")
-    done = run_script(Path(__file__).with_name("gmsh_parse.py"), str(path))
-    try:
-        stream = io.BytesIO(done.stdout)
-        head = json.loads(stream.readline())
-        if "fault" in head:
-            raise InputError(f"{path}: not a readable gmsh mesh ({head['fault']})")
-        shapes = iter(head["shapes"])
-
-        def read(kind: type[Number]) -> NDArray[Number]:
-            shape = next(shapes)
-            return np.frombuffer(stream.read(8 * math.prod(shape)), dtype=kind).reshape(shape)
-
-        points = read(np.float64)
-        blocks = [
-            (str(kind), read(np.int64), read(np.int64) if tagged else None)
-            for kind, tagged in zip(head["blocks"], head["tagged"], strict=True)
-        ]
-    except (ValueError, KeyError) as error:
-        if isinstance(error, InputError):
-            raise
-        words = done.stderr.decode("utf-8", "replace").strip().splitlines()
-        why = f"its reader ended: {words[-1]}" if words else "it takes longer to read than a file of its size may"
-        raise InputError(f"{path}: not a readable gmsh mesh ({why})") from None
-    if points.ndim != 2 or points.shape[1] < 3:
-        raise InputError(f"{path}: not a readable gmsh mesh (its nodes are an array of shape {points.shape})")
-    return _Content(points[:, :3], {name: (tag, dimension) for name, (tag, dimension) in head["names"].items()}, blocks)
 
 
 def _group(part: int) -> str:

@@ -21,7 +21,7 @@ from burst_fenicsx.kernels.lanes import kernel
 from burst_fenicsx.problem import Part
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Sequence
 
     from numpy.typing import NDArray
 
@@ -147,19 +147,6 @@ class ShockExposures:
             floor=float(self._floors[index]),
             resolved_cell=float(_LONGEST_FRONT * held * speed / _FRONT_CELLS),
         )
-
-    def arrays(self) -> dict[str, np.ndarray]:
-        """What a checkpoint keeps: values of all cells, on rank 0; nothing elsewhere. Collective."""
-        mesh = self._fields.mesh
-        everywhere = np.zeros((mesh.cells, len(COLUMNS)))
-        everywhere[self._cell] = self.values
-        gathered = mesh.gather_cells(everywhere)
-        return {} if gathered is None else {"exposure": gathered}
-
-    def restore(self, records: Mapping[str, np.ndarray]) -> None:
-        """Go on from what `arrays` gave, on any number of ranks."""
-        if "exposure" in records:
-            self.values[:] = records["exposure"][self._fields.mesh.cell][self._cell]
 
 
 def verdict(exposure: Exposure, critical: tuple[float, float] | None, cell_size: float) -> dict[str, Any]:

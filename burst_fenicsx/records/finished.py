@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from burst_fenicsx.problem import BurstSettings, Round
     from burst_fenicsx.records.clocks import Clocks
     from burst_fenicsx.records.exposure import ShockExposures
+    from burst_fenicsx.records.interpenetration import InterpenetrationCheck
     from burst_fenicsx.records.measures import Measures
-    from burst_fenicsx.records.passage import Passage
     from burst_fenicsx.records.surfaces import RadialSurfaces
     from burst_fenicsx.symmetry.completion import Completion
     from burst_fenicsx.symmetry.part import SymmetricPart
@@ -49,7 +49,7 @@ class FinishedBurst(Protocol):
     initiation: ShockInitiations | None
     exposures: ShockExposures
     measures: Measures
-    passage: Passage
+    interpenetration: InterpenetrationCheck
     clocks: Clocks
     radii: list[tuple[float, np.ndarray, np.ndarray]]
     first_cell_step_at: int

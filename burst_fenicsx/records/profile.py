@@ -84,7 +84,7 @@ def _parts(run: Simulation) -> Iterator[tuple[object, str, str]]:
     yield run, "_write_checkpoint", "files: checkpoints"
     yield run, "_record", "ledger: entries and measures"
     yield run, "_report_progress", "progress"
-    yield run.passage, "check", "search for metal that has passed through"
+    yield run.interpenetration, "check", "search for metal that has passed through"
     yield run.exposures, "update", "pressures in charges without ignition"
     # In the meridian one kernel does all of a macro step but its end: cells, nodes and slide line.
     yield solver, "advance", "macro steps, without the other parts"

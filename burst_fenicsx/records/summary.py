@@ -75,7 +75,7 @@ def burst_summary(run: FinishedBurst, along: Sequence[RoundMeasures], charge_mas
         "folded_casing_mass": distortion.folded_casing_mass,
         "released_cells": distortion.released,
         "released_casing_mass": distortion.released_casing_mass,
-        "passed_through": run.passage.summary(),
+        "passed_through": run.interpenetration.summary(),
         "energy_error": max(entry.energy_error for entry in run.ledger.entries),
         "energy_error_at_outputs": _error_at_outputs(run),
         "energy_error_at_end": last.energy_error,

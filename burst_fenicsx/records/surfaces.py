@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from burst_fenicsx.kernels.geometry.faces import area_vectors
 from burst_fenicsx.meshing.faces import outer_faces
 from burst_fenicsx.meshing.placement import frame, to_local
 from burst_fenicsx.problem import Part
@@ -116,8 +117,7 @@ def _lateral_nodes(mesh: HexahedralMesh, cells: np.ndarray, outward: np.ndarray)
     group = np.full(len(mesh.cells), -1, dtype=np.int8)
     group[cells] = 0
     faces, _, _ = outer_faces(mesh, group)
-    corner = mesh.nodes[faces]
-    normal = np.cross(corner[:, 2] - corner[:, 0], corner[:, 3] - corner[:, 1])
+    normal = area_vectors(mesh.nodes[faces])
     normal /= np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
     middle = outward[faces].mean(axis=1)
     looks_out = np.einsum("ij,ij->i", normal, middle) > LATERAL

@@ -16,8 +16,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from burst_fenicsx.geometry.clearance import Body
     from fragfield.case import Case
+    from fragfield.case.conversion.clearance import Body
     from fragfield.case.tables.plane import PlaneTable
 
 __all__ = ["arrangement", "arrangement_warnings", "image_names", "with_images"]
@@ -73,7 +73,7 @@ def arrangement(case: Case) -> dict[str, Any]:
 
 
 def _min_clearance(case: Case, bodies: Sequence[Body]) -> dict[str, Any] | None:
-    from burst_fenicsx.geometry.clearance import min_clearance
+    from fragfield.case.conversion.clearance import min_clearance
 
     found = min_clearance(bodies)
     if found is None:

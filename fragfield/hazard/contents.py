@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from burst_fenicsx.geometry import Profile
-    from burst_fenicsx.geometry.clearance import Body
     from fragfield.case import Case
+    from fragfield.case.conversion.clearance import Body
     from fragfield.case.tables.round import RoundTable
 
 __all__ = ["Contents", "contents_of", "quantity_words"]
@@ -146,7 +146,7 @@ def _on_a_line(positions: NDArray[np.float64]) -> bool:
 
 def _clearance(case: Case, profiles: Sequence[Profile]) -> float | None:
     """Smallest clear distance (m) between the rounds of a row and their images."""
-    from burst_fenicsx.geometry.clearance import min_clearance, placed_body
+    from fragfield.case.conversion.clearance import min_clearance, placed_body
 
     placed = [
         (profile, np.array(entry.position, dtype=np.float64), np.array(entry.axis, dtype=np.float64))

@@ -2,7 +2,8 @@
 
 The options are random (cells are dealt to the ranks at random), shared (charge and casing share their nodes, no
 contact), full (2x2x2 points), jwl, shock (the right tube waits for the shock of the left), symmetry (three tubes in a
-row, the left half and a quarter of the middle one computed), walls (the left tube stands on a deck and by a wall).
+row, the left half and a quarter of the middle one computed), walls (the left tube stands on a deck and by a wall),
+resume (from the checkpoint in the folder).
 """
 
 from __future__ import annotations
@@ -67,6 +68,8 @@ def tubes(folder: Path, comm: MPI.Comm, options: frozenset[str] = frozenset()) -
 def burst(folder: Path, comm: MPI.Comm, options: frozenset[str] = frozenset()) -> Simulation:
     """Burst the two tubes."""
     going = tubes(folder, comm, options)
+    if "resume" in options:
+        going.resume()
     going.run()
     return going
 

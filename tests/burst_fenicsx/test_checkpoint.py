@@ -87,7 +87,7 @@ def test_cut_off_and_foreign_files_are_refused(tmp_path, monkeypatch):
         resume()
     path.write_bytes(whole)
     with h5py.File(path, "a") as file:
-        del file["nodes/force"]
+        del file["ranks/0/nodes/force"]
     with pytest.raises(InputError, match=r"checkpoint.h5: data cut off .*force.*; delete it to start the burst"):
         resume()
     with h5py.File(path, "w") as file:

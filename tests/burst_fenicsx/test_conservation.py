@@ -143,7 +143,7 @@ def test_two_ranks_give_the_speeds_of_one(tmp_path, on_ranks):
             import numpy as np
             from mpi4py import MPI
             from burst_fenicsx import assembled, compat
-            from burst_fenicsx.meshing.distributed import _TO_TENSOR
+            from burst_fenicsx.kernels.geometry.faces import TENSOR_ORDER
             from burst_fenicsx.run_burst import simulate
             from tests.burst_fenicsx.tubes import SETTINGS, tube
 
@@ -156,7 +156,7 @@ def test_two_ranks_give_the_speeds_of_one(tmp_path, on_ranks):
                 mesh = usual(meshes)
                 owner = np.random.default_rng(0).integers(0, 2, len(mesh.cells)).astype(np.int32)
                 nothing = np.zeros((0, 8), np.int64), np.zeros((0, 3)), np.zeros(0, np.int32)
-                whole = mesh.cells[:, _TO_TENSOR], mesh.nodes, owner
+                whole = mesh.cells[:, TENSOR_ORDER], mesh.nodes, owner
                 domain = compat.create_hexahedral_mesh(comm, *(whole if comm.rank == 0 else nothing))
                 found = domain.geometry.index_map().size_global
                 assert found == len(mesh.nodes), (found, len(mesh.nodes))

@@ -60,13 +60,6 @@ def test_the_energy_of_an_impact_converges_to_p_u_tau():
     assert (fine < 0.04).all(), errors
 
 
-def test_a_checkpoint_brings_the_exposure_back():
-    _, exposures = exposed(share=0.5)
-    again = ShockExposures([waiting()], exposures._fields)
-    again.restore(exposures.arrays())
-    assert again.found() == exposures.found()
-
-
 def test_a_floor_above_the_pressure_leaves_nothing_but_the_peak():
     expected, exposures = exposed(floor=2.0 * bar.impact().pressure, share=0.5)
     (found,) = exposures.found()

@@ -6,10 +6,8 @@ import os
 import shutil
 import signal
 from dataclasses import replace
-from types import SimpleNamespace
 
 import h5py
-import numpy as np
 import pytest
 
 pytest.importorskip("dolfinx")
@@ -17,7 +15,6 @@ pytest.importorskip("dolfinx")
 from mpi4py import MPI
 
 from burst_fenicsx import simulation
-from burst_fenicsx.contact.restart import own_sums
 from burst_fenicsx.errors import InputError
 from burst_fenicsx.files.output import TimeSeries
 from burst_fenicsx.mechanics.solver import BurstSolver
@@ -141,17 +138,3 @@ def test_a_folder_that_vanishes_is_one_message(whole, tmp_path, monkeypatch):
     with pytest.raises(InputError, match=r": cannot be written: the file or its folder is not there any more"):
         _run(tmp_path)
     assert whole[0].is_dir()
-
-
-@pytest.mark.parametrize("shape", [(), (5,), (3, 2)])
-def test_sums_are_kept_by_rank_and_whole_on_another_number_of_ranks(shape):
-    """Added up sooner than in a run that was left alone they would differ in the last bit."""
-    rows = np.random.default_rng(1).normal(size=(3, *shape))
-
-    def on(ranks):
-        return [own_sums(rows, SimpleNamespace(rank=rank, size=ranks), shape) for rank in range(ranks)]
-
-    assert all(np.array_equal(one, row) for one, row in zip(on(3), rows, strict=True))
-    for ranks in (1, 2, 4):
-        np.testing.assert_allclose(np.sum(on(ranks), axis=0), rows.sum(axis=0), rtol=1e-15)
-        assert not any(one.any() for one in on(ranks)[1:])

@@ -11,7 +11,6 @@ pytest.importorskip("dolfinx")
 
 from burst_fenicsx.contact.sliding import _LARGEST_PRESSURE, _MOST_CELLS
 from burst_fenicsx.kernels.geometry.faces import FACES, face_neighbours
-from burst_fenicsx.kernels.geometry.inside import _limits, _natural_coordinates, _solve
 from burst_fenicsx.kernels.geometry.smooth_faces import face_vectors, group_faces, group_vectors
 from burst_fenicsx.kernels.lanes import LANES
 from burst_fenicsx.kernels.step.balance import node_terms
@@ -308,45 +307,3 @@ class Alone:
 def test_exact_sums_are_those_of_whole_numbers():
     values = np.arange(1.0, 1001.0)
     assert exact_sum(Alone(), values) == 500500.0
-
-
-CORNERS = np.array([[x, y, z] for z in (-1, 1) for y in (-1, 1) for x in (-1, 1)], dtype=float)
-
-
-def test_three_equations_are_solved():
-    random = np.random.default_rng(2)
-    for _ in range(50):
-        matrix, vector = random.normal(size=(3, 3)), random.normal(size=3)
-        exact, found = np.linalg.solve(matrix, vector), vector.copy()
-        assert _solve(matrix, found) == pytest.approx(np.abs(exact).max(), rel=1e-9)
-        np.testing.assert_allclose(found, exact, rtol=1e-8, atol=1e-10)
-    singular = np.array([[1.0, 2.0, 3.0], [2.0, 4.0, 6.0], [0.0, 1.0, 0.0]])
-    assert _solve(singular, np.ones(3)) == np.inf
-
-
-def test_natural_coordinates_lead_back_through_the_mapping():
-    """Of hexahedra at random, inside and somewhat outside; far outside they are held at twice the cell."""
-    random, natural = np.random.default_rng(3), np.empty(3)
-    for _ in range(60):
-        corner = (CORNERS + random.uniform(-0.35, 0.35, CORNERS.shape)) * random.uniform(0.2, 3.0) + random.normal(
-            size=3
-        )
-        wanted = random.uniform(-1.2, 1.2, 3)
-        shape = 0.125 * (1.0 + CORNERS * wanted).prod(axis=1)
-        assert _natural_coordinates(shape @ corner, corner, natural)
-        np.testing.assert_allclose(natural, wanted, atol=1e-9)
-    assert not _natural_coordinates(np.array([9.0, 0.0, 0.0]), CORNERS, natural)
-    flat = CORNERS * [1.0, 1.0, 0.0]
-    assert not _natural_coordinates(np.array([0.1, 0.2, 0.3]), flat, natural)
-
-
-@pytest.mark.parametrize(("skin", "share"), [(0.01, 0.1), (0.04, 0.25), (0.0, 0.0)])
-def test_a_skin_is_left_at_outward_sides_to_a_quarter_of_half_the_width(skin, share):
-    """Of a cell of width 0.2 m along an axis that is turned: the skin over half of it, 0.1 m."""
-    turn = np.linalg.qr(np.random.default_rng(4).normal(size=(3, 3)))[0]
-    corner = (CORNERS * [0.1, 1.0, 3.0]) @ turn + 5.0
-    limit = np.empty(6)
-    _limits(corner, skin, np.array([True, False, False, True, False, False]), limit)
-    expected = np.array([1.0 - share, 1.0, 1.0, 1.0 - skin, 1.0, 1.0])
-    np.testing.assert_allclose(limit, expected, atol=1e-8)
-    assert (limit[[1, 2, 4, 5]] > 1.0).all()

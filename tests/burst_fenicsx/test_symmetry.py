@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from burst_fenicsx.geometry.arrangement import pallet, row, triangle
 from burst_fenicsx.meshing import cell_volumes, merge, mesh_round
 from burst_fenicsx.problem import IgnitionPoint, RigidPlane, ShockInitiation
 from burst_fenicsx.symmetry import smallest_part
 from burst_fenicsx.symmetry.words import symmetry_words
+from fragfield.case.conversion.patterns import pallet, row, triangle
 from tests.burst_fenicsx.tubes import SETTINGS, tube
 
 AUTO = replace(SETTINGS, symmetry="auto")

@@ -7,34 +7,29 @@ import pytest
 from numba.core.errors import TypingError
 
 from burst_fenicsx.kernels.lanes import LANES, kernel
-from burst_fenicsx.kernels.vectors import transposition, transposition_plain, transposition_vectors
 from burst_fenicsx.kernels.vectors.nodal_values import add_nodal_forces, gather, gather_means
-from burst_fenicsx.kernels.vectors.transposition import WIDTH, address, places
+from burst_fenicsx.kernels.vectors.transposition import WIDTH, add_triples, address, load_triples, places, store_triples
 
 
-def moves(module):
-    """Kernels that load, store and add eight vectors by a module's functions."""
-    load, store, add = module.load_triples, module.store_triples, module.add_triples
-
-    @kernel
-    def there(field, index, rows):
-        chosen = (index[0], index[1], index[2], index[3], index[4], index[5], index[6], index[7])
-        load(places(address(field), np.uint64(24), chosen), rows, 0)
-
-    @kernel
-    def back(rows, index, field):
-        chosen = (index[0], index[1], index[2], index[3], index[4], index[5], index[6], index[7])
-        store(rows, 0, places(address(field), np.uint64(24), chosen))
-
-    @kernel
-    def onto(rows, index, field):
-        chosen = (index[0], index[1], index[2], index[3], index[4], index[5], index[6], index[7])
-        add(rows, 0, places(address(field), np.uint64(24), chosen))
-
-    return there, back, onto
+@kernel
+def there(field, index, rows):
+    """Load eight vectors."""
+    chosen = (index[0], index[1], index[2], index[3], index[4], index[5], index[6], index[7])
+    load_triples(places(address(field), np.uint64(24), chosen), rows, 0)
 
 
-MODULES = [transposition_vectors, transposition_plain]
+@kernel
+def back(rows, index, field):
+    """Store eight vectors."""
+    chosen = (index[0], index[1], index[2], index[3], index[4], index[5], index[6], index[7])
+    store_triples(rows, 0, places(address(field), np.uint64(24), chosen))
+
+
+@kernel
+def onto(rows, index, field):
+    """Add eight vectors."""
+    chosen = (index[0], index[1], index[2], index[3], index[4], index[5], index[6], index[7])
+    add_triples(rows, 0, places(address(field), np.uint64(24), chosen))
 
 
 @pytest.fixture
@@ -51,12 +46,10 @@ def block():
 @pytest.mark.parametrize("field", [np.zeros((3, 20)).T, np.zeros((20, 3), dtype=np.float32)])
 def test_what_lies_otherwise_is_refused(field):
     with pytest.raises(TypingError, match="float64 without gaps"):
-        moves(transposition_vectors)[0](field, np.arange(8, dtype=np.uint64), np.zeros(3 * LANES))
+        there(field, np.arange(8, dtype=np.uint64), np.zeros(3 * LANES))
 
 
-@pytest.mark.parametrize("module", MODULES)
-def test_vectors_become_rows_and_come_back(module):
-    there, back, onto = moves(module)
+def test_vectors_become_rows_and_come_back():
     field, index = np.random.default_rng(1).normal(size=(20, 3)), np.array([3, 19, 0, 7, 8, 5, 11, 2], dtype=np.uint64)
     rows, other = np.zeros(3 * LANES), np.zeros((20, 3))
     there(field, index, rows)
@@ -70,25 +63,6 @@ def test_vectors_become_rows_and_come_back(module):
     wanted = np.zeros((20, 3))
     np.add.at(wanted, index, np.round(1024.0 * rows).reshape(3, LANES)[:, :WIDTH].T)
     np.testing.assert_array_equal(other, wanted)
-
-
-def test_plain_numba_takes_over_where_the_instructions_fail(monkeypatch, caplog):
-    """A compiler that refuses, and one that compiles to something else, both end with the plain functions."""
-    monkeypatch.delenv("FRAGFIELD_TRANSPOSITION", raising=False)
-    assert transposition.works(transposition_vectors)
-    assert transposition.works(transposition_plain)
-
-    def refuse(*_arrays):
-        message = "LLVM ERROR: unknown intrinsic llvm.masked.load.v4f64.p0\nmore"
-        raise RuntimeError(message)
-
-    monkeypatch.setattr(transposition_vectors, "trial", refuse)
-    assert transposition._chosen() is transposition_plain
-    assert "number by number, which is slower: ['LLVM ERROR: unknown intrinsic" in caplog.text
-    monkeypatch.setattr(transposition_vectors, "trial", lambda *_arrays: None)
-    assert transposition._chosen() is transposition_plain
-    monkeypatch.setenv("FRAGFIELD_TRANSPOSITION", "vectors")
-    assert transposition._chosen() is transposition_vectors
 
 
 def test_gathered_rows_are_the_nodes_of_the_cells(block):

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from burst_fenicsx.geometry.clearance import min_clearance
 from fragfield.case import load_case
+from fragfield.case.conversion.clearance import min_clearance
 from fragfield.case.conversion.placing import meshed, placed
 from fragfield.errors import InputError
 

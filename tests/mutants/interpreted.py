@@ -12,6 +12,8 @@ from typing import Any
 import numpy as np
 from numba.core.extending import _Intrinsic  # no public name leads there
 
+from burst_fenicsx.kernels.lanes import LANES
+
 __all__ = ["pytest_configure"]
 
 
@@ -19,18 +21,32 @@ def _address(array: np.ndarray) -> np.uint64:
     return np.uint64(array.ctypes.data)
 
 
-def _read(place: np.uint64) -> np.float64:
-    return np.float64(ctypes.c_double.from_address(int(place)).value)
+def _triples(places: tuple[np.uint64, ...]) -> list[Any]:
+    return [(ctypes.c_double * 3).from_address(int(place)) for place in places]
 
 
-def _write(place: np.uint64, value: float) -> None:
-    ctypes.c_double.from_address(int(place)).value = value
+def _load_triples(places: tuple[np.uint64, ...], rows: np.ndarray, start: int) -> None:
+    for k, triple in enumerate(_triples(places)):
+        rows[start + k : start + k + 3 * LANES : LANES] = triple
+
+
+def _store_triples(rows: np.ndarray, start: int, places: tuple[np.uint64, ...]) -> None:
+    for k, triple in enumerate(_triples(places)):
+        triple[:] = rows[start + k : start + k + 3 * LANES : LANES].tolist()
+
+
+def _add_triples(rows: np.ndarray, start: int, places: tuple[np.uint64, ...]) -> None:
+    for k, triple in enumerate(_triples(places)):
+        for i in range(3):
+            triple[i] += float(rows[start + k + i * LANES])
 
 
 _PLAIN = {
     "address": _address,
-    "_read": _read,
-    "_write": _write,
+    "prefetch": lambda _place: None,
+    "load_triples": _load_triples,
+    "store_triples": _store_triples,
+    "add_triples": _add_triples,
     "fma": lambda a, b, c: a * b + c,
     "widest_vectors": lambda: None,
 }

@@ -66,7 +66,6 @@ AREAS = (
             ("*/kernels/geometry/*", [*_TOUCH, *_CELLS, *_PARTS]),
             ("*/kernels/vectors/*", [*_TOUCH, *_CELLS, *_PARTS]),
             ("*/kernels/step/*", [*_TOUCH, *_PARTS]),
-            ("*/inside.py", [f"{_BURST}/test_passage.py"]),
             ("*/kernels/cells/*", [*_PARTS, f"{_BURST}/test_erosion.py"]),
             ("*", [*_CELLS, f"{_BURST}/test_transposition.py"]),
         ),
@@ -114,7 +113,7 @@ AREAS = (
             ("*/ledger.py", [f"{_BURST}/test_simulation.py", *_CHARGE]),
             ("*/mechanics/[bfmns]*.py", [*_PARTS, *_SOLVER, *_STEP, f"{_BURST}/test_solids.py"]),
         ),
-        left_out=("*/__init__.py", "*/halo.py", "*/restart.py"),
+        left_out=("*/__init__.py", "*/halo.py"),
         ranks=tuple(_RANKS),
     ),
     Area(

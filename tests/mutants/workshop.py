@@ -274,7 +274,7 @@ class Workshop:
         environment = {**self._environment(), "MUTANTS_PLAN": str(plan)}
         if plain:
             options += ["-p", "tests.mutants.interpreted"]
-            environment |= {"NUMBA_DISABLE_JIT": "1", "FRAGFIELD_TRANSPOSITION": "plain"}
+            environment["NUMBA_DISABLE_JIT"] = "1"
         process = subprocess.Popen(
             ["sh", "-c", _LIMITED, "sh", str(int(limit) + 1), sys.executable, "-m", "pytest", *options, *tests],
             cwd=self.tree, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,

@@ -1,4 +1,4 @@
-"""Which cells of a mesh of hexahedra lie behind each other's faces."""
+"""Faces of hexahedra: their nodes, their area vectors, and the cells behind them."""
 
 from __future__ import annotations
 
@@ -6,10 +6,19 @@ import numpy as np
 
 from burst_fenicsx.kernels.lanes import kernel
 
-__all__ = ["FACES", "face_neighbours"]
+__all__ = ["FACES", "TENSOR_ORDER", "area_vectors", "face_neighbours"]
 
 FACES = np.array([[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]])
 """Nodes of a hexahedron's faces in VTK order, normals outward."""
+
+TENSOR_ORDER = [0, 1, 3, 2, 4, 5, 7, 6]
+"""A hexahedron's nodes in VTK order, taken in tensor-product order, or the reverse."""
+
+
+def area_vectors(corner: np.ndarray) -> np.ndarray:
+    """Area vectors (faces, 3) in m2 of quadrilaterals with corners (faces, 4, 3) in m, outward where their order is."""
+    vectors: np.ndarray = 0.5 * np.cross(corner[:, 2] - corner[:, 0], corner[:, 3] - corner[:, 1])
+    return vectors
 
 
 @kernel

@@ -1,51 +1,192 @@
-"""Short vectors of many cells or nodes turned into rows over the lanes, and back: in registers where that compiles.
+"""Short vectors of many cells or nodes turned into rows over the lanes, and back, by instructions of its own.
 
-`transposition_vectors` writes the instructions itself; where this numba's compiler refuses them, or they do not do what
-they should, `transposition_plain` takes their place, slower and to the same bits. Which it is is settled once, by a
-trial. FRAGFIELD_TRANSPOSITION = "plain" or "vectors" settles it without one.
+Fields of nodes and cells lie vector by vector, as dolfinx and output want them; the kernels compute on rows, one
+component of all lanes after the other. Moved number by number that costs as much as the mechanics. Here eight vectors
+are loaded whole and transposed by shuffles, which the compiler makes by itself only where addresses follow each other.
+LLVM's generic instructions: any processor.
 """
 
 from __future__ import annotations
 
-import logging
-import os
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
+from numba.core.errors import TypingError
+from numba.extending import intrinsic
 
-from burst_fenicsx.kernels.lanes import LANES
-from burst_fenicsx.kernels.vectors import transposition_plain, transposition_vectors
-from burst_fenicsx.kernels.vectors.transposition_vectors import WIDTH, address, later, places
+from burst_fenicsx.kernels.lanes import LANES, lane_function
 
 if TYPE_CHECKING:
-    from types import ModuleType
+    from collections.abc import Callable
 
 __all__ = ["WIDTH", "add_triples", "address", "later", "load_triples", "places", "prefetch", "store_triples"]
 
-_log = logging.getLogger(__name__)
-_CHOICES: dict[str, ModuleType] = {"plain": transposition_plain, "vectors": transposition_vectors}
+WIDTH = 8
+"""Vectors that are transposed together."""
+
+_DOUBLE, _INDEX = ir.DoubleType(), ir.IntType(32)
+_PLACES = types.UniTuple(types.uint64, WIDTH)
+_BYTES = 8
 
 
-def works(module: Any) -> bool:
-    """Whether the functions of a module compile here and do what they should."""
-    field, rows, other = np.arange(27.0).reshape(9, 3), np.zeros(3 * LANES), np.zeros((9, 3))
-    try:
-        module.trial(field, rows, other)
-    except Exception as error:  # noqa: BLE001 - compilers raise what they like
-        _log.warning("vectors are transposed number by number, which is slower: %s", str(error).splitlines()[:1])
-        return False
-    wanted = 2.0 * field
-    wanted[7] = 0.0
-    return bool(np.array_equal(other, wanted))
+@intrinsic
+def address(typing_context: Any, array: Any) -> tuple[Any, Callable[..., Any]]:  # noqa: ARG001
+    """Address of the first number of an array of doubles that lie without gaps.
+
+    Raises
+    ------
+    numba.TypingError
+        The array is another one: its numbers would be read as what they are not.
+    """
+    if array.dtype != types.float64 or array.layout != "C":
+        raise TypingError(f"vectors lie as float64 without gaps here, not as {array}")
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        data = context.make_array(signature.args[0])(context, builder, arguments[0]).data
+        return builder.ptrtoint(data, ir.IntType(64))
+
+    return types.uint64(array), generate
 
 
-def _chosen() -> ModuleType:
-    name = os.environ.get("FRAGFIELD_TRANSPOSITION", "")
-    if name in _CHOICES:
-        return _CHOICES[name]
-    return transposition_vectors if works(transposition_vectors) else transposition_plain
+@intrinsic
+def prefetch(typing_context: Any, place: Any) -> tuple[Any, Callable[..., Any]]:  # noqa: ARG001
+    """Bring the cache line at an address near, for reading and writing soon."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:  # noqa: ARG001
+        pointer = _pointer(builder, arguments[0], ir.IntType(8))
+        kind = ir.FunctionType(ir.VoidType(), [pointer.type, _INDEX, _INDEX, _INDEX])
+        function = cgutils.get_or_insert_function(builder.module, kind, "llvm.prefetch.p0")
+        builder.call(function, [pointer, _INDEX(0), _INDEX(3), _INDEX(1)])
+        return context.get_dummy_value()
+
+    return types.none(types.uint64), generate
 
 
-_CHOSEN = _chosen()
-add_triples, load_triples = _CHOSEN.add_triples, _CHOSEN.load_triples
-prefetch, store_triples = _CHOSEN.prefetch, _CHOSEN.store_triples
+@lane_function
+def places(start: np.uint64, size: np.uint64, index: tuple[np.uint64, ...]) -> tuple[np.uint64, ...]:
+    """Addresses of eight vectors of a field that begins at `start` and has `size` bytes for each."""
+    return (
+        start + size * index[0],
+        start + size * index[1],
+        start + size * index[2],
+        start + size * index[3],
+        start + size * index[4],
+        start + size * index[5],
+        start + size * index[6],
+        start + size * index[7],
+    )
+
+
+@lane_function
+def later(start: tuple[np.uint64, ...], by: np.uint64) -> tuple[np.uint64, ...]:
+    """Eight addresses, each some bytes farther on."""
+    return (
+        start[0] + by,
+        start[1] + by,
+        start[2] + by,
+        start[3] + by,
+        start[4] + by,
+        start[5] + by,
+        start[6] + by,
+        start[7] + by,
+    )
+
+
+@intrinsic
+def load_triples(typing_context: Any, places: Any, rows: Any, start: Any) -> tuple[Any, Callable[..., Any]]:  # noqa: ARG001
+    """Load three numbers each from eight addresses to rows: component i of vector k to `rows[start + i LANES + k]`."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        vectors = [_load_three(builder, place) for place in cgutils.unpack_tuple(builder, arguments[0], WIDTH)]
+        # Four registers of two vectors each, (0, 4), (1, 5), (2, 6), (3, 7).
+        doubled = [_shuffled(builder, vectors[k], vectors[k + 4], range(8)) for k in range(4)]
+        even, odd = (0, 8, 2, 10, 4, 12, 6, 14), (1, 9, 3, 11, 5, 13, 7, 15)
+        xz_low, y_low = (_shuffled(builder, doubled[0], doubled[1], part) for part in (even, odd))
+        xz_high, y_high = (_shuffled(builder, doubled[2], doubled[3], part) for part in (even, odd))
+        first, second = (0, 1, 8, 9, 4, 5, 12, 13), (2, 3, 10, 11, 6, 7, 14, 15)
+        found = (
+            _shuffled(builder, xz_low, xz_high, first),
+            _shuffled(builder, y_low, y_high, first),
+            _shuffled(builder, xz_low, xz_high, second),
+        )
+        for i, row in enumerate(found):
+            _store(builder, row, _row(context, builder, signature.args[1], arguments[1:], i, row.type))
+        return context.get_dummy_value()
+
+    return types.none(_PLACES, rows, types.intp), generate
+
+
+@intrinsic
+def store_triples(typing_context: Any, rows: Any, start: Any, places: Any) -> tuple[Any, Callable[..., Any]]:  # noqa: ARG001
+    """Store rows to eight addresses, three numbers each: the reverse of `load_triples`."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        for place, pair, single in _triples(context, builder, signature.args[0], arguments):
+            _store(builder, pair, _pointer(builder, place, pair.type))
+            _store(builder, single, _pointer(builder, place, _DOUBLE, 2))
+        return context.get_dummy_value()
+
+    return types.none(rows, types.intp, _PLACES), generate
+
+
+@intrinsic
+def add_triples(typing_context: Any, rows: Any, start: Any, places: Any) -> tuple[Any, Callable[..., Any]]:  # noqa: ARG001
+    """Add rows to what stands at eight addresses, three numbers each, one after the other: they may be the same."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        for place, pair, single in _triples(context, builder, signature.args[0], arguments):
+            for value, at in (pair, 0), (single, 2):
+                pointer = _pointer(builder, place, value.type, at)
+                _store(builder, builder.fadd(_load(builder, pointer, value.type), value), pointer)
+        return context.get_dummy_value()
+
+    return types.none(rows, types.intp, _PLACES), generate
+
+
+def _triples(context: Any, builder: Any, array: Any, arguments: Any) -> list[tuple[Any, Any, Any]]:
+    """Of each vector: its address, its first two components and its third one, from three rows."""
+    eight = ir.VectorType(_DOUBLE, WIDTH)
+    x, y, z = (_load(builder, _row(context, builder, array, arguments, i, eight), eight) for i in range(3))
+    found = []
+    for k, place in enumerate(cgutils.unpack_tuple(builder, arguments[2], WIDTH)):
+        pair = _shuffled(builder, x, y, (k, WIDTH + k))
+        found.append((place, pair, builder.extract_element(z, _INDEX(k))))
+    return found
+
+
+def _row(context: Any, builder: Any, array: Any, arguments: Any, i: int, kind: Any) -> Any:
+    """Pointer to eight lanes of row i of `rows`, `start` in the first two of the arguments."""
+    data = context.make_array(array)(context, builder, arguments[0]).data
+    at = builder.add(arguments[1], ir.IntType(64)(i * LANES))
+    return builder.bitcast(builder.gep(data, [at]), kind.as_pointer())
+
+
+def _pointer(builder: Any, place: Any, kind: Any, at: int = 0) -> Any:
+    """Pointer to the number `at` after an address."""
+    return builder.inttoptr(builder.add(place, ir.IntType(64)(at * _BYTES)), kind.as_pointer())
+
+
+def _load_three(builder: Any, place: Any) -> Any:
+    """Three numbers at an address as a register of four; the fourth is not touched, it may lie outside the array."""
+    four, mask = ir.VectorType(_DOUBLE, 4), ir.VectorType(ir.IntType(1), 4)
+    pointer = _pointer(builder, place, four)
+    kind = ir.FunctionType(four, [pointer.type, _INDEX, mask, four])
+    masked = cgutils.get_or_insert_function(builder.module, kind, "llvm.masked.load.v4f64.p0")
+    return builder.call(masked, [pointer, _INDEX(_BYTES), mask([1, 1, 1, 0]), four(ir.Undefined)])
+
+
+def _load(builder: Any, pointer: Any, kind: Any) -> Any:
+    return builder.load(pointer, align=_BYTES, typ=kind)
+
+
+def _store(builder: Any, value: Any, pointer: Any) -> Any:
+    return builder.store(value, pointer, align=_BYTES)
+
+
+def _shuffled(builder: Any, first: Any, second: Any, order: Any) -> Any:
+    """The numbers of two registers, one after the other, in a new order."""
+    chosen = ir.VectorType(_INDEX, len(order))([int(k) for k in order])
+    return builder.shuffle_vector(first, second, chosen)

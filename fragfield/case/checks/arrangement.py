@@ -12,7 +12,7 @@ from fragfield.case.units.quantities import show
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from burst_fenicsx.geometry.clearance import Body
+    from fragfield.case.conversion.clearance import Body
     from fragfield.case.schema import Case
     from fragfield.case.tables.plane import PlaneTable
 
@@ -80,7 +80,7 @@ def check_places(case: Case, stacked: Sequence[str] = ()) -> Iterator[str]:
 
 
 def _overlaps(case: Case, bodies: Sequence[Body], keys: Sequence[str], stacked: Sequence[str]) -> Iterator[str]:
-    from burst_fenicsx.geometry.clearance import clearance, near_pairs
+    from fragfield.case.conversion.clearance import clearance, near_pairs
     from fragfield.case.conversion.placing import meshed
 
     size = case.burst.cell_size if case.burst is not None and case.burst.contact.surfaces else None
@@ -144,7 +144,7 @@ def _span(body: Body) -> tuple[float, float]:
     """Reach of a body about its centre across its axis (m)."""
     import numpy as np
 
-    across = np.linalg.svd(body.directions[:1])[2][1]
+    across = np.linalg.svd(body.axis[None, :])[2][1]
     low, high = body.reach(across)
     return 0.5 * (low - high), 0.5 * (high - low)
 

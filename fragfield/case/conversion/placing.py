@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from burst_fenicsx.geometry import Profile
-    from burst_fenicsx.geometry.clearance import Body
+    from fragfield.case.conversion.clearance import Body
     from fragfield.case.schema import Case
     from fragfield.case.tables.plane import PlaneTable
     from fragfield.case.tables.round import RoundTable
@@ -26,14 +26,13 @@ __all__ = ["base_faults", "heights", "lift_to", "meshed", "on_base", "outsides",
 
 def placed(entry: RoundTable) -> Body:
     """Outside of a resolved round; of one from a mesh file, the convex hull of its nodes."""
-    from burst_fenicsx.geometry.clearance import Body, placed_body
-    from burst_fenicsx.geometry.solids import Hull
     from burst_fenicsx.meshing import mesh_round
     from fragfield.case.conversion.burst import burst_round
+    from fragfield.case.conversion.clearance import Hull, placed_body
 
     if isinstance(entry.profile, dict):
         return placed_body(profile_of(entry), entry.position, entry.axis)
-    return Body((Hull.of(mesh_round(burst_round(entry, entry.name), 1.0).nodes, entry.axis),))
+    return Hull.of(mesh_round(burst_round(entry, entry.name), 1.0).nodes, entry.axis)
 
 
 def meshed(entry: RoundTable, cell_size: float) -> Body:
@@ -41,7 +40,7 @@ def meshed(entry: RoundTable, cell_size: float) -> Body:
 
     The sections of the mesh are polygons with the area of the contour's circles, so that their corners lie outside.
     """
-    from burst_fenicsx.geometry.clearance import placed_body
+    from fragfield.case.conversion.clearance import placed_body
 
     if not isinstance(entry.profile, dict):
         return placed(entry)

@@ -64,7 +64,7 @@ def _places(case: Case, template: RoundTable, stack: StackTable) -> NDArray[Any]
     """Positions of the rounds (m), shape (n, 3)."""
     import numpy as np
 
-    from burst_fenicsx.geometry import arrangement
+    from fragfield.case.conversion import patterns
     from fragfield.case.conversion.placing import lift_to, outsides
 
     bodies = outsides(template, case)
@@ -76,16 +76,14 @@ def _places(case: Case, template: RoundTable, stack: StackTable) -> NDArray[Any]
 
     layer_gap = stack.gap if stack.layer_gap is None else stack.layer_gap
     if stack.arrangement == "triangle":
-        across = (
-            [1.0, 0.0, 0.0] if arrangement.stands(template.axis) else arrangement.across_horizontally(template.axis)
-        )
-        offsets = arrangement.triangle(stack.count or 2, pitch(across, stack.gap), template.axis)
+        across = [1.0, 0.0, 0.0] if patterns.stands(template.axis) else patterns.across_horizontally(template.axis)
+        offsets = patterns.triangle(stack.count or 2, pitch(across, stack.gap), template.axis)
     elif stack.arrangement == "row":
-        offsets = arrangement.row(stack.count or 1, pitch((1.0, 0.0, 0.0), stack.gap))
+        offsets = patterns.row(stack.count or 1, pitch((1.0, 0.0, 0.0), stack.gap))
     else:
         gaps = (stack.gap, stack.gap, layer_gap)
         pitches = [pitch(direction, gap) for direction, gap in zip(np.eye(3).tolist(), gaps, strict=True)]
-        offsets = arrangement.pallet(stack.counts or (1, 1, 1), (pitches[0], pitches[1], pitches[2]))
+        offsets = patterns.pallet(stack.counts or (1, 1, 1), (pitches[0], pitches[1], pitches[2]))
     lift = lift_to(stack.base, template, case)
     return np.asarray(offsets + np.array(template.position) + [0.0, 0.0, lift])
 
@@ -134,7 +132,7 @@ def _template_faults(case: Case, stack: StackTable) -> Iterator[str]:
         return
     template = next((entry for entry in case.round if stack.round in (None, entry.name)), None)
     if template is not None and stack.arrangement == "triangle" and any(template.axis):
-        from burst_fenicsx.geometry.arrangement import lies, stands
+        from fragfield.case.conversion.patterns import lies, stands
 
         if not (stands(template.axis) or lies(template.axis)):
             yield (

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from burst_fenicsx.errors import InputError
+from fragfield.errors import InputError
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
