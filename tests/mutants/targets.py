@@ -113,7 +113,7 @@ AREAS = (
             ("*/ledger.py", [f"{_BURST}/test_simulation.py", *_CHARGE]),
             ("*/mechanics/[bfmns]*.py", [*_PARTS, *_SOLVER, *_STEP, f"{_BURST}/test_solids.py"]),
         ),
-        left_out=("*/__init__.py", "*/halo.py", "*/restart.py"),
+        left_out=("*/__init__.py", "*/halo.py"),
         ranks=tuple(_RANKS),
     ),
     Area(
