@@ -40,7 +40,8 @@ def _sums(state: BurstFields, stress: np.ndarray, weight: np.ndarray) -> np.ndar
     dofmap, comm = state.mesh.dofmap, state.mesh.comm
     node, corners = dofmap.ravel(), dofmap.shape[1]
     sums = np.zeros((len(state.mesh.node), _COLUMNS))
-    for column, values in enumerate([weight, *(weight[:, None] * stress).T]):
+    weighted = np.where(weight[:, None] > 0.0, weight[:, None] * stress, 0.0)  # released cells may hold NaN
+    for column, values in enumerate([weight, *weighted.T]):
         largest = comm.allreduce(float(np.abs(values).max(initial=0.0)), op=MPI.MAX)
         terms = quantise(values / corners, rounding_constant(max(largest, _SMALLEST)))
         sums[:, column] = np.bincount(node, np.repeat(terms, corners), minlength=len(sums))

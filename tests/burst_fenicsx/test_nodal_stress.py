@@ -67,10 +67,41 @@ def test_metal_and_charge_are_not_mixed_and_released_cells_do_not_count():
     flags = np.zeros(3, dtype=np.int8)
     flags[1] = 1
     state.solid.released[:] = state.blocks.by_slot(flags)
+    stress[1] = np.nan
     found = nodal_stress(state, stress, state.volumes())
     np.testing.assert_allclose(found, np.array([1e9, 1e9, 7e9, 7e9])[column][:, None] * np.ones(6), rtol=1e-12)
     state.solid.released[:] = 1
     assert (nodal_stress(state, stress, state.volumes()) == 0.0).all()
+
+
+ON_RANKS = """
+import sys
+from pathlib import Path
+sys.path.insert(0, str(Path.cwd()))
+import numpy as np
+from mpi4py import MPI
+from burst_fenicsx.records.nodal_stress import nodal_stress
+from tests.burst_fenicsx.boxes import burst, distorted_box
+
+def gathered(comm):
+    state = burst(distorted_box(5, 5e-3), comm=comm).fields
+    mesh = state.mesh
+    stress = np.random.default_rng(3).normal(size=(125, 6))[mesh.cell]
+    return mesh.cells, mesh.gather_nodes(nodal_stress(state, stress, state.volumes()))
+
+(own, spread), (_, alone) = gathered(MPI.COMM_WORLD), gathered(MPI.COMM_SELF)
+assert own < 125
+if MPI.COMM_WORLD.rank == 0:
+    assert np.abs(alone).max() > 0.5
+    np.testing.assert_array_equal(spread, alone)
+"""
+
+
+@pytest.mark.mpi
+def test_the_projection_is_the_same_on_three_ranks_to_the_bit(tmp_path, on_ranks):
+    script = tmp_path / "projection.py"
+    script.write_text(ON_RANKS)
+    on_ranks(3, script)
 
 
 def last_state(folder):
