@@ -129,7 +129,7 @@ def test_the_cost_of_a_stack_is_that_of_its_rounds():
 
 def test_bonds_add_the_nodes_at_which_charge_and_casing_meet():
     bonded, shared = (
-        check_report(_case(burst={"contact": {"charge_casing": kind}}))["mesh"] for kind in ("bonded", "shared")
+        check_report(_case(burst={"contact": {"charge_casing": kind}}))["mesh"] for kind in ("sliding", "shared")
     )
     assert bonded["cells"] == shared["cells"]
     assert bonded["nodes"] > shared["nodes"]

@@ -81,7 +81,6 @@ def test_names_and_keys_come_once():
 @pytest.mark.parametrize(
     ("changes", "message"),
     [({"samples": 3}, "uncertainty.samples: found 3; allowed: at least 8"),
-     ({"method": "sobl"}, 'uncertainty.method: found "sobl" (did you mean "sobol"?)'),
      ({"realisations": 5}, "uncertainty.realisations: found 5; allowed: at least 10"),
      ({"sample": 100}, 'uncertainty.sample: unknown key (did you mean "samples"?)')],
 )  # fmt: skip
@@ -219,11 +218,8 @@ def test_a_pair_shares_few_bursts():
 @pytest.mark.parametrize(
     ("file", "table", "options", "message"),
     [
-        (PAIR, {}, {"method": "sobol"}, 'uncertainty.method: found "sobol", which needs a separate burst for every sample'),  # noqa: E501
         (PAIR, {"bursts": 4}, {}, "uncertainty.bursts: found 4; allowed with 5 uncertain inputs of the burst: at least 7"),  # noqa: E501
         (PAIR, {}, {"samples": 20}, "uncertainty.samples: found 20 for 12 bursts; allowed: at least 24"),
-        (M107, {}, {"samples": 12, "method": "sobol"}, "uncertainty.samples: found 12"),
-        (M107, {}, {"method": "sobl"}, '--method: found "sobl" (did you mean "sobol"?)'),
     ],
 )  # fmt: skip
 def test_plans_that_cannot_be_made(file, table, options, message):
