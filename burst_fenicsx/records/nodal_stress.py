@@ -23,13 +23,13 @@ def nodal_stress(state: BurstFields, stress: np.ndarray, volume: np.ndarray) -> 
     """L2 projection with lumped mass, the mean of a node's cells by volume: (local nodes, 6) in Pa; collective.
 
     The consistent mass would need a solve and overshoots beside jumps such as shocks; this mean does not. Where metal
-    and charge share nodes, these have the metal's. Released cells do not count; a node with none but these has zero.
+    and charge share nodes, these have the metal's. Eroded cells do not count; a node with none but these has zero.
 
     Parameters
     ----------
     state : the burst. stress : of the cells (owned cells, 6) in Pa. volume : of the cells (owned cells,) in m3.
     """
-    charge, whole = state.mesh.part == Part.CHARGE, ~state.released
+    charge, whole = state.mesh.part == Part.CHARGE, ~state.eroded
     metal, gas = (_sums(state, stress, np.where(whole & kind, volume, 0.0)) for kind in (~charge, charge))
     sums = np.where(metal[:, :1] > 0.0, metal, gas)
     return np.divide(sums[:, 1:7], sums[:, :1], out=np.zeros((len(sums), 6)), where=sums[:, :1] > 0.0)
@@ -40,7 +40,7 @@ def _sums(state: BurstFields, stress: np.ndarray, weight: np.ndarray) -> np.ndar
     dofmap, comm = state.mesh.dofmap, state.mesh.comm
     node, corners = dofmap.ravel(), dofmap.shape[1]
     sums = np.zeros((len(state.mesh.node), _COLUMNS))
-    weighted = np.where(weight[:, None] > 0.0, weight[:, None] * stress, 0.0)  # released cells may hold NaN
+    weighted = np.where(weight[:, None] > 0.0, weight[:, None] * stress, 0.0)  # eroded cells may hold NaN
     for column, values in enumerate([weight, *weighted.T]):
         largest = comm.allreduce(float(np.abs(values).max(initial=0.0)), op=MPI.MAX)
         terms = quantise(values / corners, rounding_constant(max(largest, _SMALLEST)))
