@@ -143,6 +143,29 @@ def test_a_mott_law_is_found_from_its_coarse_end():
     assert whole.per_steradian == pytest.approx(number / (4.0 * math.pi), rel=0.03)
 
 
+def coarse_end(number: int, heavy: float) -> PolarField:
+    """So many fragments of a mass (g), one of 2 g at seven tenths of the mass, the rest of 1 g, all across the axis."""
+    rest = round((number * heavy + 1.0) / 0.7 - number * heavy - 2.0)
+    mass = 1e-3 * np.array([heavy] * number + [2.0] + [1.0] * rest)
+    return PolarField(np.full(len(mass), 90.0), mass, np.full(len(mass), 1000.0))
+
+
+def test_the_law_of_the_coarse_end_by_hand():
+    """Ten of 4 g above an edge of 2 g: m0^(1/2) = 8^(1/2) - 2, and ten a zone above the edge."""
+    found = MottField.fitted(coarse_end(10, 4.0), 85.0, 95.0)
+    root = math.sqrt(8e-3) - math.sqrt(4e-3)
+    assert found.mean_mass == pytest.approx(root**2, rel=1e-9)
+    assert found.heavier(2e-3) == pytest.approx(10.0 / solid_angle(85.0, 95.0), rel=1e-9)
+
+
+def test_a_law_needs_ten_fragments_in_the_coarse_end_and_a_tenth_between_their_masses():
+    with pytest.raises(InputError, match="9 fragments in the coarse end"):
+        MottField.fitted(coarse_end(9, 4.0), 85.0, 95.0)
+    MottField.fitted(coarse_end(10, 2.0 * 1.101**2), 85.0, 95.0)
+    with pytest.raises(InputError, match="of different masses"):
+        MottField.fitted(coarse_end(10, 2.0 * 1.099**2), 85.0, 95.0)
+
+
 def test_a_stack_of_isotropic_rounds_is_the_closed_procedure():
     number, mean = 400_000, 0.012
     field = sphere(number, mott_masses(number, mean))
