@@ -10,7 +10,6 @@ import pytest
 import flight
 from flight.scene.walls import Wall, concrete_limit
 
-
 G, MASS, STRENGTH = 3.8e-5, 0.05, 30e6
 
 

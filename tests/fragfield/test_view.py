@@ -2,10 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
-import json
-import subprocess
-import sys
 from pathlib import Path
 
 import h5py
@@ -16,11 +12,11 @@ from flight.files.results import write_trajectories
 from flight.result import LANDING, Trajectories
 from fragfield.errors import InputError
 from fragfield.report import read_run, write_report
-from fragfield.view import PictureUnavailableError, display_available, interactive, offscreen, offscreen_fault
-from fragfield.view.film import film_fault, read_paths
+from fragfield.view import PictureUnavailableError, interactive, offscreen, offscreen_fault
+from fragfield.view.film import read_paths
 from fragfield.view.interactive import interactive_fault, view_of_burst
 from fragfield.view.scenes import burst_at, burst_states, burst_times, cut, final_burst, middle_plane, section
-from fragfield.view.show import view_run, write_films, write_pictures
+from fragfield.view.show import view_run, write_pictures
 from fragfield_base.hdf5_files import creating
 from tests.fragfield.synthetic_run import END_TIME, write_run
 
@@ -39,30 +35,7 @@ def _fresh_check():
     offscreen_fault.cache_clear()
 
 
-needs_films = pytest.mark.skipif(film_fault() is not None, reason=str(film_fault()))
 needs_pages = pytest.mark.skipif(interactive_fault() is not None, reason=str(interactive_fault()))
-
-
-_FILMS = """
-import json, sys
-from pathlib import Path
-
-import imageio.v3 as iio
-import numpy as np
-
-from fragfield.report import read_run
-from fragfield.view import film
-from fragfield.view.show import write_films
-
-film._MOST_FRAMES = 5
-reported = {}
-for path in write_films(read_run(Path(sys.argv[1]))):
-    frames = iio.imread(path, plugin="pyav")
-    scene = frames[:, 120:720].astype(int)
-    reported[path.name] = frames.shape, int(np.abs(scene[-1] - scene[0]).max())
-print(json.dumps(reported))
-"""
-"""Draws both films of a run directory with five frames; prints their shapes and how much the pictures change."""
 
 
 @needs_vtk
@@ -102,30 +75,6 @@ def test_flown_paths_are_read_back_and_met_between_their_points(tmp_path):
     np.testing.assert_allclose(place[0, :, 0], [0.0, 112.5, 175.0, 200.0])
     np.testing.assert_allclose(place[1, :, 2], [0.0, 20.0, 0.0, 0.0])
     np.testing.assert_allclose(speed[0], [300.0, 150.0, 60.0, 20.0])
-
-
-@needs_vtk
-@needs_films
-def test_films_run_and_show_motion(tmp_path):
-    """In a process of its own: VTK may die in one that has loaded all libraries of the tests before."""
-    folder = write_run(tmp_path / "run")
-    write_flown_paths(folder)
-    done = subprocess.run([sys.executable, "-c", _FILMS, str(folder)], capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    reported = json.loads(done.stdout)
-    assert list(reported) == ["film_of_burst.mp4", "film_of_flight.mp4"]
-    for name, (shape, change) in reported.items():
-        assert shape == [5, 960, 1280, 3]
-        assert change > 60, f"{name}: nothing moves"
-    assert not list((folder / "figures").glob("part_of_*"))
-
-
-def test_missing_packages_are_reported(run, monkeypatch, caplog):
-    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
-    assert write_films(read_run(run)) == []
-    assert "no films: films need the packages imageio and av; install them: pip install imageio av" in caplog.text
-    with pytest.raises(PictureUnavailableError, match="interactive views need the package trame-vtk; install it: pip"):
-        view_run(run, html=True)
 
 
 @needs_vtk
@@ -234,35 +183,6 @@ def test_driver_that_ends_vtk_by_a_signal_is_reported(monkeypatch):
     fault = offscreen_fault()
     assert fault is not None
     assert "VTK fails to draw without a window here (exit code -11)" in fault
-
-
-@pytest.mark.usefixtures("_fresh_check")
-def test_trial_runs_once(monkeypatch):
-    calls = []
-
-    def count(*command, **options):
-        calls.append(command)
-        return subprocess.CompletedProcess(command, 0, "", "")
-
-    monkeypatch.setattr(offscreen, "_loadable", lambda name: True)
-    monkeypatch.setattr(subprocess, "run", count)
-    assert offscreen_fault() is None
-    assert offscreen_fault() is None
-    assert len(calls) == 1
-
-
-def test_nothing_to_look_at(tmp_path):
-    folder = write_run(tmp_path / "run", stages=0)
-    with pytest.raises(InputError, match="nothing to show; run `fragfield burst`"):
-        view_run(folder, window=False)
-
-
-def test_display_is_that_of_the_environment(monkeypatch):
-    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
-        monkeypatch.delenv(name, raising=False)
-    assert not display_available()
-    monkeypatch.setenv("DISPLAY", ":0")
-    assert display_available()
 
 
 @needs_vtk

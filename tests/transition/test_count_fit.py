@@ -180,7 +180,7 @@ def test_a_segment_that_stays_whole_is_one_piece():
 @pytest.mark.parametrize(
     ("values", "message"),
     [
-        ({"edges": (1e-3, 2e-3), "number": (15.0, 4.0)}, "pit.csv: fragments by mass: 19 pieces; at least 20 are needed"),
+        ({"edges": (1e-3, 2e-3), "number": (15.0, 4.0)}, "fragments by mass: 19 pieces; at least 20 are needed"),
         ({"edges": (1e-3, 2e-3), "number": (50.0, 0.0)}, "all pieces lie in one group of mass"),
         ({"edges": (2e-3, 1e-3), "number": (50.0, 4.0)}, "masses must rise from group to group"),
         ({"edges": (-1e-3, 1e-3), "number": (50.0, 4.0)}, "from 0 or more upwards"),
