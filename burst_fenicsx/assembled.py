@@ -105,7 +105,7 @@ class AssembledBurst:
             ]
         )
         found = quality(mesh)
-        return (split_charges(mesh) if self.settings.contact.charge_casing == "bonded" else mesh), found
+        return (split_charges(mesh) if self.settings.contact.charge_casing == "sliding" else mesh), found
 
     def _make_surfaces(self, bins: int) -> RadialSurfaces:
         """Where radii are measured, casings in so many `bins` each."""

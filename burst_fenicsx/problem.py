@@ -36,7 +36,7 @@ __all__ = [
 ProductModel = Literal["landau", "landau_cj", "jwl"]
 BurnModel = Literal["time", "time_or_compression"]
 Quadrature = Literal["one_point", "full"]
-Interface = Literal["bonded", "shared"]
+Interface = Literal["sliding", "shared"]
 Geometry = Literal["3d", "axisymmetric"]
 Symmetry = Literal["auto", "off"]
 
@@ -190,7 +190,9 @@ class Hourglass:
 class ContactSettings:
     """Contact of charge and casing (face-face, Eqs. 12-15) and of any surfaces that meet (point-face, Eqs. 16-18)."""
 
-    charge_casing: Interface = "bonded"  # until reacted, then the products slide; "shared": common nodes, no slip
+    charge_casing: Interface = (
+        "sliding"  # bonded until reacted, then the products slide; "shared": common nodes, no slip
+    )
     cohesion: float = 5e6  # c of the unreacted charge's bond (Pa)
     tensile_strength: float = 5e6  # T of the unreacted charge's bond (Pa)
     friction_angle: float = 20.0  # of the unreacted charge on the casing (degrees); products have none

@@ -33,7 +33,7 @@ def simulate(
     series: bool = True,
     profile: bool = False,
 ) -> BurstResult:
-    """Compute the burst and write burst.xdmf, burst.h5, burst_snapshot.h5 and, while it runs, checkpoint.h5.
+    """Compute the burst and write burst.xdmf, the folder burst, burst_snapshot.h5 and, while it runs, checkpoint.h5.
 
     Parameters
     ----------

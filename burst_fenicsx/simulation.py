@@ -153,7 +153,7 @@ class Simulation(AssembledBurst):
                     history = solver.time + _HISTORY_INTERVAL
                     finished = finished or self._acceleration_is_complete()
                 if finished:
-                    self.solver.release_folded_metal()
+                    self.solver.erode_folded_metal()
                 if solver.time >= output * (1.0 - 1e-12) or finished:
                     self._write_output()
                     output += settings.output_interval

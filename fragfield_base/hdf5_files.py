@@ -1,23 +1,20 @@
-"""HDF5 files: written whole or extended atomically, and read after a check of their seal.
+"""HDF5 files: written whole, in one move, and read after a check of their seal.
 
-The HDF5 library never meets the disk while it writes (`fragfield_base.hdf5_body`). A new file is a draft that is
-renamed; a file that grows is changed by way of a journal (`fragfield_base.hdf5_journal`); a file that is read is
-checked first (`fragfield_base.hdf5_soundness`).
+HDF5 does not recover from a failed write: a full disk ends it by signal 11, now or when the process exits. So the
+library writes to memory alone, and what it has made is written as any other file (`fragfield_base.writing`). A file
+that is read is checked first (`fragfield_base.hdf5_soundness`).
 """
 
 from __future__ import annotations
 
-import atexit
-import os
-from contextlib import contextmanager, suppress
-from typing import TYPE_CHECKING, Any
+import io
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
 
-from fragfield_base.hdf5_body import Body, write_at
-from fragfield_base.hdf5_journal import JOURNAL, begin, commit, journal_path, recover, replay
 from fragfield_base.hdf5_soundness import check_sound
 from fragfield_base.interruption import Interruption
-from fragfield_base.seal import Seal, SealError, read_seal
-from fragfield_base.writing import described, open_draft, publish, refuse_link, refuse_second_name
+from fragfield_base.seal import seal_of
+from fragfield_base.writing import refuse_link, replacing
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -25,39 +22,17 @@ if TYPE_CHECKING:
 
     import h5py
 
-__all__ = ["JOURNAL", "appending", "check_sound", "creating", "reading", "recover"]
+__all__ = ["check_sound", "creating", "reading"]
 
-# Version 1.8 holds attributes above 64 kB (the case of a large stack), and unlike later ones has no mark "open for
-# writing", which would make the file of a killed run unreadable.
-_VERSIONS = ("v108", "v110")
-_KEPT = "what was written before is unchanged and can be read"
+_VERSIONS = ("v108", "v110")  # 1.8 holds attributes above 64 kB: the case of a large stack
 _READING_FAULTS = (
     OSError, RuntimeError, LookupError, ValueError, TypeError, AttributeError, ArithmeticError, MemoryError,
 )  # fmt: skip
-_open: dict[int, h5py.File] = {}
 
 
 @contextmanager
-def _closed_at_exit(file: h5py.File) -> Iterator[h5py.File]:
-    """Close a file when the block ends, or, where it never does, while Python is still there to be written through."""
-    _open[id(file)] = file
-    try:
-        with file:
-            yield file
-    finally:
-        del _open[id(file)]
-
-
-@atexit.register
-def _close_all() -> None:
-    for file in list(_open.values()):
-        with suppress(Exception):
-            file.close()
-
-
-@contextmanager
-def creating(path: Path, error: type[Exception], **options: Any) -> Iterator[h5py.File]:
-    """Write a new HDF5 file; it takes its name, sealed, when the block ends without an error.
+def creating(path: Path, error: type[Exception]) -> Iterator[h5py.File]:
+    """Make a new HDF5 file in memory; it is written, sealed, when the block ends without an error.
 
     Parameters
     ----------
@@ -65,83 +40,17 @@ def creating(path: Path, error: type[Exception], **options: Any) -> Iterator[h5p
         The file; an older one is replaced.
     error : type
         Raised, with one message, where it cannot be written.
-    options
-        Of h5py.File.
-    """
-    import h5py
-
-    options.setdefault("libver", _VERSIONS)
-    with Interruption(patient=True):
-        draft, descriptor = open_draft(path, error)
-        body = Body(descriptor, 0)
-        try:
-            with _closed_at_exit(h5py.File(body, "w", **options)) as file:
-                yield file
-            body.raise_fault()
-            os.ftruncate(descriptor, body.size)
-            write_at(descriptor, body.size, Seal.of(descriptor, body.size).to_bytes())
-            journal_path(path).unlink(missing_ok=True)  # of an older file of this name
-            publish(draft, path, descriptor)
-        except BaseException as found:
-            with suppress(OSError):
-                draft.unlink(missing_ok=True)
-            fault = body.fault or found  # HDF5 may have stumbled over what the disk did not give
-            if isinstance(fault, OSError):
-                raise error(described(path, fault)) from None
-            raise
-        finally:
-            os.close(descriptor)
-
-
-@contextmanager
-def appending(path: Path, error: type[Exception], **options: Any) -> Iterator[h5py.File]:
-    """Add to an HDF5 file or change it; the file has all changes when the block ends without an error, else none.
-
-    Parameters
-    ----------
-    path : Path
-        The file, which exists.
-    error : type
-        Raised, with one message, where it cannot be read or written.
-    options
-        Of h5py.File.
     """
     import h5py
 
     refuse_link(path, error)
-    refuse_second_name(path, error)
-    options.setdefault("libver", _VERSIONS)
     with Interruption(patient=True):
-        try:
-            descriptor = os.open(path, os.O_RDWR | os.O_NOFOLLOW | os.O_CLOEXEC)
-        except OSError as found:
-            raise error(described(path, found, _KEPT)) from None
-        locks: list[int] = []
-        body: Body | None = None
-        try:
-            recover(path, error)
-            seal = read_seal(descriptor)
-            base = os.fstat(descriptor).st_size if seal is None else seal.size
-            locks.append(begin(path, base, seal))
-            body = Body(descriptor, base)
-            with _closed_at_exit(h5py.File(body, "r+", **options)) as file:
-                yield file
-            body.raise_fault()
-            commit(path, descriptor, body, seal, locks)
-        except BaseException as found:
-            if locks:
-                with suppress(OSError):
-                    replay(path, descriptor)
-            fault = (body.fault if body is not None else None) or found
-            if isinstance(fault, OSError):
-                raise error(described(path, fault, _KEPT)) from None
-            if isinstance(fault, SealError):
-                raise error(f"{path}: damaged: {fault}") from None
-            raise
-        finally:
-            os.close(descriptor)
-            for lock in locks:
-                os.close(lock)
+        image = io.BytesIO()
+        with h5py.File(image, "w", libver=_VERSIONS) as file:
+            yield file
+        with replacing(path, error) as stream:
+            stream.write(image.getbuffer())
+            stream.write(seal_of(image.getbuffer()))
 
 
 @contextmanager

@@ -6,15 +6,12 @@ fail as it likes (`fragfield_base.probe`).
 
 from __future__ import annotations
 
-import os
 import stat
 import subprocess
-import time
 from pathlib import Path
 
-from fragfield_base.hdf5_journal import recover
 from fragfield_base.own_process import run_script
-from fragfield_base.seal import SealError, read_seal
+from fragfield_base.seal import SealError, check_seal
 
 __all__ = ["check_sound"]
 
@@ -27,14 +24,10 @@ def check_sound(path: Path, error: type[Exception], advice: str = "") -> None:
     try:
         if not stat.S_ISREG(path.stat().st_mode):
             raise error(f"{path}: not a file")
-        recover(path, error)
         before = _state(path)
         if _sound.get(str(path)) == before:
             return
         fault = _fault_of(path)
-        if fault is not None and _state(path) != before:  # it has just been written
-            time.sleep(0.5)
-            fault = _fault_of(path)
     except FileNotFoundError:
         raise error(f"{path}: no such file{end}") from None
     except OSError as found:
@@ -50,17 +43,11 @@ def _state(path: Path) -> tuple[int, int, int]:
 
 
 def _fault_of(path: Path) -> str | None:
-    descriptor = os.open(path, os.O_RDONLY | os.O_CLOEXEC)
     try:
-        seal = read_seal(descriptor)
-        if seal is None:
-            return _probed(path)
-        seal.check(descriptor)
+        with path.open("rb") as file:
+            return None if check_seal(file) else _probed(path)
     except SealError as found:
         return f"damaged, cut off or changed since it was written: {found}"
-    finally:
-        os.close(descriptor)
-    return None
 
 
 def _probed(path: Path) -> str | None:

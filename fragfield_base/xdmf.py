@@ -26,7 +26,10 @@ def stamped_xdmf(text: str) -> str:
 
 
 def check_xdmf(path: Path, error: type[Exception], advice: str = "") -> None:
-    """Refuse an XDMF file that is damaged, or that takes data from another file than the HDF5 file of its name."""
+    """Refuse an XDMF file that is damaged, or that takes data from elsewhere than from its own HDF5 files.
+
+    Its own are the one of its name, and those in the folder of its name.
+    """
     end = f"; {advice}" if advice else ""
     text = read_text(path, error, most=_MOST, advice=advice)
     found = _STAMP.search(text)
@@ -35,27 +38,32 @@ def check_xdmf(path: Path, error: type[Exception], advice: str = "") -> None:
     if "<!DOCTYPE" in text or "<!ENTITY" in text:
         raise error(f"{path}: declares entities, which are not read{end}")
     try:
-        found_items = [(item.text or "", item.get("Dimensions", "")) for item in ET.fromstring(text).iter("DataItem")]
+        items = [(item.text or "", item.get("Dimensions", "")) for item in ET.fromstring(text).iter("DataItem")]
     except ET.ParseError as fault:
         raise error(f"{path}: cut off, or not XML ({fault}){end}") from None
-    items = [position for position, _ in found_items]
-    own = f"{path.with_suffix('.h5').name}:/"
-    if other := next((item for item in items if not item.strip().startswith(own)), None):
-        raise error(f"{path}: takes data from {other.strip()[:60]!r}; allowed: {own}...{end}")
-    _check_shapes(path, {(position.strip(), size) for position, size in found_items}, error, advice)
+    own = re.compile(rf"{re.escape(path.stem)}(/[0-9]+)?\.h5:/")
+    if other := next((position.strip() for position, _ in items if not own.match(position.strip())), None):
+        raise error(
+            f"{path}: takes data from {other[:60]!r}; allowed: {path.stem}.h5:/, {path.stem}/0000.h5:/ ...{end}"
+        )
+    _check_shapes(path, {(position.strip(), size) for position, size in items}, error, advice)
 
 
 def _check_shapes(path: Path, items: set[tuple[str, str]], error: type[Exception], advice: str) -> None:
-    """Refuse an HDF5 file that lacks an array, or has it in another shape: VTK would read beyond its end."""
-    with reading(path.with_suffix(".h5"), error, advice) as file:
-        for position, size in sorted(items):
-            name = position.partition(":")[2]
-            shape = getattr(file.get(name), "shape", None)
-            if shape is None or " ".join(map(str, shape)) != size.strip():
-                raise error(
-                    f"{path.with_suffix('.h5')}: damaged, or of another run: {name} has the shape {shape}, "
-                    f"{path.name} says ({size}); {advice}"
-                )
+    """Refuse HDF5 files that lack an array, or have it in another shape: VTK would read beyond its end."""
+    wanted: dict[str, list[tuple[str, str]]] = {}
+    for position, size in sorted(items):
+        name, _, dataset = position.partition(":")
+        wanted.setdefault(name, []).append((dataset, size))
+    for name, arrays in wanted.items():
+        with reading(path.parent / name, error, advice) as file:
+            for dataset, size in arrays:
+                shape = getattr(file.get(dataset), "shape", None)
+                if shape is None or " ".join(map(str, shape)) != size.strip():
+                    raise error(
+                        f"{path.parent / name}: damaged, or of another run: {dataset} has the shape {shape}, "
+                        f"{path.name} says ({size}); {advice}"
+                    )
 
 
 def _digest(text: str) -> str:

@@ -11,7 +11,7 @@ from mpi4py import MPI
 
 from burst_fenicsx import compat
 from burst_fenicsx.axisymmetric.rings import areas, folded, longest_edges, nodal_volumes, ring_volumes
-from burst_fenicsx.kernels.axisymmetric.quadrilateral import ROWS_OF_CELLS, Rings
+from burst_fenicsx.kernels.axisymmetric.quadrilateral import AxisymmetricState
 from burst_fenicsx.kernels.lanes import LANES
 from burst_fenicsx.kernels.step.levels import move_lanes
 from burst_fenicsx.mechanics.fields import BurstFields, Element, make_fields
@@ -19,7 +19,7 @@ from burst_fenicsx.meshing.distributed import DistributedMesh
 from burst_fenicsx.problem import Part
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Sequence
 
     from burst_fenicsx.axisymmetric.mesh import MeridianMesh
     from burst_fenicsx.problem import BurstSettings, Round
@@ -38,7 +38,7 @@ class RingFields(BurstFields):
     rings : what the kernels need besides.
     """
 
-    rings: Rings
+    rings: AxisymmetricState
 
     @property
     def momentum_is_conserved(self) -> tuple[bool, bool, bool]:
@@ -46,18 +46,18 @@ class RingFields(BurstFields):
         return (False, False, True)
 
     def volumes(self) -> np.ndarray:
-        """Volumes of the cells now (cells,) in m3; of released ones as they were then."""
+        """Volumes of the cells now (cells,) in m3; of eroded ones as they were then."""
         found = ring_volumes(self.nodes.position, self.mesh.dofmap)
-        return np.where(self.released, self.blocks.by_cell(self.grid.volume), found)
+        return np.where(self.eroded, self.blocks.by_cell(self.grid.volume), found)
 
     def cell_velocities(self) -> np.ndarray:
         """Mean of each cell's nodal velocities (cells, 3) in m/s."""
         found: np.ndarray = self.nodes.velocity[self.mesh.dofmap].mean(axis=1)
         return found
 
-    def folded(self) -> np.ndarray:
-        """Whether a corner of a quadrilateral is turned inside out (cells,); released ones are no cells any more."""
-        return folded(self.nodes.position, self.mesh.dofmap) & ~self.released
+    def folded(self, cells: np.ndarray | slice = slice(None)) -> np.ndarray:
+        """Whether a corner of each quadrilateral is turned inside out (cells,); eroded ones are no cells any more."""
+        return folded(self.nodes.position, self.mesh.dofmap[cells]) & ~self.eroded[cells]
 
     def solid_sums(self) -> np.ndarray:
         """Elastic energy (J); mass (kg), size of momentum (kg m/s) and kinetic energy (J) of the casing, (4,)."""
@@ -83,29 +83,14 @@ class RingFields(BurstFields):
     def _casing(self) -> np.ndarray:
         return np.flatnonzero(self.mesh.part == Part.CASING)
 
-    @property
-    def released(self) -> np.ndarray:
-        """Whether each cell is torn metal that has been released (cells,)."""
-        found: np.ndarray = self.rings.released != 0
-        return found
-
-    def element_arrays(self) -> dict[str, np.ndarray]:
-        """What rings keep besides the state of all cells, for the checkpoint."""
-        return {"released": self.released}
-
-    def restore_element_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Take over what `element_arrays` gave."""
-        self.rings.released[:] = arrays["released"]
-        flags = self.blocks.by_slot(arrays["released"].astype(float)).reshape(-1, LANES)
-        self.rings.kept.reshape(-1, ROWS_OF_CELLS, LANES)[:, -1] = flags
-
     def regroup(self, level: np.ndarray, highest: int) -> None:
         """As `BurstFields.regroup`, with the rings' own arrays."""
         source = self.blocks.slot_of_cell
         super().regroup(level, highest)
-        kept = np.empty((len(self.blocks.cells), ROWS_OF_CELLS * LANES))
-        move_lanes(source[self.blocks.cells.ravel()], np.arange(len(kept)), self.rings.kept, kept)
-        self.rings = self.rings._replace(kept=kept)
+        inverse_share = np.empty((len(self.blocks.cells), 4 * LANES))
+        blocks = np.arange(len(inverse_share))
+        move_lanes(source[self.blocks.cells.ravel()], blocks, self.rings.inverse_share, inverse_share)
+        self.rings = self.rings._replace(inverse_share=inverse_share, slot=self.blocks.slot_of_cell)
 
 
 def on_dolfinx(mesh: MeridianMesh) -> DistributedMesh:
@@ -146,14 +131,12 @@ def make_ring_fields(
     plain.grid = plain.grid._replace(rounding=0.0)  # one rank sums in one order: nothing is rounded
     position = plain.nodes.position
     share = _RING.shares(position, mesh.dofmap) * plain.cell_mass[:, None]
-    kept = np.column_stack([1.0 / share, plain.blocks.by_cell(plain.grid.volume), np.zeros(len(share))])
-    of_slots = plain.blocks.by_slot(kept).reshape(-1, LANES, ROWS_OF_CELLS)
-    rings = Rings(
-        kept=np.ascontiguousarray(of_slots.transpose(0, 2, 1)).reshape(-1, ROWS_OF_CELLS * LANES),
-        released=np.zeros(len(share), dtype=np.int8),
+    of_slots = plain.blocks.by_slot(1.0 / share).reshape(-1, LANES, 4)
+    rings = AxisymmetricState(
+        inverse_share=np.ascontiguousarray(of_slots.transpose(0, 2, 1)).reshape(-1, 4 * LANES),
+        slot=plain.blocks.slot_of_cell,
         mass=plain.mass,
         axis=np.flatnonzero(position[:, 0] == 0.0).astype(np.int32),
-        plane=False,
     )
     return RingFields(**{item.name: getattr(plain, item.name) for item in fields(plain)}, rings=rings)
 

@@ -85,7 +85,7 @@ class AxisymmetricSimulation(Simulation):
         assert profile is not None
         mesh = mesh_meridian(profile, self.settings.cell_size)
         found = meridian_quality(mesh, profile)
-        return (split_charges(mesh) if self.settings.contact.charge_casing == "bonded" else mesh), found
+        return (split_charges(mesh) if self.settings.contact.charge_casing == "sliding" else mesh), found
 
     def _make_surfaces(self, bins: int) -> RadialSurfaces:
         return meridian_surfaces(self.mesh, self.settings.leakage.parts, bins)

@@ -12,12 +12,13 @@ from mpi4py import MPI
 
 from burst_fenicsx.axisymmetric.surfaces import outer_edges
 from burst_fenicsx.contact.accounting import PlaneImpulse
-from burst_fenicsx.contact.forces import ContactForces, Penetrations, stable_budget
+from burst_fenicsx.contact.forces import ContactForces, Penetrations, max_squared_phase
 from burst_fenicsx.contact.sliding import INTERFACE_STATE
 from burst_fenicsx.kernels.axisymmetric.line_pressure import spread_pressure
 from burst_fenicsx.kernels.axisymmetric.line_state import SPREAD, LineContacts, SlideLine
 from burst_fenicsx.kernels.axisymmetric.step import LineSettings
 from burst_fenicsx.kernels.cells.charge_pressure import PARAMETERS
+from burst_fenicsx.kernels.constants import SMOOTH
 from burst_fenicsx.problem import Part
 
 if TYPE_CHECKING:
@@ -31,7 +32,6 @@ __all__ = ["LineInterface", "MeridianContact"]
 
 _LEFT, _TIED = 1, 2  # values of `off`: the node has left its line; it belongs to both sides
 _STATE = (*INTERFACE_STATE, "pressing")
-_SMOOTH = np.cos(np.radians(45.0))  # edges whose normals differ by less are one smooth line
 
 
 class LineInterface:
@@ -56,14 +56,13 @@ class LineInterface:
         of_node = np.arange(len(mesh.nodes))
         of_node[mesh.twins[:, 1]] = mesh.twins[:, 0]
         edges, cell_of_edge, covered = _line_edges(mesh)
-        local_cell = np.argsort(fields.mesh.cell)
+        self._cell = cell_of_edge
         neighbour, end, sides = _smooth_groups(mesh.nodes, edges)
         group_node = np.full(len(sides), -1)
         group_node[end.ravel()] = edges.ravel()
         nodes = np.unique(np.concatenate([local(edges).ravel(), local(of_node[edges[covered]]).ravel()]))
         self.line = SlideLine(
             edges=local(edges).astype(np.int32),
-            metal=local_cell[cell_of_edge].astype(np.int32),
             neighbour=neighbour,
             across=_across_creases(mesh.nodes, edges, neighbour),
             end=end,
@@ -71,7 +70,6 @@ class LineInterface:
             on_axis=mesh.nodes[group_node, 0] == 0.0,
             vector=np.zeros((len(sides), 2)),
             nodes=nodes.astype(np.int32),
-            plane=False,
         )
         # A contact for every group that has an edge at which the charge lies.
         at_charge = np.array([any(covered[edge] for edge in pair if edge >= 0) for pair in sides])
@@ -115,6 +113,13 @@ class LineInterface:
             last_position=fields.nodes.position.copy(),
         )
 
+    def leave_eroded(self, eroded: np.ndarray) -> None:
+        """Free for good the charge's nodes that lie on edges of `eroded` cells (cells of the whole mesh,) now.
+
+        Eroded metal holds no products back: those kept on its nodes are drawn out by them until their cells fold.
+        """
+        self.contacts.off[eroded[self._cell[self.contacts.face]]] = _LEFT
+
     @property
     def energies(self) -> np.ndarray:
         """Spring energy now and friction in the last step (J)."""
@@ -157,7 +162,7 @@ class MeridianContact(ContactForces):
         self.friction = self.work = 0.0
         self.impulse = PlaneImpulse(self.comm, fields)
         self.penetrations = Penetrations()
-        self.torn = np.zeros(len(mesh.cells), dtype=bool)  # the line's own contacts end in its kernel
+        self.torn = np.zeros(len(mesh.cells), dtype=bool)
         # Parts that share their nodes have a line without edges, which does nothing.
         self.line = LineInterface(mesh, fields)
         self._always = self._pushed = np.zeros(0, dtype=np.int32)  # all forces are the line's
@@ -167,7 +172,7 @@ class MeridianContact(ContactForces):
         self.settings = LineSettings(
             level=0,
             exists=self.exists,
-            stable_budget=stable_budget(settings.time_step),
+            max_squared_phase=max_squared_phase(settings.time_step),
             tensile_strength=contact.tensile_strength,
             cohesion=contact.cohesion,
             friction=float(np.tan(np.radians(contact.friction_angle))),
@@ -190,12 +195,12 @@ class MeridianContact(ContactForces):
         self.settings = self.settings._replace(level=level)
         self.line.contacts.last_position[:] = self._fields.nodes.position
 
-    def take(self, sums: np.ndarray, *, front_near: bool) -> None:
+    def take(self, sums: np.ndarray, *, front_is_active: bool) -> None:
         """Take the sums of a step, (3,): friction, work on the nodes (J), largest penetration (m); they are cleared."""
         self.friction += float(sums[0])
         self.work += float(sums[1])
         deepest, found = self.penetrations, float(sums[2])
-        if front_near:
+        if front_is_active:
             deepest.interface_at_front = max(deepest.interface_at_front, found)
         else:
             deepest.interface_after = max(deepest.interface_after, found)
@@ -234,7 +239,7 @@ def _smooth_groups(nodes: np.ndarray, edges: np.ndarray) -> tuple[np.ndarray, np
     sides: list[tuple[int, int]] = []
     for edge, node in enumerate(edges[:, 1]):
         onward = starts.get(int(node), -1)
-        smooth = onward >= 0 and float(along[edge] @ along[onward]) > _SMOOTH
+        smooth = onward >= 0 and float(along[edge] @ along[onward]) > SMOOTH
         end[edge, 1] = len(sides)
         sides.append((edge, onward if smooth else -1))
         if smooth:

@@ -40,16 +40,6 @@ class RingSolver(BurstSolver):
         self._work = make_scratch(1)[0]
         super().__init__(fields, settings, leakage, ledger, contact=contact)
 
-    def release_torn_metal(self) -> None:
-        """Nothing: rings are judged in every step of their own."""
-
-    def release_folded_metal(self) -> None:
-        """Release, at the end of the burst, rings of casing and fuze without strength that are folded."""
-        state = self.fields
-        torn = state.folded() & state.without_strength()
-        state.restore_element_arrays({"released": state.released | torn})
-        state.solid.stress[np.flatnonzero(torn)] = 0.0
-
     def advance(self, step: float) -> None:
         """All parts of a macro step (s)."""
         begin = self.time
@@ -77,7 +67,7 @@ class RingSolver(BurstSolver):
         sums, totals = self._sums, self._totals
         self.ledger.add(sums.energy[None], sums.released[None])
         sums.energy[:], sums.released[:] = 0.0, 0.0
-        self.contact.take(sums.contact, front_near=self.front_near)
+        self.contact.take(sums.contact, front_is_active=self.front_is_active)
         self.stable_step = float(sums.limits[0])
         totals.stable_step[:], totals.smallest_volume[:] = sums.limits[0], sums.limits[1]
         totals.smallest[:] = int(sums.limits[2])

@@ -279,16 +279,16 @@ class CollidingSurfaces(NodeContact):
         for values in (state.penetration, state.unloaded, state.active_penetration, state.stiffness):
             clear_rows(values.reshape(-1, 1), nodes)
 
-    def add_forces(self, budget: float, step: float, velocity: np.ndarray, force: np.ndarray) -> None:
+    def add_forces(self, max_squared_frequency: float, step: float, velocity: np.ndarray, force: np.ndarray) -> None:
         """Add the contact forces on this rank's own nodes to `force` (nodes, 3) in N; collective.
 
-        `budget` bounds the springs over the nodes' masses (1/s2); `step` is the step (s) that led here and `velocity`
-        (nodes, 3) the mean one over it (m/s).
+        `max_squared_frequency` bounds the springs over the nodes' masses (1/s2); `step` is the step (s) that led here
+        and `velocity` (nodes, 3) the mean one over it (m/s).
         """
         if not self._any_near:
             return
         self._exchange_motion(velocity)
-        law = CollisionLaw(budget, step, self._friction)
+        law = CollisionLaw(max_squared_frequency, step, self._friction)
         find_contacts(law, self.state, self._position, self._velocity, self._mass)
         rows = self._near_rows
         clear_rows(self._sums, rows)

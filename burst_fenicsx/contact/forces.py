@@ -25,11 +25,11 @@ if TYPE_CHECKING:
     from burst_fenicsx.meshing.distributed import DistributedMesh
     from burst_fenicsx.problem import BurstSettings, TimeStep
 
-__all__ = ["PLANE_REACH", "ContactForces", "Penetrations", "stable_budget"]
+__all__ = ["PLANE_REACH", "ContactForces", "Penetrations", "max_squared_phase"]
 
 _SAFETY = 0.9  # share taken of the stability that the cells leave to contact
 _FIXED_STEP_CFL = 0.9  # a fixed step is taken to be this share of the stable one
-_PLANE_SHARE = 0.4  # of the budget, where planes are; the rest is the surfaces'
+_PLANE_SHARE = 0.4  # of the squared frequency, where planes are; the rest is the surfaces'
 _REACH = 1.0  # of the cell size: how far surfaces may approach between two searches
 PLANE_REACH = 6.0
 """Of the cell size: distance from a plane within which nodes are looked after."""
@@ -57,7 +57,7 @@ class Penetrations:
         return max(self.interface_at_front, self.interface_after, self.collision, self.plane)
 
 
-def stable_budget(step: TimeStep) -> float:
+def max_squared_phase(step: TimeStep) -> float:
     """Bound on (omega dt)^2 that the cells' steps leave to the springs of contact."""
     share = step.cfl if step.fixed is None else _FIXED_STEP_CFL
     return _SAFETY * 4.0 * (1.0 - share**2)
@@ -88,7 +88,7 @@ class ContactForces:
 
     def __init__(self, mesh: HexahedralMesh, fields: BurstFields, settings: BurstSettings) -> None:
         contact = settings.contact
-        self._budget = stable_budget(settings.time_step)
+        self._max_squared_phase = max_squared_phase(settings.time_step)
         self._fields = fields
         self.comm = fields.mesh.comm
         self.force = np.zeros_like(fields.nodes.force)
@@ -211,7 +211,7 @@ class ContactForces:
             self.restore_torn(self.torn)
         # Not when a burst is resumed: between two looks nodes may have come to lie on torn faces.
         if self.interface is not None and self.torn.any():
-            self.interface.leave_torn(self.torn)
+            self.interface.leave_eroded(self.torn)
 
     def restore_torn(self, torn: np.ndarray) -> None:
         """Take over which cells of the whole mesh are torn metal."""
@@ -220,24 +220,24 @@ class ContactForces:
             opened = self._torn_faces.opened(self.torn) if self._torn_faces is not None else None
             self.collisions.drop_faces(self.torn, opened)
 
-    def add_forces(self, stable_for: float, step: float, *, front_near: bool) -> None:
+    def add_forces(self, stable_for: float, step: float, *, front_is_active: bool) -> None:
         """Add the forces on this rank's own nodes to the resultant, times the share of contact's step; collective.
 
         Parameters
         ----------
         stable_for : the step (s) for which the springs must be stable; 0 before the first step: no force.
         step : the step (s) that led here.
-        front_near : whether a detonation front runs or is being reflected, for the record of penetrations.
+        front_is_active : whether a detonation front runs or is being reflected, for the record of penetrations.
         """
         if not self.exists or stable_for <= 0.0:
             return
-        budget = self._budget / stable_for**2
+        max_squared_frequency = self._max_squared_phase / stable_for**2
         with self._mean_velocities(step) as velocity:
             self._accumulate_work(step, velocity)
             clear_rows(self.force, self._pushed)
-            self._join(budget, step, velocity, front_near=front_near)
-            self._collide(budget, step, velocity)
-            self._push_from_planes(budget, step, velocity)
+            self._join(max_squared_frequency, step, velocity, front_is_active=front_is_active)
+            self._collide(max_squared_frequency, step, velocity)
+            self._push_from_planes(max_squared_frequency, step, velocity)
             self._find_pushed()
             self._accumulate_work(step, velocity)
         for part in self._parts:
@@ -250,36 +250,36 @@ class ContactForces:
             rounding = self._fields.grid.rounding
             self.work += work_on_rows(0.5 * step, self.force, self._pushed, velocity, rounding)
 
-    def _join(self, budget: float, step: float, velocity: np.ndarray, *, front_near: bool) -> None:
+    def _join(self, max_squared_frequency: float, step: float, velocity: np.ndarray, *, front_is_active: bool) -> None:
         """Forces of the bonds; `velocity` (nodes, 3) m/s, the mean over the step."""
         if self.interface is None:
             return
-        self.interface.add_forces(budget, step, velocity, self.force)
+        self.interface.add_forces(max_squared_frequency, step, velocity, self.force)
         deepest = self.penetrations
-        if front_near:
+        if front_is_active:
             deepest.interface_at_front = max(deepest.interface_at_front, self.interface.deepest)
         else:
             deepest.interface_after = max(deepest.interface_after, self.interface.deepest)
 
-    def _collide(self, budget: float, step: float, velocity: np.ndarray) -> None:
+    def _collide(self, max_squared_frequency: float, step: float, velocity: np.ndarray) -> None:
         """Forces of colliding surfaces, after a search where one is due; collective."""
         if self.collisions is None:
             return
         if self.collisions.search_is_due(step):
             self.collisions.search()
         share = 1.0 - _PLANE_SHARE if self.planes else 1.0
-        self.collisions.add_forces(budget * share, step, velocity, self.force)
+        self.collisions.add_forces(max_squared_frequency * share, step, velocity, self.force)
         deepest = self.penetrations
         deepest.collision = max(deepest.collision, self.collisions.deepest)
         deepest.interior_collision = max(deepest.interior_collision, self.collisions.deepest_interior)
 
-    def _push_from_planes(self, budget: float, step: float, velocity: np.ndarray) -> None:
+    def _push_from_planes(self, max_squared_frequency: float, step: float, velocity: np.ndarray) -> None:
         """Forces of the planes, and what impulse they have given."""
         if not self.planes:
             return
         pushed = np.zeros((2, 3))
         for plane in self.planes:
-            plane.add_forces(budget * _PLANE_SHARE, step, velocity, self.force, self.impulse.constants)
+            plane.add_forces(max_squared_frequency * _PLANE_SHARE, step, velocity, self.force, self.impulse.constants)
             pushed += plane.given
             self.penetrations.plane = max(self.penetrations.plane, plane.deepest)
             self.penetrations.interior_plane = max(self.penetrations.interior_plane, plane.deepest_interior)

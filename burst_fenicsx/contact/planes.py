@@ -135,15 +135,21 @@ class PlaneContact(NodeContact):
         return nearer
 
     def add_forces(
-        self, budget: float, step: float, velocity: np.ndarray, force: np.ndarray, bins: tuple[float, float]
+        self,
+        max_squared_frequency: float,
+        step: float,
+        velocity: np.ndarray,
+        force: np.ndarray,
+        bins: tuple[float, float],
     ) -> None:
         """Add the plane's forces to `force` (nodes, 3) in N.
 
-        `budget` is its stiffness over a node's mass (1/s2), `step` the step (s) that led here, `velocity` (nodes, 3)
-        the mean one over it (m/s) and `bins` the constants of exact sums of its forces, see `exact.two_constants`.
+        `max_squared_frequency` is its stiffness over a node's mass (1/s2), `step` the step (s) that led here,
+        `velocity` (nodes, 3) the mean one over it (m/s) and `bins` the constants of exact sums of its forces, see
+        `exact.two_constants`.
         """
         self._find_near(step)
-        law = PlaneLaw(self._normal, self._level, budget, step, self._friction)
+        law = PlaneLaw(self._normal, self._level, max_squared_frequency, step, self._friction)
         push_from_plane(law, self.near, self.state, self._fields.mass, self._fields.nodes.position, velocity, force)
         rounding = self._fields.grid.rounding
         self._sums = plane_sums(self._normal, self._on_surface, self.near, self.state, rounding, *bins)

@@ -8,6 +8,7 @@ import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
+from burst_fenicsx.kernels.constants import SMOOTH
 from burst_fenicsx.kernels.contact.slide_points import SlideSurface
 from burst_fenicsx.kernels.contact.sliding import SlideContacts
 from burst_fenicsx.kernels.geometry.smooth_faces import group_faces
@@ -18,8 +19,6 @@ if TYPE_CHECKING:
     from burst_fenicsx.meshing import HexahedralMesh
 
 __all__ = ["faces_of", "interface_faces", "make_contacts", "smooth_surface", "widened"]
-
-_SMOOTH = np.cos(np.radians(45.0))  # faces around a node whose normals differ by less are one smooth surface
 
 
 def interface_faces(mesh: HexahedralMesh) -> tuple[np.ndarray, np.ndarray, int]:
@@ -49,7 +48,7 @@ def _smooth_edges(nodes: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.
     """The two faces of every edge at which the surface is smooth."""
     one, other = _shared_edges(faces)
     normal = _normals(nodes, faces)
-    smooth = np.einsum("ij,ij->i", normal[one // 4], normal[other // 4]) > _SMOOTH
+    smooth = np.einsum("ij,ij->i", normal[one // 4], normal[other // 4]) > SMOOTH
     return one[smooth] // 4, other[smooth] // 4
 
 
@@ -64,7 +63,7 @@ def _shared_edges(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def smooth_surface(nodes: np.ndarray, faces: np.ndarray, rows: int) -> tuple[SlideSurface, np.ndarray]:
     """The faces with their smooth groups around each node, and the row of each group's node."""
     normal = _normals(nodes, faces)
-    first, first_face, face = group_faces(faces, normal, np.arange(rows, dtype=np.int32), rows, _SMOOTH)
+    first, first_face, face = group_faces(faces, normal, np.arange(rows, dtype=np.int32), rows, SMOOTH)
     groups = len(first_face) - 1
     group_row = np.repeat(np.arange(rows), np.diff(first))
     group_of_entry = np.repeat(np.arange(groups, dtype=np.int32), np.diff(first_face))

@@ -11,8 +11,8 @@ from burst_fenicsx.contact.accounting import CONTACT_FORCES
 from burst_fenicsx.contact.halo import Halo
 from burst_fenicsx.contact.slide_surface import faces_of, interface_faces, make_contacts, smooth_surface, widened
 from burst_fenicsx.kernels.cells.charge_pressure import PARAMETERS
+from burst_fenicsx.kernels.contact.slide_law import SlideLaw
 from burst_fenicsx.kernels.contact.sliding import (
-    SlideLaw,
     add_slide_forces,
     attached_state,
     find_slide_forces,
@@ -153,18 +153,18 @@ class SlidingInterface:
         self._near_groups = groups.astype(np.int32)
         self._master_halo.need(np.unique(surface.faces[around]).astype(np.int32))
 
-    def leave_torn(self, torn: np.ndarray) -> None:
-        """Free for good the charge's nodes that lie on faces of `torn` cells (cells of the whole mesh,) now.
+    def leave_eroded(self, eroded: np.ndarray) -> None:
+        """Free for good the charge's nodes that lie on faces of `eroded` cells (cells of the whole mesh,) now.
 
-        Torn metal holds no products back: those kept on its nodes are drawn out by them until their cells fold.
+        Eroded metal holds no products back: those kept on its nodes are drawn out by them until their cells fold.
         """
         chosen = self.contacts.contact
-        self.contacts.off[chosen[torn[self._cell[self.contacts.face[chosen]]]]] = 1
+        self.contacts.off[chosen[eroded[self._cell[self.contacts.face[chosen]]]]] = 1
 
-    def add_forces(self, budget: float, step: float, velocity: np.ndarray, force: np.ndarray) -> None:
+    def add_forces(self, max_squared_frequency: float, step: float, velocity: np.ndarray, force: np.ndarray) -> None:
         """Add the forces on this rank's own nodes to `force` (nodes, 3) in N; collective.
 
-        `budget` bounds the springs' squared frequency (1/s2); `step` is the step (s) that led here and `velocity`
+        `max_squared_frequency` bounds that of the springs (1/s2); `step` is the step (s) that led here and `velocity`
         (nodes, 3) the mean one over it (m/s).
         """
         fields, surface, contacts, settings = self._fields, self.surface, self.contacts, self.settings
@@ -183,7 +183,7 @@ class SlidingInterface:
         self._add_images(contacts.area, 1.0)
         self._sum_charge_state()
         law = SlideLaw(
-            budget, step, settings.tensile_strength, settings.cohesion,
+            max_squared_frequency, step, settings.tensile_strength, settings.cohesion,
             float(np.tan(np.radians(settings.friction_angle))),
         )  # fmt: skip
         find_slide_forces(
@@ -213,7 +213,7 @@ class SlidingInterface:
         total, fields = self._attached, self._fields
         total[:] = 0.0
         attached_state(
-            self._first_cell, self._cells, self._cell_rows, fields.charge, fields.solid.released,
+            self._first_cell, self._cells, self._cell_rows, fields.charge, fields.solid.eroded,
             fields.blocks.slot_of_cell, self._attached_rounding, total,
         )  # fmt: skip
         self._slave_halo.give(total)

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 
 from burst_fenicsx.errors import InputError
-from fragfield_base.hdf5_files import appending, check_sound, creating
-from fragfield_base.writing import write_text
+from fragfield_base.hdf5_files import creating, reading
+from fragfield_base.writing import described, write_text
 from fragfield_base.xdmf import quoted, stamped_xdmf
 
 if TYPE_CHECKING:
@@ -37,12 +37,11 @@ _KIND = {1: "Scalar", 3: "Vector", 9: "Tensor"}
 
 
 class TimeSeries:
-    """Writer of `<path>.xdmf` and `<path>.h5`: one temporal collection of grids of hexahedra, or of quadrilaterals.
+    """Writer of `<path>.xdmf` and `<path>/0000.h5`, `0001.h5`, ...: one temporal collection of grids, a file a state.
 
-    Both files are complete after every `write`: the HDF5 file gets its new state whole or not at all
-    (`fragfield_base.hdf5_files.appending`), then the XDMF file is replaced in one move. A run that is interrupted,
-    killed or finds the disk full therefore keeps everything written before. An array equal to the one before it (part,
-    round, segment) is stored once and referred to.
+    The grids are of hexahedra, or of quadrilaterals; the first file holds the cells too. Every file is written once and
+    whole, then the XDMF file is replaced in one move. A run that is interrupted, killed or finds the disk full
+    therefore keeps everything written before.
 
     Parameters
     ----------
@@ -51,7 +50,7 @@ class TimeSeries:
     cells : array (m, 8) or (m, 4) of int
         Nodes of each hexahedron or quadrilateral, in VTK order.
     provenance : mapping of str to str, optional
-        Written as attributes of the HDF5 file.
+        Written as attributes of the first file.
     single_precision : bool
         Store the fields in 4 bytes; times and positions always keep 8.
     resume_at : float, optional
@@ -74,18 +73,16 @@ class TimeSeries:
     ) -> None:
         base = Path(path)
         self.xdmf_path = base.with_name(base.name + ".xdmf")
-        self.data_path = base.with_name(base.name + ".h5")
+        self.folder = base
         self._cells = _checked_cells(cells)
         self._real = np.dtype(np.float32 if single_precision else np.float64)
         self._nodes: int | None = None
         self._names: tuple[tuple[str, ...], tuple[str, ...]] | None = None
-        self._last: dict[str, tuple[str, NDArray[Any]]] = {}  # key -> (dataset, array) of the latest distinct array
         self._grids: list[str] = []
         self._times: list[float] = []
         self._closed = False
-        if resume_at is None:
-            self._start(provenance or {})
-        else:
+        self._provenance = dict(provenance or {})
+        if resume_at is not None:
             self._continue(resume_at)
         self._write_xdmf()
 
@@ -139,35 +136,21 @@ class TimeSeries:
             changed = sorted(set(names[0]) ^ set(self._names[0])) + sorted(set(names[1]) ^ set(self._names[1]))
             raise InputError(f"{self.xdmf_path.name}: every output carries the same fields; differing: {changed}")
 
-        group = f"/steps/{len(self._times):06d}"
-        with appending(self.data_path, InputError) as file:
-            step = file.create_group(group)
-            where: dict[str, tuple[str, NDArray[Any]]] = {}
-            for key, data in [
-                ("position", places),
-                *((f"point/{name}", points[name]) for name in sorted(points)),  # as HDF5 gives them back
-                *((f"cell/{name}", fields[name]) for name in sorted(fields)),
-            ]:
-                known = self._last.get(key)
-                if known is not None and np.array_equal(known[1], data):
-                    where[key] = known
-                    step[key] = file[known[0]]  # a hard link: VTK does not follow soft ones
-                else:
-                    step[key] = data
-                    where[key] = (f"{group}/{key}", data)
-            step.attrs["time"] = float(time)  # last: an output without it was cut off
+        arrays = {
+            "position": places,
+            **{f"point/{name}": points[name] for name in sorted(points)},  # as HDF5 gives them back
+            **{f"cell/{name}": fields[name] for name in sorted(fields)},
+        }
+        self._save(len(self._times), float(time), arrays)
         self._names = names
         self._nodes = len(places)
-        # Only whole-number fields are likely to repeat; keeping the others would hold a second copy of the state.
-        self._last = {key: item for key, item in where.items() if item[1].dtype.kind == "i"}
+        self._grids.append(self._grid(len(self._times), float(time), arrays))
         self._times.append(float(time))
-        self._grids.append(self._grid(float(time), where))
         self._write_xdmf()
 
     def close(self) -> None:
         """End the series. The files are complete already, so nothing is lost if this is never called."""
         self._closed = True
-        self._last = {}
 
     def __enter__(self) -> Self:
         """Return the writer itself."""
@@ -179,43 +162,48 @@ class TimeSeries:
         """Close, whatever happened."""
         self.close()
 
-    def _start(self, provenance: Mapping[str, str]) -> None:
-        with creating(self.data_path, InputError) as file:
+    def _file(self, number: int) -> Path:
+        """File of a state; the first holds the cells too."""
+        return self.folder / f"{number:04d}.h5"
+
+    def _save(self, number: int, time: float, arrays: Mapping[str, NDArray[Any]]) -> None:
+        try:
+            self.folder.mkdir(exist_ok=True)
+        except OSError as found:
+            raise InputError(described(self.folder, found)) from None
+        with creating(self._file(number), InputError) as file:
             file.attrs["format"] = FORMAT
-            file.attrs["format_version"] = 1
-            for name, text in provenance.items():
-                file.attrs[name] = str(text)
-            file["cells"] = self._cells
+            file.attrs["format_version"] = 2
+            file.attrs["time"] = time
+            if number == 0:
+                for name, text in self._provenance.items():
+                    file.attrs[name] = str(text)
+                file["cells"] = self._cells
+            for key, data in arrays.items():
+                file[key] = data
 
     def _continue(self, resume_at: float) -> None:
-        if not self.data_path.is_file():
-            raise InputError(f"cannot continue {self.data_path}: there is no such file")
-        check_sound(self.data_path, InputError, _AGAIN)
-        with appending(self.data_path, InputError) as file:
-            if file.attrs.get("format") != FORMAT or not np.array_equal(file.get("cells", ()), self._cells):
-                raise InputError(f"cannot continue {self.data_path}: it is not the time series of this mesh")
-            for name in sorted(file.get("steps", ())):
-                step = file["steps"][name]
-                time = step.attrs.get("time")
-                if time is None or time > resume_at * (1 + 1e-12):
-                    del file["steps"][name]
-                    continue
-                where = {key: self._known(key, step[key]) for key in _dataset_keys(step)}
-                self._times.append(float(time))
-                self._grids.append(self._grid(float(time), where))
-                self._nodes = len(step["position"])
-                self._names = tuple(  # type: ignore[assignment]
-                    tuple(sorted(key.split("/", 1)[1] for key in where if key.startswith(centre + "/")))
-                    for centre in ("point", "cell")
-                )
-                self._last = {key: item for key, item in where.items() if item[1].dtype.kind == "i"}
-
-    def _known(self, key: str, data: h5py.Dataset) -> tuple[str, Any]:
-        """Name and content of an array; of whole numbers that repeat the name under which they came first."""
-        if data.dtype.kind != "i":
-            return data.name, data
-        values, known = data[()], self._last.get(key)
-        return known if known is not None and np.array_equal(known[1], values) else (data.name, values)
+        """Take up the states up to a time, and drop the later ones."""
+        if not self._file(0).is_file():
+            raise InputError(f"cannot continue {self.folder}: there is no such series")
+        number = 0
+        while self._file(number).is_file():
+            with reading(self._file(number), InputError, _AGAIN) as file:
+                time = float(file.attrs["time"])
+                if time > resume_at * (1 + 1e-12):
+                    break
+                if number == 0 and not np.array_equal(file["cells"], self._cells):
+                    raise InputError(f"cannot continue {self.folder}: it is not the time series of this mesh")
+                point, cell = (sorted(file.get(where, ())) for where in ("point", "cell"))
+                keys = [*(f"point/{name}" for name in point), *(f"cell/{name}" for name in cell)]
+                self._names = (tuple(point), tuple(cell))
+                self._nodes = len(file["position"])
+                self._grids.append(self._grid(number, time, {key: file[key] for key in ("position", *keys)}))
+                self._times.append(time)
+            number += 1
+        while self._file(number).is_file():
+            self._file(number).unlink()
+            number += 1
 
     def _checked_positions(self, positions: ArrayLike) -> NDArray[np.float64]:
         places = np.ascontiguousarray(positions, dtype=np.float64)
@@ -238,23 +226,21 @@ class TimeSeries:
                 f"{self.xdmf_path.name}: {centre} field {name!r} has shape {data.shape} and type {data.dtype}; "
                 f"expected numbers in ({rows},), ({rows}, 3), ({rows}, 6), ({rows}, 9) or ({rows}, 3, 3)"
             )
-        # Whole numbers are copied, since the caller goes on in place while equal arrays are still being compared.
-        real = data.dtype.kind == "f"
-        kind = self._real if real else np.dtype(np.int32)
-        data = data.reshape(rows, -1).astype(kind, order="C", copy=not real)
+        kind = self._real if data.dtype.kind == "f" else np.dtype(np.int32)
+        data = data.reshape(rows, -1).astype(kind, order="C", copy=False)
         if data.shape[1] == 6:
             data = np.take(data, _TO_MATRIX, axis=1)
         return data[:, 0] if data.shape[1] == 1 else data
 
-    def _grid(self, time: float, where: Mapping[str, tuple[str, NDArray[Any]]]) -> str:
+    def _grid(self, number: int, time: float, arrays: Mapping[str, NDArray[Any] | h5py.Dataset]) -> str:
         kind = _TOPOLOGY[self._cells.shape[1]]
         lines = [
             f'      <Grid Name="burst" GridType="Uniform"><Time Value="{time!r}"/>',
             f'        <Topology TopologyType="{kind}" NumberOfElements="{len(self._cells)}">',
-            f"          {self._item('/cells', self._cells)}</Topology>",
+            f"          {self._item(0, 'cells', self._cells)}</Topology>",
         ]
-        for key, (dataset, data) in where.items():
-            item = self._item(dataset, data)
+        for key, data in arrays.items():
+            item = self._item(number, key, data)
             if key == "position":
                 lines.append(f'        <Geometry GeometryType="XYZ">{item}</Geometry>')
                 continue
@@ -266,10 +252,10 @@ class TimeSeries:
             )
         return "\n".join([*lines, "      </Grid>"])
 
-    def _item(self, dataset: str, data: NDArray[Any]) -> str:
+    def _item(self, number: int, key: str, data: NDArray[Any] | h5py.Dataset) -> str:
         size = " ".join(str(length) for length in data.shape)
         kind = "Float" if data.dtype.kind == "f" else "Int"
-        place = quoted(f"{self.data_path.name}:{dataset}")[1:-1]
+        place = quoted(f"{self.folder.name}/{self._file(number).name}:/{key}")[1:-1]
         return (
             f'<DataItem Dimensions="{size}" NumberType="{kind}" Precision="{data.dtype.itemsize}" Format="HDF">'
             f"{place}</DataItem>"
@@ -300,11 +286,3 @@ def _checked_cells(cells: ArrayLike) -> NDArray[np.int64]:
             "expected whole numbers of shape (cells, 8) or (cells, 4)"
         )
     return np.ascontiguousarray(found, dtype=np.int64)
-
-
-def _dataset_keys(step: h5py.Group) -> list[str]:
-    """Keys of an output's arrays, position first, links followed."""
-    keys = ["position"]
-    for centre in ("point", "cell"):
-        keys.extend(f"{centre}/{name}" for name in step.get(centre, ()))
-    return keys

@@ -70,7 +70,7 @@ class SolidState(NamedTuple):
     volume_strain: np.ndarray  # (cells, points), plastic volumetric strain
     hourglass: np.ndarray  # (blocks, 12 LANES) N, stored elastic hourglass forces
     softening_scale: np.ndarray  # (slots,) inverse factor on the limit strains: cell's length over the reference
-    released: np.ndarray  # (slots,) int8, of all parts: `cells.torn_metal`, and crushed products (`cells.charge`)
+    eroded: np.ndarray  # (slots,) int8, of the cells of all materials, see `cells.erosion`
 
 
 class ChargeState(NamedTuple):

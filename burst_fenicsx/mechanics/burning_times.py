@@ -43,6 +43,6 @@ class BurningTimes:
         self.fastest: float = comm.allreduce(rate, op=MPI.MAX) if several else rate
         self.end: float = comm.allreduce(end, op=MPI.MAX) if several else end
 
-    def front_near(self, time: float) -> bool:
+    def front_is_active(self, time: float) -> bool:
         """Whether at a time (s) a detonation front runs or is being reflected from the casing."""
         return time < self.end + _REFLECTION

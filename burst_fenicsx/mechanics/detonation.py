@@ -15,7 +15,7 @@ from burst_fenicsx.meshing.placement import frame
 if TYPE_CHECKING:
     from burst_fenicsx.problem import Leakage, Round
 
-__all__ = ["LeakageParts", "burn_rates", "front_near", "ignition_times", "largest_faces", "place_ignition"]
+__all__ = ["LeakageParts", "burn_rates", "compression_burn_start", "ignition_times", "largest_faces", "place_ignition"]
 
 _FACES = ((0, 2, 6, 4), (1, 3, 7, 5), (0, 1, 5, 4), (2, 3, 7, 6), (0, 1, 3, 2), (4, 5, 7, 6))  # tensor order
 # A front is near where it arrives within this many burning times, each of 3/2 cells at D.
@@ -65,7 +65,7 @@ def burn_rates(corners: np.ndarray, volumes: np.ndarray, velocity: float) -> np.
     return 2.0 * velocity * largest_faces(corners) / (3.0 * volumes)
 
 
-def front_near(arrival: np.ndarray, rates: np.ndarray) -> np.ndarray:
+def compression_burn_start(arrival: np.ndarray, rates: np.ndarray) -> np.ndarray:
     """Time from which a cell may burn by compression (s).
 
     A few cells ahead of the front. Before, compression is a neighbour's shock, which must not burn what it does not

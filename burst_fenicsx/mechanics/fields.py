@@ -11,7 +11,7 @@ from dolfinx import fem
 from mpi4py import MPI
 
 from burst_fenicsx import compat
-from burst_fenicsx.kernels.cells.torn_metal import WHOLE
+from burst_fenicsx.kernels.cells.erosion import WHOLE
 from burst_fenicsx.kernels.geometry.shapes import folded_cells
 from burst_fenicsx.kernels.lanes import LANES
 from burst_fenicsx.kernels.state import ChargeState, Grid, Nodes, SolidState
@@ -20,7 +20,13 @@ from burst_fenicsx.kernels.step.balance import solid_terms
 from burst_fenicsx.kernels.step.levels import blocks_are_mixed, move_lanes
 from burst_fenicsx.kernels.vectors.exact import quantise, rounding_constant
 from burst_fenicsx.materials.products import JwlProducts, make_products
-from burst_fenicsx.mechanics.detonation import burn_rates, front_near, ignition_times, largest_faces, place_ignition
+from burst_fenicsx.mechanics.detonation import (
+    burn_rates,
+    compression_burn_start,
+    ignition_times,
+    largest_faces,
+    place_ignition,
+)
 from burst_fenicsx.mechanics.exact_sums import exact_sum, exact_sums
 from burst_fenicsx.mechanics.material_tables import largest_pressure, material_tables
 from burst_fenicsx.mechanics.schedule import Blocks, Chunks
@@ -129,19 +135,19 @@ class BurstFields:
         return found
 
     def volumes(self) -> np.ndarray:
-        """Volumes of this rank's cells now (cells,) in m3; of released ones as they were then."""
+        """Volumes of this rank's cells now (cells,) in m3; of eroded ones as they were then."""
         found: np.ndarray = cell_volumes(self.nodes.position, self.mesh.dofmap)
-        return np.where(self.released, self.blocks.by_cell(self.grid.volume), found)
+        return np.where(self.eroded, self.blocks.by_cell(self.grid.volume), found)
 
     def cell_velocities(self) -> np.ndarray:
         """Mean of each cell's nodal velocities (cells, 3) in m/s."""
         found: np.ndarray = mean_velocities(self.nodes.velocity, self.mesh.dofmap)
         return found
 
-    def folded(self) -> np.ndarray:
-        """Whether a corner of a cell is turned inside out (cells,); released ones are no cells any more."""
-        found: np.ndarray = folded_cells(self.nodes.position, self.mesh.dofmap)
-        return found & ~self.released
+    def folded(self, cells: np.ndarray | slice = slice(None)) -> np.ndarray:
+        """Whether a corner of each of the cells (cells,) is turned inside out; eroded ones are no cells any more."""
+        found: np.ndarray = folded_cells(self.nodes.position, self.mesh.dofmap[cells])
+        return found & ~self.eroded[cells]
 
     def without_strength(self) -> np.ndarray:
         """Whether the metal of each of this rank's cells has lost its strength (cells,); false for a charge."""
@@ -177,23 +183,23 @@ class BurstFields:
         return total
 
     @property
-    def released(self) -> np.ndarray:
-        """Whether each of this rank's cells has been released, as torn metal or crushed products (cells,)."""
-        found: np.ndarray = self.blocks.by_cell(self.solid.released) != WHOLE
+    def eroded(self) -> np.ndarray:
+        """Whether each of this rank's cells has been eroded, metal or crushed products (cells,)."""
+        found: np.ndarray = self.blocks.by_cell(self.solid.eroded) != WHOLE
         return found
 
     @property
-    def torn(self) -> np.ndarray:
-        """Whether it is torn metal (cells,): through its place, other rounds' metal may come."""
-        return self.released & (self.mesh.part != Part.CHARGE)
+    def eroded_metal(self) -> np.ndarray:
+        """Whether it is metal (cells,): through its place, other rounds' metal may come."""
+        return self.eroded & (self.mesh.part != Part.CHARGE)
 
     def element_arrays(self) -> dict[str, np.ndarray]:
         """What the kind of cell keeps by cell besides the arrays of all, for the checkpoint."""
-        return {"released": self.blocks.by_cell(self.solid.released)}
+        return {"eroded": self.blocks.by_cell(self.solid.eroded)}
 
     def restore_element_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Take over what `element_arrays` gave."""
-        self.solid.released[:] = self.blocks.by_slot(arrays["released"])
+        self.solid.eroded[:] = self.blocks.by_slot(arrays["eroded"])
 
     def regroup(self, level: np.ndarray, highest: int) -> None:
         """Arrange the blocks again by the levels of the cells' steps, (owned cells,), and the highest of all ranks.
@@ -223,7 +229,7 @@ class BurstFields:
         self.solid = solid._replace(
             hourglass=hourglass,
             softening_scale=solid.softening_scale[source],
-            released=solid.released[source],
+            eroded=solid.eroded[source],
         )
 
 
@@ -322,7 +328,7 @@ def make_fields(
             volume_strain=of_cells["plastic_volumetric_strain"],
             hourglass=np.zeros((len(blocks.cells), 12 * LANES)),
             softening_scale=blocks.by_slot(inverse_scale),
-            released=np.zeros(len(slot_volume), dtype=np.int8),
+            eroded=np.zeros(len(slot_volume), dtype=np.int8),
         ),
         charge=ChargeState(
             parameters=charge_table,
@@ -378,5 +384,7 @@ def _ignition(
         burn[own] = element.burn_rates(corners, volume[own], item.explosive.detonation_velocity)
         # The products' own front may be faster than the timed one, and may burn what it comes to first.
         fastest = max(products[index].front_speed, item.explosive.detonation_velocity)
-        compression[own] = front_near(ignition_times(corners.mean(axis=1), places, delays, fastest), burn[own])
+        compression[own] = compression_burn_start(
+            ignition_times(corners.mean(axis=1), places, delays, fastest), burn[own]
+        )
     return ignition, burn, compression

@@ -18,7 +18,7 @@ import numpy as np
 from mpi4py import MPI
 
 from burst_fenicsx.kernels.lanes import kernel
-from burst_fenicsx.mechanics.detonation import front_near, ignition_times
+from burst_fenicsx.mechanics.detonation import compression_burn_start, ignition_times
 from burst_fenicsx.problem import Part
 
 if TYPE_CHECKING:
@@ -142,7 +142,7 @@ class ShockInitiations:
         times = np.array([source.time for source in sources])
         arrival = ignition_times(self._centre[own], places, times, self._velocity[index])
         charge.ignition_time[cells] = np.minimum(charge.ignition_time[cells], arrival)
-        earliest = front_near(
+        earliest = compression_burn_start(
             ignition_times(self._centre[own], places, times, self._fastest[index]), charge.burn_rate[cells]
         )
         charge.compression_from[cells] = np.minimum(charge.compression_from[cells], earliest)

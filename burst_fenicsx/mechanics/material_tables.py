@@ -75,6 +75,7 @@ def material_tables(
                 viscosity.quadratic,
                 hourglass.casing_viscous,
                 hourglass.casing_stiffness,
+                rho,
             )
         charge[row + Part.CHARGE] = _charge_row(item, settings, products[index])
         density[row + Part.CHARGE] = item.explosive.density

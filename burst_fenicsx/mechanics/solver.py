@@ -13,9 +13,9 @@ from burst_fenicsx.errors import NumericalStop
 from burst_fenicsx.kernels.state import Totals
 from burst_fenicsx.kernels.step.assembly import FULL_QUADRATURE, ONE_POINT, add_element_forces, make_scratch, move_nodes
 from burst_fenicsx.mechanics.burning_times import BurningTimes
+from burst_fenicsx.mechanics.erosion import ElementErosion
 from burst_fenicsx.mechanics.nodal_loads import NodalLoads
 from burst_fenicsx.mechanics.subcycling import Subcycling
-from burst_fenicsx.mechanics.torn_metal import TornMetal
 from burst_fenicsx.problem import Part
 
 if TYPE_CHECKING:
@@ -133,7 +133,7 @@ class BurstSolver:
             If a cell is lost or the state is not a number any more.
         """
         if self.steps % _STEPS_PER_CHOICE == 0:
-            self.release_torn_metal()
+            self.erode_metal()
         step = self.choose_step(until)
         self.advance(step)
         self.time_step = step
@@ -183,23 +183,23 @@ class BurstSolver:
         return min(wanted, left if left <= wanted else max(0.5 * left, 1e-3 * wanted))
 
     @cached_property
-    def _torn_metal(self) -> TornMetal:
-        return TornMetal(self.fields)
+    def _erosion(self) -> ElementErosion:
+        return ElementErosion(self.fields)
 
-    def release_torn_metal(self) -> None:
-        """Release cells of casings that are no continuum any more, and their faces from contact; collective."""
-        self._torn_metal.release()
+    def erode_metal(self) -> None:
+        """Erode cells of casings that are no continuum any more; contact leaves their faces; collective."""
+        self._erosion.erode()
         if self.contact is not None:
-            self.contact.drop_faces(self.fields.torn)
+            self.contact.drop_faces(self.fields.eroded_metal)
 
-    def release_folded_metal(self) -> None:
-        """Release, at the end of the burst, cells without strength that are folded, compressed or not."""
-        self._torn_metal.release_at_end()
+    def erode_folded_metal(self) -> None:
+        """Erode, at the end of the burst, cells without strength that are folded, compressed or not."""
+        self._erosion.erode_at_end()
 
     @property
-    def front_near(self) -> bool:
+    def front_is_active(self) -> bool:
         """Whether a detonation front runs or is being reflected from the casing."""
-        return self.burning.front_near(self.time)
+        return self.burning.front_is_active(self.time)
 
     @property
     def subcycles(self) -> bool:
@@ -310,7 +310,7 @@ class BurstSolver:
             state.shared.add_to_owners(state.nodes.force)
         if self.contact is not None and cycles.contact_level >= min_level:
             share = 1.0 / 2**cycles.contact_level
-            self.contact.add_forces(share * self.free_step, share * step, front_near=self.front_near)
+            self.contact.add_forces(share * self.free_step, share * step, front_is_active=self.front_is_active)
         if comm.size > 1:
             state.shared.send_to_ghosts(state.nodes.force)
         self.loads.add_forces(self.time)  # after the sum over ranks

@@ -47,7 +47,7 @@ def output_fields(state: BurstFields, contact_force: np.ndarray | None = None) -
         "plastic_volumetric_strain": state.solid.volume_strain[:count].mean(axis=1),
         "burn_fraction": state.charge.burn_fraction[:count],
         "density": state.cell_mass / volume,
-        "torn_metal": state.torn.astype(np.uint8),
+        "torn_metal": state.eroded_metal.astype(np.uint8),
         "part": mesh.part,
         "round": mesh.round,
         "segment": mesh.segment,

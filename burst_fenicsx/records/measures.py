@@ -162,9 +162,9 @@ class Measures:
         folded = state.folded()
         lost = state.volumes() <= 0.0
         casing = folded & (state.mesh.part == Part.CASING)
-        released = state.released & (state.mesh.part == Part.CASING)
+        released = state.eroded & (state.mesh.part == Part.CASING)
         masses = self._images * exact_sums(self._comm, np.stack([casing, released], axis=1) * state.cell_mass[:, None])
-        counts = self._images * self._sum(np.array([lost.sum(), folded.sum(), state.released.sum()]))
+        counts = self._images * self._sum(np.array([lost.sum(), folded.sum(), state.eroded.sum()]))
         return Distortion(int(counts[0]), int(counts[1]), float(masses[0, 0]), float(masses[0, 1]), int(counts[2]))
 
     def rounds(self) -> list[RoundMeasures]:

@@ -259,7 +259,7 @@ class Passage:
         """An own cell (n,) of another round, `among` some, that holds each place (n, 3) of `rounds` (n,), or -1."""
         mesh, count = self._fields.mesh, len(places)
         reached = (boxes[:, :3] <= places.max(axis=0)).all(axis=1) & (boxes[:, 3:] >= places.min(axis=0)).all(axis=1)
-        rows = np.flatnonzero(reached & among & ~self._fields.released)
+        rows = np.flatnonzero(reached & among & ~self._fields.eroded)
         # The mapping of a folded cell reaches out of its own faces; those cells are counted by themselves.
         position = self._fields.nodes.position
         rows = rows[~folded_cells(position, np.ascontiguousarray(mesh.dofmap[rows]))]

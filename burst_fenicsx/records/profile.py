@@ -91,7 +91,7 @@ def _parts(run: Simulation) -> Iterator[tuple[object, str, str]]:
     yield solver, "add_forces", "element forces"
     yield solver, "move_nodes", "nodes: velocities and positions"
     yield solver, "choose_levels", "levels: choice and arrangement of blocks"
-    yield solver, "release_torn_metal", "torn metal"
+    yield solver, "erode_metal", "element erosion"
     yield solver, "check_cells", "checks of cells"
     yield solver.ledger, "add", "ledger: sums"
     yield solver.leakage, "update", "venting"

@@ -119,9 +119,9 @@ def _meshed(item: Round, settings: BurstSettings, cuts: Sequence[Cut]) -> tuple[
         assert item.profile is not None
         meridian = mesh_meridian(item.profile, settings.cell_size)
         found = meridian_quality(meridian, item.profile)
-        return (split_charges(meridian) if settings.contact.charge_casing == "bonded" else meridian), found
+        return (split_charges(meridian) if settings.contact.charge_casing == "sliding" else meridian), found
     mesh = mesh_round(item, settings.cell_size, cuts=cuts)
-    if settings.contact.charge_casing == "bonded":
+    if settings.contact.charge_casing == "sliding":
         mesh = split_charges(mesh)
     return mesh, quality(mesh)
 

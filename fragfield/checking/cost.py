@@ -110,7 +110,7 @@ def expected_cost(
     steps = math.ceil(end / step)
     memory = _BYTES_AT_START + _BYTES_PER_CELL * cells
     contact, rings = settings.contact, settings.geometry == "axisymmetric"
-    share = 1.0 + _BONDS * (contact.charge_casing == "bonded") + _SURFACES * (contact.surfaces and not rings)
+    share = 1.0 + _BONDS * (contact.charge_casing == "sliding") + _SURFACES * (contact.surfaces and not rings)
     seconds = _SECONDS_PER_CELL_STEP * share * steps * cells
     return {
         "stable_time_step": min(stable),

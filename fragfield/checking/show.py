@@ -168,7 +168,7 @@ def _print_arrangement(console: Console, found: Mapping[str, Any]) -> None:
     _print_surroundings(console, found["surroundings"])
     contact = found["contact"]
     inner = "charge and casing share their nodes"
-    if contact["charge_casing"] == "bonded":
+    if contact["charge_casing"] == "sliding":
         inner = (
             f"charge bonded to casing, cohesion {contact['cohesion'] / 1e6:.4g} MPa, tensile strength "
             f"{contact['tensile_strength'] / 1e6:.4g} MPa, friction {contact['friction_angle_deg']:.4g} degrees"

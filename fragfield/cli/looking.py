@@ -17,7 +17,7 @@ __all__ = ["compare", "info", "new", "view"]
 
 @app.command()
 def view(case: CaseOrRun, window: Window = None, html: Html = False, quiet: Quiet = False, json: Json = False) -> None:
-    """Look at a run: in a window where there is a display, else as pictures and films; or as 3-D pages."""
+    """Look at a run: in a window where there is a display, else as pictures; or as 3-D pages."""
     with guarded(json=json, quiet=quiet):
         from fragfield.interface.running import request_of
         from fragfield.view import view_run

@@ -48,7 +48,7 @@ FragmentsFile = Annotated[
 ]
 Window = Annotated[
     bool | None,
-    typer.Option("--window/--pictures", help="Open a window, or write pictures and films; default: as possible."),
+    typer.Option("--window/--pictures", help="Open a window, or write pictures; default: as possible."),
 ]
 
 Scheduler = Annotated[

@@ -111,9 +111,6 @@ def uncertainty(
         int | None,
         typer.Option("--samples", min=8, metavar="N", help="Number of samples; default uncertainty.samples."),
     ] = None,
-    method: Annotated[
-        str | None, typer.Option("--method", metavar="latin_hypercube|sobol", help="Replaces uncertainty.method.")
-    ] = None,
     seed: Annotated[
         int | None, typer.Option("--seed", min=0, metavar="N", help="Of points and samples; default the case's.")
     ] = None,
@@ -144,7 +141,7 @@ def uncertainty(
         from fragfield.studies.uncertainty.show import print_study
 
         found = fragfield.run_uncertainty(
-            case, out=out, samples=samples, method=method, seed=seed, set=settings or (), cell_size=cell_size,
+            case, out=out, samples=samples, seed=seed, set=settings or (), cell_size=cell_size,
             workers=workers, scheduler=scheduler, resume=resume, overwrite=overwrite, progress=not quiet,
         ).found  # fmt: skip
         give(found, json=json, quiet=quiet, show=print_study)

@@ -19,7 +19,6 @@ from typing import TYPE_CHECKING, Any
 from fragfield.case import differences, read_resolved, to_toml
 from fragfield.errors import InputError
 from fragfield.files.stamped import read_stamped_json, stamped_json, stamped_toml, stored_case_text
-from fragfield_base.hdf5_files import JOURNAL
 from fragfield_base.locking import locked
 from fragfield_base.writing import DRAFT, write_text
 
@@ -44,7 +43,7 @@ class Stage:
     result : str
         File by which the stage is known to be complete: the last one it writes.
     files : tuple of str
-        Everything it writes.
+        Everything it writes, files and folders.
     parts : tuple of str
         Keys of summary.json.
     keys : tuple of str
@@ -69,9 +68,9 @@ STAGES: dict[str, Stage] = {
             (
                 "checkpoint.h5",
                 "burst.xdmf",
-                "burst.h5",
+                "burst",
                 "burst_revolved.xdmf",
-                "burst_revolved.h5",
+                "burst_revolved",
                 "burst_snapshot.h5",
             ),
             ("burst",),
@@ -258,13 +257,12 @@ class RunDirectory:
 
     def _results(self, stages: Sequence[Stage] = tuple(STAGES.values())) -> list[str]:
         """Files that took computing."""
-        return [name for stage in stages for name in stage.files if self.file(name).is_file()]
+        return [name for stage in stages for name in stage.files if self.file(name).exists()]
 
     def _refuse_foreign(self) -> None:
         names = {name for stage in STAGES.values() for name in stage.files} | {*_OWN_FILES, "figures", SCRATCH}
         found = (entry.name for entry in self.path.iterdir())
-        drafts = {name + suffix for name in names for suffix in (DRAFT, JOURNAL, f"{JOURNAL}.new")}
-        other = sorted(name for name in found if name not in names | drafts)
+        other = sorted(name for name in found if name.removesuffix(DRAFT) not in names)
         if other:
             more = f" and {len(other) - 1} more" if len(other) > 1 else ""
             raise InputError(
@@ -290,13 +288,14 @@ class RunDirectory:
         With `clean` the whole summary goes, damaged or not.
         """
         names = [name for stage in stages for name in stage.files]
-        name = SCRATCH
+        name = ""
         try:
-            if self.file(SCRATCH).is_dir() and not self.file(SCRATCH).is_symlink():
-                shutil.rmtree(self.file(SCRATCH))
-            for name in (*names, *((self.summary_file.name,) if clean else ())):
-                for suffix in (JOURNAL, f"{JOURNAL}.new", DRAFT, ""):
-                    self.file(name + suffix).unlink(missing_ok=True)
+            for name in (SCRATCH, *names, *((self.summary_file.name,) if clean else ())):
+                self.file(name + DRAFT).unlink(missing_ok=True)
+                if self.file(name).is_dir() and not self.file(name).is_symlink():
+                    shutil.rmtree(self.file(name))
+                else:
+                    self.file(name).unlink(missing_ok=True)
         except OSError as error:
             raise InputError(f"{self.file(name)}: cannot be removed ({error.strerror})") from None
         summary = self.summary()

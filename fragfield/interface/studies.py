@@ -259,7 +259,6 @@ def run_uncertainty(
     *,
     out: str | os.PathLike[str] | None = None,
     samples: int | None = None,
-    method: str | None = None,
     seed: int | None = None,
     set: Sequence[str] | Mapping[str, Any] = (),  # noqa: A002 - as `--set`
     cell_size: str | None = None,
@@ -277,8 +276,8 @@ def run_uncertainty(
         A case file, a run directory, which then is the nominal run, or a case, which is written beside `out` first.
     out : path, optional
         Folder of the study; left out: runs/NAME_uncertainty. A case made in Python needs one.
-    samples, method, seed : optional
-        Instead of those of `[uncertainty]`: number, "latin_hypercube" or "sobol", seed of points and samples.
+    samples, seed : optional
+        Instead of those of `[uncertainty]`: number, seed of points and samples.
     set, cell_size
         Values that replace those of the case, see `Case.from_toml`.
     workers : int, optional
@@ -304,7 +303,7 @@ def run_uncertainty(
     from fragfield.studies.uncertainty import StudyOptions, run_study
 
     folder, file = study_folder(case, out, "uncertainty")
-    options = StudyOptions(folder, samples, method, seed, workers, scheduler, resume, overwrite, not progress)
+    options = StudyOptions(folder, samples, seed, workers, scheduler, resume, overwrite, not progress)
     if hasattr(set, "items") and not isinstance(case, Case):
         case = Case.from_toml(case, set=set, cell_size=cell_size)
         set, cell_size = (), None  # noqa: A001

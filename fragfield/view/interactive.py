@@ -102,7 +102,7 @@ def view_of_burst(run: RunFiles, folder: Path) -> Path:
     plotter = _plotter()
     times = []
     earlier = len(states) - 1
-    # Without burst.h5 there is one state, the last.
+    # Without the folder burst there is one state, the last.
     each = [MOST_TRIANGLES // (2 * max(earlier, 1))] * earlier + [MOST_TRIANGLES // 2 if earlier else MOST_TRIANGLES]
     for (time, grid), most in zip(states, each, strict=True):
         surface = _light_surface(section(grid), most)

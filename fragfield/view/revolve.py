@@ -1,4 +1,4 @@
-"""The meridian of an axisymmetric burst, revolved for pictures, films and pages."""
+"""The meridian of an axisymmetric burst, revolved for pictures and pages."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def revolved(
 
 
 def _revolution(run: RunFiles) -> Revolution:
-    """The sweep of the run's meridian; made once a run, since a film asks for it with every frame."""
+    """The sweep of the run's meridian; made once a run."""
     if run.revolution is None:
         from burst_fenicsx.files.revolve import revolution
 

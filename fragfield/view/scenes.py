@@ -8,7 +8,6 @@ import numpy as np
 
 from fragfield.errors import InputError
 from fragfield.view.revolve import revolved
-from fragfield_base.hdf5_files import check_sound
 from fragfield_base.xdmf import check_xdmf
 
 if TYPE_CHECKING:
@@ -52,11 +51,9 @@ def final_burst(run: RunFiles) -> pyvista.UnstructuredGrid:
 def burst_times(run: RunFiles) -> tuple[float, ...]:
     """Times of the outputs in burst.xdmf (s); empty without the file."""
     path = run.folder / "burst.xdmf"
-    if not path.is_file() or not (run.folder / "burst.h5").is_file():
+    if not path.is_file() or not (run.folder / "burst").is_dir():
         return ()
-    advice = "run `fragfield burst` again"
-    check_xdmf(path, InputError, advice)  # VTK would crash on a damaged one
-    check_sound(run.folder / "burst.h5", InputError, advice)
+    check_xdmf(path, InputError, "run `fragfield burst` again")  # VTK would crash on damaged files
     return tuple(_reader(run).time_values)
 
 
@@ -71,7 +68,7 @@ def burst_at(run: RunFiles, time: float) -> pyvista.UnstructuredGrid:
     cells, corners = grid.cell_connectivity, run.cells["nodes"].shape[1]
     if len(cells) % corners or cells.min() < 0 or cells.max() >= grid.n_points:
         raise InputError(
-            f"{run.folder / 'burst.h5'}: cells refer to nodes that do not exist; run `fragfield burst` again"
+            f"{run.folder / 'burst' / '0000.h5'}: cells refer to nodes that do not exist; run `fragfield burst` again"
         )
     cells = cells.reshape(-1, corners)
     return _whole(run, np.asarray(grid.points), cells, speed, grid.cell_data["part"])

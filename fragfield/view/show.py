@@ -1,26 +1,22 @@
-"""`fragfield view RUN`: a window where there is a display, otherwise pictures and films; pages on request."""
+"""`fragfield view RUN`: a window where there is a display, otherwise pictures; pages on request."""
 
 from __future__ import annotations
 
-import logging
 from pathlib import Path
 
 from fragfield.errors import InputError
 from fragfield.report.figures.drawing import SPEED_MAP
 from fragfield.report.reading.run_files import RunFiles, read_run
-from fragfield.view.film import film_fault, film_of_burst, film_of_flight
 from fragfield.view.interactive import write_interactive_views
 from fragfield.view.offscreen import display_available
 from fragfield.view.pictures import picture_of_burst, picture_of_fragments
-from fragfield.view.scenes import burst_times, final_burst, fragment_points, section
+from fragfield.view.scenes import final_burst, fragment_points, section
 
-__all__ = ["open_window", "view_run", "write_films", "write_pictures"]
-
-_log = logging.getLogger(__name__)
+__all__ = ["open_window", "view_run", "write_pictures"]
 
 
 def view_run(run_dir: Path | str, *, window: bool | None = None, html: bool = False) -> list[Path]:
-    """Open the run in a window, or write its pictures and films, or its interactive pages.
+    """Open the run in a window, or write its pictures, or its interactive pages.
 
     Parameters
     ----------
@@ -51,7 +47,7 @@ def view_run(run_dir: Path | str, *, window: bool | None = None, html: bool = Fa
     if display_available() if window is None else window:
         open_window(run)
         return []
-    return [*write_pictures(run), *write_films(run)]
+    return write_pictures(run)
 
 
 def write_pictures(run: RunFiles) -> list[Path]:
@@ -61,19 +57,6 @@ def write_pictures(run: RunFiles) -> list[Path]:
         written.append(picture_of_burst(run))
     if run.fragments:
         written.append(picture_of_fragments(run))
-    return written
-
-
-def write_films(run: RunFiles) -> list[Path]:
-    """Write every film that the run has data for into its folder `figures`; none, with a warning, where none can be."""
-    if fault := film_fault():
-        _log.warning("no films: %s", fault)
-        return []
-    written = []
-    if run.nodes and len(burst_times(run)) > 1:
-        written.append(film_of_burst(run))
-    if run.landing is not None and (run.folder / "trajectories.xdmf").is_file():
-        written.append(film_of_flight(run))
     return written
 
 

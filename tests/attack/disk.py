@@ -37,8 +37,9 @@ def filled(folder: Path, stage: str, share: float, made: Reference) -> tuple[str
     try:
         out = made.before(stage, disk / "run")
         held = shutil.disk_usage(disk).used // 1024
-        files = [made.whole / name for name in STAGES[stage].files if (made.whole / name).is_file()]
-        room = int(share * sum(file.stat().st_size for file in files)) // 1024
+        files = [made.whole / name for name in STAGES[stage].files]
+        files += [file for folder in files if folder.is_dir() for file in folder.iterdir()]
+        room = int(share * sum(file.stat().st_size for file in files if file.is_file())) // 1024
         _mount(disk, f"remount,size={held + room + 4}k")
         what = f"room for {room} kB in {stage}"
         verb, more = ("burst", []) if stage == "burst" else ("run", ["--resume"])
@@ -50,7 +51,7 @@ def filled(folder: Path, stage: str, share: float, made: Reference) -> tuple[str
                 wrong.append(f"{what}: exit {code}, {words[-300:]}")
             elif "disk is full" not in said[0] and "No space left" not in said[0]:
                 wrong.append(f"{what}: {said[0]}")
-        for file in sorted(out.glob("*.h5")):
+        for file in sorted(out.rglob("*.h5")):
             try:
                 check_sound(file, InputError)
             except InputError as error:

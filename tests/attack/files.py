@@ -18,11 +18,10 @@ import numpy as np
 from flight import Fragments
 from flight.files.ensemble import read_ensemble, read_fragment_ensemble
 from flight.files.results import read_hits, read_landing
-from fragfield.errors import InputError, exit_code_of
+from fragfield.errors import exit_code_of
 from fragfield.files.run_directory import RunDirectory
 from fragfield.report.reading.run_files import RunFiles
 from fragfield.view.scenes import burst_times
-from fragfield_base.hdf5_files import check_sound
 from transition.snapshot import Snapshot
 
 if TYPE_CHECKING:
@@ -32,8 +31,8 @@ __all__ = ["READERS", "attack", "damaged", "outcome"]
 
 
 def _burst(path: Path) -> Any:
-    check_sound(path.with_suffix(".h5"), InputError)
-    return burst_times(RunFiles(path.parent)), path.with_suffix(".h5").stat().st_size > 0
+    folder = path.parent if path.suffix == ".xdmf" else path.parent.parent
+    return burst_times(RunFiles(folder))
 
 
 def _snapshot(path: Path) -> Any:
@@ -72,7 +71,7 @@ def _summary(path: Path) -> Any:
 
 
 READERS: dict[str, Callable[[Path], Any]] = {
-    "burst.h5": _burst,
+    "burst/0000.h5": _burst,
     "burst.xdmf": _burst,
     "burst_snapshot.h5": _snapshot,
     "fragments.h5": _fragments,
@@ -122,7 +121,7 @@ def _digest(value: Any) -> str:
 
 def outcome(path: Path) -> str:
     """Digest of what is read of a file, or "refused", or what is wrong; in a process of its own that may crash."""
-    reader = READERS[path.name]
+    reader = READERS.get(path.name, _burst)
     back, forth = os.pipe()
     child = os.fork()
     if child == 0:
@@ -130,7 +129,7 @@ def outcome(path: Path) -> str:
         try:
             found = _digest(reader(path))
         except Exception as error:  # noqa: BLE001 - which it is decides
-            known = exit_code_of(error) == 2 and path.parent.name in str(error)
+            known = exit_code_of(error) == 2
             found = "refused" if known and (path.name in str(error) or path.stem in str(error)) else repr(error)[:300]
         finally:
             os.write(forth, found.encode()[:1000])
@@ -149,6 +148,7 @@ def attack(run: Path, folder: Path, seed: int, trials: int, until: float) -> lis
     shutil.rmtree(work, ignore_errors=True)
     work.mkdir()
     names = [name for name in READERS if (run / name).is_file()]
+    shutil.copytree(run / "burst", work / "burst")
     for name in names:
         shutil.copy(run / name, work / name)
     whole = {name: (run / name).read_bytes() for name in names}

@@ -9,10 +9,8 @@ import subprocess
 from pathlib import Path
 from typing import Any
 
-import h5py
-import numpy as np
-
 from fragfield.files.run_directory import STAGES
+from tests.datasets import differing
 from tests.fragfield.short_run import SHORT, command, environment
 
 __all__ = ["CASE", "FILES", "different", "run", "start"]
@@ -22,7 +20,7 @@ CASE = SHORT.replace('"12 us"', '"30 us"\nsymmetry = "off"').replace(
 )
 """Three tenths of the passage of the front in cells of 12 mm, four realisations."""
 FILES = {
-    "burst": ("burst_snapshot.h5", "burst.h5", "burst.xdmf"),
+    "burst": ("burst_snapshot.h5", "burst", "burst.xdmf"),
     "break-up": ("fragments.h5", "fragments.csv", "ensemble_fragments.h5", "arena.csv"),
     "fly": ("landing.h5", "landing.csv", "hits.h5", "witness.csv", "ensemble.h5", "ensemble.csv", "trajectories.h5",
             "trajectories.xdmf", "hazard_by_distance.csv", "hazard_by_sector.csv"),
@@ -79,40 +77,18 @@ def different(ours: Path, theirs: Path, through: str = "fly") -> list[str]:
     found = []
     stages = list(FILES)[: list(FILES).index(through) + 1]
     for name in (name for stage in stages for name in FILES[stage]):
-        if (ours / name).is_file() != (theirs / name).is_file():
+        if (ours / name).exists() != (theirs / name).exists():
             found.append(f"{name} is in one of them only")
-        elif not (ours / name).is_file():
+        elif not (ours / name).exists():
             continue
-        elif name.endswith(".h5"):
-            found += [f"{name}: {key}" for key in _different_data(ours / name, theirs / name)]
+        elif name.endswith(".h5") or (ours / name).is_dir():
+            found += [f"{name}: {key}" for key in differing(ours / name, theirs / name)]
         elif _DATED.sub("", (ours / name).read_text()) != _DATED.sub("", (theirs / name).read_text()):
             found.append(f"{name}: its text")
     one, other = (json.loads((folder / "summary.json").read_text()) for folder in (ours, theirs))
     parts = [part for stage in stages for part in STAGES[stage].parts]
     one, other = ({part: summary.get(part) for part in parts} for summary in (one, other))
     return found + [f"summary.json: {key}" for key in _different_values(one, other)]
-
-
-def _datasets(path: Path) -> dict[str, Any]:
-    found: dict[str, Any] = {}
-    with h5py.File(path, "r") as file:
-        file.visititems(lambda name, item: found.update({name: item[()]}) if isinstance(item, h5py.Dataset) else None)
-    return found
-
-
-def _different_data(ours: Path, theirs: Path) -> list[str]:
-    one, other = _datasets(ours), _datasets(theirs)
-    wrong = sorted(set(one) ^ set(other))
-    for name in set(one) & set(other):
-        a, b = np.asarray(one[name]), np.asarray(other[name])
-        columns = a.dtype.names or (None,)
-        same = a.shape == b.shape and a.dtype.names == b.dtype.names
-        for column in columns if same else ():
-            x, y = (a, b) if column is None else (a[column], b[column])
-            same &= bool(np.array_equal(x, y, equal_nan=x.dtype.kind == "f"))
-        if not same:
-            wrong.append(name)
-    return wrong
 
 
 def _different_values(one: Any, other: Any, path: str = "") -> list[str]:

@@ -72,7 +72,7 @@ class Reference:
         process, began = start("burst", self.case, "--out", folder, "--quiet", ranks=ranks), 0.0
         while process.poll() is None:
             time.sleep(0.02)
-            if not began and (folder / "burst.h5").is_file():
+            if not began and (folder / "burst").is_dir():
                 began = time.monotonic()
         _, words = process.communicate()
         assert process.returncode == 0, words
@@ -118,7 +118,7 @@ def signalled(
     )
     within = stage == "burst" and generator.random() < 0.7
     while process.poll() is None and (
-        f"{stage}: begins" not in _text(out / "run.log") or (within and not (out / "burst.h5").is_file())
+        f"{stage}: begins" not in _text(out / "run.log") or (within and not (out / "burst").is_dir())
     ):
         time.sleep(0.02)
     delay = made.pace[stage] * (made.stepping if within else made.durations[stage]) * generator.random()

@@ -113,13 +113,13 @@ def test_the_stable_step_of_jwl_products_is_that_of_their_sound(stretch):
 def test_products_with_hardly_any_volume_left_are_released(stretch, crushed):
     """Below 0.3 of the charge's volume a cell presses no more, even inside out; its neighbours' motion goes on."""
     solver = burnt(replace(BARE, products="landau"), stretch)
-    assert solver.fields.released[0] == crushed
+    assert solver.fields.eroded[0] == crushed
     assert (np.abs(solver.resultant).max() == 0.0) == crushed
     assert np.isinf(solver.stable_step) == crushed
     solver.fields.nodes.position[:] *= -1.0
     solver.add_forces(1e-9)
     solver.check_cells()
-    assert solver.fields.released[0]
+    assert solver.fields.eroded[0]
     assert solver.ledger.sums[3] == 0.0
 
 
@@ -128,7 +128,7 @@ def test_an_unreacted_charge_is_never_released():
     solver = cube(Part.CHARGE)
     solver.fields.nodes.position[:] *= 0.5
     solver.add_forces(0.0)
-    assert not solver.fields.released[0]
+    assert not solver.fields.eroded[0]
     assert solver.fields.charge.pressure[0] > 1e11
     solver.fields.nodes.position[:] *= -1.0
     solver.add_forces(1e-9)

@@ -85,7 +85,7 @@ class States:
         if self.kind == "rings" and self.part == Part.CASING:
             state.solid.shear_strain[chosen] = state.solid.volume_strain[chosen] = 1.0
         if self.kind == "boxes" and self.part == Part.CASING:
-            state.solid.released[:] = state.blocks.by_slot(chosen.astype(np.int8))
+            state.solid.eroded[:] = state.blocks.by_slot(chosen.astype(np.int8))
         if self.part == Part.CHARGE:
             charge.burn_fraction[chosen] = 1.0
             state.solid.stress[charge.burn_fraction == 1.0] = 0.0  # products have no strength
@@ -107,7 +107,7 @@ def of_cells(solver):
         "stress": state.solid.stress, "shear": state.solid.shear_strain, "volume": state.solid.volume_strain,
         "burnt": state.charge.burn_fraction, "energy": state.charge.energy, "pressure": state.charge.pressure,
         "stable": state.blocks.by_cell(state.grid.stable), "size": state.blocks.by_cell(state.grid.volume),
-        "viscous": state.blocks.by_cell(state.grid.viscous), "released": state.released,
+        "viscous": state.blocks.by_cell(state.grid.viscous), "eroded": state.eroded,
     }  # fmt: skip
     return {name: np.array(values, dtype=float) for name, values in found.items()}
 

@@ -35,7 +35,7 @@ def run(out_dir, item=None, settings=SETTINGS):
 
 @pytest.mark.parametrize("quadrature", ["one_point", "full"])
 @pytest.mark.parametrize("products", ["landau", "landau_cj", "jwl"])
-@pytest.mark.parametrize(("interface", "at_end"), [("shared", 1e-3), ("bonded", 5e-3)])
+@pytest.mark.parametrize(("interface", "at_end"), [("shared", 1e-3), ("sliding", 5e-3)])
 def test_energy_closes_and_momentum_stays(tmp_path, products, quadrature, interface, at_end):
     """To 1 % of the work of the products once a few cells have burnt, and to 1e-12 of the sum of |p|; leakage at work.
 

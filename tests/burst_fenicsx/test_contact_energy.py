@@ -45,7 +45,7 @@ def thrown_at_a_wall():
     wall = RigidPlane("wall", (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), friction_angle=0.0)
     settings = with_fixed_step(replace(BARE, contact=ContactSettings(surfaces=False), planes=(wall,)), STEP)
     solver = bodies([box((1, 1, 1), (CELL,) * 3)], [(0.0, 0.0, -100.0)], settings)
-    solver.contact._budget *= 1e-3
+    solver.contact._max_squared_phase *= 1e-3
     return solver
 
 
@@ -73,8 +73,8 @@ def test_a_spring_that_stiffens_under_load_makes_energy_that_the_ledger_sees():
         solver.step()
     stored = solver.contact.spring_energy
     assert abs(solver.contact.gain) < 1e-8 * before
-    solver.contact._budget *= 2.0
-    solver.contact.add_forces(STEP, 0.0, front_near=False)  # at the same place
+    solver.contact._max_squared_phase *= 2.0
+    solver.contact.add_forces(STEP, 0.0, front_is_active=False)  # at the same place
     assert solver.contact.gain == pytest.approx(stored, rel=1e-9)
     ledger = solver.ledger
     ledger.external_work, ledger.min_work = before, 1e-6  # it began in motion

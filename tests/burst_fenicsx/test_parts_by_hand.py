@@ -15,7 +15,7 @@ from mpi4py import MPI
 from burst_fenicsx.contact.planes import PlaneContact
 from burst_fenicsx.contact.sliding import SlidingInterface
 from burst_fenicsx.contact.surfaces import contact_surfaces
-from burst_fenicsx.kernels.cells.common import _hourglass_square
+from burst_fenicsx.kernels.cells.hourglass import _vector_square
 from burst_fenicsx.kernels.geometry.shapes import min_corner_volume
 from burst_fenicsx.mechanics.material_tables import largest_pressure
 from burst_fenicsx.meshing import HexahedralMesh, merge
@@ -66,13 +66,13 @@ def test_no_hourglass_vector_is_longer_than_its_bound():
         vectors, moments, gradient = hourglass_vectors(corner)
         norms = np.linalg.norm(gradient, axis=0)
         for vector, moment in zip(vectors, moments, strict=True):
-            bound = _hourglass_square(tuple(moment), tuple(norms))
+            bound = _vector_square(tuple(moment), tuple(norms))
             assert vector @ vector <= bound * (1.0 + 1e-12)
             tightest = max(tightest, vector @ vector / bound)
             for turn in ([1, 2, 0], [2, 0, 1]):
-                assert _hourglass_square(tuple(moment[turn]), tuple(norms[turn])) == pytest.approx(bound, rel=1e-12)
+                assert _vector_square(tuple(moment[turn]), tuple(norms[turn])) == pytest.approx(bound, rel=1e-12)
     assert tightest > 0.7
-    assert _hourglass_square((0.0, 0.0, 0.0), (1.0, 2.0, 3.0)) == pytest.approx(8.0, rel=1e-12)
+    assert _vector_square((0.0, 0.0, 0.0), (1.0, 2.0, 3.0)) == pytest.approx(8.0, rel=1e-12)
 
 
 def test_the_smallest_corner_is_the_smallest_triple_product_of_its_edges():
@@ -171,7 +171,7 @@ def test_distortion_counts_lost_folded_and_released_cells_of_all_images():
     lost, folded, released = mark
     lost[[4]], folded[[0, 1, 5]], released[[1, 2, 3, 6, 7]] = True, True, True
     state = SimpleNamespace(
-        folded=lambda: folded, volumes=lambda: np.where(lost, -1e-9, 1e-9), released=released,
+        folded=lambda: folded, volumes=lambda: np.where(lost, -1e-9, 1e-9), eroded=released,
         mesh=SimpleNamespace(part=part), cell_mass=2.0 ** np.arange(9.0),
     )  # fmt: skip
     measures = SimpleNamespace(_state=state, _images=4, _comm=MPI.COMM_SELF, _sum=lambda values: values)

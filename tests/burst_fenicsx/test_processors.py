@@ -17,9 +17,10 @@ import hashlib
 import numpy as np
 from numba.core.registry import cpu_target
 from burst_fenicsx.kernels.step.assembly import make_scratch
-from burst_fenicsx.kernels.cells.common import VELOCITY, move_cells
+from burst_fenicsx.kernels.cells.one_point import move
+from burst_fenicsx.kernels.cells.rows import STRESS, VELOCITY
 from burst_fenicsx.kernels.lanes import LANES
-from burst_fenicsx.kernels.cells.solid import STRESS, return_plastic
+from burst_fenicsx.kernels.cells.solid import return_plastic
 
 corners = np.array([[(n >> i) & 1 for i in range(3)] for n in range(8)], dtype=float)
 random = np.random.default_rng(7)
@@ -27,7 +28,7 @@ rows = make_scratch(1)[0]
 places = 4e-3 * (corners[:, :, None] + 0.2 * random.random((8, 3, LANES)))
 rows[: 24 * LANES] = places.ravel()
 rows[VELOCITY * LANES : (VELOCITY + 24) * LANES] = 1e3 * random.standard_normal(24 * LANES)
-move_cells(1e-8, rows)
+move(1e-8, rows)
 moved = rows.copy()
 rows[:] = 0.0
 rows[STRESS * LANES : (STRESS + 6) * LANES] = 2e9 * random.standard_normal(6 * LANES)

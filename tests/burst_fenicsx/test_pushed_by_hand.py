@@ -40,8 +40,8 @@ def test_a_plane_pushes_every_node_that_has_come_through_it(height):
     mesh = box((2, 2, 2), (0.02,) * 3)
     settings = replace(BARE, contact=ContactSettings(surfaces=False), planes=(plane,))
     contact = ContactForces(mesh, burst(mesh, settings).fields, settings)
-    contact.add_forces(0.0, 0.0, front_near=False)
-    contact.add_forces(1e-6, 0.0, front_near=False)
+    contact.add_forces(0.0, 0.0, front_is_active=False)
+    contact.add_forces(1e-6, 0.0, front_is_active=False)
     through = contact._fields.nodes.position[:, 2] < height
     np.testing.assert_array_equal(contact.force[:, 2] > 0.0, through)
     assert through.sum() == (27 if height > 0.02 else 18 if height > 0.01 else 9)

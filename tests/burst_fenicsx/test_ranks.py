@@ -15,6 +15,7 @@ pytest.importorskip("dolfinx")
 from mpi4py import MPI
 
 from tests.burst_fenicsx.rank_states import OF_RANKS, burst, differences, state, summary_text, tubes
+from tests.datasets import same_data
 
 pytestmark = [pytest.mark.dolfinx, pytest.mark.mpi]
 
@@ -97,23 +98,6 @@ def pair(tmp_path_factory):
     return found, folder
 
 
-def assert_same_content(one, other):
-    """Every data set of two files to the last bit: fields, tables, history, rounds; zeros of either sign."""
-    expected, found = contents(one), contents(other)
-    assert set(expected) == set(found)
-    for key, values in expected.items():
-        for column in values.dtype.names or (...,):  # NaN equals NaN in plain arrays alone
-            np.testing.assert_array_equal(found[key][column], values[column], err_msg=f"{key} {column}")
-
-
-def contents(path):
-    """Every data set of an HDF5 file."""
-    found = {}
-    with h5py.File(path) as file:
-        file.visititems(lambda name, item: found.update({name: item[()]}) if isinstance(item, h5py.Dataset) else None)
-    return found
-
-
 @pytest.mark.parametrize(
     ("ranks", "partition"),
     [
@@ -135,8 +119,8 @@ def test_ranks_change_no_bit(tmp_path, on_ranks, pair, ranks, partition):
     if (ranks, partition) == (2, "sectors"):  # a round each: of the other's surface, what is near
         assert 0.0 < received < 0.25
     assert differences(pair[0], found) == []
-    for name in ("burst.h5", "burst_snapshot.h5"):
-        assert_same_content(pair[1] / name, tmp_path / name)
+    for name in ("burst", "burst_snapshot.h5"):
+        same_data(pair[1] / name, tmp_path / name)
     assert (tmp_path / "state.json").read_text() == (pair[1] / "state.json").read_text()
 
 
@@ -172,8 +156,8 @@ def test_ranks_change_no_bit_of_half_rounds(tmp_path, on_ranks):
     assert found.pop("ranks") == 2
     assert found.pop("received") > 0.0
     assert differences(state(going), found) == []
-    for name in ("burst.h5", "burst_snapshot.h5"):
-        assert_same_content(alone / name, tmp_path / name)
+    for name in ("burst", "burst_snapshot.h5"):
+        same_data(alone / name, tmp_path / name)
     assert (alone / "state.json").read_text() == (tmp_path / "state.json").read_text()
     with h5py.File(tmp_path / "burst_snapshot.h5") as file:
         assert [file[f"rounds/{k}"].attrs["name"] for k in range(3)] == ["tube_-1", "tube_0", "tube_1"]
@@ -199,5 +183,5 @@ def test_ranks_change_no_bit_at_walls_nor_after_a_resume(tmp_path, on_ranks):
     again.run()
     assert summary_text(again.finish()) == expected
     for folder in (several, resumed):
-        for name in ("burst.h5", "burst_snapshot.h5"):
-            assert_same_content(alone / name, folder / name)
+        for name in ("burst", "burst_snapshot.h5"):
+            same_data(alone / name, folder / name)

@@ -11,8 +11,8 @@ pytest.importorskip("dolfinx")
 
 from mpi4py import MPI
 
-from burst_fenicsx.kernels.cells.charge import CRUSHED
-from burst_fenicsx.kernels.cells.torn_metal import BEFORE
+from burst_fenicsx.kernels.cells.erosion import BEFORE
+from burst_fenicsx.kernels.constants import CRUSHED
 from burst_fenicsx.problem import ContactSettings, Part
 from burst_fenicsx.simulation import Simulation
 from tests.burst_fenicsx.boxes import TNT, run_until
@@ -26,7 +26,7 @@ def release(fields, cells):
     """Put burnt cells of the charge into the state of released ones, crushed to the volume at which that happens."""
     assert (fields.charge.burn_fraction[cells] == 1.0).all()
     slots = fields.blocks.slot_of_cell[cells]
-    fields.solid.released[slots] = BEFORE
+    fields.solid.eroded[slots] = BEFORE
     fields.grid.volume[slots] = CRUSHED * fields.cell_mass[cells] / TNT.density
 
 

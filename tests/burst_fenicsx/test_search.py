@@ -191,7 +191,7 @@ def test_of_two_equally_near_faces_geometry_decides(slope):
     taken = []
     for faces in ([left, right], [right, left]):
         state = one_node_over(np.array(faces, dtype=np.int32), node=6, outward=[slope, 0.0, -1.0])
-        law = CollisionLaw(budget=1.0, step=0.1, friction=0.0)
+        law = CollisionLaw(max_squared_frequency=1.0, step=0.1, friction=0.0)
         velocity = np.zeros_like(position)
         velocity[6] = (0.0, 0.0, -1.0)
         find_contacts(law, state, position, velocity, np.ones(7))
@@ -204,7 +204,7 @@ def test_bounds_reject_no_face_that_a_node_has_entered():
     rng = np.random.default_rng(5)
     places, bodies = sheets(6, seed=3, bodies=1)
     sheet, faces = 6.0 * places + rng.uniform(-0.1, 0.1, places.shape), bodies.faces
-    law, node = CollisionLaw(budget=1.0, step=0.1, friction=0.0), len(sheet)
+    law, node = CollisionLaw(max_squared_frequency=1.0, step=0.1, friction=0.0), len(sheet)
     met = []
     for _ in range(2000):
         under = sheet[rng.integers(node)] + rng.uniform(-0.4, 0.4, 3)

@@ -269,7 +269,7 @@ def test_what_cannot_be_computed_is_refused(tmp_path, rounds, settings, message)
 
 
 def test_a_folder_that_cannot_be_written_is_refused(tmp_path):
-    with pytest.raises(InputError, match=r"nowhere.burst.h5: cannot be written: .*; name a folder that exists"):
+    with pytest.raises(InputError, match=r"nowhere.burst.xdmf: cannot be written: .*; name a folder that exists"):
         simulate([tube()], SETTINGS, tmp_path / "nowhere", comm=MPI.COMM_SELF)
 
 

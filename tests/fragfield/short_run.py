@@ -6,14 +6,12 @@ import os
 import sys
 from pathlib import Path
 
-import h5py
-import numpy as np
 from click.testing import Result
 from typer.testing import CliRunner
 
 from fragfield.cli import app
 
-__all__ = ["RINGS", "ROOT", "SHORT", "command", "environment", "invoke", "same_data"]
+__all__ = ["RINGS", "ROOT", "SHORT", "command", "environment", "invoke"]
 
 ROOT = Path(__file__).parents[2]
 # The first 12 us of the ready tube with four cells around the wall: seconds, and every stage has something to do. In
@@ -38,18 +36,3 @@ def environment() -> dict[str, str]:
     """Variables with which another process finds these packages; beside other tests it takes one thread."""
     threads = {"NUMBA_NUM_THREADS": "1"} if "PYTEST_XDIST_WORKER" in os.environ else {}
     return {**os.environ, **threads, "PYTHONPATH": str(ROOT)}
-
-
-def same_data(ours: Path, theirs: Path) -> int:
-    """Compare every dataset of two files, to the last bit; give their number."""
-    found: list[dict[str, np.ndarray]] = []
-    for path in (ours, theirs):
-        found.append({})
-        with h5py.File(path) as file:
-            file.visititems(
-                lambda name, item: found[-1].update({name: item[()]}) if isinstance(item, h5py.Dataset) else None
-            )
-    assert set(found[0]) == set(found[1])
-    for name, values in found[0].items():
-        assert np.array_equal(values, found[1][name]), (ours.name, name)
-    return len(found[0])

@@ -267,7 +267,7 @@ def test_contact_reaches_the_burst_and_its_defaults_are_the_stages():
 @pytest.mark.parametrize(
     ("contact", "parts"),
     [
-        ({"charge_casing": "bond"}, ['burst.contact.charge_casing: found "bond" (did you mean "bonded"?)']),
+        ({"charge_casing": "slide"}, ['burst.contact.charge_casing: found "slide" (did you mean "sliding"?)']),
         ({"friction_angle": 20}, ["burst.contact.friction_angle", "an angle with its unit", '"20 deg"']),
         ({"friction_angle": "90 deg"}, ["burst.contact.friction_angle", "at most 1.5 rad"]),
         ({"cohesion": "-1 Pa"}, ["burst.contact.cohesion", "at least 0 Pa"]),

@@ -197,15 +197,15 @@ def test_progress_counts_the_kernels():
 def test_the_step_of_one_point_compiles_no_kernel_of_the_full_quadrature(monkeypatch):
     from burst_fenicsx.kernels.step import assembly
 
-    calls = {name: numba.njit(lambda *_: None) for name in ("solid_block", "solid_block_full", "charge_block")}
+    calls = {name: numba.njit(lambda *_: None) for name in ("_advance_solid", "_advance_solid_full", "_advance_charge")}
     for name, stand_in in calls.items():
         monkeypatch.setattr(assembly, name, stand_in)
     [step] = [one for one in json.loads(list_of("burst", "3d").read_text()) if one["kernel"].endswith("element_forces")]
     _, seconds, now, level, _, nodes, _, _, grid, *others, _ = (as_type(text) for text in step["arguments"][0])
-    for points, left_out in ((assembly.ONE_POINT, "solid_block_full"), (assembly.FULL_QUADRATURE, "solid_block")):
+    for points, left_out in ((assembly.ONE_POINT, "_advance_solid_full"), (assembly.FULL_QUADRATURE, "_advance_solid")):
         chunk = numba.njit(error_model="numpy")(assembly._run_chunk.py_func)
         kinds = [seconds, now, level, numba.typeof(points), nodes, grid, *others, numba.float64[::1]]
         chunk.compile((numba.int64, *kinds))
         assert not calls[left_out].signatures
-        assert calls["charge_block"].signatures
-        calls["solid_block" if left_out == "solid_block_full" else "solid_block_full"]._reset_overloads()
+        assert calls["_advance_charge"].signatures
+        calls["_advance_solid" if left_out == "_advance_solid_full" else "_advance_solid_full"]._reset_overloads()

@@ -23,7 +23,8 @@ from fragfield.report.reading.run_files import RunFiles
 from fragfield.studies.uncertainty.defaults import default_inputs
 from fragfield.studies.uncertainty.plan import plan_study
 from fragfield_base.errors import InputError as AnyInputError
-from tests.fragfield.short_run import SHORT, invoke, same_data
+from tests.datasets import same_data
+from tests.fragfield.short_run import SHORT, invoke
 from transition.law.count_fit import SegmentMasses, fit_counts
 from transition.law.mott import MottLaw
 

@@ -8,7 +8,8 @@ import shutil
 import pytest
 
 import fragfield
-from tests.fragfield.short_run import SHORT, same_data
+from tests.datasets import same_data
+from tests.fragfield.short_run import SHORT
 
 
 @pytest.mark.dolfinx

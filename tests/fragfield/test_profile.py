@@ -7,7 +7,8 @@ import re
 
 import pytest
 
-from tests.fragfield.short_run import RINGS, SHORT, invoke, same_data
+from tests.datasets import same_data
+from tests.fragfield.short_run import RINGS, SHORT, invoke
 
 pytestmark = pytest.mark.dolfinx
 
@@ -44,7 +45,7 @@ def test_the_parts_add_up_to_the_stepping(timed):
 
 def test_a_profile_changes_no_result(timed):
     _, _, folder, plain = timed
-    assert same_data(folder / "burst.h5", plain / "burst.h5") > 10  # fields of all states
+    assert same_data(folder / "burst", plain / "burst") > 10  # fields of all states
     assert "profile" not in burst_of(plain)
 
 

@@ -282,7 +282,7 @@ def test_page_of_a_part_says_so(tmp_path):
 def test_flight_of_fragments_from_elsewhere(tmp_path):
     """Nothing of a burst is said to be missing, and nothing is stated of one."""
     folder = write_run(tmp_path / "run")
-    for name in ("burst_snapshot.h5", "burst.xdmf", "burst.h5"):
+    for name in ("burst_snapshot.h5", "burst.xdmf"):
         (folder / name).unlink()
     found = json.loads((folder / "summary.json").read_text())
     del found["burst"], found["break_up"]

@@ -195,11 +195,8 @@ def test_a_pair_shares_few_bursts():
 @pytest.mark.parametrize(
     ("file", "table", "options", "message"),
     [
-        (PAIR, {}, {"method": "sobol"}, 'uncertainty.method: found "sobol", which needs a separate burst for every sample'),  # noqa: E501
         (PAIR, {"bursts": 4}, {}, "uncertainty.bursts: found 4; allowed with 5 uncertain inputs of the burst: at least 7"),  # noqa: E501
         (PAIR, {}, {"samples": 20}, "uncertainty.samples: found 20 for 12 bursts; allowed: at least 24"),
-        (M107, {}, {"samples": 12, "method": "sobol"}, "uncertainty.samples: found 12"),
-        (M107, {}, {"method": "sobl"}, '--method: found "sobl" (did you mean "sobol"?)'),
     ],
 )  # fmt: skip
 def test_plans_that_cannot_be_made(file, table, options, message):

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from fragfield.studies.uncertainty.design import latin_hypercube, saltelli, seed_of, shared_bursts
+from fragfield.studies.uncertainty.design import latin_hypercube, seed_of, shared_bursts
 from fragfield.studies.uncertainty.distributions import Distribution
 from fragfield.studies.uncertainty.expansion import discrete_basis, fit, legendre_basis, terms_of
-from fragfield.studies.uncertainty.indices import analyse, saltelli_indices
+from fragfield.studies.uncertainty.indices import analyse
 
 A, B = 7.0, 0.1  # of Ishigami and Homma's function
 UNIFORM = Distribution("uniform", {"low": 0.0, "high": 1.0})
@@ -72,15 +72,6 @@ def test_a_latin_hypercube_has_one_point_in_every_stratum_and_its_seed():
     assert not np.array_equal(points, latin_hypercube(3, 50, 8))
 
 
-def test_saltelli_blocks_differ_in_one_coordinate_each():
-    points = saltelli(3, 45, 1).reshape(-1, 5, 3)
-    assert len(points) == 8  # the largest power of two of blocks of five within 45
-    for block in points:
-        for i in range(3):
-            assert list(block[i + 1] == block[0]) == [j != i for j in range(3)]
-            assert block[i + 1, i] == block[4, i]
-
-
 def test_shared_bursts_are_dealt_out_evenly():
     points, burst = shared_bursts(np.array([True, False, True]), 40, 8, 3)
     assert np.bincount(burst).tolist() == [5] * 8
@@ -126,7 +117,7 @@ def test_total_effects_of_a_linear_model_with_noise():
     c = np.array([4.0, 2.0, 1.0, 0.0])
     points = latin_hypercube(4, 400, 2)
     values = points @ c + rng.normal(0.0, 0.6, 400)
-    found = analyse([UNIFORM] * 4, points, values, noise=0.36, method="latin_hypercube", seed=1)
+    found = analyse([UNIFORM] * 4, points, values, seed=1)
     totals = np.array([one["total"] for one in found.indices])
     errors = np.array([one["total_standard_error"] for one in found.indices])
     expected = c**2 / (c**2).sum()
@@ -140,46 +131,11 @@ def test_total_effects_of_a_linear_model_with_noise():
 
 def test_ishigami_by_the_expansion():
     points = latin_hypercube(3, 1000, 4)
-    found = analyse([UNIFORM] * 3, points, _ishigami(points), noise=0.0, method="latin_hypercube", seed=1)
+    found = analyse([UNIFORM] * 3, points, _ishigami(points), seed=1)
     total, first = _ishigami_indices()
     np.testing.assert_allclose([one["total"] for one in found.indices], total, atol=0.01)
     np.testing.assert_allclose([one["first"] for one in found.indices], first, atol=0.01)
     assert found.estimator["unexplained"] < 0.02
-
-
-def test_ishigami_by_saltelli():
-    points = saltelli(3, 5 * 4096, 4)
-    rows, blocks = saltelli_indices(3, _ishigami(points), noise=0.0, seed=1)
-    assert blocks == 4096
-    total, first = _ishigami_indices()
-    for row, one, other in zip(rows, total, first, strict=True):
-        assert abs(row["total"] - one) < 3.0 * row["total_standard_error"] + 1e-3
-        assert abs(row["first"] - other) < 3.0 * row["first_standard_error"] + 1e-3
-        assert row["total_low"] <= row["total"] <= row["total_high"]
-
-
-def test_saltelli_takes_the_noise_out():
-    """With noise of a fifth of the variance the raw total effects are too large; the corrected ones are not."""
-    rng = np.random.default_rng(1)
-    c = np.array([3.0, 2.0, 0.0])
-    points = saltelli(3, 5 * 4096, 2)
-    exact = points @ c
-    noise = 0.2 * (c**2).sum() / 12.0
-    values = exact + rng.normal(0.0, np.sqrt(noise), len(exact))
-    raw, _ = saltelli_indices(3, values, noise=0.0, seed=1)
-    rows, _ = saltelli_indices(3, values, noise=noise, seed=1)
-    expected = c**2 / (c**2).sum()
-    np.testing.assert_allclose([row["total"] for row in rows], expected, atol=0.03)
-    assert raw[2]["total"] > 0.12
-
-
-def test_saltelli_leaves_blocks_with_a_lost_sample_out():
-    points = saltelli(3, 5 * 1024, 4)
-    values = _ishigami(points)
-    values[[7, 8, 3000]] = np.nan
-    rows, blocks = saltelli_indices(3, values, noise=0.0, seed=1)
-    assert blocks == 1022
-    assert abs(rows[1]["total"] - _ishigami_indices()[0][1]) < 0.1
 
 
 def test_the_stated_error_is_the_spread_over_repetitions():
@@ -189,7 +145,7 @@ def test_the_stated_error_is_the_spread_over_repetitions():
     for seed in range(120):
         points = latin_hypercube(3, 60, seed)
         values = points @ c + np.random.default_rng(seed).normal(0.0, 0.8, 60)
-        found = analyse([UNIFORM] * 3, points, values, noise=0.64, method="latin_hypercube", seed=seed)
+        found = analyse([UNIFORM] * 3, points, values, seed=seed)
         totals.append([one["total"] for one in found.indices])
         errors.append([one["total_standard_error"] for one in found.indices])
     spread, stated = np.std(totals, axis=0, ddof=1), np.mean(errors, axis=0)
@@ -203,7 +159,7 @@ def test_a_discrete_input_has_its_share():
     step = np.array([0.0, 1.0, 0.3])[kinds.quantile(points[:, 0]).astype(int)]
     shares = np.array([0.5, 0.25, 0.25])
     own = shares @ np.array([0.0, 1.0, 0.3]) ** 2 - (shares @ np.array([0.0, 1.0, 0.3])) ** 2
-    found = analyse([kinds, UNIFORM], points, step + points[:, 1], noise=0.0, method="latin_hypercube", seed=1)
+    found = analyse([kinds, UNIFORM], points, step + points[:, 1], seed=1)
     assert found.indices[0]["total"] == pytest.approx(own / (own + 1.0 / 12.0), abs=0.02)
     assert found.tornado[0]["high"] - found.tornado[0]["low"] == pytest.approx(1.0, abs=0.01)
 
@@ -217,7 +173,7 @@ def test_few_shared_bursts_are_known_less_well_than_many():
         points, burst = shared_bursts(np.array([True, False]), 120, 8, seed)
         values = points @ c + rng.normal(0.0, 0.3, 8)[burst] + rng.normal(0.0, 0.05, 120)
         found = analyse(
-            [UNIFORM] * 2, points, values, noise=0.0025, method="latin_hypercube", seed=seed, burst=burst,
+            [UNIFORM] * 2, points, values, seed=seed, burst=burst,
             in_burst=[True, False],
         )  # fmt: skip
         totals.append(found.indices[0]["total"])
@@ -229,13 +185,9 @@ def test_few_shared_bursts_are_known_less_well_than_many():
 
 def test_too_few_samples_are_said():
     points = latin_hypercube(8, 9, 1)
-    assert "9 samples are too few for 8 inputs" in analyse(
-        [UNIFORM] * 8, points, points.sum(axis=1), noise=0.0, method="latin_hypercube", seed=1
-    )
+    assert "9 samples are too few for 8 inputs" in analyse([UNIFORM] * 8, points, points.sum(axis=1), seed=1)
     same = np.ones(9)
-    assert (
-        analyse([UNIFORM] * 8, points, same, noise=0.0, method="latin_hypercube", seed=1) == "the samples do not differ"
-    )
+    assert analyse([UNIFORM] * 8, points, same, seed=1) == "the samples do not differ"
 
 
 def test_the_degree_is_chosen_by_what_is_left_out():

@@ -84,10 +84,9 @@ def test_one_and_two_workers_give_the_same(made, tmp_path):
     assert (tmp_path / "1" / "samples.csv").read_bytes() != (tmp_path / "3" / "samples.csv").read_bytes()
 
 
-@pytest.mark.parametrize("method", ["latin_hypercube", "sobol"])
-def test_the_law_comes_back(made, tmp_path, method):
+def test_the_law_comes_back(made, tmp_path):
     """Shares and quantiles of a law that is known: heat normal with 5 %, drag triangular within 15 %, error 1 m."""
-    done = _invoke(tmp_path / "out", "--samples", 400 if method == "latin_hypercube" else 1920, "--method", method)
+    done = _invoke(tmp_path / "out", "--samples", 400)
     assert done.exit_code == 0, done.output
     found = read_results(tmp_path / "out")
     heat, drag = 25.0, 9e2 * 0.15**2 / 6.0

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 import h5py
 import numpy as np
 import pytest
 
-from flight.files.results import write_trajectories
-from flight.result import LANDING, Trajectories
 from fragfield.errors import InputError
 from fragfield.report import read_run, write_report
 from fragfield.view import PictureUnavailableError, interactive, offscreen, offscreen_fault
-from fragfield.view.film import read_paths
 from fragfield.view.interactive import interactive_fault, view_of_burst
 from fragfield.view.scenes import burst_at, burst_states, burst_times, cut, final_burst, middle_plane, section
 from fragfield.view.show import view_run, write_pictures
@@ -48,33 +46,6 @@ def test_pictures_show_something(run):
         pixels = imread(path)[..., :3]
         coloured = (np.ptp(pixels, axis=2) > 0.1).mean()
         assert coloured > 0.05, f"{path.name}: only {coloured:.1%} of the picture is coloured"
-
-
-def write_flown_paths(folder: Path) -> Trajectories:
-    """Two paths of known form: one straight out along +x in 2 s, one up and down again in 1 s."""
-    time = np.array([0.0, 1.0, 2.0, 0.0, 0.5, 1.0])
-    position = np.zeros((6, 3))
-    position[:3, 0] = [0.0, 150.0, 200.0]
-    position[3:, 2] = [0.0, 40.0, 0.0]
-    velocity = np.zeros((6, 3))
-    velocity[:, 0] = [300.0, 100.0, 20.0, 90.0, 0.0, 60.0]
-    paths = Trajectories(np.array([0, 1]), np.array([0, 3, 6]), time, position, velocity)
-    write_trajectories(paths, np.zeros(2, dtype=LANDING), folder / "trajectories.xdmf")
-    return paths
-
-
-def test_flown_paths_are_read_back_and_met_between_their_points(tmp_path):
-    folder = write_run(tmp_path / "run", stages=2)
-    with pytest.raises(InputError, match=r"trajectories\.xdmf is missing; set flight\.trajectories.*`fragfield fly`"):
-        read_paths(read_run(folder))
-    made = write_flown_paths(folder)
-    found = read_paths(read_run(folder))
-    np.testing.assert_array_equal(found.start, made.start)
-    np.testing.assert_allclose(found.position, made.position)
-    place, speed = found.at(np.array([0.0, 0.75, 1.5, 9.0]))
-    np.testing.assert_allclose(place[0, :, 0], [0.0, 112.5, 175.0, 200.0])
-    np.testing.assert_allclose(place[1, :, 2], [0.0, 20.0, 0.0, 0.0])
-    np.testing.assert_allclose(speed[0], [300.0, 150.0, 60.0, 20.0])
 
 
 @needs_vtk
@@ -188,16 +159,15 @@ def test_driver_that_ends_vtk_by_a_signal_is_reported(monkeypatch):
 @needs_vtk
 @needs_pages
 def test_without_the_series_the_page_of_the_burst_shows_its_end(tmp_path):
-    """Earlier states are missing where burst.h5 is: the page has one state, and no slider."""
+    """The page has one state, and no slider."""
     folder = write_run(tmp_path / "run", stages=2)
-    for name in ("burst.h5", "burst.xdmf"):
-        (folder / name).unlink(missing_ok=True)
+    shutil.rmtree(folder / "burst")
     page = view_of_burst(read_run(folder), tmp_path).read_text(encoding="utf-8")
     assert "Section of the burst at 120 µs" in page
     assert 'type="range"' not in page
 
 
-@pytest.mark.parametrize("name", ["burst.h5", "burst.xdmf"])
+@pytest.mark.parametrize("name", ["burst/0000.h5", "burst.xdmf"])
 def test_a_damaged_series_is_refused_before_vtk_sees_it(tmp_path, name):
     folder = write_run(tmp_path / "run", stages=2)
     data = bytearray((folder / name).read_bytes())
@@ -210,15 +180,15 @@ def test_a_damaged_series_is_refused_before_vtk_sees_it(tmp_path, name):
 def test_a_series_that_takes_data_from_elsewhere_is_refused(tmp_path):
     folder = write_run(tmp_path / "run", stages=2)
     text = (folder / "burst.xdmf").read_text().rpartition("<!-- checksum")[0]
-    (folder / "burst.xdmf").write_text(text.replace("burst.h5:", "/etc/secret.h5:", 1))
-    with pytest.raises(InputError, match=r"takes data from '/etc/secret.h5:/.*'; allowed: burst.h5:/"):
+    (folder / "burst.xdmf").write_text(text.replace("burst/0000.h5:", "/etc/secret.h5:", 1))
+    with pytest.raises(InputError, match=r"takes data from '/etc/secret.h5:/.*'; allowed: burst.h5:/, burst/0000.h5:/"):
         burst_states(read_run(folder), 3)
 
 
 def test_another_file_in_place_of_the_series_is_refused_before_vtk_sees_it(tmp_path):
     """Whole and sealed, but without the arrays that burst.xdmf names."""
     folder = write_run(tmp_path / "run", stages=2)
-    with creating(folder / "burst.h5", InputError) as file:
+    with creating(folder / "burst" / "0000.h5", InputError) as file:
         file["cells"] = np.zeros((2, 8), dtype=np.int64)
-    with pytest.raises(InputError, match=r"burst.h5: damaged, or of another run: /.* has the shape"):
+    with pytest.raises(InputError, match=r"0000.h5: damaged, or of another run: /.* has the shape"):
         burst_states(read_run(folder), 3)

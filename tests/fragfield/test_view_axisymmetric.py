@@ -12,13 +12,11 @@ from fragfield.report import read_run
 from fragfield.report.findings.burst import _folded_casing_cells
 from fragfield.report.reading.mesh_quality import aspect_ratio, scaled_jacobian
 from fragfield.view import offscreen_fault
-from fragfield.view.film import film_fault
 from fragfield.view.interactive import interactive_fault
 from fragfield.view.scenes import burst_at, burst_states, burst_times, cut, final_burst, section
 from tests.fragfield.synthetic_run import END_TIME, write_run
 
 needs_vtk = pytest.mark.skipif(offscreen_fault() is not None, reason=str(offscreen_fault()))
-needs_films = pytest.mark.skipif(film_fault() is not None, reason=str(film_fault()))
 needs_pages = pytest.mark.skipif(interactive_fault() is not None, reason=str(interactive_fault()))
 
 

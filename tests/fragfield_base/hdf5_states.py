@@ -1,13 +1,13 @@
-"""A file of states that grows, as a burst writes one: what the tests of HDF5 files create, append to and read."""
+"""A file of states: what the tests of HDF5 files create and read."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from fragfield_base.hdf5_files import JOURNAL, appending, creating, reading
+from fragfield_base.hdf5_files import creating, reading
 from fragfield_base.writing import DRAFT
 
-__all__ = ["RefusedError", "append", "create", "no_leftovers", "state", "states"]
+__all__ = ["RefusedError", "create", "no_leftovers", "state", "states"]
 
 
 class RefusedError(Exception):
@@ -18,17 +18,12 @@ def state(number):
     return np.arange(1000.0) + 1e3 * number
 
 
-def create(path):
+def create(path, number=1):
     with creating(path, RefusedError) as file:
         file.attrs["title"] = "states"
         file["cells"] = np.arange(5000)
-        file["steps/0/data"] = state(0)
-
-
-def append(path, number):
-    with appending(path, RefusedError) as file:
-        file[f"steps/{number}/data"] = state(number)
-        file.attrs["title"] = f"{number} states"  # a change in the old part
+        for one in range(number):
+            file[f"steps/{one}/data"] = state(one)
 
 
 def states(path):
@@ -40,5 +35,5 @@ def states(path):
 
 
 def no_leftovers(folder, path):
-    assert [entry.name for entry in folder.iterdir() if entry.name.endswith((DRAFT, JOURNAL))] == []
+    assert [entry.name for entry in folder.iterdir() if entry.name.endswith(DRAFT)] == []
     assert path.is_file()

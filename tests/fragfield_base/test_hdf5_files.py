@@ -4,31 +4,21 @@ from __future__ import annotations
 
 import errno
 import os
-import shutil
 import signal
 import subprocess
 import sys
 import threading
-import time
 from pathlib import Path
 
-import h5py
 import numpy as np
 import pytest
 
-from fragfield_base.hdf5_files import appending, creating, reading
+from fragfield_base.hdf5_files import creating, reading
 from fragfield_base.interruption import Interruption
-from fragfield_base.seal import BLOCK
+from fragfield_base.seal import LENGTH
 from tests.faults import at_every_call, failing_call, limited_file_size
 from tests.fragfield.short_run import environment
-from tests.fragfield_base.hdf5_states import RefusedError, append, create, no_leftovers, state, states
-
-
-def _copied(model, path):
-    """Put a copy of a model in the place of a file and of what lies beside it."""
-    for one in path.parent.glob(f"{path.name}*"):
-        one.unlink()
-    shutil.copy(model, path)
+from tests.fragfield_base.hdf5_states import RefusedError, create, no_leftovers, states
 
 
 def test_a_new_file_is_the_old_or_the_new_one_whenever_the_process_is_killed(tmp_path):
@@ -45,60 +35,23 @@ def test_a_new_file_is_the_old_or_the_new_one_whenever_the_process_is_killed(tmp
             seen.append(sorted(file))
         assert seen[-1] in (["old"], ["cells", "steps"])
 
-    assert at_every_call(lambda: create(path), prepare, check) >= 8
+    assert at_every_call(lambda: create(path), prepare, check) >= 6
     assert seen[0] == ["old"]
     assert seen[-1] == ["cells", "steps"]
     create(path)
     no_leftovers(tmp_path, path)
 
 
-def test_a_growing_file_has_the_new_state_whole_or_not_at_all_whenever_the_process_is_killed(tmp_path):
-    path, model = tmp_path / "a.h5", tmp_path / "model.h5"
-    create(model)
-    append(model, 1)
-    found = []
-
-    def check(number):
-        found.append(states(path))
-        no_leftovers(tmp_path, path)
-        append(path, 7)  # and it grows on
-        assert states(path) == found[-1] + 1
-
-    assert at_every_call(lambda: append(path, 2), lambda: _copied(model, path), check) >= 20
-    assert set(found) == {2, 3}
-    assert found == sorted(found), "after the journal is there the state is not lost again"
-
-
-def test_a_file_that_loses_a_state_has_the_old_or_the_new_content_whenever_the_process_is_killed(tmp_path):
-    # A resumed burst deletes the outputs after its checkpoint.
-    path, model = tmp_path / "a.h5", tmp_path / "model.h5"
-    create(model)
-    append(model, 1)
-    found = []
-
-    def work():
-        with appending(path, RefusedError) as file:
-            del file["steps/1"]
-
-    def check(number):
-        found.append(states(path))
-        no_leftovers(tmp_path, path)
-
-    assert at_every_call(work, lambda: _copied(model, path), check) >= 10
-    assert set(found) == {1, 2}
-
-
 @pytest.mark.parametrize("code", [errno.ENOSPC, errno.EIO, errno.EACCES])
 def test_a_call_that_fails_ends_in_one_message_and_leaves_the_file_whole(tmp_path, code):
-    path, model = tmp_path / "a.h5", tmp_path / "model.h5"
-    create(model)
+    path = tmp_path / "a.h5"
     failed = 0
     for number in range(200):
-        _copied(model, path)
+        create(path)
         said = None
         with failing_call(number, code) as calls:
             try:
-                append(path, 1)
+                create(path, 2)
             except RefusedError as error:
                 said = str(error)
         if said is not None:
@@ -108,7 +61,7 @@ def test_a_call_that_fails_ends_in_one_message_and_leaves_the_file_whole(tmp_pat
         assert states(path) in (1, 2)
         if number >= len(calls):
             break
-    assert failed >= 10
+    assert failed >= 3
     assert states(path) == 2
 
 
@@ -118,14 +71,14 @@ def test_a_process_in_which_calls_failed_ends_in_good_order(tmp_path):
 import errno, sys
 from pathlib import Path
 from tests.faults import failing_call
-from tests.fragfield_base.hdf5_states import RefusedError, append, create
+from tests.fragfield_base.hdf5_states import RefusedError, create
 
 for number in range(40):
     path = Path(sys.argv[1]) / f"{number}.h5"
     create(path)
     with failing_call(number, errno.EIO):
         try:
-            append(path, 1)
+            create(path, 2)
         except RefusedError:
             print(number)
 """
@@ -135,7 +88,7 @@ for number in range(40):
         capture_output=True, text=True, check=False, env={**os.environ, "PYTHONPATH": str(root)},
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
-    assert len(done.stdout.split()) >= 10
+    assert len(done.stdout.split()) >= 3
 
 
 def test_a_full_disk_says_so_what_was_kept_and_how_to_go_on(tmp_path):
@@ -144,33 +97,30 @@ def test_a_full_disk_says_so_what_was_kept_and_how_to_go_on(tmp_path):
     size = path.stat().st_size
     for room in (0, 100, 2000, 6000):
         with limited_file_size(size + room), pytest.raises(RefusedError, match=r"would be larger.*unchanged.*--resume"):
-            append(path, 1)
+            create(path, 3)
         assert states(path) == 1
         assert path.stat().st_size == size
         no_leftovers(tmp_path, path)
     with limited_file_size(1000), pytest.raises(RefusedError, match=r"b.h5: cannot be written: .*; what stood there"):
         create(tmp_path / "b.h5")
     assert not (tmp_path / "b.h5").exists()
-    append(path, 1)
-    assert states(path) == 2
+    create(path, 3)
+    assert states(path) == 3
 
 
 def test_every_flipped_byte_and_every_cut_is_noticed_or_changes_nothing(tmp_path):
     path, other = tmp_path / "a.h5", tmp_path / "b.h5"
-    create(path)
-    append(path, 1)
+    create(path, 2)
     whole = path.read_bytes()
-    sealed = len(whole)
-    with h5py.File(path) as file:
-        end = file.id.get_filesize()
+    end = len(whole) - LENGTH
     random = np.random.default_rng(18)
     refused = 0
     for trial in range(150):
         data = bytearray(whole)
         if trial % 3:
-            data[random.integers(sealed)] ^= 1 << random.integers(8)
+            data[random.integers(len(whole))] ^= 1 << random.integers(8)
         else:
-            data = data[: random.integers(sealed)]
+            data = data[: random.integers(len(whole))]
         if bytes(data[:end]) == whole[:end]:
             continue  # only the seal is hurt: covered below
         other.write_bytes(data)
@@ -178,7 +128,7 @@ def test_every_flipped_byte_and_every_cut_is_noticed_or_changes_nothing(tmp_path
             pass
         refused += 1
     assert refused > 125
-    for cut in (1, 16, 40, 60, 72):
+    for cut in (1, 16, 40, LENGTH):
         other.write_bytes(whole[:-cut])
         said = "b.h5: damaged"
         try:
@@ -189,46 +139,14 @@ def test_every_flipped_byte_and_every_cut_is_noticed_or_changes_nothing(tmp_path
         assert "b.h5: damaged" in said
 
 
-def test_blocks_far_apart_are_sealed_one_by_one(tmp_path):
-    path = tmp_path / "a.h5"
-    with creating(path, RefusedError) as file:
-        file["big"] = np.zeros(BLOCK)
-    for number in range(3):
-        with appending(path, RefusedError) as file:
-            file["big"][BLOCK // 2] = number
-            file[f"more{number}"] = np.full(300_000, number)
-        with reading(path, RefusedError) as file:
-            assert file["big"][BLOCK // 2] == number
-            assert file[f"more{number}"][-1] == number
-
-
-def test_a_reader_waits_for_a_writer_that_lives(tmp_path):
-    path = tmp_path / "a.h5"
-    create(path)
-    code = (
-        "import sys, time; from pathlib import Path; from fragfield_base.hdf5_files import appending\n"
-        "with appending(Path(sys.argv[1]), ValueError) as file:\n"
-        "    file['later'] = 1.0; print('in', flush=True); time.sleep(1.0)\n"
-    )
-    root = Path(__file__).parents[2]
-    environment = {**os.environ, "PYTHONPATH": str(root)}
-    writer = subprocess.Popen([sys.executable, "-c", code, str(path)], stdout=subprocess.PIPE, env=environment)
-    assert writer.stdout.readline() == b"in\n"
-    began = time.monotonic()
-    with reading(path, RefusedError) as file:
-        assert "later" in file
-    assert time.monotonic() - began > 0.3
-    assert writer.wait(30) == 0
-
-
 def test_a_signal_waits_for_the_file_and_comes_afterwards(tmp_path):
     path = tmp_path / "a.h5"
-    create(path)
-    with pytest.raises(KeyboardInterrupt), appending(path, RefusedError) as file:  # noqa: PT012 - when it comes counts
+    with pytest.raises(KeyboardInterrupt), creating(path, RefusedError) as file:  # noqa: PT012 - when it comes counts
         for _ in range(3):
             os.kill(os.getpid(), signal.SIGINT)
-        file["steps/1/data"] = state(1)
-    assert states(path) == 2
+        file["later"] = 1.0
+    with reading(path, RefusedError) as file:
+        assert list(file) == ["later"]
 
 
 def test_the_outer_deferral_gets_the_signal_of_the_inner_one():
@@ -248,15 +166,14 @@ def test_other_threads_write_as_the_main_one_does(tmp_path):
     assert states(path) == 1
 
 
-@pytest.mark.parametrize("opener", ["creating", "appending"])
-def test_a_file_that_is_open_when_python_ends_does_not_crash_it(tmp_path, opener):
+def test_a_file_that_is_open_when_python_ends_does_not_crash_it(tmp_path):
     """HDF5 would close it after Python has gone, through an object of Python's: signal 11."""
     create(tmp_path / "whole.h5")
     script = (
         "import sys\n"
         "from pathlib import Path\n"
         "from fragfield_base import hdf5_files\n"
-        f"sys.kept = hdf5_files.{opener}(Path(sys.argv[1]), ValueError)\n"
+        "sys.kept = hdf5_files.creating(Path(sys.argv[1]), ValueError)\n"
         "sys.kept.__enter__()['more'] = list(range(1000))\n"
     )
     command = [sys.executable, "-X", "faulthandler", "-c", script, str(tmp_path / "whole.h5")]

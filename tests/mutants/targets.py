@@ -29,7 +29,7 @@ _TOUCH = [f"{_BURST}/test_{name}.py" for name in (
 _SURFACES = [f"{_BURST}/test_{name}.py" for name in ("contact_by_hand", "surfaces_by_hand")]
 _STEP = [f"{_BURST}/test_{name}.py" for name in ("cells_by_hand", "elements", "subcycling", "detonation", "initiation")]
 # Tests that run on several ranks: what is wrong with messages between them shows there alone.
-_RANKS = [f"{_BURST}/test_{name}.py" for name in ("ranks", "interior_contact", "torn_metal", "initiation")]
+_RANKS = [f"{_BURST}/test_{name}.py" for name in ("ranks", "interior_contact", "erosion", "initiation")]
 _FLIGHT = [f"tests/flight/test_{name}.py" for name in (
     "kernels_by_hand", "motion", "balance", "shape", "crossings", "obstacles", "height_map", "near_ground", "ricochet",
     "contact", "surroundings", "walls", "arguments", "allowed_values", "published_values",
@@ -67,7 +67,7 @@ AREAS = (
             ("*/kernels/vectors/*", [*_TOUCH, *_CELLS, *_PARTS]),
             ("*/kernels/step/*", [*_TOUCH, *_PARTS]),
             ("*/inside.py", [f"{_BURST}/test_passage.py"]),
-            ("*/kernels/cells/*", [*_PARTS, f"{_BURST}/test_torn_metal.py"]),
+            ("*/kernels/cells/*", [*_PARTS, f"{_BURST}/test_erosion.py"]),
             ("*", [*_CELLS, f"{_BURST}/test_transposition.py"]),
         ),
         left_out=("*/__init__.py", "*/lanes.py", "*/transposition*.py", "*/axisymmetric/*", "*/state.py"),

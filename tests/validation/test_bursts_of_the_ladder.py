@@ -44,12 +44,12 @@ def _wall(time):
 
 @pytest.fixture(scope="module")
 def series(tmp_path_factory):
-    path = tmp_path_factory.mktemp("burst") / "burst.h5"
-    with h5py.File(path, "w") as file:
-        for number, time in enumerate(np.arange(0.0, 50e-6, 0.5e-6)):
-            file[f"steps/{number:06d}/position"] = _wall(time)
-            file[f"steps/{number:06d}"].attrs["time"] = time
-    return path
+    folder = tmp_path_factory.mktemp("burst")
+    for number, time in enumerate(np.arange(0.0, 50e-6, 0.5e-6)):
+        with h5py.File(folder / f"{number:04d}.h5", "w") as file:
+            file["position"] = _wall(time)
+            file.attrs["time"] = time
+    return folder
 
 
 def test_the_slit_sees_the_radius_at_a_fixed_station(series):
@@ -62,7 +62,7 @@ def test_the_slit_sees_the_radius_at_a_fixed_station(series):
 
 def test_a_file_without_a_series_is_refused(tmp_path):
     with pytest.raises(StudyError, match="no time series of a burst"):
-        streak(tmp_path / "burst.h5", 0.2, LENGTH)
+        streak(tmp_path / "burst", 0.2, LENGTH)
 
 
 def _moving(speed, end):

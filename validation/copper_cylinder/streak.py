@@ -70,7 +70,7 @@ def streak(series: Path, station: float, length: float) -> Streak:
     Parameters
     ----------
     series : Path
-        burst.h5 of one round that stands on its base at the origin, its axis upwards.
+        Folder of the states of one round that stands on its base at the origin, its axis upwards.
     station : float
         Place of the slit, from the initiated end at the top (m).
     length : float
@@ -82,17 +82,19 @@ def streak(series: Path, station: float, length: float) -> Streak:
         The file holds no time series.
     """
     height = length - station
-    times, radii = [], []
+    times, radii, ring = [], [], []
     try:
-        with h5py.File(series, "r", locking=False) as file:
-            steps = [file["steps"][name] for name in sorted(file["steps"])]
-            ring = _outer_rings(steps[0]["position"][()])
-            for step in steps:
-                radius, level = _rings_now(step["position"][()], ring)
-                times.append(float(step.attrs["time"]))
+        for number, path in enumerate(sorted(series.glob("*.h5"))):
+            with h5py.File(path, "r", locking=False) as file:
+                position = file["position"][()]
+                ring = _outer_rings(position) if number == 0 else ring
+                radius, level = _rings_now(position, ring)
+                times.append(float(file.attrs["time"]))
                 radii.append(float(np.interp(height, level, radius)))
     except (OSError, KeyError) as error:
         raise StudyError(f"{series}: no time series of a burst: {error}") from None
+    if not times:
+        raise StudyError(f"{series}: no time series of a burst: no state is there")
     found = np.array(radii)
     return Streak(np.array(times), found - found[0])
 

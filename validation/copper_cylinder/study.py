@@ -47,7 +47,7 @@ def study(options: Options, runs: Runs, rows: list[Row]) -> None:
         rows += found
         if not all_passed(found):
             continue  # void
-        record = streak(folder / "burst.h5", REFERENCE["station"], summary["burst"]["rounds"][0]["length"])
+        record = streak(folder / "burst", REFERENCE["station"], summary["burst"]["rounds"][0]["length"])
         rows += check(label, record, verdict=judged)
         if judged:
             records[model] = record

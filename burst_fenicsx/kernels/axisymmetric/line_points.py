@@ -8,16 +8,14 @@ from __future__ import annotations
 import numpy as np
 
 from burst_fenicsx.kernels.axisymmetric.line_state import LineContacts, SlideLine, moved
+from burst_fenicsx.kernels.constants import OFF_EDGE
+from burst_fenicsx.kernels.contact.slide_law import has_left
 from burst_fenicsx.kernels.lanes import block_kernel
 
 __all__ = ["boundary_vectors", "find_point"]
 
 _NEWTON, _WALKS = 12, 10
 _CLOSE = 1e-13  # change of an edge's coordinate below which a point is found
-_ENTRY = 1.5  # a node newly met lies no deeper than it can have come in this many steps ...
-_BENT = 0.1  # ... and this share of the distance below
-# Of the edge's length, half of it at a free end, where one edge alone counts: farther beyond, a node has left.
-_OFF_END = 0.5
 
 
 @block_kernel
@@ -83,11 +81,8 @@ def find_point(c: int, line: SlideLine, contacts: LineContacts, position: np.nda
     contacts.weight[c, 0], contacts.weight[c, 1] = 1.0 - s, s
     contacts.normal[c, 0], contacts.normal[c, 1] = nr, nz
     ur, uz = moved(c, line, contacts, position)
-    # A node that has left over an end may come back behind the line: it is free for good. One that did not touch is
-    # met no deeper than it can have come in this step, and a little more, since the line bends.
-    reach = 0.5 * _OFF_END * size
-    entered = _ENTRY * np.sqrt(ur * ur + uz * uz) + _BENT * reach
-    met = contacts.stiffness[c] > 0.0
-    if contacts.off[c] == 0 and (beyond > reach or (not met and gap < -min(entered, reach))):
+    # Of the edge's length, half of it at a free end, where one edge alone counts.
+    reach = 0.5 * OFF_EDGE * size
+    if contacts.off[c] == 0 and has_left(beyond, gap, reach, np.sqrt(ur * ur + uz * uz), contacts.stiffness[c] > 0.0):
         contacts.off[c] = 1
     contacts.gap[c] = gap

@@ -49,8 +49,8 @@ def _spread_span(c: int, d: int, line: SlideLine, contacts: LineContacts, positi
         # Nodes that have changed places or have lost each other press where they are.
         length = np.sqrt(square)
         for k in range(2):
-            own = edge_weight(line.plane, ar, position[b, 0]) * length * contacts.weight[c, k]
-            other = edge_weight(line.plane, position[b, 0], ar) * length * contacts.weight[d, k]
+            own = edge_weight(ar, position[b, 0]) * length * contacts.weight[c, k]
+            other = edge_weight(position[b, 0], ar) * length * contacts.weight[d, k]
             _add_spread(c, line.edges[edge, k], own, contacts)
             _add_spread(d, line.edges[last, k], other, contacts)
         return
@@ -65,7 +65,7 @@ def _spread_span(c: int, d: int, line: SlideLine, contacts: LineContacts, positi
         for sign in (-1.0, 1.0):
             at = 0.5 + sign * _GAUSS
             x, y = t + at * (to - t), s + at * (until - s)
-            weight = 0.5 if line.plane else np.pi * abs(ar + x * dr)
+            weight = np.pi * abs(ar + x * dr)
             weight = weight * (to - t) * np.sqrt(square)
             for k in range(2):
                 node, own = line.edges[edge, k], (y if k == 1 else 1.0 - y) * weight

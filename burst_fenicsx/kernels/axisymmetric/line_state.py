@@ -18,7 +18,6 @@ class SlideLine(NamedTuple):
     """Edges that the charge may slide on; a group is a node with those of its edges that are smooth together."""
 
     edges: np.ndarray  # (edges, 2) int32 nodes of casing or fuze; the charge lies to the right of their direction
-    metal: np.ndarray  # (edges,) int32, the cell of casing or fuze whose edge it is
     neighbour: np.ndarray  # (edges, 2) int32, edge beyond each end; -1 beyond a crease
     across: np.ndarray  # (edges, 2) int32, edge beyond a crease that is hollow towards the charge; else -1
     end: np.ndarray  # (edges, 2) int32, group of each end
@@ -26,7 +25,6 @@ class SlideLine(NamedTuple):
     on_axis: np.ndarray  # (groups,) bool, whether the group's node lies on the axis, beyond which its edge is mirrored
     vector: np.ndarray  # (groups, 2) m, sum of the edges' lengths times their normals (r, z)
     nodes: np.ndarray  # (line nodes,) int32, all nodes of the line and all of the charge on it
-    plane: bool  # whether areas are those per length of a plane section, and not those of rings
 
 
 class LineContacts(NamedTuple):
@@ -72,6 +70,6 @@ def moved(c: int, line: SlideLine, contacts: LineContacts, position: np.ndarray)
 
 
 @lane_function
-def edge_weight(plane: bool, near: float, far: float) -> float:
+def edge_weight(near: float, far: float) -> float:
     """Integral along an edge, over its length, of the weight times the shape function of the end at radius `near`."""
-    return 0.5 if plane else 2.0 * np.pi / 6.0 * (2.0 * near + far)
+    return 2.0 * np.pi / 6.0 * (2.0 * near + far)

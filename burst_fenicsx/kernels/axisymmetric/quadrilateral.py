@@ -10,9 +10,6 @@ integral of N_a over 2 pi dA,
 the analogue of the hexahedron with the mean gradient of Flanagan and Belytschko (1981). The trace of L is (dV/dt) / V,
 so a pressure does exactly p dV of work, and the axial forces of a cell add up to nothing. The hourglass vector
 gamma = h - (h.r) br / V - (h.z) bz / V is free of linear fields.
-
-In a plane section (plane strain) the weight 2 pi r is one: V is the area of the quadrilateral, per length of the round,
-(r, z) are Cartesian coordinates across it, A = 0, and nothing else changes.
 """
 
 from __future__ import annotations
@@ -21,34 +18,35 @@ from typing import NamedTuple
 
 import numpy as np
 
-from burst_fenicsx.kernels.cells.common import (
+from burst_fenicsx.kernels.cells.rows import (
+    DILATATION,
     FREQUENCY,
     GRADIENT,
-    HOURGLASS,
     HOURGLASS_MODES,
+    HOURGLASS_RATE,
     MASS,
     POSITION,
     RATE,
     VOLUME,
 )
+from burst_fenicsx.kernels.cells.single_point import MIN_VOLUME, POINTS, add_point, end_points, move_point
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function, widest_vectors
-from burst_fenicsx.kernels.state import Nodes
-from burst_fenicsx.kernels.vectors.tensors import Symmetric, store_matrix, store_vector
+from burst_fenicsx.kernels.state import Grid, Nodes
+from burst_fenicsx.kernels.vectors.tensors import Symmetric, Vector, store_matrix, store_vector
 
 __all__ = [
     "AREA",
     "GAMMA_SQUARE",
-    "INITIAL_VOLUME",
-    "INVERSE_SHARE",
-    "MIN_CORNER",
-    "RELEASED",
-    "ROWS_OF_CELLS",
+    "MIN_VOLUME",
+    "POINTS",
+    "AxisymmetricState",
     "Four",
-    "Rings",
-    "add_forces_to_nodes",
-    "gather_nodes",
-    "move_quadrilaterals",
-    "plane_integrals",
+    "add_forces",
+    "add_point",
+    "end_points",
+    "gather",
+    "move",
+    "move_point",
     "ring_integrals",
     "ring_volume",
     "store_forces",
@@ -56,54 +54,39 @@ __all__ = [
 
 Four = tuple[float, float, float, float]
 
-# Rows of the scratch besides those of `cells.common`. Nodal values: four rows of radial, then four of axial ones.
-_VELOCITY = POSITION + 8  # rows of its own: the material's are loaded before the cells move
+
+# Rows of the scratch besides those of `cells.rows`. Nodal values: four rows of radial, then four of axial ones.
+_VELOCITY = POSITION + 8
 _BR, _BZ, _A = GRADIENT, GRADIENT + 4, GRADIENT + 8  # m2
-INVERSE_SHARE = GRADIENT + 12  # inverse of the cell's share of its nodes' masses, 4 rows, 1/kg
-INITIAL_VOLUME = GRADIENT + 16  # m3
-RELEASED = GRADIENT + 17  # 1 where torn metal has been released, else 0
+_INVERSE_SHARE = GRADIENT + 12  # inverse of the cell's share of its nodes' masses, 4 rows, 1/kg
 _MODE_R, _MODE_Z = HOURGLASS_MODES, HOURGLASS_MODES + 1  # hourglass mode of the positions, m
 AREA = HOURGLASS_MODES + 2  # of the quadrilateral, m2
 GAMMA_SQUARE = HOURGLASS_MODES + 3  # sum over the nodes of gamma^2 times the inverse share, 1/kg
-MIN_CORNER = HOURGLASS_MODES + 4  # minimum Jacobian at the corners, m2: not above zero where the cell is folded
-
-ROWS_OF_CELLS = 6
-"""Rows of LANES that a quadrilateral keeps besides the state of all cells: INVERSE_SHARE, INITIAL_VOLUME, RELEASED."""
 
 
-class Rings(NamedTuple):
-    """What quadrilaterals have besides the arrays of all cells."""
+class AxisymmetricState(NamedTuple):
+    """What rings have besides the arrays of all cells."""
 
-    kept: np.ndarray  # (blocks, ROWS_OF_CELLS LANES): inverse shares of the nodes' masses (1/kg), and RELEASED
-    released: np.ndarray  # (cells,) int8, 1 for torn metal and crushed products that have been released
+    inverse_share: np.ndarray  # (blocks, 4 LANES) 1/kg, inverse of each cell's share of its nodes' masses
+    slot: np.ndarray  # (cells,) int32, where each cell stands in the blocks
     mass: np.ndarray  # (nodes,) kg
-    axis: np.ndarray  # int32, nodes on the axis; none in a plane section
-    plane: bool  # whether the weight is one, per length of a plane section, and not 2 pi r of a ring
+    axis: np.ndarray  # int32, nodes on the axis
 
 
 _SIXTH, _TWELFTH = 2.0 * np.pi / 6.0, 2.0 * np.pi / 12.0
 
 
 @lane_function
-def _area_and_jacobians(r: Four, z: Four) -> tuple[float, Four]:
-    """Area (m2) of a quadrilateral and the values of its Jacobian at the corners."""
+def ring_integrals(r: Four, z: Four) -> tuple[Four, Four, Four, float, float]:
+    """Integrals br, bz and A (m2), volume (m3) of a ring; area (m2) of its quadrilateral."""
     r0, r1, r2, r3 = r
     z0, z1, z2, z3 = z
-    corners = (
-        (r1 - r0) * (z3 - z0) - (r3 - r0) * (z1 - z0),
-        (r2 - r1) * (z0 - z1) - (r0 - r1) * (z2 - z1),
-        (r3 - r2) * (z1 - z2) - (r1 - r2) * (z3 - z2),
-        (r0 - r3) * (z2 - z3) - (r2 - r3) * (z0 - z3),
-    )
-    return 0.5 * ((r2 - r0) * (z3 - z1) - (r3 - r1) * (z2 - z0)), corners
-
-
-@lane_function
-def ring_integrals(r: Four, z: Four) -> tuple[Four, Four, Four, float, float, float]:
-    """Integrals br, bz and A (m2), volume (m3) of a ring; area (m2) and smallest Jacobian of its quadrilateral."""
-    r0, r1, r2, r3 = r
-    z0, z1, z2, z3 = z
-    area, (c0, c1, c2, c3) = _area_and_jacobians(r, z)
+    area = 0.5 * ((r2 - r0) * (z3 - z1) - (r3 - r1) * (z2 - z0))
+    # Values of the Jacobian at the corners.
+    c0 = (r1 - r0) * (z3 - z0) - (r3 - r0) * (z1 - z0)
+    c1 = (r2 - r1) * (z0 - z1) - (r0 - r1) * (z2 - z1)
+    c2 = (r3 - r2) * (z1 - z2) - (r1 - r2) * (z3 - z2)
+    c3 = (r0 - r3) * (z2 - z3) - (r2 - r3) * (z0 - z3)
     a0, a1 = area * _SIXTH + c0 * _TWELFTH, area * _SIXTH + c1 * _TWELFTH
     a2, a3 = area * _SIXTH + c2 * _TWELFTH, area * _SIXTH + c3 * _TWELFTH
     bz0 = _SIXTH * (r3 - r1) * (r3 + r0 + r1)
@@ -121,33 +104,13 @@ def ring_integrals(r: Four, z: Four) -> tuple[Four, Four, Four, float, float, fl
         (a0, a1, a2, a3),
         volume,
         area,
-        min(c0, c1, c2, c3),
     )
-
-
-@lane_function
-def plane_integrals(x: Four, y: Four) -> tuple[Four, Four, Four, float, float, float]:
-    """As `ring_integrals` with the weight one, per length (m): A is zero and the volume is the area."""
-    x0, x1, x2, x3 = x
-    y0, y1, y2, y3 = y
-    area, (c0, c1, c2, c3) = _area_and_jacobians(x, y)
-    bx, by = 0.5 * (y1 - y3), 0.5 * (x3 - x1)
-    cx, cy = 0.5 * (y2 - y0), 0.5 * (x0 - x2)
-    return (bx, cx, -bx, -cx), (by, cy, -by, -cy), (0.0, 0.0, 0.0, 0.0), area, area, min(c0, c1, c2, c3)
-
-
-@lane_function
-def _integrals(plane: bool, r: Four, z: Four) -> tuple[Four, Four, Four, float, float, float]:
-    """Integrals with the weight of a plane section or of a ring."""
-    if plane:
-        return plane_integrals(r, z)
-    return ring_integrals(r, z)
 
 
 @lane_function
 def ring_volume(r: Four, z: Four) -> float:
     """Volume (m3) of the ring of a quadrilateral."""
-    _, _, _, volume, _, _ = ring_integrals(r, z)
+    _, _, _, volume, _ = ring_integrals(r, z)
     return volume
 
 
@@ -173,20 +136,12 @@ def _store(v: Four, scratch: np.ndarray, row: int, lane: int) -> None:
 
 
 @block_kernel
-def gather_nodes(
-    cells: np.ndarray,
-    dofmap: np.ndarray,
-    level: int,
-    nodes: Nodes,
-    kept: np.ndarray,
-    scratch: np.ndarray,
-) -> None:
-    """Positions and velocities of a block's nodes; over the cells' step mean ones where nodes take shorter steps.
-
-    `cells` (LANES,) of the block, `dofmap` (cells, 4), `kept` (ROWS_OF_CELLS LANES,).
-    """
+def gather(block: int, nodes: Nodes, grid: Grid, element: AxisymmetricState, scratch: np.ndarray) -> None:
+    """Gather positions and velocities of a block's nodes, mean ones over the cells' step, and the cells' masses."""
+    level, dofmap = grid.level[block], grid.dofmap
     for lane in range(LANES):
-        cell = np.uint64(cells[lane])
+        cell = np.uint64(grid.cells[block, lane])
+        scratch[MASS * LANES + lane] = grid.mass[block * LANES + lane]
         for n in range(4):
             node = np.uint64(dofmap[cell, n])
             scratch[(POSITION + n) * LANES + lane] = nodes.position[node, 0]
@@ -197,15 +152,13 @@ def gather_nodes(
             else:
                 scratch[(_VELOCITY + n) * LANES + lane] = nodes.velocity[node, 0]
                 scratch[(_VELOCITY + 4 + n) * LANES + lane] = nodes.velocity[node, 2]
-    for k in range(ROWS_OF_CELLS * LANES):
-        scratch[INVERSE_SHARE * LANES + k] = kept[k]
+    for k in range(4 * LANES):
+        scratch[_INVERSE_SHARE * LANES + k] = element.inverse_share[block, k]
 
 
 @block_kernel
-def move_quadrilaterals(step: float, plane: bool, scratch: np.ndarray) -> None:
+def move(step: float, scratch: np.ndarray) -> None:
     """From nodal positions and velocities to the cells' motion in the step (s) and their shape after it.
-
-    `plane` as `Rings` has it.
 
     The velocity gradient is the mean one on the mid-step configuration. The length L in c dt <= L is 2 c over the
     highest frequency, omega^2 = rho c^2 / V times the largest eigenvalue of the sum over the nodes of g g^T / m_a with
@@ -213,59 +166,55 @@ def move_quadrilaterals(step: float, plane: bool, scratch: np.ndarray) -> None:
     move radially.
     """
     widest_vectors()
-    if plane:
-        for lane in range(LANES):
-            _move_quadrilateral(step, True, scratch, lane)
-    else:
-        for lane in range(LANES):
-            _move_quadrilateral(step, False, scratch, lane)
+    for lane in range(LANES):
+        r, z = _load(scratch, POSITION, lane), _load(scratch, POSITION + 4, lane)
+        vr, vz = _load(scratch, _VELOCITY, lane), _load(scratch, _VELOCITY + 4, lane)
+        h = 0.5 * step
+        middle_r = (r[0] - h * vr[0], r[1] - h * vr[1], r[2] - h * vr[2], r[3] - h * vr[3])
+        middle_z = (z[0] - h * vz[0], z[1] - h * vz[1], z[2] - h * vz[2], z[3] - h * vz[3])
+        br, bz, a, volume, _ = ring_integrals(middle_r, middle_z)
+        over = 1.0 / volume
+        rr, rz, zr, zz = over * _dot(br, vr), over * _dot(bz, vr), over * _dot(br, vz), over * _dot(bz, vz)
+        hoop = over * _dot(a, vr)
+        store_matrix(((rr, 0.0, rz), (0.0, hoop, 0.0), (zr, 0.0, zz)), scratch, RATE, lane)
+        scratch[DILATATION * LANES + lane] = rr + hoop + zz
+        hr = middle_r[0] - middle_r[1] + middle_r[2] - middle_r[3]
+        hz = middle_z[0] - middle_z[1] + middle_z[2] - middle_z[3]
+        qr = vr[0] - vr[1] + vr[2] - vr[3] - rr * hr - rz * hz
+        qz = vz[0] - vz[1] + vz[2] - vz[3] - zr * hr - zz * hz
+        store_vector((qr, 0.0, qz), scratch, HOURGLASS_RATE, lane)
 
-
-@lane_function
-def _move_quadrilateral(step: float, plane: bool, scratch: np.ndarray, lane: int) -> None:
-    """One cell of `move_quadrilaterals`."""
-    r, z = _load(scratch, POSITION, lane), _load(scratch, POSITION + 4, lane)
-    vr, vz = _load(scratch, _VELOCITY, lane), _load(scratch, _VELOCITY + 4, lane)
-    h = 0.5 * step
-    middle_r = (r[0] - h * vr[0], r[1] - h * vr[1], r[2] - h * vr[2], r[3] - h * vr[3])
-    middle_z = (z[0] - h * vz[0], z[1] - h * vz[1], z[2] - h * vz[2], z[3] - h * vz[3])
-    br, bz, a, volume, _, _ = _integrals(plane, middle_r, middle_z)
-    over = 1.0 / volume
-    rr, rz, zr, zz = over * _dot(br, vr), over * _dot(bz, vr), over * _dot(br, vz), over * _dot(bz, vz)
-    store_matrix(((rr, 0.0, rz), (0.0, over * _dot(a, vr), 0.0), (zr, 0.0, zz)), scratch, RATE, lane)
-    hr = middle_r[0] - middle_r[1] + middle_r[2] - middle_r[3]
-    hz = middle_z[0] - middle_z[1] + middle_z[2] - middle_z[3]
-    qr = vr[0] - vr[1] + vr[2] - vr[3] - rr * hr - rz * hz
-    qz = vz[0] - vz[1] + vz[2] - vz[3] - zr * hr - zz * hz
-    store_vector((qr, 0.0, qz), scratch, HOURGLASS, lane)
-
-    br, bz, a, volume, area, min_corner = _integrals(plane, r, z)
-    _store(br, scratch, _BR, lane)
-    _store(bz, scratch, _BZ, lane)
-    _store(a, scratch, _A, lane)
-    scratch[VOLUME * LANES + lane], scratch[AREA * LANES + lane] = volume, area
-    scratch[MIN_CORNER * LANES + lane] = min_corner
-    w = _load(scratch, INVERSE_SHARE, lane)
-    u0, u1 = w[0] if plane or r[0] > 0.0 else 0.0, w[1] if plane or r[1] > 0.0 else 0.0
-    u2, u3 = w[2] if plane or r[2] > 0.0 else 0.0, w[3] if plane or r[3] > 0.0 else 0.0
-    g0, g1, g2, g3 = br[0] + a[0], br[1] + a[1], br[2] + a[2], br[3] + a[3]
-    rr = g0 * g0 * u0 + g1 * g1 * u1 + g2 * g2 * u2 + g3 * g3 * u3
-    zz = bz[0] * bz[0] * w[0] + bz[1] * bz[1] * w[1] + bz[2] * bz[2] * w[2] + bz[3] * bz[3] * w[3]
-    rz = g0 * bz[0] * u0 + g1 * bz[1] * u1 + g2 * bz[2] * u2 + g3 * bz[3] * u3
-    largest = 0.5 * (rr + zz) + np.sqrt(0.25 * (rr - zz) * (rr - zz) + rz * rz)
-    over = 1.0 / volume
-    scratch[FREQUENCY * LANES + lane] = 0.5 * over * np.sqrt(scratch[MASS * LANES + lane] * largest)
-    hr, hz = r[0] - r[1] + r[2] - r[3], z[0] - z[1] + z[2] - z[3]
-    scratch[_MODE_R * LANES + lane], scratch[_MODE_Z * LANES + lane] = hr, hz
-    hr, hz = over * hr, over * hz
-    y0, y1 = 1.0 - hr * br[0] - hz * bz[0], -1.0 - hr * br[1] - hz * bz[1]
-    y2, y3 = 1.0 - hr * br[2] - hz * bz[2], -1.0 - hr * br[3] - hz * bz[3]
-    scratch[GAMMA_SQUARE * LANES + lane] = y0 * y0 * w[0] + y1 * y1 * w[1] + y2 * y2 * w[2] + y3 * y3 * w[3]
+        br, bz, a, volume, area = ring_integrals(r, z)
+        _store(br, scratch, _BR, lane)
+        _store(bz, scratch, _BZ, lane)
+        _store(a, scratch, _A, lane)
+        scratch[VOLUME * LANES + lane], scratch[AREA * LANES + lane] = volume, area
+        w = _load(scratch, _INVERSE_SHARE, lane)
+        u0, u1 = w[0] if r[0] > 0.0 else 0.0, w[1] if r[1] > 0.0 else 0.0
+        u2, u3 = w[2] if r[2] > 0.0 else 0.0, w[3] if r[3] > 0.0 else 0.0
+        g0, g1, g2, g3 = br[0] + a[0], br[1] + a[1], br[2] + a[2], br[3] + a[3]
+        rr = g0 * g0 * u0 + g1 * g1 * u1 + g2 * g2 * u2 + g3 * g3 * u3
+        zz = bz[0] * bz[0] * w[0] + bz[1] * bz[1] * w[1] + bz[2] * bz[2] * w[2] + bz[3] * bz[3] * w[3]
+        rz = g0 * bz[0] * u0 + g1 * bz[1] * u1 + g2 * bz[2] * u2 + g3 * bz[3] * u3
+        largest = 0.5 * (rr + zz) + np.sqrt(0.25 * (rr - zz) * (rr - zz) + rz * rz)
+        over = 1.0 / volume
+        scratch[FREQUENCY * LANES + lane] = 0.5 * over * np.sqrt(scratch[MASS * LANES + lane] * largest)
+        hr, hz = r[0] - r[1] + r[2] - r[3], z[0] - z[1] + z[2] - z[3]
+        scratch[_MODE_R * LANES + lane], scratch[_MODE_Z * LANES + lane] = hr, hz
+        hr, hz = over * hr, over * hz
+        y0, y1 = 1.0 - hr * br[0] - hz * bz[0], -1.0 - hr * br[1] - hz * bz[1]
+        y2, y3 = 1.0 - hr * br[2] - hz * bz[2], -1.0 - hr * br[3] - hz * bz[3]
+        scratch[GAMMA_SQUARE * LANES + lane] = y0 * y0 * w[0] + y1 * y1 * w[1] + y2 * y2 * w[2] + y3 * y3 * w[3]
 
 
 @lane_function
 def store_forces(
-    stress: Symmetric, resistance: tuple[float, float, float], share: float, scratch: np.ndarray, lane: int
+    stress: Symmetric,
+    resistance: Vector,
+    share: float,
+    rounding: float,  # noqa: ARG001 - one rank sums in one order: nothing is rounded
+    scratch: np.ndarray,
+    lane: int,
 ) -> None:
     """Nodal forces (N) times `share` in the place of the positions.
 
@@ -304,9 +253,7 @@ def store_forces(
 
 
 @block_kernel
-def add_forces_to_nodes(
-    count: int, cells: np.ndarray, dofmap: np.ndarray, scratch: np.ndarray, force: np.ndarray
-) -> None:
+def add_forces(count: int, cells: np.ndarray, dofmap: np.ndarray, scratch: np.ndarray, force: np.ndarray) -> None:
     """Add the nodal forces of the first `count` cells of a block to `force` (nodes, 3) in N."""
     for n in range(4):
         for lane in range(count):

@@ -1,10 +1,8 @@
 """Sliding of a charge on its casing in the meridian: the slide surface of `kernels.contact.sliding` as a line.
 
 A node of the charge lies at the point of the line from which the normal there leads to it (`line_points`), and is
-followed as it slides. Products press with the pressure with which their cells act on their nodes, that of the vented
-products, corrected by a spring for what is left of the gap (Nitsche's method); unreacted explosive is bonded by springs
-with tensile strength, cohesion and friction, which fade as it burns. Forces, masses and areas are those of the whole
-ring.
+followed as it slides. What both do to each other is `contact.slide_law`'s. Forces, masses and areas are those of the
+whole ring.
 
 The springs' forces are shared by the ends of the edge on which the node lies. The gas's pressure is spread over all
 nodes of the line (`line_pressure`): at the axis, where a ring's mass goes to nothing, a load that is shared by one edge
@@ -18,13 +16,13 @@ import numpy as np
 from burst_fenicsx.kernels.axisymmetric.line_points import boundary_vectors, find_point
 from burst_fenicsx.kernels.axisymmetric.line_pressure import spread_pressure
 from burst_fenicsx.kernels.axisymmetric.line_state import LineContacts, SlideLine, edge_weight, moved
-from burst_fenicsx.kernels.contact.sliding import SlideLaw
+from burst_fenicsx.kernels.cells.erosion import WHOLE
+from burst_fenicsx.kernels.contact.coulomb import coulomb_slip
+from burst_fenicsx.kernels.contact.slide_law import SlideLaw, attach
 from burst_fenicsx.kernels.lanes import block_kernel, kernel
 from burst_fenicsx.kernels.state import ChargeState
 
 __all__ = ["add_line_forces"]
-
-_MOST_CORRECTION = 30.0  # force of the spring on products over that of their own pressure
 
 
 @kernel
@@ -34,7 +32,8 @@ def add_line_forces(
     line: SlideLine,
     contacts: LineContacts,
     charge: ChargeState,
-    released: np.ndarray,
+    eroded: np.ndarray,
+    slot: np.ndarray,
     position: np.ndarray,
     mass: np.ndarray,
     own: np.ndarray,
@@ -42,8 +41,9 @@ def add_line_forces(
 ) -> float:
     """Find every contact's point and force, advance its state, and add `share` of the forces (N) to those of the nodes.
 
-    `released` (cells,) is whether a cell is no continuum any more; `position`, `mass` and `force` are those of the
-    nodes; `own` (nodes, 3) holds the contacts' forces alone, those of the last step when it is called.
+    `eroded` (slots,) is that of `SolidState`, `slot` (cells,) where each cell stands in it; `position`, `mass` and
+    `force` are those of the nodes; `own` (nodes, 3) holds the contacts' forces alone, those of the last step when it is
+    called.
 
     Returns
     -------
@@ -54,7 +54,7 @@ def add_line_forces(
     work = _work_on_nodes(line, contacts, own, position)
     for c in range(contacts.slave.size):
         find_point(c, line, contacts, position)
-        if contacts.off[c] == 0 and _has_nothing_left(c, line, contacts, released):
+        if contacts.off[c] == 0 and _has_nothing_left(c, contacts, eroded, slot):
             contacts.off[c] = 1
     spread_pressure(line, contacts, position)
     for c in range(contacts.slave.size):
@@ -91,14 +91,12 @@ def _work_on_nodes(line: SlideLine, contacts: LineContacts, own: np.ndarray, pos
 
 
 @block_kernel
-def _has_nothing_left(c: int, line: SlideLine, contacts: LineContacts, released: np.ndarray) -> bool:
-    """Whether all products around a contact's node, or the metal that it lies on, have been released."""
-    if released[line.metal[contacts.face[c]]] != 0:
-        return True
-    live = 0
+def _has_nothing_left(c: int, contacts: LineContacts, eroded: np.ndarray, slot: np.ndarray) -> bool:
+    """Whether all products around a contact's node have been eroded."""
     for k in range(contacts.first_cell[c], contacts.first_cell[c + 1]):
-        live += 1 if released[contacts.cell[k]] == 0 else 0
-    return live == 0
+        if eroded[slot[contacts.cell[k]]] == WHOLE:
+            return False
+    return True
 
 
 @block_kernel
@@ -141,36 +139,25 @@ def _press(
         other, weight = line.edges[edge, k], contacts.weight[c, k]
         inverse_mass += weight * max(contacts.load[other], weight) / mass[other]
     ur, uz = moved(c, line, contacts, position)
-    stiffness, old = law.budget / inverse_mass, contacts.stiffness[c]
-    unreacted = 1.0 - burnt
-    area = abs(_ring_area(c, line, contacts, position, nr, nz))
-    was_bonded, old_slip = contacts.bonded[c] != 0, contacts.slip[c]
-    whole = was_bonded and unreacted > 0.0
-    gas = burnt * max(pressure, 0.0) * area
-    # Of products the spring corrects the gas's own pressure, by so much at most: where a strengthless wall has folded,
-    # a node that is suddenly far from the line would else be shot off by a spring as stiff as the step bears.
-    most = _MOST_CORRECTION * gas
-    if burnt == 1.0 and stiffness * abs(gap) > most:
-        stiffness = most / abs(gap)
-    press = gas - stiffness * gap
-    # Products fill what they are in: their surface does not leave the casing, unless over an end of the line.
-    tension = np.inf if burnt == 1.0 else (law.tensile_strength * unreacted * area if whole else 0.0)
-    apart = contacts.off[c] != 0 or press <= -tension
+    old, old_slip = contacts.stiffness[c], contacts.slip[c]
+    apart, whole, gas, stiffness, limit = attach(
+        law,
+        contacts.bonded[c] != 0,
+        contacts.off[c] != 0,
+        burnt,
+        pressure,
+        contacts.strength[c],
+        abs(_ring_area(c, contacts, position, nr, nz)),
+        gap,
+        law.max_squared_frequency / inverse_mass,
+    )
     slip = old_slip - ur * nz + uz * nr
-    # Where friction would hold more than the explosive bears, it is the explosive that yields.
-    limit = max((law.cohesion * area if whole else 0.0) + press * law.friction, 0.0)
-    limit = unreacted * min(limit, contacts.strength[c] * area)
-    heat, kept = 0.0, 0.0
+    kept, heat = coulomb_slip(abs(slip), limit, stiffness, old, abs(old_slip))
+    if kept < abs(slip):
+        slip = np.copysign(kept, slip)
+        whole = False
     if apart:
-        heat = 0.5 * old * old_slip * old_slip
-        slip, stiffness, gas, whole = 0.0, 0.0, 0.0, False
-    else:
-        kept = abs(slip)
-        if stiffness * kept > limit:
-            heat = 0.5 * (old * abs(old_slip) + limit) * (kept - limit / stiffness)
-            slip = np.copysign(limit / stiffness, slip)
-            kept = limit / stiffness
-            whole = False
+        heat, slip, kept = 0.5 * old * old_slip * old_slip, 0.0, 0.0
     stored = 0.5 * stiffness * (gap * gap + kept * kept)
     contacts.tally[c, 2] = max(-gap, 0.0) if not apart else 0.0
     contacts.bonded[c] = 1 if whole else 0
@@ -182,17 +169,17 @@ def _press(
 
 
 @block_kernel
-def _ring_area(c: int, line: SlideLine, contacts: LineContacts, position: np.ndarray, nr: float, nz: float) -> float:
+def _ring_area(c: int, contacts: LineContacts, position: np.ndarray, nr: float, nz: float) -> float:
     """The contact's share of the charge's surface, projected on the normal (m2): what a pressure there acts on.
 
-    An edge from a to b gives a the share 2 pi (2 r_a + r_b) / 6 of its length times its normal, in a section half.
+    An edge from a to b gives a the share 2 pi (2 r_a + r_b) / 6 of its length times its normal.
     """
     total, node = 0.0, contacts.slave[c]
     for k in range(2):
         a, b = contacts.side[c, k, 0], contacts.side[c, k, 1]
         if a >= 0:
             other = b if a == node else a
-            weight = edge_weight(line.plane, position[node, 0], position[other, 0])
+            weight = edge_weight(position[node, 0], position[other, 0])
             dr, dz = position[b, 0] - position[a, 0], position[b, 2] - position[a, 2]
             total += weight * (dz * nr - dr * nz)
     return total

@@ -10,11 +10,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from burst_fenicsx.kernels.axisymmetric.cells import charge_ring_block, solid_ring_block
+from burst_fenicsx.kernels.axisymmetric import quadrilateral, ring_hourglass
 from burst_fenicsx.kernels.axisymmetric.line_state import LineContacts, SlideLine
-from burst_fenicsx.kernels.axisymmetric.quadrilateral import Rings
+from burst_fenicsx.kernels.axisymmetric.quadrilateral import AxisymmetricState
 from burst_fenicsx.kernels.axisymmetric.slide_line import add_line_forces
-from burst_fenicsx.kernels.contact.sliding import SlideLaw
+from burst_fenicsx.kernels.cells import charge as charge_cells
+from burst_fenicsx.kernels.cells import solid as solid_cells
+from burst_fenicsx.kernels.cells.block import make_block
+from burst_fenicsx.kernels.contact.slide_law import SlideLaw
 from burst_fenicsx.kernels.lanes import kernel
 from burst_fenicsx.kernels.state import ChargeState, Grid, Motion, Nodes, Schedule, SolidState
 from burst_fenicsx.problem import Part
@@ -23,13 +26,16 @@ __all__ = ["LineSettings", "RingSums", "add_ring_forces", "advance_rings"]
 
 _PARTS = len(Part)  # rows of material parameters that each round has
 
+_advance_solid_rings = make_block(quadrilateral, ring_hourglass, solid_cells)
+_advance_charge_rings = make_block(quadrilateral, ring_hourglass, charge_cells)
+
 
 class LineSettings(NamedTuple):
     """How the slide line is stepped: its own step is the longest one over 2^level."""
 
     level: int
     exists: bool
-    stable_budget: float  # bound on (omega dt)^2 of the springs
+    max_squared_phase: float  # bound on (omega dt)^2 of the springs
     tensile_strength: float  # Pa
     cohesion: float  # Pa
     friction: float  # tangent of the friction angle
@@ -59,7 +65,7 @@ def add_ring_forces(
     schedule: Schedule,
     solid: SolidState,
     charge: ChargeState,
-    rings: Rings,
+    rings: AxisymmetricState,
     settings: LineSettings,
     line: SlideLine,
     contacts: LineContacts,
@@ -79,12 +85,25 @@ def add_ring_forces(
         first = schedule.first_solid[chunk]
         for block in range(first, first + schedule.active[chunk, min_level, 0]):
             share = 1.0 / (1 << grid.level[block])
-            solid_ring_block(block, share * step, share, nodes, grid, solid, rings, scratch, sums.energy, sums.limits)
+            _advance_solid_rings(
+                block,
+                share * step,
+                time,
+                share,
+                nodes,
+                grid,
+                solid,
+                rings,
+                solid.eroded,
+                scratch,
+                sums.energy,
+                sums.limits,
+            )
         first = schedule.first_charge[chunk]
         for block in range(first, first + schedule.active[chunk, min_level, 1]):
             share = 1.0 / (1 << grid.level[block])
             work_before, heat_before = sums.energy[3], sums.energy[4]
-            charge_ring_block(
+            _advance_charge_rings(
                 block,
                 share * step,
                 time,
@@ -93,6 +112,7 @@ def add_ring_forces(
                 grid,
                 charge,
                 rings,
+                solid.eroded,
                 scratch,
                 sums.energy,
                 sums.limits,
@@ -102,15 +122,16 @@ def add_ring_forces(
             sums.released[owner, 1] += sums.energy[4] - heat_before
     if settings.exists and settings.level >= min_level and stable_for > 0.0:
         share = 1.0 / (1 << settings.level)
-        budget = settings.stable_budget / (share * stable_for) ** 2
-        law = SlideLaw(budget, share * step, settings.tensile_strength, settings.cohesion, settings.friction)
+        frequency = settings.max_squared_phase / (share * stable_for) ** 2
+        law = SlideLaw(frequency, share * step, settings.tensile_strength, settings.cohesion, settings.friction)
         sums.contact[1] += add_line_forces(
             law,
             share,
             line,
             contacts,
             charge,
-            rings.released,
+            solid.eroded,
+            rings.slot,
             nodes.position,
             rings.mass,
             sums.own,
@@ -138,7 +159,7 @@ def advance_rings(
     schedule: Schedule,
     solid: SolidState,
     charge: ChargeState,
-    rings: Rings,
+    rings: AxisymmetricState,
     settings: LineSettings,
     line: SlideLine,
     contacts: LineContacts,

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from burst_fenicsx.kernels.cells.common import FREE, MASS, VOLUME
+from burst_fenicsx.kernels.cells.rows import MASS, MATERIAL, VOLUME
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function, widest_vectors
 
 __all__ = [
@@ -16,13 +16,12 @@ __all__ = [
     "CONTENT",
     "HELD",
     "LEAKAGE",
+    "OLD_DEVIATOR",
     "OLD_PRESSURE",
     "OLD_VOLUME",
     "PARAMETERS",
     "PRESSURE",
     "STIFFNESS",
-    "STORED",
-    "STRESS",
     "burn_by_compression",
     "press_by_jwl",
     "press_by_landau",
@@ -54,16 +53,15 @@ PARAMETERS = (
 Jones-Wilkins-Lee (A to omega). `burn_by_compression` is 1/(1 - V_CJ/V0), or 0 for burning by time alone.
 `hugoniot_limit` is the largest rho/rho0 - 1 up to which the unreacted explosive follows its Hugoniot."""
 
-STRESS = FREE  # deviator of the unreacted charge, 6 rows, Pa
-STORED = FREE + 6  # the same before the step
-OLD_VOLUME = FREE + 12  # m3
-OLD_PRESSURE, PRESSURE = FREE + 13, FREE + 14  # of the whole cell before leakage, Pa
-BURN = FREE + 15  # burnt fraction
-BY_COMPRESSION = FREE + 16  # burnt fraction over the compression
-CONTENT = FREE + 17  # internal energy of the products, J/m3 of initial volume
-LEAKAGE = FREE + 18
-STIFFNESS = FREE + 19  # -V dP/dV, Pa
-HELD = FREE + 20  # power of the deviator, W/m3
+OLD_DEVIATOR = MATERIAL + 6  # of the unreacted charge before the step, 6 rows, Pa
+OLD_VOLUME = MATERIAL + 12  # m3
+OLD_PRESSURE, PRESSURE = MATERIAL + 13, MATERIAL + 14  # of the whole cell before leakage, Pa
+BURN = MATERIAL + 15  # burnt fraction
+BY_COMPRESSION = MATERIAL + 16  # burnt fraction over the compression
+CONTENT = MATERIAL + 17  # internal energy of the products, J/m3 of initial volume
+LEAKAGE = MATERIAL + 18
+STIFFNESS = MATERIAL + 19  # -V dP/dV, Pa
+HELD = MATERIAL + 20  # power of the deviator, W/m3
 
 
 @lane_function

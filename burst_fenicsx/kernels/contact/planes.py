@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
+from burst_fenicsx.kernels.contact.coulomb import coulomb_slip
 from burst_fenicsx.kernels.lanes import kernel, parallel_kernel
 from burst_fenicsx.kernels.vectors.exact import quantise
 from burst_fenicsx.kernels.vectors.transposition import address, prefetch
@@ -152,10 +153,8 @@ def _push_node(
     ty = sy + law.step * (vy - normal_speed * ny)
     tz = sz + law.step * (vz - normal_speed * nz)
     length = np.sqrt(tx * tx + ty * ty + tz * tz)
-    limit = law.friction * stiffness * depth
-    if stiffness * length > limit:
-        kept = limit / stiffness
-        state.energies[k, 1] = 0.5 * (old * old_slip + limit) * (length - kept)
+    kept, state.energies[k, 1] = coulomb_slip(length, law.friction * stiffness * depth, stiffness, old, old_slip)
+    if kept < length:
         shrink = kept / length
         tx, ty, tz, length = shrink * tx, shrink * ty, shrink * tz, kept
     state.energies[k, 0] = 0.5 * stiffness * (depth * depth + length * length)

@@ -5,9 +5,7 @@ continuous from face to face. A node lies at the point of the surface from which
 followed from face to face as it slides. Its force acts along that line and is shared by the face's corners with their
 weights: linear and angular momentum are kept.
 
-Products press with the pressure with which their cells act on their nodes, that of the vented products, corrected by a
-spring for what is left of the gap (Nitsche's method): the gap then stays a small part of what a spring alone would
-need. Unreacted explosive is bonded: springs with tensile strength, cohesion and friction, which fade as it burns.
+What they do to each other is `slide_law`'s.
 
 The contacts are worked on sixteen at a time, as cells are.
 """
@@ -19,7 +17,10 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
-from burst_fenicsx.kernels.cells.torn_metal import WHOLE
+from burst_fenicsx.kernels.cells.erosion import WHOLE
+from burst_fenicsx.kernels.constants import OFF_EDGE
+from burst_fenicsx.kernels.contact.coulomb import coulomb_slip
+from burst_fenicsx.kernels.contact.slide_law import SlideLaw, attach, has_left
 from burst_fenicsx.kernels.contact.slide_points import (
     BEYOND,
     GAP,
@@ -39,7 +40,6 @@ from burst_fenicsx.kernels.vectors.tensors import Vector, load_vector, store_vec
 __all__ = [
     "COLUMNS",
     "SlideContacts",
-    "SlideLaw",
     "add_slide_forces",
     "attached_state",
     "find_slide_forces",
@@ -48,20 +48,6 @@ __all__ = [
 
 COLUMNS = ("stored", "friction", "penetration")
 """Of `SlideContacts.tally`: J stored in springs, J of friction in this step, m."""
-
-_ENTRY = 1.5  # a node newly met lies no deeper than it can have come in this many steps ...
-_BENT = 0.1  # ... and this share of the distance below
-_OFF_EDGE = 0.5  # of the face's size: a node farther beyond the edge of its smooth surface has left it
-
-
-class SlideLaw(NamedTuple):
-    """What holds for all contacts in this step."""
-
-    budget: float  # bound on the springs' squared frequency (1/s2)
-    step: float  # s
-    tensile_strength: float  # Pa, of the unreacted charge's bond
-    cohesion: float  # Pa
-    friction: float  # tangent of the friction angle
 
 
 class SlideContacts(NamedTuple):
@@ -267,7 +253,6 @@ def _weigh(k: int, s: float, t: float, inverse_mass: float, work: np.ndarray, la
 def _press(law: SlideLaw, work: np.ndarray) -> None:
     """Force, state and energies of sixteen contacts."""
     widest_vectors()
-    budget, step, tensile, cohesion, friction = law
     for lane in range(LANES):
         inverse_mass = work[_SHARE * LANES + lane] / work[_MASS * LANES + lane]
         inverse_mass = _weigh(0, -1.0, -1.0, inverse_mass, work, lane)
@@ -277,40 +262,34 @@ def _press(law: SlideLaw, work: np.ndarray) -> None:
         v = _relative(work, lane)
         n, gap = load_vector(work, _NORMAL, lane), work[_GAP * LANES + lane]
         old = work[_STIFFNESS * LANES + lane]
-        # A node that has left over an edge may come back behind the surface, through its rim: it is free for good. One
-        # that did not touch is met no deeper than it can have come in this step, and a little more, since the surface
-        # bends.
-        reach = _OFF_EDGE * np.sqrt(0.25 * work[_SIZE * LANES + lane])
-        entered = _ENTRY * step * np.sqrt(product(v, v)) + _BENT * reach
-        off = (work[_OFF * LANES + lane] != 0.0) | (work[_BEYOND * LANES + lane] > reach) | (gap < -reach)
+        reach = OFF_EDGE * np.sqrt(0.25 * work[_SIZE * LANES + lane])
+        left = has_left(work[_BEYOND * LANES + lane], gap, reach, law.step * np.sqrt(product(v, v)), old != 0.0)
         # Products of which nothing is left hold no place any more.
-        off = off | ((old == 0.0) & (gap < -entered)) | (work[(_STATE + 2) * LANES + lane] == 0.0)
-        stiffness = budget / inverse_mass
+        off = (work[_OFF * LANES + lane] != 0.0) | left | (work[(_STATE + 2) * LANES + lane] == 0.0)
         count = max(work[_CELLS * LANES + lane], 1.0)
-        burnt = min(work[_STATE * LANES + lane] / count, 1.0)
-        pressure = work[(_STATE + 1) * LANES + lane] / count
-        unreacted = 1.0 - burnt
-        area = 0.25 * abs(product(load_vector(work, _AREA, lane), n))
-        whole = (work[_BONDED * LANES + lane] != 0.0) & (unreacted > 0.0)
-        press = burnt * max(pressure, 0.0) * area - stiffness * gap
-        apart = off | (press <= (-tensile * unreacted * area if whole else 0.0))
-        press = 0.0 if apart else press
-        stiffness = 0.0 if apart else stiffness
+        apart, whole, gas, stiffness, limit = attach(
+            law,
+            work[_BONDED * LANES + lane] != 0.0,
+            off,
+            min(work[_STATE * LANES + lane] / count, 1.0),
+            work[(_STATE + 1) * LANES + lane] / count,
+            work[_STRENGTH * LANES + lane],
+            0.25 * abs(product(load_vector(work, _AREA, lane), n)),
+            gap,
+            law.max_squared_frequency / inverse_mass,
+        )
+        press = gas - stiffness * gap
 
         # Tangential displacement of the spring, turned into today's plane and moved on by this step (Eq. 13).
         slip = load_vector(work, _SLIP, lane)
         old_slip = np.sqrt(product(slip, slip))
-        slip = add_product(slip, step, v)
+        slip = add_product(slip, law.step, v)
         slip = add_product(slip, -product(slip, n), n)
         length = np.sqrt(product(slip, slip))
-        # Where friction would hold more than the explosive bears, it is the explosive that yields.
-        limit = max((cohesion * area if whole else 0.0) + press * friction, 0.0)
-        limit = unreacted * min(limit, work[_STRENGTH * LANES + lane] * area)
-        yields = stiffness * length > limit
-        kept = limit / stiffness if yields else length
+        kept, heat = coulomb_slip(length, limit, stiffness, old, old_slip)
+        yields = kept < length
         held = 0.0 if apart else kept
-        slack = 0.5 * (old * old_slip + limit) * (length - held) if yields else 0.0
-        heat = 0.5 * old * old_slip * old_slip if apart else slack
+        heat = 0.5 * old * old_slip * old_slip if apart else heat
         shrink = held / length if yields else 1.0
         slip = (shrink * slip[0], shrink * slip[1], shrink * slip[2])
         slip = (0.0 if apart else slip[0], 0.0 if apart else slip[1], 0.0 if apart else slip[2])
@@ -321,7 +300,7 @@ def _press(law: SlideLaw, work: np.ndarray) -> None:
             press * n[2] - stiffness * slip[2],
         )
         store_vector((stored, heat, 0.0 if apart else max(-gap, 0.0)), work, _TALLY, lane)
-        work[_BONDED * LANES + lane] = 0.0 if apart | yields else (1.0 if whole else 0.0)
+        work[_BONDED * LANES + lane] = 1.0 if whole & (not yields) else 0.0
         work[_OFF * LANES + lane] = 1.0 if off else 0.0
         work[_STIFFNESS * LANES + lane] = stiffness
         store_vector(slip, work, _SLIP, lane)

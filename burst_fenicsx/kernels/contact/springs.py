@@ -7,6 +7,8 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
+from burst_fenicsx.kernels.constants import EVEN_SHARING
+from burst_fenicsx.kernels.contact.coulomb import coulomb_slip
 from burst_fenicsx.kernels.lanes import kernel, parallel_kernel
 from burst_fenicsx.kernels.vectors.exact import quantise
 from burst_fenicsx.kernels.vectors.transposition import address, prefetch
@@ -28,7 +30,7 @@ _AHEAD, _NODE_BYTES = 16, np.uint64(24)  # nodes lie scattered: the one that com
 class CollisionLaw(NamedTuple):
     """What holds for all contacts in this step."""
 
-    budget: float  # of 4 / dt^2 times the stable share (1/s2): a node's springs over its mass stay below it
+    max_squared_frequency: float  # 1/s2, stable share of 4 / dt^2: a node's springs over its mass stay below it
     step: float  # s
     friction: float  # tan(phi)
 
@@ -106,8 +108,8 @@ def push_node(
         sharing = max(sharing, state.sharing[other])
     reduced = 1.0 / inverse
     # Where several nodes share one face its springs are softened, so that the step stays stable. By Jensen's inequality
-    # the springs' highest frequency is at most twice the largest load; 1.6 is that of two equal grids that meet.
-    stiffness = 0.5 * law.budget * reduced / max(sharing, 1.6)
+    # the springs' highest frequency is at most twice the largest load.
+    stiffness = 0.5 * law.max_squared_frequency * reduced / max(sharing, EVEN_SHARING)
     trial = np.empty(3)
     along = 0.0
     for i in range(3):
@@ -120,10 +122,8 @@ def push_node(
     length = np.sqrt(length)
     old = state.stiffness[node]
     old_slip = np.sqrt(state.slip[node, 0] ** 2 + state.slip[node, 1] ** 2 + state.slip[node, 2] ** 2)
-    limit = law.friction * stiffness * depth
-    if stiffness * length > limit:
-        kept = limit / stiffness
-        state.energies[k, 1] = 0.5 * (old * old_slip + limit) * (length - kept)
+    kept, state.energies[k, 1] = coulomb_slip(length, law.friction * stiffness * depth, stiffness, old, old_slip)
+    if kept < length:
         for i in range(3):
             trial[i] *= kept / length
         length = kept

@@ -9,11 +9,12 @@ from __future__ import annotations
 import numba
 import numpy as np
 
-from burst_fenicsx.kernels.cells.charge import charge_block
-from burst_fenicsx.kernels.cells.full_quadrature import solid_block_full
+from burst_fenicsx.kernels.cells import charge as charge_cells
+from burst_fenicsx.kernels.cells import eight_points, hourglass, one_point
+from burst_fenicsx.kernels.cells import solid as solid_cells
+from burst_fenicsx.kernels.cells.block import make_block
 from burst_fenicsx.kernels.cells.hexahedron import gather_modes, mean_gradient
-from burst_fenicsx.kernels.cells.solid import SCRATCH_ROWS
-from burst_fenicsx.kernels.cells.solid_block import solid_block
+from burst_fenicsx.kernels.cells.rows import SCRATCH_ROWS
 from burst_fenicsx.kernels.lanes import LANES, kernel, parallel_kernel, widest_vectors
 from burst_fenicsx.kernels.state import ChargeState, Grid, Motion, Nodes, Schedule, SolidState, Totals
 from burst_fenicsx.problem import Part
@@ -31,6 +32,10 @@ __all__ = [
 ONE_POINT, FULL_QUADRATURE = (1,), (2, 2, 2)
 _LINE = 8  # doubles of a cache line, and of the widest vectors
 _PARTS = len(Part)  # rows of material parameters that each round has
+
+_advance_solid = make_block(one_point, hourglass, solid_cells)
+_advance_solid_full = make_block(eight_points, eight_points, solid_cells)
+_advance_charge = make_block(one_point, hourglass, charge_cells)
 
 
 def make_scratch(threads: int) -> np.ndarray:
@@ -169,16 +174,20 @@ def _run_chunk(
         level = grid.level[block]
         share = 1.0 / (1 << level)
         if len(points) == 1:  # known while compiling: the other branch is left out
-            solid_block(block, share * step, share, nodes, grid, solid, work, energy, limits)
+            _advance_solid(
+                block, share * step, time, share, nodes, grid, solid, None, solid.eroded, work, energy, limits
+            )
         else:
-            solid_block_full(block, share * step, share, nodes, grid, solid, work, energy, limits)
+            _advance_solid_full(
+                block, share * step, time, share, nodes, grid, solid, None, solid.eroded, work, energy, limits
+            )
     totals.released[chunk] = 0.0
     first = schedule.first_charge[chunk]
     for block in range(first, first + schedule.active[chunk, min_level, 1]):
         level = grid.level[block]
         share = 1.0 / (1 << level)
         work_before, heat_before = energy[3], energy[4]
-        charge_block(block, share * step, time, share, nodes, grid, charge, solid.released, work, energy, limits)
+        _advance_charge(block, share * step, time, share, nodes, grid, charge, None, solid.eroded, work, energy, limits)
         owner = grid.material[block] // _PARTS
         totals.released[chunk, owner, 0] += energy[3] - work_before
         totals.released[chunk, owner, 1] += energy[4] - heat_before

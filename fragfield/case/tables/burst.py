@@ -70,7 +70,7 @@ class HourglassTable(Table):
 class ContactTable(Table):
     """Contact of charge and casing (face-face, Eqs. 12-15) and of surfaces that meet (point-face, Eqs. 16-18)."""
 
-    charge_casing: Literal["bonded", "shared"] = "bonded"
+    charge_casing: Literal["sliding", "shared"] = "sliding"
     """Charge bonded to the casing until it has reacted, then sliding; or shared nodes, which never slip."""
     cohesion: Pressure = 5e6
     """Shear stress at which the bond of the unreacted charge breaks without pressure on it."""

@@ -52,9 +52,7 @@ class UncertaintyTable(Table):
     defaults: bool = True
     """Whether the default set for the case's rounds is sampled; an `input` of the same name or key replaces one."""
     samples: int = Field(default=1000, ge=8, le=1_000_000)
-    """Number of samples; for method = "sobol" the most."""
-    method: Literal["latin_hypercube", "sobol"] = "latin_hypercube"
-    """Latin hypercube with indices from a polynomial expansion, or Saltelli's design with Sobol's estimators."""
+    """Number of samples: points of a Latin hypercube."""
     realisations: int = Field(default=12, ge=10, le=100_000)
     """Realisations of the break-up in each sample; their statistical error is taken out of the spread."""
     bursts: int | None = Field(default=None, ge=2, le=10_000)

@@ -115,7 +115,9 @@ class Quantity:
     def _limit(self, value: float) -> str:
         """A bound as a message shows it: angles in whole degrees where they are, as in the examples."""
         whole = round(math.degrees(value)) if self.symbol == "rad" else None
-        return f"{whole} deg" if whole is not None and degrees(whole) == value else f"{value:g} {self.symbol}"
+        if whole is not None and math.isclose(degrees(whole), value, rel_tol=1e-9):
+            return f"{whole} deg"
+        return f"{value:g} {self.symbol}"
 
     def parse(self, value: object) -> float | str:
         """Read a value of the case file.

@@ -23,12 +23,10 @@ _NOT_IN_IT = (
     "make the input better known."
 )
 _APPLIES = {"value": "", "factor": "factor on the case's value: ", "shift": "added to the case's value: "}
-_ESTIMATORS = {
-    "expansion": "Shares from a polynomial expansion of degree {degree} ({terms} terms) fitted to {samples} samples; "
-    "it leaves {left} % of their variance, statistical errors of the samples among it. Errors by bootstrap.",
-    "saltelli": "Shares from {blocks} blocks of Saltelli's design by the estimators of Jansen and Saltelli, "
-    "statistical errors of the samples taken out; errors by bootstrap.",
-}
+_ESTIMATOR = (
+    "Shares from a polynomial expansion of degree {degree} ({terms} terms) fitted to {samples} samples; "
+    "it leaves {left} % of their variance, statistical errors of the samples among it. Errors by bootstrap."
+)
 
 
 def uncertainty_section(run: RunFiles, draw: Callable[..., Sequence[Block]]) -> list[Section]:
@@ -70,11 +68,10 @@ def uncertainty_blocks(run: RunFiles, draw: Callable[..., Sequence[Block]]) -> I
 
 def _states(found: Mapping[str, Any]) -> Iterator[Block]:
     design, states = found["design"], found["states"]
-    name = "Latin hypercube" if design["method"] == "latin_hypercube" else "Saltelli's design"
     shared = f" They share {design['bursts']} bursts: {design['geometry']}." if design["bursts"] else ""
     text = (
-        f"{number(design['samples'])} samples of {len(found['inputs'])} inputs ({name}, seed {design['seed']}), "
-        f"each with {number(design['realisations'])} realisations of the break-up.{shared}"
+        f"{number(design['samples'])} samples of {len(found['inputs'])} inputs (Latin hypercube, seed "
+        f"{design['seed']}), each with {number(design['realisations'])} realisations of the break-up.{shared}"
     )
     yield Paragraph(text)
     lost = states["failed"] + states["not_determined"] + states["missing"]
@@ -134,7 +131,7 @@ def _indices(title: str, entry: Mapping[str, Any]) -> Iterator[Block]:
     )
     head = ("Input", "total effect (%)", "95 %", "first order (%)")
     left = f"{100 * estimator['unexplained']:.0f}"
-    note = _ESTIMATORS[estimator["name"]].format(**{**estimator, "left": left})
+    note = _ESTIMATOR.format(**{**estimator, "left": left})
     yield Table(
         title,
         head,

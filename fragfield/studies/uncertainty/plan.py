@@ -15,8 +15,8 @@ from fragfield.case.conversion.geometry import burst_geometry
 from fragfield.case.load import case_from_document
 from fragfield.case.tables.uncertainty import UncertaintyTable
 from fragfield.case.write import tables_to_toml
-from fragfield.errors import InputError, nearest
-from fragfield.studies.uncertainty.design import blocks_of, latin_hypercube, saltelli, seed_of, shared_bursts
+from fragfield.errors import InputError
+from fragfield.studies.uncertainty.design import latin_hypercube, seed_of, shared_bursts
 from fragfield.studies.uncertainty.inputs import inputs_of
 
 if TYPE_CHECKING:
@@ -27,7 +27,6 @@ if TYPE_CHECKING:
 
 __all__ = ["Study", "plan_study"]
 
-METHODS = ("latin_hypercube", "sobol")
 _ENDS = (1e-3, 0.5, 1.0 - 1e-3)  # probabilities at which a case must be sound before anything runs
 _LEFT_OUT = ("uncertainty", "witness", "stack")
 
@@ -42,7 +41,6 @@ class Study:
         Resolved, with every input as the case file has it.
     inputs : tuple of UncertainInput
         d of them.
-    method : "latin_hypercube" or "sobol"
     seed : int
         Of the points, and of every sample's random numbers.
     realisations : int
@@ -57,7 +55,6 @@ class Study:
 
     case: Case
     inputs: tuple[UncertainInput, ...]
-    method: str
     seed: int
     realisations: int
     points: NDArray[np.float64]
@@ -103,7 +100,6 @@ class Study:
         return {
             "case": hashlib.sha256(case.encode()).hexdigest(),
             "inputs": [_without_source(entry) for entry in self.inputs],
-            "method": self.method,
             "samples": self.samples,
             "bursts": self.bursts,
             "seed": self.seed,
@@ -116,7 +112,7 @@ def _without_source(entry: UncertainInput) -> dict[str, Any]:
     return {key: value for key, value in entry.described().items() if key != "source"}
 
 
-def plan_study(case: Case, *, samples: int | None = None, method: str | None = None, seed: int | None = None) -> Study:
+def plan_study(case: Case, *, samples: int | None = None, seed: int | None = None) -> Study:
     """Plan a study of a resolved case; what is left out comes from its table [uncertainty].
 
     Raises
@@ -128,34 +124,16 @@ def plan_study(case: Case, *, samples: int | None = None, method: str | None = N
     if case.burst is None or not case.round:
         raise InputError("uncertainty: the case has no burst; needed: tables [burst] and [[round]]")
     inputs = tuple(inputs_of(case))
-    if method is not None and method not in METHODS:
-        raise InputError(f'--method: found "{method}"{nearest(method, METHODS)}; allowed: {", ".join(METHODS)}')
-    method, seed = method or table.method, case.seed if seed is None else seed
+    seed = case.seed if seed is None else seed
     number = samples or table.samples
     document = _bare(case, table)
     axisymmetric, words = _check_ends(case, document, inputs)
     burst: NDArray[np.int64] | None = None
     if not axisymmetric:
-        if method == "sobol":
-            raise InputError(
-                f'uncertainty.method: found "sobol", which needs a separate burst for every sample, but {words}; '
-                'allowed here: "latin_hypercube"'
-            )
         points, burst = shared_bursts(_in_burst(inputs), number, _bursts(table, inputs, number), seed)
-    elif method == "sobol":
-        points = _saltelli(len(inputs), number, seed)
     else:
         points = latin_hypercube(len(inputs), number, seed)
-    return Study(case, inputs, method, seed, table.realisations, points, burst, words, document)
-
-
-def _saltelli(dimensions: int, samples: int, seed: int) -> NDArray[np.float64]:
-    if blocks_of(dimensions, samples) < 2:
-        raise InputError(
-            f'uncertainty.samples: found {samples}; allowed with method = "sobol" and {dimensions} inputs: at least '
-            f"{2 * (dimensions + 2)}"
-        )
-    return saltelli(dimensions, samples, seed)
+    return Study(case, inputs, seed, table.realisations, points, burst, words, document)
 
 
 def _bare(case: Case, table: UncertaintyTable) -> dict[str, Any]:

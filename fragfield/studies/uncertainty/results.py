@@ -104,7 +104,7 @@ def assess(study: Study, rows: Mapping[int, Mapping[str, Any]], summary: Mapping
         "title": study.case.title,
         "inputs": [entry.described() for entry in study.inputs],
         "design": {
-            "method": study.method, "samples": study.samples, "seed": study.seed, "bursts": study.bursts,
+            "samples": study.samples, "seed": study.seed, "bursts": study.bursts,
             "realisations": study.realisations, "geometry": study.geometry,
         },
         "states": _states(study, rows, known),
@@ -153,8 +153,8 @@ def _quantity(study: Study, values: NDArray[np.float64], errors: NDArray[np.floa
     rng = np.random.default_rng(np.random.SeedSequence([study.seed, 3]))
     spread = spread_of(values[known], used, rng, None if study.burst is None else study.burst[known])
     analysis = analyse(
-        [entry.distribution for entry in study.inputs], study.points, values, noise=spread.statistical_error**2,
-        method=study.method, seed=study.seed, burst=study.burst, in_burst=[entry.in_burst for entry in study.inputs],
+        [entry.distribution for entry in study.inputs], study.points, values,
+        seed=study.seed, burst=study.burst, in_burst=[entry.in_burst for entry in study.inputs],
     )  # fmt: skip
     own, _ = without_statistical_error(values[known], spread.statistical_error**2)
     entry: dict[str, Any] = {

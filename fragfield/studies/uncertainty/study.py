@@ -49,7 +49,7 @@ class StudyOptions:
     ----------
     folder : Path
         Holds the study.
-    samples, method, seed : optional
+    samples, seed : optional
         Instead of those of the case.
     workers : int, optional
         Samples at one time; left out: one for each core, or each thread of the cluster.
@@ -63,7 +63,6 @@ class StudyOptions:
 
     folder: Path
     samples: int | None = None
-    method: str | None = None
     seed: int | None = None
     workers: int | None = None
     scheduler: str | None = None
@@ -95,7 +94,7 @@ def run_study(request: Request, options: StudyOptions) -> dict[str, Any]:
     """
     if launched_size() > 1:
         raise InputError("uncertainty starts its own parallel runs; it does not run under mpirun")
-    study = plan_study(request.case(), samples=options.samples, method=options.method, seed=options.seed)
+    study = plan_study(request.case(), samples=options.samples, seed=options.seed)
     _make_folder(options)
     with locked(options.folder, InputError):
         journal = Journal(options.folder)

@@ -127,7 +127,7 @@ def test_penetrations_of_the_line_are_the_largest_so_far_at_the_front_and_after(
     contact = SimpleNamespace(friction=1.0, work=2.0, penetrations=Penetrations())
     for depth, near in ((3.0, True), (5.0, False), (2.0, True), (4.0, False)):
         sums = np.array([10.0, 20.0, depth])
-        MeridianContact.take(contact, sums, front_near=near)
+        MeridianContact.take(contact, sums, front_is_active=near)
         assert (sums == 0.0).all()
     assert (contact.friction, contact.work) == (41.0, 82.0)
     assert contact.penetrations == Penetrations(interface_at_front=3.0, interface_after=5.0)

@@ -13,7 +13,8 @@ from burst_fenicsx.axisymmetric.mesh import mesh_meridian
 from burst_fenicsx.axisymmetric.slide_line import _line_edges
 from burst_fenicsx.geometry import load_profile
 from burst_fenicsx.kernels.axisymmetric.slide_line import add_line_forces
-from burst_fenicsx.kernels.contact.sliding import SlideLaw
+from burst_fenicsx.kernels.cells.erosion import BEFORE
+from burst_fenicsx.kernels.contact.slide_law import SlideLaw
 from burst_fenicsx.meshing.split import split_charges
 from burst_fenicsx.problem import ContactSettings, Part
 from tests.burst_fenicsx.axisymmetric.meridians import HeldSolver, meridian, named, ring_burst, whole_steps
@@ -51,7 +52,8 @@ def pressed(solver, pressure=PRESSURE, law=LAW):
     fields.charge.pressure[:] = pressure
     own, force = np.zeros_like(fields.nodes.force), np.zeros_like(fields.nodes.force)
     add_line_forces(
-        law, 1.0, interface.line, interface.contacts, fields.charge, fields.rings.released, fields.nodes.position,
+        law, 1.0, interface.line, interface.contacts, fields.charge, fields.solid.eroded, fields.rings.slot,
+        fields.nodes.position,
         fields.mass, own, force,
     )  # fmt: skip
     np.testing.assert_array_equal(own, force)
@@ -219,39 +221,50 @@ def test_a_node_slides_through_a_hollow_corner_and_one_that_began_there_has_both
     assert start[line.edges[contacts.face[c]], 2] == pytest.approx([0.01, 0.01])
 
 
-@pytest.mark.parametrize("gap", [2e-3, -2e-3])
-def test_products_far_from_the_line_are_moved_back_by_a_force_of_the_size_of_their_pressure(gap):
-    """The spring is as stiff as the step bears, a thousand times too stiff for a node that is 2 mm away at once."""
-    solver = ring_burst(bench("cylinder"), QUIET)
-    contacts, position = solver.contact.interface.contacts, solver.fields.nodes.position
-    pressed(solver, law=STIFF)
-    (c,) = np.flatnonzero(np.abs(solver.fields.start[contacts.slave, 2] - 0.5 * LENGTH) < 1e-9)
-    assert contacts.stiffness[c] * abs(gap) > 100.0 * np.linalg.norm(contacts.pressing[c])
-    position[contacts.slave[c], 0] -= gap
-    pressed(solver, law=STIFF)
-    assert contacts.gap[c] == pytest.approx(gap)
-    assert contacts.off[c] == 0
-    correction, own = np.linalg.norm(contacts.force[c]), np.linalg.norm(contacts.pressing[c])
-    assert 5.0 * own < correction < 50.0 * own
-    # Towards the line, and one that lies on it is not disturbed.
-    assert np.sign(contacts.force[c] @ contacts.normal[c]) == -np.sign(gap)
-    position[contacts.slave[c], 0] += gap
-    pressed(solver, law=STIFF)
-    assert np.linalg.norm(contacts.force[c]) < 1e-9 * own
+def test_products_behind_the_line_are_moved_back_by_a_force_of_the_size_of_their_pressure():
+    """The spring is as stiff as the step bears, far too stiff for a node that is 1 mm away at once; before it is none.
+
+    Deeper than half an edge a node has left.
+    """
+    gone = []
+    for gap in (-1e-3, 1e-3, -1.4e-3):
+        solver = ring_burst(bench("cylinder"), QUIET)
+        contacts, position = solver.contact.interface.contacts, solver.fields.nodes.position
+        pressed(solver, law=STIFF)
+        (c,) = np.flatnonzero(np.abs(solver.fields.start[contacts.slave, 2] - 0.5 * LENGTH) < 1e-9)
+        own = np.linalg.norm(contacts.pressing[c])
+        assert contacts.stiffness[c] * abs(gap) > 50.0 * own
+        position[contacts.slave[c], 0] -= gap
+        pressed(solver, law=STIFF)
+        assert contacts.gap[c] == pytest.approx(gap)
+        gone.append(int(contacts.off[c]))
+        correction = contacts.force[c] @ contacts.normal[c]
+        if gap == -1e-3:
+            assert 5.0 * own < correction < 50.0 * own
+            position[contacts.slave[c], 0] += gap
+            pressed(solver, law=STIFF)
+            assert np.linalg.norm(contacts.force[c]) < 1e-9 * own
+        else:
+            assert contacts.stiffness[c] == correction == 0.0
+    assert gone == [0, 0, 1]
 
 
-def test_released_products_and_products_on_released_metal_press_no_more():
-    """A node whose cells have all been released, and one on an edge whose metal has, have left the line for good."""
+def test_eroded_products_and_products_on_eroded_metal_press_no_more():
+    """A node whose cells have all been eroded, and one on an edge whose metal has, have left the line for good."""
     solver = ring_burst(bench("cylinder"), QUIET)
     contacts, line = solver.contact.interface.contacts, solver.contact.interface.line
     pressed(solver)
     touching = contacts.stiffness > 0.0
     assert touching.all()
-    released = solver.fields.rings.released
-    released[contacts.cell[contacts.first_cell[3] : contacts.first_cell[4]]] = 1
+    eroded, slot = solver.fields.solid.eroded, solver.fields.rings.slot
+    eroded[slot[contacts.cell[contacts.first_cell[3] : contacts.first_cell[4]]]] = BEFORE
     torn = contacts.face[15]
-    released[line.metal[torn]] = 1
-    assert solver.fields.mesh.part[line.metal[torn]] == Part.CASING
+    mesh = solver.fields.mesh
+    at_edge = np.isin(mesh.dofmap, line.edges[torn]).sum(axis=1) == 2
+    metal = at_edge & (mesh.part == Part.CASING)
+    assert metal.sum() == 1
+    eroded[slot[np.flatnonzero(metal)]] = BEFORE
+    solver.contact.drop_faces(solver.fields.eroded_metal)
     force = pressed(solver)
     gone = np.flatnonzero(contacts.off == 1)
     np.testing.assert_array_equal(gone, np.union1d([3], np.flatnonzero(contacts.face == torn)))

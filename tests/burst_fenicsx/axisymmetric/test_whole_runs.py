@@ -24,37 +24,13 @@ from burst_fenicsx.run_burst import simulate
 from fragfield.case import load_case
 from fragfield.case.conversion.stages import burst_rounds, burst_settings
 from tests.burst_fenicsx.tubes import SETTINGS, tube
+from tests.datasets import same_data
 
 pytestmark = pytest.mark.dolfinx
 
 CASES = Path(__file__).parents[3] / "cases"
 RINGS = replace(SETTINGS, geometry="axisymmetric", cell_size=8e-3)
 LEAKING = replace(RINGS, end_time=60e-6, leakage=Leakage(True, 1.02))
-
-
-def data(path):
-    """Every data set of an HDF5 file; tables column by column."""
-    found = {}
-
-    def take(name, item):
-        if isinstance(item, h5py.Dataset):
-            values = item[()]
-            for column in values.dtype.names or ():
-                found[f"{name} {column}"] = values[column]
-            if values.dtype.names is None:
-                found[name] = values
-
-    with h5py.File(path) as file:
-        file.visititems(take)
-    return found
-
-
-def assert_same(one, two, *names):
-    for name in names:
-        expected, found = data(one / name), data(two / name)
-        assert set(expected) == set(found)
-        for key, values in expected.items():
-            np.testing.assert_array_equal(found[key], values, err_msg=f"{name}: {key}")
 
 
 def folders(tmp_path, *names):
@@ -70,7 +46,7 @@ def projectile(cell_size, **changes):
 
 
 @pytest.mark.parametrize("products", ["landau", "landau_cj", "jwl"])
-@pytest.mark.parametrize("interface", ["bonded", "shared"])
+@pytest.mark.parametrize("interface", ["sliding", "shared"])
 def test_energy_closes_and_axial_momentum_stays(tmp_path, products, interface):
     """Axial momentum to 1e-12 of the sum of |p|; energy to 1 % once a little is burnt and 0.5 % at the end.
 
@@ -119,14 +95,15 @@ def test_a_resumed_run_equals_the_uninterrupted_one_with_released_cells(tmp_path
         for time in (5e-6, 90e-6, 210e-6):
             interrupted(rounds, settings, parts, time, resume=(parts / "checkpoint.h5").exists())
         with h5py.File(parts / "checkpoint.h5") as file:
-            assert file["cells/released"][()].any()
+            assert file["cells/eroded"][()].any()
         two = simulate(rounds, settings, parts, comm=MPI.COMM_SELF, resume=True)
     finally:
         signal.signal(signal.SIGINT, usual)
     assert one.summary["released_casing_mass"] > 0.0
     for name in ("steps", "released_casing_mass", "mean_initial_speed", "energy_error_at_end", "contact"):
         assert one.summary[name] == two.summary[name], name
-    assert_same(whole, parts, "burst_snapshot.h5", "burst.h5", "burst_revolved.h5")
+    for name in ("burst_snapshot.h5", "burst", "burst_revolved"):
+        same_data(whole / name, parts / name)
 
 
 @pytest.mark.cores
@@ -144,7 +121,8 @@ def test_it_takes_one_thread_whatever_is_given_and_leaves_the_number_as_it_was(t
         assert numba.get_num_threads() == 2
     finally:
         numba.set_num_threads(usual)
-    assert_same(one, two, "burst_snapshot.h5", "burst.h5")
+    for name in ("burst_snapshot.h5", "burst"):
+        same_data(one / name, two / name)
 
 
 def test_place_and_direction_in_space_do_not_change_the_speeds(tmp_path):
@@ -170,8 +148,9 @@ def test_a_casing_that_reaches_a_plane_stops_the_burst(tmp_path):
     with pytest.raises(NumericalStop, match=message) as stopped:
         simulate([tube()], settings, tmp_path, comm=MPI.COMM_SELF)
     assert stopped.value.time > 100e-6
-    with h5py.File(tmp_path / "burst.h5") as file:
-        assert len(file) > 0
+    times = [h5py.File(path).attrs["time"] for path in sorted((tmp_path / "burst").iterdir())]
+    assert np.allclose(times, 100e-6 * np.arange(len(times)), rtol=0.1)
+    assert len(times) >= 2
 
 
 def speeds(tmp_path, rounds, settings):

@@ -1,0 +1,202 @@
+"""The step of a block of cells, one routine for every element and every material.
+
+An element is two modules, a material one; what they have to offer:
+
+Kinematics (`one_point`, `eight_points`, `axisymmetric.quadrilateral`)
+    POINTS, MIN_VOLUME (row) : points at which the material is asked; smallest volume that a point stands for (m3).
+    gather, move : nodal values into the scratch; the cells' mean motion in the step and their shape after it.
+    move_point, add_point, end_points : motion at one of several points, what its stress adds, and what is left of all.
+    store_forces, add_forces : nodal forces of a mean stress and of hourglass forces; into the nodes' sums.
+
+Hourglass control (`hourglass`, `eight_points`, `axisymmetric.ring_hourglass`)
+    turn_stored : stored forces turned with the cell.
+    set_damping, set_stiffness : coefficients of a lane; both return what the step must bear of a vector of square one.
+    may_exceed, bound : whether that may be too much; upper limits of the coefficients.
+    dashpots, springs_and_dashpots : generalised forces against the modes (N) and their power (W).
+
+Material (`solid`, `charge`)
+    PARAMETERS, HAS_SPRINGS : columns of its table; whether its hourglass control has springs.
+    load, load_point, make_update, store_point, store : the cells' state into the scratch, through the step, and back.
+    elasticity, sound_speeds, total_stress : for the stable step, viscosity and forces.
+    erode, clear_state : of cells that are no continuum any more, see `erosion`.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from burst_fenicsx.kernels.cells.erosion import drop_forces, freeze_cells
+from burst_fenicsx.kernels.cells.rows import DILATATION, FREQUENCY, MASS, POWER, STABLE, VISCOUS, VOLUME
+from burst_fenicsx.kernels.lanes import LANES, block_kernel, inlined_kernel, lane_function, widest_vectors
+from burst_fenicsx.kernels.vectors.exact import quantise
+
+if TYPE_CHECKING:
+    from types import ModuleType
+
+    from burst_fenicsx.kernels.state import Grid, Nodes
+
+__all__ = ["make_block", "viscosity_and_step"]
+
+
+@lane_function
+def viscosity_and_step(
+    dilatation: float,
+    length: float,
+    density: float,
+    sound: float,
+    fastest: float,
+    linear: float,
+    quadratic: float,
+) -> tuple[float, float]:
+    """Artificial viscous pressure q (Pa) in compression and the stable step (s) with it.
+
+    q = rho L |D| (q1 c + q2 L |D|), D the rate of volume (von Neumann and Richtmyer 1950, Landshoff 1955).
+    The damped mode of frequency omega = 2 c/L with the ratio zeta = q1 + q2 L |D| / c of the critical
+    damping allows dt <= (2/omega) (sqrt(1 + zeta^2) - zeta) (Belytschko et al. 2000, section 6.2).
+    `fastest` is the sound speed that the step must allow for.
+    """
+    closing = length * max(-dilatation, 0.0)
+    speed = quadratic * closing
+    damped = linear * fastest + speed if dilatation < 0.0 else 0.0
+    viscous = density * closing * (linear * sound + speed)
+    return viscous, length / (np.sqrt(fastest * fastest + damped * damped) + damped)
+
+
+@lane_function
+def _lower_limits(cell: int, stable: float, volume: float, share: float, limits: np.ndarray) -> None:
+    """Take a cell's stable step over `share` (s) and its volume (m3) into the smallest of `limits`."""
+    if stable < share * limits[0]:
+        limits[0] = stable / share
+    if not volume >= limits[1]:
+        # Not a number must not be overwritten by the next cell.
+        limits[1] = volume if volume == volume else -np.inf
+        limits[2] = cell
+
+
+def make_block(kinematics: ModuleType, hourglass: ModuleType, material: ModuleType) -> Any:  # noqa: ANN401
+    """Kernel that advances a block of cells of one element and one material.
+
+    It is compiled into its caller, and so are the parts of the element and the material that work on one lane: the
+    loops over the lanes are vectorised as if they had been written out for this pair.
+    """
+    update = material.make_update(hourglass.turn_stored)
+    resistance_of = hourglass.springs_and_dashpots if material.HAS_SPRINGS else hourglass.dashpots
+    linear, quadratic = (material.PARAMETERS.index(f"{name}_viscosity") for name in ("linear", "quadratic"))
+    springs, damping = material.HAS_SPRINGS, material.PARAMETERS.index("hourglass_viscous")
+    stiffness = material.PARAMETERS.index("hourglass_stiffness") if springs else 0
+    points, min_volume = kinematics.POINTS, kinematics.MIN_VOLUME
+
+    @block_kernel
+    def stiffen(step: float, next_dt: float, parameters: np.ndarray, scratch: np.ndarray) -> int:
+        """Artificial viscosity, stable steps and hourglass coefficients; count the cells that may not bear the latter.
+
+        Their limits depend on the next step, `next_dt` (s).
+        """
+        widest_vectors()
+        constants = material.elasticity(parameters)
+        per_step = 1.0 / next_dt if next_dt > 0.0 else np.inf
+        count = 0
+        for lane in range(LANES):
+            density = scratch[MASS * LANES + lane] / scratch[VOLUME * LANES + lane]
+            sound, fastest = material.sound_speeds(density, constants, parameters, scratch, lane)
+            viscous, stable = viscosity_and_step(
+                scratch[DILATATION * LANES + lane],
+                1.0 / scratch[FREQUENCY * LANES + lane],
+                density,
+                sound,
+                fastest,
+                parameters[linear],
+                parameters[quadratic],
+            )
+            scratch[VISCOUS * LANES + lane] = viscous
+            scratch[STABLE * LANES + lane] = stable
+            most = hourglass.set_damping(parameters[damping], sound, scratch, lane)
+            if springs:
+                most = max(most, hourglass.set_stiffness(parameters[stiffness], constants[0], step, scratch, lane))
+            count += 1 if hourglass.may_exceed(most, per_step, scratch, lane) else 0
+        return count
+
+    @block_kernel
+    def resist(share: float, rounding: float, scratch: np.ndarray) -> None:
+        """Nodal forces of stress, artificial viscosity and hourglass control."""
+        widest_vectors()
+        for lane in range(LANES):
+            resistance, power = resistance_of(scratch, lane)
+            scratch[POWER * LANES + lane] = power
+            kinematics.store_forces(material.total_stress(scratch, lane), resistance, share, rounding, scratch, lane)
+
+    @block_kernel
+    def add_work(
+        block: int, step: float, share: float, grid: Grid, scratch: np.ndarray, energy: np.ndarray, limits: np.ndarray
+    ) -> None:
+        """Add up the work of viscosity and hourglass control and find the limits."""
+        slot = block * LANES
+        heat = power = 0.0
+        for lane in range(grid.filled[block]):
+            volume, viscous = scratch[VOLUME * LANES + lane], scratch[VISCOUS * LANES + lane]
+            stable = scratch[STABLE * LANES + lane]
+            # Mean of both ends of the step, as the forces work: at a front q changes within it.
+            work = 0.5 * (grid.viscous[slot + lane] + viscous) * (volume - grid.volume[slot + lane])
+            heat -= quantise(work, grid.rounding)
+            power += quantise(scratch[POWER * LANES + lane] * step, grid.rounding)
+            grid.viscous[slot + lane] = viscous
+            grid.stable[slot + lane] = stable
+            grid.volume[slot + lane] = volume
+            _lower_limits(grid.cells[block, lane], stable, scratch[min_volume * LANES + lane], share, limits)
+        energy[1] += heat
+        energy[2] += power
+
+    @inlined_kernel
+    def advance_block(
+        block: int,
+        step: float,
+        time: float,
+        share: float,
+        nodes: Nodes,
+        grid: Grid,
+        state: Any,  # noqa: ANN401 - of the material
+        element: Any,  # noqa: ANN401 - what the element keeps besides
+        eroded: np.ndarray,
+        scratch: np.ndarray,
+        energy: np.ndarray,
+        limits: np.ndarray,
+    ) -> None:
+        """Advance one block of cells by `step` to `time` (s) and add its nodal forces times `share`.
+
+        Parameters
+        ----------
+        share : `step` over the longest that any cell takes.
+        state : `SolidState` or `ChargeState`. element : `AxisymmetricState` of rings, else None.
+        eroded : that of `SolidState`.
+        energy : (5,) J, added to: plastic, viscous and hourglass work of this step, work of the charge's pressure, and
+            the part of it that the charge's own artificial viscosity turns to heat.
+        limits : (3,): smallest stable step over `share` (s), smallest volume (m3) and its cell; updated.
+        """
+        parameters = state.parameters[grid.material[block]]
+        kinematics.gather(block, nodes, grid, element, scratch)
+        kinematics.move(step, scratch)
+        stage = material.load(block, time, parameters, grid, state, scratch)
+        any_eroded = material.erode(block, min_volume, parameters, grid, state, eroded, scratch) > 0
+        for point in range(points):
+            kinematics.move_point(point, step, scratch)
+            if any_eroded:
+                freeze_cells(block, min_volume, grid, eroded, scratch)
+            material.load_point(block, point, grid, state, scratch)
+            update(block, step, stage, parameters, grid, state, scratch, energy)
+            kinematics.add_point(point, scratch)
+            material.store_point(block, point, grid, state, scratch)
+        kinematics.end_points(scratch)
+        next_dt = max(step, share * grid.longest)
+        hourglass.bound(next_dt, stiffen(step, next_dt, parameters, scratch) > 0, scratch)
+        if any_eroded:
+            material.clear_state(block, grid, parameters, state, eroded, scratch)
+        resist(share, nodes.rounding, scratch)
+        if any_eroded:
+            drop_forces(block, eroded, scratch)
+        kinematics.add_forces(grid.filled[block], grid.cells[block], grid.dofmap, scratch, nodes.force)
+        material.store(block, step, parameters, grid, state, scratch, energy)
+        add_work(block, step, share, grid, scratch, energy, limits)
+
+    return advance_block

@@ -1,0 +1,261 @@
+"""Motion, hourglass control and forces of the hexahedron with 2x2x2 points and mean dilatation (B-bar).
+
+The volumetric part of the velocity gradient is the cell's mean at every point (Hughes 1980), so it does not lock in
+plastic flow. The mean pressure acts as in the one-point cell; deviatoric forces are summed up over the points. Where
+only the pressure is left, in metal without strength, nothing else resists hourglass modes: there, and only there, the
+one-point cell's dashpots do.
+
+A charge has no shear stiffness once it burns and its dilatation is the mean one at every point, so for it this rule is
+the one-point rule, with the hourglass control it needs either way.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from burst_fenicsx.kernels.cells import hourglass, one_point
+from burst_fenicsx.kernels.cells.hexahedron import Modes, cell_modes, store_nodal_forces
+from burst_fenicsx.kernels.cells.hourglass import Forces, dashpots, longest_square, may_exceed
+from burst_fenicsx.kernels.cells.one_point import add_forces, force_modes, gather
+from burst_fenicsx.kernels.cells.rows import (
+    COEFFICIENT_LIMIT,
+    DILATATION,
+    DISSIPATION,
+    FORCE,
+    MASS,
+    OF_POINTS,
+    POSITION,
+    RATE,
+    SPRING,
+    STRENGTH,
+    STRESS,
+    VELOCITY,
+    VOLUME,
+)
+from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function, widest_vectors
+from burst_fenicsx.kernels.vectors.tensors import (
+    Matrix,
+    Symmetric,
+    add_outer,
+    add_scaled,
+    add_vector,
+    apply,
+    cross,
+    dot,
+    load_matrix,
+    load_symmetric,
+    load_vector,
+    outer,
+    scaled,
+    store_matrix,
+    store_symmetric,
+    store_vector,
+)
+
+__all__ = [
+    "MIN_VOLUME",
+    "POINTS",
+    "add_forces",
+    "add_point",
+    "bound",
+    "dashpots",
+    "end_points",
+    "gather",
+    "may_exceed",
+    "move",
+    "move_point",
+    "set_damping",
+    "set_stiffness",
+    "springs_and_dashpots",
+    "store_forces",
+    "turn_stored",
+]
+
+POINTS = 8
+springs_and_dashpots = dashpots
+
+_SUM = POSITION  # modes 1 to 7 of the nodal forces, 21 rows, an eighth of a N
+_PLACE, _SPEED = OF_POINTS, OF_POINTS + 21  # an eighth of the modes 1 to 7, 21 rows each, m and m/s
+_COFACTOR = OF_POINTS + 42  # of the Jacobian at the point, 9 rows, m2
+_DETERMINANT, _MIDDLE = OF_POINTS + 51, OF_POINTS + 52  # volume of the point, m3; the same half a step ago
+_TENSION = OF_POINTS + 53  # sum over the points of the mean stress times the volume, J
+_PLASTIC = OF_POINTS + 54  # plastic work of the step, J
+MIN_VOLUME = OF_POINTS + 55  # eight times the smallest volume of a point, m3
+
+_GAUSS = 1.0 / np.sqrt(3.0)
+
+
+@lane_function
+def _coordinates(point: int) -> tuple[float, float, float]:
+    """Reference coordinates of a point, in the order of dolfinx's quadrature space, zeta fastest."""
+    return (
+        _GAUSS if point & 4 else -_GAUSS,
+        _GAUSS if point & 2 else -_GAUSS,
+        _GAUSS if point & 1 else -_GAUSS,
+    )
+
+
+@lane_function
+def _store_modes(modes: Modes, scratch: np.ndarray, row: int, lane: int) -> None:
+    """Put an eighth of the modes in 21 rows."""
+    a, b, f, c, e, d, g = modes
+    store_vector(scaled(0.125, a), scratch, row, lane)
+    store_vector(scaled(0.125, b), scratch, row + 3, lane)
+    store_vector(scaled(0.125, f), scratch, row + 6, lane)
+    store_vector(scaled(0.125, c), scratch, row + 9, lane)
+    store_vector(scaled(0.125, e), scratch, row + 12, lane)
+    store_vector(scaled(0.125, d), scratch, row + 15, lane)
+    store_vector(scaled(0.125, g), scratch, row + 18, lane)
+
+
+@lane_function
+def _tangents(xi: float, eta: float, zeta: float, scratch: np.ndarray, row: int, lane: int) -> Matrix:
+    """Derivatives of a field by xi, eta and zeta at one point, from an eighth of its modes."""
+    a, b, f = load_vector(scratch, row, lane), load_vector(scratch, row + 3, lane), load_vector(scratch, row + 6, lane)
+    c, e = load_vector(scratch, row + 9, lane), load_vector(scratch, row + 12, lane)
+    d, g = load_vector(scratch, row + 15, lane), load_vector(scratch, row + 18, lane)
+    return (
+        add_scaled(add_scaled(a, eta, f), zeta, add_scaled(e, eta, g)),
+        add_scaled(add_scaled(b, xi, f), zeta, add_scaled(d, xi, g)),
+        add_scaled(add_scaled(c, xi, e), eta, add_scaled(d, xi, g)),
+    )
+
+
+@lane_function
+def _cofactors(tangents: Matrix) -> tuple[Matrix, float]:
+    """Cofactors of the Jacobian, by reference coordinates, and its determinant: grad N = dN/dxi . cofactors / det."""
+    u, v, w = tangents
+    normal = cross(v, w)
+    return (normal, cross(w, u), cross(u, v)), dot(u, normal)
+
+
+@block_kernel
+def move(step: float, scratch: np.ndarray) -> None:
+    """As `one_point.move`; the modes and the smallest volume of a point besides; sums are set to zero."""
+    one_point.move(step, scratch)
+    widest_vectors()
+    for lane in range(LANES):
+        _store_modes(cell_modes(scratch, POSITION, lane), scratch, _PLACE, lane)
+        _store_modes(cell_modes(scratch, VELOCITY, lane), scratch, _SPEED, lane)
+        scratch[MIN_VOLUME * LANES + lane] = scratch[VOLUME * LANES + lane]
+        scratch[_TENSION * LANES + lane] = 0.0
+        scratch[_PLASTIC * LANES + lane] = 0.0
+    for point in range(POINTS):
+        xi, eta, zeta = _coordinates(point)
+        for lane in range(LANES):
+            u, v, w = _tangents(xi, eta, zeta, scratch, _PLACE, lane)
+            volume = 8.0 * dot(u, cross(v, w))
+            scratch[MIN_VOLUME * LANES + lane] = min(scratch[MIN_VOLUME * LANES + lane], volume)
+    for k in range(21 * LANES):
+        scratch[_SUM * LANES + k] = 0.0
+
+
+@block_kernel
+def move_point(point: int, step: float, scratch: np.ndarray) -> None:
+    """Velocity gradient at a point, its dilatation replaced by the cell's mean one, and the Jacobian after the step."""
+    widest_vectors()
+    xi, eta, zeta = _coordinates(point)
+    back = -0.5 * step
+    for lane in range(LANES):
+        after, speed = _tangents(xi, eta, zeta, scratch, _PLACE, lane), _tangents(xi, eta, zeta, scratch, _SPEED, lane)
+        middle = (
+            add_scaled(after[0], back, speed[0]),
+            add_scaled(after[1], back, speed[1]),
+            add_scaled(after[2], back, speed[2]),
+        )
+        cofactor, determinant = _cofactors(middle)
+        whole = add_outer(add_outer(outer(speed[0], cofactor[0]), speed[1], cofactor[1]), speed[2], cofactor[2])
+        scratch[_MIDDLE * LANES + lane] = determinant
+        inverse = 1.0 / determinant
+        (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = (
+            scaled(inverse, whole[0]),
+            scaled(inverse, whole[1]),
+            scaled(inverse, whole[2]),
+        )
+        more = (scratch[DILATATION * LANES + lane] - (xx + yy + zz)) * (1.0 / 3.0)
+        store_matrix(((xx + more, xy, xz), (yx, yy + more, yz), (zx, zy, zz + more)), scratch, RATE, lane)
+        cofactor, determinant = _cofactors(after)
+        store_matrix(cofactor, scratch, _COFACTOR, lane)
+        scratch[_DETERMINANT * LANES + lane] = determinant
+
+
+@block_kernel
+def add_point(point: int, scratch: np.ndarray) -> None:
+    """Add a point's deviatoric force to the modes of the nodal forces: -s . cofactor . dN/dxi, of weight one.
+
+    dN_a/dxi = xi_a (1 + eta_a eta) (1 + zeta_a zeta) / 8, so a traction on xi enters the modes xi, xi eta,
+    xi zeta and xi eta zeta. The hydrostatic part is summed up, to act with the mean gradient.
+    """
+    widest_vectors()
+    xi, eta, zeta = _coordinates(point)
+    for lane in range(LANES):
+        xx, yy, zz, xy, yz, zx = load_symmetric(scratch, STRESS, lane)
+        mean = (xx + yy + zz) * (1.0 / 3.0)
+        push = ((mean - xx, -xy, -zx), (-xy, mean - yy, -yz), (-zx, -yz, mean - zz))
+        cofactor = load_matrix(scratch, _COFACTOR, lane)
+        t, u, v = apply(push, cofactor[0]), apply(push, cofactor[1]), apply(push, cofactor[2])
+        add_vector(t, scratch, _SUM, lane)
+        add_vector(u, scratch, _SUM + 3, lane)
+        add_vector(add_scaled(scaled(eta, t), xi, u), scratch, _SUM + 6, lane)
+        add_vector(v, scratch, _SUM + 9, lane)
+        add_vector(add_scaled(scaled(zeta, t), xi, v), scratch, _SUM + 12, lane)
+        add_vector(add_scaled(scaled(zeta, u), eta, v), scratch, _SUM + 15, lane)
+        add_vector(add_scaled(add_scaled(scaled(eta * zeta, t), xi * zeta, u), xi * eta, v), scratch, _SUM + 18, lane)
+        scratch[_TENSION * LANES + lane] += mean * scratch[_DETERMINANT * LANES + lane]
+        scratch[_PLASTIC * LANES + lane] += scratch[DISSIPATION * LANES + lane] * scratch[_MIDDLE * LANES + lane]
+
+
+@block_kernel
+def end_points(scratch: np.ndarray) -> None:
+    """Leave the mean pressure as the cell's stress, which acts with the mean gradient, and the mean dissipation."""
+    for lane in range(LANES):
+        inverse = 1.0 / scratch[VOLUME * LANES + lane]
+        mean = scratch[_TENSION * LANES + lane] * inverse
+        store_symmetric((mean, mean, mean, 0.0, 0.0, 0.0), scratch, STRESS, lane)
+        scratch[DISSIPATION * LANES + lane] = scratch[_PLASTIC * LANES + lane] * inverse
+
+
+@lane_function
+def turn_stored(rotation: Matrix, scratch: np.ndarray, lane: int) -> None:
+    """Nothing: nothing is stored."""
+
+
+@lane_function
+def set_damping(viscous: float, sound: float, scratch: np.ndarray, lane: int) -> float:
+    """As for the one-point cell where no point has strength left, else zero."""
+    spent = scratch[STRENGTH * LANES + lane] == 0.0
+    return hourglass.set_damping(viscous if spent else 0.0, sound, scratch, lane)
+
+
+@lane_function
+def set_stiffness(fraction: float, modulus: float, step: float, scratch: np.ndarray, lane: int) -> float:  # noqa: ARG001
+    """None: the points resist."""
+    scratch[SPRING * LANES + lane] = 0.0
+    return 0.0
+
+
+@block_kernel
+def bound(step: float, needed: bool, scratch: np.ndarray) -> None:  # noqa: ARG001
+    """Limit the coefficient by the longest hourglass vector: closer to what the step bears it costs energy."""
+    for lane in range(LANES):
+        limit = scratch[MASS * LANES + lane] / (8.0 * step * longest_square(scratch, lane)) if step > 0.0 else np.inf
+        for a in range(4):
+            scratch[(COEFFICIENT_LIMIT + a) * LANES + lane] = limit
+
+
+@lane_function
+def store_forces(
+    stress: Symmetric, resistance: Forces, share: float, rounding: float, scratch: np.ndarray, lane: int
+) -> None:
+    """As `one_point.store_forces`, with the deviatoric forces of the points."""
+    m1, m2, m3, m4, m5, m6, m7 = force_modes(stress, resistance, scratch, lane)
+    modes = (
+        add_scaled(m1, 0.125, load_vector(scratch, _SUM, lane)),
+        add_scaled(m2, 0.125, load_vector(scratch, _SUM + 3, lane)),
+        add_scaled(m3, 0.125, load_vector(scratch, _SUM + 6, lane)),
+        add_scaled(m4, 0.125, load_vector(scratch, _SUM + 9, lane)),
+        add_scaled(m5, 0.125, load_vector(scratch, _SUM + 12, lane)),
+        add_scaled(m6, 0.125, load_vector(scratch, _SUM + 15, lane)),
+        add_scaled(m7, 0.125, load_vector(scratch, _SUM + 18, lane)),
+    )
+    store_nodal_forces(modes, share, rounding, scratch, FORCE, lane)

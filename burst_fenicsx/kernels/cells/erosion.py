@@ -1,0 +1,75 @@
+"""Element erosion: cells that are no continuum any more give up their forces; their mass flies on.
+
+Metal is eroded when it has lost its strength and has then folded while it was expanded (`mechanics.erosion`), or has
+been flattened by more than any metal can be; products when they have hardly any volume left, pinched off between nodes.
+An eroded cell takes part in nothing but the motion of its nodes, which keep their mass and momentum and which contact
+still sees. Its state keeps the volume that it had and no motion, so that it stays a number. A cell with strength that
+turns inside out is not eroded and stops the run.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from burst_fenicsx.kernels.cells.rows import (
+    COEFFICIENT_LIMIT,
+    DAMPING,
+    DILATATION,
+    FORCE,
+    HOURGLASS_RATE,
+    POWER,
+    RATE,
+    STABLE,
+    STRESS,
+    VISCOUS,
+    VOLUME,
+)
+from burst_fenicsx.kernels.lanes import LANES, block_kernel
+from burst_fenicsx.kernels.state import Grid
+
+__all__ = [
+    "BEFORE",
+    "NOW",
+    "WHOLE",
+    "clear_lane",
+    "drop_forces",
+    "freeze_cells",
+]
+
+WHOLE, NOW, BEFORE = 0, 1, 2
+"""Values of `SolidState.eroded`: a cell that is whole, that is eroded in this step, or in an earlier one."""
+
+
+@block_kernel
+def freeze_cells(block: int, min_volume: int, grid: Grid, eroded: np.ndarray, scratch: np.ndarray) -> None:
+    """Leave eroded cells the volume that they had and give them no motion; `min_volume` is a row of the scratch."""
+    for lane in range(LANES):
+        slot = block * LANES + lane
+        if eroded[slot] != WHOLE:
+            scratch[VOLUME * LANES + lane] = scratch[min_volume * LANES + lane] = grid.volume[slot]
+            scratch[DILATATION * LANES + lane] = 0.0
+            for k in range(9):
+                scratch[(RATE + k) * LANES + lane] = 0.0
+            for k in range(12):
+                scratch[(HOURGLASS_RATE + k) * LANES + lane] = 0.0
+
+
+@block_kernel
+def clear_lane(scratch: np.ndarray, lane: int) -> None:
+    """Take stress, viscosity, hourglass control and the bound on the step from an eroded cell."""
+    for k in range(6):
+        scratch[(STRESS + k) * LANES + lane] = 0.0
+    for k in range(4):
+        scratch[(COEFFICIENT_LIMIT + k) * LANES + lane] = 0.0
+    scratch[VISCOUS * LANES + lane] = scratch[DAMPING * LANES + lane] = 0.0
+    scratch[STABLE * LANES + lane] = np.inf
+
+
+@block_kernel
+def drop_forces(block: int, eroded: np.ndarray, scratch: np.ndarray) -> None:
+    """Set the nodal forces of eroded cells to zero, which their shape may have made NaN; `eroded` (slots,)."""
+    for lane in range(LANES):
+        if eroded[block * LANES + lane] != WHOLE:
+            scratch[POWER * LANES + lane] = 0.0
+            for n in range(24):
+                scratch[(FORCE + n) * LANES + lane] = 0.0
