@@ -56,6 +56,9 @@ def test_a_fragment_without_a_path_counts_as_hazardous() -> None:
     found = balance(Fragments.from_arrays(fragments.mass, fragments.position, velocity))
     assert "1 have no path (NaN)" in found.reason
     assert found.missing == pytest.approx(0.01)
+    result = flight.fly(fragments, threads=1)
+    result.landing["initial_speed"][3] = np.nan
+    assert Balance.of(result, fragments, Criteria(energy=1e9)).possible == pytest.approx(0.01)
 
 
 def test_a_thousandth_of_the_mass_may_be_missing_and_no_more() -> None:

@@ -45,7 +45,7 @@ def mott_masses(number: int, mean: float) -> np.ndarray:
     return 0.5 * mean * np.log((np.arange(number) + 0.5) / number) ** 2
 
 
-@pytest.mark.parametrize(("shape_factor", "printed"), [(2600.0, 247.0), (4740.0, 369.0)])
+@pytest.mark.parametrize(("shape_factor", "printed"), [(FORGED_STEEL_SHELL, 247.0), (HEAVY_PIECES_OF_STACKS, 369.0)])
 def test_the_distance_of_one_e_folding_is_the_printed_one(shape_factor, printed):
     """L1 for k = 2.6 and 4.74 g/cm3 with C_D = 1.28 (p. 9 and 13); of 1 kg, and with the cube root of the mass."""
     found = retardation(shape_factor).distance([1.0, 0.008], 900.0, 900.0 / math.e)
@@ -173,7 +173,9 @@ def test_a_stack_of_isotropic_rounds_is_the_closed_procedure():
     expected, _, _ = procedure(law, 4.4, retardation(HEAVY_PIECES_OF_STACKS, density=1.225), CRITERIA)
     found = stack_distance(field, 4.4, CRITERIA)
     assert found.distance == pytest.approx(expected, rel=0.03)
-    assert found.low <= 90.0 <= found.high
+    assert found.low <= 90.0 <= found.high == found.low + 10.0
+    closed, _, _ = procedure(found.single, 4.4, retardation(4740.0, density=1.225), CRITERIA)
+    assert found.distance == pytest.approx(closed, rel=1e-9)
     denser_air = stack_distance(field, 4.4, CRITERIA, density=1.4)
     assert denser_air.distance < found.distance < stack_distance(field, 8.0, CRITERIA).distance
 
@@ -199,6 +201,7 @@ def test_the_beam_of_equal_fragments_in_all_directions(number):
     spread, reach = math.sqrt(number / (4.0 * math.pi * LIMIT)), float(air.reach(0.02, 1000.0, 79.0))
     assert (spread < reach) == (number == 2000)
     assert found.distance == pytest.approx(min(spread, reach), rel=0.02)
+    assert found.high - found.low == pytest.approx(10.0)
 
 
 @pytest.mark.parametrize("centre", [87.0, 90.0, 94.4, 100.0])
