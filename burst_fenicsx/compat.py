@@ -23,16 +23,19 @@ __all__ = [
     "create_quadrilateral_mesh",
     "form",
     "geometry_dofmap",
-    "index_map",
-    "meshtags",
     "quadrature_space",
+    "renumber_nodes",
+    "renumbered_map",
+    "renumbered_space",
     "send_to_ghosts",
+    "shared_nodes",
     "vector_space",
 ]
 
 _VERSION = tuple(int(part) for part in dolfinx.__version__.split(".")[:2])
 _MODERN = _VERSION >= (0, 7)
 _COMPILE_SECONDS = 300
+_MAP_TAG = 17_405
 
 if _VERSION < (0, 5):
     raise ImportError(f"dolfinx {dolfinx.__version__} is too old; 0.5.2, 0.9, 0.10 and 0.11 are supported")
@@ -244,10 +247,86 @@ def geometry_dofmap(domain: Any) -> np.ndarray:
     return _two_dimensional(dofmap, _local_cells(domain))
 
 
-def index_map(function: Any) -> Any:
-    """Index map of a function's vector (blocks)."""
-    vector = function.x
-    return vector.index_map if hasattr(vector, "index_map") else vector.map
+def shared_nodes(domain: Any) -> np.ndarray:
+    """Whether each node of the geometry that this rank owns is a ghost of another (owned nodes,) bool; collective."""
+    index_map = domain.geometry.index_map()
+    vector = la.vector(index_map, 1)
+    vector.array[index_map.size_local :] = 1.0
+    vector.scatter_reverse(la.InsertMode.add if _MODERN else la.ScatterMode.add)
+    found: np.ndarray = vector.array[: index_map.size_local] > 0.0
+    return found
+
+
+def renumber_nodes(domain: Any, number: np.ndarray) -> Any:
+    """Give the nodes of a mesh other local numbers; its cells, and all index maps, stay as they are.
+
+    Parameters
+    ----------
+    domain : the mesh; not to be used any more.
+    number : (local nodes,) of each node; those of ghosts, and of nodes that are ghosts elsewhere, are as they were.
+    """
+    geometry = domain.geometry
+    dofmap = number[geometry_dofmap(domain)].astype(np.int32)
+    place = np.empty_like(geometry.x)
+    place[number] = geometry.x
+    if not _MODERN:  # its arrays can be written, but no other geometry can be made
+        geometry.dofmap.array[:] = dofmap.ravel()
+        geometry.x[:] = place
+        return domain
+    from dolfinx import cpp
+
+    old = geometry._cpp_object
+    given = np.empty(len(number), dtype=np.int64)
+    given[number] = geometry.input_global_indices
+    element = old.cmap if hasattr(old, "cmap") else old.cmaps[0]
+    new = cpp.mesh.Geometry_float64(geometry.index_map(), dofmap, element, place, given)
+    created = cpp.mesh.Mesh_float64(domain.comm, domain.topology._cpp_object, new)
+    return mesh.Mesh(created, domain.ufl_domain())
+
+
+def renumbered_map(comm: MPI.Comm, index_map: Any, number: np.ndarray, block: int = 1) -> Any:
+    """Index map of a rank's items by other local numbers; collective.
+
+    Parameters
+    ----------
+    comm, index_map : communicator and map of the items as dolfinx numbers them.
+    number : (local items,) of each; ghosts keep theirs.
+    block : how many entries each item has, one behind the other.
+    """
+    from dolfinx import cpp
+
+    owned = int(index_map.size_local)
+    if comm.size == 1:
+        return cpp.common.IndexMap(comm, block * owned)
+    vector = la.vector(index_map, 1)
+    vector.array[:owned] = index_map.local_range[0] + number[:owned]
+    vector.scatter_forward()
+    first = block * vector.array[owned:].astype(np.int64)
+    ghosts = (first[:, None] + np.arange(block)).ravel()
+    owners = np.repeat(np.asarray(index_map.owners, dtype=np.int32), block)
+    try:
+        return cpp.common.IndexMap(comm, block * owned, ghosts, owners)
+    except TypeError:  # from 0.10 on with a tag of the messages
+        return cpp.common.IndexMap(comm, block * owned, ghosts, owners, _MAP_TAG)
+
+
+def renumbered_space(space: Any, index_map: Any, dofmap: np.ndarray) -> Any:
+    """The space with other numbers of its degrees of freedom.
+
+    Parameters
+    ----------
+    space : as dolfinx makes it. index_map : of the degrees of freedom (blocks).
+    dofmap : (cells with ghosts, per cell) int32, of the blocks.
+    """
+    from dolfinx import cpp
+
+    old = space._cpp_object
+    offsets = np.arange(0, dofmap.size + 1, dofmap.shape[1], dtype=np.int32)
+    dofs = cpp.graph.AdjacencyList_int32(np.ascontiguousarray(dofmap, dtype=np.int32).reshape(-1), offsets)
+    layout, block = old.dofmap.dof_layout, old.dofmap.index_map_bs
+    own = cpp.fem.DofMap(layout, index_map, block, dofs, old.dofmap.bs)
+    shape = ([int(size) for size in old.value_shape],) if _MODERN and _VERSION < (0, 10) else ()
+    return fem.FunctionSpace(space.mesh, space.ufl_element(), type(old)(old.mesh, old.element, own, *shape))
 
 
 def add_to_owners(function: Any) -> None:
@@ -261,11 +340,3 @@ def add_to_owners(function: Any) -> None:
 def send_to_ghosts(function: Any) -> None:
     """Copy the owners' values to the ghosts (forward scatter)."""
     function.x.scatter_forward()
-
-
-def meshtags(domain: Any, cells: np.ndarray, values: np.ndarray) -> Any:
-    """Tags of cells; `cells` need not be sorted."""
-    order = np.argsort(cells, kind="stable")
-    return mesh.meshtags(
-        domain, domain.topology.dim, cells[order].astype(np.int32), np.ascontiguousarray(values[order], dtype=np.int32)
-    )

@@ -100,14 +100,12 @@ def on_dolfinx(mesh: MeridianMesh) -> DistributedMesh:
     dofmap = np.ascontiguousarray(compat.geometry_dofmap(domain)[:, _TO_TENSOR])
     node = np.asarray(domain.geometry.input_global_indices, dtype=np.int64)
     part, of_round, segment = mesh.part[cell], mesh.round[cell], mesh.segment[cell]
-    every = np.arange(len(cell))
     return DistributedMesh(
         domain=domain,
         dofmap=dofmap,
         cell=cell,
         node=node,
-        dolfinx_cell=every,
-        dolfinx_node=np.arange(len(node)),
+        row=np.arange(len(cell), dtype=np.int32),
         owned_nodes=int(domain.geometry.index_map().size_local),
         part=part,
         round=of_round,

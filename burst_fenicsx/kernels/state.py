@@ -1,7 +1,7 @@
 """The arrays that the kernels read and write, grouped by what they describe.
 
-Arrays over cells or nodes lie in the order of `DistributedMesh`; `BurstFields.functions` makes dolfinx functions of
-them. Arrays "over slots" lie in the order of the blocks: slot = block * LANES + lane.
+Arrays over cells or nodes lie in the order of `DistributedMesh`, most of them in dolfinx functions
+(`BurstFields.functions`). Arrays "over slots" lie in the order of the blocks: slot = block * LANES + lane.
 """
 
 from __future__ import annotations

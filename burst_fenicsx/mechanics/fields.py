@@ -1,4 +1,4 @@
-"""The state of the burst in the order of the mesh: what the kernels step, and dolfinx functions of it."""
+"""The state of the burst: dolfinx functions in the order of the mesh, and the kernels' views of their arrays."""
 
 from __future__ import annotations
 
@@ -30,7 +30,6 @@ from burst_fenicsx.mechanics.detonation import (
 from burst_fenicsx.mechanics.exact_sums import exact_sum, exact_sums
 from burst_fenicsx.mechanics.material_tables import largest_pressure, material_tables
 from burst_fenicsx.mechanics.schedule import Blocks, Chunks
-from burst_fenicsx.meshing.shared_nodes import SharedNodes
 from burst_fenicsx.problem import Part
 
 if TYPE_CHECKING:
@@ -82,20 +81,22 @@ class BurstFields:
 
     Attributes
     ----------
-    mesh : the distributed mesh. shared : exchange of the nodes that ranks share.
-    of_cells : values of the cells or their points by name, (owned cells, ...): stress, plastic_shear_strain,
-        plastic_volumetric_strain, pressure, burn_fraction, products_energy.
+    mesh : the distributed mesh; its geometry lies where the nodes are now.
+    functions : the state as dolfinx functions by name: velocity (m/s) and force (N), linear in the cells; stress (Pa),
+        plastic_shear_strain, plastic_volumetric_strain, pressure (Pa), burn_fraction and products_energy (J/m3),
+        constant in cells or, of solids with full quadrature, known at points. Ghost cells lag behind until they are
+        sent (`compat.send_to_ghosts`).
     start : (local nodes, 3) initial places (m).
     mass, inverse_mass : (local nodes,) lumped mass (kg) and its inverse, complete on every rank.
     cell_mass : (owned cells,) kg.
     products : products of each round's charge.
-    nodes, grid, solid, charge : the kernels' view of the same arrays; velocities are half a step behind the positions.
+    nodes, grid, solid, charge : the kernels' views of the functions' arrays, and what they need besides; velocities are
+        half a step behind the positions.
     blocks : cells in blocks, chunks and colours. chunks : what arranges them.
     """
 
     mesh: DistributedMesh
-    shared: SharedNodes
-    of_cells: dict[str, np.ndarray]
+    functions: dict[str, Any]
     start: np.ndarray
     mass: np.ndarray
     inverse_mass: np.ndarray
@@ -112,27 +113,6 @@ class BurstFields:
     def momentum_is_conserved(self) -> tuple[bool, bool, bool]:
         """Along which coordinates the momentum of all nodes is conserved."""
         return True, True, True
-
-    def functions(self) -> dict[str, Any]:
-        """The fields as dolfinx functions by name; its mesh is moved to where the nodes are. Collective.
-
-        Velocity (m/s) and force (N) are vector Lagrange-1 functions, the others constant in cells or known at points.
-        """
-        mesh = self.mesh
-        mesh.domain.geometry.x[mesh.dolfinx_node] = self.nodes.position
-        found = {}
-        for name, values in (("velocity", self.nodes.velocity), ("force", self.nodes.force)):
-            found[name] = fem.Function(mesh.vector_space, name=name)
-            found[name].x.array.reshape(-1, 3)[mesh.dolfinx_node] = values
-        for name, values in self.of_cells.items():
-            at_points = values.ndim > 1 and values.shape[1] > 1
-            space = compat.quadrature_space if at_points else compat.cell_space
-            size = values.shape[2] if values.ndim > 2 else 1
-            found[name] = fem.Function(space(mesh.domain, size), name=name)
-            rows = found[name].x.array.reshape(len(mesh.dolfinx_cell), -1)
-            rows[mesh.dolfinx_cell[: mesh.cells]] = values.reshape(mesh.cells, -1)
-            compat.send_to_ghosts(found[name])
-        return found
 
     def volumes(self) -> np.ndarray:
         """Volumes of this rank's cells now (cells,) in m3; of eroded ones as they were then."""
@@ -258,25 +238,19 @@ def make_fields(
     chunk_size : cells of a chunk, see `Chunks`.
     """
     points = 8 if settings.quadrature == "full" else 1
-    of_cells = {
-        "stress": np.zeros((mesh.cells, points, 6)),
-        "plastic_shear_strain": np.zeros((mesh.cells, points)),
-        "plastic_volumetric_strain": np.zeros((mesh.cells, points)),
-        "pressure": np.zeros(mesh.cells),
-        "burn_fraction": np.zeros(mesh.cells),
-        "products_energy": np.zeros(mesh.cells),
-    }
-    shared = SharedNodes(mesh)
+    functions = _functions(mesh, points)
+    of_nodes = {name: functions[name].x.array.reshape(-1, 3) for name in ("velocity", "force")}
+    of_cells = {name: _owned(mesh, functions[name], points) for name in functions if name not in of_nodes}
     material = (len(Part) * mesh.round + mesh.part).astype(np.int32)
     is_charge = np.tile([part == Part.CHARGE for part in Part], len(rounds))
     chunks = Chunks(mesh.dofmap, material, is_charge, chunk_size)
     blocks = chunks.blocks(np.zeros(mesh.cells, dtype=np.int8))
-    position = np.ascontiguousarray(mesh.domain.geometry.x[mesh.dolfinx_node])
+    position = mesh.domain.geometry.x
     volume = element.volumes(position, mesh.dofmap)
     products = [make_products(item.explosive, settings.products) for item in rounds]
     solid_table, charge_table, density = material_tables(rounds, settings, products, fuze_density)
     cell_mass = density[material] * volume
-    nodal_mass = _nodal_masses(mesh, shared, cell_mass, element.shares(position, mesh.dofmap))
+    nodal_mass = _nodal_masses(mesh, functions["force"], cell_mass, element.shares(position, mesh.dofmap))
     pressure = max(largest_pressure(item) for item in rounds)
     largest_force = 0.5 * pressure * _largest(mesh, element.largest_faces(position[mesh.dofmap]))
 
@@ -292,8 +266,7 @@ def make_fields(
             energy[(mesh.round == index) & (mesh.part == Part.CHARGE)] = model.energy
     return BurstFields(
         mesh=mesh,
-        shared=shared,
-        of_cells=of_cells,
+        functions=functions,
         start=position.copy(),
         mass=nodal_mass,
         inverse_mass=1.0 / np.where(nodal_mass > 0.0, nodal_mass, np.inf),
@@ -301,8 +274,8 @@ def make_fields(
         products=products,
         nodes=Nodes(
             position,
-            np.zeros_like(position),
-            np.zeros_like(position),
+            of_nodes["velocity"],
+            of_nodes["force"],
             rounding_constant(largest_force),
             np.zeros(len(position), dtype=np.int8),
             np.zeros_like(position),
@@ -347,16 +320,45 @@ def make_fields(
     )
 
 
-def _nodal_masses(mesh: DistributedMesh, shared: SharedNodes, cell_mass: np.ndarray, shares: np.ndarray) -> np.ndarray:
-    """Lumped mass (local nodes,) in kg by the `shares` of each cell's, summed exactly; collective."""
+def _functions(mesh: DistributedMesh, points: int) -> dict[str, Any]:
+    """The state as functions by name, all zero; `points` in a cell. Collective."""
+    of_cells, at_points = mesh.cell_space(), mesh.cell_space(points=points) if points > 1 else None
+    spaces = {
+        "velocity": mesh.vector_space,
+        "force": mesh.vector_space,
+        "stress": mesh.cell_space(6, points),
+        "plastic_shear_strain": at_points or of_cells,
+        "plastic_volumetric_strain": at_points or of_cells,
+        "pressure": of_cells,
+        "burn_fraction": of_cells,
+        "products_energy": of_cells,
+    }
+    return {name: fem.Function(space, name=name) for name, space in spaces.items()}
+
+
+def _owned(mesh: DistributedMesh, function: Any, points: int) -> np.ndarray:  # noqa: ANN401 - dolfinx's class
+    """View of a function's values in this rank's own cells: (cells,), (cells, points) or (cells, points, 6)."""
+    shape = {"stress": (points, 6), "plastic_shear_strain": (points,), "plastic_volumetric_strain": (points,)}
+    own = (mesh.cells, *shape.get(function.name, ()))
+    view: np.ndarray = function.x.array[: int(np.prod(own))].reshape(own)
+    return view
+
+
+def _nodal_masses(mesh: DistributedMesh, scratch: Any, cell_mass: np.ndarray, shares: np.ndarray) -> np.ndarray:  # noqa: ANN401
+    """Lumped mass (local nodes,) in kg by the `shares` of each cell's, summed exactly; collective.
+
+    `scratch` is a function of nodal vectors, zero before and after.
+    """
     rounding = rounding_constant(_largest(mesh, cell_mass))
-    mass = np.zeros((len(mesh.node), 3))
+    values = scratch.x.array.reshape(-1, 3)
     for corner in range(shares.shape[1]):
         share = quantise(cell_mass * shares[:, corner], rounding)
-        mass[:, 0] += np.bincount(mesh.dofmap[:, corner], weights=share, minlength=len(mass))
-    shared.add_to_owners(mass)
-    shared.send_to_ghosts(mass)
-    return mass[:, 0].copy()
+        values[:, 0] += np.bincount(mesh.dofmap[:, corner], weights=share, minlength=len(values))
+    compat.add_to_owners(scratch)
+    compat.send_to_ghosts(scratch)
+    mass = values[:, 0].copy()
+    values[:] = 0.0
+    return mass
 
 
 def _largest(mesh: DistributedMesh, values: np.ndarray) -> float:

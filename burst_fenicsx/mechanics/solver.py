@@ -9,6 +9,7 @@ import numba
 import numpy as np
 from mpi4py import MPI
 
+from burst_fenicsx import compat
 from burst_fenicsx.errors import NumericalStop
 from burst_fenicsx.kernels.state import Totals
 from burst_fenicsx.kernels.step.assembly import FULL_QUADRATURE, ONE_POINT, add_element_forces, make_scratch, move_nodes
@@ -307,12 +308,12 @@ class BurstSolver:
         comm = state.mesh.comm
         if comm.size > 1:
             # Nodes that do not take part hold forces that have been used; those are cleared before they count again.
-            state.shared.add_to_owners(state.nodes.force)
+            compat.add_to_owners(state.functions["force"])
         if self.contact is not None and cycles.contact_level >= min_level:
             share = 1.0 / 2**cycles.contact_level
             self.contact.add_forces(share * self.free_step, share * step, front_is_active=self.front_is_active)
         if comm.size > 1:
-            state.shared.send_to_ghosts(state.nodes.force)
+            compat.send_to_ghosts(state.functions["force"])
         self.loads.add_forces(self.time)  # after the sum over ranks
         for hold in self.holds:
             hold.apply(state.nodes.force)

@@ -9,7 +9,7 @@ cells that share a node differ by one at most.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from dolfinx import fem
@@ -74,8 +74,12 @@ class Subcycling:
         self.cell_steps = fields.mesh.cells
         self._touched = touched if touched is not None else np.zeros(nodes, dtype=bool)
         self._beside_contact = self._touched[fields.mesh.dofmap].any(axis=1)
-        # dolfinx carries the levels to other ranks' copies of the cells.
-        self._of_cells = fem.Function(compat.cell_space(fields.mesh.domain)) if self._comm.size > 1 else None
+        # dolfinx carries the levels to other ranks' copies of the cells and nodes.
+        self._of_cells: Any = None
+        self._of_nodes: Any = None
+        if self._comm.size > 1:
+            self._of_cells = fem.Function(fields.functions["pressure"].function_space)
+            self._of_nodes = fem.Function(fields.mesh.vector_space)
 
     def choose(self, allowed: Callable[[float], np.ndarray], whole: float, contact_step: float | None) -> np.ndarray:
         """Choose the macro step and the cells' levels so that all advance at the lowest cost; collective.
@@ -131,12 +135,13 @@ class Subcycling:
         if self._of_cells is None:
             node_levels(mesh.all_dofmap, level, finest, coarsest)
             return
-        self._of_cells.x.array[mesh.dolfinx_cell[: mesh.cells]] = level
+        self._of_cells.x.array[: mesh.cells] = level
         compat.send_to_ghosts(self._of_cells)
-        node_levels(mesh.all_dofmap, self._of_cells.x.array[mesh.dolfinx_cell].astype(np.int8), finest, coarsest)
+        node_levels(mesh.all_dofmap, self._of_cells.x.array.astype(np.int8), finest, coarsest)
         # Around the outer nodes of other ranks' cells some cells are missing here: their owner has them all.
-        both = np.column_stack([finest, coarsest, coarsest]).astype(float)
-        self._fields.shared.send_to_ghosts(both)
+        both = self._of_nodes.x.array.reshape(-1, 3)
+        both[:, 0], both[:, 1] = finest, coarsest
+        compat.send_to_ghosts(self._of_nodes)
         finest[:], coarsest[:] = both[:, 0], both[:, 1]
 
     def set_levels(self, level: np.ndarray) -> None:

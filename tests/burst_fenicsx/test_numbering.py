@@ -9,6 +9,9 @@ import pytest
 
 pytest.importorskip("dolfinx")
 
+import dolfinx
+import ufl
+from dolfinx import fem
 from mpi4py import MPI
 
 from burst_fenicsx import compat
@@ -35,18 +38,18 @@ def test_cells_and_nodes_keep_the_order_of_the_mesh():
     spread = distribute(MPI.COMM_SELF, mesh)
     assert np.array_equal(spread.cell, np.arange(len(mesh.cells)))
     assert np.array_equal(spread.node, np.arange(len(mesh.nodes)))
-    assert not np.array_equal(spread.dolfinx_node, spread.node)
     assert np.array_equal(spread.dofmap, mesh.cells[:, TENSOR_ORDER])
-    assert np.array_equal(spread.domain.geometry.x[spread.dolfinx_node], mesh.nodes)
-    original = np.asarray(spread.domain.topology.original_cell_index)
-    assert np.array_equal(original[spread.dolfinx_cell], spread.cell)
+    assert np.array_equal(spread.domain.geometry.x, mesh.nodes)
+    assert np.array_equal(spread.row, spread.domain.topology.original_cell_index)
+    assert not np.array_equal(spread.row, spread.cell)
+    assert np.array_equal(compat.geometry_dofmap(spread.domain), spread.dofmap[spread.row])
 
 
 def test_a_mesh_in_no_order_gets_that_of_dolfinx():
     """Its cells' nodes lie near each other then."""
     mesh = shuffled(box((40, 6, 6), (0.04, 0.006, 0.006)))
     spread = distribute(MPI.COMM_SELF, mesh)
-    assert np.array_equal(spread.dolfinx_node, np.arange(len(mesh.nodes)))
+    assert np.array_equal(spread.row, np.arange(len(mesh.cells)))
     assert np.array_equal(spread.node[spread.dofmap], mesh.cells[spread.cell][:, TENSOR_ORDER])
     assert np.array_equal(spread.domain.geometry.x, mesh.nodes[spread.node])
     there, given = (np.ptp(dofmap, axis=1).max() for dofmap in (spread.dofmap, mesh.cells))
@@ -55,26 +58,30 @@ def test_a_mesh_in_no_order_gets_that_of_dolfinx():
 
 @pytest.mark.parametrize("quadrature", ["one_point", "full"])
 def test_functions_have_the_values_of_their_cells_and_nodes(quadrature):
+    """What kernels write is in dolfinx's functions at once: by interpolation and by integrals over its own cells."""
     solver = burst(box((4, 3, 5), (4e-3, 3e-3, 5e-3)), replace(BARE, quadrature=quadrature))
-    fields = solver.fields
-    nodes, mesh = fields.nodes, fields.mesh
+    fields, mesh = solver.fields, solver.fields.mesh
+    nodes, domain = fields.nodes, fields.mesh.domain
     nodes.position[:] += [1.0, 2.0, 3.0]
+    assert np.shares_memory(nodes.position, domain.geometry.x)
     nodes.velocity[:], nodes.force[:] = 2.0 * nodes.position, -nodes.position
+    linear = fem.Function(mesh.vector_space)
+    linear.interpolate(lambda places: 2.0 * places)
+    np.testing.assert_allclose(fields.functions["velocity"].x.array, linear.x.array, rtol=1e-14)
+    np.testing.assert_allclose(fields.functions["force"].x.array, -0.5 * linear.x.array, rtol=1e-14)
     centre = nodes.position[mesh.dofmap].mean(axis=1)
-    fields.solid.stress[:] = (
-        np.repeat(centre, 2, axis=1)[:, None] * (1.0 + np.arange(fields.solid.stress.shape[1]))[:, None]
-    )
+    points = fields.solid.stress.shape[1]
+    assert points == (8 if quadrature == "full" else 1)
+    fields.solid.stress[:] = np.repeat(centre, 2, axis=1)[:, None] * (1.0 + np.arange(points))[:, None]
     fields.charge.pressure[:] = centre[:, 0]
-    functions = fields.functions()
-    assert set(functions) == {"velocity", "force", *fields.of_cells}
-    domain = mesh.domain
-    place, corners = domain.geometry.x, compat.geometry_dofmap(domain)
-    assert np.array_equal(np.sort(place[:, 0]), np.sort(nodes.position[:, 0]))
-    assert np.array_equal(functions["velocity"].x.array.reshape(-1, 3), 2.0 * place)
-    assert np.array_equal(functions["force"].x.array.reshape(-1, 3), -place)
-    middle = place[corners].mean(axis=1)
-    np.testing.assert_allclose(functions["pressure"].x.array, middle[:, 0], rtol=1e-14)
-    stress = functions["stress"].x.array.reshape(len(middle), -1, 6)
-    assert stress.shape[1] == (8 if quadrature == "full" else 1)
-    for point in range(stress.shape[1]):
-        np.testing.assert_allclose(stress[:, point], np.repeat(middle, 2, axis=1) * (1.0 + point), rtol=1e-14)
+    place = domain.geometry.x[compat.geometry_dofmap(domain)].mean(axis=1)  # of dolfinx's cells
+    for name, values in (("pressure", place[:, :1]), ("stress", np.repeat(place, 2, axis=1))):
+        function = fields.functions[name]
+        dofs, size = compat.cells_dofmap(function.function_space), values.shape[1]
+        found = function.x.array.reshape(-1, size)[dofs]
+        for point in range(found.shape[1]):
+            np.testing.assert_allclose(found[:, point], values * (1.0 + point), rtol=1e-14)
+    moment = fields.functions["pressure"] * ufl.SpatialCoordinate(domain)[2] * ufl.dx
+    volume = 1e-9
+    expected = volume * (centre[:, 0] * centre[:, 2]).sum()
+    assert dolfinx.fem.assemble_scalar(dolfinx.fem.form(moment)) == pytest.approx(expected, rel=1e-12)

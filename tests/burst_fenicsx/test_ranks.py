@@ -27,7 +27,9 @@ from pathlib import Path
 sys.path.insert(0, str(Path.cwd()))
 import numpy as np
 from dataclasses import replace
+from dolfinx import fem
 from mpi4py import MPI
+from burst_fenicsx import compat
 from burst_fenicsx.meshing import merge, mesh_round
 from burst_fenicsx.kernels.geometry.faces import TENSOR_ORDER
 from burst_fenicsx.meshing.distributed import distribute
@@ -52,7 +54,29 @@ for owner in (None, at_random):  # in runs of cells, and at random
     assert np.array_equal(spread.node[spread.all_dofmap], mesh.cells[spread.all_cell][:, TENSOR_ORDER])
     assert np.array_equal(spread.all_part, mesh.part[spread.all_cell])
     assert np.array_equal(spread.all_round, mesh.round[spread.all_cell])
-    assert np.array_equal(spread.domain.geometry.x[spread.dolfinx_node], mesh.nodes[spread.node])
+    assert np.array_equal(spread.domain.geometry.x, mesh.nodes[spread.node])
+    assert np.array_equal(np.sort(spread.row[: spread.cells]), np.arange(spread.cells))
+    original = np.asarray(spread.domain.topology.original_cell_index)
+    assert np.array_equal(spread.all_cell[spread.row], original)
+    assert np.array_equal(compat.geometry_dofmap(spread.domain), spread.all_dofmap[spread.row])
+
+    # Functions of nodes and of cells carry the owners' values to the ghosts, and the ghosts' sums back.
+    function = fem.Function(spread.vector_space)
+    values = function.x.array.reshape(-1, 3)
+    values[: spread.owned_nodes, 1] = spread.node[: spread.owned_nodes]
+    compat.send_to_ghosts(function)
+    assert np.array_equal(values[:, 1], spread.node)
+    values[:] = 1.0
+    compat.add_to_owners(function)
+    compat.send_to_ghosts(function)
+    copies = sum(comm.allgather(np.bincount(spread.node, minlength=len(mesh.nodes))))
+    assert np.array_equal(values[:, 0], copies[spread.node])
+    for points in (1, 8):
+        function = fem.Function(spread.cell_space(6, points))
+        values = function.x.array.reshape(-1, points, 6)
+        values[: spread.cells] = spread.cell[:, None, None] + 0.1 * np.arange(points)[:, None]
+        compat.send_to_ghosts(function)
+        assert np.array_equal(values[:, :, 5], spread.all_cell[:, None] + 0.1 * np.arange(points))
     assert comm.allreduce(spread.owned_nodes) == len(mesh.nodes)
 
     # A rank has every cell that touches a place which a cell of its own touches, once, and no other.

@@ -111,7 +111,7 @@ def stressed(solver: RingSolver, part: Part) -> Any:
         random[:, 3:5] = 0.0  # nothing shears towards a ring's circumference
         values[:] = random
         solver.add_forces(0.0)
-    return state.functions()["stress"]
+    return state.functions["stress"]
 
 
 def whole_steps(settings: BurstSettings, **changes: Any) -> BurstSettings:
