@@ -5,8 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
+from dolfinx import fem
 from mpi4py import MPI
 
+from burst_fenicsx import compat
 from burst_fenicsx.kernels.vectors.exact import quantise, rounding_constant
 from burst_fenicsx.problem import Part
 
@@ -45,9 +47,11 @@ def _sums(state: BurstFields, stress: np.ndarray, weight: np.ndarray) -> np.ndar
         largest = comm.allreduce(float(np.abs(values).max(initial=0.0)), op=MPI.MAX)
         terms = quantise(values / corners, rounding_constant(max(largest, _SMALLEST)))
         sums[:, column] = np.bincount(node, np.repeat(terms, corners), minlength=len(sums))
+    exchanged = fem.Function(state.mesh.vector_space)
+    vectors = exchanged.x.array.reshape(-1, 3)
     for first in range(0, _COLUMNS, 3):
-        vectors = np.ascontiguousarray(sums[:, first : first + 3])
-        state.shared.add_to_owners(vectors)
-        state.shared.send_to_ghosts(vectors)
+        vectors[:] = sums[:, first : first + 3]
+        compat.add_to_owners(exchanged)
+        compat.send_to_ghosts(exchanged)
         sums[:, first : first + 3] = vectors
     return sums
