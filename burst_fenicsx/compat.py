@@ -21,6 +21,7 @@ __all__ = [
     "cells_dofmap",
     "create_hexahedral_mesh",
     "create_quadrilateral_mesh",
+    "form",
     "geometry_dofmap",
     "quadrature_space",
     "renumber_nodes",
@@ -172,13 +173,23 @@ def _destinations(cells: np.ndarray, owner: np.ndarray) -> tuple[np.ndarray, np.
     return data, offsets
 
 
-def _old_space(domain: Any, element: Any) -> Any:
-    """Space of dolfinx 0.5, which compiles its elements: with patience on a loaded machine, and without chatter."""
+def _quietly(compiling: Callable[..., Any], *arguments: Any, **options: Any) -> Any:
+    """What `compiling` returns, without the compiler's chatter."""
     logging.disable(logging.INFO)
     try:
-        return fem.FunctionSpace(domain, element, jit_params={"timeout": _COMPILE_SECONDS})
+        return compiling(*arguments, **options)
     finally:
         logging.disable(logging.NOTSET)
+
+
+def _old_space(domain: Any, element: Any) -> Any:
+    """Space of dolfinx 0.5, which compiles its elements."""
+    return _quietly(fem.FunctionSpace, domain, element, jit_params={"timeout": _COMPILE_SECONDS})
+
+
+def form(expression: Any) -> Any:
+    """Compile a form."""
+    return _quietly(fem.form, expression, **{"jit_options" if _MODERN else "jit_params": {"timeout": _COMPILE_SECONDS}})
 
 
 def vector_space(domain: Any) -> Any:

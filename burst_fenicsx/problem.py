@@ -241,6 +241,7 @@ class BurstSettings:
     acceleration_window: float = 10e-6  # ... over this time (s)
     time_limit: float = 1e-3  # never longer than this (s)
     output_interval: float = 10e-6
+    nodal_stress: bool = False  # whether outputs have the stress projected to the nodes
     energy_tolerance: float = 0.05  # a ledger further open than this stops the run
     damping: float = 0.0  # resistance of the nodes in proportion to mass and velocity (1/s), F^d of Eq. 2
     time_step: TimeStep = field(default_factory=TimeStep)

@@ -18,12 +18,14 @@ from burst_fenicsx.files.background import Background
 from burst_fenicsx.files.checkpoint import read_checkpoint, write_checkpoint
 from burst_fenicsx.files.output import TimeSeries
 from burst_fenicsx.files.snapshot import write_snapshot
+from burst_fenicsx.meshing.placement import frame
 from burst_fenicsx.problem import BurstSettings, Round
 from burst_fenicsx.records.clocks import Clocks
 from burst_fenicsx.records.gather import output_fields, snapshot_fields
 from burst_fenicsx.records.measures import RoundMeasures
 from burst_fenicsx.records.rounds import round_records
 from burst_fenicsx.records.summary import burst_summary
+from burst_fenicsx.symmetry.completion import STRESSES, turned_stress
 from fragfield_base.interruption import Interruption
 
 if TYPE_CHECKING:
@@ -219,10 +221,13 @@ class Simulation(AssembledBurst):
 
     def _write_output(self) -> None:
         self._writing.wait()  # one state in memory besides the burst's own
-        points, cells = output_fields(self.fields, self.contact.nodal_force if self.contact.exists else None)
+        points, cells = output_fields(
+            self.fields,
+            self.contact.nodal_force if self.contact.exists else None,
+            with_nodal_stress=self.settings.nodal_stress,
+        )
         if self._series is not None:
-            self._place(points)
-            self._turn_stress(cells)
+            self._to_world(points, cells)
             if not self._series.times or self.solver.time > self._series.times[-1]:
                 self._writing.begin(partial(self._write_series, self._series, self.solver.time, points, cells))
         self.interpenetration.check(self.solver.time)
@@ -238,11 +243,18 @@ class Simulation(AssembledBurst):
         points, cells = self.completion.point_fields(points), self.completion.cell_fields(cells)
         series.write(time, points.pop("position"), point_data=points, cell_data=cells)
 
+    def _to_world(self, points: dict[str, np.ndarray], cells: dict[str, np.ndarray]) -> None:
+        """Carry fields of nodes and of cells, by name, to world coordinates in place."""
+        stresses = {name: points.pop(name) for name in STRESSES if name in points}
+        self._place(points)
+        points |= stresses
+        if self.geometry == "axisymmetric":  # whose stresses are those of an upright round
+            for fields in (points, cells):
+                for name in fields.keys() & set(STRESSES):
+                    fields[name] = turned_stress(fields[name], frame(self.rounds[0].axis).T)
+
     def _place(self, fields: dict[str, np.ndarray]) -> None:
         """Carry nodal fields, by name, to world coordinates in place: here they are there already."""
-
-    def _turn_stress(self, fields: dict[str, np.ndarray]) -> None:
-        """Carry the `stress` of cells, if it is to be, to world coordinates in place: here it is there already."""
 
     def _write_checkpoint(self) -> None:
         self._writing.wait()  # whoever resumes from here needs the outputs before it

@@ -26,7 +26,7 @@ def stamped_xdmf(text: str) -> str:
 
 
 def check_xdmf(path: Path, error: type[Exception], advice: str = "") -> None:
-    """Refuse an XDMF file that is damaged, or that takes data from elsewhere than from its own HDF5 files.
+    """Refuse an XDMF file that is damaged, or that takes data from others than its own HDF5 files.
 
     Its own are the one of its name, and those in the folder of its name.
     """

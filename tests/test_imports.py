@@ -54,11 +54,6 @@ def test_every_public_name_is_loaded_when_it_is_used(name: str) -> None:
         _ = package.nothing
 
 
-def test_the_check_sees_an_import() -> None:
-    assert "json" in top_level_modules("import json")
-    assert "json" not in top_level_modules("import math")
-
-
 def test_fragments_fly_without_dolfinx(tmp_path: Path) -> None:
     """`fragfield fly` in an interpreter that refuses to import the finite-element packages."""
     code = f"""
@@ -119,15 +114,3 @@ def modules_in_rings(imports: dict[str, set[str]]) -> set[str]:
 @pytest.mark.parametrize("package", [*sorted(OURS), "fragfield_base", "benchmarks", "validation", "tests"])
 def test_no_modules_import_each_other(package: str) -> None:
     assert modules_in_rings(imported_modules(package)) == set()
-
-
-def test_the_check_sees_a_ring(tmp_path: Path) -> None:
-    """Also through three modules, one import in a function and one for types alone."""
-    folder = tmp_path / "ring"
-    folder.mkdir()
-    (folder / "__init__.py").write_text("")
-    (folder / "one.py").write_text("from ring import two\n")
-    (folder / "two.py").write_text("def f():\n    from ring.three import g\n")
-    (folder / "three.py").write_text("if TYPE_CHECKING:\n    import ring.one\n")
-    (folder / "four.py").write_text("import ring.one\n")
-    assert modules_in_rings(imported_modules("ring", tmp_path)) == {"ring.one", "ring.two", "ring.three"}

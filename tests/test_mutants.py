@@ -4,19 +4,15 @@ from __future__ import annotations
 
 import ast
 import json
-import os
 import shutil
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from numba.core.caching import IndexDataCacheFile
 
 from tests.mutants import __main__ as mutants
 from tests.mutants.faults import KINDS, faults_of
-from tests.mutants.targets import AREAS, files_of, modules_of, names_imported, on_ranks
-from tests.mutants.workshop import Outcome, Workshop, importers, is_compiled
-from tests.warm_up import gather, link
+from tests.mutants.targets import AREAS, files_of, modules_of, names_imported
+from tests.mutants.workshop import Workshop, is_compiled
 
 ROOT = Path(__file__).parents[1]
 
@@ -106,14 +102,6 @@ def test_the_tests_of_a_module_are_those_of_its_area_and_those_that_import_it():
     assert files_of("burst_fenicsx/kernels/__init__.py") == []
 
 
-def test_modules_that_send_messages_are_tried_on_ranks_as_well():
-    assert "tests/burst_fenicsx/test_ranks.py" in on_ranks("burst_fenicsx/contact/collisions.py")
-    assert on_ranks("burst_fenicsx/contact/slide_surface.py") == []
-    assert on_ranks("flight/hazard/pool.py") == []
-    for area in AREAS:
-        assert all("on_ranks" in (ROOT / test).read_text() for test in area.ranks)
-
-
 def test_the_same_seed_gives_the_same_faults_from_all_areas_and_kinds():
     first, again = ([next(one) for _ in range(50)] for one in (mutants.chosen_faults(ROOT, 5) for _ in range(2)))
     assert first == again
@@ -142,17 +130,6 @@ def test_faults_that_change_nothing_are_known_by_text_and_reason():
         assert name in {mutants.name_of(name[0], source, one) for one in faults_of(source)}, name
     lines = (ROOT / "tests/mutants/equivalent.tsv").read_text().splitlines()[1:]
     assert all(len(line.split("\t")[4]) > 10 for line in lines)
-
-
-def test_importers_are_found_through_others():
-    found = importers(ROOT / "burst_fenicsx", "burst_fenicsx/kernels/vectors/tensors.py")
-    assert "burst_fenicsx/kernels/cells/solid.py" in found
-    assert "burst_fenicsx/kernels/step/assembly.py" in found
-    assert "burst_fenicsx/kernels/contact/springs.py" not in found
-    assert importers(ROOT / "flight", "flight/hazard/density/expected.py") >= {
-        "flight/hazard/density/expected.py",
-        "flight/hazard/__init__.py",
-    }
 
 
 class Trial(Workshop):
@@ -194,28 +171,6 @@ def test_a_fault_is_tried_in_a_copy_and_taken_back(trial):
         Trial(trial.tree.parent.parent / "project", trial.tree.parent)
 
 
-def test_a_single_test_is_tried_alone(trial):
-    """As those of `chosen.tsv`; what another test of its file would notice is not noticed by it."""
-    module, file = trial.tree / "flight/one.py", trial.tree / "tests/test_one.py"
-    module.write_text(KERNEL)
-    file.write_text(
-        "import pytest\n" + file.read_text() + "\n\n@pytest.mark.parametrize('x', [0, 1])\n"
-        "def test_twice_of(x):\n    assert twice(x) == 2 * x\n"
-    )
-    wrong = KERNEL.replace("x + x", "x + min(x, 2)")
-    both, small = (
-        trial.with_fault("flight/one.py", wrong, [f"tests/test_one.py{name}"]) for name in ("", "::test_twice_of")
-    )
-    assert (both.state, both.test.split(" - ")[0]) == ("failed", "tests/test_one.py::test_twice")
-    assert small.state == "passed"
-    found = trial.with_fault("flight/one.py", KERNEL.replace("x + x", "x"), ["tests/test_one.py::test_twice_of"])
-    assert (found.state, found.plain, found.test.split(" - ")[0]) == (
-        "failed",
-        True,
-        "tests/test_one.py::test_twice_of[1]",
-    )
-
-
 KERNEL = "from numba import njit\n\n\n@njit\ndef twice(x):\n    return x + x\n"
 
 
@@ -233,46 +188,6 @@ def test_a_fault_in_a_kernel_is_tried_in_plain_python_first(trial):
     assert module.read_text() == KERNEL
 
 
-def test_what_is_noticed_on_several_ranks_alone_is_tried_last(trial):
-    """Tests marked `mpi` are left out before, and alone then."""
-    module, alone, ranks = trial.tree / "flight/one.py", "tests/test_one.py", "tests/test_ranks.py"
-    text = (trial.tree / alone).read_text()
-    (trial.tree / ranks).write_text(
-        "import pytest\n" + text + "\n\n@pytest.mark.mpi\ndef test_many():\n    assert twice(4) == 8\n"
-    )
-    module.write_text("def twice(x):\n    return x + x\n")
-    wrong = "def twice(x):\n    return x + min(x, 3)\n"
-    assert list(trial.usual([ranks], "ranks")) == [f"{ranks}::test_many"]
-    assert trial.with_fault("flight/one.py", wrong, [alone, ranks]).state == "passed"
-    found = trial.with_fault("flight/one.py", wrong, [alone, ranks], [ranks])
-    assert (found.state, found.test.split(" - ")[0]) == ("failed", f"{ranks}::test_many")
-    assert trial.with_fault("flight/one.py", "def twice(x):\n    return 2 * x\n", [alone], [alone]).state == "passed"
-
-
-def test_what_takes_too_long_in_plain_python_ends_in_every_thread(trial):
-    """Whoever has started a thread waits for it: it must end as well."""
-    (trial.tree / "tests/test_one.py").write_text(
-        "import time\nfrom concurrent.futures import ThreadPoolExecutor\n\n\n"
-        "def spin():\n    while time.thread_time() < 30.0:\n        sum(range(1000))\n\n\n"
-        "def test_slow():\n    with ThreadPoolExecutor(1) as pool:\n        pool.submit(spin).result()\n\n\n"
-        "def test_quick():\n    pass\n"
-    )
-    used = sum(os.times()[2:4])
-    assert list(trial.usual(["tests/test_one.py"], "plain")) == ["tests/test_one.py::test_quick"]
-    assert sum(os.times()[2:4]) - used < 15.0
-
-
-def test_a_test_that_goes_on_waiting_ends_its_process(trial, monkeypatch):
-    """As one whose thread was stopped with it: what was found before it counts."""
-    monkeypatch.setattr("tests.mutants.workshop._HUNG", 1.0)
-    (trial.tree / "tests/test_one.py").write_text(
-        "import threading\n\n\ndef test_quick():\n    pass\n\n\n"
-        "def test_stuck():\n    try:\n        while True:\n            pass\n"
-        "    finally:\n        threading.Event().wait()\n"
-    )
-    assert list(trial.usual(["tests/test_one.py"], "plain")) == ["tests/test_one.py::test_quick"]
-
-
 def test_a_test_that_fails_without_a_fault_decides_nothing(trial):
     (trial.tree / "tests/test_one.py").write_text("def test_wrong():\n    assert False\n")
     with pytest.raises(RuntimeError, match=r"without a fault tests/test_one\.py fails: .*test_wrong"):
@@ -286,79 +201,3 @@ def test_the_interval_is_wilsons():
         assert (280 / 300 - p) ** 2 == pytest.approx(1.959964**2 * p * (1.0 - p) / 300, rel=1e-9)
     assert low < 280 / 300 < high
     assert mutants.interval(0, 0) == (0.0, 1.0)
-
-
-def test_a_fault_that_never_ends_is_caught_by_its_time(trial, monkeypatch):
-    monkeypatch.setattr("tests.mutants.workshop._COMPILING", 3.0)
-    trial.usual(["tests/test_one.py"])
-    found = trial.with_fault("flight/one.py", "def twice(x):\n    while True:\n        pass\n", ["tests/test_one.py"])
-    assert found.state == "time"
-    assert found.seconds < 30.0
-
-
-def test_results_are_kept_and_counted(monkeypatch, tmp_path, capsys):
-    """A second call goes on where the first one stopped; survivors are named, and too many of them end with 1."""
-    tried = []
-
-    class Fake:
-        def __init__(self, root, folder):
-            self.tree = root
-            folder.mkdir(parents=True, exist_ok=True)
-
-        def digest_of(self, tests):
-            return " ".join(tests)
-
-        def with_fault(self, module, text, tests, ranks):
-            assert ranks == []
-            tried.append(module)
-            return Outcome("passed" if len(tried) == 2 else "failed", 1.0, "test_x")
-
-    fault = faults_of("x = 1.0 - 2.0\n")[0]
-    faults = [
-        (AREAS[number % 2].name, "flight/hazard/density/expected.py", replace(fault, begin=number))
-        for number in range(10)
-    ]
-    monkeypatch.setattr(mutants, "Workshop", Fake)
-    monkeypatch.setattr(mutants, "_ROOT", ROOT)
-    monkeypatch.setattr(mutants, "chosen_faults", lambda root, seed: iter(faults))
-    monkeypatch.setattr(mutants, "_FOLDER", tmp_path)
-    for number, status in ((4, 1), (6, 1), (6, 1)):
-        monkeypatch.setattr("sys.argv", ["mutants", str(number), "3"])
-        assert mutants.main() == status
-    assert len(tried) == 6
-    reported = capsys.readouterr().out
-    assert "5 of 6 caught: 83.3 %" in reported.replace("\u202f", " ").replace("%", " %").replace("  ", " ")
-    assert "SURVIVED flight/hazard/density/expected.py line 1: " in reported
-
-
-def test_caches_of_workers_are_linked_and_taken_over(tmp_path):
-    """What a worker has compiled besides comes into the common cache, also a known function for other types."""
-    root, worker = tmp_path / "cache", tmp_path / "cache" / "workers" / "gw0"
-
-    def kept(folder: Path, name: str) -> IndexDataCacheFile:
-        place = folder / "burst-1" / "kernels_x"
-        place.mkdir(parents=True, exist_ok=True)
-        return IndexDataCacheFile(str(place), name, "state of the source")
-
-    solid, charge = "solid.f-1.py311", "charge.g-7.py311"
-    kept(root, solid).save("float64", "common")
-    link(root, worker, ["burst-1"])
-    shared = worker / "burst-1" / "kernels_x"
-    assert shared.joinpath(f"{solid}.nbi").stat().st_nlink == 2
-    assert gather(root, worker, ["burst-1"]) == 0
-    # Two workers compile the same function for other types, one of them a function besides.
-    other = tmp_path / "cache" / "workers" / "gw1"
-    link(root, other, ["burst-1"])
-    kept(worker, solid).save("float32", "single")
-    kept(worker, charge).save("int64", "new")
-    kept(other, solid).save("int64", "whole")
-    kept(other, solid).save("float32", "single")
-    assert [gather(root, folder, ["burst-1"]) for folder in (worker, other)] == [2, 1]
-    for name, key, code in (
-        (solid, "float64", "common"),
-        (solid, "float32", "single"),
-        (solid, "int64", "whole"),
-        (charge, "int64", "new"),
-    ):
-        assert kept(root, name).load(key) == code
-    assert [gather(root, folder, ["burst-1"]) for folder in (worker, other)] == [0, 0]

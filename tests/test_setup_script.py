@@ -164,38 +164,6 @@ def test_what_is_in_the_way_of_missing_packages_is_seen_before_apt(
     assert not machine.apt_calls
 
 
-def test_apt_without_network(machine: Machine) -> None:
-    machine.tool("dpkg-query", "exit 1")
-    machine.tool("apt-get", 'case "$*" in *install*) echo "E: Failed to fetch http://deb.debian.org"; exit 100 ;; esac')
-    message = machine.refusal()
-    assert "E: Failed to fetch http://deb.debian.org" in message
-    assert "No network? Check that apt reaches a mirror" in message
-
-
-def test_apt_reports_how_far_it_is(machine: Machine) -> None:
-    """A line for every 25 packages of each step, while apt's own words go to the log, and its failure is seen."""
-    machine.tool("dpkg-query", "exit 1")
-    words = (
-        'echo "0 upgraded, 60 newly installed, 0 to remove."; echo "Need to get 2,100 MB/2,200 MB of archives."; '
-        'for n in $(seq 60); do echo "Get:$n http://deb p$n"; done; '
-        'for n in $(seq 60); do echo "Unpacking p$n"; done; for n in $(seq 30); do echo "Setting up p$n"; done'
-    )
-    (machine.tools / "seq").symlink_to(shutil.which("seq") or "/bin/false")
-    machine.tool("apt-get", f'case "$*" in *install*) {words}; echo "E: dpkg broke"; exit 100 ;; esac')
-    done = machine.run("install")
-    assert done.returncode == 1
-    assert [line for line in done.stdout.splitlines() if line.startswith("setup:   ")] == [
-        "setup:   downloading 2,100 MB/2,200 MB",
-        "setup:   downloaded 25 of 60 packages",
-        "setup:   downloaded 50 of 60 packages",
-        "setup:   unpacked 25 of 60",
-        "setup:   unpacked 50 of 60",
-        "setup:   set up 25 of 60",
-    ]
-    assert "E: dpkg broke" in done.stderr
-    assert "apt could not install the packages" in done.stderr
-
-
 def test_apt_is_asked_for_the_missing_packages_only(machine: Machine) -> None:
     machine.tool("dpkg-query", 'case "$*" in *libegl1* | *openmpi-bin*) exit 1 ;; *) printf installed ;; esac')
     machine.tool("apt-get", 'echo "$*" >>"${0%/*}/../apt-calls"; case "$*" in *install*) exit 100 ;; esac')
@@ -205,11 +173,6 @@ def test_apt_is_asked_for_the_missing_packages_only(machine: Machine) -> None:
     assert install.endswith("--no-install-recommends openmpi-bin libegl1")
 
 
-def test_named_python_must_have_dolfinx(machine: Machine) -> None:
-    machine.variables["FRAGFIELD_PYTHON"] = str(machine.tool("bare-python", "exit 1"))
-    assert "bare-python is not a Python that has dolfinx" in machine.refusal()
-
-
 @pytest.mark.parametrize("version", ["0.4.1", "0.7.3", "0.12.0", "1.0.0"])
 def test_unsupported_dolfinx(machine: Machine, version: str) -> None:
     machine.dolfinx(version)
@@ -217,19 +180,6 @@ def test_unsupported_dolfinx(machine: Machine, version: str) -> None:
     assert f"dolfinx {version} " in message
     assert "known are 0.5 0.9 0.10 0.11" in message
     assert "conda create" in message
-
-
-@pytest.mark.parametrize("version", ["3.9.18", "3.10.14"])
-def test_old_python(machine: Machine, version: str) -> None:
-    machine.dolfinx("0.9.0", python=version)
-    assert f"is Python {version}; 3.11 or newer is needed" in machine.refusal()
-
-
-def test_python_without_the_venv_module(machine: Machine) -> None:
-    machine.dolfinx("0.10.0.post1", without_venv=1)
-    message = machine.refusal()
-    assert "has no venv module" in message
-    assert "apt-get install python3-venv" in message
 
 
 def test_pip_without_network(machine: Machine) -> None:

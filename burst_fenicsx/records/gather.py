@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from burst_fenicsx.problem import Part
+from burst_fenicsx.records.nodal_stress import nodal_stress
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -19,10 +20,12 @@ __all__ = ["output_fields", "snapshot_fields"]
 _Arrays = dict[str, np.ndarray]
 
 
-def output_fields(state: BurstFields, contact_force: np.ndarray | None = None) -> tuple[_Arrays, _Arrays]:
+def output_fields(
+    state: BurstFields, contact_force: np.ndarray | None = None, *, with_nodal_stress: bool = False
+) -> tuple[_Arrays, _Arrays]:
     """Fields of nodes and of cells for visualisation; empty on ranks other than 0. Collective.
 
-    `contact_force` (nodes, 3) N where there is contact.
+    `contact_force` (nodes, 3) N where there is contact; `with_nodal_stress` adds `nodal_stress` (nodes, 6).
     """
     mesh = state.mesh
     count = mesh.cells
@@ -39,6 +42,8 @@ def output_fields(state: BurstFields, contact_force: np.ndarray | None = None) -
     }
     if contact_force is not None:
         points["contact_force"] = contact_force
+    if with_nodal_stress:
+        points["nodal_stress"] = nodal_stress(state, stress, volume)
     cells = {
         "pressure": pressure,
         "stress": stress,

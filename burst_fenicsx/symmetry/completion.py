@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     Arrays = dict[str, NDArray]
 
-__all__ = ["EXTENSIVE", "Completion", "turned_stress"]
+__all__ = ["EXTENSIVE", "STRESSES", "Completion", "turned_stress"]
 
 Placed = TypeVar("Placed", "Source", "Exposure")
 
@@ -31,6 +31,9 @@ Placed = TypeVar("Placed", "Source", "Exposure")
 _REFLECTED = {8: (3, 2, 1, 0, 7, 6, 5, 4), 4: (3, 2, 1, 0)}
 _VECTORS = ("velocity", "displacement", "contact_force")
 _POINTS = ("position", "reference")
+
+STRESSES = ("stress", "nodal_stress")
+"""Symmetric tensors, six columns, of cells and of nodes."""
 
 EXTENSIVE = (
     "kinetic",
@@ -121,7 +124,7 @@ class Completion:
         return count, np.concatenate(cells)
 
     def point_fields(self, fields: Mapping[str, NDArray]) -> Arrays:
-        """Fields of the whole's nodes from those of the part's, (nodes, 3): places, or vectors by their names."""
+        """Fields of the whole's nodes from those of the part's: places, vectors (nodes, 3), a stress (nodes, 6)."""
         if self.trivial:
             return dict(fields)
         return {name: np.concatenate([self._moved(name, values, copy) for copy in self._copies])
@@ -133,6 +136,8 @@ class Completion:
             return self._part.place(own, copy.mirrors)
         if name in _VECTORS:
             return reflected(own, self._part.matrix(copy.mirrors))
+        if name in STRESSES:
+            return turned_stress(own, self._part.matrix(copy.mirrors))
         raise KeyError(f"no rule for the reflection of '{name}'")
 
     def cell_fields(self, fields: Mapping[str, NDArray]) -> Arrays:
@@ -143,7 +148,7 @@ class Completion:
         for name, values in fields.items():
             if name == "round":
                 pieces = [np.full(len(copy.cells), copy.index, dtype=values.dtype) for copy in self._copies]
-            elif name == "stress":
+            elif name in STRESSES:
                 pieces = [turned_stress(values[copy.cells], self._part.matrix(copy.mirrors)) for copy in self._copies]
             else:
                 pieces = [values[copy.cells] for copy in self._copies]
@@ -195,7 +200,7 @@ def _subsets(bits: Sequence[int]) -> list[int]:
 
 
 def turned_stress(stress: NDArray, matrix: NDArray) -> NDArray:
-    """Stresses (cells, 6) in the order xx, yy, zz, xy, yz, zx after the transformation `matrix`."""
+    """Stresses (n, 6) in the order xx, yy, zz, xy, yz, zx after the transformation `matrix`."""
     signs = np.diag(matrix)
     if np.array_equal(matrix, np.diag(signs)):
         x, y, z = signs

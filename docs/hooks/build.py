@@ -38,7 +38,7 @@ def on_post_build(config: MkDocsConfig) -> None:
 
 
 def on_page_markdown(markdown: str, **_: object) -> str:
-    """Put what a page asks for in its place: `<!-- insert NAME -->`, or with a table of the ladder or a package."""
+    """Put what a page asks for in its place: `<!-- insert NAME -->`, or with what is named in it."""
     return _PLACE.sub(_insert, markdown)
 
 
@@ -106,7 +106,12 @@ def citation() -> str:
     return "\n".join([*lines, "", f"```yaml\n{text.strip()}\n```"])
 
 
-_NAMED = {"ladder": ladder_part, "api": api_reference}
+def script(name: str) -> str:
+    """A script of docs/theory as it stands."""
+    return f"```python\n{(ROOT / 'docs' / 'theory' / f'{name}.py').read_text(encoding='utf-8').rstrip()}\n```"
+
+
+_NAMED = {"ladder": ladder_part, "api": api_reference, "script": script}
 _MADE = {
     "case_reference": case_reference,
     "built_in_tables": built_in_tables,

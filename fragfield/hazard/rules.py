@@ -86,7 +86,7 @@ def hazardous_fragment_distance(explosive: float) -> float | None:
     if not 0.0 < pounds <= _MOST_BY_QUANTITY:
         return None
     feet = 291.3 + 79.2 * math.log(pounds) if pounds < 100.0 else -1133.9 + 389.0 * math.log(pounds)
-    return FOOT * min(max(feet, 236.0), 1250.0)
+    return FOOT * max(feet, 236.0)
 
 
 def rules_for(contents: Contents, official: OfficialTable | None = None) -> Iterator[Rule]:

@@ -14,8 +14,9 @@ from flight.hazard.density.polar_grid import PolarGrid
 from flight.hazard.density.ring_counts import count_by_azimuth
 from flight.hazard.density.tally import sectors_of, tally
 from flight.hazard.exposed import Prism
+from flight.hazard.retardation import Retardation
 from flight.hazard.site import Site
-from flight.hazard.tp12 import effective_number
+from flight.hazard.tp12 import PolarField, beam_distance, effective_number
 from flight.result import HITS, LANDING, Status
 from flight.scene.walls import Wall as StoppingWall
 
@@ -24,6 +25,7 @@ THIRD = flight.Fragments.from_arrays(0.01, (0.0, 0.0, 1.0), (8.0, 0.0, 1.0), rou
 LANDED = np.zeros(1, dtype=LANDING)
 LANDED["status"], LANDED["distance"] = Status.LANDED, 25.0
 FLAT = np.zeros((2, 2))
+BEAM, AIR = PolarField.of([CLOUD]), Retardation(flight.Drag.constant(1.0), 1.2, 340.0, 2600.0)
 
 
 def flown(**given):
@@ -143,6 +145,8 @@ def test_what_must_be_finite_may_have_either_sign_or_be_zero(name):
         (lambda v: Site(v, 0.0, 0.0), -89.0, 89.0),
         (lambda v: flight.Drag(np.array([v]), np.ones(1)), 0.0, 100.0),
         (lambda v: flight.Drag(np.zeros(1), np.array([v])), 0.0, 100.0),
+        (lambda v: beam_distance(BEAM, AIR, Criteria(), width=v), 1.0, 180.0),
+        (lambda v: flight.hazard_distance(CLOUD, kernel=v), 1.0, 180.0),
         (lambda v: flight.Contact(friction_angle_deg=v), 0.0, math.nextafter(90.0, 0.0)),
     ],
 )

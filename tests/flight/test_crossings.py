@@ -192,7 +192,7 @@ def test_outline_with_a_notch() -> None:
 
 def test_two_of_one_name_are_asked_by_index() -> None:
     result = fly(cloud(3), witnesses=[Cylinder(1.0), Cylinder(2.0)])
-    assert len(result.hits_on(1)) <= 3
+    assert len(result.hits_on(0)) + len(result.hits_on(1)) == len(result.hits) > 0
     with pytest.raises(InputError, match="2 witnesses are called 'cylinder'; ask by index"):
         result.hits_on("cylinder")
 

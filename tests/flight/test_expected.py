@@ -72,7 +72,7 @@ def judge(found: list[ExpectedDistance], truth: float, low: float, high: float) 
     bias = distances.mean() / truth - 1.0
     assert abs(bias) < 0.01, f"bias {100 * bias:.2f} %"
     scatter, reported = distances.std(ddof=1), np.mean([one.standard_error for one in found])
-    assert reported == pytest.approx(scatter, rel=0.15 + 3.0 / math.sqrt(2 * len(found)))
+    assert reported == pytest.approx(scatter, rel=3.0 / math.sqrt(2 * len(found)))
     coverage = np.mean([one.upper >= truth for one in found])
     assert low <= coverage <= high, f"coverage {100 * coverage:.1f} %"
 

@@ -228,7 +228,7 @@ def test_use_beyond_the_drag_table_is_reported() -> None:
     assert summary["above_drag_table"] == 1
     assert summary["below_drag_table"] == 0
     cube = fly(fast.select([1]), drag="cube_face_on", ricochet="none")
-    assert cube.summary["below_drag_table"] == 0 or cube.landing["speed"][0] < 40.0
+    assert cube.summary["below_drag_table"] == 0  # it lands at Mach 0.2
 
 
 @pytest.mark.parametrize(

@@ -45,7 +45,7 @@ def mott_masses(number: int, mean: float) -> np.ndarray:
     return 0.5 * mean * np.log((np.arange(number) + 0.5) / number) ** 2
 
 
-@pytest.mark.parametrize(("shape_factor", "printed"), [(2600.0, 247.0), (4740.0, 369.0)])
+@pytest.mark.parametrize(("shape_factor", "printed"), [(FORGED_STEEL_SHELL, 247.0), (HEAVY_PIECES_OF_STACKS, 369.0)])
 def test_the_distance_of_one_e_folding_is_the_printed_one(shape_factor, printed):
     """L1 for k = 2.6 and 4.74 g/cm3 with C_D = 1.28 (p. 9 and 13); of 1 kg, and with the cube root of the mass."""
     found = retardation(shape_factor).distance([1.0, 0.008], 900.0, 900.0 / math.e)
@@ -143,6 +143,29 @@ def test_a_mott_law_is_found_from_its_coarse_end():
     assert whole.per_steradian == pytest.approx(number / (4.0 * math.pi), rel=0.03)
 
 
+def coarse_end(number: int, heavy: float) -> PolarField:
+    """So many fragments of a mass (g), one of 2 g at seven tenths of the mass, the rest of 1 g, all across the axis."""
+    rest = round((number * heavy + 1.0) / 0.7 - number * heavy - 2.0)
+    mass = 1e-3 * np.array([heavy] * number + [2.0] + [1.0] * rest)
+    return PolarField(np.full(len(mass), 90.0), mass, np.full(len(mass), 1000.0))
+
+
+def test_the_law_of_the_coarse_end_by_hand():
+    """Ten of 4 g above an edge of 2 g: m0^(1/2) = 8^(1/2) - 2, and ten a zone above the edge."""
+    found = MottField.fitted(coarse_end(10, 4.0), 85.0, 95.0)
+    root = math.sqrt(8e-3) - math.sqrt(4e-3)
+    assert found.mean_mass == pytest.approx(root**2, rel=1e-9)
+    assert found.heavier(2e-3) == pytest.approx(10.0 / solid_angle(85.0, 95.0), rel=1e-9)
+
+
+def test_a_law_needs_ten_fragments_in_the_coarse_end_and_a_tenth_between_their_masses():
+    with pytest.raises(InputError, match="9 fragments in the coarse end"):
+        MottField.fitted(coarse_end(9, 4.0), 85.0, 95.0)
+    MottField.fitted(coarse_end(10, 2.0 * 1.101**2), 85.0, 95.0)
+    with pytest.raises(InputError, match="of different masses"):
+        MottField.fitted(coarse_end(10, 2.0 * 1.099**2), 85.0, 95.0)
+
+
 def test_a_stack_of_isotropic_rounds_is_the_closed_procedure():
     number, mean = 400_000, 0.012
     field = sphere(number, mott_masses(number, mean))
@@ -150,7 +173,9 @@ def test_a_stack_of_isotropic_rounds_is_the_closed_procedure():
     expected, _, _ = procedure(law, 4.4, retardation(HEAVY_PIECES_OF_STACKS, density=1.225), CRITERIA)
     found = stack_distance(field, 4.4, CRITERIA)
     assert found.distance == pytest.approx(expected, rel=0.03)
-    assert found.low <= 90.0 <= found.high
+    assert found.low <= 90.0 <= found.high == found.low + 10.0
+    closed, _, _ = procedure(found.single, 4.4, retardation(4740.0, density=1.225), CRITERIA)
+    assert found.distance == pytest.approx(closed, rel=1e-9)
     denser_air = stack_distance(field, 4.4, CRITERIA, density=1.4)
     assert denser_air.distance < found.distance < stack_distance(field, 8.0, CRITERIA).distance
 
@@ -176,6 +201,7 @@ def test_the_beam_of_equal_fragments_in_all_directions(number):
     spread, reach = math.sqrt(number / (4.0 * math.pi * LIMIT)), float(air.reach(0.02, 1000.0, 79.0))
     assert (spread < reach) == (number == 2000)
     assert found.distance == pytest.approx(min(spread, reach), rel=0.02)
+    assert found.high - found.low == pytest.approx(10.0)
 
 
 @pytest.mark.parametrize("centre", [87.0, 90.0, 94.4, 100.0])

@@ -22,7 +22,7 @@ time_step = { cfl = 0.7, fixed = "10 ns" }
 leakage = { enabled = false }
 viscosity = { linear = 0.1 }
 hourglass = { casing_stiffness = 0.05 }
-output = { interval = "5 us" }
+output = { interval = "5 us", nodal_stress = true }
 [[round]]
 name = "left"
 profile = "tube"

@@ -268,7 +268,8 @@ def test_the_centre_keeps_its_height_unless_a_casing_would_be_in_the_ground(heig
         else:
             assert lift >= -1e-12
             assert lowest == pytest.approx(0.0, abs=1e-6) if lift > 1e-6 else lowest > -1e-6
-    assert (height == "0 m") == (arrangement.turned(160.0, 30.0).shift[2] > 0.0) or height == "1 m"
+    if height == "0 m":
+        assert arrangement.turned(160.0, 30.0).shift[2] > 0.0
 
 
 def test_a_round_behind_a_plane_of_symmetry_is_lifted_too():

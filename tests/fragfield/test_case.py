@@ -68,8 +68,8 @@ def test_the_schema_offers_every_field_of_the_stages_and_their_defaults():
     from burst_fenicsx import problem
     from transition import BreakUpSettings
 
-    # burst.output.interval, [[plane]]; the case chooses the geometry, a library's caller gives it.
-    renamed = {"output_interval", "planes", "geometry"}
+    # [burst.output], [[plane]]; the case chooses the geometry, a library's caller gives it.
+    renamed = {"output_interval", "nodal_stress", "planes", "geometry"}
     pairs = [
         (problem.BurstSettings, BurstTable, renamed),
         (problem.TimeStep, TimeStepTable, set()),

@@ -31,6 +31,7 @@ def test_the_case_reaches_every_setting_of_the_burst(tmp_path):
     assert settings.viscosity.linear == 0.1
     assert settings.hourglass.casing_stiffness == 0.05
     assert settings.output_interval == 5e-6
+    assert settings.nodal_stress
     left, right = burst_rounds(case)
     assert left.explosive.jwl is not None
     assert left.casing.shear_softening_strain is None

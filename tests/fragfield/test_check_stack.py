@@ -10,7 +10,6 @@ import pytest
 
 from fragfield.case.load import case_from_document, load_case
 from fragfield.checking.check import check_report
-from fragfield.checking.show import print_check
 from fragfield.hazard.arrangement import with_images
 from tests.fragfield.short_run import ROOT, invoke
 
@@ -151,38 +150,6 @@ def test_rounds_that_wait_for_the_shock_lengthen_the_burst():
 def _ended_by_itself(**tables):
     case = _case(**tables)
     return case.model_copy(update={"burst": case.burst.model_copy(update={"end_time": None, "stop": "acceleration"})})
-
-
-def test_check_prints_the_stack_for_people(capsys):
-    case = _case(
-        round={"initiation": SHOCK},
-        stack={"arrangement": "pallet", "counts": [2, 2, 1], "gap": "20 mm", "base": "0.15 m", "initiated": [1],
-               "delays": ["2 us", "0 s", "0 s", "0 s"]},
-        plane=[{"name": "deck", "kind": "wall", "point": ["0 m", "0 m", "0.15 m"], "normal": [0, 0, 1]}],
-    )  # fmt: skip
-    print_check(check_report(case), case)
-    text = capsys.readouterr().out
-    for part in (
-        "shell_1, shell_2, ... shell_4 (4 rounds alike)",
-        '# profile, explosive, casing as of "shell_1"',
-        "at 2 us, or by 5 GPa held for 0.2 us",
-        "smallest clear distance: 20 mm, shell_1 to shell_2",
-        "plane deck: wall, normal (0, 0, 1), friction 20 degrees, 0 mm from shell_1",
-        "contact: charge bonded to casing, cohesion 5 MPa",
-        "contact between colliding surfaces, friction 20 degrees",
-        "per round: ",
-    ):
-        assert part in text, part
-    assert text.count("[round.explosive]") == 1, "rounds that are alike are printed once"
-    assert text.count("Gurney speed, Eq. 23") == 1
-
-
-def test_contact_costs_time():
-    seconds = [
-        check_report(_case(burst={"contact": contact}))["expected"]["core_seconds"]
-        for contact in ({"charge_casing": "shared", "surfaces": False}, {"surfaces": False}, {})
-    ]
-    assert seconds[0] < seconds[1] < seconds[2]
 
 
 @pytest.mark.parametrize(

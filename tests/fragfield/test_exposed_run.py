@@ -61,6 +61,7 @@ name = "road"
 kind = "road"
 points = [["-100 m", "-60 m"], ["100 m", "-60 m"]]
 target_area = "10 m^2"
+number = 2
 """
 
 
@@ -96,7 +97,7 @@ def test_summary_holds_every_place(flown):
     assert faces["roof"] is None
     assert sum(value is not None for value in faces.values()) == 4
     assert entries["road"]["expected_hits"]["expected"] == pytest.approx(
-        10.0 * entries["road"]["density_normal"]["expected"]
+        2 * 10.0 * entries["road"]["density_normal"]["expected"]
     )
     for entry in entries.values():
         assert entry["probability"]["upper"] >= entry["probability"]["expected"]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.stats import gamma
 
 from flight.hazard.density.polar_grid import PolarGrid
 from fragfield.case.conversion.exposed_sites import exposed_sites_of
@@ -69,27 +70,52 @@ def test_the_direction_of_the_nose_is_the_worst_whatever_the_azimuth_of_a_site()
     beam = np.zeros(GRID.shape)
     beam[:8] = 5.0 / AREA * cell_areas()
     found = []
-    for azimuth in (0.0, 2.0 * GRID.width, 35.0 * GRID.width):
+    for azimuth in (0.37 * GRID.width, 2.37 * GRID.width, 35.37 * GRID.width):  # no point on the edge of a cell
         sums = sites(azimuth)
         sums.add_fields((beam, 0.0 * beam))
         found.append([AREA * entry["density_ground"]["expected"] for entry in entries(sums)])
-    # Points on the edge of a cell may fall into either by rounding.
-    assert found[0] == pytest.approx(found[1], rel=1e-3)
-    assert found[0] == pytest.approx(found[2], rel=1e-3)
-    assert found[0][0] == pytest.approx(5.0, rel=1e-2), "the beam is wider than kernel and person"
+    for person, road, area in found:
+        assert (person, road) == pytest.approx(found[0][:2], rel=1e-9)
+        assert (person, area) == pytest.approx((5.0, 5.0), rel=1e-2), "wider than kernel and pieces, however cut"
     assert entries(sums)[0]["verdict"] == "not met"
 
 
 def test_bounds_hold_in_more_than_nineteen_of_twenty() -> None:
     """Of a rate of single impacts that the blocks of realisations see at random, at one direction of the nose."""
-    generator, rate, held = np.random.default_rng(2), 0.02, 0
+    generator, rate, held, every = np.random.default_rng(2), 0.02, 0, sites(0.0)
     for _ in range(60):
-        sums = sites(0.0)
+        sums = TurnedSums(every.sites[:1], case=every.case, grid=GRID, kernel=KERNEL)
         for _ in range(20):
             landings = generator.poisson(rate / AREA * 3.0 * np.broadcast_to(cell_areas(), GRID.shape)).astype(float)
             sums.add_fields((landings, landings))
         held += AREA * entries(sums)[0]["density_ground"]["upper"] >= 3.0 * rate
     assert held >= 57
+
+
+@pytest.mark.parametrize("alike", [False, True])
+def test_bounds_of_a_person_by_hand(alike: bool) -> None:
+    """What a single landing may add at most is found by trying every distance: Poisson's bounds are multiples of it."""
+    every = sites(0.0)
+
+    def person(counts: tuple[int, ...], cell: int = 0, turn: int = 0) -> dict:
+        sums = TurnedSums(every.sites[:1], case=every.case, grid=GRID, kernel=KERNEL, alike=alike)
+        for number in counts:
+            field = np.zeros(GRID.shape)
+            field[turn, cell] = number
+            sums.add_fields((field, field))
+        return entries(sums)[0]
+
+    single = [person((1,), cell)["density_ground"]["expected"] for cell in range(GRID.shape[1])]
+    most, cell = max(single), int(np.argmax(single))
+    across = np.hypot(np.diff(GRID.edges), np.radians(GRID.width) * GRID.edges[1:])[np.flatnonzero(single)].max()
+    path = max(across, np.hypot(5.0 * np.sqrt(2.0), 1.8)) / 1.8  # the longest in cells or person, over the height
+    assert person((0,))["density_ground"]["upper"] == pytest.approx(2.9957 * most, rel=1e-4)
+    assert person((0,))["density_normal"]["upper"] == pytest.approx(2.9957 * most * path, rel=1e-4)
+    found = person((2, 1, 1, 2), cell)["density_ground"]
+    wanted = {"expected": 1.5 * most, "upper": 11.8424 / 4.0 * most, "standard_error": most / np.sqrt(12.0)}
+    assert found == pytest.approx(wanted, rel=1e-4)
+    at_once = person((6, 0, 0, 0), cell)["density_ground"]["upper"]
+    assert at_once == pytest.approx(gamma.ppf(0.95, 49.0 / 37.0, scale=37.0 / 7.0) / 4.0 * most, rel=1e-4)
 
 
 def test_of_attitudes_the_one_nearest_to_the_criterion_counts() -> None:

@@ -20,7 +20,6 @@ from fragfield.checking.check import check_report
 from fragfield.errors import InputError
 from fragfield.report.findings.findings import findings
 from fragfield.report.reading.run_files import RunFiles
-from fragfield.report.tables.counted import counted_table
 from fragfield.studies.uncertainty.defaults import default_inputs
 from fragfield.studies.uncertainty.plan import plan_study
 from fragfield_base.errors import InputError as AnyInputError
@@ -273,41 +272,6 @@ def stated(test, **part):
     }
     run = RunFiles(Path("x"), summary={"break_up": {"mean_mass": {**mean_mass, **part}}})
     return [(item.weight, item.text) for item in findings(run) if "pit.csv" in item.text], run
-
-
-@pytest.mark.parametrize(
-    ("test", "weights", "words"),
-    [
-        ({}, ["note"], "fitted to pit.csv, 900 pieces above 1 g, standard error 5 %: 15 g, 1.10 times that of"),
-        ({}, ["note"], "The pieces hold 93 % of the casing's mass, where the law has 96 % in"),
-        ({}, ["note"], "uncertain by a factor of 1.05 either way; from round to round it may scatter more"),
-        ({"rounds": 4.0}, ["note"], "900 pieces above 1 g of 4 rounds, standard"),
-        ({"recovered_fraction": 0.7}, ["note", "warning"], "hold 72.9 % of the law's mass in their range: pieces"),
-        ({"recovered_fraction": 1.05}, ["note", "warning"], "hold 109 % of the law's mass in their range: they"),
-        ({"recovered_fraction": 1.05, "mass_margin": 1.1}, ["note"], "The pieces hold 105 %"),
-        ({"chi_square": 60.0, "probability": 1e-6, "standard_error": 0.14}, ["note", "warning"],
-         "Mott's law does not describe the pieces of pit.csv: chi-square 60 with 8 degrees of freedom"),
-        ({"chi_square": 60.0, "probability": 1e-6, "standard_error": 0.14}, ["note", "warning"],
-         "above 4 g, 400 counted, 390 expected. The standard error is widened 2.8 times"),
-        ({"degrees_of_freedom": 0, "probability": None}, ["note"], "fitted to pit.csv"),
-    ],
-)  # fmt: skip
-def test_report_says_what_was_fitted_and_how_well(test, weights, words):
-    found, _ = stated(test)
-    assert sorted(weight for weight, _ in found) == weights, found
-    assert any(words in text for _, text in found), found
-
-
-def test_report_names_a_factor_of_the_case():
-    found, _ = stated({}, factor=1.3, factor_source="input")
-    assert "The case gives a factor of 1.30 for its uncertainty." in found[0][1]
-
-
-def test_report_has_the_groups():
-    _, run = stated({})
-    (table,) = counted_table(run)
-    assert table.lines == (("1 to 4", "500", "510"), ("above 4", "400", "390"))
-    assert not list(counted_table(RunFiles(Path("x"), summary={})))
 
 
 @pytest.fixture

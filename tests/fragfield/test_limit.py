@@ -11,13 +11,12 @@ import pytest
 
 import fragfield
 import fragfield.studies.sweep.work as work
-from fragfield.case import load_case, read_resolved
-from fragfield.errors import InputError
+from fragfield.case import read_resolved
 from fragfield.files.run_directory import RunDirectory
 from fragfield.hazard.recommended import recommended_of
-from fragfield.studies.limit import LimitCriteria, plan_limit
+from fragfield.studies.limit import LimitCriteria
 from fragfield.studies.limit.criteria import judged
-from fragfield.studies.limit.plan import listed_values, round_count
+from fragfield.studies.limit.plan import round_count
 from fragfield.studies.limit.search import limit_of
 from tests.fragfield.short_run import invoke
 
@@ -90,15 +89,6 @@ def computed(monkeypatch):
     return made, law
 
 
-def test_a_range_gives_every_whole_number_and_a_list_what_it_says(case_file):
-    plan = plan_limit(case_file, "stack.count=1..4")
-    assert [(run.values["stack.count"], round_count(run.case)) for run in plan.runs] == [(n, n) for n in (1, 2, 3, 4)]
-    text = ROW.replace('"row"\ncount = 2', '"pallet"\ncounts = [1, 1, 1]')
-    case_file.write_text(text, encoding="utf-8")
-    plan = plan_limit(case_file, "stack.counts=[1,1,1],[2,1,1],[2,3,1]")
-    assert [round_count(run.case) for run in plan.runs] == [1, 2, 6]
-
-
 @pytest.mark.parametrize(
     ("setting", "message"),
     [
@@ -118,12 +108,6 @@ def test_faults_of_the_values_are_refused_before_anything_runs(case_file, comput
     assert done.exit_code == 2
     assert message in done.stderr.replace("\n", " ")
     assert computed[0] == []
-
-
-def test_two_hundred_values_are_allowed_and_no_more():
-    assert listed_values('stack.count = "2..201"') == f"stack.count={','.join(map(str, range(2, 202)))}"
-    with pytest.raises(InputError, match="201 values; allowed: at most 200"):
-        listed_values("stack.count=2..202")
 
 
 @pytest.mark.parametrize(
@@ -269,29 +253,12 @@ def test_a_fall_is_judged_by_two_standard_errors_of_the_difference(drop, words):
         assert f"({words} the statistical error)" in said[0]
 
 
-def test_gaps_and_larger_prescribed_distances_are_said():
-    rows = [row(1, 50.0), row(4, 80.0), row(8, 120.0, met=False)]
-    rows[1]["minimum"] = 381.0
-    words = limit_of(rows, "k", asked=[1, 4, 8])["words"]
-    assert "Nothing between 4 and 8 rounds was asked for." in words
-    assert any(
-        "prescribe 381 m at the limit, more than the recommended 80 m: do not apply less" in one for one in words
-    )
-    assert "Nothing between 4 and 8 rounds was computed." in limit_of(rows, "k", asked=[1, 4, 6, 8])["words"]
-
-
 @pytest.mark.parametrize(("official", "met"), [(90.0, True), (90.1, False)])
 def test_the_official_distance_must_not_exceed_the_given_one_either(official, met):
     summary = {"hazard": {"determined": True, "recommended": 50.0, "standard_error": 1.0},
                "official": {"hazardous_fragment_distance": official}}  # fmt: skip
     found = judged(summary, LimitCriteria(90.0, exposed=False))
     assert found["reasons"] == ([] if met else ["official distance 91 m"])
-
-
-def test_a_mapping_of_values_has_one_key(case_file):
-    with pytest.raises(InputError, match="found 2 keys; allowed: one"):
-        fragfield.run_limit(case_file, {"stack.count": range(1, 3), "seed": [1, 2]}, distance="90 m")
-    assert LimitCriteria.of(load_case(case_file), "0.3 km").distance == pytest.approx(300.0)
 
 
 @pytest.mark.slow

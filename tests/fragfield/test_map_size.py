@@ -13,7 +13,8 @@ import flight
 from fragfield.case import load_case
 from fragfield.case.conversion.stages import flight_arguments
 from fragfield.checking.check import check_report
-from fragfield.hazard.map_edge import _ELEVATIONS, _range, beyond_map_words
+from fragfield.hazard import map_edge
+from fragfield.hazard.map_edge import _ELEVATIONS, _range, beyond_map_words, farthest_throw
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -69,6 +70,28 @@ def test_check_names_the_size_that_a_map_must_have(tmp_path: Path) -> None:
     assert 500.0 < throw <= high == -low < throw + 50.0
     large = check_report(read(tmp_path, high, SITE))["warnings"]
     assert not any("flight.ground.map" in one for one in large), "a map of the size that is named is large enough"
+
+
+@pytest.mark.parametrize("rounds", [1, 3])
+def test_the_farthest_throw_is_that_of_one_piece_in_a_hundred_events(monkeypatch, tmp_path: Path, rounds: int) -> None:
+    """Of a wall of 20 kg and pieces of 10 g: 5 g times ln(100 x 2000)^2; one that is lighter than that flies whole."""
+    case = read(tmp_path, 500.0)
+    case = case.model_copy(update={"round": case.round * rounds})
+    walls = [SimpleNamespace(name="a", mean=0.01, mass=20.0), SimpleNamespace(name="b", mean=0.01, mass=0.3)]
+    seen = []
+    monkeypatch.setattr("fragfield.case.checks.fragment_numbers.expected_means", lambda *_: walls)
+    monkeypatch.setattr(map_edge, "_range", lambda _, mass, speed: seen.extend([mass, speed]) or 2.0 * mass)
+    segments = [{"name": "a", "gurney_speed": 1000.0}, {"name": "b", "gurney_speed": 800.0}]
+    heaviest = {1: 0.744941, 3: 0.885073}[rounds]  # 5 g times 12.20607^2, 13.30468^2
+    assert farthest_throw(case, [{"segments": segments}] * rounds) == pytest.approx(2.0 * heaviest, rel=1e-5)
+    assert seen[0] == pytest.approx([heaviest, 0.3], rel=1e-5)
+    assert seen[1] == pytest.approx([1250.0, 1000.0])
+
+
+@pytest.mark.parametrize(("throw", "warned"), [(499.0, False), (501.0, True)])
+def test_a_map_must_reach_as_far_as_the_farthest_throw(monkeypatch, tmp_path: Path, throw: float, warned: bool) -> None:
+    monkeypatch.setattr(map_edge, "farthest_throw", lambda *_: throw)
+    assert bool(list(map_edge.map_warnings(read(tmp_path, 500.0), []))) == warned
 
 
 def test_a_distance_beyond_the_map_is_not_determined(tmp_path: Path) -> None:

@@ -71,38 +71,6 @@ def test_check_does_not_warn_where_the_mean_mass_is_given():
     assert not any("published mean masses" in line for line in check_report(case)["warnings"])
 
 
-@pytest.mark.parametrize(
-    ("changes", "weight", "words"),
-    [
-        ({}, "note", "follows the law “mott”. It is uncertain by a factor of 1.60 either way"),
-        ({}, "note", "(one geometric standard deviation; validation/mean_mass)"),
-        ({"factor_source": "input", "factor": 1.25}, "note", "a factor of 1.25 either way"),
-        ({"factor_source": "input"}, "note", "(one geometric standard deviation; as given in the case)"),
-        (
-            {"factor": None, "factor_source": "why"},
-            "note",
-            "No factor of its uncertainty is stated: why. Set `break_up.",
-        ),
-        ({"law": "given"}, "note", "The mean fragment mass is given."),
-        (
-            {"outside_data": [{"round": "a", "text": "x"}, {"round": "a", "text": "y"}]},
-            "warning",
-            "No published mean fragment masses are close to round “a”: x; y. No stated factor covers it.",
-        ),
-        ({"outside_data": [{"round": "a", "text": "x"}]}, "note", "Where published data are near, it is uncertain by"),
-        (
-            {"outside_data": [{"round": "a", "text": "x"}], "factor_source": "input"},
-            "note",
-            "“mott”. It is uncertain by",
-        ),
-    ],
-)
-def test_report_states_the_factor_and_what_is_outside(changes, weight, words):
-    found = stated(**changes)
-    assert any(one == weight and words in text for one, text in found), found
-    assert len(found) == (2 if changes.get("outside_data") else 1)
-
-
 def test_runs_of_earlier_versions_state_nothing():
     run = RunFiles(Path("x"), summary={"break_up": {"mass_error": 0.0}})
     assert not any("mean" in item.text for item in findings(run))

@@ -52,7 +52,7 @@ def test_every_output_says_the_same(run):
     folder, printed = run
     hazard = json.loads((folder / "summary.json").read_text())["hazard"]
     shown = math.ceil(hazard["recommended"])
-    assert shown > math.ceil(hazard["expected"]) > 20  # the parts are added: nothing below could be either by chance
+    assert shown > math.ceil(hazard["expected"]) > 20  # so that no output could show the one for the other
     assert _metres(printed) == {shown}
 
     report = (folder / "report.html").read_text(encoding="utf-8")

@@ -11,8 +11,7 @@ from types import SimpleNamespace
 import pytest
 
 from fragfield.terminal.logs import logged, to_stderr
-from fragfield.terminal.progress import COMPILING, ProgressReporter, duration
-from fragfield.terminal.recent_rate import RecentRate
+from fragfield.terminal.progress import COMPILING, ProgressReporter
 
 BURST = SimpleNamespace(
     time=30e-6, end_time=120e-6, step=250, steps_per_second=40.0, cell_steps_per_second=1.4e6, time_step=1e-7,
@@ -57,16 +56,6 @@ def test_a_terminal_shows_stage_time_step_rate_and_time_left(monkeypatch, capsys
     assert "\x1b[?25h" in shown.err, "the cursor is shown again"
 
 
-def test_the_time_left_is_that_of_the_last_seconds():
-    """A pause longer than the window leaves no trace: 5 a second before and after 100 s in which kernels compiled."""
-    rate = RecentRate(window=20.0, minimum=1.0)
-    assert rate.add(0.0, 0.0) is None
-    assert rate.add(0.5, 2.5) is None, "too short to say"
-    assert rate.add(2.0, 10.0) == 5.0
-    assert rate.add(102.0, 10.0) is None, "not 713 h for the rest"
-    assert rate.add(104.0, 20.0) == 5.0
-
-
 def test_a_run_says_that_it_compiles(monkeypatch):
     """Numba's own events: a kernel that is compiled is announced once, whatever it calls, and the stage goes on."""
     import numba
@@ -101,14 +90,6 @@ def test_it_is_closed_on_errors(error, monkeypatch, capsys):
         fail()
     assert "\x1b[?25h" in capsys.readouterr().err
     reporter.burst(BURST)  # late news after the end is of no harm
-
-
-@pytest.mark.parametrize(
-    ("seconds", "text"),
-    [(0.2, "0 s"), (59.4, "59 s"), (200.0, "3 min 20 s"), (3600.0, "1 h 0 min"), (7530.0, "2 h 5 min")],
-)
-def test_times_read_as_people_say_them(seconds, text):
-    assert duration(seconds) == text
 
 
 class OurWarning(UserWarning):

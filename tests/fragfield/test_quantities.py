@@ -96,15 +96,10 @@ def test_a_value_that_is_none_says_what_was_found_and_what_is_allowed(quantity, 
         assert part in message
 
 
-@pytest.mark.parametrize(
-    "text", ["1 m;", "((", "1 m m", "1 // 2 m", "m ** m", "1e", "0x", "'", "1 m\n2", "\u00b5", "9" * 400 + " m"]
-)
+@pytest.mark.parametrize("text", ["1 m;", "((", "1 m m", "m ** m", "1e", "0x", "'", "\u00b5", "9" * 400 + " m"])
 def test_no_text_ends_in_anything_but_a_message(text):
-    try:
-        found = LENGTH.parse(text)
-    except PydanticCustomError as error:
-        found = error.message()
-    assert "allowed:" in found if isinstance(found, str) else math.isfinite(found)
+    with pytest.raises(PydanticCustomError, match="allowed: a length"):
+        LENGTH.parse(text)
 
 
 def test_a_word_may_stand_for_a_value():

@@ -44,7 +44,7 @@ def test_a_study_never_lowers_the_distance(spread):
     alone = recommended_of(HAZARD, grid(4.0))["recommended"]
     with_study = recommended_of(HAZARD, grid(4.0), study(*spread))
     assert with_study["recommended"] >= alone
-    assert with_study["parts"]["inputs"] >= 0.0
+    assert with_study["parts"]["inputs"] == max(spread[1] - max(100.0, spread[0]), 0.0)
 
 
 @pytest.mark.parametrize(

@@ -8,14 +8,11 @@ import numpy as np
 import pytest
 
 from fragfield.case import Case
-from fragfield.report.blocks import Findings, Rows, Table
-from fragfield.report.figures.burst import speed_along_round
-from fragfield.report.figures.drawing import drawing_style
+from fragfield.report.blocks import Rows, Table
 from fragfield.report.findings.findings import findings
 from fragfield.report.reading.run_files import RunFiles, read_run
 from fragfield.report.sections import sections
 from fragfield.report.tables.ignition import ignition_table
-from fragfield.report.tables.inputs import input_tables
 from fragfield.terminal.show import print_summary
 from tests.fragfield.synthetic_run import write_run
 
@@ -64,14 +61,6 @@ ROUND = {"profile": "tube", "explosive": "tnt", "casing": "steel_paper"}
 
 def plain(text):
     return text.replace("\u00a0", " ").replace("\u202f", " ").replace("\u2212", "-")
-
-
-def test_the_arrangement_names_every_place(pallet):
-    found = table(blocks(pallet)["burst"], "Arrangement")
-    assert [line[0] for line in found.lines] == [f"round {letter}" for letter in "ABCDEFGH"]
-    x = [float(plain(line[1])) for line in found.lines]
-    assert x == pytest.approx([190.0 * (k - 3.5) for k in range(8)])
-    assert {line[-1] for line in found.lines} == {"at 0 µs"}
 
 
 def test_ignition_and_initiation_are_reported_in_words():
@@ -123,15 +112,6 @@ def test_a_round_that_was_never_initiated_is_warned_of_once_and_one_initiated_by
     assert "initiated by shock, at 43.2 µs" in reported[1].text
 
 
-def test_rounds_of_one_kind_are_written_once(pallet):
-    titles = [block.title for block in input_tables(read_run(pallet))]
-    assert [title for title in titles if title.startswith("Round")] == ["Rounds “round A” … “round H”, 8 alike"]
-    rounds = [{**ROUND, "name": name, "explosive": fill} for name, fill in (("a", "x"), ("b", "y"), ("c", "x"))]
-    case = Case.model_validate({"burst": {"cell_size": "10 mm"}, "round": rounds})
-    titles = [block.title for block in input_tables(RunFiles(None, case=case))]
-    assert [title for title in titles if title.startswith("Round")] == ["Rounds “a”, “c”", "Round “b”"]
-
-
 def test_every_round_has_its_line_with_the_products_balance(pallet):
     found = table(blocks(pallet)["burst"], "Rounds at the end of the burst")
     assert len(found.lines) == 8
@@ -139,12 +119,6 @@ def test_every_round_has_its_line_with_the_products_balance(pallet):
     assert found.head[-1] == "Products (%)"
     assert [line[-1] for line in found.lines] == ["12", *["99"] * 7]
     assert [plain(line[5]) for line in found.lines[:3]] == ["1,085", "1,095", "1,105"]
-
-
-def test_no_column_is_shown_for_a_balance_that_is_not_known(tmp_path):
-    found = table(blocks(write_run(tmp_path / "run", rounds=2))["burst"], "Rounds at the end of the burst")
-    assert found.head[-1] == "Fastest at (% of length)"
-    assert all(len(line) == len(found.head) for line in found.lines)
 
 
 def test_contact_is_reported_with_its_overlaps_in_millimetres_and_cells(pallet):
@@ -159,20 +133,6 @@ def test_contact_is_reported_with_its_overlaps_in_millimetres_and_cells(pallet):
     assert "Largest overlap with a plane" not in rows, "nothing reached a plane"
 
 
-def test_overlaps_may_come_as_one_number_or_as_several(tmp_path):
-    folder = write_run(tmp_path / "run", rounds=2)
-    assert not [block for block in blocks(folder)["burst"] if getattr(block, "title", "") == "Contact"]
-    burst = {row.name: row for row in table(blocks(folder)["burst"], "Burst").rows}
-    assert plain(burst["Largest overlap in contact"].value) == "110.0 µm"
-    changed(folder, lambda summary: summary["burst"].update(max_penetration={"bonds": 2e-3, "collisions": 1e-4}))
-    found = blocks(folder)
-    rows = {row.name: plain(row.value) for row in table(found["burst"], "Contact").rows}
-    assert rows == {"Max penetration bonds": "2 mm", "Max penetration collisions": "100.0 µm"}
-    assert "Largest overlap in contact" not in {row.name for row in table(found["burst"], "Burst").rows}
-    (reported,) = (block for block in found["warnings"] if isinstance(block, Findings))
-    assert any("overlap by up to 16.7 % of a cell" in item.text for item in reported.items)
-
-
 def test_images_are_named_with_their_rounds(pallet):
     found = table(blocks(pallet)["break-up"], "Fragments by round")
     assert found.head[1] == "Image of"
@@ -183,18 +143,6 @@ def test_images_are_named_with_their_rounds(pallet):
         assert line[2] == f"{len(masses):,}"
         assert float(line[4]) == pytest.approx(1e3 * masses.max(), rel=1e-3)
     assert "value='8; 4 more behind planes of symmetry'" in str(blocks(pallet)["decision"][0])
-
-
-def test_long_stacks_stay_short(pallet):
-    found = blocks(pallet)
-    assert "round A … round H (8 rounds), each" in str(found["decision"][0])
-    segments = [block for block in found["burst"] if getattr(block, "title", "").startswith("Segments of")]
-    assert len(segments) == 4
-    assert segments[0].note.endswith("The first 4 of 8 rounds are shown.")
-    assert len(table(found["break-up"], "Law and sample by segment").lines) == 4 * 3
-    with drawing_style():
-        figure = speed_along_round(read_run(pallet))
-        assert len(figure.axes[0].get_legend().get_texts()) == 8, "the means alone, no pair of lines for each"
 
 
 def reported(case=None, records=(), **burst):
@@ -265,12 +213,6 @@ def test_a_round_that_did_not_detonate_is_named():
     assert len(found) == 1
     assert found[0].startswith("Round “waiting” gave 0 % of its charge's heat")
     assert not any("Round “" in text for _, text in reported(rounds=[{"name": "a"}, {"name": "b"}]))
-
-
-def test_speeds_in_the_table_are_numbers(pallet):
-    for block in blocks(pallet)["burst"]:
-        if isinstance(block, Table) and block.title != "Arrangement":
-            assert all(np.isfinite(float(plain(cell).replace(",", ""))) for line in block.lines for cell in line[2:])
 
 
 def test_hourglass_control_that_shows_in_the_speeds_is_reported():

@@ -61,8 +61,12 @@ def test_pressure_falls_with_distance_and_inverts():
     pressures = [incident_pressure(z) for z in scaled]
     assert all(b < a * 1.003 for a, b in pairwise(pressures))  # joints of the ranges: 0.3 %
     assert pressure_distance(1000.0, 43e3) == pytest.approx(50.0, rel=0.01)
-    assert pressure_distance(1.0, 1e9) is None
-    assert math.isnan(incident_pressure(0.1))
+    for scaled, inside in ((0.1999, False), (0.2001, True), (198.4, True), (198.6, False)):
+        assert math.isfinite(incident_pressure(scaled)) == inside
+    # the fits do not quite meet: a jump is where the table puts it, and nowhere else
+    for joint, jump in ((2.75, False), (2.9, True), (3.05, False), (22.6, False), (23.8, True), (25.0, False)):
+        before, behind = (incident_pressure(joint * (1.0 + side * 1e-9)) for side in (-1.0, 1.0))
+        assert (abs(behind / before - 1.0) > 1e-6) == jump, joint
 
 
 def test_k40_is_the_pressure_its_source_gives():
@@ -80,17 +84,10 @@ def test_danger_areas_agree_with_the_calculator_of_un_saferguard():
     assert distance(of(2e7), "Explosion danger area, public access possible") == pytest.approx(10_446.0, abs=1.6)
 
 
-@pytest.mark.parametrize(("pounds", "feet"), [(0.5, 236.0), (0.1, 236.0), (100.0, 657.5), (450.0, 1242.6)])
+@pytest.mark.parametrize(("pounds", "feet"), [(0.5, 236.0), (97.5, 654.0), (102.5, 667.1), (450.0, 1242.6)])
 def test_fragment_distance_meets_the_printed_ends(pounds, feet):
-    # 236 ft at 0.5 lb and below; both forms meet at 100 lb within 2 ft; 1250 ft from 450 lb on
+    # 236 ft at 0.5 lb and below; the form changes at 100 lb
     assert hazardous_fragment_distance(pounds * POUND) == pytest.approx(feet * FOOT, abs=0.15)
-
-
-def test_fragment_distance_is_continuous_and_bounded():
-    assert hazardous_fragment_distance(99.99 * POUND) == pytest.approx(
-        hazardous_fragment_distance(100.0 * POUND), abs=0.6
-    )
-    assert hazardous_fragment_distance(451.0 * POUND) is None
 
 
 def test_fragment_distance_by_quantity_ends_at_450_pounds():
@@ -173,9 +170,10 @@ def test_rows_are_recognised_from_the_case(tmp_path):
         assert found.clearance == pytest.approx(bore, abs=2e-5)
     three = [("0 m", "0 m"), ("0.3 m", "0.3 m"), ("0.6 m", "0.6 m")]
     assert row_of(tmp_path, *three).in_a_row
-    assert not row_of(tmp_path, *three[:2], ("0.6 m", "0.604 m")).in_a_row
-    assert row_of(tmp_path, *three).at_once
-    assert not row_of(tmp_path, *three, delay="1 us").at_once
+    for aside, holds in (("0.99 mm", True), ("1.01 mm", False)):
+        assert row_of(tmp_path, ("0 m", "0 m"), ("0.3 m", aside), ("0.6 m", "0 m")).in_a_row == holds
+    for delay, holds in (("0.99 ns", True), ("1.01 ns", False)):
+        assert row_of(tmp_path, *three, delay=delay).at_once == holds
     # the image behind a plane of symmetry makes a row of two, and of two rounds side by side a square
     mirror = '[[plane]]\nname = "m"\nkind = "symmetry"\npoint = ["0 m", "0 m", "0 m"]\nnormal = [1, 0, 0]\n'
     imaged = row_of(tmp_path, ("0.2 m", "0 m"), more=mirror)
@@ -225,8 +223,8 @@ def test_a_rule_has_either_a_distance_or_a_reason():
 
 def test_waste_distances_are_those_of_40_cfr_265_382():
     name = "Open detonation"
-    assert [distance(of(lb * POUND), name) for lb in (50, 100, 101, 5000, 30_000, 30_001)] == [
-        204.0, 204.0, 380.0, 530.0, 690.0, None,
+    assert [distance(of(lb * POUND), name) for lb in (50, 100, 101, 1000, 1001, 10_000, 10_001, 30_000, 30_001)] == [
+        204.0, 204.0, 380.0, 380.0, 530.0, 530.0, 690.0, 690.0, None,
     ]  # fmt: skip
 
 
@@ -241,7 +239,7 @@ def test_contents_count_images_and_equivalents():
     assert pair.tnt == pytest.approx(1.11 * pair.explosive)
     assert pair.all_up == pytest.approx(2.0 * pair.largest_round)
     assert one.tnt == pytest.approx(one.explosive)
-    assert 40.0 < one.all_up < 45.0
+    assert one.all_up == pytest.approx(42.4, abs=0.1)  # with 7.2 kg of TNT and the fuze
 
 
 @pytest.mark.parametrize("name", ["comp_b", "Composition B", "COMP-B", "Comp. B", "composition_b"])

@@ -52,17 +52,6 @@ def test_a_sweep_gives_its_runs_and_one_table(calls, tmp_path):
     assert repr(found).endswith("2 runs, 1 failed>")
 
 
-def test_a_sweep_is_that_of_the_command(calls, tmp_path):
-    arguments = ["burst.cell_size=12 mm,15 mm", "round.0.explosive=tnt,comp_b"]
-    done = _invoke("sweep", TUBE, *arguments, "--out", tmp_path / "one", "--json")
-    assert done.exit_code == 0, done.stderr
-    found = fragfield.run_sweep(TUBE, arguments, out=tmp_path / "two", progress=False).found
-    named = [{key: run[key] for key in ("name", "values", "state", "results")} for run in found["runs"]]
-    assert named == [
-        {key: run[key] for key in ("name", "values", "state", "results")} for run in json.loads(done.stdout)["runs"]
-    ]
-
-
 def test_a_case_made_in_python_is_swept_from_its_file(calls, tmp_path):
     case = fragfield.Case.from_toml(TUBE, set={"seed": 11})
     with pytest.raises(fragfield.InputError, match=r"burst\.cell_size: found '12 mm'; needed: a list of its values"):

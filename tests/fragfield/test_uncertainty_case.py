@@ -71,25 +71,6 @@ def test_faults_name_key_found_and_allowed(changes, message):
     assert str(found.value).startswith("case.toml: ")
 
 
-def test_names_and_keys_come_once():
-    with pytest.raises(InputError, match=r"uncertainty.input\[2\].name: found .* again, as uncertainty.input\[1\]"):
-        _case(RADIUS, RADIUS)
-    with pytest.raises(InputError, match=r"radius_ratio is varied by uncertainty.input\[1\] already"):
-        _case(RADIUS, {**RADIUS, "name": "another"})
-
-
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [({"samples": 3}, "uncertainty.samples: found 3; allowed: at least 8"),
-     ({"realisations": 5}, "uncertainty.realisations: found 5; allowed: at least 10"),
-     ({"sample": 100}, 'uncertainty.sample: unknown key (did you mean "samples"?)')],
-)  # fmt: skip
-def test_faults_of_the_table(changes, message):
-    with pytest.raises(InputError) as found:
-        _case(RADIUS, **changes)
-    assert message in str(found.value)
-
-
 @pytest.mark.parametrize(
     ("key", "unit"),
     [("round.*.explosive.heat_of_detonation", "J/kg"), ("round.shell.ignition.0.station", "m"),
@@ -133,10 +114,6 @@ def test_every_built_in_round_has_a_default_set_with_sources(profile, casing):
     assert found["heat of detonation"].distribution.parameters["standard_deviation"] == 0.05
     assert found["heat of detonation"].judgement
     assert found["mean fragment mass"].distribution.parameters["factor"] == 1.6
-
-
-def test_thirteen_inputs_of_the_m107():
-    assert len(inputs_of(load_case(M107))) == 13
 
 
 def test_an_own_input_replaces_the_default_of_its_name_or_key():

@@ -78,35 +78,9 @@ def test_a_run_without_a_study_has_no_section(folder, tmp_path, without_figures)
     assert '<section id="uncertainty">' not in write_report(plain, pictures=False).read_text()
 
 
-def test_the_page_of_its_own(folder, tmp_path):
-    found = _study()
-    text = write_uncertainty_page(tmp_path, folder, found).read_text()
-    keys = re.findall(r'<section id="(\w+)">', text)
-    assert keys == ["uncertainty", "shares", "inputs"]
-    assert "gave no distance" not in text
-    assert "http" not in re.sub(r'xmlns[:a-z]*="[^"]*"', "", text.split("</style>")[1].split("<svg")[0])
-    assert (tmp_path / "figures" / "uncertainty_distribution.svg").is_file()
-
-
-def test_a_grid_that_is_not_included_is_said(folder, tmp_path):
-    found = _study({**SUMMARY, "convergence": {"reason": "no grid convergence: the burst is in three dimensions"}})
-    text = write_uncertainty_page(tmp_path, folder, found).read_text()
-    assert "not included: grid (the burst is in three dimensions)" in text
-
-
 def test_too_few_samples_give_no_result(folder, tmp_path):
     found = _study(lost=range(55))
     assert found["exit_code"] == 3
     assert found["distance"] is None
     text = write_uncertainty_page(tmp_path, folder, found).read_text()
     assert "No result: 5 samples gave a distance; at least 8 are needed." in text
-
-
-def test_places_have_their_own_shares():
-    place = _study()["exposed"][0]
-    assert place["hits"]["nominal"] == 0.01
-    best = max(place["hits"]["indices"], key=lambda one: one["total"])
-    assert best["name"] == "mean fragment mass"
-    assert best["total"] > 0.9
-    assert place["hits"]["spread"]["low"] < 0.01 < place["hits"]["spread"]["high"]
-    assert place["density"]["spread"]["median"] == pytest.approx(2 * place["hits"]["spread"]["median"], rel=0.02)

@@ -13,12 +13,9 @@ from typer.testing import CliRunner
 
 import fragfield.studies.uncertainty.study as study_module
 from fragfield.cli import app
-from fragfield.errors import InputError
 from fragfield.files.run_directory import RunDirectory
-from fragfield.pipeline.chain import Request
 from fragfield.studies.uncertainty.journal import Journal
 from fragfield.studies.uncertainty.results import read_results
-from tests.fragfield.synthetic_run import write_run
 
 ROOT = Path(__file__).parents[2]
 M107, PAIR = ROOT / "cases" / "m107_tnt.toml", ROOT / "cases" / "m107_pair.toml"
@@ -213,25 +210,6 @@ def test_another_study_is_not_mixed_in(made, tmp_path, options, message):
     assert read_results(tmp_path / "out")["design"]["samples"] == 21
 
 
-def test_a_folder_of_something_else_is_refused(made, tmp_path):
-    (tmp_path / "out").mkdir()
-    (tmp_path / "out" / "letter.txt").touch()
-    done = _invoke(tmp_path / "out", "--overwrite")
-    assert done.exit_code == 2
-    assert "holds letter.txt, which is no part of a study" in done.stderr
-    assert (tmp_path / "out" / "letter.txt").is_file()
-    (tmp_path / "run").mkdir()
-    (tmp_path / "run" / "case.toml").touch()
-    assert "a study of uncertainty needs a folder of its own" in _invoke(tmp_path / "run").stderr
-
-
-def test_it_does_not_run_under_mpirun(made, tmp_path, monkeypatch):
-    monkeypatch.setenv("PMI_SIZE", "2")
-    done = _invoke(tmp_path / "out")
-    assert done.exit_code == 2
-    assert "it does not run under mpirun" in done.stderr
-
-
 def test_a_pair_makes_its_few_bursts_first(made, tmp_path):
     requests, _ = made
     done = _invoke(tmp_path / "out", "--samples", 30, "--workers", 2, "--set", "uncertainty.bursts=8", case=PAIR)
@@ -246,35 +224,8 @@ def test_a_pair_makes_its_few_bursts_first(made, tmp_path):
     assert max(found["distance"]["indices"], key=lambda one: one["total"])["name"] == "heat of detonation"
 
 
-@pytest.mark.parametrize(
-    ("settings", "stages", "message"),
-    [
-        (("seed=2",), 3, "found --set or --cell-size with a run directory, whose run is the nominal one"),
-        ((), 2, "has no flight; run `fragfield run"),
-    ],
-)
-def test_a_run_directory_that_cannot_be_the_nominal_run(tmp_path, settings, stages, message):
-    run = write_run(tmp_path / "run", stages=stages)
-    with pytest.raises(InputError) as found:
-        study_module._nominal(Request(run, settings=settings), study_module.StudyOptions(tmp_path / "out"))
-    assert message in str(found.value)
-
-
 def test_a_burst_that_fails_ends_the_study(made, tmp_path):
     made[1].extend([3])
     done = _invoke(tmp_path / "out", "--samples", 30, "--workers", 1, case=PAIR)
     assert done.exit_code == 2
     assert "burst 1 of 12 failed (exit code 3): ended with 3" in done.stderr
-
-
-def test_the_journal_of_another_folder_is_its_own(tmp_path):
-    journal = Journal(tmp_path)
-    journal.begin({"seed": 1}, resume=False, overwrite=False)
-    with journal:
-        journal.add(3, {"exit_code": 0, "results": {"distance": 1.0}})
-        journal.add(4, {"exit_code": 3, "message": "lost"})
-    again = Journal(tmp_path)
-    again.begin({"seed": 1}, resume=True, overwrite=False)
-    assert again.rows == {3: {"exit_code": 0, "results": {"distance": 1.0}}}  # what failed is made again
-    with pytest.raises(InputError, match="differs in seed"):
-        Journal(tmp_path).begin({"seed": 2}, resume=True, overwrite=False)

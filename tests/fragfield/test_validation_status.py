@@ -15,7 +15,7 @@ from fragfield.case.tables.plane import PlaneTable
 from fragfield.errors import InputError
 from fragfield.report.blocks import Paragraph, Table
 from fragfield.report.findings.bearing import STUDIES, bears_on
-from fragfield.report.findings.validation_status import read_record, validation_blocks, validation_words
+from fragfield.report.findings.validation_status import read_record, validation_blocks
 from fragfield.report.reading.run_files import RunFiles
 from validation.__main__ import CASES
 from validation.runs import ROOT
@@ -58,20 +58,6 @@ def test_evidence_is_that_of_the_run_only_from_the_same_clean_source(tmp_path, v
     assert record(tmp_path, row(), revision=recorded).kinship(version, revision) == kinship
 
 
-def test_weight_follows_from_version_and_misses(tmp_path):
-    passed = record(tmp_path, row(), row(passed=None))
-    assert validation_words(passed, run_of("0.1.0", "abcdef012345"))[0] == "good"
-    assert "1 of 1 checks passed" in validation_words(passed, run_of("0.1.0", "abcdef012345"))[1]
-    assert validation_words(passed, run_of("0.1.0", "0"))[0] == "note"
-    weight, words = validation_words(passed, run_of("9.0"))
-    assert weight == "warning"
-    assert "not all computed by version 9.0" in words
-    missed = record(tmp_path, row(), row(passed=False), stopped="the ledger is open")
-    weight, words = validation_words(missed, run_of("0.1.0", "abcdef012345"))
-    assert weight == "note"
-    assert "1 of 2 checks passed, copper_cylinder stopped, computed by the same revision as this result" in words
-
-
 def test_every_miss_is_named_with_its_error_and_source(tmp_path):
     found = record(tmp_path, row("speed at 6 mm"), row(passed=False), row("bound", passed=False, tolerance=0.0))
     paragraph, cases, misses = validation_blocks(found, run_of("0.1.0", "abcdef012345"))
@@ -82,14 +68,6 @@ def test_every_miss_is_named_with_its_error_and_source(tmp_path):
     assert misses.lines[0] == ("copper_cylinder: speed at 19 mm", "1,440 m/s", "1,397 m/s", "−3.1 %", "3.0 %")
     assert misses.lines[1][-2:] == ("−0.0310", "a bound")
     assert "LLNL handbook" in misses.note
-
-
-def test_program_without_a_record_says_so(tmp_path):
-    found = read_record(tmp_path / "nothing.json")
-    weight, words = validation_words(found, run_of())
-    assert weight == "warning"
-    assert "make one by “python -m validation --record”" in words
-    assert len(list(validation_blocks(found, run_of()))) == 1
 
 
 def test_other_files_are_refused(tmp_path):

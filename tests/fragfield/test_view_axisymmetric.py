@@ -8,14 +8,12 @@ import h5py
 import numpy as np
 import pytest
 
-from fragfield.report import read_run, write_report
+from fragfield.report import read_run
 from fragfield.report.findings.burst import _folded_casing_cells
 from fragfield.report.reading.mesh_quality import aspect_ratio, scaled_jacobian
-from fragfield.report.tables.stages import mesh_rows
 from fragfield.view import offscreen_fault
 from fragfield.view.interactive import interactive_fault
 from fragfield.view.scenes import burst_at, burst_states, burst_times, cut, final_burst, section
-from fragfield.view.show import view_run, write_pictures
 from tests.fragfield.synthetic_run import END_TIME, write_run
 
 needs_vtk = pytest.mark.skipif(offscreen_fault() is not None, reason=str(offscreen_fault()))
@@ -101,20 +99,6 @@ def test_pictures_look_as_those_of_hexahedra(run, solid, tmp_path):
     assert (apart > 0.15).mean() < 0.06
     blank = np.abs(pixels[0][:height, :width] - 1.0).max(axis=2)
     assert (blank > 0.15).mean() > 0.2
-
-
-@needs_vtk
-@needs_pages
-def test_pages_and_pictures_are_written(run):
-    burst, _ = view_run(run, html=True)
-    assert 1e5 < burst.stat().st_size < 10e6
-    assert [path.name for path in write_pictures(read_run(run))] == ["picture_of_burst.png", "picture_of_fragments.png"]
-
-
-def test_the_report_is_written_and_names_the_cells(run):
-    page = write_report(run, pictures=False).read_text(encoding="utf-8")  # whose pictures are those written above
-    assert "Quadrilaterals of the meridian" in page
-    assert "180" in str(mesh_rows(read_run(run)).rows[1])
 
 
 def test_quality_of_quadrilaterals():

@@ -42,6 +42,12 @@ def exact(scale, edges=OPEN, share=1.0, dimension=2):
     return FragmentCounts("pit.csv", tuple(edges), tuple(share * number))
 
 
+def of_many_rounds(share):
+    """So many pieces that two standard errors of the scale are less than a thousandth."""
+    counts = exact(1.0, share=share)
+    return replace(counts, number=tuple(1e4 * n for n in counts.number), rounds=1e4)
+
+
 def test_two_open_groups_have_a_closed_form():
     """With the groups [0, a) and above a the share above is exp(-sqrt(a/mu)): mu and its error by hand."""
     below, above, edge = 700.0, 300.0, 5e-3
@@ -174,7 +180,7 @@ def test_a_segment_that_stays_whole_is_one_piece():
 @pytest.mark.parametrize(
     ("values", "message"),
     [
-        ({"edges": (1e-3, 2e-3), "number": (5.0, 4.0)}, "pit.csv: fragments by mass: 9 pieces; at least 20 are needed"),
+        ({"edges": (1e-3, 2e-3), "number": (15.0, 4.0)}, "fragments by mass: 19 pieces; at least 20 are needed"),
         ({"edges": (1e-3, 2e-3), "number": (50.0, 0.0)}, "all pieces lie in one group of mass"),
         ({"edges": (2e-3, 1e-3), "number": (50.0, 4.0)}, "masses must rise from group to group"),
         ({"edges": (-1e-3, 1e-3), "number": (50.0, 4.0)}, "from 0 or more upwards"),
@@ -201,8 +207,8 @@ def test_counts_at_fault_are_refused(values, message):
             FragmentCounts("pit.csv", (1e-3, 2e-3, 4e-3, 8e-3), (10.0, 20.0, 40.0)),
             "these counts determine no mean mass",
         ),
-        (exact(1.0, share=1.3), "hold 130% of the mass of its round (31 kg each); allowed: at most 110%"),
-        (exact(1.0, share=0.4), "where the law has 100% in this range of masses; allowed: at least 50% of that"),
+        (of_many_rounds(1.11), "of the mass of its 10000 rounds (31 kg each); allowed: at most 110%"),
+        (of_many_rounds(0.495), "in this range of masses; allowed: at least 50% of that"),
     ],
 )
 def test_counts_that_do_not_fit_the_round_are_refused(counts, message):
@@ -210,6 +216,12 @@ def test_counts_that_do_not_fit_the_round_are_refused(counts, message):
         fit_counts(counts, segments=SEGMENTS)
     assert message in str(caught.value)
     assert "pit.csv" in str(caught.value)
+
+
+@pytest.mark.parametrize("share", [1.09, 0.505])
+def test_counts_that_just_fit_the_round_are_taken(share):
+    assert fit_counts(of_many_rounds(share), segments=SEGMENTS).completeness == pytest.approx(share, rel=1e-6)
+    assert FragmentCounts("pit.csv", (1e-3, 2e-3), (15.0, 5.0)).pieces == 20.0
 
 
 SMALL = Tube(radial_cells=1, around=16, axial=20)

@@ -119,6 +119,12 @@ def test_few_pieces_never_fewer_than_one():
     assert np.mean(numbers) == pytest.approx(3.4, abs=4 * 0.5 / np.sqrt(4000))
 
 
+@pytest.mark.parametrize(("number", "method"), [(7.9, "few_pieces"), (8.1, "quantile")])
+def test_from_eight_expected_pieces_on_the_law_itself_is_drawn(number, method):
+    _, (draw,) = draws(2, number, 1)
+    assert draw.method == method
+
+
 def test_grades_by_hand():
     """Whole numbers of the differences of N(m), for mu = 1 g, N0 = 100, dm = 1 g, m_0 = 0.
 

@@ -181,15 +181,6 @@ def test_the_study_compares_given_runs(compared):
     assert "ring" in (folder / "made" / "paper_3_2.txt").read_text(encoding="utf-8")
 
 
-def test_the_readme_gets_tables_sentence_and_picture(compared):
-    _, _, given, folder = compared
-    assert set(given) == {"paper_3_2", "paper_3_2_sentence", "paper_3_2_versions"}
-    assert given["paper_3_2"].startswith("| pair over single | ±5° |")
-    assert "half-width" in given["paper_3_2_sentence"]
-    assert "cells of 10 mm, products landau_cj" in given["paper_3_2_versions"]
-    assert (folder / "pictures" / "paper_3_2_ring.png").read_bytes().startswith(b"\x89PNG")
-
-
 def test_an_open_ledger_makes_the_comparison_void(runs, capsys, tmp_path):
     open_run = write_run(tmp_path / "open", ((APART, 0.0, 0.0),), towards_the_sides, energy_error_at_outputs=0.011)
     assert study({"single": runs["single"], "pair": open_run}) == 1

@@ -13,8 +13,6 @@ import pytest
 
 from validation import __main__ as ladder
 from validation import keeping, record
-from validation.mean_mass import study as mean_mass
-from validation.mean_mass.check import check_laws
 from validation.rows import compare, rows_table, within
 from validation.runs import StudyError
 from validation.soundness import all_passed, sound
@@ -117,11 +115,6 @@ def test_the_record_keeps_the_cases_that_were_not_computed_again(kept):
     assert "| `four` | - | - | not computed |" in table
 
 
-def test_a_case_that_had_stopped_is_shown_so():
-    stopped = record.entry(record.Outcome((), "the burst ended with exit code 3"), quick=False)
-    assert "stopped: the burst ended with exit code 3" in record.overview({"one": stopped}, ("one",))
-
-
 def _faulty(options, runs, rows):
     rows += [_row(True), replace(_row(True), quantity="mass")]
     rows.append(1 // 0)
@@ -158,32 +151,6 @@ def test_only_a_whole_result_replaces_the_record(kept, tmp_path, study, argument
     assert not beside.exists()
 
 
-def test_a_fault_is_reported_with_study_place_and_the_rows_before_it(kept):
-    code, words, _ = kept(["--record"], {"one": _faulty, "two": _gives(_row(True))})
-    assert code == 4
-    message = next(line for line in words.splitlines() if line.startswith("validation: one: a fault in "))
-    assert message.startswith("validation: one: a fault in validation/__main__.py:")
-    assert message.endswith(
-        ": ZeroDivisionError: integer division or modulo by zero; "
-        "2 rows were computed before it, the last of them 'mass'"
-    )
-
-
-def test_a_real_study_with_a_fault_keeps_its_rows(monkeypatch, kept, tmp_path):
-    """The laws of the mean mass are compared before a burst is asked for; here that burst has a fault."""
-
-    def run(*_, **__):
-        raise RuntimeError("no burst here")
-
-    monkeypatch.setattr("validation.runs.Runs.run", run)
-    code, words, entries = kept(["--record", "--json"], {"mean_mass": mean_mass.study})
-    assert (code, entries) == (4, {})
-    assert "validation: mean_mass: a fault in validation/mean_mass/study.py:" in words
-    assert ", study: RuntimeError: no burst here; " in words
-    (partial,) = record.read_record(tmp_path / "data" / "validation.partial.json").values()
-    assert [row["quantity"] for row in partial["rows"]] == [row.quantity for row in check_laws()]
-
-
 def test_an_interruption_keeps_what_was_whole_before_it(kept, tmp_path):
     def interrupted(*_):
         raise KeyboardInterrupt
@@ -191,19 +158,6 @@ def test_an_interruption_keeps_what_was_whole_before_it(kept, tmp_path):
     with pytest.raises(KeyboardInterrupt):
         kept(["--record"], {"one": _gives(_row(True)), "two": interrupted})
     assert list(record.read_record(tmp_path / "data" / "validation.json")) == ["one"]
-
-
-@pytest.mark.parametrize("arguments", [["--quick"], []])
-def test_fewer_rows_and_coarse_cells_replace_the_record_where_that_is_asked_for(kept, arguments):
-    kept(["--record"], {"one": _gives(_row(True), _row(True))})
-    code, words, entries = kept(["--record", "--replace", *arguments], {"one": _gives(_row(True))})
-    assert (code, words, len(entries["one"]["rows"])) == (0, "", 1)
-
-
-def test_replace_takes_no_result_with_a_fault(kept):
-    kept(["--record"], {"one": _gives(_row(True))})
-    code, _, entries = kept(["--record", "--replace"], {"one": _stops})
-    assert (code, len(entries["one"]["rows"])) == (3, 1)
 
 
 def test_a_foreign_record_is_refused(tmp_path):

@@ -2,20 +2,14 @@
 
 from __future__ import annotations
 
-import tomllib
-
 import numpy as np
 import pytest
 
 from tests.validation.rings import LOBE, ring
-from validation.m107_pair import check, study
-from validation.m107_pair.check import REFERENCE, convergence_rows, index_of, reading_rows, symmetry_rows
+from validation.m107_pair.check import convergence_rows, index_of, reading_rows, symmetry_rows
 from validation.m107_pair.sectors import fast_speed, focus, mean_speed, per_degree, profile, reading, scatter
-from validation.m107_pair.tables import convergence_table, reading_table, symmetry_table
-from validation.options import Options
 from validation.paper_3_2.ratios import Estimate, integral_above_one
-from validation.rows import Row
-from validation.runs import ROOT, STOPPED, StudyError, changed_case
+from validation.runs import StudyError
 
 SHARE = 2.5  # of the hits in the lobes of 20 degrees, over that of even hits
 FRAGMENTS = 4000
@@ -143,77 +137,3 @@ def test_the_reading_is_extrapolated_beside_the_paper(pair):
     row = reading_rows(turning)[-1]
     assert row.quantity.startswith("finest: peak")
     assert (row.ours, "oscillatory" in row.quantity) == (5.5, True)
-
-
-def test_tables_have_a_line_a_size_and_the_limits(pair):
-    base, burst = focus(pair), {"cells": 20952, "wall_seconds": 4.6}
-    sizes = ["6 mm", "4 mm", "3 mm"]
-    lines = convergence_table(dict.fromkeys(sizes, base), dict.fromkeys(sizes, burst)).splitlines()
-    assert [line.split("|")[1].strip() for line in lines[2:]] == [*sizes, "limit"]
-    assert lines[2].endswith("| 5 s |")
-    found = reading(pair, ring(seed=1, fragments=2000), [5.0])
-    last = reading_table({"3 mm": found}).splitlines()[-1]
-    assert last == "| the paper | 3.63 | 1.833 | - |"
-    table = symmetry_table({"6 mm": {"quarter": profile(pair)}}, {"6 mm": {"quarter": burst}})
-    assert table.splitlines()[-1].startswith("| 6 mm | quarter | 20,952 | 5 s |")
-
-
-@pytest.fixture
-def made(monkeypatch, tmp_path):
-    """A study without bursts: the runs that were asked for; 4 mm in full stops, 2 mm has an open ledger."""
-    asked: list[tuple] = []
-    few = ring(seed=3, fragments=2000, share=SHARE, realisations=3)
-
-    class Runs:
-        def run(self, name, case, size, changes, *, stage, geometry):
-            changes = {**changes, "burst.geometry": geometry}
-            asked.append((name, size, tomllib.loads(changed_case(ROOT / case, changes))))
-            if (name, size) == ("m107_pair_full", "4 mm"):
-                raise StudyError("stopped", STOPPED)
-            return tmp_path / f"{name}_{size}"
-
-    def summary(folder):
-        error = 0.02 if folder.name == "m107_pair_quarter_2 mm" else 0.004
-        return {"burst": {"energy_error_at_outputs": error, "contact_error_at_end": 0.001, "lost_cells": 0,
-                          "cell_size": 6e-3, "cells": 1,
-                          "wall_seconds": 1.0}}  # fmt: skip
-
-    monkeypatch.setattr(study, "summary_of", summary)
-    monkeypatch.setattr(study, "ring_ensemble_of_run", lambda *_, **__: few)
-
-    def make(**options):
-        rows: list[Row] = []
-        study.study(Options(**options), Runs(), rows)
-        return rows, asked
-
-    return make
-
-
-def test_bursts_are_shared_and_one_that_stops_is_missed_and_left_out(made):
-    rows, asked = made()
-    assert len(asked) == len({(name, size) for name, size, _ in asked}) == (3 + 2 * 3) + 3 + 3 + 4
-    assert missed(rows) == ["4 mm, full: burst reaches its end", "2 mm, quarter: energy error at the outputs"]
-    assert not any(row.quantity.startswith("4 mm, full: number") for row in rows)
-    assert any(row.quantity.startswith("1.5 mm against 3 mm: number within 10 deg") for row in rows)
-    cases = {name: case for name, _, case in asked}
-    forms = {"quarter": ("auto", 2), "mirrored": ("off", 1), "full": ("off", 2), "single": ("auto", 1)}
-    geometry = {name: case["burst"]["geometry"] for name, case in cases.items()}
-    assert [name for name, kind in geometry.items() if kind != "3d"] == ["m107_pair_single"]
-    for form, (symmetry, rounds) in forms.items():
-        case = cases[f"m107_pair_{form}"]
-        assert (case["burst"]["symmetry"], len(case["round"])) == (symmetry, rounds)
-    one, other = (cases[name]["round"] for name in ("m107_pair_full", "m107_pair_full_+2_um"))
-    left, right = ([float(row["position"][0].split()[0]) for row in rows] for rows in (one, other))
-    assert np.diff(right) - np.diff(left) == pytest.approx(2e-6, abs=1e-12)
-    assert sum(right) == pytest.approx(0.0, abs=1e-12)
-
-
-def test_the_quick_form_and_one_size_are_small(made):
-    rows, asked = made(quick=True)
-    assert len(asked) == 3 + 2 + 3
-    assert {size for _, size, _ in asked} == set(REFERENCE["convergence"]["quick_sizes"])
-    assert rows
-    asked.clear()
-    assert made(cell_size="6 mm")[1]
-    assert {size for _, size, _ in asked} == {"6 mm"}
-    assert check.NAME == "m107_pair"

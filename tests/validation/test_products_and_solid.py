@@ -16,9 +16,10 @@ from validation.products import check as products
 from validation.products.energies import energy_given, gurney_velocity, progressive_share
 from validation.solid import check as solid
 from validation.solid.bar import Bar, bar_on_wall
+from validation.solid.elastic_tube import QuarterTube, elastic_tube, static_tube
 from validation.solid.impact import Impact, final_length
 from validation.solid.softening import in_shear, in_tension
-from validation.solid.tube import PlasticTube, elastic_tube
+from validation.solid.tube import PlasticTube
 
 pytestmark = pytest.mark.dolfinx
 
@@ -93,9 +94,14 @@ def test_an_open_ledger_voids_the_bar():
     assert row.passed is False
 
 
-def test_the_elastic_tube_is_lames():
-    values = solid.REFERENCE["tube"]
-    tube = elastic_tube(values, 6)
+@pytest.fixture(scope="module")
+def coarse_tube():
+    """Four cells through the wall."""
+    return elastic_tube(solid.REFERENCE["tube"], 4)
+
+
+def test_the_elastic_tube_is_lames(coarse_tube):
+    values, tube = solid.REFERENCE["tube"], coarse_tube
     assert tube.inner_moved == pytest.approx(solid.lame_moved(values, 1.0), rel=2e-3)
     assert tube.hoop == pytest.approx([solid.lame_hoop(values, float(r)) for r in tube.radius], rel=5e-3)
     # In equilibrium the hoop stress carries the pressure: the integral of it over the wall is p a.
@@ -104,9 +110,25 @@ def test_the_elastic_tube_is_lames():
     assert mean == pytest.approx(values["pressure"], rel=1e-3)
 
 
-def test_a_tube_that_has_not_flowed_through_is_not_compared():
+def test_the_static_solve_converges_to_lame_and_the_damped_run_meets_it(coarse_tube):
+    values = solid.REFERENCE["tube"]
+    rows = solid.check_static(coarse_tube, static_tube(values, 2))
+    assert [row.passed for row in rows[2:]] == [True, True], rows
+    load = QuarterTube(values, 4, "full").load
+    assert load.sum(axis=0)[:2] == pytest.approx(2 * [values["pressure"] * values["inner_radius"] * 0.25], rel=1e-12)
+
+
+def test_a_run_that_does_not_meet_the_static_solve_is_a_miss(coarse_tube):
+    values = solid.REFERENCE["tube"]
+    off = replace(coarse_tube, difference=2e-6)
+    assert [row.passed for row in solid.check_static(off, coarse_tube.static)][2:] == [False, False]
+    other = elastic_tube({**values, "pressure": 100.0 * values["pressure"]}, 2)
+    assert other.difference > 1e-5  # geometric nonlinearity
+
+
+def test_a_tube_that_has_not_flowed_through_is_not_compared(coarse_tube):
     still = PlasticTube(np.linspace(1.0, 1.07, 9), np.ones(9), np.ones(9), yielded=False)
-    rows = solid.check_tube(elastic_tube(solid.REFERENCE["tube"], 3), still)
+    rows = solid.check_tube(coarse_tube, still)
     assert rows[-1].quantity == "tube: whole wall flows"
     assert rows[-1].passed is False
 

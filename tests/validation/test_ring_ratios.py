@@ -10,7 +10,6 @@ import pytest
 from flight.hazard.density.ring_counts import RingCounts
 from tests.validation.rings import LOBE, in_lobe, ring
 from validation.paper_3_2.check import REFERENCE, compare_with_mirrored, compare_with_paper, sound
-from validation.paper_3_2.figure import by_azimuth_table, draw
 from validation.paper_3_2.ratios import (
     Estimate,
     beyond,
@@ -23,7 +22,6 @@ from validation.paper_3_2.ratios import (
     sector,
     speed_ratio,
 )
-from validation.paper_3_2.tables import ratio_table
 
 SHARE = 2.5  # of the pair's hits, so that its lobes hold 5 times the single round's
 
@@ -250,21 +248,3 @@ def summary(error=0.004, lost=0, cell_size=3e-3, products="landau_cj", end_time=
 def test_runs_that_may_not_be_compared(pair, fault):
     rows = sound({"single": summary(), "pair": pair})
     assert [row.quantity for row in rows if not row.passed] == ([fault] if fault else [])
-
-
-def test_the_figure_and_its_curves(pair, single, tmp_path):
-    path = draw(pair, single, tmp_path / "pictures" / "ring.png")
-    assert path.read_bytes().startswith(b"\x89PNG")
-    table = by_azimuth_table(pair, single, tmp_path / "by_azimuth.csv")
-    curves = np.genfromtxt(table, delimiter=",", names=True)
-    assert curves["azimuth_deg"].size == 360
-    assert curves["pair_every_height_hits"].sum() == pytest.approx(4000.0, rel=1e-4)
-    assert curves["single_every_height_mean_initial_speed"].mean() == pytest.approx(1000.0, rel=0.01)
-
-
-def test_the_table_of_the_readme(pair, single):
-    lines = ratio_table(pair, single).splitlines()
-    assert lines[0].startswith("| pair over single | ±5° | ±10°")
-    number = next(line for line in lines if line.startswith("| number, every height"))
-    assert float(number.split("|")[2].split("±")[0]) == pytest.approx(5.0, abs=0.15)
-    assert number.endswith("| 3.63 in the focus |")

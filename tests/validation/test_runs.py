@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import json
 import tomllib
-from pathlib import Path
 
 import pytest
 
 from fragfield.case import load_case
 from fragfield.files.run_directory import RunDirectory
-from tests.validation.rings import ring
 from validation.__main__ import main
-from validation.paper_3_2 import scaling, sensitivities
+from validation.paper_3_2 import sensitivities
 from validation.paper_3_2.check import REFERENCE
 from validation.runs import ROOT, Runs, StudyError, changed_case
 
@@ -133,111 +130,3 @@ def test_a_failed_run_ends_the_validation_with_its_code(tmp_path, calls, capsys,
     monkeypatch.setattr("validation.__main__.Runs", lambda *_, **__: Runs(tmp_path))
     assert main(["paper_3_2", "--quick"]) == 3
     assert "paper_3_2_single at 8 mm ended with exit code 3" in capsys.readouterr().err
-
-
-class FakeRuns:
-    """Runs that are remembered, not made; their names stand for their directories."""
-
-    def __init__(self, folder):
-        self.folder, self.made = folder, []
-
-    def run(self, name, case, size, changes=None, *, stage="run", geometry="3d"):
-        """Remember what is asked for."""
-        self.made.append((name, case, size, dict(changes or {})))
-        if name == "paper_3_2_mirrored_friction_40":
-            raise StudyError("stopped", 3)
-        return Path(name)
-
-
-def burst(error=0.004):
-    return {"burst": {"energy_error_at_outputs": error, "lost_cells": 0, "cell_size": 6e-3}}
-
-
-def test_sensitivities_run_the_twin_only_where_the_round_changes(tmp_path, monkeypatch, capsys):
-    def ensemble(folder, rounds, *, seed, realisations):
-        single = "single" in folder.name
-        assert rounds == (1 if single else 2)
-        assert seed == (2 if single else 1)
-        share = 2.5 if "leakage_1_6" in folder.name else 2.0
-        fragments = 1000 if single else 2000
-        return ring(seed, fragments, share=1.0 if single else share, realisations=20)
-
-    fake = FakeRuns(tmp_path)
-    monkeypatch.setattr(sensitivities, "ring_ensemble_of_run", ensemble)
-    monkeypatch.setattr(
-        sensitivities, "summary_of", lambda f: burst(0.02 if f.name.endswith("mirrored_friction_0") else 0.004)
-    )
-    monkeypatch.setattr("validation.__main__.Runs", lambda *_, **__: fake)
-    code = main(["paper_3_2", "--sensitivities", "--realisations", "20", "--json"])
-    rows = json.loads(capsys.readouterr().out)
-    names = [name for name, *_ in fake.made]
-    assert names.count("paper_3_2_single_base") == 1
-    assert sum("_single_" in name for name in names) == 1 + 2 + 2 + 2 + 2  # base, leakage, charge, softening, cells
-    assert sum("_mirrored_" in name for name in names) == len(sensitivities.VARIATIONS)
-    sizes = {name.removeprefix("paper_3_2_"): size for name, _, size, _ in fake.made}
-    assert (sizes["single_cells_4"], sizes["mirrored_cells_8"], sizes["mirrored_gap_half"]) == ("4 mm", "8 mm", "6 mm")
-    changes = {name.removeprefix("paper_3_2_"): given for name, _, _, given in fake.made}
-    assert changes["single_leakage_1_6"] == changes["mirrored_leakage_1_6"] == {"burst.leakage.radius_ratio": 1.6}
-    found = {row["quantity"].split(" (")[0]: row for row in rows}
-    leaking = found["leakage radius 1.6: number ratio within 10 deg"]
-    assert leaking["ours"] == pytest.approx(5.0, rel=0.03)
-    assert leaking["reference"] == pytest.approx(4.0, rel=0.03)
-    assert code == 1  # one ledger is open: void, not compared
-    assert [row["quantity"] for row in rows if row["passed"] is False] == [
-        "friction of casings 0 degrees: energy error, or 0 lost cells",
-        "friction of casings 40 degrees: bursts that stopped",
-    ]
-    table = (tmp_path / "paper_3_2_sensitivities.md").read_text(encoding="utf-8")
-    assert table.startswith("| varied, at 6 mm where nothing else is said | number ratio within 10° |")
-    assert "friction of casings 0 degrees (ledger open, void)" in table
-    assert "| friction of casings 40 degrees (the burst stopped) | - | - | - | - |" in table
-    assert len(table.splitlines()) == 2 + len(sensitivities.VARIATIONS)
-    stored = json.loads((tmp_path / "paper_3_2_sensitivities.json").read_text(encoding="utf-8"))
-    assert stored[1]["variation"] == "leakage_1_6"
-    assert stored[1]["number_ratio_10_deg"] == pytest.approx(leaking["ours"])
-
-
-def _stack(rounds, seconds, memory):
-    return {
-        "burst": {
-            "rounds": [{}] * rounds, "threads": 2, "ranks": 1, "cells": 1000 * rounds, "steps": 500,
-            "cell_steps": 500_000 * rounds, "wall_seconds": seconds, "peak_memory_bytes": memory,
-        }
-    }  # fmt: skip
-
-
-def test_scaling_misses_what_grows_beyond_fifteen_per_cent():
-    summaries = {
-        "single": _stack(1, 10.0, 3.0e8),
-        "pair": _stack(2, 22.0, 3.2e8),
-        "row": _stack(4, 47.0, 3.6e8),
-        "pallet": _stack(8, 80.0, 5.2e8),
-    }
-    rows = {row.quantity: row for row in scaling.rows(summaries)}
-    row = rows["row of 4: wall time a round over the single round's"]
-    assert row.ours == pytest.approx(1.175)
-    assert row.passed is False
-    assert rows["row of 4: core time a cell and step over the single round's"].ours == pytest.approx(1.175)
-    assert rows["pair of 2: wall time a round over the single round's"].passed is True
-    assert rows["pallet of 8: peak memory a round over the single round's"].ours == pytest.approx(5.2 / 8 / 3.0)
-    further = "memory of a further round over that of the pair's second"
-    assert rows[f"row: {further}"].ours == pytest.approx(1.0)
-    assert rows[f"row: {further}"].passed is True
-    assert rows[f"pallet: {further}"].ours == pytest.approx(2.0)
-    assert rows[f"pallet: {further}"].passed is False
-    line = "| pallet | 8 | 1000 | 500 | 10.0 s (1.00) | 40.00 us (1.00) | 65 MB (0.22) | 40.0 MB |"
-    assert line in scaling.table(summaries)
-
-
-def test_scaling_compiles_before_it_measures(tmp_path, monkeypatch, capsys):
-    fake = FakeRuns(tmp_path)
-    rounds = {"single": 1, "pair": 2, "row": 4, "pallet": 8}
-    monkeypatch.setattr(
-        scaling, "summary_of", lambda f: _stack(rounds[f.name.split("_")[-1]], 1.0 * rounds[f.name.split("_")[-1]], 3e8)
-    )
-    monkeypatch.setattr("validation.__main__.Runs", lambda *_, **__: fake)
-    assert main(["paper_3_2", "--scaling", "--json"]) == 0
-    names = [name.removeprefix("paper_3_2_scaling_") for name, *_ in fake.made]
-    assert names == ["warm_up", "single", "pair", "row", "pallet"]
-    assert {size for _, _, size, _ in fake.made[1:]} == {"8 mm"}
-    assert len(json.loads(capsys.readouterr().out)) == 11

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import json
 import tomllib
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from validation.__main__ import main
 from validation.grid import grid_index
-from validation.runs import ROOT, STOPPED, StudyError, changed_case
-from validation.sensitivities import check, figure, study, variations
+from validation.runs import ROOT, changed_case
+from validation.sensitivities import check, variations
 from validation.sensitivities.responses import Response
 
 CASE = ROOT / variations.REFERENCE["case"]
@@ -28,11 +27,6 @@ def test_the_index_of_an_exact_power_holds_its_error(order):
     assert found.limit == pytest.approx(100.0, abs=1e-6)
     finest = 100.0 - 0.3 * 3.375**order
     assert found.index == pytest.approx(1.25 * (100.0 - finest) / finest, rel=1e-6)
-
-
-def test_sizes_count_by_their_ratios_only():
-    values = (90.0, 95.0, 97.0)
-    assert grid_index((6.0, 4.5, 3.375), values).index == pytest.approx(grid_index((16.0, 12.0, 9.0), values).index)
 
 
 def test_an_order_above_that_of_the_scheme_is_not_used():
@@ -100,47 +94,12 @@ def test_heat_and_hourglass_are_multiples_of_the_cases_own():
     }  # fmt: skip
 
 
-def test_names_of_runs_differ_and_a_given_size_is_that_of_all():
-    every = [variations.base(), *ALL]
-    assert len({one.name for one in every}) == len(every)
-    given = variations.parameters(size="10 mm")
-    assert "cell_size" not in {one.name for one in given}
-    assert {one.size for parameter in given for one in parameter.variations} == {"10 mm"}
-
-
 def _response(variation, distance=70.0, speed=980.0, error=1.0, cells=40000):
     draws = distance + error * np.linspace(-1.0, 1.0, 11)
     return Response(variation, speed, 1350.0, np.array([2200, 2220]), distance, draws, cells)
 
 
-def _answers(name, changes):
-    parameter = next(one for one in variations.parameters() if one.name == name)
-    responses = [_response(one, 70.0 + change) for one, change in zip(parameter.variations, changes, strict=True)]
-    return check.Answers(parameter, BASE, tuple(responses))
-
-
 BASE = _response(variations.base())
-
-
-def test_the_longest_bar_comes_first_and_holds_the_base():
-    found = [
-        _answers("softening", (0.5, -0.5)),
-        _answers("heat", (-4.0, -2.0, 2.0, 3.0)),
-        _answers("leakage", (1, 5, 6)),
-    ]
-    empty = check.Answers(variations.parameters()[2], BASE, ())
-    bars = check.tornado([*found, empty])
-    assert [bar.words.split()[0] for bar in bars] == ["heat", "leakage", "softening"]
-    assert [bar.swing for bar in bars] == pytest.approx([7.0, 6.0, 1.0])
-    assert (bars[0].low_value, bars[0].high_value) == ("0.9", "1.1")
-    assert (bars[1].low, bars[1].low_value, bars[1].low_error) == (0.0, "1.75", 0.0)  # the base is its least
-
-
-def test_common_random_numbers_make_differences_sharper_than_values():
-    other = _response(variations.base(), 72.0)
-    assert BASE.error > 0.5
-    assert other.change(BASE) == pytest.approx(2.0)
-    assert other.error_of_change(BASE) == pytest.approx(0.0, abs=1e-12)
 
 
 def test_quadrature_and_hourglass_are_judged_and_the_rest_informs():
@@ -169,114 +128,6 @@ def test_the_grid_index_of_the_mean_speed_is_judged(slope, passed):
     others = [row for row in rows if row.quantity.startswith("grid") and row is not rows[0]]
     assert [row.passed for row in others] == [None, None, None]
     assert all("not converging" in row.source for row in others)  # they do not change at all
-
-
-def test_the_grid_index_needs_its_whole_family():
-    cells = next(one for one in variations.parameters() if one.name == "cell_size")
-    answers = check.Answers(cells, BASE, tuple(_response(one) for one in cells.variations))
-    assert [one.variation.size for one in study._family([answers], BASE)] == ["6 mm", "4.5 mm", "3.375 mm"]
-    short = check.Answers(cells, BASE, tuple(one for one in answers.responses if one.variation.size != "4.5 mm"))
-    assert study._family([short], BASE) == []
-
-
-class MadeUpRuns:
-    """Runs that are remembered, not made."""
-
-    def __init__(self, folder, stops=()):
-        self.folder, self.made, self.stops = folder, [], stops
-
-    def run(self, name, case, size, changes=None, *, stage="run", geometry="3d"):
-        """Remember what is asked for; some stop."""
-        assert (case, stage) == (variations.REFERENCE["case"], "burst")
-        self.made.append((name, size, dict(changes)))
-        if name in self.stops:
-            raise StudyError("stopped", STOPPED)
-        return Path(name)
-
-
-def _summary(folder):
-    error = 0.02 if "softening" in folder.name else 0.004
-    return {
-        "burst": {
-            "energy_error_at_outputs": error, "contact_error_at_end": 0.001, "lost_cells": 0, "cell_size": 6e-3,
-            "acceleration_complete": 1.7e-4,
-            "end_time": 2e-4, "cells": 40000,
-        }
-    }  # fmt: skip
-
-
-def _touched(path):
-    path.touch()
-    return path
-
-
-def _run(monkeypatch, tmp_path, arguments, stops=()):
-    fake = MadeUpRuns(tmp_path, stops)
-    cells = {"8 mm": 18000, "6 mm": 42000, "4.5 mm": 99000, "3.375 mm": 235000}
-
-    def respond(folder, variation, burst, realisations, threads):
-        assert realisations == variations.REFERENCE["quick_realisations" if "--quick" in arguments else "realisations"]
-        moved = 4.0 - variation.value if variation.parameter == "prefactor" else 0.0
-        return _response(variation, 70.0 + moved, cells=cells.get(variation.size, 5000))
-
-    monkeypatch.setattr(study, "draw", lambda answers, ends, path: _touched(path))
-    monkeypatch.setattr(study, "draw_tornado", lambda bars, base, path: _touched(path))
-    monkeypatch.setattr(study, "summary_of", _summary)
-    monkeypatch.setattr(study, "respond", respond)
-    monkeypatch.setattr("validation.__main__.Runs", lambda *_, **__: fake)
-    return main(["sensitivities", "--json", *arguments]), fake
-
-
-def test_a_burst_that_stops_or_is_open_is_reported_and_the_others_go_on(monkeypatch, tmp_path, capsys):
-    code, fake = _run(monkeypatch, tmp_path, [], stops=("sensitivities_quadrature_8",))
-    rows = json.loads(capsys.readouterr().out)
-    assert code == 1
-    missed = [row["quantity"] for row in rows if row["passed"] is False]
-    assert missed[0] == "points of a casing's cell 8: bursts that stopped"
-    assert missed[1:] == [f"softening limits {value}: energy error at the outputs" for value in ("0.25", "1")]
-    assert not any("softening" in row["quantity"] for row in rows if "speed" in row["quantity"])
-    names = [name for name, *_ in fake.made]
-    assert len(names) == len(set(names))  # every burst once
-    assert not any("prefactor" in name for name in names)  # needs none
-    assert all(changes["burst.stop"] == "time" for *_, changes in fake.made)
-    made = sorted(path.name for path in tmp_path.glob("*.png"))
-    drawn = ("cell_size", "heat", "hourglass", "leakage", "prefactor", "tornado")
-    assert made == [f"sensitivities_{name}.png" for name in drawn]
-    table = (tmp_path / "sensitivities.md").read_text(encoding="utf-8")
-    assert "| Mott's factor 6 | 980 | 1350 | 2210 | 68.0 ± 0.7 | -2.0 ± 0.0 |" in table
-
-
-def test_a_base_that_stops_ends_the_study_with_its_code(monkeypatch, tmp_path, capsys):
-    code, _ = _run(monkeypatch, tmp_path, [], stops=("sensitivities_base",))
-    assert code == STOPPED
-    assert capsys.readouterr().err == "validation: sensitivities: stopped; no row was computed before it\n"
-
-
-def test_the_quick_study_is_a_few_coarse_bursts(monkeypatch, tmp_path, capsys):
-    code, fake = _run(monkeypatch, tmp_path, ["--quick"])
-    rows = json.loads(capsys.readouterr().out)
-    assert code == 0
-    assert len(fake.made) <= 4
-    assert {size for _, size, _ in fake.made} == {"12 mm"}
-    assert not any("grid convergence" in row["quantity"] for row in rows)
-
-
-def test_axes_are_shared_so_that_what_is_flat_looks_flat():
-    flat, steep = _answers("hourglass", (0.0, 0.0)), _answers("softening", (7.0, -14.0))
-    ends = figure.scales([flat, steep])
-    assert ends["distance"][0] < 0.8
-    assert ends["distance"][1] > 1.1
-    low, high = ends["mean_speed"]  # all alike: a narrow axis about them, not none
-    assert 0.98 < low < 1.0 < high < 1.02
-
-
-def test_both_kinds_of_figures_are_drawn(tmp_path):
-    answers = _answers("leakage", (-1.0, 2.0, 3.0))
-    drawn = [
-        figure.draw(answers, figure.scales([answers]), tmp_path / "leakage.png"),
-        figure.draw_tornado(check.tornado([answers]), BASE, tmp_path / "tornado.png"),
-    ]
-    assert all(path.read_bytes().startswith(b"\x89PNG") for path in drawn)
 
 
 @pytest.mark.slow

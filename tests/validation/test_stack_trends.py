@@ -8,21 +8,17 @@ import h5py
 import numpy as np
 import pytest
 
-from validation.options import Options
-from validation.rows import Row
-from validation.runs import ROOT, STOPPED, Runs, StudyError
+from validation.runs import ROOT, StudyError
 from validation.stack_trends.check import (
     REFERENCE,
     Focus,
     count_rows,
     delay_rows,
-    end_row,
     focus_of,
     gap_rows,
     speed_row,
     varied,
 )
-from validation.stack_trends.study import _Stacks, study
 
 SINGLE = Focus(share=20 / 180, half_angle=45.0, lean=0.0, place=0.0, fastest=1000.0)
 TEXT = (ROOT / REFERENCE["case"]).read_text(encoding="utf-8")
@@ -113,51 +109,3 @@ def test_the_case_is_written_with_other_numbers():
     assert case["burst"]["end_time"] == "130 us"
     with pytest.raises(StudyError, match="must have 'count = 2' once"):
         varied(text, count=2, gap=0.1, delays=[0.0, 0.0], end=1e-4)
-
-
-def test_a_delay_whose_burst_stops_is_a_row_that_is_missed_and_the_others_count(monkeypatch):
-    """Of a pair with one delay one burst stops: that is missed; what cannot be read is a fault and ends the study."""
-    stacks = _Stacks(None, "8 mm")
-    codes = iter([STOPPED, 2])
-
-    def summary(self, name, **changes):
-        raise StudyError("no more", next(codes))
-
-    monkeypatch.setattr(_Stacks, "summary", summary)
-    found = [stacks.focus_or_stop("left_40_us", (40e-6, 0.0)), focus()]
-    row = end_row(40e-6, found)
-    assert found[0] is None
-    assert (row.quantity, row.ours, row.passed) == ("delay 40 us: bursts that reach their end, of 2", 1, False)
-    assert end_row(10e-6, [focus(), focus()]).passed
-    with pytest.raises(StudyError):
-        stacks.focus_or_stop("right_40_us", (0.0, 40e-6))
-
-
-@pytest.mark.parametrize("error", [None, 0.02])
-def test_a_fault_leaves_the_rows_before_it_and_a_burst_that_is_not_sound_makes_all_void(monkeypatch, tmp_path, error):
-    """The first burst with a delay has a fault; in the second form the pair's energy does not balance."""
-    given = snapshot(tmp_path / "burst_snapshot.h5", np.linspace(-60.0, 60.0, 500))
-
-    def run(self, name, *_, **__):
-        if "_us" in name:
-            raise RuntimeError("no delay")
-        return tmp_path / ("open" if error and "gap" in name else "closed")
-
-    def summary(folder):
-        found = error if folder.name == "open" else 0.004
-        errors = {"energy_error_at_outputs": found, "contact_error_at_end": 0.001}
-        return {"burst": {**errors, "lost_cells": 0, "cell_size": 6e-3, "max_initial_speed": 1000.0}}
-
-    monkeypatch.setattr(Runs, "run", run)
-    monkeypatch.setattr("validation.stack_trends.study.summary_of", summary)
-    monkeypatch.setattr("validation.stack_trends.study.focus_of", lambda _: focus_of(given))
-    rows: list[Row] = []
-    with pytest.raises(RuntimeError, match="no delay"):
-        study(Options(quick=True), Runs(tmp_path), rows)
-    names = {row.quantity for row in rows}
-    if error:
-        assert all(name.startswith("gap_") and name.endswith("energy error at the outputs") for name in names)
-    else:
-        assert "fastest of the focus over the single round's largest" in names
-        assert any(name.startswith("row of ") for name in names)
-    assert names

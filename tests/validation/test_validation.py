@@ -4,17 +4,12 @@ from __future__ import annotations
 
 import json
 
-import h5py
-import numpy as np
 import pytest
 
 from validation.__main__ import main
 from validation.grid import convergence
-from validation.paper_3_1.check import REFERENCE, check, readme_tables
-from validation.readme import insert_tables
+from validation.paper_3_1.check import REFERENCE, check
 from validation.rows import compare, within
-
-ALONG = ("mean_speed", "max_speed", "outer_diameter", "casing_mass")
 
 
 def _summary(speed=1050.0, error=0.004, cell_size=3e-3):
@@ -75,28 +70,6 @@ def test_case_3_1_fails_outside_the_ten_per_cent():
     by_name = {row.quantity: row for row in check(_summary(speed=0.89 * REFERENCE["mean_initial_speed"]))}
     assert by_name["mean initial speed"].passed is False
     assert by_name["diameter at the end"].passed is True
-
-
-def test_tables_of_the_readme_stand_between_their_marks(tmp_path):
-    readme = tmp_path / "README.md"
-    readme.write_text("a\n<!-- begin paper_3_1 -->\nold\n<!-- end paper_3_1 -->\nb\n", encoding="utf-8")
-    rows = np.zeros(20, dtype=[(name, float) for name in ("station", *ALONG)])
-    rows["station"], rows["casing_mass"] = 0.66 * (np.arange(20) + 0.5) / 20, 1.0
-    rows["mean_speed"] = rows["max_speed"] = 1000.0 + 10.0 * np.arange(20)
-    with h5py.File(tmp_path / "burst_snapshot.h5", "w") as file:
-        file["rounds/0/along"] = rows
-        file["rounds/0"].attrs["length"] = 0.66
-    summaries = {"8 mm": _summary(1000.0, cell_size=8e-3), "3 mm": _summary()}
-    tables = readme_tables(summaries, tmp_path / "burst_snapshot.h5")
-    assert "| mean (m/s) | 1005 | 1025 |" in tables["paper_3_1_along"]
-    insert_tables({"paper_3_1": tables["paper_3_1"]}, readme)
-    text = readme.read_text(encoding="utf-8")
-    assert "old" not in text
-    assert "1050 m/s (-4.5 %)" in text
-    assert text.startswith("a\n<!-- begin")
-    assert text.endswith("<!-- end paper_3_1 -->\nb\n")
-    with pytest.raises(ValueError, match="no marks for the table other"):
-        insert_tables({"other": "x"}, readme)
 
 
 def test_a_finished_run_is_compared_from_the_command_line(tmp_path, capsys):

@@ -4,16 +4,29 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from validation.files import reference_beside
 from validation.rows import Row, compare, within
 
 if TYPE_CHECKING:
     from validation.solid.bar import Bar
+    from validation.solid.elastic_tube import ElasticTube, StaticTube
     from validation.solid.impact import Impact
     from validation.solid.softening import Softening
-    from validation.solid.tube import ElasticTube, PlasticTube
+    from validation.solid.tube import PlasticTube
 
-__all__ = ["NAME", "REFERENCE", "check_bar", "check_impact", "check_softening", "check_tube", "lame_hoop", "lame_moved"]
+__all__ = [
+    "NAME",
+    "REFERENCE",
+    "check_bar",
+    "check_impact",
+    "check_softening",
+    "check_static",
+    "check_tube",
+    "lame_hoop",
+    "lame_moved",
+]
 
 NAME = "solid"
 REFERENCE = reference_beside(__file__)
@@ -60,17 +73,41 @@ def check_tube(elastic: ElasticTube, plastic: PlasticTube) -> list[Row]:
         ("inner", values["inner_radius"], elastic.inner_moved),
         ("outer", values["outer_radius"], elastic.outer_moved),
     ):
-        wanted = 1e6 * lame_moved(values, radius)
-        rows.append(compare(NAME, f"tube: {words} displacement", 1e6 * moved, wanted, allowed, source, "um"))
-    innermost = lame_hoop(values, float(elastic.radius[0])) / 1e6
+        wanted = 1e9 * lame_moved(values, radius)
+        rows.append(compare(NAME, f"tube: {words} displacement", 1e9 * moved, wanted, allowed, source, "nm"))
+    innermost = lame_hoop(values, float(elastic.radius[0])) / 1e3
     quantity = "tube: hoop stress of the innermost cell"
-    rows.append(compare(NAME, quantity, float(elastic.hoop[0]) / 1e6, innermost, allowed, source, "MPa"))
+    rows.append(compare(NAME, quantity, float(elastic.hoop[0]) / 1e3, innermost, allowed, source, "kPa"))
     flows = within(NAME, "tube: whole wall flows", float(plastic.yielded), 1.0, 1.0, _OWN)
     rows.append(flows)
     if flows.passed:
         quantity = "tube: plastic pressure over 2 tau_c ln(b/a)"
         rows.append(compare(NAME, quantity, plastic.ratio, 1.0, allowed, values["plastic_source"]))
     return rows
+
+
+def check_static(elastic: ElasticTube, coarse: StaticTube) -> list[Row]:
+    """The static solve by PETSc against Lame, its order with `coarse` of cells twice as large; the damped run."""
+    values, allowed = REFERENCE["tube"], REFERENCE["allowed"]
+    fine, source = elastic.static, values["elastic_source"]
+    exact = lame_moved(values, values["inner_radius"])
+    order = float(np.log2(abs(coarse.inner_moved - exact) / abs(fine.inner_moved - exact)))
+    outer, ours = lame_moved(values, values["outer_radius"]), fine.outer_moved
+    quantity = "tube: damped run with 2x2x2 points, largest difference of a node"
+    return [
+        compare(
+            NAME,
+            "tube by PETSc: inner displacement",
+            1e9 * fine.inner_moved,
+            1e9 * exact,
+            allowed["tube"],
+            source,
+            "nm",
+        ),
+        compare(NAME, "tube by PETSc: outer displacement", 1e9 * ours, 1e9 * outer, allowed["tube"], source, "nm"),
+        within(NAME, "tube by PETSc: order of convergence", order, *allowed["tube_order"], source),
+        within(NAME, quantity, elastic.difference, 0.0, allowed["tube_difference"], values["static_source"]),
+    ]
 
 
 def check_impact(label: str, impact: Impact, expected_length: float) -> list[Row]:

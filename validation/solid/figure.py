@@ -17,9 +17,9 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from validation.solid.bar import Bar
+    from validation.solid.elastic_tube import ElasticTube
     from validation.solid.impact import Impact
     from validation.solid.softening import Softening
-    from validation.solid.tube import ElasticTube
 
 __all__ = ["draw"]
 
@@ -39,9 +39,9 @@ def draw(
         _draw_bar(waves, bar)
         values = REFERENCE["tube"]
         radii = np.linspace(values["inner_radius"], values["outer_radius"], 80)
-        hoop.plot(radii, [lame_hoop(values, float(one)) / 1e6 for one in radii], label="Lamé", **_EXACT)
-        hoop.plot(tube.radius, tube.hoop / 1e6, "o", color=INK, markersize=3.5, label="cells")
-        hoop.set(title="(b) elastic tube", xlabel="Radius (m)", ylabel="Hoop stress (MPa)", ylim=(0, None))
+        hoop.plot(radii, [lame_hoop(values, float(one)) / 1e3 for one in radii], label="Lamé", **_EXACT)
+        hoop.plot(tube.radius, tube.hoop / 1e3, "o", color=INK, markersize=3.5, label="cells")
+        hoop.set(title="(b) elastic tube", xlabel="Radius (m)", ylabel="Hoop stress (kPa)", ylim=(0, None))
         hoop.legend(loc="upper right")
         start = REFERENCE["impact"]
         width, height = 1e3 * start["radius"], 1e3 * start["length"]

@@ -7,7 +7,15 @@ from typing import TYPE_CHECKING
 import numba
 
 from validation.figures import keep_picture
-from validation.solid.check import NAME, REFERENCE, check_bar, check_impact, check_softening, check_tube
+from validation.solid.check import (
+    NAME,
+    REFERENCE,
+    check_bar,
+    check_impact,
+    check_softening,
+    check_static,
+    check_tube,
+)
 
 if TYPE_CHECKING:
     from validation.options import Options
@@ -30,10 +38,11 @@ def study(options: Options, runs: Runs, rows: list[Row]) -> None:
 
 def _compute(options: Options, runs: Runs, rows: list[Row]) -> None:
     from validation.solid.bar import bar_on_wall
+    from validation.solid.elastic_tube import elastic_tube, static_tube
     from validation.solid.figure import draw
     from validation.solid.impact import final_length, impact
     from validation.solid.softening import in_shear, in_tension
-    from validation.solid.tube import elastic_tube, plastic_tube
+    from validation.solid.tube import plastic_tube
 
     cells = "quick_cells" if options.quick else "cells"
     bar = bar_on_wall(REFERENCE["bar"], REFERENCE["bar"][cells])
@@ -41,6 +50,7 @@ def _compute(options: Options, runs: Runs, rows: list[Row]) -> None:
     values = REFERENCE["tube"]
     elastic, plastic = elastic_tube(values, values[cells]), plastic_tube(values, values[cells])
     rows += check_tube(elastic, plastic)
+    rows += check_static(elastic, static_tube(values, values[cells] // 2))
     values = REFERENCE["impact"]
     expected = final_length(values)
     counts = [values["quick_core_cells"]] if options.quick else [values["quick_core_cells"], values["core_cells"]]

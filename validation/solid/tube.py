@@ -1,4 +1,4 @@
-"""A thick-walled tube in plane strain under inner pressure: elastic (Lame) and fully plastic (Tresca)."""
+"""A thick-walled tube in plane strain under inner pressure, fully plastic (Tresca)."""
 
 from __future__ import annotations
 
@@ -18,21 +18,10 @@ if TYPE_CHECKING:
     from burst_fenicsx.mechanics.solver import BurstSolver
     from burst_fenicsx.problem import BurstSettings, CasingMaterial
 
-__all__ = ["ElasticTube", "PlasticTube", "elastic_tube", "plastic_tube"]
+__all__ = ["PlasticTube", "plastic_tube"]
 
-_RELAXED = 40.0  # passages of the wall by a wave until the damped tube is at rest
 _START, _RAMP = 0.05, 0.2  # the drive begins at this share of its speed and has it after this share of the way
 _FLOWS = 0.8  # of the way; from there on the whole wall flows
-
-
-@dataclass(frozen=True, eq=False)
-class ElasticTube:
-    """Radial displacement of the inner and the outer surface (m), hoop stress (Pa) at the cells' radii (m)."""
-
-    inner_moved: float
-    outer_moved: float
-    radius: NDArray[np.float64]
-    hoop: NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,40 +78,6 @@ class _Sector:
     def face(self, radius: float) -> float:
         """Area (m2) of the flat inner face, as the held planes let it be felt along the radii through its edges."""
         return 2.0 * radius * np.sin(0.5 * self.angle) * self.height * np.cos(0.5 * self.angle)
-
-
-def elastic_tube(values: Mapping[str, Any], cells: int) -> ElasticTube:
-    """Press the tube from within and let damping bring it to rest."""
-    material = elastic(values)
-    pressed: list[_Sector] = []
-
-    def press(_: float, force: NDArray[Any]) -> None:
-        if pressed:
-            sector = pressed[0]
-            each = values["pressure"] * sector.face(values["inner_radius"]) / len(sector.inner)
-            force[sector.inner] += each * sector.outward
-
-    # Twice the frequency of the breathing ring, about sqrt(E/rho) over the mean radius: critical damping.
-    bar_speed = np.sqrt(material.elastic_modulus / material.density)
-    breathing = 2.0 * bar_speed / (values["inner_radius"] + values["outer_radius"])
-    sector = _Sector(values, cells, material, replace(SETTINGS, damping=2.0 * breathing), external=press)
-    pressed.append(sector)
-    solver, fields = sector.solver, sector.solver.fields
-    while solver.time < _RELAXED / breathing:
-        solver.step()
-    place = fields.nodes.position[fields.mesh.dofmap].mean(axis=1)
-    radius = np.hypot(place[:, 0], place[:, 1])
-    stress = fields.solid.stress[: len(radius), 0]
-    # Across the radius through the sector's middle.
-    x, y = -np.sin(0.5 * sector.angle), np.cos(0.5 * sector.angle)
-    hoop = x * x * stress[:, 0] + y * y * stress[:, 1] + 2.0 * x * y * stress[:, 3]
-    order = np.argsort(radius)
-    return ElasticTube(
-        sector.radius(sector.inner) - values["inner_radius"],
-        sector.radius(sector.outer) - values["outer_radius"],
-        radius[order],
-        hoop[order],
-    )
 
 
 def plastic_tube(values: Mapping[str, Any], cells: int) -> PlasticTube:

@@ -45,6 +45,7 @@ def settings_in(case: Case, geometry: Geometry) -> BurstSettings:
         acceleration_window=table.acceleration_window,
         time_limit=table.time_limit,
         output_interval=table.output.interval,
+        nodal_stress=table.output.nodal_stress,
         energy_tolerance=table.energy_tolerance,
         damping=table.damping,
         time_step=TimeStep(**table.time_step.model_dump()),

@@ -89,6 +89,8 @@ class OutputTable(Table):
 
     interval: Time = 10e-6
     """Simulated time between two states of burst.xdmf."""
+    nodal_stress: bool = False
+    """Whether burst.xdmf has the stress projected to the nodes as well, for smooth contours."""
 
 
 class BurstTable(Table):
