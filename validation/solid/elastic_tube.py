@@ -101,7 +101,7 @@ class QuarterTube:
         pressed = ufl.Measure("ds", domain=own.domain, subdomain_data=tags, metadata=_GAUSS)(1)
         test = ufl.TestFunction(own.vector_space)
         form = compat.form(-pressure * ufl.inner(ufl.FacetNormal(own.domain), test) * pressed)
-        return np.array(dolfinx.fem.assemble_vector(form).array).reshape(-1, 3)[own.dolfinx_node]
+        return np.array(dolfinx.fem.assemble_vector(form).array).reshape(-1, 3)
 
     def rest(self) -> NDArray[np.float64]:
         """Displacements (nodes, 3) in m when damping has brought the pressed tube to rest."""
@@ -134,10 +134,9 @@ class QuarterTube:
         pressure.diagonalScale(L=PETSc.Vec().createWithArray(bulk / volume, comm=PETSc.COMM_SELF))
         stiffness = dilatation.transposeMatMult(pressure)
         stiffness.axpy(1.0, distortion)
-        fixed = np.concatenate([3 * own.dolfinx_node[nodes] + i for i, nodes in enumerate(self._held)])
+        fixed = np.concatenate([3 * nodes + i for i, nodes in enumerate(self._held)])
         stiffness.zeroRowsColumns(fixed.astype(np.int32), diag=2.0 * shear * own.domain.geometry.x.max())
-        force = np.empty_like(self.load)
-        force[own.dolfinx_node] = self.load
+        force = self.load.copy()
         force.reshape(-1)[fixed] = 0.0
         solver = PETSc.KSP().create(PETSc.COMM_SELF)
         solver.setOperators(stiffness)
@@ -150,7 +149,7 @@ class QuarterTube:
         )
         if solver.getConvergedReason() <= 0:
             raise RuntimeError(f"PETSc's conjugate gradients stopped after {solver.getIterationNumber()} iterations")
-        return moved[own.dolfinx_node]
+        return moved
 
     def radial(self, nodes: NDArray[np.integer], moved: NDArray[np.float64]) -> float:
         """Mean outward displacement (m) of nodes, of displacements (all nodes, 3)."""
