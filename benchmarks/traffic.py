@@ -72,7 +72,7 @@ TRAFFIC = (
     Moved("solid", "volume_strain", "cells", 2, _SOLID),
     Moved("solid", "hourglass", "blocks", 2, _SOLID),
     Moved("solid", "softening_scale", "slots", 1, _SOLID),
-    Moved("solid", "released", "slots", 1, _SOLID),
+    Moved("solid", "eroded", "slots", 1, _SOLID),
     Moved("charge", "pressure", "cells", 2, _CHARGE),
     Moved("charge", "burn_fraction", "cells", 2, _CHARGE),
     Moved("charge", "energy", "cells", 2, _CHARGE),

@@ -44,7 +44,7 @@ def test_every_part_gets_the_numbers_of_its_material():
     solid, charge, density = material_tables(rounds, settings, products, [3100.0, 3200.0])
     assert density.tolist() == [7850.0, TNT.density, 3100.0, 7850.0, TNT.density, 3200.0]
     assert (Part.CASING, Part.CHARGE, Part.FUZE) == (0, 1, 2)
-    assert solid[3].tolist() == [210e9, 0.3, 8e8, 8e8, 2.5, 0.0, 0.1, 1.5, 0.3, 0.4]
+    assert solid[3].tolist() == [210e9, 0.3, 8e8, 8e8, 2.5, 0.0, 0.1, 1.5, 0.3, 0.4, 7850.0]
     assert (solid[[1, 4]] == 0.0).all()
     assert (charge[[0, 2, 3, 5]] == 0.0).all()
     assert solid[2, :4].tolist() == [

@@ -193,8 +193,8 @@ def test_summary_and_report_state_the_attitude(mixed, tmp_path):
     done = invoke("report", tmp_path / "out")
     assert done.exit_code == 0, done.stderr
     page = (tmp_path / "out" / "report.html").read_text()
-    first = page.index("Attitude: mixed attitudes, the distance is that of the worst: inclined by")
+    first = page.index("mixed attitudes, the distance is that of the worst: inclined by")
     assert first < page.index("Limits of validity")
-    assert "Annex: expected distance by attitude" in page
+    assert "Distance by attitude" in page
     assert (tmp_path / "out" / "figures" / "attitude_curve.svg").is_file()
     assert "in every direction: worst attitude" in page

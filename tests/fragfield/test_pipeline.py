@@ -133,7 +133,9 @@ def test_an_ensemble_is_flown_and_its_first_realisation_is_that_of_the_files(who
     number = load_case(short_case).break_up.realisations
     assert number == summary["break_up"]["realisations"] <= found.realisations == summary["flight"]["realisations"]
     assert summary["hazard"]["realisations"] == found.expected.realisations >= found.realisations
-    assert found.headline.items() <= summary["hazard"].items()
+    own, stored = found.headline, summary["hazard"]
+    assert own.pop("without_ricochet").items() <= stored["without_ricochet"].items()
+    assert own.items() <= stored.items()
     assert summary["hazard"]["basis"] == "all_azimuths"
     assert summary["hazard"]["determined"] is True
     number = found.realisations
@@ -164,7 +166,7 @@ def test_one_realisation_leaves_nothing_of_an_earlier_ensemble(run_copy, short_c
     assert (hazard["realisations"], hazard["converged"], hazard["upper"]) == (1, False, None)
     assert "set break_up.realisations" in done.stderr
     reported = invoke("info", run_copy).stdout
-    assert "no upper bound: 1 realisation; over all azimuths" in reported
+    assert "1 realisation; over all azimuths" in reported
 
 
 @pytest.mark.dolfinx

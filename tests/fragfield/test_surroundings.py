@@ -197,7 +197,7 @@ def test_flight_of_ones_own_fragments_to_the_report(folder) -> None:
     for words in (
         "Hits on barricade “bank”",
         "Hits on building “store”",
-        "The same without ricochet",
+        "Recommended, without ricochet",
         "First realisation.",
     ):
         assert words in page
