@@ -90,7 +90,7 @@ class StackTable(Table):
     counts: Annotated[tuple[int, int, int] | None, _Counts()] = None
     """Rounds of a pallet along x, along y and of layers."""
     gap: Annotated[float, Quantity("m", "21.7 mm", minimum=0.0)]
-    """Clear distance between neighbours, at their largest diameters; 0 mm: as near as the corners of the meshes allow."""
+    """Clear distance between neighbours, at their largest diameters; 0 mm: as near as their meshes allow."""
     layer_gap: Annotated[float | None, Quantity("m", "50 mm", minimum=0.0)] = None
     """Clear distance between the layers of a pallet; left out: `gap`."""
     base: StandsOn = None
