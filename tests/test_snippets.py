@@ -139,5 +139,5 @@ def test_the_readme_runs_a_case_to_the_number_of_its_summary(tmp_path):
     coarse = {'"burst.cell_size": "6 mm"': '"burst.cell_size": "12 mm", "burst.convergence": "off"'}
     names, printed = run_snippets([code], tmp_path, **coarse)
     summary = json.loads((tmp_path / "runs" / "m107" / "summary.json").read_text(encoding="utf-8"))
-    assert printed.startswith(str(names["run"].hazard.upper))
-    assert names["run"].hazard.upper == summary["hazard"]["upper"]
+    assert printed.startswith(str(names["run"].hazard.recommended))
+    assert names["run"].hazard.recommended == summary["hazard"]["recommended"]
