@@ -55,7 +55,7 @@ def test_terminal_and_annex_show_the_parts(timed, quick_report):
     for run, there in ((folder, True), (plain, False)):
         assert invoke("report", run).exit_code == 0
         page = (run / "report.html").read_text()
-        assert ("Annex: time of the burst by part" in page) == there
+        assert ("Time of the burst by part" in page) == there
         assert ("files: states written" in page) == there
 
 
