@@ -120,6 +120,7 @@ def accelerate(q: Array, slope: int, around: Surroundings) -> None:
         q[HEIGHT * LANES + i] = min(top, position)
     table, bins = around.drag_rows, around.drag_bins
     last_piece, last_bin = np.int64(pieces.shape[0] - 1), np.int64(bins.shape[0] - 1)
+    last_row = np.int64(table.shape[0] - 1)
     top_mach = (last_bin + 0.5) / around.drag_bins_per_mach
     for i in range(LANES):  # looked up again only where a lane has left its piece: single lanes, unlike the rest
         piece = min(np.int64(q[HEIGHT * LANES + i]), last_piece)
@@ -141,7 +142,7 @@ def accelerate(q: Array, slope: int, around: Surroundings) -> None:
         mach = q[MACH * LANES + i]
         if not (q[FROM * LANES + i] <= mach < q[TO * LANES + i]):
             row = bins[np.int64((min(top_mach, mach)) * around.drag_bins_per_mach)]
-            row += np.int64(mach >= table[row, 5])
+            row = min(row + np.int64(mach >= table[row, 5]), last_row)  # an infinite one is at the end of the last row
             q[FROM * LANES + i] = table[row, 0] if row > 0 else 0.0
             q[TO * LANES + i] = table[row, 5]
             q[ORIGIN * LANES + i] = table[row, 0]

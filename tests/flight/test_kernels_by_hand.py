@@ -155,6 +155,30 @@ def test_the_errors_of_a_step_are_those_of_dormand_and_princes_pair():
         assert found[motion.VELOCITY_ERROR, lane] == pytest.approx(float(error[3:] @ error[3:]), rel=1e-6)
 
 
+def test_a_lane_forgets_a_fragment_of_infinite_speed():
+    """Its Mach number lies in the last row of the table, whatever stands behind that in memory."""
+    rows, bins, per_mach = Drag.named("shell_fragment").table()
+    memory = np.full((len(rows) + 2, 6), np.nan)
+    memory[:, 0], memory[:, 5] = 0.0, 1e9  # a row that would serve every later fragment of the lane
+    memory[: len(rows)] = rows
+    air = ConstantAir(1.2).table()
+    around = Surroundings(
+        air.bottom, air.step, air.pieces, air.site_altitude, memory[: len(rows)], bins, per_mach, np.zeros((0, 9)), 9.81
+    )
+
+    def accelerations(q, speed):
+        rows = q.reshape(ROWS, LANES)
+        rows[motion.AREA], rows[motion.HEIGHT] = 0.05, 100.0
+        rows[motion.RELATIVE] = speed
+        rows[motion.RELATIVE + 1 : motion.RELATIVE + 3] = 0.0
+        accelerate(q, motion.SLOPE, around)
+        return rows[motion.SLOPE : motion.SLOPE + 3].copy()
+
+    used, fresh = np.zeros(ROWS * LANES), np.zeros(ROWS * LANES)
+    accelerations(used, np.where(np.arange(LANES) == 3, 1e200, 700.0))  # whose square is infinite
+    np.testing.assert_array_equal(accelerations(used, 650.0), accelerations(fresh, 650.0))
+
+
 def test_two_boxes_that_share_cells_meet_in_the_lowest_of_them_alone() -> None:
     """Of random boxes, each in the cells that its corners and all between them lie in."""
     generator, met = np.random.default_rng(4), 0
