@@ -134,7 +134,7 @@ class AxisymmetricSimulation(Simulation):
         if not self.writes_series:
             return result
         points, cells = output_fields(self.fields, self.contact.force if self.contact.exists else None)
-        self._place(points)
+        self._to_world(points, cells)
         item, start = self.rounds[0], {"reference": self.mesh.nodes}
         self._place(start)
         swept = revolution(start["reference"], self.mesh.cells, item.position, item.axis)

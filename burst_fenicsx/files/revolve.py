@@ -202,7 +202,7 @@ def write_revolved(
     cell_data: Mapping[str, ArrayLike],
     provenance: Mapping[str, str] | None = None,
 ) -> None:
-    """Write one state, swept around the axis, as `<path>.xdmf` and `<path>.h5` for ParaView.
+    """Write one state, swept around the axis, as `<path>.xdmf` and its folder `<path>` for ParaView.
 
     Parameters
     ----------

@@ -203,7 +203,7 @@ def _computed(job: Job, case: Case, words: list[str]) -> _Result | None:
         words.append(f"{size} could not be computed: {message_of(error)}")
         return None
     assert flown is not None  # a team of one
-    headline = flown.hazard.headline or {"realisations": realisations, "determined": False, "reason": ""}
+    headline = flown.hazard.headline
     if not headline["determined"]:
         words.append(f"{size} gave no distance: {headline['reason']}")
     return _own_result(done.summary, flown, headline)

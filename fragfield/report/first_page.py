@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 from fragfield.hazard.certainty import basis_words, whole_metres
@@ -131,7 +132,7 @@ def _site(case: Case) -> Iterator[Row]:
     shown = ", ".join(stops) if len(stops) <= 4 else f"{', '.join(stops[:4])} and {len(stops) - 4} more"
     yield Row("Barricades and buildings", shown or "none")
     if case.site is not None:
-        latitude, longitude = (57.29577951308232 * angle for angle in (case.site.latitude, case.site.longitude))
+        latitude, longitude = (math.degrees(angle) for angle in (case.site.latitude, case.site.longitude))
         yield Row("Site", f"{latitude:.5f}°, {longitude:.5f}°")
 
 
