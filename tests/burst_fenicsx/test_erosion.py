@@ -86,10 +86,12 @@ def test_it_is_eroded_with_its_mass_and_its_energy(geometry):
     assert plastic_work(solver) - plastic == pytest.approx(strain, rel=1e-9)
     velocity = np.random.default_rng(1).normal(0.0, 20.0, state.nodes.velocity.shape)
     state.nodes.velocity[:] = velocity * [0.0, 0.0, 1.0] if geometry == "ring" else velocity
-    before = momentum(solver)[2]
+    kept = slice(2, 3) if geometry == "ring" else slice(0, 3)
+    before = momentum(solver)[kept]
     run_until(solver, 2e-6)
     assert np.abs(state.nodes.force).max() > 0.0
-    assert np.abs(momentum(solver)[2] - before) < 1e-12 * np.abs(state.mass[:, None] * state.nodes.velocity).sum()
+    sizes = np.abs(state.mass[:, None] * state.nodes.velocity).sum()
+    assert np.abs(momentum(solver)[kept] - before).max() < 1e-12 * sizes
     assert state.eroded[cell]
     assert np.isfinite(state.nodes.position).all()
 
