@@ -58,7 +58,7 @@ def stretched_block(edge: int) -> BurstSolver:
 def _cube(edge: int) -> HexahedralMesh:
     """Bricks of one casing about the origin."""
     number = np.arange((edge + 1) ** 3).reshape((edge + 1,) * 3)
-    corners = ((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1))
+    corners = [(x, y, z) for z in (0, 1) for y in (0, 1) for x in (0, 1)]
     cells = np.stack([number[x : x + edge, y : y + edge, z : z + edge].ravel() for x, y, z in corners], axis=1)
     along = _SIZE * (np.arange(edge + 1) - 0.5 * edge)
     nodes = np.stack(np.meshgrid(along, along, along, indexing="ij"), axis=-1).reshape(-1, 3)

@@ -10,6 +10,7 @@ from enum import IntEnum
 from typing import TYPE_CHECKING, Literal
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
     from pathlib import Path
 
     from burst_fenicsx.geometry import Profile
@@ -33,7 +34,7 @@ __all__ = [
     "Viscosity",
 ]
 
-ProductModel = Literal["landau", "landau_cj", "jwl"]
+ProductModel = str  # a name in `burst_fenicsx.materials.products`
 BurnModel = Literal["time", "time_or_compression"]
 Quadrature = Literal["one_point", "full"]
 Interface = Literal["sliding", "shared"]
@@ -110,6 +111,8 @@ class CasingMaterial:
     tensile_softening_strain: float | None = 0.5  # eps_lim; None: no softening
     softening_length: float | None = None  # limits are scaled by this over the cell's length (m); None: not scaled
     source: str = ""
+    law: str = "tresca"  # of `burst_fenicsx.materials`; `constants` are those of the law alone
+    constants: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,7 @@ import numba
 from numba import types
 from numba.extending import intrinsic
 
+from burst_fenicsx.materials import registered_files
 from fragfield_base.kernel_cache import compiled_with, digest_of
 
 if TYPE_CHECKING:
@@ -39,7 +40,7 @@ def block_kernel(function: Callable[..., Any]) -> Any:
 
 def inlined_kernel(function: Callable[..., Any]) -> Any:
     """Compile a block kernel into what calls it: to hand over all arrays of a state costs as much as its forces."""
-    return _compile(function, _nrt=False, forceinline=True)
+    return _compile(function, _nrt=False, inline="always")
 
 
 def lane_function(function: Callable[..., Any]) -> Any:
@@ -83,7 +84,8 @@ def _files(*, axisymmetric: bool) -> list[Path]:
     package = Path(__file__).resolve().parent.parent
     return [
         package / "mechanics" / "detonation.py",
-        *(package / "materials").glob("*.py"),
+        *(package / "materials").rglob("*.py"),
+        *registered_files(),
         *(path for path in (package / "kernels").rglob("*.py") if axisymmetric or path.parent.name != "axisymmetric"),
     ]
 

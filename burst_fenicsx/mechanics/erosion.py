@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from burst_fenicsx.kernels.cells.erosion import BEFORE, NOW
-from burst_fenicsx.kernels.cells.solid import PARAMETERS
+from burst_fenicsx.kernels.cells.layout import SOLID_PARAMETERS
 from burst_fenicsx.kernels.constants import FOLDED_VOLUME, NOTHING_LEFT
 from burst_fenicsx.problem import Part
 
@@ -36,7 +36,9 @@ class ElementErosion:
         """
         state, mesh = self._fields, self._fields.mesh
         cells = np.flatnonzero(state.without_strength() & ~state.eroded)
-        density = state.solid.parameters[len(Part) * mesh.round[cells] + mesh.part[cells], PARAMETERS.index("density")]
+        density = state.solid.parameters[
+            len(Part) * mesh.round[cells] + mesh.part[cells], SOLID_PARAMETERS.index("density")
+        ]
         relative = state.blocks.by_cell(state.grid.volume)[cells] * density / state.cell_mass[cells]
         expanded = relative >= FOLDED_VOLUME
         folded = np.zeros(len(cells), dtype=bool)

@@ -12,14 +12,16 @@ from mpi4py import MPI
 
 from burst_fenicsx import compat
 from burst_fenicsx.kernels.cells.erosion import WHOLE
+from burst_fenicsx.kernels.cells.hexahedron import hexahedron_volumes
+from burst_fenicsx.kernels.cells.layout import SOLID_PARAMETERS
 from burst_fenicsx.kernels.geometry.shapes import folded_cells
 from burst_fenicsx.kernels.lanes import LANES
 from burst_fenicsx.kernels.state import ChargeState, Grid, Nodes, SolidState
-from burst_fenicsx.kernels.step.assembly import cell_volumes, mean_velocities
 from burst_fenicsx.kernels.step.balance import solid_terms
 from burst_fenicsx.kernels.step.levels import blocks_are_mixed, move_lanes
 from burst_fenicsx.kernels.vectors.exact import quantise, rounding_constant
-from burst_fenicsx.materials.products import JwlProducts, make_products
+from burst_fenicsx.materials import laws
+from burst_fenicsx.materials.products import make_products
 from burst_fenicsx.mechanics.detonation import (
     burn_rates,
     compression_burn_start,
@@ -67,7 +69,7 @@ class Element:
 
 
 HEXAHEDRON = Element(
-    volumes=cell_volumes,
+    volumes=hexahedron_volumes,
     shares=lambda position, dofmap: np.broadcast_to(0.125, dofmap.shape),  # noqa: ARG005 - as every element
     burn_rates=burn_rates,
     lengths=lambda position, dofmap, volume: np.cbrt(volume),  # noqa: ARG005
@@ -116,13 +118,13 @@ class BurstFields:
 
     def volumes(self) -> np.ndarray:
         """Volumes of this rank's cells now (cells,) in m3; of eroded ones as they were then."""
-        found: np.ndarray = cell_volumes(self.nodes.position, self.mesh.dofmap)
+        found: np.ndarray = hexahedron_volumes(self.nodes.position, self.mesh.dofmap)
         return np.where(self.eroded, self.blocks.by_cell(self.grid.volume), found)
 
     def cell_velocities(self) -> np.ndarray:
         """Mean of each cell's nodal velocities (cells, 3) in m/s."""
-        found: np.ndarray = mean_velocities(self.nodes.velocity, self.mesh.dofmap)
-        return found
+        means: np.ndarray = self.nodes.velocity[self.mesh.dofmap].mean(axis=1)
+        return means
 
     def folded(self, cells: np.ndarray | slice = slice(None)) -> np.ndarray:
         """Whether a corner of each of the cells (cells,) is turned inside out; eroded ones are no cells any more."""
@@ -132,10 +134,14 @@ class BurstFields:
     def without_strength(self) -> np.ndarray:
         """Whether the metal of each of this rank's cells has lost its strength (cells,); false for a charge."""
         mesh, solid = self.mesh, self.solid
-        inverse_limit = solid.parameters[len(Part) * mesh.round + mesh.part, 4]
+        parameters = solid.parameters[len(Part) * mesh.round + mesh.part]
         scale = self.blocks.by_cell(solid.softening_scale)
-        least: np.ndarray = solid.shear_strain[: mesh.cells].min(axis=1)  # of its points
-        return least * inverse_limit * scale >= 1.0
+        of_law = parameters[:, SOLID_PARAMETERS.index("law")]
+        weak = np.zeros(mesh.cells, dtype=bool)
+        for number, law in enumerate(laws("solids")):
+            strains = solid.shear_strain[: mesh.cells], solid.volume_strain[: mesh.cells]
+            weak |= (of_law == number) & law.without_strength(parameters, *strains, scale)
+        return weak & (mesh.part != Part.CHARGE)
 
     @cached_property
     def _elasticity(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -262,8 +268,7 @@ def make_fields(
     ignition, burn, compression = _ignition(mesh, rounds, products, lengths, position, volume, element)
     energy = of_cells["products_energy"]
     for index, model in enumerate(products):
-        if isinstance(model, JwlProducts):
-            energy[(mesh.round == index) & (mesh.part == Part.CHARGE)] = model.energy
+        energy[(mesh.round == index) & (mesh.part == Part.CHARGE)] = model.start_energy
     return BurstFields(
         mesh=mesh,
         functions=functions,

@@ -196,7 +196,8 @@ def _segments(entry: Round) -> Iterator[dict[str, Any]]:
 
 def _products(explosive: Explosive, settings: BurstSettings) -> dict[str, Any]:
     """Constants of the isentrope, and the effective Gurney constant at three expansions."""
-    from burst_fenicsx.materials.products import LandauProducts, make_products
+    from burst_fenicsx.materials.products import make_products
+    from burst_fenicsx.materials.products.landau import LandauProducts
 
     products = make_products(explosive, settings.products)
     if not isinstance(products, LandauProducts):

@@ -15,19 +15,19 @@ _ROOT = Path(__file__).parents[2]
 
 _BURST = "tests/burst_fenicsx"
 _RINGS = f"{_BURST}/axisymmetric"
-_PARTS = [f"{_BURST}/test_parts_by_hand.py"]
+_PARTS = [f"{_BURST}/test_{name}.py" for name in ("meshing", "boxes")]
 _SOLVER = [f"{_BURST}/test_solver_by_hand.py"]
 _CELLS = [f"{_BURST}/test_{name}.py" for name in (
-    "cells_by_hand", "cell_energies_by_hand", "cells_side_by_side", "tresca", "elements", "solids", "subcycling",
+    "cells", "cells_side_by_side", "tresca", "elements", "solids", "subcycling",
 )]  # fmt: skip
 _CHARGE = [f"{_BURST}/test_{name}.py" for name in (
-    "cells_by_hand", "cell_energies_by_hand", "cells_side_by_side", "products", "detonation", "elements", "initiation",
+    "cells", "cells_side_by_side", "products", "detonation", "elements", "initiation",
 )]  # fmt: skip
 _TOUCH = [f"{_BURST}/test_{name}.py" for name in (
     "springs_by_hand", "pushed_by_hand", "search", "slide_points", "contact", "sliding",
 )]  # fmt: skip
 _SURFACES = [f"{_BURST}/test_{name}.py" for name in ("contact_by_hand", "surfaces_by_hand")]
-_STEP = [f"{_BURST}/test_{name}.py" for name in ("cells_by_hand", "elements", "subcycling", "detonation", "initiation")]
+_STEP = [f"{_BURST}/test_{name}.py" for name in ("cells", "elements", "subcycling", "detonation", "initiation")]
 # Tests that run on several ranks: what is wrong with messages between them shows there alone.
 _RANKS = [f"{_BURST}/test_{name}.py" for name in ("ranks", "interior_contact", "erosion", "initiation")]
 _FLIGHT = [f"tests/flight/test_{name}.py" for name in (
@@ -58,10 +58,10 @@ class Area:
 AREAS = (
     Area(
         "kernels of the burst",
-        ("burst_fenicsx/kernels/*.py", "burst_fenicsx/materials/[tp]*.py"),
+        ("burst_fenicsx/kernels/*.py", "burst_fenicsx/materials/*/*.py"),
         (
             ("*/charge*.py", _CHARGE),
-            ("*/materials/products.py", _CHARGE),
+            ("*/materials/products/*", _CHARGE),
             ("*/kernels/contact/*", [*_TOUCH, *_PARTS]),
             ("*/kernels/geometry/*", [*_TOUCH, *_CELLS, *_PARTS]),
             ("*/kernels/vectors/*", [*_TOUCH, *_CELLS, *_PARTS]),

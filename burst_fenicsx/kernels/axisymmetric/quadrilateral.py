@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from burst_fenicsx.kernels.cells.rows import (
+from burst_fenicsx.kernels.cells.layout import (
     DILATATION,
     FREQUENCY,
     GRADIENT,
@@ -29,7 +29,6 @@ from burst_fenicsx.kernels.cells.rows import (
     RATE,
     VOLUME,
 )
-from burst_fenicsx.kernels.cells.single_point import MIN_VOLUME, POINTS, add_point, end_points, move_point
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function, widest_vectors
 from burst_fenicsx.kernels.state import Grid, Nodes
 from burst_fenicsx.kernels.vectors.tensors import Symmetric, Vector, store_matrix, store_vector
@@ -37,16 +36,11 @@ from burst_fenicsx.kernels.vectors.tensors import Symmetric, Vector, store_matri
 __all__ = [
     "AREA",
     "GAMMA_SQUARE",
-    "MIN_VOLUME",
-    "POINTS",
     "AxisymmetricState",
     "Four",
     "add_forces",
-    "add_point",
-    "end_points",
     "gather",
     "move",
-    "move_point",
     "ring_integrals",
     "ring_volume",
     "store_forces",

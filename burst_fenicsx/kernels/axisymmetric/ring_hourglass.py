@@ -10,14 +10,14 @@ import numpy as np
 
 from burst_fenicsx.kernels.axisymmetric.quadrilateral import AREA, GAMMA_SQUARE
 from burst_fenicsx.kernels.cells.hourglass import resist_mode
-from burst_fenicsx.kernels.cells.rows import (
+from burst_fenicsx.kernels.cells.layout import (
     COEFFICIENT_LIMIT,
     DAMPING,
     FREQUENCY,
+    HOURGLASS_FORCE,
     HOURGLASS_RATE,
     MASS,
     SPRING,
-    STORED_FORCE,
     VOLUME,
 )
 from burst_fenicsx.kernels.constants import MOST_DAMPED
@@ -38,7 +38,7 @@ __all__ = [
 @lane_function
 def turn_stored(rotation: Matrix, scratch: np.ndarray, lane: int) -> None:
     """Turn the stored elastic force with the cell."""
-    store_vector(apply(rotation, load_vector(scratch, STORED_FORCE, lane)), scratch, STORED_FORCE, lane)
+    store_vector(apply(rotation, load_vector(scratch, HOURGLASS_FORCE, lane)), scratch, HOURGLASS_FORCE, lane)
 
 
 @lane_function

@@ -15,8 +15,7 @@ from burst_fenicsx.kernels.axisymmetric.line_state import LineContacts, SlideLin
 from burst_fenicsx.kernels.axisymmetric.quadrilateral import AxisymmetricState
 from burst_fenicsx.kernels.axisymmetric.slide_line import add_line_forces
 from burst_fenicsx.kernels.cells import charge as charge_cells
-from burst_fenicsx.kernels.cells import solid as solid_cells
-from burst_fenicsx.kernels.cells.block import make_block
+from burst_fenicsx.kernels.cells.block import make_block, make_solid_block
 from burst_fenicsx.kernels.contact.slide_law import SlideLaw
 from burst_fenicsx.kernels.lanes import kernel
 from burst_fenicsx.kernels.state import ChargeState, Grid, Motion, Nodes, Schedule, SolidState
@@ -26,7 +25,7 @@ __all__ = ["LineSettings", "RingSums", "add_ring_forces", "advance_rings"]
 
 _PARTS = len(Part)  # rows of material parameters that each round has
 
-_advance_solid_rings = make_block(quadrilateral, ring_hourglass, solid_cells)
+_advance_solid_rings = make_solid_block(quadrilateral, ring_hourglass)
 _advance_charge_rings = make_block(quadrilateral, ring_hourglass, charge_cells)
 
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from burst_fenicsx.kernels.cells.rows import (
+from burst_fenicsx.kernels.cells.layout import (
     COEFFICIENT_LIMIT,
     DAMPING,
     DILATATION,

@@ -9,16 +9,16 @@ from __future__ import annotations
 
 import numpy as np
 
-from burst_fenicsx.kernels.cells.rows import (
+from burst_fenicsx.kernels.cells.layout import (
     COEFFICIENT_LIMIT,
     DAMPING,
     FREQUENCY,
     GRADIENT_SQUARES,
+    HOURGLASS_FORCE,
     HOURGLASS_MODES,
     HOURGLASS_RATE,
     MASS,
     SPRING,
-    STORED_FORCE,
 )
 from burst_fenicsx.kernels.constants import MOST_DAMPED, MOST_STIFF
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function, widest_vectors
@@ -44,6 +44,7 @@ __all__ = [
     "set_stiffness",
     "springs_and_dashpots",
     "turn_stored",
+    "vector_square",
 ]
 
 Forces = tuple[Vector, Vector, Vector, Vector]
@@ -54,10 +55,10 @@ _ROOT_8 = np.sqrt(8.0)
 @lane_function
 def turn_stored(rotation: Matrix, scratch: np.ndarray, lane: int) -> None:
     """Turn the stored elastic forces with the cell."""
-    store_vector(apply(rotation, load_vector(scratch, STORED_FORCE, lane)), scratch, STORED_FORCE, lane)
-    store_vector(apply(rotation, load_vector(scratch, STORED_FORCE + 3, lane)), scratch, STORED_FORCE + 3, lane)
-    store_vector(apply(rotation, load_vector(scratch, STORED_FORCE + 6, lane)), scratch, STORED_FORCE + 6, lane)
-    store_vector(apply(rotation, load_vector(scratch, STORED_FORCE + 9, lane)), scratch, STORED_FORCE + 9, lane)
+    store_vector(apply(rotation, load_vector(scratch, HOURGLASS_FORCE, lane)), scratch, HOURGLASS_FORCE, lane)
+    store_vector(apply(rotation, load_vector(scratch, HOURGLASS_FORCE + 3, lane)), scratch, HOURGLASS_FORCE + 3, lane)
+    store_vector(apply(rotation, load_vector(scratch, HOURGLASS_FORCE + 6, lane)), scratch, HOURGLASS_FORCE + 6, lane)
+    store_vector(apply(rotation, load_vector(scratch, HOURGLASS_FORCE + 9, lane)), scratch, HOURGLASS_FORCE + 9, lane)
 
 
 @lane_function
@@ -98,7 +99,7 @@ def may_exceed(coefficient: float, per_step: float, scratch: np.ndarray, lane: i
 
 
 @lane_function
-def _vector_square(mode: Vector, gradient_norm: Vector) -> float:
+def vector_square(mode: Vector, gradient_norm: Vector) -> float:
     """Bound on the square of an hourglass vector, |gamma| <= sqrt(8) + sum over i of |h x_i| |b_i| / V.
 
     8 in a brick; large where a cell is warped by more than it is thick. `mode` is that of the positions (m).
@@ -120,7 +121,7 @@ def bound(step: float, needed: bool, scratch: np.ndarray) -> None:
         gradient_norm = (np.sqrt(sx), np.sqrt(sy), np.sqrt(sz))
         coefficient_limit = scratch[MASS * LANES + lane] / (8.0 * step)
         for a in range(4):
-            square = _vector_square(load_vector(scratch, HOURGLASS_MODES + 3 * a, lane), gradient_norm)
+            square = vector_square(load_vector(scratch, HOURGLASS_MODES + 3 * a, lane), gradient_norm)
             scratch[(COEFFICIENT_LIMIT + a) * LANES + lane] = coefficient_limit / square
 
 
@@ -145,8 +146,8 @@ def resist_mode(a: int, scratch: np.ndarray, lane: int) -> tuple[Vector, float]:
     rate = load_vector(scratch, HOURGLASS_RATE + 3 * a, lane)
     coefficient_limit = scratch[(COEFFICIENT_LIMIT + a) * LANES + lane]
     spring = min(scratch[SPRING * LANES + lane], MOST_STIFF * coefficient_limit)
-    elastic = add_scaled(load_vector(scratch, STORED_FORCE + 3 * a, lane), spring, rate)
-    store_vector(elastic, scratch, STORED_FORCE + 3 * a, lane)
+    elastic = add_scaled(load_vector(scratch, HOURGLASS_FORCE + 3 * a, lane), spring, rate)
+    store_vector(elastic, scratch, HOURGLASS_FORCE + 3 * a, lane)
     force = add_scaled(elastic, min(scratch[DAMPING * LANES + lane], MOST_DAMPED * coefficient_limit), rate)
     return force, dot(force, rate)
 

@@ -20,7 +20,7 @@ from burst_fenicsx.kernels.cells.hexahedron import (
     store_nodal_forces,
 )
 from burst_fenicsx.kernels.cells.hourglass import Forces
-from burst_fenicsx.kernels.cells.rows import (
+from burst_fenicsx.kernels.cells.layout import (
     DILATATION,
     FORCE,
     FREQUENCY,
@@ -34,7 +34,6 @@ from burst_fenicsx.kernels.cells.rows import (
     VELOCITY,
     VOLUME,
 )
-from burst_fenicsx.kernels.cells.single_point import MIN_VOLUME, POINTS, add_point, end_points, move_point
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function, widest_vectors
 from burst_fenicsx.kernels.state import Grid, Nodes
 from burst_fenicsx.kernels.vectors.nodal_values import add_nodal_forces, gather_means
@@ -54,15 +53,10 @@ from burst_fenicsx.kernels.vectors.tensors import (
 )
 
 __all__ = [
-    "MIN_VOLUME",
-    "POINTS",
     "add_forces",
-    "add_point",
-    "end_points",
     "force_modes",
     "gather",
     "move",
-    "move_point",
     "store_forces",
 ]
 

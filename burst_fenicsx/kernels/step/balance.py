@@ -5,7 +5,7 @@ from __future__ import annotations
 import numba
 import numpy as np
 
-from burst_fenicsx.kernels.cells.hexahedron import gather_modes, mean_gradient
+from burst_fenicsx.kernels.cells.hexahedron import block_volumes
 from burst_fenicsx.kernels.lanes import LANES, parallel_kernel
 
 __all__ = ["node_terms", "solid_terms"]
@@ -48,7 +48,7 @@ def solid_terms(
 
     Parameters
     ----------
-    position, velocity : (nodes, 3) m and m/s. dofmap : (cells, 8) in tensor-product order.
+    position, velocity : (nodes, 3) m and m/s. dofmap : (cells, 8).
     casing : (cells,) bool. mass : (cells,) kg; a casing's cell moves with the mean velocity of its nodes.
     stress : (cells, points, 6) Pa. modulus, poisson : (cells,) Pa and 1; the modulus zero where nothing is elastic.
     terms : (cells, 4), overwritten.
@@ -56,7 +56,7 @@ def solid_terms(
     count, points = dofmap.shape[0], stress.shape[1]
     for part in numba.prange((count + _RUN - 1) // _RUN):
         cells, volume = np.empty(LANES, dtype=np.int32), np.empty(LANES)
-        modes, gradient = np.empty(24 * LANES), np.empty(18 * LANES)
+        nodal = np.empty(24 * LANES)
         last = min((part + 1) * _RUN, count)
         for start in range(part * _RUN, last, LANES):
             elastic = False
@@ -64,8 +64,7 @@ def solid_terms(
                 cells[lane] = min(start + lane, last - 1)
                 elastic |= modulus[cells[lane]] > 0.0
             if elastic:
-                gather_modes(cells, dofmap, position, modes)
-                mean_gradient(modes, gradient, volume)
+                block_volumes(cells, dofmap, position, nodal, volume)
             for lane in range(min(LANES, last - start)):
                 cell = cells[lane]
                 terms[cell, :] = 0.0

@@ -32,9 +32,10 @@ def scaled_jacobian(nodes: NDArray[np.float64], cells: NDArray[np.int64]) -> NDA
         from burst_fenicsx.meshing.quality import quadrilateral_jacobians
 
         return quadrilateral_jacobians(_in_plane(nodes[cells]))
+    from burst_fenicsx.kernels.geometry.faces import reordered
     from burst_fenicsx.kernels.geometry.shapes import min_scaled_jacobians
 
-    return np.asarray(min_scaled_jacobians(_plain(nodes, float), _plain(cells, np.int64)))
+    return np.asarray(min_scaled_jacobians(_plain(nodes, float), _plain(reordered(cells), np.int64)))
 
 
 def aspect_ratio(nodes: NDArray[np.float64], cells: NDArray[np.int64]) -> NDArray[np.float64]:
@@ -45,9 +46,10 @@ def aspect_ratio(nodes: NDArray[np.float64], cells: NDArray[np.int64]) -> NDArra
         lengths = quadrilateral_edges(nodes[cells])
         shortest, longest = lengths.min(axis=1), lengths.max(axis=1)
     else:
+        from burst_fenicsx.kernels.geometry.faces import reordered
         from burst_fenicsx.kernels.geometry.shapes import edge_extremes
 
-        shortest, longest = edge_extremes(_plain(nodes, float), _plain(cells, np.int64))
+        shortest, longest = edge_extremes(_plain(nodes, float), _plain(reordered(cells), np.int64))
     return np.asarray(longest / np.maximum(shortest, 1e-300))
 
 
