@@ -44,7 +44,7 @@ def _core_seconds(work: Callable[[], object]) -> float:
 
 
 def _main(number: int) -> None:
-    from benchmarks.clouds import burst_cloud
+    from benchmarks.flight_plain import burst_cloud
     from benchmarks.fresh import peak_bytes
     from flight import Cylinder, fly
     from flight.files.text_tables import write_columns
