@@ -113,7 +113,7 @@ class Rows(list[Row]):
         self, quantity: str, ours: float, reference: float, source: str, unit: str = "", *also: str,
         uncertainty: float | None = None, standard_error: float | None = None,
     ) -> Row:  # fmt: skip
-        """Add a value beside that of a test or another code; the relative `uncertainty` that it states, if any, judges."""
+        """Add a value beside that of a test or another code; a relative `uncertainty` that it states is judged."""
         error = ours / reference - 1.0
         within = None if uncertainty is None else abs(error) <= uncertainty
         return self._add("comparison", quantity, ours, reference, error, uncertainty, within, source, unit, also,

@@ -68,8 +68,6 @@ def check_zones(rows: Rows, label: str, sample: Sample) -> None:
     peak = REFERENCE["peak"]
     for board, feet in enumerate(REFERENCE["boards"]["distance_ft"][1:], start=1):
         through = zones_of(angle[sample.energy[board] >= limit], sample.realisations)
-        number = REFERENCE["boards"]["number"][board]
-        rows.compare(f"{label}: perforations at {feet:g} ft", through.number, number, _SOURCE)
         measured, error = peak["over_mean"][board - 1], peak["standard_error"][board - 1]
         rows.compare(f"{label}: peak over mean at {feet:g} ft", through.peak, measured, _SOURCE,
                      uncertainty=error / measured)  # fmt: skip

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from math import sqrt
 from typing import TYPE_CHECKING
 
-from burst_fenicsx.materials.library import load_casing, load_explosive
+from burst_fenicsx.materials.library import load_explosive
 from burst_fenicsx.materials.products import make_products
 from validation.products.energies import energy_given, gurney_velocity, progressive_share
 from validation.runs import reference_beside
@@ -16,7 +15,7 @@ if TYPE_CHECKING:
     from validation.rows import Rows
     from validation.runs import Runs
 
-__all__ = ["EXPLOSIVES", "MODELS", "REFERENCE", "check_laws", "cylinder_gurney", "model_of", "study"]
+__all__ = ["EXPLOSIVES", "MODELS", "REFERENCE", "check_laws", "model_of", "study"]
 
 REFERENCE = reference_beside(__file__)
 MODELS: tuple[ProductModel, ...] = ("landau", "landau_cj", "jwl")
@@ -58,24 +57,3 @@ def check_laws(rows: Rows) -> None:
             ours = gurney_velocity(products, charge, printed["volume"])
             rows.compare(f"{explosive}, {model}: effective Gurney velocity at V/V0 = 7", ours, 0.5 * (low + high),
                          printed["source"], "m/s", *subjects)  # fmt: skip
-    late, speed = cylinder_gurney()[-1]
-    for model in MODELS:
-        ours = gurney_velocity(*model_of("tnt", model), late)
-        rows.compare(f"tnt, {model}: effective Gurney velocity at V/V0 = {late:.2f}", ours, speed,
-                     REFERENCE["cylinder"]["source"], "m/s", "explosive:tnt", f"products:{model}")  # fmt: skip
-
-
-def cylinder_gurney() -> list[tuple[float, float]]:
-    """V/V0 of the products and sqrt(2E) (m/s) at the two displacements of the copper cylinder test.
-
-    The wall's volume stays; sqrt(2E) = v sqrt(M/C + 1/2).
-    """
-    test = REFERENCE["cylinder"]
-    bore, outer = test["bore_radius"], test["bore_radius"] + test["wall"]
-    section = outer**2 - bore**2
-    casing, charge = load_casing(test["casing"]), load_explosive("tnt")
-    ratio = casing.density * section / (charge.density * bore**2)  # M/C
-    return [
-        (((outer + moved) ** 2 - section) / bore**2, speed * sqrt(ratio + 0.5))
-        for moved, speed in zip(test["displacement"], test["wall_speed"], strict=True)
-    ]
