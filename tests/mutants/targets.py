@@ -135,7 +135,6 @@ AREAS = (
         ("flight/*.py",),
         (
             ("*/kernels/*", [*_FLIGHT, "tests/flight/test_ensemble.py", "tests/flight/test_exposed.py"]),
-            ("*/number_text.py", ["tests/flight/test_text_tables.py"]),
             ("flight/r[eo]*.py", ["tests/flight/test_files.py", "tests/flight/test_package.py"]),
             ("flight/arguments.py", ["tests/flight/test_arguments.py"]),
             *(
