@@ -74,7 +74,8 @@ def write_columns(path: Path, columns: Mapping[str, NDArray[Any] | Labels], prov
         file.write("".join([*head, ",".join(map(csv_cell, columns)), "\n"]).encode())
         for start in range(0, len(shown[0]), ROWS_AT_ONCE):
             rows = slice(start, start + ROWS_AT_ONCE)
-            file.write("".join(map(line.__mod__, zip(*(_cells(column, rows) for column in shown)))).encode())
+            cells = zip(*(_cells(column, rows) for column in shown), strict=True)
+            file.write("".join(map(line.__mod__, cells)).encode())
     return path
 
 

@@ -24,9 +24,7 @@ _SAME = 1.1  # scatters of two laws within this factor of each other are the sam
 _DATA = "computed over measured mean mass, all published casings"
 _BURST_LAWS = {
     "mott, strain rate v0/a": BreakUpSettings(),
-    "mott, strain rate of the burst": BreakUpSettings(strain_rate="burst"),
-    "mott, strain rate of the burst at the leakage radius": BreakUpSettings(strain_rate="burst", rupture="burst"),
-    "mott_1947, strain rate of the burst": BreakUpSettings(mean_mass="mott_1947", strain_rate="burst"),
+    "mott_1947": BreakUpSettings(mean_mass="mott_1947"),
     "gurney_sarmousakis": BreakUpSettings(mean_mass="gurney_sarmousakis"),
 }
 
