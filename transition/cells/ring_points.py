@@ -1,11 +1,11 @@
 """Material points from the rings of an axisymmetric burst: random positions in every quadrilateral and around the axis.
 
-The state goes straight to points around the axis; no hexahedra stand between. A ring's mass is distributed as the
-burst stage lumps it, by r dA over its reference quadrilateral. Its points share the mass equally and are placed by that
+The state goes straight to points around the axis; no hexahedra stand between. A ring's mass is distributed as the burst
+stage lumps it, by r dA over its reference quadrilateral. Its points share the mass equally and are placed by that
 measure (`kernels.ring_sampling`); every block of four begins at an azimuth of its own, so that the fragments show
-neither sectors nor columns of cells. Mass, axial momentum, centre of mass and mean radial speed are those of every ring to
-round-off. Opposite points come in pairs: transverse momentum is zero to round-off, and so is the angular momentum about
-the axis and about any line across it through the centre of mass; there is nothing to correct.
+neither sectors nor columns of cells. Mass, axial momentum, centre of mass and mean radial speed are those of every ring
+to round-off. Opposite points come in pairs: transverse momentum is zero to round-off, and so is the angular momentum
+about the axis and about any line across it through the centre of mass; there is nothing to correct.
 
 The number of points follows the same rule as that of hexahedra (`transition.cells.cell_points`).
 """

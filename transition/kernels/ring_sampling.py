@@ -65,10 +65,11 @@ def sample_rings(
     """Positions and velocities at random points of every ring, with each ring's mean by mass kept.
 
     Points come in blocks of four. Two opposite points share a random place (xi, eta) of the quadrilateral, so that
-    transverse momentum vanishes to round-off; the other two, a quarter of a turn on, have its antithetic place (the quantiles one
-    less those of the first). Places follow the element of mass r dA of the reference quadrilateral, by the quantiles of
-    xi and of eta given xi. The blocks of a ring follow the additive recurrence of R. Roberts (2018) in the quantiles
-    and the azimuth. What the places leave between the mean of the points and that of the ring is taken from all its points.
+    transverse momentum vanishes to round-off; the other two, a quarter of a turn on, have its antithetic place (the
+    quantiles one less those of the first). Places follow the element of mass r dA of the reference quadrilateral, by
+    the quantiles of xi and of eta given xi. The blocks of a ring follow the additive recurrence of R. Roberts (2018) in
+    the quantiles and the azimuth. What the places leave between the mean of the points and that of the ring is taken
+    from all its points.
 
     Parameters
     ----------
