@@ -226,7 +226,7 @@ def _main(path: Path) -> None:
     levels = np.zeros(count, dtype=np.int8)
     motion = Motion(np.arange(count, dtype=np.int32), levels, levels, np.ones(count))
     with np.errstate(all="ignore"):
-        states_and_sums = *states[1], totals, scratch
+        states_and_sums = *states[1], None, totals, scratch
         add_element_forces(1, step, time, 0, ONE_POINT, nodes, motion, count, grid, schedule, *states_and_sums)
     print(json.dumps(Counted.done))
 
