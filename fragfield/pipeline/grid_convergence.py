@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-__all__ = ["FACTOR_OBSERVED", "FACTOR_RANGE", "ORDERS", "GridConvergence", "Kind", "grid_convergence", "observed_order"]
+__all__ = ["FACTOR_OBSERVED", "FACTOR_RANGE", "KINDS", "ORDERS", "GridConvergence", "Kind", "grid_convergence", "observed_order"]
 
 FACTOR_OBSERVED = 1.25
 """Safety factor of Roache's index where the order was observed with three sizes."""
@@ -34,6 +34,16 @@ ORDERS = (0.5, 2.0)
 """Bounds of the order that is used: above 2 no element of first degree converges, below 0.5 the limit is a guess."""
 
 Kind = Literal["monotone", "oscillating", "diverging", "two_sizes", "statistical", "constant", "one_size"]
+KINDS: dict[Kind, str] = {
+    "monotone": "order observed",
+    "oscillating": "oscillating",
+    "diverging": "not converging",
+    "two_sizes": "two sizes",
+    "statistical": "within statistical error",
+    "constant": "no difference",
+    "one_size": "one size",
+}
+"""The kinds in words."""
 _LARGEST_ORDER = 20.0
 _SAME = 1e-12  # relative difference of values that are the same
 _SIGNIFICANT = 2.0  # standard errors of a difference

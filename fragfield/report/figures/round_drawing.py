@@ -9,7 +9,7 @@ import numpy as np
 
 from fragfield.errors import InputError
 from fragfield.report.figures.drawing import COLUMN, GREY, INK, blank_figure
-from fragfield.report.quantities import explosive_title, number
+from fragfield.numbers import explosive_title, number
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from fragfield.report.blocks import Finding
 from fragfield.report.findings.values import value_of
-from fragfield.report.quantities import number
+from fragfield.numbers import number
 
 if TYPE_CHECKING:
     from fragfield.report.reading.run_files import RunFiles

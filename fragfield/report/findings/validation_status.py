@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from fragfield.errors import InputError
 from fragfield.report.blocks import Paragraph, Table
 from fragfield.report.findings.bearing import bears_on
-from fragfield.report.quantities import number
+from fragfield.numbers import number
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from fragfield.report.blocks import Table
-from fragfield.report.quantities import number
+from fragfield.numbers import number
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from fragfield.case.conversion.site import direction_words
 from fragfield.report.blocks import Table
-from fragfield.report.quantities import number
+from fragfield.numbers import number
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

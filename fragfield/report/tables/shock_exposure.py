@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from fragfield.case.tables.round import ExplosiveTable
 from fragfield.hazard.shock_exposure import exposed_rounds
 from fragfield.report.blocks import Table
-from fragfield.report.quantities import number
+from fragfield.numbers import number
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
