@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fragfield.hazard.recommended import NORMAL_95
 from fragfield.hazard.verdict import part_of_criterion
 from fragfield.quantities import shown, value_at
 from fragfield.report.tables.zones import wide_zones
@@ -145,8 +146,6 @@ def _densities(run: EnsembleHazard, reference: EnsembleHazard) -> list[dict[str,
 
 
 def _density(found: ExpectedDistance, kind: int, number: int) -> Estimates:
-    from fragfield.hazard.recommended import NORMAL_95
-
     beyond = (0, number - len(found.radius))
     error = np.full(len(found.radius), np.nan)
     if found.density_low.size:
