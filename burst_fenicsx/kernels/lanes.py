@@ -39,7 +39,10 @@ def block_kernel(function: Callable[..., Any]) -> Any:
 
 
 def inlined_kernel(function: Callable[..., Any]) -> Any:
-    """Compile a block kernel into what calls it: to hand over all arrays of a state costs as much as its forces."""
+    """Write a block kernel into what calls it: to hand over all arrays of a state costs as much as its forces.
+
+    Numba does so before it compiles, so that the kernel is compiled but once, with its caller.
+    """
     return _compile(function, _nrt=False, inline="always")
 
 
@@ -70,25 +73,11 @@ def widest_vectors(typing_context: Any) -> tuple[Any, Callable[..., Any]]:  # no
     return types.none(), generate
 
 
-def _compile(function: Callable[..., Any], **options: bool) -> Any:
-    name = f"burst-{_sources_of(function.__module__)}"
-    return compiled_with(numba, function, name, fastmath=_FAST_MATH, error_model="numpy", nogil=True, **options)
+def _compile(function: Callable[..., Any], **options: Any) -> Any:
+    return compiled_with(numba, function, _FOLDER, fastmath=_FAST_MATH, error_model="numpy", nogil=True, **options)
 
 
-def _sources_of(module: str) -> str:
-    """Digest of what a kernel of the module may call: the axisymmetric ones call the others, not the reverse."""
-    return _AXISYMMETRIC_SOURCES if ".axisymmetric." in module else _SOURCES
-
-
-def _files(*, axisymmetric: bool) -> list[Path]:
-    package = Path(__file__).resolve().parent.parent
-    return [
-        package / "mechanics" / "detonation.py",
-        *(package / "materials").rglob("*.py"),
-        *registered_files(),
-        *(path for path in (package / "kernels").rglob("*.py") if axisymmetric or path.parent.name != "axisymmetric"),
-    ]
-
-
-_SOURCES = digest_of(_files(axisymmetric=False))
-_AXISYMMETRIC_SOURCES = digest_of(_files(axisymmetric=True))
+_PACKAGE = Path(__file__).resolve().parent.parent
+_SOURCES = [path for folder in ("kernels", "materials") for path in (_PACKAGE / folder).rglob("*.py")]
+_FOLDER = f"burst-{digest_of([_PACKAGE / 'mechanics' / 'detonation.py', *_SOURCES, *registered_files()])}"
+"""Of the cache: what a kernel may call is in these files."""

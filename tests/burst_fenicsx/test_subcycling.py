@@ -11,7 +11,7 @@ import pytest
 pytest.importorskip("dolfinx")
 
 from burst_fenicsx.kernels.step.levels import node_levels, raise_levels
-from burst_fenicsx.mechanics.nodal_loads import Hold
+from burst_fenicsx.mechanics.nodal_loads import NodalConstraint
 from burst_fenicsx.problem import TimeStep
 from tests.burst_fenicsx.boxes import BARE, ELASTIC, box, burst, grid, run_until
 
@@ -38,15 +38,18 @@ def standing_wave(subcycling, cfl=0.8, speed=1.0):
     lame = ELASTIC.elastic_modulus * 0.3 / (1.3 * 0.4)
     wave = np.sqrt((lame + ELASTIC.elastic_modulus / 1.3) / ELASTIC.density)
     everything = np.arange(4 * (len(WIDTHS) + 1))
-    holds = (Hold(everything, np.array([0.0, 1.0, 0.0])), Hold(everything, np.array([0.0, 0.0, 1.0])))
-    solver = burst(graded_bar(), settings, casing=ELASTIC, holds=holds)
+    holds = (
+        NodalConstraint(everything, np.array([0.0, 1.0, 0.0])),
+        NodalConstraint(everything, np.array([0.0, 0.0, 1.0])),
+    )
+    solver = burst(graded_bar(), settings, casing=ELASTIC, constraints=holds)
     solver.fields.nodes.velocity[:, 0] = speed * np.cos(2.0 * np.pi * solver.fields.start[:, 0] / LENGTH)
     return solver, 2.0 * np.pi * wave / LENGTH
 
 
 def energy(solver):
     """Kinetic and stored energy (J)."""
-    entry = solver.ledger.record(solver.fields, solver.time, solver.time_step, solver.resultant, 0.0)
+    entry = solver.ledger.record(solver.fields, solver.time, solver.time_step, solver.fields.nodes.force, 0.0)
     return entry.kinetic + entry.strain
 
 
@@ -58,7 +61,7 @@ def momentum(solver):
 def test_levels_follow_the_cells_and_differ_by_one_at_most():
     solver, _ = standing_wave(subcycling=True)
     solver.step()
-    fields, cycles = solver.fields, solver.subcycling
+    fields, cycles = solver.fields, solver.levels
     level = fields.blocks.cell_levels
     stable = fields.blocks.by_cell(fields.grid.stable)
     assert cycles.highest >= 3
@@ -73,7 +76,7 @@ def test_levels_follow_the_cells_and_differ_by_one_at_most():
     # Those of short steps come first, and as many move as belong to cells of that level or a higher one.
     assert (np.diff(motion.level.astype(int)) <= 0).all()
     np.testing.assert_array_equal(motion.level, finest[motion.order])
-    np.testing.assert_array_equal(motion.lower, below[motion.order])
+    np.testing.assert_array_equal(motion.has_coarser_cell, below[motion.order])
     np.testing.assert_array_equal(motion.inverse_mass, fields.inverse_mass[motion.order])
     mixed = [finest[fields.mesh.dofmap[cells]].max() for cells in fields.blocks.cells] > fields.blocks.level
     np.testing.assert_array_equal(fields.grid.mixed, mixed)
@@ -83,7 +86,7 @@ def test_levels_follow_the_cells_and_differ_by_one_at_most():
 
 def test_a_body_that_flies_uniformly_is_not_disturbed():
     solver, _ = standing_wave(subcycling=True, speed=0.0)
-    solver.holds = ()
+    solver.constraints = ()
     velocity = np.array([300.0, -200.0, 100.0])
     solver.fields.nodes.velocity[:] = velocity
     run_until(solver, 2e-5)
@@ -97,11 +100,11 @@ def test_mean_velocities_over_a_cells_step_are_its_nodes_displacements():
     solver, _ = standing_wave(subcycling=True)
     for _ in range(20):
         solver.step()
-    nodes, motion = solver.fields.nodes, solver.subcycling.motion
+    nodes, motion = solver.fields.nodes, solver.levels.motion
     before = nodes.position.copy()
-    solver.choose_again = np.inf
+    solver.control.choose_again = np.inf
     solver.step()
-    between = motion.order[(motion.level == 1) & (motion.lower == 1)]
+    between = motion.order[(motion.level == 1) & (motion.has_coarser_cell == 1)]
     assert len(between)
     displacement = (nodes.position - before)[between]
     np.testing.assert_allclose(nodes.mean[between] * solver.time_step, displacement, rtol=1e-9, atol=1e-18)
@@ -114,8 +117,8 @@ def test_energy_and_momentum_stay_over_many_periods():
     """
     solver, frequency = standing_wave(subcycling=True)
     solver.step()
-    assert solver.subcycling.highest >= 3
-    solver.chosen_at = solver.choose_again = np.inf
+    assert solver.levels.highest >= 3
+    solver.control.chosen_at = solver.control.choose_again = np.inf
     run_until(solver, solver.time + 0.1 * 2.0 * np.pi / frequency)
     first, before = energy(solver), momentum(solver)
     largest = 0.0
@@ -163,7 +166,7 @@ def test_far_fewer_steps_of_cells_are_made():
 def test_the_step_grows_by_a_twentieth_at_most():
     """After a short step the next ones grow slowly, however long the cells would bear them."""
     solver = burst(box((1, 1, 1), (4e-3,) * 3), replace(BARE, time_step=TimeStep(subcycling=False)))
-    solver.free_step = 1e-10
+    solver.control.uncut_step = 1e-10
     steps = []
     for _ in range(40):
         solver.step()
@@ -179,9 +182,9 @@ def test_contacts_step_is_a_share_of_the_steps_of_the_cells():
     found = {}
     for size, cfl in ((0.01, 0.8), (0.02, 0.8), (0.01, 0.4)):
         solver = burst(box((2, 2, 2), (size, size, size)), replace(BARE, time_step=TimeStep(cfl=cfl)))
-        found[size, cfl] = solver.contact_step
-        assert solver.contact_step == pytest.approx(0.7 * cfl * solver.stable_step, rel=1e-12)
-        assert solver.stable_step > 0.0
+        found[size, cfl] = solver.control.contact_step
+        assert solver.control.contact_step == pytest.approx(0.7 * cfl * solver.control.stable_step, rel=1e-12)
+        assert solver.control.stable_step > 0.0
     assert found[0.02, 0.8] == pytest.approx(2.0 * found[0.01, 0.8], rel=1e-9)
     assert found[0.01, 0.4] == pytest.approx(0.5 * found[0.01, 0.8], rel=1e-9)
 
