@@ -18,17 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from burst_fenicsx.kernels.cells.layout import (
-    DILATATION,
-    FREQUENCY,
-    GRADIENT,
-    HOURGLASS_MODES,
-    HOURGLASS_RATE,
-    MASS,
-    POSITION,
-    RATE,
-    VOLUME,
-)
+from burst_fenicsx.kernels.cells import layout as at
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function, widest_vectors
 from burst_fenicsx.kernels.state import Grid, Nodes
 from burst_fenicsx.kernels.vectors.tensors import Symmetric, Vector, store_matrix, store_vector
@@ -50,12 +40,12 @@ Four = tuple[float, float, float, float]
 
 
 # Rows of the scratch besides those of `cells.rows`. Nodal values: four rows of radial, then four of axial ones.
-_VELOCITY = POSITION + 8
-_BR, _BZ, _A = GRADIENT, GRADIENT + 4, GRADIENT + 8  # m2
-_INVERSE_SHARE = GRADIENT + 12  # inverse of the cell's share of its nodes' masses, 4 rows, 1/kg
-_MODE_R, _MODE_Z = HOURGLASS_MODES, HOURGLASS_MODES + 1  # hourglass mode of the positions, m
-AREA = HOURGLASS_MODES + 2  # of the quadrilateral, m2
-GAMMA_SQUARE = HOURGLASS_MODES + 3  # sum over the nodes of gamma^2 times the inverse share, 1/kg
+_VELOCITY = at.POSITION + 8
+_BR, _BZ, _A = at.GRADIENT, at.GRADIENT + 4, at.GRADIENT + 8  # m2
+_INVERSE_SHARE = at.GRADIENT + 12  # inverse of the cell's share of its nodes' masses, 4 rows, 1/kg
+_MODE_R, _MODE_Z = at.HOURGLASS_MODES, at.HOURGLASS_MODES + 1  # hourglass mode of the positions, m
+AREA = at.HOURGLASS_MODES + 2  # of the quadrilateral, m2
+GAMMA_SQUARE = at.HOURGLASS_MODES + 3  # sum over the nodes of gamma^2 times the inverse share, 1/kg
 
 
 class AxisymmetricState(NamedTuple):
@@ -132,11 +122,11 @@ def gather(block: int, nodes: Nodes, grid: Grid, element: AxisymmetricState, scr
     level, dofmap = grid.level[block], grid.dofmap
     for lane in range(LANES):
         cell = np.uint64(grid.cells[block, lane])
-        scratch[MASS * LANES + lane] = grid.mass[block * LANES + lane]
+        scratch[at.MASS * LANES + lane] = grid.mass[block * LANES + lane]
         for n in range(4):
             node = np.uint64(dofmap[cell, n])
-            scratch[(POSITION + n) * LANES + lane] = nodes.position[node, 0]
-            scratch[(POSITION + 4 + n) * LANES + lane] = nodes.position[node, 2]
+            scratch[(at.POSITION + n) * LANES + lane] = nodes.position[node, 0]
+            scratch[(at.POSITION + 4 + n) * LANES + lane] = nodes.position[node, 2]
             if nodes.finest[node] > level:
                 scratch[(_VELOCITY + n) * LANES + lane] = nodes.mean[node, 0]
                 scratch[(_VELOCITY + 4 + n) * LANES + lane] = nodes.mean[node, 2]
@@ -158,7 +148,7 @@ def move(step: float, scratch: np.ndarray) -> None:
     """
     widest_vectors()
     for lane in range(LANES):
-        r, z = _load(scratch, POSITION, lane), _load(scratch, POSITION + 4, lane)
+        r, z = _load(scratch, at.POSITION, lane), _load(scratch, at.POSITION + 4, lane)
         vr, vz = _load(scratch, _VELOCITY, lane), _load(scratch, _VELOCITY + 4, lane)
         h = 0.5 * step
         middle_r = (r[0] - h * vr[0], r[1] - h * vr[1], r[2] - h * vr[2], r[3] - h * vr[3])
@@ -167,19 +157,19 @@ def move(step: float, scratch: np.ndarray) -> None:
         over = 1.0 / volume
         rr, rz, zr, zz = over * _dot(br, vr), over * _dot(bz, vr), over * _dot(br, vz), over * _dot(bz, vz)
         hoop = over * _dot(a, vr)
-        store_matrix(((rr, 0.0, rz), (0.0, hoop, 0.0), (zr, 0.0, zz)), scratch, RATE, lane)
-        scratch[DILATATION * LANES + lane] = rr + hoop + zz
+        store_matrix(((rr, 0.0, rz), (0.0, hoop, 0.0), (zr, 0.0, zz)), scratch, at.RATE, lane)
+        scratch[at.DILATATION * LANES + lane] = rr + hoop + zz
         hr = middle_r[0] - middle_r[1] + middle_r[2] - middle_r[3]
         hz = middle_z[0] - middle_z[1] + middle_z[2] - middle_z[3]
         qr = vr[0] - vr[1] + vr[2] - vr[3] - rr * hr - rz * hz
         qz = vz[0] - vz[1] + vz[2] - vz[3] - zr * hr - zz * hz
-        store_vector((qr, 0.0, qz), scratch, HOURGLASS_RATE, lane)
+        store_vector((qr, 0.0, qz), scratch, at.HOURGLASS_RATE, lane)
 
         br, bz, a, volume, area = ring_integrals(r, z)
         _store(br, scratch, _BR, lane)
         _store(bz, scratch, _BZ, lane)
         _store(a, scratch, _A, lane)
-        scratch[VOLUME * LANES + lane], scratch[AREA * LANES + lane] = volume, area
+        scratch[at.VOLUME * LANES + lane], scratch[AREA * LANES + lane] = volume, area
         w = _load(scratch, _INVERSE_SHARE, lane)
         u0, u1 = w[0] if r[0] > 0.0 else 0.0, w[1] if r[1] > 0.0 else 0.0
         u2, u3 = w[2] if r[2] > 0.0 else 0.0, w[3] if r[3] > 0.0 else 0.0
@@ -189,7 +179,7 @@ def move(step: float, scratch: np.ndarray) -> None:
         rz = g0 * bz[0] * u0 + g1 * bz[1] * u1 + g2 * bz[2] * u2 + g3 * bz[3] * u3
         largest = 0.5 * (rr + zz) + np.sqrt(0.25 * (rr - zz) * (rr - zz) + rz * rz)
         over = 1.0 / volume
-        scratch[FREQUENCY * LANES + lane] = 0.5 * over * np.sqrt(scratch[MASS * LANES + lane] * largest)
+        scratch[at.FREQUENCY * LANES + lane] = 0.5 * over * np.sqrt(scratch[at.MASS * LANES + lane] * largest)
         hr, hz = r[0] - r[1] + r[2] - r[3], z[0] - z[1] + z[2] - z[3]
         scratch[_MODE_R * LANES + lane], scratch[_MODE_Z * LANES + lane] = hr, hz
         hr, hz = over * hr, over * hz
@@ -212,7 +202,7 @@ def store_forces(
     `stress` (Pa) with the viscous pressure taken off; `resistance` the generalised hourglass force (N).
     """
     br, bz, a = _load(scratch, _BR, lane), _load(scratch, _BZ, lane), _load(scratch, _A, lane)
-    over = 1.0 / scratch[VOLUME * LANES + lane]
+    over = 1.0 / scratch[at.VOLUME * LANES + lane]
     hr, hz = over * scratch[_MODE_R * LANES + lane], over * scratch[_MODE_Z * LANES + lane]
     srr, stt, szz, _, _, srz = stress
     qr, qz = share * resistance[0], share * resistance[2]
@@ -227,7 +217,7 @@ def store_forces(
             rr * br[3] + rz * bz[3] - hoop * a[3] + qr,
         ),
         scratch,
-        POSITION,
+        at.POSITION,
         lane,
     )
     _store(
@@ -238,7 +228,7 @@ def store_forces(
             zr * br[3] + zz * bz[3] + qz,
         ),
         scratch,
-        POSITION + 4,
+        at.POSITION + 4,
         lane,
     )
 
@@ -249,5 +239,5 @@ def add_forces(count: int, cells: np.ndarray, dofmap: np.ndarray, scratch: np.nd
     for n in range(4):
         for lane in range(count):
             node = np.uint64(dofmap[np.uint64(cells[lane]), n])
-            force[node, 0] += scratch[(POSITION + n) * LANES + lane]
-            force[node, 2] += scratch[(POSITION + 4 + n) * LANES + lane]
+            force[node, 0] += scratch[(at.POSITION + n) * LANES + lane]
+            force[node, 2] += scratch[(at.POSITION + 4 + n) * LANES + lane]

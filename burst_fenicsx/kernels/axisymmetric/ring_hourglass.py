@@ -9,17 +9,8 @@ from __future__ import annotations
 import numpy as np
 
 from burst_fenicsx.kernels.axisymmetric.quadrilateral import AREA, GAMMA_SQUARE
+from burst_fenicsx.kernels.cells import layout as at
 from burst_fenicsx.kernels.cells.hourglass import resist_mode
-from burst_fenicsx.kernels.cells.layout import (
-    COEFFICIENT_LIMIT,
-    DAMPING,
-    FREQUENCY,
-    HOURGLASS_FORCE,
-    HOURGLASS_RATE,
-    MASS,
-    SPRING,
-    VOLUME,
-)
 from burst_fenicsx.kernels.constants import MOST_DAMPED
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function
 from burst_fenicsx.kernels.vectors.tensors import Matrix, Vector, apply, dot, load_vector, scaled, store_vector
@@ -38,22 +29,22 @@ __all__ = [
 @lane_function
 def turn_stored(rotation: Matrix, scratch: np.ndarray, lane: int) -> None:
     """Turn the stored elastic force with the cell."""
-    store_vector(apply(rotation, load_vector(scratch, HOURGLASS_FORCE, lane)), scratch, HOURGLASS_FORCE, lane)
+    store_vector(apply(rotation, load_vector(scratch, at.HOURGLASS_FORCE, lane)), scratch, at.HOURGLASS_FORCE, lane)
 
 
 @lane_function
 def set_damping(viscous: float, sound: float, scratch: np.ndarray, lane: int) -> float:
     """Set the viscous coefficient of a lane from the dimensionless one."""
-    damping = viscous * scratch[MASS * LANES + lane] * sound * scratch[FREQUENCY * LANES + lane]
-    scratch[DAMPING * LANES + lane] = damping
+    damping = viscous * scratch[at.MASS * LANES + lane] * sound * scratch[at.FREQUENCY * LANES + lane]
+    scratch[at.DAMPING * LANES + lane] = damping
     return damping
 
 
 @lane_function
 def set_stiffness(fraction: float, modulus: float, step: float, scratch: np.ndarray, lane: int) -> float:
     """Set the spring's coefficient of a lane for a step (s), `modulus` (Pa) that of a plane wave."""
-    stiffness = fraction / 9.0 * modulus * step * scratch[VOLUME * LANES + lane] / scratch[AREA * LANES + lane]
-    scratch[SPRING * LANES + lane] = stiffness
+    stiffness = fraction / 9.0 * modulus * step * scratch[at.VOLUME * LANES + lane] / scratch[AREA * LANES + lane]
+    scratch[at.SPRING * LANES + lane] = stiffness
     return stiffness
 
 
@@ -68,14 +59,14 @@ def bound(step: float, needed: bool, scratch: np.ndarray) -> None:  # noqa: ARG0
     """Find the hourglass coefficient that the step (s) lets each cell bear."""
     per_step = 1.0 / step if step > 0.0 else np.inf
     for lane in range(LANES):
-        scratch[COEFFICIENT_LIMIT * LANES + lane] = per_step / scratch[GAMMA_SQUARE * LANES + lane]
+        scratch[at.COEFFICIENT_LIMIT * LANES + lane] = per_step / scratch[GAMMA_SQUARE * LANES + lane]
 
 
 @lane_function
 def dashpots(scratch: np.ndarray, lane: int) -> tuple[Vector, float]:
     """Viscous force (N) against the mode and its power (W)."""
-    rate = load_vector(scratch, HOURGLASS_RATE, lane)
-    damping = min(scratch[DAMPING * LANES + lane], MOST_DAMPED * scratch[COEFFICIENT_LIMIT * LANES + lane])
+    rate = load_vector(scratch, at.HOURGLASS_RATE, lane)
+    damping = min(scratch[at.DAMPING * LANES + lane], MOST_DAMPED * scratch[at.COEFFICIENT_LIMIT * LANES + lane])
     return scaled(damping, rate), damping * dot(rate, rate)
 
 

@@ -28,17 +28,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from burst_fenicsx.kernels.cells import layout as at
 from burst_fenicsx.kernels.cells.erosion import drop_forces, freeze_cells
-from burst_fenicsx.kernels.cells.layout import (
-    DILATATION,
-    FREQUENCY,
-    MASS,
-    POWER,
-    SOLID_PARAMETERS,
-    STABLE,
-    VISCOUS,
-    VOLUME,
-)
 from burst_fenicsx.kernels.cells.solid import make_solid
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, inlined_kernel, lane_function, widest_vectors
 from burst_fenicsx.kernels.vectors.exact import quantise
@@ -51,7 +42,7 @@ if TYPE_CHECKING:
 
 __all__ = ["make_block", "make_solid_block", "viscosity_and_step"]
 
-_LAW = SOLID_PARAMETERS.index("law")
+_LAW = at.SOLID_PARAMETERS.index("law")
 
 
 @lane_function
@@ -105,7 +96,7 @@ def make_block(kinematics: ModuleType, hourglass: ModuleType, material: Any) -> 
     linear, quadratic = (material.PARAMETERS.index(f"{name}_viscosity") for name in ("linear", "quadratic"))
     springs, damping = material.HAS_SPRINGS, material.PARAMETERS.index("hourglass_viscous")
     stiffness = material.PARAMETERS.index("hourglass_stiffness") if springs else 0
-    points, min_volume = getattr(kinematics, "POINTS", 1), getattr(kinematics, "MIN_VOLUME", VOLUME)
+    points, min_volume = getattr(kinematics, "POINTS", 1), getattr(kinematics, "MIN_VOLUME", at.VOLUME)
     move_point, add_point, end_points = (
         getattr(kinematics, name, _nothing) for name in ("move_point", "add_point", "end_points")
     )
@@ -124,19 +115,19 @@ def make_block(kinematics: ModuleType, hourglass: ModuleType, material: Any) -> 
         per_step = 1.0 / next_dt if next_dt > 0.0 else np.inf
         count = 0
         for lane in range(LANES):
-            density = scratch[MASS * LANES + lane] / scratch[VOLUME * LANES + lane]
+            density = scratch[at.MASS * LANES + lane] / scratch[at.VOLUME * LANES + lane]
             sound, fastest = sound_speeds(density, constants, parameters, scratch, lane)
             viscous, stable = viscosity_and_step(
-                scratch[DILATATION * LANES + lane],
-                1.0 / scratch[FREQUENCY * LANES + lane],
+                scratch[at.DILATATION * LANES + lane],
+                1.0 / scratch[at.FREQUENCY * LANES + lane],
                 density,
                 sound,
                 fastest,
                 parameters[linear],
                 parameters[quadratic],
             )
-            scratch[VISCOUS * LANES + lane] = viscous
-            scratch[STABLE * LANES + lane] = stable
+            scratch[at.VISCOUS * LANES + lane] = viscous
+            scratch[at.STABLE * LANES + lane] = stable
             most = hourglass.set_damping(parameters[damping], sound, scratch, lane)
             if springs:
                 most = max(most, hourglass.set_stiffness(parameters[stiffness], constants[0], step, scratch, lane))
@@ -149,7 +140,7 @@ def make_block(kinematics: ModuleType, hourglass: ModuleType, material: Any) -> 
         widest_vectors()
         for lane in range(LANES):
             resistance, power = resistance_of(scratch, lane)
-            scratch[POWER * LANES + lane] = power
+            scratch[at.POWER * LANES + lane] = power
             kinematics.store_forces(total_stress(scratch, lane), resistance, share, rounding, scratch, lane)
 
     @block_kernel
@@ -160,12 +151,12 @@ def make_block(kinematics: ModuleType, hourglass: ModuleType, material: Any) -> 
         slot = block * LANES
         heat = power = 0.0
         for lane in range(grid.filled[block]):
-            volume, viscous = scratch[VOLUME * LANES + lane], scratch[VISCOUS * LANES + lane]
-            stable = scratch[STABLE * LANES + lane]
+            volume, viscous = scratch[at.VOLUME * LANES + lane], scratch[at.VISCOUS * LANES + lane]
+            stable = scratch[at.STABLE * LANES + lane]
             # Mean of both ends of the step, as the forces work: at a front q changes within it.
             work = 0.5 * (grid.viscous[slot + lane] + viscous) * (volume - grid.volume[slot + lane])
             heat -= quantise(work, grid.rounding)
-            power += quantise(scratch[POWER * LANES + lane] * step, grid.rounding)
+            power += quantise(scratch[at.POWER * LANES + lane] * step, grid.rounding)
             grid.viscous[slot + lane] = viscous
             grid.stable[slot + lane] = stable
             grid.volume[slot + lane] = volume

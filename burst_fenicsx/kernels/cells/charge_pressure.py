@@ -4,21 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from burst_fenicsx.kernels.cells.layout import (
-    CHARGE_BURN,
-    CHARGE_BY_COMPRESSION,
-    CHARGE_PARAMETERS,
-    CHARGE_PRESSURE,
-    CHARGE_STIFFNESS,
-    MASS,
-    VOLUME,
-)
+from burst_fenicsx.kernels.cells import layout as at
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function, widest_vectors
 
 __all__ = ["burn_by_compression", "mix", "unreacted"]
 
 _BULK, _SHEAR, _STRENGTH, _SLOPE, _LIMIT = (
-    CHARGE_PARAMETERS.index(name)
+    at.CHARGE_PARAMETERS.index(name)
     for name in (
         "unreacted_bulk_modulus",
         "unreacted_shear_modulus",
@@ -34,9 +26,9 @@ def burn_by_compression(parameters: np.ndarray, scratch: np.ndarray) -> None:
     """Burn the cells as far as their compression burns them."""
     widest_vectors()
     for lane in range(LANES):
-        relative = scratch[VOLUME * LANES + lane] * parameters[0] / scratch[MASS * LANES + lane]
-        compressed = scratch[CHARGE_BY_COMPRESSION * LANES + lane] * (1.0 - relative)
-        scratch[CHARGE_BURN * LANES + lane] = max(scratch[CHARGE_BURN * LANES + lane], min(compressed, 1.0))
+        relative = scratch[at.VOLUME * LANES + lane] * parameters[0] / scratch[at.MASS * LANES + lane]
+        compressed = scratch[at.CHARGE_BY_COMPRESSION * LANES + lane] * (1.0 - relative)
+        scratch[at.CHARGE_BURN * LANES + lane] = max(scratch[at.CHARGE_BURN * LANES + lane], min(compressed, 1.0))
 
 
 @lane_function
@@ -44,11 +36,11 @@ def mix(
     relative: float, products: float, stiffness: float, parameters: np.ndarray, scratch: np.ndarray, lane: int
 ) -> None:
     """Pressure and stiffness (Pa) of a cell at V/V0 from those of its products and of its unreacted part."""
-    xi = scratch[CHARGE_BURN * LANES + lane]
+    xi = scratch[at.CHARGE_BURN * LANES + lane]
     pressure, slope = unreacted(relative, parameters)
     unreacted_stiffness = slope / relative + 4.0 / 3.0 * parameters[_SHEAR]
-    scratch[CHARGE_PRESSURE * LANES + lane] = xi * products + (1.0 - xi) * pressure
-    scratch[CHARGE_STIFFNESS * LANES + lane] = xi * stiffness + (1.0 - xi) * unreacted_stiffness
+    scratch[at.CHARGE_PRESSURE * LANES + lane] = xi * products + (1.0 - xi) * pressure
+    scratch[at.CHARGE_STIFFNESS * LANES + lane] = xi * stiffness + (1.0 - xi) * unreacted_stiffness
 
 
 @lane_function

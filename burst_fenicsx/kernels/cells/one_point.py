@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from burst_fenicsx.kernels.cells import layout as at
 from burst_fenicsx.kernels.cells.hexahedron import (
     PER_CELL,
     Gradient,
@@ -20,20 +21,6 @@ from burst_fenicsx.kernels.cells.hexahedron import (
     store_nodal_forces,
 )
 from burst_fenicsx.kernels.cells.hourglass import Forces
-from burst_fenicsx.kernels.cells.layout import (
-    DILATATION,
-    FORCE,
-    FREQUENCY,
-    GRADIENT,
-    GRADIENT_SQUARES,
-    HOURGLASS_MODES,
-    HOURGLASS_RATE,
-    MASS,
-    POSITION,
-    RATE,
-    VELOCITY,
-    VOLUME,
-)
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function, widest_vectors
 from burst_fenicsx.kernels.state import Grid, Nodes
 from burst_fenicsx.kernels.vectors.nodal_values import add_nodal_forces, gather_means
@@ -64,14 +51,14 @@ __all__ = [
 @block_kernel
 def gather(block: int, nodes: Nodes, grid: Grid, element: Any, scratch: np.ndarray) -> None:  # noqa: ANN401, ARG001
     """Gather positions and velocities of a block's nodes, mean ones over the cells' step, and the cells' masses."""
-    cells, rows = grid.cells[block], scratch[VELOCITY * LANES :]
-    gather_nodes(cells, grid.dofmap, nodes.position, scratch[POSITION * LANES :])
+    cells, rows = grid.cells[block], scratch[at.VELOCITY * LANES :]
+    gather_nodes(cells, grid.dofmap, nodes.position, scratch[at.POSITION * LANES :])
     if grid.mixed[block]:
         gather_means(cells, grid.dofmap, grid.level[block], nodes.finest, nodes.velocity, nodes.mean, rows)
     else:
         gather_nodes(cells, grid.dofmap, nodes.velocity, rows)
     for lane in range(LANES):
-        scratch[MASS * LANES + lane] = grid.mass[block * LANES + lane]
+        scratch[at.MASS * LANES + lane] = grid.mass[block * LANES + lane]
 
 
 @block_kernel
@@ -86,27 +73,27 @@ def move(step: float, scratch: np.ndarray) -> None:
     widest_vectors()
     for lane in range(LANES):
         # Places first, then one component of the velocity after the other: all modes at once fill the registers twice.
-        middle = cell_modes_earlier(scratch, POSITION, VELOCITY, -0.5 * step, lane)
+        middle = cell_modes_earlier(scratch, at.POSITION, at.VELOCITY, -0.5 * step, lane)
         gradient, volume = cell_gradient(middle)
         inverse = 1.0 / volume
         _move_component(0, middle, gradient, inverse, scratch, lane)
         _move_component(1, middle, gradient, inverse, scratch, lane)
         _move_component(2, middle, gradient, inverse, scratch, lane)
-        xx, yy = scratch[RATE * LANES + lane], scratch[(RATE + 4) * LANES + lane]
-        scratch[DILATATION * LANES + lane] = xx + yy + scratch[(RATE + 8) * LANES + lane]
-        place = cell_modes(scratch, POSITION, lane)
+        xx, yy = scratch[at.RATE * LANES + lane], scratch[(at.RATE + 4) * LANES + lane]
+        scratch[at.DILATATION * LANES + lane] = xx + yy + scratch[(at.RATE + 8) * LANES + lane]
+        place = cell_modes(scratch, at.POSITION, lane)
         gradient, volume = cell_gradient(place)
-        store_gradient(gradient, scratch, GRADIENT, lane)
-        store_vector(place[2], scratch, HOURGLASS_MODES, lane)
-        store_vector(place[4], scratch, HOURGLASS_MODES + 3, lane)
-        store_vector(place[5], scratch, HOURGLASS_MODES + 6, lane)
-        store_vector(place[6], scratch, HOURGLASS_MODES + 9, lane)
+        store_gradient(gradient, scratch, at.GRADIENT, lane)
+        store_vector(place[2], scratch, at.HOURGLASS_MODES, lane)
+        store_vector(place[4], scratch, at.HOURGLASS_MODES + 3, lane)
+        store_vector(place[5], scratch, at.HOURGLASS_MODES + 6, lane)
+        store_vector(place[6], scratch, at.HOURGLASS_MODES + 9, lane)
         (xx, yy, zz), largest = squared_gradients(gradient)
         inverse = 1.0 / volume
-        scratch[VOLUME * LANES + lane] = PER_CELL * volume
-        scratch[FREQUENCY * LANES + lane] = inverse * np.sqrt(16.0 * largest)
+        scratch[at.VOLUME * LANES + lane] = PER_CELL * volume
+        scratch[at.FREQUENCY * LANES + lane] = inverse * np.sqrt(16.0 * largest)
         square = 8.0 * inverse * inverse
-        store_vector((square * xx, square * yy, square * zz), scratch, GRADIENT_SQUARES, lane)
+        store_vector((square * xx, square * yy, square * zz), scratch, at.GRADIENT_SQUARES, lane)
 
 
 @lane_function
@@ -116,18 +103,18 @@ def _move_component(i: int, middle: Modes, gradient: Gradient, inverse: float, s
     `middle` are the modes of the positions half a step ago, `gradient` and `inverse` what `cell_gradient` makes of
     them, the volume inverted.
     """
-    v1, v2, v3, v4, v5, v6, v7 = component_modes(scratch, VELOCITY + i, lane)
+    v1, v2, v3, v4, v5, v6, v7 = component_modes(scratch, at.VELOCITY + i, lane)
     row = scaled(v1, gradient[0])
     row = add_scaled(row, v2, gradient[1])
     row = add_scaled(row, v3, gradient[2])
     row = add_scaled(row, v4, gradient[3])
     row = add_scaled(row, v5, gradient[4])
     row = scaled(inverse, add_scaled(row, v6, gradient[5]))
-    store_vector(row, scratch, RATE + 3 * i, lane)
-    scratch[(HOURGLASS_RATE + i) * LANES + lane] = v3 - dot(row, middle[2])
-    scratch[(HOURGLASS_RATE + 3 + i) * LANES + lane] = v5 - dot(row, middle[4])
-    scratch[(HOURGLASS_RATE + 6 + i) * LANES + lane] = v6 - dot(row, middle[5])
-    scratch[(HOURGLASS_RATE + 9 + i) * LANES + lane] = v7 - dot(row, middle[6])
+    store_vector(row, scratch, at.RATE + 3 * i, lane)
+    scratch[(at.HOURGLASS_RATE + i) * LANES + lane] = v3 - dot(row, middle[2])
+    scratch[(at.HOURGLASS_RATE + 3 + i) * LANES + lane] = v5 - dot(row, middle[4])
+    scratch[(at.HOURGLASS_RATE + 6 + i) * LANES + lane] = v6 - dot(row, middle[5])
+    scratch[(at.HOURGLASS_RATE + 9 + i) * LANES + lane] = v7 - dot(row, middle[6])
 
 
 @lane_function
@@ -147,13 +134,13 @@ def force_modes(
     """
     h3, h5, h6, h7 = resistance
     # The linear part of gamma acts like a stress, which need not be symmetric.
-    linear = outer(h3, load_vector(scratch, HOURGLASS_MODES, lane))
-    linear = add_outer(linear, h5, load_vector(scratch, HOURGLASS_MODES + 3, lane))
-    linear = add_outer(linear, h6, load_vector(scratch, HOURGLASS_MODES + 6, lane))
-    linear = add_outer(linear, h7, load_vector(scratch, HOURGLASS_MODES + 9, lane))
+    linear = outer(h3, load_vector(scratch, at.HOURGLASS_MODES, lane))
+    linear = add_outer(linear, h5, load_vector(scratch, at.HOURGLASS_MODES + 3, lane))
+    linear = add_outer(linear, h6, load_vector(scratch, at.HOURGLASS_MODES + 6, lane))
+    linear = add_outer(linear, h7, load_vector(scratch, at.HOURGLASS_MODES + 9, lane))
     xx, yy, zz, xy, yz, zx = stress
-    pull = _opposed(linear, PER_CELL / scratch[VOLUME * LANES + lane], ((xx, xy, zx), (xy, yy, yz), (zx, yz, zz)))
-    p, q, s3, r, s5, s6 = load_gradient(scratch, GRADIENT, lane)
+    pull = _opposed(linear, PER_CELL / scratch[at.VOLUME * LANES + lane], ((xx, xy, zx), (xy, yy, yz), (zx, yz, zz)))
+    p, q, s3, r, s5, s6 = load_gradient(scratch, at.GRADIENT, lane)
     return (
         apply(pull, p),
         apply(pull, q),
@@ -184,10 +171,10 @@ def store_forces(
 
     `rounding` is the constant of `exact.quantise`.
     """
-    store_nodal_forces(force_modes(stress, resistance, scratch, lane), share, rounding, scratch, FORCE, lane)
+    store_nodal_forces(force_modes(stress, resistance, scratch, lane), share, rounding, scratch, at.FORCE, lane)
 
 
 @block_kernel
 def add_forces(count: int, cells: np.ndarray, dofmap: np.ndarray, scratch: np.ndarray, force: np.ndarray) -> None:
     """Add the nodal forces of the first `count` cells of a block to `force` (nodes, 3) in N."""
-    add_nodal_forces(count, cells, dofmap, scratch[FORCE * LANES :], force)
+    add_nodal_forces(count, cells, dofmap, scratch[at.FORCE * LANES :], force)

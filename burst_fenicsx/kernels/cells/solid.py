@@ -7,23 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from burst_fenicsx.kernels.cells import layout as at
 from burst_fenicsx.kernels.cells.elastic import elastic_energy, elastic_trial, moduli, spin
 from burst_fenicsx.kernels.cells.erosion import BEFORE, NOW, WHOLE, clear_lane
-from burst_fenicsx.kernels.cells.layout import (
-    HOURGLASS_FORCE,
-    MASS,
-    RATE,
-    SOLID_DISSIPATION,
-    SOLID_PARAMETERS,
-    SOLID_SHEAR_STRAIN,
-    SOLID_SOFTENING,
-    SOLID_STRENGTH,
-    SOLID_VOLUME_STRAIN,
-    SPRING,
-    STRESS,
-    VISCOUS,
-    VOLUME,
-)
 from burst_fenicsx.kernels.constants import NOTHING_LEFT
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function, widest_vectors
 from burst_fenicsx.kernels.state import Grid, SolidState
@@ -45,7 +31,7 @@ if TYPE_CHECKING:
 
 __all__ = ["make_solid"]
 
-_DENSITY = SOLID_PARAMETERS.index("density")
+_DENSITY = at.SOLID_PARAMETERS.index("density")
 _STRESS_BYTES, _HALF_A_STRESS = np.uint64(48), np.uint64(24)  # of a point's stress
 
 
@@ -61,10 +47,10 @@ def _load(
     """Gather what a block's cells keep besides the state of their points; prefetch the next block's."""
     slot = block * LANES
     for lane in range(LANES):
-        scratch[SOLID_SOFTENING * LANES + lane] = state.softening_scale[slot + lane]
-        scratch[SOLID_STRENGTH * LANES + lane] = 0.0
+        scratch[at.SOLID_SOFTENING * LANES + lane] = state.softening_scale[slot + lane]
+        scratch[at.SOLID_STRENGTH * LANES + lane] = 0.0
     for k in range(12 * LANES):
-        scratch[HOURGLASS_FORCE * LANES + k] = state.hourglass[block, k]
+        scratch[at.HOURGLASS_FORCE * LANES + k] = state.hourglass[block, k]
     next_block = min(block + 1, len(grid.filled) - 1)
     start = address(state.hourglass) + np.uint64(next_block * 12 * LANES * 8)
     for line in range(12 * LANES * 8 // 64):
@@ -82,12 +68,12 @@ def _load_point(block: int, point: int, grid: Grid, state: SolidState, scratch: 
     start = address(state.stress) + _STRESS_BYTES * np.uint64(point)
     for first in range(0, LANES, WIDTH):
         stored = addresses(start, _STRESS_BYTES * points, cells_of_lanes(grid.cells[block], first))
-        load_triples(stored, scratch, STRESS * LANES + first)
-        load_triples(later(stored, _HALF_A_STRESS), scratch, (STRESS + 3) * LANES + first)
+        load_triples(stored, scratch, at.STRESS * LANES + first)
+        load_triples(later(stored, _HALF_A_STRESS), scratch, (at.STRESS + 3) * LANES + first)
     for lane in range(LANES):
         cell = np.uint64(grid.cells[block, lane])
-        scratch[SOLID_SHEAR_STRAIN * LANES + lane] = state.shear_strain[cell, point]
-        scratch[SOLID_VOLUME_STRAIN * LANES + lane] = state.volume_strain[cell, point]
+        scratch[at.SOLID_SHEAR_STRAIN * LANES + lane] = state.shear_strain[cell, point]
+        scratch[at.SOLID_VOLUME_STRAIN * LANES + lane] = state.volume_strain[cell, point]
 
 
 @block_kernel
@@ -98,12 +84,12 @@ def _store_point(block: int, point: int, grid: Grid, state: SolidState, scratch:
     # Lanes that repeat the block's last cell hold the same.
     for first in range(0, LANES, WIDTH):
         stored = addresses(start, _STRESS_BYTES * points, cells_of_lanes(grid.cells[block], first))
-        store_triples(scratch, STRESS * LANES + first, stored)
-        store_triples(scratch, (STRESS + 3) * LANES + first, later(stored, _HALF_A_STRESS))
+        store_triples(scratch, at.STRESS * LANES + first, stored)
+        store_triples(scratch, (at.STRESS + 3) * LANES + first, later(stored, _HALF_A_STRESS))
     for lane in range(grid.filled[block]):
         cell = np.uint64(grid.cells[block, lane])
-        state.shear_strain[cell, point] = scratch[SOLID_SHEAR_STRAIN * LANES + lane]
-        state.volume_strain[cell, point] = scratch[SOLID_VOLUME_STRAIN * LANES + lane]
+        state.shear_strain[cell, point] = scratch[at.SOLID_SHEAR_STRAIN * LANES + lane]
+        state.volume_strain[cell, point] = scratch[at.SOLID_VOLUME_STRAIN * LANES + lane]
 
 
 @lane_function
@@ -117,8 +103,8 @@ def _elasticity(parameters: np.ndarray) -> tuple[float, float]:
 @lane_function
 def _total_stress(scratch: np.ndarray, lane: int) -> Symmetric:
     """Stress with the viscous pressure taken off (Pa)."""
-    viscous = scratch[VISCOUS * LANES + lane]
-    xx, yy, zz, xy, yz, zx = load_symmetric(scratch, STRESS, lane)
+    viscous = scratch[at.VISCOUS * LANES + lane]
+    xx, yy, zz, xy, yz, zx = load_symmetric(scratch, at.STRESS, lane)
     return xx - viscous, yy - viscous, zz - viscous, xy, yz, zx
 
 
@@ -134,10 +120,12 @@ def _store(
 ) -> None:
     """Write the stored hourglass forces back and add up the plastic work."""
     for k in range(12 * LANES):
-        state.hourglass[block, k] = scratch[HOURGLASS_FORCE * LANES + k]
+        state.hourglass[block, k] = scratch[at.HOURGLASS_FORCE * LANES + k]
     plastic = 0.0
     for lane in range(grid.filled[block]):
-        plastic += quantise(scratch[SOLID_DISSIPATION * LANES + lane] * scratch[VOLUME * LANES + lane], grid.rounding)
+        plastic += quantise(
+            scratch[at.SOLID_DISSIPATION * LANES + lane] * scratch[at.VOLUME * LANES + lane], grid.rounding
+        )
     energy[0] += plastic
 
 
@@ -151,18 +139,18 @@ def _clear_state(
         if eroded[slot] == WHOLE:
             continue
         cell, points = np.uint64(grid.cells[block, lane]), state.stress.shape[1]
-        scratch[SOLID_DISSIPATION * LANES + lane] = 0.0
+        scratch[at.SOLID_DISSIPATION * LANES + lane] = 0.0
         for point in range(points):
             s = state.stress[cell, point]
             if eroded[slot] == NOW:
                 stress = (s[0], s[1], s[2], s[3], s[4], s[5])
-                scratch[SOLID_DISSIPATION * LANES + lane] += elastic_energy(stress, parameters) / points
+                scratch[at.SOLID_DISSIPATION * LANES + lane] += elastic_energy(stress, parameters) / points
             if lane < grid.filled[block]:
                 s[:] = 0.0
         eroded[slot] = BEFORE
-        scratch[SPRING * LANES + lane] = 0.0
+        scratch[at.SPRING * LANES + lane] = 0.0
         for k in range(12):
-            scratch[(HOURGLASS_FORCE + k) * LANES + lane] = 0.0
+            scratch[(at.HOURGLASS_FORCE + k) * LANES + lane] = 0.0
         clear_lane(scratch, lane)
 
 
@@ -173,9 +161,9 @@ def make_solid(law: ModuleType) -> SimpleNamespace:
     @lane_function
     def strengths_of(parameters: np.ndarray, scratch: np.ndarray, lane: int) -> tuple[float, float]:
         """Shear and tensile strength (Pa) after the strains so far."""
-        shear_strain = scratch[SOLID_SHEAR_STRAIN * LANES + lane]
-        volume_strain = scratch[SOLID_VOLUME_STRAIN * LANES + lane]
-        return strengths(parameters, shear_strain, volume_strain, scratch[SOLID_SOFTENING * LANES + lane])
+        shear_strain = scratch[at.SOLID_SHEAR_STRAIN * LANES + lane]
+        volume_strain = scratch[at.SOLID_VOLUME_STRAIN * LANES + lane]
+        return strengths(parameters, shear_strain, volume_strain, scratch[at.SOLID_SOFTENING * LANES + lane])
 
     @block_kernel
     def return_plastic(parameters: np.ndarray, scratch: np.ndarray) -> None:
@@ -187,15 +175,15 @@ def make_solid(law: ModuleType) -> SimpleNamespace:
         widest_vectors()
         for lane in range(LANES):
             tau, sigma = strengths_of(parameters, scratch, lane)
-            trial = load_symmetric(scratch, STRESS, lane)
+            trial = load_symmetric(scratch, at.STRESS, lane)
             elastic = is_elastic(trial, tau, sigma)
             stress, shear_strain, volume_strain, dissipation = return_stress(
                 trial, np.inf if elastic else tau, np.inf if elastic else sigma, parameters[0], parameters[1]
             )
-            store_symmetric(stress, scratch, STRESS, lane)
-            scratch[SOLID_SHEAR_STRAIN * LANES + lane] += shear_strain
-            scratch[SOLID_VOLUME_STRAIN * LANES + lane] += volume_strain
-            scratch[SOLID_DISSIPATION * LANES + lane] = dissipation
+            store_symmetric(stress, scratch, at.STRESS, lane)
+            scratch[at.SOLID_SHEAR_STRAIN * LANES + lane] += shear_strain
+            scratch[at.SOLID_VOLUME_STRAIN * LANES + lane] += volume_strain
+            scratch[at.SOLID_DISSIPATION * LANES + lane] = dissipation
 
     def make_update(turn_stored: Any) -> Any:  # noqa: ANN401 - compiled functions
         """Kernel that advances the stress at a point of each cell; `turn_stored` is the hourglass control's."""
@@ -207,14 +195,14 @@ def make_solid(law: ModuleType) -> SimpleNamespace:
             shear, lame = moduli(parameters)
             plastic = 0
             for lane in range(LANES):
-                rate = load_matrix(scratch, RATE, lane)
+                rate = load_matrix(scratch, at.RATE, lane)
                 rotation = spin(rate, step)
-                stress = elastic_trial(load_symmetric(scratch, STRESS, lane), rotation, rate, step, lame, shear)
-                store_symmetric(stress, scratch, STRESS, lane)
+                stress = elastic_trial(load_symmetric(scratch, at.STRESS, lane), rotation, rate, step, lame, shear)
+                store_symmetric(stress, scratch, at.STRESS, lane)
                 turn_stored(rotation, scratch, lane)
                 tau, sigma = strengths_of(parameters, scratch, lane)
                 plastic += 0 if is_elastic(stress, tau, sigma) else 1
-                scratch[SOLID_DISSIPATION * LANES + lane] = 0.0
+                scratch[at.SOLID_DISSIPATION * LANES + lane] = 0.0
             return plastic
 
         @block_kernel
@@ -233,7 +221,7 @@ def make_solid(law: ModuleType) -> SimpleNamespace:
             if state.stress.shape[1] > 1:
                 for lane in range(LANES):
                     tau, _ = strengths_of(parameters, scratch, lane)
-                    scratch[SOLID_STRENGTH * LANES + lane] = max(scratch[SOLID_STRENGTH * LANES + lane], tau)
+                    scratch[at.SOLID_STRENGTH * LANES + lane] = max(scratch[at.SOLID_STRENGTH * LANES + lane], tau)
 
         return update
 
@@ -247,7 +235,7 @@ def make_solid(law: ModuleType) -> SimpleNamespace:
         """
         sound = np.sqrt(constants[0] / density)
         tau, _ = strengths_of(parameters, scratch, lane)
-        return sound, sound if (tau > 0.0) | (scratch[SOLID_STRENGTH * LANES + lane] > 0.0) else constants[1] * sound
+        return sound, sound if (tau > 0.0) | (scratch[at.SOLID_STRENGTH * LANES + lane] > 0.0) else constants[1] * sound
 
     @block_kernel
     def is_spent(cell: int, parameters: np.ndarray, scale: float, state: SolidState) -> bool:
@@ -278,15 +266,15 @@ def make_solid(law: ModuleType) -> SimpleNamespace:
         for lane in range(LANES):
             if eroded[slot + lane] == WHOLE:
                 volume = scratch[min_volume * LANES + lane] * parameters[_DENSITY]
-                if not volume > NOTHING_LEFT * scratch[MASS * LANES + lane]:
+                if not volume > NOTHING_LEFT * scratch[at.MASS * LANES + lane]:
                     cell = np.uint64(grid.cells[block, lane])
-                    if is_spent(cell, parameters, scratch[SOLID_SOFTENING * LANES + lane], state):
+                    if is_spent(cell, parameters, scratch[at.SOLID_SOFTENING * LANES + lane], state):
                         eroded[slot + lane] = NOW
             count += 0 if eroded[slot + lane] == WHOLE else 1
         return count
 
     return SimpleNamespace(
-        PARAMETERS=SOLID_PARAMETERS,
+        PARAMETERS=at.SOLID_PARAMETERS,
         HAS_SPRINGS=True,
         load=_load,
         load_point=_load_point,

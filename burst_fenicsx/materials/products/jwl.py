@@ -8,16 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from burst_fenicsx.errors import InputError
+from burst_fenicsx.kernels.cells import layout as at
 from burst_fenicsx.kernels.cells.charge_pressure import mix, unreacted
-from burst_fenicsx.kernels.cells.layout import (
-    CHARGE_BURN,
-    CHARGE_ENERGY,
-    CHARGE_OLD_PRESSURE,
-    CHARGE_OLD_VOLUME,
-    CHARGE_OWN,
-    MASS,
-    VOLUME,
-)
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, widest_vectors
 
 if TYPE_CHECKING:
@@ -126,20 +118,20 @@ def press(parameters: np.ndarray, scratch: np.ndarray) -> None:
     P is linear in E, so the implicit step is solved directly.
     """
     widest_vectors()
-    a, b, r1 = parameters[CHARGE_OWN], parameters[CHARGE_OWN + 1], parameters[CHARGE_OWN + 2]
-    r2, omega = parameters[CHARGE_OWN + 3], parameters[CHARGE_OWN + 4]
+    a, b, r1 = parameters[at.CHARGE_OWN], parameters[at.CHARGE_OWN + 1], parameters[at.CHARGE_OWN + 2]
+    r2, omega = parameters[at.CHARGE_OWN + 3], parameters[at.CHARGE_OWN + 4]
     for lane in range(LANES):
-        per_volume = parameters[0] / scratch[MASS * LANES + lane]
-        v = scratch[VOLUME * LANES + lane] * per_volume
-        xi = scratch[CHARGE_BURN * LANES + lane]
-        change = v - scratch[CHARGE_OLD_VOLUME * LANES + lane] * per_volume
+        per_volume = parameters[0] / scratch[at.MASS * LANES + lane]
+        v = scratch[at.VOLUME * LANES + lane] * per_volume
+        xi = scratch[at.CHARGE_BURN * LANES + lane]
+        change = v - scratch[at.CHARGE_OLD_VOLUME * LANES + lane] * per_volume
         e1, e2 = a * np.exp(-r1 * v), b * np.exp(-r2 * v)
         cold = (1.0 - omega / (r1 * v)) * e1 + (1.0 - omega / (r2 * v)) * e2
-        others = scratch[CHARGE_OLD_PRESSURE * LANES + lane] + (1.0 - xi) * unreacted(v, parameters)[0]
-        rest = scratch[CHARGE_ENERGY * LANES + lane] - 0.5 * others * change
+        others = scratch[at.CHARGE_OLD_PRESSURE * LANES + lane] + (1.0 - xi) * unreacted(v, parameters)[0]
+        rest = scratch[at.CHARGE_ENERGY * LANES + lane] - 0.5 * others * change
         p = max((cold + omega * rest / v) / (1.0 + 0.5 * xi * omega * change / v), 0.0)
         e = rest - 0.5 * xi * p * change
-        scratch[CHARGE_ENERGY * LANES + lane] = e
+        scratch[at.CHARGE_ENERGY * LANES + lane] = e
         slope = e1 * (r1 * v - omega - omega / (r1 * v)) + e2 * (r2 * v - omega - omega / (r2 * v))
         # On the isentrope.
         mix(v, p, max(slope + omega * (e / v + p), p), parameters, scratch, lane)
