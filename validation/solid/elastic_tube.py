@@ -151,7 +151,7 @@ class QuarterTube:
             raise RuntimeError(f"PETSc's conjugate gradients stopped after {solver.getIterationNumber()} iterations")
         return moved
 
-    def radial(self, nodes: NDArray[np.integer], moved: NDArray[np.float64]) -> float:
+    def radial(self, nodes: NDArray[np.integer[Any]], moved: NDArray[np.float64]) -> float:
         """Mean outward displacement (m) of nodes, of displacements (all nodes, 3)."""
         flat = self.start[nodes, :2]
         return float((np.einsum("ij,ij->i", flat, moved[nodes, :2]) / np.hypot(*flat.T)).mean())
