@@ -189,7 +189,6 @@ class Simulation(AssembledBurst):
             self.fields,
             self.solver.time,
             self.solver.time_step,
-            self.fields.nodes.force,
             self.measures.outer_diameter(radii),
             self.contact,
         )
