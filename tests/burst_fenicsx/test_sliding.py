@@ -53,7 +53,7 @@ def ends(solver):
 
 
 def pulled(direction, traction, rise, contact, damping=2e5, *, lateral=False):
-    """NodalConstraint the casing's bottom and pull the charge's top with a traction (Pa) that grows over `rise` (s).
+    """Hold the casing's bottom and pull the charge's top with a traction (Pa) that grows over `rise` (s).
 
     With `lateral`, nothing moves sideways: the state is the same over every section.
     """
@@ -214,9 +214,8 @@ def gas_column(wall_layers, gas_layers, contact, *, held, casing=None, wall_leng
         holds += [NodalConstraint(wall, axis) for axis in axes]
     solver.constraints = tuple(holds)
     fields.charge.burn_fraction[: fields.mesh.cells][fields.mesh.part == Part.CHARGE] = 1.0
-    solver.control.uncut_step = (
-        1e-10  # all at once under pressure: the first steps are short, and grow by a twentieth each
-    )
+    # All at once under pressure: the first steps are short, and grow by a twentieth each.
+    solver.control.uncut_step = 1e-10
     solver.add_forces(0.0)
     return solver, in_gas
 

@@ -39,9 +39,7 @@ def frequency_error(cells: int, held: bool, quadrature: str) -> float:
         solver.step()
     fields = solver.fields
     # The velocity at the time of the places.
-    velocity = (
-        fields.nodes.velocity[:, 0] + 0.5 * solver.time_step * fields.inverse_mass * solver.fields.nodes.force[:, 0]
-    )
+    velocity = fields.nodes.velocity[:, 0] + 0.5 * solver.time_step * fields.inverse_mass * fields.nodes.force[:, 0]
     moving = (fields.mass * shape * velocity).sum()
     moved = (fields.mass * shape * (fields.nodes.position[:, 0] - along)).sum()
     phase = 2.0 * np.pi + np.arctan2(omega * moved, moving)
