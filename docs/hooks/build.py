@@ -12,6 +12,7 @@ from docs.hooks.command_reference import command_reference
 from docs.hooks.gallery import gallery
 from docs.hooks.mathematics import Mathematics
 from docs.hooks.search import write_index
+from docs.hooks.summary_reference import summary_reference
 
 if TYPE_CHECKING:
     from mkdocs.config.defaults import MkDocsConfig
@@ -116,6 +117,7 @@ _MADE = {
     "case_reference": case_reference,
     "built_in_tables": built_in_tables,
     "command_reference": command_reference,
+    "summary_reference": summary_reference,
     "validation_ladder": validation_ladder,
     "missed_rows": missed_rows,
     "changelog": changelog,

@@ -7,10 +7,11 @@ order p follows from
     (f3 - f2) / (f2 - f1) = (h3^p - h2^p) / (h2^p - h1^p),
 
 the limit is f1 - (f2 - f1) / ((h2/h1)^p - 1), and the uncertainty of a value is 1.25 times its distance from the limit.
-Where no order can be observed (two sizes, values that oscillate or diverge), the order is taken as one, the distance from
-the limit by the range of all values, and the safety factor is 3. Values that differ by no more than their statistical
-errors are fitted by a straight line in the cell size (least squares, after Eca and Hoekstra, J. Comput. Phys. 262 (2014)
-104); the uncertainty is 1.25 times the line's rise to the value's size and 1.96 standard errors of that rise.
+Where no order can be observed (two sizes, values that oscillate or diverge), the order is taken as one, the distance
+from the limit by the range of all values, and the safety factor is 3. Values that differ by no more than their
+statistical errors are fitted by a straight line in the cell size (least squares, after Eca and Hoekstra, J. Comput.
+Phys. 262 (2014) 104); the uncertainty is 1.25 times the line's rise to the value's size and 1.96 standard errors of
+that rise.
 """
 
 from __future__ import annotations
@@ -26,7 +27,16 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-__all__ = ["FACTOR_OBSERVED", "FACTOR_RANGE", "NORMAL_95", "ORDERS", "GridConvergence", "Kind", "grid_convergence", "observed_order"]
+__all__ = [
+    "FACTOR_OBSERVED",
+    "FACTOR_RANGE",
+    "NORMAL_95",
+    "ORDERS",
+    "GridConvergence",
+    "Kind",
+    "grid_convergence",
+    "observed_order",
+]
 
 FACTOR_OBSERVED = 1.25
 """Safety factor of Roache's index where the order was observed with three sizes."""
@@ -38,6 +48,16 @@ ORDERS = (0.5, 2.0)
 """Bounds of the order that is used: above 2 no element of first degree converges, below 0.5 the limit is a guess."""
 
 Kind = Literal["monotone", "oscillating", "diverging", "two_sizes", "statistical", "constant", "one_size"]
+KINDS: dict[Kind, str] = {
+    "monotone": "order observed",
+    "oscillating": "oscillating",
+    "diverging": "not converging",
+    "two_sizes": "two sizes",
+    "statistical": "within statistical error",
+    "constant": "no difference",
+    "one_size": "one size",
+}
+"""The kinds in words."""
 _LARGEST_ORDER = 20.0
 _SAME = 1e-12  # relative difference of values that are the same
 _SIGNIFICANT = 2.0  # standard errors of a difference
