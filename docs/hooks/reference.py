@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import importlib
 import inspect
-import json
 import math
 import re
 import tomllib
-from pathlib import Path
+from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
 from typer.main import get_command
@@ -16,6 +15,7 @@ from typer.main import get_command
 from burst_fenicsx.data import DATA_DIRECTORY
 from fragfield.case import Case
 from fragfield.cli import app
+from fragfield.quantities import QUANTITIES, schema
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -23,7 +23,6 @@ if TYPE_CHECKING:
 __all__ = ["api_reference", "built_in_tables", "case_reference", "command_reference", "summary_reference"]
 
 Schema = dict[str, Any]
-_SUMMARY = Path(__file__).resolve().parents[2] / "fragfield" / "data" / "summary.schema.json"
 _SECTIONS = ("Parameters", "Attributes", "Returns", "Yields", "Raises", "Notes", "Examples")
 _LIMITS = {"exclusiveMinimum": "greater than", "minimum": "at least", "exclusiveMaximum": "less than",
            "maximum": "at most"}  # fmt: skip
@@ -144,30 +143,17 @@ def built_in_tables() -> str:
 
 
 def summary_reference() -> str:
-    """Every key of summary.json with its meaning, a table a part, from the file's JSON Schema."""
-    properties = json.loads(_SUMMARY.read_text(encoding="utf-8"))["properties"]
-    parts = {key: entry for key, entry in properties.items() if _below(entry)}
-    texts = [_rows("key, meaning", [(f"`{key}`", _cell(entry.get("description", ""))) for key, entry in
-                                    properties.items()])]  # fmt: skip
-    for key, entry in parts.items():
-        texts.append(f"### {key}\n\n{_rows('key, meaning', _keys(entry))}")
-    return "\n\n".join(texts)
-
-
-def _below(entry: Schema) -> Schema:
-    """The properties of a part, of its entries where it is a list; none where it is a value."""
-    for choice in (entry, entry.get("items", {}), *entry.get("anyOf", ()), *entry.get("oneOf", ())):
-        found: Schema = choice.get("properties") or choice.get("items", {}).get("properties") or {}
-        if found:
-            return found
-    return {}
-
-
-def _keys(entry: Schema, path: str = "") -> Iterator[tuple[str, str]]:
-    for key, value in _below(entry).items():
-        name = f"{path}.{key}" if path else key
-        yield f"`{name}`", _cell(value.get("description", ""))
-        yield from _keys(value, name)
+    """A table of all values of each part of summary.json, from the catalogue of output quantities, as Markdown."""
+    parts = []
+    for part, values in groupby(QUANTITIES.values(), key=lambda one: one.path.partition(".")[0].removesuffix("[]")):
+        about = schema()["properties"][part].get("description", "")
+        body = [
+            (f"`{one.path.partition('.')[2] or one.path}`", one.unit,
+             _cell(". ".join(words for words in (one.label, one.note) if words)))
+            for one in values
+        ]  # fmt: skip
+        parts.append(f"### {part}\n\n{about}\n\n{_rows('key, unit, meaning', body)}")
+    return "\n\n".join(parts)
 
 
 # --- command line -------------------------------------------------------------------------------------------

@@ -50,10 +50,10 @@ def picture_of_burst(run: Path | RunFiles, path: Path | None = None, *, frames: 
     return _saved(burst_figure(files, frames=frames), files, path, "picture_of_burst.png")
 
 
-def picture_of_fragments(run: Path | RunFiles, path: Path | None = None) -> Path:
+def picture_of_fragments(run: Path | RunFiles, path: Path | None = None, *, width: float = WIDE) -> Path:
     """Write the cloud of fragments, coloured by initial speed; parameters and errors as `picture_of_burst`."""
     files = run if isinstance(run, RunFiles) else read_run(run)
-    return _saved(fragments_figure(files, width=WIDE), files, path, "picture_of_fragments.png")
+    return _saved(fragments_figure(files, width=width), files, path, "picture_of_fragments.png")
 
 
 def _saved(figure: Figure, run: RunFiles, path: Path | None, name: str) -> Path:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from fragfield.errors import InputError
-from fragfield.report.figures.drawing import SPEED_MAP
+from fragfield.report.figures.drawing import COLUMN, SPEED_MAP, WIDE
 from fragfield.report.reading.run_files import RunFiles, read_run
 from fragfield.view.interactive import write_interactive_views
 from fragfield.view.offscreen import display_available
@@ -50,13 +50,15 @@ def view_run(run_dir: Path | str, *, window: bool | None = None, html: bool = Fa
     return write_pictures(run)
 
 
-def write_pictures(run: RunFiles) -> list[Path]:
-    """Write every picture that the run has data for into its folder `figures`."""
+def write_pictures(run: RunFiles, folder: Path | None = None, *, wide: bool = True) -> list[Path]:
+    """Write every picture that the run has data for into a folder, else its folder `figures`; narrow ones for reports."""
+    target = folder or run.folder / "figures"
     written = []
     if run.nodes:
-        written.append(picture_of_burst(run))
+        written.append(picture_of_burst(run, target / "picture_of_burst.png", frames=4 if wide else 2))
     if run.fragments:
-        written.append(picture_of_fragments(run))
+        width = WIDE if wide else COLUMN
+        written.append(picture_of_fragments(run, target / "picture_of_fragments.png", width=width))
     return written
 
 

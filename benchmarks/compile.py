@@ -11,14 +11,14 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from benchmarks.goal import at_most
+from benchmarks.table import at_most
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from benchmarks.options import Options
 
-__all__ = ["first_run"]
+__all__ = ["compilation"]
 
 _ROOT = Path(__file__).resolve().parent.parent
 _COMPILE_TARGET = 20.0  # s, from the interpreter's start to the first step and beyond
@@ -30,7 +30,7 @@ _COMMANDS = {
 }  # fmt: skip
 
 
-def first_run(options: Options) -> dict[str, Any]:
+def compilation(options: Options) -> dict[str, Any]:
     """Wall and processor seconds of two commands, the second one after the first in the same caches, as a user's."""
     del options
     figures: dict[str, Any] = {}
