@@ -110,7 +110,9 @@ def _entries(properties: Mapping[str, Any], path: str, stage: str) -> Iterator[Q
             yield from _entries(items["properties"], f"{at}[]", of_stage)
         else:
             label, note = entry.get("title", ""), entry.get("description", "")
-            known = {name: entry[name] for name in ("percent", "digits", "rounding", "error", "hide_zero") if name in entry}
+            known = {
+                name: entry[name] for name in ("percent", "digits", "rounding", "error", "hide_zero") if name in entry
+            }
             yield Quantity(
                 at, entry.get("name", key), label or note, note if label else "", entry.get("unit", ""), of_stage,
                 () if "[]" in at else tuple(entry.get("shown", ())), **known,

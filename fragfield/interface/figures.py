@@ -39,7 +39,6 @@ def draw(run: RunFiles, name: str) -> Figure:
     """A figure by its name; raises InputError for another name, or where the run has no data for it."""
     from fragfield.report.figures.drawing import drawing_style
 
-
     known = figures_of(run)
     if name not in known:
         raise InputError(f"figure: found {name!r}{nearest(str(name), known)}; allowed: {', '.join(known)}")
@@ -47,6 +46,5 @@ def draw(run: RunFiles, name: str) -> Figure:
         figure = known[name][1](run)
         if figure is None:
             raise InputError(f"{run.folder}: holds no data for the figure {name} ({known[name][0]})")
-
 
     return figure

@@ -138,7 +138,11 @@ def _own_result(burst: Mapping[str, Any], flown: FlownEnsemble, headline: Mappin
     number = int(headline["realisations"])
     counts = flown.hazard.counts.hazardous.sum(axis=1)
     known = bool(headline["determined"])
-    parts = {"burst": burst, "hazard": headline if known else {}, "flight": {"hazardous_fragments": float(counts.mean())}}
+    parts = {
+        "burst": burst,
+        "hazard": headline if known else {},
+        "flight": {"hazardous_fragments": float(counts.mean())},
+    }
     values = {one.name: one.of(parts) for one in shown("convergence")}
     of_count = float(counts.std(ddof=1) / math.sqrt(len(counts))) if len(counts) > 1 else None
     errors = {"hazardous_fragments": of_count, "expected_distance": headline["standard_error"] if known else None}

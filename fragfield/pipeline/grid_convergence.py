@@ -26,7 +26,17 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-__all__ = ["FACTOR_OBSERVED", "FACTOR_RANGE", "KINDS", "NORMAL_95", "ORDERS", "GridConvergence", "Kind", "grid_convergence", "observed_order"]
+__all__ = [
+    "FACTOR_OBSERVED",
+    "FACTOR_RANGE",
+    "KINDS",
+    "NORMAL_95",
+    "ORDERS",
+    "GridConvergence",
+    "Kind",
+    "grid_convergence",
+    "observed_order",
+]
 
 FACTOR_OBSERVED = 1.25
 """Safety factor of Roache's index where the order was observed with three sizes."""

@@ -23,7 +23,16 @@ from fragfield.terminal.progress import duration
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-__all__ = ["OFFICIAL_LABELS", "convergence_words", "number_text", "plain_console", "print_info", "print_summary", "stripped", "summary_text"]
+__all__ = [
+    "OFFICIAL_LABELS",
+    "convergence_words",
+    "number_text",
+    "plain_console",
+    "print_info",
+    "print_summary",
+    "stripped",
+    "summary_text",
+]
 
 OFFICIAL_LABELS = {
     "hazardous_fragment_distance": "official, hazardous fragments",
@@ -131,7 +140,9 @@ def convergence_words(part: Mapping[str, Any]) -> list[str]:
         if entry is None or entry["uncertainty"] is None:
             continue
         order = f"order {entry['order']:.2g}" if entry["order"] is not None else KINDS[entry["kind"]]
-        words.append(f"{one.label[0].lower()}{one.label[1:]} ± {row('', entry['uncertainty'], one.unit, digits=2).value}, {order}")
+        words.append(
+            f"{one.label[0].lower()}{one.label[1:]} ± {row('', entry['uncertainty'], one.unit, digits=2).value}, {order}"
+        )
     sizes = ", ".join(f"{1e3 * size:.3g}" for size in part["sizes"])
     return [f"uncertainty by the cells ({sizes} mm): {'; '.join(words)}"] if words else []
 

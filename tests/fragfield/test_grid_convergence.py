@@ -99,7 +99,6 @@ def test_the_uncertainty_within_statistical_errors_covers_the_error_of_the_cells
         assert np.median([one.uncertainty for one in found if one.kind == "statistical"]) < 4.0 * sigma
 
 
-
 def test_values_that_agree_and_a_single_size():
     same = grid_convergence([1.0, 2.0, 4.0], [7.0, 7.0, 7.0])
     assert (same.kind, same.extrapolated, same.uncertainty) == ("constant", 7.0, 0.0)

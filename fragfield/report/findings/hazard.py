@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fragfield.hazard.certainty import certainty
+from fragfield.numbers import number
 from fragfield.pipeline.grid_convergence import KINDS
 from fragfield.report.blocks import Finding
 from fragfield.report.findings.values import value_of
-from fragfield.numbers import number
 from fragfield.report.tables.counted import counted_findings
 
 if TYPE_CHECKING:

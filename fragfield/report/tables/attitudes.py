@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 from fragfield.case.conversion.attitude import attitude_of, attitude_words
 from fragfield.hazard.certainty import metres_and_error, whole_metres
+from fragfield.numbers import SPACE, number
 from fragfield.report.blocks import Section, Table
 from fragfield.report.figures.drawing import ACCENT, GREY, LINES, new_figure
-from fragfield.numbers import SPACE, number
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from fragfield.numbers import SPACE, UNKNOWN, number
 from fragfield.pipeline.grid_convergence import KINDS
 from fragfield.quantities import shown
 from fragfield.report.blocks import Paragraph, Table
 from fragfield.report.figures.drawing import ACCENT, GREY, LINES, new_figure
-from fragfield.numbers import SPACE, UNKNOWN, number
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -30,6 +30,8 @@ _LARGEST = (
     "The largest speed is the mean of one cell, whose mass decreases with the cell size: at a corner of the charge it "
     "increases without limit. The speed that 99 % of the mass does not exceed converges; use it for comparisons."
 )
+
+
 def convergence_tables(run: RunFiles) -> Iterator[Block]:
     """What other cell sizes gave, or why there are none."""
     found = run.part("convergence")
@@ -101,5 +103,5 @@ def convergence_figure(run: RunFiles) -> Figure | None:
     axis.axhline(1.0, color=GREY, linewidth=0.7)
     axis.set(xlabel="Cell size (mm)", ylabel="Value / value of this run")
     axis.set_xlim(left=-0.03 * max(sizes))
-    axis.legend( loc="upper center", bbox_to_anchor=(0.5, -0.2))
+    axis.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2))
     return figure

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from fragfield.report.blocks import Table
 from fragfield.numbers import number
+from fragfield.report.blocks import Table
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

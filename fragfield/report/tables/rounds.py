@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fragfield.case.tables.round import IgnitionTable
-from fragfield.report.blocks import Rows, Table
 from fragfield.numbers import explosive_title, number
 from fragfield.quantities import shown
+from fragfield.report.blocks import Rows, Table
 from fragfield.report.reading.laws import segment_laws
 
 if TYPE_CHECKING:
@@ -33,6 +33,7 @@ MOST_ROUNDS_SHOWN = 4
 """Tables by round and segment show no more rounds than this: those of a stack are mostly alike."""
 POSITION_KEYS = ("name", "position", "axis", "ignition", "initiation")
 """What distinguishes rounds of one kind."""
+
 
 def alike(rounds: list[dict[str, Any]]) -> list[list[dict[str, Any]]]:
     """Tables of rounds in groups that differ in name, position and ignition alone."""

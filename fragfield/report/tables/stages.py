@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fragfield.report.blocks import Rows, Table
 from fragfield.numbers import Row, number, row
 from fragfield.quantities import shown
+from fragfield.report.blocks import Rows, Table
 from fragfield.report.reading.mesh_quality import aspect_ratio, scaled_jacobian
 
 if TYPE_CHECKING:

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fragfield.numbers import number
 from fragfield.report.blocks import Table
 from fragfield.report.figures.drawing import LINES, new_figure
-from fragfield.numbers import number
 from fragfield.report.reading.landings import hazard_energy
 
 if TYPE_CHECKING:

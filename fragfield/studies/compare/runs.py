@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from fragfield.case.difference import document_differences
 from fragfield.case.load import read_document
 from fragfield.case.units.quantities import show
