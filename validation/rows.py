@@ -36,7 +36,8 @@ class Row:
     case, quantity : what is compared.
     ours, reference : values in `unit`; a reference of None is a bound on ours alone that holds, or a value shown alone.
     error : relative, with its sign; of a bound that is missed the distance outside; None where a bound holds.
-    tolerance : of a verification the largest error allowed, of a comparison the reference's own uncertainty (relative);
+    tolerance : of a verification the largest error allowed, of a comparison the reference's own uncertainty
+        (relative, two standard errors);
         0 for a bound, None where nothing is judged.
     passed : the verdict; None where the row only informs.
     source : where the reference comes from.
