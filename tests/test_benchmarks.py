@@ -11,6 +11,7 @@ import pytest
 
 pytestmark = pytest.mark.dolfinx
 
+
 @pytest.fixture(autouse=True, scope="module")
 def _log_level():
     """The benchmarks ask for errors alone; other tests of this process look at warnings."""

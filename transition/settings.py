@@ -30,12 +30,10 @@ _COMPARED = {
 }
 """Inputs at whose defaults each law was compared with published data."""
 _CHOICES: dict[str, tuple[str | bool, ...]] = {
-    "rupture": ("critical_strain", "burst"),
-    "strain_rate": ("speed", "burst"),
     "velocity_source": ("burst", "gurney"),
     "sampler": ("quantile", "graded"),
     "velocity": ("mean", "interpolation"),
-    "random_turn": (True, False),
+    "random_roll": (True, False),
 }
 _FORMER = {("velocity", "patch"): "'patch' is now called 'mean': the mean over the fragment's material points"}
 
@@ -60,13 +58,8 @@ class BreakUpSettings:
         C of Eq. 21 without dimension; measured shells need 2 to 6. "paper" reads the printed 381.5 as grams.
     fracture_energy : float
         W of Eq. 21 (J/m2).
-    rupture : "critical_strain" or "burst"
-        Radius and wall at rupture from Eq. 22, or those of the burst stage when it reached its leakage radius.
     critical_strain : float
-        Hoop strain of Eq. 22, 0.5 to 1.0 for steel.
-    strain_rate : "speed" or "burst"
-        Rate of hoop strain at rupture of both of Mott's laws: v0 over the radius at rupture, or that of the burst stage
-        when the casing had the strain of `rupture`, with the wall of plane strain at that radius.
+        Hoop strain at rupture of Eq. 22, 0.5 to 1.0 for steel.
     fracture_stress, fracture_gamma : float
         P_F (Pa) and gamma of Mott's law of 1947; the defaults are his values for a steel with 0.45 % of carbon.
     velocity_source : "burst" or "gurney"
@@ -80,7 +73,7 @@ class BreakUpSettings:
         Mass-weighted mean of the velocity field over the fragment's material points, with their centre of mass as its
         position (keeps momentum); or velocity and position of one of its points, drawn at random by mass, by the
         shape functions (Eq. 30).
-    random_turn : bool
+    random_roll : bool
         Turn all fragments of a realisation together by a random angle about the round's axis. For a single round
         that is axisymmetric until it breaks up: on average over the realisations no azimuth then differs from another,
         whatever the mesh. Several rounds, and rounds with images, are never turned.
@@ -109,9 +102,7 @@ class BreakUpSettings:
     mean_mass_factor: float | None = None
     prefactor: float | Literal["paper"] = 4.0
     fracture_energy: float = 14.7e4
-    rupture: Literal["critical_strain", "burst"] = "critical_strain"
     critical_strain: float = 0.75
-    strain_rate: Literal["speed", "burst"] = "speed"
     fracture_stress: float = 804e6
     fracture_gamma: float = 67.0
     velocity_source: Literal["burst", "gurney"] = "burst"
@@ -119,7 +110,7 @@ class BreakUpSettings:
     graded_m0: float = 0.0
     graded_dm: float = 1.0e-4
     velocity: Literal["mean", "interpolation"] = "mean"
-    random_turn: bool = False
+    random_roll: bool = False
     direction_scatter: float = DIRECTION_SCATTER
     tilt: float = 0.0
     shape_factor: float = 2600.0
@@ -149,11 +140,6 @@ class BreakUpSettings:
         _positive("fracture_stress", self.fracture_stress, "Pa")
         _positive("fracture_gamma", self.fracture_gamma, "no dimension")
         _check_factor(self.mean_mass_factor)
-        if self.strain_rate == "burst" and self.velocity_source == "gurney":
-            raise InputError(
-                "break_up.strain_rate: found 'burst' together with velocity_source = 'gurney', which contradict each "
-                "other; allowed: 'burst' with velocity_source = 'burst', or 'speed'"
-            )
         _positive("graded_dm", self.graded_dm, "kg")
         _positive("shape_factor", self.shape_factor, "kg/m3")
         if self.explosive_constant is not None:

@@ -118,7 +118,7 @@ def _inactive_of_break_up(case: Case) -> Iterator[str]:
     if part.mean_mass_is_file:
         yield "break_up.counts"  # the report shows them beside the law
     if given or law == "gurney_sarmousakis":
-        yield from (f"break_up.{key}" for key in ("rupture", "critical_strain", "strain_rate", "velocity_source"))
+        yield from (f"break_up.{key}" for key in ("critical_strain", "velocity_source"))
     if part.sampler != "graded":
         yield from ("break_up.graded_m0", "break_up.graded_dm")
     if part.tilt == 0.0:

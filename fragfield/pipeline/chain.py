@@ -27,7 +27,6 @@ if TYPE_CHECKING:
 
     from fragfield.case import Case
     from fragfield.files.run_directory import Stage
-    from fragfield.report.figures.side_by_side import FigureQueue
     from fragfield.terminal.progress import Progress
 
 __all__ = ["Request", "run_chain", "run_stage"]
@@ -134,11 +133,11 @@ def run_chain(request: Request) -> dict[str, Any]:
 def _run_all(request: Request, team: Team, case: Case, directory: RunDirectory) -> dict[str, Any]:
     stages = list(STAGES.values())
     done = team.broadcast(_done(directory, stages) if team.first and request.resume else 0)
-    with _working(request, team, directory, fresh=not request.resume) as reporter, _drawing(request, team) as figures:
+    with _working(request, team, directory, fresh=not request.resume) as reporter:
         _warn_of_values(case, team)
         job = Job(
             case, directory, directory, team, reporter, request.threads, resume=request.resume, lean=request.lean,
-            profile=request.profile, figures=figures,
+            profile=request.profile,
         )  # fmt: skip
         if done:
             _log.info("resumed after %s", stages[done - 1].name)
@@ -153,22 +152,6 @@ def _run_all(request: Request, team: Team, case: Case, directory: RunDirectory) 
             if not request.lean:
                 perform(job, stages[-1])
             return directory.summary()
-
-
-@contextmanager
-def _drawing(request: Request, team: Team) -> Iterator[FigureQueue | None]:
-    """Where pictures are drawn while later stages are computed: not beside other ranks, which take the cores."""
-    if request.lean or team.size > 1:
-        yield None
-        return
-    from fragfield.report.figures.early import early_figures
-
-    figures = early_figures()
-    try:
-        yield figures
-    finally:
-        if figures is not None:
-            figures.close()
 
 
 def run_stage(request: Request, name: str) -> dict[str, Any]:

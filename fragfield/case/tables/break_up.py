@@ -62,12 +62,8 @@ class BreakUpTable(Table):
     """Factor C of Eq. 21 in SI; "paper" reads the printed 381.5 in grams."""
     fracture_energy: EnergyPerArea = 14.7e4
     """Energy W of fracture per area."""
-    rupture: Literal["critical_strain", "burst"] = "critical_strain"
-    """Radius and wall at rupture from the critical strain (Eq. 22) or from the burst."""
     critical_strain: float = Field(default=0.75, gt=0.0)
     """Strain at rupture; 0.5 to 1.0 for steel."""
-    strain_rate: Literal["speed", "burst"] = "speed"
-    """Rate of hoop strain at rupture in Mott's laws: final speed over radius, or the burst's own at that strain."""
     fracture_stress: Annotated[float, Quantity("Pa", "804 MPa", above=0.0)] = 804e6
     """True stress at fracture P_F, for mean_mass = "mott_1947"."""
     fracture_gamma: float = Field(default=67.0, gt=0.0)
