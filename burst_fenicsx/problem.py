@@ -364,7 +364,7 @@ class BurstSettings:
         Quantity("s", "120 us", above=0.0),
         Bounds(1e-9, 1e-2, "a burst is over within milliseconds", usual=(1e-5, 1e-3)),
     ] = None
-    """End of the burst; left out: when the acceleration is complete."""
+    """End of the burst, for stop = "time"; left out: when the acceleration is complete."""
     acceleration_tolerance: Annotated[
         float, Bounds(0.0, 1.0, "a fraction of the energy", above=True, below=True), _NO_END
     ] = 1e-2

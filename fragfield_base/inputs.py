@@ -91,7 +91,9 @@ class Bounds:
 
     def __get_pydantic_json_schema__(self, schema: object, handler: Callable[[object], dict[str, Any]]) -> Any:  # noqa: ANN401
         """For pydantic: the bounds beside the description of the field."""
-        return handler(schema) | {"low": self.low, "high": self.high, "usual": self.usual, "why": self.why}
+        described = handler(schema)
+        words = self.words(described.get("unit", "").removeprefix("1"))
+        return described | {"low": self.low, "high": self.high, "usual": self.usual, "why": self.why, "bounds": words}
 
 
 @dataclass(frozen=True)
@@ -124,6 +126,10 @@ class OnlyWith:
         if self.values:
             return f"found {found}; allowed: only with {self.key} = {' or '.join(show(one) for one in self.values)}"
         return f"found {found}; allowed: only with {'' if None in self.without else 'another '}{self.key}"
+
+    def __get_pydantic_json_schema__(self, schema: object, handler: Callable[[object], dict[str, Any]]) -> Any:  # noqa: ANN401
+        """For pydantic: the other key and its values beside the description of the field."""
+        return handler(schema) | {"only_with": {"key": self.key, "values": self.values, "without": self.without}}
 
 
 class NotAllowedError(ValueError):

@@ -75,7 +75,8 @@ def _table(table: Schema, place: _Place, properties: Schema, required: list[str]
             continue  # has a section of its own
         default = "needed" if key in required else _default(entry)
         meaning = entry.get("description") or f"See `{place.path}.{key}`."
-        lines.append(f"| `{key}` | {_cell(_allowed(entry))} | {_cell(default)} | {_cell(meaning)} |")
+        allowed = f"{_allowed(entry)}; {entry['bounds']}" if "bounds" in entry else _allowed(entry)
+        lines.append(f"| `{key}` | {_cell(allowed)} | {_cell(default)} | {_cell(meaning)} |")
     return "\n".join(lines)
 
 

@@ -24,8 +24,10 @@ class Table(BaseModel):
     model_config = ConfigDict(
         extra="forbid", strict=True, frozen=True, use_attribute_docstrings=True, validate_default=False
     )
-    KEYS: ClassVar[tuple[str, ...]] = ()
-    """Keys in the order of the file, where they are not all of the stage's dataclass in its order."""
+    ORDER: ClassVar[tuple[str, ...]] = ()
+    """The first keys in the order of the file, where it is not that of the stage's dataclass."""
+    NO_KEYS: ClassVar[tuple[str, ...]] = ()
+    """Fields of the stage's dataclass that are no keys."""
 
     @classmethod
     def __pydantic_init_subclass__(cls, **_: Any) -> None:
@@ -38,7 +40,8 @@ class Table(BaseModel):
             for name, meaning in _meanings(stage).items():
                 if name in fields and fields[name].description is None:
                     fields[name].description = meaning
-        cls.__pydantic_fields__ = {name: fields[name] for name in cls.KEYS or fields}
+        ordered = dict.fromkeys([*cls.ORDER, *fields])
+        cls.__pydantic_fields__ = {name: fields[name] for name in ordered if name not in cls.NO_KEYS}
         cls.model_rebuild(force=True)
 
 

@@ -46,12 +46,8 @@ class FragmentCountsTable(Table):
 class BreakUpTable(Table, BreakUpSettings):
     """Mott's law per segment, its sampler, and the velocity that fragments inherit (Eqs. 19-31)."""
 
-    KEYS: ClassVar = (
-        "realisations", "dimension", "mixed_fraction", "mean_mass", "counts", "mean_mass_factor", "prefactor",
-        "fracture_energy", "rupture", "critical_strain", "strain_rate", "fracture_stress", "fracture_gamma",
-        "velocity_source", "sampler", "graded_m0", "graded_dm", "velocity", "explosive_constant", "direction_scatter",
-        "tilt", "segments",
-    )  # fmt: skip
+    NO_KEYS: ClassVar = ("random_turn", "shape_factor")
+    ORDER: ClassVar = ("realisations", "dimension", "mixed_fraction", "mean_mass", "counts")
     realisations: int = Field(default=32, ge=1, le=100_000)
     """Fewest times that the casings are broken up at random; `fly` adds more up to hazard.max_realisations."""
     mean_mass: Annotated[float | str, _MEAN_MASS, MEAN_MASS] = BreakUpSettings.mean_mass  # type: ignore[assignment]

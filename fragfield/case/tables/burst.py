@@ -69,11 +69,8 @@ class OutputTable(Table):
 class BurstTable(Table, BurstSettings):
     """How the burst is computed."""
 
-    KEYS: ClassVar = (
-        "cell_size", "geometry", "convergence", "symmetry", "quadrature", "products", "burn", "stop", "end_time",
-        "acceleration_tolerance", "acceleration_window", "time_limit", "energy_tolerance", "damping", "time_step",
-        "leakage", "viscosity", "hourglass", "contact", "output",
-    )  # fmt: skip
+    NO_KEYS: ClassVar = ("output_interval", "nodal_stress", "planes")
+    ORDER: ClassVar = ("cell_size", "geometry", "convergence", "symmetry", "quadrature", "products", "burn", "stop")
     geometry: Literal["auto", "axisymmetric", "3d"] = "auto"  # type: ignore[assignment]
     """Rings of a round's meridian, or hexahedra; auto: rings where one round, initiated on its axis, allows it."""
     convergence: Literal["off", "quick", "standard", "final"] = "standard"
