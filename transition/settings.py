@@ -80,14 +80,10 @@ class BreakUpSettings:
         EnergyPerArea, Bounds(1.0, 1e8, "metals have 1e3 to 1e6 J/m^2", usual=(1e3, 1e6)), _MOTT
     ] = 14.7e4  # fmt: skip
     """Energy W of fracture per area."""
-    rupture: Annotated[Literal["critical_strain", "burst"], _RUPTURE] = "critical_strain"
-    """Radius and wall at rupture from the critical strain (Eq. 22) or from the burst."""
     critical_strain: Annotated[
         float, Bounds(1e-3, 5.0, "casings rupture at strains near 1", usual=(0.1, 1.5)), _RUPTURE
     ] = 0.75  # fmt: skip
     """Strain at rupture; 0.5 to 1.0 for steel."""
-    strain_rate: Annotated[Literal["speed", "burst"], _RUPTURE] = "speed"
-    """Rate of hoop strain at rupture in Mott's laws: final speed over radius, or the burst's own at that strain."""
     fracture_stress: Annotated[
         float,
         Quantity("Pa", "804 MPa", above=0.0),
@@ -116,7 +112,7 @@ class BreakUpSettings:
     """Mass between two grades, for sampler = "graded"."""
     velocity: Literal["mean", "interpolation"] = "mean"
     """Mean over the fragment's material points, or the field at a random one of them (Eq. 30)."""
-    random_turn: bool = False
+    random_roll: bool = False
     """Turn all fragments of a realisation together by a random angle about the round's axis: for a single round that
     is axisymmetric until it breaks up, so that no azimuth differs from another whatever the mesh. Several rounds, and
     rounds with images, are never turned."""
@@ -149,11 +145,6 @@ class BreakUpSettings:
     def __post_init__(self) -> None:
         """Refuse what has no meaning."""
         check_inputs(self, "break_up", InputError)
-        if self.strain_rate == "burst" and self.velocity_source == "gurney":
-            raise InputError(
-                "break_up.strain_rate: found 'burst' together with velocity_source = 'gurney', which contradict each "
-                "other; allowed: 'burst' with velocity_source = 'burst', or 'speed'"
-            )
         if isinstance(self.segments, Mapping):
             for name, stations in self.segments.items():
                 _rising(f"break_up.segments.{name}", stations)

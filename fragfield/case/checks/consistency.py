@@ -146,11 +146,6 @@ def _round(key: str, entry: RoundTable) -> Iterator[str]:
 
 
 def _break_up(break_up: BreakUpTable) -> Iterator[str]:
-    if break_up.strain_rate == "burst" and break_up.velocity_source == "gurney":
-        yield (
-            'break_up.strain_rate: found "burst" together with velocity_source = "gurney", which contradict each '
-            'other; allowed: "burst" with velocity_source = "burst", or "speed"'
-        )
     yield from _rising("break_up.segments", break_up.segments or [])
 
 

@@ -46,7 +46,7 @@ class FragmentCountsTable(Table):
 class BreakUpTable(Table, BreakUpSettings):
     """Mott's law per segment, its sampler, and the velocity that fragments inherit (Eqs. 19-31)."""
 
-    NO_KEYS: ClassVar = ("random_turn", "shape_factor")
+    NO_KEYS: ClassVar = ("random_roll", "shape_factor")
     ORDER: ClassVar = ("realisations", "dimension", "mixed_fraction", "mean_mass", "counts")
     realisations: int = Field(default=32, ge=1, le=100_000)
     """Fewest times that the casings are broken up at random; `fly` adds more up to hazard.max_realisations."""
