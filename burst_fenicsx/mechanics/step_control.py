@@ -11,9 +11,12 @@ from burst_fenicsx.kernels.constants import (
     BURN_PER_STEP,
     CONTACT_FRACTION,
     EARLIEST_FRONT,
+    FEWEST_STEPS,
     LOCAL_CFL,
+    MIN_FRACTION,
     PRODUCTS_HELD,
     STEP_GROWTH,
+    STEPS_PER_CHOICE,
 )
 
 if TYPE_CHECKING:
@@ -23,14 +26,7 @@ if TYPE_CHECKING:
     from burst_fenicsx.mechanics.subcycling import Subcycling
     from burst_fenicsx.problem import TimeStep
 
-__all__ = ["STEPS_PER_CHOICE", "StepControl"]
-
-STEPS_PER_CHOICE = 16
-"""Levels are chosen again, and cells to erode are looked for, after so many macro steps."""
-# Earlier, where cells have got so thin that the macro step has to be cut below this fraction of what was chosen, but
-# not sooner than after a few.
-_FEWEST_STEPS = 4
-_MIN_FRACTION = 0.9
+__all__ = ["StepControl"]
 
 
 class StepControl:
@@ -101,8 +97,8 @@ class StepControl:
         if not self.local:
             return False
         wanted, chosen = self._wanted, self._levels.step
-        waited = time > self.chosen_at + _FEWEST_STEPS * chosen or wanted < 0.5 * chosen
-        return time >= self.choose_again or (wanted < _MIN_FRACTION * chosen and waited)
+        waited = time > self.chosen_at + FEWEST_STEPS * chosen or wanted < 0.5 * chosen
+        return time >= self.choose_again or (wanted < MIN_FRACTION * chosen and waited)
 
     def choose_levels(self, time: float) -> np.ndarray | None:
         """Choose the macro step and the levels (cells,) of the cells; None where no level changes. Collective."""
