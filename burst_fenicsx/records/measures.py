@@ -226,12 +226,11 @@ def speeds_and_bound(fields: BurstFields, images: int) -> dict[str, Any]:
     a warning is logged. `images` is how many times the arrangement is the computed part.
     """
     mesh, bound = fields.mesh, escape_speed(fields.products)
-    of_casings = np.unique(mesh.dofmap[mesh.part != Part.CHARGE])
-    own = of_casings[of_casings < mesh.owned_nodes]
-    speed = np.linalg.norm(fields.nodes.velocity[own], axis=1)
-    fastest, above = float(speed.max(initial=0.0)), float(images * fields.mass[own][speed > bound].sum())
-    if mesh.comm.size > 1:
-        fastest, above = mesh.comm.allreduce(fastest, op=MPI.MAX), mesh.comm.allreduce(above)
+    of_casings = np.zeros(len(fields.mass), dtype=bool)
+    of_casings[mesh.dofmap[mesh.part != Part.CHARGE]] = True
+    speed = np.where(of_casings, np.linalg.norm(fields.nodes.velocity, axis=1), 0.0)
+    fastest = mesh.comm.allreduce(float(speed[: mesh.owned_nodes].max(initial=0.0)), op=MPI.MAX)
+    above = float(images * mesh.node_sums(np.where(speed > bound, fields.mass, 0.0)))
     if above > 0.0 and mesh.comm.rank == 0:
         _log.warning(
             "%.3g kg of the casings are faster than products expand into a vacuum: up to %.0f m/s, the bound: %.0f m/s",
