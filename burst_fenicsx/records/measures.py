@@ -227,7 +227,7 @@ def speeds_and_bound(fields: BurstFields, images: int) -> dict[str, Any]:
     """
     mesh, bound = fields.mesh, escape_speed(fields.products)
     of_casings = np.zeros(len(fields.mass), dtype=bool)
-    of_casings[mesh.dofmap[mesh.part != Part.CHARGE]] = True
+    of_casings[mesh.all_dofmap[mesh.all_part != Part.CHARGE]] = True
     speed = np.where(of_casings, np.linalg.norm(fields.nodes.velocity, axis=1), 0.0)
     fastest = mesh.comm.allreduce(float(speed[: mesh.owned_nodes].max(initial=0.0)), op=MPI.MAX)
     above = float(images * mesh.node_sums(np.where(speed > bound, fields.mass, 0.0)))
