@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from fragfield.case.units.quantities import Measured
-from fragfield_base.explosive_names import value_for
+from fragfield_base.names import value_for
 
 if TYPE_CHECKING:
     from collections.abc import Callable
