@@ -227,7 +227,6 @@ case $act in
     install) say "ready: .venv/bin/fragfield --help" ;;
     demo)
         "$bin/fragfield" run cases/grenade_155_tnt.toml --cell-size "8 mm" --out runs/demo --overwrite "$@"
-        "$bin/python" -m validation paper_3_1 --run runs/demo
         say "the report is runs/demo/report.html, the pictures are in runs/demo/figures"
         ;;
     examples)
