@@ -12,7 +12,6 @@ from fragfield.numbers import number
 from fragfield.report.blocks import Finding
 from fragfield.report.findings.contact import contact_findings, passed_findings
 from fragfield.report.findings.values import counted, value_of
-from fragfield.report.reading.mesh_quality import scaled_jacobian
 from fragfield.report.tables.ignition import initiated_by_shock, never_initiated
 
 if TYPE_CHECKING:
@@ -118,7 +117,7 @@ def burst_findings(run: RunFiles) -> list[Finding]:
     """Lost and folded cells, torn metal, thin walls, contact, and an end of the burst that comes too early."""
     part = run.part("burst")
     found: list[Finding] = []
-    folded = _folded_casing_cells(run)
+    folded = int(part.get("folded_cells") or 0)
     lost, cells = (
         value_of(part, "lost_cells"),
         value_of(part.get("symmetry") or part, "all_cells") or value_of(part, "cells"),
@@ -129,13 +128,13 @@ def burst_findings(run: RunFiles) -> list[Finding]:
             text = f"{number(int(lost))} of {number(int(cells))} cells {were} lost ({100 * lost / cells:.2g} %)"
             found.append(Finding("stop" if lost > 0.01 * cells else "warning", f"{text}: they became too distorted."))
         elif not folded:
-            found.append(Finding("good", "No cell was lost, and none of the casings is folded."))
+            found.append(Finding("good", "No cell was lost, and none is folded."))
     if folded:
         found.append(
             Finding(
                 "warning",
-                f"{counted(folded, 'cell')} of the casings {'is' if folded == 1 else 'are'} folded at the end of the "
-                "burst (inverted at a corner); results there are not reliable.",
+                f"{counted(folded, 'cell')} {'is' if folded == 1 else 'are'} folded at the end of the burst (inverted at "
+                "a corner), torn metal apart; results there are not reliable.",
             )
         )
     released, casing = value_of(part, "released_casing_mass"), value_of(part, "casing_mass")
@@ -215,9 +214,3 @@ def _unreacted(run: RunFiles) -> list[Finding]:
         for name, time in initiated_by_shock(run)
     ]
     return found
-
-
-def _folded_casing_cells(run: RunFiles) -> int:
-    if not run.nodes:
-        return 0
-    return int((scaled_jacobian(run.nodes["position"], run.cells["nodes"][run.cells["part"] == 0]) <= 0.0).sum())
