@@ -7,10 +7,11 @@ order p follows from
     (f3 - f2) / (f2 - f1) = (h3^p - h2^p) / (h2^p - h1^p),
 
 the limit is f1 - (f2 - f1) / ((h2/h1)^p - 1), and the uncertainty of a value is 1.25 times its distance from the limit.
-Where no order can be observed (two sizes, values that oscillate or diverge), the order is taken as one, the distance from
-the limit by the range of all values, and the safety factor is 3. Values that differ by no more than their statistical
-errors are fitted by a straight line in the cell size (least squares, after Eca and Hoekstra, J. Comput. Phys. 262 (2014)
-104); the uncertainty is 1.25 times the line's rise to the value's size and 1.96 standard errors of that rise.
+Where no order can be observed (two sizes, values that oscillate or diverge), the order is taken as one, the distance
+from the limit by the range of all values, and the safety factor is 3. Values that differ by no more than their
+statistical errors are fitted by a straight line in the cell size (least squares, after Eca and Hoekstra, J. Comput.
+Phys. 262 (2014) 104); the uncertainty is 1.25 times the line's rise to the value's size and 1.96 standard errors of
+that rise.
 """
 
 from __future__ import annotations

@@ -237,7 +237,6 @@ def _revolution(run: RunFiles) -> Revolution:
 
         attributes = run.rounds[0].attributes
         run.revolution = revolution(
-            run.nodes["reference"], run.cells["nodes"], attributes["position"], attributes["axis"],
-            run.cells["part"], MOST_CELLS,
-        )  # fmt: skip
+            run.nodes["reference"], run.cells["nodes"], attributes["position"], attributes["axis"], MOST_CELLS
+        )
     return run.revolution

@@ -81,7 +81,7 @@ def test_differences_within_their_statistical_errors_are_no_trend():
     assert grid_convergence(h, values, [0.1, 0.1, 0.1]).kind == "monotone"
     found = grid_convergence(h, values, [2.0, 2.0, 2.0])
     assert (found.kind, found.order, found.extrapolated) == ("statistical", None, None)
-    # The points lie on a line of slope 1; its error is 2 over the root of the sum of squares 14 / 3 about the mean size.
+    # On a line of slope 1, whose error is 2 over the root of 14 / 3, the sum of squares about the mean size.
     assert found.uncertainty == pytest.approx(FACTOR_OBSERVED * 1.0 + 1.96 * 2.0 / (14.0 / 3.0) ** 0.5)
     assert grid_convergence(h, values, [2.0, 2.0, 2.0], at=2.0).uncertainty == pytest.approx(2.0 * found.uncertainty)
 
