@@ -67,7 +67,11 @@ def test_missing_library_is_reported_and_the_report_goes_on(run, monkeypatch):
 @pytest.mark.parametrize(
     ("child", "kind", "words"),
     [
-        ("os.write(2, b'no driver\\n'); os.kill(os.getpid(), 11)", PictureUnavailableError, "VTK fails to draw .*no driver"),
+        (
+            "os.write(2, b'no driver\\n'); os.kill(os.getpid(), 11)",
+            PictureUnavailableError,
+            "VTK fails to draw .*no driver",
+        ),
         ("os.write(2, b'burst.h5: damaged\\n'); os._exit(2)", InputError, "burst.h5: damaged"),
         ("line_3", RuntimeError, "line_3"),
     ],
