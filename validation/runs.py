@@ -151,7 +151,8 @@ class Runs:
                 for burst in self.bursts
             ]
             quantity = f"bursts with closed energy and no lost cell, of {len(closed)}"
-            rows.bound(quantity, sum(closed), (len(closed), len(closed)), "conservation of energy and mass", "", "burst")
+            both = "conservation of energy and mass"
+            rows.bound(quantity, sum(closed), (len(closed), len(closed)), both, "", "burst")
         self.bursts.clear()
 
     @staticmethod

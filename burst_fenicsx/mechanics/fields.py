@@ -246,7 +246,8 @@ def make_fields(
     of_cells = {name: _owned(mesh, functions[name], points) for name in functions if name not in of_nodes}
     material = (len(Part) * mesh.round + mesh.part).astype(np.int32)
     is_charge = np.tile([part == Part.CHARGE for part in Part], len(rounds))
-    chunks = Chunks(mesh.dofmap, material, is_charge)
+    # Forces of rings are not rounded: one thread sums them in one order.
+    chunks = Chunks(mesh.dofmap, material, is_charge, max(mesh.cells, 1) if element.kind == RINGS else None)
     blocks = chunks.blocks(np.zeros(mesh.cells, dtype=np.int8))
     position = mesh.domain.geometry.x
     volume = element.volumes(position, mesh.dofmap)

@@ -102,7 +102,7 @@ class BurstSolver:
         self.steps += 1
         self.cell_steps += self.levels.cell_steps
         self.loads.accumulate_work(self.ledger, 0.5 * step)
-        check_cells(self.fields, self._totals, self.control.stable_step, self.time)
+        self.check_cells()
         if self.initiation is not None and self.initiation.update(self.time, step):
             self.burning.update()
             self.control.choose_again = self.time
@@ -205,6 +205,10 @@ class BurstSolver:
         erode(self.fields)
         if self.contact is not None:
             self.contact.drop_faces(self.fields.eroded_metal)
+
+    def check_cells(self) -> None:
+        """Stop if a cell has turned inside out or anything is not a number; collective."""
+        check_cells(self.fields, self._totals, self.control.stable_step, self.time)
 
 
 def _halvings(number: int) -> int:

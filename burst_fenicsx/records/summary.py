@@ -11,8 +11,7 @@ import numpy as np
 
 from burst_fenicsx.records.exposure import verdict
 from burst_fenicsx.records.ignition_summary import ignitions
-from burst_fenicsx.records.measures import speed_quantiles
-from burst_fenicsx.records.speed_bound import speeds_and_bound
+from burst_fenicsx.records.measures import speed_quantiles, speeds_and_bound
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
