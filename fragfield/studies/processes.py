@@ -45,23 +45,21 @@ def perform(request: dict[str, Any]) -> tuple[int, str]:
         `stage`, `case_file`, `out`, `resume`, `overwrite` and `threads`. A request of the stage "sample" has keys of
         its own, see `fragfield.studies.uncertainty.sample`, and its results as message.
     """
-    from fragfield.pipeline.chain import Request, run_chain, run_stage
+    from fragfield.pipeline.chain import run_chain
+    from fragfield.pipeline.job import RunOptions
     from fragfield.terminal.logs import to_stderr
 
     if request["stage"] == "sample":
         from fragfield.studies.uncertainty.sample import perform_sample
 
         return perform_sample(request)
-    asked = Request(
+    asked = RunOptions(
         Path(request["case_file"]), Path(request["out"]), resume=request["resume"], overwrite=request["overwrite"],
         quiet=True, threads=request["threads"], lean=True,
     )  # fmt: skip
     try:
         with to_stderr(quiet=True):
-            if request["stage"] == "run":
-                run_chain(asked)
-            else:
-                run_stage(asked, request["stage"])
+            run_chain(asked, None if request["stage"] == "run" else request["stage"])
     except KeyboardInterrupt as error:
         return EXIT_INTERRUPTED, message_of(error)
     except Exception as error:  # noqa: BLE001 - a failed run is a line of the table
