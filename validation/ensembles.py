@@ -16,9 +16,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 import flight
-from flight.hazard.density.ring_counts import RingCounts, count_by_azimuth
 from transition import BreakUp, Snapshot
 from transition.placement.mirroring import images
+from validation.ring_counts import RingCounts, count_by_azimuth
 from validation.runs import StudyError
 
 if TYPE_CHECKING:

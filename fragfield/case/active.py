@@ -58,7 +58,7 @@ def _inactive(case: Case, *, own_fragments: bool) -> Iterator[str]:
         yield from ("flight.wind.reference_height", "flight.wind.exponent")
     if wind.model == "profile":
         yield from ("flight.wind.speed", "flight.wind.towards")
-    box = ("ratios", "orientation", "density")
+    box = ("ratios", "density")
     yield from _of_choice("flight.shape", flight.shape.model, {"mean": (), "lognormal": ("spread",), "box": box})
     if flight.shape.model == "box":
         yield "flight.shape_factor"

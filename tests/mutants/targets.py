@@ -31,7 +31,7 @@ _STEP = [f"{_BURST}/test_{name}.py" for name in ("cells_by_hand", "elements", "s
 # Tests that run on several ranks: what is wrong with messages between them shows there alone.
 _RANKS = [f"{_BURST}/test_{name}.py" for name in ("ranks", "interior_contact", "erosion", "initiation")]
 _FLIGHT = [f"tests/flight/test_{name}.py" for name in (
-    "kernels_by_hand", "motion", "balance", "shape", "crossings", "obstacles", "height_map", "near_ground", "ricochet",
+    "kernels_by_hand", "motion", "completeness", "shape", "crossings", "obstacles", "height_map", "fluence", "ricochet",
     "contact", "surroundings", "walls", "arguments", "allowed_values", "published_values",
 )]  # fmt: skip
 _HAZARD = [f"tests/flight/test_{name}.py" for name in (
@@ -178,9 +178,9 @@ AREAS = (
                     "scene/height_map",
                     "integrate/fly",
                     "integrate/integrator",
-                    "hazard/density/near_ground",
+                    "fluence",
                     "integrate/after_landing",
-                    "hazard/balance",
+                    "hazard/completeness",
                     "integrate/legs",
                     "scene/scene",
                     "result",

@@ -24,8 +24,8 @@ from validation.rows import Row, compare, within
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from flight.hazard.density.ring_counts import RingCounts
     from validation.ensembles import RingEnsemble
+    from validation.ring_counts import RingCounts
 
 __all__ = ["NAME", "PANEL", "REFERENCE", "Finding", "compare_with_mirrored", "compare_with_paper", "sound"]
 

@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from numpy.typing import NDArray
 
-    from flight.hazard.density.ring_counts import RingCounts
     from validation.ensembles import RingEnsemble
+    from validation.ring_counts import RingCounts
 
 __all__ = ["by_azimuth_table", "draw"]
 

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from flight.hazard.density.ring_counts import RingCounts
+    from validation.ring_counts import RingCounts
 
 __all__ = [
     "FOCUS",

@@ -13,8 +13,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from flight.hazard.density.ring_counts import RingCounts
     from validation.ensembles import RingEnsemble
+    from validation.ring_counts import RingCounts
 
 __all__ = ["ratio_table", "sentences", "versions"]
 

@@ -18,11 +18,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 import flight
+from flight.hazard.density.density_counts import density_counts
 from flight.hazard.density.directions import Directions
-from flight.hazard.density.expected import drawn_distances
-from flight.hazard.density.fields import fields_of
+from flight.hazard.density.estimate import Estimate
 from flight.hazard.density.groups import DensityGroups
-from flight.hazard.density.near_ground import NearGround
 from transition import BreakUp, Snapshot
 from validation.runs import ROOT, changed_case
 from validation.sensitivities.variations import REFERENCE
@@ -113,7 +112,7 @@ def respond(
     case = _case(variation)
     arguments = flight_arguments(case) | {"witnesses": [], "sample": 0}
     criteria, grid = hazard_criteria(case), hazard_grid(case)
-    arguments |= {"near_ground": NearGround(grid, criteria)}
+    arguments |= {"fluence": criteria.fluence_grid(grid)}
     prepared = BreakUp(Snapshot.read(folder / "burst_snapshot.h5"), break_up_settings(case))
     groups, sizes = DensityGroups(Directions(grid)), []
     for start in range(0, realisations, _AT_ONCE):
@@ -123,7 +122,7 @@ def respond(
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore", flight.FlightWarning)
                 landed = flight.fly(started, **arguments, threads=threads)
-            groups.add(*fields_of(landed))
+            groups.add(*density_counts(landed))
             sizes.append(len(fragments))
     distance, draws = drawn_distances(groups, criteria.density, draws=DRAWS)
     return Response(
@@ -138,3 +137,17 @@ def _case(variation: Variation) -> Case:
     path = ROOT / REFERENCE["case"]
     document = tomllib.loads(changed_case(path, variation.all_changes))
     return case_from_document(document, source=str(path), folder=path.parent)
+
+
+def drawn_distances(
+    groups: DensityGroups, limit: float, *, draws: int = DRAWS, seed: int = 0
+) -> tuple[float, NDArray[np.float64]]:
+    """The distance over all azimuths (m), and in every draw of the bootstrap (b,); as `expected_distance`.
+
+    Draws of the same seed take the same realisations: differences between ensembles of the same random numbers are
+    then known better than the distances themselves.
+    """
+    found = Estimate(groups, limit, draws, seed)
+    result = found.result(every_direction=False)
+    reach = np.log([max(one, 1e-300) for one in (result.ground, result.normal)])[:, None]
+    return result.distance, np.exp(found.draws_of(reach, 0))

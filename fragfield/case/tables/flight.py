@@ -102,8 +102,6 @@ class ShapeTable(Table):
     """For model = "lognormal": standard deviation of the logarithm of the factor; an assumption, no law is known."""
     ratios: list[PositiveNumber] = Field(default=[5.0, 2.0, 1.0], min_length=3, max_length=3)
     """For model = "box": ratios of the edges."""
-    orientation: Literal["tumbling", "fixed"] = "tumbling"
-    """For model = "box": the mean over all orientations, or one for each fragment that it keeps."""
     density: Density = 7800.0
     """For model = "box": of the casing."""
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from flight import HITS, InputError
-from flight.hazard.density.ring_counts import RingCounts, count_by_azimuth
+from validation.ring_counts import RingCounts, count_by_azimuth
 
 
 def hits(azimuth, initial_speed, direction=1):
