@@ -14,7 +14,7 @@ from flight.hazard.density.groups import DensityGroups
 from flight.hazard.exposed import Prism
 from flight.hazard.site import Site
 from flight.hazard.tp12 import effective_number
-from flight.scene.walls import StoppingWall as StoppingWall
+from flight.scene.walls import StoppingWall
 
 ONE = flight.Fragments(0.01, (0.0, 0.0, 1.0), (800.0, 0.0, 100.0))
 FLOWN = flight.FlightResult(np.zeros(0, flight.LANDING), np.zeros(0, flight.HITS), None, ())
