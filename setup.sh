@@ -36,7 +36,6 @@ usage: sh setup.sh [ACT] [ARGUMENT...]
   test       the tests, on two cores or more side by side; arguments go to pytest (-n 0: one after the other)
   lint       ruff, mypy, import-linter, the list of words that are not used
   attack     generated cases, damaged files, signals and full disks for 30 minutes; arguments: MINUTES SEED
-  mutants    small faults in the physics, and the share that the tests notice; arguments: N SEED MINUTES, or "chosen"
   validate   the slow tests and the validation cases; arguments go to python -m validation
   bench      the benchmarks; arguments go to python -m benchmarks
   docs       the documentation, into build/docs; arguments go to mkdocs build; "pictures": first README's picture of a report
@@ -392,7 +391,7 @@ count_workers() {
 act=${1:-install}
 [ $# -eq 0 ] || shift
 case $act in
-    install | demo | examples | test | lint | attack | mutants | validate | bench | docs) ;;
+    install | demo | examples | test | lint | attack | validate | bench | docs) ;;
     help | -h | --help) usage && exit 0 ;;
     *)
         printf 'setup: unknown act "%s".\n\n' "$act" >&2
@@ -456,7 +455,6 @@ case $act in
         exit "$status"
         ;;
     attack) exec "$bin/python" -m tests.attack "$@" ;;
-    mutants) exec "$bin/python" -m tests.mutants "$@" ;;
     validate)
         "$bin/python" -m pytest -m slow
         exec "$bin/python" -m validation "$@"

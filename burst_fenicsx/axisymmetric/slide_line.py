@@ -10,22 +10,23 @@ from typing import TYPE_CHECKING
 import numpy as np
 from mpi4py import MPI
 
-from burst_fenicsx.axisymmetric.surfaces import outer_edges
+from burst_fenicsx.axisymmetric.mesh import outer_edges
 from burst_fenicsx.contact.accounting import PlaneImpulse
 from burst_fenicsx.contact.forces import ContactForces, Penetrations, max_squared_phase
 from burst_fenicsx.contact.sliding import INTERFACE_STATE
 from burst_fenicsx.kernels.axisymmetric.line_pressure import spread_pressure
 from burst_fenicsx.kernels.axisymmetric.line_state import SPREAD, LineContacts, SlideLine
-from burst_fenicsx.kernels.axisymmetric.step import LineSettings
+from burst_fenicsx.kernels.axisymmetric.slide_line import add_line_forces
 from burst_fenicsx.kernels.cells.charge_pressure import PARAMETERS
 from burst_fenicsx.kernels.constants import SMOOTH
+from burst_fenicsx.kernels.contact.slide_law import SlideLaw
 from burst_fenicsx.problem import Part
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from burst_fenicsx.axisymmetric.fields import RingFields
     from burst_fenicsx.axisymmetric.mesh import MeridianMesh
+    from burst_fenicsx.mechanics.fields import BurstFields
     from burst_fenicsx.problem import BurstSettings
 
 __all__ = ["LineInterface", "MeridianContact"]
@@ -50,7 +51,7 @@ class LineInterface:
 
     array_names = (*_STATE, "load", "stored")
 
-    def __init__(self, mesh: MeridianMesh, fields: RingFields) -> None:
+    def __init__(self, mesh: MeridianMesh, fields: BurstFields) -> None:
         local = fields.mesh.local_node
         # A node that charge and line still share, at the rim of a fuze, is its own twin.
         of_node = np.arange(len(mesh.nodes))
@@ -146,19 +147,14 @@ class LineInterface:
 
 
 class MeridianContact(ContactForces):
-    """Contact of an axisymmetric burst: its slide line, which the step's kernel computes.
-
-    Attributes
-    ----------
-    line_force : (nodes, 3) N, of the slide line alone.
-    """
+    """Contact of an axisymmetric burst: its slide line."""
 
     interface: LineInterface | None  # type: ignore[assignment]
 
-    def __init__(self, mesh: MeridianMesh, fields: RingFields, settings: BurstSettings) -> None:
+    def __init__(self, mesh: MeridianMesh, fields: BurstFields, settings: BurstSettings) -> None:
         self._fields = fields
         self.comm = MPI.COMM_SELF
-        self.force = self.line_force = np.zeros_like(fields.nodes.force)
+        self.force = np.zeros_like(fields.nodes.force)
         self.friction = self.work = 0.0
         self.impulse = PlaneImpulse(self.comm, fields)
         self.penetrations = Penetrations()
@@ -168,15 +164,9 @@ class MeridianContact(ContactForces):
         self._always = self._pushed = np.zeros(0, dtype=np.int32)  # all forces are the line's
         self.interface = self.line if len(mesh.twins) else None
         self.collisions, self.planes = None, []
-        contact = settings.contact
-        self.settings = LineSettings(
-            level=0,
-            exists=self.exists,
-            max_squared_phase=max_squared_phase(settings.time_step),
-            tensile_strength=contact.tensile_strength,
-            cohesion=contact.cohesion,
-            friction=float(np.tan(np.radians(contact.friction_angle))),
-        )
+        self._max_squared_phase = max_squared_phase(settings.time_step)
+        self._settings = settings.contact
+        self._share = 1.0
 
     @property
     def touched(self) -> np.ndarray:
@@ -185,26 +175,42 @@ class MeridianContact(ContactForces):
         touched[self.line.line.nodes] = True
         return touched
 
-    @property
-    def forces(self) -> dict[str, np.ndarray]:
-        """Those of the slide line."""
-        return {"line_force": self.line_force}
-
     def set_level(self, level: int) -> None:
         """Contact takes 2^`level` steps in a longest one from now on."""
-        self.settings = self.settings._replace(level=level)
+        self._share = 1.0 / 2**level
         self.line.contacts.last_position[:] = self._fields.nodes.position
 
-    def take(self, sums: np.ndarray, *, front_is_active: bool) -> None:
-        """Take the sums of a step, (3,): friction, work on the nodes (J), largest penetration (m); they are cleared."""
-        self.friction += float(sums[0])
-        self.work += float(sums[1])
-        deepest, found = self.penetrations, float(sums[2])
+    def add_forces(self, stable_for: float, step: float, *, front_is_active: bool) -> None:
+        """As `ContactForces.add_forces`."""
+        if not self.exists or stable_for <= 0.0:
+            return
+        state, contacts, chosen = self._fields, self.line.contacts, self._settings
+        law = SlideLaw(
+            self._max_squared_phase / stable_for**2,
+            step,
+            chosen.tensile_strength,
+            chosen.cohesion,
+            float(np.tan(np.radians(chosen.friction_angle))),
+        )
+        self.work += add_line_forces(
+            law,
+            self._share,
+            self.line.line,
+            contacts,
+            state.charge,
+            state.solid.eroded,
+            state.blocks.slot_of_cell,
+            state.nodes.position,
+            state.mass,
+            self.force,
+            state.nodes.force,
+        )
+        self.friction += float(contacts.tally[:, 1].sum())
+        deepest, largest = self.penetrations, float(contacts.tally[:, 2].max(initial=0.0))
         if front_is_active:
-            deepest.interface_at_front = max(deepest.interface_at_front, found)
+            deepest.interface_at_front = max(deepest.interface_at_front, largest)
         else:
-            deepest.interface_after = max(deepest.interface_after, found)
-        sums[:] = 0.0
+            deepest.interface_after = max(deepest.interface_after, largest)
 
 
 def _line_edges(mesh: MeridianMesh) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -271,7 +277,7 @@ def _spans(edges: np.ndarray, covered: np.ndarray, end: np.ndarray, groups: np.n
     return found
 
 
-def _cells_around(fields: RingFields, slave: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _cells_around(fields: BurstFields, slave: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The charge's cells around each contact's node: offsets (contacts + 1,) and cells, both int32."""
     charge = np.flatnonzero(fields.mesh.part == Part.CHARGE)
     node, cell = fields.mesh.dofmap[charge].ravel(), np.repeat(charge, 4)

@@ -14,7 +14,6 @@ from flight.hazard.density.distance import ExpectedDistance
 from flight.hazard.density.expected import expected_distance
 from flight.hazard.density.groups import DensityGroups
 from tests.flight.fields import LIMIT, expected_numbers
-from validation.sensitivities.responses import drawn_distances
 
 KERNEL = 20.0  # degrees
 REALISATIONS = 20
@@ -321,16 +320,3 @@ def test_a_bound_is_given_where_only_some_draws_reach_the_limit() -> None:
 def test_the_estimate_is_the_same_for_the_same_numbers() -> None:
     first, second = (estimates(directions("worst_direction"), lobes, 4.0, 1, seed=6)[0] for _ in range(2))
     assert (first.distance, first.upper) == (second.distance, second.upper)
-
-
-def test_draws_of_the_distance_scatter_by_its_standard_error() -> None:
-    field = directions("all_azimuths")
-    expected = field.folded(expected_numbers(field.grid, radial, even)) / 20.0
-    drawn = 20.0 * np.random.default_rng(8).poisson(expected, size=(40, *expected.shape))
-    groups = DensityGroups.of(field, np.stack([0.2 * drawn, drawn], axis=1).astype(float))
-    found = expected_distance(groups, LIMIT)
-    distance, draws = drawn_distances(groups, LIMIT, draws=1000)
-    assert distance == found.distance
-    assert draws.std(ddof=1) == pytest.approx(found.standard_error, rel=0.03)
-    assert draws.mean() == pytest.approx(distance, rel=0.01)
-    assert np.array_equal(draws, drawn_distances(groups, LIMIT, draws=1000)[1])

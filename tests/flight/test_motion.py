@@ -24,6 +24,7 @@ from flight import (
     Status,
     Wind,
     fly,
+    range_table,
 )
 from tests.flight.clouds import GRAVITY, cloud
 
@@ -289,7 +290,7 @@ def test_flight_feels_the_standard_density_of_its_geometric_altitude(altitude, d
 
 def test_a_table_of_single_fragments_is_the_parabola_in_a_vacuum() -> None:
     """Range and arrival of every combination by the closed form; NaN where nothing lands."""
-    table = flight.range_table([0.01, 0.1], [100.0, 300.0], [10.0, 45.0], height=2.0, air="vacuum")
+    table = range_table([0.01, 0.1], [100.0, 300.0], [10.0, 45.0], height=2.0, air="vacuum")
     assert len(table) == 8
     level, up = (table["speed"] * turn(np.radians(table["elevation"])) for turn in (np.cos, np.sin))
     time = (up + np.sqrt(up**2 + 2.0 * GRAVITY * 2.0)) / GRAVITY
@@ -297,4 +298,4 @@ def test_a_table_of_single_fragments_is_the_parabola_in_a_vacuum() -> None:
     assert table["range"] == pytest.approx(level * time, rel=1e-9)
     assert table["arrival_speed"] ** 2 == pytest.approx(table["speed"] ** 2 + 2.0 * GRAVITY * 2.0, rel=1e-9)
     assert table["energy"] == pytest.approx(0.5 * table["mass"] * table["arrival_speed"] ** 2, rel=1e-12)
-    assert np.isnan(flight.range_table(0.01, 100.0, 45.0, time_limit=0.1)["range"]).all()
+    assert np.isnan(range_table(0.01, 100.0, 45.0, time_limit=0.1)["range"]).all()

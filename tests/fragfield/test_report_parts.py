@@ -11,9 +11,9 @@ import pytest
 from fragfield.case import Case
 from fragfield.case.units.quantities import Measured
 from fragfield.hazard.certainty import margin_metres, metres, metres_and_error, whole_metres
+from fragfield.numbers import UNKNOWN, number, of_case, row
 from fragfield.report.document import code_words
 from fragfield.report.findings.findings import findings
-from fragfield.report.quantities import UNKNOWN, number, of_case, row
 from fragfield.report.reading.landings import landings
 from fragfield.report.reading.laws import number_above, segment_laws
 from fragfield.report.reading.mesh_quality import aspect_ratio, scaled_jacobian

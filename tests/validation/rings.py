@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from flight import HITS
+from flight.hazard.density.ring_counts import count_by_azimuth
 from validation.ensembles import RING_HITS, RingEnsemble
-from validation.ring_counts import count_by_azimuth
 
 if TYPE_CHECKING:
     from collections.abc import Callable

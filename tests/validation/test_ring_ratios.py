@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from flight.hazard.density.ring_counts import RingCounts
 from tests.validation.rings import LOBE, in_lobe, ring
 from validation.paper_3_2.check import REFERENCE, compare_with_mirrored, compare_with_paper, sound
 from validation.paper_3_2.ratios import (
@@ -21,7 +22,6 @@ from validation.paper_3_2.ratios import (
     sector,
     speed_ratio,
 )
-from validation.ring_counts import RingCounts
 
 SHARE = 2.5  # of the pair's hits, so that its lobes hold 5 times the single round's
 

@@ -72,7 +72,7 @@ def impact(values: Mapping[str, Any], core: int) -> Impact:
         solver.step(values["end_time"])
     last = record(solver)
     # The velocity belongs to the middle of the last step, the plane's impulse to its end.
-    velocity = fields.nodes.velocity + 0.5 * solver.time_step * fields.inverse_mass[:, None] * solver.resultant
+    velocity = fields.nodes.velocity + 0.5 * solver.time_step * fields.inverse_mass[:, None] * solver.fields.nodes.force
     assert solver.contact is not None
     gained = float(fields.mass @ velocity[:, 2]) - start_momentum
     radius, height = _outline(fields.start, fields.nodes.position)

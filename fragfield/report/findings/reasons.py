@@ -6,12 +6,12 @@ from itertools import chain, islice
 from typing import TYPE_CHECKING, Any
 
 from fragfield.hazard.recommended import PARTS
+from fragfield.numbers import number
 from fragfield.report.findings.bearing import STUDIES, bears_on
 from fragfield.report.findings.burst import burst_findings, ledger_findings
 from fragfield.report.findings.hazard import convergence_findings, flight_findings
 from fragfield.report.findings.statements import limits
 from fragfield.report.findings.validation_status import read_record, shown_size, shown_value
-from fragfield.report.quantities import number
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence

@@ -13,9 +13,9 @@ from importlib import resources
 from typing import TYPE_CHECKING, Any, Literal
 
 from fragfield.errors import InputError
+from fragfield.numbers import number
 from fragfield.report.blocks import Paragraph, Table
 from fragfield.report.findings.bearing import bears_on
-from fragfield.report.quantities import number
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
