@@ -12,14 +12,14 @@ import pytest
 pytest.importorskip("dolfinx")
 
 from validation.__main__ import main
-from validation.products import check as products
+from validation.products import study as products
 from validation.products.energies import energy_given, gurney_velocity, progressive_share
-from validation.solid import check as solid
-from validation.solid.bar import Bar, bar_on_wall
+from validation.rows import Rows
+from validation.solid import study as solid
+from validation.solid.bar import bar_on_wall
 from validation.solid.elastic_tube import QuarterTube, elastic_tube, static_tube
 from validation.solid.impact import Impact, final_length
 from validation.solid.softening import in_shear, in_tension
-from validation.solid.tube import PlasticTube
 
 pytestmark = pytest.mark.dolfinx
 
@@ -54,29 +54,19 @@ def test_gurney_velocities_rise_to_the_whole_heat():
     assert speeds[-1] == pytest.approx(np.sqrt(2.0 * 7.0e9 / 1630.0), rel=2e-3)
 
 
-def test_the_cylinder_test_gives_gurneys_velocity():
-    """19 mm: the bore has grown to 6.84 times its section; 1397 m/s sqrt(2.481 + 1/2) = 2412 m/s."""
-    (early, slow), (late, fast) = products.cylinder_gurney()
-    assert (early, late) == (pytest.approx(2.36, abs=0.01), pytest.approx(6.84, abs=0.01))
-    assert (slow, fast) == (pytest.approx(2092.6, abs=1.0), pytest.approx(2412.0, abs=1.0))
-
-
 def test_a_charge_initiated_progressively_is_held_against_its_own_theory():
+    """`landau` 1 + 5/432 D^2/Q, the others 1."""
     _, charge = products.model_of("tnt", "landau")
-    share = progressive_share(charge, "landau")
-    assert share == pytest.approx(1.1233, abs=1e-4)
-    judged, reported = products.check_progressive("landau", {"products_balance": 1.12})
-    assert judged.passed is True
-    assert reported.passed is None
-    assert reported.error == pytest.approx(0.12)
-    (row,) = products.check_progressive("landau_cj", {"products_balance": 0.96})
-    assert row.passed is False
+    assert progressive_share(charge, "landau") == pytest.approx(1.1233, abs=1e-4)
+    assert progressive_share(charge, "landau_cj") == progressive_share(charge, "jwl") == 1.0
 
 
-def test_all_laws_pass():
-    rows = products.check_laws()
-    assert [row.quantity for row in rows if row.passed is False] == []
+def test_all_laws_close():
+    rows = Rows("products")
+    products.check_laws(rows)
+    assert rows.sound
     assert len([row for row in rows if "energy given" in row.quantity]) == 6
+    assert {"explosive:comp_b", "products:jwl"} <= {subject for row in rows for subject in row.subjects}
 
 
 def test_a_coarse_bar_shows_the_wave():
@@ -85,13 +75,6 @@ def test_a_coarse_bar_shows_the_wave():
     assert bar.found_speed == pytest.approx(bar.speed, rel=0.01)
     assert bar.found_plateau == pytest.approx(bar.plateau, rel=0.01)
     assert bar.velocity == pytest.approx(bar.exact_velocity, rel=0.03)
-
-
-def test_an_open_ledger_voids_the_bar():
-    bar = Bar(np.zeros(1), np.zeros((1, 2)), (0.25, 0.75), 4.5, 4.5, 5856.0, 2.3e8, -0.02, 1.0)
-    (row,) = solid.check_bar(bar)
-    assert row.quantity == "bar: energy error"
-    assert row.passed is False
 
 
 @pytest.fixture(scope="module")
@@ -110,10 +93,16 @@ def test_the_elastic_tube_is_lames(coarse_tube):
     assert mean == pytest.approx(values["pressure"], rel=1e-3)
 
 
+def rows_of(check, *arguments):
+    rows = Rows("solid")
+    check(rows, *arguments)
+    return rows
+
+
 def test_the_static_solve_converges_to_lame_and_the_damped_run_meets_it(coarse_tube):
     values = solid.REFERENCE["tube"]
-    rows = solid.check_static(coarse_tube, static_tube(values, 2))
-    assert [row.passed for row in rows[2:]] == [True, True], rows
+    rows = rows_of(solid.check_static, coarse_tube, static_tube(values, 2))
+    assert [row.passed for row in rows[1:]] == [True, True], rows
     load = QuarterTube(values, 4, "full").load
     assert load.sum(axis=0)[:2] == pytest.approx(2 * [values["pressure"] * values["inner_radius"] * 0.25], rel=1e-12)
 
@@ -121,32 +110,18 @@ def test_the_static_solve_converges_to_lame_and_the_damped_run_meets_it(coarse_t
 def test_a_run_that_does_not_meet_the_static_solve_is_a_miss(coarse_tube):
     values = solid.REFERENCE["tube"]
     off = replace(coarse_tube, difference=2e-6)
-    assert [row.passed for row in solid.check_static(off, coarse_tube.static)][2:] == [False, False]
+    assert [row.passed for row in rows_of(solid.check_static, off, coarse_tube.static)][1:] == [False, False]
     other = elastic_tube({**values, "pressure": 100.0 * values["pressure"]}, 2)
     assert other.difference > 1e-5  # geometric nonlinearity
 
 
-def test_a_tube_that_has_not_flowed_through_is_not_compared(coarse_tube):
-    still = PlasticTube(np.linspace(1.0, 1.07, 9), np.ones(9), np.ones(9), yielded=False)
-    rows = solid.check_tube(coarse_tube, still)
-    assert rows[-1].quantity == "tube: whole wall flows"
-    assert rows[-1].passed is False
-
-
-def _rod(**changes):
-    rod = Impact(20e-3, np.ones(2), np.ones(2), momentum_error=1e-14, energy_error=0.002, moving=1e-3)
-    return replace(rod, **changes)
-
-
-def test_the_rods_length_is_compared_when_it_has_come_to_rest_with_a_closed_ledger():
+def test_the_rod_is_judged_by_what_is_conserved_and_compared_in_its_length():
     assert final_length(solid.REFERENCE["impact"]) == pytest.approx(19.93e-3, abs=1e-5)
-    assert len(solid.check_impact("rod", _rod(), 19.93e-3)) == 4
-    for changes in ({"energy_error": 0.02}, {"moving": 0.02}):
-        rows = solid.check_impact("rod", _rod(**changes), 19.93e-3)
-        assert len(rows) == 3
-        assert [row.passed for row in rows].count(False) == 1
-    lost = solid.check_impact("rod", _rod(momentum_error=1e-6), 19.93e-3)
-    assert [row.quantity for row in lost if row.passed is False] == ["rod: momentum less the anvil's impulse"]
+    good = Impact(20e-3, momentum_error=1e-14, energy_error=0.002)
+    assert [row.passed for row in rows_of(solid.check_impact, "rod", good, 19.93e-3)] == [True, True, None]
+    for change, place in (({"momentum_error": 1e-6}, 0), ({"energy_error": -0.02}, 1)):
+        rows = rows_of(solid.check_impact, "rod", replace(good, **change), 19.93e-3)
+        assert [row.passed is False for row in rows] == [number == place for number in range(3)]
 
 
 @pytest.mark.parametrize("strained", [in_shear, in_tension])
@@ -154,14 +129,12 @@ def test_strength_falls_to_zero_with_an_error_of_first_order(strained):
     errors = [strained({**solid.REFERENCE["softening"], "steps": steps}).largest_error for steps in (100, 200, 400)]
     rate = -np.polyfit(np.log([100, 200, 400]), np.log(errors), 1)[0]
     assert rate == pytest.approx(1.0, abs=0.2), f"rate {rate:.2f}, errors {errors}"
-    assert strained({**solid.REFERENCE["softening"], "steps": 100}).left < 1e-12
 
 
 @pytest.mark.slow
 def test_products_and_solid_run_quickly(tmp_path, capsys):
-    """The only miss is the rod's length, 5.8 % above the formula; see validation/README.md."""
+    """The only miss is the energy of the rod with 12 cells across; see docs/limits.md."""
     code = main(["products", "solid", "--quick", "--json", "--threads", "1", "--out", str(tmp_path)])
     rows = json.loads(capsys.readouterr().out)
-    assert [row["quantity"] for row in rows if row["passed"] is False] == ["impact, 8 cells across: final length"]
+    assert [row["quantity"] for row in rows if row["passed"] is False] == ["impact, 12 cells across: energy error"]
     assert code == 1
-    assert {path.name for path in tmp_path.glob("*.png")} == {"products.png", "solid.png"}
