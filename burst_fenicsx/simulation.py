@@ -14,9 +14,8 @@ import numpy as np
 from mpi4py import MPI
 
 from burst_fenicsx.assembled import AssembledBurst
-from burst_fenicsx.files.background import Background
 from burst_fenicsx.files.checkpoint import read_checkpoint, write_checkpoint
-from burst_fenicsx.files.output import TimeSeries
+from burst_fenicsx.files.output import Background, TimeSeries
 from burst_fenicsx.files.revolve import revolution, write_revolved
 from burst_fenicsx.files.snapshot import write_snapshot
 from burst_fenicsx.kernels.constants import LARGEST_CONTACT_ERROR
@@ -190,7 +189,6 @@ class Simulation(AssembledBurst):
             self.fields,
             self.solver.time,
             self.solver.time_step,
-            self.fields.nodes.force,
             self.measures.outer_diameter(radii),
             self.contact,
         )

@@ -36,7 +36,8 @@ class Row:
     case, quantity : what is compared.
     ours, reference : values in `unit`; a reference of None is a bound on ours alone that holds, or a value shown alone.
     error : relative, with its sign; of a bound that is missed the distance outside; None where a bound holds.
-    tolerance : of a verification the largest error allowed, of a comparison the reference's own uncertainty (relative);
+    tolerance : of a verification the largest error allowed, of a comparison the reference's own uncertainty
+        (relative, two standard errors);
         0 for a bound, None where nothing is judged.
     passed : the verdict; None where the row only informs.
     source : where the reference comes from.
@@ -161,8 +162,11 @@ def print_rows(rows: Iterable[Row]) -> None:
 
 def rows_table(rows: Iterable[Mapping[str, Any]]) -> str:
     """Rows, as the record has them, as a table in Markdown, all of one case."""
-    head = ("quantity", "kind", "ours", "reference", "error", "allowed", "verdict")
-    return markdown_table(head, [(row["quantity"], row["kind"], *shown(row)) for row in rows])
+    body = []
+    for row in rows:
+        *values, allowed, verdict = shown(row)
+        body.append((row["quantity"], *values, verdict if allowed == "-" else f"{verdict} ({allowed})"))
+    return markdown_table(("quantity", "ours", "reference", "error", "verdict (allowed)"), body)
 
 
 def shown(row: Mapping[str, Any]) -> tuple[str, str, str, str, str]:

@@ -22,7 +22,7 @@ LANES = 16
 
 # Sums keep their order and NaN stays visible. Nor may products be fused with sums ("contract"): where the compiler
 # does so depends on how it inlines, so that code just compiled and code from the cache would round differently.
-_FAST_MATH = {"nsz"}
+_OPTIONS = {"fastmath": {"nsz"}, "error_model": "numpy", "nogil": True}
 
 
 def kernel(function: Callable[..., Any]) -> Any:
@@ -39,16 +39,13 @@ def block_kernel(function: Callable[..., Any]) -> Any:
 
 
 def inlined_kernel(function: Callable[..., Any]) -> Any:
-    """Write a block kernel into what calls it: to hand over all arrays of a state costs as much as its forces.
-
-    Numba does so before it compiles, so that the kernel is compiled but once, with its caller.
-    """
-    return _compile(function, _nrt=False, inline="always")
+    """Compile a block kernel into what calls it: to hand over all arrays of a state costs as much as its forces."""
+    return compiled_with(numba, function, _nrt=False, forceinline=True, **_OPTIONS)
 
 
 def lane_function(function: Callable[..., Any]) -> Any:
     """Compile `function` of one lane's numbers into what calls it, so that the loop over the lanes is vectorised."""
-    return _compile(function, _nrt=False, forceinline=True)
+    return compiled_with(numba, function, _nrt=False, forceinline=True, **_OPTIONS)
 
 
 def parallel_kernel(function: Callable[..., Any]) -> Any:
@@ -73,8 +70,8 @@ def widest_vectors(typing_context: Any) -> tuple[Any, Callable[..., Any]]:  # no
     return types.none(), generate
 
 
-def _compile(function: Callable[..., Any], **options: Any) -> Any:
-    return compiled_with(numba, function, _FOLDER, fastmath=_FAST_MATH, error_model="numpy", nogil=True, **options)
+def _compile(function: Callable[..., Any], **options: bool) -> Any:
+    return compiled_with(numba, function, _FOLDER, **_OPTIONS, **options)
 
 
 _PACKAGE = Path(__file__).resolve().parent.parent

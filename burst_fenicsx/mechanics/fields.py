@@ -24,13 +24,7 @@ from burst_fenicsx.kernels.step.levels import blocks_are_mixed, move_lanes
 from burst_fenicsx.kernels.vectors.exact import quantise, rounding_constant
 from burst_fenicsx.materials import laws
 from burst_fenicsx.materials.products import make_products
-from burst_fenicsx.mechanics.detonation import (
-    burn_rates,
-    compression_burn_start,
-    ignition_times,
-    largest_faces,
-    place_ignition,
-)
+from burst_fenicsx.mechanics.detonation import burn_rates, cell_ignition, largest_faces
 from burst_fenicsx.mechanics.material_tables import largest_pressure, material_tables
 from burst_fenicsx.mechanics.schedule import Blocks, Chunks
 from burst_fenicsx.problem import Part
@@ -253,7 +247,8 @@ def make_fields(
     of_cells = {name: _owned(mesh, functions[name], points) for name in functions if name not in of_nodes}
     material = (len(Part) * mesh.round + mesh.part).astype(np.int32)
     is_charge = np.tile([part == Part.CHARGE for part in Part], len(rounds))
-    chunks = Chunks(mesh.dofmap, material, is_charge)
+    # Forces of rings are not rounded: one thread sums them in one order.
+    chunks = Chunks(mesh.dofmap, material, is_charge, max(mesh.cells, 1) if element.kind == RINGS else None)
     blocks = chunks.blocks(np.zeros(mesh.cells, dtype=np.int8))
     position = mesh.domain.geometry.x
     volume = element.volumes(position, mesh.dofmap)
@@ -270,7 +265,7 @@ def make_fields(
     own_length = element.lengths(position, mesh.dofmap, volume)
     inverse_scale = np.where(reference > 0.0, own_length / np.where(reference > 0.0, reference, 1.0), 1.0)
 
-    ignition, burn, compression = _ignition(mesh, rounds, products, lengths, position, volume, element)
+    ignition, burn, compression = cell_ignition(mesh, rounds, products, lengths, position, volume, element.burn_rates)
     energy = of_cells["products_energy"]
     for index, model in enumerate(products):
         energy[(mesh.round == index) & (mesh.part == Part.CHARGE)] = model.start_energy
@@ -383,29 +378,3 @@ def _nodal_masses(mesh: DistributedMesh, scratch: Any, cell_mass: np.ndarray, sh
 def _largest(mesh: DistributedMesh, values: np.ndarray) -> float:
     """Largest of the values over all ranks."""
     return float(mesh.comm.allreduce(float(values.max(initial=0.0)), op=MPI.MAX))
-
-
-def _ignition(
-    mesh: DistributedMesh,
-    rounds: Sequence[Round],
-    products: Sequence[Products],
-    lengths: Sequence[float],
-    position: np.ndarray,
-    volume: np.ndarray,
-    element: Element,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Times at which the cells ignite, burn rates, times from which compression burns them; infinite where never."""
-    ignition, compression = np.full(mesh.cells, np.inf), np.full(mesh.cells, np.inf)
-    burn = np.zeros(mesh.cells)
-    for index, item in enumerate(rounds):
-        own = np.flatnonzero((mesh.round == index) & (mesh.part == Part.CHARGE))
-        corners = position[mesh.dofmap[own]]
-        places, delays = place_ignition(item, lengths[index])
-        ignition[own] = ignition_times(corners.mean(axis=1), places, delays, item.explosive.detonation_velocity)
-        burn[own] = element.burn_rates(corners, volume[own], item.explosive.detonation_velocity)
-        # The products' own front may be faster than the timed one, and may burn what it comes to first.
-        fastest = max(products[index].front_speed, item.explosive.detonation_velocity)
-        compression[own] = compression_burn_start(
-            ignition_times(corners.mean(axis=1), places, delays, fastest), burn[own]
-        )
-    return ignition, burn, compression

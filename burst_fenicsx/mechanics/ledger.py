@@ -100,7 +100,6 @@ class Ledger:
         fields_now: BurstFields,
         time: float,
         step: float,
-        force: np.ndarray,
         diameter: float,
         contact: ContactForces | None = None,
     ) -> Entry:
@@ -108,7 +107,7 @@ class Ledger:
 
         Parameters
         ----------
-        fields_now : the state; `step` (s) the last step; `force` (nodes, 3) the resultant (N).
+        fields_now : the state. step : the last step (s).
         diameter : outer diameter (m), written along.
         contact : what takes energy, and momentum where there are planes.
 
@@ -118,7 +117,7 @@ class Ledger:
             If the energy balance is open, or contact has made or lost energy, by more than the tolerance.
         """
         # At the time of the positions, half a step after that of the velocities.
-        of_nodes = fields_now.mass[:, None] * fields_now.nodes.velocity + 0.5 * step * force
+        of_nodes = fields_now.mass[:, None] * fields_now.nodes.velocity + 0.5 * step * fields_now.nodes.force
         square = (of_nodes**2).sum(axis=1)
         terms = np.column_stack([0.5 * square * fields_now.inverse_mass, of_nodes, np.sqrt(square)])
         kinetic, *momenta, size = fields_now.mesh.node_sums(terms)

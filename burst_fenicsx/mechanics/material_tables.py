@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from burst_fenicsx.data import nearest_name
 from burst_fenicsx.errors import InputError
 from burst_fenicsx.kernels.cells.layout import CHARGE_OWN, SOLID_OWN
 from burst_fenicsx.materials import laws
@@ -88,10 +87,9 @@ def material_tables(
 def _law_of(material: CasingMaterial) -> tuple[int, ModuleType]:
     """Number and module of a solid's law."""
     for number, law in enumerate(laws("solids")):
-        if material.law == law.NAME:
+        if type(material) is law.MATERIAL:
             return number, law
-    known = [law.NAME for law in laws("solids")]
-    raise InputError(f"material '{material.name}': law = '{material.law}'; {nearest_name(material.law, known)}")
+    raise InputError(f"material '{material.name}': no law is known for a {type(material).__name__}")
 
 
 def _charge_row(item: Round, settings: BurstSettings, model: Products) -> tuple[float, ...]:

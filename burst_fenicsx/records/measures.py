@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import logging
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from mpi4py import MPI
 
 from burst_fenicsx.meshing.distributed import gather_rows
 from burst_fenicsx.problem import Part
@@ -13,16 +15,28 @@ from burst_fenicsx.problem import Part
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from burst_fenicsx.materials.products import Products
     from burst_fenicsx.mechanics.fields import BurstFields
     from burst_fenicsx.meshing.mesh import CellMesh
     from burst_fenicsx.records.surfaces import RadialSurfaces
 
-__all__ = ["SPEED_QUANTILES", "Distortion", "Measures", "RoundMeasures", "speed_quantiles"]
+__all__ = [
+    "SPEED_QUANTILES",
+    "Distortion",
+    "Measures",
+    "RoundMeasures",
+    "escape_speed",
+    "speed_quantiles",
+    "speeds_and_bound",
+]
+
+_log = logging.getLogger(__name__)
 
 SPEED_QUANTILES = (90, 99)
 """Percentages of the casing's mass for which the speed is given that they do not exceed."""
 
 
+@dataclass(frozen=True, eq=False)
 class RoundMeasures:
     """One round's casing at one time.
 
@@ -30,31 +44,31 @@ class RoundMeasures:
     ----------
     station, mean_speed, max_speed, outer_diameter, casing_mass : by station bin (m, m/s, m/s, m, kg).
     speed, mass : of every casing cell of the computed part of the round, in ascending order of speed (m/s, kg).
-    mean, largest : mass-weighted speed and largest cell mean of the casing (m/s).
-    fastest : station of the fastest bin by mean speed (m from the nose).
     """
 
-    def __init__(
-        self,
-        station: np.ndarray,
-        mean_speed: np.ndarray,
-        max_speed: np.ndarray,
-        outer_diameter: np.ndarray,
-        casing_mass: np.ndarray,
-        speed: np.ndarray,
-        mass: np.ndarray,
-    ) -> None:
-        self.speed = speed
-        self.mass = mass
-        self.station = station
-        self.mean_speed = mean_speed
-        self.max_speed = max_speed
-        self.outer_diameter = outer_diameter
-        self.casing_mass = casing_mass
-        total = casing_mass.sum()
-        self.mean = float((mean_speed * casing_mass).sum() / total) if total > 0.0 else 0.0
-        self.largest = float(max_speed.max(initial=0.0))
-        self.fastest = float(station[np.argmax(mean_speed)]) if len(station) else 0.0
+    station: np.ndarray
+    mean_speed: np.ndarray
+    max_speed: np.ndarray
+    outer_diameter: np.ndarray
+    casing_mass: np.ndarray
+    speed: np.ndarray
+    mass: np.ndarray
+
+    @property
+    def mean(self) -> float:
+        """Mass-weighted speed of the casing (m/s)."""
+        total = self.casing_mass.sum()
+        return float((self.mean_speed * self.casing_mass).sum() / total) if total > 0.0 else 0.0
+
+    @property
+    def largest(self) -> float:
+        """Largest mean speed of a casing cell (m/s)."""
+        return float(self.max_speed.max(initial=0.0))
+
+    @property
+    def fastest(self) -> float:
+        """Station of the fastest bin by mean speed (m from the nose)."""
+        return float(self.station[np.argmax(self.mean_speed)]) if len(self.station) else 0.0
 
 
 def speed_quantiles(rounds: Sequence[RoundMeasures]) -> dict[str, float]:
@@ -195,3 +209,34 @@ class Measures:
             masses.append(self._multiplicity[index] * total)
             speeds.append(weighted / np.where(total > 0.0, total, 1.0))
         return masses, speeds
+
+
+def escape_speed(products: Sequence[Products]) -> float:
+    """Largest speed (m/s) at which any of the `products` expands into a vacuum from behind a plane front.
+
+    On its own isentrope, see `LandauProducts.escape_speed`; metal that it pushes is slower.
+    """
+    return max(item.escape_speed for item in products)
+
+
+def speeds_and_bound(fields: BurstFields, images: int) -> dict[str, Any]:
+    """The fastest node of any casing beside `escape_speed`, and the casings' mass above it; collective.
+
+    Metal that rounds squeeze between them may be thrown as a jet; above the bound no products have pushed it there, and
+    a warning is logged. `images` is how many times the arrangement is the computed part.
+    """
+    mesh, bound = fields.mesh, escape_speed(fields.products)
+    of_casings = np.zeros(len(fields.mass), dtype=bool)
+    of_casings[mesh.all_dofmap[mesh.all_part != Part.CHARGE]] = True
+    speed = np.where(of_casings, np.linalg.norm(fields.nodes.velocity, axis=1), 0.0)
+    fastest = mesh.comm.allreduce(float(speed[: mesh.owned_nodes].max(initial=0.0)), op=MPI.MAX)
+    above = float(images * mesh.node_sums(np.where(speed > bound, fields.mass, 0.0)))
+    if above > 0.0 and mesh.comm.rank == 0:
+        _log.warning(
+            "%.3g kg of the casings are faster than products expand into a vacuum: up to %.0f m/s, the bound: %.0f m/s",
+            above,
+            fastest,
+            bound,
+            extra={"code": "faster_than_products"},
+        )
+    return {"fastest_casing_node": fastest, "escape_speed_of_products": bound, "casing_mass_above_escape_speed": above}

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 __all__ = [
     "FACTOR_OBSERVED",
     "FACTOR_RANGE",
+    "KINDS",
     "NORMAL_95",
     "ORDERS",
     "GridConvergence",

@@ -19,7 +19,7 @@ from fragfield.report.map_page import write_map
 from fragfield.report.reading.run_files import read_run
 from fragfield.report.sections import sections
 from fragfield.version import __version__
-from fragfield.view.for_report import VIEWS, PictureProcess
+from fragfield.view.offscreen import VIEWS, PictureProcess
 from fragfield_base.writing import write_files, write_text
 
 if TYPE_CHECKING:
@@ -62,7 +62,7 @@ def write_report(run_dir: Path | str, path: Path | str | None = None, *, picture
     run = read_run(Path(run_dir))
     target = Path(path) if path is not None else run.folder / "report.html"
     folder = target.parent / "figures"
-    with PictureProcess(run.folder, target.parent) if pictures else nullcontext() as process:
+    with PictureProcess(run.folder, target.parent, "report") if pictures else nullcontext() as process:
         illustrator = _Illustrator(run, folder, process)
         return _write(
             run, illustrator, target, lambda: sections(run, illustrator.draw, illustrator.picture),

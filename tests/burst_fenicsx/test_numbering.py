@@ -16,8 +16,8 @@ from mpi4py import MPI
 
 from burst_fenicsx import compat
 from burst_fenicsx.meshing import mesh_round
+from burst_fenicsx.meshing.cut import split_charges
 from burst_fenicsx.meshing.distributed import distribute
-from burst_fenicsx.meshing.split import split_charges
 from tests.burst_fenicsx.boxes import BARE, box, burst
 from tests.burst_fenicsx.tubes import tube
 

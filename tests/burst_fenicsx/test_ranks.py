@@ -32,7 +32,7 @@ from mpi4py import MPI
 from burst_fenicsx import compat
 from burst_fenicsx.meshing import merge, mesh_round
 from burst_fenicsx.meshing.distributed import distribute
-from burst_fenicsx.meshing.split import split_charges
+from burst_fenicsx.meshing.cut import split_charges
 from tests.burst_fenicsx.tubes import tube
 
 comm = MPI.COMM_WORLD

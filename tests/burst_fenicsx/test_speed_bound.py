@@ -16,7 +16,7 @@ from burst_fenicsx.materials.products import make_products
 from burst_fenicsx.materials.products.jwl import JwlProducts
 from burst_fenicsx.materials.products.landau import LandauProducts
 from burst_fenicsx.problem import JonesWilkinsLee
-from burst_fenicsx.records.speed_bound import escape_speed, speeds_and_bound
+from burst_fenicsx.records.measures import escape_speed, speeds_and_bound
 from tests.burst_fenicsx.bodies import bodies, moved
 from tests.burst_fenicsx.boxes import COMP_B, ELASTIC, TNT, box
 

@@ -49,7 +49,7 @@ def standing_wave(subcycling, cfl=0.8, speed=1.0):
 
 def energy(solver):
     """Kinetic and stored energy (J)."""
-    entry = solver.ledger.record(solver.fields, solver.time, solver.time_step, solver.fields.nodes.force, 0.0)
+    entry = solver.ledger.record(solver.fields, solver.time, solver.time_step, 0.0)
     return entry.kinetic + entry.strain
 
 

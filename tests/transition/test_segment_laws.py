@@ -119,7 +119,7 @@ def test_graded_reports_what_is_missing(snapshot):
     assert missing > 0.0
     assert summary["mass_error"] == pytest.approx(-missing / snapshot.mass[snapshot.casing].sum(), rel=1e-9)
     with pytest.raises(InputError, match="round 'round 0', segment 'wall 1': sampler 'graded': the first grade"):
-        break_up(snapshot, BreakUpSettings(sampler="graded", graded_dm=1e-8))
+        break_up(snapshot, BreakUpSettings(sampler="graded", graded_dm=1e-7))
 
 
 @pytest.mark.parametrize("speed", [float("nan"), float("inf"), -3.0])

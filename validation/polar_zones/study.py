@@ -28,6 +28,8 @@ REALISATIONS, QUICK_REALISATIONS = 60, 20
 SCATTERS = np.arange(3.0, 10.01, 1.0)
 """Scatters that are tried (degrees)."""
 _SOURCE = REFERENCE["source"]
+_TWO = 2.0
+"""Standard errors that make a test's uncertainty."""
 _ZONES = {
     "side": "in 76 to 111 degrees",
     "between": "between the zones",
@@ -60,17 +62,18 @@ def check_zones(rows: Rows, label: str, sample: Sample) -> None:
     pit, percent = REFERENCE["pit"], REFERENCE["percent"]
     found = zones_of(angle[mass >= pit["lightest"]], sample.realisations)
     rows.compare(f"{label}: fragments above 0.5 g", found.number, pit["pieces"], _SOURCE,
-                 uncertainty=pit["standard_error"])  # fmt: skip
+                 uncertainty=_TWO * pit["standard_error"])  # fmt: skip
+    errors = {zone: _TWO * error for zone, error in percent["standard_error"].items()}
     for zone, words in _ZONES.items():
         rows.compare(f"{label}: {words}", getattr(found, zone), percent[zone], _SOURCE, "%",
-                     uncertainty=percent["standard_error"].get(zone))  # fmt: skip
+                     uncertainty=errors.get(zone))  # fmt: skip
     limit = sample.limit(REFERENCE["boards"]["number"][0])
     peak = REFERENCE["peak"]
     for board, feet in enumerate(REFERENCE["boards"]["distance_ft"][1:], start=1):
         through = zones_of(angle[sample.energy[board] >= limit], sample.realisations)
         measured, error = peak["over_mean"][board - 1], peak["standard_error"][board - 1]
         rows.compare(f"{label}: peak over mean at {feet:g} ft", through.peak, measured, _SOURCE,
-                     uncertainty=error / measured)  # fmt: skip
+                     uncertainty=_TWO * error / measured)  # fmt: skip
     best, low, high = _asked_for(sample, limit)
     default = math.degrees(DIRECTION_SCATTER)
     rows.trend(f"{label}: scatter of directions that both peaks ask for ({low:.1f} to {high:.1f}, one standard error), "

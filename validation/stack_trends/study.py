@@ -65,14 +65,12 @@ class Focus:
     ----------
     share : of the casings' mass within 10 degrees of it.
     half_angle : degrees within which half of the metal flies; 45 for a single round.
-    lean : mean of the sine of the angle from the focus direction towards +x, of the metal within 35 degrees.
-    place : m, mean x of the same metal.
+    place : m, mean x of the metal within 35 degrees.
     fastest : m/s, below which 99 % of the metal within 10 degrees flies.
     """
 
     share: float
     half_angle: float
-    lean: float
     place: float
     fastest: float
 
@@ -101,7 +99,6 @@ def focus_of(snapshot: Path) -> Focus:
     return Focus(
         share=float(mass[narrow].sum() / mass.sum()),
         half_angle=float(np.abs(off)[order][np.searchsorted(together, 0.5)]),
-        lean=float((mass[near] * np.sin(np.radians(off[near]))).sum() / mass[near].sum()),
         place=float(mass[near] @ x[near] / mass[near].sum()),
         fastest=float(speed[narrow][by_speed][np.searchsorted(slower, 0.99 * slower[-1])]),
     )

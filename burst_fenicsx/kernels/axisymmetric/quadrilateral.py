@@ -9,7 +9,8 @@ integral of N_a over 2 pi dA,
 
 the analogue of the hexahedron with the mean gradient of Flanagan and Belytschko (1981). The trace of L is (dV/dt) / V,
 so a pressure does exactly p dV of work, and the axial forces of a cell add up to nothing. The hourglass vector
-gamma = h - (h.r) br / V - (h.z) bz / V is free of linear fields.
+gamma = h - (h.r) br / V - (h.z) bz / V is free of linear fields. The coefficients of hourglass control are chosen so
+that its mode decays and oscillates as in a cube of the same size; they are bounded by what the step lets a cell bear.
 """
 
 from __future__ import annotations
@@ -19,21 +20,38 @@ from typing import NamedTuple
 import numpy as np
 
 from burst_fenicsx.kernels.cells import layout as at
+from burst_fenicsx.kernels.cells.one_point import resist_mode
+from burst_fenicsx.kernels.constants import MOST_DAMPED
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function, widest_vectors
 from burst_fenicsx.kernels.state import Grid, Nodes
-from burst_fenicsx.kernels.vectors.tensors import Symmetric, Vector, store_matrix, store_vector
+from burst_fenicsx.kernels.vectors.tensors import (
+    Matrix,
+    Symmetric,
+    Vector,
+    apply,
+    dot,
+    load_vector,
+    scaled,
+    store_matrix,
+    store_vector,
+)
 
 __all__ = [
-    "AREA",
-    "GAMMA_SQUARE",
     "AxisymmetricState",
     "Four",
     "add_forces",
+    "bound",
+    "dashpots",
     "gather",
+    "may_exceed",
     "move",
     "ring_integrals",
     "ring_volume",
+    "set_damping",
+    "set_stiffness",
+    "springs_and_dashpots",
     "store_forces",
+    "turn_stored",
 ]
 
 Four = tuple[float, float, float, float]
@@ -44,8 +62,8 @@ _VELOCITY = at.POSITION + 8
 _BR, _BZ, _A = at.GRADIENT, at.GRADIENT + 4, at.GRADIENT + 8  # m2
 _INVERSE_SHARE = at.GRADIENT + 12  # inverse of the cell's share of its nodes' masses, 4 rows, 1/kg
 _MODE_R, _MODE_Z = at.HOURGLASS_MODES, at.HOURGLASS_MODES + 1  # hourglass mode of the positions, m
-AREA = at.HOURGLASS_MODES + 2  # of the quadrilateral, m2
-GAMMA_SQUARE = at.HOURGLASS_MODES + 3  # sum over the nodes of gamma^2 times the inverse share, 1/kg
+_AREA = at.HOURGLASS_MODES + 2  # of the quadrilateral, m2
+_GAMMA_SQUARE = at.HOURGLASS_MODES + 3  # sum over the nodes of gamma^2 times the inverse share, 1/kg
 
 
 class AxisymmetricState(NamedTuple):
@@ -169,7 +187,7 @@ def move(step: float, scratch: np.ndarray) -> None:
         _store(br, scratch, _BR, lane)
         _store(bz, scratch, _BZ, lane)
         _store(a, scratch, _A, lane)
-        scratch[at.VOLUME * LANES + lane], scratch[AREA * LANES + lane] = volume, area
+        scratch[at.VOLUME * LANES + lane], scratch[_AREA * LANES + lane] = volume, area
         w = _load(scratch, _INVERSE_SHARE, lane)
         u0, u1 = w[0] if r[0] > 0.0 else 0.0, w[1] if r[1] > 0.0 else 0.0
         u2, u3 = w[2] if r[2] > 0.0 else 0.0, w[3] if r[3] > 0.0 else 0.0
@@ -185,7 +203,7 @@ def move(step: float, scratch: np.ndarray) -> None:
         hr, hz = over * hr, over * hz
         y0, y1 = 1.0 - hr * br[0] - hz * bz[0], -1.0 - hr * br[1] - hz * bz[1]
         y2, y3 = 1.0 - hr * br[2] - hz * bz[2], -1.0 - hr * br[3] - hz * bz[3]
-        scratch[GAMMA_SQUARE * LANES + lane] = y0 * y0 * w[0] + y1 * y1 * w[1] + y2 * y2 * w[2] + y3 * y3 * w[3]
+        scratch[_GAMMA_SQUARE * LANES + lane] = y0 * y0 * w[0] + y1 * y1 * w[1] + y2 * y2 * w[2] + y3 * y3 * w[3]
 
 
 @lane_function
@@ -241,3 +259,53 @@ def add_forces(count: int, cells: np.ndarray, dofmap: np.ndarray, scratch: np.nd
             node = np.uint64(dofmap[np.uint64(cells[lane]), n])
             force[node, 0] += scratch[(at.POSITION + n) * LANES + lane]
             force[node, 2] += scratch[(at.POSITION + 4 + n) * LANES + lane]
+
+
+@lane_function
+def turn_stored(rotation: Matrix, scratch: np.ndarray, lane: int) -> None:
+    """Turn the stored elastic force with the cell."""
+    store_vector(apply(rotation, load_vector(scratch, at.HOURGLASS_FORCE, lane)), scratch, at.HOURGLASS_FORCE, lane)
+
+
+@lane_function
+def set_damping(viscous: float, sound: float, scratch: np.ndarray, lane: int) -> float:
+    """Set the viscous coefficient of a lane from the dimensionless one."""
+    damping = viscous * scratch[at.MASS * LANES + lane] * sound * scratch[at.FREQUENCY * LANES + lane]
+    scratch[at.DAMPING * LANES + lane] = damping
+    return damping
+
+
+@lane_function
+def set_stiffness(fraction: float, modulus: float, step: float, scratch: np.ndarray, lane: int) -> float:
+    """Set the spring's coefficient of a lane for a step (s), `modulus` (Pa) that of a plane wave."""
+    stiffness = fraction / 9.0 * modulus * step * scratch[at.VOLUME * LANES + lane] / scratch[_AREA * LANES + lane]
+    scratch[at.SPRING * LANES + lane] = stiffness
+    return stiffness
+
+
+@lane_function
+def may_exceed(coefficient: float, per_step: float, scratch: np.ndarray, lane: int) -> bool:  # noqa: ARG001
+    """Yes: the limit costs little."""
+    return True
+
+
+@block_kernel
+def bound(step: float, needed: bool, scratch: np.ndarray) -> None:  # noqa: ARG001
+    """Find the hourglass coefficient that the step (s) lets each cell bear."""
+    per_step = 1.0 / step if step > 0.0 else np.inf
+    for lane in range(LANES):
+        scratch[at.COEFFICIENT_LIMIT * LANES + lane] = per_step / scratch[_GAMMA_SQUARE * LANES + lane]
+
+
+@lane_function
+def dashpots(scratch: np.ndarray, lane: int) -> tuple[Vector, float]:
+    """Viscous force (N) against the mode and its power (W)."""
+    rate = load_vector(scratch, at.HOURGLASS_RATE, lane)
+    damping = min(scratch[at.DAMPING * LANES + lane], MOST_DAMPED * scratch[at.COEFFICIENT_LIMIT * LANES + lane])
+    return scaled(damping, rate), damping * dot(rate, rate)
+
+
+@lane_function
+def springs_and_dashpots(scratch: np.ndarray, lane: int) -> tuple[Vector, float]:
+    """Elastic and viscous force (N) against the mode and its power (W)."""
+    return resist_mode(0, scratch, lane)

@@ -1,15 +1,13 @@
 """The step of a block of cells, one routine for every element and every material.
 
-An element is two modules, a material one; what they have to offer:
+What a module of an element and one of a material have to offer:
 
-Kinematics (`one_point`, `eight_points`, `axisymmetric.quadrilateral`)
+Element (`one_point`, `eight_points`, `axisymmetric.quadrilateral`)
     gather, move : nodal values into the scratch; the cells' mean motion in the step and their shape after it.
     POINTS, MIN_VOLUME (row) : with several points, their number; smallest volume that a point stands for (m3).
     move_point, add_point, end_points : with several, motion at one, what its stress adds, and what is left of all.
     store_forces, add_forces : nodal forces of a mean stress and of hourglass forces; into the nodes' sums.
-
-Hourglass control (`hourglass`, `eight_points`, `axisymmetric.ring_hourglass`)
-    turn_stored : stored forces turned with the cell.
+    turn_stored : stored forces of hourglass control turned with the cell.
     set_damping, set_stiffness : coefficients of a lane; both return what the step must bear of a vector of square one.
     may_exceed, bound : whether that may be too much; upper limits of the coefficients.
     dashpots, springs_and_dashpots : generalised forces against the modes (N) and their power (W).
@@ -85,20 +83,20 @@ def _nothing(*_: Any) -> None:
     """What an element of one point does for its points, and a material whose points have no state."""
 
 
-def make_block(kinematics: ModuleType, hourglass: ModuleType, material: Any) -> Any:  # noqa: ANN401
+def make_block(element: ModuleType, material: Any) -> Any:  # noqa: ANN401
     """Kernel that advances a block of cells of one element and one material.
 
     It is compiled into its caller, and so are the parts of the element and the material that work on one lane: the
     loops over the lanes are vectorised as if they had been written out for this pair.
     """
-    update = material.make_update(hourglass.turn_stored)
-    resistance_of = hourglass.springs_and_dashpots if material.HAS_SPRINGS else hourglass.dashpots
+    update = material.make_update(element.turn_stored)
+    resistance_of = element.springs_and_dashpots if material.HAS_SPRINGS else element.dashpots
     linear, quadratic = (material.PARAMETERS.index(f"{name}_viscosity") for name in ("linear", "quadratic"))
     springs, damping = material.HAS_SPRINGS, material.PARAMETERS.index("hourglass_viscous")
     stiffness = material.PARAMETERS.index("hourglass_stiffness") if springs else 0
-    points, min_volume = getattr(kinematics, "POINTS", 1), getattr(kinematics, "MIN_VOLUME", at.VOLUME)
+    points, min_volume = getattr(element, "POINTS", 1), getattr(element, "MIN_VOLUME", at.VOLUME)
     move_point, add_point, end_points = (
-        getattr(kinematics, name, _nothing) for name in ("move_point", "add_point", "end_points")
+        getattr(element, name, _nothing) for name in ("move_point", "add_point", "end_points")
     )
     load, store, erode, clear_state = material.load, material.store, material.erode, material.clear_state
     load_point, store_point = (getattr(material, name, _nothing) for name in ("load_point", "store_point"))
@@ -128,10 +126,10 @@ def make_block(kinematics: ModuleType, hourglass: ModuleType, material: Any) -> 
             )
             scratch[at.VISCOUS * LANES + lane] = viscous
             scratch[at.STABLE * LANES + lane] = stable
-            most = hourglass.set_damping(parameters[damping], sound, scratch, lane)
+            most = element.set_damping(parameters[damping], sound, scratch, lane)
             if springs:
-                most = max(most, hourglass.set_stiffness(parameters[stiffness], constants[0], step, scratch, lane))
-            count += 1 if hourglass.may_exceed(most, per_step, scratch, lane) else 0
+                most = max(most, element.set_stiffness(parameters[stiffness], constants[0], step, scratch, lane))
+            count += 1 if element.may_exceed(most, per_step, scratch, lane) else 0
         return count
 
     @block_kernel
@@ -141,7 +139,7 @@ def make_block(kinematics: ModuleType, hourglass: ModuleType, material: Any) -> 
         for lane in range(LANES):
             resistance, power = resistance_of(scratch, lane)
             scratch[at.POWER * LANES + lane] = power
-            kinematics.store_forces(total_stress(scratch, lane), resistance, share, rounding, scratch, lane)
+            element.store_forces(total_stress(scratch, lane), resistance, share, rounding, scratch, lane)
 
     @block_kernel
     def add_work(
@@ -173,7 +171,7 @@ def make_block(kinematics: ModuleType, hourglass: ModuleType, material: Any) -> 
         nodes: Nodes,
         grid: Grid,
         state: Any,  # noqa: ANN401 - of the material
-        element: Any,  # noqa: ANN401 - what the element keeps besides
+        rings: Any,  # noqa: ANN401 - what the element keeps besides
         eroded: np.ndarray,
         scratch: np.ndarray,
         energy: np.ndarray,
@@ -184,15 +182,15 @@ def make_block(kinematics: ModuleType, hourglass: ModuleType, material: Any) -> 
         Parameters
         ----------
         share : `step` over the longest that any cell takes.
-        state : `SolidState` or `ChargeState`. element : `AxisymmetricState` of rings, else None.
+        state : `SolidState` or `ChargeState`. rings : `AxisymmetricState` of rings, else None.
         eroded : that of `SolidState`.
         energy : (5,) J, added to: plastic, viscous and hourglass work of this step, work of the charge's pressure, and
             the part of it that the charge's own artificial viscosity turns to heat.
         limits : (3,): smallest stable step over `share` (s), smallest volume (m3) and its cell; updated.
         """
         parameters = state.parameters[grid.material[block]]
-        kinematics.gather(block, nodes, grid, element, scratch)
-        kinematics.move(step, scratch)
+        element.gather(block, nodes, grid, rings, scratch)
+        element.move(step, scratch)
         stage = load(block, time, parameters, grid, state, scratch)
         any_eroded = erode(block, min_volume, parameters, grid, state, eroded, scratch) > 0
         for point in range(points):
@@ -205,20 +203,20 @@ def make_block(kinematics: ModuleType, hourglass: ModuleType, material: Any) -> 
             store_point(block, point, grid, state, scratch)
         end_points(scratch)
         next_dt = max(step, share * grid.longest)
-        hourglass.bound(next_dt, stiffen(step, next_dt, parameters, scratch) > 0, scratch)
+        element.bound(next_dt, stiffen(step, next_dt, parameters, scratch) > 0, scratch)
         if any_eroded:
             clear_state(block, grid, parameters, state, eroded, scratch)
         resist(share, nodes.rounding, scratch)
         if any_eroded:
             drop_forces(block, eroded, scratch)
-        kinematics.add_forces(grid.filled[block], grid.cells[block], grid.dofmap, scratch, nodes.force)
+        element.add_forces(grid.filled[block], grid.cells[block], grid.dofmap, scratch, nodes.force)
         store(block, step, parameters, grid, state, scratch, energy)
         add_work(block, step, share, grid, scratch, energy, limits)
 
     return advance_block
 
 
-def make_solid_block(kinematics: ModuleType, hourglass: ModuleType) -> Any:  # noqa: ANN401
+def make_solid_block(element: ModuleType) -> Any:  # noqa: ANN401
     """Kernel that advances a block of solid cells of one element by the law of their material."""
 
     def before(number: int, advance: Any, others: Any) -> Any:  # noqa: ANN401
@@ -231,20 +229,20 @@ def make_solid_block(kinematics: ModuleType, hourglass: ModuleType) -> Any:  # n
             nodes: Nodes,
             grid: Grid,
             state: SolidState,
-            element: Any,  # noqa: ANN401
+            rings: Any,  # noqa: ANN401
             eroded: np.ndarray,
             scratch: np.ndarray,
             energy: np.ndarray,
             limits: np.ndarray,
         ) -> None:
             if state.parameters[grid.material[block], _LAW] == number:
-                advance(block, step, time, share, nodes, grid, state, element, eroded, scratch, energy, limits)
+                advance(block, step, time, share, nodes, grid, state, rings, eroded, scratch, energy, limits)
             else:
-                others(block, step, time, share, nodes, grid, state, element, eroded, scratch, energy, limits)
+                others(block, step, time, share, nodes, grid, state, rings, eroded, scratch, energy, limits)
 
         return choose
 
-    *first, last = (make_block(kinematics, hourglass, make_solid(law)) for law in laws("solids"))
+    *first, last = (make_block(element, make_solid(law)) for law in laws("solids"))
     for number in reversed(range(len(first))):
         last = before(number, first[number], last)
     return last

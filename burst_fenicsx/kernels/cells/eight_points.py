@@ -13,11 +13,18 @@ from __future__ import annotations
 
 import numpy as np
 
-from burst_fenicsx.kernels.cells import hourglass, one_point
 from burst_fenicsx.kernels.cells import layout as at
+from burst_fenicsx.kernels.cells import one_point
 from burst_fenicsx.kernels.cells.hexahedron import Modes, cell_modes, store_nodal_forces
-from burst_fenicsx.kernels.cells.hourglass import Forces, dashpots, longest_square, may_exceed
-from burst_fenicsx.kernels.cells.one_point import add_forces, force_modes, gather
+from burst_fenicsx.kernels.cells.one_point import (
+    Forces,
+    add_forces,
+    dashpots,
+    force_modes,
+    gather,
+    longest_square,
+    may_exceed,
+)
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function, widest_vectors
 from burst_fenicsx.kernels.vectors.tensors import (
     Matrix,
@@ -209,7 +216,7 @@ def turn_stored(rotation: Matrix, scratch: np.ndarray, lane: int) -> None:
 def set_damping(viscous: float, sound: float, scratch: np.ndarray, lane: int) -> float:
     """As for the one-point cell where no point has strength left, else zero."""
     spent = scratch[at.SOLID_STRENGTH * LANES + lane] == 0.0
-    return hourglass.set_damping(viscous if spent else 0.0, sound, scratch, lane)
+    return one_point.set_damping(viscous if spent else 0.0, sound, scratch, lane)
 
 
 @lane_function

@@ -9,15 +9,14 @@ from __future__ import annotations
 import numba
 import numpy as np
 
-from burst_fenicsx.kernels.axisymmetric import quadrilateral, ring_hourglass
+from burst_fenicsx.kernels.axisymmetric import quadrilateral
 from burst_fenicsx.kernels.axisymmetric.quadrilateral import AxisymmetricState
 from burst_fenicsx.kernels.cells import charge as charge_cells
-from burst_fenicsx.kernels.cells import eight_points, hourglass, one_point
+from burst_fenicsx.kernels.cells import eight_points, one_point
 from burst_fenicsx.kernels.cells.block import make_block, make_solid_block
 from burst_fenicsx.kernels.cells.layout import SCRATCH_ROWS
 from burst_fenicsx.kernels.lanes import LANES, kernel, parallel_kernel, widest_vectors
 from burst_fenicsx.kernels.state import ChargeState, Grid, Motion, Nodes, Schedule, SolidState, Totals
-from burst_fenicsx.kernels.vectors.rows import clear_rows
 from burst_fenicsx.problem import Part
 
 __all__ = [
@@ -35,11 +34,11 @@ ONE_POINT, RINGS, FULL_QUADRATURE = (1,), (1, 1), (2, 2, 2)
 _LINE = 8  # doubles of a cache line, and of the widest vectors
 _PARTS = len(Part)  # rows of material parameters that each round has
 
-_advance_solid = make_solid_block(one_point, hourglass)
-_advance_solid_full = make_solid_block(eight_points, eight_points)
-_advance_charge = make_block(one_point, hourglass, charge_cells)
-_advance_solid_rings = make_solid_block(quadrilateral, ring_hourglass)
-_advance_charge_rings = make_block(quadrilateral, ring_hourglass, charge_cells)
+_advance_solid = make_solid_block(one_point)
+_advance_solid_full = make_solid_block(eight_points)
+_advance_charge = make_block(one_point, charge_cells)
+_advance_solid_rings = make_solid_block(quadrilateral)
+_advance_charge_rings = make_block(quadrilateral, charge_cells)
 
 
 def make_scratch(threads: int) -> np.ndarray:
@@ -79,7 +78,7 @@ def add_element_forces(
     cells. The stresses, pressures and histories in `solid` and `charge` are advanced in place. `totals` receives the
     sums and limits of every chunk.
     """
-    clear_rows(nodes.force, motion.order[:moving])
+    _clear(motion.order[:moving], nodes.force)
     for colour in range(schedule.colour_offset.size - 1):
         chunks = schedule.chunk[schedule.colour_offset[colour] : schedule.colour_offset[colour + 1]]
         # The body is a kernel of its own: numba loses what a parallel loop writes through a named tuple directly.
@@ -91,6 +90,13 @@ def add_element_forces(
                 _run_chunk(
                     chunks[k], step, time, min_level, element, nodes, grid, schedule, solid, charge, rings, totals, work
                 )
+
+
+@parallel_kernel
+def _clear(rows: np.ndarray, values: np.ndarray) -> None:
+    for k in numba.prange(rows.size):
+        for i in range(3):
+            values[rows[k], i] = 0.0
 
 
 @kernel

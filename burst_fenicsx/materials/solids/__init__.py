@@ -1,7 +1,8 @@
-"""Strength of solids, one module a law; every module of this folder is known by its `NAME`.
+"""Strength of solids, one module a law; every module of this folder is known by its `MATERIAL`.
 
-NAME, PARAMETERS : the law's name, `CasingMaterial.law`, and its columns of the table of solids, from `SOLID_OWN` on.
-constants : those columns of a `CasingMaterial`.
+MATERIAL : `CasingMaterial`, or a class derived from it with constants of the law's own.
+PARAMETERS : the law's columns of the table of solids, from `SOLID_OWN` on.
+constants : those columns of a material.
 strengths : shear and tensile strength (Pa) of a lane after plastic strains; numbers of one lane, compiled.
 is_elastic, return_stress : whether a stress keeps within them; a trial stress returned to them, likewise.
 without_strength : which cells have lost their shear strength, arrays.

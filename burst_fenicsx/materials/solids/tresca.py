@@ -11,19 +11,15 @@ The compiled routines take and return the numbers of one lane (see `burst_fenics
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from burst_fenicsx.kernels.cells.layout import SOLID_OWN
 from burst_fenicsx.kernels.lanes import lane_function
 from burst_fenicsx.kernels.vectors.tensors import Symmetric, dot, fma, symmetric_square
-
-if TYPE_CHECKING:
-    from burst_fenicsx.problem import CasingMaterial
+from burst_fenicsx.problem import CasingMaterial
 
 __all__ = [
-    "NAME",
+    "MATERIAL",
     "PARAMETERS",
     "constants",
     "is_elastic",
@@ -35,7 +31,7 @@ __all__ = [
     "without_strength",
 ]
 
-NAME = "tresca"
+MATERIAL = CasingMaterial
 PARAMETERS = ("tau", "sigma", "inverse_shear_limit", "inverse_volume_limit")
 
 _TAU, _SIGMA, _SHEAR_LIMIT, _VOLUME_LIMIT = range(SOLID_OWN, SOLID_OWN + len(PARAMETERS))

@@ -114,7 +114,7 @@ def blank_figure(width: float, height: float) -> Figure:
 
 
 def to_bytes(figure: Figure, *kinds: str, dots: int = 200) -> list[bytes]:
-    """The figure as files of those kinds ("svg" or "png", of so many dots an inch), the same bytes for the same data."""
+    """The figure as files ("svg" or "png", of so many dots an inch); the same bytes for the same data."""
     drawn = figure.get_tightbbox().padded(0.06)
     files = []
     for kind in kinds:

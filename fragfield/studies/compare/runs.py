@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 from fragfield.case.difference import document_differences
 from fragfield.case.load import read_document
-from fragfield.case.units.quantities import show
 from fragfield.errors import InputError
 from fragfield.files.run_directory import RunDirectory
 from fragfield.files.stamped import stored_case_text
 from fragfield.hazard.recommended import not_included_words
+from fragfield_base.inputs import show
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -92,7 +92,7 @@ def read_compared_run(folder: Path) -> ComparedRun:
     summary = directory.summary()
     if not any(isinstance(summary.get(part), dict) for part in ("burst", "flight")):
         raise InputError(f"{folder}: nothing to compare, its summary.json has no results; run `fragfield run` first")
-    stored_case_text(directory.case_file, summary, alone=True)
+    stored_case_text(directory.case_file)
     hazard: EnsembleHazard | None = None
     hits: dict[str, NDArray[Any]] = {}
     if directory.file("ensemble.h5").is_file():
