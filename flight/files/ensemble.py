@@ -31,9 +31,8 @@ from flight.files.text_tables import write_columns
 from flight.fragments import ARRAYS, Fragments, check_possible
 from flight.hazard.criteria import Criteria, hit_probability
 from flight.hazard.density.distance import ExpectedDistance
-from flight.hazard.density.estimate import KINDS
-from flight.hazard.density.tally import Tally
-from flight.hazard.density.witness_hazard import SECTOR_HITS
+from flight.hazard.density.expected import KINDS
+from flight.hazard.density.sectors import SECTOR_HITS, Tally
 from flight.hazard.ensemble import EnsembleHazard
 from fragfield_base.arrays import numbers, texts
 from fragfield_base.hdf5_files import creating

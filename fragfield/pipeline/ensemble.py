@@ -24,9 +24,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from flight import FlightProgress, FlightResult, Fragments, HeightMap
-    from flight.hazard.completeness import Completeness
     from flight.hazard.ensemble import EnsembleHazard
-    from flight.hazard.pool import FlightCounts
+    from flight.hazard.pool import Completeness, FlightCounts
     from fragfield.case.conversion.turned import Turned
     from fragfield.pipeline.job import Job
     from fragfield.pipeline.realisations import Realisations
@@ -288,7 +287,7 @@ class Flights:
     ) -> _Part:  # fmt: skip
         """Counts of one realisation, and its hits by sector on every surface."""
         import flight
-        from flight.hazard.density.witness_hazard import sector_hits
+        from flight.hazard.density.sectors import sector_hits
         from flight.hazard.pool import KEPT, FlightCounts
 
         ground = self.arguments["ground"]

@@ -9,10 +9,10 @@ import pytest
 
 from flight import InputError
 from flight.fluence import PolarGrid
+from flight.hazard.density.density_counts import DensityGroups
 from flight.hazard.density.directions import RADIAL, SPACING, Directions
 from flight.hazard.density.distance import ExpectedDistance
 from flight.hazard.density.expected import expected_distance
-from flight.hazard.density.groups import DensityGroups
 from tests.flight.fields import LIMIT, expected_numbers
 
 KERNEL = 20.0  # degrees

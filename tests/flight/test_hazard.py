@@ -10,8 +10,7 @@ import pytest
 from flight import LANDING, ConstantAir, Cylinder, Fragments, InputError, Panel, Status, fly
 from flight.files.text_tables import read_columns
 from flight.hazard.criteria import Criteria, hit_probability
-from flight.hazard.density.tally import tally
-from flight.hazard.density.witness_hazard import by_azimuth, density_on
+from flight.hazard.density.sectors import by_azimuth, density_on, tally
 from validation.m107_1944.counts import falling_through
 
 LIMIT = 1.0 / 55.7

@@ -19,8 +19,8 @@ from flight.fluence import PolarGrid
 from flight.fragments import check_possible
 from flight.hazard.criteria import Criteria, hit_probability
 from flight.hazard.density.directions import RADIAL, SPACING, Directions, _raised_cosine
-from flight.hazard.density.estimate import _student
-from flight.hazard.density.tally import tally
+from flight.hazard.density.expected import _student
+from flight.hazard.density.sectors import tally
 from flight.hazard.exposed import Prism
 from flight.hazard.pool import TOLERANCE
 from flight.hazard.tp12 import effective_number
