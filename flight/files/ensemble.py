@@ -8,11 +8,11 @@ ensemble.h5 holds, beside provenance and the criteria as attributes:
 /without_ricochet
     the same without what follows the first impact on the ground, where fragments ricochet;
 /counts
-    numbers and throws by realisation and sector (`flight.hazard.density.tally.Tally`);
+    numbers and throws by realisation and sector (`flight.hazard.density.sectors.Tally`);
 /realisations
     distance of every realisation alone (m), by the same estimate;
 /witness/I
-    hits on every witness surface by realisation and sector (`flight.hazard.density.witness_hazard.SECTOR_HITS`).
+    hits on every witness surface by realisation and sector (`flight.hazard.density.sectors.SECTOR_HITS`).
 """
 
 from __future__ import annotations

@@ -16,8 +16,6 @@ from flight.kernels.obstacles import FIRST_FACE
 from flight.kernels.terrain import slope_at
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from numpy.typing import NDArray
 
     from flight.kernels.limits import Limits
@@ -78,79 +76,71 @@ def _normal(state: Array, which: int, face: int, terrain: Terrain, obstacles: Ar
     return -slope_x / size, -slope_y / size, 1.0 / size
 
 
-def _compile() -> Callable[..., tuple[int, int, int]]:
-    """Compile the loop."""
+@kernel
+def apply_impacts(
+    moving: Integers,
+    count: int,
+    outcome: Array,
+    status: NDArray[np.int8],
+    surfaces: Array,
+    limits: Limits,
+    terrain: Terrain,
+    obstacles: Array,
+    first: Array,
+    first_status: NDArray[np.int8],
+    last: Array,
+    last_status: NDArray[np.int8],
+    stopped_by: Integers,
+    ricochets: Integers,
+    contacts: Integers,
+    struck: Array,
+    ground: Array,
+) -> tuple[int, int, int]:
+    """Let the fragments `moving` (rows of the chunk), whose flights have just ended, ricochet or stay.
 
-    @kernel
-    def apply_impacts(
-        moving: Integers,
-        count: int,
-        outcome: Array,
-        status: NDArray[np.int8],
-        surfaces: Array,
-        limits: Limits,
-        terrain: Terrain,
-        obstacles: Array,
-        first: Array,
-        first_status: NDArray[np.int8],
-        last: Array,
-        last_status: NDArray[np.int8],
-        stopped_by: Integers,
-        ricochets: Integers,
-        contacts: Integers,
-        struck: Array,
-        ground: Array,
-    ) -> tuple[int, int, int]:
-        """Let the fragments `moving` (rows of the chunk), whose flights have just ended, ricochet or stay.
-
-        `outcome` and `status` count as `moving` does, all others by rows of the chunk: first impact on the ground, or
-        the end of a fragment that has none; last state (time, position, velocity), with which those that fly on start;
-        which obstacle and face stopped it, (rows, 2); ricochets off the ground; all impacts. Returns how many fly on,
-        now first in `moving`, and the rows used of `struck` (impacts on obstacles) and of `ground` (impacts there).
-        """
-        flying = hits = landings = 0
-        for k in range(count):
-            row, how = moving[k], int(status[k])
-            state = last[row]
-            state[:7] = outcome[k, :7]
-            which, face = -1, -1
-            if how == STOPPED:
-                which, face = int(outcome[k, 11]), int(outcome[k, 12])
-            if how == LANDED and first_status[row] == 0:
-                first[row, :7], first_status[row] = outcome[k, :7], LANDED
-            goes_on = False
-            if how in (LANDED, STOPPED):
-                contacts[row] += 1
-                nx, ny, nz = _normal(state, which, face, terrain, obstacles)
-                goes_on = contacts[row] < MOST_CONTACTS and ricochet(state, nx, ny, nz, surfaces[1 + which])
-            if how == LANDED:
-                record = ground[landings]
-                record[:7] = outcome[k, :7]
-                record[7] = math.sqrt(state[4] * state[4] + state[5] * state[5] + state[6] * state[6])
-                record[7] = record[7] if goes_on else 0.0
-                record[8], record[9] = row, ricochets[row]
-                landings += 1
-            elif how == STOPPED:
-                record = struck[hits]
-                record[:7] = outcome[k, :7]
-                record[7], record[8], record[9], record[10] = which, face, row, 0.0 if goes_on else 1.0
-                hits += 1
-            if goes_on:
-                ricochets[row] += which < 0
-                state[1], state[2], state[3] = state[1] + LIFT * nx, state[2] + LIFT * ny, state[3] + LIFT * nz
-            if goes_on and state[0] >= limits.time_limit:
-                goes_on, how, which, face = False, TIME_OUT, -1, -1
-            if goes_on:
-                moving[flying] = row
-                flying += 1
-                continue
-            if first_status[row] == 0:
-                first[row, :7], first_status[row] = outcome[k, :7], how
-            last_status[row] = how
-            stopped_by[row, 0], stopped_by[row, 1] = which, face
-        return flying, hits, landings
-
-    return apply_impacts
-
-
-apply_impacts = _compile()
+    `outcome` and `status` count as `moving` does, all others by rows of the chunk: first impact on the ground, or
+    the end of a fragment that has none; last state (time, position, velocity), with which those that fly on start;
+    which obstacle and face stopped it, (rows, 2); ricochets off the ground; all impacts. Returns how many fly on,
+    now first in `moving`, and the rows used of `struck` (impacts on obstacles) and of `ground` (impacts there).
+    """
+    flying = hits = landings = 0
+    for k in range(count):
+        row, how = moving[k], int(status[k])
+        state = last[row]
+        state[:7] = outcome[k, :7]
+        which, face = -1, -1
+        if how == STOPPED:
+            which, face = int(outcome[k, 11]), int(outcome[k, 12])
+        if how == LANDED and first_status[row] == 0:
+            first[row, :7], first_status[row] = outcome[k, :7], LANDED
+        goes_on = False
+        if how in (LANDED, STOPPED):
+            contacts[row] += 1
+            nx, ny, nz = _normal(state, which, face, terrain, obstacles)
+            goes_on = contacts[row] < MOST_CONTACTS and ricochet(state, nx, ny, nz, surfaces[1 + which])
+        if how == LANDED:
+            record = ground[landings]
+            record[:7] = outcome[k, :7]
+            record[7] = math.sqrt(state[4] * state[4] + state[5] * state[5] + state[6] * state[6])
+            record[7] = record[7] if goes_on else 0.0
+            record[8], record[9] = row, ricochets[row]
+            landings += 1
+        elif how == STOPPED:
+            record = struck[hits]
+            record[:7] = outcome[k, :7]
+            record[7], record[8], record[9], record[10] = which, face, row, 0.0 if goes_on else 1.0
+            hits += 1
+        if goes_on:
+            ricochets[row] += which < 0
+            state[1], state[2], state[3] = state[1] + LIFT * nx, state[2] + LIFT * ny, state[3] + LIFT * nz
+        if goes_on and state[0] >= limits.time_limit:
+            goes_on, how, which, face = False, TIME_OUT, -1, -1
+        if goes_on:
+            moving[flying] = row
+            flying += 1
+            continue
+        if first_status[row] == 0:
+            first[row, :7], first_status[row] = outcome[k, :7], how
+        last_status[row] = how
+        stopped_by[row, 0], stopped_by[row, 1] = which, face
+    return flying, hits, landings

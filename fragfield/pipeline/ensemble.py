@@ -55,7 +55,7 @@ class FlownEnsemble:
         The first realisation's flight, row by row.
     hazard : EnsembleHazard
         Over all.
-    witnesses : dict from a surface's name to (n, s) arrays of flight.hazard.density.witness_hazard.SECTOR_HITS
+    witnesses : dict from a surface's name to (n, s) arrays of flight.hazard.density.sectors.SECTOR_HITS
         Hits by realisation and sector, of the realisations that are kept.
     completeness : Completeness
         How the flights of all fragments ended.
