@@ -98,7 +98,7 @@ def break_up_all(job: Job, snapshot_file: Path) -> tuple[BreakUpResult, list[Fra
     prepared = transition.BreakUp(snapshot, break_up_settings(job.case))
     first = prepared.realisation(seed) if team.first else None
     numbers = team.share(range(1, job.case.break_up.realisations))
-    further = team.collect(prepared.many(seed, numbers, job.threads))
+    further = team.collect(prepared.many(seed, numbers, job.options.threads))
     return None if first is None else (first, further)
 
 
@@ -171,7 +171,7 @@ class _Found:
         if source.arena is not None:
             basis, mirrors = arena_basis(job.case)
         else:
-            basis, mirrors = hazard_directions(job.case, elsewhere=job.fragments is not None)
+            basis, mirrors = hazard_directions(job.case, elsewhere=job.options.fragments is not None)
         grid, kernel = hazard_grid(job.case), kernel_degrees(job.case)
         used = tuple(one for one in mirrors if grid.maps(one)) if basis == "worst_direction" else ()
         directions = Directions(grid, basis, kernel, used)
@@ -242,7 +242,7 @@ class Flights:
         from fragfield.hazard.exposed import ExposedPlaces
 
         self.arguments = flight_arguments(job.case)
-        if job.lean:
+        if job.options.lean:
             self.arguments["sample"] = 0  # no paths for ParaView
         self.criteria, self.case = hazard_criteria(job.case), job.case
         self.near = self.criteria.fluence_grid(hazard_grid(job.case))
