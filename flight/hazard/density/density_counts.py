@@ -49,7 +49,7 @@ def density_counts(result: FlightResult, *, ricochet: bool = True) -> tuple[NDAr
     """
     counted = result.fluence
     if counted is None:
-        raise InputError("hazard: the flight was not asked to count paths near the ground (near_ground)")
+        raise InputError("hazard: the flight was not asked to count paths near the ground (fluence)")
     grid, energy, height = counted.cells.grid, counted.cells.energy, counted.cells.height
     rows, later = result.landing, result.ricochets[result.ricochets["number"] > 0]
     dangerous = (rows["status"] == Status.LANDED) & (rows["energy"] >= energy)
