@@ -16,7 +16,7 @@ ROOT = Path(__file__).resolve().parent.parent
 PACKAGES = ("burst_fenicsx", "transition", "flight", "fragfield", "fragfield_base")
 FLY = """
 import sys, flight
-landed = flight.fly(flight.Fragments.from_arrays(0.01, (0.0, 0.0, 1.0), (800.0, 0.0, 100.0))).summary["landed"]
+landed = flight.fly(flight.Fragments(0.01, (0.0, 0.0, 1.0), (800.0, 0.0, 100.0))).summary["landed"]
 assert not {"dolfinx", "fragfield", "mpi4py"} & set(sys.modules)
 print(landed, flight.__file__)
 """
