@@ -11,13 +11,12 @@ import flight
 from flight.arena import ArenaTable
 from flight.hazard import Criteria
 from flight.hazard.density.polar_grid import PolarGrid
-from flight.hazard.density.ring_counts import count_by_azimuth
 from flight.hazard.density.tally import sectors_of, tally
 from flight.hazard.exposed import Prism
 from flight.hazard.retardation import Retardation
 from flight.hazard.site import Site
 from flight.hazard.tp12 import PolarField, beam_distance, effective_number
-from flight.result import HITS, LANDING, Status
+from flight.result import LANDING, Status
 from flight.scene.walls import Wall as StoppingWall
 
 CLOUD = flight.Fragments.from_arrays([0.01, 0.02], (0.0, 0.0, 1.0), [(8.0, 0.0, 1.0), (0.0, 9.0, 2.0)])
@@ -220,25 +219,13 @@ def test_widths_that_divide_the_circle_are_taken(whole):
     sector, count = sectors_of(azimuth, whole)
     assert count * whole == pytest.approx(360.0, rel=1e-12)
     assert sector.tolist() == [0, 0, 1 % count, 0]
-    counts = count_by_azimuth(np.zeros(0, dtype=HITS), np.zeros(0, dtype=np.int64), 3, width=whole)
-    assert counts.hits.shape == (3, count)
 
 
 @pytest.mark.parametrize("width", [0.0, -5.0, 7.0, 400.0, 720.0, math.nan, 5.0 + 1e-7])
 def test_widths_that_do_not_divide_the_circle_are_refused(width):
-    hits, no_one = np.zeros(0, dtype=HITS), np.zeros(0, dtype=np.int64)
-    whole = count_by_azimuth(hits, no_one, 1)
-    for call in (
-        lambda: sectors_of(np.zeros(1), width),
-        lambda: count_by_azimuth(hits, no_one, 1, width=width),
-        lambda: whole.in_bins_of(width),
-        lambda: ArenaTable.of([CLOUD], width=width),
-    ):
+    for call in (lambda: sectors_of(np.zeros(1), width), lambda: ArenaTable.of([CLOUD], width=width)):
         with pytest.raises(flight.InputError):
             call()
-    assert whole.in_bins_of(90.0).hits.shape == (1, 4)
-    with pytest.raises(flight.InputError):  # they divide the circle, but cut bins of one degree
-        whole.in_bins_of(0.5)
 
 
 @pytest.mark.parametrize(
