@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from fragfield.errors import InputError, nearest
 from fragfield.interface.case import Case, case_of
+from fragfield_base.waiting import let_threads_sleep
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -111,6 +112,7 @@ def options_of(
     burst: bool = True,
 ) -> RunOptions:
     """What the pipeline is asked for, by the arguments of `run`. A file is read later, by the first rank alone."""
+    let_threads_sleep()
     if threads is not None:
         limit_threads(threads)
     from fragfield.case.checks.consistency import check_case
