@@ -14,8 +14,8 @@ from fragfield.case.conversion.exposed_sites import check_exposed
 from fragfield.case.conversion.placing import profile_of
 from fragfield.case.conversion.stack import check_stack
 from fragfield.case.tables.flight import CylinderTable
-from fragfield.case.tables.official import check_official
 from fragfield.case.tables.round import ExplosiveTable
+from fragfield.case.tables.site import check_official
 from fragfield_base.inputs import show
 
 if TYPE_CHECKING:
