@@ -24,7 +24,7 @@ from fragfield.case.schema import Case
 from fragfield.case.tables.plane import resolved_plane
 from fragfield.case.tables.round import CasingTable, ExplosiveTable, IgnitionTable, JwlTable, RoundTable
 from fragfield.errors import InputError
-from fragfield.files.file_sizes import MOST_CASE
+from fragfield.files.stamped import MOST_CASE
 from fragfield.terminal.visible_text import hidden_in, visible
 from fragfield_base.reading import read_text
 

@@ -111,7 +111,7 @@ class _Envelope:
         entries = []
         for key, one in sorted(self.flown.items()):
             assert one.found is not None  # on rank 0
-            ended = not one.found.pool.balance.reason
+            ended = not one.found.pool.completeness.reason
             entries.append((key, one.found.exposed.assess(self.job.case, hazard, determined=ended)))
         return worst_of_attitudes(entries) if self.job.case.exposed else []
 
@@ -142,7 +142,7 @@ class _Envelope:
         def reach(key: Key) -> float:
             row, found = self.rows[key], self.flown[key].found
             assert found is not None  # on rank 0
-            if found.pool.balance.reason:
+            if found.pool.completeness.reason:
                 return np.inf
             return float(row["expected"] if row["upper"] is None else row["upper"])
 

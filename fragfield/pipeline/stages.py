@@ -117,8 +117,8 @@ def fly(job: Job, stage: Stage) -> None:
         summary["fragments_file"] = job.options.fragments.name
         if found := read_arena(job.options.fragments, job.case):
             summary["recovered"] = found[1].summary()
-    headline = {**flown.hazard.headline, "possible_mass": flown.balance.possible,
-                "mass_not_landed": flown.balance.missing, "more_realisations": flown.more,
+    headline = {**flown.hazard.headline, "possible_mass": flown.completeness.possible,
+                "mass_not_landed": flown.completeness.missing, "more_realisations": flown.more,
                 "ricochet": job.case.flight.ground.ricochet, "attitude": flown_attitude(job, flown)}  # fmt: skip
     headline["bearing_deg"] = bearing_of(job.case, headline.get("direction_deg"))
     if words := certainty(headline):

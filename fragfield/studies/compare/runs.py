@@ -92,7 +92,7 @@ def read_compared_run(folder: Path) -> ComparedRun:
     summary = directory.summary()
     if not any(isinstance(summary.get(part), dict) for part in ("burst", "flight")):
         raise InputError(f"{folder}: nothing to compare, its summary.json has no results; run `fragfield run` first")
-    stored_case_text(directory.case_file, summary, alone=True)
+    stored_case_text(directory.case_file)
     hazard: EnsembleHazard | None = None
     hits: dict[str, NDArray[Any]] = {}
     if directory.file("ensemble.h5").is_file():
