@@ -49,7 +49,7 @@ def active_tables(case: Case, tables: Mapping[str, Any], *, own_fragments: bool 
 def _inactive(case: Case, *, own_fragments: bool) -> Iterator[str]:
     """Dotted keys, without those of rounds."""
     flight = case.flight
-    yield from (key for key, _ in not_read(case))
+    yield from not_read(case)
     if flight.wind.model != "profile" and flight.wind.speed == 0.0:
         yield "flight.wind"
     if flight.shape.model == "box":

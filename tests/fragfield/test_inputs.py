@@ -10,7 +10,7 @@ from pydantic import ValidationError
 
 from burst_fenicsx.problem import BurstSettings, Leakage
 from fragfield.case import Case
-from fragfield.case.checks.bounds import not_read, outside_hard, outside_soft
+from fragfield.case.checks.bounds import choice_faults, not_read, outside_hard, outside_soft
 from fragfield.case.messages import explain
 from fragfield.case.tables.base import Table, values_of
 from fragfield_base.errors import InputError
@@ -84,9 +84,11 @@ def test_bounds_refuse_warn_and_name_their_reason():
 
 def test_a_key_that_another_excludes_is_refused_where_it_is_given():
     given = StageTable.model_validate({"name": "a", "grain": 0.2})
-    assert list(not_read(given)) == [("grain", 'found with kind = "plain"; allowed: only with kind = "rough"')]
-    assert list(not_read(StageTable.model_validate({"name": "a"}))) == [("grain", "")]
-    assert list(not_read(StageTable.model_validate({"name": "a", "kind": "rough", "grain": 0.2}))) == []
+    assert list(choice_faults(given)) == ['grain: found with kind = "plain"; allowed: only with kind = "rough"']
+    left_out = StageTable.model_validate({"name": "a"})
+    assert (list(not_read(left_out)), list(choice_faults(left_out))) == (["grain"], [])
+    read = StageTable.model_validate({"name": "a", "kind": "rough", "grain": 0.2})
+    assert (list(not_read(read)), list(choice_faults(read))) == ([], [])
 
 
 @pytest.mark.parametrize(
