@@ -14,7 +14,7 @@ from flight.files.ensemble import write_ensemble
 from flight.files.hdf5 import write_table
 from flight.fluence import PolarGrid
 from flight.hazard.density.directions import Directions
-from flight.hazard.density.witness_hazard import SECTOR_HITS
+from flight.hazard.density.sectors import SECTOR_HITS
 from flight.hazard.ensemble import EnsembleHazard
 from flight.result import LANDING, Status
 from fragfield.files.stamped import stamped_toml
