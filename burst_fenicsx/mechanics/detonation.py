@@ -9,7 +9,7 @@ import numpy as np
 from mpi4py import MPI
 
 from burst_fenicsx.kernels.constants import FRONT_REACH, GREATEST_GROWTH, REFLECTION_TIME
-from burst_fenicsx.kernels.lanes import kernel
+from burst_fenicsx.kernels.geometry.faces import FACES, area_vectors
 from burst_fenicsx.kernels.vectors.exact import quantise, rounding_constant
 from burst_fenicsx.meshing.placement import frame
 from burst_fenicsx.problem import Part
@@ -32,8 +32,6 @@ __all__ = [
     "largest_faces",
     "place_ignition",
 ]
-
-_FACES = ((0, 2, 6, 4), (1, 3, 7, 5), (0, 1, 5, 4), (2, 3, 7, 6), (0, 1, 3, 2), (4, 5, 7, 6))  # tensor order
 
 
 def place_ignition(item: Round, length: float) -> tuple[np.ndarray, np.ndarray]:
@@ -58,17 +56,11 @@ def ignition_times(centres: np.ndarray, positions: np.ndarray, delays: np.ndarra
     return times
 
 
-@kernel
 def largest_faces(corners: np.ndarray) -> np.ndarray:
-    """Area of each cell's largest face (m2); `corners` (cells, 8, 3) in tensor order (m)."""
-    areas = np.zeros(corners.shape[0])
-    for cell in range(corners.shape[0]):
-        x = corners[cell]
-        for a, b, c, d in _FACES:
-            x1, y1, z1 = x[c, 0] - x[a, 0], x[c, 1] - x[a, 1], x[c, 2] - x[a, 2]
-            x2, y2, z2 = x[d, 0] - x[b, 0], x[d, 1] - x[b, 1], x[d, 2] - x[b, 2]
-            nx, ny, nz = 0.5 * (y1 * z2 - z1 * y2), 0.5 * (z1 * x2 - x1 * z2), 0.5 * (x1 * y2 - y1 * x2)
-            areas[cell] = max(areas[cell], np.sqrt(nx * nx + ny * ny + nz * nz))
+    """Area of each cell's largest face (m2); `corners` (cells, 8, 3) m."""
+    areas = np.zeros(len(corners))
+    for face in FACES:
+        np.maximum(areas, np.linalg.norm(area_vectors(corners[:, face]), axis=1), out=areas)
     return areas
 
 
