@@ -10,7 +10,6 @@ from mpi4py import MPI
 
 from burst_fenicsx.kernels.constants import FRONT_REACH, GREATEST_GROWTH, REFLECTION_TIME
 from burst_fenicsx.kernels.geometry.faces import FACES, area_vectors
-from burst_fenicsx.kernels.lanes import kernel
 from burst_fenicsx.kernels.vectors.exact import quantise, rounding_constant
 from burst_fenicsx.meshing.placement import frame
 from burst_fenicsx.problem import Part
@@ -156,8 +155,9 @@ class AxialSlices:
 
     def radii(self, position: np.ndarray) -> np.ndarray:
         """Current mean radius of every slice, r0 + mean radial displacement (m), Eq. 6."""
-        moved = np.zeros(len(self.initial_radius))
-        _sum_displacements(position, self.node, self.slice_of_node, self.start, self.outward, self.rounding, moved)
+        x, y, z = ((position[self.node] - self.start) * self.outward).T
+        terms = quantise(x + y + z, self.rounding)
+        moved = np.bincount(self.slice_of_node, weights=terms, minlength=len(self.initial_radius))
         if self.comm.size > 1:
             moved = self.comm.allreduce(moved)
         return self.initial_radius + (moved / np.maximum(self.count, 1.0))[self.source]
@@ -183,25 +183,6 @@ def _nearest_with_nodes(count: np.ndarray, per_round: int) -> np.ndarray:
         if len(filled):
             source[empty] = filled[np.argmin(np.abs(filled - empty))]
     return source
-
-
-@kernel
-def _sum_displacements(
-    position: np.ndarray,
-    node: np.ndarray,
-    slice_of_node: np.ndarray,
-    start: np.ndarray,
-    outward: np.ndarray,
-    rounding: float,
-    moved: np.ndarray,
-) -> None:
-    """Add each outermost node's radial displacement (m), rounded by `quantise`, to its slice's sum."""
-    for k in range(node.size):
-        n = node[k]
-        along = 0.0
-        for i in range(3):
-            along += (position[n, i] - start[k, i]) * outward[k, i]
-        moved[slice_of_node[k]] += quantise(along, rounding)
 
 
 def cell_ignition(
