@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fragfield.case.conversion.exposed_sites import ExposedSite, exposed_sites_of
-from fragfield.case.conversion.site import bearing_of
+from fragfield.case.conversion.surroundings import bearing_of
 from fragfield.hazard.recommended import NORMAL_95
 from fragfield.hazard.verdict import criterion_of, no_margin, verdict_of
 
