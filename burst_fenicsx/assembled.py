@@ -29,9 +29,8 @@ from burst_fenicsx.records.exposure import ShockExposures
 from burst_fenicsx.records.interpenetration import InterpenetrationCheck
 from burst_fenicsx.records.measures import Measures
 from burst_fenicsx.records.surfaces import radial_surfaces
-from burst_fenicsx.symmetry import smallest_part
+from burst_fenicsx.symmetry import smallest_part, symmetry_words
 from burst_fenicsx.symmetry.completion import Completion
-from burst_fenicsx.symmetry.words import symmetry_words
 
 if TYPE_CHECKING:
     from burst_fenicsx.mechanics.fields import BurstFields
@@ -62,7 +61,7 @@ class AssembledBurst:
         check_problem(rounds, settings)
         self.part = self._find_part(rounds, settings)
         self.rounds = list(self.part.rounds)  # those that are computed, some of them in part
-        self.settings = settings = replace(settings, planes=(*settings.planes, *self.part.planes()))
+        self.settings = settings = replace(settings, planes=(*settings.planes, *self.part.rigid))
         self.comm = comm
         if comm.rank == 0 and self.geometry != "axisymmetric":
             for line in symmetry_words(self.part.summary()):
@@ -168,7 +167,6 @@ class AssembledBurst:
             self.settings,
             images=self.part.images,
             multiplicity=self.part.multiplicity,
-            mirrors=len(self.part.planes()),
             torn=self.contact.torn,
         )
 
@@ -192,7 +190,7 @@ class AssembledBurst:
         if held is None:
             return ()
         local = held[self.fields.mesh.node]
-        return tuple(Hold(np.flatnonzero(local >> bit & 1), normal) for bit, normal in enumerate(self.part.normals))
+        return tuple(Hold(np.flatnonzero(local >> plane.bit & 1), np.array(plane.normal)) for plane in self.part.planes)
 
     def _make_ledger(self) -> Ledger:
         state = self.fields

@@ -19,7 +19,7 @@ from burst_fenicsx.files.checkpoint import read_checkpoint, write_checkpoint
 from burst_fenicsx.files.output import TimeSeries
 from burst_fenicsx.files.snapshot import write_snapshot
 from burst_fenicsx.meshing.placement import frame
-from burst_fenicsx.problem import BurstSettings, Round
+from burst_fenicsx.problem import BurstSettings, Mirror, Round
 from burst_fenicsx.records.clocks import Clocks
 from burst_fenicsx.records.gather import output_fields, snapshot_fields
 from burst_fenicsx.records.measures import RoundMeasures
@@ -32,7 +32,6 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from burst_fenicsx.files.snapshot import RoundRecord
-    from burst_fenicsx.problem import RigidPlane
 
 __all__ = ["BurstProgress", "BurstResult", "Simulation"]
 
@@ -328,9 +327,9 @@ class Simulation(AssembledBurst):
                 extra={"code": "contact_energy"},
             )
 
-    def _symmetry_planes(self) -> list[RigidPlane]:
-        """Planes in the world behind which mirrored rounds stand."""
-        return [plane for plane in self.settings.planes if plane.symmetry]
+    def _symmetry_planes(self) -> list[Mirror]:
+        """Planes of symmetry that the user has given, for the break-up."""
+        return [plane for plane in self.settings.planes if isinstance(plane, Mirror) and plane not in self.part.planes]
 
     def _records(self, masses: Sequence[np.ndarray], speeds: Sequence[np.ndarray]) -> list[RoundRecord]:
         """The computed rounds as the snapshot describes them; by segment masses (kg) and speeds (m/s)."""

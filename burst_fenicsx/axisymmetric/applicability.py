@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from burst_fenicsx.problem import Mirror
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
@@ -32,7 +34,7 @@ def why_not_axisymmetric(rounds: Sequence[Round], settings: BurstSettings) -> st
     if settings.quadrature != "one_point":
         return "full quadrature belongs to hexahedra"
     for plane in settings.planes:
-        if plane.symmetry:
+        if isinstance(plane, Mirror):
             return f"plane '{plane.name}' mirrors the round"
         if clearance(item, plane) < CLEARANCE * item.profile.max_radius:
             return f"the casing may reach plane '{plane.name}'"

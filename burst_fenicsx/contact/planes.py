@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from burst_fenicsx.contact.surfaces import ContactSurfaces
     from burst_fenicsx.mechanics.fields import BurstFields
     from burst_fenicsx.meshing import HexahedralMesh
-    from burst_fenicsx.problem import RigidPlane
+    from burst_fenicsx.problem import Mirror, RigidPlane
 
 __all__ = ["PlaneContact", "held_in_plane", "nodes_at_planes"]
 
@@ -55,7 +55,7 @@ def nodes_at_planes(mesh: HexahedralMesh, surfaces: ContactSurfaces) -> tuple[np
     return nodes, ~on_face[nodes]
 
 
-def held_in_plane(mesh: HexahedralMesh, nodes: np.ndarray, plane: RigidPlane) -> np.ndarray:
+def held_in_plane(mesh: HexahedralMesh, nodes: np.ndarray, plane: RigidPlane | Mirror) -> np.ndarray:
     """Whether each of the nodes (k,) of a cut round lies in the plane for good, and so never meets it."""
     if mesh.held is None:
         return np.zeros(len(nodes), dtype=bool)
@@ -83,7 +83,13 @@ class PlaneContact(NodeContact):
     """
 
     def __init__(
-        self, plane: RigidPlane, fields: BurstFields, nodes: np.ndarray, rows: np.ndarray, on_surface: int, reach: float
+        self,
+        plane: RigidPlane | Mirror,
+        fields: BurstFields,
+        nodes: np.ndarray,
+        rows: np.ndarray,
+        on_surface: int,
+        reach: float,
     ) -> None:
         self.plane = plane
         self.rows = rows
@@ -93,7 +99,7 @@ class PlaneContact(NodeContact):
         normal = np.asarray(plane.normal, dtype=float)
         self._normal = normal / np.linalg.norm(normal)
         self._level = float(self._normal @ np.asarray(plane.point, dtype=float))
-        self._friction = 0.0 if plane.symmetry else float(np.tan(np.radians(plane.friction_angle)))
+        self._friction = float(np.tan(np.radians(plane.friction_angle)))
         count = len(nodes)
         self.state: PlaneState = PlaneState(
             node=np.asarray(nodes, dtype=np.int32),

@@ -14,7 +14,7 @@ from burst_fenicsx.contact.torn_faces import sides_beside
 from burst_fenicsx.errors import NumericalStop
 from burst_fenicsx.kernels.contact.search import Bodies, find_candidates
 from burst_fenicsx.kernels.geometry.faces import TENSOR_ORDER
-from burst_fenicsx.problem import Part
+from burst_fenicsx.problem import Mirror, Part
 from burst_fenicsx.records.within_rounds import CasingRadii, hold
 
 if TYPE_CHECKING:
@@ -60,6 +60,9 @@ class PassedThrough:
 class InterpenetrationCheck:
     """Finds casing nodes behind planes and within cells of other rounds.
 
+    At a plane of symmetry metal overlaps its image by twice its depth: it counts from the overlap at which it does
+    within another round.
+
     Cells of the charge count as well, so that metal which has passed right through a wall is found, but only nearer to
     the round's axis than its casing is there: products that have come out of a torn casing flow around metal. Folded
     cells do not count. Sums are taken in the order of the nodes: they are the same on any number of ranks.
@@ -70,8 +73,6 @@ class InterpenetrationCheck:
     rounds : in order. settings : of the burst. Without contact of surfaces, other rounds are left out.
     images : how many times the arrangement is the computed part of it; the summary's masses are those of the whole.
     multiplicity : (rounds,) how many times a round is the computed part of it; messages name masses of whole rounds.
-    mirrors : how many of the planes, the last, the program has put between rounds and their images: there metal
-        overlaps its image by twice its depth, and counts from the overlap at which it does within another round.
     torn : (cells of the whole mesh,) bool, cells that are torn metal, kept up to date by contact: the sides of cells
         towards them look outward.
 
@@ -92,7 +93,6 @@ class InterpenetrationCheck:
         *,
         images: int = 1,
         multiplicity: np.ndarray | None = None,
-        mirrors: int = 0,
         torn: np.ndarray | None = None,
     ) -> None:
         self._fields, self._comm = fields, fields.mesh.comm
@@ -102,14 +102,13 @@ class InterpenetrationCheck:
         self._images = images
         self._multiplicity = np.ones(self._count) if multiplicity is None else multiplicity
         self._overlap = _OVERLAP * settings.cell_size
-        given = len(settings.planes) - mirrors
         self._planes = [
             (
                 np.asarray(plane.point, dtype=float),
                 np.asarray(plane.normal) / np.linalg.norm(plane.normal),
-                _BEHIND_PLANE * settings.cell_size if index < given else 0.5 * self._overlap,
+                0.5 * self._overlap if isinstance(plane, Mirror) else _BEHIND_PLANE * settings.cell_size,
             )
-            for index, plane in enumerate(settings.planes)
+            for plane in settings.planes
         ]
         self._among_rounds = settings.contact.surfaces and len(rounds) > 1
         self.largest = np.zeros(4)

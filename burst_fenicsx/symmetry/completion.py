@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 
 from burst_fenicsx.records.measures import RoundMeasures
+from burst_fenicsx.symmetry.detection import triple
 from burst_fenicsx.symmetry.part import reflected
 
 if TYPE_CHECKING:
@@ -83,7 +84,6 @@ class Completion:
         self._part = part
         self.trivial = part.images == 1
         self._copies: list[_Copy] = []
-        self._history_factor = float(part.images)
         if self.trivial:
             self.nodes, self.cells = len(mesh.nodes), mesh.cells
         else:
@@ -98,28 +98,22 @@ class Completion:
         held = np.zeros(len(mesh.nodes), dtype=np.int64) if mesh.held is None else mesh.held.astype(np.int64)
         of_round = np.empty(len(mesh.nodes), dtype=np.int64)
         of_round[mesh.cells] = mesh.round[:, None]
+        number = np.full((part.images, len(mesh.nodes)), -1, dtype=np.int64)  # behind each set of planes
         count, cells = 0, []
-        number = np.full(len(mesh.nodes), -1, dtype=np.int64)
         for index, source in enumerate(part.source.tolist()):
             own = np.flatnonzero(of_round == source)
             own_cells = np.flatnonzero(mesh.round == source)
-            known: dict[int, NDArray[np.int64]] = {}
-            for sides in _subsets([cut.bit for cut in part.cuts[source]]):
+            for sides in _subsets([plane.bit for plane in part.cuts[source]]):
                 # Reflection at a plane in which a node lies does nothing: it is a node of the other side as well.
-                fresh = own[(held[own] & sides) == 0]
-                number = number.copy()
-                number[fresh] = count + np.arange(len(fresh))
+                behind = sides & ~held
+                fresh = own[behind[own] == sides]
+                number[sides, fresh] = count + np.arange(len(fresh))
                 count += len(fresh)
-                for planes in np.unique(held[own] & sides):
-                    if planes:
-                        shared = own[(held[own] & sides) == planes]
-                        number[shared] = known[sides & ~int(planes)][shared]
-                known[sides] = number
                 mirrors = int(part.mirrors[index]) ^ sides
                 corners = mesh.cells[own_cells]
                 if mirrors.bit_count() % 2:
                     corners = corners[:, _REFLECTED[corners.shape[1]]]
-                cells.append(number[corners])
+                cells.append(number[behind[corners], corners])
                 self._copies.append(_Copy(index, mirrors, fresh, own_cells))
         return count, np.concatenate(cells)
 
@@ -167,28 +161,18 @@ class Completion:
             for source, item in zip(self._part.source.tolist(), whole, strict=True)
         ]
 
-    def sources(self, sources: Sequence[Source | None]) -> list[Source | None]:
-        """Where shocks initiated each round of the whole."""
-        return self._of_images(sources)
-
-    def exposures(self, exposures: Sequence[Exposure | None]) -> list[Exposure | None]:
-        """What shocks did to each round of the whole."""
-        return self._of_images(exposures)
-
-    def _of_images(self, found: Sequence[Placed | None]) -> list[Placed | None]:
-        """What was found in the computed rounds, for each round of the whole, with its place there."""
+    def of_rounds(self, found: Sequence[Placed | None]) -> list[Placed | None]:
+        """What shocks did in the computed rounds, for each round of the whole, with its place there."""
         part = self._part
-        of_image = [found[source] for source in part.source.tolist()]
         return [
-            None if one is None else replace(one, place=_triple(part.place(np.array(one.place), mirrors)))
-            for one, mirrors in zip(of_image, part.mirrors.tolist(), strict=True)
+            replace(one, place=triple(part.place(np.array(one.place), mirrors))) if (one := found[source]) else None
+            for source, mirrors in zip(part.source.tolist(), part.mirrors.tolist(), strict=True)
         ]
 
     def history(self, columns: Mapping[str, NDArray]) -> Arrays:
         """The ledger's columns for the whole: energies are those of all images."""
-        return {
-            name: values * self._history_factor if name in EXTENSIVE else values for name, values in columns.items()
-        }
+        images = float(self._part.images)
+        return {name: values * images if name in EXTENSIVE else values for name, values in columns.items()}
 
 
 def _subsets(bits: Sequence[int]) -> list[int]:
@@ -209,8 +193,3 @@ def turned_stress(stress: NDArray, matrix: NDArray) -> NDArray:
     full = np.stack([xx, xy, zx, xy, yy, yz, zx, yz, zz], axis=-1).reshape(-1, 3, 3)
     full = matrix @ full @ matrix.T
     return np.stack([full[:, 0, 0], full[:, 1, 1], full[:, 2, 2], full[:, 0, 1], full[:, 1, 2], full[:, 2, 0]], axis=-1)
-
-
-def _triple(values: NDArray) -> tuple[float, float, float]:
-    x, y, z = (float(value) for value in values)
-    return x, y, z

@@ -12,7 +12,7 @@ pytest.importorskip("dolfinx")
 from burst_fenicsx.mechanics.nodal_loads import Hold
 from burst_fenicsx.meshing import cell_volumes, merge
 from burst_fenicsx.meshing.split import split_charges
-from burst_fenicsx.problem import ContactSettings, Hourglass, RigidPlane
+from burst_fenicsx.problem import ContactSettings, Hourglass, Mirror, RigidPlane
 from tests.burst_fenicsx.bodies import BAR, QUIET, ball, bodies, energy, mean_velocity, momentum, moved
 from tests.burst_fenicsx.boxes import BARE, ELASTIC, box, grid
 from tests.burst_fenicsx.test_sliding import layered
@@ -147,7 +147,7 @@ def test_a_block_rests_where_friction_holds_it():
 
 
 SOFT = replace(ELASTIC, elastic_modulus=2e9)
-MIRROR = RigidPlane("mirror", (0.0, 0.0, 0.0), (1.0, 0.0, 0.0), symmetry=True)
+MIRROR = Mirror("mirror", (0.0, 0.0, 0.0), (1.0, 0.0, 0.0))
 
 
 def test_a_ball_bounces_as_hertz_says():

@@ -20,7 +20,7 @@ from burst_fenicsx.axisymmetric.surfaces import edge_neighbours, meridian_surfac
 from burst_fenicsx.contact.forces import Penetrations
 from burst_fenicsx.errors import InputError, NumericalStop
 from burst_fenicsx.geometry import load_profile
-from burst_fenicsx.problem import IgnitionPoint, Part, RigidPlane, ShockInitiation
+from burst_fenicsx.problem import IgnitionPoint, Mirror, Part, RigidPlane, ShockInitiation
 from tests.burst_fenicsx.axisymmetric.meridians import named, random_meridian, rectangle
 from tests.burst_fenicsx.tubes import SETTINGS, tube
 
@@ -228,7 +228,7 @@ def test_the_meridian_is_taken_where_nothing_stands_within_four_radii():
         plane = RigidPlane("deck", (0.0, 0.0, -distance * near), (0.0, 0.0, 1.0))
         reason = why_not_axisymmetric([item], replace(settings, planes=(plane,)))
         assert reason == ("the casing may reach plane 'deck'" if refused else None)
-    far = RigidPlane("deck", (0.0, 0.0, -9.0), (0.0, 0.0, 1.0), symmetry=True)
+    far = Mirror("deck", (0.0, 0.0, -9.0), (0.0, 0.0, 1.0))
     assert why_not_axisymmetric([item], replace(settings, planes=(far,))) == "plane 'deck' mirrors the round"
     assert why_not_axisymmetric([], settings) == "0 rounds may meet"
     assert why_not_axisymmetric([item, item], settings) == "2 rounds may meet"
