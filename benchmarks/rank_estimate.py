@@ -150,7 +150,7 @@ def searched_nodes(pair: HexahedralMesh, owner: np.ndarray, ranks: int, cell_siz
     are two rounds, of which the first is cut for `ranks` by `owner` (its cells,).
     """
     surfaces = contact_surfaces(pair)
-    place, of_round = pair.nodes[surfaces.node], surfaces.node_body // 2
+    place, of_round = pair.nodes[surfaces.node], surfaces.node_round
     first = len(owner)
     rank_of_node = np.full(len(pair.nodes), -1, dtype=np.int64)
     rank_of_node[pair.cells[:first]] = owner[:, None]

@@ -140,7 +140,7 @@ class AssembledBurst:
 
     def _make_contact(self) -> ContactForces:
         """Bonds, colliding surfaces and planes."""
-        return ContactForces(self.mesh, self.fields, self.settings)
+        return ContactForces.of_mesh(self.mesh, self.fields, self.settings)
 
     def _make_initiation(self) -> ShockInitiations | None:
         """What looks for shocks that initiate a charge."""
@@ -167,7 +167,7 @@ class AssembledBurst:
             self.settings,
             images=self.part.images,
             multiplicity=self.part.multiplicity,
-            torn=self.contact.torn,
+            eroded=self.contact.eroded,
         )
 
     def _make_leakage(self, distributed: DistributedMesh) -> LeakageParts:

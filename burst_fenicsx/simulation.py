@@ -222,7 +222,7 @@ class Simulation(AssembledBurst):
         self._writing.wait()  # one state in memory besides the burst's own
         points, cells = output_fields(
             self.fields,
-            self.contact.nodal_force if self.contact.exists else None,
+            self.contact.force if self.contact.exists else None,
             with_nodal_stress=self.settings.nodal_stress,
         )
         if self._series is not None:

@@ -13,7 +13,7 @@ from mpi4py import MPI
 from burst_fenicsx.axisymmetric.applicability import why_not_axisymmetric
 from burst_fenicsx.axisymmetric.fields import make_ring_fields, on_dolfinx
 from burst_fenicsx.axisymmetric.mesh import MeridianMesh, meridian_quality, mesh_meridian
-from burst_fenicsx.axisymmetric.slide_line import MeridianContact
+from burst_fenicsx.axisymmetric.slide_line import meridian_contact
 from burst_fenicsx.axisymmetric.solver import RingSolver
 from burst_fenicsx.axisymmetric.surfaces import meridian_surfaces
 from burst_fenicsx.errors import InputError, NumericalStop
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from burst_fenicsx.axisymmetric.fields import RingFields
+    from burst_fenicsx.contact import ContactForces
     from burst_fenicsx.meshing import MeshQuality
     from burst_fenicsx.meshing.distributed import DistributedMesh
     from burst_fenicsx.problem import BurstSettings, Round
@@ -63,7 +64,6 @@ class AxisymmetricSimulation(Simulation):
     geometry = "axisymmetric"
     mesh: MeridianMesh  # type: ignore[assignment]
     fields: RingFields
-    contact: MeridianContact
 
     def __init__(
         self,
@@ -97,14 +97,15 @@ class AxisymmetricSimulation(Simulation):
         upright = replace(self.rounds[0], position=(0.0, 0.0, 0.0), axis=(0.0, 0.0, 1.0))
         return make_ring_fields(distributed, [upright], self.settings, **inputs)
 
-    def _make_contact(self) -> MeridianContact:
-        return MeridianContact(self.mesh, self.fields, self.settings)
+    def _make_contact(self) -> ContactForces:
+        contact, self._line = meridian_contact(self.mesh, self.fields, self.settings)
+        return contact
 
     def _make_initiation(self) -> None:
         """Nothing: one round alone."""
 
     def _make_solver(self) -> RingSolver:
-        return RingSolver(self.fields, self.settings, self.leakage, self.ledger, self.contact)
+        return RingSolver(self.fields, self.settings, self.leakage, self.ledger, self.contact, self._line)
 
     def _write_output(self) -> None:
         super()._write_output()

@@ -8,47 +8,39 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from mpi4py import MPI
 
 from burst_fenicsx.axisymmetric.surfaces import outer_edges
-from burst_fenicsx.contact.accounting import PlaneImpulse
-from burst_fenicsx.contact.forces import ContactForces, Penetrations, max_squared_phase
-from burst_fenicsx.contact.sliding import INTERFACE_STATE
-from burst_fenicsx.kernels.axisymmetric.line_pressure import spread_pressure
-from burst_fenicsx.kernels.axisymmetric.line_state import SPREAD, LineContacts, SlideLine
-from burst_fenicsx.kernels.axisymmetric.step import LineSettings
+from burst_fenicsx.contact.charge_contacts import ChargeContacts
+from burst_fenicsx.contact.forces import ContactForces
+from burst_fenicsx.kernels.axisymmetric.line_points import SPREAD, LineContacts, SlideLine
 from burst_fenicsx.kernels.cells.charge_pressure import PARAMETERS
 from burst_fenicsx.kernels.constants import SMOOTH
 from burst_fenicsx.problem import Part
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from burst_fenicsx.axisymmetric.fields import RingFields
     from burst_fenicsx.axisymmetric.mesh import MeridianMesh
     from burst_fenicsx.problem import BurstSettings
 
-__all__ = ["LineInterface", "MeridianContact"]
+__all__ = ["LineInterface", "meridian_contact"]
 
-_LEFT, _TIED = 1, 2  # values of `off`: the node has left its line; it belongs to both sides
-_STATE = (*INTERFACE_STATE, "pressing")
+_TIED = 2  # value of `off`: the node belongs to both sides
 
 
-class LineInterface:
-    """The slide lines of all rounds and the contacts of their charges.
+class LineInterface(ChargeContacts):
+    """The slide lines of a round and the contacts of its charge; the step's kernel finds their forces.
 
     Parameters
     ----------
-    mesh : the meridian, its charge split from the casing.
+    mesh : the meridian, its charge split from the casing. Parts that share their nodes have a line without edges.
     fields : the state.
 
     Attributes
     ----------
-    array_names : of what `arrays` gives.
     line, contacts : the kernels' arrays.
     """
 
-    array_names = (*_STATE, "load", "stored")
+    contacts: LineContacts
 
     def __init__(self, mesh: MeridianMesh, fields: RingFields) -> None:
         local = fields.mesh.local_node
@@ -56,7 +48,6 @@ class LineInterface:
         of_node = np.arange(len(mesh.nodes))
         of_node[mesh.twins[:, 1]] = mesh.twins[:, 0]
         edges, cell_of_edge, covered = _line_edges(mesh)
-        self._cell = cell_of_edge
         neighbour, end, sides = _smooth_groups(mesh.nodes, edges)
         group_node = np.full(len(sides), -1)
         group_node[end.ravel()] = edges.ravel()
@@ -112,99 +103,22 @@ class LineInterface:
             load=np.zeros(len(fields.mass)),
             last_position=fields.nodes.position.copy(),
         )
+        super().__init__(fields, self.line.nodes, np.arange(count, dtype=np.int32), cell_of_edge)
 
-    def leave_eroded(self, eroded: np.ndarray) -> None:
-        """Free for good the charge's nodes that lie on edges of `eroded` cells (cells of the whole mesh,) now.
-
-        Eroded metal holds no products back: those kept on its nodes are drawn out by them until their cells fold.
-        """
-        self.contacts.off[eroded[self._cell[self.contacts.face]]] = _LEFT
-
-    @property
-    def energies(self) -> np.ndarray:
-        """Spring energy now and friction in the last step (J)."""
-        total: np.ndarray = self.contacts.tally.sum(axis=0)[:2]
-        return total
-
-    def counts(self) -> np.ndarray:
-        """Contacts that are bonded, that touch without a bond, and that have left their line."""
-        bonded, touching = (self.contacts.bonded != 0) & (self.contacts.off == 0), self.contacts.stiffness > 0.0
-        return np.array([bonded.sum(), (touching & ~bonded).sum(), (self.contacts.off == _LEFT).sum()], dtype=float)
-
-    def arrays(self) -> dict[str, np.ndarray]:
-        """What the contacts remember, for the checkpoint; by node in the order of the mesh that was given."""
-        found = {name: getattr(self.contacts, name).copy() for name in _STATE}
-        return {**found, "load": self.contacts.load.copy(), "stored": self.contacts.tally[:, 0].copy()}
-
-    def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Put the contacts where `arrays` found them. Raises KeyError for a missing array."""
-        for name in _STATE:
-            getattr(self.contacts, name)[:] = arrays[name]
-        self.contacts.load[:] = arrays["load"]
-        self.contacts.tally[:, 0] = arrays["stored"]
-        spread_pressure(self.line, self.contacts, self.contacts.last_position)
+    def look_around(self) -> None:
+        """Work is done from where the nodes are."""
+        self.contacts.last_position[:] = self._fields.nodes.position
 
 
-class MeridianContact(ContactForces):
-    """Contact of an axisymmetric burst: its slide line, which the step's kernel computes.
-
-    Attributes
-    ----------
-    line_force : (nodes, 3) N, of the slide line alone.
-    """
-
-    interface: LineInterface | None  # type: ignore[assignment]
-
-    def __init__(self, mesh: MeridianMesh, fields: RingFields, settings: BurstSettings) -> None:
-        self._fields = fields
-        self.comm = MPI.COMM_SELF
-        self.force = self.line_force = np.zeros_like(fields.nodes.force)
-        self.friction = self.work = 0.0
-        self.impulse = PlaneImpulse(self.comm, fields)
-        self.penetrations = Penetrations()
-        self.torn = np.zeros(len(mesh.cells), dtype=bool)
-        # Parts that share their nodes have a line without edges, which does nothing.
-        self.line = LineInterface(mesh, fields)
-        self._always = self._pushed = np.zeros(0, dtype=np.int32)  # all forces are the line's
-        self.interface = self.line if len(mesh.twins) else None
-        self.collisions, self.planes = None, []
-        contact = settings.contact
-        self.settings = LineSettings(
-            level=0,
-            exists=self.exists,
-            max_squared_phase=max_squared_phase(settings.time_step),
-            tensile_strength=contact.tensile_strength,
-            cohesion=contact.cohesion,
-            friction=float(np.tan(np.radians(contact.friction_angle))),
-        )
-
-    @property
-    def touched(self) -> np.ndarray:
-        """Whether contact may give a force to the node (nodes,)."""
-        touched = np.zeros(len(self.force), dtype=bool)
-        touched[self.line.line.nodes] = True
-        return touched
-
-    @property
-    def forces(self) -> dict[str, np.ndarray]:
-        """Those of the slide line."""
-        return {"line_force": self.line_force}
-
-    def set_level(self, level: int) -> None:
-        """Contact takes 2^`level` steps in a longest one from now on."""
-        self.settings = self.settings._replace(level=level)
-        self.line.contacts.last_position[:] = self._fields.nodes.position
-
-    def take(self, sums: np.ndarray, *, front_is_active: bool) -> None:
-        """Take the sums of a step, (3,): friction, work on the nodes (J), largest penetration (m); they are cleared."""
-        self.friction += float(sums[0])
-        self.work += float(sums[1])
-        deepest, found = self.penetrations, float(sums[2])
-        if front_is_active:
-            deepest.interface_at_front = max(deepest.interface_at_front, found)
-        else:
-            deepest.interface_after = max(deepest.interface_after, found)
-        sums[:] = 0.0
+def meridian_contact(
+    mesh: MeridianMesh, fields: RingFields, settings: BurstSettings
+) -> tuple[ContactForces, LineInterface]:
+    """Contact of an axisymmetric burst, and its slide line, which is no part of it where nothing slides."""
+    line = LineInterface(mesh, fields)
+    touched = np.zeros(len(fields.mass), dtype=bool)
+    touched[line.nodes] = True
+    interface = line if len(mesh.twins) else None
+    return ContactForces(fields, settings.time_step, len(mesh.cells), touched, interface=interface), line
 
 
 def _line_edges(mesh: MeridianMesh) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -6,13 +6,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from burst_fenicsx.contact.charge_contacts import slide_law
+from burst_fenicsx.contact.forces import max_squared_phase
 from burst_fenicsx.kernels.axisymmetric.step import RingSums, add_ring_forces, advance_rings
 from burst_fenicsx.kernels.step.assembly import make_scratch
 from burst_fenicsx.mechanics.solver import BurstSolver
 
 if TYPE_CHECKING:
     from burst_fenicsx.axisymmetric.fields import RingFields
-    from burst_fenicsx.axisymmetric.slide_line import MeridianContact
+    from burst_fenicsx.axisymmetric.slide_line import LineInterface
+    from burst_fenicsx.contact import ContactForces
     from burst_fenicsx.mechanics.detonation import LeakageParts
     from burst_fenicsx.mechanics.ledger import Ledger
     from burst_fenicsx.problem import BurstSettings
@@ -21,10 +24,10 @@ __all__ = ["RingSolver"]
 
 
 class RingSolver(BurstSolver):
-    """Steps the axisymmetric burst; parameters and attributes as for `BurstSolver`."""
+    """Steps the axisymmetric burst; parameters and attributes as for `BurstSolver`, and the slide `line`."""
 
     fields: RingFields
-    contact: MeridianContact
+    contact: ContactForces
 
     def __init__(
         self,
@@ -32,11 +35,13 @@ class RingSolver(BurstSolver):
         settings: BurstSettings,
         leakage: LeakageParts,
         ledger: Ledger,
-        contact: MeridianContact,
+        contact: ContactForces,
+        line: LineInterface,
     ) -> None:
-        self._line, self._contacts = contact.line.line, contact.line.contacts
+        self._line, self._contacts = line.line, line.contacts
+        self._law = slide_law(settings.contact, max_squared_phase(settings.time_step), 1.0)
         given = np.zeros((len(fields.products), 2))
-        self._sums = RingSums(np.zeros(5), given, np.zeros(3), np.zeros(3), contact.line_force)
+        self._sums = RingSums(np.zeros(5), given, np.zeros(3), np.zeros(3), contact.force)
         self._work = make_scratch(1)[0]
         super().__init__(fields, settings, leakage, ledger, contact=contact)
 
@@ -67,7 +72,11 @@ class RingSolver(BurstSolver):
         sums, totals = self._sums, self._totals
         self.ledger.add(sums.energy[None], sums.released[None])
         sums.energy[:], sums.released[:] = 0.0, 0.0
-        self.contact.take(sums.contact, front_is_active=self.front_is_active)
+        friction, work, depth = sums.contact.tolist()
+        self.contact.friction += friction
+        self.contact.work += work
+        self.contact.penetrations.at_interface(depth, front_is_active=self.front_is_active)
+        sums.contact[:] = 0.0
         self.stable_step = float(sums.limits[0])
         totals.stable_step[:], totals.smallest_volume[:] = sums.limits[0], sums.limits[1]
         totals.smallest[:] = int(sums.limits[2])
@@ -85,7 +94,8 @@ class RingSolver(BurstSolver):
             state.solid,
             state.charge,
             state.rings,
-            self.contact.settings,
+            self.subcycling.contact_level,
+            self._law,
             self._line,
             self._contacts,
             self._sums,

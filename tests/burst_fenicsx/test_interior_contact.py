@@ -134,7 +134,7 @@ def test_layers_are_nested_and_look_outward():
     normal = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
     outward = corners.mean(axis=1) - 0.5 * size
     assert (np.einsum("ij,ij->i", normal, outward) > 0.0).all()
-    assert set(surfaces.face_body[surfaces.on_surface :].tolist()) == {0}
+    assert set(surfaces.face_round[surfaces.on_surface :].tolist()) == {0}
     assert outward_sides(mesh)[:125].sum() == 6 * 25 + 6 * 9 + 6
 
 

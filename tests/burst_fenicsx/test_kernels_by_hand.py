@@ -11,7 +11,7 @@ pytest.importorskip("dolfinx")
 
 from burst_fenicsx.contact.sliding import _LARGEST_PRESSURE, _MOST_CELLS
 from burst_fenicsx.kernels.geometry.faces import FACES, face_neighbours
-from burst_fenicsx.kernels.geometry.smooth_faces import face_vectors, group_faces, group_vectors
+from burst_fenicsx.kernels.geometry.smooth_faces import face_vectors, group_vectors
 from burst_fenicsx.kernels.lanes import LANES
 from burst_fenicsx.kernels.step.balance import node_terms
 from burst_fenicsx.kernels.step.colours import colour_groups
@@ -151,41 +151,19 @@ def test_faces_of_a_hexahedron_look_outward():
         assert normal @ (corner[side].mean(axis=0) - corner.mean(axis=0)) == pytest.approx(0.5)
 
 
-def test_faces_around_a_node_are_grouped_where_they_are_smooth():
-    """A roof with a ridge: two faces on each side of it. Along the ridge they are two groups, elsewhere one."""
+def test_area_vectors_are_summed_over_groups_of_faces():
+    """A roof with a ridge: two faces on each side of it."""
     x, y = np.meshgrid([0.0, 1.0, 2.0], [0.0, 1.0, 2.0], indexing="ij")
     nodes = np.column_stack([x.ravel(), y.ravel(), -np.abs(x.ravel() - 1.0)])
     number = np.arange(9).reshape(3, 3)
     faces = np.array(
         [[number[i, j], number[i + 1, j], number[i + 1, j + 1], number[i, j + 1]] for i in (0, 1) for j in (0, 1)]
     )
-    vectors = np.empty((4, 3))
+    vectors, total = np.empty((4, 3)), np.empty((2, 3))
     face_vectors(nodes, faces, np.arange(4), vectors)
     np.testing.assert_allclose(vectors, [[-1.0, 0.0, 1.0]] * 2 + [[1.0, 0.0, 1.0]] * 2, atol=1e-15)
-    normal = vectors / np.linalg.norm(vectors, axis=1)[:, None]
-    row = np.array([0, 1, 2, 3, 4, 5, -1, 6, 7], dtype=np.int32)  # one corner is left out
-    first, first_face, face = group_faces(faces, normal, row, 8, 0.7)
-    of_node = {
-        0: [{0}],
-        1: [{0, 1}],
-        2: [{1}],
-        3: [{0}, {2}],
-        4: [{0, 1}, {2, 3}],
-        5: [{1}, {3}],
-        7: [{2, 3}],
-        8: [{3}],
-    }
-    total = np.full((len(first_face) - 1, 3), np.nan)
-    group_vectors(first_face, face, np.arange(len(total)), vectors, total)
-    for node, groups in of_node.items():
-        own = range(first[row[node]], first[row[node] + 1])
-        found = [set(face[first_face[k] : first_face[k + 1]].tolist()) for k in own]
-        assert found == groups
-        for k, group in zip(own, groups, strict=True):
-            np.testing.assert_allclose(total[k], sum(vectors[one] for one in group), atol=1e-15)
-    # Where the ridge counts as smooth there is one group a node.
-    first, *_ = group_faces(faces, normal, row, 8, -0.1)
-    np.testing.assert_array_equal(first, np.arange(9))
+    group_vectors(np.array([0, 3, 4]), np.array([0, 1, 2, 3]), np.arange(2), vectors, total)
+    np.testing.assert_allclose(total, [[-1.0, 0.0, 3.0], [1.0, 0.0, 1.0]], atol=1e-15)
 
 
 def values_and_rows(columns=3, rows=50, seed=7):

@@ -105,7 +105,7 @@ def test_no_node_comes_to_a_plane_unseen(seen, later):
     fields = SimpleNamespace(nodes=nodes)
     plane = RigidPlane("wall", tuple(level * normal), tuple(normal))
     rows = np.arange(len(distance))
-    contact = PlaneContact(plane, fields, rows, rows, len(rows), reach)
+    contact = PlaneContact(plane, fields, rows, len(rows), reach)
     contact._find_near(step)
     nodes.velocity[:] = -later * normal
     shown = 0
@@ -139,9 +139,9 @@ def test_a_node_belongs_to_the_round_of_its_faces_at_whichever_of_their_corners(
     mesh = merge([replace(box((1, 1, 1), (0.01, 0.01, 0.01)), segments=((),)), charge])
     surfaces = contact_surfaces(mesh)
     of_node = np.zeros(len(mesh.nodes), dtype=int)
-    of_node[mesh.cells] = 2 * mesh.round[:, None]
-    np.testing.assert_array_equal(surfaces.node_body, of_node[surfaces.node])
-    assert set(surfaces.node_body.tolist()) == {0, 2}
+    of_node[mesh.cells] = mesh.round[:, None]
+    np.testing.assert_array_equal(surfaces.node_round, of_node[surfaces.node])
+    assert set(surfaces.node_round.tolist()) == {0, 1}
 
 
 class OtherRank:

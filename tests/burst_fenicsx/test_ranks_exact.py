@@ -13,7 +13,7 @@ pytest.importorskip("mpi4py")
 
 from mpi4py import MPI
 
-from burst_fenicsx.contact.accounting import CONTACT_FORCES
+from burst_fenicsx.contact.exchange import CONTACT_FORCES
 from burst_fenicsx.kernels.lanes import kernel
 from burst_fenicsx.kernels.vectors.exact import quantise, quantum, rounding_constant
 from burst_fenicsx.mechanics.exact_sums import exact_sum, exact_sums

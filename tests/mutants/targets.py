@@ -24,9 +24,9 @@ _CHARGE = [f"{_BURST}/test_{name}.py" for name in (
     "cells_by_hand", "cell_energies_by_hand", "cells_side_by_side", "products", "detonation", "elements", "initiation",
 )]  # fmt: skip
 _TOUCH = [f"{_BURST}/test_{name}.py" for name in (
-    "springs_by_hand", "pushed_by_hand", "search", "slide_points", "contact", "sliding",
+    "springs", "slide_law", "search", "slide_points", "contact", "sliding",
 )]  # fmt: skip
-_SURFACES = [f"{_BURST}/test_{name}.py" for name in ("contact_by_hand", "surfaces_by_hand")]
+_SURFACES = [f"{_BURST}/test_{name}.py" for name in ("contact", "surfaces")]
 _STEP = [f"{_BURST}/test_{name}.py" for name in ("cells_by_hand", "elements", "subcycling", "detonation", "initiation")]
 # Tests that run on several ranks: what is wrong with messages between them shows there alone.
 _RANKS = [f"{_BURST}/test_{name}.py" for name in ("ranks", "interior_contact", "erosion", "initiation")]
@@ -76,7 +76,7 @@ AREAS = (
         ("burst_fenicsx/kernels/axisymmetric/*.py", "burst_fenicsx/axisymmetric/*.py"),
         (
             ("*/applicability.py", ["tests/fragfield/test_burst_geometry.py"]),
-            ("*/slide_line.py", [f"{_RINGS}/test_ring_contacts_by_hand.py"]),
+            ("*/slide_line.py", [f"{_RINGS}/test_ring_contacts.py"]),
             ("*", [f"{_RINGS}/test_rings_by_hand.py", _RINGS, f"{_BURST}/test_revolve.py"]),
             ("*/kernels/*", [f"{_BURST}/test_cells_side_by_side.py"]),
         ),

@@ -13,12 +13,16 @@ from __future__ import annotations
 
 import numpy as np
 
-from burst_fenicsx.kernels.axisymmetric.line_points import boundary_vectors, find_point
+from burst_fenicsx.kernels.axisymmetric.line_points import (
+    LineContacts,
+    SlideLine,
+    boundary_vectors,
+    edge_weight,
+    find_point,
+    moved,
+)
 from burst_fenicsx.kernels.axisymmetric.line_pressure import spread_pressure
-from burst_fenicsx.kernels.axisymmetric.line_state import LineContacts, SlideLine, edge_weight, moved
-from burst_fenicsx.kernels.cells.erosion import WHOLE
-from burst_fenicsx.kernels.contact.coulomb import coulomb_slip
-from burst_fenicsx.kernels.contact.slide_law import SlideLaw, attach
+from burst_fenicsx.kernels.contact.slide_law import SlideLaw, around, slide
 from burst_fenicsx.kernels.lanes import block_kernel, kernel
 from burst_fenicsx.kernels.state import ChargeState
 
@@ -54,18 +58,13 @@ def add_line_forces(
     work = _work_on_nodes(line, contacts, own, position)
     for c in range(contacts.slave.size):
         find_point(c, line, contacts, position)
-        if contacts.off[c] == 0 and _has_nothing_left(c, contacts, eroded, slot):
-            contacts.off[c] = 1
     spread_pressure(line, contacts, position)
     for c in range(contacts.slave.size):
-        burnt, gas = 0.0, 0.0
-        first, last = contacts.first_cell[c], contacts.first_cell[c + 1]
-        for k in range(first, last):
-            cell = contacts.cell[k]
-            burnt += charge.burn_fraction[cell]
-            gas += charge.leakage[charge.axial_part[cell]] * charge.pressure[cell]
-        count = last - first
-        _press(c, law, line, contacts, min(burnt / count, 1.0), gas / count, position, mass)
+        cells = contacts.cell[contacts.first_cell[c] : contacts.first_cell[c + 1]]
+        burnt, gas, whole = around(cells, charge, eroded, slot, 0.0, 0.0)  # one rank sums in one order
+        if contacts.off[c] == 0 and whole == 0.0:
+            contacts.off[c] = 1
+        _press(c, law, line, contacts, min(burnt / cells.size, 1.0), gas / cells.size, position, mass)
     for node in line.nodes:
         contacts.load[node] = 0.0
         for i in range(3):
@@ -88,15 +87,6 @@ def _work_on_nodes(line: SlideLine, contacts: LineContacts, own: np.ndarray, pos
         for i in range(3):
             work += 0.5 * own[node, i] * (position[node, i] - contacts.last_position[node, i])
     return work
-
-
-@block_kernel
-def _has_nothing_left(c: int, contacts: LineContacts, eroded: np.ndarray, slot: np.ndarray) -> bool:
-    """Whether all products around a contact's node have been eroded."""
-    for k in range(contacts.first_cell[c], contacts.first_cell[c + 1]):
-        if eroded[slot[contacts.cell[k]]] == WHOLE:
-            return False
-    return True
 
 
 @block_kernel
@@ -139,8 +129,9 @@ def _press(
         other, weight = line.edges[edge, k], contacts.weight[c, k]
         inverse_mass += weight * max(contacts.load[other], weight) / mass[other]
     ur, uz = moved(c, line, contacts, position)
-    old, old_slip = contacts.stiffness[c], contacts.slip[c]
-    apart, whole, gas, stiffness, limit = attach(
+    old_slip = contacts.slip[c]
+    slip = old_slip - ur * nz + uz * nr
+    whole, gas, stiffness, kept, stored, heat, depth = slide(
         law,
         contacts.bonded[c] != 0,
         contacts.off[c] != 0,
@@ -150,22 +141,17 @@ def _press(
         abs(_ring_area(c, contacts, position, nr, nz)),
         gap,
         law.max_squared_frequency / inverse_mass,
+        abs(slip),
+        contacts.stiffness[c],
+        abs(old_slip),
     )
-    slip = old_slip - ur * nz + uz * nr
-    kept, heat = coulomb_slip(abs(slip), limit, stiffness, old, abs(old_slip))
-    if kept < abs(slip):
-        slip = np.copysign(kept, slip)
-        whole = False
-    if apart:
-        heat, slip, kept = 0.5 * old * old_slip * old_slip, 0.0, 0.0
-    stored = 0.5 * stiffness * (gap * gap + kept * kept)
-    contacts.tally[c, 2] = max(-gap, 0.0) if not apart else 0.0
+    slip = np.copysign(kept, slip)
+    contacts.tally[c, 0], contacts.tally[c, 1], contacts.tally[c, 2] = stored, heat, depth
     contacts.bonded[c] = 1 if whole else 0
     contacts.stiffness[c], contacts.slip[c] = stiffness, slip
     contacts.pressing[c, 0], contacts.pressing[c, 1] = gas * nr, gas * nz
     contacts.force[c, 0] = -stiffness * (gap * nr - slip * nz)
     contacts.force[c, 1] = -stiffness * (gap * nz + slip * nr)
-    contacts.tally[c, 0], contacts.tally[c, 1] = stored, heat
 
 
 @block_kernel

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from burst_fenicsx.kernels.axisymmetric import quadrilateral, ring_hourglass
-from burst_fenicsx.kernels.axisymmetric.line_state import LineContacts, SlideLine
+from burst_fenicsx.kernels.axisymmetric.line_points import LineContacts, SlideLine
 from burst_fenicsx.kernels.axisymmetric.quadrilateral import AxisymmetricState
 from burst_fenicsx.kernels.axisymmetric.slide_line import add_line_forces
 from burst_fenicsx.kernels.cells import charge as charge_cells
@@ -22,23 +22,12 @@ from burst_fenicsx.kernels.lanes import kernel
 from burst_fenicsx.kernels.state import ChargeState, Grid, Motion, Nodes, Schedule, SolidState
 from burst_fenicsx.problem import Part
 
-__all__ = ["LineSettings", "RingSums", "add_ring_forces", "advance_rings"]
+__all__ = ["RingSums", "add_ring_forces", "advance_rings"]
 
 _PARTS = len(Part)  # rows of material parameters that each round has
 
 _advance_solid_rings = make_block(quadrilateral, ring_hourglass, solid_cells)
 _advance_charge_rings = make_block(quadrilateral, ring_hourglass, charge_cells)
-
-
-class LineSettings(NamedTuple):
-    """How the slide line is stepped: its own step is the longest one over 2^level."""
-
-    level: int
-    exists: bool
-    max_squared_phase: float  # bound on (omega dt)^2 of the springs
-    tensile_strength: float  # Pa
-    cohesion: float  # Pa
-    friction: float  # tangent of the friction angle
 
 
 class RingSums(NamedTuple):
@@ -66,7 +55,8 @@ def add_ring_forces(
     solid: SolidState,
     charge: ChargeState,
     rings: AxisymmetricState,
-    settings: LineSettings,
+    contact_level: int,
+    at_unit_step: SlideLaw,
     line: SlideLine,
     contacts: LineContacts,
     sums: RingSums,
@@ -74,6 +64,7 @@ def add_ring_forces(
     """Advance the cells of level `min_level` and higher to `time` (s); the forces (N) of their nodes are set.
 
     `step` is the macro step (s) that led here, `stable_for` the one for which the springs of contact must be stable.
+    Contact's own step is the macro step over 2^`contact_level`; `at_unit_step` is its law for a step of 1 s.
     """
     for k in range(moving):
         node = motion.order[k]
@@ -120,10 +111,11 @@ def add_ring_forces(
             owner = grid.material[block] // _PARTS
             sums.released[owner, 0] += sums.energy[3] - work_before
             sums.released[owner, 1] += sums.energy[4] - heat_before
-    if settings.exists and settings.level >= min_level and stable_for > 0.0:
-        share = 1.0 / (1 << settings.level)
-        frequency = settings.max_squared_phase / (share * stable_for) ** 2
-        law = SlideLaw(frequency, share * step, settings.tensile_strength, settings.cohesion, settings.friction)
+    if contact_level >= min_level and stable_for > 0.0:
+        share = 1.0 / (1 << contact_level)
+        frequency = at_unit_step.max_squared_frequency / (share * stable_for) ** 2
+        strength, cohesion, friction = at_unit_step.tensile_strength, at_unit_step.cohesion, at_unit_step.friction
+        law = SlideLaw(frequency, share * step, strength, cohesion, friction)
         sums.contact[1] += add_line_forces(
             law,
             share,
@@ -160,7 +152,8 @@ def advance_rings(
     solid: SolidState,
     charge: ChargeState,
     rings: AxisymmetricState,
-    settings: LineSettings,
+    contact_level: int,
+    at_unit_step: SlideLaw,
     line: SlideLine,
     contacts: LineContacts,
     sums: RingSums,
@@ -195,7 +188,8 @@ def advance_rings(
             solid,
             charge,
             rings,
-            settings,
+            contact_level,
+            at_unit_step,
             line,
             contacts,
             sums,

@@ -10,7 +10,7 @@ from mpi4py import MPI
 
 from burst_fenicsx.axisymmetric.fields import make_ring_fields, on_dolfinx
 from burst_fenicsx.axisymmetric.mesh import MeridianMesh
-from burst_fenicsx.axisymmetric.slide_line import MeridianContact
+from burst_fenicsx.axisymmetric.slide_line import meridian_contact
 from burst_fenicsx.axisymmetric.solver import RingSolver
 from burst_fenicsx.mechanics.ledger import Ledger
 from burst_fenicsx.problem import BurstSettings, CasingMaterial, Explosive, Part, Round
@@ -136,4 +136,4 @@ def ring_burst(
     charge = distributed.part == Part.CHARGE
     chemical = float(fields.cell_mass[charge].sum()) / explosive.density * fields.products[0].energy
     ledger = Ledger(settings.energy_tolerance, 1.0, np.array([chemical]), MPI.COMM_SELF)
-    return solver(fields, settings, leakage, ledger, MeridianContact(mesh, fields, settings))
+    return solver(fields, settings, leakage, ledger, *meridian_contact(mesh, fields, settings))

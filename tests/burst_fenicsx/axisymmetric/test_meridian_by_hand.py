@@ -15,9 +15,8 @@ from burst_fenicsx.axisymmetric.fields import _burn_rates, _largest_faces
 from burst_fenicsx.axisymmetric.mesh import mesh_meridian
 from burst_fenicsx.axisymmetric.rings import areas, folded, longest_edges, ring_volumes
 from burst_fenicsx.axisymmetric.simulation import AxisymmetricSimulation
-from burst_fenicsx.axisymmetric.slide_line import LineInterface, MeridianContact, _across_creases, _smooth_groups
+from burst_fenicsx.axisymmetric.slide_line import _across_creases, _smooth_groups
 from burst_fenicsx.axisymmetric.surfaces import edge_neighbours, meridian_surfaces, outer_edges
-from burst_fenicsx.contact.forces import Penetrations
 from burst_fenicsx.errors import InputError, NumericalStop
 from burst_fenicsx.geometry import load_profile
 from burst_fenicsx.problem import IgnitionPoint, Mirror, Part, RigidPlane, ShockInitiation
@@ -121,27 +120,6 @@ def test_a_line_is_smooth_where_it_turns_by_less_than_half_a_right_angle(order):
     assert sorted(end.ravel().tolist()) == sorted(
         [*range(len(sides)), *(k for k in range(len(sides)) if sides[k, 1] >= 0)]
     )
-
-
-def test_penetrations_of_the_line_are_the_largest_so_far_at_the_front_and_after():
-    contact = SimpleNamespace(friction=1.0, work=2.0, penetrations=Penetrations())
-    for depth, near in ((3.0, True), (5.0, False), (2.0, True), (4.0, False)):
-        sums = np.array([10.0, 20.0, depth])
-        MeridianContact.take(contact, sums, front_is_active=near)
-        assert (sums == 0.0).all()
-    assert (contact.friction, contact.work) == (41.0, 82.0)
-    assert contact.penetrations == Penetrations(interface_at_front=3.0, interface_after=5.0)
-
-
-def test_contacts_of_the_line_are_counted_as_bonded_touching_or_gone():
-    """Bonded as long as they are on the line; those tied to it are no contacts that have left it."""
-    from burst_fenicsx.axisymmetric.slide_line import _LEFT, _TIED
-
-    contacts = SimpleNamespace(
-        bonded=np.array([1, 1, 0, 0, 1, 1]), off=np.array([0, 0, 0, _LEFT, _LEFT, _TIED]),
-        stiffness=np.array([1.0, 0.0, 1.0, 0.0, 1.0, 0.0]),
-    )  # fmt: skip
-    assert LineInterface.counts(SimpleNamespace(contacts=contacts)).tolist() == [2.0, 2.0, 2.0]
 
 
 def test_areas_edges_and_rates_of_quadrilaterals():
