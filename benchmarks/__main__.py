@@ -23,24 +23,13 @@ if TYPE_CHECKING:
 
 # Module and function of each, and what it measures; those in BY_NAME take long and run only when they are asked for.
 BENCHMARKS = {
-    "kernel": ("kernel.kernel", "element forces alone, by kind of cell"),
-    "step": ("step.step", "whole step, beside plain FEniCSx and LULESH"),
-    "plain_fenicsx": ("step.plain_fenicsx", "the baseline: explicit J2 in plain dolfinx and numpy"),
-    "threads": ("step.threads", "whole step on one thread, two and all"),
-    "block": ("block.block", "64,000 steel bricks that flow, without contact, in cells and steps a second"),
-    "growth": ("growth.growth", "exponents of cost over cells, of searches over surface nodes"),
-    "memory": ("resources.memory", "peak resident memory with 3 mm cells"),
-    "start_up": ("resources.start_up", "from the interpreter's start to the end of the first step"),
-    "roofline": ("roofline.roofline", "bytes and operations of a cell, and the bound that they set"),
-    "break_up": ("break_up.break_up", "50,000 fragments drawn, placed on the casing and given their velocity"),
-    "flight": ("flight.flight", "100,000 fragments beside scipy, crossings, growth, contact"),
-    "compile": ("resources.compilation", "the first run with empty caches"),
-    "ranks": ("ranks.ranks", "one rank against two and beside another, and estimates for 2 to 1,024"),
-    "first_run": ("first_run.first_run", "the first commands with empty caches, and again"),
+    "step": ("step.step", "whole step, beside plain FEniCSx and LULESH, and on two threads"),
+    "flight": ("flight.flight", "100,000 fragments beside scipy, crossings, contact"),
     "whole": ("whole.whole", "whole bursts, single and pair, over the plain step; their parts"),
-    "case": ("case.case", "the paper's case 3.1 with 3 mm cells, whole"),
+    "ranks": ("ranks.ranks", "one rank against two, and beside an independent one"),
+    "compile": ("compile.compilation", "the first commands with empty caches, and again"),
 }
-BY_NAME = ("compile", "ranks", "first_run", "whole", "case")
+BY_NAME = ("whole", "ranks", "compile")
 
 _DISTURBED = 0.1  # cores that others may keep busy before it is said
 

@@ -1,4 +1,4 @@
-"""The same flight as users of scipy write it: solve_ivp, one fragment after the other, right-hand side in NumPy."""
+"""Clouds of fragments, and their flight as users of scipy write it: solve_ivp, one by one, right-hand side in NumPy."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.interpolate import PchipInterpolator
 
-from flight import StandardAtmosphere
+from flight import Fragments, StandardAtmosphere
 from flight.drag import Drag
 
 if TYPE_CHECKING:
@@ -18,9 +18,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from flight import Fragments
-
-__all__ = ["PlainFlight", "plain_seconds"]
+__all__ = ["PlainFlight", "burst_cloud", "plain_seconds", "two_tubes"]
 
 _GRAVITY = 9.80665
 _GAS = 8314.32 / 28.9644  # J/(kg K)
@@ -109,3 +107,27 @@ def plain_seconds(
                 )
                 break
     return rows
+
+
+def burst_cloud(number: int, seed: int = 0) -> Fragments:
+    """0.1 g to 0.5 kg (uniform in the logarithm), 300 to 2000 m/s, all directions, up and down, from 1 m height."""
+    generator = np.random.default_rng(seed)
+    mass = np.exp(generator.uniform(math.log(1e-4), math.log(0.5), number))
+    direction = generator.normal(size=(number, 3))
+    direction /= np.linalg.norm(direction, axis=1, keepdims=True)
+    return Fragments.from_arrays(
+        mass, (0.0, 0.0, 1.0), direction * generator.uniform(300.0, 2000.0, number)[:, None]
+    )  # fmt: skip
+
+
+def two_tubes(number: int, seed: int = 0) -> Fragments:
+    """The fragments of two casings of 32 kg that burst side by side, by Mott's law, at 800 to 1200 m/s."""
+    generator = np.random.default_rng(seed)
+    mass = generator.exponential(size=number) ** 2
+    azimuth = generator.uniform(0.0, 2.0 * np.pi, number)
+    outward = np.stack([np.cos(azimuth), np.sin(azimuth), np.zeros(number)], axis=1)
+    side = np.where(np.arange(number) % 2, 0.2, -0.2)
+    position = 0.13 * outward + np.stack([side, 0.0 * side, generator.uniform(1.2, 1.8, number)], axis=1)
+    velocity = outward * generator.uniform(800.0, 1200.0, number)[:, None]
+    velocity[:, 2] = generator.normal(0.0, 60.0, number)
+    return Fragments.from_arrays(mass * (64.0 / mass.sum()), position, velocity)

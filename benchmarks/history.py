@@ -12,12 +12,12 @@ import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from benchmarks.targets import comparisons, machine_name
+from benchmarks.table import rows_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
-__all__ = ["HISTORY", "changes", "compare", "flat", "remember"]
+__all__ = ["HISTORY", "changes", "compare", "comparisons", "flat", "machine_name", "remember"]
 
 _ROOT = Path(__file__).resolve().parent.parent
 HISTORY = Path(__file__).resolve().parent / "history"
@@ -52,6 +52,22 @@ def remember(found: Mapping[str, Any], folder: Path = HISTORY) -> list[str]:
     with path.open("a", encoding="utf-8") as file:
         file.write(json.dumps(line) + "\n")
     return changes([json.loads(text) for text in earlier], line)
+
+
+def comparisons(found: Mapping[str, Any]) -> dict[str, dict[str, str]]:
+    """Figure, target and whether it is met, as text, of every comparison with a target, by benchmark and its words."""
+    return {
+        f"{name}: {row.what}": {"figure": row.figure, "target": row.target, "met": row.met}
+        for name, figures in found.items()
+        if name != "machine"
+        for row in rows_of(figures)
+        if row.target
+    }
+
+
+def machine_name(machine: Mapping[str, Any]) -> str:
+    """A kind of machine in a few words."""
+    return f"{machine['processor']}, {machine['cores']} cores".replace("(R)", "")
 
 
 def changes(earlier: Sequence[Mapping[str, Any]], line: Mapping[str, Any]) -> list[str]:

@@ -19,7 +19,7 @@ class Options:
 
     Attributes
     ----------
-    cell_size, fine_cell_size : m, of the round whose step is timed, and of the one that memory and start-up are for.
+    cell_size, fine_cell_size : m, of the round whose step is timed, and of the whole bursts.
     """
 
     names: tuple[str, ...] = ()
@@ -54,11 +54,11 @@ def read_options(
     )
     parser.add_argument("--history", action="store_true", help="add a line to benchmarks/history/, say what has moved")
     parser.add_argument("--compare", metavar="REV", help="the named ones on a revision of git and here, in turns")
-    parser.add_argument("--quick", action="store_true", help="growth: up to 350 thousand cells")
+    parser.add_argument("--quick", action="store_true", help="flight and ranks: fewer fragments and repeats")
     parser.add_argument("--lulesh", type=Path, metavar="PATH", help="binary of LULESH 2.0 to compare the step with")
     size = "cells of {} in mm, {:g} by default"
     parser.add_argument("--cell-size", type=_millimetres, metavar="MM", help=size.format("the timed round", 5))
-    parser.add_argument("--fine-cell-size", type=_millimetres, metavar="MM", help=size.format("memory and start_up", 3))
+    parser.add_argument("--fine-cell-size", type=_millimetres, metavar="MM", help=size.format("whole bursts", 3))
     given: dict[str, Any] = vars(parser.parse_args(arguments))
     given["names"] = tuple(given["names"])
     return Options(**{key: value for key, value in given.items() if value is not None})

@@ -1,4 +1,4 @@
-"""Figures as a person reads them: rows from any benchmark's nested figures, for the terminal and for the README."""
+"""Figures as a person reads them, ratios beside their targets: rows for the terminal and for the README."""
 
 from __future__ import annotations
 
@@ -9,11 +9,21 @@ from validation.rows import markdown_table
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-__all__ = ["Row", "markdown", "print_figures", "rows_of", "shown"]
+__all__ = ["Row", "at_least", "at_most", "markdown", "print_figures", "rows_of", "shown"]
 
 _PREFIXES = ((1.0, ""), (1e-3, "m"), (1e-6, "u"), (1e-9, "n"))
-_COMPARISON = ("compared", "ratio", "target", "tolerance", "met")
+_COMPARISON = ("compared", "ratio", "target", "met")
 _HEAD = ("what", "figure", "target", "met")
+
+
+def at_most(ratio: float, target: float, what: str) -> dict[str, Any]:
+    """The ratio is to be the target or less; `what` says of what to what."""
+    return {"compared": what, "ratio": ratio, "target": target, "met": bool(ratio <= target)}
+
+
+def at_least(ratio: float, target: float, what: str) -> dict[str, Any]:
+    """The ratio is to be the target or more."""
+    return {"compared": what, "ratio": ratio, "target": target, "met": bool(ratio >= target)}
 
 
 class Row(NamedTuple):
@@ -39,8 +49,6 @@ def rows_of(figures: Mapping[str, Any], path: str = "") -> Iterator[Row]:
 
 def _comparison(figures: Mapping[str, Any], path: str) -> Row:
     target = "" if "target" not in figures else f"{figures['target']:.3g}"
-    if "tolerance" in figures:
-        target += f" ± {figures['tolerance']:g}"
     met = {True: "yes", False: "MISSED", None: ""}[figures.get("met")]
     return Row(path + figures["compared"], f"{figures['ratio']:.3g}", target, met)
 

@@ -9,8 +9,8 @@ import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from benchmarks.goal import at_most
 from benchmarks.state import CASE, in_the_middle, one_step
+from benchmarks.table import at_most
 from benchmarks.timing import all_threads, best_of
 
 if TYPE_CHECKING:

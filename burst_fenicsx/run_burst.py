@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+from contextlib import contextmanager, nullcontext
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+import numba
 from mpi4py import MPI
 
-from burst_fenicsx.errors import InputError
 from burst_fenicsx.records.profile import Profile
 from burst_fenicsx.simulation import Simulation
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Callable, Iterator, Mapping, Sequence
     from pathlib import Path
 
     from burst_fenicsx.problem import BurstSettings, Round
@@ -56,29 +57,27 @@ def simulate(
         far are whole.
     """
     comm = comm or MPI.COMM_WORLD
-    given = dict(provenance or {})
-    if settings.geometry == "3d":
-        simulation = Simulation(rounds, settings, out_dir, comm, given, on_progress)
-        return _driven(simulation, resume=resume, series=series, profile=profile)
-    from burst_fenicsx.axisymmetric.simulation import AxisymmetricSimulation, one_thread
-
-    if comm.size > 1:
-        raise InputError("an axisymmetric burst is computed by one rank; call it on one communicator of one rank")
-    with one_thread():
-        simulation = AxisymmetricSimulation(rounds, settings, out_dir, given, on_progress)
-        return _driven(simulation, resume=resume, series=series, profile=profile)
-
-
-def _driven(simulation: Simulation, *, resume: bool, series: bool, profile: bool) -> BurstResult:
-    """Run a burst from its checkpoint or from the start to its snapshot."""
-    simulation.writes_series = series
-    if resume and simulation.checkpoint_path.exists():
-        simulation.resume()
-    times = Profile(simulation) if profile else None
-    simulation.run()
-    result = simulation.finish()
-    if times is not None:
-        result = replace(result, summary={**result.summary, "profile": times.table()})
-    if simulation.comm.rank == 0:  # kept until the snapshot is whole, so that nothing is computed twice
-        simulation.checkpoint_path.unlink(missing_ok=True)
+    with _one_thread() if settings.geometry == "axisymmetric" else nullcontext():
+        simulation = Simulation(rounds, settings, out_dir, comm, dict(provenance or {}), on_progress)
+        simulation.writes_series = series
+        if resume and simulation.checkpoint_path.exists():
+            simulation.resume()
+        times = Profile(simulation) if profile else None
+        simulation.run()
+        result = simulation.finish()
+        if times is not None:
+            result = replace(result, summary={**result.summary, "profile": times.table()})
+        if comm.rank == 0:  # kept until the snapshot is whole, so that nothing is computed twice
+            simulation.checkpoint_path.unlink(missing_ok=True)
     return result
+
+
+@contextmanager
+def _one_thread() -> Iterator[None]:
+    """Compute on one thread: the shared loops of so small a mesh cost more in waiting for each other than they gain."""
+    before = numba.get_num_threads()
+    numba.set_num_threads(1)
+    try:
+        yield
+    finally:
+        numba.set_num_threads(before)

@@ -6,7 +6,7 @@ import hashlib
 import logging
 import time as clock
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -14,35 +14,43 @@ import numpy as np
 from mpi4py import MPI
 
 from burst_fenicsx.assembled import AssembledBurst
-from burst_fenicsx.files.background import Background
 from burst_fenicsx.files.checkpoint import read_checkpoint, write_checkpoint
-from burst_fenicsx.files.output import TimeSeries
+from burst_fenicsx.files.output import Background, TimeSeries
+from burst_fenicsx.files.revolve import revolution, write_revolved
 from burst_fenicsx.files.snapshot import write_snapshot
-from burst_fenicsx.meshing.placement import frame
+from burst_fenicsx.kernels.constants import LARGEST_CONTACT_ERROR
+from burst_fenicsx.mechanics.erosion import erode_at_end
+from burst_fenicsx.meshing.placement import frame, place
 from burst_fenicsx.problem import BurstSettings, Mirror, Round
-from burst_fenicsx.records.clocks import Clocks
 from burst_fenicsx.records.gather import output_fields, snapshot_fields
 from burst_fenicsx.records.measures import RoundMeasures
 from burst_fenicsx.records.rounds import round_records
 from burst_fenicsx.records.summary import burst_summary
-from burst_fenicsx.symmetry.completion import STRESSES, turned_stress
+from burst_fenicsx.symmetry.completion import POINTS, STRESSES, VECTORS, turned_stress
 from fragfield_base.interruption import Interruption
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from burst_fenicsx.files.snapshot import RoundRecord
-
-__all__ = ["BurstProgress", "BurstResult", "Simulation"]
+__all__ = ["BurstProgress", "BurstResult", "Clocks", "Simulation"]
 
 _log = logging.getLogger(__name__)
 
 _HISTORY_INTERVAL = 1e-6
 _PROGRESS_SECONDS = 0.2
-_MOST_OF_CONTACT = 0.01  # of the work: what contact may make or lose without a warning
 # Checkpoints are kept at outputs, the first at once and then not more often than this: no more than that is lost.
 _CHECKPOINT_SECONDS = 30.0
 _RADII = ("radii_time", "radii_casing", "radii_charge")  # what the segments' state at rupture is read from
+
+
+@dataclass
+class Clocks:
+    """Wall-clock times of a run (s): its start, what came before the first step, the stepping, the last progress."""
+
+    start: float = field(default_factory=clock.perf_counter)
+    first_step: float = 0.0
+    stepping: float = 0.0
+    last_progress: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -154,7 +162,7 @@ class Simulation(AssembledBurst):
                     history = solver.time + _HISTORY_INTERVAL
                     finished = finished or self._acceleration_is_complete()
                 if finished:
-                    self.solver.erode_folded_metal()
+                    erode_at_end(self.fields)
                 if solver.time >= output * (1.0 - 1e-12) or finished:
                     self._write_output()
                     output += settings.output_interval
@@ -181,7 +189,6 @@ class Simulation(AssembledBurst):
             self.fields,
             self.solver.time,
             self.solver.time_step,
-            self.solver.resultant,
             self.measures.outer_diameter(radii),
             self.contact,
         )
@@ -229,7 +236,7 @@ class Simulation(AssembledBurst):
             self._to_world(points, cells)
             if not self._series.times or self.solver.time > self._series.times[-1]:
                 self._writing.begin(partial(self._write_series, self._series, self.solver.time, points, cells))
-        self.interpenetration.check(self.solver.time)
+        self.check_state()
         due = self.comm.bcast(clock.perf_counter() - self._checkpoint_at >= _CHECKPOINT_SECONDS)  # by rank 0's clock
         if self.solver.time > 0.0 and due:
             self._write_checkpoint()
@@ -242,18 +249,19 @@ class Simulation(AssembledBurst):
         points, cells = self.completion.point_fields(points), self.completion.cell_fields(cells)
         series.write(time, points.pop("position"), point_data=points, cell_data=cells)
 
-    def _to_world(self, points: dict[str, np.ndarray], cells: dict[str, np.ndarray]) -> None:
-        """Carry fields of nodes and of cells, by name, to world coordinates in place."""
-        stresses = {name: points.pop(name) for name in STRESSES if name in points}
-        self._place(points)
-        points |= stresses
-        if self.geometry == "axisymmetric":  # whose stresses are those of an upright round
-            for fields in (points, cells):
-                for name in fields.keys() & set(STRESSES):
-                    fields[name] = turned_stress(fields[name], frame(self.rounds[0].axis).T)
-
-    def _place(self, fields: dict[str, np.ndarray]) -> None:
-        """Carry nodal fields, by name, to world coordinates in place: here they are there already."""
+    def _to_world(self, *groups: dict[str, np.ndarray]) -> None:
+        """Carry positions, vectors of nodes and stresses, by name, from an upright round to where it stands."""
+        if not self.geometry.upright:
+            return
+        item, axes = self.rounds[0], frame(self.rounds[0].axis)
+        for fields in groups:
+            for name, values in fields.items():
+                if name in POINTS:
+                    fields[name] = place(values, item.position, item.axis)
+                elif name in STRESSES:
+                    fields[name] = turned_stress(values, axes.T)
+                elif name in VECTORS:
+                    fields[name] = values @ axes
 
     def _write_checkpoint(self) -> None:
         self._writing.wait()  # whoever resumes from here needs the outputs before it
@@ -289,14 +297,12 @@ class Simulation(AssembledBurst):
         """Write the snapshot and give the summary, of all rounds; collective."""
         whole = self.completion
         along = self.measures.rounds()
-        counts = [len(segments) for segments in self.mesh.segments]
-        masses, speeds = self.measures.segment_masses_and_speeds(counts)
-        records = whole.records(self._records(masses, speeds))
+        records = whole.records(round_records(self, *self.measures.segment_masses_and_speeds()))
         along = whole.measures(along)
         nodes, cells = snapshot_fields(self.fields)
-        self._place(nodes)
+        self._to_world(nodes)
         history = whole.history(self.ledger.columns())
-        summary = self._summary(along, [record.charge_mass for record in records])
+        summary = burst_summary(self, along, [record.charge_mass for record in records])
         self.interpenetration.log_result(summary["contact"], summary["folded_casing_mass"])
         self._warn_of_contact()
         if self.comm.rank == 0:
@@ -310,31 +316,30 @@ class Simulation(AssembledBurst):
                 along,
                 history,
                 self.provenance,
-                self._symmetry_planes(),
-                geometry=self.geometry,
+                [plane for plane in self._given.planes if isinstance(plane, Mirror)],
+                geometry=self.geometry.name,
             )
+            if self.geometry.upright and self.writes_series:
+                self._write_revolved()
         return BurstResult(summary, along, history)
 
     def _warn_of_contact(self) -> None:
         """Warn where contact has made or lost much of the work by the end."""
         last = self.ledger.entries[-1]
-        if last.contact_error > _MOST_OF_CONTACT and self.comm.rank == 0:
+        if last.contact_error > LARGEST_CONTACT_ERROR and self.comm.rank == 0:
             _log.warning(
                 "contact has %s %.2g %% of the products' work; %g %% is the aim",
                 "made" if last.contact_gain > 0.0 else "lost",
                 100.0 * last.contact_error,
-                100.0 * _MOST_OF_CONTACT,
+                100.0 * LARGEST_CONTACT_ERROR,
                 extra={"code": "contact_energy"},
             )
 
-    def _symmetry_planes(self) -> list[Mirror]:
-        """Planes of symmetry that the user has given, for the break-up."""
-        return [plane for plane in self.settings.planes if isinstance(plane, Mirror) and plane not in self.part.planes]
-
-    def _records(self, masses: Sequence[np.ndarray], speeds: Sequence[np.ndarray]) -> list[RoundRecord]:
-        """The computed rounds as the snapshot describes them; by segment masses (kg) and speeds (m/s)."""
-        return round_records(self, masses, speeds)
-
-    def _summary(self, along: Sequence[RoundMeasures], charge_masses: Sequence[float]) -> dict[str, Any]:
-        """The burst's part of summary.json."""
-        return burst_summary(self, along, charge_masses)
+    def _write_revolved(self) -> None:
+        """Write the last state of a meridian swept around the axis, for ParaView."""
+        points, cells = output_fields(self.fields, self.contact.force if self.contact.exists else None)
+        start = {"reference": self.mesh.nodes}
+        self._to_world(points, cells, start)
+        swept = revolution(start["reference"], self.mesh.cells, self.rounds[0].position, self.rounds[0].axis)
+        path = self.out_dir / "burst_revolved"
+        write_revolved(path, swept, self.solver.time, points.pop("position"), points, cells, self.provenance)

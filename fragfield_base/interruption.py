@@ -9,10 +9,12 @@ from typing import TYPE_CHECKING, Any, Self
 if TYPE_CHECKING:
     from types import FrameType, TracebackType
 
-__all__ = ["SIGNALS", "Interruption"]
+__all__ = ["SIGNALS", "Interruption", "end_requested"]
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM, *([signal.SIGHUP] if hasattr(signal, "SIGHUP") else []))
 """Ctrl-C, what batch systems and `kill` send, and what a terminal that is closed or lost sends."""
+end_requested = threading.Event()
+"""Asks, from any thread, for the end of what this process computes, as a signal does."""
 
 
 class Interruption:
@@ -64,7 +66,7 @@ class Interruption:
 
     def asked(self) -> bool:
         """Whether the run shall end, the same on all ranks; collective, to be called between steps."""
-        noted = self._noted is not None
+        noted = self._noted is not None or end_requested.is_set()
         self._answered = noted if self._comm is None else bool(self._comm.allreduce(int(noted)))
         return self._answered
 

@@ -1,4 +1,4 @@
-"""Where compiled kernels are kept: a folder of the user's own, or none.
+"""Compiled kernels: how they call each other, and where they are kept: a folder of the user's own, or none.
 
 Numba's cache holds pickles, which run code when they are read. A folder in which another user can write, or that
 another user has made, is therefore never read. Looked at are the owner and the mode of the folder and of everything
@@ -8,16 +8,15 @@ above it.
 from __future__ import annotations
 
 import hashlib
+import importlib
 import logging
 import os
 import stat
 import tempfile
 from contextlib import contextmanager, suppress
-from functools import cache
+from functools import cache, wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
-
-from fragfield_base.bare_kernels import bare_for_callers
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
@@ -32,11 +31,16 @@ def digest_of(files: Iterable[Path]) -> str:
     return hashlib.sha256(b"".join(path.read_bytes() for path in sorted(files))).hexdigest()[:16]
 
 
-def compiled_with(compiler: Any, function: Callable[..., Any], folder: str, **options: Any) -> Any:  # noqa: ANN401
-    """Compile a function, and keep the machine code where that is safe; for kernels that call it see `bare_kernels`.
+def compiled_with(
+    compiler: Any,  # noqa: ANN401
+    function: Callable[..., Any],
+    folder: str | None = None,
+    **options: Any,
+) -> Any:  # noqa: ANN401
+    """Compile a function for calls from Python, and apart from that into every kernel that calls it.
 
-    Numba's own key of a function is its source file alone, and would keep code that calls kernels since changed in
-    others. Where the cache lies is settled while the decorator runs.
+    For kernels it is an overload in the sense of numba: without wrappers for Python, which take time to compile, and
+    compiled once for all constants that it is called with. Its code is then part of theirs.
 
     Parameters
     ----------
@@ -44,17 +48,34 @@ def compiled_with(compiler: Any, function: Callable[..., Any], folder: str, **op
         numba.
     function : callable
         What is compiled.
-    folder : str
-        Name of a folder for this state of all sources.
+    folder : str, optional
+        Keep the machine code for calls from Python, where that is safe, in a folder of this name, which is that of a
+        state of all sources. Numba's own key of a function is its source file alone, and would keep code that calls
+        kernels since changed in others. Left out: nothing is kept, as of a function that kernels alone call.
     options
         Of numba.njit.
+
+    Returns
+    -------
+    callable
+        What is called from Python, and named by other kernels.
     """
-    return bare_for_callers(compiler, _kept(compiler, function, folder, **options), function, **options)
+    compiled = _kept(compiler, function, folder, **options)
+    if compiler.config.DISABLE_JIT:  # nothing is compiled
+        return compiled
+
+    @wraps(function)
+    def kernel(*arguments: Any) -> Any:  # noqa: ANN401
+        return compiled(*arguments)
+
+    overload = importlib.import_module("numba.extending").overload  # by name: only those who compile load numba
+    overload(kernel, jit_options={"no_cfunc_wrapper": True, **options}, strict=False)(lambda *_: function)
+    return kernel
 
 
-def _kept(compiler: Any, function: Callable[..., Any], folder: str, **options: Any) -> Any:  # noqa: ANN401
-    root = cache_root()
-    if root is None:
+def _kept(compiler: Any, function: Callable[..., Any], folder: str | None, **options: Any) -> Any:  # noqa: ANN401
+    root = None if folder is None else cache_root()
+    if root is None or folder is None:
         return compiler.njit(**options)(function)
     with _cache_at(compiler, root / folder):
         try:

@@ -8,8 +8,8 @@ import shutil
 import pytest
 
 from benchmarks import history
-from benchmarks.goal import at_most
 from benchmarks.history import changes, compare, flat, remember
+from benchmarks.table import at_most
 
 pytestmark = pytest.mark.dolfinx
 

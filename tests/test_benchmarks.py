@@ -11,9 +11,6 @@ import pytest
 
 pytestmark = pytest.mark.dolfinx
 
-COARSE = 20e-3
-EARLY = 20e-6
-
 
 @pytest.fixture(autouse=True, scope="module")
 def _log_level():
@@ -24,20 +21,12 @@ def _log_level():
     logger.setLevel(level)
 
 
-@pytest.fixture(scope="module")
-def run():
-    """A coarse run under way."""
-    from benchmarks.state import in_the_middle
-
-    return in_the_middle(COARSE, EARLY)
-
-
 def test_an_unknown_benchmark_is_refused_with_the_nearest_name(capsys):
     from benchmarks.__main__ import main
 
     assert main(["stepp"]) == 2
     reported = capsys.readouterr().err
-    assert "none is named 'stepp' (did you mean \"step\"?); there are kernel, step, plain_fenicsx, threads" in reported
+    assert "none is named 'stepp' (did you mean \"step\"?); there are step, flight, whole, ranks, compile" in reported
 
 
 def test_a_binary_of_lulesh_that_is_not_there_is_refused(capsys, tmp_path):
@@ -48,19 +37,19 @@ def test_a_binary_of_lulesh_that_is_not_there_is_refused(capsys, tmp_path):
 
 
 def test_a_run_that_stops_is_reported_and_the_others_go_on(capsys, monkeypatch):
-    from benchmarks import kernel, resources
+    from benchmarks import flight, step
     from benchmarks.__main__ import main
     from burst_fenicsx.errors import NumericalStop
 
     def stops(options):
         raise NumericalStop("the volume of cell 7 is not positive", 8e-5)
 
-    monkeypatch.setattr(kernel, "kernel", stops)
-    monkeypatch.setattr(resources, "memory", lambda options: {"cells": 1})
-    assert main(["kernel", "memory", "--json"]) == 3
+    monkeypatch.setattr(step, "step", stops)
+    monkeypatch.setattr(flight, "flight", lambda options: {"fragments": 1})
+    assert main(["step", "flight", "--json"]) == 3
     reported = capsys.readouterr()
-    assert "kernel stopped: the volume of cell 7 is not positive (at 80.00 us)" in reported.err
-    assert set(json.loads(reported.out)) == {"memory", "machine"}
+    assert "step stopped: the volume of cell 7 is not positive (at 80.00 us)" in reported.err
+    assert set(json.loads(reported.out)) == {"flight", "machine"}
 
 
 @pytest.mark.parametrize("points", [1, 8])
@@ -95,54 +84,8 @@ def test_the_plain_baseline_flows_and_keeps_its_energy(points):
     assert box.kinetic_energy + box.elastic_energy + box.plastic_work == pytest.approx(before, rel=0.01)
 
 
-def test_the_block_flows_at_its_shear_strength_and_stays_at_rest_as_a_whole():
-    """Half the difference of the principal stresses, within; forces of a free body add up to nothing."""
-    from benchmarks.block import stretched_block
-
-    solver = stretched_block(6)
-    for _ in range(3):
-        solver.step()
-    state, strength = solver.fields, solver.fields.solid.parameters[0, 2]
-    centre = state.nodes.position[state.mesh.dofmap].mean(axis=1)
-    inner = np.flatnonzero(np.abs(centre).max(axis=1) < 3e-3)  # whom the release from the sides has not reached
-    assert len(inner) == 8
-    stress = state.solid.stress[inner, 0][:, [0, 3, 5, 3, 1, 4, 5, 4, 2]].reshape(-1, 3, 3)
-    principal = np.linalg.eigvalsh(stress)
-    shear = 0.5 * (principal[:, 2] - principal[:, 0])
-    assert ((shear <= strength * (1.0 + 1e-9)) & (shear > 0.995 * strength)).all()  # it has begun to soften
-    momentum = state.mass @ state.nodes.velocity
-    assert np.abs(momentum).max() < 1e-12 * (state.mass @ np.abs(state.nodes.velocity)).max()
-
-
-def test_the_cells_are_solid_or_charge(run):
-    from benchmarks.parts import count, forces_of_part
-    from benchmarks.state import forces_alone
-
-    force = run.fields.nodes.force
-    with forces_alone(run) as forces:
-        parts = []
-        for charge in (False, True):
-            forces_of_part(run, charge=charge)()
-            parts.append(force.copy())
-        forces()
-        assert parts[0] + parts[1] == pytest.approx(force, rel=1e-3, abs=1e-3 * np.abs(force).max())
-    assert count(run, charge=False) + count(run, charge=True) == len(run.mesh.cells)
-
-
-def test_every_array_of_the_kernels_is_counted(run):
-    """An array that is new in the kernels must be entered in `traffic.TRAFFIC`, or in `STILL`."""
-    from benchmarks.traffic import bytes_per_cell, uncounted
-
-    assert not uncounted(run.fields)
-    nodes = len(run.fields.nodes.position) / len(run.mesh.cells)
-    solid = bytes_per_cell(run.fields, "solid")
-    assert solid["nodes.position"] == pytest.approx(24 * nodes)
-    assert solid["solid.stress"] == 2 * 6 * 8
-    assert solid["solid.hourglass"] == 2 * 12 * 8
-
-
 def test_the_grind_time_of_lulesh_is_read():
-    from benchmarks.lulesh import parsed
+    from benchmarks.step import parsed
 
     assert parsed("Grind time (us/z/c)  =  1.0831312 (per dom)  (  0.173301 overall)\n") == pytest.approx(1.0831312e-6)
     with pytest.raises(RuntimeError, match="is this LULESH"):
@@ -150,21 +93,21 @@ def test_the_grind_time_of_lulesh_is_read():
 
 
 def test_tables_are_put_between_the_marks_of_the_readme(tmp_path):
-    from benchmarks.goal import at_most
     from benchmarks.machine import machine
     from benchmarks.readme import README, write_tables
+    from benchmarks.table import at_most
 
     copy = tmp_path / "README.md"
     copy.write_text(README.read_text(encoding="utf-8"), encoding="utf-8")
-    write_tables({"memory": {"cells": 7, **at_most(1.25, 1.0, "this over that")}, "machine": machine()}, copy)
+    write_tables({"step": {"cells": 7, **at_most(1.25, 1.0, "this over that")}, "machine": machine()}, copy)
     text = copy.read_text(encoding="utf-8")
-    found = re.search("<!-- begin memory -->(.*)<!-- end memory -->", text, re.DOTALL)
+    found = re.search("<!-- begin step -->(.*)<!-- end step -->", text, re.DOTALL)
     assert found is not None
     assert "| cells | 7 |" in found[1]
     assert "| this over that | 1.25 | 1 | MISSED |" in found[1]
     assert machine()["processor"] in found[1]
     assert text.replace(found[1], "") == re.sub(
-        "(<!-- begin memory -->).*(<!-- end memory -->)", r"\1\2", README.read_text(encoding="utf-8"), flags=re.DOTALL
+        "(<!-- begin step -->).*(<!-- end step -->)", r"\1\2", README.read_text(encoding="utf-8"), flags=re.DOTALL
     )
 
 

@@ -7,7 +7,7 @@ import pytest
 
 
 def test_the_cloud_is_what_the_target_names():
-    from benchmarks.clouds import burst_cloud
+    from benchmarks.flight_plain import burst_cloud
 
     fragments = burst_cloud(20_000)
     assert 1e-4 <= fragments.mass.min() < 1.1e-4
@@ -26,8 +26,7 @@ def test_no_crossing_is_missed_or_invented():
 
 
 def test_the_plain_flight_lands_where_the_library_does():
-    from benchmarks.clouds import burst_cloud
-    from benchmarks.flight_plain import PlainFlight, plain_seconds
+    from benchmarks.flight_plain import PlainFlight, burst_cloud, plain_seconds
     from flight import fly
 
     fragments = burst_cloud(3)

@@ -2,8 +2,8 @@
 
 Processes that start together would each compile the same kernels, and numba's cache cannot be written by several of
 them: it numbers the files of a function's signatures by what it finds there. So the kernels of default runs are
-compiled first, one on each core; then every worker of pytest-xdist gets a cache of its own, which begins with links to
-what is there. What the workers have compiled besides is taken into the common cache before the next run.
+compiled first (`fragfield warm-up`); then every worker of pytest-xdist gets a cache of its own, which begins with links
+to what is there. What the workers have compiled besides is taken into the common cache before the next run.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 
 from numba.core.serialize import dumps
 
-from fragfield.compile_ahead import FOLDER, MARKS, compile_ahead
+from fragfield.studies.warm_up import warm_up
 from fragfield_base.kernel_cache import cache_root
 
 if TYPE_CHECKING:
@@ -43,13 +43,9 @@ def folder_of(root: Path, worker: str) -> Path:
 
 
 def link(root: Path, folder: Path, names: Iterable[str]) -> None:
-    """Begin a worker's cache again, with links to the files of the folders `names` of the common one.
-
-    What has been compiled ahead is known to be there.
-    """
+    """Begin a worker's cache again, with links to the files of the folders `names` of the common one."""
     shutil.rmtree(folder, ignore_errors=True)
-    kept = [path for name in names for path in (root / name).rglob("*.nb?")]
-    for path in (*kept, *(root / MARKS).glob("*")):
+    for path in [path for name in names for path in (root / name).rglob("*.nb?")]:
         place = folder / path.relative_to(root)
         place.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
         os.link(path, place)
@@ -109,10 +105,10 @@ def main() -> None:
     command = [sys.executable, "-c", _CURRENT]
     names = subprocess.run(command, check=True, capture_output=True, text=True).stdout.split()
     taken = sum(gather(root, folder_of(root, worker), names) for worker in workers)
-    compiled = compile_ahead(sorted(FOLDER.glob("*.json")), len(workers), lambda *_: None)
+    failures = warm_up()["failures"]
     for worker in workers:
         link(root, folder_of(root, worker), names)
-    print(f"kernels: {compiled} compiled, {taken} taken over, {time.monotonic() - began:.0f} s", flush=True)
+    print(f"kernels: {taken} taken over, {time.monotonic() - began:.0f} s", *failures, flush=True)
 
 
 if __name__ == "__main__":

@@ -89,7 +89,7 @@ class BreakUp:
         self._sources = self._casing.sources(self.segments, [lightest_that_matters(law.law) for law in self.laws])
         self._images = images(self.snapshot.planes, self.snapshot.source)
         self.rounds = tuple(_rounds(self.snapshot, self._images))
-        self._turned = self.settings.random_turn and len(self.rounds) == 1
+        self._turned = self.settings.random_roll and len(self.rounds) == 1
         self._foot = np.mean([self._base(broken) for broken in self.rounds], axis=0)
         self._cell_shares: dict[int, Shares] = {}
         self._sums: dict[int, CasingSums] = {}
@@ -127,9 +127,7 @@ class BreakUp:
 
     def many(self, seed: int, numbers: Sequence[int], threads: int | None = None) -> list[Fragments]:
         """`fragments` of many realisations, on threads (default: all cores); the result does not depend on them."""
-        # dolfinx evaluates for one thread at a time
-        workers = 1 if self.settings.velocity == "interpolation" else threads or os.cpu_count() or 1
-        with ThreadPoolExecutor(workers) as pool:
+        with ThreadPoolExecutor(threads or os.cpu_count() or 1) as pool:
             return list(pool.map(lambda number: self.fragments(seed, number), numbers))
 
     def _base(self, broken: BrokenRound) -> NDArray[np.float64]:
@@ -178,7 +176,7 @@ class BreakUp:
                 except InputError as error:
                     name = self.snapshot.rounds[segment.round].name
                     raise InputError(f"round {name!r}, segment {segment.data.name!r}: {error}") from None
-                points = source.draw(placing, local=self.settings.velocity == "interpolation")
+                points = source.draw(placing)
                 axis = self.snapshot.rounds[segment.round].axis
                 clusters = place(draw.mass, points.position, points.mass, placing, axis)
                 scatter = self.settings.direction_scatter
@@ -198,7 +196,7 @@ class BreakUp:
         points, clusters = part.points, part.clusters
         if self.settings.velocity == "mean":
             return clusters.mass, *clusters.means(points)
-        return clusters.mass, *self._casing.interpolated(points, clusters.chosen)
+        return clusters.mass, points.position[clusters.chosen], points.velocity[clusters.chosen]
 
     def _fragments(
         self, results: Sequence[SegmentResult], placed: Sequence[tuple[NDArray[np.float64], ...]], attitude: Attitude
@@ -224,17 +222,16 @@ class BreakUp:
     ) -> BreakUpResult:
         """The realisation with its ledgers; `before` are the velocities (n, 3) without the scatter of directions."""
         results = tuple(part.result for part in parts)
-        spin = np.concatenate([part.clusters.spin(part.points) for part in parts])
         found = sorted({result.round for result in results})
         sums, ledgers = {}, {}
         for number in found:
             motion, casing = self._motion(number, attitude), self._casing_sums(self.rounds[number].computed)
             mine = fragments.round == number
             if motion is not None:
-                casing, spin[mine] = casing.moved(motion), motion.axial_vector(spin[mine])
+                casing = casing.moved(motion)
             sums[number] = casing
-            ledgers[number] = ledger(fragments.select(mine), spin[mine], casing)
-        whole = ledger(fragments, spin, sum((sums[number] for number in found[1:]), sums[found[0]]))
+            ledgers[number] = ledger(fragments.select(mine), casing)
+        whole = ledger(fragments, sum((sums[number] for number in found[1:]), sums[found[0]]))
         directions = {number: self._directions(number, fragments, before, attitude) for number in found}
         clusters = Clusters.concatenate([(part.clusters, len(part.points)) for part in parts])
         return BreakUpResult(

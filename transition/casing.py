@@ -1,20 +1,17 @@
 """The burst casing as the break-up sees it: hexahedra, or rings around the axis of an axisymmetric burst.
 
-Both give sources of material points, sums for the ledger, directions by mass, and positions and velocities at material
-points; the break-up does not know which it has.
+Both give sources of material points, sums for the ledger and directions by mass; the break-up does not know which it
+has.
 """
 
 from __future__ import annotations
 
-from functools import cached_property
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
 from transition.cells.cell_points import CellPoints, numbers
-from transition.cells.meridian import bilinear
 from transition.cells.ring_points import POINTS_TOGETHER, RingPoints
-from transition.cells.shape_functions import trilinear
 from transition.ledger import CasingSums, casing_sums, ring_sums
 from transition.placement.directions import Shares, cell_shares, ring_shares
 
@@ -23,8 +20,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from transition.cells.dolfinx_field import VelocityField
-    from transition.cells.points import MaterialPoints, PointSource
+    from transition.cells.points import PointSource
     from transition.law.segments import CasingSegment
     from transition.placement.isometry import Isometry
     from transition.snapshot import Snapshot
@@ -45,12 +41,6 @@ class Casing(Protocol):
 
     def shares(self, computed: int, axis: tuple[float, float, float], motion: Isometry | None) -> Shares:
         """Shares of its mass by direction after `motion`, which carries its axis to `axis`."""
-        ...
-
-    def interpolated(
-        self, points: MaterialPoints, chosen: NDArray[np.int64]
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Position (n, 3) in m and velocity (n, 3) in m/s at the chosen points, by dolfinx's shape functions."""
         ...
 
 
@@ -77,26 +67,13 @@ class HexahedralCasing:
     def sums(self, computed: int) -> CasingSums:
         """See `Casing`."""
         own = self._own(computed)
-        return casing_sums(self._mass[own], self._corners[own], self._velocity[own])
+        return casing_sums(self._mass[own], self._velocity[own])
 
     def shares(self, computed: int, axis: tuple[float, float, float], motion: Isometry | None) -> Shares:
         """See `Casing`."""
         own = self._own(computed)
         velocity = self._velocity[own]
         return cell_shares(self._mass[own], motion.vector(velocity) if motion else velocity, axis)
-
-    def interpolated(
-        self, points: MaterialPoints, chosen: NDArray[np.int64]
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """See `Casing`."""
-        cell, local = points.cell[chosen], points.local[chosen]
-        return trilinear(self._corners[cell], local), self._field.at(cell, local)
-
-    @cached_property
-    def _field(self) -> VelocityField:
-        from transition.cells.dolfinx_field import VelocityField
-
-        return VelocityField(self._snapshot)
 
     def _own(self, computed: int) -> NDArray[np.bool_]:
         return self._snapshot.round[self._snapshot.casing] == computed
@@ -126,27 +103,11 @@ class RingCasing:
 
     def sums(self, computed: int) -> CasingSums:  # noqa: ARG002 - there is one round
         """See `Casing`."""
-        return ring_sums(self._mass, self._snapshot.ring_shares, self._state, self._half)
+        return ring_sums(self._mass, self._snapshot.ring_shares, self._state[..., 2:], self._half.axis)
 
     def shares(self, computed: int, axis: tuple[float, float, float], motion: Isometry | None) -> Shares:  # noqa: ARG002
         """See `Casing`; turned about its axis it is the same, so that the direction of the axis is all that counts."""
         return ring_shares(self._mass, self._reference, self._state[..., 2:], axis)
-
-    def interpolated(
-        self, points: MaterialPoints, chosen: NDArray[np.int64]
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """See `Casing`."""
-        cell, local = points.cell[chosen], points.local[chosen]
-        angle = 2.0 * np.pi * local[:, 2]
-        position = bilinear(self._state[cell, :, :2], local[:, :2])
-        velocity = self._half.components(self._field.at(cell, local[:, :2]))
-        return self._half.origin + self._half.turned(position, angle), self._half.turned(velocity, angle)
-
-    @cached_property
-    def _field(self) -> VelocityField:
-        from transition.cells.dolfinx_field import VelocityField
-
-        return VelocityField(self._snapshot)
 
 
 def casing_of(snapshot: Snapshot) -> Casing:

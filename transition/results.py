@@ -89,7 +89,7 @@ class BreakUpResult:
     directions : tuple of (int, Directions)
         Directions by mass of each round that has fragments.
     ledger : BreakUpLedger
-        Mass, momentum, angular momentum and energy handed over.
+        Mass, momentum and energy handed over.
     ledgers : tuple of (int, BreakUpLedger)
         The same of each round that has fragments.
     summary : dict

@@ -6,96 +6,51 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Literal
+from typing import Annotated, Literal
 
-from transition.errors import InputError, nearest
+from fragfield_base.inputs import (
+    Bounds,
+    EnergyPerArea,
+    Mass,
+    NumberOrWord,
+    OnlyWith,
+    Quantity,
+    check_inputs,
+    degrees,
+)
+from transition.errors import InputError
 from transition.law.fragment_counts import FragmentCounts
 from transition.law.mean_mass_data import FACTOR_SOURCE, FACTORS
 
-__all__ = ["DIRECTION_SCATTER", "MOST_FRAGMENTS", "BreakUpSettings", "Stations"]
+__all__ = ["DIRECTION_SCATTER", "MEAN_MASS", "MOST_FRAGMENTS", "SHAPE_FACTOR", "BreakUpSettings", "Stations"]
 
 Stations = tuple[float, ...]
 
 MOST_FRAGMENTS = 20_000_000
 """Fragments of a realisation; a law that makes more is refused, since they would fill the memory."""
 
-DIRECTION_SCATTER = 0.10471975511966  # 6 degrees
+DIRECTION_SCATTER = degrees(6.0)
 """Default of `BreakUpSettings.direction_scatter`, from panels of the 75 mm M48 (validation/polar_zones)."""
 
-_DIMENSIONS = (2, 3, "mixed")
+MEAN_MASS = Bounds(1e-6, 1e3, "casings break into grams, not into dust or tons", usual=(1e-5, 1.0))
+SHAPE_FACTOR = Bounds(50.0, 1e5, "a steel cube has 5200, thin plates some hundred", usual=(1000.0, 6000.0))
 _COMPARED = {
     "mott": ("prefactor", "fracture_energy", "critical_strain"),
     "mott_1947": ("fracture_stress", "fracture_gamma", "critical_strain"),
     "gurney_sarmousakis": ("explosive_constant",),
 }
 """Inputs at whose defaults each law was compared with published data."""
-_CHOICES: dict[str, tuple[str | bool, ...]] = {
-    "rupture": ("critical_strain", "burst"),
-    "strain_rate": ("speed", "burst"),
-    "velocity_source": ("burst", "gurney"),
-    "sampler": ("quantile", "graded"),
-    "velocity": ("mean", "interpolation"),
-    "random_turn": (True, False),
-}
-_FORMER = {("velocity", "patch"): "'patch' is now called 'mean': the mean over the fragment's material points"}
+FILE = "<file>"
+"""Stands in `OnlyWith` for a case whose mean masses are fitted to the fragments of a file."""
+_MOTT = OnlyWith("mean_mass", ("mott",))
+_MOTT_1947 = OnlyWith("mean_mass", ("mott_1947",))
+_RUPTURE = OnlyWith("mean_mass", ("mott", "mott_1947", FILE))
+_GRADED = OnlyWith("sampler", ("graded",))
 
 
 @dataclass(frozen=True)
 class BreakUpSettings:
-    """Choices of the break-up. SI units.
-
-    Attributes
-    ----------
-    dimension : 2, 3 or "mixed"
-        Break-up of a thin wall (exponent 1/2), of a thick one (1/3), or a mixture of both by mass.
-    mixed_fraction : float
-        Part of the mass, 0 to 1, that breaks in three dimensions when `dimension` is "mixed".
-    mean_mass : "mott", "mott_1947", "gurney_sarmousakis", float or FragmentCounts
-        Law of the mean fragment mass: Eq. 21, Mott's of 1947, that of Gurney and Sarmousakis, or a given mass (kg); or
-        pieces counted in a test, to which the mean masses of Eq. 21 are fitted by one scale.
-    mean_mass_factor : float or None
-        Geometric standard deviation of the mean fragment mass about the truth, 1 or above; it is stated in the summary
-        and the report and changes no fragment. None: see `factor`.
-    prefactor : float or "paper"
-        C of Eq. 21 without dimension; measured shells need 2 to 6. "paper" reads the printed 381.5 as grams.
-    fracture_energy : float
-        W of Eq. 21 (J/m2).
-    rupture : "critical_strain" or "burst"
-        Radius and wall at rupture from Eq. 22, or those of the burst stage when it reached its leakage radius.
-    critical_strain : float
-        Hoop strain of Eq. 22, 0.5 to 1.0 for steel.
-    strain_rate : "speed" or "burst"
-        Rate of hoop strain at rupture of both of Mott's laws: v0 over the radius at rupture, or that of the burst stage
-        when the casing had the strain of `rupture`, with the wall of plane strain at that radius.
-    fracture_stress, fracture_gamma : float
-        P_F (Pa) and gamma of Mott's law of 1947; the defaults are his values for a steel with 0.45 % of carbon.
-    velocity_source : "burst" or "gurney"
-        v0 of Eq. 21: mass-weighted speed of the segment, or Eqs. 23 and 24.
-    sampler : "quantile" or "graded"
-        Stratified inverse of the law with exact mass, or the paper's grades (Eqs. 26 to 29). End pieces are drawn
-        by "quantile" always: grades of fine steps hold none of their few fragments.
-    graded_m0, graded_dm : float
-        m_0 and the step of Eq. 26 (kg).
-    velocity : "mean" or "interpolation"
-        Mass-weighted mean of the velocity field over the fragment's material points, with their centre of mass as its
-        position (keeps momentum); or velocity and position of one of its points, drawn at random by mass, by the
-        shape functions (Eq. 30).
-    random_turn : bool
-        Turn all fragments of a realisation together by a random angle about the round's axis. For a single round
-        that is axisymmetric until it breaks up: on average over the realisations no azimuth then differs from another,
-        whatever the mesh. Several rounds, and rounds with images, are never turned.
-    direction_scatter : float
-        Standard deviation (rad) of the random deviation of each fragment's direction, about each of two axes
-        perpendicular to it; see `transition.placement.scatter`.
-    tilt : float
-        Standard deviation (rad) of the tilt of all fragments of a realisation together, about each of the two
-        horizontal axes: how far from plumb the round or the stack may stand.
-    shape_factor : float
-        k in the presented area A = (m/k)^(2/3) given to every fragment (kg/m3).
-    explosive_constant : float or None
-        B of Gurney and Sarmousakis (kg^(1/2) m^(-7/6)); None: by the name of the explosive.
-    segments : None, stations or a mapping from round name to stations
-        Where to cut the casing (m from the nose end); None: the segments of the burst stage.
+    """Mott's law per segment, its sampler, and the velocity that fragments inherit (Eqs. 19-31).
 
     Raises
     ------
@@ -104,70 +59,92 @@ class BreakUpSettings:
     """
 
     dimension: Literal[2, 3, "mixed"] = 2
-    mixed_fraction: float = 0.5
-    mean_mass: Literal["mott", "mott_1947", "gurney_sarmousakis"] | float | FragmentCounts = "mott"
-    mean_mass_factor: float | None = None
-    prefactor: float | Literal["paper"] = 4.0
-    fracture_energy: float = 14.7e4
-    rupture: Literal["critical_strain", "burst"] = "critical_strain"
-    critical_strain: float = 0.75
-    strain_rate: Literal["speed", "burst"] = "speed"
-    fracture_stress: float = 804e6
-    fracture_gamma: float = 67.0
-    velocity_source: Literal["burst", "gurney"] = "burst"
+    """Two-dimensional break-up of thin walls, three-dimensional, or a mixture of both by mass."""
+    mixed_fraction: Annotated[float, Bounds(0.0, 1.0, "a fraction"), OnlyWith("dimension", ("mixed",))] = 0.5
+    """Mass fraction that breaks up in three dimensions, for dimension = "mixed"."""
+    mean_mass: Annotated[
+        Literal["mott", "mott_1947", "gurney_sarmousakis"] | float | FragmentCounts, Quantity("kg", "14.9 g"), MEAN_MASS
+    ] = "mott"
+    """Law of the mean fragment mass: Eq. 21, Mott's of 1947, that of Gurney and Sarmousakis, or a given mass; or pieces
+    counted in a test, to which the mean masses of Eq. 21 are fitted by one scale."""
+    mean_mass_factor: Annotated[float | None, Bounds(1.0, 1e3, "a factor, 1 where the mass was measured")] = None
+    """Factor by which the mean mass is uncertain, for the report; left out: that of the law over published data."""
+    prefactor: Annotated[
+        float | Literal["paper"],
+        NumberOrWord(("paper",), 4.0),
+        Bounds(1e-3, 1e4, "C of Eq. 21 is 4 in SI, and 381.5 as printed", usual=(1.0, 20.0)),
+        _MOTT,
+    ] = 4.0
+    """Factor C of Eq. 21 in SI; "paper" reads the printed 381.5 in grams."""
+    fracture_energy: Annotated[
+        EnergyPerArea, Bounds(1.0, 1e8, "metals have 1e3 to 1e6 J/m^2", usual=(1e3, 1e6)), _MOTT
+    ] = 14.7e4  # fmt: skip
+    """Energy W of fracture per area."""
+    critical_strain: Annotated[
+        float, Bounds(1e-3, 5.0, "casings rupture at strains near 1", usual=(0.1, 1.5)), _RUPTURE
+    ] = 0.75  # fmt: skip
+    """Strain at rupture; 0.5 to 1.0 for steel."""
+    fracture_stress: Annotated[
+        float,
+        Quantity("Pa", "804 MPa", above=0.0),
+        Bounds(1e5, 1e12, "stresses at fracture of solids", usual=(1e8, 3e9)),
+        _MOTT_1947,
+    ] = 804e6
+    """True stress at fracture P_F, for mean_mass = "mott_1947"; Mott's for a steel with 0.45 % of carbon."""
+    fracture_gamma: Annotated[
+        float, Bounds(1e-2, 1e5, "Mott found 67 for steel", usual=(10.0, 300.0)), _MOTT_1947
+    ] = 67.0  # fmt: skip
+    """Sharpness gamma of the scatter of the strain at fracture, for mean_mass = "mott_1947"."""
+    velocity_source: Annotated[Literal["burst", "gurney"], _RUPTURE] = "burst"
+    """Speed in Eq. 21: from the burst, or Eqs. 23-24."""
     sampler: Literal["quantile", "graded"] = "quantile"
-    graded_m0: float = 0.0
-    graded_dm: float = 1.0e-4
+    """Stratified inverse of the law, closing on the mass; or the paper's grades (Eqs. 26-29). End pieces are drawn by
+    "quantile" always."""
+    graded_m0: Annotated[
+        float, Quantity("kg", "0 g", minimum=0.0), Bounds(0.0, 100.0, "a grade of mass, not a round's"), _GRADED
+    ] = 0.0
+    """Mass of grade 0, for sampler = "graded"."""
+    graded_dm: Annotated[
+        Mass,
+        Bounds(1e-7, 100.0, "narrower grades would be more than there are fragments", usual=(1e-6, 0.1)),
+        _GRADED,
+    ] = 1.0e-4
+    """Mass between two grades, for sampler = "graded"."""
     velocity: Literal["mean", "interpolation"] = "mean"
-    random_turn: bool = False
-    direction_scatter: float = DIRECTION_SCATTER
-    tilt: float = 0.0
-    shape_factor: float = 2600.0
-    explosive_constant: float | None = None
+    """Mean over the fragment's material points, or the field at a random one of them (Eq. 30)."""
+    random_roll: bool = False
+    """Turn all fragments of a realisation together by a random angle about the round's axis: for a single round that
+    is axisymmetric until it breaks up, so that no azimuth differs from another whatever the mesh. Several rounds, and
+    rounds with images, are never turned."""
+    explosive_constant: Annotated[
+        float | None,
+        Bounds(1e-4, 1e4, "published constants lie near 1"),
+        OnlyWith("mean_mass", ("gurney_sarmousakis",)),
+    ] = None
+    """B of Gurney and Sarmousakis (kg^(1/2) m^(-7/6)); left out: by the name of the explosive."""
+    direction_scatter: Annotated[
+        float,
+        Quantity("rad", "6 deg", minimum=0.0, maximum=0.5),
+        Bounds(0.0, 0.5, "the panel test of natural fragments shows 4 to 8 degrees", usual=(0.0, 0.21)),
+    ] = DIRECTION_SCATTER
+    """Random deviation of each fragment's direction from that of its metal: standard deviation about each of two axes
+    perpendicular to it."""
+    tilt: Annotated[
+        float,
+        Quantity("rad", "2 deg", minimum=0.0, maximum=0.5),
+        Bounds(0.0, 0.5, "what leans farther falls over", usual=(0.0, 0.1)),
+    ] = 0.0
+    """How far from its attitude the round or the whole stack may lean at random: standard deviation about each of two
+    horizontal axes, drawn for every realisation."""
+    shape_factor: Annotated[float, Quantity("kg/m^3", "2600 kg/m^3"), SHAPE_FACTOR] = 2600.0
+    """k in the presented area A = (m/k)^(2/3) given to every fragment."""
     segments: Stations | Mapping[str, Stations] | None = None
+    """Where to cut the casing (m from the nose end), of all rounds or by the name of each; left out: the segments of
+    the burst stage."""
 
     def __post_init__(self) -> None:
         """Refuse what has no meaning."""
-        if isinstance(self.dimension, bool) or self.dimension not in _DIMENSIONS:
-            raise InputError(f"break_up.dimension: found {self.dimension!r}; allowed: 2, 3, 'mixed'")
-        for name, allowed in _CHOICES.items():
-            _one_of(name, getattr(self, name), allowed)
-        laws = ("mott", "mott_1947", "gurney_sarmousakis")
-        if isinstance(self.mean_mass, str):
-            if self.mean_mass not in laws:
-                raise InputError(
-                    f"break_up.mean_mass: found {self.mean_mass!r}{nearest(self.mean_mass, laws)} or a mass in kg"
-                )
-        elif not isinstance(self.mean_mass, FragmentCounts):
-            _positive("mean_mass", self.mean_mass, "kg")
-        if isinstance(self.prefactor, str):
-            if self.prefactor != "paper":
-                raise InputError(f"break_up.prefactor: found {self.prefactor!r}; allowed: a number or 'paper'")
-        else:
-            _positive("prefactor", self.prefactor, "no dimension")
-        _positive("fracture_energy", self.fracture_energy, "J/m2")
-        _positive("fracture_stress", self.fracture_stress, "Pa")
-        _positive("fracture_gamma", self.fracture_gamma, "no dimension")
-        _check_factor(self.mean_mass_factor)
-        if self.strain_rate == "burst" and self.velocity_source == "gurney":
-            raise InputError(
-                "break_up.strain_rate: found 'burst' together with velocity_source = 'gurney', which contradict each "
-                "other; allowed: 'burst' with velocity_source = 'burst', or 'speed'"
-            )
-        _positive("graded_dm", self.graded_dm, "kg")
-        _positive("shape_factor", self.shape_factor, "kg/m3")
-        if self.explosive_constant is not None:
-            _positive("explosive_constant", self.explosive_constant, "kg^(1/2) m^(-7/6)")
-        for name, low, high in (
-            ("mixed_fraction", 0.0, 1.0),
-            ("critical_strain", 0.0, 5.0),
-            ("graded_m0", 0.0, math.inf),
-            ("direction_scatter", 0.0, 0.5),
-            ("tilt", 0.0, 0.5),
-        ):
-            value = _number(name, getattr(self, name))
-            if not low <= value <= high or math.isinf(value):
-                raise InputError(f"break_up.{name}: found {value:g}; allowed: {low:g} to {high:g}")
+        check_inputs(self, "break_up", InputError)
         if isinstance(self.segments, Mapping):
             for name, stations in self.segments.items():
                 _rising(f"break_up.segments.{name}", stations)
@@ -199,36 +176,6 @@ class BreakUpSettings:
 
 def _default(name: str) -> object:
     return BreakUpSettings.__dataclass_fields__[name].default
-
-
-def _one_of(name: str, found: object, allowed: tuple[str | bool, ...]) -> None:
-    if (name, found) in _FORMER:
-        raise InputError(f"break_up.{name}: {_FORMER[name, str(found)]}")
-    if found not in allowed or type(found) is not type(allowed[0]):
-        raise InputError(f"break_up.{name}: found {found!r}{nearest(found, [str(choice) for choice in allowed])}")
-
-
-def _number(name: str, value: object) -> float:
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or math.isnan(value):
-        raise InputError(f"break_up.{name}: found {value!r}; a number is needed")
-    return float(value)
-
-
-def _positive(name: str, value: object, unit: str) -> None:
-    number = _number(name, value)
-    if number <= 0.0 or math.isinf(number):
-        raise InputError(f"break_up.{name}: found {number:g}; a number above zero is needed ({unit})")
-
-
-def _check_factor(value: object) -> None:
-    if value is None:
-        return
-    factor = _number("mean_mass_factor", value)
-    if not 1.0 <= factor < math.inf:
-        raise InputError(
-            f"break_up.mean_mass_factor: found {factor:g}; a factor of 1 or above is needed: the geometric standard "
-            "deviation of the mean fragment mass, 1 where it was measured"
-        )
 
 
 def _rising(name: str, stations: Stations) -> None:

@@ -12,7 +12,6 @@ import numpy as np
 from fragfield_base.arrays import group_of, numbers
 from fragfield_base.burst_snapshot import (
     CASING,
-    EXPANSION_ARRAYS,
     FORMAT,
     FORMAT_VERSION,
     GEOMETRIES,
@@ -25,7 +24,6 @@ from fragfield_base.hdf5_files import reading
 from transition.cells.meridian import HalfPlane, node_shares
 from transition.cells.meridian_checks import check_meridian
 from transition.errors import InputError
-from transition.law.expansion import Expansion
 from transition.placement.mirroring import SymmetryPlane
 
 if TYPE_CHECKING:
@@ -41,7 +39,7 @@ _TOUCHING = 1e-6  # of the rounds' extent
 class RoundData:
     """A round as the burst stage describes it. SI units; `position` is the centre of the base plane.
 
-    `casing_yield` (yield strength, Pa) and `expansion` are None in snapshots of versions that did not write them.
+    `casing_yield` (yield strength, Pa) is None where a snapshot does not hold it.
     """
 
     name: str
@@ -53,7 +51,6 @@ class RoundData:
     position: tuple[float, float, float]
     axis: tuple[float, float, float]
     segments: tuple[SegmentRecord, ...]
-    expansion: Expansion | None = None
     casing_yield: float | None = None
 
 
@@ -215,17 +212,9 @@ def _round(group: h5py.Group, where: str) -> RoundData:
         position=_vector(group, "position", where),
         axis=_vector(group, "axis", where),
         segments=tuple(segments),
-        expansion=_expansion(group, where) if "expansion" in group else None,
         casing_yield=_number(group, "casing_yield", where) if "casing_yield" in group.attrs else None,
         **numbers,
     )
-
-
-def _expansion(group: h5py.Group, where: str) -> Expansion:
-    try:
-        return Expansion(*(_reals(group, f"expansion/{name}", where) for name in EXPANSION_ARRAYS))
-    except InputError as error:
-        raise InputError(str(error) if str(error).startswith(where) else f"{where}: {error}") from None
 
 
 def _plane(group: h5py.Group, where: str) -> SymmetryPlane:

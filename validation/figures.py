@@ -1,21 +1,22 @@
-"""How the figures of the validation are drawn and kept: in the report's style, one PNG a case."""
+"""How the figures of the validation are drawn and kept: in the report's style."""
 
 from __future__ import annotations
 
 import shutil
 from contextlib import contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fragfield.report.figures.drawing import WIDE, drawing_style, new_figure, to_bytes
-from validation.readme import PICTURES
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
-    from pathlib import Path
 
     from matplotlib.axes import Axes
 
 __all__ = ["keep_picture", "picture"]
+
+_PICTURES = Path(__file__).resolve().parent.parent / "docs" / "pictures"
 
 
 @contextmanager
@@ -38,7 +39,6 @@ def picture(path: Path, columns: int = 1, *, rows: int = 1, height: float = 3.2,
         path.write_bytes(to_bytes(figure, "png")[0])
 
 
-def keep_picture(path: Path, folder: Path = PICTURES) -> None:
-    """Copy a picture to where the README finds it."""
-    folder.mkdir(parents=True, exist_ok=True)
-    shutil.copyfile(path, folder / path.name)
+def keep_picture(path: Path) -> None:
+    """Copy a picture to where the documents find it."""
+    shutil.copyfile(path, _PICTURES / path.name)

@@ -1,50 +1,50 @@
-"""The validation's results as the report reads them: one JSON file that goes with the program.
+"""The results of the validation: one JSON file that goes with the program, which the report and the page read.
 
-The file says of every case when, by which version and with which cells (`quick`) it was computed, so that a report can
-show whether the evidence is of the very version that it reports on. A case computed again replaces its entry and leaves
-the others::
+Of every case it says when, by which version and revision it was computed; a case computed again replaces its entry, if
+it came to its end with full cells and every row has numbers::
 
     {"format": "fragfield validation", "format_version": 1,
      "cases": {"copper_cylinder": {"date": ..., "fragfield": "0.1.0", "revision": ..., "versions": {...},
                                    "quick": false, "stopped": null, "rows": [{"case": ..., "quantity": ..., ...}]}}}
 
-`rows` are those of `python -m validation --json`; `stopped` is what a case that could not go on said. The results that
-`validation.keeping` keeps out of the record lie beside it in the same format; NaN is null there.
+`rows` are those of `python -m validation --json`. `before` says, of an entry that an earlier revision computed, which
+change of the program's numbers came after it.
 """
 
 from __future__ import annotations
 
 import json
-import math
-from dataclasses import dataclass
 from datetime import UTC, datetime
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fragfield_base.writing import replacing
-from validation.readme import README
-from validation.rows import Row, markdown_table
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-    from pathlib import Path
+    from collections.abc import Mapping
 
-__all__ = ["FORMAT", "RECORD", "Outcome", "entry", "overview", "read_record", "write_record"]
+    from validation.rows import Rows
+
+__all__ = ["FORMAT", "RECORD", "entry", "read_record", "reason_against", "write_record"]
 
 FORMAT = "fragfield validation"
 FORMAT_VERSION = 1
-RECORD = README.parent / "fragfield" / "data" / "validation.json"
-_MOST_MISSES = 3  # named in the overview
+RECORD = Path(__file__).resolve().parent.parent / "fragfield" / "data" / "validation.json"
 
 
-@dataclass(frozen=True)
-class Outcome:
-    """What a case gave: its rows, and why it stopped where it did not come to an end."""
+def reason_against(rows: Rows, stopped: str | None) -> str:
+    """Why a result may not stand in the record, in words; empty if it may."""
+    if stopped:
+        return f"stopped: {stopped}"
+    if rows.quick:
+        return "these are coarse cells (--quick)"
+    if not rows:
+        return "there are no rows"
+    empty = [row.quantity for row in rows if not row.has_numbers]
+    return f"rows without a number: {', '.join(empty)}" if empty else ""
 
-    rows: tuple[Row, ...]
-    stopped: str | None = None
 
-
-def entry(outcome: Outcome, *, quick: bool) -> dict[str, Any]:
+def entry(rows: Rows) -> dict[str, Any]:
     """The record of a case that was computed now, by this version."""
     from fragfield.files.provenance import revision, versions
 
@@ -54,15 +54,11 @@ def entry(outcome: Outcome, *, quick: bool) -> dict[str, Any]:
         "fragfield": found["fragfield"],
         "revision": revision(),
         "versions": found,
-        "quick": quick,
-        "stopped": outcome.stopped,
-        "rows": [_finite(row.as_dict()) for row in outcome.rows],
+        "quick": False,
+        "stopped": None,
+        "before": "",
+        "rows": [row.as_dict() for row in rows],
     }
-
-
-def _finite(row: Mapping[str, Any]) -> dict[str, Any]:
-    """A row as JSON can hold it."""
-    return {key: None if isinstance(value, float) and not math.isfinite(value) else value for key, value in row.items()}
 
 
 def read_record(path: Path = RECORD) -> dict[str, Any]:
@@ -89,28 +85,3 @@ def write_record(entries: Mapping[str, Any], path: Path = RECORD) -> None:
     text = json.dumps(content, indent=1, allow_nan=False) + "\n"
     with replacing(path, OSError) as file:
         file.write(text.encode("utf-8"))
-
-
-def overview(entries: Mapping[str, Any], order: Sequence[str]) -> str:
-    """Table for the README: one line a case, with every miss named as far as there is room."""
-    body = []
-    for name in order:
-        if name not in entries:
-            body.append((f"`{name}`", "-", "-", "not computed", ""))
-            continue
-        one = entries[name]
-        judged = [row for row in one["rows"] if row["passed"] is not None]
-        missed = [row for row in judged if not row["passed"]]
-        words = [_miss(row) for row in missed[:_MOST_MISSES]]
-        if len(missed) > _MOST_MISSES:
-            words.append(f"{len(missed) - _MOST_MISSES} more")
-        if one["stopped"]:
-            words.append(f"stopped: {one['stopped']}")
-        how = f"{one['fragfield']}{', quick' if one['quick'] else ''}"
-        body.append((f"`{name}`", str(len(judged)), str(len(judged) - len(missed)), "; ".join(words) or "none", how))
-    return markdown_table(("case", "checks", "passed", "missed", "version"), body)
-
-
-def _miss(row: Mapping[str, Any]) -> str:
-    bounded = row["tolerance"] == 0.0
-    return f"{row['quantity']} {row['error']:+.2g}" if bounded else f"{row['quantity']} {100 * row['error']:+.1f} %"

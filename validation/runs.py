@@ -1,4 +1,4 @@
-"""The runs that a study compares: made by the command line of fragfield, as a user would."""
+"""The runs that a study compares, made by the command line of fragfield as a user would, and the files it reads."""
 
 from __future__ import annotations
 
@@ -6,21 +6,37 @@ import json
 import subprocess
 import sys
 import tomllib
-from dataclasses import dataclass
+from contextlib import contextmanager
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-if TYPE_CHECKING:
-    from collections.abc import Mapping
+import h5py
 
-__all__ = ["FOLDER", "ROOT", "STOPPED", "Geometry", "Runs", "StudyError", "changed_case", "summary_of"]
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from transition import BreakUpSettings
+    from validation.rows import Rows
+
+__all__ = [
+    "ROOT",
+    "Geometry",
+    "Runs",
+    "StudyError",
+    "break_up_of",
+    "changed_case",
+    "reference_beside",
+    "snapshot_of",
+    "summary_of",
+]
 
 Geometry = Literal["3d", "axisymmetric"]
 """Of a burst, as `burst.geometry`."""
 ROOT = Path(__file__).resolve().parent.parent
 FOLDER = ROOT / "runs" / "validation"
-STOPPED = 3
-"""Exit code of fragfield for a burst that stops on its numbers."""
+LARGEST_ENERGY_ERROR = 0.01
+"""Of the energy ledger at the outputs, and of what contact made by the end, over the work of the products."""
 
 
 class StudyError(Exception):
@@ -46,12 +62,15 @@ class Runs:
         Threads of a run.
     ranks : int
         MPI ranks of a run.
+    bursts : list
+        The parts "burst" of the summaries of all runs made so far; `check` looks at them.
     """
 
     folder: Path = FOLDER
     resume: bool = False
     threads: int | None = None
     ranks: int = 1
+    bursts: list[dict[str, Any]] = field(default_factory=list)
 
     def directory(self, name: str, size: str) -> Path:
         """Directory of the run `name` at a cell size such as "8 mm"."""
@@ -95,8 +114,12 @@ class Runs:
         self.folder.mkdir(parents=True, exist_ok=True)
         path = out.with_name(f"{out.name}.toml")  # a size may have a point of its own
         path.write_text(changed_case(ROOT / case, {"burst.geometry": geometry, **(changes or {})}), encoding="utf-8")
-        if self.resume and _finished(out, path, size, stage):
-            return out
+        if not (self.resume and _finished(out, path, size, stage)):
+            self._make(name, path, size, stage, out)
+        self.bursts.append(summary_of(out)["burst"])
+        return out
+
+    def _make(self, name: str, path: Path, size: str, stage: str, out: Path) -> None:
         command = [sys.executable, "-m", "fragfield", stage, str(path), "--cell-size", size, "--out", str(out)]
         command += ["--threads", str(self.threads)] if self.threads else []
         if self.ranks > 1:
@@ -106,7 +129,30 @@ class Runs:
             done = self._call([*command, "--overwrite"])
         if done != 0:
             raise StudyError(f"{name} at {size} ended with exit code {done}", done)
-        return out
+
+    def burst(
+        self, name: str, case: str, size: str, changes: Mapping[str, Any] | None = None,
+        geometry: Geometry = "axisymmetric",
+    ) -> tuple[Path, dict[str, Any]]:  # fmt: skip
+        """As `run`, the burst alone: its directory, and the part "burst" of its summary."""
+        return self.run(name, case, size, changes, stage="burst", geometry=geometry), self.bursts[-1]
+
+    def hazard(self, name: str, case: str, size: str, changes: Mapping[str, Any] | None = None) -> dict[str, Any]:
+        """As `run`, the whole chain of one round in its meridian: the part "hazard" of its summary."""
+        found: dict[str, Any] = summary_of(self.run(name, case, size, changes, geometry="axisymmetric"))["hazard"]
+        return found
+
+    def check(self, rows: Rows) -> None:
+        """Add what all bursts of a study must fulfil: their energy closed and no cell lost; begin again with none."""
+        if self.bursts:
+            closed = [
+                max(burst["energy_error_at_outputs"], burst["contact_error_at_end"]) <= LARGEST_ENERGY_ERROR
+                and not burst["lost_cells"]
+                for burst in self.bursts
+            ]
+            quantity = f"bursts with an energy error within 1 % at all outputs, and no cell lost, of {len(closed)}"
+            rows.bound(quantity, sum(closed), (len(closed), len(closed)), "conservation of energy and mass")
+        self.bursts.clear()
 
     @staticmethod
     def _call(command: list[str]) -> int:
@@ -116,10 +162,14 @@ class Runs:
 def _finished(out: Path, case: Path, size: str, stage: str) -> bool:
     """Whether a directory holds this very case, computed to the end."""
     from fragfield.case import differences, load_case
+    from fragfield.errors import InputError
     from fragfield.files.run_directory import STAGES, RunDirectory
 
     directory = RunDirectory(out)
-    if not directory.exists or differences(directory.stored_case(), load_case(case, cell_size=size)):
+    try:
+        if not directory.exists or differences(directory.stored_case(), load_case(case, cell_size=size)):
+            return False
+    except InputError:  # of a version that had other keys
         return False
     wanted = STAGES.values() if stage == "run" else [STAGES["burst"]]
     return all(directory.complete(one) for one in wanted)
@@ -132,6 +182,35 @@ def summary_of(folder: Path) -> dict[str, Any]:
     except (OSError, ValueError) as error:
         raise StudyError(f"{folder} is not a finished run: {error}") from None
     return found
+
+
+def reference_beside(module: str) -> dict[str, Any]:
+    """The published values in reference.toml beside a module, given its `__file__`."""
+    return tomllib.loads((Path(module).parent / "reference.toml").read_text(encoding="utf-8"))
+
+
+@contextmanager
+def snapshot_of(path: Path) -> Iterator[h5py.File]:
+    """A burst's snapshot, open for reading.
+
+    Raises
+    ------
+    StudyError
+        The file is no snapshot, or the block does not find in it what it looks for.
+    """
+    try:
+        with h5py.File(path, "r") as file:
+            yield file
+    except (OSError, KeyError) as error:
+        raise StudyError(f"{path}: no snapshot of a burst: {error}") from None
+
+
+def break_up_of(folder: Path) -> BreakUpSettings:
+    """Settings of the break-up of a run's case."""
+    from fragfield.case import read_resolved
+    from fragfield.case.conversion.stages import break_up_settings
+
+    return break_up_settings(read_resolved(folder / "case.toml"))
 
 
 def changed_case(path: Path, changes: Mapping[str, Any]) -> str:

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
     from burst_fenicsx.problem import BurstSettings, RigidPlane, Round
 
-__all__ = ["CLEARANCE", "clearance", "why_not_axisymmetric"]
+__all__ = ["CLEARANCE", "clearance", "lowest_height", "why_not_axisymmetric"]
 
 CLEARANCE = 4.0
 """Largest outer radii between a round and a plane beyond which the casing is taken not to reach it while it is
@@ -44,11 +44,14 @@ def why_not_axisymmetric(rounds: Sequence[Round], settings: BurstSettings) -> st
 def clearance(item: Round, plane: RigidPlane) -> float:
     """Distance (m) between a round with a profile and a plane, negative where the round lies behind it."""
     assert item.profile is not None
+    stations = np.linspace(0.0, item.profile.length, 401)
+    return lowest_height(item, plane, item.profile.outer.radius(stations), item.profile.length - stations)
+
+
+def lowest_height(item: Round, plane: RigidPlane | Mirror, radius: np.ndarray, height: np.ndarray) -> float:
+    """Smallest distance (m) of a plane from rings around a round's axis, of `radius` and `height` over its base (m)."""
     normal = np.asarray(plane.normal, dtype=float) / np.linalg.norm(plane.normal)
     axis = np.asarray(item.axis, dtype=float) / np.linalg.norm(item.axis)
     along = float(axis @ normal)
-    across = float(np.sqrt(max(1.0 - along**2, 0.0)))
-    height = float((np.asarray(item.position) - np.asarray(plane.point)) @ normal)
-    outer = item.profile.outer
-    stations = np.linspace(0.0, item.profile.length, 401)
-    return float(np.min(height + (item.profile.length - stations) * along - outer.radius(stations) * across))
+    base = float((np.asarray(item.position) - np.asarray(plane.point)) @ normal)
+    return float(np.min(base + along * height - np.sqrt(max(1.0 - along**2, 0.0)) * radius))

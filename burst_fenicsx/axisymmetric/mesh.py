@@ -9,6 +9,7 @@ import numpy as np
 
 from burst_fenicsx.axisymmetric.rings import areas, ring_volumes
 from burst_fenicsx.errors import InputError
+from burst_fenicsx.meshing.faces import across_edges
 from burst_fenicsx.meshing.mesh import CellMesh
 from burst_fenicsx.meshing.quality import MeshQuality, check_quality, quadrilateral_quality
 from burst_fenicsx.meshing.sizing import FEWEST_WALL_CELLS, check_cell_size, layer_stations
@@ -19,7 +20,15 @@ if TYPE_CHECKING:
 
     from burst_fenicsx.geometry import Profile
 
-__all__ = ["LARGEST_MESH", "MeridianMesh", "check_meridian_size", "mesh_meridian", "meridian_quality"]
+__all__ = [
+    "LARGEST_MESH",
+    "MeridianMesh",
+    "check_meridian_size",
+    "edge_neighbours",
+    "meridian_quality",
+    "mesh_meridian",
+    "outer_edges",
+]
 
 LARGEST_MESH = 5_000_000  # quadrilaterals
 _FEWEST_CORE_CELLS = 2
@@ -156,3 +165,29 @@ def meridian_quality(mesh: MeridianMesh, profile: Profile) -> MeshQuality:
         part: float(volumes[mesh.part == part].sum()) / volume - 1.0 for part, volume in wanted.items() if volume > 0.0
     }
     return quadrilateral_quality(corner, len(mesh.nodes), errors)
+
+
+def outer_edges(mesh: MeridianMesh, group: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Edges behind which lies no cell of the same group, in the order of the cells.
+
+    Parameters
+    ----------
+    mesh : the mesh; coincident nodes on both sides of a split are one place.
+    group : (cells,) number of each cell's group; cells of a negative group have no edges.
+
+    Returns
+    -------
+    Nodes (edges, 2), their own cell to the left of their direction; that cell; and the one behind each edge or -1.
+    Edges on the axis are left out.
+    """
+    ends = np.stack([mesh.cells, np.roll(mesh.cells, -1, axis=1)], axis=-1).reshape(-1, 2)
+    cell = np.repeat(np.arange(len(mesh.cells)), 4)
+    behind = edge_neighbours(mesh).ravel()
+    outside = (group[cell] >= 0) & ((behind < 0) | (group[behind] != group[cell]))
+    outside &= (mesh.nodes[ends, 0] > 0.0).any(axis=1)
+    return ends[outside], cell[outside], behind[outside]
+
+
+def edge_neighbours(mesh: MeridianMesh) -> np.ndarray:
+    """The cell behind each edge, from a cell's corner k to the next one (cells, 4), across splits too; -1 for none."""
+    return across_edges(mesh.places[mesh.cells])

@@ -1,4 +1,4 @@
-"""Integrals over rings of quadrilaterals: volumes, nodal masses, burn rates, folded cells."""
+"""Integrals over rings of quadrilaterals: volumes, nodal masses; folded cells."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """Contact of charge and casing in the meridian: bonded until the charge has reacted, then products slide.
 
-The line and its contacts are built here from the mesh; forces are found by `kernels.axisymmetric.slide_line`.
+The line and its contacts are built here from the mesh; `kernels.axisymmetric.slide_line` finds their forces.
 """
 
 from __future__ import annotations
@@ -9,18 +9,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from burst_fenicsx.axisymmetric.surfaces import outer_edges
-from burst_fenicsx.contact.charge_contacts import ChargeContacts
+from burst_fenicsx.axisymmetric.mesh import outer_edges
+from burst_fenicsx.contact.charge_contacts import ChargeContacts, slide_law
 from burst_fenicsx.contact.forces import ContactForces
 from burst_fenicsx.kernels.axisymmetric.line_points import SPREAD, LineContacts, SlideLine
+from burst_fenicsx.kernels.axisymmetric.slide_line import add_line_forces
 from burst_fenicsx.kernels.cells.charge_pressure import PARAMETERS
 from burst_fenicsx.kernels.constants import SMOOTH
 from burst_fenicsx.problem import Part
 
 if TYPE_CHECKING:
-    from burst_fenicsx.axisymmetric.fields import RingFields
     from burst_fenicsx.axisymmetric.mesh import MeridianMesh
-    from burst_fenicsx.problem import BurstSettings
+    from burst_fenicsx.mechanics.fields import BurstFields
+    from burst_fenicsx.problem import BurstSettings, ContactSettings
 
 __all__ = ["LineInterface", "meridian_contact"]
 
@@ -28,12 +29,13 @@ _TIED = 2  # value of `off`: the node belongs to both sides
 
 
 class LineInterface(ChargeContacts):
-    """The slide lines of a round and the contacts of its charge; the step's kernel finds their forces.
+    """The slide lines of a round and the contacts of its charge.
 
     Parameters
     ----------
-    mesh : the meridian, its charge split from the casing. Parts that share their nodes have a line without edges.
+    mesh : the meridian, its charge split from the casing.
     fields : the state.
+    settings : strength and friction of unreacted explosive on the casing.
 
     Attributes
     ----------
@@ -42,7 +44,8 @@ class LineInterface(ChargeContacts):
 
     contacts: LineContacts
 
-    def __init__(self, mesh: MeridianMesh, fields: RingFields) -> None:
+    def __init__(self, mesh: MeridianMesh, fields: BurstFields, settings: ContactSettings) -> None:
+        self.settings = settings
         local = fields.mesh.local_node
         # A node that charge and line still share, at the rim of a fuze, is its own twin.
         of_node = np.arange(len(mesh.nodes))
@@ -101,24 +104,25 @@ class LineInterface(ChargeContacts):
             pressing=np.zeros((count, 2)),
             normal=np.zeros((count, 2)),
             load=np.zeros(len(fields.mass)),
-            last_position=fields.nodes.position.copy(),
         )
         super().__init__(fields, self.line.nodes, np.arange(count, dtype=np.int32), cell_of_edge)
 
-    def look_around(self) -> None:
-        """Work is done from where the nodes are."""
-        self.contacts.last_position[:] = self._fields.nodes.position
+    def add_forces(self, max_squared_frequency: float, step: float, velocity: np.ndarray, force: np.ndarray) -> None:
+        """As `ChargeContacts.add_forces`."""
+        state, law = self._fields, slide_law(self.settings, max_squared_frequency, step)
+        add_line_forces(
+            law, self.line, self.contacts, state.charge, state.solid.eroded, state.blocks.slot_of_cell,
+            state.nodes.position, velocity, state.mass, force,
+        )  # fmt: skip
 
 
-def meridian_contact(
-    mesh: MeridianMesh, fields: RingFields, settings: BurstSettings
-) -> tuple[ContactForces, LineInterface]:
-    """Contact of an axisymmetric burst, and its slide line, which is no part of it where nothing slides."""
-    line = LineInterface(mesh, fields)
+def meridian_contact(mesh: MeridianMesh, fields: BurstFields, settings: BurstSettings) -> ContactForces:
+    """Contact of an axisymmetric burst: its slide line, where charge and casing have nodes of their own."""
+    interface = LineInterface(mesh, fields, settings.contact) if len(mesh.twins) else None
     touched = np.zeros(len(fields.mass), dtype=bool)
-    touched[line.nodes] = True
-    interface = line if len(mesh.twins) else None
-    return ContactForces(fields, settings.time_step, len(mesh.cells), touched, interface=interface), line
+    if interface is not None:
+        touched[interface.nodes] = True
+    return ContactForces(fields, settings.time_step, len(mesh.cells), touched, interface=interface)
 
 
 def _line_edges(mesh: MeridianMesh) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -127,8 +131,6 @@ def _line_edges(mesh: MeridianMesh) -> tuple[np.ndarray, np.ndarray, np.ndarray]
     Besides those at a charge the ones to which these lead on without a crease, free or behind a fuze: a line that ended
     at the fuze's rim would lose the products that slide there.
     """
-    if not len(mesh.twins):
-        return np.zeros((0, 2), dtype=np.int64), np.zeros(0, dtype=np.int64), np.zeros(0, dtype=bool)
     edges, cells, behind = outer_edges(mesh, np.where(mesh.part == Part.CASING, 0, -1))
     covered = (behind >= 0) & (mesh.part[behind] == Part.CHARGE)
     neighbour, _, _ = _smooth_groups(mesh.nodes, edges)
@@ -185,7 +187,7 @@ def _spans(edges: np.ndarray, covered: np.ndarray, end: np.ndarray, groups: np.n
     return found
 
 
-def _cells_around(fields: RingFields, slave: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _cells_around(fields: BurstFields, slave: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The charge's cells around each contact's node: offsets (contacts + 1,) and cells, both int32."""
     charge = np.flatnonzero(fields.mesh.part == Part.CHARGE)
     node, cell = fields.mesh.dofmap[charge].ravel(), np.repeat(charge, 4)

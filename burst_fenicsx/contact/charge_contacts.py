@@ -84,4 +84,4 @@ class ChargeContacts:
         raise NotImplementedError
 
     def look_around(self) -> None:
-        """Take up what the contacts are on, where a checkpoint has put them; collective."""
+        """Take up what the contacts lie on, where a checkpoint has put them; collective."""

@@ -12,13 +12,13 @@ from burst_fenicsx.kernels.constants import SMOOTH
 from burst_fenicsx.kernels.contact.slide_points import SlideSurface
 from burst_fenicsx.kernels.contact.sliding import SlideContacts
 from burst_fenicsx.kernels.geometry.faces import area_vectors
-from burst_fenicsx.meshing.faces import outer_faces
+from burst_fenicsx.meshing.faces import across_edges, outer_faces, shared_edges
 from burst_fenicsx.problem import Part
 
 if TYPE_CHECKING:
     from burst_fenicsx.meshing import HexahedralMesh
 
-__all__ = ["across_edges", "faces_of", "interface_faces", "make_contacts", "smooth_surface", "widened"]
+__all__ = ["faces_of", "interface_faces", "make_contacts", "smooth_surface", "widened"]
 
 
 def interface_faces(mesh: HexahedralMesh) -> tuple[np.ndarray, np.ndarray, int]:
@@ -38,20 +38,12 @@ def interface_faces(mesh: HexahedralMesh) -> tuple[np.ndarray, np.ndarray, int]:
 
 
 def _smooth_edges(nodes: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Pairs of edges, as of `_shared_edges`, at which the surface is smooth."""
-    one, other = _shared_edges(faces)
+    """Pairs of edges, as of `shared_edges`, at which the surface is smooth."""
+    one, other = shared_edges(faces)
     normal = area_vectors(nodes[faces])
     normal /= np.linalg.norm(normal, axis=1)[:, None]
     smooth = np.einsum("ij,ij->i", normal[one // 4], normal[other // 4]) > SMOOTH
     return one[smooth], other[smooth]
-
-
-def _shared_edges(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Pairs of edges, each 4 times its face plus the number of its first corner, with the same two ends."""
-    ends = np.sort(np.stack([corners, np.roll(corners, -1, axis=1)], axis=-1).reshape(-1, 2), axis=1)
-    order = np.lexsort((ends[:, 1], ends[:, 0]))
-    same = (ends[order[1:]] == ends[order[:-1]]).all(axis=1)
-    return order[:-1][same], order[1:][same]
 
 
 def smooth_surface(nodes: np.ndarray, faces: np.ndarray) -> tuple[SlideSurface, np.ndarray]:
@@ -87,14 +79,6 @@ def _next_corner(corner: np.ndarray) -> np.ndarray:
     """The next corner of the same face; corners are numbered face by face."""
     following: np.ndarray = corner - corner % 4 + (corner + 1) % 4
     return following
-
-
-def across_edges(corners: np.ndarray) -> np.ndarray:
-    """The quadrilateral across each edge of others (faces, 4) int32, which has the same two ends there; else -1."""
-    one, other = _shared_edges(corners)
-    found = np.full(corners.size, -1, dtype=np.int32)
-    found[one], found[other] = other // 4, one // 4
-    return found.reshape(corners.shape)
 
 
 def make_contacts(

@@ -26,21 +26,15 @@ if TYPE_CHECKING:
 
 __all__ = ["FORMAT", "read_checkpoint", "write_checkpoint"]
 
-FORMAT = "fragfield burst checkpoint 8"  # 8: arrays of each rank, those of contact among them
+FORMAT = "fragfield burst checkpoint 8"  # 7: arrays of each rank; 8: step control, contact
 
 
 def _kept(solver: BurstSolver) -> Iterator[tuple[str, Any, tuple[str, ...]]]:
     """Name, owner and attributes (arrays or numbers) of what a rank goes on from besides the levels of its cells."""
-    state, contact = solver.fields, solver.contact
+    state, contact, control = solver.fields, solver.contact, solver.control
     yield "nodes", state.nodes, ("position", "velocity", "force")  # the first, see `_restore`
-    yield (
-        "solver",
-        solver,
-        (
-            "time", "time_step", "steps", "cell_steps", "stable_step", "free_step", "chosen_at", "choose_again",
-            "contact_step",
-        ),
-    )  # fmt: skip
+    yield "solver", solver, ("time", "time_step", "steps", "cell_steps")
+    yield "control", control, ("stable_step", "uncut_step", "chosen_at", "choose_again", "contact_step")
     yield "grid", state.grid, ("volume", "viscous", "stable")
     yield "solid", state.solid, ("stress", "shear_strain", "volume_strain", "hourglass")
     yield "charge", state.charge, ("pressure", "burn_fraction", "energy", "ignition_time", "compression_from")
@@ -67,13 +61,13 @@ def _kept(solver: BurstSolver) -> Iterator[tuple[str, Any, tuple[str, ...]]]:
 
 def _arrays(solver: BurstSolver) -> dict[str, np.ndarray]:
     """All that this rank goes on from; collective."""
-    contact, levels = solver.contact, solver.subcycling
+    contact, levels = solver.contact, solver.levels
     found = {
         "longest_step": np.array(levels.step),
         "contact_level": np.array(levels.contact_level),
         "level": solver.fields.blocks.cell_levels,
         **{f"{name}/{key}": np.asarray(getattr(owner, key)) for name, owner, keys in _kept(solver) for key in keys},
-        **_named("element", solver.fields.element_arrays()),
+        "eroded": solver.fields.blocks.by_cell(solver.fields.solid.eroded),
     }
     if solver.initiation is not None:
         found |= _named("initiation", solver.initiation.arrays())
@@ -153,7 +147,7 @@ def _group(arrays: h5py.Group, name: str) -> dict[str, np.ndarray]:
 
 
 def _restore(arrays: h5py.Group, solver: BurstSolver) -> None:
-    state, contact, levels = solver.fields, solver.contact, solver.subcycling
+    state, contact, levels = solver.fields, solver.contact, solver.levels
     kept = _kept(solver)
     _put(arrays, *next(kept))
     levels.step, levels.contact_level = float(arrays["longest_step"][()]), int(arrays["contact_level"][()])
@@ -164,7 +158,7 @@ def _restore(arrays: h5py.Group, solver: BurstSolver) -> None:
         contact.restore_eroded(arrays["contact/eroded"][()])
     for name, owner, keys in kept:  # arrays of the blocks as they are now
         _put(arrays, name, owner, keys)
-    state.restore_element_arrays(_group(arrays, "element"))
+    state.solid.eroded[:] = state.blocks.by_slot(arrays["eroded"][()])
     if solver.initiation is not None:
         solver.initiation.restore(_group(arrays, "initiation"))
         solver.burning.update()

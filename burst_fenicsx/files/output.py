@@ -6,6 +6,7 @@ every field of a time in one grid. It needs neither dolfinx nor MPI: arrays are 
 
 from __future__ import annotations
 
+from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
@@ -17,14 +18,14 @@ from fragfield_base.writing import described, write_text
 from fragfield_base.xdmf import quoted, stamped_xdmf
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Callable, Mapping
     from types import TracebackType
 
     import h5py
     from numpy.typing import ArrayLike, NDArray
 
 
-__all__ = ["FORMAT", "SIX_COMPONENTS", "TimeSeries"]
+__all__ = ["FORMAT", "Background", "SIX_COMPONENTS", "TimeSeries"]
 
 FORMAT = "fragfield burst series"
 SIX_COMPONENTS = ("xx", "yy", "zz", "xy", "yz", "zx")
@@ -286,3 +287,29 @@ def _checked_cells(cells: ArrayLike) -> NDArray[np.int64]:
             "expected whole numbers of shape (cells, 8) or (cells, 4)"
         )
     return np.ascontiguousarray(found, dtype=np.int64)
+
+
+class Background:
+    """A thread that does what it is given, in order; what is begun before the last piece is done waits for it.
+
+    The work may use nothing that changes meanwhile, and no kernel that shares its loop among threads.
+    """
+
+    def __init__(self) -> None:
+        self._pool = ThreadPoolExecutor(1, thread_name_prefix="files")
+        self._pending: Future[None] | None = None
+
+    def begin(self, work: Callable[[], None]) -> None:
+        """Begin a piece of work; raises what the one before it raised."""
+        self.wait()
+        self._pending = self._pool.submit(work)
+
+    def wait(self) -> None:
+        """Wait until all is done; raises what it raised, once."""
+        pending, self._pending = self._pending, None
+        if pending is not None:
+            pending.result()
+
+    def close(self) -> None:
+        """End the thread when it is done; what it raised without anyone waiting is lost."""
+        self._pool.shutdown()

@@ -1,8 +1,7 @@
 """Hexahedra around the axis from the quadrilaterals of a meridian: for ParaView, pictures and the 3-D page.
 
-Arrays in, arrays out. The number of sectors follows from a bound on the number of cells; a meridian too fine for that
-is made coarser first (`burst_fenicsx.files.quad_grid`). Nodes on the axis are shared by all sectors, so that cells
-there are wedges, written as hexahedra with two pairs of equal nodes.
+Arrays in, arrays out. The number of sectors follows from a bound on the number of cells. Nodes on the axis are shared
+by all sectors, so that cells there are wedges, written as hexahedra with two pairs of equal nodes.
 """
 
 from __future__ import annotations
@@ -13,7 +12,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from burst_fenicsx.files.output import TimeSeries
-from burst_fenicsx.files.quad_grid import coarsened
 from burst_fenicsx.meshing.placement import frame
 
 if TYPE_CHECKING:
@@ -25,7 +23,8 @@ if TYPE_CHECKING:
 __all__ = ["FEWEST_SECTORS", "MOST_CELLS", "MOST_SECTORS", "Revolution", "revolution", "write_revolved"]
 
 MOST_CELLS = 300_000
-FEWEST_SECTORS, MOST_SECTORS = 36, 96
+FEWEST_SECTORS, MOST_SECTORS = 24, 96
+_MANY = 10  # times the bound: beyond that four sectors have to do
 _TOGETHER = 4  # sectors come in fours, so that planes through the axis cut between cells
 _ON_AXIS = 1e-9  # of the largest radius
 _MATRIX = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2]])  # of six components xx, yy, zz, xy, yz, zx
@@ -45,9 +44,7 @@ class Revolution:
     node, angle : (n,) int64, (n,) float64
         Node of the meridian that each node comes from, and its angle about the axis (rad).
     cell, cell_angle : (k,) int64, (k,) float64
-        Cell of the (coarser) meridian that each cell comes from, and the angle of its centre (rad).
-    of : (m,) int64
-        Cell of the coarser meridian that each cell of the meridian lies in.
+        Cell of the meridian that each cell comes from, and the angle of its centre (rad).
     origin, frame : (3,), (3, 3) float64
         A point of the axis (m); rows outward, across and axis.
     """
@@ -58,7 +55,6 @@ class Revolution:
     angle: NDArray[np.float64]
     cell: NDArray[np.int64]
     cell_angle: NDArray[np.float64]
-    of: NDArray[np.int64]
     origin: NDArray[np.float64]
     frame: NDArray[np.float64]
 
@@ -100,23 +96,14 @@ class Revolution:
         return values
 
     def cell_field(self, values: ArrayLike) -> NDArray[np.generic]:
-        """Cell field of the meridian in the cells: whole numbers copied, others averaged where cells were merged.
+        """Cell field of the meridian in the cells.
 
         Vectors (m, 3) and symmetric tensors (m, 6), ordered xx, yy, zz, xy, yz, zx, are turned.
         """
-        values = np.asarray(values)
-        number = int(self.of.max()) + 1
-        if values.dtype.kind != "f":
-            merged = np.empty((number, *values.shape[1:]), dtype=values.dtype)
-            merged[self.of[::-1]] = values[::-1]
-            return merged[self.cell]
-        flat = values.reshape(len(values), -1)
-        count = np.bincount(self.of, minlength=number)
-        merged = np.stack([np.bincount(self.of, column, minlength=number) / count for column in flat.T], axis=1)
-        found = merged.reshape(number, *values.shape[1:])[self.cell]
-        if values.ndim == 2 and values.shape[1] == 3:
+        found = np.asarray(values)[self.cell]
+        if found.ndim == 2 and found.shape[1] == 3:
             return self._turned(found, self.cell_angle)
-        if values.ndim == 2 and values.shape[1] == 6:
+        if found.ndim == 2 and found.shape[1] == 6:
             turn = self._rotations(self.cell_angle)
             tensor = turn @ found[:, _MATRIX] @ turn.transpose(0, 2, 1)
             return np.asarray(tensor[:, _SIX[0], _SIX[1]])
@@ -140,7 +127,6 @@ def revolution(
     cells: ArrayLike,
     position: Sequence[float],
     axis: Sequence[float],
-    label: ArrayLike | None = None,
     most_cells: int = MOST_CELLS,
 ) -> Revolution:
     """Sweep the quadrilaterals of a meridian around their axis.
@@ -153,20 +139,13 @@ def revolution(
         Their nodes, counter-clockwise in (r, z).
     position, axis : three numbers
         A point of the axis (m) and its direction, from the base to the nose.
-    label : (m,), optional
-        Cells of different labels (parts) are not merged where the meridian is made coarser.
     most_cells : int
-        Bound on the number of cells. As many sectors as it allows are taken, up to `MOST_SECTORS`; a meridian with
-        which it would not allow `FEWEST_SECTORS` is made coarser, as far as it is a grid. Four sectors are always made.
+        Wanted bound on the number of cells: as many sectors as it allows are taken between `FEWEST_SECTORS` and
+        `MOST_SECTORS`; where the fewest make more than ten times as many cells, four.
     """
     quads = np.asarray(cells, dtype=np.int64)
-    labels = np.zeros(len(quads), dtype=np.int64) if label is None else np.asarray(label, dtype=np.int64)
-    of = np.arange(len(quads))
-    while len(quads) * FEWEST_SECTORS > most_cells and (found := coarsened(quads, labels)) is not None:
-        merged = np.empty(len(found[0]), dtype=np.int64)
-        merged[found[1]] = labels
-        quads, of, labels = found[0], found[1][of], merged
-    sectors = min(MOST_SECTORS, max(_TOGETHER, most_cells // len(quads) // _TOGETHER * _TOGETHER))
+    fewest = FEWEST_SECTORS if FEWEST_SECTORS * len(quads) <= _MANY * most_cells else _TOGETHER
+    sectors = min(MOST_SECTORS, max(fewest, most_cells // len(quads) // _TOGETHER * _TOGETHER))
     base, origin = frame(axis), np.asarray(position, dtype=np.float64)
     radius = (np.asarray(reference, dtype=np.float64) - origin) @ base[0]
     on_axis = radius <= _ON_AXIS * radius.max()
@@ -187,7 +166,6 @@ def revolution(
         angle=np.concatenate([np.zeros(len(once)), np.repeat(step * np.arange(sectors), len(around))]),
         cell=np.tile(np.arange(len(quads)), sectors),
         cell_angle=np.repeat(step * (np.arange(sectors) + 0.5), len(quads)),
-        of=of,
         origin=origin,
         frame=base,
     )

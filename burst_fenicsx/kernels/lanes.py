@@ -21,7 +21,7 @@ LANES = 16
 
 # Sums keep their order and NaN stays visible. Nor may products be fused with sums ("contract"): where the compiler
 # does so depends on how it inlines, so that code just compiled and code from the cache would round differently.
-_FAST_MATH = {"nsz"}
+_OPTIONS = {"fastmath": {"nsz"}, "error_model": "numpy", "nogil": True}
 
 
 def kernel(function: Callable[..., Any]) -> Any:
@@ -39,12 +39,12 @@ def block_kernel(function: Callable[..., Any]) -> Any:
 
 def inlined_kernel(function: Callable[..., Any]) -> Any:
     """Compile a block kernel into what calls it: to hand over all arrays of a state costs as much as its forces."""
-    return _compile(function, _nrt=False, forceinline=True)
+    return compiled_with(numba, function, _nrt=False, forceinline=True, **_OPTIONS)
 
 
 def lane_function(function: Callable[..., Any]) -> Any:
     """Compile `function` of one lane's numbers into what calls it, so that the loop over the lanes is vectorised."""
-    return _compile(function, _nrt=False, forceinline=True)
+    return compiled_with(numba, function, _nrt=False, forceinline=True, **_OPTIONS)
 
 
 def parallel_kernel(function: Callable[..., Any]) -> Any:
@@ -71,7 +71,7 @@ def widest_vectors(typing_context: Any) -> tuple[Any, Callable[..., Any]]:  # no
 
 def _compile(function: Callable[..., Any], **options: bool) -> Any:
     name = f"burst-{_sources_of(function.__module__)}"
-    return compiled_with(numba, function, name, fastmath=_FAST_MATH, error_model="numpy", nogil=True, **options)
+    return compiled_with(numba, function, name, **_OPTIONS, **options)
 
 
 def _sources_of(module: str) -> str:

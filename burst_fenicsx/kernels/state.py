@@ -6,10 +6,9 @@ Arrays over cells or nodes lie in the order of `DistributedMesh`, most of them i
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
-if TYPE_CHECKING:
-    import numpy as np
+import numpy as np
 
 __all__ = ["ChargeState", "Grid", "Motion", "Nodes", "Schedule", "SolidState", "Totals"]
 
@@ -57,7 +56,7 @@ class Motion(NamedTuple):
 
     order: np.ndarray  # (nodes,) int32, those of short steps first; in this order ...
     level: np.ndarray  # (nodes,) int8, `Nodes.finest`
-    lower: np.ndarray  # (nodes,) int8, whether the node belongs to cells of twice its step: no cell's is longer
+    has_coarser_cell: np.ndarray  # (nodes,) int8, whether the node belongs to cells of twice its step, not longer
     inverse_mass: np.ndarray  # (nodes,) 1/kg
 
 
@@ -96,3 +95,14 @@ class Totals(NamedTuple):
     stable_step: np.ndarray  # (chunks,) s
     smallest_volume: np.ndarray  # (chunks,) m3
     smallest: np.ndarray  # (chunks,) int32, the cell of the smallest volume
+
+    @classmethod
+    def of_chunks(cls, chunks: int, rounds: int) -> Totals:
+        """Make room for so many chunks and the charges of so many rounds."""
+        return cls(
+            np.zeros((chunks, 5)),
+            np.zeros((chunks, rounds, 2)),
+            np.zeros(chunks),
+            np.zeros(chunks),
+            np.zeros(chunks, dtype=np.int32),
+        )

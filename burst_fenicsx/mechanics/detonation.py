@@ -1,4 +1,4 @@
-"""Ignition (Eqs. 4-5) and leakage of the products through the opened casing (Eqs. 6-7)."""
+"""Ignition and burn (Eqs. 4-5), and leakage of the products through the opened casing (Eqs. 6-7)."""
 
 from __future__ import annotations
 
@@ -8,20 +8,26 @@ from typing import TYPE_CHECKING
 import numpy as np
 from mpi4py import MPI
 
+from burst_fenicsx.kernels.constants import FRONT_REACH, GREATEST_GROWTH, REFLECTION_TIME
 from burst_fenicsx.kernels.lanes import kernel
 from burst_fenicsx.kernels.vectors.exact import quantise, rounding_constant
 from burst_fenicsx.meshing.placement import frame
 
 if TYPE_CHECKING:
+    from burst_fenicsx.mechanics.fields import BurstFields
     from burst_fenicsx.problem import Leakage, Round
 
-__all__ = ["LeakageParts", "burn_rates", "compression_burn_start", "ignition_times", "largest_faces", "place_ignition"]
+__all__ = [
+    "BurningTimes",
+    "LeakageParts",
+    "burn_rates",
+    "compression_burn_start",
+    "ignition_times",
+    "largest_faces",
+    "place_ignition",
+]
 
 _FACES = ((0, 2, 6, 4), (1, 3, 7, 5), (0, 1, 5, 4), (2, 3, 7, 6), (0, 1, 3, 2), (4, 5, 7, 6))  # tensor order
-# A front is near where it arrives within this many burning times, each of 3/2 cells at D.
-_FRONT_REACH = 2.0
-# Sums of displacements stay exact up to four times this many initial radii.
-_GREATEST_GROWTH = 16.0
 
 
 def place_ignition(item: Round, length: float) -> tuple[np.ndarray, np.ndarray]:
@@ -73,7 +79,7 @@ def compression_burn_start(arrival: np.ndarray, rates: np.ndarray) -> np.ndarray
     finely meshed charge is initiated by it. `arrival` (cells,) s of the front, infinite where there is none yet;
     `rates` (cells,) 1/s.
     """
-    return arrival - _FRONT_REACH / rates
+    return arrival - FRONT_REACH / rates
 
 
 @dataclass
@@ -131,7 +137,7 @@ class LeakageParts:
         share = np.ones(len(node)) if weight is None else weight[node]
         count = comm.allreduce(np.bincount(part, weights=share, minlength=parts))
         largest = comm.allreduce(float(radius[node].max(initial=0.0)), op=MPI.MAX) * count.max(initial=0.0)
-        rounding = rounding_constant(_GREATEST_GROWTH * largest or 1.0)
+        rounding = rounding_constant(GREATEST_GROWTH * largest or 1.0)
         total = comm.allreduce(np.bincount(part, weights=quantise(share * radius[node], rounding), minlength=parts))
         source = _nearest_with_nodes(count, settings.parts)
         return cls(
@@ -197,3 +203,35 @@ def _sum_displacements(
         for i in range(3):
             along += (position[n, i] - start[k, i]) * outward[k, i]
         moved[part[k]] += quantise(along, rounding)
+
+
+class BurningTimes:
+    """Times of the charges on all ranks.
+
+    Parameters
+    ----------
+    fields : the state; to be made on all ranks.
+
+    Attributes
+    ----------
+    fastest : the largest burn rate (1/s) of the initiated cells. end : time (s) by which they have burnt out, 0 where
+        there are none.
+    """
+
+    def __init__(self, fields: BurstFields) -> None:
+        self._fields = fields
+        self.update()
+
+    def update(self) -> None:
+        """Find both again where ignition times have changed; collective."""
+        charge, comm = self._fields.charge, self._fields.mesh.comm
+        initiated = np.isfinite(charge.ignition_time) & (charge.burn_rate > 0.0)
+        rate = float(charge.burn_rate[initiated].max(initial=1e-300))
+        end = float((charge.ignition_time[initiated] + 1.0 / charge.burn_rate[initiated]).max(initial=0.0))
+        several = comm.size > 1
+        self.fastest: float = comm.allreduce(rate, op=MPI.MAX) if several else rate
+        self.end: float = comm.allreduce(end, op=MPI.MAX) if several else end
+
+    def front_is_active(self, time: float) -> bool:
+        """Whether at a time (s) a detonation front runs or is being reflected from the casing."""
+        return time < self.end + REFLECTION_TIME

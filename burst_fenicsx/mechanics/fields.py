@@ -11,12 +11,13 @@ from dolfinx import fem
 from mpi4py import MPI
 
 from burst_fenicsx import compat
+from burst_fenicsx.kernels.axisymmetric.quadrilateral import AxisymmetricState
 from burst_fenicsx.kernels.cells.erosion import WHOLE
+from burst_fenicsx.kernels.constants import LARGEST_WORK
 from burst_fenicsx.kernels.geometry.shapes import folded_cells
 from burst_fenicsx.kernels.lanes import LANES
 from burst_fenicsx.kernels.state import ChargeState, Grid, Nodes, SolidState
-from burst_fenicsx.kernels.step.assembly import cell_volumes, mean_velocities
-from burst_fenicsx.kernels.step.balance import solid_terms
+from burst_fenicsx.kernels.step.assembly import FULL_QUADRATURE, ONE_POINT, RINGS, cell_volumes
 from burst_fenicsx.kernels.step.levels import blocks_are_mixed, move_lanes
 from burst_fenicsx.kernels.vectors.exact import quantise, rounding_constant
 from burst_fenicsx.materials.products import JwlProducts, make_products
@@ -27,23 +28,18 @@ from burst_fenicsx.mechanics.detonation import (
     largest_faces,
     place_ignition,
 )
-from burst_fenicsx.mechanics.exact_sums import exact_sum, exact_sums
 from burst_fenicsx.mechanics.material_tables import largest_pressure, material_tables
 from burst_fenicsx.mechanics.schedule import Blocks, Chunks
 from burst_fenicsx.problem import Part
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Callable, Sequence
 
     from burst_fenicsx.materials.products import Products
     from burst_fenicsx.meshing.distributed import DistributedMesh
     from burst_fenicsx.problem import BurstSettings, Round
 
 __all__ = ["BurstFields", "Element", "make_fields"]
-
-# Of the largest pressure times all volume: bounds how finely work is rounded. Four times that is several times what
-# the charges can give.
-_LARGEST_WORK = 0.125
 
 
 @dataclass(frozen=True)
@@ -52,14 +48,20 @@ class Element:
 
     Attributes
     ----------
+    kind : its kernels, see `kernels.step.assembly`.
+    momentum_is_conserved : along which coordinates that of all nodes is.
     volumes : of the cells (cells,) in m3, from positions and dofmap.
+    folded : whether a corner of each cell is turned inside out (cells,), from positions and dofmap.
     shares : of each cell's mass that its nodes carry (cells, corners), from positions and dofmap.
     burn_rates : of the cells (1/s), from corners (cells, corners, 3), volumes and detonation velocity (m/s), Eq. 5.
     lengths : of the cells (m), which softening is scaled by, from positions, dofmap and volumes.
     largest_faces : (cells,) m2, from corners.
     """
 
+    kind: tuple[int, ...]
+    momentum_is_conserved: tuple[bool, bool, bool]
     volumes: Callable[[np.ndarray, np.ndarray], np.ndarray]
+    folded: Callable[[np.ndarray, np.ndarray], np.ndarray]
     shares: Callable[[np.ndarray, np.ndarray], np.ndarray]
     burn_rates: Callable[[np.ndarray, np.ndarray, float], np.ndarray]
     lengths: Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
@@ -67,7 +69,10 @@ class Element:
 
 
 HEXAHEDRON = Element(
+    kind=ONE_POINT,
+    momentum_is_conserved=(True, True, True),
     volumes=cell_volumes,
+    folded=folded_cells,
     shares=lambda position, dofmap: np.broadcast_to(0.125, dofmap.shape),  # noqa: ARG005 - as every element
     burn_rates=burn_rates,
     lengths=lambda position, dofmap, volume: np.cbrt(volume),  # noqa: ARG005
@@ -89,9 +94,10 @@ class BurstFields:
     start : (local nodes, 3) initial places (m).
     mass, inverse_mass : (local nodes,) lumped mass (kg) and its inverse, complete on every rank.
     cell_mass : (owned cells,) kg.
+    element, kind : of the cells, and which kernels step it.
     products : products of each round's charge.
     nodes, grid, solid, charge : the kernels' views of the functions' arrays, and what they need besides; velocities are
-        half a step behind the positions.
+        half a step behind the positions. rings : what quadrilaterals have besides; None of hexahedra.
     blocks : cells in blocks, chunks and colours. chunks : what arranges them.
     """
 
@@ -101,33 +107,30 @@ class BurstFields:
     mass: np.ndarray
     inverse_mass: np.ndarray
     cell_mass: np.ndarray
+    element: Element
+    kind: tuple[int, ...]
     products: list[Products]
     nodes: Nodes
     grid: Grid
     solid: SolidState
     charge: ChargeState
+    rings: AxisymmetricState | None
     blocks: Blocks
     chunks: Chunks
 
-    @property
-    def momentum_is_conserved(self) -> tuple[bool, bool, bool]:
-        """Along which coordinates the momentum of all nodes is conserved."""
-        return True, True, True
-
     def volumes(self) -> np.ndarray:
         """Volumes of this rank's cells now (cells,) in m3; of eroded ones as they were then."""
-        found: np.ndarray = cell_volumes(self.nodes.position, self.mesh.dofmap)
-        return np.where(self.eroded, self.blocks.by_cell(self.grid.volume), found)
+        now = self.element.volumes(self.nodes.position, self.mesh.dofmap)
+        return np.where(self.eroded, self.blocks.by_cell(self.grid.volume), now)
 
     def cell_velocities(self) -> np.ndarray:
         """Mean of each cell's nodal velocities (cells, 3) in m/s."""
-        found: np.ndarray = mean_velocities(self.nodes.velocity, self.mesh.dofmap)
-        return found
+        means: np.ndarray = self.nodes.velocity[self.mesh.dofmap].mean(axis=1)
+        return means
 
     def folded(self, cells: np.ndarray | slice = slice(None)) -> np.ndarray:
         """Whether a corner of each of the cells (cells,) is turned inside out; eroded ones are no cells any more."""
-        found: np.ndarray = folded_cells(self.nodes.position, self.mesh.dofmap[cells])
-        return found & ~self.eroded[cells]
+        return self.element.folded(self.nodes.position, self.mesh.dofmap[cells]) & ~self.eroded[cells]
 
     def without_strength(self) -> np.ndarray:
         """Whether the metal of each of this rank's cells has lost its strength (cells,); false for a charge."""
@@ -138,29 +141,35 @@ class BurstFields:
         return least * inverse_limit * scale >= 1.0
 
     @cached_property
-    def _elasticity(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Whether a cell is a casing's, its modulus (Pa), zero for a charge, and its ratio of Poisson, (cells,)."""
+    def _elastic(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Cells of metal, their modulus (Pa) and ratio of Poisson, (k,)."""
         mesh = self.mesh
-        of_cell = self.solid.parameters[len(Part) * mesh.round + mesh.part]
-        return mesh.part == Part.CASING, of_cell[:, 0].copy(), of_cell[:, 1].copy()
+        cells = np.flatnonzero(mesh.part != Part.CHARGE)
+        modulus, poisson = self.solid.parameters[len(Part) * mesh.round[cells] + mesh.part[cells], :2].T
+        return cells, modulus, poisson
 
     def solid_sums(self) -> np.ndarray:
-        """Elastic energy (J); mass (kg), momentum (kg m/s) and kinetic energy (J) of casings, (4,); collective."""
-        mesh, terms = self.mesh, np.empty((self.mesh.cells, 4))
-        casing, modulus, poisson = self._elasticity
-        solid_terms(
-            self.nodes.position,
-            self.nodes.velocity,
-            mesh.dofmap,
-            casing,
-            self.cell_mass,
-            self.solid.stress,
-            modulus,
-            poisson,
-            terms,
-        )
-        total: np.ndarray = exact_sums(mesh.comm, terms)[0]
-        return total
+        """Elastic energy (J); mass (kg), momentum's size (kg m/s) and kinetic energy (J) of casings, (4,); collective.
+
+        A casing's cell moves with the mean velocity of its nodes.
+        """
+        mesh, terms = self.mesh, np.zeros((self.mesh.cells, 4))
+        cells, modulus, poisson = self._elastic
+        stress = self.solid.stress[cells]
+        square = np.einsum("kpi,kpi,i->k", stress, stress, [1.0, 1.0, 1.0, 2.0, 2.0, 2.0])
+        trace = stress[..., :3].sum(axis=-1)
+        twice = ((1.0 + poisson) * square - poisson * (trace**2).sum(axis=1)) / modulus
+        terms[cells, 0] = 0.5 * self.blocks.by_cell(self.grid.volume)[cells] * twice / stress.shape[1]
+        casing = mesh.part == Part.CASING
+        mass, speed = self.cell_mass[casing], np.linalg.norm(self.cell_velocities()[casing], axis=1)
+        terms[casing, 1:] = np.stack([mass, mass * speed, 0.5 * mass * speed**2], axis=1)
+        return mesh.cell_sums(terms)
+
+    def sums_by_charge(self, values: np.ndarray) -> np.ndarray:
+        """Sums (rounds,) of the values (cells,) over the cells of each round's charge; collective."""
+        mesh = self.mesh
+        of_charge = (mesh.round[:, None] == np.arange(len(self.products))) & (mesh.part == Part.CHARGE)[:, None]
+        return mesh.cell_sums(of_charge * values[:, None])
 
     @property
     def eroded(self) -> np.ndarray:
@@ -172,14 +181,6 @@ class BurstFields:
     def eroded_metal(self) -> np.ndarray:
         """Whether it is metal (cells,): through its place, other rounds' metal may come."""
         return self.eroded & (self.mesh.part != Part.CHARGE)
-
-    def element_arrays(self) -> dict[str, np.ndarray]:
-        """What the kind of cell keeps by cell besides the arrays of all, for the checkpoint."""
-        return {"eroded": self.blocks.by_cell(self.solid.eroded)}
-
-    def restore_element_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Take over what `element_arrays` gave."""
-        self.solid.eroded[:] = self.blocks.by_slot(arrays["eroded"])
 
     def regroup(self, level: np.ndarray, highest: int) -> None:
         """Arrange the blocks again by the levels of the cells' steps, (owned cells,), and the highest of all ranks.
@@ -211,6 +212,10 @@ class BurstFields:
             softening_scale=solid.softening_scale[source],
             eroded=solid.eroded[source],
         )
+        if self.rings is not None:
+            inverse_share = np.empty((len(new.cells), self.rings.inverse_share.shape[1]))
+            move_lanes(source, np.arange(len(new.cells)), self.rings.inverse_share, inverse_share)
+            self.rings = AxisymmetricState(inverse_share)
 
 
 def make_fields(
@@ -223,7 +228,6 @@ def make_fields(
     leakage: np.ndarray,
     lengths: Sequence[float],
     element: Element = HEXAHEDRON,
-    chunk_size: int | None = None,
 ) -> BurstFields:
     """Allocate the functions on a mesh at rest and unreacted.
 
@@ -235,7 +239,6 @@ def make_fields(
     leakage : (parts + 1,) factors on the products' pressure, shared with `LeakageParts`.
     lengths : of each round (m).
     element : the kind of the cells.
-    chunk_size : cells of a chunk, see `Chunks`.
     """
     points = 8 if settings.quadrature == "full" else 1
     functions = _functions(mesh, points)
@@ -243,14 +246,16 @@ def make_fields(
     of_cells = {name: _owned(mesh, functions[name], points) for name in functions if name not in of_nodes}
     material = (len(Part) * mesh.round + mesh.part).astype(np.int32)
     is_charge = np.tile([part == Part.CHARGE for part in Part], len(rounds))
-    chunks = Chunks(mesh.dofmap, material, is_charge, chunk_size)
+    # Forces of rings are not rounded: one thread sums them in one order.
+    chunks = Chunks(mesh.dofmap, material, is_charge, max(mesh.cells, 1) if element.kind == RINGS else None)
     blocks = chunks.blocks(np.zeros(mesh.cells, dtype=np.int8))
     position = mesh.domain.geometry.x
     volume = element.volumes(position, mesh.dofmap)
     products = [make_products(item.explosive, settings.products) for item in rounds]
     solid_table, charge_table, density = material_tables(rounds, settings, products, fuze_density)
     cell_mass = density[material] * volume
-    nodal_mass = _nodal_masses(mesh, functions["force"], cell_mass, element.shares(position, mesh.dofmap))
+    shares = cell_mass[:, None] * element.shares(position, mesh.dofmap)
+    nodal_mass = _nodal_masses(mesh, functions["force"], cell_mass, shares)
     pressure = max(largest_pressure(item) for item in rounds)
     largest_force = 0.5 * pressure * _largest(mesh, element.largest_faces(position[mesh.dofmap]))
 
@@ -271,6 +276,8 @@ def make_fields(
         mass=nodal_mass,
         inverse_mass=1.0 / np.where(nodal_mass > 0.0, nodal_mass, np.inf),
         cell_mass=cell_mass,
+        element=element,
+        kind=FULL_QUADRATURE if points > 1 else element.kind,
         products=products,
         nodes=Nodes(
             position,
@@ -292,7 +299,7 @@ def make_fields(
             np.zeros_like(slot_volume),
             np.full_like(slot_volume, np.inf),
             0.0,
-            rounding_constant(_LARGEST_WORK * pressure * exact_sum(mesh.comm, volume)),
+            rounding_constant(LARGEST_WORK * pressure * float(mesh.cell_sums(volume))),
         ),
         solid=SolidState(
             parameters=solid_table,
@@ -315,9 +322,16 @@ def make_fields(
             axial_part=axial_part.astype(np.int32),
             leakage=leakage,
         ),
+        rings=AxisymmetricState(_by_lanes(blocks.by_slot(1.0 / shares))) if element.kind == RINGS else None,
         blocks=blocks,
         chunks=chunks,
     )
+
+
+def _by_lanes(values: np.ndarray) -> np.ndarray:
+    """Rows of slots (slots, k) as blocks of k rows of lanes, (blocks, k LANES)."""
+    rows = values.shape[1]
+    return np.ascontiguousarray(values.reshape(-1, LANES, rows).transpose(0, 2, 1)).reshape(-1, rows * LANES)
 
 
 def _functions(mesh: DistributedMesh, points: int) -> dict[str, Any]:
@@ -345,14 +359,14 @@ def _owned(mesh: DistributedMesh, function: Any, points: int) -> np.ndarray:  # 
 
 
 def _nodal_masses(mesh: DistributedMesh, scratch: Any, cell_mass: np.ndarray, shares: np.ndarray) -> np.ndarray:  # noqa: ANN401
-    """Lumped mass (local nodes,) in kg by the `shares` of each cell's, summed exactly; collective.
+    """Lumped mass (local nodes,) in kg by the `shares` (cells, corners) kg of each cell's, summed exactly; collective.
 
     `scratch` is a function of nodal vectors, zero before and after.
     """
     rounding = rounding_constant(_largest(mesh, cell_mass))
     values = scratch.x.array.reshape(-1, 3)
     for corner in range(shares.shape[1]):
-        share = quantise(cell_mass * shares[:, corner], rounding)
+        share = quantise(shares[:, corner], rounding)
         values[:, 0] += np.bincount(mesh.dofmap[:, corner], weights=share, minlength=len(values))
     compat.add_to_owners(scratch)
     compat.send_to_ghosts(scratch)

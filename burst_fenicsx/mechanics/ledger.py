@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from burst_fenicsx.errors import NumericalStop
-from burst_fenicsx.kernels.step.balance import node_terms
+from burst_fenicsx.kernels.constants import MIN_CONTACT_WORK, MIN_WORK
 from burst_fenicsx.materials.products import JwlProducts
-from burst_fenicsx.mechanics.exact_sums import exact_sums
 from burst_fenicsx.problem import Part
 
 if TYPE_CHECKING:
@@ -19,16 +18,7 @@ if TYPE_CHECKING:
     from burst_fenicsx.contact import ContactForces
     from burst_fenicsx.mechanics.fields import BurstFields
 
-__all__ = ["MIN_WORK", "Entry", "Ledger"]
-
-MIN_WORK = 1e-3
-"""Fraction of the chemical energy: while less work has been done, the error of the balance is taken relative to it."""
-_OF_CONTACT = 10.0
-"""The same for contact's error, over `MIN_WORK`.
-
-Where a front has just reached the first wall, the work is a thousandth of the chemical energy, and what contact makes
-there, on which no result depends, is a tenth of it.
-"""
+__all__ = ["Entry", "Ledger"]
 
 
 @dataclass
@@ -66,7 +56,7 @@ class Ledger:
     energy that contact makes or loses, `contact_gain`, is measured by its forces and the motion of the nodes (see
     `ContactForces.gain`) and is an error of its own beside that of the balance, so that neither can hide the other.
     Both are taken relative to the work, or to `min_work` (contact's: ten times that) while next to nothing is done.
-    All sums are exact, so that the entries are the same to the last bit on any number of ranks.
+    The entries are the same to the last bit on any number of ranks (`DistributedMesh.cell_sums`).
 
     Attributes
     ----------
@@ -94,6 +84,13 @@ class Ledger:
         """Start every round's sums at nothing."""
         self.released = np.zeros((len(self.chemical_energies), 2))
 
+    @classmethod
+    def at_rest(cls, state: BurstFields, energy_tolerance: float, balanced: np.ndarray) -> Ledger:
+        """Begin the ledger of a burst whose charges have all their chemical energy; collective."""
+        per_mass = np.array([products.energy / products.density for products in state.products])
+        chemical = state.sums_by_charge(state.cell_mass) * per_mass
+        return cls(energy_tolerance, MIN_WORK * float(chemical.sum()), chemical, state.mesh.comm, balanced=balanced)
+
     def add(self, chunk_energies: np.ndarray, chunk_released: np.ndarray) -> None:
         """Add the sums of one step, chunk after chunk: (chunks, 5) and (chunks, rounds, 2) in J."""
         self.sums += chunk_energies.sum(axis=0)
@@ -104,7 +101,6 @@ class Ledger:
         fields_now: BurstFields,
         time: float,
         step: float,
-        force: np.ndarray,
         diameter: float,
         contact: ContactForces | None = None,
     ) -> Entry:
@@ -112,7 +108,7 @@ class Ledger:
 
         Parameters
         ----------
-        fields_now : the state; `step` (s) the last step; `force` (nodes, 3) the resultant (N).
+        fields_now : the state. step : the last step (s).
         diameter : outer diameter (m), written along.
         contact : what takes energy, and momentum where there are planes.
 
@@ -121,12 +117,12 @@ class Ledger:
         NumericalStop
             If the energy balance is open, or contact has made or lost energy, by more than the tolerance.
         """
-        mesh, nodes = fields_now.mesh, fields_now.nodes
-        owned = mesh.owned_nodes
-        terms = np.empty((owned, 5))
-        node_terms(0.5 * step, fields_now.mass[:owned], force[:owned], nodes.velocity[:owned], terms)
-        kinetic, *of_nodes, size = exact_sums(self.comm, terms)[0]
-        momentum = np.where(fields_now.momentum_is_conserved, of_nodes, 0.0)
+        # At the time of the positions, half a step after that of the velocities.
+        of_nodes = fields_now.mass[:, None] * fields_now.nodes.velocity + 0.5 * step * fields_now.nodes.force
+        square = (of_nodes**2).sum(axis=1)
+        terms = np.column_stack([0.5 * square * fields_now.inverse_mass, of_nodes, np.sqrt(square)])
+        kinetic, *momenta, size = fields_now.mesh.node_sums(terms)
+        momentum = np.where(fields_now.element.momentum_is_conserved, momenta, 0.0)
         if contact is not None:
             momentum -= contact.impulse.given()
         momentum -= self.balanced.T @ (self.balanced @ momentum)
@@ -156,7 +152,7 @@ class Ledger:
             products_viscous=float(heat),
             products_energy_left=float(left),
             energy_error=float(abs(stored - gain - supplied) / scale),
-            contact_error=abs(gain) / max(abs(supplied), _OF_CONTACT * self.min_work),
+            contact_error=abs(gain) / max(abs(supplied), MIN_CONTACT_WORK * self.min_work),
             momentum_error=float(np.linalg.norm(momentum) / size) if size > 0.0 else 0.0,
             mean_casing_speed=float(weighted / mass) if mass > 0.0 else 0.0,
             outer_diameter=diameter,
@@ -208,4 +204,4 @@ def _energies_left(state: BurstFields) -> np.ndarray:
         else:
             left = products.remaining_work(state.grid.volume[state.blocks.slot_of_cell[own]] / start)
         energies[own] = start * np.where(burnt > 0.0, burnt * left + (1.0 - burnt) * products.energy, products.energy)
-    return exact_sums(mesh.comm, energies[:, None], mesh.round, len(state.products))[:, 0]
+    return state.sums_by_charge(energies)

@@ -1,4 +1,4 @@
-"""What acts on nodes besides cells and contact: external forces and damping with their work, and held nodes."""
+"""What acts on nodes besides cells and contact: external forces and damping with their work, and constrained nodes."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from burst_fenicsx.kernels.vectors.rows import hold_rows
-from burst_fenicsx.mechanics.exact_sums import exact_sum
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -15,10 +14,10 @@ if TYPE_CHECKING:
     from burst_fenicsx.mechanics.fields import BurstFields
     from burst_fenicsx.mechanics.ledger import Ledger
 
-__all__ = ["Hold", "NodalLoads"]
+__all__ = ["NodalConstraint", "NodalLoads"]
 
 
-class Hold:
+class NodalConstraint:
     """Nodes that may not move along a direction, such as those of a symmetry plane.
 
     Parameters
@@ -80,5 +79,4 @@ class NodalLoads:
 
     def _power(self, force: np.ndarray) -> float:
         """Power (W) of nodal forces (nodes, 3) in N on all ranks; collective."""
-        owned = self._fields.mesh.owned_nodes
-        return exact_sum(self._fields.mesh.comm, (force[:owned] * self._fields.nodes.velocity[:owned]).ravel())
+        return float(self._fields.mesh.node_sums((force * self._fields.nodes.velocity).sum(axis=1)))

@@ -16,6 +16,7 @@ from dolfinx import fem
 from mpi4py import MPI
 
 from burst_fenicsx import compat
+from burst_fenicsx.kernels.constants import BELOW_CONTACT, CONTACT_CANDIDATES, HIGHEST_LEVEL, LONGEST_STEP
 from burst_fenicsx.kernels.state import Motion
 from burst_fenicsx.kernels.step.levels import node_levels, raise_levels
 
@@ -25,16 +26,6 @@ if TYPE_CHECKING:
     from burst_fenicsx.mechanics.fields import BurstFields
 
 __all__ = ["Subcycling"]
-
-_HIGHEST = 10
-# Macro steps tried where there is contact: that of the contact, twice and four times that. Thin products could take
-# longer ones still, but are then strained so far in one that they run away where rounds collide; and little time is
-# saved.
-_CANDIDATES = 3
-# Levels by which cells beside contact may lie below it. By two, springs and cells resonate: the paper's round with 5 mm
-# cells has its ledger open by 6 % after 9 us.
-_BELOW_CONTACT = 1
-_LONGEST = 1e-6  # s; venting and the ledger look at the ends of the macro steps alone
 
 
 class Subcycling:
@@ -60,7 +51,7 @@ class Subcycling:
         self.motion = Motion(
             order=np.arange(nodes, dtype=np.int32),
             level=np.zeros(nodes, dtype=np.int8),
-            lower=np.zeros(nodes, dtype=np.int8),
+            has_coarser_cell=np.zeros(nodes, dtype=np.int8),
             inverse_mass=fields.inverse_mass,
         )
         # Of the cells around the nodes, by the levels that were looked at last.
@@ -97,12 +88,12 @@ class Subcycling:
         comm = self._comm
         base = contact_step or comm.allreduce(float(allowed(0.0).min(initial=np.inf)), op=MPI.MIN)
         best, lowest, chosen = -1, self._cells / whole, np.zeros(self._fields.mesh.cells, dtype=np.int8)
-        for candidate in range(_CANDIDATES if contact_step else _HIGHEST):
+        for candidate in range(CONTACT_CANDIDATES if contact_step else HIGHEST_LEVEL):
             step = base * 2**candidate
-            if candidate and step > _LONGEST:
+            if candidate and step > LONGEST_STEP:
                 break
-            level = self._wanted(step, allowed(step), max(candidate - _BELOW_CONTACT, 0))
-            counts = np.bincount(level, minlength=_HIGHEST + 1)
+            level = self._wanted(step, allowed(step), max(candidate - BELOW_CONTACT, 0))
+            counts = np.bincount(level, minlength=HIGHEST_LEVEL + 1)
             counts = comm.allreduce(counts) if comm.size > 1 else counts
             cost = float(counts @ 2.0 ** np.arange(len(counts))) / step
             if cost < lowest:
@@ -114,7 +105,7 @@ class Subcycling:
     def _wanted(self, step: float, allowed: np.ndarray, beside_contact: int) -> np.ndarray:
         """Level (cells,) int8 of each cell by its own allowed step (s) and, beside contact, at least that given."""
         with np.errstate(divide="ignore"):
-            level = np.clip(np.ceil(np.log2(step / allowed) - 1e-9), 0, _HIGHEST).astype(np.int8)
+            level = np.clip(np.ceil(np.log2(step / allowed) - 1e-9), 0, HIGHEST_LEVEL).astype(np.int8)
         least: np.ndarray = self._beside_contact * np.int8(beside_contact)
         return np.maximum(level, least, out=level)
 
@@ -155,8 +146,8 @@ class Subcycling:
         highest = max(int(level.max(initial=0)), self.contact_level)
         self.highest = self._comm.allreduce(highest, op=MPI.MAX) if self._comm.size > 1 else highest
         order = np.argsort(-finest, kind="stable").astype(np.int32)
-        lower = (self._coarsest < finest).astype(np.int8)
-        self.motion = Motion(order, finest[order], lower[order], self._fields.inverse_mass[order])
+        has_coarser_cell = (self._coarsest < finest).astype(np.int8)
+        self.motion = Motion(order, finest[order], has_coarser_cell[order], self._fields.inverse_mass[order])
         self.moving = np.array([np.count_nonzero(finest >= min_level) for min_level in range(self.highest + 1)])
         self.cell_steps = int((1 << level.astype(np.int64)).sum())
         nodes.mean[:] = nodes.velocity

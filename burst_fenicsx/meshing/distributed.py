@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal, overload
 
 import numpy as np
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from burst_fenicsx.meshing.mesh import HexahedralMesh
 
-__all__ = ["DistributedMesh", "distribute"]
+__all__ = ["DistributedMesh", "distribute", "gather_rows"]
 
 _MOST_SPREAD = 2.0  # of the span of a cell's nodes over that in dolfinx's order: beyond it dolfinx's is taken
 
@@ -96,11 +96,31 @@ class DistributedMesh:
 
     def gather_cells(self, values: np.ndarray) -> np.ndarray | None:
         """Values of all cells in the order of the mesh that was given, on rank 0; None elsewhere."""
-        return _gather(self.comm, self.cell, values[: self.cells])
+        return gather_rows(self.comm, self.cell, values[: self.cells])
 
     def gather_nodes(self, values: np.ndarray) -> np.ndarray | None:
         """Values of all nodes in the order of the mesh that was given, on rank 0; None elsewhere."""
-        return _gather(self.comm, self.node[: self.owned_nodes], values[: self.owned_nodes])
+        return gather_rows(self.comm, self.node[: self.owned_nodes], values[: self.owned_nodes])
+
+    def all_cells(self, values: np.ndarray) -> np.ndarray:
+        """As `gather_cells`, on every rank."""
+        return gather_rows(self.comm, self.cell, values[: self.cells], everywhere=True)
+
+    def cell_sums(self, values: np.ndarray) -> np.ndarray:
+        """Sums over all cells (...) of this rank's values (cells, ...), on every rank; collective.
+
+        They are taken in the order of the mesh that was given: the same to the last bit on any number of ranks.
+        """
+        return _sums(self.all_cells(values))
+
+    def node_sums(self, values: np.ndarray) -> np.ndarray:
+        """Sums over all nodes, as `cell_sums`; `values` (local nodes, ...)."""
+        own = self.owned_nodes
+        return _sums(gather_rows(self.comm, self.node[:own], values[:own], everywhere=True))
+
+
+def _sums(values: np.ndarray) -> np.ndarray:
+    return np.ascontiguousarray(values.T).sum(axis=-1)  # column by column: numpy sums pairwise along them
 
 
 def distribute(
@@ -177,12 +197,19 @@ def _span(dofmap: np.ndarray) -> float:
     return float(np.median(dofmap.max(axis=1) - dofmap.min(axis=1))) if len(dofmap) else 0.0
 
 
-def _gather(comm: MPI.Comm, places: np.ndarray, values: np.ndarray) -> np.ndarray | None:
+@overload
+def gather_rows(comm: MPI.Comm, places: np.ndarray, values: np.ndarray, *, everywhere: Literal[True]) -> np.ndarray: ...
+@overload
+def gather_rows(comm: MPI.Comm, places: np.ndarray, values: np.ndarray) -> np.ndarray | None: ...
+def gather_rows(
+    comm: MPI.Comm, places: np.ndarray, values: np.ndarray, *, everywhere: bool = False
+) -> np.ndarray | None:
+    """Rows of all ranks at their places in the whole, on rank 0, or everywhere; None elsewhere. Collective."""
     if comm.size == 1:
         result = np.empty(values.shape, dtype=values.dtype)
         _place(places, values, result)
         return result
-    pieces = comm.gather((places, values), root=0)
+    pieces = comm.allgather((places, values)) if everywhere else comm.gather((places, values), root=0)
     if pieces is None:
         return None
     total = sum(len(where) for where, _ in pieces)

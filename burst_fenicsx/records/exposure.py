@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from burst_fenicsx.kernels.constants import FRONT_CELLS, LONGEST_FRONT
 from burst_fenicsx.kernels.lanes import kernel
 from burst_fenicsx.problem import Part
 
@@ -33,9 +34,6 @@ __all__ = ["COLUMNS", "Exposure", "ShockExposures", "verdict"]
 COLUMNS = ("peak", "energy", "square", "impulse", "pulse_energy", "pulse_square", "pulse_impulse", "time")
 """Of each watched cell: largest pressure so far (Pa); energy (J/m2), integrals of p^2 (Pa2 s) and of p (Pa s) of the
 pulse of most energy; the same of the present pulse; when the former had that energy (s)."""
-
-_FRONT_CELLS = 4.0  # cells over which artificial viscosity spreads a shock
-_LONGEST_FRONT = 1.0 / 3.0  # of a pulse, up to which the front may take for the pulse to be resolved
 
 
 @dataclass(frozen=True)
@@ -145,7 +143,7 @@ class ShockExposures:
             place=(x, y, z),
             time=row["time"],
             floor=float(self._floors[index]),
-            resolved_cell=float(_LONGEST_FRONT * held * speed / _FRONT_CELLS),
+            resolved_cell=float(LONGEST_FRONT * held * speed / FRONT_CELLS),
         )
 
 

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from burst_fenicsx.problem import Part
-from burst_fenicsx.records.nodal_stress import nodal_stress
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -15,7 +14,7 @@ if TYPE_CHECKING:
     from burst_fenicsx.mechanics.fields import BurstFields
     from burst_fenicsx.meshing.distributed import DistributedMesh
 
-__all__ = ["output_fields", "snapshot_fields"]
+__all__ = ["nodal_stress", "output_fields", "snapshot_fields"]
 
 _Arrays = dict[str, np.ndarray]
 
@@ -42,8 +41,6 @@ def output_fields(
     }
     if contact_force is not None:
         points["contact_force"] = contact_force
-    if with_nodal_stress:
-        points["nodal_stress"] = nodal_stress(state, stress, volume)
     cells = {
         "pressure": pressure,
         "stress": stress,
@@ -57,7 +54,41 @@ def output_fields(
         "round": mesh.round,
         "segment": mesh.segment,
     }
-    return _gathered(mesh, points, cells)
+    if not with_nodal_stress:
+        return _gathered(mesh, points, cells)
+    of_projection = {"_nodes": mesh.node[mesh.dofmap], "_weight": np.where(state.eroded, 0.0, volume)}
+    points, cells = _gathered(mesh, points, cells | of_projection)
+    if cells:
+        corners, weight = cells.pop("_nodes"), cells.pop("_weight")
+        metal = cells["part"] != Part.CHARGE
+        points["nodal_stress"] = nodal_stress(corners, len(points["position"]), cells["stress"], weight, metal)
+    return points, cells
+
+
+def nodal_stress(
+    corners: np.ndarray, nodes: int, stress: np.ndarray, weight: np.ndarray, metal: np.ndarray
+) -> np.ndarray:
+    """L2 projection with lumped mass, the mean of a node's cells by volume: (nodes, 6) in Pa.
+
+    The consistent mass would need a solve and overshoots beside jumps such as shocks; this mean does not. Where metal
+    and charge share nodes, these have the metal's. Cells without weight do not count; a node with none but these has
+    zero.
+
+    Parameters
+    ----------
+    corners : (cells, corners) nodes of the cells. nodes : how many there are.
+    stress : of the cells (cells, 6) in Pa. weight : their volumes (cells,) in m3. metal : (cells,) bool.
+    """
+    result = np.zeros((nodes, 6))
+    for kind in (~metal, metal):
+        own = kind & (weight > 0.0)
+        node, volume = corners[own].ravel(), np.repeat(weight[own], corners.shape[1])
+        total = np.bincount(node, volume, minlength=nodes)
+        met = total > 0.0
+        for column, values in enumerate(stress[own].T):
+            weighted = np.bincount(node, volume * np.repeat(values, corners.shape[1]), minlength=nodes)
+            result[met, column] = weighted[met] / total[met]
+    return result
 
 
 def snapshot_fields(state: BurstFields) -> tuple[_Arrays, _Arrays]:

@@ -11,6 +11,7 @@ from mpi4py import MPI
 
 from burst_fenicsx.contact.surfaces import outward_sides, sides_beside
 from burst_fenicsx.errors import NumericalStop
+from burst_fenicsx.kernels.constants import LARGEST_PASSED_FRACTION
 from burst_fenicsx.kernels.contact.search import Bodies, find_candidates
 from burst_fenicsx.kernels.geometry.faces import TENSOR_ORDER
 from burst_fenicsx.problem import Mirror, Part
@@ -23,10 +24,7 @@ if TYPE_CHECKING:
     from burst_fenicsx.meshing import HexahedralMesh
     from burst_fenicsx.problem import BurstSettings, Round
 
-__all__ = ["LARGEST_FRACTION", "InterpenetrationCheck", "PassedThrough"]
-
-LARGEST_FRACTION = 0.01
-"""Share of a casing's mass that may have passed through planes or into other rounds before the run stops."""
+__all__ = ["InterpenetrationCheck", "PassedThrough"]
 
 _BEHIND_PLANE = 0.01  # of the cell size: a node less deep than this behind a plane is in contact with it, not beyond
 _OVERLAP = 0.05  # of the cell size: a node less deep than this in a cell of another round is in contact with it
@@ -276,21 +274,21 @@ class InterpenetrationCheck:
         Raises
         ------
         NumericalStop
-            More than `LARGEST_FRACTION` of a round's casing has passed through.
+            More than `LARGEST_PASSED_FRACTION` of a round's casing has passed through.
         """
         if not self.needed:
             return
         found = self.look(time)
         fraction = found.together / np.where(self.casing_mass > 0.0, self.casing_mass, 1.0)
         worst = int(np.argmax(fraction))
-        if fraction[worst] > 0.1 * LARGEST_FRACTION and self._comm.rank == 0:
+        if fraction[worst] > 0.1 * LARGEST_PASSED_FRACTION and self._comm.rank == 0:
             # Once: what follows is in the log, and the largest in the summary.
             say = _log.info if self._warned else _log.warning
             say("%s (at %.2f us)", self._words(found, worst), 1e6 * time, extra={"code": "passed_through"})
             self._warned = True
-        if fraction[worst] > LARGEST_FRACTION:
+        if fraction[worst] > LARGEST_PASSED_FRACTION:
             raise NumericalStop(
-                f"{self._words(found, worst)}; allowed {100 * LARGEST_FRACTION:g} %. Contact has failed there: "
+                f"{self._words(found, worst)}; allowed {100 * LARGEST_PASSED_FRACTION:g} %. Contact has failed there: "
                 "repeat with other cells",
                 time,
             )

@@ -2,23 +2,35 @@
 
 from __future__ import annotations
 
+import logging
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from mpi4py import MPI
 
-from burst_fenicsx.mechanics.exact_sums import exact_sums
+from burst_fenicsx.meshing.distributed import gather_rows
 from burst_fenicsx.problem import Part
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from burst_fenicsx.materials.products import Products
     from burst_fenicsx.mechanics.fields import BurstFields
-    from burst_fenicsx.problem import Round
+    from burst_fenicsx.meshing.mesh import CellMesh
     from burst_fenicsx.records.surfaces import RadialSurfaces
 
-__all__ = ["SPEED_QUANTILES", "Distortion", "Measures", "RoundMeasures", "speed_quantiles"]
+__all__ = [
+    "SPEED_QUANTILES",
+    "Distortion",
+    "Measures",
+    "RoundMeasures",
+    "escape_speed",
+    "speed_quantiles",
+    "speeds_and_bound",
+]
+
+_log = logging.getLogger(__name__)
 
 SPEED_QUANTILES = (90, 99)
 """Percentages of the casing's mass for which the speed is given that they do not exceed."""
@@ -92,64 +104,46 @@ class Distortion:
 class Measures:
     """Reads diameters and speeds off the distributed state, the same to the last bit on any number of ranks.
 
+    What is summed is gathered first, in the order of the mesh that was given.
+
     Parameters
     ----------
-    state : the fields. surfaces : bins of the whole mesh. rounds : in order. lengths : of each round (m).
+    state : the fields. surfaces : bins of the whole mesh. mesh : the whole mesh.
     multiplicity : (rounds,) how many times a round is the computed part of it; masses are those of whole rounds.
     images : how many times the arrangement is the computed part of it; so many times cells are counted.
-    weight : (nodes of the mesh,) of each node in azimuthal means; left out: 1.
     """
 
     def __init__(
         self,
         state: BurstFields,
         surfaces: RadialSurfaces,
-        rounds: Sequence[Round],
-        lengths: Sequence[float],
+        mesh: CellMesh,
         *,
         multiplicity: np.ndarray | None = None,
         images: int = 1,
-        weight: np.ndarray | None = None,
     ) -> None:
         self._state = state
-        self._comm = state.mesh.comm
-        self._rounds = len(rounds)
-        self._bin_round = surfaces.bin_round
-        self._bin_station = surfaces.bin_station
-        self._bins = len(surfaces.bin_station)
-        per_round = self._bins // max(len(rounds), 1)
-        mesh = state.mesh
-        own = mesh.node[: mesh.owned_nodes]
-        bins = surfaces.casing_bin[own]
-        self._multiplicity = np.ones(len(rounds)) if multiplicity is None else multiplicity
+        self._surfaces = surfaces
+        self._mesh = mesh
+        self._multiplicity = np.ones(len(mesh.lengths)) if multiplicity is None else multiplicity
         self._images = images
-        self._node = np.flatnonzero(bins >= 0)
-        self._weight = np.ones(len(self._node)) if weight is None else weight[own][self._node]
-        self._bin = bins[self._node]
-        self._outward = surfaces.outward[own][self._node]
-        self._radius = surfaces.radius[own][self._node]
-        self._start = state.start[self._node]
-        self._count = self._sum(np.bincount(self._bin, weights=self._weight, minlength=self._bins))
-        casing = np.flatnonzero(mesh.part == Part.CASING)
-        fraction = mesh.station[casing] / np.asarray(lengths)[mesh.round[casing]]
-        place = np.clip((fraction * per_round).astype(int), 0, per_round - 1)
-        self._casing = casing
-        self._casing_bin = mesh.round[casing] * per_round + place
-
-    def _sum(self, values: np.ndarray) -> np.ndarray:
-        """Counts, or halves of them, of all ranks; collective."""
-        return self._comm.allreduce(values) if self._comm.size > 1 else values
-
-    def _sums(self, values: np.ndarray, bins: np.ndarray, number: int) -> np.ndarray:
-        """Exact sums (number,) of all ranks' values (n,) by bin; collective."""
-        return exact_sums(self._comm, values[:, None], bins, number)[:, 0]
+        nodes = np.flatnonzero(surfaces.casing_bin >= 0)
+        self._bin, self._weight = surfaces.casing_bin[nodes], mesh.node_weight[nodes]
+        self._bins = len(surfaces.bin_station)
+        self._count = np.bincount(self._bin, weights=self._weight, minlength=self._bins)
+        # This rank's own ones of these nodes, and their rows among all.
+        own = state.mesh.node[: state.mesh.owned_nodes]
+        self._own = np.flatnonzero(surfaces.casing_bin[own] >= 0)
+        self._row = np.searchsorted(nodes, own[self._own])
+        self._outward, self._radius = surfaces.outward[own[self._own]], surfaces.radius[own[self._own]]
 
     def outer_radii(self) -> np.ndarray:
-        """Azimuthal mean of the casing's outer radius in every bin (m); not a number in empty bins."""
-        moved = self._state.nodes.position[self._node] - self._start
-        radius = self._radius + np.einsum("ij,ij->i", moved, self._outward)
-        total = self._sums(self._weight * radius, self._bin, self._bins)
-        return np.where(self._count > 0, total / np.where(self._count > 0, self._count, 1.0), np.nan)
+        """Azimuthal mean of the casing's outer radius in every bin (m); not a number in empty bins. Collective."""
+        moved = self._state.nodes.position[self._own] - self._state.start[self._own]
+        own = self._radius + np.einsum("ij,ij->i", moved, self._outward)
+        radius = gather_rows(self._state.mesh.comm, self._row, own, everywhere=True)
+        total = np.bincount(self._bin, weights=self._weight * radius, minlength=self._bins)
+        return np.divide(total, self._count, where=self._count > 0, out=np.full(self._bins, np.nan))
 
     @staticmethod
     def outer_diameter(radii: np.ndarray) -> float:
@@ -157,57 +151,92 @@ class Measures:
         return float(2.0 * np.nanmax(radii)) if np.isfinite(radii).any() else 0.0
 
     def distortion(self) -> Distortion:
-        """Count lost and folded cells over all ranks."""
-        state = self._state
-        folded = state.folded()
-        lost = state.volumes() <= 0.0
-        casing = folded & (state.mesh.part == Part.CASING)
-        released = state.eroded & (state.mesh.part == Part.CASING)
-        masses = self._images * exact_sums(self._comm, np.stack([casing, released], axis=1) * state.cell_mass[:, None])
-        counts = self._images * self._sum(np.array([lost.sum(), folded.sum(), state.eroded.sum()]))
-        return Distortion(int(counts[0]), int(counts[1]), float(masses[0, 0]), float(masses[0, 1]), int(counts[2]))
+        """Count lost and folded cells; collective."""
+        state, casing = self._state, self._state.mesh.part == Part.CASING
+        folded, released = state.folded(), state.eroded
+        of_cells = np.column_stack(
+            [
+                state.volumes() <= 0.0,
+                folded,
+                released,
+                (folded & casing) * state.cell_mass,
+                (released & casing) * state.cell_mass,
+            ]
+        )
+        lost, folds, eroded, folded_mass, released_mass = self._images * state.mesh.cell_sums(of_cells)
+        return Distortion(int(lost), int(folds), float(folded_mass), float(released_mass), int(eroded))
+
+    def _casing(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Casing cells of the whole mesh, their masses (kg) and speeds (m/s); collective."""
+        state, cells = self._state, np.flatnonzero(self._mesh.part == Part.CASING)
+        speed = np.linalg.norm(state.cell_velocities(), axis=1)
+        mass, speed = state.mesh.all_cells(np.stack([state.cell_mass, speed], axis=1))[cells].T
+        return cells, mass, speed
 
     def rounds(self) -> list[RoundMeasures]:
-        """Speeds and diameters along every round."""
-        state = self._state
-        mass = state.cell_mass[self._casing] * self._multiplicity[state.mesh.round[self._casing]]
-        speed = np.linalg.norm(state.cell_velocities(), axis=1)[self._casing]
+        """Speeds and diameters along every round; collective."""
+        mesh, per_round = self._mesh, self._bins // max(len(self._mesh.lengths), 1)
+        cells, own_mass, speed = self._casing()
+        of_round = mesh.round[cells]
+        mass = own_mass * self._multiplicity[of_round]
+        along = (mesh.station[cells] / np.asarray(mesh.lengths)[of_round] * per_round).astype(int)
+        bins = of_round * per_round + np.clip(along, 0, per_round - 1)
         largest = np.zeros(self._bins)
-        np.maximum.at(largest, self._casing_bin, speed)
-        if self._comm.size > 1:
-            self._comm.Allreduce(MPI.IN_PLACE, largest, op=MPI.MAX)
-        total = self._sums(mass, self._casing_bin, self._bins)
-        weighted = self._sums(mass * speed, self._casing_bin, self._bins)
-        diameter = 2.0 * self.outer_radii()
-        mean = weighted / np.where(total > 0.0, total, 1.0)
+        np.maximum.at(largest, bins, speed)
+        total = np.bincount(bins, weights=mass, minlength=self._bins)
+        weighted = np.bincount(bins, weights=mass * speed, minlength=self._bins)
+        mean, diameter = weighted / np.where(total > 0.0, total, 1.0), 2.0 * self.outer_radii()
         result = []
-        every = self._every(np.stack([state.mesh.round[self._casing].astype(float), speed, mass], axis=1))
-        for index in range(self._rounds):
-            own = self._bin_round == index
-            cells = every[every[:, 0] == index, 1:]
-            cells = cells[np.lexsort(cells.T[::-1])]  # by speed, then mass: not by rank
-            result.append(
-                RoundMeasures(
-                    self._bin_station[own], mean[own], largest[own], diameter[own], total[own], cells[:, 0], cells[:, 1]
-                )
-            )
+        for index in range(len(mesh.lengths)):
+            own, mine = self._surfaces.bin_round == index, np.flatnonzero(of_round == index)
+            mine = mine[np.lexsort((mass[mine], speed[mine]))]
+            station = self._surfaces.bin_station[own]
+            columns = (mean[own], largest[own], diameter[own], total[own], speed[mine], mass[mine])
+            result.append(RoundMeasures(station, *columns))
         return result
 
-    def _every(self, rows: np.ndarray) -> np.ndarray:
-        """Rows of all ranks on all ranks."""
-        return np.concatenate(self._comm.allgather(rows)) if self._comm.size > 1 else rows
-
-    def segment_masses_and_speeds(self, segments: Sequence[int]) -> tuple[list[np.ndarray], list[np.ndarray]]:
-        """Casing mass (kg) and mass-weighted casing speed (m/s) of every round's segments; `segments` counts them."""
-        state = self._state
-        mesh = state.mesh
-        speed = np.linalg.norm(state.cell_velocities(), axis=1)
+    def segment_masses_and_speeds(self) -> tuple[list[np.ndarray], list[np.ndarray]]:
+        """Casing mass (kg) and mass-weighted casing speed (m/s) of every round's segments; collective."""
+        mesh = self._mesh
+        cells, mass, speed = self._casing()
         masses, speeds = [], []
-        for index, count in enumerate(segments):
-            own = np.flatnonzero((mesh.part == Part.CASING) & (mesh.round == index) & (mesh.segment >= 0))
-            where = mesh.segment[own]
-            mass = self._sums(state.cell_mass[own], where, count)
-            weighted = self._sums(state.cell_mass[own] * speed[own], where, count)
-            masses.append(self._multiplicity[index] * mass)
-            speeds.append(weighted / np.where(mass > 0.0, mass, 1.0))
+        for index, segments in enumerate(mesh.segments):
+            own = (mesh.round[cells] == index) & (mesh.segment[cells] >= 0)
+            segment, count = mesh.segment[cells[own]], len(segments)
+            total = np.bincount(segment, weights=mass[own], minlength=count)
+            weighted = np.bincount(segment, weights=mass[own] * speed[own], minlength=count)
+            masses.append(self._multiplicity[index] * total)
+            speeds.append(weighted / np.where(total > 0.0, total, 1.0))
         return masses, speeds
+
+
+def escape_speed(products: Sequence[Products]) -> float:
+    """Largest speed (m/s) at which any of the `products` expands into a vacuum from behind a plane front.
+
+    On its own isentrope, see `LandauProducts.escape_speed`; metal that it pushes is slower.
+    """
+    return max(item.escape_speed for item in products)
+
+
+def speeds_and_bound(fields: BurstFields, images: int) -> dict[str, Any]:
+    """The fastest node of any casing beside `escape_speed`, and the casings' mass above it; collective.
+
+    Metal that rounds squeeze between them may be thrown as a jet; above the bound no products have pushed it there, and
+    a warning is logged. `images` is how many times the arrangement is the computed part.
+    """
+    mesh, bound = fields.mesh, escape_speed(fields.products)
+    of_casings = np.unique(mesh.dofmap[mesh.part != Part.CHARGE])
+    own = of_casings[of_casings < mesh.owned_nodes]
+    speed = np.linalg.norm(fields.nodes.velocity[own], axis=1)
+    fastest, above = float(speed.max(initial=0.0)), float(images * fields.mass[own][speed > bound].sum())
+    if mesh.comm.size > 1:
+        fastest, above = mesh.comm.allreduce(fastest, op=MPI.MAX), mesh.comm.allreduce(above)
+    if above > 0.0 and mesh.comm.rank == 0:
+        _log.warning(
+            "%.3g kg of the casings are faster than products expand into a vacuum: up to %.0f m/s, the bound: %.0f m/s",
+            above,
+            fastest,
+            bound,
+            extra={"code": "faster_than_products"},
+        )
+    return {"fastest_casing_node": fastest, "escape_speed_of_products": bound, "casing_mass_above_escape_speed": above}

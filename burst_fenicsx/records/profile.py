@@ -86,13 +86,11 @@ def _parts(run: Simulation) -> Iterator[tuple[object, str, str]]:
     yield run, "_report_progress", "progress"
     yield run.interpenetration, "check", "search for metal that has passed through"
     yield run.exposures, "update", "pressures in charges without ignition"
-    # In the meridian one kernel does all of a macro step but its end: cells, nodes and slide line.
     yield solver, "advance", "macro steps, without the other parts"
     yield solver, "add_forces", "element forces"
     yield solver, "move_nodes", "nodes: velocities and positions"
     yield solver, "choose_levels", "levels: choice and arrangement of blocks"
     yield solver, "erode_metal", "element erosion"
-    yield solver, "check_cells", "checks of cells"
     yield solver.ledger, "add", "ledger: sums"
     yield solver.leakage, "update", "venting"
     yield contact, "add_forces", "contact: rows of forces, mean velocities"

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from burst_fenicsx.files.snapshot import ExpansionRecord, RoundRecord
+from burst_fenicsx.kernels.constants import GURNEY_VOLUME
 from burst_fenicsx.materials.products import LandauProducts
 from burst_fenicsx.problem import Part
 from fragfield_base.burst_snapshot import SegmentRecord
@@ -14,15 +15,12 @@ from fragfield_base.burst_snapshot import SegmentRecord
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from burst_fenicsx.records.finished import FinishedBurst
+    from burst_fenicsx.simulation import Simulation
 
 __all__ = ["round_records"]
 
-# Relative volume at which sqrt(2 E) is taken as the explosive's Gurney velocity, as in cylinder tests.
-_GURNEY_VOLUME = 7.0
 
-
-def round_records(run: FinishedBurst, masses: Sequence[np.ndarray], speeds: Sequence[np.ndarray]) -> list[RoundRecord]:
+def round_records(run: Simulation, masses: Sequence[np.ndarray], speeds: Sequence[np.ndarray]) -> list[RoundRecord]:
     """Describe every computed round of a finished run, cut ones as whole.
 
     `masses` (kg) and `speeds` (m/s) are those of the casing's segments, round by round.
@@ -61,7 +59,7 @@ def round_records(run: FinishedBurst, masses: Sequence[np.ndarray], speeds: Sequ
         products = run.fields.products[index]
         explosive = item.explosive
         if isinstance(products, LandauProducts):
-            gurney = products.gurney_velocity(_GURNEY_VOLUME)
+            gurney = products.gurney_velocity(GURNEY_VOLUME)
         else:
             # Eq. 24 in SI: km/s and m/s in the paper's 0.52 + 2.8e-4 D.
             gurney = 520.0 + 0.28 * explosive.detonation_velocity
@@ -87,7 +85,7 @@ def round_records(run: FinishedBurst, masses: Sequence[np.ndarray], speeds: Sequ
     return records
 
 
-def _at_rupture(run: FinishedBurst, index: int, start: float, end: float) -> tuple[float, float]:
+def _at_rupture(run: Simulation, index: int, start: float, end: float) -> tuple[float, float]:
     """Outer radius and wall (m) of a segment when its charge first passed the leakage radius; not a number before."""
     parts = run.settings.leakage.parts
     surfaces = run.surfaces
@@ -111,7 +109,7 @@ def _at_rupture(run: FinishedBurst, index: int, start: float, end: float) -> tup
     return radius, radius - float(np.interp(when, times, inner))
 
 
-def _expansion(run: FinishedBurst, index: int) -> ExpansionRecord:
+def _expansion(run: Simulation, index: int) -> ExpansionRecord:
     """Outer radius of a round's casing by station bin over the whole burst."""
     bins = run.surfaces.bin_round == index
     station = run.surfaces.bin_station[bins]

@@ -11,21 +11,20 @@ import numpy as np
 
 from burst_fenicsx.records.exposure import verdict
 from burst_fenicsx.records.ignition_summary import ignitions
-from burst_fenicsx.records.measures import speed_quantiles
-from burst_fenicsx.records.speed_bound import speeds_and_bound
+from burst_fenicsx.records.measures import speed_quantiles, speeds_and_bound
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from burst_fenicsx.problem import Round
     from burst_fenicsx.records.exposure import Exposure
-    from burst_fenicsx.records.finished import FinishedBurst
     from burst_fenicsx.records.measures import RoundMeasures
+    from burst_fenicsx.simulation import Simulation
 
 __all__ = ["burst_summary"]
 
 
-def burst_summary(run: FinishedBurst, along: Sequence[RoundMeasures], charge_masses: Sequence[float]) -> dict[str, Any]:
+def burst_summary(run: Simulation, along: Sequence[RoundMeasures], charge_masses: Sequence[float]) -> dict[str, Any]:
     """Summarise a finished run; collective.
 
     Parameters
@@ -49,7 +48,7 @@ def burst_summary(run: FinishedBurst, along: Sequence[RoundMeasures], charge_mas
     balances, energies = run.ledger.products_balances(run.fields), run.ledger.chemical_energies
     exposures = run.completion.of_rounds(run.exposures.found())
     return {
-        "geometry": run.geometry,
+        "geometry": run.geometry.name,
         "cells": len(run.mesh.cells),
         "nodes": len(run.mesh.nodes),
         "symmetry": {**run.part.summary(), "all_cells": len(run.completion.cells)},
@@ -127,7 +126,7 @@ def _of_all_images(contact: dict[str, Any], images: int) -> dict[str, Any]:
     return {**contact, **{name: images * contact[name] for name in extensive}}
 
 
-def _error_at_outputs(run: FinishedBurst) -> float:
+def _error_at_outputs(run: Simulation) -> float:
     """Largest error of the ledger at the times of output; between them, while the first cells burn, it is larger."""
     entries = run.ledger.entries
     times = np.array([entry.time for entry in entries])

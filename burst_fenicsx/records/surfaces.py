@@ -7,15 +7,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from burst_fenicsx.axisymmetric.mesh import outer_edges
 from burst_fenicsx.kernels.geometry.faces import area_vectors
 from burst_fenicsx.meshing.faces import outer_faces
+from burst_fenicsx.meshing.mesh import HexahedralMesh
 from burst_fenicsx.meshing.placement import frame, to_local
 from burst_fenicsx.problem import Part
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from burst_fenicsx.meshing.mesh import HexahedralMesh
+    from burst_fenicsx.axisymmetric.mesh import MeridianMesh
     from burst_fenicsx.problem import Round
 
 __all__ = ["LATERAL", "RadialSurfaces", "cut_along", "radial_surfaces"]
@@ -49,9 +51,9 @@ class RadialSurfaces:
 
 
 def radial_surfaces(
-    mesh: HexahedralMesh, rounds: Sequence[Round], parts_per_round: int, bins_per_round: int
+    mesh: HexahedralMesh | MeridianMesh, rounds: Sequence[Round], parts_per_round: int, bins_per_round: int
 ) -> RadialSurfaces:
-    """Find the lateral surfaces of every round's charge and casing and cut them along the axis.
+    """Find the lateral surfaces of every round's charge and casing, in the meridian lines, and cut them along the axis.
 
     Parameters
     ----------
@@ -74,6 +76,8 @@ def radial_surfaces(
         direction = local[:, :2] / np.maximum(distance, 1e-300)[:, None]
         e1, e2, _ = frame(item.axis)
         outward[used] = direction[:, :1] * e1 + direction[:, 1:] * e2
+        if not isinstance(mesh, HexahedralMesh):
+            outward[:] = e1  # on the axis as well
         length = mesh.lengths[index]
         height = np.zeros(nodes)
         height[used] = local[:, 2]
@@ -112,12 +116,17 @@ def cut_along(fraction: np.ndarray, parts: int) -> np.ndarray:
     return np.clip(np.floor(fraction * parts), 0, parts - 1).astype(np.int32)
 
 
-def _lateral_nodes(mesh: HexahedralMesh, cells: np.ndarray, outward: np.ndarray) -> np.ndarray:
-    """Mark the nodes (nodes,) of the outer faces of `cells` that look away from the axis."""
+def _lateral_nodes(mesh: HexahedralMesh | MeridianMesh, cells: np.ndarray, outward: np.ndarray) -> np.ndarray:
+    """Mark the nodes (nodes,) of the outer faces or edges of `cells` that look away from the axis."""
     group = np.full(len(mesh.cells), -1, dtype=np.int8)
     group[cells] = 0
-    faces, _, _ = outer_faces(mesh, group)
-    normal = area_vectors(mesh.nodes[faces])
+    if isinstance(mesh, HexahedralMesh):
+        faces, _, _ = outer_faces(mesh, group)
+        normal = area_vectors(mesh.nodes[faces])
+    else:
+        faces, _, _ = outer_edges(mesh, group)
+        along = mesh.nodes[faces[:, 1]] - mesh.nodes[faces[:, 0]]
+        normal = along[:, [2, 1, 0]] * [1.0, 0.0, -1.0]
     normal /= np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
     middle = outward[faces].mean(axis=1)
     looks_out = np.einsum("ij,ij->i", normal, middle) > LATERAL

@@ -24,14 +24,14 @@ if TYPE_CHECKING:
 
     Arrays = dict[str, NDArray]
 
-__all__ = ["EXTENSIVE", "STRESSES", "Completion", "turned_stress"]
+__all__ = ["EXTENSIVE", "POINTS", "STRESSES", "VECTORS", "Completion", "turned_stress"]
 
 Placed = TypeVar("Placed", "Source", "Exposure")
 
 # Corners of a reflected hexahedron (VTK) or quadrilateral in the order in which it is not inverted, by their number.
 _REFLECTED = {8: (3, 2, 1, 0, 7, 6, 5, 4), 4: (3, 2, 1, 0)}
-_VECTORS = ("velocity", "displacement", "contact_force")
-_POINTS = ("position", "reference")
+VECTORS = ("velocity", "displacement", "contact_force")
+POINTS = ("position", "reference")
 
 STRESSES = ("stress", "nodal_stress")
 """Symmetric tensors, six columns, of cells and of nodes."""
@@ -126,9 +126,9 @@ class Completion:
 
     def _moved(self, name: str, values: NDArray, copy: _Copy) -> NDArray:
         own = values[copy.nodes]
-        if name in _POINTS:
+        if name in POINTS:
             return self._part.place(own, copy.mirrors)
-        if name in _VECTORS:
+        if name in VECTORS:
             return reflected(own, self._part.matrix(copy.mirrors))
         if name in STRESSES:
             return turned_stress(own, self._part.matrix(copy.mirrors))

@@ -1,22 +1,20 @@
-"""What MkDocs does beyond its own: formulas, pages made from the program, the ladder's tables, search, colours."""
+"""What MkDocs does beyond its own: formulas, pages made from the program, gallery, search without a server, colours."""
 
 from __future__ import annotations
 
+import ast
+import json
 import re
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from docs.hooks.api_reference import api_reference
-from docs.hooks.case_reference import built_in_tables, case_reference
-from docs.hooks.command_reference import command_reference
-from docs.hooks.gallery import gallery
+from docs.hooks import reference
 from docs.hooks.mathematics import Mathematics
-from docs.hooks.search import write_index
 
 if TYPE_CHECKING:
     from mkdocs.config.defaults import MkDocsConfig
 
-__all__ = ["on_config", "on_page_markdown", "on_post_build"]
+__all__ = ["gallery", "on_config", "on_page_markdown", "on_post_build"]
 
 ROOT = Path(__file__).resolve().parents[2]
 _PLACE = re.compile(r"^<!-- insert (\w+)(?: (\w+))? -->$", re.MULTILINE)
@@ -28,97 +26,75 @@ def on_config(config: MkDocsConfig) -> MkDocsConfig:
     return config
 
 
+def on_page_markdown(markdown: str, **_: object) -> str:
+    """Put what a page asks for in its place: `<!-- insert NAME -->`, or with what is named in it."""
+    return _PLACE.sub(lambda place: _MADE[place[1]](*filter(None, [place[2]])), markdown)
+
+
 def on_post_build(config: MkDocsConfig) -> None:
-    """Write the index of the search, and the colours of code, beside the pages."""
+    """Write the colours of code beside the pages, and the index of the search as a script that a browser loads."""
     from pygments.formatters import HtmlFormatter
 
     site = Path(config.site_dir)
-    write_index(site)
     (site / "code.css").write_text(HtmlFormatter(style="tango").get_style_defs(".highlight"), encoding="utf-8")
+    found = json.loads((site / "search" / "search_index.json").read_text(encoding="utf-8"))
+    entries = [{key: entry[key] for key in ("location", "title", "text")} for entry in found["docs"]]
+    text = json.dumps(entries, ensure_ascii=False, separators=(",", ":")).replace("</", "<\\/")
+    (site / "search" / "index.js").write_text(f"window.pages = {text};\n", encoding="utf-8")
 
 
-def on_page_markdown(markdown: str, **_: object) -> str:
-    """Put what a page asks for in its place: `<!-- insert NAME -->`, or with what is named in it."""
-    return _PLACE.sub(_insert, markdown)
-
-
-def _insert(place: re.Match[str]) -> str:
-    kind, name = place.groups()
-    if kind in _NAMED:
-        return _NAMED[kind](name)
-    return _MADE[kind]()
-
-
-def ladder_part(name: str) -> str:
-    """Lines of validation/README.md between the marks that `python -m validation` writes.
+def gallery() -> str:
+    """Every script of examples/ with its words, its picture and its text, as Markdown.
 
     Raises
     ------
-    ValueError
-        It has no such marks.
+    FileNotFoundError
+        An example has no picture in docs/pictures; `sh setup.sh examples pictures` makes them.
     """
-    text = (ROOT / "validation" / "README.md").read_text(encoding="utf-8")
-    found = re.search(rf"<!-- begin {name} -->\n(.*?)<!-- end {name} -->", text, re.DOTALL)
-    if found is None:
-        raise ValueError(f"validation/README.md has no part {name}")
-    return found.group(1)
+    parts = []
+    for path in sorted((ROOT / "examples").glob("*.py")):
+        text = path.read_text(encoding="utf-8")
+        words = (ast.get_docstring(ast.parse(text)) or "").split("\n\n")
+        title, picture = path.stem.replace("_", " ").capitalize(), f"pictures/example_{path.stem}.png"
+        if not (ROOT / "docs" / picture).is_file():
+            raise FileNotFoundError(f"docs/{picture} is missing: sh setup.sh examples pictures")
+        first, *rest = (" ".join(part.split()) for part in words)
+        shown = f"![{title}]({picture})"
+        parts += [f"## {title}", first, shown, *rest, f"`examples/{path.name}`:", f"```python\n{text.rstrip()}\n```"]
+    return "\n\n".join(parts)
 
 
-def validation_ladder() -> str:
-    """The ladder's own page, with what it links to in the place of this one."""
-    text = (ROOT / "validation" / "README.md").read_text(encoding="utf-8")
-    places = {
-        "../docs/": "",
-        "](../CHANGELOG.md)": "](changelog.md)",
-        "[benchmarks/README.md](../benchmarks/README.md)": "`benchmarks/README.md`",
-        "[validation/README.md](README.md)": "this page",
-    }
-    for there, here in places.items():
+def _file(name: str, moved: dict[str, str]) -> str:
+    """A file of the project's root without its title, links turned to where this site has what they lead to."""
+    text = (ROOT / name).read_text(encoding="utf-8").partition("\n")[2]
+    for there, here in moved.items():
         text = text.replace(there, here)
     return text
 
 
-def missed_rows() -> str:
-    """Rows of the ladder's tables, without their sources, that missed what is allowed, as Markdown."""
-    lines = ["| case | quantity | ours | reference | error | allowed |", "|---|---|---|---|---|---|"]
-    for name, table in re.findall(r"<!-- begin (\w+) -->\n(.*?)<!-- end", validation_ladder(), re.DOTALL):
-        for row in table.splitlines():
-            cells = [cell.strip() for cell in row.strip("|").split("|")]
-            if "MISSED" in cells:
-                lines.append(f"| `{name}` | {' | '.join(cells[:5])} |")
-    return "\n".join(lines)
-
-
-def changelog() -> str:
-    """CHANGELOG.md, without its title, with what it links to in the place of this page."""
-    text = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
-    return text.partition("\n")[2].replace("](docs/", "](")
-
-
-def citation() -> str:
-    """CITATION.cff as a sentence and as it stands."""
+def _citation() -> str:
     import yaml
 
     text = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
     found = yaml.safe_load(text)
     authors = ", ".join(author.get("name") or author.get("family-names", "") for author in found["authors"])
-    lines = [f"{authors}: *{found['title']}*, version {found['version']}, licence {found['license']}."]
-    return "\n".join([*lines, "", f"```yaml\n{text.strip()}\n```"])
+    sentence = f"{authors}: *{found['title']}*, version {found['version']}, licence {found['license']}."
+    return f"{sentence}\n\n```yaml\n{text.strip()}\n```"
 
 
-def script(name: str) -> str:
-    """A script of docs/theory as it stands."""
+def _script(name: str) -> str:
     return f"```python\n{(ROOT / 'docs' / 'theory' / f'{name}.py').read_text(encoding='utf-8').rstrip()}\n```"
 
 
-_NAMED = {"ladder": ladder_part, "api": api_reference, "script": script}
 _MADE = {
-    "case_reference": case_reference,
-    "built_in_tables": built_in_tables,
-    "command_reference": command_reference,
-    "validation_ladder": validation_ladder,
-    "missed_rows": missed_rows,
-    "changelog": changelog,
-    "citation": citation,
+    "api": reference.api_reference,
+    "built_in_tables": reference.built_in_tables,
+    "case_reference": reference.case_reference,
+    "command_reference": reference.command_reference,
+    "summary_reference": reference.summary_reference,
+    "changelog": lambda: _file("CHANGELOG.md", {"](docs/": "](", "](validation/README.md)": "](validation.md)"}),
+    "citation": _citation,
     "gallery": gallery,
+    "script": _script,
+    "validation": lambda: _file("validation/README.md", {"](../docs/": "]("}),
 }

@@ -2,9 +2,6 @@
 
 Tables are written with commas. Those that are read may have commas, semicolons or tabs between their cells: the line of
 column names shows which.
-
-A table is written by blocks of rows, each column of a block at once (`flight.kernels.number_text`): a million rows take
-a few megabytes and 50 ns a number.
 """
 
 from __future__ import annotations
@@ -23,19 +20,17 @@ from fragfield_base.reading import read_text
 from fragfield_base.writing import replacing
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Mapping, Sequence
     from pathlib import Path
 
     from numpy.typing import NDArray
 
 __all__ = ["DELIMITERS", "Labels", "column_names", "line_of_row", "read_columns", "write_columns"]
 
-ROWS_AT_ONCE = 2_000  # as text they stay in the cache
+ROWS_AT_ONCE = 10_000  # so that the text of a million rows never stands in memory at once
 
 DELIMITERS = {",": "comma", ";": "semicolon", "\t": "tab"}
 """What may stand between the cells of a table that is read, and its name."""
-
-_COMMA, _NEW_LINE = ord(","), ord("\n")
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,22 +67,15 @@ def write_columns(path: Path, columns: Mapping[str, NDArray[Any] | Labels], prov
 
     Whole numbers are written in full, others with ten significant digits, as "%.10g" does.
     """
-    from flight.kernels.number_text import packed
-
-    widths, writers = zip(*(_writer(column) for column in map(_column, columns.values())), strict=True)
-    number = len(next(iter(columns.values())))
-    text = np.empty((min(number, ROWS_AT_ONCE), sum(widths)), dtype=np.uint8)
-    joined = np.empty(text.size, dtype=np.uint8)
+    shown = [_column(column) for column in columns.values()]
+    line = ",".join(_format(column) for column in shown) + "\n"
     with replacing(path, InputError) as file:
         head = [f"# {key} = {json.dumps(_in_a_line(str(value)))}\n" for key, value in provenance.items()]
         file.write("".join([*head, ",".join(map(csv_cell, columns)), "\n"]).encode())
-        for start in range(0, number, ROWS_AT_ONCE):
-            rows = slice(start, min(start + ROWS_AT_ONCE, number))
-            ends = np.zeros(rows.stop - start, dtype=np.int64)
-            for write in writers[:-1]:
-                write(rows, _COMMA, text, ends)
-            writers[-1](rows, _NEW_LINE, text, ends)
-            file.write(joined[: packed(text, ends, joined)].data)
+        for start in range(0, len(shown[0]), ROWS_AT_ONCE):
+            rows = slice(start, start + ROWS_AT_ONCE)
+            cells = zip(*(_cells(column, rows) for column in shown), strict=True)
+            file.write("".join(map(line.__mod__, cells)).encode())
     return path
 
 
@@ -106,38 +94,18 @@ def _column(values: NDArray[Any] | Labels) -> NDArray[Any] | Labels:
     return Labels.of(found) if found.dtype.kind in "US" else found
 
 
-def _writer(column: NDArray[Any] | Labels) -> tuple[int, Callable[[slice, int, NDArray[Any], NDArray[Any]], None]]:
-    """Widest cell (bytes, with the mark behind it), and what appends the cells of some rows to their text."""
-    from flight.kernels import number_text
-
+def _format(column: NDArray[Any] | Labels) -> str:
     if isinstance(column, Labels):
-        cells = [csv_cell(text).encode() for text in column.texts]
-        letters = np.frombuffer(b"".join(cells) or b" ", dtype=np.uint8).copy()
-        starts = np.cumsum([0, *map(len, cells)])
+        return "%s"
+    return "%d" if column.dtype.kind in "iub" else "%.10g"
 
-        def append_labels(rows: slice, mark: int, text: NDArray[Any], ends: NDArray[Any]) -> None:
-            which = np.ascontiguousarray(column.which[rows], dtype=np.int64)
-            number_text.append_texts(which, letters, starts, mark, text, ends)
 
-        return max(map(len, cells), default=0) + 1, append_labels
-    if column.dtype.kind in "iub":
-
-        def append_whole(rows: slice, mark: int, text: NDArray[Any], ends: NDArray[Any]) -> None:
-            values = column[rows].astype(np.int64, casting="same_kind" if column.dtype.kind == "u" else "safe")
-            number_text.append_whole_numbers(np.ascontiguousarray(values), mark, text, ends)
-
-        return number_text.NUMBER_WIDTH, append_whole
-    powers = number_text.powers_of_ten()
-
-    def append(rows: slice, mark: int, text: NDArray[Any], ends: NDArray[Any]) -> None:
-        values = np.ascontiguousarray(column[rows], dtype=np.float64)
-        left = np.empty(values.size, dtype=np.int64)
-        for row in left[: number_text.append_numbers(values, powers, mark, text, ends, left)].tolist():
-            cell = b"%.10g" % values[row] + bytes([mark])
-            text[row, ends[row] : ends[row] + len(cell)] = np.frombuffer(cell, dtype=np.uint8)
-            ends[row] += len(cell)
-
-    return number_text.NUMBER_WIDTH, append
+def _cells(column: NDArray[Any] | Labels, rows: slice) -> list[Any]:
+    """Some rows of a column, as its format takes them."""
+    if not isinstance(column, Labels):
+        return list(column[rows].tolist())
+    texts = [csv_cell(text) for text in column.texts]
+    return [texts[number] for number in column.which[rows].tolist()]
 
 
 def read_columns(path: Path) -> dict[str, NDArray[np.float64]]:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numba
 
-from fragfield_base.bare_kernels import bare_for_callers
 from fragfield_base.kernel_cache import compiled_with, digest_of
 
 if TYPE_CHECKING:
@@ -24,10 +24,5 @@ def kernel(function: Callable[..., Any]) -> Any:  # noqa: ANN401 - numba's dispa
 
 
 def inner_kernel(**options: Any) -> Callable[[Callable[..., Any]], Any]:
-    """Compile a function that other kernels call, with these options of numba.njit; it is kept with them alone."""
-
-    def compiled(function: Callable[..., Any]) -> Any:  # noqa: ANN401
-        return bare_for_callers(numba, numba.njit(**whole)(function), function, **whole)
-
-    whole = {"error_model": "numpy", **options}
-    return compiled
+    """Compile a function that other kernels call, with these options of numba.njit."""
+    return partial(compiled_with, numba, error_model="numpy", **options)

@@ -1,12 +1,13 @@
 """Keys of a resolved case that apply to a run: the others keep their defaults and change nothing.
 
-A key that only one choice reads ("for model = "power_law"") is not active under another choice; a table that a switch
-turns off is not active as a whole. What is meant is the choice in the case, not whether a value matters much.
+A key that only one choice reads says so itself (`fragfield_base.inputs.OnlyWith`); here is what other tables decide.
 """
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
+
+from fragfield.case.checks.bounds import not_read
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -47,82 +48,24 @@ def active_tables(case: Case, tables: Mapping[str, Any], *, own_fragments: bool 
 
 def _inactive(case: Case, *, own_fragments: bool) -> Iterator[str]:
     """Dotted keys, without those of rounds."""
-    flight, wind = case.flight, case.flight.wind
-    yield from _of_choice(
-        "flight.air", flight.air.model, {"standard": ("altitude",), "constant": ("density", "sound_speed")}
-    )
-    calm = wind.model != "profile" and wind.speed == 0.0
-    if calm:
+    flight = case.flight
+    yield from (key for key, _ in not_read(case))
+    if flight.wind.model != "profile" and flight.wind.speed == 0.0:
         yield "flight.wind"
-    elif wind.model != "power_law":
-        yield from ("flight.wind.reference_height", "flight.wind.exponent")
-    if wind.model == "profile":
-        yield from ("flight.wind.speed", "flight.wind.towards")
-    box = ("ratios", "orientation", "density")
-    yield from _of_choice("flight.shape", flight.shape.model, {"mean": (), "lognormal": ("spread",), "box": box})
     if flight.shape.model == "box":
         yield "flight.shape_factor"
-    yield from _of_choice(
-        "flight.integrator", flight.integrator.method, {"adaptive": ("tolerance",), "fixed": ("step",)}
-    )
-    ground = flight.ground
-    if ground.map is None:
-        yield from (f"flight.ground.{key}" for key in ("site", "datum", "holes"))
-    else:
-        yield "flight.ground.height"
-    if ground.ricochet == "none":
-        yield from (f"flight.ground.{key}_factor" for key in ("critical_angle", "speed_kept", "departure", "roughness"))
     if not own_fragments or (len(case.round) < 2 and not any(plane.kind == "symmetry" for plane in case.plane)):
         yield "hazard.stack_rule"
         if own_fragments:
             yield "flight.collisions"
-    if own_fragments:
-        yield from _inactive_of_burst(case)
-        yield from _inactive_of_break_up(case)
-    else:
+    if not own_fragments:
         yield from ("burst", "round", "plane", "stack", "break_up")
-    yield "uncertainty"  # of the study, whose page lists its inputs
-
-
-def _inactive_of_burst(case: Case) -> Iterator[str]:
-    burst = case.burst
-    if burst is None:
-        return
-    if burst.stop == "time":
-        yield from (f"burst.{key}" for key in ("acceleration_tolerance", "acceleration_window", "time_limit"))
-    if burst.damping == 0.0:
+    if case.burst is not None and case.burst.damping == 0.0:
         yield "burst.damping"
-    if burst.time_step.fixed is not None:
-        yield "burst.time_step.cfl"
-    if not burst.leakage.enabled:
-        yield from (f"burst.leakage.{key}" for key in ("radius_ratio", "alpha", "beta", "parts"))
-    if burst.quadrature == "full":
-        yield "burst.hourglass"
-    if burst.contact.charge_casing == "shared":
-        yield from (f"burst.contact.{key}" for key in ("cohesion", "tensile_strength", "friction_angle"))
-    if not burst.contact.surfaces:
-        yield "burst.contact.surface_friction_angle"
-
-
-def _inactive_of_break_up(case: Case) -> Iterator[str]:
-    part = case.break_up
-    given, law = not isinstance(part.mean_mass, str), "mott" if part.mean_mass_is_file else part.mean_mass
-    if part.dimension != "mixed":
-        yield "break_up.mixed_fraction"
-    if given or law != "mott" or part.mean_mass_is_file:  # a common factor, which the fit replaces
-        yield from ("break_up.prefactor", "break_up.fracture_energy")
-    if given or law != "mott_1947":
-        yield from ("break_up.fracture_stress", "break_up.fracture_gamma")
-    if given or law != "gurney_sarmousakis":
-        yield "break_up.explosive_constant"
-    if part.mean_mass_is_file:
-        yield "break_up.counts"  # the report shows them beside the law
-    if given or law == "gurney_sarmousakis":
-        yield from (f"break_up.{key}" for key in ("rupture", "critical_strain", "strain_rate", "velocity_source"))
-    if part.sampler != "graded":
-        yield from ("break_up.graded_m0", "break_up.graded_dm")
-    if part.tilt == 0.0:
+    if case.break_up.tilt == 0.0:
         yield "break_up.tilt"
+    yield "break_up.counts"  # the report shows them beside the law
+    yield "uncertainty"  # of the study, whose page lists its inputs
 
 
 def _inactive_of_round(case: Case, waits: bool) -> tuple[str, ...]:
@@ -131,12 +74,6 @@ def _inactive_of_round(case: Case, waits: bool) -> tuple[str, ...]:
     if not waits:
         keys += ["explosive.critical_energy", "explosive.critical_energy_source"]
     return tuple(keys)
-
-
-def _of_choice(prefix: str, choice: str, keys_of: Mapping[str, tuple[str, ...]]) -> Iterator[str]:
-    """The keys that only other choices read."""
-    own = set(keys_of[choice])
-    yield from (f"{prefix}.{key}" for keys in keys_of.values() for key in keys if key not in own)
 
 
 def _without(path: tuple[str, ...], tables: Mapping[str, Any], left_out: set[str]) -> Tables:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
-from fragfield.case.units.quantities import show
 from fragfield.case.write import plain
+from fragfield_base.inputs import show
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence

@@ -6,9 +6,8 @@ from typing import TYPE_CHECKING, Any, get_args
 
 from pydantic import BaseModel, Tag
 
-from fragfield.case.units.compound import NumberOrWord, Vector
-from fragfield.case.units.quantities import Quantity, show
 from fragfield.errors import nearest, nearest_name
+from fragfield_base.inputs import Parsed, show
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -80,8 +79,8 @@ def join_faults(source: str, faults: Sequence[str]) -> str:
 
 def _text(fault: ErrorDetails, model: type[BaseModel]) -> str:
     kind, found, context = fault["type"], fault["input"], fault.get("ctx", {})
-    if kind == "quantity":
-        return fault["msg"]
+    if kind == "value_error":
+        return str(context["error"])
     if kind == "extra_forbidden":
         names, key = sorted(_keys_beside(fault["loc"], model)), str(fault["loc"][-1])
         if (now := _RENAMED.get((str(fault["loc"][0]), key))) in names:
@@ -157,7 +156,7 @@ def _paths(model: type[BaseModel], above: str = "") -> Iterator[str]:
 
 def _needed(location: Sequence[int | str], model: type[BaseModel]) -> str:
     field = _table_of(location, model).model_fields[str(location[-1])]
-    marks = [mark.allowed for mark in marks_of(field) if isinstance(mark, (Quantity, NumberOrWord, Vector))]
+    marks = [mark.allowed for mark in marks_of(field) if isinstance(mark, Parsed)]
     description = (field.description or "a value").rstrip(".")
     return "; ".join([description, *marks])
 

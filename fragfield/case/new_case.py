@@ -5,9 +5,8 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any, get_args
 
-from fragfield.case.units.compound import Vector
-from fragfield.case.units.quantities import Quantity
 from fragfield.errors import InputError, nearest
+from fragfield_base.inputs import Quantity, Vector
 from fragfield_base.writing import write_text
 
 if TYPE_CHECKING:

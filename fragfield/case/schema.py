@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Annotated
+
 from pydantic import Field
 
 from fragfield.case.tables.base import Table
@@ -17,6 +19,7 @@ from fragfield.case.tables.round import RoundTable
 from fragfield.case.tables.site import SiteTable
 from fragfield.case.tables.stack import StackTable
 from fragfield.case.tables.uncertainty import UncertaintyTable
+from fragfield_base.inputs import Bounds, Entries
 
 __all__ = ["Case"]
 
@@ -26,21 +29,27 @@ class Case(Table):
 
     title: str = ""
     """One line for reports."""
-    seed: int = Field(default=1, ge=0, lt=2**63)
+    seed: Annotated[int, Bounds(0, 2**63 - 1, "a whole number of 63 bits")] = 1
     """Seed of every random number."""
     burst: BurstTable | None = None
     """Needed by every command except `fly`."""
-    round: list[RoundTable] = Field(default_factory=list)
+    round: Annotated[list[RoundTable], Entries(10000, "more rounds are not computed whole")] = Field(
+        default_factory=list
+    )
     """The cased charges."""
     stack: StackTable | None = None
     """An arrangement of copies of one round; once read, its rounds stand among the others."""
-    plane: list[PlaneTable] = Field(default_factory=list)
+    plane: Annotated[list[PlaneTable], Entries(100, "every cell meets every plane")] = Field(default_factory=list)
     """Planes that no casing passes: ground, walls, planes of symmetry."""
     break_up: BreakUpTable = BreakUpTable()
     flight: FlightTable = FlightTable()
-    obstacle: list[ObstacleTable] = Field(default_factory=list)
+    obstacle: Annotated[list[ObstacleTable], Entries(1000, "every fragment meets every obstacle")] = Field(
+        default_factory=list
+    )
     """Walls, barricades and buildings that stop fragments or turn them off."""
-    witness: list[WitnessTable] = Field(default_factory=list)
+    witness: Annotated[list[WitnessTable], Entries(1000, "every fragment meets every surface")] = Field(
+        default_factory=list
+    )
     """Surfaces that record fragments."""
     exposed: list[ExposedTable] = Field(default_factory=list)
     """People, roads, areas and buildings whose hazard is asked for."""

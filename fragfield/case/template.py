@@ -10,9 +10,8 @@ from pydantic_core import PydanticUndefined
 
 from fragfield.case.messages import marks_of, tables_in
 from fragfield.case.schema import Case
-from fragfield.case.units.compound import NumberOrWord, Vector
-from fragfield.case.units.quantities import Quantity
 from fragfield.case.write import toml_value
+from fragfield_base.inputs import NumberOrWord, Quantity, Vector
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping

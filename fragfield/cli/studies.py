@@ -1,9 +1,9 @@
-"""Commands that compute many runs of one case."""
+"""Commands that compute many runs of one case, and the one that compiles for all of them."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -11,8 +11,9 @@ import fragfield
 from fragfield.cli.application import app
 from fragfield.cli.guard import give, guarded
 from fragfield.cli.options import CaseOrRun, CellSize, Json, Quiet, Scheduler, Settings
+from fragfield.errors import EXIT_NUMERICAL
 
-__all__ = ["limit", "sweep", "uncertainty"]
+__all__ = ["limit", "sweep", "uncertainty", "warm_up"]
 
 
 @app.command()
@@ -146,3 +147,25 @@ def uncertainty(
         ).found  # fmt: skip
         give(found, json=json, quiet=quiet, show=print_study)
     raise typer.Exit(found["exit_code"])
+
+
+@app.command("warm-up")
+def warm_up(quiet: Quiet = False, json: Json = False) -> None:
+    """Compile the kernels, so that the first run does not have to: by two tiny runs, which leave no files.
+
+    What is compiled already is not compiled again. Exit code 3 if one of the runs failed.
+    """
+    with guarded(json=json, quiet=quiet):
+        from fragfield.studies.warm_up import warm_up as made
+
+        found = made()
+        give(found, json=json, quiet=quiet, show=_print_warm_up)
+    if found["failures"]:
+        raise typer.Exit(EXIT_NUMERICAL)
+
+
+def _print_warm_up(found: dict[str, Any]) -> None:
+    where = found["cache"] or "nowhere, since no folder is safe"
+    typer.echo(f"kernels compiled in {found['seconds']:.0f} s, kept in {where}")
+    for message in found["failures"]:
+        typer.echo(f"a run failed: {message}")

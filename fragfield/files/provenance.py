@@ -33,7 +33,6 @@ _DISTRIBUTIONS = {
     "vtk": "vtk",
     "matplotlib": "matplotlib",
     "pydantic": "pydantic",
-    "pint": "pint",
     "geographiclib": "geographiclib",
 }
 

@@ -21,6 +21,7 @@ import numpy as np
 
 from fragfield.case.conversion.exposed_sites import ExposedSite, exposed_sites_of
 from fragfield.case.conversion.site import bearing_of
+from fragfield.hazard.recommended import NORMAL_95
 from fragfield.hazard.verdict import criterion_of, no_margin, verdict_of
 
 if TYPE_CHECKING:
@@ -36,7 +37,6 @@ __all__ = ["ExposedPlaces", "ExposedSums", "sum_bound", "share_bound"]
 
 LEVEL = 0.95
 _SHORT = ("density_normal", "density_ground", "expected_hits", "probability")  # given without ricochet too
-NORMAL = 1.6448536269514722  # of the normal distribution, at that level
 
 
 def sum_bound(total: float, squares: float, largest: float, level: float = LEVEL) -> float:
@@ -290,7 +290,7 @@ def _all_round(
         worst = int(np.argmax(mean))
         if not np.isfinite([mean[worst], low[worst], high[worst]]).all():
             return None
-        spread = 0.5 * (high[worst] - low[worst]) / NORMAL
+        spread = 0.5 * (high[worst] - low[worst]) / NORMAL_95
         value = math.exp(mean[worst])
         made[name] = {
             "expected": value,

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from fragfield.report.blocks import Block, Illustration
-    from fragfield.report.figures.side_by_side import Drawing
+    from fragfield.report.figures.drawing import Drawing
     from fragfield.report.reading.run_files import RunFiles
 
 __all__ = ["draw", "figures_of"]
@@ -38,7 +38,6 @@ def figures_of(run: RunFiles) -> dict[str, tuple[str, Drawing]]:
 def draw(run: RunFiles, name: str) -> Figure:
     """A figure by its name; raises InputError for another name, or where the run has no data for it."""
     from fragfield.report.figures.drawing import drawing_style
-    from fragfield.report.figures.layout import place_panels, prepare
 
     known = figures_of(run)
     if name not in known:
@@ -47,6 +46,5 @@ def draw(run: RunFiles, name: str) -> Figure:
         figure = known[name][1](run)
         if figure is None:
             raise InputError(f"{run.folder}: holds no data for the figure {name} ({known[name][0]})")
-        prepare(figure)
-        place_panels(figure)
+
     return figure

@@ -153,11 +153,9 @@ class Comparison:
         return Path(folder)
 
     def _rows(self) -> dict[str, list[dict[str, Any]]]:
-        from fragfield.studies.compare.files import azimuth_rows, flat_row
+        from fragfield.studies.compare.comparison import flat_tables
 
-        rows = {name: self.found[name] for name in ("casing", "distances", "by_distance", "by_zone", "places")}
-        rows["by_azimuth"] = list(azimuth_rows(self.found["witness"]))
-        return {name: [flat_row(row) for row in each] for name, each in rows.items()}
+        return flat_tables(self.found)
 
     def __repr__(self) -> str:
         one, other = (self.found[key]["directory"] for key in ("run", "reference"))

@@ -11,8 +11,6 @@ from typing import TYPE_CHECKING
 
 from fragfield.case.changes import load_set_case
 from fragfield.case.checks.bounds import outside_soft
-from fragfield.case.conversion.geometry import burst_geometry
-from fragfield.compile_ahead import compile_ahead, list_of
 from fragfield.errors import EXIT_FAULT, InputError, exit_code_of, message_of
 from fragfield.files.run_directory import STAGES, RunDirectory
 from fragfield.pipeline.arena import read_arena
@@ -29,7 +27,6 @@ if TYPE_CHECKING:
 
     from fragfield.case import Case
     from fragfield.files.run_directory import Stage
-    from fragfield.report.figures.side_by_side import FigureQueue
     from fragfield.terminal.progress import Progress
 
 __all__ = ["Request", "run_chain", "run_stage"]
@@ -136,16 +133,15 @@ def run_chain(request: Request) -> dict[str, Any]:
 def _run_all(request: Request, team: Team, case: Case, directory: RunDirectory) -> dict[str, Any]:
     stages = list(STAGES.values())
     done = team.broadcast(_done(directory, stages) if team.first and request.resume else 0)
-    with _working(request, team, directory, fresh=not request.resume) as reporter, _drawing(request, team) as figures:
+    with _working(request, team, directory, fresh=not request.resume) as reporter:
         _warn_of_values(case, team)
         job = Job(
             case, directory, directory, team, reporter, request.threads, resume=request.resume, lean=request.lean,
-            profile=request.profile, figures=figures,
+            profile=request.profile,
         )  # fmt: skip
         if done:
             _log.info("resumed after %s", stages[done - 1].name)
         with _together(team):
-            _compile_ahead(job, stages[done:-1])
             for stage in stages[done:-1]:
                 perform(job, stage)
         if not team.first:
@@ -156,22 +152,6 @@ def _run_all(request: Request, team: Team, case: Case, directory: RunDirectory) 
             if not request.lean:
                 perform(job, stages[-1])
             return directory.summary()
-
-
-@contextmanager
-def _drawing(request: Request, team: Team) -> Iterator[FigureQueue | None]:
-    """Where pictures are drawn while later stages are computed: not beside other ranks, which take the cores."""
-    if request.lean or team.size > 1:
-        yield None
-        return
-    from fragfield.report.figures.early import early_figures
-
-    figures = early_figures()
-    try:
-        yield figures
-    finally:
-        if figures is not None:
-            figures.close()
 
 
 def run_stage(request: Request, name: str) -> dict[str, Any]:
@@ -194,20 +174,8 @@ def _run_one(request: Request, team: Team, case: Case, directory: RunDirectory, 
             request.profile,
         )  # fmt: skip
         with _together(team):
-            _compile_ahead(job, [stage])
             perform(job, stage)
         return directory.summary() if team.first else {}
-
-
-def _compile_ahead(job: Job, stages: list[Stage]) -> None:
-    """Compile what the stages need, on rank 0 while the others wait."""
-    if job.team.first and job.case.burst is not None:
-        geometry = burst_geometry(job.case).geometry
-        lists = [list_of(stage.name, geometry) for stage in stages]
-        if geometry == "3d" and not job.lean and job.fragments is None and any(one.name == "fly" for one in stages):
-            lists += [list_of(name, "axisymmetric") for name in ("burst", "break-up")]  # of the single round's rules
-        compile_ahead(lists, job.cores, job.reporter.kernels)
-    job.team.broadcast()
 
 
 def _warn_of_values(case: Case, team: Team) -> None:

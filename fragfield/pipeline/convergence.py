@@ -15,9 +15,9 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from fragfield.errors import EXIT_FAULT, exit_code_of, message_of
-from fragfield.pipeline.followed_quantities import QUANTITIES
 from fragfield.pipeline.grid_convergence import grid_convergence
 from fragfield.pipeline.side_burst import side_burst, silent
+from fragfield.quantities import shown
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -26,21 +26,8 @@ if TYPE_CHECKING:
     from fragfield.pipeline.ensemble import FlownEnsemble
     from fragfield.pipeline.job import Job
 
-__all__ = ["convergence_of", "convergence_words", "with_cells"]
+__all__ = ["convergence_of", "with_cells"]
 
-_CONSOLE = (
-    ("mean_initial_speed", "mean speed", 1.0, "m/s"),
-    ("speed_99", "99 % of the mass", 1.0, "m/s"),
-    ("expected_distance", "expected distance", 1.0, "m"),
-)
-_KINDS = {
-    "oscillating": "oscillating",
-    "diverging": "not converging",
-    "two_sizes": "two sizes",
-    "statistical": "within statistical error",
-    "constant": "no difference",
-    "one_size": "one size",
-}
 _ROOT = math.sqrt(2.0)
 _FACTORS = {"off": (), "quick": (2.0,), "standard": (_ROOT, 2.0), "final": (1.0 / _ROOT, _ROOT, 2.0)}
 _FACTORS_3D = (_ROOT, 2.0)  # a quarter and a sixteenth of the burst's cost; a finer one costs four times as much
@@ -92,7 +79,7 @@ def convergence_of(job: Job, flown: FlownEnsemble, headline: Mapping[str, Any]) 
     others = [_computed(job, with_cells(job.case, factor * own.size, number, burst["geometry"]), words)
               for factor in reversed(factors)]  # fmt: skip
     results = sorted([own, *(one for one in others if one is not None)], key=lambda one: one.size)
-    quantities = {name: _quantity(name, results, own, dimensions) for name in QUANTITIES}
+    quantities = {one.name: _quantity(one.name, results, own, dimensions) for one in shown("convergence")}
     spent = time.perf_counter() - began
     _log.info("convergence: %d cell sizes in %.1f s more", len(results), spent)
     return {
@@ -127,21 +114,6 @@ def with_cells(case: Case, size: float, realisations: int, geometry: str) -> Cas
     )
 
 
-def convergence_words(part: Mapping[str, Any]) -> list[str]:
-    """One line of text on the part `convergence` of summary.json; none where no other size was computed."""
-    if "sizes" not in part:
-        return []
-    sizes = ", ".join(f"{1e3 * size:.3g}" for size in part["sizes"])
-    parts = []
-    for name, words, factor, unit in _CONSOLE:
-        entry = part["quantities"].get(name)
-        if entry is None or entry["uncertainty"] is None:
-            continue
-        order = f", order {entry['order']:.2g}" if entry["order"] is not None else f", {_KINDS[entry['kind']]}"
-        parts.append(f"{words} ± {factor * entry['uncertainty']:.2g} {unit}{order}")
-    return [] if not parts else [f"uncertainty by the cells ({sizes} mm): {'; '.join(parts)}"]
-
-
 def _why_none(job: Job, burst: Mapping[str, Any]) -> str:
     """Why the run has no convergence of its own; empty where it has."""
     if job.fragments is not None:
@@ -166,14 +138,12 @@ def _own_result(burst: Mapping[str, Any], flown: FlownEnsemble, headline: Mappin
     number = int(headline["realisations"])
     counts = flown.hazard.counts.hazardous.sum(axis=1)
     known = bool(headline["determined"])
-    values = {
-        "mean_initial_speed": burst["mean_initial_speed"],
-        "max_initial_speed": burst["max_initial_speed"],
-        "speed_99": (burst.get("speed_quantiles") or {}).get("99"),
-        "outer_diameter": burst["outer_diameter"],
-        "hazardous_fragments": float(counts.mean()),
-        "expected_distance": headline["expected"] if known else None,
+    parts = {
+        "burst": burst,
+        "hazard": headline if known else {},
+        "flight": {"hazardous_fragments": float(counts.mean())},
     }
+    values = {one.name: one.of(parts) for one in shown("convergence")}
     of_count = float(counts.std(ddof=1) / math.sqrt(len(counts))) if len(counts) > 1 else None
     errors = {"hazardous_fragments": of_count, "expected_distance": headline["standard_error"] if known else None}
     return _Result(burst["cell_size"], burst["cells"], number, values, errors)

@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from fragfield.case.conversion.turned import Turned
     from fragfield.files.run_directory import RunDirectory, Stage
     from fragfield.pipeline.parallel import Team
-    from fragfield.report.figures.side_by_side import FigureQueue
     from fragfield.terminal.progress import ProgressReporter
 
 __all__ = ["Job"]
@@ -49,8 +48,6 @@ class Job:
         Numbers alone: no files for visualisation, no other cell sizes.
     profile : bool
         Time the parts of the burst.
-    figures : FigureQueue, optional
-        Draws the report's pictures while the stages are computed.
     attitude : Turned, optional
         The one attitude in which an arrangement of mixed attitudes is flown; left out: all.
     noted : dict
@@ -67,7 +64,6 @@ class Job:
     resume: bool = False
     lean: bool = False
     profile: bool = False
-    figures: FigureQueue | None = None
     attitude: Turned | None = None
     noted: dict[str, Any] = field(default_factory=dict)
 

@@ -34,10 +34,6 @@ def perform(job: Job, stage: Stage) -> None:
     with recorded_warnings(job, stage.name):
         _STAGE_FUNCTIONS[stage.name](job, stage)
     _log.info("%s: done in %.1f s", stage.name, time.perf_counter() - started)
-    if job.figures is not None:
-        from fragfield.report.figures.early import draw_early
-
-        draw_early(job.figures, job.target.path, stage.name)
 
 
 def burst(job: Job, stage: Stage) -> None:
@@ -210,7 +206,7 @@ def report(job: Job, stage: Stage) -> None:
     """The report of whatever the run directory holds: report.html."""
     from fragfield.report import write_report
 
-    write_report(job.source.path, job.target.file(stage.result), figures=job.figures)
+    write_report(job.source.path, job.target.file(stage.result))
 
 
 _STAGE_FUNCTIONS: dict[str, Callable[[Job, Stage], None]] = {

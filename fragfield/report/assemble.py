@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+from contextlib import nullcontext
 from dataclasses import replace
 from datetime import UTC, datetime
 from importlib import resources
@@ -13,11 +14,12 @@ from typing import TYPE_CHECKING
 from fragfield.errors import InputError
 from fragfield.report.blocks import Columns, Illustration
 from fragfield.report.document import code_words, css_text, identity_line
-from fragfield.report.figures.side_by_side import FigureQueue
+from fragfield.report.figures.drawing import draw_figure
 from fragfield.report.map_page import write_map
 from fragfield.report.reading.run_files import read_run
 from fragfield.report.sections import sections
 from fragfield.version import __version__
+from fragfield.view.offscreen import VIEWS, PictureProcess
 from fragfield_base.writing import write_files, write_text
 
 if TYPE_CHECKING:
@@ -31,13 +33,10 @@ if TYPE_CHECKING:
 
 __all__ = ["write_page", "write_report"]
 
-_DEFERRED, _PICTURE = "deferred", "picture"  # instead of a figure, and of one by VTK, that is being drawn
 _MIME = {"svg": "image/svg+xml", "png": "image/png"}
 
 
-def write_report(
-    run_dir: Path | str, path: Path | str | None = None, *, pictures: bool = True, figures: FigureQueue | None = None
-) -> Path:
+def write_report(run_dir: Path | str, path: Path | str | None = None, *, pictures: bool = True) -> Path:
     """Write the report of a run, whole or in part.
 
     Parameters
@@ -49,8 +48,6 @@ def write_report(
     pictures : bool
         Draw the burst and the fragments by VTK; where VTK cannot draw, the report says so and goes on. Beside the
         page go interactive views of both, where trame-vtk is installed.
-    figures : FigureQueue, optional
-        Where the run's pictures are drawn already, for a page in the run directory; ended here.
 
     Returns
     -------
@@ -64,12 +61,13 @@ def write_report(
     """
     run = read_run(Path(run_dir))
     target = Path(path) if path is not None else run.folder / "report.html"
-    queue = figures if figures is not None else FigureQueue()
-    illustrator = _Illustrator(run, target.parent / "figures", queue, pictures=pictures)
-    return _write(
-        run, illustrator, target, lambda: sections(run, illustrator.draw, illustrator.picture),
-        lambda written: write_map(run, target.with_name("map.html"), identity=identity_line(run), written=written),
-    )  # fmt: skip
+    folder = target.parent / "figures"
+    with PictureProcess(run.folder, target.parent, "report") if pictures else nullcontext() as process:
+        illustrator = _Illustrator(run, folder, process)
+        return _write(
+            run, illustrator, target, lambda: sections(run, illustrator.draw, illustrator.picture),
+            lambda written: write_map(run, target.with_name("map.html"), identity=identity_line(run), written=written),
+        )  # fmt: skip
 
 
 def write_page(run: RunFiles, target: Path, parts: Callable[[Draw], list[Section]]) -> Path:
@@ -80,7 +78,7 @@ def write_page(run: RunFiles, target: Path, parts: Callable[[Draw], list[Section
     InputError
         No right to write.
     """
-    illustrator = _Illustrator(run, target.parent / "figures", FigureQueue(), pictures=False)
+    illustrator = _Illustrator(run, target.parent / "figures", None)
     return _write(run, illustrator, target, lambda: parts(illustrator.draw), lambda _: None)
 
 
@@ -94,77 +92,57 @@ def _write(
     try:
         illustrator.folder.mkdir(parents=True, exist_ok=True)
         parts = _counted(make())
-        illustrator.fill(parts)
+        illustrator.finish(parts)
         written = datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")
         page = _render(run, parts, illustrator.count, written)
         beside(written)
     except OSError as error:
         raise InputError(f"{target}: the report cannot be written ({error.strerror or error})") from error
-    finally:
-        illustrator.figures.close()
     return write_text(target, page, InputError)
 
 
 class _Illustrator:
-    """Has each figure drawn once, and keeps it as PNG and SVG beside the page."""
+    """Draws each figure once, and keeps it as PNG and SVG beside the page; pictures are drawn by another process."""
 
-    def __init__(self, run: RunFiles, folder: Path, figures: FigureQueue, *, pictures: bool) -> None:
+    def __init__(self, run: RunFiles, folder: Path, process: PictureProcess | None) -> None:
         self.run = run
         self.folder = folder
-        self.pictures = pictures
+        self.process = process
         self.count = 0
         self.files: dict[Path, bytes] = {}
-        self.figures = figures
 
     def draw(
         self, name: str, title: str, caption: str, function: Callable[[RunFiles], Figure | None]
     ) -> list[Illustration]:
-        self.figures.add(name, function)
-        return [Illustration(name, title, caption, image=_DEFERRED)]
+        drawn = draw_figure(self.run, function)
+        if drawn is None:
+            return []
+        self.count += 1
+        self.files |= {self.folder / f"{name}.{kind}": data for kind, data in drawn.items()}
+        return [Illustration(name, title, caption, image=_uri(drawn["svg"], "svg"))]
 
     def picture(self, name: str, title: str, caption: str) -> list[Block]:
-        if not self.pictures:
+        if self.process is None:
             return []
-        from fragfield.view.offscreen import library_fault
-
         self.count += 1
-        if fault := library_fault():
-            return [Illustration(name, title, caption, missing=fault)]
-        self.figures.add_picture(name, self.run.folder, self.folder.parent)
-        return [Illustration(name, title, caption, image=_PICTURE)]
+        return [Illustration(name, title, caption)]
 
-    def fill(self, parts: list[Section]) -> None:
-        """Put the figures where they were asked for, side by side; those without data leave no trace."""
-        drawn = self.figures.finish(self.run)
-        for part in parts:
-            blocks = [found for block in part.blocks for found in self._drawn(block, drawn)]
-            part.blocks = list(_side_by_side(blocks))
+    def finish(self, parts: list[Section]) -> None:
+        """Write the files, put the pictures in their places once they are drawn, and figures side by side."""
         write_files(self.files, InputError)
+        fault = self.process.finish() if self.process is not None else ""
+        for part in parts:
+            part.blocks = list(_side_by_side([self._with_picture(block, fault) for block in part.blocks]))
 
-    def _drawn(self, block: Block, drawn: dict[str, dict[str, bytes] | None]) -> list[Block]:
-        """A block with its figures; nothing where it was one without data."""
-        if isinstance(block, Columns):
-            return [Columns(tuple(found for item in block.items for found in self._drawn(item, drawn)))]
-        if not isinstance(block, Illustration):
-            return [block]
-        return self._filled(block, drawn[block.name]) if block.image == _DEFERRED else [self._with_view(block)]
-
-    def _filled(self, block: Illustration, files: dict[str, bytes] | None) -> list[Block]:
-        if files is None:
-            return []
-        self.files |= {self.folder / f"{block.name}.{kind}": files[kind] for kind in ("svg", "png")}
-        self.count += 1
-        return [replace(block, image=_uri(files["svg"], "svg"))]
-
-    def _with_view(self, block: Illustration) -> Illustration:
+    def _with_picture(self, block: Block, fault: str) -> Block:
         """A picture, or why there is none, with the page beside the report that shows the same to be turned."""
-        if block.missing:
+        if not isinstance(block, Illustration) or block.image:
             return block
-        found = self.figures.picture(block.name)
-        if "missing" in found:
-            return replace(block, image="", missing=found["missing"])
-        self.files[self.folder / f"{block.name}.png"] = found["png"]
-        return replace(block, image=_uri(found["png"], "png"), view=found["view"] or "")
+        if fault:
+            return replace(block, missing=fault)
+        png = (self.folder / f"{block.name}.png").read_bytes()
+        view = VIEWS[block.name]
+        return replace(block, image=_uri(png, "png"), view=view if (self.folder.parent / view).is_file() else "")
 
 
 def _side_by_side(blocks: list[Block]) -> Iterator[Block]:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal
 
 if TYPE_CHECKING:
-    from fragfield.report.quantities import Row
+    from fragfield.numbers import Row
 
 __all__ = ["Beside", "Block", "Card", "Cards", "Columns", "Finding", "Findings", "Group", "Illustration", "Paragraph", "Points", "Rows", "Section", "Signatures", "Table", "Text", "Weight"]  # fmt: skip  # noqa: E501
 

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 from fragfield.hazard.certainty import basis_words, whole_metres
 from fragfield.hazard.recommended import parts_of
+from fragfield.numbers import SPACE, Row, explosive_title, number
 from fragfield.report.blocks import Block, Card, Cards, Columns, Group, Paragraph, Points, Rows, Section, Signatures
 from fragfield.report.findings.reasons import reasons_against, reasons_for
-from fragfield.report.quantities import SPACE, Row, explosive_title, number
 from fragfield.report.tables.attitudes import attitude_sentence
 from fragfield.report.tables.exposed_sites import verdict_table
 from fragfield.report.tables.prescribed import minimum_words, prescribed_table

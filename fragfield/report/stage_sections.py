@@ -32,10 +32,10 @@ from fragfield.report.tables.stages import (
     alike_around,
     azimuth_tables,
     break_up_rows,
-    burst_rows,
     flight_rows,
     ledger_table,
     mesh_rows,
+    quantity_rows,
 )
 from fragfield.report.tables.zones import zone_table
 
@@ -264,7 +264,7 @@ def _burst(run: RunFiles) -> Iterator[Block]:
     if "burst" not in run.stages or "burst" in run.missing:
         return
     yield from arrangement_table(run)
-    yield from burst_rows(run)
+    yield from quantity_rows(run, "Burst", "burst", "burst.speed_quantiles")
     yield mesh_rows(run)
     yield from ledger_table(run)
     yield from contact_rows(run)

@@ -24,9 +24,7 @@ if TYPE_CHECKING:
 __all__ = ["COMPILING", "Progress", "ProgressReporter", "duration"]
 
 COMPILING = "compiling kernels: once for this version on this machine"
-"""What stands beside the stage meanwhile: kernels that no list has, see `compile_ahead`."""
-_KERNELS = "kernels"
-_ELSEWHERE = "another command compiles the kernels"
+"""What stands beside the stage meanwhile."""
 
 
 @dataclass(frozen=True)
@@ -36,9 +34,9 @@ class Progress:
     Attributes
     ----------
     stage : str
-        "kernels" (compiled before the first run on a machine), "burst", "break-up", "fly" or "report".
+        "burst", "break-up", "fly" or "report".
     share : float
-        Of the stage that is done, 0 to 1: of the kernels, of the burst's time, or of the fragments flown.
+        Of the stage that is done, 0 to 1: of the burst's time, or of the fragments flown.
     detail : str
         The same in words.
     seconds_left : float, optional
@@ -125,16 +123,6 @@ class ProgressReporter:
         detail = f"{state.done} of {state.total} fragments   {rate:.0f} fragments/s"
         self._show(state.done, state.total, detail)
 
-    def kernels(self, done: int, total: int) -> None:
-        """Show how many kernels are compiled; without any, that another command is at it. Begins the stage."""
-        if self._stage != _KERNELS:
-            self.stage(_KERNELS)
-        detail = f"compiling kernels, {done} of {total}: once for this version on this machine"
-        if total:
-            self._show(done, total, detail)
-        else:
-            self._publish(Progress(_KERNELS, detail=_ELSEWHERE))
-
     def _compiling(self, begins: bool) -> None:
         """Say that kernels are compiled, and afterwards what was said before."""
         if not self._stage:
@@ -157,7 +145,7 @@ class ProgressReporter:
         if self._progress is None or self._task is None:
             return
         left = "" if state.seconds_left is None else f"{duration(state.seconds_left)} left"
-        unknown = state.detail in (COMPILING, _ELSEWHERE) and state.share == 0.0
+        unknown = state.detail == COMPILING and state.share == 0.0
         total = None if unknown else 1.0
         self._progress.update(self._task, completed=state.share, total=total, detail=state.detail, left=left)
 

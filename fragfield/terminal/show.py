@@ -15,30 +15,24 @@ from fragfield.hazard.contents import quantity_words
 from fragfield.hazard.recommended import parts_words
 from fragfield.hazard.shock_exposure import exposed_rounds, exposure_words
 from fragfield.hazard.verdict import criterion_words, part_of_criterion
-from fragfield.pipeline.convergence import convergence_words
+from fragfield.numbers import SPACE, number, row
+from fragfield.pipeline.grid_convergence import KINDS
+from fragfield.quantities import shown
 from fragfield.terminal.progress import duration
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-__all__ = ["OFFICIAL_LABELS", "number_text", "plain_console", "print_info", "print_summary", "stripped", "summary_text"]
-
-# Part, quantity, factor from SI, unit, for reading.
-_SUMMARY_ROWS = (
-    ("burst", "cells", 1.0, ""),
-    ("burst", "steps", 1.0, ""),
-    ("burst", "end_time", 1e6, "us"),
-    ("burst", "wall_seconds", 1.0, "s"),
-    ("burst", "mean_initial_speed", 1.0, "m/s"),
-    ("burst", "speed_99", 1.0, "m/s"),
-    ("burst", "max_initial_speed", 1.0, "m/s"),
-    ("burst", "outer_diameter", 1e3, "mm"),
-    ("burst", "lost_cells", 1.0, ""),
-    ("burst", "energy_error", 1e2, "%"),
-    ("break_up", "fragments", 1.0, ""),
-    ("break_up", "mass", 1.0, "kg"),
-    ("flight", "landed", 1.0, ""),
-)
+__all__ = [
+    "OFFICIAL_LABELS",
+    "convergence_words",
+    "number_text",
+    "plain_console",
+    "print_info",
+    "print_summary",
+    "stripped",
+    "summary_text",
+]
 
 OFFICIAL_LABELS = {
     "hazardous_fragment_distance": "official, hazardous fragments",
@@ -46,10 +40,6 @@ OFFICIAL_LABELS = {
 }
 """Official distances as the terminal names them."""
 _WIDTH = 120  # letters of a line in a text
-_LABELS = {
-    "speed_99": "speed of 99 % of the mass",
-    "max_initial_speed": "max initial speed (of a cell)",
-}
 
 
 def plain_console(file: TextIO | None = None) -> Console:
@@ -81,25 +71,21 @@ def print_summary(summary: Mapping[str, Any], console: Console | None = None) ->
     table = Table(
         title=str(summary.get("title", "")), title_justify="left", box=None, show_header=False, pad_edge=False
     )
-    for part, key, factor, unit in _SUMMARY_ROWS:
-        found = summary.get(part)
-        if isinstance(found, dict) and key == "speed_99":
-            found = {key: (found.get("speed_quantiles") or {}).get("99")}
-        if isinstance(found, dict) and found.get(key) is not None:
-            label = _LABELS.get(key, key.replace("_", " "))
-            table.add_row(part.replace("_", " "), label, number_text(found[key], factor), unit)
+    for entry in shown("terminal"):
+        for found in entry.rows(summary):
+            table.add_row(entry.stage, f"{found.name[0].lower()}{found.name[1:]}", found.value)
     rounds = (summary.get("burst") or {}).get("rounds") or []
     for entry in rounds if len(rounds) > 1 else []:
         if "ignition" in entry:
-            table.add_row("burst", f"ignition of {entry['name']}", *_initiated(entry["ignition"]))
+            table.add_row("burst", f"ignition of {entry['name']}", _initiated(entry["ignition"]))
     for name, exposure, initiated in exposed_rounds(summary.get("burst") or {}):
         label = "initiated" if initiated else "not initiated"
-        table.add_row("burst", f"{name}, {label}", exposure_words(exposure), "")
+        table.add_row("burst", f"{name}, {label}", exposure_words(exposure))
     for surface in summary.get("witness") or []:
-        table.add_row("witness", f"hits on {surface['name']}", number_text(surface["hits"], 1.0), "")
+        table.add_row("witness", f"hits on {surface['name']}", number(surface["hits"]))
     for obstacle in summary.get("obstacle") or []:
         hits = f"{obstacle['hits']:d}, hazardous {obstacle['hazardous_hits']:d}, stopped {obstacle['stopped']:d}"
-        table.add_row("obstacle", f"hits on {obstacle['name']}", hits, "")
+        table.add_row("obstacle", f"hits on {obstacle['name']}", hits)
     console = console or plain_console()
     console.print(table)
     if recovered := (summary.get("flight") or {}).get("recovered"):
@@ -137,12 +123,28 @@ def _print_profile(console: Console, profile: Sequence[Mapping[str, Any]]) -> No
     console.print(table)
 
 
-def _initiated(ignition: Sequence[Mapping[str, Any]]) -> tuple[str, str]:
-    """When a round was initiated and by what, as the value and the unit of a line."""
+def _initiated(ignition: Sequence[Mapping[str, Any]]) -> str:
+    """When a round was initiated, and whether by shock."""
     if not ignition:
-        return "never initiated", ""
-    by = "us, by shock" if ignition[0]["by"] == "shock" else "us"
-    return f"{ignition[0]['time'] * 1e6:.4g}", by
+        return "never initiated"
+    return f"{ignition[0]['time'] * 1e6:.4g}{SPACE}µs{', by shock' if ignition[0]['by'] == 'shock' else ''}"
+
+
+def convergence_words(part: Mapping[str, Any]) -> list[str]:
+    """One line of text on the part `convergence` of summary.json; none where no other size was computed."""
+    if "sizes" not in part:
+        return []
+    words = []
+    for one in shown("convergence"):
+        entry = part["quantities"].get(one.name)
+        if entry is None or entry["uncertainty"] is None:
+            continue
+        order = f"order {entry['order']:.2g}" if entry["order"] is not None else KINDS[entry["kind"]]
+        words.append(
+            f"{one.label[0].lower()}{one.label[1:]} ± {row('', entry['uncertainty'], one.unit, digits=2).value}, {order}"
+        )
+    sizes = ", ".join(f"{1e3 * size:.3g}" for size in part["sizes"])
+    return [f"uncertainty by the cells ({sizes} mm): {'; '.join(words)}"] if words else []
 
 
 def _print_hazard(console: Console, hazard: Mapping[str, Any]) -> None:

@@ -17,12 +17,11 @@ import numpy as np
 
 from fragfield.errors import InputError
 from fragfield.report.figures.drawing import SPEED_MAP
-from fragfield.view.offscreen import PictureUnavailableError, require_offscreen
-from fragfield.view.scenes import burst_states, fragment_points, section
+from fragfield.view.offscreen import VIEWS, PictureUnavailableError
+from fragfield.view.scenes import STREAK, final_burst, fragment_points, section
 from fragfield_base.writing import write_text
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
     from pathlib import Path
 
     import pyvista
@@ -30,8 +29,6 @@ if TYPE_CHECKING:
     from fragfield.report.reading.run_files import RunFiles
 
 __all__ = [
-    "VIEW_OF_BURST",
-    "VIEW_OF_FRAGMENTS",
     "interactive_fault",
     "view_of_burst",
     "view_of_fragments",
@@ -44,13 +41,8 @@ _POLICY = (
     "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src data: blob: 'unsafe-inline' 'unsafe-eval'\">"
 )
 """Whatever else the viewer may ask for, the browser does not fetch it."""
-VIEW_OF_BURST, VIEW_OF_FRAGMENTS = "view_burst.html", "view_fragments.html"
 MOST_TRIANGLES = 120_000
-"""Of a view, all its times together, half of them the end's: its page stays about 10 MB, and telephones turn it."""
-STATES = 5
-"""Times of the burst in its view, the end among them."""
-STREAK = 1e-4
-"""Time (s) that fragments have flown on, without drag, in their view."""
+"""Of a view: its page stays about 10 MB, and telephones turn it."""
 _HINT = "Drag to turn, wheel or two fingers to zoom, Shift and drag to move."
 
 
@@ -63,63 +55,46 @@ def interactive_fault() -> str | None:
     return None
 
 
-def write_interactive_views(run: RunFiles, folder: Path | None = None) -> list[Path]:
+def write_interactive_views(run: RunFiles, folder: Path) -> None:
     """Write a page for the burst and one for the fragments, as far as the run has them.
 
     Parameters
     ----------
     run : RunFiles
         The run.
-    folder : Path, optional
-        Where to write; otherwise the run directory.
-
-    Returns
-    -------
-    list of Path
-        The pages written.
+    folder : Path
+        Where to write.
 
     Raises
     ------
     PictureUnavailableError
-        trame-vtk is missing, or VTK cannot draw here.
+        trame-vtk is missing.
     """
     if fault := interactive_fault():
         raise PictureUnavailableError(fault)
-    require_offscreen()
-    target = folder or run.folder
-    written = []
     if run.nodes:
-        written.append(view_of_burst(run, target))
+        view_of_burst(run, folder)
     if run.fragments:
-        written.append(view_of_fragments(run, target))
-    return written
+        view_of_fragments(run, folder)
 
 
 def view_of_burst(run: RunFiles, folder: Path) -> Path:
-    """Write the page of the rounds, cut open, coloured by speed, at some times to choose from; return its path."""
-    states = burst_states(run, STATES)
-    fastest = max(float(grid.point_data["speed"].max()) for _, grid in states) or 1.0
+    """Write the page of the rounds at the end of the burst, cut open, coloured by speed; return its path."""
+    grid = final_burst(run)
+    fastest = float(grid.point_data["speed"].max()) or 1.0
     plotter = _plotter()
-    times = []
-    earlier = len(states) - 1
-    # Without the folder burst there is one state, the last.
-    each = [MOST_TRIANGLES // (2 * max(earlier, 1))] * earlier + [MOST_TRIANGLES // 2 if earlier else MOST_TRIANGLES]
-    for (time, grid), most in zip(states, each, strict=True):
-        surface = _light_surface(section(grid), most)
-        if surface.n_cells:
-            _add_coloured(plotter, surface, fastest)
-            times.append(f"{time * 1e6:.0f} µs")
+    _add_coloured(plotter, _light_surface(section(grid)), fastest)
     plotter.view_vector((0.35, -1.0, 0.3), viewup=(0, 0, 1))
-    words = "Section of the burst" + (f" at {times[0]}" if len(times) == 1 else "")
-    return _write(plotter, folder / VIEW_OF_BURST, run.title, words, "Speed (m/s)", fastest, times)
+    words = f"Section of the burst at {1e6 * (run.burst_time or 0.0):.0f} µs"
+    return _write(plotter, folder / VIEWS["picture_of_burst"], run.title, words, "Speed (m/s)", fastest)
 
 
-def _light_surface(grid: pyvista.UnstructuredGrid, most: int) -> pyvista.PolyData:
-    """The outside of the cells in at most about so many triangles."""
+def _light_surface(grid: pyvista.UnstructuredGrid) -> pyvista.PolyData:
+    """The outside of the cells in at most about `MOST_TRIANGLES`."""
     surface = _bare(grid.extract_surface(algorithm="dataset_surface").triangulate())
-    if surface.n_cells <= most:
+    if surface.n_cells <= MOST_TRIANGLES:
         return surface
-    return surface.decimate_pro(1.0 - most / surface.n_cells, preserve_topology=True)
+    return surface.decimate_pro(1.0 - MOST_TRIANGLES / surface.n_cells, preserve_topology=True)
 
 
 def view_of_fragments(run: RunFiles, folder: Path) -> Path:
@@ -144,7 +119,7 @@ def view_of_fragments(run: RunFiles, folder: Path) -> Path:
         f"{points.n_points:,} fragments"
     )  # fmt: skip
     words = f"{number} {STREAK * 1e6:.0f} µs after the burst, drag neglected; symbols stand for the mass"
-    path = folder / VIEW_OF_FRAGMENTS
+    path = folder / VIEWS["picture_of_fragments"]
     return _write(plotter, path, run.title, words, "Initial speed (m/s)", fastest)
 
 
@@ -186,16 +161,8 @@ def _add_coloured(plotter: pyvista.Plotter, mesh: pyvista.PolyData, fastest: flo
     )  # fmt: skip
 
 
-def _write(
-    plotter: pyvista.Plotter,
-    path: Path,
-    title: str,
-    words: str,
-    quantity: str,
-    fastest: float,
-    times: Sequence[str] = (),
-) -> Path:
-    """Write the page of a scene; with several `times` it has a mesh for each, in their order, and shows one of them."""
+def _write(plotter: pyvista.Plotter, path: Path, title: str, words: str, quantity: str, fastest: float) -> Path:
+    """Write the page of a scene."""
     from trame_vtk.tools.vtksz2html import write_html
 
     plotter.reset_camera()
@@ -211,8 +178,6 @@ def _write(
     body, _, tail = rest.rpartition("</body>")
     heading = f"{title} – {words}"
     legend = _legend(title, words, quantity, fastest)
-    if len(times) > 1:
-        legend += _slider(times)
     return write_text(path, f"{head}{_POLICY}<title>{escape(heading)}</title>{body}{legend}</body>{tail}", InputError)
 
 
@@ -257,7 +222,7 @@ def _legend(title: str, words: str, quantity: str, fastest: float) -> str:
     return f"""
 <style>
 .content {{ position: fixed; inset: 0; }}
-#head, #bar, #state {{ position: fixed; z-index: 1; left: 1rem; pointer-events: none; color: #1d2733;
+#head, #bar {{ position: fixed; z-index: 1; left: 1rem; pointer-events: none; color: #1d2733;
   font: 15px/1.4 "Segoe UI", "Helvetica Neue", Helvetica, "Liberation Sans", "DejaVu Sans", Arial, sans-serif; }}
 #head {{ top: .8rem; right: 1rem; }}
 #head h1 {{ margin: 0; font-size: 1.25rem; line-height: 1.2; }}
@@ -271,35 +236,4 @@ def _legend(title: str, words: str, quantity: str, fastest: float) -> str:
 <div id="head"><h1>{escape(title)}</h1><p>{escape(words)}</p></div>
 <div id="bar"><div>{escape(quantity)}</div><div class="colours"></div><div class="ticks">{ticks}</div>
 <div class="hint">{_HINT}</div></div>
-"""
-
-
-def _slider(times: Sequence[str]) -> str:
-    """A slider that shows one of the scene's meshes at a time; the last one first. Arrow keys move it too."""
-    last = len(times) - 1
-    marks = "".join(f"<span>{escape(time)}</span>" for time in times)
-    return f"""
-<style>
-#state {{ top: 4.2rem; width: min(26rem, calc(100% - 2rem)); }}
-#state input {{ width: 100%; margin: 0; pointer-events: auto; }}
-#state .times {{ display: flex; justify-content: space-between; font-size: .85rem; }}
-#state .chosen {{ font-weight: bold; }}
-</style>
-<div id="state"><input type="range" min="0" max="{last}" value="{last}" step="1" aria-label="Time">
-<div class="times">{marks}</div></div>
-<script>
-  const slider = document.querySelector("#state input"), marks = document.querySelectorAll("#state span");
-  const scene = () => window.global && window.global.renderWindow;  // where the viewer leaves it
-  const meshes = () => scene() ? scene().getRenderers().flatMap(part => part.getActors()) : [];
-  function show() {{
-    slider.setAttribute("aria-valuetext", marks[slider.value].textContent);
-    marks.forEach((mark, number) => mark.classList.toggle("chosen", number === Number(slider.value)));
-    meshes().forEach((mesh, number) => mesh.setVisibility(number === Number(slider.value)));
-    scene().render();
-  }}
-  slider.addEventListener("input", show);
-  const waiting = setInterval(() => {{
-    if (meshes().length === marks.length) {{ clearInterval(waiting); show(); }}
-  }}, 50);
-</script>
 """

@@ -1,4 +1,7 @@
-"""Whether VTK can draw without a window here, checked first because VTK would end the process."""
+"""Drawing by VTK without a window, in a process of its own.
+
+Where a driver is missing VTK ends its process; whoever asked for a picture goes on and says so.
+"""
 
 from __future__ import annotations
 
@@ -6,18 +9,19 @@ import ctypes
 import os
 import subprocess
 import sys
-from functools import cache
+import tempfile
+from pathlib import Path
+from typing import TYPE_CHECKING
 
-__all__ = [
-    "PictureUnavailableError",
-    "display_available",
-    "failure",
-    "go_untried",
-    "library_fault",
-    "offscreen_fault",
-    "require_offscreen",
-]
+from fragfield.errors import InputError
 
+if TYPE_CHECKING:
+    from types import TracebackType
+
+__all__ = ["VIEWS", "PictureProcess", "PictureUnavailableError", "display_available", "draw", "offscreen_fault"]
+
+VIEWS = {"picture_of_burst": "view_burst.html", "picture_of_fragments": "view_fragments.html"}
+"""Interactive page beside each picture."""
 _WINDOWS = {
     "libEGL.so.1": "vtkEGLRenderWindow",
     "libOSMesa.so.8": "vtkOSOpenGLRenderWindow",
@@ -25,13 +29,8 @@ _WINDOWS = {
     "libOSMesa.so": "vtkOSOpenGLRenderWindow",
 }
 _CURE = "install libegl1 (Debian: apt-get install libegl1), then run `fragfield report` or `fragfield view` again"
-# A driver may be missing behind a library that is there; VTK then dies by a signal, so that another process tries.
-_TRIAL = (
-    "import pyvista; p = pyvista.Plotter(off_screen=True, window_size=(16, 16)); p.add_mesh(pyvista.Sphere());"
-    "p.screenshot(None, return_img=True); p.close()"
-)
-
-_untried = False
+_DRAW = "import sys; from fragfield.view.offscreen import draw; sys.exit(draw(*sys.argv[1:]))"
+_DONE, _FAULT, _INPUT, _UNAVAILABLE = 0, 1, 2, 3
 
 
 class PictureUnavailableError(RuntimeError):
@@ -51,8 +50,8 @@ def display_available() -> bool:
     return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
 
 
-def library_fault() -> str | None:
-    """Why VTK cannot draw off-screen for lack of a library, with the cure; None where there is one.
+def offscreen_fault() -> str:
+    """Why VTK cannot draw off-screen for lack of a library, with the cure; empty where there is one.
 
     VTK is pointed to the library; a driver behind it may still be missing.
     """
@@ -62,35 +61,72 @@ def library_fault() -> str | None:
     if not display_available():
         # Otherwise VTK asks for an X server first, and complains that there is none.
         os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", _WINDOWS[library])
-    return None
+    return ""
 
 
-def failure(last: str) -> str:
-    """The message for a process that VTK ended, with its last words."""
-    return f"VTK fails to draw without a window here ({last}); {_CURE}"
+class PictureProcess:
+    """A process that draws the pictures or pages of a run; a context manager, at whose end it has ended too.
+
+    Parameters
+    ----------
+    run : Path
+        The run directory.
+    folder : Path
+        Interactive pages go there, pictures into its folder `figures`.
+    what : "report", "pictures" or "pages"
+        Narrow pictures, and pages where trame-vtk is installed; wide pictures; pages.
+    """
+
+    def __init__(self, run: Path, folder: Path, what: str) -> None:
+        self._fault = offscreen_fault()
+        self._words = tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace")  # noqa: SIM115 - see __exit__
+        command = [sys.executable, "-c", "" if self._fault else _DRAW, str(run), str(folder), what]
+        self._process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=self._words, stderr=self._words)
+
+    def __enter__(self) -> PictureProcess:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        self._process.kill()
+        self._process.wait()
+        self._words.close()
+
+    def finish(self) -> str:
+        """Wait for the files; why VTK draws none here, or nothing.
+
+        Raises
+        ------
+        InputError
+            A file of the run is damaged, or a folder cannot be written.
+        """
+        code = self._process.wait()
+        self._words.seek(0)
+        words = self._words.read().strip()
+        last = (words.splitlines() or [f"exit code {code}"])[-1]
+        if code == _INPUT:
+            raise InputError(last)
+        if code == _FAULT:
+            raise RuntimeError(f"pictures could not be drawn: {words}")
+        if code == _DONE:
+            return self._fault
+        return last if code == _UNAVAILABLE else f"VTK fails to draw without a window here ({last}); {_CURE}"
 
 
-def go_untried() -> None:
-    """Draw without a trial from now on: another process notices where VTK ends this one."""
-    global _untried  # noqa: PLW0603 - of the process, as its end would be
-    _untried = True
+def draw(run: str, folder: str, what: str) -> int:
+    """Draw pictures and pages of a run as `PictureProcess` asks; an exit code, and why on stderr."""
+    from fragfield.report.reading.run_files import read_run
+    from fragfield.view.interactive import interactive_fault, write_interactive_views
+    from fragfield.view.pictures import write_pictures
 
-
-@cache
-def offscreen_fault() -> str | None:
-    """Why VTK cannot draw off-screen here, with the cure; None when it can. Tried once a process."""
-    if (fault := library_fault()) or _untried:
-        return fault
     try:
-        trial = subprocess.run([sys.executable, "-c", _TRIAL], capture_output=True, text=True, timeout=120, check=False)
-    except (OSError, subprocess.TimeoutExpired) as error:
-        return f"VTK could not be tried: {error}"
-    if trial.returncode == 0:
-        return None
-    return failure((trial.stderr.strip().splitlines() or [f"exit code {trial.returncode}"])[-1])
-
-
-def require_offscreen() -> None:
-    """Raise PictureUnavailableError where VTK cannot draw off-screen."""
-    if fault := offscreen_fault():
-        raise PictureUnavailableError(fault)
+        files = read_run(Path(run))
+        if what != "pages":
+            write_pictures(files, Path(folder) / "figures", wide=what == "pictures")
+        if what == "pages" or (what == "report" and not interactive_fault()):
+            write_interactive_views(files, Path(folder))
+    except (PictureUnavailableError, InputError) as error:
+        sys.stderr.write(f"{error}\n")
+        return _INPUT if isinstance(error, InputError) else _UNAVAILABLE
+    return _DONE

@@ -9,9 +9,7 @@ import numpy as np
 
 from fragfield.errors import InputError
 from fragfield.report.figures.drawing import COLUMN, SPEED_MAP, WIDE, blank_figure, drawing_style, to_bytes
-from fragfield.report.reading.run_files import RunFiles, read_run
-from fragfield.view.offscreen import require_offscreen
-from fragfield.view.scenes import burst_states, cut, fragment_points, section
+from fragfield.view.scenes import STREAK, burst_states, cut, fragment_points, section
 from fragfield_base.writing import write_bytes
 
 if TYPE_CHECKING:
@@ -21,46 +19,25 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
-__all__ = ["burst_figure", "fragments_figure", "picture_of_burst", "picture_of_fragments"]
+    from fragfield.report.reading.run_files import RunFiles
+
+__all__ = ["write_pictures"]
 
 _PIXELS_HIGH = 900
 _LIGHT: dict[str, Any] = {"ambient": 0.45, "diffuse": 0.65, "specular": 0.0}
 
 
-def picture_of_burst(run: Path | RunFiles, path: Path | None = None, *, frames: int = 4) -> Path:
-    """Write the section of the deforming rounds, coloured by speed, at a few times.
-
-    Parameters
-    ----------
-    run : Path or RunFiles
-        The run.
-    path : Path, optional
-        Where to write the PNG; otherwise `figures/picture_of_burst.png` in the run directory.
-    frames : int
-        Number of times, the end of the burst among them.
-
-    Raises
-    ------
-    InputError
-        The burst has not been run.
-    PictureUnavailableError
-        VTK cannot draw here.
-    """
-    files = run if isinstance(run, RunFiles) else read_run(run)
-    return _saved(burst_figure(files, frames=frames), files, path, "picture_of_burst.png")
-
-
-def picture_of_fragments(run: Path | RunFiles, path: Path | None = None) -> Path:
-    """Write the cloud of fragments, coloured by initial speed; parameters and errors as `picture_of_burst`."""
-    files = run if isinstance(run, RunFiles) else read_run(run)
-    return _saved(fragments_figure(files, width=WIDE), files, path, "picture_of_fragments.png")
-
-
-def _saved(figure: Figure, run: RunFiles, path: Path | None, name: str) -> Path:
-    target = path or run.folder / "figures" / name
-    target.parent.mkdir(parents=True, exist_ok=True)
+def write_pictures(run: RunFiles, folder: Path, *, wide: bool) -> None:
+    """Write every picture that the run has data for: wide ones, the burst at four times, or of a column, at two."""
+    folder.mkdir(parents=True, exist_ok=True)
+    drawn = {}
+    if run.nodes:
+        drawn["picture_of_burst"] = burst_figure(run, 4 if wide else 2)
+    if run.fragments:
+        drawn["picture_of_fragments"] = fragments_figure(run, WIDE if wide else COLUMN)
     with drawing_style():
-        return write_bytes(target, to_bytes(figure, "png", dots=170)[0], InputError)
+        for name, figure in drawn.items():
+            write_bytes(folder / f"{name}.png", to_bytes(figure, "png")[0], InputError)
 
 
 @dataclass(frozen=True)
@@ -72,9 +49,8 @@ class _Frame:
     extent: tuple[float, float, float, float]
 
 
-def burst_figure(run: RunFiles, *, frames: int = 2) -> Figure:
+def burst_figure(run: RunFiles, frames: int) -> Figure:
     """Figure of the section at `frames` times side by side, two in the width of a column."""
-    require_offscreen()
     grids = burst_states(run, frames)
     fastest = max(float(grid.point_data["speed"].max()) for _, grid in grids) or 1.0
     drawn = [_Frame(time, *_render_section(grid, fastest)) for time, grid in grids]
@@ -95,6 +71,9 @@ def _panels(drawn: list[_Frame], fastest: float, width: float) -> Figure:
             axis.set(title=f"{frame.time * 1e6:.0f} µs", ylim=(low * 1e3, high * 1e3), xlabel="x (mm)")
             axis.grid(visible=False)
         axes[0].set_ylabel("z (mm)")
+        figure.subplots_adjust(
+            left=0.6 / width, right=1.0 - 0.1 / width, bottom=1.05 / (height + 1.35), top=1.0 - 0.25 / height, wspace=0.08
+        )
         _speed_bar(figure, fastest)
     return figure
 
@@ -140,12 +119,11 @@ def _speed_bar(figure: Figure, fastest: float) -> None:
     bar.outline.set_visible(False)  # type: ignore[operator]
 
 
-def fragments_figure(run: RunFiles, streak: float = 1e-4, *, width: float = COLUMN) -> Figure:
-    """Figure of the fragments `streak` seconds on without drag, sized by mass, coloured by speed; width in inches."""
+def fragments_figure(run: RunFiles, width: float) -> Figure:
+    """Figure of the fragments some time on without drag, sized by mass, coloured by speed; width in inches."""
     import pyvista
 
-    require_offscreen()
-    points, _ = fragment_points(run, streak)
+    points, _ = fragment_points(run, STREAK)
     fastest = float(points.point_data["speed"].max()) or 1.0
     # A mean fragment is drawn as a hundredth of the cloud, whatever its size: true sizes may vanish.
     enlarged = 0.009 * float(points.length) / max(float(points.point_data["size"].mean()), 1e-9)
@@ -169,7 +147,7 @@ def fragments_figure(run: RunFiles, streak: float = 1e-4, *, width: float = COLU
 def _cloud(picture: NDArray[np.uint8], fastest: float, text: str, width: float, height: float) -> Figure:
     with drawing_style():
         figure = blank_figure(width, height)
-        axis = figure.subplots()
+        axis = figure.add_axes((0.02, 0.85 / height, 0.96, 1.0 - 1.1 / height))
         axis.imshow(picture, interpolation="antialiased")
         axis.set_axis_off()
         axis.set_title(text, loc="center", fontsize=8 if width > 5 else 7, fontweight="normal")

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from fragfield.errors import InputError
-from fragfield.view.revolve import revolved
 from fragfield_base.xdmf import check_xdmf
 
 if TYPE_CHECKING:
@@ -16,10 +16,12 @@ if TYPE_CHECKING:
     import pyvista
     from numpy.typing import NDArray
 
+    from burst_fenicsx.files.revolve import Revolution
     from fragfield.report.reading.run_files import RunFiles
     from transition.placement.mirroring import Image
 
 __all__ = [
+    "STREAK",
     "burst_at",
     "burst_states",
     "burst_times",
@@ -30,8 +32,12 @@ __all__ = [
     "section",
 ]
 
+STREAK = 1e-4
+"""Time (s) that fragments have flown on, without drag, where they are shown."""
 CASING = 0
 """Part of a cell, as the snapshot numbers them."""
+MOST_CELLS = 200_000
+"""Of a picture: the 3-D page thins them further."""
 _SECTION = "section"
 _MIRRORED = {8: [3, 2, 1, 0, 7, 6, 5, 4], 6: [0, 2, 1, 3, 5, 4], 4: [3, 2, 1, 0]}
 """Corners of a mirrored hexahedron, wedge and quadrilateral in the order in which it is not inside out."""
@@ -107,7 +113,7 @@ def _whole(
     part = np.asarray(part).astype(np.int32)
     kinds = {pyvista.CellType.HEXAHEDRON: (cells, part)}
     if run.is_axisymmetric:
-        shown = revolved(run, points, speed, part)
+        shown = _revolved(run, points, speed, part)
         points, speed = shown.points, shown.speed
         kinds = {
             pyvista.CellType.HEXAHEDRON: (shown.hexahedra, shown.part_of_hexahedra),
@@ -188,3 +194,49 @@ def fragment_points(run: RunFiles, streak: float = 0.0) -> tuple[pyvista.PolyDat
     # Diameter of the sphere of that mass in steel; only a symbol, the shape of a fragment is not known.
     points.point_data["size"] = np.cbrt(6.0 * run.fragments["mass"] / (np.pi * 7850.0))
     return points, run.fragments["position"]
+
+
+@dataclass(frozen=True, eq=False)
+class _Revolved:
+    """Cells around the axis with the nodes' speed.
+
+    Attributes
+    ----------
+    points, speed : (n, 3), (n,)
+        Nodes (m) and their speed (m/s).
+    hexahedra, wedges : (k, 8), (w, 6)
+        Cells in VTK's order; those at the axis are wedges.
+    part_of_hexahedra, part_of_wedges : (k,), (w,)
+        Their parts.
+    """
+
+    points: NDArray[np.float64]
+    speed: NDArray[np.float64]
+    hexahedra: NDArray[np.int64]
+    wedges: NDArray[np.int64]
+    part_of_hexahedra: NDArray[np.int32]
+    part_of_wedges: NDArray[np.int32]
+
+
+def _revolved(
+    run: RunFiles, points: NDArray[np.float64], speed: NDArray[np.float64], part: NDArray[np.int32]
+) -> _Revolved:
+    """Revolve a state of the meridian: nodes (n, 3) in m, their speed (n,) in m/s, parts of the cells (m,)."""
+    sweep = _revolution(run)
+    parts, wedges = sweep.cell_field(part).astype(np.int32), sweep.wedges
+    return _Revolved(
+        sweep.positions(points), np.asarray(speed)[sweep.node], sweep.cells[~wedges], sweep.wedge_nodes(),
+        parts[~wedges], parts[wedges],
+    )  # fmt: skip
+
+
+def _revolution(run: RunFiles) -> Revolution:
+    """The sweep of the run's meridian; made once a run."""
+    if run.revolution is None:
+        from burst_fenicsx.files.revolve import revolution
+
+        attributes = run.rounds[0].attributes
+        run.revolution = revolution(
+            run.nodes["reference"], run.cells["nodes"], attributes["position"], attributes["axis"], MOST_CELLS
+        )
+    return run.revolution

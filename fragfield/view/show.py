@@ -7,12 +7,10 @@ from pathlib import Path
 from fragfield.errors import InputError
 from fragfield.report.figures.drawing import SPEED_MAP
 from fragfield.report.reading.run_files import RunFiles, read_run
-from fragfield.view.interactive import write_interactive_views
-from fragfield.view.offscreen import display_available
-from fragfield.view.pictures import picture_of_burst, picture_of_fragments
+from fragfield.view.offscreen import VIEWS, PictureProcess, PictureUnavailableError, display_available
 from fragfield.view.scenes import final_burst, fragment_points, section
 
-__all__ = ["open_window", "view_run", "write_pictures"]
+__all__ = ["open_window", "view_run"]
 
 
 def view_run(run_dir: Path | str, *, window: bool | None = None, html: bool = False) -> list[Path]:
@@ -42,22 +40,14 @@ def view_run(run_dir: Path | str, *, window: bool | None = None, html: bool = Fa
     run = read_run(Path(run_dir))
     if not run.nodes and not run.fragments:
         raise InputError(f"{run.folder}: nothing to show; run `fragfield burst` or `fragfield break-up` first")
-    if html:
-        return write_interactive_views(run)
-    if display_available() if window is None else window:
+    if not html and (display_available() if window is None else window):
         open_window(run)
         return []
-    return write_pictures(run)
-
-
-def write_pictures(run: RunFiles) -> list[Path]:
-    """Write every picture that the run has data for into its folder `figures`."""
-    written = []
-    if run.nodes:
-        written.append(picture_of_burst(run))
-    if run.fragments:
-        written.append(picture_of_fragments(run))
-    return written
+    with PictureProcess(run.folder, run.folder, "pages" if html else "pictures") as process:
+        if fault := process.finish():
+            raise PictureUnavailableError(fault)
+    names = VIEWS.values() if html else (f"figures/{name}.png" for name in VIEWS)
+    return [run.folder / name for name, there in zip(names, (run.nodes, run.fragments), strict=True) if there]
 
 
 def open_window(run: RunFiles) -> None:

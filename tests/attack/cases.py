@@ -13,9 +13,8 @@ from pydantic import BaseModel
 
 from fragfield.case.messages import marks_of, tables_in
 from fragfield.case.schema import Case
-from fragfield.case.units.compound import Vector
-from fragfield.case.units.quantities import Quantity
 from fragfield.case.write import toml_value
+from fragfield_base.inputs import Quantity, Vector
 from tests.fragfield.short_run import SHORT
 
 if TYPE_CHECKING:

@@ -108,4 +108,4 @@ def replace_entry(solver: BurstSolver):
     ledger = solver.ledger
     ledger.energy_tolerance = np.inf
     assert solver.contact is not None
-    return ledger.record(solver.fields, solver.time, solver.time_step, solver.resultant, 0.0, solver.contact)
+    return ledger.record(solver.fields, solver.time, solver.time_step, 0.0, solver.contact)

@@ -96,7 +96,7 @@ def state(going: Simulation) -> dict[str, np.ndarray]:
         "initial_radius": going.leakage.initial_radius,
         "rupture_time": going.leakage.rupture_time,
         "steps": np.array(going.solver.steps),
-        "stable_step": np.array(going.solver.stable_step),
+        "stable_step": np.array(going.solver.control.stable_step),
     }
     return {name: values for name, values in gathered.items() if values is not None} if going.comm.rank == 0 else {}
 

@@ -7,7 +7,7 @@ import time
 
 import pytest
 
-from burst_fenicsx.files.background import Background
+from burst_fenicsx.files.output import Background
 
 
 def test_one_piece_at_a_time_beside_the_caller():

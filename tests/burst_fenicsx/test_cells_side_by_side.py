@@ -129,7 +129,7 @@ def test_many_cells_do_what_each_does_alone(kind, part, quadrature, seed):
     together, layer, corner, cell = states.column(0, COUNT)
     many = of_cells(together)
     force = np.zeros((COUNT + 1, states.corners, 3))
-    force[layer, corner] = together.resultant
+    force[layer, corner] = together.fields.nodes.force
     summed, sums, largest = np.zeros_like(force), np.zeros(5), 0.0
     for number in range(COUNT):
         alone, own_layer, own_corner, (own,) = states.column(number, 1)
@@ -138,12 +138,12 @@ def test_many_cells_do_what_each_does_alone(kind, part, quadrature, seed):
         for name, values in of_cells(alone).items():
             scale = np.abs(many[name][np.isfinite(many[name])]).max(initial=0.0)
             np.testing.assert_allclose(many[name][where], values[0], rtol=1e-9, atol=1e-10 * scale, err_msg=name)
-        np.add.at(summed, (own_layer, own_corner), alone.resultant)
-        largest = max(largest, float(np.abs(alone.resultant).max()))
+        np.add.at(summed, (own_layer, own_corner), alone.fields.nodes.force)
+        largest = max(largest, float(np.abs(alone.fields.nodes.force).max()))
         sums += alone.ledger.sums
     np.testing.assert_allclose(force, summed, rtol=0.0, atol=1e-9 * largest)
     np.testing.assert_allclose(together.ledger.sums, sums, rtol=1e-9, atol=1e-12 * np.abs(sums).max())
-    assert together.stable_step == pytest.approx(many["stable"].min(), rel=1e-12)
+    assert together.control.stable_step == pytest.approx(many["stable"].min(), rel=1e-12)
     assert np.unique(many["stress"][:, 0, 0]).size > COUNT // 2
     if part == Part.CHARGE:
         assert 0.0 < many["burnt"].mean() < 1.0

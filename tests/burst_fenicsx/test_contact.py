@@ -12,7 +12,7 @@ pytest.importorskip("dolfinx")
 from burst_fenicsx.contact.exchange import CONTACT_FORCES
 from burst_fenicsx.contact.forces import Penetrations, max_squared_phase
 from burst_fenicsx.kernels.vectors.exact import quantise, rounding_constant
-from burst_fenicsx.mechanics.nodal_loads import Hold
+from burst_fenicsx.mechanics.nodal_loads import NodalConstraint
 from burst_fenicsx.meshing import cell_volumes, merge
 from burst_fenicsx.meshing.split import split_charges
 from burst_fenicsx.problem import ContactSettings, Hourglass, Mirror, RigidPlane, TimeStep
@@ -82,7 +82,7 @@ def sliding(settings, meshes, velocities, gravity, hold=None):
         force[:, 2] -= gravity * solver_mass[0]
 
     solver_mass = [0.0]
-    solver = bodies(meshes, velocities, settings, external=weigh, holds=hold or ())
+    solver = bodies(meshes, velocities, settings, external=weigh, constraints=hold or ())
     solver_mass[0] = solver.fields.mass
     return solver
 
@@ -119,7 +119,7 @@ def test_a_block_slides_on_a_slab_until_friction_stops_it():
     settings = replace(QUIET, cell_size=0.01)
     solver = sliding(settings, [slab, block], [(0, 0, 0), (8.0, 0, 0)], GRAVITY)
     bottom = np.flatnonzero(solver.fields.start[:, 2] < 1e-9)
-    solver.holds = tuple(Hold(bottom, axis) for axis in np.eye(3))
+    solver.constraints = tuple(NodalConstraint(bottom, axis) for axis in np.eye(3))
     deceleration = FRICTION * GRAVITY
     block_nodes = np.unique(solver.fields.mesh.dofmap[solver.fields.mesh.round == 1])
     while solver.time < 8.0 / deceleration * 1.3:

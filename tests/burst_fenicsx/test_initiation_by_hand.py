@@ -1,4 +1,4 @@
-"""Initiation by shock and what is recorded of it, by hand: cells in a row whose pressures are given."""
+"""Initiation by shock, by hand: cells in a row whose pressures are given."""
 
 from __future__ import annotations
 
@@ -11,9 +11,8 @@ pytest.importorskip("dolfinx")
 
 from mpi4py import MPI
 
-from burst_fenicsx.mechanics.initiation import ShockInitiations, Source
+from burst_fenicsx.mechanics.initiation import ShockInitiations
 from burst_fenicsx.problem import Part
-from burst_fenicsx.records.exposure import ShockExposures
 
 pytestmark = pytest.mark.dolfinx
 
@@ -127,50 +126,3 @@ def test_nothing_waits_once_every_cell_is_near_a_front():
     fields.charge.compression_from[9] = 0.5e-6
     watch.update(0.6e-6, STEP)
     assert not watch.waiting
-
-
-def test_a_checkpoint_keeps_what_was_found():
-    watch, fields = row([CRITERION, CRITERION, CRITERION])
-    fields.charge.pressure[[1, 4, 7]] = [THRESHOLD, THRESHOLD, 0.5 * THRESHOLD]
-    for number in range(1, 4):
-        watch.update(number * STEP, STEP)
-    watch.sources[2] = Source(3e-6, 7, (0.1, 0.2, 0.3))
-    other, _ = row([CRITERION, CRITERION, CRITERION])
-    other.waiting = False
-    other.restore(watch.arrays())
-    np.testing.assert_array_equal(other.held, watch.held)
-    assert other.sources == [None, None, Source(3e-6, 7, (0.1, 0.2, 0.3))]
-    assert other.waiting
-
-
-def test_the_exposure_of_a_round_is_that_of_its_strongest_cell_on_any_rank():
-    """Peak of the round, pulse of the cell with the largest energy, of equal ones the first of the whole mesh."""
-    values = np.array([[9.0, 1.0, 0, 0], [2.0, 5.0, 1, 0], [3.0, 5.0, 2, 0], [1.0, 4.0, 3, 0], [8.0, 0.5, 4, 0]])
-    mesh = SimpleNamespace(
-        comm=None, cell=np.array([3, 6, 4, 7, 5]), dofmap=np.arange(5)[:, None] + np.zeros(8, dtype=int),
-    )  # fmt: skip
-    start = 10.0 * np.arange(5)[:, None] + np.arange(3.0)
-    found = []
-    one = SimpleNamespace(
-        _fields=SimpleNamespace(mesh=mesh, start=start), _round=np.array([0, 0, 0, 2, 2]), _cell=np.arange(5),
-        values=values, _count=4, waits=np.array([True, False, True, True]),
-        _exposure=lambda *arguments: found.append(arguments) or len(found),
-    )  # fmt: skip
-    mesh.comm = SimpleNamespace(size=1)
-    assert ShockExposures.found(one) == [1, None, 2, 3]
-    assert found[0] == (0, 9.0, [3.0, 5.0, 2.0, 0.0], [20.0, 21.0, 22.0])
-    assert found[1] == (2, 8.0, [1.0, 4.0, 3.0, 0.0], [30.0, 31.0, 32.0])
-    assert found[2][:2] == (3, 0.0)
-    assert not any(found[2][2])
-    assert found[2][3] == [0.0] * 3
-    # Another rank: a higher peak in the first round, the same energy in a cell with a higher number; more in the third.
-    others = [(0, 11.0, 8, [11.0, 5.0, 9.0, 0.0], [5.0] * 3), (2, 2.0, 1, [2.0, 6.0, 9.0, 0.0], [6.0] * 3)]
-    mesh.comm = SimpleNamespace(size=2, allgather=lambda own: [others, own])
-    del found[:]
-    ShockExposures.found(one)
-    assert found[0] == (0, 11.0, [3.0, 5.0, 2.0, 0.0], [20.0, 21.0, 22.0])
-    assert found[1] == (2, 8.0, [2.0, 6.0, 9.0, 0.0], [6.0] * 3)
-    others[0] = (0, 1.0, 8, [1.0, 5.0, 9.0, 0.0], [5.0] * 3)
-    del found[:]
-    ShockExposures.found(one)
-    assert found[0] == (0, 9.0, [3.0, 5.0, 2.0, 0.0], [20.0, 21.0, 22.0])

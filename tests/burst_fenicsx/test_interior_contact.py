@@ -14,7 +14,7 @@ from mpi4py import MPI
 from burst_fenicsx.contact.surfaces import contact_surfaces, outward_sides
 from burst_fenicsx.files.checkpoint import read_checkpoint, write_checkpoint
 from burst_fenicsx.kernels.geometry.shapes import folded_cells
-from burst_fenicsx.mechanics.nodal_loads import Hold
+from burst_fenicsx.mechanics.nodal_loads import NodalConstraint
 from burst_fenicsx.meshing import merge
 from burst_fenicsx.problem import Mirror, TimeStep
 from tests.burst_fenicsx.bodies import QUIET, bodies, momentum, moved
@@ -68,7 +68,7 @@ def thrown(order=(0, 1), *, speed=1000.0, counts=(4, 16, 8), comm=MPI.COMM_SELF,
     speeds = [((-speed, 0.0, 0.0), (speed, 0.0, 0.0))[k] for k in order]
     placed = [moved(mesh, (0, 0, 0), k) for k, mesh in enumerate(meshes)]
     solver = bodies(placed, speeds, SETTINGS, casing=casing, comm=comm)
-    solver.holds = (Hold(np.arange(len(solver.fields.mass)), (0.0, 0.0, 1.0)),)
+    solver.constraints = (NodalConstraint(np.arange(len(solver.fields.mass)), (0.0, 0.0, 1.0)),)
     return solver
 
 

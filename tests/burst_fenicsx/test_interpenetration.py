@@ -20,7 +20,7 @@ from burst_fenicsx.meshing import merge
 from burst_fenicsx.meshing.cut import cut_mesh
 from burst_fenicsx.meshing.split import split_charges
 from burst_fenicsx.problem import ContactSettings, Mirror, Part, RigidPlane, Round
-from burst_fenicsx.records.interpenetration import LARGEST_FRACTION, InterpenetrationCheck
+from burst_fenicsx.records.interpenetration import LARGEST_PASSED_FRACTION, InterpenetrationCheck
 from burst_fenicsx.records.within_rounds import hold
 from burst_fenicsx.simulation import Simulation
 from fragfield.errors import exit_code_of
@@ -213,7 +213,7 @@ def test_a_run_stops_where_a_hundredth_has_passed(caplog):
     caplog.clear()
     check.check(13e-6)
     share = 0.25 / 60.0
-    assert 0.1 * LARGEST_FRACTION < share < LARGEST_FRACTION
+    assert 0.1 * LARGEST_PASSED_FRACTION < share < LARGEST_PASSED_FRACTION
     (record,) = caplog.records  # the warning came with the first that passed
     assert record.levelno == logging.INFO
     assert "have passed through" in record.message
@@ -234,7 +234,7 @@ def test_a_burst_whose_casing_passes_a_plane_stops_with_its_outputs_written(tmp_
     times = [h5py.File(path).attrs["time"] for path in sorted((tmp_path / "burst").iterdir())]
     assert times[-1] == pytest.approx(stop.value.time)
     assert len(times) == round(stop.value.time / settings.output_interval) + 1
-    assert going.interpenetration.last.together[0] > LARGEST_FRACTION * going.interpenetration.casing_mass[0]
+    assert going.interpenetration.last.together[0] > LARGEST_PASSED_FRACTION * going.interpenetration.casing_mass[0]
 
 
 def test_the_sums_do_not_depend_on_the_ranks(tmp_path, on_ranks):

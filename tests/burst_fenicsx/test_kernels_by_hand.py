@@ -13,7 +13,6 @@ from burst_fenicsx.contact.sliding import _LARGEST_PRESSURE, _MOST_CELLS
 from burst_fenicsx.kernels.geometry.faces import FACES, face_neighbours
 from burst_fenicsx.kernels.geometry.smooth_faces import face_vectors, group_vectors
 from burst_fenicsx.kernels.lanes import LANES
-from burst_fenicsx.kernels.step.balance import node_terms
 from burst_fenicsx.kernels.step.colours import colour_groups
 from burst_fenicsx.kernels.step.levels import blocks_are_mixed, move_lanes, node_levels, raise_levels
 from burst_fenicsx.kernels.vectors.exact import quantise, quantum, rounding_constant
@@ -27,7 +26,6 @@ from burst_fenicsx.kernels.vectors.rows import (
     sum_columns,
     take_means,
 )
-from burst_fenicsx.mechanics.exact_sums import exact_sum
 from tests.burst_fenicsx.boxes import box, distorted_box
 
 pytestmark = pytest.mark.dolfinx
@@ -221,20 +219,6 @@ def test_columns_are_summed_each_for_itself():
     assert sum_columns(values, rows, rounding_constant(1e4)).tolist() == values[rows].sum(axis=0).tolist()
 
 
-def test_kinetic_energy_and_momentum_of_nodes_half_a_step_on():
-    """Under constant forces, v + F dt / (2 m); nodes without mass have none."""
-    random = np.random.default_rng(9)
-    mass, force, velocity = random.uniform(1.0, 2.0, 5), random.normal(size=(5, 3)), random.normal(size=(5, 3))
-    mass[2] = 0.0
-    terms = np.full((5, 5), np.nan)
-    node_terms(0.25, mass, force, velocity, terms)
-    moved = velocity + 0.25 * force / np.where(mass > 0.0, mass, np.inf)[:, None]
-    momentum = mass[:, None] * moved
-    np.testing.assert_allclose(terms[:, 1:4], momentum, rtol=1e-14)
-    np.testing.assert_allclose(terms[:, 0], 0.5 * mass * (moved**2).sum(axis=1), rtol=1e-14)
-    np.testing.assert_allclose(terms[:, 4], mass * np.linalg.norm(moved, axis=1), rtol=1e-14)
-
-
 def test_nodal_values_are_gathered_by_lanes_and_forces_go_back_to_their_nodes():
     mesh = distorted_box(3, 0.1)
     dofmap = mesh.cells.astype(np.int32)
@@ -274,14 +258,3 @@ def test_pressures_and_burnt_shares_around_a_node_are_summed_exactly(largest, nu
     sums = {float(np.add.accumulate(np.random.default_rng(k).permutation(terms))[-1]) for k in range(40)}
     assert len(sums) == 1
     assert quantum(rounding_constant(bound)) < 1e-9 * largest
-
-
-class Alone:
-    """A communicator of one rank."""
-
-    size, rank = 1, 0
-
-
-def test_exact_sums_are_those_of_whole_numbers():
-    values = np.arange(1.0, 1001.0)
-    assert exact_sum(Alone(), values) == 500500.0

@@ -26,10 +26,11 @@ def measured():
     start = np.zeros((6, 3))
     start[:, 0] = 0.1
     moved = np.array([[0, 0, 5], [1, 0, 0], [2, 0, 0], [4, 9, 0], [6, 0, 9], [0, 0, 0]]) * 1e-3
-    mesh = SimpleNamespace(
-        comm=MPI.COMM_SELF, node=np.arange(6), owned_nodes=6, part=part, station=station,
-        round=np.repeat([0, 1], 4),
-    )  # fmt: skip
+    weight = np.array([1.0, 1.0, 1.0, 1.0, 0.5, 1.0])
+    whole = SimpleNamespace(
+        part=part, station=station, round=np.repeat([0, 1], 4), lengths=(0.4, 0.2), node_weight=weight
+    )
+    mesh = SimpleNamespace(comm=MPI.COMM_SELF, node=np.arange(6), owned_nodes=6, all_cells=np.asarray)
     velocity = speed[:, None] * np.array([0.6, 0.0, 0.8])
     state = SimpleNamespace(
         mesh=mesh, start=start, nodes=SimpleNamespace(position=start + moved),
@@ -39,9 +40,7 @@ def measured():
         bin_round=np.repeat([0, 1], 4), bin_station=np.tile([0.125, 0.375, 0.625, 0.875], 2),
         casing_bin=np.array([0, 0, 1, 4, 4, -1]), outward=np.tile([1.0, 0.0, 0.0], (6, 1)), radius=np.full(6, 0.1),
     )  # fmt: skip
-    weight = np.array([1.0, 1.0, 1.0, 1.0, 0.5, 1.0])
-    multiplicity = np.array([1.0, 2.0])
-    return Measures(state, surfaces, [None, None], [0.4, 0.2], multiplicity=multiplicity, weight=weight)
+    return Measures(state, surfaces, whole, multiplicity=np.array([1.0, 2.0]))
 
 
 def test_speeds_of_a_round_are_means_by_mass_of_the_cells_in_each_bin():

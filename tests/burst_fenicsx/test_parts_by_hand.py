@@ -17,14 +17,17 @@ from burst_fenicsx.contact.sliding import SlidingInterface
 from burst_fenicsx.contact.surfaces import contact_surfaces
 from burst_fenicsx.kernels.cells.hourglass import _vector_square
 from burst_fenicsx.kernels.geometry.shapes import min_corner_volume
+from burst_fenicsx.mechanics.fields import make_fields
 from burst_fenicsx.mechanics.material_tables import largest_pressure
 from burst_fenicsx.meshing import HexahedralMesh, merge
+from burst_fenicsx.meshing.distributed import distribute
 from burst_fenicsx.problem import Part, RigidPlane, Round
 from burst_fenicsx.records.measures import Measures, RoundMeasures, speed_quantiles
-from tests.burst_fenicsx.boxes import STEEL, TNT, box
+from tests.burst_fenicsx.boxes import BARE, COMP_B, STEEL, TNT, box, no_leakage, plain_inputs
 
 pytestmark = pytest.mark.dolfinx
 
+SOFT = replace(STEEL, elastic_modulus=1e9)
 CUBE = np.array([[x, y, z] for z in (-1, 1) for y in (-1, 1) for x in (-1, 1)], dtype=float)
 
 
@@ -40,6 +43,21 @@ def test_forces_are_rounded_for_the_largest_pressure_of_charge_and_casing(modulu
     sound = np.sqrt(2.0 * shear * (1.0 - casing.poisson_ratio) / (1.0 - 2.0 * casing.poisson_ratio) / casing.density)
     plates = casing.density * sound * 0.25 * sound
     assert largest_pressure(Round("round", TNT, casing)) == pytest.approx(max(4.0 * jouguet, plates), rel=1e-12)
+
+
+def test_forces_are_rounded_for_the_strongest_of_all_rounds():
+    """The order of the rounds and a weaker one beside the strongest change nothing."""
+    mesh = box((1, 1, 2), (0.01, 0.01, 0.02), Part.CHARGE)
+    mesh = replace(mesh, round=np.array([0, 1], dtype=np.int32), lengths=(0.02, 0.02))
+    weak = replace(TNT, detonation_velocity=0.3 * TNT.detonation_velocity)
+    found = []
+    for explosives in ((COMP_B, weak), (weak, COMP_B), (COMP_B, COMP_B), (weak, weak)):
+        distributed = distribute(MPI.COMM_SELF, mesh)
+        rounds = [Round(name, explosive, SOFT) for name, explosive in zip("ab", explosives, strict=True)]
+        inputs = plain_inputs(distributed, mesh, no_leakage(BARE, MPI.COMM_SELF))
+        found.append(make_fields(distributed, rounds, BARE, **inputs).nodes.rounding)
+    assert found[0] == found[1] == found[2]
+    assert found[3] < found[0]
 
 
 def hourglass_vectors(corner):
@@ -172,9 +190,9 @@ def test_distortion_counts_lost_folded_and_released_cells_of_all_images():
     lost[[4]], folded[[0, 1, 5]], released[[1, 2, 3, 6, 7]] = True, True, True
     state = SimpleNamespace(
         folded=lambda: folded, volumes=lambda: np.where(lost, -1e-9, 1e-9), eroded=released,
-        mesh=SimpleNamespace(part=part), cell_mass=2.0 ** np.arange(9.0),
+        mesh=SimpleNamespace(part=part, cell_sums=lambda values: values.sum(axis=0)), cell_mass=2.0 ** np.arange(9.0),
     )  # fmt: skip
-    measures = SimpleNamespace(_state=state, _images=4, _comm=MPI.COMM_SELF, _sum=lambda values: values)
+    measures = SimpleNamespace(_state=state, _images=4)
     found = Measures.distortion(measures)
     assert (found.lost, found.folded, found.released) == (4, 12, 20)
     assert (found.folded_casing_mass, found.released_casing_mass) == (4 * (1 + 2), 4 * (2 + 4 + 8))

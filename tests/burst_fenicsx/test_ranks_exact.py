@@ -11,12 +11,9 @@ import pytest
 pytest.importorskip("numba")
 pytest.importorskip("mpi4py")
 
-from mpi4py import MPI
-
 from burst_fenicsx.contact.exchange import CONTACT_FORCES
 from burst_fenicsx.kernels.lanes import kernel
 from burst_fenicsx.kernels.vectors.exact import quantise, quantum, rounding_constant
-from burst_fenicsx.mechanics.exact_sums import exact_sum, exact_sums
 
 
 @kernel
@@ -74,33 +71,6 @@ def test_parts_of_a_sum_may_be_added_in_any_grouping(terms):
     whole = math.fsum(rounded)
     for pieces in (2, 3, 7, 100):
         assert sum(piece.sum() for piece in np.array_split(rounded, pieces)) == whole
-
-
-def test_sums_in_two_bins_are_those_of_doubles_in_any_order(terms):
-    """To the last bits against correctly rounded sums, where a plain sum's order shows."""
-    rows = np.stack([terms, 1e200 * terms, -1e-200 * terms, np.zeros_like(terms)], axis=1)
-    bins = np.random.default_rng(5).integers(0, 3, len(terms))
-    found = exact_sums(MPI.COMM_SELF, rows, bins, 4)
-    assert found.shape == (4, 4)
-    assert (found[3] == 0.0).all()
-    for number in range(3):
-        for column in range(4):
-            own = rows[bins == number, column]
-            assert abs(found[number, column] - math.fsum(own)) <= 2e-16 * abs(math.fsum(own))
-    random = np.random.default_rng(6)
-    orders = [random.permutation(len(terms)) for _ in range(20)]
-    assert len({float(terms[order].sum()) for order in orders}) > 1
-    for order in orders:
-        assert np.array_equal(exact_sums(MPI.COMM_SELF, rows[order], bins[order], 4), found)
-
-
-def test_sums_of_nothing_and_of_what_is_no_number():
-    assert exact_sum(MPI.COMM_SELF, np.zeros(0)) == 0.0
-    assert exact_sum(MPI.COMM_SELF, np.array([5e-324, 1e-300])) == pytest.approx(0.0, abs=1e-290)
-    assert exact_sum(MPI.COMM_SELF, np.array([0.1, 0.2])) == pytest.approx(0.3, rel=1e-15)
-    sums = exact_sums(MPI.COMM_SELF, np.array([[1.0, np.nan, np.inf], [2.0, 1.0, 1.0]]))
-    assert sums[0, 0] == 3.0
-    assert np.isnan(sums[0, 1:]).all()
 
 
 def test_contacts_of_one_node_are_summed_exactly_beyond_what_cells_can_give():

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from burst_fenicsx.files.quad_grid import coarsened, grid_of
-from burst_fenicsx.files.revolve import FEWEST_SECTORS, MOST_SECTORS, revolution, write_revolved
+from burst_fenicsx.files.revolve import MOST_SECTORS, revolution, write_revolved
 from burst_fenicsx.meshing.placement import frame, place
 
 AXIS, POSITION = (0.3, -0.8, 0.4), (1.0, 2.0, -0.5)
@@ -88,74 +87,17 @@ def test_fields_turn_with_the_sectors():
     np.testing.assert_array_equal(swept.cell_field(np.arange(len(cells))), np.tile(np.arange(20), 36))
 
 
-@pytest.mark.parametrize(("columns", "rows", "most"), [(20, 60, 300_000), (40, 60, 60_000), (64, 128, 20_000)])
-def test_number_of_cells_is_bounded(columns, rows, most):
-    """By fewer sectors first, then by a coarser meridian; the body stays the same."""
-    flat, cells = grid(columns, rows)
+@pytest.mark.parametrize(
+    ("most", "sectors"), [(200_000, 96), (100_000, 80), (60_000, 48), (20_000, 24), (2_880, 24), (2_879, 4)]
+)
+def test_fewer_sectors_bound_the_number_of_cells(most, sectors):
+    """Of 1200 quadrilaterals: as many as allowed from 24 to 96, four where 24 make more than ten times what is."""
+    flat, cells = grid(20, 60)
     swept = revolution(world(flat), cells, POSITION, AXIS, most_cells=most)
-    assert len(swept.cells) <= most
-    assert swept.sectors >= FEWEST_SECTORS
-    assert swept.sectors % 4 == 0
-    chords = np.sin(2.0 * np.pi / swept.sectors) * swept.sectors / (2.0 * np.pi)
+    assert swept.sectors == sectors
+    assert len(swept.cells) == sectors * 1200
+    chords = np.sin(2.0 * np.pi / sectors) * sectors / (2.0 * np.pi)
     assert volumes(swept.positions(world(flat)), swept.cells).sum() == pytest.approx(12.0 * np.pi * chords, rel=1e-12)
-    # Fields are averaged: the sum over the finer cells is kept.
-    field = np.random.default_rng(1).random(len(cells))
-    mean = np.bincount(swept.cell, swept.cell_field(field)) / swept.sectors
-    assert mean @ np.bincount(swept.of) == pytest.approx(field.sum(), rel=1e-12)
-
-
-def test_coarser_grids_keep_parts_and_are_conforming():
-    """Nodes numbered and cells turned at random; two pieces side by side; a hole; a part with its own bounds."""
-    generator = np.random.default_rng(3)
-    flat, cells = grid(11, 14)
-    centre = flat[cells].mean(axis=1)
-    label = ((centre[:, 0] > 0.7) & (centre[:, 1] < 1.4)).astype(int)
-    cells, label = (
-        cells[(centre[:, 0] > 0.4) | (centre[:, 1] > 1.0)],
-        label[(centre[:, 0] > 0.4) | (centre[:, 1] > 1.0)],
-    )
-    both = np.concatenate([cells, cells + len(flat)])
-    flat, label = np.concatenate([flat, flat + np.array([5.0, 0.0])]), np.tile(label, 2)
-    names = generator.permutation(len(flat))
-    order = generator.permutation(len(both))
-    both, label = names[both][order], label[order]
-    both = both[np.arange(len(both))[:, None], (np.arange(4) + generator.integers(0, 4, (len(both), 1))) % 4]
-    places = np.empty_like(flat)
-    places[names] = flat
-
-    coarse, of = coarsened(both, label)
-    assert len(coarse) < 0.4 * len(both)
-    x = places[coarse]
-    area = 0.5 * np.cross(x[:, 2] - x[:, 0], x[:, 3] - x[:, 1])
-    fine = places[both]
-    each = 0.5 * np.cross(fine[:, 2] - fine[:, 0], fine[:, 3] - fine[:, 1])
-    np.testing.assert_allclose(area, np.bincount(of, each), rtol=1e-12)
-    for number in range(len(coarse)):
-        assert len(set(label[of == number])) == 1
-    # Conforming: every edge within has two cells; the rest are as long as the bounds of the pieces and the hole.
-    edges = np.sort(np.stack([coarse, np.roll(coarse, -1, axis=1)], axis=-1).reshape(-1, 2), axis=1)
-    found, count = np.unique(edges, axis=0, return_counts=True)
-    alone = found[count == 1]
-    assert count.max() == 2
-    fine_edges = np.sort(np.stack([both, np.roll(both, -1, axis=1)], axis=-1).reshape(-1, 2), axis=1)
-    fine_found, fine_count = np.unique(fine_edges, axis=0, return_counts=True)
-
-    def length(some):
-        return np.linalg.norm(places[some[:, 0]] - places[some[:, 1]], axis=1).sum()
-
-    assert length(alone) == pytest.approx(length(fine_found[fine_count == 1]), rel=1e-12)
-
-
-def test_what_is_no_grid_is_left_as_it_is():
-    """Three quadrilaterals around a node have no columns and rows."""
-    cells = np.array([[0, 1, 2, 3], [0, 3, 4, 5], [0, 5, 6, 1]])
-    assert grid_of(cells) is None
-    assert coarsened(cells, np.zeros(3, dtype=int)) is None
-    angle = np.radians([90, 60, 30, -30, -90, 150])
-    flat = np.concatenate([[[3.0, 3.0]], np.column_stack([3.0 + np.cos(angle), 3.0 + np.sin(angle)])])
-    swept = revolution(world(flat), cells[:, ::-1], POSITION, AXIS, most_cells=20)
-    assert swept.sectors == 4
-    assert len(swept.cells) == 12
 
 
 def test_file_for_paraview_is_read_back(tmp_path):

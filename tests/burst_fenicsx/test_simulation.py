@@ -15,7 +15,7 @@ from mpi4py import MPI
 
 from burst_fenicsx import simulation
 from burst_fenicsx.errors import InputError
-from burst_fenicsx.mechanics.burning_times import BurningTimes
+from burst_fenicsx.mechanics.detonation import BurningTimes
 from burst_fenicsx.meshing import mesh_profile
 from burst_fenicsx.problem import IgnitionPoint, Leakage, Part
 from burst_fenicsx.run_burst import simulate

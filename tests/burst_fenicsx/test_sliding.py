@@ -12,7 +12,7 @@ pytest.importorskip("dolfinx")
 
 from mpi4py import MPI
 
-from burst_fenicsx.mechanics.nodal_loads import Hold
+from burst_fenicsx.mechanics.nodal_loads import NodalConstraint
 from burst_fenicsx.meshing.split import split_charges
 from burst_fenicsx.problem import ContactSettings, Part
 from burst_fenicsx.run_burst import simulate
@@ -74,9 +74,13 @@ def pulled(direction, traction, rise, contact, damping=2e5, *, lateral=False):
     top["share"] = mass / mass.sum()
     everywhere, bottom = np.arange(len(start)), np.flatnonzero(start[:, 2] < 1e-9)
     if lateral:
-        solver.holds = (Hold(bottom, np.eye(3)[2]), Hold(everywhere, np.eye(3)[0]), Hold(everywhere, np.eye(3)[1]))
+        solver.constraints = (
+            NodalConstraint(bottom, np.eye(3)[2]),
+            NodalConstraint(everywhere, np.eye(3)[0]),
+            NodalConstraint(everywhere, np.eye(3)[1]),
+        )
     else:
-        solver.holds = tuple(Hold(bottom, axis) for axis in np.eye(3))
+        solver.constraints = tuple(NodalConstraint(bottom, axis) for axis in np.eye(3))
     return solver
 
 
@@ -204,13 +208,14 @@ def gas_column(wall_layers, gas_layers, contact, *, held, casing=None, wall_leng
     in_gas[fields.mesh.dofmap[fields.mesh.part == Part.CHARGE]] = True
     top = np.flatnonzero(start[:, 2] > (cells[2] - 1e-6) * CELL)
     closed = np.flatnonzero(in_gas & (start[:, 0] < 1e-9))
-    holds = [Hold(everywhere, axes[1]), Hold(top, axes[2]), Hold(closed, axes[0])]
+    holds = [NodalConstraint(everywhere, axes[1]), NodalConstraint(top, axes[2]), NodalConstraint(closed, axes[0])]
     if held:
         wall = np.unique(fields.mesh.dofmap[fields.mesh.part == Part.CASING])
-        holds += [Hold(wall, axis) for axis in axes]
-    solver.holds = tuple(holds)
+        holds += [NodalConstraint(wall, axis) for axis in axes]
+    solver.constraints = tuple(holds)
     fields.charge.burn_fraction[: fields.mesh.cells][fields.mesh.part == Part.CHARGE] = 1.0
-    solver.free_step = 1e-10  # all at once under pressure: the first steps are short, and grow by a twentieth each
+    # All at once under pressure: the first steps are short, and grow by a twentieth each.
+    solver.control.uncut_step = 1e-10
     solver.add_forces(0.0)
     return solver, in_gas
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -12,53 +13,49 @@ pytest.importorskip("dolfinx")
 from mpi4py import MPI
 
 from burst_fenicsx.errors import NumericalStop
-from burst_fenicsx.mechanics.burning_times import BurningTimes
+from burst_fenicsx.mechanics.detonation import BurningTimes
+from burst_fenicsx.mechanics.erosion import check_cells
 from burst_fenicsx.mechanics.nodal_loads import NodalLoads
-from burst_fenicsx.mechanics.solver import BurstSolver, _halvings
+from burst_fenicsx.mechanics.solver import _halvings
+from burst_fenicsx.mechanics.step_control import StepControl
 from burst_fenicsx.mechanics.subcycling import Subcycling
-from burst_fenicsx.problem import IgnitionPoint, Part
+from burst_fenicsx.problem import IgnitionPoint, Part, TimeStep
 from tests.burst_fenicsx.boxes import BARE, box, burst, turned_inside_out, with_fixed_step
 
 pytestmark = pytest.mark.dolfinx
 
 STABLE, CFL = 1e-7, 0.8
 WANTED = CFL * STABLE
+AFTER = 2e-3  # s, when nothing burns any more
 
 
-def stepper(*, local=False, fixed=None, **changed):
-    """A solver as far as the choice of a step asks for it; after 1 ms nothing burns."""
-    one = SimpleNamespace(
-        settings=SimpleNamespace(time_step=SimpleNamespace(fixed=fixed, cfl=CFL)), stable_step=STABLE, subcycles=local,
-        subcycling=SimpleNamespace(step=np.inf), time=2e-3, chosen_at=0.0, choose_again=np.inf, free_step=0.0,
-        burning=SimpleNamespace(end=1e-3, fastest=1e9), choices=0,
-    )  # fmt: skip
-    one.__dict__.update(changed)
-
-    def choose():
-        one.choices += 1
-        one.stable_step, one.subcycling.step = 2.0 * STABLE, 0.9 * STABLE
-
-    one.choose_levels = choose
+def control(*, local=False, fixed=None, macro_step=np.inf, fastest=1e9, **changed):
+    """Control of steps whose cells burn until 1 ms."""
+    levels, burning = SimpleNamespace(step=macro_step), SimpleNamespace(end=1e-3, fastest=fastest)
+    one = StepControl(None, TimeStep(cfl=CFL, fixed=fixed), levels, burning, local=local, contact=False)
+    one.stable_step = STABLE
+    for name, value in changed.items():
+        setattr(one, name, value)
     return one
 
 
 def test_a_step_is_a_share_of_the_stable_one_or_fixed():
-    assert BurstSolver.choose_step(stepper(), np.inf) == pytest.approx(WANTED, rel=1e-12)
-    assert BurstSolver.choose_step(stepper(fixed=7e-8), np.inf) == 7e-8
+    assert control().next_step(AFTER, np.inf) == pytest.approx(WANTED, rel=1e-12)
+    assert control(fixed=7e-8).next_step(AFTER, np.inf) == 7e-8
+    assert control(local=True, macro_step=0.5 * WANTED).next_step(AFTER, np.inf) == 0.5 * WANTED
 
 
 @pytest.mark.parametrize(("time", "step"), [(0.9e-3, 2.5e-10), (1.1e-3, WANTED)])
 def test_no_cell_burns_by_more_than_a_quarter_in_a_step(time, step):
     """While anything burns; a fixed step stays what it is."""
-    assert BurstSolver.choose_step(stepper(time=time), np.inf) == pytest.approx(step, rel=1e-12)
-    assert BurstSolver.choose_step(stepper(time=time, fixed=7e-8), np.inf) == 7e-8
-    slow = SimpleNamespace(end=1e-3, fastest=1e6)
-    assert BurstSolver.choose_step(stepper(time=time, burning=slow), np.inf) == pytest.approx(WANTED, rel=1e-12)
+    assert control().next_step(time, np.inf) == pytest.approx(step, rel=1e-12)
+    assert control(fixed=7e-8).next_step(time, np.inf) == 7e-8
+    assert control(fastest=1e6).next_step(time, np.inf) == pytest.approx(WANTED, rel=1e-12)
 
 
 def test_a_step_is_at_most_a_twentieth_longer_than_the_one_before():
-    assert BurstSolver.choose_step(stepper(free_step=1e-8), np.inf) == pytest.approx(1.05e-8, rel=1e-12)
-    assert BurstSolver.choose_step(stepper(free_step=1e-6), np.inf) == pytest.approx(WANTED, rel=1e-12)
+    assert control(uncut_step=1e-8).next_step(AFTER, np.inf) == pytest.approx(1.05e-8, rel=1e-12)
+    assert control(uncut_step=1e-6).next_step(AFTER, np.inf) == pytest.approx(WANTED, rel=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -66,35 +63,28 @@ def test_a_step_is_at_most_a_twentieth_longer_than_the_one_before():
 )
 def test_an_output_is_met_by_two_equal_steps_rather_than_a_tiny_one(left, expected):
     """And what was wanted is remembered, so that the next step need not grow from what was left."""
-    one = stepper()
-    found = BurstSolver.choose_step(one, one.time + left * WANTED)
-    assert found == pytest.approx(expected * WANTED, rel=1e-8)
-    assert one.free_step == pytest.approx(WANTED, rel=1e-12)
+    one = control()
+    assert one.next_step(AFTER, AFTER + left * WANTED) == pytest.approx(expected * WANTED, rel=1e-8)
+    assert one.uncut_step == pytest.approx(WANTED, rel=1e-12)
 
 
 @pytest.mark.parametrize(
-    ("chosen", "since", "due", "choices"),
+    ("chosen", "since", "in_turn", "due"),
     [
-        (1.05, 20, False, 0),  # hardly longer than what cells bear now
-        (1.05, 16, True, 1),  # its time has come
-        (1.2, 3, False, 0),  # much longer, but chosen just now
-        (1.2, 5, False, 1),
-        (2.2, 1, False, 1),  # more than twice as long: at once
-        (0.5, 9, False, 0),
+        (1.05, 20, False, False),  # hardly longer than what cells bear now
+        (1.05, 16, True, True),  # its time has come
+        (1.2, 3, False, False),  # much longer, but chosen just now
+        (1.2, 5, False, True),
+        (2.2, 1, False, True),  # more than twice as long: at once
+        (0.5, 9, False, False),
     ],
 )  # fmt: skip
-def test_levels_are_chosen_again_when_due_and_early_where_cells_have_got_thin(chosen, since, due, choices):
+def test_levels_are_chosen_again_when_due_and_early_where_cells_have_got_thin(chosen, since, in_turn, due):
     """`chosen` macro step over the wanted one, and how many of those ago."""
-    step = chosen * WANTED
-    time = 1e-3
-    one = stepper(
-        local=True, time=time, chosen_at=time - since * step, choose_again=time if due else np.inf,
-        subcycling=SimpleNamespace(step=step),
-    )  # fmt: skip
-    found = BurstSolver.choose_step(one, np.inf)
-    assert one.choices == choices
-    expected = 0.9 * STABLE if choices else min(step, WANTED)
-    assert found == pytest.approx(expected, rel=1e-12)
+    step, again = chosen * WANTED, AFTER if in_turn else np.inf
+    one = control(local=True, macro_step=step, chosen_at=AFTER - since * step, choose_again=again)
+    assert one.levels_are_due(AFTER) is due
+    assert not control(macro_step=step, chosen_at=0.0, choose_again=0.0).levels_are_due(AFTER)  # all take one step
 
 
 def test_a_number_is_halved_as_often_as_it_is_even():
@@ -126,8 +116,8 @@ def test_cells_that_a_front_may_reach_before_the_next_choice_and_those_behind_it
         seen["own"], seen["whole"], seen["contact"] = allowed(step), whole, contact_step
         return np.zeros(6, dtype=np.int8)
 
-    solver.subcycling.choose = choose
-    solver.subcycling.step = step
+    solver.levels.choose = choose
+    solver.levels.step = step
     solver.choose_levels()
     burns = 0.25 / rate
     held = np.array([True, False, True, False, True, False])
@@ -138,8 +128,8 @@ def test_cells_that_a_front_may_reach_before_the_next_choice_and_those_behind_it
     assert (free > 0.95 * np.sin(np.pi / 4.0)).all()
     assert seen["whole"] == pytest.approx(burns, rel=1e-12)
     assert seen["contact"] is None
-    assert solver.chosen_at == now
-    assert solver.choose_again == pytest.approx(now + 16 * step, rel=1e-12)
+    assert solver.control.chosen_at == now
+    assert solver.control.choose_again == pytest.approx(now + 16 * step, rel=1e-12)
     charge.ignition_time[:] = np.inf
     solver.choose_levels()
     assert seen["whole"] == pytest.approx(BARE.time_step.cfl * 1e-6, rel=1e-12)
@@ -187,29 +177,31 @@ def on(comm, **rest):
     return SimpleNamespace(fields=SimpleNamespace(mesh=SimpleNamespace(comm=comm)), **rest)
 
 
-def test_two_ranks_agree_on_the_minimum_and_on_what_holds_somewhere():
-    assert BurstSolver._minimum(on(Least(2.0, 7.0)), np.array([3.0, 5.0])) == 2.0
-    assert BurstSolver._minimum(on(MPI.COMM_SELF), np.array([3.0, 5.0])) == 3.0
-    assert BurstSolver._minimum(on(MPI.COMM_SELF), np.zeros(0)) == np.inf
-    assert BurstSolver._somewhere(on(Least(True)), False) is True
-    assert BurstSolver._somewhere(on(Least(False)), False) is False
+def test_two_ranks_agree_on_the_minimum_and_on_the_burn():
+    one = control()
+    one._fields = SimpleNamespace(mesh=SimpleNamespace(comm=Least(2.0, 7.0)))
+    for of_cells, expected in (([3.0, 5.0], 2.0), ([3.0, 5.0], 3.0)):
+        one.take_stable_step(np.array(of_cells))
+        assert one.stable_step == expected
+    one._fields.mesh.comm = MPI.COMM_SELF
+    one.take_stable_step(np.zeros(0))
+    assert one.stable_step == np.inf
     charge = SimpleNamespace(ignition_time=np.array([1e-5]), burn_rate=np.array([1e6]))
     found = BurningTimes(SimpleNamespace(charge=charge, mesh=SimpleNamespace(comm=Least(4e6, 1e-6))))
     assert (found.fastest, found.end) == (4e6, pytest.approx(1.1e-5))
 
 
 def test_a_cell_that_another_rank_has_lost_stops_this_one_too():
-    smallest = SimpleNamespace(smallest_volume=np.array([1.0, 2.0]))
-    solver = on(Least("", "cell 7 has turned inside out"), _totals=smallest, stable_step=1.0, time=3e-6)
-    BurstSolver.check_cells(solver)
+    totals = SimpleNamespace(smallest_volume=np.array([1.0, 2.0]))
+    state = SimpleNamespace(mesh=SimpleNamespace(comm=Least("", "cell 7 has turned inside out")))
+    check_cells(state, totals, 1.0, 3e-6)
     with pytest.raises(NumericalStop, match="lost cell: cell 7 has turned inside out"):
-        BurstSolver.check_cells(solver)
-    solver.fields.mesh.comm, solver.stable_step = MPI.COMM_SELF, np.nan
+        check_cells(state, totals, 1.0, 3e-6)
+    state.mesh.comm = MPI.COMM_SELF
     with pytest.raises(NumericalStop, match="the stable step is NaN"):
-        BurstSolver.check_cells(solver)
+        check_cells(state, totals, np.nan, 3e-6)
     # A rank without a cell has nothing to lose.
-    none = on(MPI.COMM_SELF, _totals=SimpleNamespace(smallest_volume=np.zeros(0)), stable_step=np.inf, time=0.0)
-    BurstSolver.check_cells(none)
+    check_cells(state, SimpleNamespace(smallest_volume=np.zeros(0)), np.inf, 0.0)
 
 
 def test_the_message_says_which_cell_is_lost_and_where_it_is_now():
@@ -238,7 +230,6 @@ def test_work_of_a_force_and_of_damping_is_what_the_motion_gains_and_loses(part)
     assert NodalLoads(solver.fields, rate, None).any
     assert NodalLoads(solver.fields, 0.0, external).any
     assert not NodalLoads(solver.fields, 0.0, None).any
-    assert not solver.subcycles
     solver.add_forces(0.0)
     end = 1e-4
     while solver.time < end * (1.0 - 1e-12):
@@ -246,15 +237,19 @@ def test_work_of_a_force_and_of_damping_is_what_the_motion_gains_and_loses(part)
     whole = float(mass.sum())
     speed = weight / rate * (1.0 - np.exp(-rate * end))
     height = weight / rate * end - speed / rate
-    found = solver.fields.nodes.velocity + 0.5 * solver.time_step * solver.resultant / mass
+    found = solver.fields.nodes.velocity + 0.5 * solver.time_step * solver.fields.nodes.force / mass
     assert found[:, 2] == pytest.approx(speed, rel=1e-3)
     assert solver.ledger.external_work == pytest.approx(whole * weight * height, rel=1e-3)
     lost = whole * weight * height - 0.5 * whole * speed**2
     assert solver.ledger.damping == pytest.approx(lost, rel=2e-3)
 
 
-def test_without_loads_cells_may_take_steps_of_their_own():
-    assert burst(box((1, 1, 1), (0.01,) * 3), BARE).subcycles
+def test_cells_take_steps_of_their_own_but_with_loads_or_a_fixed_step():
+    mesh = box((1, 1, 1), (0.01,) * 3)
+    assert burst(mesh, BARE).control.local
+    assert not burst(mesh, with_fixed_step(BARE, 1e-7)).control.local
+    assert not burst(mesh, replace(BARE, damping=1.0)).control.local
+    assert not burst(mesh, BARE, external=lambda time, force: None).control.local
 
 
 def choosing(edges):

@@ -14,7 +14,7 @@ pytest.importorskip("dolfinx")
 from burst_fenicsx.materials.library import load_explosive
 from burst_fenicsx.materials.products import JwlProducts, LandauProducts, make_products
 from burst_fenicsx.problem import JonesWilkinsLee
-from burst_fenicsx.records.speed_bound import escape_speed, speeds_and_bound
+from burst_fenicsx.records.measures import escape_speed, speeds_and_bound
 from tests.burst_fenicsx.bodies import bodies, moved
 from tests.burst_fenicsx.boxes import COMP_B, ELASTIC, TNT, box
 

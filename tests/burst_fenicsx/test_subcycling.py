@@ -9,7 +9,7 @@ import pytest
 
 pytest.importorskip("dolfinx")
 
-from burst_fenicsx.mechanics.nodal_loads import Hold
+from burst_fenicsx.mechanics.nodal_loads import NodalConstraint
 from burst_fenicsx.problem import TimeStep
 from tests.burst_fenicsx.boxes import BARE, ELASTIC, burst, grid, run_until
 
@@ -36,15 +36,18 @@ def standing_wave(subcycling, cfl=0.8, speed=1.0):
     lame = ELASTIC.elastic_modulus * 0.3 / (1.3 * 0.4)
     wave = np.sqrt((lame + ELASTIC.elastic_modulus / 1.3) / ELASTIC.density)
     everything = np.arange(4 * (len(WIDTHS) + 1))
-    holds = (Hold(everything, np.array([0.0, 1.0, 0.0])), Hold(everything, np.array([0.0, 0.0, 1.0])))
-    solver = burst(graded_bar(), settings, casing=ELASTIC, holds=holds)
+    holds = (
+        NodalConstraint(everything, np.array([0.0, 1.0, 0.0])),
+        NodalConstraint(everything, np.array([0.0, 0.0, 1.0])),
+    )
+    solver = burst(graded_bar(), settings, casing=ELASTIC, constraints=holds)
     solver.fields.nodes.velocity[:, 0] = speed * np.cos(2.0 * np.pi * solver.fields.start[:, 0] / LENGTH)
     return solver, 2.0 * np.pi * wave / LENGTH
 
 
 def energy(solver):
     """Kinetic and stored energy (J)."""
-    entry = solver.ledger.record(solver.fields, solver.time, solver.time_step, solver.resultant, 0.0)
+    entry = solver.ledger.record(solver.fields, solver.time, solver.time_step, 0.0)
     return entry.kinetic + entry.strain
 
 
@@ -56,7 +59,7 @@ def momentum(solver):
 def test_levels_follow_the_cells_and_differ_by_one_at_most():
     solver, _ = standing_wave(subcycling=True)
     solver.step()
-    fields, cycles = solver.fields, solver.subcycling
+    fields, cycles = solver.fields, solver.levels
     level = fields.blocks.cell_levels
     stable = fields.blocks.by_cell(fields.grid.stable)
     assert cycles.highest >= 3
@@ -71,7 +74,7 @@ def test_levels_follow_the_cells_and_differ_by_one_at_most():
     # Those of short steps come first, and as many move as belong to cells of that level or a higher one.
     assert (np.diff(motion.level.astype(int)) <= 0).all()
     np.testing.assert_array_equal(motion.level, finest[motion.order])
-    np.testing.assert_array_equal(motion.lower, below[motion.order])
+    np.testing.assert_array_equal(motion.has_coarser_cell, below[motion.order])
     np.testing.assert_array_equal(motion.inverse_mass, fields.inverse_mass[motion.order])
     mixed = [finest[fields.mesh.dofmap[cells]].max() for cells in fields.blocks.cells] > fields.blocks.level
     np.testing.assert_array_equal(fields.grid.mixed, mixed)
@@ -81,7 +84,7 @@ def test_levels_follow_the_cells_and_differ_by_one_at_most():
 
 def test_a_body_that_flies_uniformly_is_not_disturbed():
     solver, _ = standing_wave(subcycling=True, speed=0.0)
-    solver.holds = ()
+    solver.constraints = ()
     velocity = np.array([300.0, -200.0, 100.0])
     solver.fields.nodes.velocity[:] = velocity
     run_until(solver, 2e-5)
@@ -95,11 +98,11 @@ def test_mean_velocities_over_a_cells_step_are_its_nodes_displacements():
     solver, _ = standing_wave(subcycling=True)
     for _ in range(20):
         solver.step()
-    nodes, motion = solver.fields.nodes, solver.subcycling.motion
+    nodes, motion = solver.fields.nodes, solver.levels.motion
     before = nodes.position.copy()
-    solver.choose_again = np.inf
+    solver.control.choose_again = np.inf
     solver.step()
-    between = motion.order[(motion.level == 1) & (motion.lower == 1)]
+    between = motion.order[(motion.level == 1) & (motion.has_coarser_cell == 1)]
     assert len(between)
     displacement = (nodes.position - before)[between]
     np.testing.assert_allclose(nodes.mean[between] * solver.time_step, displacement, rtol=1e-9, atol=1e-18)
@@ -112,8 +115,8 @@ def test_energy_and_momentum_stay_over_many_periods():
     """
     solver, frequency = standing_wave(subcycling=True)
     solver.step()
-    assert solver.subcycling.highest >= 3
-    solver.chosen_at = solver.choose_again = np.inf
+    assert solver.levels.highest >= 3
+    solver.control.chosen_at = solver.control.choose_again = np.inf
     run_until(solver, solver.time + 0.1 * 2.0 * np.pi / frequency)
     first, before = energy(solver), momentum(solver)
     largest = 0.0

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 import math
-from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -22,7 +21,6 @@ from flight.kernels.events import ending
 from flight.kernels.limits import IN_FLIGHT, LANDED, LEFT_DOMAIN, Limits
 from flight.kernels.motion import LANES, ROWS, Surroundings, accelerate, take_step
 from flight.kernels.near_ground import _cell_of, _nearest
-from flight.kernels.number_text import LARGEST, _scaled, powers_of_ten
 from flight.kernels.roots import STACK_SHAPE, sign_changes
 from flight.kernels.surfaces import PIECES_SHAPE
 from flight.kernels.terrain import Terrain
@@ -197,19 +195,6 @@ def test_two_boxes_that_share_cells_meet_in_the_lowest_of_them_alone() -> None:
             assert home(ranges[0], ranges[1], *cell) == (bool(shared) and cell == min(shared))
         met += bool(shared)
     assert 20 < met < 180
-
-
-def test_numbers_are_scaled_by_powers_of_ten_in_twice_the_precision() -> None:
-    """Product and table beside exact fractions: each number is the sum of two doubles, to 2^-100 of it."""
-    generator, table = np.random.default_rng(5), powers_of_ten()
-    for value in generator.uniform(1.0, 2.0, 300) * 2.0 ** generator.integers(-100, 100, 300):
-        power = int(generator.integers(-LARGEST, LARGEST + 1))
-        high, low = table[LARGEST + power]
-        assert abs(Fraction(high) + Fraction(low) - Fraction(10) ** power) <= Fraction(10) ** power / 2**104
-        total, rest = _scaled(value, high, low)
-        exact = Fraction(float(value)) * Fraction(10) ** power
-        assert abs(Fraction(total) + Fraction(rest) - exact) <= exact / 2**100
-        assert total == float(exact) or abs(rest) <= abs(np.spacing(total))
 
 
 @pytest.mark.parametrize(

@@ -8,12 +8,11 @@ import pytest
 from pydantic import BaseModel
 
 from fragfield.case import load_case
-from fragfield.case.checks.bounds import COUNTS, KEYS, UNITS, outside_hard, outside_soft
+from fragfield.case.checks.bounds import bounds_of, outside_hard, outside_soft
 from fragfield.case.messages import marks_of, tables_in
 from fragfield.case.schema import Case
-from fragfield.case.units.compound import Vector
-from fragfield.case.units.dimensions import DIMENSIONS
-from fragfield.case.units.quantities import Quantity
+from fragfield_base.inputs import UNIT_BOUNDS, OnlyWith
+from fragfield_base.units import DIMENSIONS
 from tests.attack.cases import BASE, to_text
 from tests.fragfield.short_run import ROOT, SHORT, invoke
 
@@ -31,23 +30,40 @@ def _fields(model: type[BaseModel], above=""):
 FIELDS = dict(_fields(Case))
 
 
-def test_every_unit_of_the_schema_has_bounds_with_a_reason():
-    used = {mark.symbol for field in FIELDS.values() for mark in marks_of(field) if isinstance(mark, Quantity)}
-    used |= {m.component.symbol for f in FIELDS.values() for m in marks_of(f) if isinstance(m, Vector) and m.component}
-    assert used <= set(UNITS)
-    assert set(DIMENSIONS) <= set(UNITS)
+def test_every_unit_has_bounds():
+    assert set(DIMENSIONS) | {""} == set(UNIT_BOUNDS)
 
 
-def test_keys_of_the_bounds_are_keys_of_the_schema():
-    assert set(KEYS) | set(COUNTS) <= set(FIELDS)
-
-
-def test_bounds_are_wide_enough_for_the_defaults_and_narrower_when_usual():
-    for key, bounds in [*KEYS.items(), *UNITS.items()]:
+def test_bounds_have_a_reason_hold_the_default_and_are_narrower_when_usual():
+    for key, bounds, default in [
+        *((key, bounds_of(field), field.default) for key, field in FIELDS.items()),
+        *((unit, bounds, None) for unit, bounds in UNIT_BOUNDS.items()),
+    ]:
         assert bounds.low < bounds.high, key
         assert len(bounds.why) > 5, key
+        if isinstance(default, float):
+            assert bounds.holds(default), key
+            assert bounds.usual is None or bounds.usual[0] <= default <= bounds.usual[1], key
         if bounds.usual is not None:
             assert bounds.low <= bounds.usual[0] < bounds.usual[1] <= bounds.high, key
+
+
+def test_a_key_that_another_excludes_names_a_key_of_its_table():
+    def tables(model):
+        yield model
+        for field in model.model_fields.values():
+            for _, table in tables_in(field.annotation):
+                yield from tables(table)
+
+    found = [
+        (model.model_fields, mark)
+        for model in tables(Case)
+        for field in model.model_fields.values()
+        for mark in marks_of(field)
+        if isinstance(mark, OnlyWith)
+    ]
+    assert len(found) > 40
+    assert all(mark.key in fields and bool(mark.values) != bool(mark.without) for fields, mark in found)
 
 
 @pytest.mark.parametrize("path", CASES, ids=lambda path: path.stem)

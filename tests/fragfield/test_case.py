@@ -81,7 +81,7 @@ def test_the_schema_offers_every_field_of_the_stages_and_their_defaults():
         (problem.CasingMaterial, CasingTable, set()),
         (problem.ContactSettings, ContactTable, set()),
         (problem.ShockInitiation, InitiationTable, set()),
-        (BreakUpSettings, BreakUpTable, {"shape_factor", "random_turn"}),  # by the case as a whole
+        (BreakUpSettings, BreakUpTable, {"shape_factor", "random_roll"}),  # by the case as a whole
         (flight.Adaptive, IntegratorTable, {"longest_step"}),
         (flight.FixedStep, IntegratorTable, set()),
     ]

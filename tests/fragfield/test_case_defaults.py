@@ -8,7 +8,7 @@ from pydantic_core import PydanticUndefined
 from fragfield.case import Case, differences
 from fragfield.case.load import case_from_document
 from fragfield.case.messages import marks_of, tables_in
-from fragfield.case.units.quantities import Quantity, degrees, with_unit
+from fragfield_base.inputs import Quantity, degrees, with_unit
 from tests.fragfield.case_documents import CASE, a_round, changed
 
 # Units in which people write; a default is spelled in those of its dimension.

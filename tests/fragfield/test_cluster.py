@@ -13,11 +13,12 @@ from types import SimpleNamespace
 import pytest
 from typer.testing import CliRunner
 
-import fragfield.studies.sweep.cluster as cluster_module
+import fragfield.studies.cluster as cluster_module
 from fragfield.cli import app
 from fragfield.errors import InputError
-from fragfield.studies.sweep.cluster import cluster_workers
-from fragfield.studies.sweep.sharing import share_out
+from fragfield.studies.cluster import ClusterRuns
+from fragfield.studies.runner import make_all
+from fragfield_base.interruption import Interruption
 from fragfield_base.locking import locked
 from tests.fragfield.short_run import RINGS
 
@@ -37,7 +38,7 @@ def cluster(monkeypatch):
 def _noting(folder, waits_for=""):
     """A run that leaves its number and process, and answers; from the fourth on once a file is there."""
 
-    def run_here(request, _threads, _token):
+    def run_here(request, _study):
         import os
         import time
         from pathlib import Path
@@ -72,9 +73,9 @@ def test_a_worker_that_is_killed_loses_nothing(cluster, tmp_path, monkeypatch):
 
     thread = threading.Thread(target=kill, daemon=True)
     thread.start()
-    workers = cluster_workers(cluster.scheduler_address, 1, None, 100)
-    assert len(workers) == 2
-    share_out(workers, range(12), lambda number, worker: worker.call({"number": number}), found.__setitem__)
+    runs = ClusterRuns(cluster.scheduler_address, 1, None, 100)
+    assert runs.size == 2
+    make_all(runs, range(12), lambda number: runs.call({"number": number}), found.__setitem__)
     assert found == {number: (0, f"answer {number}") for number in range(12)}
     thread.join()
     begun = [int(path.name.split("-")[0]) for path in folder.iterdir()]
@@ -84,13 +85,13 @@ def test_a_worker_that_is_killed_loses_nothing(cluster, tmp_path, monkeypatch):
 
 def test_an_interruption_reaches_the_cluster(cluster, monkeypatch, tmp_path):
     monkeypatch.setattr(cluster_module, "run_here", _noting(str(tmp_path)))
-    workers = cluster_workers(cluster.scheduler_address, 1, 1, 100)
+    runs = ClusterRuns(cluster.scheduler_address, 1, 1, 100)
 
     def ended(_number, _outcome):
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        share_out(workers, range(50), lambda number, worker: worker.call({"number": number}), ended)
+        make_all(runs, range(50), lambda number: runs.call({"number": number}), ended)
     assert len(list(tmp_path.iterdir())) < 5
 
 
@@ -108,7 +109,7 @@ def test_a_scheduler_without_workers():
         distributed.LocalCluster(n_workers=0, dashboard_address=None, silence_logs=50) as empty,
         pytest.raises(InputError, match="it has no workers; start `dask worker tcp://"),
     ):
-        cluster_workers(empty.scheduler_address, 1, None, 4)
+        ClusterRuns(empty.scheduler_address, 1, None, 4)
 
 
 def test_a_run_waits_for_the_process_of_a_lost_worker(tmp_path, monkeypatch):
@@ -131,6 +132,16 @@ def test_a_run_waits_for_the_process_of_a_lost_worker(tmp_path, monkeypatch):
     looked.clear()
     cluster_module._await_lock({"stage": "sample"})
     assert not looked.is_set()
+
+
+def test_an_interrupted_study_ends_its_runs_and_the_next_one_begins(monkeypatch):
+    monkeypatch.setattr(cluster_module, "perform", lambda request: (0, str(cluster_module.end_requested.is_set())))
+    assert cluster_module.run_here({"stage": "sample"}, "first") == (0, "False")
+    cluster_module.end_here("first")
+    with Interruption() as interruption:
+        assert interruption.asked()
+    assert cluster_module.run_here({"stage": "sample"}, "first") == (130, "interrupted")
+    assert cluster_module.run_here({"stage": "sample"}, "second") == (0, "False")
 
 
 @pytest.mark.slow

@@ -15,8 +15,7 @@ from flight.hazard.density.witness_hazard import SECTOR_HITS
 from fragfield.cli import app
 from fragfield.errors import InputError
 from fragfield.studies.compare import compare_runs
-from fragfield.studies.compare.estimates import Estimates, estimate
-from fragfield.studies.compare.witness import compare_hits, sectors_together
+from fragfield.studies.compare.witness import Estimates, compare_hits, estimate, sectors_together
 from tests.fragfield.synthetic_run import write_run
 
 NOT_INCLUDED = "grid (no other cell size gave a distance), inputs (no study of uncertain inputs)"
@@ -116,7 +115,7 @@ def test_the_pair_has_twice_the_fragments_and_its_focus(runs):
     found = compare_runs(*runs)
     (ring,) = found["witness"]
     assert ring["total"]["hits"]["ratio"] == pytest.approx(2.0)
-    fragments = next(row for row in found["casing"] if row["quantity"] == "fragments")
+    fragments = next(row for row in found["casing"] if row["quantity"] == "Fragments")
     assert (fragments["run"], fragments["reference"], fragments["ratio"]) == (3600, 1800, 2.0)
     rows = {row["name"]: row for row in found["distances"]}
     assert rows["expected"]["ratio"] > 1.1
@@ -174,20 +173,6 @@ def test_a_burst_alone_has_its_casings_compared(runs, tmp_path):
     assert not found["distances"]
     assert f"{burst} has no flight: only the casings are compared" in found["notes"]
     assert "written" not in _invoke("compare", runs[0], burst).stdout
-
-
-def test_without_realisations_there_are_ratios_without_errors(runs, single):
-    (single / "ensemble.h5").unlink()
-    summary = json.loads((single / "summary.json").read_text())
-    summary["seed"] = 5
-    (single / "summary.json").write_text(json.dumps(summary))
-    found = compare_runs(runs[0], single)
-    row = found["witness"][0]["by_azimuth"][0]["hits"]
-    assert row["ratio"] > 1.0
-    assert row["reference_error"] is row["ratio_error"] is None
-    assert not found["by_distance"]
-    assert found["notes"][0] == "the seeds differ, 1 and 5"
-    assert any("has one realisation of the break-up: no standard errors" in note for note in found["notes"])
 
 
 def test_the_comparison_is_printed_and_written(runs, tmp_path):

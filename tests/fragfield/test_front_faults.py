@@ -210,7 +210,7 @@ def test_findings_of_a_stage(before, stage, warned, written):
 
 @pytest.mark.parametrize(("ratio", "warned"), [(1.58, True), (1.59, False), (2.1, False), (2.11, True)])
 def test_the_range_of_venting_is_one(ratio, warned):
-    from fragfield.case.checks.bounds import KEYS, outside_soft
+    from fragfield.case.checks.bounds import bounds_of, outside_soft
     from fragfield.studies.uncertainty.defaults import default_inputs
 
     case = case_from_document(
@@ -222,4 +222,4 @@ def test_the_range_of_venting_is_one(ratio, warned):
     )  # fmt: skip
     assert bool(list(outside_soft(case))) == warned
     sampled = next(one for one in default_inputs(case) if "burst.leakage.radius_ratio" in one.keys)
-    assert KEYS["burst.leakage.radius_ratio"].usual == (sampled.low, sampled.high)
+    assert bounds_of(type(case.burst.leakage).model_fields["radius_ratio"]).usual == (sampled.low, sampled.high)

@@ -81,7 +81,22 @@ def test_differences_within_their_statistical_errors_are_no_trend():
     assert grid_convergence(h, values, [0.1, 0.1, 0.1]).kind == "monotone"
     found = grid_convergence(h, values, [2.0, 2.0, 2.0])
     assert (found.kind, found.order, found.extrapolated) == ("statistical", None, None)
-    assert found.uncertainty == pytest.approx(FACTOR_RANGE * 3.0 / 3.0)
+    # On a line of slope 1, whose error is 2 over the root of 14 / 3, the sum of squares about the mean size.
+    assert found.uncertainty == pytest.approx(FACTOR_OBSERVED * 1.0 + 1.96 * 2.0 / (14.0 / 3.0) ** 0.5)
+    assert grid_convergence(h, values, [2.0, 2.0, 2.0], at=2.0).uncertainty == pytest.approx(2.0 * found.uncertainty)
+
+
+@pytest.mark.parametrize("slope", [0.0, 0.5, -1.0, 2.0])
+@pytest.mark.parametrize("sizes", [(1.0, 2.0), (1.0, 2**0.5, 2.0), (2**-0.5, 1.0, 2**0.5, 2.0)])
+def test_the_uncertainty_within_statistical_errors_covers_the_error_of_the_cells(slope, sizes):
+    h, sigma = np.array(sizes), 1.5
+    draws = np.random.default_rng(7).normal(130.0 + slope * h, sigma, (2000, len(h)))
+    found = [grid_convergence(h, values, np.full(len(h), sigma), at=1.0) for values in draws]
+    covered = [one.uncertainty >= abs(slope) for one in found if one.kind == "statistical"]
+    assert len(covered) > 1000
+    assert np.mean(covered) > 0.95
+    if slope == 0.0:  # and no multiple of the noise: 3 times the range would be about 8 m with three sizes
+        assert np.median([one.uncertainty for one in found if one.kind == "statistical"]) < 4.0 * sigma
 
 
 def test_values_that_agree_and_a_single_size():

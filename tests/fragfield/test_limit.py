@@ -10,7 +10,6 @@ from pathlib import Path
 import pytest
 
 import fragfield
-import fragfield.studies.sweep.work as work
 from fragfield.case import read_resolved
 from fragfield.files.run_directory import RunDirectory
 from fragfield.hazard.recommended import recommended_of
@@ -18,6 +17,7 @@ from fragfield.studies.limit import LimitCriteria
 from fragfield.studies.limit.criteria import judged
 from fragfield.studies.limit.plan import round_count
 from fragfield.studies.limit.search import limit_of
+from fragfield.studies.processes import LocalRuns
 from tests.fragfield.short_run import invoke
 
 ROW = """title = "row"
@@ -85,7 +85,7 @@ def computed(monkeypatch):
         directory.write_summary({**parts, "hazard": hazard, "exposed": sites, "rules": rules, "minimum": minimum})
         return 0, ""
 
-    monkeypatch.setattr(work.Worker, "call", call)
+    monkeypatch.setattr(LocalRuns, "call", call)
     return made, law
 
 

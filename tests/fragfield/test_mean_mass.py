@@ -27,25 +27,21 @@ def stated(**changes) -> list[tuple[str, str]]:
 
 def test_defaults_of_the_case_are_those_of_the_break_up():
     table, settings = BreakUpTable(), BreakUpSettings()
-    for name in ("mean_mass", "mean_mass_factor", "strain_rate", "fracture_stress", "fracture_gamma"):
+    for name in ("mean_mass", "mean_mass_factor", "fracture_stress", "fracture_gamma"):
         assert getattr(table, name) == getattr(settings, name), name
 
 
 def test_the_case_reaches_the_law_of_1947():
-    changes = {"break_up.mean_mass": "mott_1947", "break_up.strain_rate": "burst", "break_up.mean_mass_factor": 1.3,
+    changes = {"break_up.mean_mass": "mott_1947", "break_up.mean_mass_factor": 1.3,
                "break_up.fracture_stress": "700 MPa", "break_up.fracture_gamma": 50.0}  # fmt: skip
     settings = break_up_settings(load_changed_case(CASES / "m107_tnt.toml", changes))
-    assert (settings.mean_mass, settings.strain_rate, settings.mean_mass_factor) == ("mott_1947", "burst", 1.3)
+    assert (settings.mean_mass, settings.mean_mass_factor) == ("mott_1947", 1.3)
     assert (settings.fracture_stress, settings.fracture_gamma) == (700e6, 50.0)
 
 
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        (
-            {"break_up.strain_rate": "burst", "break_up.velocity_source": "gurney"},
-            'break_up.strain_rate: found "burst"',
-        ),
         ({"break_up.mean_mass_factor": 0.5}, "break_up.mean_mass_factor: found 0.5"),
         ({"break_up.fracture_stress": "0 MPa"}, "break_up.fracture_stress: found"),
     ],

@@ -135,7 +135,7 @@ def _children(parent: int) -> list[int]:
                 words = (entry / "cmdline").read_bytes()
             except OSError:
                 continue
-            if int(fields[1]) == parent and b"worker" in words:
+            if int(fields[1]) == parent and b"spawn_main" in words:
                 found.append(int(entry.name))
     return found
 

@@ -9,16 +9,16 @@ import numpy as np
 import pytest
 
 from fragfield.case import Case
-from fragfield.case.units.quantities import Measured
 from fragfield.hazard.certainty import margin_metres, metres, metres_and_error, whole_metres
+from fragfield.numbers import UNKNOWN, number, of_case, row
 from fragfield.report.document import code_words
 from fragfield.report.findings.findings import findings
-from fragfield.report.quantities import UNKNOWN, number, of_case, row
 from fragfield.report.reading.landings import landings
 from fragfield.report.reading.laws import number_above, segment_laws
 from fragfield.report.reading.mesh_quality import aspect_ratio, scaled_jacobian
 from fragfield.report.reading.run_files import RunFiles
 from fragfield.report.tables.inputs import input_tables
+from fragfield_base.inputs import Measured
 
 UNIT_CUBE = np.array(
     [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]], dtype=float

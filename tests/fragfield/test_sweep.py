@@ -16,13 +16,13 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-import fragfield.studies.sweep.work as work
 from fragfield.case import load_case, load_changed_case, read_resolved
 from fragfield.cli import app
 from fragfield.errors import InputError
 from fragfield.files.run_directory import RunDirectory
+from fragfield.studies.processes import LocalRuns
 from fragfield.studies.sweep import plan_sweep
-from fragfield.studies.sweep.worker import Worker
+from tests.fragfield.run_tasks import answer
 
 ROOT = Path(__file__).parents[2]
 TUBE, PAIR = ROOT / "cases" / "tube.toml", ROOT / "cases" / "m107_pair.toml"
@@ -62,7 +62,7 @@ def calls(monkeypatch):
         RunDirectory(out).write_summary({**SUMMARY, **others})
         return 0, ""
 
-    monkeypatch.setattr(work.Worker, "call", call)
+    monkeypatch.setattr(LocalRuns, "call", call)
     return made, codes
 
 
@@ -161,7 +161,7 @@ def test_a_failed_run_is_reported_and_the_others_go_on(tmp_path, calls):
 
 
 def test_a_run_whose_distance_is_not_determined_is_done_and_says_so(tmp_path, calls, monkeypatch):
-    plain = work.Worker.call
+    plain = LocalRuns.call
     reason = "there are no fragments"
 
     def call(worker, request):
@@ -172,7 +172,7 @@ def test_a_run_whose_distance_is_not_determined_is_done_and_says_so(tmp_path, ca
         RunDirectory(out).write_summary(found)
         return 0, ""
 
-    monkeypatch.setattr(work.Worker, "call", call)
+    monkeypatch.setattr(LocalRuns, "call", call)
     done = _invoke("sweep", TUBE, "burst.cell_size=12 mm,15 mm", "--out", tmp_path / "out", "--json")
     found = json.loads(done.stdout)
     assert (done.exit_code, found["exit_code"]) == (3, 3)
@@ -234,55 +234,55 @@ def test_a_sweep_does_not_run_under_mpirun(tmp_path, calls, monkeypatch):
     assert "it does not run under mpirun" in done.stderr
 
 
-def _answering(body):
-    """A command in a worker's place: one line in, `body` for an answer."""
-    return [sys.executable, "-c", f"import os, sys, time, json\nfor line in sys.stdin:\n    {body}"]
-
-
 @pytest.mark.parametrize(
-    ("body", "code", "message"),
+    ("ends", "code", "message"),
     [
-        ("print(json.dumps({'exit_code': 3, 'message': 'lost'}), flush=True)", 3, "lost"),
-        ("os.kill(os.getpid(), 9)", -9, "ended by signal 9"),
-        ("sys.exit(1)", 1, "exit code 1"),
-        ("sys.exit(4)", 4, "a fault of the program; its traceback is in the run's log"),
-        ("sys.exit(0)", 4, "a fault of the program; its traceback is in the run's log"),
+        ({"signal": 9}, -9, "ended by signal 9"),
+        ({"exit": 1}, 1, "exit code 1"),
+        ({"exit": 4}, 4, "a fault of the program; its traceback is in the run's log"),
+        ({"exit": 0}, 4, "a fault of the program; its traceback is in the run's log"),
     ],
 )
-def test_why_a_run_failed_is_reported_and_the_next_has_a_new_process(body, code, message):
-    worker = Worker(1, _answering(body))
-    for _ in range(2):
-        assert worker.call({}) == (code, message)
-    worker.close()
+def test_why_a_run_failed_is_reported_and_the_next_has_a_new_process(ends, code, message):
+    runs = LocalRuns(1, 1, answer)
+    assert runs.call(ends) == (code, message)
+    assert runs.call({})[1] == "1 1"
+    runs.close()
 
 
-def test_a_worker_stays_and_has_its_threads():
-    body = "print(json.dumps({'exit_code': os.getpid(), 'message': os.environ['NUMBA_NUM_THREADS']}), flush=True)"
-    worker = Worker(3, _answering(body))
-    first, second = worker.call({}), worker.call({})
-    worker.close()
+def test_a_process_stays_has_its_threads_and_prints_nothing_among_results(capfd):
+    runs = LocalRuns(1, 3, answer)
+    first, second = runs.call({}), runs.call({})
+    runs.close()
     assert first == second
-    assert first[1] == "3"
+    assert first[1] == "3 3"
     assert first[0] != os.getpid()
+    out, err = capfd.readouterr()
+    assert out == ""
+    assert err.count("words") == 2
 
 
-def test_what_a_library_prints_is_no_answer(monkeypatch, tmp_path):
-    """Two runs, the first of which prints to standard output as C code does."""
-    code = (
-        "import os\nimport fragfield.studies.sweep.worker as worker\n"
-        "worker.perform = lambda request: (os.write(1, b'words\\n') and request['exit_code'], 'done')\n"
-        "worker.serve()"
+def test_a_script_is_not_run_again_by_its_processes(tmp_path):
+    script = tmp_path / "study.py"
+    script.write_text(
+        "from fragfield.studies.processes import LocalRuns\n"
+        "from tests.fragfield.run_tasks import answer\n"
+        "print('begun', flush=True)\n"
+        "runs = LocalRuns(2, 1, answer)\n"
+        "print(runs.call({})[1])\n"
+        "runs.close()\n"
     )
-    monkeypatch.setenv("PYTHONPATH", str(ROOT))
-    worker = Worker(1, [sys.executable, "-c", code])
-    assert [worker.call({"exit_code": number}) for number in (3, 0)] == [(3, "done"), (0, "done")]
-    worker.close()
+    done = subprocess.run(
+        [sys.executable, str(script)], capture_output=True, text=True, check=False,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+    )  # fmt: skip
+    assert (done.returncode, done.stdout) == (0, "begun\n1 1\n"), done.stderr
 
 
 @pytest.mark.cores
 @pytest.mark.parametrize(("jobs", "most"), [(1, 1), (3, 3), (8, 5)])
 def test_so_many_runs_go_side_by_side(tmp_path, calls, monkeypatch, jobs, most):
-    plain, at_work, seen = work.Worker.call, [], []
+    plain, at_work, seen = LocalRuns.call, [], []
     together = threading.Barrier(most)
 
     def call(worker, request):
@@ -294,7 +294,7 @@ def test_so_many_runs_go_side_by_side(tmp_path, calls, monkeypatch, jobs, most):
         at_work.remove(request)
         return answer
 
-    monkeypatch.setattr(work.Worker, "call", call)
+    monkeypatch.setattr(LocalRuns, "call", call)
     sizes = ",".join(f"{size} mm" for size in (12, 13, 14, 15, 16))
     done = _invoke("sweep", TUBE, f"burst.cell_size={sizes}", "--out", tmp_path / "out", "--jobs", jobs, "--json")
     rows = json.loads(done.stdout)["runs"]
@@ -306,22 +306,16 @@ def test_so_many_runs_go_side_by_side(tmp_path, calls, monkeypatch, jobs, most):
 @pytest.mark.cores
 def test_an_interruption_is_passed_on_once_and_waited_for(tmp_path):
     """The workers end in their own time, as bursts that write a checkpoint; no further run is begun."""
-    child = (
-        "import signal, sys, time, json, os\n"
-        "signal.signal(signal.SIGTERM, signal.default_int_handler)\n"
-        "out = json.loads(sys.stdin.readline())['out']\n"
-        "try:\n    open(out + '.begun', 'w').close(); time.sleep(60)\n"
-        "except KeyboardInterrupt:\n    time.sleep(0.5); open(out + '.checkpoint', 'w').close()\n"
-        "    print(json.dumps({'exit_code': 130, 'message': 'interrupted'}), flush=True)\n"
-    )
     out = tmp_path / "out"
     code = (
-        "import signal, sys\nfrom pathlib import Path\nimport fragfield.studies.sweep.work as work\n"
+        "import signal\nfrom pathlib import Path\nfrom fragfield.studies import processes\n"
+        "from fragfield.studies.sweep import SweepOptions, plan_sweep, run_sweep\n"
+        "from tests.fragfield.run_tasks import wait_for_interruption\n"
         "signal.signal(signal.SIGINT, signal.default_int_handler)\n"  # a shell's background processes ignore it
-        f"plain = work.Worker\nwork.Worker = lambda threads: plain(threads, [sys.executable, '-c', {child!r}])\n"
-        f"plan = work.plan_sweep(Path({str(TUBE)!r}), ['burst.cell_size=12 mm,15 mm,20 mm'])\n"
-        f"work.run_sweep(plan, work.SweepOptions(Path({str(out)!r}), jobs=2))\n"
-    ).replace("work.plan_sweep", "__import__('fragfield.studies.sweep.plan', fromlist=['x']).plan_sweep")
+        "processes.LocalRuns.__init__.__defaults__ = (wait_for_interruption,)\n"
+        f"plan = plan_sweep(Path({str(TUBE)!r}), ['burst.cell_size=12 mm,15 mm,20 mm'])\n"
+        f"run_sweep(plan, SweepOptions(Path({str(out)!r}), jobs=2))\n"
+    )
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     process = subprocess.Popen([sys.executable, "-c", code], stderr=subprocess.PIPE, text=True, env=environment)
     begun = [out / f"cell_size_{size}_mm.begun" for size in (12, 15)]

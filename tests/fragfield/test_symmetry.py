@@ -34,4 +34,4 @@ def test_what_breaks_the_symmetry(changes: dict[str, object], axisymmetric: bool
     """A lying round keeps its own axis but not the azimuths; ignition beside the axis breaks both."""
     case = load_changed_case(CASES / "m107_tnt.toml", changes)
     assert (is_axisymmetric(case), all_azimuths_alike(case)) == (axisymmetric, alike)
-    assert break_up_settings(case).random_turn is axisymmetric
+    assert break_up_settings(case).random_roll is axisymmetric

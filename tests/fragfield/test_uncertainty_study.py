@@ -14,6 +14,7 @@ from typer.testing import CliRunner
 import fragfield.studies.uncertainty.study as study_module
 from fragfield.cli import app
 from fragfield.files.run_directory import RunDirectory
+from fragfield.studies.processes import LocalRuns
 from fragfield.studies.uncertainty.journal import Journal
 from fragfield.studies.uncertainty.results import read_results
 
@@ -60,7 +61,7 @@ def made(monkeypatch, tmp_path):
     directory = RunDirectory(tmp_path / "nominal_run")
     directory.make()
     directory.write_summary(SUMMARY)
-    monkeypatch.setattr(study_module.Worker, "call", call)
+    monkeypatch.setattr(LocalRuns, "call", call)
     monkeypatch.setattr(study_module, "_nominal", lambda *_: directory)
     monkeypatch.setattr(study_module, "_pages", lambda *_: None)
     return requests, codes
@@ -172,7 +173,7 @@ def test_failed_samples_are_counted_and_left_out(made, tmp_path):
 
 
 def test_a_distance_that_is_not_determined_is_said(made, tmp_path, monkeypatch):
-    plain = study_module.Worker.call
+    plain = LocalRuns.call
 
     def call(worker, request):
         code, text = plain(worker, request)
@@ -181,7 +182,7 @@ def test_a_distance_that_is_not_determined_is_said(made, tmp_path, monkeypatch):
             found |= {"distance": None, "standard_error": None, "determined": False, "reason": "mass has not landed"}
         return code, json.dumps(found)
 
-    monkeypatch.setattr(study_module.Worker, "call", call)
+    monkeypatch.setattr(LocalRuns, "call", call)
     done = _invoke(tmp_path / "out", "--samples", 60, "--json")
     assert done.exit_code == 3
     states = json.loads(done.stdout)["states"]

@@ -100,9 +100,9 @@ def test_a_plane_of_symmetry_must_be_clear_of_the_whole_round(tmp_path):
         replace(snapshot, planes=(SymmetryPlane("wall", (-0.06, 0.0, 0.0), (1.0, 0.0, 0.0)),))
 
 
-@pytest.mark.parametrize("velocity", ["mean", pytest.param("interpolation", marks=pytest.mark.dolfinx)])
+@pytest.mark.parametrize("velocity", ["mean", "interpolation"])
 def test_ledger_closes_for_a_tilted_round(tmp_path, velocity):
-    """Mass, momentum and angular momentum to round-off by the mean; axial momentum is the burst's nodal one."""
+    """Mass and momentum to round-off by the mean; axial momentum is the burst's nodal one."""
 
     def field(r, z):
         return np.column_stack([900.0 + 150.0 * np.sin(9.0 * z), 150.0 + 400.0 * r + 300.0 * z])
@@ -118,7 +118,6 @@ def test_ledger_closes_for_a_tilted_round(tmp_path, velocity):
     assert abs(ledger.mass_error) < 1e-12
     exact = velocity == "mean"
     assert ledger.momentum_error < (1e-12 if exact else 0.03)
-    assert ledger.angular_momentum_error < (1e-12 if exact else 0.03)
     assert abs(ledger.energy_error) < 0.03
 
 
@@ -167,36 +166,10 @@ def test_directions_of_rings_are_those_of_many_hexahedra(tmp_path):
     assert found.azimuth_cells.max() > 3.0 * found.azimuth_cells.min()
 
 
-@pytest.mark.dolfinx
-def test_dolfinx_gives_the_field_of_the_meridian(tmp_path):
-    """Nodal velocities that differ wildly: every fragment has the bilinear field at its chosen point, turned."""
-    generator = np.random.default_rng(1)
-
-    def field(r, z):
-        return generator.normal(scale=1000.0, size=(r.size, 2))
-
-    snapshot = tilted(axial=12, velocity=field).read(tmp_path / "s.h5")
-    result = break_up(
-        snapshot, BreakUpSettings(velocity="interpolation", random_turn=False, direction_scatter=0.0), seed=2
-    )
-    half = snapshot.half_plane
-    cell, local = (getattr(result.points, name)[result.clusters.chosen] for name in ("cell", "local"))
-    nodes = snapshot.cells[snapshot.casing][cell]
-    u, v = local[:, 0], local[:, 1]
-    weights = np.stack([(1 - u) * (1 - v), u * (1 - v), u * v, (1 - u) * v], axis=1)
-    flat = np.einsum("ka,kaj->kj", weights, half.components(snapshot.velocity[nodes]))
-    angle = 2.0 * np.pi * local[:, 2]
-    e1, e2, axis = half.frame
-    outward = np.cos(angle)[:, None] * e1 + np.sin(angle)[:, None] * e2
-    expected = flat[:, :1] * outward + flat[:, 1:] * axis
-    np.testing.assert_allclose(result.fragments.velocity, expected, atol=1e-6)
-    assert np.linalg.norm(flat, axis=1).std() > 100.0
-
-
 def test_a_turn_leaves_the_distribution_of_azimuths(tmp_path):
     """Realisations turned at random and not: even in azimuth either way, with the same masses."""
     snapshot = Meridian(axial=20).read(tmp_path / "s.h5")
-    turned, plain = (BreakUp(snapshot, BreakUpSettings(random_turn=turn)) for turn in (True, False))
+    turned, plain = (BreakUp(snapshot, BreakUpSettings(random_roll=turn)) for turn in (True, False))
     one, other = turned.fragments(3), plain.fragments(3)
     np.testing.assert_array_equal(one.mass, other.mass)
     np.testing.assert_allclose(one.velocity[:, 2], other.velocity[:, 2], atol=1e-9)

@@ -15,8 +15,6 @@ from transition.law.mean_mass import (
     gurney_sarmousakis,
     mott_1947,
     mott_linfoot,
-    ruptured,
-    thinned,
 )
 from transition.law.mean_mass_data import FACTOR_SOURCE, FACTORS, equivalent_cylinder, outside_data
 
@@ -68,27 +66,14 @@ def test_constants_of_the_explosives_are_those_in_ounces_and_inches():
         assert EXPLOSIVE_CONSTANTS[name] == pytest.approx(constant * in_si, rel=2e-3), name
 
 
-def test_wall_of_plane_strain_keeps_its_section():
-    wall = thinned(0.0775, 0.018, 0.13)
-    assert 0.13**2 - (0.13 - wall) ** 2 == pytest.approx(0.0775**2 - 0.0595**2, rel=1e-12)
-    assert thinned(0.0775, 0.018, 0.0775) == pytest.approx(0.018, rel=1e-12)
-    # A thin wall thins as Eq. 22 has it.
-    assert thinned(1.0, 1e-4, 1.75) == pytest.approx(ruptured(1.0, 1e-4, 0.75)[1], rel=1e-4)
-
-
 @pytest.mark.parametrize(
     ("values", "message"),
     [
-        ({"mean_mass_factor": 0.9}, r"break_up.mean_mass_factor: found 0.9; a factor of 1 or above is needed"),
-        ({"mean_mass_factor": math.inf}, r"break_up.mean_mass_factor: found inf; a factor of 1 or above is needed"),
+        ({"mean_mass_factor": 0.9}, r"break_up.mean_mass_factor: found 0.9; allowed: 1 to 1000"),
+        ({"mean_mass_factor": math.inf}, r"break_up.mean_mass_factor: found inf; allowed: 1 to 1000"),
         ({"mean_mass_factor": "1.6"}, r"break_up.mean_mass_factor: found '1.6'; a number is needed"),
-        ({"strain_rate": "bursts"}, r"break_up.strain_rate: found 'bursts'; did you mean 'burst'"),
-        (
-            {"strain_rate": "burst", "velocity_source": "gurney"},
-            r"contradict each other; allowed: 'burst' with velocity",
-        ),
-        ({"fracture_stress": 0.0}, r"break_up.fracture_stress: found 0; a number above zero is needed \(Pa\)"),
-        ({"fracture_gamma": -1.0}, r"break_up.fracture_gamma: found -1; a number above zero is needed"),
+        ({"fracture_stress": 0.0}, r"break_up.fracture_stress: found 0; allowed: 100000 to 1e\+12 Pa"),
+        ({"fracture_gamma": -1.0}, r"break_up.fracture_gamma: found -1; allowed: 0.01 to 100000"),
         ({"mean_mass": "mott_1946"}, r"break_up.mean_mass: found 'mott_1946'; did you mean 'mott_1947'"),
     ],
 )

@@ -87,8 +87,6 @@ def test_mass_and_momentum_are_kept_round_by_round(tmp_path):
     assert result.ledger.casing_mass == pytest.approx(8.0 * mass, rel=1e-12)
     assert np.abs(result.ledger.casing_momentum).max() < 1e-9 * mass * 800.0  # the eight cancel
     assert result.summary["momentum_error"] < 1e-12
-    assert all(found.angular_momentum_error < 1e-12 for _, found in result.ledgers)
-    assert result.summary["angular_momentum_error"] < 1e-12
     single = dict(result.ledgers)[0].casing_energy
     assert result.ledger.casing_energy == pytest.approx(8.0 * single, rel=1e-12)
     assert -0.06 < result.summary["energy_error"] < 0.0
@@ -123,7 +121,6 @@ def test_a_mirrored_round_and_a_computed_one_have_the_same_statistics(tmp_path):
     assert np.abs(off).max() < 4.0, off
 
 
-@pytest.mark.dolfinx
 def test_an_interpolated_velocity_is_mirrored(tmp_path):
     result = break_up(snapshot(tmp_path, X), BreakUpSettings(velocity="interpolation", direction_scatter=0.0), seed=5)
     fragments = result.fragments
@@ -160,8 +157,7 @@ def _plane(name, normal, point=(0.0, 0.0, 0.0)):
         ([(1, 0, 0)], 1),
         ([(1, 0, 0), (0, 1, 0)], 3),
         ([(1, 0, 0), (0, 1, 0), (0, 0, 1)], 7),
-        ([(0, 1, 0), (np.sqrt(0.75), -0.5, 0)], 5),  # 60 degrees: a triangle of pairs
-        ([(0, 1, 0), (1, -1, 0)], 7),  # 45 degrees
+        ([(0.6, 0.8, 0), (-0.8, 0.6, 0)], 3),
     ],
 )
 def test_images_are_the_closure_of_the_reflections(normals, number):
@@ -182,18 +178,11 @@ def test_images_are_the_closure_of_the_reflections(normals, number):
     ("planes", "message"),
     [
         ([_plane("left", (1, 0, 0)), _plane("right", (-1, 0, 0), (1.0, 0.0, 0.0))], "'left' and 'right' are parallel"),
-        ([_plane("a", (0, 1, 0)), _plane("b", (1, -1.5, 0))], "'a' and 'b' meet at 33.6901 degrees .* close at 90, 60"),
-        (
-            [
-                _plane("a", (0, 1, 0)),
-                _plane("b", (np.sqrt(0.75), -0.5, 0)),
-                _plane("c", (-np.sqrt(0.75), -0.5, 0), (0.0, 1.0, 0.0)),
-            ],
-            "'a', 'b', 'c' make rounds without end",
-        ),
+        ([_plane("a", (0, 1, 0)), _plane("b", (1, -1, 0))], "'a' and 'b' meet at 45 degrees; allowed: planes at right"),
+        ([_plane("a", (0, 1, 0)), _plane("b", (1, 2e-6, 0))], "'a' and 'b' meet at 89.9999 degrees"),
     ],
 )
-def test_planes_whose_images_do_not_close_are_refused(planes, message):
+def test_planes_that_are_not_at_right_angles_are_refused(planes, message):
     with pytest.raises(InputError, match=message):
         images(planes)
 

@@ -1,15 +1,14 @@
-"""Material points of cells: the field's mass, momentum and angular momentum, at places spread evenly."""
+"""Material points of cells: the field's mass and momentum, at positions spread evenly."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from tests.transition.synthetic import Tube, volumes
-from transition.cells.cell_points import POINTS_PER_FRAGMENT, CellPoints, lightest_that_matters, numbers
+from tests.transition.synthetic import volumes
+from transition.cells.cell_points import POINTS_PER_FRAGMENT, CellPoints, numbers
 from transition.cells.points import MaterialPoints
-from transition.cells.shape_functions import field_angular_momentum, modes, trilinear
-from transition.law.mott import MottLaw
+from transition.cells.shape_functions import trilinear
 
 
 def cells_of(generator, number):
@@ -34,58 +33,10 @@ def test_mass_and_momentum_and_centre_are_those_of_every_cell(seed):
     assert len(points) == made.number.sum()
     np.testing.assert_array_equal(np.bincount(points.cell - 7), made.number)
     np.testing.assert_allclose(np.bincount(points.cell - 7, points.mass), made.cell_mass, rtol=1e-14)
-    for values, field in ((points.position, places), (points.velocity - turned(made, points), velocity)):
+    for values, field in ((points.position, places), (points.velocity, velocity)):
         found = np.stack([np.bincount(points.cell - 7, points.mass * values[:, i]) for i in range(3)], axis=1)
         scale = made.cell_mass[:, None] * np.abs(field).max()
         assert (np.abs(found - made.cell_mass[:, None] * field.mean(axis=1)) / scale).max() < 1e-13
-
-
-def turned(made, points):
-    """The rigid rotation that the points were given, from what it did to the momenta of whole cells."""
-    cells = np.stack([np.bincount(points.cell - 7, points.velocity[:, i]) for i in range(3)], axis=1)
-    change = cells / made.number[:, None] - made.modes[:, 0, 3:]
-    centre = made.cell_mass @ made.modes[:, 0, :3] / made.cell_mass.sum()
-    away = made.modes[:, 0, :3] - centre
-    x, y, z, zero = *away.T, np.zeros(len(away))
-    columns = np.stack([np.stack([zero, -z, y], 1), np.stack([z, zero, -x], 1), np.stack([-y, x, zero], 1)], axis=2)
-    rate, residual, *_ = np.linalg.lstsq(columns.reshape(-1, 3), change.reshape(-1), rcond=None)
-    assert residual.sum() < 1e-18 * (change**2).sum() + 1e-18
-    return np.cross(rate, points.position - centre)
-
-
-@pytest.mark.parametrize("seed", range(5))
-def test_momenta_are_those_of_the_field(seed):
-    generator = np.random.default_rng(seed)
-    made, places, velocity = source(generator, generator.choice([2, 4, 8, 16, 40], 200))
-    points = made.draw(generator)
-    speed = np.linalg.norm(points.velocity, axis=1)
-    wanted = made.cell_mass @ velocity.mean(axis=1)
-    assert np.linalg.norm(points.mass @ points.velocity - wanted) < 1e-13 * (points.mass @ speed)
-    # The field's own, by 2x2x2 Gauss points, which is exact for products of two trilinear functions
-    gauss = (np.stack(np.meshgrid([-1, 1], [-1, 1], [-1, 1]), axis=-1).reshape(-1, 3) / np.sqrt(3.0) + 1.0) / 2.0
-    exact = np.zeros(3)
-    for point in gauss:
-        at = np.tile(point, (len(places), 1))
-        exact += made.cell_mass @ np.cross(trilinear(places, at), trilinear(velocity, at)) / 8.0
-    scale = points.mass @ (np.linalg.norm(points.position, axis=1) * speed)
-    found = points.mass @ np.cross(points.position, points.velocity)
-    assert np.linalg.norm(found - exact) < 1e-12 * scale
-    both = modes(np.concatenate([places, velocity], axis=2))
-    assert np.linalg.norm(field_angular_momentum(made.cell_mass, both, np.zeros(3)) - exact) < 1e-13 * scale
-
-
-def test_the_turn_that_gives_the_angular_momentum_is_tiny(tmp_path):
-    """On a real wall no velocity changes by more than 1e-4 of its own; without it the angular momentum is off."""
-    snapshot = Tube(around=36, axial=34).read(tmp_path / "s.h5")
-    nodes = snapshot.cells[snapshot.casing]
-    corners, velocity, mass = snapshot.position[nodes], snapshot.velocity[nodes], snapshot.mass[snapshot.casing]
-    made = CellPoints.of_segment((0, 0), np.arange(len(mass)), mass, corners, velocity, np.full(len(mass), 16))
-    points = made.draw(np.random.default_rng(3), local=True)
-    field = trilinear(velocity[points.cell], points.local)
-    apart = np.abs(trilinear(corners[points.cell], points.local) - points.position)  # bilinear modes of the cells
-    assert apart.max() < 2e-4
-    change = np.linalg.norm(points.velocity - field, axis=1)
-    assert 0.0 < change.max() < 1e-4 * np.linalg.norm(field, axis=1).min()
 
 
 @pytest.mark.parametrize("count", [2, 4, 8, 24])
@@ -98,22 +49,14 @@ def test_points_fill_a_cell_evenly(count):
     made = CellPoints.of_segment(
         (0, 0), np.arange(cells), np.ones(cells), corners, np.zeros_like(corners), np.full(cells, count)
     )
-    points = made.draw(generator, local=True)
-    assert points.local.min() >= 0.0
-    assert points.local.max() <= 1.0
-    box = (points.local * 4.0).astype(int) @ [16, 4, 1]
+    points = made.draw(generator)
+    assert points.position.min() >= 0.0
+    assert points.position.max() <= 1.0
+    box = (points.position * 4.0).astype(int) @ [16, 4, 1]
     found = np.bincount(box, minlength=64)
     assert ((found - len(points) / 64.0) ** 2).sum() / (len(points) / 64.0) < 92.0  # 63 degrees of freedom
-    again = made.draw(generator, local=True)
-    assert np.abs(again.local - points.local).max() > 0.1
-
-
-def test_the_lightest_that_matters_leaves_two_per_cent_of_the_mass():
-    for dimension, in_means in ((2, 0.1609), (3, 0.1749)):
-        law = MottLaw.from_mean(0.012, dimension)
-        found = lightest_that_matters(law)
-        assert float(law.mass_fraction_above(found)) == pytest.approx(0.98, abs=1e-9)
-        assert found == pytest.approx(in_means * 0.012, rel=0.01)
+    again = made.draw(generator)
+    assert np.abs(again.position - points.position).max() > 0.1
 
 
 def test_numbers_follow_the_lightest_fragment_and_the_cap():
@@ -135,7 +78,7 @@ def test_numbers_follow_the_lightest_fragment_and_the_cap():
 
 def test_points_of_parts_stand_one_after_the_other():
     generator = np.random.default_rng(0)
-    parts = [source(generator, [8, 16])[0].draw(generator, local=True) for _ in range(2)]
+    parts = [source(generator, [8, 16])[0].draw(generator) for _ in range(2)]
     both = MaterialPoints.concatenate(parts)
     assert len(both) == 48
     np.testing.assert_array_equal(both.velocity[24:], parts[1].velocity)

@@ -23,7 +23,7 @@ def linear(r, z):
 def velocities(folder, size, count):
     """Masses and velocities of `count` realisations on a tube of one segment."""
     tube = Meridian(**MESHES[size], velocity=linear, ends=(), kinds=("wall",))
-    prepared = BreakUp(tube.read(folder / "s.h5"), BreakUpSettings(random_turn=False, direction_scatter=0.0))
+    prepared = BreakUp(tube.read(folder / "s.h5"), BreakUpSettings(random_roll=False, direction_scatter=0.0))
     return [(f.mass, f.velocity) for f in (prepared.fragments(29, number) for number in range(count))]
 
 
@@ -34,14 +34,14 @@ def velocities(folder, size, count):
 def test_directions_show_no_mesh_and_no_azimuth(tmp_path, size, count):
     found = velocities(tmp_path, size, count)
     p_values = imprints(found, 36)  # columns of the hexahedra of this cell size
-    for name, fold in (("opposite points", 2), ("fours of points", 4)):
+    for name, fold in (("opposite points", 2), ("blocks of four points", 4)):
         azimuths = [np.degrees(np.arctan2(v[:, 1], v[:, 0])) for _, v in found]
         p_values[f"phase, {name}"] = phase_test(azimuths, fold)
     assert all(p_value > LEVEL for _, p_value in p_values.values()), p_values
 
 
 def test_points_all_in_the_half_plane_would_be_found(tmp_path):
-    """The tests see what they are for: azimuths in fours at fixed places, elevations of whole rings."""
+    """The tests see what they are for: azimuths in blocks of four at fixed places, elevations of whole rings."""
     found = velocities(tmp_path, 8, 60)
     height = 0.3 / MESHES[8]["axial"] * AXIAL
     azimuths, tangents = [], []

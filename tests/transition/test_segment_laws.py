@@ -43,14 +43,6 @@ def test_laws_by_hand(snapshot):
     assert [law.rupture for law in laws] == ["unstretched", "critical_strain", "critical_strain", "critical_strain"]
 
 
-def test_rupture_from_the_burst_and_eq_22_where_it_has_none(tmp_path):
-    settings = BreakUpSettings(rupture="burst")
-    law = BreakUp(Tube(rupture=(0.13, 0.011)).read(tmp_path / "a.h5"), settings).laws[1]
-    assert (law.radius, law.wall, law.rupture) == (0.13, 0.011, "burst")
-    law = BreakUp(Tube().read(tmp_path / "b.h5"), settings).laws[1]
-    assert (law.wall, law.rupture) == (pytest.approx(0.018 / 1.75), "critical_strain")
-
-
 def test_speed_from_gurney(snapshot):
     law = BreakUp(snapshot, BreakUpSettings(velocity_source="gurney")).laws[1]
     data = snapshot.rounds[0].segments[1]
@@ -73,7 +65,7 @@ def test_end_that_only_flies_along_the_axis_stays_in_one_piece(tmp_path):
     tube = Tube(around=16, axial=20, velocity=lambda x: np.where(x[:, 2:] < 0.04, [[0.0, 0.0, -570.0]], radial(x)))
     result = break_up(tube.read(tmp_path / "s.h5"))
     base = result.summary["rounds"][0]["segments"][3]
-    assert (base["fragments"], base["n0"], base["method"]) == (1, 1.0, "few_pieces")
+    assert (base["fragments"], base["n0"], base["method"]) == (1, 1.0, "quantile")
     assert base["v0"] < 1e-9
     assert base["speed"] == pytest.approx(570.0)
     assert result.fragments.velocity[-1] == pytest.approx([0.0, 0.0, -570.0], abs=1e-9)
@@ -127,7 +119,7 @@ def test_graded_reports_what_is_missing(snapshot):
     assert missing > 0.0
     assert summary["mass_error"] == pytest.approx(-missing / snapshot.mass[snapshot.casing].sum(), rel=1e-9)
     with pytest.raises(InputError, match="round 'round 0', segment 'wall 1': sampler 'graded': the first grade"):
-        break_up(snapshot, BreakUpSettings(sampler="graded", graded_dm=1e-8))
+        break_up(snapshot, BreakUpSettings(sampler="graded", graded_dm=1e-7))
 
 
 @pytest.mark.parametrize("speed", [float("nan"), float("inf"), -3.0])

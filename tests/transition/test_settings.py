@@ -13,24 +13,22 @@ from transition import BreakUpSettings, InputError
 @pytest.mark.parametrize(
     ("given", "message"),
     [
-        ({"dimension": 4}, r"break_up.dimension: found 4; allowed: 2, 3, 'mixed'"),
+        ({"dimension": 4}, r"break_up.dimension: found 4 \(allowed: 2, 3, mixed\)"),
         ({"sampler": "quantil"}, r"break_up.sampler: found 'quantil'; did you mean 'quantile'\? \(allowed: quantile,"),
         ({"velocity": "maen"}, r"break_up.velocity: found 'maen'; did you mean 'mean'"),
-        ({"velocity": "patch"}, r"break_up.velocity: 'patch' is now called 'mean'"),
-        ({"random_turn": 1}, r"break_up.random_turn: found 1 \(allowed: True, False\)"),
-        ({"rupture": "never"}, r"break_up.rupture: found 'never' \(allowed: critical_strain, burst\)"),
+        ({"random_roll": 1}, r"break_up.random_roll: found 1 \(allowed: True, False\)"),
         ({"velocity_source": 3}, r"break_up.velocity_source: found 3 \(allowed: burst, gurney\)"),
-        ({"mean_mass": "mot"}, r"break_up.mean_mass: found 'mot'; did you mean 'mott'.* or a mass in kg"),
-        ({"mean_mass": -1.0}, r"break_up.mean_mass: found -1; a number above zero is needed \(kg\)"),
+        ({"mean_mass": "mot"}, r"break_up.mean_mass: found 'mot'; did you mean 'mott'.* or a number"),
+        ({"mean_mass": -1.0}, r"break_up.mean_mass: found -1; allowed: 1e-06 to 1000 kg"),
         ({"mean_mass": None}, r"break_up.mean_mass: found None; a number is needed"),
-        ({"prefactor": "book"}, r"break_up.prefactor: found 'book'; allowed: a number or 'paper'"),
-        ({"prefactor": 0.0}, r"break_up.prefactor: found 0; a number above zero"),
-        ({"fracture_energy": float("inf")}, r"break_up.fracture_energy: found inf; .* \(J/m2\)"),
-        ({"critical_strain": -0.1}, r"break_up.critical_strain: found -0.1; allowed: 0 to 5"),
+        ({"prefactor": "book"}, r"break_up.prefactor: found 'book' \(allowed: paper\) or a number"),
+        ({"prefactor": 0.0}, r"break_up.prefactor: found 0; allowed: 0.001 to 10000"),
+        ({"fracture_energy": float("inf")}, r"break_up.fracture_energy: found inf; allowed: 1 to 1e\+08 J/m\^2"),
+        ({"critical_strain": -0.1}, r"break_up.critical_strain: found -0.1; allowed: 0.001 to 5"),
         ({"mixed_fraction": 1.5}, r"break_up.mixed_fraction: found 1.5; allowed: 0 to 1"),
-        ({"graded_m0": -1e-4}, r"break_up.graded_m0: found -0.0001; allowed: 0 to inf"),
+        ({"graded_m0": -1e-4}, r"break_up.graded_m0: found -0.0001; allowed: 0 to 100 kg"),
         ({"graded_dm": float("nan")}, r"break_up.graded_dm: found nan; a number is needed"),
-        ({"shape_factor": 0}, r"break_up.shape_factor: found 0; .* \(kg/m3\)"),
+        ({"shape_factor": 0}, r"break_up.shape_factor: found 0; allowed: 50 to 100000 kg/m\^3"),
         ({"explosive_constant": -3.0}, r"break_up.explosive_constant: found -3; "),
         ({"segments": (0.2, 0.1)}, r"break_up.segments: found \[0.2, 0.1\]; stations must rise"),
         ({"segments": (0.0, 0.1)}, r"break_up.segments: found \[0.0, 0.1\]; every station lies above zero"),
@@ -57,32 +55,34 @@ def test_accepted():
     ("name", "lowest", "highest"),
     [
         ("mixed_fraction", 0.0, 1.0),
-        ("critical_strain", 0.0, 5.0),
+        ("critical_strain", 1e-3, 5.0),
         ("tilt", 0.0, 0.5),
-        ("graded_m0", 0.0, 1e300),
-        ("mean_mass_factor", 1.0, 1e300),
-        *((name, 5e-324, 1e300) for name in (
-            "mean_mass", "prefactor", "fracture_energy", "fracture_stress", "fracture_gamma", "graded_dm",
-            "shape_factor", "explosive_constant",
-        )),
+        ("graded_m0", 0.0, 100.0),
+        ("graded_dm", 1e-7, 100.0),
+        ("mean_mass_factor", 1.0, 1e3),
+        ("mean_mass", 1e-6, 1e3),
+        ("prefactor", 1e-3, 1e4),
+        ("fracture_energy", 1.0, 1e8),
+        ("fracture_stress", 1e5, 1e12),
+        ("fracture_gamma", 1e-2, 1e5),
+        ("shape_factor", 50.0, 1e5),
+        ("explosive_constant", 1e-4, 1e4),
     ],
-)  # fmt: skip
+)
 def test_numbers_are_taken_up_to_their_limits(name, lowest, highest):
     for value in (lowest, highest):
         assert getattr(BreakUpSettings(**{name: value}), name) == value
-    beyond = math.nextafter(highest, math.inf) if highest < 1e300 else math.inf
-    for value in (math.nextafter(lowest, -math.inf), beyond, math.nan, True, [1.0], -1.0):
+    for value in (
+        math.nextafter(lowest, -math.inf),
+        math.nextafter(highest, math.inf),
+        math.inf,
+        math.nan,
+        True,
+        [1.0],
+        -1.0,
+    ):
         with pytest.raises(InputError, match=f"break_up.{name}: found "):
             BreakUpSettings(**{name: value})
-
-
-def test_a_rate_of_the_burst_needs_its_speed():
-    for rate, speed in (("burst", "burst"), ("speed", "gurney"), ("speed", "burst")):
-        assert BreakUpSettings(strain_rate=rate, velocity_source=speed).strain_rate == rate
-    with pytest.raises(
-        InputError, match=r"break_up.strain_rate: found 'burst' together with velocity_source = 'gurney"
-    ):
-        BreakUpSettings(strain_rate="burst", velocity_source="gurney")
 
 
 @pytest.mark.parametrize("stations", [(0.1,), (0.1, 0.2), ()])
@@ -100,8 +100,8 @@ def test_stations_that_do_not_rise_are_refused(stations):
 
 def test_whether_a_choice_is_right_goes_by_its_kind_too():
     """1 is not True, and True is neither 2 nor 3."""
-    for given in ({"random_turn": 0}, {"random_turn": "True"}, {"dimension": True}, {"dimension": "2"}):
+    for given in ({"random_roll": 0}, {"random_roll": "True"}, {"dimension": True}, {"dimension": "2"}):
         with pytest.raises(InputError, match=f"break_up.{next(iter(given))}: found "):
             BreakUpSettings(**given)
     assert [BreakUpSettings(dimension=value).dimension for value in (2, 3, "mixed")] == [2, 3, "mixed"]
-    assert [BreakUpSettings(random_turn=value).random_turn for value in (True, False)] == [True, False]
+    assert [BreakUpSettings(random_roll=value).random_roll for value in (True, False)] == [True, False]

@@ -1,37 +1,36 @@
-"""How the studies make their runs, what they vary, and what they say of it."""
+"""How the studies make their runs, and what they vary."""
 
 from __future__ import annotations
 
 import tomllib
+from pathlib import Path
 
 import pytest
 
 from fragfield.case import load_case
 from fragfield.files.run_directory import RunDirectory
-from validation.__main__ import main
-from validation.paper_3_2 import sensitivities
-from validation.paper_3_2.check import REFERENCE
-from validation.runs import ROOT, Runs, StudyError, changed_case
+from validation.paper_3_2.study import REFERENCE as PAIR
+from validation.runs import ROOT, Runs, StudyError, changed_case, snapshot_of
+from validation.sensitivities.study import REFERENCE as VARIED
+from validation.sensitivities.study import changes_of
+from validation.steel_tubes.study import REFERENCE as TUBES
+from validation.steel_tubes.study import tube_of
 
-MIRRORED = ROOT / REFERENCE["mirrored"]
-
-
-@pytest.mark.parametrize("name", ["single", "pair", "mirrored", "row", "pallet"])
-def test_the_cases_of_the_study_exist(name):
-    assert (ROOT / REFERENCE[name]).is_file()
+CASE = "cases/m107_pair.toml"
 
 
-@pytest.mark.parametrize("variation", sensitivities.VARIATIONS, ids=lambda variation: variation.name)
-def test_a_variation_changes_what_it_names_and_nothing_else(variation):
-    base = tomllib.loads(changed_case(MIRRORED, {}))
-    changed = tomllib.loads(changed_case(MIRRORED, variation.changes))
-    keys = set(_differing(base, changed))
-    assert keys == set(_spelt_out(variation.changes))
-    assert bool(keys) == (variation.name not in ("base", "cells_8", "cells_4"))
+def test_the_cases_of_the_pair_exist():
+    assert all((ROOT / case).is_file() for case, _, _ in PAIR["forms"].values())
 
 
-def _spelt_out(changes):
-    return [key.replace(".*.", ".0.") for key in changes]
+@pytest.mark.parametrize(
+    ("name", "value"), [(name, value) for name, table in VARIED["parameters"].items() for value in table["values"]]
+)
+def test_a_variation_changes_what_it_names_and_nothing_else(name, value):
+    case = ROOT / VARIED["case"]
+    base, changed = (tomllib.loads(changed_case(case, changes)) for changes in ({}, changes_of(name, value)))
+    keys = {key.replace(".*.", ".0.") for key in VARIED["parameters"][name]["keys"]}
+    assert set(_differing(base, changed)) == keys
 
 
 def _differing(one, other, path=""):
@@ -45,11 +44,16 @@ def _differing(one, other, path=""):
         yield path
 
 
-@pytest.mark.parametrize(("name", "gap"), [("base", 0.0217), ("gap_half", 0.01085), ("gap_double", 0.0434)])
-def test_the_gap_is_that_named(name, gap):
-    variation = next(variation for variation in sensitivities.VARIATIONS if variation.name == name)
-    place = tomllib.loads(changed_case(MIRRORED, variation.changes))["round"][0]["position"][0]
-    assert 2.0 * float(place.split()[0]) - 0.155 == pytest.approx(gap, abs=1e-9)
+@pytest.mark.parametrize("ratio", TUBES["charge_ratios"])
+def test_the_tubes_have_the_mass_ratio_asked_for(ratio):
+    from fragfield.case.conversion.stages import burst_rounds
+    from fragfield.case.load import case_from_document
+
+    text = changed_case(ROOT / TUBES["case"], tube_of(ratio))
+    (item,) = burst_rounds(case_from_document(tomllib.loads(text), source="tube", folder=ROOT))
+    volumes = item.profile.volumes()
+    found = volumes.charge * item.explosive.density / (volumes.casing * item.casing.density)
+    assert found == pytest.approx(ratio, rel=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -62,16 +66,19 @@ def test_the_gap_is_that_named(name, gap):
 )
 def test_a_key_that_no_case_has_is_refused(key, message):
     with pytest.raises(StudyError, match=message):
-        changed_case(MIRRORED, {key: 1})
+        changed_case(ROOT / "cases" / "m107_tnt.toml", {key: 1})
 
 
 @pytest.fixture
 def calls(monkeypatch):
-    """Commands in place of runs; each ends with the code next in line, 0 without one."""
+    """Commands in place of runs, which leave a summary and end with the code next in line, 0 without one."""
     made, codes = [], []
 
     def call(command):
         made.append(command)
+        out = Path(command[command.index("--out") + 1])
+        out.mkdir(exist_ok=True)
+        RunDirectory(out).write_summary({"burst": {"number": len(made)}})
         return codes.pop(0) if codes else 0
 
     monkeypatch.setattr(Runs, "_call", staticmethod(call))
@@ -80,53 +87,53 @@ def calls(monkeypatch):
 
 def test_runs_are_made_again_or_gone_on_with(tmp_path, calls):
     made, codes = calls
-    folder = Runs(tmp_path).run("pair", REFERENCE["pair"], "8 mm")
+    runs = Runs(tmp_path)
+    folder = runs.run("pair", CASE, "8 mm")
     assert folder == tmp_path / "pair_8_mm"
     assert made[-1][3:] == ["run", str(tmp_path / "pair_8_mm.toml"), "--cell-size", "8 mm", "--out", str(folder),
                             "--overwrite"]  # fmt: skip
     assert load_case(tmp_path / "pair_8_mm.toml").burst.geometry == "3d"  # whatever the case leaves to choose
-    Runs(tmp_path).run("single", REFERENCE["single"], "8 mm", stage="burst", geometry="axisymmetric")
+    assert runs.bursts == [{"number": 1}]
+    _, burst = runs.burst("single", "cases/m107_tnt.toml", "8 mm")
+    assert burst == {"number": 2}
     assert load_case(tmp_path / "single_8_mm.toml").burst.geometry == "axisymmetric"
     resumed = Runs(tmp_path, resume=True, threads=2, ranks=2)
-    resumed.run("pair", REFERENCE["pair"], "8 mm")
-    assert made[-1][:3] == ["mpirun", "-n", "2"]
-    assert made[-1][-1] == "--overwrite"  # there is nothing to continue
-    folder.mkdir()
-    resumed.run("pair", REFERENCE["pair"], "8 mm")
-    assert made[-1][-3:] == ["--threads", "2", "--resume"]
+    resumed.run("other", CASE, "8 mm")
+    assert (made[-1][:3], made[-1][-1]) == (["mpirun", "-n", "2"], "--overwrite")  # there is nothing to continue
     codes += [2, 0]  # of another case: made again
-    resumed.run("pair", REFERENCE["pair"], "8 mm")
+    resumed.run("other", CASE, "8 mm")
     assert [command[-1] for command in made[-2:]] == ["--resume", "--overwrite"]
+    assert made[-1][-3:] == ["--threads", "2", "--overwrite"]
     codes += [3]
-    with pytest.raises(StudyError, match="pair at 8 mm ended with exit code 3") as caught:
-        resumed.run("pair", REFERENCE["pair"], "8 mm")
+    with pytest.raises(StudyError, match="other at 8 mm ended with exit code 3") as caught:
+        resumed.run("other", CASE, "8 mm")
     assert caught.value.code == 3
     assert made[-1][-1] == "--resume"  # a numerical stop is not tried again
 
 
-def test_a_finished_run_of_the_same_case_is_kept(tmp_path, calls):
+def test_a_finished_run_of_the_same_case_is_kept_and_one_of_an_earlier_version_made_again(tmp_path, calls):
     made, _ = calls
     runs = Runs(tmp_path, resume=True)
     folder = runs.directory("pair", "8 mm")
     folder.mkdir()
     file = tmp_path / "stored.toml"
-    file.write_text(changed_case(ROOT / REFERENCE["pair"], {"burst.geometry": "3d"}), encoding="utf-8")
+    file.write_text(changed_case(ROOT / CASE, {"burst.geometry": "3d"}), encoding="utf-8")
     RunDirectory(folder).write_case(load_case(file, cell_size="8 mm"))
     RunDirectory(folder).write_summary({"burst": {}})
     (folder / "burst_snapshot.h5").touch()
-    assert runs.run("pair", REFERENCE["pair"], "8 mm", stage="burst") == folder
+    assert runs.run("pair", CASE, "8 mm", stage="burst") == folder
     assert not made
-    runs.run("pair", REFERENCE["pair"], "8 mm")  # the later stages are missing
+    runs.run("pair", CASE, "8 mm")  # the later stages are missing
     assert (made[-1][3], made[-1][-1]) == ("run", "--resume")
-    other = {"burst.leakage.radius_ratio": 2.1}
-    runs.run("pair", REFERENCE["pair"], "8 mm", other, stage="burst")  # of another case
+    runs.run("pair", CASE, "8 mm", {"burst.leakage.radius_ratio": 2.1}, stage="burst")  # of another case
     assert len(made) == 2
-    Runs(tmp_path).run("pair", REFERENCE["pair"], "8 mm", stage="burst")
-    assert made[-1][-1] == "--overwrite"
+    (folder / "case.toml").write_text("key_of_an_earlier_version = 1\n", encoding="utf-8")
+    runs.run("pair", CASE, "8 mm", stage="burst")
+    assert len(made) == 3
 
 
-def test_a_failed_run_ends_the_validation_with_its_code(tmp_path, calls, capsys, monkeypatch):
-    calls[1].append(3)
-    monkeypatch.setattr("validation.__main__.Runs", lambda *_, **__: Runs(tmp_path))
-    assert main(["paper_3_2", "--quick"]) == 3
-    assert "paper_3_2_single at 8 mm ended with exit code 3" in capsys.readouterr().err
+def test_what_is_no_snapshot_is_refused(tmp_path):
+    with pytest.raises(StudyError, match="no snapshot of a burst"), snapshot_of(tmp_path / "none.h5"):
+        pass
+    with pytest.raises(StudyError, match=r"there is no case cases/none\.toml"):
+        Runs(tmp_path).run("none", "cases/none.toml", "8 mm")

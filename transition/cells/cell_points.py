@@ -4,9 +4,7 @@ A cell's mass is spread evenly over its reference coordinates, as the lumped mas
 points of a cell share its mass equally. They come in pairs of random places and their reflections through the cell's
 centre, and what this leaves of the bilinear modes is taken from all points of a cell alike (`kernels.cell_sampling`).
 So their mean position and mean velocity are those of the cell's nodes to round-off, whatever the places: mass,
-momentum and centre of mass agree with the finite-element field cell by cell. The second moments that the angular
-momentum needs agree only on average over the places; what remains in a segment is removed by turning its points as one
-rigid body, which changes velocities by about 1e-5 of their own.
+momentum and centre of mass agree with the finite-element field cell by cell.
 
 The number of points follows the law of the segment: the lightest fragment that matters spans `POINTS_PER_FRAGMENT`.
 That is the fragment above which fragments carry the share `MASS_THAT_MATTERS` of the mass. With Mott's law in two
@@ -17,15 +15,14 @@ dimensions it weighs 0.16 mean masses: about 1.8 g for a 155 mm shell, whose haz
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.optimize import brentq
 
 from transition.cells.points import MaterialPoints, PointArrays
-from transition.cells.shape_functions import field_angular_momentum, modes
-from transition.kernels.cell_sampling import moments, sample_cells, turn_rigidly
+from transition.cells.shape_functions import modes
+from transition.kernels.cell_sampling import sample_cells
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -122,28 +119,9 @@ class CellPoints:
         """Source for the segment `owner` (round, index) from positions and velocities (m, 8, 3) at the nodes."""
         return cls(*owner, cells, cell_mass, modes(np.concatenate([corners, node_velocity], axis=2)), number)
 
-    def draw(self, generator: np.random.Generator, *, local: bool = False) -> MaterialPoints:
-        """Points of one realisation, cell by cell; with their coordinates in the cells on demand."""
-        made = PointArrays(self.number, local=local)
+    def draw(self, generator: np.random.Generator) -> MaterialPoints:
+        """Points of one realisation, cell by cell."""
+        made = PointArrays(self.number)
         shift = generator.random((self.number.size, 3))
-        sample_cells(
-            self.modes, made.offset, self.cell_mass, self.cells, shift, made.values, made.mass, made.cell, made.within
-        )
-        self._correct_angular_momentum(made.mass, made.values)
+        sample_cells(self.modes, made.offset, self.cell_mass, self.cells, shift, made.values, made.mass, made.cell)
         return made.of_segment(self.round, self.segment)
-
-    @cached_property
-    def _centre(self) -> NDArray[np.float64]:
-        """Centre of mass (m), of the field as of the points."""
-        return np.asarray(self.cell_mass @ self.modes[:, 0, :3] / self.cell_mass.sum())
-
-    @cached_property
-    def _angular_momentum(self) -> NDArray[np.float64]:
-        """Angular momentum of the field about the centre of mass (kg m2/s)."""
-        return field_angular_momentum(self.cell_mass, self.modes, self._centre)
-
-    def _correct_angular_momentum(self, mass: NDArray[np.float64], values: NDArray[np.float64]) -> None:
-        """Turn the points about their centre of mass so that their angular momentum is that of the field."""
-        inertia, found = moments(mass, values, self._centre)
-        rate = np.linalg.lstsq(inertia, self._angular_momentum - found, rcond=1e-10)[0]
-        turn_rigidly(values, self._centre, rate)

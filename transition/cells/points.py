@@ -33,9 +33,6 @@ class MaterialPoints:
         The round and the segment within it that they belong to.
     cell : (p,) int64
         The casing cell or ring they lie in, as an index of `Snapshot.casing`; -1 where the source has no cells.
-    local : (p, 3) float64
-        Coordinates 0 to 1 in that cell (of a ring: in its quadrilateral, and the turn about the axis); without rows
-        where they were not asked for, or the source has no cells.
     """
 
     position: NDArray[np.float64]
@@ -44,7 +41,6 @@ class MaterialPoints:
     round: NDArray[np.int32]
     segment: NDArray[np.int32]
     cell: NDArray[np.int64]
-    local: NDArray[np.float64]
 
     def __len__(self) -> int:
         return int(self.mass.size)
@@ -56,16 +52,12 @@ class MaterialPoints:
 
 
 class PointArrays:
-    """Arrays that a sampling kernel fills: values (p, 6), masses and cells (p,), coordinates in the cells (p or 0, 3).
+    """Arrays that a sampling kernel fills: values (p, 6), masses and cells (p,); `offset`: first point of each cell."""
 
-    `offset` (m + 1,) is the first point of each cell.
-    """
-
-    def __init__(self, number: NDArray[np.int64], *, local: bool) -> None:
+    def __init__(self, number: NDArray[np.int64]) -> None:
         self.offset = np.concatenate([[0], np.cumsum(number)])
         total = int(self.offset[-1])
         self.values = np.empty((total, 6))
-        self.within = np.empty((total if local else 0, 3))
         self.mass, self.cell = np.empty(total), np.empty(total, dtype=np.int64)
 
     def of_segment(self, owner: int, segment: int) -> MaterialPoints:
@@ -77,13 +69,12 @@ class PointArrays:
             round=np.full(self.mass.size, owner, dtype=np.int32),
             segment=np.full(self.mass.size, segment, dtype=np.int32),
             cell=self.cell,
-            local=self.within,
         )
 
 
 class PointSource(Protocol):
     """Draws the material points of one segment; the same mass and momentum each time, at other positions."""
 
-    def draw(self, generator: np.random.Generator, *, local: bool = False) -> MaterialPoints:
-        """Points of one realisation; with their coordinates in the cells on demand."""
+    def draw(self, generator: np.random.Generator) -> MaterialPoints:
+        """Points of one realisation."""
         ...

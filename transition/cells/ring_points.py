@@ -1,11 +1,11 @@
-"""Material points from the rings of an axisymmetric burst: random places in every quadrilateral and around the axis.
+"""Material points from the rings of an axisymmetric burst: random positions in every quadrilateral and around the axis.
 
-The state goes straight to points around the axis; no hexahedra stand between. A ring's mass is distributed as the
-burst stage lumps it, by r dA over its reference quadrilateral. Its points share the mass equally and are placed by that
-measure (`kernels.ring_sampling`); every four begin at an azimuth of their own, so that the fragments show neither
-sectors nor columns of cells. Mass, axial momentum, centre of mass and mean radial speed are those of every ring to
-round-off. Opposite points come in pairs: transverse momentum is zero to round-off, and so is the angular momentum about
-the axis and about any line across it through the centre of mass; there is nothing to correct.
+The state goes straight to points around the axis; no hexahedra stand between. A ring's mass is distributed as the burst
+stage lumps it, by r dA over its reference quadrilateral. Its points share the mass equally and are placed by that
+measure (`kernels.ring_sampling`); every block of four begins at an azimuth of its own, so that the fragments show
+neither sectors nor columns of cells. Mass, axial momentum, centre of mass and mean radial speed are those of every ring
+to round-off. Opposite points come in pairs: transverse momentum is zero to round-off, and so is the angular momentum
+about the axis and about any line across it through the centre of mass; there is nothing to correct.
 
 The number of points follows the same rule as that of hexahedra (`transition.cells.cell_points`).
 """
@@ -63,13 +63,13 @@ class RingPoints:
     number: NDArray[np.int64]
     half: HalfPlane
 
-    def draw(self, generator: np.random.Generator, *, local: bool = False) -> MaterialPoints:
-        """Points of one realisation, ring by ring; on demand with their coordinates and turn, 0 to 1, as `local`."""
-        made = PointArrays(self.number, local=local)
+    def draw(self, generator: np.random.Generator) -> MaterialPoints:
+        """Points of one realisation, ring by ring."""
+        made = PointArrays(self.number)
         shift = generator.random((self.number.size, 3))
         sample_rings(
             self._modes, self._mean, self._density, made.offset, self.cell_mass, self.cells, shift, self.half.origin,
-            self.half.frame, made.values, made.mass, made.cell, made.within,
+            self.half.frame, made.values, made.mass, made.cell,
         )  # fmt: skip
         return made.of_segment(0, self.segment)
 

@@ -1,8 +1,8 @@
 """Trilinear hexahedra: values at nodes, at points, and as modes.
 
 A trilinear function of the reference coordinates xi, eta, zeta in [-1, 1] is a sum over the modes 1, xi, eta, zeta,
-xi eta, xi zeta, eta zeta, xi eta zeta. The modes are orthogonal on the reference cell, and the sign of each under a
-reflection of the coordinates is known; both are what `transition.cells.cell_points` needs.
+xi eta, xi zeta, eta zeta, xi eta zeta. The sign of each under a reflection of the coordinates is known, which is what
+`transition.cells.cell_points` needs.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["CORNERS", "MODE_SQUARES", "field_angular_momentum", "modes", "trilinear"]
+__all__ = ["CORNERS", "modes", "trilinear"]
 
 CORNERS = np.array(
     [[-1, -1, -1], [1, -1, -1], [1, 1, -1], [-1, 1, -1], [-1, -1, 1], [1, -1, 1], [1, 1, 1], [-1, 1, 1]], dtype=float
@@ -23,9 +23,6 @@ CORNERS = np.array(
 
 _X, _Y, _Z = CORNERS.T
 _MODES_AT_CORNERS = np.stack([np.ones(8), _X, _Y, _Z, _X * _Y, _X * _Z, _Y * _Z, _X * _Y * _Z])
-
-MODE_SQUARES = np.array([1.0, 1 / 3, 1 / 3, 1 / 3, 1 / 9, 1 / 9, 1 / 9, 1 / 27])
-"""Mean of each mode's square over the reference cell; products of two different modes have the mean zero."""
 
 
 def modes(corners: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -47,16 +44,3 @@ def trilinear(corners: NDArray[np.float64], point: NDArray[np.float64]) -> NDArr
     along_x, along_y = (0, 1, 1, 0) * 2, (0, 0, 1, 1) * 2
     weights = np.stack([x[along_x[i]] * y[along_y[i]] * z[i // 4] for i in range(8)], axis=1)
     return np.asarray(np.einsum("ki,kij->kj", weights, corners))
-
-
-def field_angular_momentum(
-    cell_mass: NDArray[np.float64], cell_modes: NDArray[np.float64], centre: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """Angular momentum (kg m2/s) about `centre` (m) of cells whose mass is spread evenly over their coordinates.
-
-    The integral of x cross v over a cell is exact: modes are orthogonal, so only products of a mode with itself stay.
-    """
-    position, velocity = cell_modes[:, :, :3].copy(), cell_modes[:, :, 3:]
-    position[:, 0] -= centre
-    products = np.cross(position, velocity)
-    return np.asarray(np.einsum("m,a,mai->i", cell_mass, MODE_SQUARES, products, optimize=True))

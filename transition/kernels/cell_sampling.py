@@ -11,7 +11,7 @@ from transition.kernels.compiling import kernel
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["moments", "sample_cells", "turn_rigidly"]
+__all__ = ["sample_cells"]
 
 _STEP = (0.8191725133961645, 0.6710436067037893, 0.5497004779019703)  # 1/g, 1/g2, 1/g3 with g^4 = g + 1
 _FUNCTIONS = 6
@@ -27,7 +27,6 @@ def sample_cells(
     values: NDArray[np.float64],
     mass: NDArray[np.float64],
     owner: NDArray[np.int64],
-    local: NDArray[np.float64],
 ) -> None:
     """Values of trilinear functions at random points of every cell, with each cell's mean kept.
 
@@ -52,8 +51,6 @@ def sample_cells(
         Written: the functions at the points.
     mass, owner : (p,)
         Written: an equal share of the cell's mass (kg) for each of its points, and the cell's number.
-    local : (p, 3) float64
-        Written: coordinates 0 to 1 of the points in their cells; an array without rows is left alone.
     """
     odd, even, mean = np.empty(_FUNCTIONS), np.empty(_FUNCTIONS), np.empty(_FUNCTIONS)
     for cell in range(offset.size - 1):
@@ -74,48 +71,8 @@ def sample_cells(
                 mean[j] += even[j]
             mass[one], mass[one + 1] = share, share
             owner[one], owner[one + 1] = label[cell], label[cell]
-            if local.shape[0] > 0:
-                local[one, 0], local[one, 1], local[one, 2] = 0.5 + 0.5 * u, 0.5 + 0.5 * v, 0.5 + 0.5 * w
-                local[one + 1, 0], local[one + 1, 1], local[one + 1, 2] = 0.5 - 0.5 * u, 0.5 - 0.5 * v, 0.5 - 0.5 * w
         for j in range(_FUNCTIONS):
             mean[j] *= 2.0 / number
         for point in range(begin, begin + number):
             for j in range(_FUNCTIONS):
                 values[point, j] -= mean[j]
-
-
-@kernel
-def moments(
-    mass: NDArray[np.float64], values: NDArray[np.float64], centre: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Inertia tensor (3, 3) in kg m2 and angular momentum (3,) in kg m2/s of points about `centre` (m).
-
-    `values` (p, 6) holds positions (m) and velocities (m/s) of the points with masses `mass` (p,) (kg).
-    """
-    xx = yy = zz = xy = xz = yz = 0.0
-    a = b = c = 0.0
-    for i in range(mass.size):
-        x, y, z = values[i, 0] - centre[0], values[i, 1] - centre[1], values[i, 2] - centre[2]
-        u, v, w = values[i, 3], values[i, 4], values[i, 5]
-        m = mass[i]
-        xx += m * x * x
-        yy += m * y * y
-        zz += m * z * z
-        xy += m * x * y
-        xz += m * x * z
-        yz += m * y * z
-        a += m * (y * w - z * v)
-        b += m * (z * u - x * w)
-        c += m * (x * v - y * u)
-    inertia = np.array([[yy + zz, -xy, -xz], [-xy, xx + zz, -yz], [-xz, -yz, xx + yy]])
-    return inertia, np.array([a, b, c])
-
-
-@kernel
-def turn_rigidly(values: NDArray[np.float64], centre: NDArray[np.float64], rate: NDArray[np.float64]) -> None:
-    """Add the velocity of a rigid rotation (1/s) about `centre` (m) to the points `values` (p, 6), in place."""
-    for i in range(values.shape[0]):
-        x, y, z = values[i, 0] - centre[0], values[i, 1] - centre[1], values[i, 2] - centre[2]
-        values[i, 3] += rate[1] * z - rate[2] * y
-        values[i, 4] += rate[2] * x - rate[0] * z
-        values[i, 5] += rate[0] * y - rate[1] * x

@@ -11,7 +11,7 @@ from transition.kernels.compiling import kernel
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["chosen_points", "cluster_means", "cluster_spin", "collect"]
+__all__ = ["chosen_points", "cluster_means", "collect"]
 
 
 @kernel
@@ -36,34 +36,6 @@ def cluster_means(
             places[f, k] /= mass
             velocities[f, k] /= mass
     return places, velocities
-
-
-@kernel
-def cluster_spin(
-    offset: NDArray[np.int64],
-    point: NDArray[np.int64],
-    piece: NDArray[np.float64],
-    position: NDArray[np.float64],
-    velocity: NDArray[np.float64],
-    centre: NDArray[np.float64],
-    mean_velocity: NDArray[np.float64],
-) -> NDArray[np.float64]:
-    """Angular momentum (n, 3) in kg m2/s of the fragments' pieces about their centres of mass.
-
-    `position`, `velocity` (p, 3) are those of the points, `centre`, `mean_velocity` (n, 3) those of the fragments.
-    """
-    spin = np.zeros((offset.size - 1, 3))
-    for f in range(offset.size - 1):
-        for i in range(offset[f], offset[f + 1]):
-            p = point[i]
-            x, y, z = position[p, 0] - centre[f, 0], position[p, 1] - centre[f, 1], position[p, 2] - centre[f, 2]
-            u = velocity[p, 0] - mean_velocity[f, 0]
-            v = velocity[p, 1] - mean_velocity[f, 1]
-            w = velocity[p, 2] - mean_velocity[f, 2]
-            spin[f, 0] += piece[i] * (y * w - z * v)
-            spin[f, 1] += piece[i] * (z * u - x * w)
-            spin[f, 2] += piece[i] * (x * v - y * u)
-    return spin
 
 
 @kernel

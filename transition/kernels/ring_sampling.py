@@ -61,15 +61,15 @@ def sample_rings(
     values: NDArray[np.float64],
     mass: NDArray[np.float64],
     owner: NDArray[np.int64],
-    local: NDArray[np.float64],
 ) -> None:
     """Positions and velocities at random points of every ring, with each ring's mean by mass kept.
 
-    Points come in fours. Two opposite points share a random place (xi, eta) of the quadrilateral, so that transverse
-    momentum vanishes to round-off; the other two, a quarter of a turn on, have its antithetic place (the quantiles one
-    less those of the first). Places follow the element of mass r dA of the reference quadrilateral, by the quantiles of
-    xi and of eta given xi. The fours of a ring follow the additive recurrence of R. Roberts (2018) in the quantiles and
-    the azimuth. What the places leave between the mean of the points and that of the ring is taken from all its points.
+    Points come in blocks of four. Two opposite points share a random place (xi, eta) of the quadrilateral, so that
+    transverse momentum vanishes to round-off; the other two, a quarter of a turn on, have its antithetic place (the
+    quantiles one less those of the first). Places follow the element of mass r dA of the reference quadrilateral, by
+    the quantiles of xi and of eta given xi. The blocks of a ring follow the additive recurrence of R. Roberts (2018) in
+    the quantiles and the azimuth. What the places leave between the mean of the points and that of the ring is taken
+    from all its points.
 
     Parameters
     ----------
@@ -93,8 +93,6 @@ def sample_rings(
         Written: position (m) and velocity (m/s) of the points.
     mass, owner : (p,)
         Written: an equal share of the ring's mass (kg) for each of its points, and the ring's number.
-    local : (p, 3) float64
-        Written: coordinates 0 to 1 in the quadrilateral and the turn, 0 to 1; an array without rows is left alone.
     """
     excess = np.empty(_FUNCTIONS)
     for cell in range(offset.size - 1):
@@ -129,9 +127,6 @@ def sample_rings(
                     sign = 1.0 - 2.0 * side
                     values[point, 4], values[point, 5] = sign * cosine, sign * sine
                     mass[point], owner[point] = share, label[cell]
-                    if local.shape[0] > 0:
-                        around = _fraction(turn + 0.25 * pair + 0.5 * side)
-                        local[point, 0], local[point, 1], local[point, 2] = 0.5 + 0.5 * u, 0.5 + 0.5 * v, around
         for j in range(_FUNCTIONS):
             excess[j] = excess[j] / number - mean[cell, j]
         for point in range(begin, begin + number):

@@ -19,7 +19,6 @@ __all__ = [
     "mott_1947",
     "mott_linfoot",
     "ruptured",
-    "thinned",
 ]
 
 PAPER_PREFACTOR = 0.3815  # the printed 381.5 of Eq. 21, read as grams
@@ -116,12 +115,6 @@ def explosive_constant(explosive: str, given: float | None) -> float:
 def ruptured(radius: float, thickness: float, critical_strain: float) -> tuple[float, float]:
     """Outer radius and wall (m) at the hoop strain of rupture, (1 + e) a0 and delta0/(1 + e), Eq. 22."""
     return (1.0 + critical_strain) * radius, thickness / (1.0 + critical_strain)
-
-
-def thinned(outer_radius: float, thickness: float, radius: float) -> float:
-    """Wall (m) when the outer radius (m) has grown to `radius` (m): the section's area stays (plane strain)."""
-    area = outer_radius**2 - (outer_radius - thickness) ** 2
-    return radius - math.sqrt(radius**2 - area)
 
 
 def gurney_coefficient(detonation_velocity: float) -> float:

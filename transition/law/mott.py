@@ -7,12 +7,11 @@ i dimensions (Mott 1943; Mott and Linfoot 1943; the paper's Eq. 19 is i = 2). It
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
-from scipy.optimize import brentq
-from scipy.special import gamma, gammainc, gammaincc
+from scipy.special import gamma, gammaincc
 
 from transition.errors import InputError
 
@@ -108,48 +107,7 @@ class MottLaw:
         """E[m^q] over the fragments (kg^q): mu^q Gamma(1 + i q), q above -1/i."""
         return float(sum(part.weight * part.mu**order * gamma(1.0 + part.dimension * order) for part in self.parts))
 
-    def mass_weighted_moment(self, order: float) -> float:
-        """Mean of m^q with every fragment weighted by its mass (kg^q): E[m^(q+1)]/E[m]."""
-        return self.moment(order + 1.0) / self.mean
-
     def mass_fraction_above(self, mass: ArrayLike) -> NDArray[np.float64]:
         """Share of the total mass in fragments heavier than `mass` (kg): Q(1 + i, x), regularised gamma."""
         shares = (p.weight * p.mean * gammaincc(1.0 + p.dimension, p.reduced(mass)) for p in self.parts)
         return np.asarray(sum(shares) / self.mean)
-
-    def mean_below(self, heaviest: float) -> float:
-        """Mean mass (kg) of the fragments not heavier than `heaviest` (kg)."""
-        mass = sum(p.weight * p.mean * gammainc(1.0 + p.dimension, p.reduced(heaviest)) for p in self.parts)
-        return float(mass / (1.0 - self.survival(heaviest)))
-
-    def stretched(self, factor: float) -> MottLaw:
-        """Return the law with every mu multiplied by `factor`."""
-        return MottLaw(tuple(replace(part, mu=part.mu * factor) for part in self.parts))
-
-    def with_mean_below(self, heaviest: float, mean: float) -> MottLaw:
-        """Return the law stretched so that its fragments up to `heaviest` (kg) have the mean mass `mean` (kg).
-
-        A casing of mass M holds no fragment heavier than M. The law cut there keeps its number only if mu is
-        raised; the raise is below 1e-4 from about 100 fragments (two dimensions) or 700 (three) upwards.
-
-        Raises
-        ------
-        InputError
-            No mu gives this mean: cut at M, the mean stays below M/(1 + i).
-        """
-        limit = heaviest / (1.0 + max(part.dimension for part in self.parts))
-        if not 0.0 < mean < limit:
-            raise InputError(
-                f"Mott's law cut at {heaviest:g} kg cannot have a mean of {mean:g} kg; it stays below {limit:g} kg"
-            )
-
-        def excess(logarithm: float) -> float:
-            return self.stretched(np.exp(logarithm)).mean_below(heaviest) / mean - 1.0
-
-        lower = np.log(mean / self.mean)
-        if excess(lower) >= 0.0:  # nothing is cut to working precision
-            return self.stretched(float(np.exp(lower)))
-        upper = lower + 1.0
-        while excess(upper) < 0.0:
-            upper += 2.0
-        return self.stretched(float(np.exp(brentq(excess, lower, upper, xtol=1e-14, rtol=1e-14))))

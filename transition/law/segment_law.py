@@ -51,14 +51,9 @@ class SegmentLaw:
     radius, wall : float
         Outer radius and wall at rupture (m).
     rupture : str
-        Where these come from: "critical_strain", "burst", or "unstretched" (an end piece, or a segment that the
-        burst stage did not carry to its leakage radius and that `rupture = "burst"` therefore leaves to Eq. 22
-        reads "critical_strain").
+        Where these come from: "critical_strain", or "unstretched" (a nose).
     rate : float
-        Rate of hoop strain at rupture (1/s).
-    rate_source : str
-        "burst", or "speed" for v0 over the radius: by choice, for end pieces, and where the burst stage ended before
-        the casing had the strain of rupture.
+        Rate of hoop strain at rupture: v0 over the radius (1/s).
     """
 
     law: MottLaw
@@ -69,7 +64,6 @@ class SegmentLaw:
     wall: float
     rupture: str
     rate: float
-    rate_source: str
 
 
 @dataclass(frozen=True)
@@ -78,7 +72,6 @@ class _Rupture:
     wall: float
     source: str
     rate: float
-    rate_source: str
 
 
 def segment_laws(
@@ -138,7 +131,7 @@ def segment_law(
     speed, at = _state(segment, mass, data, settings)
     mean = min(scale * _mean_mass(segment, data, settings, at), mass)
     law = MottLaw.from_mean(mean, settings.dimension, settings.mixed_fraction)
-    return SegmentLaw(law, mass, mass / mean, speed, at.radius, at.wall, at.source, at.rate, at.rate_source)
+    return SegmentLaw(law, mass, mass / mean, speed, at.radius, at.wall, at.source, at.rate)
 
 
 def _state(segment: CasingSegment, mass: float, data: RoundData, settings: BreakUpSettings) -> tuple[float, _Rupture]:
@@ -146,10 +139,7 @@ def _state(segment: CasingSegment, mass: float, data: RoundData, settings: Break
     where = f"round {data.name!r}, segment {segment.data.name!r}"
     speed = _speed(segment, mass, data, settings, where)
     radius, wall, source = _at_rupture(segment, settings, where)
-    at = _Rupture(radius, wall, source, speed / radius, "speed")
-    if settings.strain_rate == "burst":
-        at = _from_burst(segment, data, at, where)
-    return speed, at
+    return speed, _Rupture(radius, wall, source, speed / radius)
 
 
 def outside_of(rounds: Sequence[RoundData], settings: BreakUpSettings) -> dict[str, list[str]]:
@@ -186,32 +176,7 @@ def _at_rupture(segment: CasingSegment, settings: BreakUpSettings, where: str) -
             stretch = 1.0 + settings.critical_strain
             return stretch * data.outer_radius, thickness / stretch**2, "critical_strain"
         return data.outer_radius, thickness, "unstretched"
-    found = (data.rupture_radius, data.rupture_wall)
-    if settings.rupture == "burst" and all(math.isfinite(value) and value > 0.0 for value in found):
-        return *found, "burst"
     return *mean_mass.ruptured(data.outer_radius, data.wall_thickness, settings.critical_strain), "critical_strain"
-
-
-def _from_burst(segment: CasingSegment, data: RoundData, by_speed: _Rupture, where: str) -> _Rupture:
-    """Rate of the burst when the segment had the strain of rupture, and the wall then; `by_speed` where it had not.
-
-    The wall is that of plane strain at the outer radius. That of the burst, the casing's outer radius less the
-    charge's, has no meaning where the charge ends (boat-tail of the M107: not thinned at all).
-    """
-    if data.expansion is None:
-        raise InputError(
-            f"{where}: the snapshot holds no radii over time, which break_up.strain_rate = 'burst' needs; an earlier "
-            "version of the program wrote it: compute the burst again, or take strain_rate = 'speed'"
-        )
-    if segment.is_end:
-        return by_speed
-    before = segment.data
-    strain = by_speed.radius / before.outer_radius - 1.0
-    found = data.expansion.at_strain(before.start, before.end, strain)
-    if found is None:
-        return by_speed
-    wall = mean_mass.thinned(before.outer_radius, before.wall_thickness, by_speed.radius)
-    return _Rupture(by_speed.radius, wall, by_speed.source, found.rate, "burst")
 
 
 def _mean_mass(segment: CasingSegment, data: RoundData, settings: BreakUpSettings, at: _Rupture) -> float:

@@ -37,10 +37,6 @@ class Isometry:
         """Velocities, momenta, or axes (..., 3) after the motion."""
         return np.asarray(vectors @ self.matrix.T)
 
-    def axial_vector(self, vectors: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Spins (..., 3) after the motion: a cross product of two vectors changes sign where they are mirrored."""
-        return np.linalg.det(self.matrix) * self.vector(vectors)
-
     def after(self, first: Isometry | None) -> Isometry:
         """The motion `first`, then this one."""
         if first is None:

@@ -7,8 +7,7 @@ mass where it meets it. The cuts follow the cloud of points in space; cells and 
 fragments show no grid lines, and any source of points will do.
 
 A fragment moves as the mean of its points and lies at their centre of mass. So momentum is that of the points to
-round-off; of the angular momentum the fragments carry the part of their flight, and the rest is their spin, which
-they lose here and the ledger counts.
+round-off; spin of a fragment is lost here.
 """
 
 from __future__ import annotations
@@ -19,7 +18,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from transition.kernels.bisection import bisect
-from transition.kernels.clusters import chosen_points, cluster_means, cluster_spin, collect
+from transition.kernels.clusters import chosen_points, cluster_means, collect
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -74,11 +73,6 @@ class Clusters:
     def means(self, points: MaterialPoints) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Centres of mass (n, 3) in m and mean velocities (n, 3) in m/s of the fragments."""
         return cluster_means(self.offset, self.point, self.piece, points.position, points.velocity)
-
-    def spin(self, points: MaterialPoints) -> NDArray[np.float64]:
-        """Angular momentum (n, 3) of every fragment about its own centre of mass (kg m2/s)."""
-        means = self.means(points)
-        return cluster_spin(self.offset, self.point, self.piece, points.position, points.velocity, *means)
 
 
 def place(

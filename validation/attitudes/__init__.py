@@ -1,1 +1,1 @@
-"""Distances of a single M107 over cell sizes and over its attitude: with scatter of directions neither decides."""
+"""The expected distance of a single M107 over cell sizes and over its attitude: both must leave it well-posed."""

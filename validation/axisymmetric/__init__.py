@@ -1,1 +1,1 @@
-"""Single rounds in their meridian: orders and limits over cell sizes, and the meridian beside three dimensions."""
+"""Single rounds in their meridian: convergence over cell sizes, and the meridian beside three dimensions."""

@@ -1,47 +1,55 @@
-"""Single rounds in their meridian, from their runs to their rows."""
+"""Single rounds in their meridian: convergence over cell sizes, and the meridian beside three dimensions."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from validation.axisymmetric.check import NAME, REFERENCE, beside, convergence_table, converging
-from validation.readme import insert_tables
-from validation.runs import summary_of
+from validation.grid import grid_index
+from validation.runs import Geometry, reference_beside
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
-    from validation.options import Options
-    from validation.rows import Row
+    from validation.rows import Rows
     from validation.runs import Runs
 
-__all__ = ["study"]
+__all__ = ["REFERENCE", "study"]
+
+REFERENCE = reference_beside(__file__)
+_QUANTITIES = (
+    ("mean speed", "mean_initial_speed", 1.0, "m/s"),
+    ("outer diameter", "outer_diameter", 1e3, "mm"),
+)
 
 
-def study(options: Options, runs: Runs, rows: list[Row]) -> None:
+def study(runs: Runs, rows: Rows) -> None:
     """Run every round in its meridian at every cell size, and two of them in three dimensions as well."""
-    bursts: dict[str, dict[str, dict[str, Any]]] = {}
+    momentum = 0.0
     for name, entry in REFERENCE["rounds"].items():
-        bursts[name] = {}
-        for size in [options.cell_size] if options.cell_size else entry["quick_sizes" if options.quick else "sizes"]:
-            folder = _run(runs, name, size, "axisymmetric")
-            bursts[name][size] = summary_of(folder)["burst"]
-        rows += converging(name, bursts[name])
-    plan = REFERENCE["three_dimensions"]
-    for name in plan["rounds"]:
-        for products in plan["products"][:1] if options.quick else plan["products"]:
-            for size, allowed in plan["quick_sizes" if options.quick else "sizes"].items():
-                folders = tuple(_run(runs, name, size, geometry, products) for geometry in ("axisymmetric", "3d"))
-                one, two = (summary_of(folder)["burst"] for folder in folders)
-                rows += beside(f"{name}, {products}", size, allowed, (folders[0], folders[1]), (one, two))
-    if options.readme and not options.quick:
-        insert_tables({NAME + "_convergence": convergence_table(bursts)})
+        subjects = entry["subjects"]
+        sizes = entry["quick_sizes" if rows.quick else "sizes"]
+        bursts = [_burst(runs, name, size, "axisymmetric") for size in sizes]
+        momentum = max(momentum, *(burst["momentum_error"] for burst in bursts))
+        _converging(rows, name, sizes, bursts, subjects)
+        if name in REFERENCE["three_dimensions"]["rounds"]:
+            size = REFERENCE["three_dimensions"]["size"]
+            solid, flat = _burst(runs, name, size, "3d"), bursts[sizes.index(size)]
+            for words, key, factor, unit in _QUANTITIES:
+                rows.compare(f"{name}, {size}: {words}, meridian beside three dimensions", factor * flat[key],
+                             factor * solid[key], REFERENCE["beside"], unit, *subjects)  # fmt: skip
+    rows.bound("axial momentum error, largest", momentum, (0.0, 1e-12), "conservation of momentum", "", "meridian")
 
 
-def _run(runs: Runs, name: str, size: str, geometry: str, products: str | None = None) -> Path:
-    """One burst to a given end, with the mean mass of fragments and flights left out."""
+def _burst(runs: Runs, name: str, size: str, geometry: Geometry) -> dict[str, Any]:
+    """One burst to a given end."""
     entry = REFERENCE["rounds"][name]
-    changes = {"burst.geometry": geometry, "burst.stop": "time", "burst.end_time": entry["end"]}
-    changes |= {"burst.products": products} if products else {}
-    words = [NAME, *name.lower().replace(",", "").split(), geometry, *([products] if products else [])]
-    return runs.run("_".join(words), entry["case"], size, changes, stage="burst")
+    changes = {"burst.stop": "time", "burst.end_time": "120 us"}
+    words = name.lower().replace(",", "").replace(" ", "_")
+    return runs.burst(f"axisymmetric_{words}_{geometry}", entry["case"], size, changes, geometry)[1]
+
+
+def _converging(rows: Rows, name: str, sizes: list[str], bursts: list[dict[str, Any]], subjects: list[str]) -> None:
+    """The finest size with its grid convergence index: what the cells leave open."""
+    for words, key, factor, unit in _QUANTITIES:
+        values = [factor * burst[key] for burst in bursts]
+        found = grid_index([float(size.split()[0]) for size in sizes], values)
+        quantity = f"{name}: {words} at {sizes[-1]} against {sizes[0]} (index {100 * found.index:.2g} %, {found.kind})"
+        rows.trend(quantity, values[-1], values[0], "Roache 1994", unit, "meridian", *subjects)

@@ -1,3 +1,1 @@
 """Two steel tubes that burst side by side: how much metal flies along the plane between them, against another code."""
-
-from __future__ import annotations

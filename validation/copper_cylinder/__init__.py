@@ -1,3 +1,1 @@
-"""The copper cylinder test with TNT: how fast the products drive a wall that holds them."""
-
-from __future__ import annotations
+"""The copper cylinder test: the speed of the wall as a streak camera sees it, with every product model."""

@@ -82,7 +82,8 @@ def streak(series: Path, station: float, length: float) -> Streak:
         The file holds no time series.
     """
     height = length - station
-    times, radii, ring = [], [], []
+    times, radii = [], []
+    ring: list[NDArray[np.int64]] = []
     try:
         for number, path in enumerate(sorted(series.glob("*.h5"))):
             with h5py.File(path, "r", locking=False) as file:

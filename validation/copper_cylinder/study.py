@@ -1,57 +1,30 @@
-"""The copper cylinder test from its runs to its rows and its figure."""
+"""The copper cylinder test: the speed of the wall as a streak camera sees it, with every product model."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from validation.copper_cylinder.streak import streak
+from validation.rows import Rows
+from validation.runs import Geometry, Runs, reference_beside
 
-from validation.copper_cylinder.check import MODELS, NAME, REFERENCE, check
-from validation.copper_cylinder.figure import draw
-from validation.copper_cylinder.streak import Streak, streak
-from validation.figures import keep_picture
-from validation.runs import Geometry, summary_of
-from validation.soundness import all_passed, sound
+__all__ = ["REFERENCE", "study"]
 
-if TYPE_CHECKING:
-    from validation.options import Options
-    from validation.rows import Row
-    from validation.runs import Runs
-
-__all__ = ["study"]
-
-FULL_SIZE, COARSER_SIZE, QUICK_SIZE = "1.6 mm", "2 mm", "2.5 mm"
-MERIDIAN_SIZES = ("1.6 mm", "0.8 mm", "0.4 mm")
-"""Of the axisymmetric bursts, beside the three-dimensional ones: they show whether a miss is one of the cells."""
-DEFAULT = "landau_cj"
-THREE: Geometry = "3d"
-MERIDIAN: Geometry = "axisymmetric"
+REFERENCE = reference_beside(__file__)
+SIZE, QUICK_SIZE, SOLID_SIZE = "0.8 mm", "1.6 mm", "1.6 mm"
 
 
-def study(options: Options, runs: Runs, rows: list[Row]) -> None:
-    """Burst the cylinder with every product model; in full also the default model with larger cells, to inform."""
-    size = options.cell_size or (QUICK_SIZE if options.quick else FULL_SIZE)
-    wanted = [(model, size, THREE) for model in MODELS]
-    if not options.quick and not options.cell_size:
-        wanted.append((DEFAULT, COARSER_SIZE, THREE))
-    meridian = (size,) if options.quick or options.cell_size else MERIDIAN_SIZES
-    wanted += [(model, cells, MERIDIAN) for model in MODELS for cells in meridian]
-    records: dict[str, Streak] = {}
-    for model, cells, geometry in wanted:
-        judged = cells == size and geometry == THREE
-        name = f"{NAME}_{model}" if geometry == THREE else f"{NAME}_2d_{model}"
-        changes = {"burst.products": model}
-        folder = runs.run(name, REFERENCE["case"], cells, changes, stage="burst", geometry=geometry)
-        summary = summary_of(folder)
-        label = model if judged else f"{model}, cells of {cells}"
-        label += "" if geometry == THREE else ", axisymmetric"
-        found = sound(NAME, summary, REFERENCE["sound"], label)
-        rows += found
-        if not all_passed(found):
-            continue  # void
-        record = streak(folder / "burst", REFERENCE["station"], summary["burst"]["rounds"][0]["length"])
-        rows += check(label, record, verdict=judged)
-        if judged:
-            records[model] = record
-    if records:
-        path = draw(records, runs.folder / f"{NAME}.png")
-        if options.readme:
-            keep_picture(path)
+def study(runs: Runs, rows: Rows) -> None:
+    """Burst the cylinder in its meridian with every product model, and in full also in three dimensions."""
+    wanted: list[tuple[str, str, Geometry]] = [
+        (model, QUICK_SIZE if rows.quick else SIZE, "axisymmetric") for model in ("landau", "landau_cj", "jwl")
+    ]
+    if not rows.quick:
+        wanted.append(("landau_cj", SOLID_SIZE, "3d"))
+    for model, size, geometry in wanted:
+        folder, burst = runs.burst(f"copper_cylinder_{model}", REFERENCE["case"], size, {"burst.products": model},
+                                   geometry)  # fmt: skip
+        record = streak(folder / "burst", REFERENCE["station"], burst["rounds"][0]["length"])
+        label = f"{model}, cells of {size}" + (", three dimensions" if geometry == "3d" else "")
+        for displacement, measured in zip(REFERENCE["displacement"], REFERENCE["wall_speed"], strict=True):
+            ours = record.speed_at(displacement, REFERENCE["window"])
+            rows.compare(f"{label}: wall speed at {1e3 * displacement:g} mm", ours, measured, REFERENCE["source"],
+                         "m/s", "explosive:tnt", f"products:{model}")  # fmt: skip

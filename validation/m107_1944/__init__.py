@@ -1,3 +1,1 @@
-"""The M107 of 1944: counted fragments, their speeds and the distance of the acceptable density."""
-
-from __future__ import annotations
+"""The M107 of 1944, twice: with the law and speed that the table gives, and from the burst with nothing prescribed."""

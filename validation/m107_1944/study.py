@@ -2,68 +2,59 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from transition import BreakUp
-from validation.figures import keep_picture
-from validation.m107_1944.check import NAME, REFERENCE, TABLE, check
-from validation.m107_1944.counts import count, prescribed
-from validation.m107_1944.figure import draw
-from validation.runs import summary_of
-from validation.soundness import all_passed, sound
+from validation.m107_1944.counts import FOOT, count, prescribed, read_table
+from validation.runs import break_up_of, reference_beside
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
-    from flight import Fragments
-    from validation.options import Options
-    from validation.rows import Row
+    from validation.m107_1944.counts import Counts
+    from validation.rows import Rows
     from validation.runs import Runs
 
-__all__ = ["study"]
+__all__ = ["REFERENCE", "TABLE", "check", "study"]
 
-FULL_SIZE, QUICK_SIZE = "3 mm", "8 mm"
+REFERENCE = reference_beside(__file__)
+TABLE = read_table(Path(__file__).parent / "table56.csv")
+SIZE, QUICK_SIZE = "3 mm", "6 mm"
 REALISATIONS, QUICK_REALISATIONS = 40, 10
 SEED = 1944
-LAW, BURST = "law prescribed", "from the burst"
-MERIDIAN = "from the axisymmetric burst"
-MERIDIAN_SIZE = "1.5 mm"
+_OF_FLIGHT = ("flight",)
+_OF_BURST = ("burst", "break_up", "profile:m107", "explosive:tnt")
 
 
-def study(options: Options, runs: Runs, rows: list[Row]) -> None:
+def study(runs: Runs, rows: Rows) -> None:
     """Count the table's fragments and those of the burst at the table's distances."""
-    realisations = QUICK_REALISATIONS if options.quick else REALISATIONS
-    found = {LAW: count(prescribed(REFERENCE, SEED, realisations), TABLE, REFERENCE, options.threads)}
-    rows += check(LAW, found[LAW], from_burst=False)
-    size = options.cell_size or (QUICK_SIZE if options.quick else FULL_SIZE)
-    folder = runs.run(NAME, REFERENCE["case"], size, stage="burst")
-    bounds = sound(NAME, summary_of(folder), REFERENCE["sound"], BURST)
-    rows += bounds
-    if all_passed(bounds):
-        found[BURST] = count(_broken_up(folder, realisations), TABLE, REFERENCE, options.threads)
-        rows += check(BURST, found[BURST], from_burst=True)
-    rows += _meridian(options, runs, size if options.quick or options.cell_size else MERIDIAN_SIZE, realisations)
-    path = draw(found, runs.folder / f"{NAME}.png")
-    if options.readme:
-        keep_picture(path)
+    realisations = QUICK_REALISATIONS if rows.quick else REALISATIONS
+    table = count(prescribed(REFERENCE, SEED, realisations), TABLE, REFERENCE, runs.threads)
+    check(rows, "law prescribed", table, _OF_FLIGHT)
+    folder, _ = runs.burst("m107_1944", REFERENCE["case"], QUICK_SIZE if rows.quick else SIZE)
+    prepared = BreakUp(folder / "burst_snapshot.h5", break_up_of(folder))
+    broken = [prepared.fragments(SEED, number) for number in range(realisations)]
+    ours = count(broken, TABLE, REFERENCE, runs.threads)
+    law, source = REFERENCE["law"], REFERENCE["source"]
+    rows.compare("from the burst: mean initial speed", ours.initial_speed, REFERENCE["initial_speed"], source, "m/s",
+                 *_OF_BURST)  # fmt: skip
+    rows.compare("from the burst: fragments in all", ours.fragments, law["number"], "Mott's law through the table", "",
+                 *_OF_BURST)  # fmt: skip
+    rows.compare("from the burst: mean mass", 1e3 * ours.mean_mass, 2e3 * law["mu"], "Mott's law through the table",
+                 "g", *_OF_BURST)  # fmt: skip
+    check(rows, "from the burst", ours, _OF_BURST)
 
 
-def _meridian(options: Options, runs: Runs, size: str, realisations: int) -> list[Row]:
-    """The same from the axisymmetric burst, beside that of three dimensions; its rows inform."""
-    folder = runs.run(f"{NAME}_2d", REFERENCE["case"], size, stage="burst", geometry="axisymmetric")
-    label = f"{MERIDIAN}, {size}"
-    rows = sound(NAME, summary_of(folder), REFERENCE["sound"], label)
-    if not all_passed(rows):
-        return rows
-    counts = count(_broken_up(folder, realisations), TABLE, REFERENCE, options.threads)
-    return rows + [replace(row, tolerance=None, passed=None) for row in check(label, counts, from_burst=True)]
-
-
-def _broken_up(folder: Path, realisations: int) -> list[Fragments]:
-    """Realisations of the break-up of a run, by the law of its case."""
-    from fragfield.case import read_resolved
-    from fragfield.case.conversion.stages import break_up_settings
-
-    prepared = BreakUp(folder / "burst_snapshot.h5", break_up_settings(read_resolved(folder / "case.toml")))
-    return [prepared.fragments(SEED, number) for number in range(realisations)]
+def check(rows: Rows, label: str, counts: Counts, subjects: tuple[str, ...]) -> None:
+    """Hazardous fragments and the lightest one's speed at some of the table's distances, and the hazard distance."""
+    source = REFERENCE["source"]
+    for feet in REFERENCE["compared_ft"]:
+        row = int(abs(TABLE.distance - FOOT * feet).argmin())
+        rows.compare(f"{label}: hazardous fragments at {feet:g} ft", float(counts.number[row]),
+                     float(TABLE.number[row]), source, "", *subjects)  # fmt: skip
+        if counts.number[row]:
+            rows.compare(f"{label}: speed of the lightest hazardous fragment at {feet:g} ft", float(counts.speed[row]),
+                         float(TABLE.speed[row]), source, "m/s", *subjects)  # fmt: skip
+    low, high = REFERENCE["hazardous_fragment_distance"]
+    distance = counts.hazardous_distance(REFERENCE["hazard"]["density"])
+    rows.compare(f"{label}: distance of 1 hazardous fragment in 55.7 m2", distance, 0.5 * (low + high), source, "m",
+                 *subjects)  # fmt: skip

@@ -1,3 +1,1 @@
-"""The laws of the mean fragment mass against published counts and weighings of fragments of shells and cylinders."""
-
-from __future__ import annotations
+"""Mean mass of fragments: every law against published shells and cylinders, and with the speeds of our own bursts."""

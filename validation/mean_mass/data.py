@@ -10,7 +10,7 @@ import numpy as np
 
 from transition.law.mean_mass import gurney_coefficient, gurney_speed
 from transition.law.mean_mass_data import equivalent_cylinder
-from validation.files import reference_beside
+from validation.runs import reference_beside
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -24,7 +24,6 @@ __all__ = [
     "fit_shells",
     "from_recovery",
     "measured",
-    "metal_shares",
 ]
 
 REFERENCE = reference_beside(__file__)
@@ -119,16 +118,6 @@ def measured() -> list[Casing]:
 def fit_shells() -> dict[str, Fit]:
     """Mott's law through the points of every shell's tables, by the shell's name."""
     return {table["name"]: _points(table) for table in REFERENCE["shell"]}
-
-
-def metal_shares() -> dict[str, float]:
-    """Mass of the fitted law over that of the metal parts, of the shells whose masses are known."""
-    fits = fit_shells()
-    return {
-        table["name"]: fits[table["name"]].number * fits[table["name"]].mean / (_POUND * table["masses_lb"]["casing"])
-        for table in REFERENCE["shell"]
-        if "masses_lb" in table
-    }
 
 
 def _points(table: Mapping[str, Any]) -> Fit:

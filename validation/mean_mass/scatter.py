@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from validation.mean_mass.data import Casing
 
-__all__ = ["LAWS", "Scatter", "computed", "correlation", "ratios", "scatter"]
+__all__ = ["LAWS", "Scatter", "computed", "ratios", "scatter"]
 
 LAWS = ("mott", "mott_1947", "gurney_sarmousakis")
 _SETTINGS = BreakUpSettings()
@@ -50,12 +50,6 @@ class Scatter:
     factor: float
     worst: str
     worst_ratio: float
-
-    @property
-    def bias_interval(self) -> tuple[float, float]:
-        """Interval of the bias of two standard errors each way."""
-        error = 2.0 * math.log(self.deviation) / math.sqrt(self.geometries)
-        return self.bias * math.exp(-error), self.bias * math.exp(error)
 
 
 def computed(law: str, casing: Casing) -> float:
@@ -96,11 +90,3 @@ def scatter(law: str, casings: Sequence[Casing]) -> Scatter:
         worst,
         found[worst],
     )
-
-
-def correlation(law: str, casings: Sequence[Casing], quantity: str) -> float:
-    """Correlation over geometries of ln(ratio) with the logarithm of an attribute of the casings ("wall")."""
-    found = ratios(law, casings)
-    values = {casing.geometry: getattr(casing, quantity) for casing in casings}
-    pairs = np.log([(ratio, values[geometry]) for geometry, ratio in found.items()])
-    return float(np.corrcoef(pairs.T)[0, 1])

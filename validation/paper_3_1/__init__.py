@@ -1,3 +1,1 @@
-"""Case 3.1 of Wang et al.: a single 155 mm round with 8 kg of TNT."""
-
-from __future__ import annotations
+"""Section 3.1 of the paper: one 155 mm round with TNT, its speeds, its diameter, and the numbers of its fragments."""

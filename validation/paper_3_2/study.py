@@ -1,116 +1,70 @@
-"""Case 3.2 from its runs to its rows, its figure and the README's tables."""
+"""Section 3.2 of the paper: two M107 side by side on a witness ring, beside the single round."""
 
 from __future__ import annotations
 
-import json
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Literal
 
-from validation.ensembles import ring_ensemble_of_run
-from validation.paper_3_2 import scaling, sensitivities
-from validation.paper_3_2.check import NAME, REFERENCE, compare_with_mirrored, compare_with_paper, sound
-from validation.paper_3_2.figure import by_azimuth_table, draw
-from validation.paper_3_2.tables import ratio_table, sentences, versions
-from validation.readme import PICTURES, insert_tables
-from validation.rows import Row, compare, within
-from validation.runs import StudyError, summary_of
+from validation.paper_3_2.ring import Estimate, Ring, mean_of, ratio_of_means, ring_of_run
+from validation.runs import reference_beside
 
 if TYPE_CHECKING:
-    from pathlib import Path
+    from validation.rows import Rows
+    from validation.runs import Geometry, Runs
 
-    from validation.options import Options
-    from validation.runs import Runs
+__all__ = ["REFERENCE", "check_pair", "study"]
 
-__all__ = ["FULL_SIZE", "QUICK_SIZE", "study"]
-
-FULL_SIZE, QUICK_SIZE = "3 mm", "8 mm"
-ROUNDS = {"single": 1, "pair": 2, "mirrored": 2}
-SEEDS = {"pair": 1, "single": 2, "mirrored": 3}
+REFERENCE = reference_beside(__file__)
+LOBE = 60.0
+"""Degrees from the focus beyond which the pair is undisturbed."""
+_SEEDS = {"quarter": 1, "single": 2, "full": 4}
 """Ensembles that are compared have seeds of their own."""
+_FRACTION = 0.99
 
 
-def study(options: Options, runs: Runs, rows: list[Row]) -> None:
-    """Compare pair and single round; or only compute the sensitivities, or the scaling, where they are asked for."""
-    if options.sensitivities or options.scaling:
-        rows += _sensitivities(options, runs) if options.sensitivities else []
-        rows += _scaling(options, runs) if options.scaling else []
-        return
-    folders = _folders(options, runs)
-    summaries = {name: summary_of(folder) for name, folder in folders.items()}
-    rows += (found := sound(summaries))
-    if not all(row.passed for row in found):
-        return  # an open ledger, lost cells or unlike cells make the comparison void
-    ensembles = {
-        name: ring_ensemble_of_run(
-            folder, ROUNDS[name], seed=SEEDS[name], realisations=options.realisations, threads=options.threads
-        )
-        for name, folder in folders.items()
-    }
-    pair, single = ensembles["pair"], ensembles["single"]
-    findings = [compare_with_paper(pair, single, surface) for surface in ("every_height", "band")]
-    for finding in findings:
-        rows += finding.rows
-    if "mirrored" in ensembles:
-        rows += compare_with_mirrored(pair, ensembles["mirrored"], single)
-    by_azimuth_table(pair, single, runs.folder / f"{NAME}_by_azimuth.csv")
-    picture = draw(pair, single, runs.folder / f"{NAME}_ring.png")
-    text = sentences([finding.sentence for finding in findings])
-    (runs.folder / f"{NAME}.txt").write_text(f"{text}\n\n{ratio_table(pair, single)}\n", encoding="utf-8")
-    if options.readme:
-        PICTURES.mkdir(parents=True, exist_ok=True)
-        (PICTURES / f"{NAME}_ring.png").write_bytes(picture.read_bytes())
-        insert_tables(
-            {NAME: ratio_table(pair, single), f"{NAME}_sentence": text, f"{NAME}_versions": versions(summaries["pair"])}
-        )
+def study(runs: Runs, rows: Rows) -> None:
+    """Compare the pair, a quarter of it computed, with the single round at every cell size, and once with the whole."""
+    sizes = REFERENCE["quick_sizes" if rows.quick else "sizes"]
+    rings = {size: _ring(runs, rows, "quarter", size) for size in sizes}
+    for size, pair in rings.items():
+        check_pair(rows, size, pair, _ring(runs, rows, "single", size))
+    size = sizes[0]
+    whole, quarter = _ring(runs, rows, "full", size), rings[size]
+    kinds: tuple[tuple[Literal["number", "mass"], str], ...] = (("number", ""), ("mass", "kg"))
+    for kind, unit in kinds:
+        ours, base = (mean_of(ring.per_degree((0.0, 10.0), kind)) for ring in (whole, quarter))
+        rows.trend(f"{size}, both rounds in full: {kind} a degree within 10 deg", ours.value, base.value,
+                   "a quarter of the pair", unit, standard_error=ours.error)  # fmt: skip
 
 
-def _folders(options: Options, runs: Runs) -> dict[str, Path]:
-    """Run directories, the single round's first; given ones are taken, and then nothing is run."""
-    given = {"single": options.single, "pair": options.pair, "mirrored": options.mirrored}
-    taken = {name: folder for name, folder in given.items() if folder is not None}
-    if taken:
-        for name in ("single", "pair"):
-            if name not in taken:
-                raise StudyError(f"{NAME}: --{name} is missing; a comparison needs --single and --pair")
-        return taken
-    size = options.cell_size or (QUICK_SIZE if options.quick else FULL_SIZE)
-    return {name: runs.run(f"{NAME}_{name}", REFERENCE[name], size, stage="burst") for name in given}
+def _ring(runs: Runs, rows: Rows, form: str, size: str) -> Ring:
+    """Realisations of one form of the burst on the ring."""
+    case, symmetry, geometry = REFERENCE["forms"][form]
+    shape: Geometry = geometry
+    changes: dict[str, Any] = {"burst.symmetry": symmetry}
+    folder, _ = runs.burst(f"paper_3_2_{form}", case, size, changes, shape)
+    count = REFERENCE["quick_realisations" if rows.quick else "realisations"]
+    return ring_of_run(folder, 1 if form == "single" else 2, seed=_SEEDS[form], realisations=count,
+                       threads=runs.threads)  # fmt: skip
 
 
-def _sensitivities(options: Options, runs: Runs) -> list[Row]:
-    outcomes = sensitivities.compute(runs, realisations=options.realisations, base_size=options.cell_size)
-    table = sensitivities.table(outcomes)
-    content = json.dumps([outcome.as_dict() for outcome in outcomes], indent=1)
-    (runs.folder / f"{NAME}_sensitivities.json").write_text(content, encoding="utf-8")
-    (runs.folder / f"{NAME}_sensitivities.md").write_text(table + "\n", encoding="utf-8")
-    if options.readme:
-        insert_tables({f"{NAME}_sensitivities": table})
-    base = outcomes[0]
-    rows = []
-    for outcome in outcomes:
-        if not outcome.sound:
-            rows.append(_void(outcome))
-            continue
-        for half_width in sensitivities.HALF_WIDTHS:
-            for kind in ("number", "speed"):
-                ratio, of_base = getattr(outcome, kind)[half_width], getattr(base, kind)[half_width]
-                words = "ratio of largest initial speeds in 1 deg" if kind == "speed" else "number ratio"
-                quantity = f"{outcome.variation.words}: {words} within {half_width:g} deg (error {ratio.error:.2g})"
-                rows.append(compare(NAME, quantity, ratio.value, of_base.value, None, "the base"))
-    return rows
+def check_pair(rows: Rows, size: str, pair: Ring, single: Ring) -> None:
+    """Numbers and speeds about the focus over the single round's, which is alike at all azimuths."""
+    everywhere, source = (0.0, 90.0), REFERENCE["source"]
+    number = mean_of(single.per_degree(everywhere))
 
+    def beside(quantity: str, found: Estimate, reference: float) -> None:
+        rows.compare(f"{size}: {quantity}", found.value, reference, source, standard_error=found.error)
 
-def _void(outcome: sensitivities.Outcome) -> Row:
-    if outcome.stopped:
-        return within(NAME, f"{outcome.variation.words}: bursts that stopped", 1.0, 0.0, 0.0, "own bound")
-    quantity = f"{outcome.variation.words}: energy error, or {outcome.lost_cells} lost cells"
-    allowed = REFERENCE["allowed"]["energy_error"]
-    return Row(NAME, quantity, outcome.energy_error, allowed, None, 0.0, False, "own bound")
-
-
-def _scaling(options: Options, runs: Runs) -> list[Row]:
-    summaries = scaling.compute(runs, options.cell_size or scaling.SIZE)
-    table = scaling.table(summaries)
-    (runs.folder / f"{NAME}_scaling.md").write_text(table + "\n", encoding="utf-8")
-    if options.readme:
-        insert_tables({f"{NAME}_scaling": table})
-    return scaling.rows(summaries)
+    for width in REFERENCE["half_widths"]:
+        ratio = mean_of(pair.per_degree((0.0, width))).over(number)
+        beside(f"number within {width:g} deg of the focus over the single round's", ratio, REFERENCE["number_ratio"])
+    fast = mean_of(pair.fast_speed((0.0, 10.0), _FRACTION))
+    ratio = fast.over(mean_of(single.fast_speed(everywhere, _FRACTION)))
+    beside("speed of 99 % of the fragments within 10 deg over the single round's", ratio, REFERENCE["speed_ratio"])
+    ratio = mean_of(pair.per_degree((LOBE, 90.0))).over(number)
+    beside(f"number beyond {LOBE:g} deg over the single round's", ratio, 1.0)
+    ratio = mean_of(pair.mean_speed((LOBE, 90.0))).over(mean_of(single.mean_speed(everywhere)))
+    beside(f"mean speed beyond {LOBE:g} deg over the single round's", ratio, 1.0)
+    mass = ratio_of_means(pair.per_degree((0.0, 10.0), "mass"), pair.per_degree((LOBE, 90.0), "mass"))
+    rows.trend(f"{size}: mass a degree within 10 deg over that beyond {LOBE:g} deg", mass.value, None, "cells",
+               standard_error=mass.error)  # fmt: skip

@@ -8,7 +8,7 @@ import numpy as np
 
 from fragfield.report.figures.drawing import GREY, INK
 from validation.figures import picture
-from validation.polar_zones.check import REFERENCE
+from validation.polar_zones.zones import REFERENCE
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 import flight
 from transition import BreakUp
+from validation.runs import reference_beside
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from numpy.typing import NDArray
 
     from transition import BreakUpSettings
@@ -20,8 +19,9 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["Sample", "Zones", "deciding_scatter", "polar_angles", "sample_of", "zones_of"]
+__all__ = ["REFERENCE", "Sample", "Zones", "deciding_scatter", "polar_angles", "sample_of", "zones_of"]
 
+REFERENCE = reference_beside(__file__)
 FOOT = 0.3048
 SEED = 1938
 _SLIDE = 0.5  # degrees by which the window of the peak is moved
@@ -71,7 +71,7 @@ class Zones:
         return 100.0 - self.side - self.base - self.nose
 
 
-def sample_of(snapshot: Snapshot, settings: BreakUpSettings, reference: Mapping[str, Any], realisations: int) -> Sample:
+def sample_of(snapshot: Snapshot, settings: BreakUpSettings, realisations: int) -> Sample:
     """Break the casing up and fly its fragments to the boards.
 
     Without gravity a speed depends on the length of the path alone: all fly level, and cylinders stand for boards all
@@ -82,7 +82,7 @@ def sample_of(snapshot: Snapshot, settings: BreakUpSettings, reference: Mapping[
     mass = np.concatenate([part.mass for part in parts])
     speed = np.concatenate([part.speed for part in parts])
     level = np.column_stack([speed, np.zeros((len(speed), 2))])
-    radii = FOOT * np.asarray(reference["boards"]["distance_ft"])
+    radii = FOOT * np.asarray(REFERENCE["boards"]["distance_ft"])
     result = flight.fly(
         flight.Fragments.from_arrays(mass, (0.0, 0.0, 0.0), level, settings.shape_factor),
         air=flight.ConstantAir(1.225, 340.294),
@@ -109,15 +109,15 @@ def polar_angles(prepared: BreakUp, realisations: int, scatter: float) -> tuple[
     return np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0))), np.concatenate([part.mass for part in parts])
 
 
-def zones_of(angle: Array, realisations: int, reference: Mapping[str, Any]) -> Zones:
+def zones_of(angle: Array, realisations: int) -> Zones:
     """Fragments of these polar angles by zone."""
 
     def percent(low: float, high: float) -> float:
         return 100.0 * float(np.mean((angle >= low) & (angle <= high)))
 
-    side, base, nose = (percent(z["from"], z["to"]) for z in (reference["zones"][n] for n in ("side", "base", "nose")))
-    half = 0.5 * reference["peak"]["width"]
-    zone = reference["zones"]["side"]
+    side, base, nose = (percent(z["from"], z["to"]) for z in (REFERENCE["zones"][n] for n in ("side", "base", "nose")))
+    half = 0.5 * REFERENCE["peak"]["width"]
+    zone = REFERENCE["zones"]["side"]
     centres = np.arange(zone["from"] + half, zone["to"] - half + 1e-9, _SLIDE)
     ordered = np.sort(angle)
     counts = np.searchsorted(ordered, centres + half) - np.searchsorted(ordered, centres - half)

@@ -1,3 +1,1 @@
-"""Sensitivities: what moves the speeds, the number of fragments and the hazardous fragment distance of a round."""
-
-from __future__ import annotations
+"""What moves the distance: one input at a time about the M107 with TNT, whole chains in the meridian."""

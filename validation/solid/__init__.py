@@ -1,3 +1,1 @@
-"""The casing's solid against closed forms: waves, thick-walled tubes, a rod's impact, softening."""
-
-from __future__ import annotations
+"""The solid alone: waves, static and plastic tubes, an impact and a softening cell, against closed forms."""

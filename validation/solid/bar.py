@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from burst_fenicsx.mechanics.nodal_loads import Hold
+from burst_fenicsx.mechanics.nodal_loads import NodalConstraint
 from validation.solid.bodies import SETTINGS, elastic, energy, grid, record, solver_on, wave_speed
 
 if TYPE_CHECKING:
@@ -88,7 +88,11 @@ def bar_on_wall(values: Mapping[str, Any], cells: int) -> Bar:
     solver = solver_on(mesh, material, settings)
     fields = solver.fields
     nodes, wall = np.arange(len(fields.start)), np.flatnonzero(fields.start[:, 0] < 1e-9 * length)
-    solver.holds = (Hold(nodes, np.eye(3)[1]), Hold(nodes, np.eye(3)[2]), Hold(wall, np.eye(3)[0]))
+    solver.constraints = (
+        NodalConstraint(nodes, np.eye(3)[1]),
+        NodalConstraint(nodes, np.eye(3)[2]),
+        NodalConstraint(wall, np.eye(3)[0]),
+    )
     fields.nodes.velocity[:, 0] = -values["speed"]
     fields.nodes.velocity[wall] = 0.0
     # Held nodes carry no energy; half a cell's mass of the bar stands still from the beginning.

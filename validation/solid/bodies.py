@@ -123,7 +123,7 @@ def solver_on(mesh: HexahedralMesh, material: CasingMaterial, settings: BurstSet
 
 def record(solver: BurstSolver) -> Entry:
     """The ledger's entry now."""
-    return solver.ledger.record(solver.fields, solver.time, solver.time_step, solver.resultant, 0.0, solver.contact)
+    return solver.ledger.record(solver.fields, solver.time, solver.time_step, 0.0, solver.contact)
 
 
 def energy(entry: Entry) -> float:

@@ -17,7 +17,7 @@ import ufl
 from petsc4py import PETSc
 
 from burst_fenicsx import compat
-from burst_fenicsx.mechanics.nodal_loads import Hold
+from burst_fenicsx.mechanics.nodal_loads import NodalConstraint
 from validation.solid.bodies import SETTINGS, elastic, grid, solver_on
 
 if TYPE_CHECKING:
@@ -86,7 +86,7 @@ class QuarterTube:
         self.inner, self.outer = np.flatnonzero(radius < inner + near), np.flatnonzero(radius > outer - near)
         self._held = [np.flatnonzero(self.start[:, 0] < near), np.flatnonzero(self.start[:, 1] < near)]
         self._held.append(np.arange(len(radius)))
-        self.solver.holds = tuple(Hold(nodes, np.eye(3)[i]) for i, nodes in enumerate(self._held))
+        self.solver.constraints = tuple(NodalConstraint(nodes, np.eye(3)[i]) for i, nodes in enumerate(self._held))
         self.load = self._load(values["pressure"], inner + near)
 
     def _press(self, _: float, force: NDArray[np.float64]) -> None:
@@ -151,7 +151,7 @@ class QuarterTube:
             raise RuntimeError(f"PETSc's conjugate gradients stopped after {solver.getIterationNumber()} iterations")
         return moved
 
-    def radial(self, nodes: NDArray[np.integer], moved: NDArray[np.float64]) -> float:
+    def radial(self, nodes: NDArray[np.integer[Any]], moved: NDArray[np.float64]) -> float:
         """Mean outward displacement (m) of nodes, of displacements (all nodes, 3)."""
         flat = self.start[nodes, :2]
         return float((np.einsum("ij,ij->i", flat, moved[nodes, :2]) / np.hypot(*flat.T)).mean())

@@ -13,8 +13,6 @@ from validation.solid.bodies import SETTINGS, elastic, energy, record, rod, solv
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from numpy.typing import NDArray
-
 __all__ = ["Impact", "final_length", "impact"]
 
 _GAP = 1e-6  # m between rod and plane at the start
@@ -29,22 +27,15 @@ class Impact:
     ----------
     length : float
         Of the rod at the end (m).
-    radius, height : (n,) float64
-        Outline of the rod at the end (m): mean radius of every ring of the surface, and its height over the plane.
     momentum_error : float
         Change of the rod's momentum less the plane's impulse, over the momentum at the start.
     energy_error : float
         Of the ledger, relative to the kinetic energy at the start.
-    moving : float
-        Share of the kinetic energy that is left at the end.
     """
 
     length: float
-    radius: NDArray[np.float64]
-    height: NDArray[np.float64]
     momentum_error: float
     energy_error: float
-    moving: float
 
 
 def final_length(values: Mapping[str, Any]) -> float:
@@ -72,29 +63,11 @@ def impact(values: Mapping[str, Any], core: int) -> Impact:
         solver.step(values["end_time"])
     last = record(solver)
     # The velocity belongs to the middle of the last step, the plane's impulse to its end.
-    velocity = fields.nodes.velocity + 0.5 * solver.time_step * fields.inverse_mass[:, None] * solver.resultant
+    velocity = fields.nodes.velocity + 0.5 * solver.time_step * fields.inverse_mass[:, None] * solver.fields.nodes.force
     assert solver.contact is not None
     gained = float(fields.mass @ velocity[:, 2]) - start_momentum
-    radius, height = _outline(fields.start, fields.nodes.position)
     return Impact(
         length=float(np.ptp(fields.nodes.position[:, 2])),
-        radius=radius,
-        height=height,
         momentum_error=(gained - float(solver.contact.impulse.given()[2])) / abs(start_momentum),
         energy_error=energy(last) / energy(first) - 1.0,
-        moving=last.kinetic / first.kinetic,
-    )
-
-
-def _outline(start: NDArray[Any], now: NDArray[Any]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Mean radius and height of the rings of the lateral surface, from the plane up (m)."""
-    distance = np.hypot(start[:, 0], start[:, 1])
-    surface = np.flatnonzero(distance > distance.max() * (1.0 - 1e-6))
-    level = np.round(start[surface, 2] / (1e-6 * np.ptp(start[:, 2]))).astype(np.int64)
-    rings = [surface[level == one] for one in np.unique(level)]
-    radius = np.hypot(now[:, 0], now[:, 1])
-    lowest = now[:, 2].min()
-    return (
-        np.array([radius[ring].mean() for ring in rings]),
-        np.array([now[ring, 2].mean() - lowest for ring in rings]),
     )

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from burst_fenicsx.mechanics.nodal_loads import Hold
+from burst_fenicsx.mechanics.nodal_loads import NodalConstraint
 from validation.solid.bodies import SETTINGS, elastic, grid, solver_on
 
 if TYPE_CHECKING:
@@ -64,10 +64,10 @@ class _Sector:
         self.outer = np.flatnonzero(radius > outer * (1.0 - 1e-9))
         self.outward = start[self.inner] * [1.0, 1.0, 0.0] / radius[self.inner, None]
         turned = np.array([-np.sin(self.angle), np.cos(self.angle), 0.0])
-        self.solver.holds = (
-            Hold(np.arange(len(start)), np.eye(3)[2]),
-            Hold(np.flatnonzero(azimuth < 1e-9), np.eye(3)[1]),
-            Hold(np.flatnonzero(azimuth > self.angle - 1e-9), turned),
+        self.solver.constraints = (
+            NodalConstraint(np.arange(len(start)), np.eye(3)[2]),
+            NodalConstraint(np.flatnonzero(azimuth < 1e-9), np.eye(3)[1]),
+            NodalConstraint(np.flatnonzero(azimuth > self.angle - 1e-9), turned),
         )
 
     def radius(self, nodes: NDArray[Any]) -> float:
@@ -94,7 +94,7 @@ def plastic_tube(values: Mapping[str, Any], cells: int) -> PlasticTube:
         solver.fields.nodes.velocity[sector.inner] = values["drive"] * share * sector.outward
         solver.step()
         inner, outer = sector.radius(sector.inner), sector.radius(sector.outer)
-        reaction = -np.einsum("ij,ij->", solver.resultant[sector.inner], sector.outward)
+        reaction = -np.einsum("ij,ij->", solver.fields.nodes.force[sector.inner], sector.outward)
         radii.append(inner)
         pressures.append(reaction / sector.face(inner))
         limits.append(2.0 * strength * np.log(outer / inner))

@@ -1,3 +1,1 @@
 """What any correct model of a stack must show: trends over gap, delay and number of rounds, and exact symmetries."""
-
-from __future__ import annotations

@@ -1,3 +1,1 @@
-"""Long steel tubes with TNT against Gurney's formula, from thick walls to thin ones."""
-
-from __future__ import annotations
+"""Long steel tubes: the speed of the middle over the charge ratio, against Gurney's formula."""

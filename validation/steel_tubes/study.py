@@ -1,60 +1,73 @@
-"""Long steel tubes from their runs to their rows and their figure."""
+"""Long steel tubes: the speed of the middle over the charge ratio, against Gurney's formula."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
+from math import sqrt
+from typing import TYPE_CHECKING, Any
 
-from validation.figures import keep_picture
-from validation.runs import ROOT, summary_of
-from validation.soundness import all_passed, sound
-from validation.steel_tubes.check import NAME, REFERENCE, Along, along, check, outer_radius
-from validation.steel_tubes.figure import draw
+from validation.runs import ROOT, reference_beside, snapshot_of
 
 if TYPE_CHECKING:
-    from typing import Any
+    from pathlib import Path
 
-    from validation.options import Options
-    from validation.rows import Row
+    from numpy.typing import NDArray
+
+    from validation.rows import Rows
     from validation.runs import Runs
 
-__all__ = ["study", "tube_of"]
+__all__ = ["REFERENCE", "Along", "along", "gurney_speed", "outer_radius", "study", "tube_of"]
 
-FULL_SIZE, QUICK_SIZE = "6 mm", "10 mm"
-MERIDIAN_SIZES = ("6 mm", "3 mm")
-"""Of the axisymmetric bursts, beside the three-dimensional ones."""
+REFERENCE = reference_beside(__file__)
+SIZE, QUICK_SIZE = "3 mm", "6 mm"
 
 
-def study(options: Options, runs: Runs, rows: list[Row]) -> None:
+def study(runs: Runs, rows: Rows) -> None:
     """Burst a tube for every charge ratio and compare its middle with Gurney's formula."""
-    size = options.cell_size or (QUICK_SIZE if options.quick else FULL_SIZE)
-    tubes: dict[float, Along] = {}
-    for ratio in REFERENCE["quick_charge_ratios" if options.quick else "charge_ratios"]:
-        folder = runs.run(f"{NAME}_{ratio:g}", REFERENCE["case"], size, tube_of(ratio), stage="burst")
-        summary = summary_of(folder)
-        found = sound(NAME, summary, REFERENCE["sound"], f"C/M {ratio:g}")
-        rows += found
-        if not all_passed(found):
-            continue  # void
-        tubes[ratio] = along(folder / "burst_snapshot.h5")
-        rows += check(ratio, tubes[ratio], summary["burst"])
-        for cells in (size,) if options.quick or options.cell_size else MERIDIAN_SIZES:
-            rows += _meridian(runs, ratio, cells)
-    if tubes:
-        path = draw(tubes, runs.folder / f"{NAME}.png")
-        if options.readme:
-            keep_picture(path)
+    low, high = REFERENCE["gurney"]
+    meshed = []
+    for ratio in REFERENCE["quick_charge_ratios" if rows.quick else "charge_ratios"]:
+        size = QUICK_SIZE if rows.quick else SIZE
+        folder, burst = runs.burst(f"steel_tubes_{ratio:g}", REFERENCE["case"], size, tube_of(ratio))
+        meshed.append(burst["charge_mass"] / burst["casing_mass"] / ratio)
+        tube = along(folder / "burst_snapshot.h5")
+        wanted = gurney_speed(0.5 * (low + high), ratio)
+        rows.compare(f"C/M {ratio:g}: speed of the middle", tube.mean(*REFERENCE["middle"]), wanted,
+                     REFERENCE["source"], "m/s")  # fmt: skip
+    worst = max(meshed, key=lambda one: abs(one - 1.0))
+    rows.verify("mass ratio as meshed over that asked for, the worst", worst, 1.0, 0.01, "the drawing")
 
 
-def _meridian(runs: Runs, ratio: float, size: str) -> list[Row]:
-    """The same tube as an axisymmetric burst; its rows inform."""
-    name = f"{NAME}_2d_{ratio:g}"
-    folder = runs.run(name, REFERENCE["case"], size, tube_of(ratio), stage="burst", geometry="axisymmetric")
-    summary = summary_of(folder)
-    label = f"C/M {ratio:g}, axisymmetric, {size}"
-    found = sound(NAME, summary, REFERENCE["sound"], label)
-    if not all_passed(found):
-        return found
-    return found + check(ratio, along(folder / "burst_snapshot.h5"), summary["burst"], label, verdict=False)
+@dataclass(frozen=True, eq=False)
+class Along:
+    """Stations (n,) over the length from the initiated end, mean speed of the wall (m/s) and its mass (kg) at each."""
+
+    station: NDArray[Any]
+    speed: NDArray[Any]
+    mass: NDArray[Any]
+
+    def mean(self, low: float, high: float) -> float:
+        """Mass-weighted mean speed (m/s) between two fractions of the length."""
+        inside = (self.station >= low) & (self.station <= high)
+        return float(self.speed[inside] @ self.mass[inside] / self.mass[inside].sum())
+
+
+def along(snapshot: Path) -> Along:
+    """Read the speeds off burst_snapshot.h5; raises StudyError where it is none."""
+    with snapshot_of(snapshot) as file:
+        rows, length = file["rounds/0/along"][()], float(file["rounds/0"].attrs["length"])
+    filled = rows["casing_mass"] > 0.0
+    return Along(rows["station"][filled] / length, rows["mean_speed"][filled], rows["casing_mass"][filled])
+
+
+def gurney_speed(velocity: float, charge_ratio: float) -> float:
+    """Speed of a long cylinder's wall (m/s) by Gurney's formula, from sqrt(2E) (m/s) and C/M."""
+    return velocity / sqrt(1.0 / charge_ratio + 0.5)
+
+
+def outer_radius(bore_radius: float, charge_ratio: float, explosive_density: float, casing_density: float) -> float:
+    """Outer radius at which a full tube has the mass ratio C/M of charge to casing, in the unit of the bore's."""
+    return bore_radius * sqrt(1.0 + explosive_density / (casing_density * charge_ratio))
 
 
 def tube_of(charge_ratio: float) -> dict[str, Any]:

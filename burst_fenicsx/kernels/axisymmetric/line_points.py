@@ -14,7 +14,7 @@ from burst_fenicsx.kernels.constants import OFF_EDGE
 from burst_fenicsx.kernels.contact.slide_law import has_left
 from burst_fenicsx.kernels.lanes import block_kernel, lane_function
 
-__all__ = ["SPREAD", "LineContacts", "SlideLine", "boundary_vectors", "edge_weight", "find_point", "moved"]
+__all__ = ["SPREAD", "LineContacts", "SlideLine", "boundary_vectors", "edge_weight", "find_point", "relative_velocity"]
 
 _NEWTON, _WALKS = 12, 10
 _CLOSE = 1e-13  # change of an edge's coordinate below which a point is found
@@ -61,19 +61,17 @@ class LineContacts(NamedTuple):
     pressing: np.ndarray  # (contacts, 2) N (r, z), the gas's own pressure on the charge's node
     normal: np.ndarray  # (contacts, 2) of the line at the contact, towards the charge
     load: np.ndarray  # (nodes,) sum of the weights with which contacts lie on a node
-    last_position: np.ndarray  # (nodes, 3) m at the last step of contact
 
 
 @block_kernel
-def moved(c: int, line: SlideLine, contacts: LineContacts, position: np.ndarray) -> tuple[float, float]:
-    """Displacement (m) of a contact's node since the last step, relative to the point of the edge on which it lies."""
+def relative_velocity(c: int, line: SlideLine, contacts: LineContacts, velocity: np.ndarray) -> tuple[float, float]:
+    """Velocity (r, z) in m/s of a contact's node relative to the point of the edge on which it lies."""
     node, edge = contacts.slave[c], contacts.face[c]
-    r = position[node, 0] - contacts.last_position[node, 0]
-    z = position[node, 2] - contacts.last_position[node, 2]
+    r, z = velocity[node, 0], velocity[node, 2]
     for k in range(2):
         other, weight = line.edges[edge, k], contacts.weight[c, k]
-        r -= weight * (position[other, 0] - contacts.last_position[other, 0])
-        z -= weight * (position[other, 2] - contacts.last_position[other, 2])
+        r -= weight * velocity[other, 0]
+        z -= weight * velocity[other, 2]
     return r, z
 
 
@@ -100,8 +98,13 @@ def boundary_vectors(position: np.ndarray, line: SlideLine) -> None:
 
 
 @block_kernel
-def find_point(c: int, line: SlideLine, contacts: LineContacts, position: np.ndarray) -> None:
-    """Find the point of the line at which a contact lies, its gap and normal, and whether it has left the line."""
+def find_point(
+    c: int, step: float, line: SlideLine, contacts: LineContacts, position: np.ndarray, velocity: np.ndarray
+) -> None:
+    """Find the point of the line at which a contact lies after a step (s), its gap and normal, and whether it has left.
+
+    `velocity` (nodes, 3) is the mean one over the step (m/s).
+    """
     node = contacts.slave[c]
     px, pz = position[node, 0], position[node, 2]
     edge, s = contacts.face[c], contacts.point[c]
@@ -145,9 +148,10 @@ def find_point(c: int, line: SlideLine, contacts: LineContacts, position: np.nda
     contacts.face[c], contacts.point[c] = edge, s
     contacts.weight[c, 0], contacts.weight[c, 1] = 1.0 - s, s
     contacts.normal[c, 0], contacts.normal[c, 1] = nr, nz
-    ur, uz = moved(c, line, contacts, position)
+    vr, vz = relative_velocity(c, line, contacts, velocity)
     # Of the edge's length, half of it at a free end, where one edge alone counts.
     reach = 0.5 * OFF_EDGE * size
-    if contacts.off[c] == 0 and has_left(beyond, gap, reach, np.sqrt(ur * ur + uz * uz), contacts.stiffness[c] > 0.0):
+    moved = step * np.sqrt(vr * vr + vz * vz)
+    if contacts.off[c] == 0 and has_left(beyond, gap, reach, moved, contacts.stiffness[c] > 0.0):
         contacts.off[c] = 1
     contacts.gap[c] = gap

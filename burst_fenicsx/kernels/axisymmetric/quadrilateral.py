@@ -68,9 +68,6 @@ class AxisymmetricState(NamedTuple):
     """What rings have besides the arrays of all cells."""
 
     inverse_share: np.ndarray  # (blocks, 4 LANES) 1/kg, inverse of each cell's share of its nodes' masses
-    slot: np.ndarray  # (cells,) int32, where each cell stands in the blocks
-    mass: np.ndarray  # (nodes,) kg
-    axis: np.ndarray  # int32, nodes on the axis
 
 
 _SIXTH, _TWELFTH = 2.0 * np.pi / 6.0, 2.0 * np.pi / 12.0

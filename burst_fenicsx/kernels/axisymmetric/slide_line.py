@@ -19,7 +19,7 @@ from burst_fenicsx.kernels.axisymmetric.line_points import (
     boundary_vectors,
     edge_weight,
     find_point,
-    moved,
+    relative_velocity,
 )
 from burst_fenicsx.kernels.axisymmetric.line_pressure import spread_pressure
 from burst_fenicsx.kernels.contact.slide_law import SlideLaw, around, slide
@@ -32,65 +32,39 @@ __all__ = ["add_line_forces"]
 @kernel
 def add_line_forces(
     law: SlideLaw,
-    share: float,
     line: SlideLine,
     contacts: LineContacts,
     charge: ChargeState,
     eroded: np.ndarray,
     slot: np.ndarray,
     position: np.ndarray,
+    velocity: np.ndarray,
     mass: np.ndarray,
-    own: np.ndarray,
     force: np.ndarray,
-) -> float:
-    """Find every contact's point and force, advance its state, and add `share` of the forces (N) to those of the nodes.
+) -> None:
+    """Find every contact's point and force, advance its state, and add the forces (N) to those of the nodes.
 
-    `eroded` (slots,) is that of `SolidState`, `slot` (cells,) where each cell stands in it; `position`, `mass` and
-    `force` are those of the nodes; `own` (nodes, 3) holds the contacts' forces alone, those of the last step when it is
-    called.
-
-    Returns
-    -------
-    Work (J) of the contacts' forces on all nodes, action and reaction, since the last step: half of the old forces and
-    half of the new ones on the displacements.
+    `eroded` (slots,) is that of `SolidState`, `slot` (cells,) where each cell stands in it; `position`, `velocity` (the
+    mean one over the step), `mass` and `force` are those of the nodes.
     """
     boundary_vectors(position, line)
-    work = _work_on_nodes(line, contacts, own, position)
     for c in range(contacts.slave.size):
-        find_point(c, line, contacts, position)
+        find_point(c, law.step, line, contacts, position, velocity)
     spread_pressure(line, contacts, position)
     for c in range(contacts.slave.size):
         cells = contacts.cell[contacts.first_cell[c] : contacts.first_cell[c + 1]]
         burnt, gas, whole = around(cells, charge, eroded, slot, 0.0, 0.0)  # one rank sums in one order
         if contacts.off[c] == 0 and whole == 0.0:
             contacts.off[c] = 1
-        _press(c, law, line, contacts, min(burnt / cells.size, 1.0), gas / cells.size, position, mass)
+        _press(c, law, line, contacts, min(burnt / cells.size, 1.0), gas / cells.size, position, velocity, mass)
     for node in line.nodes:
         contacts.load[node] = 0.0
-        for i in range(3):
-            own[node, i] = 0.0
     for c in range(contacts.slave.size):
-        _share_force(c, line, contacts, own)
-    work += _work_on_nodes(line, contacts, own, position)
-    for node in line.nodes:
-        for i in range(3):
-            force[node, i] += share * own[node, i]
-            contacts.last_position[node, i] = position[node, i]
-    return work
+        _share_force(c, line, contacts, force)
 
 
 @block_kernel
-def _work_on_nodes(line: SlideLine, contacts: LineContacts, own: np.ndarray, position: np.ndarray) -> float:
-    """Half of the work (J) of the forces `own` (nodes, 3) in N on the displacements since the last step."""
-    work = 0.0
-    for node in line.nodes:
-        for i in range(3):
-            work += 0.5 * own[node, i] * (position[node, i] - contacts.last_position[node, i])
-    return work
-
-
-@block_kernel
-def _share_force(c: int, line: SlideLine, contacts: LineContacts, own: np.ndarray) -> None:
+def _share_force(c: int, line: SlideLine, contacts: LineContacts, force: np.ndarray) -> None:
     """Give a contact's force to its node and the opposite to the line: to each what the others lose."""
     node, edge = contacts.slave[c], contacts.face[c]
     for k in range(2):
@@ -99,15 +73,15 @@ def _share_force(c: int, line: SlideLine, contacts: LineContacts, own: np.ndarra
         if contacts.stiffness[c] > 0.0:
             for i in range(2):
                 part = contacts.weight[c, k] * contacts.force[c, i]
-                own[other, 2 * i] -= part
-                own[node, 2 * i] += part
+                force[other, 2 * i] -= part
+                force[node, 2 * i] += part
     if contacts.stiffness[c] > 0.0:
         for k in range(contacts.spread_count[c]):
             other = contacts.spread_over[c, k]
             for i in range(2):
                 part = contacts.spread[c, k] * contacts.pressing[c, i]
-                own[other, 2 * i] -= part
-                own[node, 2 * i] += part
+                force[other, 2 * i] -= part
+                force[node, 2 * i] += part
 
 
 @block_kernel
@@ -119,6 +93,7 @@ def _press(
     burnt: float,
     pressure: float,
     position: np.ndarray,
+    velocity: np.ndarray,
     mass: np.ndarray,
 ) -> None:
     """Force of a contact by its gap, its slip and the gas around its node; its energies."""
@@ -128,9 +103,9 @@ def _press(
     for k in range(2):
         other, weight = line.edges[edge, k], contacts.weight[c, k]
         inverse_mass += weight * max(contacts.load[other], weight) / mass[other]
-    ur, uz = moved(c, line, contacts, position)
+    vr, vz = relative_velocity(c, line, contacts, velocity)
     old_slip = contacts.slip[c]
-    slip = old_slip - ur * nz + uz * nr
+    slip = old_slip + law.step * (vz * nr - vr * nz)
     whole, gas, stiffness, kept, stored, heat, depth = slide(
         law,
         contacts.bonded[c] != 0,

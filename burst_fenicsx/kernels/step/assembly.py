@@ -9,6 +9,8 @@ from __future__ import annotations
 import numba
 import numpy as np
 
+from burst_fenicsx.kernels.axisymmetric import quadrilateral, ring_hourglass
+from burst_fenicsx.kernels.axisymmetric.quadrilateral import AxisymmetricState
 from burst_fenicsx.kernels.cells import charge as charge_cells
 from burst_fenicsx.kernels.cells import eight_points, hourglass, one_point
 from burst_fenicsx.kernels.cells import solid as solid_cells
@@ -22,6 +24,7 @@ from burst_fenicsx.problem import Part
 __all__ = [
     "FULL_QUADRATURE",
     "ONE_POINT",
+    "RINGS",
     "add_element_forces",
     "cell_volumes",
     "make_scratch",
@@ -29,13 +32,17 @@ __all__ = [
     "move_nodes",
 ]
 
-ONE_POINT, FULL_QUADRATURE = (1,), (2, 2, 2)
+ONE_POINT, RINGS, FULL_QUADRATURE = (1,), (1, 1), (2, 2, 2)
+"""Elements, told apart by the length of these, which is known while compiling: hexahedra, and rings with one point."""
+
 _LINE = 8  # doubles of a cache line, and of the widest vectors
 _PARTS = len(Part)  # rows of material parameters that each round has
 
 _advance_solid = make_block(one_point, hourglass, solid_cells)
 _advance_solid_full = make_block(eight_points, eight_points, solid_cells)
 _advance_charge = make_block(one_point, hourglass, charge_cells)
+_advance_solid_rings = make_block(quadrilateral, ring_hourglass, solid_cells)
+_advance_charge_rings = make_block(quadrilateral, ring_hourglass, charge_cells)
 
 
 def make_scratch(threads: int) -> np.ndarray:
@@ -55,7 +62,7 @@ def add_element_forces(
     step: float,
     time: float,
     min_level: int,
-    points: tuple[int, ...],
+    element: tuple[int, ...],
     nodes: Nodes,
     motion: Motion,
     moving: int,
@@ -63,6 +70,7 @@ def add_element_forces(
     schedule: Schedule,
     solid: SolidState,
     charge: ChargeState,
+    rings: AxisymmetricState | None,
     totals: Totals,
     scratch: np.ndarray,
 ) -> None:
@@ -83,12 +91,13 @@ def add_element_forces(
             step,
             time,
             min_level,
-            points,
+            element,
             nodes,
             grid,
             schedule,
             solid,
             charge,
+            rings,
             totals,
             scratch,
         )
@@ -108,12 +117,13 @@ def _run_chunks(
     step: float,
     time: float,
     min_level: int,
-    points: tuple[int, ...],
+    element: tuple[int, ...],
     nodes: Nodes,
     grid: Grid,
     schedule: Schedule,
     solid: SolidState,
     charge: ChargeState,
+    rings: AxisymmetricState | None,
     totals: Totals,
     scratch: np.ndarray,
 ) -> None:
@@ -126,7 +136,9 @@ def _run_chunks(
         first = _share_begins(thread, threads, chunks, schedule.active, min_level)
         last = _share_begins(thread + 1, threads, chunks, schedule.active, min_level)
         for k in range(first, last):
-            _run_chunk(chunks[k], step, time, min_level, points, nodes, grid, schedule, solid, charge, totals, work)
+            _run_chunk(
+                chunks[k], step, time, min_level, element, nodes, grid, schedule, solid, charge, rings, totals, work
+            )
 
 
 @kernel
@@ -153,12 +165,13 @@ def _run_chunk(
     step: float,
     time: float,
     min_level: int,
-    points: tuple[int, ...],
+    element: tuple[int, ...],
     nodes: Nodes,
     grid: Grid,
     schedule: Schedule,
     solid: SolidState,
     charge: ChargeState,
+    rings: AxisymmetricState | None,
     totals: Totals,
     work: np.ndarray,
 ) -> None:
@@ -173,9 +186,13 @@ def _run_chunk(
     for block in range(first, first + schedule.active[chunk, min_level, 0]):
         level = grid.level[block]
         share = 1.0 / (1 << level)
-        if len(points) == 1:  # known while compiling: the other branch is left out
+        if len(element) == 1:  # known while compiling: the other branches are left out
             _advance_solid(
                 block, share * step, time, share, nodes, grid, solid, None, solid.eroded, work, energy, limits
+            )
+        elif len(element) == 2:
+            _advance_solid_rings(
+                block, share * step, time, share, nodes, grid, solid, rings, solid.eroded, work, energy, limits
             )
         else:
             _advance_solid_full(
@@ -187,7 +204,14 @@ def _run_chunk(
         level = grid.level[block]
         share = 1.0 / (1 << level)
         work_before, heat_before = energy[3], energy[4]
-        _advance_charge(block, share * step, time, share, nodes, grid, charge, None, solid.eroded, work, energy, limits)
+        if len(element) == 2:
+            _advance_charge_rings(
+                block, share * step, time, share, nodes, grid, charge, rings, solid.eroded, work, energy, limits
+            )
+        else:
+            _advance_charge(
+                block, share * step, time, share, nodes, grid, charge, None, solid.eroded, work, energy, limits
+            )
         owner = grid.material[block] // _PARTS
         totals.released[chunk, owner, 0] += energy[3] - work_before
         totals.released[chunk, owner, 1] += energy[4] - heat_before
@@ -203,11 +227,11 @@ def move_nodes(
     moving: int,
     order: np.ndarray,
     levels: np.ndarray,
-    lower: np.ndarray,
+    has_coarser_cell: np.ndarray,
     inverse_mass: np.ndarray,
     velocity_step: float,
     step: float,
-    part: int,
+    substep: int,
     highest: int,
     force: np.ndarray,
     velocity: np.ndarray,
@@ -221,9 +245,9 @@ def move_nodes(
 
     Parameters
     ----------
-    moving : how many nodes move, the first in order. order, levels, lower, inverse_mass : as in `Motion`.
+    moving : how many nodes move, the first in order. order, levels, has_coarser_cell, inverse_mass : as in `Motion`.
     velocity_step : interval of the velocity update (s). step : macro step (s).
-    part : how many shortest steps, `step` / 2^highest, of the longest have gone by.
+    substep : how many shortest steps, `step` / 2^highest, of the macro step have gone by.
     force : (nodes, 3) N, the resultant of Eq. 2.
     velocity, position, mean : (nodes, 3) m/s, m and m/s, in place.
     """
@@ -237,9 +261,9 @@ def move_nodes(
         position[node, 0] += own * x
         position[node, 1] += own * y
         position[node, 2] += own * z
-        if lower[k]:
+        if has_coarser_cell[k]:
             # After the first of the two steps the mean is that step's velocity.
-            before = 0.5 * ((part >> (highest - level)) & 1)
+            before = 0.5 * ((substep >> (highest - level)) & 1)
             mean[node, 0] = (1.0 - before) * x + before * mean[node, 0]
             mean[node, 1] = (1.0 - before) * y + before * mean[node, 1]
             mean[node, 2] = (1.0 - before) * z + before * mean[node, 2]

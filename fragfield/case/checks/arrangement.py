@@ -7,7 +7,7 @@ from itertools import combinations
 from typing import TYPE_CHECKING
 
 from fragfield.case.conversion.surroundings import ground_height
-from fragfield.case.units.quantities import show
+from fragfield_base.inputs import show
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence

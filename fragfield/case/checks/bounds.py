@@ -1,24 +1,20 @@
-"""Physical bounds of every number of a case, with reasons: hard bounds refuse a value, soft ones warn.
+"""Bounds of every number of a case: hard ones refuse a value, soft ones warn; and keys that take no part.
 
-They stand in bounds.toml. A key has the bounds of its own, else those of its unit, else those of a pure number. Hard
-bounds are wide: beyond them the number is a slip of the pen or of a unit, or the program cannot compute it. Soft bounds
-are what is usual; what lies outside is computed and said in log, `check` and report.
+They stand at the inputs (`fragfield_base.inputs`). A key has the bounds of its own, else those of its unit, else those
+of a pure number.
 """
 
 from __future__ import annotations
 
 import math
 import re
-import tomllib
-from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pydantic import BaseModel
 
 from fragfield.case.messages import marks_of
-from fragfield.case.units.compound import Vector
-from fragfield.case.units.quantities import Quantity
+from fragfield_base.inputs import UNIT_BOUNDS, Bounds, Entries, OnlyWith, Quantity, QuantityOrFile, Vector, show
+from transition.settings import FILE
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -27,96 +23,65 @@ if TYPE_CHECKING:
 
     from fragfield.case.schema import Case
 
-__all__ = ["COUNTS", "KEYS", "UNITS", "Bounds", "bounds_of", "outside_hard", "outside_soft", "quantities_of"]
+__all__ = ["bounds_of", "not_read", "outside_hard", "outside_soft", "quantities_of"]
 
-
-@dataclass(frozen=True)
-class Bounds:
-    """What is possible (`low` to `high`) and what is usual (`usual`), in SI, with the reason."""
-
-    low: float
-    high: float
-    why: str
-    usual: tuple[float, float] | None = None
-
-
-_TABLES = tomllib.loads((Path(__file__).parent / "bounds.toml").read_text(encoding="utf-8"))
-
-
-def _bounds(table: str) -> dict[str, Bounds]:
-    return {
-        name: Bounds(found["low"], found["high"], found["why"], tuple(found["usual"]) if "usual" in found else None)
-        for name, found in _TABLES[table].items()
-    }
-
-
-UNITS = _bounds("units")
-"""By the SI unit of a quantity; every unit of the schema stands here."""
-KEYS = _bounds("keys")
-"""By key, without the numbers of list entries."""
-COUNTS: dict[str, tuple[int, str]] = {name: (found["most"], found["why"]) for name, found in _TABLES["counts"].items()}
-"""Entries that a list may have."""
-
-_NO_PURE = Bounds(-1e9, 1e9, "larger pure numbers have no meaning here")
 _TEXT = 500
 _DIRECTIONS = ("round.axis", "plane.normal", "witness.normal", "witness.up")
 _SHORTEST = 1e-6
+_SHOWN = 1e300  # larger whole numbers are no floats
 _NUMBER = re.compile(r"\[\d+\]")
 
 
-def quantities_of(table: BaseModel, above: str = "") -> Iterator[tuple[str, object, FieldInfo | None]]:
-    """Every value of a case that is no table, with its key (entries counted from 1) and its field."""
+def quantities_of(table: BaseModel, above: str = "") -> Iterator[tuple[str, object, FieldInfo]]:
+    """Every value of a case, with its key (entries counted from 1) and its field; of a list of tables the list too."""
     for name, field in type(table).model_fields.items():
         path = f"{above}.{name}" if above else name
         yield from _values(path, getattr(table, name), field)
 
 
-def _values(path: str, value: object, field: FieldInfo) -> Iterator[tuple[str, object, FieldInfo | None]]:
+def _values(path: str, value: object, field: FieldInfo) -> Iterator[tuple[str, object, FieldInfo]]:
     if isinstance(value, BaseModel):
         yield from quantities_of(value, path)
     elif isinstance(value, dict):
         return  # a profile, which `burst_fenicsx.geometry` reads
-    elif isinstance(value, (list, tuple)) and any(isinstance(entry, BaseModel) for entry in value):
-        yield path, len(value), None
-        for number, entry in enumerate(value, start=1):
-            yield from _values(f"{path}[{number}]", entry, field)
     elif value is not None:
         yield path, value, field
+        for number, entry in enumerate(value if isinstance(value, (list, tuple)) else (), start=1):
+            if isinstance(entry, BaseModel):
+                yield from quantities_of(entry, f"{path}[{number}]")
 
 
-def bounds_of(path: str, field: FieldInfo) -> Bounds | None:
-    """Bounds of a key; None where it is not numeric."""
-    key = _NUMBER.sub("", path)
-    if key in KEYS:
-        return KEYS[key]
+def _unit(field: FieldInfo) -> str:
     for mark in marks_of(field):
-        if isinstance(mark, Quantity):
-            return UNITS[mark.symbol]
-        if isinstance(mark, Vector):
-            return UNITS[mark.component.symbol] if mark.component is not None else _NO_PURE
-    return _NO_PURE
+        quantity = mark.component if isinstance(mark, Vector) else mark
+        if isinstance(quantity, Quantity):
+            return quantity.symbol
+    return ""
+
+
+def bounds_of(field: FieldInfo) -> Bounds:
+    """Bounds of a field, should it hold numbers."""
+    own = next((mark for mark in marks_of(field) if isinstance(mark, Bounds)), None)
+    return own or UNIT_BOUNDS[_unit(field)]
 
 
 def outside_hard(case: Case) -> Iterator[str]:
     """Faults: numbers, lists and texts that are impossible, as `key: found ...; allowed: ...`."""
     for path, value, field in quantities_of(case):
         key = _NUMBER.sub("", path)
-        entries = value if field is None else len(value) if isinstance(value, (list, tuple)) else 0
-        if key in COUNTS and isinstance(entries, int) and entries > COUNTS[key][0]:
-            most, why = COUNTS[key]
-            yield f"{path}: found {entries} entries; allowed: at most {most} ({why})"
-            continue
-        if field is None:
+        limit = next((mark for mark in marks_of(field) if isinstance(mark, Entries)), None)
+        if limit is not None and isinstance(value, (list, tuple)) and len(value) > limit.most:
+            yield f"{path}: found {len(value)} entries; allowed: at most {limit.most} ({limit.why})"
             continue
         if isinstance(value, str):
             if len(value) > _TEXT and key not in _LONG_TEXTS:
                 yield f"{path}: found a text of {len(value)} characters; allowed: at most {_TEXT}"
             continue
-        if (bounds := bounds_of(path, field)) is None:
-            continue
+        bounds, unit = bounds_of(field), _unit(field)
         for number in _numbers(value):
-            if not bounds.low <= number <= bounds.high:
-                yield f"{path}: found {_shown(number, field)}; allowed: {_range(bounds, field)} ({bounds.why})"
+            if not bounds.holds(number):
+                found = f"{number:g} {unit}".rstrip() if abs(number) < _SHOWN or math.isinf(number) else show(number)
+                yield f"{path}: found {found}; allowed: {bounds.words(unit)} ({bounds.why})"
                 break
         if key in _DIRECTIONS and 0.0 < math.hypot(*_numbers(value)) < _SHORTEST:
             yield f"{path}: found {list(_numbers(value))}; allowed: a direction, at least {_SHORTEST:g} long"
@@ -126,16 +91,14 @@ def outside_soft(case: Case) -> Iterator[str]:
     """Warnings: numbers that are unusual, each with what is usual and why."""
     seen = set()
     for path, value, field in quantities_of(case):
-        if field is None or isinstance(value, str):
-            continue
-        bounds = bounds_of(path, field)
-        if bounds is None or bounds.usual is None:
+        bounds, unit = bounds_of(field), _unit(field)
+        if bounds.usual is None:
             continue
         low, high = bounds.usual
         for number in _numbers(value):
             if not low <= number <= high:
-                usual = f"{low:g} to {_shown(high, field)}"
-                text = f"{_NUMBER.sub('', path)} = {_shown(number, field)}: unusual; usual: {usual} ({bounds.why})"
+                found, usual = f"{number:g} {unit}".rstrip(), f"{low:g} to {high:g} {unit}".rstrip()
+                text = f"{_NUMBER.sub('', path)} = {found}: unusual; usual: {usual} ({bounds.why})"
                 if text not in seen:
                     seen.add(text)
                     yield text
@@ -150,22 +113,25 @@ _LONG_TEXTS = (
 
 def _numbers(value: object) -> tuple[float, ...]:
     if isinstance(value, (list, tuple)):
-        return tuple(float(entry) for entry in value if isinstance(entry, (int, float)))
-    return (float(value),) if isinstance(value, (int, float)) and not isinstance(value, bool) else ()
+        return tuple(entry for entry in value if isinstance(entry, (int, float)))
+    return (value,) if isinstance(value, (int, float)) and not isinstance(value, bool) else ()
 
 
-def _unit(field: FieldInfo) -> str:
-    for mark in marks_of(field):
-        if isinstance(mark, Quantity):
-            return f" {mark.symbol}"
-        if isinstance(mark, Vector) and mark.component is not None:
-            return f" {mark.component.symbol}"
-    return ""
+def not_read(table: BaseModel, above: str = "") -> Iterator[tuple[str, str]]:
+    """Keys of a table, and of those in it, that another key of their table excludes.
+
+    Each with what is wrong with it: empty where it is allowed to stand there, or has its default.
+    """
+    for name, field in type(table).model_fields.items():
+        path, value = f"{above}.{name}" if above else name, getattr(table, name)
+        for mark in marks_of(field):
+            if isinstance(mark, OnlyWith) and not mark.holds(choice := _choice(table, mark.key)):
+                yield path, mark.words(choice) if mark.refused and value != field.default else ""
+        if isinstance(value, BaseModel):
+            yield from not_read(value, path)
 
 
-def _shown(number: float, field: FieldInfo) -> str:
-    return f"{number:g}{_unit(field)}"
-
-
-def _range(bounds: Bounds, field: FieldInfo) -> str:
-    return f"{bounds.low:g} to {_shown(bounds.high, field)}"
+def _choice(table: BaseModel, key: str) -> object:
+    value = getattr(table, key)
+    marks = marks_of(type(table).model_fields[key])
+    return FILE if any(isinstance(mark, QuantityOrFile) and mark.is_file(value) for mark in marks) else value

@@ -7,7 +7,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from fragfield.case.checks.arrangement import check_places, check_planes
-from fragfield.case.checks.bounds import outside_hard
+from fragfield.case.checks.bounds import not_read, outside_hard
 from fragfield.case.checks.expected_masses import check_expected
 from fragfield.case.checks.uncertain_inputs import check_uncertainty
 from fragfield.case.conversion.exposed_sites import check_exposed
@@ -16,7 +16,7 @@ from fragfield.case.conversion.stack import check_stack
 from fragfield.case.tables.flight import CylinderTable
 from fragfield.case.tables.official import check_official
 from fragfield.case.tables.round import ExplosiveTable
-from fragfield.case.units.quantities import show
+from fragfield_base.inputs import show
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -61,6 +61,7 @@ def check_case(case: Case, *, burst: bool = True) -> list[str]:
     for number, entry in enumerate(case.round, start=1):
         faults += _round(f"round[{number}]", entry)
     faults += check_stack(case)
+    faults += [f"{key}: {fault}" for key, fault in not_read(case) if fault]
     faults += _flight(case.flight)
     faults += _ground(case.flight.ground)
     faults += _together(case)
@@ -145,11 +146,6 @@ def _round(key: str, entry: RoundTable) -> Iterator[str]:
 
 
 def _break_up(break_up: BreakUpTable) -> Iterator[str]:
-    if break_up.strain_rate == "burst" and break_up.velocity_source == "gurney":
-        yield (
-            'break_up.strain_rate: found "burst" together with velocity_source = "gurney", which contradict each '
-            'other; allowed: "burst" with velocity_source = "burst", or "speed"'
-        )
     yield from _rising("break_up.segments", break_up.segments or [])
 
 
@@ -157,20 +153,13 @@ def _flight(flight: FlightTable) -> Iterator[str]:
     air, wind = flight.air, flight.wind
     if air.model == "constant" and air.density is None:
         yield 'flight.air.density: missing; model = "constant" needs it, for example density = "1.225 kg/m^3"'
-    if air.model == "standard" and air.density is not None:
-        yield 'flight.air.density: found with model = "standard"; allowed: only with model = "constant"'
-    columns = {"heights": wind.heights, "speeds": wind.speeds, "directions": wind.directions}
-    for key, column in columns.items():
-        if wind.model != "profile" and column is not None:
-            yield f'flight.wind.{key}: found with model = {show(wind.model)}; allowed: only with model = "profile"'
-        if wind.model == "profile" and (column is None or len(column) != len(wind.heights or [])):
+    for key in ("heights", "speeds", "directions") if wind.model == "profile" else ():
+        column = getattr(wind, key)
+        if column is None or len(column) != len(wind.heights or []):
             found = len(column or [])
             yield f'flight.wind.{key}: found {found} values; model = "profile" needs one for each height, at least 1'
     if flight.shape.model == "lognormal" and flight.shape.spread is None:
         yield 'flight.shape.spread: missing; model = "lognormal" needs it, for example spread = 0.2'
-    if flight.shape.model != "lognormal" and flight.shape.spread is not None:
-        model = show(flight.shape.model)
-        yield f'flight.shape.spread: found with model = {model}; allowed: only with model = "lognormal"'
     if wind.model == "profile":
         yield from _rising("flight.wind.heights", wind.heights or [])
 
@@ -181,12 +170,6 @@ def _ground(ground: GroundTable) -> Iterator[str]:
             f"flight.ground.height: found {ground.height:g} m together with a map; allowed: one of the two; "
             "datum shifts the map"
         )
-    for key in ("critical_angle_factor", "speed_kept_factor", "departure_factor", "roughness_factor"):
-        if ground.ricochet == "none" and getattr(ground, key) != 1.0:
-            yield f'flight.ground.{key}: found with ricochet = "none"; allowed: only with a kind of ground'
-    for key in ("site", "datum", "holes"):
-        if ground.map is None and getattr(ground, key) != type(ground).model_fields[key].default:
-            yield f"flight.ground.{key}: found without a map; allowed: only with map, the name of a file"
 
 
 def _together(case: Case) -> Iterator[str]:

@@ -6,12 +6,9 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from pydantic_core import PydanticCustomError
-
 from fragfield.case.messages import marks_of, tables_in
-from fragfield.case.units.compound import NumberOrWord, Vector
-from fragfield.case.units.quantities import Quantity, show
 from fragfield.errors import nearest
+from fragfield_base.inputs import NotAllowedError, NumberOrWord, Quantity, Vector, show
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -235,5 +232,5 @@ def _number(name: str, value: object, unit: str | None, *, words: bool = False) 
         return value
     try:
         return Quantity(unit, f"1 {unit}").parse(value)
-    except PydanticCustomError as error:
-        raise ValueError(f"{name}: {error.message()}") from None
+    except NotAllowedError as error:
+        raise ValueError(f"{name}: {error}") from None

@@ -6,6 +6,7 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fragfield.case.tables.base import values_of
 from fragfield.case.tables.round import CasingTable, ExplosiveTable
 
 if TYPE_CHECKING:
@@ -34,25 +35,15 @@ def settings_in(case: Case, geometry: Geometry) -> BurstSettings:
 
     table = case.burst
     assert table is not None  # checked when the case was loaded
+    values = values_of(table, BurstSettings) | {"geometry": geometry}
     return BurstSettings(
-        cell_size=table.cell_size,
-        geometry=geometry,
-        symmetry=table.symmetry,
-        quadrature=table.quadrature,
-        products=table.products,
-        burn=table.burn,
-        end_time=table.end_time,
-        acceleration_tolerance=table.acceleration_tolerance,
-        acceleration_window=table.acceleration_window,
-        time_limit=table.time_limit,
+        **values,
         output_interval=table.output.interval,
         nodal_stress=table.output.nodal_stress,
-        energy_tolerance=table.energy_tolerance,
-        damping=table.damping,
-        time_step=TimeStep(**table.time_step.model_dump()),
-        leakage=Leakage(**table.leakage.model_dump()),
-        viscosity=Viscosity(**table.viscosity.model_dump()),
-        hourglass=Hourglass(**table.hourglass.model_dump()),
+        time_step=TimeStep(**values_of(table.time_step, TimeStep)),
+        leakage=Leakage(**values_of(table.leakage, Leakage)),
+        viscosity=Viscosity(**values_of(table.viscosity, Viscosity)),
+        hourglass=Hourglass(**values_of(table.hourglass, Hourglass)),
         contact=_contact(table.contact),
         planes=tuple(rigid_plane(entry) for entry in case.plane),
     )

@@ -12,7 +12,7 @@ from fragfield.case.conversion.site import bearing_of, site_of
 from fragfield.case.conversion.surroundings import ground_height
 from fragfield.case.tables.exposed import AreaTable, ExposedBuildingTable, PersonTable, RoadTable
 from fragfield.case.tables.ground import BuildingTable, WallTable
-from fragfield.case.units.quantities import show
+from fragfield_base.inputs import show
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

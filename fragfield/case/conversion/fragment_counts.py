@@ -25,8 +25,8 @@ from flight.arena import ArenaTable
 from flight.errors import InputError as FlightInputError
 from flight.files.text_tables import read_columns
 from fragfield.case.tables.break_up import FragmentCountsTable
-from fragfield.case.units.quantities import with_unit
 from fragfield.errors import InputError, nearest
+from fragfield_base.inputs import with_unit
 from fragfield_base.reading import read_text
 from transition.errors import InputError as BreakUpInputError
 from transition.law.fragment_counts import FragmentCounts

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from fragfield.case.units.quantities import show
 from fragfield.errors import nearest
+from fragfield_base.inputs import show
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -54,7 +54,7 @@ def break_up_settings(case: Case) -> BreakUpSettings:
         values["mean_mass"] = counts_of(case.break_up.counts)
     if values["segments"] is not None:
         values["segments"] = tuple(values["segments"])
-    return BreakUpSettings(**values, shape_factor=case.flight.shape_factor, random_turn=is_axisymmetric(case))
+    return BreakUpSettings(**values, shape_factor=case.flight.shape_factor, random_roll=is_axisymmetric(case))
 
 
 def flight_arguments(case: Case) -> dict[str, Any]:

@@ -1,10 +1,21 @@
-"""Base of all tables of a case file: strict types, no unknown keys, immutable."""
+"""Base of all tables of a case file: strict types, no unknown keys, immutable.
+
+A table whose keys are those of a stage's dataclass inherits from it: defaults, units, bounds and meanings of the keys
+stand there, once.
+"""
 
 from __future__ import annotations
 
+import ast
+import inspect
+import textwrap
+from dataclasses import is_dataclass
+from functools import cache
+from typing import Any, ClassVar
+
 from pydantic import BaseModel, ConfigDict, Discriminator
 
-__all__ = ["Table", "by_kind", "name_or_table"]
+__all__ = ["Table", "by_kind", "name_or_table", "values_of"]
 
 
 class Table(BaseModel):
@@ -13,6 +24,48 @@ class Table(BaseModel):
     model_config = ConfigDict(
         extra="forbid", strict=True, frozen=True, use_attribute_docstrings=True, validate_default=False
     )
+    ORDER: ClassVar[tuple[str, ...]] = ()
+    """The first keys in the order of the file, where it is not that of the stage's dataclass."""
+    NO_KEYS: ClassVar[tuple[str, ...]] = ()
+    """Fields of the stage's dataclass that are no keys."""
+
+    @classmethod
+    def __pydantic_init_subclass__(cls, **_: Any) -> None:
+        """Take the meanings of inherited keys from the stage's dataclass."""
+        stages = [base for base in cls.__mro__ if is_dataclass(base) and not issubclass(base, BaseModel)]
+        if not stages:
+            return
+        fields = cls.__pydantic_fields__
+        for stage in stages:
+            for name, meaning in _meanings(stage).items():
+                if name in fields and fields[name].description is None:
+                    fields[name].description = meaning
+        ordered = dict.fromkeys([*cls.ORDER, *fields])
+        cls.__pydantic_fields__ = {name: fields[name] for name in ordered if name not in cls.NO_KEYS}
+        cls.model_rebuild(force=True)
+
+
+@cache
+def _meanings(stage: type) -> dict[str, str]:
+    """Docstrings of the fields of a dataclass."""
+    (body,) = ast.parse(textwrap.dedent(inspect.getsource(stage))).body
+    assert isinstance(body, ast.ClassDef)
+    return {
+        field.target.id: inspect.cleandoc(text.value.value)
+        for field, text in zip(body.body, body.body[1:], strict=False)
+        if isinstance(field, ast.AnnAssign)
+        and isinstance(field.target, ast.Name)
+        and isinstance(text, ast.Expr)
+        and isinstance(text.value, ast.Constant)
+        and isinstance(text.value.value, str)
+    }
+
+
+def values_of(table: Table, stage: type) -> dict[str, Any]:
+    """Those keys of a table that a stage's dataclass has, with their values; tables within it are left out."""
+    names = stage.__dataclass_fields__ if is_dataclass(stage) else {}
+    values = {name: getattr(table, name) for name in names if name in type(table).model_fields}
+    return {name: value for name, value in values.items() if not isinstance(value, BaseModel)}
 
 
 def name_or_table(value: object) -> str:

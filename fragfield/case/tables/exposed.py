@@ -8,9 +8,7 @@ from typing import Annotated, Literal
 from pydantic import Field, Tag
 
 from fragfield.case.tables.base import Table, by_kind
-from fragfield.case.units.compound import Vector
-from fragfield.case.units.kinds import Angle, ArealDensity, Energy, Length, Offset, PositiveLength
-from fragfield.case.units.quantities import Quantity, degrees
+from fragfield_base.inputs import Angle, ArealDensity, Energy, Length, Offset, PositiveLength, Quantity, Vector, degrees
 
 __all__ = ["AreaTable", "BarrierTable", "ExposedBuildingTable", "ExposedTable", "PersonTable", "RoadTable"]
 

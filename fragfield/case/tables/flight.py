@@ -7,23 +7,31 @@ from typing import Annotated, Literal
 from pydantic import Discriminator, Field, Tag
 
 from flight.constants import STANDARD_GRAVITY
+from flight.hazard.criteria import Criteria
+from flight.integrate.contact import Contact
+from flight.integrate.integrator import Adaptive
 from fragfield.case.tables.base import Table, by_kind, name_or_table
-from fragfield.case.tables.ground import GroundTable
-from fragfield.case.units.kinds import (
+from fragfield.case.tables.ground import GroundTable, Size
+from fragfield_base.inputs import (
     Angle,
     ArealDensity,
+    Bounds,
     Density,
     Direction,
     Energy,
+    Entries,
     FrictionAngle,
     Length,
     Offset,
+    OnlyWith,
     Position,
     PositiveLength,
+    Quantity,
     Speed,
     Time,
+    degrees,
 )
-from fragfield.case.units.quantities import Quantity, degrees
+from transition.settings import SHAPE_FACTOR, BreakUpSettings
 
 __all__ = [
     "AirTable",
@@ -41,9 +49,6 @@ __all__ = [
 ]
 
 
-PositiveNumber = Annotated[float, Field(gt=0.0)]
-
-
 def _name_or_number(value: object) -> str:
     return "<name>" if isinstance(value, str) else "<number>"
 
@@ -53,12 +58,28 @@ class AirTable(Table):
 
     model: Literal["standard", "constant"] = "standard"
     """The US Standard Atmosphere 1976, or one density everywhere."""
-    altitude: Length = 0.0
+    altitude: Annotated[
+        Length,
+        Bounds(-500.0, 8e4, "the atmosphere is tabulated up to 84.9 km", usual=(-500.0, 6000.0)),
+        OnlyWith("model", ("standard",)),
+    ] = 0.0
     """Altitude of z = 0 above sea level, for model = "standard"."""
-    density: Annotated[float | None, Quantity("kg/m^3", "1.225 kg/m^3", minimum=0.0)] = None
+    density: Annotated[
+        float | None,
+        Quantity("kg/m^3", "1.225 kg/m^3", minimum=0.0),
+        Bounds(0.0, 1000.0, "denser than water", usual=(0.0, 2.0)),
+        OnlyWith("model", ("constant",), refused=True),
+    ] = None
     """For model = "constant"; 0 is a vacuum."""
-    sound_speed: Speed = 340.294
+    sound_speed: Annotated[
+        Speed, Bounds(10.0, 1e4, "speeds of sound of gases", usual=(250.0, 400.0)), OnlyWith("model", ("constant",))
+    ] = 340.294
     """For model = "constant"."""
+
+
+_POWER_LAW = OnlyWith("model", ("power_law",))
+_NO_PROFILE = OnlyWith("model", ("constant", "power_law"))
+_PROFILE = OnlyWith("model", ("profile",), refused=True)
 
 
 class WindTable(Table):
@@ -66,19 +87,30 @@ class WindTable(Table):
 
     model: Literal["constant", "power_law", "profile"] = "constant"
     """The same at all heights, growing with height, or given at heights."""
-    speed: Annotated[float, Quantity("m/s", "5 m/s", minimum=0.0)] = 0.0
+    speed: Annotated[
+        float,
+        Quantity("m/s", "5 m/s", minimum=0.0),
+        Bounds(0.0, 200.0, "no wind at the ground is faster", usual=(0.0, 40.0)),
+        _NO_PROFILE,
+    ] = 0.0
     """Speed; for model = "power_law" the one at `reference_height`."""
-    towards: Angle = 0.0
+    towards: Annotated[Angle, _NO_PROFILE] = 0.0
     """Azimuth that the wind blows towards, from +x counter-clockwise."""
-    reference_height: PositiveLength = 10.0
+    reference_height: Annotated[PositiveLength, Bounds(0.01, 1e4, "heights of anemometers"), _POWER_LAW] = 10.0
     """For model = "power_law"."""
-    exponent: float = Field(default=1.0 / 7.0, gt=0.0, lt=1.0)
+    exponent: Annotated[
+        float, Bounds(0.0, 1.0, "winds grow slower than heights", above=True, below=True), _POWER_LAW
+    ] = 1.0 / 7.0
     """For model = "power_law"."""
-    heights: list[Length] | None = None
+    heights: Annotated[list[Length] | None, Entries(10000, "heights of a sounding"), _PROFILE] = None
     """For model = "profile": heights z, rising."""
-    speeds: list[Annotated[float, Quantity("m/s", "5 m/s", minimum=0.0)]] | None = None
+    speeds: Annotated[
+        list[Annotated[float, Quantity("m/s", "5 m/s", minimum=0.0)]] | None,
+        Bounds(0.0, 200.0, "no wind up to 20 km is faster", usual=(0.0, 100.0)),
+        _PROFILE,
+    ] = None
     """For model = "profile": one speed for each height."""
-    directions: list[Angle] | None = None
+    directions: Annotated[list[Angle] | None, _PROFILE] = None
     """For model = "profile": one azimuth for each height."""
 
 
@@ -87,10 +119,17 @@ class IntegratorTable(Table):
 
     method: Literal["adaptive", "fixed"] = "adaptive"
     """Embedded Runge-Kutta with a step of its own for every fragment, or a fixed step."""
-    tolerance: float = Field(default=3e-8, ge=1e-14, le=1e-2)
+    tolerance: Annotated[
+        float, Bounds(1e-14, 1e-2, "between the digits of a number and a per cent"), OnlyWith("method", ("adaptive",))
+    ] = Adaptive.tolerance
     """Relative error of a step, for method = "adaptive"; 3e-8 keeps a range within 1e-6 of itself, 1e-6 within 4e-5."""
-    step: Time = 1e-4
+    step: Annotated[
+        Time, Bounds(1e-8, 1.0, "a fragment stops within seconds", usual=(1e-6, 0.01)), OnlyWith("method", ("fixed",))
+    ] = 1e-4
     """For method = "fixed" (the paper: 0.1 ms)."""
+
+
+_BOX = OnlyWith("model", ("box",))
 
 
 class ShapeTable(Table):
@@ -98,28 +137,34 @@ class ShapeTable(Table):
 
     model: Literal["mean", "lognormal", "box"] = "mean"
     """The mean area by `flight.shape_factor`, factors drawn about it, or boxes."""
-    spread: float | None = Field(default=None, ge=0.0, le=2.0)
+    spread: Annotated[
+        float | None, Bounds(0.0, 2.0, "a logarithm"), OnlyWith("model", ("lognormal",), refused=True)
+    ] = None
     """For model = "lognormal": standard deviation of the logarithm of the factor; an assumption, no law is known."""
-    ratios: list[PositiveNumber] = Field(default=[5.0, 2.0, 1.0], min_length=3, max_length=3)
+    ratios: Annotated[list[float], Bounds(1e-3, 1000.0, "ratios of edges, not of atoms", usual=(0.1, 50.0)), _BOX] = (
+        Field(default=[5.0, 2.0, 1.0], min_length=3, max_length=3)
+    )
     """For model = "box": ratios of the edges."""
-    orientation: Literal["tumbling", "fixed"] = "tumbling"
+    orientation: Annotated[Literal["tumbling", "fixed"], _BOX] = "tumbling"
     """For model = "box": the mean over all orientations, or one for each fragment that it keeps."""
-    density: Density = 7800.0
+    density: Annotated[Density, Bounds(100.0, 2.5e4, "densities of casings", usual=(1000.0, 2e4)), _BOX] = 7800.0
     """For model = "box": of the casing."""
 
 
 class CollisionsTable(Table):
     """Contact between fragments of different rounds in the first metres, where their clouds cross."""
 
-    density: Density = 7850.0
+    density: Annotated[Density, Bounds(100.0, 2.5e4, "densities of casings", usual=(1000.0, 2e4))] = Contact.density
     """Of the casing, for spheres of the fragments' volume."""
-    restitution: float = Field(default=0.3, ge=0.0, le=1.0)
+    restitution: Annotated[float, Bounds(0.0, 1.0, "nothing rebounds faster than it came")] = Contact.restitution
     """Speed of separation over speed of closing."""
-    friction_angle: FrictionAngle = degrees(20.0)
+    friction_angle: FrictionAngle = degrees(Contact.friction_angle_deg)
     """Of fragment on fragment."""
-    distance: PositiveLength = 5.0
+    distance: Annotated[
+        PositiveLength, Bounds(1e-3, 200.0, "beyond it fragments are too far apart to meet", usual=(0.1, 50.0))
+    ] = Contact.distance
     """From its launch up to which a fragment takes part."""
-    time_limit: Time = 1.0
+    time_limit: Time = Contact.time_limit
     """Up to which contact is looked for."""
 
 
@@ -128,15 +173,21 @@ class FlightTable(Table):
 
     air: AirTable = AirTable()
     wind: WindTable = WindTable()
-    gravity: Annotated[float, Quantity("m/s^2", "9.80665 m/s^2", minimum=0.0)] = STANDARD_GRAVITY
+    gravity: Annotated[
+        float,
+        Quantity("m/s^2", "9.80665 m/s^2", minimum=0.0),
+        Bounds(0.0, 100.0, "ten times the Earth's", usual=(0.0, 9.9)),
+    ] = STANDARD_GRAVITY
     """Downward acceleration."""
     drag: Annotated[
-        Annotated[str, Tag("<name>")] | Annotated[float, Tag("<number>")], Discriminator(_name_or_number)
+        Annotated[str, Tag("<name>")] | Annotated[float, Tag("<number>")],
+        Discriminator(_name_or_number),
+        Bounds(0.0, 100.0, "coefficients of bodies lie below 3", usual=(0.0, 3.0)),
     ] = "shell_fragment"
     """Drag coefficient over the Mach number: a built-in table, a .csv file, or a constant coefficient."""
-    drag_factor: float = Field(default=1.0, gt=0.0)
+    drag_factor: Annotated[float, Bounds(1e-3, 1000.0, "factors on a measured coefficient", usual=(0.5, 2.0))] = 1.0
     """Factor on the drag coefficient at every Mach number, for studies of its uncertainty."""
-    shape_factor: Density = 2600.0
+    shape_factor: Annotated[Density, SHAPE_FACTOR] = BreakUpSettings.shape_factor
     """k in the presented area (m / k)^(2/3): 2600 kg/m3 forged-steel shells, 3147 the 5:2:1 box."""
     shape: ShapeTable = ShapeTable()
     collisions: Annotated[
@@ -149,11 +200,11 @@ class FlightTable(Table):
     numbers scaled to the casing, or flown as given whatever was recovered."""
     ground: GroundTable = GroundTable()
     integrator: IntegratorTable = IntegratorTable()
-    time_limit: Time = 3600.0
+    time_limit: Annotated[Time, Bounds(1e-6, 1e5, "no flight lasts a day")] = 3600.0
     """End of every flight."""
     origin: Offset = (0.0, 0.0)
     """x and y of the position from which distances and azimuths on the ground are counted."""
-    trajectories: int = Field(default=200, ge=0)
+    trajectories: Annotated[int, Bounds(0, 100000, "ParaView shows no more")] = 200
     """Number of trajectories kept for ParaView, spread over the fragments."""
 
 
@@ -164,7 +215,7 @@ class CylinderTable(Table):
     """A name of its own."""
     kind: Literal["cylinder"] = "cylinder"
     """A vertical cylinder."""
-    radius: PositiveLength
+    radius: Annotated[PositiveLength, Bounds(1e-3, 1e5, "no fragment flies as far as 100 km")]
     """Radius."""
     centre: Offset = (0.0, 0.0)
     """x and y of its axis."""
@@ -185,9 +236,9 @@ class PanelTable(Table):
     """Its centre."""
     normal: Direction
     """Its normal."""
-    width: PositiveLength
+    width: Size
     """Across `up`."""
-    height: PositiveLength
+    height: Size
     """Along `up`."""
     up: Direction = (0.0, 0.0, 1.0)
     """Direction of its height."""
@@ -200,7 +251,7 @@ class PolygonTable(Table):
     """A name of its own."""
     kind: Literal["polygon"]
     """A plane polygon, convex or not."""
-    corners: list[Position] = Field(min_length=3)
+    corners: Annotated[list[Position], Entries(1000, "corners of a panel")] = Field(min_length=3)
     """Its corners in order."""
 
 
@@ -217,33 +268,47 @@ class StackRuleTable(Table):
 
     cover: Literal["open", "earth"] = "open"
     """Open stack, 0.9 of the rounds on a side and 0.1 of those on top; under earth cover 0.7 and 0.1."""
-    side: int | None = Field(default=None, ge=0)
+    side: Annotated[int | None, Bounds(0, 1e6, "rounds of a stack")] = None
     """Rounds on the side that faces the position; left out: on the fullest side, counted from their positions."""
-    top: int | None = Field(default=None, ge=0)
+    top: Annotated[int | None, Bounds(0, 1e6, "rounds of a stack")] = None
     """Rounds in the top layer; left out: counted from their positions."""
 
 
 class HazardTable(Table):
     """What counts as hazardous."""
 
-    energy: Energy = 79.0
+    energy: Annotated[Energy, Bounds(1e-3, 1e8, "79 J injures; a car at full speed has 1 MJ", usual=(1.0, 1e5))] = (
+        Criteria.energy
+    )
     """A fragment with this energy or more at impact is hazardous (58 ft lb)."""
-    density: ArealDensity = 1.0 / 55.7
+    density: Annotated[
+        ArealDensity, Bounds(1e-9, 1e4, "acceptable densities lie near one on 56 m^2", usual=(1e-4, 1.0))
+    ] = Criteria.density
     """Acceptable number of hazardous fragments per area (one per 600 ft2)."""
-    sectors: int = Field(default=72, ge=1)
+    sectors: Annotated[int, Bounds(1, 3600, "sectors narrower than 0.1 degree hold no fragments")] = 72
     """Azimuth sectors; 72 are 5 degrees each, the first centred on +x."""
-    distance_cell: PositiveLength = 10.0
+    distance_cell: Annotated[
+        PositiveLength, Bounds(0.01, 1e4, "cells below 1 cm hold no fragments", usual=(0.5, 100.0))
+    ] = 10.0
     """The density is counted in cells a tenth as wide, or of 2 % of their distance where that is wider."""
-    kernel: Annotated[float, Quantity("rad", "10 deg", above=0.0, maximum=3.2)] = degrees(10.0)
+    kernel: Annotated[
+        float,
+        Quantity("rad", "10 deg", above=0.0, maximum=3.2),
+        Bounds(1e-3, 3.2, "narrower than any jet holds fragments", usual=(0.02, 3.2)),
+    ] = degrees(10.0)
     """Half-width of the raised cosine that smooths the density over azimuth where directions differ: narrower than the
     jets between neighbouring rounds (about 10 degrees to either side), wide enough to hold many fragments."""
     tolerance: float = Field(default=0.02, gt=0.0, lt=1.0)
     """Realisations are added until standard error and bias bound of the hazard distance are below this part of it."""
     max_realisations: int = Field(default=500, ge=1, le=100_000)
     """Realisations beyond which none are added; break_up.realisations is the fewest."""
-    person_area: Annotated[float, Quantity("m^2", "0.58 m^2", above=0.0)] = 0.58
+    person_area: Annotated[
+        float, Quantity("m^2", "0.58 m^2", above=0.0), Bounds(1e-3, 100.0, "areas of persons", usual=(0.1, 2.0))
+    ] = Criteria.person_area
     """Area of a person that a fragment may hit."""
-    person_height: Annotated[float, Quantity("m", "1.8 m", minimum=0.0)] = 1.8
+    person_height: Annotated[
+        float, Quantity("m", "1.8 m", minimum=0.0), Bounds(0.0, 10.0, "heights of persons", usual=(0.0, 2.5))
+    ] = Criteria.person_height
     """Height of a person: a fragment passing lower may hit."""
     stack_rule: StackRuleTable = StackRuleTable()
     """How the rule of DDESB TP-12 counts the rounds of a stack."""

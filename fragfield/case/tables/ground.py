@@ -7,36 +7,61 @@ from typing import Annotated, Literal
 from pydantic import Field, Tag
 
 from fragfield.case.tables.base import Table, by_kind
-from fragfield.case.units.kinds import Angle, Length, Offset, PositiveLength
-from fragfield.case.units.quantities import Quantity
+from fragfield_base.inputs import Angle, Bounds, Length, Offset, OnlyWith, PositiveLength, Quantity
 
-__all__ = ["BarricadeTable", "BuildingTable", "GroundTable", "ObstacleTable", "WallTable"]
+__all__ = ["BarricadeTable", "BuildingTable", "GroundTable", "ObstacleTable", "Size", "WallTable"]
 
 Surface = Literal["soft_soil", "hard_soil", "sand", "rock", "concrete", "asphalt", "water", "none"]
+
+_STANDING = "obstacles, panels and buildings are smaller than 10 km and larger than 1 mm"
+Size = Annotated[PositiveLength, Bounds(1e-3, 1e4, _STANDING)]
+Thickness = Annotated[PositiveLength, Bounds(1e-3, 1e3, _STANDING)]
+_MAP = OnlyWith("map", without=(None,), refused=True)
+_RICOCHET = OnlyWith("ricochet", without=("none",), refused=True)
 
 
 class GroundTable(Table):
     """The ground: flat, or a map of heights."""
 
-    height: Length = 0.0
+    height: Annotated[Length, Bounds(-1e4, 1e4, "heights on Earth"), OnlyWith("map", (None,))] = 0.0
     """z of flat ground; a casing that the burst drives below it starts its flight on it."""
     map: str | None = None
     """A map of heights instead of flat ground: an ESRI ASCII grid (.asc) or a GeoTIFF (.tif), +x east and +y north."""
-    site: Offset = (0.0, 0.0)
+    site: Annotated[Offset, Bounds(-1e8, 1e8, "eastings and northings of any grid on Earth"), _MAP] = (0.0, 0.0)
     """Easting and northing, on the map, of x = y = 0."""
-    datum: Annotated[float | str, Quantity("m", "120 m", words=("site",))] = "site"
+    datum: Annotated[
+        float | str, Quantity("m", "120 m", words=("site",)), Bounds(-1.2e4, 1e4, "heights on Earth"), _MAP
+    ] = "site"
     """Height, on the map, of z = 0; "site": the map's height there, so that the ground at x = y = 0 is z = 0."""
-    holes: Literal["refuse", "neighbours"] = "refuse"
+    holes: Annotated[Literal["refuse", "neighbours"], _MAP] = "refuse"
     """Nodes of the map without a height: an error, or filled from their neighbours and counted in a warning."""
     ricochet: Surface = "soft_soil"
     """Kind of ground, off which fragments ricochet at grazing angles; "none": they stay where they land."""
-    critical_angle_factor: float = Field(default=1.0, gt=0.0, le=10.0)
+    critical_angle_factor: Annotated[
+        float,
+        Bounds(
+            0.01, 10.0, "the range of critical angles of ricochet is 0.7 to 1.8 times the table's", usual=(0.7, 1.8)
+        ),
+        _RICOCHET,
+    ] = 1.0
     """Factor on the largest angle at which fragments ricochet off this kind of ground; 0.7 to 1.8 is its range."""
-    speed_kept_factor: float = Field(default=1.0, gt=0.0, le=10.0)
+    speed_kept_factor: Annotated[
+        float,
+        Bounds(0.01, 10.0, "the range of the share of speed kept is 0.65 to 1.3 times the table's", usual=(0.65, 1.3)),
+        _RICOCHET,
+    ] = 1.0
     """Factor on the share of speed that is kept at that angle; 0.65 to 1.3 is its range."""
-    departure_factor: float = Field(default=1.0, gt=0.0, le=10.0)
+    departure_factor: Annotated[
+        float,
+        Bounds(0.01, 10.0, "the range of the angle of departure is 0.5 to 1.5 times the table's", usual=(0.5, 1.5)),
+        _RICOCHET,
+    ] = 1.0
     """Factor on the angle of departure over the angle of impact; 0.5 to 1.5 is its range."""
-    roughness_factor: float = Field(default=1.0, ge=0.0, le=10.0)
+    roughness_factor: Annotated[
+        float,
+        Bounds(0.0, 10.0, "the range of the ground's roughness is 0.25 to 2 times the table's", usual=(0.0, 2.0)),
+        _RICOCHET,
+    ] = 1.0
     """Factor on the standard deviation of the ground's slopes, at which fragments graze it; 0.25 to 2 is its range."""
 
 
@@ -60,9 +85,9 @@ class WallTable(_StandingTable):
     """x and y of one end of its centre line."""
     end: Offset
     """x and y of the other end; left and right are as seen from start to end."""
-    height: PositiveLength
+    height: Size
     """Height."""
-    thickness: PositiveLength = 0.2
+    thickness: Thickness = 0.2
     """Thickness."""
 
 
@@ -75,11 +100,11 @@ class BarricadeTable(_StandingTable):
     """x and y of one end of its crest."""
     end: Offset
     """x and y of the other end; left and right are as seen from start to end."""
-    height: PositiveLength
+    height: Size
     """Height of the crest."""
-    crest_width: PositiveLength = 1.0
+    crest_width: Thickness = 1.0
     """Width of the crest."""
-    slope: float = Field(default=2.0, ge=0.0)
+    slope: Annotated[float, Bounds(0.0, 1e3, "flatter than any bank")] = 2.0
     """How far the sides run out for each unit of height."""
 
 
@@ -90,11 +115,11 @@ class BuildingTable(_StandingTable):
     """A box; hits are counted on its four walls and its roof."""
     centre: Offset
     """x and y of the centre of its plan."""
-    length: PositiveLength
+    length: Size
     """Along `azimuth`."""
-    width: PositiveLength
+    width: Size
     """Across `azimuth`."""
-    height: PositiveLength
+    height: Size
     """Height."""
     azimuth: Angle = 0.0
     """Direction of its length, from +x counter-clockwise; the front looks there."""

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 from pydantic import Field
 
 from fragfield.case.tables.base import Table
-from fragfield.case.units.quantities import Quantity
+from fragfield_base.inputs import Quantity
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

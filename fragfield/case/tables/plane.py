@@ -8,8 +8,7 @@ from typing import Literal
 from pydantic import Field
 
 from fragfield.case.tables.base import Table
-from fragfield.case.units.kinds import Direction, FrictionAngle, Length, Position
-from fragfield.case.units.quantities import degrees
+from fragfield_base.inputs import Direction, FrictionAngle, Length, Position, degrees
 
 __all__ = ["PlaneTable", "resolved_plane"]
 

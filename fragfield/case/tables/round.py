@@ -7,20 +7,19 @@ from typing import Annotated, Any
 
 from pydantic import Discriminator, Field, Tag
 
+from burst_fenicsx.problem import CasingMaterial, Explosive, IgnitionPoint, JonesWilkinsLee, Round, ShockInitiation
 from fragfield.case.tables.base import Table, name_or_table
-from fragfield.case.units.compound import NumberOrWord
-from fragfield.case.units.kinds import (
+from fragfield_base.inputs import (
     Angle,
-    Density,
+    Bounds,
     Direction,
-    EnergyPerMass,
-    EnergyRange,
+    Entries,
+    NumberOrWord,
     Offset,
     Position,
-    Pressure,
-    Speed,
+    PositivePressure,
+    Quantity,
 )
-from fragfield.case.units.quantities import Quantity
 
 __all__ = [
     "CasingTable",
@@ -33,12 +32,13 @@ __all__ = [
     "StandsOn",
 ]
 
-PositivePressure = Annotated[float, Quantity("Pa", "3.5 GPa", above=0.0)]
 Attitude = Annotated[
     float | str | None, Quantity("rad", "30 deg", minimum=0.0, maximum=math.pi, words=("upright", "lying", "any"))
 ]
 StandsOn = Annotated[float | str | None, Quantity("m", "0 m", words=("ground",))]
-SofteningStrain = Annotated[float | str, NumberOrWord(("none",), 0.5)]
+SofteningStrain = Annotated[
+    float | str, NumberOrWord(("none",), 0.5), Bounds(1e-4, 1e3, "strains at rupture", usual=(0.01, 10.0))
+]
 
 
 ProfileValue = Annotated[
@@ -46,97 +46,64 @@ ProfileValue = Annotated[
 ]
 
 
-class JwlTable(Table):
+class JwlTable(Table, JonesWilkinsLee):
     """Constants of the law of Jones, Wilkins and Lee: P over the relative volume V, with its own energy E."""
 
-    A: PositivePressure
-    """Pressure of the first exponential."""
-    B: Annotated[float, Quantity("Pa", "3.231 GPa")]
-    """Pressure of the second exponential."""
-    R1: float = Field(gt=0.0)
-    """Rate of the first exponential."""
-    R2: float = Field(gt=0.0)
-    """Rate of the second exponential."""
-    omega: float = Field(gt=0.0)
-    """Gruneisen coefficient."""
-    E0: Annotated[float, Quantity("J/m^3", "7 GJ/m^3", above=0.0)]
-    """Energy per initial volume."""
 
-
-class ExplosiveTable(Table):
+class ExplosiveTable(Table, Explosive):
     """An explosive with its constants."""
 
-    name: str
-    """What outputs call it."""
-    density: Density
-    """Density of the charge."""
-    detonation_velocity: Speed
-    """Speed D of the steady detonation front."""
-    heat_of_detonation: EnergyPerMass
-    """Heat Q of detonation; the Landau models need more than D^2 / 16."""
-    sound_speed: Speed
-    """Bulk sound speed of the unreacted charge: c0 of its shocks, U = c0 + s u."""
-    hugoniot_slope: float = 1.9
-    """s of the same; published fits have 1.4 to 2.2."""
-    shear_modulus: PositivePressure = 3.5e9
-    """Of the unreacted charge."""
-    shear_strength: Pressure = 5.0e7
-    """Of the unreacted charge."""
     jwl: JwlTable | None = None
     """Constants for products = "jwl"."""
-    source: str = ""
-    """Where the constants come from."""
-    critical_energy: EnergyRange | None = None
-    """Smallest and largest published energy per area of a plane shock that initiates it."""
-    critical_energy_source: str = ""
-    """Where they come from."""
 
 
-class CasingTable(Table):
+class CasingTable(Table, CasingMaterial):
     """A casing material: Tresca with linear softening and tension cut-off (Eqs. 8-11)."""
 
-    name: str
-    """What outputs call it."""
-    density: Density
-    """Density."""
-    elastic_modulus: PositivePressure
-    """Young's modulus."""
-    poisson_ratio: float = Field(gt=-1.0, lt=0.5)
-    """Poisson's ratio."""
-    shear_strength: PositivePressure
-    """Half the yield stress of a tensile test (tau_c)."""
-    tensile_strength: PositivePressure
-    """Tension cut-off (sigma_t)."""
-    shear_softening_strain: SofteningStrain = 0.5
+    shear_softening_strain: SofteningStrain = CasingMaterial.shear_softening_strain  # type: ignore[assignment]
     """Equivalent plastic shear strain at which tau_c is zero, or "none"."""
-    tensile_softening_strain: SofteningStrain = 0.5
+    tensile_softening_strain: SofteningStrain = CasingMaterial.tensile_softening_strain  # type: ignore[assignment]
     """Plastic volumetric strain at which sigma_t is zero, or "none"."""
-    softening_length: Annotated[float | str, Quantity("m", "3 mm", above=0.0, words=("none",))] = "none"
+    softening_length: Annotated[
+        float | str,
+        Quantity("m", "3 mm", above=0.0, words=("none",)),
+        Bounds(1e-6, 1.0, "lengths of cells", usual=(1e-4, 0.03)),
+    ] = "none"  # type: ignore[assignment]
     """Scales the softening strains by this length over the cell's, for the energy of a tear one cell wide; "none": not
     scaled, as suits a casing that stretches evenly."""
-    source: str = ""
-    """Where the constants come from."""
 
 
 class IgnitionTable(Table):
     """A point that initiates the charge."""
 
-    station: Annotated[float | str, Quantity("m", "30 mm", words=("nose", "middle", "base"))] = "nose"
+    station: Annotated[
+        float | str,
+        Quantity("m", "30 mm", words=("nose", "middle", "base")),
+        Bounds(-100.0, 100.0, "no round is 100 m long"),
+    ] = "nose"
     """Position along the axis from the round's nose end; or the nose end, the middle or the base end of the charge."""
-    offset: Offset = (0.0, 0.0)
+    offset: Annotated[Offset, Bounds(-100.0, 100.0, "no round is 100 m wide")] = IgnitionPoint.offset
     """Position across the axis."""
-    delay: Annotated[float, Quantity("s", "0 us", minimum=0.0)] = 0.0
+    delay: Annotated[
+        float, Quantity("s", "0 us", minimum=0.0), Bounds(0.0, 0.1, "a burst is over within milliseconds")
+    ] = IgnitionPoint.delay
     """Time at which the point fires."""
 
 
 class InitiationTable(Table):
     """Initiation of the charge by the shock of a neighbour: every cell pressed hard and long enough ignites."""
 
-    pressure: Annotated[float | None, Quantity("Pa", "5 GPa", above=0.0)] = None
+    pressure: Annotated[
+        float | None,
+        Quantity("Pa", "5 GPa", above=0.0),
+        Bounds(1e5, 1e12, "shocks that initiate have 0.5 to 50 GPa", usual=(1e8, 5e10)),
+    ] = None
     """Pressure that a cell must hold; left out: no pressure initiates it, and only what the shock does is reported."""
-    duration: Annotated[float, Quantity("s", "0.2 us", minimum=0.0)] = 0.0
+    duration: Annotated[
+        float, Quantity("s", "0.2 us", minimum=0.0), Bounds(0.0, 1e-3, "shocks last microseconds", usual=(0.0, 2e-5))
+    ] = ShockInitiation.duration
     """Time for which it must hold it without a break."""
-    floor: PositivePressure = 1e9
+    floor: PositivePressure = ShockInitiation.floor
     """Pressure below which a pulse does not count for the energy that is reported against the critical one."""
 
 
@@ -171,7 +138,7 @@ class RoundTable(Table):
     )
     """Masses from the drawing of the round, against which contours and materials are checked (1 %): this finds
     diameters given for radii, and wrong units. Give them wherever the drawing has them."""
-    position: Position = (0.0, 0.0, 0.0)
+    position: Position = Round.position
     """Centre of the base plane."""
     base: StandsOn = None
     """"ground": the round stands or lies on the ground at its x and y, flat or of a map of heights; or z of its lowest
@@ -182,9 +149,9 @@ class RoundTable(Table):
     azimuth: Angle | None = None
     """Direction in plan to which the nose of a lying or inclined round points, from +x counter-clockwise; left out:
     0 deg."""
-    axis: Direction = Field(default=(0.0, 0.0, 1.0), json_schema_extra={"instead_of": "attitude"})
+    axis: Direction = Field(default=Round.axis, json_schema_extra={"instead_of": "attitude"})
     """Direction from the base to the nose, z up, instead of `attitude`."""
-    ignition: list[IgnitionTable] | None = None
+    ignition: Annotated[list[IgnitionTable] | None, Entries(200, "more points than a charge has places")] = None
     """Ignition points; left out: one at the nose end of the charge, on the axis. Empty: by `initiation` alone."""
     initiation: InitiationTable | None = None
     """Initiation by a neighbour's shock, besides the ignition points; left out: by them alone."""

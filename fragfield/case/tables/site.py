@@ -6,7 +6,7 @@ import math
 from typing import Annotated
 
 from fragfield.case.tables.base import Table
-from fragfield.case.units.quantities import Quantity, degrees
+from fragfield_base.inputs import Quantity, degrees
 
 __all__ = ["SiteTable"]
 

@@ -3,50 +3,20 @@
 from __future__ import annotations
 
 import math
-from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Any, Literal
-
-from pydantic import Field
-from pydantic_core import PydanticCustomError, core_schema
+from typing import Annotated, Literal
 
 from fragfield.case.tables.base import Table
 from fragfield.case.tables.round import StandsOn
-from fragfield.case.units.quantities import Quantity, show
-
-if TYPE_CHECKING:
-    from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
-    from pydantic.json_schema import JsonSchemaValue
+from fragfield_base.inputs import Bounds, Entries, Parsed, Quantity
 
 __all__ = ["StackTable"]
 
-
-class _Parsed(ABC):
-    """Marks a field that `parse` reads, and `allowed` describes."""
-
-    allowed: str
-
-    @abstractmethod
-    def parse(self, value: object) -> Any:  # noqa: ANN401 - each field has a type of its own
-        """Read a value of the case file; raises PydanticCustomError for anything else."""
-
-    def refuse(self, value: object) -> PydanticCustomError:
-        """The error for a value."""
-        return PydanticCustomError("quantity", f"found {show(value)}; allowed: {self.allowed}")
-
-    def __get_pydantic_core_schema__(self, source: object, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
-        """Validate by `parse`."""
-        return core_schema.no_info_plain_validator_function(self.parse)
-
-    def __get_pydantic_json_schema__(
-        self, schema: core_schema.CoreSchema, handler: GetJsonSchemaHandler
-    ) -> JsonSchemaValue:
-        """Describe the field in the generated reference."""
-        return {"allowed": self.allowed}
+_COUNT = Bounds(1, 1000, "a stack of more rounds is not computed whole")
 
 
 @dataclass(frozen=True)
-class _Counts(_Parsed):
+class _Counts(Parsed):
     """Numbers of rounds along x, along y and of layers."""
 
     allowed: str = "three whole numbers of 1 or more, along x, along y and of layers, for example [2, 4, 1]"
@@ -61,7 +31,7 @@ class _Counts(_Parsed):
 
 
 @dataclass(frozen=True)
-class _Reference(_Parsed):
+class _Reference(Parsed):
     """A round of the stack, by its name or its number from 1."""
 
     allowed: str = 'a round of the stack by its name, for example "shell_1", or by its number from 1'
@@ -85,17 +55,29 @@ class StackTable(Table):
     """How the rounds stand to each other."""
     round: str | None = None
     """Name of the round that is copied; left out: the only one."""
-    count: int | None = Field(default=None, ge=1)
+    count: Annotated[int | None, _COUNT] = None
     """Rounds of a row, or of the first row of a triangle (left out: 2, which gives three rounds)."""
-    counts: Annotated[tuple[int, int, int] | None, _Counts()] = None
+    counts: Annotated[tuple[int, int, int] | None, _Counts(), _COUNT] = None
     """Rounds of a pallet along x, along y and of layers."""
-    gap: Annotated[float, Quantity("m", "21.7 mm", minimum=0.0)]
+    gap: Annotated[
+        float,
+        Quantity("m", "21.7 mm", minimum=0.0),
+        Bounds(0.0, 1e3, "farther apart rounds are no stack", usual=(0.0, 10.0)),
+    ]
     """Clear distance between neighbours, at their largest diameters; 0 mm: as near as their meshes allow."""
-    layer_gap: Annotated[float | None, Quantity("m", "50 mm", minimum=0.0)] = None
+    layer_gap: Annotated[
+        float | None,
+        Quantity("m", "50 mm", minimum=0.0),
+        Bounds(0.0, 1e3, "farther apart rounds are no stack", usual=(0.0, 10.0)),
+    ] = None
     """Clear distance between the layers of a pallet; left out: `gap`."""
     base: StandsOn = None
     """z of the deck on which the lowest layer stands, or "ground"; left out: as the round that is copied."""
-    delays: list[Annotated[float, Quantity("s", "5 us", minimum=0.0)]] | None = None
+    delays: Annotated[
+        list[Annotated[float, Quantity("s", "5 us", minimum=0.0)]] | None,
+        Bounds(0.0, 0.1, "a burst is over within milliseconds"),
+        Entries(10000, "one for each round"),
+    ] = None
     """One time for each round, added to the delays of its ignition points; left out: none."""
     initiated: list[Annotated[str | int, _Reference()]] | None = None
     """Rounds that have the ignition points, by name or number; the others wait for the shock. Left out: all."""

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Annotated, Literal
 
 from pydantic import Field
 
 from fragfield.case.tables.base import Table
+from fragfield_base.inputs import Bounds, Entries
 
 __all__ = ["UncertainInputTable", "UncertaintyTable"]
 
@@ -51,12 +52,14 @@ class UncertaintyTable(Table):
 
     defaults: bool = True
     """Whether the default set for the case's rounds is sampled; an `input` of the same name or key replaces one."""
-    samples: int = Field(default=1000, ge=8, le=1_000_000)
+    samples: Annotated[int, Bounds(8, 1_000_000, "more samples than any machine runs")] = 1000
     """Number of samples: points of a Latin hypercube."""
     realisations: int = Field(default=12, ge=10, le=100_000)
     """Realisations of the break-up in each sample; their statistical error is taken out of the spread."""
     bursts: int | None = Field(default=None, ge=2, le=10_000)
     """Number of bursts that the samples share where the burst is in three dimensions; left out: twice the number of
     uncertain inputs of the burst, and two."""
-    input: list[UncertainInputTable] = Field(default_factory=list)
+    input: Annotated[list[UncertainInputTable], Entries(200, "more inputs than samples can distinguish")] = Field(
+        default_factory=list
+    )
     """Uncertain inputs."""

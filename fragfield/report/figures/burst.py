@@ -31,7 +31,7 @@ def speed_along_round(run: RunFiles) -> Figure | None:
     """Mean and largest casing speed against the fraction of the length, all rounds; of many the mean alone."""
     if not run.rounds:
         return None
-    figure, (axis,) = new_figure(height=3.3)
+    figure, (axis,) = new_figure(height=2.8)
     several, many = len(run.rounds) > 1, len(run.rounds) > _FEW_ROUNDS
     for index, item in enumerate(run.rounds):
         style = LINES[index % len(LINES)]
@@ -102,7 +102,7 @@ def energy_ledger(run: RunFiles) -> Figure | None:
     if not {"time", "products_work", "energy_error"} <= set(run.history):
         return None
     time = run.history["time"] * 1e6
-    figure, (ledger, error) = new_figure(2, 1, height=4.8, sharex=True, gridspec_kw={"height_ratios": (3, 1)})
+    figure, (ledger, error) = new_figure(2, 1, height=4.8, gap=1.25, sharex=True, gridspec_kw={"height_ratios": (3, 1)})
     ledger.plot(time, run.history["products_work"] * 1e-6, color=INK, linewidth=2.4, label="work of the products")
     for style, (name, label) in zip(LINES, _LEDGER.items(), strict=False):
         values = run.history.get(name)

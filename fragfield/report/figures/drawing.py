@@ -6,15 +6,17 @@ import io
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
-from fragfield.report.figures.layout import place_panels, prepare, settle
-
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
 
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["ACCENT", "COLUMN", "GREY", "INK", "LINES", "RULE", "SPEED_MAP", "WIDE", "blank_figure", "drawing_style", "new_figure", "to_bytes"]  # fmt: skip  # noqa: E501
+    from fragfield.report.reading.run_files import RunFiles
+
+    Drawing = Callable[[RunFiles], Figure | None]
+
+__all__ = ["ACCENT", "COLUMN", "GREY", "INK", "LINES", "RULE", "SPEED_MAP", "WIDE", "blank_figure", "draw_figure", "drawing_style", "new_figure", "to_bytes"]  # fmt: skip  # noqa: E501
 
 COLUMN, WIDE = 3.6, 7.4
 """Widths of figures (inches): a column of a printed page, which is the width of a telephone, and the whole page."""
@@ -44,7 +46,6 @@ _STYLE = {
     "axes.titlesize": 9,
     "axes.titleweight": "bold",
     "axes.titlelocation": "left",
-    "axes.titley": 1.0,  # a title that makes way for ticks above would ask for all of them
     "axes.labelsize": 8.5,
     "axes.labelcolor": INK,
     "axes.edgecolor": GREY,
@@ -82,11 +83,20 @@ def drawing_style() -> Iterator[None]:
 
 
 def new_figure(
-    rows: int = 1, columns: int = 1, *, height: float, width: float = COLUMN, **grid: Any
+    rows: int = 1, columns: int = 1, *, height: float, width: float = COLUMN, gap: float = 0.55, **grid: Any
 ) -> tuple[Figure, list[Axes]]:
-    """A figure with its axes in reading order; sizes in inches."""
+    """A figure with its axes in reading order; sizes in inches, `gap` between panels for titles, ticks and legends.
+
+    Files are cut to what is drawn (`to_bytes`), so that decorations may reach beyond the margins that are left here.
+    """
     figure = blank_figure(width, height)
     axes = figure.subplots(rows, columns, squeeze=False, **grid)
+    room = 0.6, 0.1, 0.4, 0.25  # left, right, below and above
+    high, wide = ((height - room[2] - room[3]) / rows - gap, (width - room[0] - room[1]) / columns - gap - 0.1)
+    figure.subplots_adjust(
+        left=room[0] / width, right=1.0 - room[1] / width, bottom=room[2] / height, top=1.0 - room[3] / height,
+        hspace=gap / max(high, gap), wspace=(gap + 0.1) / max(wide, gap),
+    )  # fmt: skip
     return figure, [axis for line in axes for axis in line]
 
 
@@ -104,14 +114,8 @@ def blank_figure(width: float, height: float) -> Figure:
 
 
 def to_bytes(figure: Figure, *kinds: str, dots: int = 200) -> list[bytes]:
-    """The figure as files of those kinds ("svg" or "png", of so many dots an inch), the same bytes for the same data.
-
-    The figure is laid out once, for all of them: that takes longer than to draw it.
-    """
-    prepare(figure)
-    place_panels(figure)
-    # Panels of one scale and a shared bar leave the layout short of room for titles: take what is drawn, whole.
-    drawn = settle(figure).padded(0.06)
+    """The figure as files ("svg" or "png", of so many dots an inch); the same bytes for the same data."""
+    drawn = figure.get_tightbbox().padded(0.06)
     files = []
     for kind in kinds:
         buffer = io.BytesIO()
@@ -119,3 +123,10 @@ def to_bytes(figure: Figure, *kinds: str, dots: int = 200) -> list[bytes]:
         figure.savefig(buffer, format=kind, dpi=dots, metadata=metadata, bbox_inches=drawn)
         files.append(buffer.getvalue())
     return files
+
+
+def draw_figure(run: RunFiles, function: Drawing) -> dict[str, bytes] | None:
+    """A figure of a run as "svg" and "png"; None where there is no data for it."""
+    with drawing_style():
+        figure = function(run)
+        return None if figure is None else dict(zip(("svg", "png"), to_bytes(figure, "svg", "png"), strict=True))

@@ -30,7 +30,7 @@ def landing_map(run: RunFiles) -> Figure | None:
     found = landings(run)
     if found is None or not len(found.x):
         return None
-    figure, (axis,) = new_figure(height=4.1)
+    figure, (axis,) = new_figure(height=3.9)
     # Points are drawn as pixels: ten thousand vector symbols would make the file slow to open.
     axis.scatter(
         found.x[~found.hazardous], found.y[~found.hazardous], s=2, color="#a3acb6", linewidths=0, rasterized=True,
@@ -89,7 +89,7 @@ def density_curve(run: RunFiles) -> Figure | None:
     if found is None or not found.expected.density.any():
         return None
     acceptable, expected = hazard_density(run), found.expected
-    figure, (axis,) = new_figure(height=4.3)
+    figure, (axis,) = new_figure(height=3.2)
     decides = int(expected.normal >= expected.ground)
     for number, label in sorted(enumerate(("on the ground", "normal to the paths")), key=lambda one: one[0] != decides):
         style, density = LINES[number], expected.density[number] / acceptable
@@ -128,7 +128,7 @@ def polar_by_sector(run: RunFiles) -> Figure | None:
     if name is None:
         return None
     table = run.witness_ensemble[name]
-    figure, (number, speed) = new_figure(2, 1, height=7.0, subplot_kw={"projection": "polar"})
+    figure, (number, speed) = new_figure(2, 1, height=7.0, gap=0.95, subplot_kw={"projection": "polar"})
     turn = np.radians(_closed(np.arange(table.shape[1]) * 360.0 / table.shape[1]))
     width = 360.0 / table.shape[1]
     for axis, title, lines in (

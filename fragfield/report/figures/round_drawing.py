@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fragfield.errors import InputError
+from fragfield.numbers import explosive_title, number
 from fragfield.report.figures.drawing import COLUMN, GREY, INK, blank_figure
-from fragfield.report.quantities import explosive_title, number
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence

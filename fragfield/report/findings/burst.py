@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fragfield.hazard.shock_exposure import exposed_rounds, exposure_words
+from fragfield.numbers import number
 from fragfield.report.blocks import Finding
 from fragfield.report.findings.contact import contact_findings, passed_findings
 from fragfield.report.findings.values import counted, value_of
-from fragfield.report.quantities import number
 from fragfield.report.reading.mesh_quality import scaled_jacobian
 from fragfield.report.tables.ignition import initiated_by_shock, never_initiated
 

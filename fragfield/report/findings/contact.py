@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from fragfield.numbers import number
 from fragfield.report.blocks import Finding
 from fragfield.report.findings.values import value_of
-from fragfield.report.quantities import number
 
 if TYPE_CHECKING:
     from fragfield.report.reading.run_files import RunFiles

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fragfield.hazard.certainty import certainty
+from fragfield.numbers import number
+from fragfield.pipeline.grid_convergence import KINDS
 from fragfield.report.blocks import Finding
 from fragfield.report.findings.values import value_of
-from fragfield.report.quantities import number
 from fragfield.report.tables.counted import counted_findings
 
 if TYPE_CHECKING:
@@ -138,23 +139,11 @@ def convergence_findings(run: RunFiles) -> list[Finding]:
     text = f"The cell size leaves the expected distance uncertain by {number(100.0 * share, 2)} %"
     if share > _MOST_TOLERANCES * tolerance:
         text += (
-            f" (grid convergence, values {_trend(entry['kind'])}), several times `hazard.tolerance` "
+            f" (grid convergence: {KINDS[entry['kind']]}), several times `hazard.tolerance` "
             f"({100.0 * tolerance:g} %): repeat with smaller cells."
         )
         return [Finding("warning", text)]
     return [Finding("good", f"{text} (grid convergence, in addition to its statistical error).")]
-
-
-def _trend(kind: str) -> str:
-    """Kind of a grid convergence as part of a sentence."""
-    return {
-        "monotone": "with an observed order",
-        "oscillating": "that oscillate",
-        "diverging": "that do not converge",
-        "two_sizes": "of two sizes",
-        "statistical": "within their statistical errors",
-        "constant": "that agree",
-    }.get(kind, kind)
 
 
 def imprint_findings(run: RunFiles) -> list[Finding]:

@@ -6,12 +6,11 @@ from itertools import chain, islice
 from typing import TYPE_CHECKING, Any
 
 from fragfield.hazard.recommended import PARTS
-from fragfield.report.findings.bearing import STUDIES, bears_on
+from fragfield.numbers import number
 from fragfield.report.findings.burst import burst_findings, ledger_findings
 from fragfield.report.findings.hazard import convergence_findings, flight_findings
 from fragfield.report.findings.statements import limits
 from fragfield.report.findings.validation_status import read_record, shown_size, shown_value
-from fragfield.report.quantities import number
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -53,38 +52,34 @@ def _first_sentence(text: str) -> str:
     return f"{head}." if point else text
 
 
-def _bearing_rows(run: RunFiles) -> list[Mapping[str, Any]]:
-    """Judged checks against a reference that bear on the run, the studies nearest to a distance first."""
-    rows = [row for case in read_record().cases.values() for row in case["rows"]]
-    judged = [row for row in rows if row["passed"] is not None and row["reference"] is not None and bears_on(row, run)]
-    measured = [row for row in judged if row["case"] in _MEASURED]
-    # A study of what only such runs have says more of this one: of several rounds for a stack.
-    return sorted(measured, key=lambda row: (-len(STUDIES.get(row["case"], ())), _MEASURED.index(row["case"])))
+def _compared(run: RunFiles) -> list[Mapping[str, Any]]:
+    """Comparisons of the studies against measurements that bear on the run, the nearest first."""
+    rows = [row for row in read_record().compared(run) if row["case"] in _MEASURED and row["error"] is not None]
+    # A row of what only such runs have says more of this one: of several rounds for a stack.
+    return sorted(rows, key=lambda row: (-len(row["subjects"]), _MEASURED.index(row["case"])))
 
 
 def _measured(run: RunFiles) -> Iterator[str]:
-    """By study: how many of its checks were passed, with the one of the median error as the example."""
-    rows = _bearing_rows(run)
+    """By study: how far off its comparisons are, with the one of the median error as the example."""
+    rows = _compared(run)
     for study in dict.fromkeys(row["case"] for row in rows):
-        own = [row for row in rows if row["case"] == study]
-        passed = [row for row in own if row["passed"]]
-        if 2 * len(passed) > len(own):
-            example = sorted(passed, key=lambda row: abs(row["error"] or 0.0))[len(passed) // 2]
-            yield (
-                f"Validation {study} ({example['source'].partition(';')[0]}): {len(passed)} of {len(own)} checks "
-                f"passed, such as {example['quantity']} {shown_value(example['ours'], example)}, there "
-                f"{shown_value(example['reference'], example)}."
-            )
+        own = sorted((row for row in rows if row["case"] == study), key=lambda row: abs(row["error"]))
+        example, last = own[len(own) // 2], own[-1]
+        yield (
+            f"Validation {study} ({example['source'].partition(';')[0]}): {example['quantity']} "
+            f"{shown_value(example['ours'], example)}, there {shown_value(example['reference'], example)}; largest of "
+            f"{len(own)} differences {shown_size(last, 'error')}."
+        )
 
 
 def _missed(run: RunFiles) -> Iterator[str]:
-    """Checks of the validation that were missed, the farthest outside its tolerance first."""
-    missed = [row for row in _bearing_rows(run) if not row["passed"] and row["tolerance"]]
+    """Comparisons outside the test's own uncertainty, the farthest first."""
+    missed = [row for row in _compared(run) if row["passed"] is False and row["tolerance"]]
     for row in sorted(missed, key=lambda row: -abs(row["error"]) / row["tolerance"]):
         ours, theirs = (shown_value(row[key], row) for key in ("ours", "reference"))
         error, tolerance = (shown_size(row, key) for key in ("error", "tolerance"))
         yield (
-            f"Validation {row['case']} missed: {row['quantity']} {ours}, reference {theirs} ({error}, tolerance "
+            f"Validation {row['case']}: {row['quantity']} {ours}, in the test {theirs} ({error}; the test is known to "
             f"{tolerance})."
         )
 

@@ -7,18 +7,17 @@ reads the file and is independent of how the cases are computed.
 from __future__ import annotations
 
 import json
-from collections import Counter
 from dataclasses import dataclass
 from importlib import resources
 from typing import TYPE_CHECKING, Any, Literal
 
 from fragfield.errors import InputError
+from fragfield.numbers import number
 from fragfield.report.blocks import Paragraph, Table
 from fragfield.report.findings.bearing import bears_on
-from fragfield.report.quantities import number
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterator, Mapping, Sequence
     from importlib.resources.abc import Traversable
 
     from fragfield.report.blocks import Block
@@ -36,9 +35,18 @@ class Record:
 
     cases: Mapping[str, Mapping[str, Any]]
 
+    @property
+    def rows(self) -> list[Mapping[str, Any]]:
+        """The rows of all cases."""
+        return [row for case in self.cases.values() for row in case["rows"]]
+
     def misses(self) -> list[Mapping[str, Any]]:
-        """The rows whose error is above their tolerance, of all cases."""
-        return [row for case in self.cases.values() for row in case["rows"] if row["passed"] is False]
+        """Checks that failed: rows outside a bound that theory sets. A comparison with a test is none."""
+        return [row for row in self.rows if row["passed"] is False and row["kind"] != "comparison"]
+
+    def compared(self, run: RunFiles) -> list[Mapping[str, Any]]:
+        """Comparisons with tests and other codes that bear on a run."""
+        return [row for row in self.rows if row["kind"] == "comparison" and bears_on(row, run)]
 
     def stopped(self) -> list[str]:
         """Names of the cases that could not be computed to their end."""
@@ -85,7 +93,7 @@ def validation_words(record: Record, run: RunFiles) -> tuple[Literal["warning", 
     version, revision = (run.provenance.get(key, "") for key in ("program_version", "revision"))
     kinship = record.kinship(version, revision)
     misses, stopped = len(record.misses()), record.stopped()
-    judged = sum(row["passed"] is not None for case in record.cases.values() for row in case["rows"])
+    judged = sum(row["passed"] is not None and row["kind"] != "comparison" for row in record.rows)
     text = f"Validation: {number(judged - misses)} of {number(judged)} checks passed"
     if stopped:
         text += f", {', '.join(stopped)} stopped"
@@ -110,39 +118,41 @@ def validation_blocks(record: Record, run: RunFiles) -> Iterator[Block]:
         return
     lines = []
     for name, case in record.cases.items():
-        judged = [row for row in case["rows"] if row["passed"] is not None]
-        passed = sum(row["passed"] for row in judged)
-        cells = "coarse cells" if case["quick"] else "full"
-        revision_words = case["revision"] or "–"
-        state = f"stopped: {case['stopped']}" if case["stopped"] else cells
-        verdict = f"{passed} of {len(judged)}"
-        lines.append((name, verdict, state, case["fragfield"], revision_words, str(case["date"])[:10]))
+        judged = [row for row in case["rows"] if row["passed"] is not None and row["kind"] != "comparison"]
+        state = f"stopped: {case['stopped']}" if case["stopped"] else "coarse cells" if case["quick"] else "full"
+        verdict = f"{sum(row['passed'] for row in judged)} of {len(judged)}"
+        comparisons = str(sum(row["kind"] == "comparison" for row in case["rows"]))
+        lines.append((name, verdict, comparisons, state, case["fragfield"], case["revision"] or "–", case["date"][:10]))
     yield Table(
-        "Validation cases", ("Case", "Checks passed", "Computed", "Version", "Revision", "Date"), tuple(lines),
+        "Validation cases",
+        ("Case", "Checks passed", "Comparisons", "Computed", "Version", "Revision", "Date"),
+        tuple(lines),
         f"The cases are described in validation/README.md of the source. {_COMMAND} computes them again.",
-    )  # fmt: skip
-    misses = record.misses()
-    near = [row for row in misses if bears_on(row, run)]
-    if near:
-        shown = tuple(
-            (
-                f"{row['case']}: {row['quantity']}",
-                shown_value(row["ours"], row),
-                shown_value(row["reference"], row),
-                shown_size(row, "error"),
-                shown_size(row, "tolerance"),
-            )
-            for row in near
-        )
-        sources = "; ".join(dict.fromkeys(f"{row['case']}: {row['source']}" for row in near))
+    )
+    if missed := [row for row in record.misses() if bears_on(row, run)]:
         head = ("Check", "Computed", "Reference", "Error", "Tolerance")
-        yield Table("Checks missed that bear on this case", head, shown, f"References: {sources}.")
-    if others := Counter(row["case"] for row in misses if row not in near):
-        studies = ", ".join(f"{study} {count}" for study, count in others.items())
-        yield Paragraph(
-            f"{number(others.total())} more checks were missed on what this case does not have: other arrangements, "
-            f"geometries, laws of the products ({studies}). They are in fragfield/data/validation.json of the source."
+        yield Table("Checks missed that bear on this case", head, _lines(missed), _sources(missed))
+    if compared := record.compared(run):
+        head = ("Quantity", "Computed", "Test or other code", "Difference", "Its own uncertainty")
+        yield Table("Compared with tests and bearing on this case", head, _lines(compared), _sources(compared))
+
+
+def _lines(rows: Sequence[Mapping[str, Any]]) -> tuple[tuple[str, ...], ...]:
+    return tuple(
+        (
+            f"{row['case']}: {row['quantity']}",
+            shown_value(row["ours"], row),
+            shown_value(row["reference"], row),
+            shown_size(row, "error"),
+            shown_size(row, "tolerance"),
         )
+        for row in rows
+    )
+
+
+def _sources(rows: Sequence[Mapping[str, Any]]) -> str:
+    sources = dict.fromkeys(f"{row['case']}: {row['source']}" for row in rows)
+    return f"References: {'; '.join(sources)}."
 
 
 def shown_value(value: float | None, row: Mapping[str, Any]) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from fragfield.report.quantities import number
+from fragfield.numbers import number
 
 __all__ = ["counted", "value_of"]
 

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 from fragfield.case.conversion.attitude import attitude_of, attitude_words
 from fragfield.hazard.certainty import metres_and_error, whole_metres
+from fragfield.numbers import SPACE, number
 from fragfield.report.blocks import Section, Table
 from fragfield.report.figures.drawing import ACCENT, GREY, LINES, new_figure
-from fragfield.report.quantities import SPACE, number
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -41,7 +41,7 @@ def attitude_figure(run: RunFiles) -> Figure | None:
         if (row["upper"] or row["expected"]) > (known["upper"] or known["expected"]):
             worst[row["inclination_deg"]] = row
     inclination = sorted(worst)
-    figure, (axis,) = new_figure(height=3.4)
+    figure, (axis,) = new_figure(height=2.9)
     shown = [worst[one] for one in inclination]
     errors = [2.0 * (row["standard_error"] or 0.0) for row in shown]
     axis.errorbar(

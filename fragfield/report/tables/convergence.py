@@ -4,30 +4,23 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from fragfield.pipeline.followed_quantities import QUANTITIES
+from fragfield.numbers import SPACE, UNKNOWN, number
+from fragfield.pipeline.grid_convergence import KINDS
+from fragfield.quantities import shown
 from fragfield.report.blocks import Paragraph, Table
 from fragfield.report.figures.drawing import ACCENT, GREY, LINES, new_figure
-from fragfield.report.quantities import SPACE, UNKNOWN, number
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
     from matplotlib.figure import Figure
 
+    from fragfield.quantities import Quantity
     from fragfield.report.blocks import Block
     from fragfield.report.reading.run_files import RunFiles
 
 __all__ = ["convergence_figure", "convergence_notes", "convergence_tables"]
 
-_KINDS = {
-    "monotone": "order observed",
-    "oscillating": "oscillates",
-    "diverging": "does not converge",
-    "two_sizes": "two sizes",
-    "statistical": "within statistical error",
-    "constant": "no difference",
-    "one_size": "one size",
-}
 _NOTE = (
     "Uncertainty of this run's value due to cell size alone: the grid convergence index of Roache and ASME V&V 20, "
     "about 95 %. Safety factor 1.25 where three sizes show an order (used between 0.5 and 2), else 3 on the range of "
@@ -37,13 +30,6 @@ _LARGEST = (
     "The largest speed is the mean of one cell, whose mass decreases with the cell size: at a corner of the charge it "
     "increases without limit. The speed that 99 % of the mass does not exceed converges; use it for comparisons."
 )
-_DRAWN = ("mean_initial_speed", "speed_99", "outer_diameter", "expected_distance")
-_SHORT = {
-    "mean_initial_speed": "mean speed",
-    "speed_99": "99 % of the mass",
-    "outer_diameter": "diameter",
-    "expected_distance": "expected distance",
-}
 
 
 def convergence_tables(run: RunFiles) -> Iterator[Block]:
@@ -62,7 +48,8 @@ def convergence_tables(run: RunFiles) -> Iterator[Block]:
         for size in found["sizes"]
     ]
     head = ("Quantity", *sizes, "order", "limit", "uncertainty", "")
-    lines = tuple(_line(name, entry) for name, entry in found["quantities"].items())
+    followed = {one.name: one for one in shown("convergence")}
+    lines = tuple(_line(followed[name], entry) for name, entry in found["quantities"].items())
     yield Table("Grid convergence", head, lines)
 
 
@@ -71,18 +58,17 @@ def convergence_notes() -> tuple[Block, ...]:
     return Paragraph(_NOTE), Paragraph(_LARGEST)
 
 
-def _line(name: str, entry: Mapping[str, Any]) -> tuple[str, ...]:
-    words, unit = QUANTITIES[name]
-    factor, shown = (1e3, "mm") if name == "outer_diameter" else (1.0, unit)
+def _line(followed: Quantity, entry: Mapping[str, Any]) -> tuple[str, ...]:
+    factor, unit = (1e3, "mm") if followed.path == "burst.outer_diameter" else (1.0, followed.unit)
     errors = entry.get("standard_errors") or [None] * len(entry["values"])
     values = [_value(value, error, factor) for value, error in zip(entry["values"], errors, strict=True)]
-    label = f"{words[0].upper()}{words[1:]}{f' ({shown})' if shown else ''}"
+    label = f"{followed.label}{f' ({unit})' if unit else ''}"
     order = "–" if entry["order"] is None else number(entry["order"], 2)
     limit, uncertainty = (
         "–" if entry[key] is None else number(factor * entry[key], digits)
         for key, digits in (("extrapolated", 4), ("uncertainty", 2))
     )
-    return (label, *values, order, limit, uncertainty, _KINDS[entry["kind"]])
+    return (label, *values, order, limit, uncertainty, KINDS[entry["kind"]])
 
 
 def _value(value: float | None, error: float | None, factor: float) -> str:
@@ -98,11 +84,11 @@ def convergence_figure(run: RunFiles) -> Figure | None:
     own = run.part("burst").get("cell_size")
     if len(found.get("sizes") or []) < 2 or not own:
         return None
-    figure, (axis,) = new_figure(height=3.2)
+    figure, (axis,) = new_figure(height=2.8)
     at = min(range(len(found["sizes"])), key=lambda i: abs(found["sizes"][i] - own))
     sizes = [1e3 * size for size in found["sizes"]]
-    for style, name in zip(LINES, _DRAWN, strict=False):
-        entry = found["quantities"].get(name)
+    for style, one in zip(LINES, shown("convergence"), strict=False):
+        entry = found["quantities"].get(one.name)
         if entry is None or not entry["values"][at]:
             continue
         scale = entry["values"][at]
@@ -110,12 +96,12 @@ def convergence_figure(run: RunFiles) -> Figure | None:
         place, values = [sizes[i] for i in known], [entry["values"][i] / scale for i in known]
         errors = entry.get("standard_errors")
         bars = [(errors[i] or 0.0) / scale for i in known] if errors else None
-        axis.errorbar(place, values, yerr=bars, marker="o", markersize=3.5, capsize=2, label=_SHORT[name], **style)
+        axis.errorbar(place, values, yerr=bars, marker="o", markersize=3.5, capsize=2, label=one.label, **style)
         if entry["extrapolated"] is not None:
             axis.plot(0.0, entry["extrapolated"] / scale, marker="o", markersize=4, fillstyle="none", **style)
     axis.axvline(1e3 * own, color=ACCENT, linewidth=0.9, linestyle=":")
     axis.axhline(1.0, color=GREY, linewidth=0.7)
     axis.set(xlabel="Cell size (mm)", ylabel="Value / value of this run")
     axis.set_xlim(left=-0.03 * max(sizes))
-    axis.legend(ncols=2, loc="upper center", bbox_to_anchor=(0.5, -0.2))
+    axis.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2))
     return figure

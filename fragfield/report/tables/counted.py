@@ -5,8 +5,8 @@ from __future__ import annotations
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
+from fragfield.numbers import number
 from fragfield.report.blocks import Finding, Table
-from fragfield.report.quantities import number
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

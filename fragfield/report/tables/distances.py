@@ -9,8 +9,8 @@ import numpy as np
 from fragfield.case.conversion.site import direction_words, site_of
 from fragfield.hazard.certainty import basis_words, metres_and_error, ricochet_words, rounded_metres, whole_metres
 from fragfield.hazard.recommended import RULE, parts_of
+from fragfield.numbers import SPACE, number
 from fragfield.report.blocks import Table
-from fragfield.report.quantities import SPACE, number
 from fragfield.report.reading.landings import ensemble
 
 if TYPE_CHECKING:

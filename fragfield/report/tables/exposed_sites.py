@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 from fragfield.case.conversion.site import direction_words
 from fragfield.hazard.certainty import margin_metres, rounded_metres
 from fragfield.hazard.verdict import criterion_words, part_of_criterion
+from fragfield.numbers import SPACE, number
 from fragfield.report.blocks import Paragraph, Table
-from fragfield.report.quantities import SPACE, number
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 from fragfield.case.active import active_tables
 from fragfield.case.write import measured
+from fragfield.numbers import Row, of_case
 from fragfield.report.blocks import Rows
-from fragfield.report.quantities import Row, of_case
 from fragfield.report.tables.rounds import POSITION_KEYS, alike
 
 if TYPE_CHECKING:

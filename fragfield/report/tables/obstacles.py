@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from fragfield.case.conversion.site import direction_words
+from fragfield.numbers import number
 from fragfield.report.blocks import Table
-from fragfield.report.quantities import number
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

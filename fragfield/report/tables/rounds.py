@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-import math
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from fragfield.case.tables.round import IgnitionTable
+from fragfield.numbers import explosive_title, number
+from fragfield.quantities import shown
 from fragfield.report.blocks import Rows, Table
-from fragfield.report.quantities import UNKNOWN, Row, explosive_title, number, row
 from fragfield.report.reading.laws import segment_laws
 
 if TYPE_CHECKING:
@@ -32,26 +33,6 @@ MOST_ROUNDS_SHOWN = 4
 """Tables by round and segment show no more rounds than this: those of a stack are mostly alike."""
 POSITION_KEYS = ("name", "position", "axis", "ignition", "initiation")
 """What distinguishes rounds of one kind."""
-_COUNTS = ("bonded", "touching", "off_surface")
-_CONTACT = {
-    "bonded": ("Contacts of charge and casing: bonded", ""),
-    "touching": ("– pressing and sliding", ""),
-    "off_surface": ("– that have slid off an edge", ""),
-    "max_interface_penetration_at_front": ("Largest overlap of charge and casing, while a front passes", "m"),
-    "max_interface_penetration": ("– afterwards", "m"),
-    "max_collision_penetration": ("Largest overlap of colliding surfaces", "m"),
-    "max_plane_penetration": ("Largest overlap with a plane", "m"),
-    "max_interior_collision_penetration": ("Deepest interior node of a casing behind another round's surface", "m"),
-    "max_interior_plane_penetration": ("Deepest interior node of a casing behind a plane", "m"),
-    "largest_beyond_planes": ("Largest mass of casings beyond planes", "kg"),
-    "largest_in_other_rounds": ("Largest mass of casings within other rounds", "kg"),
-    "deepest_beyond_plane": ("Deepest node of a casing beyond a plane, at the outputs", "m"),
-    "spring_energy": ("Energy in the springs of contact", "J"),
-    "friction_heat": ("Heat of friction", "J"),
-    "work": ("Work of contact's forces on charges and casings", "J"),
-    "gain": ("Energy that contact has made (lost: negative)", "J"),
-    "searches": ("Searches for colliding surfaces", ""),
-}
 
 
 def alike(rounds: list[dict[str, Any]]) -> list[list[dict[str, Any]]]:
@@ -162,32 +143,14 @@ def _others_left_out(rounds: int) -> str:
 
 def contact_rows(run: RunFiles) -> Iterator[Rows]:
     """What was in contact during the burst, and how far surfaces overlapped."""
-    part = run.part("burst")
-    found = part.get("contact")
-    known = dict(found) if isinstance(found, dict) else {}
-    passed = part.get("passed_through")
-    if isinstance(passed, dict):
-        known |= {key: value for key, value in passed.items() if key in _CONTACT}
-    overlaps = part.get("max_penetration")
-    if isinstance(overlaps, dict):
-        known |= {f"max_penetration_{key}": value for key, value in overlaps.items()}
-    size = run.cell_size or math.nan
-    rows = [_contact_row(key, known[key], size) for key in (*_CONTACT, *sorted(set(known) - set(_CONTACT)))
-            if key in known and key != "max_penetration" and _worth(key, known[key])]  # fmt: skip
+    size = run.cell_size
+    rows = []
+    for one in shown("report", "burst.contact", "burst.passed_through"):
+        overlap = size and one.unit == "m"
+        note = f"{number(100 * one.of(run.summary) / size, 2)} % of a cell" if overlap and one.of(run.summary) else ""
+        rows += [replace(line, note=note) for line in one.rows(run.summary)]
     if rows:
-        yield Rows("Contact", tuple(one for one in rows if one.value != UNKNOWN))
-
-
-def _worth(key: str, value: object) -> bool:
-    """Whether a value is shown: zeros are left out, but for the counts of the interface."""
-    return isinstance(value, (int, float)) and not isinstance(value, bool) and (value != 0 or key in _COUNTS)
-
-
-def _contact_row(key: str, value: float, size: float) -> Row:
-    overlap = "penetration" in key
-    words, unit = _CONTACT.get(key, (key.replace("_", " ").capitalize(), "m" if overlap else ""))
-    note = f"{number(100 * value / size, 2)} % of a cell" if overlap and size > 0 else ""
-    return row(words, value, unit, note)
+        yield Rows("Contact", tuple(rows))
 
 
 def broken_rounds_table(run: RunFiles) -> Iterator[Table]:

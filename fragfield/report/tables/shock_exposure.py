@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 from fragfield.case.tables.round import ExplosiveTable
 from fragfield.hazard.shock_exposure import exposed_rounds
+from fragfield.numbers import number
 from fragfield.report.blocks import Table
-from fragfield.report.quantities import number
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

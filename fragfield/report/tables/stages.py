@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fragfield.numbers import Row, number, row
+from fragfield.quantities import shown
 from fragfield.report.blocks import Rows, Table
-from fragfield.report.quantities import UNKNOWN, Row, number, row
 from fragfield.report.reading.mesh_quality import aspect_ratio, scaled_jacobian
 
 if TYPE_CHECKING:
@@ -21,36 +22,13 @@ __all__ = [
     "alike_around",
     "azimuth_tables",
     "break_up_rows",
-    "burst_rows",
     "flight_rows",
     "ledger_table",
     "mesh_rows",
     "provenance_rows",
+    "quantity_rows",
 ]
 
-# What summary.json holds: key -> (words, SI unit). Keys of the contract come first, others are shown under their name.
-_BURST = {
-    "end_time": ("End of the burst", "s"),
-    "acceleration_complete": ("Acceleration complete at", "s"),
-    "mean_initial_speed": ("Mean initial speed, by mass", "m/s"),
-    "speed_90": ("Speed not exceeded by 90 % of the casings' mass", "m/s"),
-    "speed_99": ("Speed not exceeded by 99 % of the casings' mass", "m/s"),
-    "max_initial_speed": ("Largest initial speed, mean of a cell (of ever less mass as cells get smaller)", "m/s"),
-    "outer_diameter": ("Outer diameter at the end", "m"),
-    "casing_mass": ("Mass of the casings", "kg"),
-    "charge_mass": ("Mass of the charges", "kg"),
-    "kinetic_energy_growth": ("Growth of the casings' kinetic energy over the last window", "%"),
-    "products_balance": ("Work done and energy left in the products, over heat of detonation", "%"),
-    "momentum_error": ("Drift of momentum", "1"),
-    "max_penetration": ("Largest overlap in contact", "m"),
-    "steps": ("Steps (the longest)", ""),
-    "cell_steps": ("Steps of cells", ""),
-    "ranks": ("Ranks", ""),
-    "threads": ("Threads a rank", ""),
-    "wall_seconds": ("Wall time", "s"),
-    "seconds_per_cell_step": ("Time per cell and step", "s"),
-    "peak_memory_bytes": ("Largest memory", "byte"),
-}
 _LEDGER = {
     "products_work": "Work of the products",
     "kinetic": "Kinetic energy",
@@ -142,26 +120,15 @@ def ledger_table(run: RunFiles) -> Iterator[Table]:
     yield Table("Ledger at the end of the burst", ("Entry", "MJ", "% of the work"), tuple(lines))
 
 
-def burst_rows(run: RunFiles) -> Iterator[Rows]:
-    """The burst in numbers."""
-    part = run.part("burst")
-    if part:
-        quantiles = part.get("speed_quantiles") or {}
-        part = {**part, **{f"speed_{percent}": value for percent, value in quantiles.items()}}
-        shown = [(key, part.get(key)) for key in _BURST if _worth(key, part.get(key))]
-        units = {key: "" if unit == "1" else unit for key, (_, unit) in _BURST.items()}
-        yield Rows("Burst", tuple(row(_BURST[key][0], value, units[key]) for key, value in shown))
-
-
-def _worth(key: str, value: object) -> bool:
-    """Whether there is something to show; no overlap means no contact; several overlaps have rows of their own."""
-    return value is not None and not (key == "max_penetration" and (value == 0 or isinstance(value, dict)))
+def quantity_rows(run: RunFiles, title: str, *parts: str) -> Iterator[Rows]:
+    """What the catalogue lists of some parts of the summary; nothing where none of it is there."""
+    if rows := tuple(line for one in shown("report", *parts) for line in one.rows(run.summary)):
+        yield Rows(title, rows)
 
 
 def break_up_rows(run: RunFiles) -> Iterator[Rows]:
     """The break-up in numbers."""
     mass = run.fragments["mass"]
-    part = run.part("break_up")
     speed = np.linalg.norm(run.fragments["velocity"], axis=1)
     rows = [
         row("Fragments", len(mass)),
@@ -171,45 +138,17 @@ def break_up_rows(run: RunFiles) -> Iterator[Rows]:
         row("Fastest", float(speed.max(initial=0.0)), "m/s"),
     ]
     if run.fragments_file is None:
-        handed = "error handed over"
-        rows += [
-            row("Mass against the casing", part.get("mass_error"), "%", handed, digits=2),
-            row("Momentum against the burst", part.get("momentum_error"), "%", handed, digits=2),
-            row("Kinetic energy against the burst", part.get("energy_error"), "%", handed, digits=2),
-        ]
+        rows += [line for one in shown("report", "break_up") for line in one.rows(run.summary)]
     yield Rows("Fragments", tuple(rows))
 
 
 def flight_rows(run: RunFiles) -> Iterator[Rows]:
     """The flight in numbers."""
-    part = run.part("flight")
-    rows = [
-        row("Realisations flown", part.get("realisations")),
-        row("Fragments flown", part.get("fragments"), "", "first realisation, as below"),
-        *_recovered_rows(part.get("recovered") or {}),
-        row("Landed", part.get("landed")),
-        row("Ricocheted off the ground", part.get("ricocheted") or None),
-        row("Ricochets", part.get("ricochets") or None, "", "of all of them"),
-        row("Drag table", part.get("drag")),
-        *_area_rows(part.get("presented_area") or {}),
-        *_contact_rows(part.get("contact") or {}),
-        row("Fragments above the drag table's speeds", part.get("above_drag_table")),
-        row("Wall time", part.get("wall_seconds"), "s"),
-    ]
-    rows += [row(f"Fragments through “{item.get('name', '')}”", item.get("hits")) for item in run.witnesses]
-    yield Rows("Flight", tuple(one for one in rows if one.value != UNKNOWN))
-
-
-def _recovered_rows(recovered: Mapping[str, Any]) -> Iterator[Row]:
-    """Mass of an arena table that was flown, against the casing of the round."""
-    if not recovered:
-        return
-    yield row("Fragments of the arena table", recovered["mass"], "kg", "of one round, as the test has them")
-    if recovered["fraction"] is not None:
-        yield row("Casing of the round", recovered["casing_mass"], "kg")
-        yield row("Recovered of the casing", recovered["fraction"], "%")
-    if recovered["factor"] != 1.0:
-        yield row("Factor on the numbers of the arena table", recovered["factor"], "1")
+    listed = shown("report", "flight", "flight.recovered", "flight.contact")
+    rows = [line for one in listed for line in one.rows(run.summary)]
+    rows += _area_rows(run.part("flight").get("presented_area") or {})
+    rows += [row(f"Fragments through “{item['name']}”", item["hits"]) for item in run.witnesses]
+    yield Rows("Flight", tuple(rows))
 
 
 def _area_rows(area: Mapping[str, Any]) -> Iterator[Row]:
@@ -224,13 +163,6 @@ def _area_rows(area: Mapping[str, Any]) -> Iterator[Row]:
     low, high = (number(area.get(f"shape_factor_{share}_percent")) for share in (5, 95))
     factors = f"{low} kg/m³" if low == high else f"{low} to {high} kg/m³ for 90 % of the fragments"
     yield row("Presented areas", words, "", f"shape factor {factors}")
-
-
-def _contact_rows(contact: Mapping[str, Any]) -> Iterator[Row]:
-    """What fragments did to each other, where they could."""
-    if contact:
-        lost = row("", contact.get("energy_lost"), "J").value
-        yield row("Impacts between fragments", contact.get("contacts"), "", f"energy lost: {lost}")
 
 
 def azimuth_tables(run: RunFiles) -> Iterator[Table]:

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 from fragfield.hazard.certainty import whole_metres
 from fragfield.hazard.recommended import RULE, parts_of, parts_words
+from fragfield.numbers import SPACE, Row, number
 from fragfield.report.blocks import Block, Card, Cards, Paragraph, Points, Rows, Section, Table
 from fragfield.report.figures.uncertainty import distribution_figure, places_figure, tornado_figure
-from fragfield.report.quantities import SPACE, Row, number
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence

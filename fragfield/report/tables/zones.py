@@ -6,11 +6,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fragfield.numbers import number
 from fragfield.report.blocks import Table
 from fragfield.report.figures.drawing import LINES, new_figure
-from fragfield.report.quantities import number
 from fragfield.report.reading.landings import hazard_energy
-from fragfield.studies.compare.zones import wide_zones
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -20,9 +19,25 @@ if TYPE_CHECKING:
     from flight.arena import ArenaTable
     from fragfield.report.reading.run_files import RunFiles
 
-__all__ = ["zone_figure", "zone_table"]
+__all__ = ["wide_zones", "zone_figure", "zone_table"]
 
 JOINER = "\u2060"  # no line breaks here
+_WIDTH = 10.0  # degrees of a zone, where the tables allow it
+_SUMS = ("number", "mass", "hazardous")
+
+
+def wide_zones(table: ArenaTable, width: float = _WIDTH, energy: float = 79.0) -> dict[str, np.ndarray[Any, Any]]:
+    """A table by zones of a width (degrees), or by its own where they do not fit in; as `ArenaTable.by_zone`."""
+    found = table.by_zone(energy)
+    edges = np.arange(0.0, 180.0 + 0.5 * width, width)
+    at = np.searchsorted(np.round(table.zones, 6), np.round(edges, 6))
+    if (at >= len(table.zones)).any() or np.abs(table.zones[np.minimum(at, len(table.zones) - 1)] - edges).max() > 1e-6:
+        return found
+    moment = np.add.reduceat(found["mass"] * found["mean_speed"], at[:-1])
+    wide = {name: np.add.reduceat(found[name], at[:-1]) for name in _SUMS}
+    wide["mean_speed"] = moment / np.maximum(wide["mass"], 1e-300)
+    wide["max_speed"] = np.maximum.reduceat(found["max_speed"], at[:-1])
+    return {"from_deg": edges[:-1], "to_deg": edges[1:], **wide}
 
 
 def _table(run: RunFiles) -> ArenaTable | None:

@@ -10,14 +10,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fragfield.case.units.quantities import show
 from fragfield.errors import InputError
 from fragfield.report.figures.drawing import GREY, LINES, WIDE, drawing_style, new_figure, to_bytes
+from fragfield.studies.compare.comparison import flat_tables
 from fragfield_base.csv_text import harmless
+from fragfield_base.inputs import show
 from fragfield_base.writing import write_bytes, write_text
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Mapping, Sequence
     from pathlib import Path
 
     from matplotlib.axes import Axes
@@ -25,7 +26,6 @@ if TYPE_CHECKING:
 
 __all__ = ["write_comparison"]
 
-_NOTHING = dict.fromkeys(("verdict", "quantity", "part_of_criterion", "probability", "margin"))
 _PICTURED = (("hits", "ratio of numbers"), ("max_initial_speed", "ratio of largest speeds"))
 
 
@@ -41,16 +41,7 @@ def write_comparison(found: dict[str, Any], folder: Path) -> None:
     """
     if (folder / "case.toml").exists():
         raise InputError(f"{folder}: holds a run; a comparison needs a folder of its own")
-    tables = {
-        "casing.csv": found["casing"],
-        "distances.csv": found["distances"],
-        "by_azimuth.csv": list(azimuth_rows(found["witness"])),
-        "by_distance.csv": [flat_row(row) for row in found["by_distance"]],
-        "by_zone.csv": [flat_row(row) for row in found["by_zone"]],
-        "places.csv": [
-            flat_row({**row, **{key: row[key] or _NOTHING for key in ("run", "reference")}}) for row in found["places"]
-        ],
-    }
+    tables = {f"{name}.csv": rows for name, rows in flat_tables(found).items()}
     written = ["comparison.json", *(name for name, rows in tables.items() if rows)]
     pictured = bool(found["witness"] or found["by_distance"])
     found["files"] = [str(folder / name) for name in [*written, *(["comparison.png"] if pictured else [])]]
@@ -63,23 +54,6 @@ def write_comparison(found: dict[str, Any], folder: Path) -> None:
         _write_table(folder / name, tables[name])
     if pictured:
         write_bytes(folder / "comparison.png", _picture(found), InputError)
-
-
-def azimuth_rows(surfaces: Sequence[Mapping[str, Any]]) -> Iterator[dict[str, Any]]:
-    for surface in surfaces:
-        for row in surface["by_azimuth"]:
-            yield {"witness": surface["name"], **flat_row(row)}
-
-
-def flat_row(row: Mapping[str, Any]) -> dict[str, Any]:
-    """A row whose tables have become columns NAME_run, NAME_run_error and so on."""
-    flat: dict[str, Any] = {}
-    for name, value in row.items():
-        if isinstance(value, dict):
-            flat |= {f"{name}_{key}": entry for key, entry in value.items()}
-        else:
-            flat[name] = value
-    return flat
 
 
 def _write_table(path: Path, rows: Sequence[Mapping[str, Any]]) -> None:

@@ -5,15 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from fragfield.case.difference import document_differences
 from fragfield.case.load import read_document
-from fragfield.case.units.quantities import show
 from fragfield.errors import InputError
 from fragfield.files.run_directory import RunDirectory
 from fragfield.files.stamped import stored_case_text
 from fragfield.hazard.recommended import not_included_words
+from fragfield_base.inputs import show
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -40,7 +38,7 @@ class ComparedRun:
     summary : dict
         summary.json.
     hazard : EnsembleHazard, optional
-        Over its realisations; None where it has not been flown, or by a version that knew no ensembles.
+        Over its realisations; None where it has not been flown.
     hits : dict from a surface's name to (n, s) arrays of flight.hazard.density.witness_hazard.SECTOR_HITS
         Hits by realisation and sector.
     """
@@ -66,6 +64,23 @@ class ComparedRun:
         found = self.summary.get(name)
         return found if isinstance(found, dict) else {}
 
+    @property
+    def realisations(self) -> int:
+        """How many were flown; 0 without a flight."""
+        return (self.part("flight").get("realisations") or 1) if self.flown else 0
+
+    def described(self) -> dict[str, Any]:
+        """What tells the run from others."""
+        document = self.case.get("document") or {}
+        return {
+            "directory": str(self.folder),
+            "title": str(self.case.get("title", "")),
+            "document": " ".join(str(document[key]) for key in ("number", "revision") if document.get(key)),
+            "seed": self.summary.get("seed"),
+            "realisations": self.realisations or None,
+            "program_version": self.summary.get("program_version"),
+        }
+
 
 def read_compared_run(folder: Path) -> ComparedRun:
     """Read a run directory; raises InputError where there is none, or a file of it is damaged."""
@@ -79,25 +94,12 @@ def read_compared_run(folder: Path) -> ComparedRun:
         raise InputError(f"{folder}: nothing to compare, its summary.json has no results; run `fragfield run` first")
     stored_case_text(directory.case_file, summary, alone=True)
     hazard: EnsembleHazard | None = None
-    hits: dict[str, NDArray[Any]]
+    hits: dict[str, NDArray[Any]] = {}
     if directory.file("ensemble.h5").is_file():
         from flight.files.ensemble import read_ensemble
 
         hazard, hits = read_ensemble(directory.file("ensemble.h5"))
-    else:
-        hits = {str(surface["name"]): _one_realisation(surface) for surface in summary.get("witness") or []}
     return ComparedRun(folder, read_document(directory.case_file), summary, hazard, hits)
-
-
-def _one_realisation(surface: dict[str, Any]) -> NDArray[Any]:
-    """Hits (1, s) of a run without ensemble, from its summary."""
-    from flight.hazard.density.witness_hazard import SECTOR_HITS
-
-    rows = surface["by_azimuth"]
-    table = np.zeros((1, len(rows)), dtype=SECTOR_HITS)
-    for name in SECTOR_HITS.names or ():
-        table[name][0] = [row.get(name) or 0 for row in rows]
-    return table
 
 
 def check_alike(run: ComparedRun, reference: ComparedRun) -> None:
@@ -161,12 +163,11 @@ def notes_on(run: ComparedRun, reference: ComparedRun) -> list[str]:
     else:
         notes.append(f"both have the seed {seeds[0]}; standard errors of ratios assume independent realisations")
     for one in (run, reference):
-        realisations = one.part("flight").get("realisations") or 1
         if not one.flown:
             notes.append(f"{one.folder} has no flight: only the casings are compared")
         elif not one.part("hazard").get("determined", True):
             notes.append(f"{one.folder}: the distance is not determined: {one.part('hazard')['reason']}")
-        elif one.hazard is None or realisations < 2:
+        elif one.realisations < 2:
             notes.append(f"{one.folder} has one realisation of the break-up: no standard errors")
     if run.hazard is not None and reference.hazard is not None and run.hazard.criteria != reference.hazard.criteria:
         notes.append(

@@ -66,33 +66,42 @@ def _print_lines(console: Console, head: str, lines: Sequence[str]) -> None:
         console.print(f"  and {len(lines) - _MOST_LINES} more keys")
 
 
-def _table(title: str, heads: Sequence[str]) -> Table:
+def _table(title: str, heads: Sequence[str], lines: Sequence[Sequence[str]]) -> Table:
     from rich.table import Table
 
     table = Table(title=title, title_justify="left", box=None, pad_edge=False)
     for number, head in enumerate(heads):
         table.add_column(head, justify="right" if number else "left", no_wrap=bool(number))
+    for line in lines:
+        table.add_row(*line)
     return table
+
+
+def _pairs(row: Mapping[str, Any], *names: str, ratio: bool = False) -> list[str]:
+    """Values of the run and of the reference by name, with `ratio` the ratios too."""
+    cells = []
+    for name in names:
+        cells += [_number(row[name][key]) for key in ("run", "reference")]
+        cells += [_with_error(row[name], "ratio")] if ratio else []
+    return cells
 
 
 def _casing_table(rows: Sequence[Mapping[str, Any]]) -> Table:
-    table = _table("", ("", "run", "over", "ratio"))
-    for row in rows:
-        unit = f" ({row['unit']})" if row["unit"] else ""
-        table.add_row(row["quantity"] + unit, *(_number(row[key]) for key in ("run", "reference", "ratio")))
-    return table
+    lines = [
+        [f"{row['quantity']}{f' ({unit})' if (unit := row['unit']) else ''}",
+         *(_number(row[key]) for key in ("run", "reference", "ratio"))]
+        for row in rows
+    ]  # fmt: skip
+    return _table("", ("", "run", "over", "ratio"), lines)
 
 
 def _distance_table(rows: Sequence[Mapping[str, Any]]) -> Table:
-    table = _table("distances (m) ± standard error", ("", "run", "over", "ratio"))
-    for row in rows:
-        both = (_metres(row, key) for key in ("run", "reference"))
-        table.add_row(row["label"], *both, _with_error(row, "ratio"))
-    return table
-
-
-def _metres(row: Mapping[str, Any], key: str) -> str:
-    return metres_and_error(row[key], row[f"{key}_error"])
+    lines = [
+        [row["label"], *(metres_and_error(row[key], row[f"{key}_error"]) for key in ("run", "reference")),
+         _with_error(row, "ratio")]
+        for row in rows
+    ]  # fmt: skip
+    return _table("distances (m) ± standard error", ("", "run", "over", "ratio"), lines)
 
 
 def _witness_table(surface: Mapping[str, Any], *, all_round: bool) -> Table:
@@ -100,12 +109,13 @@ def _witness_table(surface: Mapping[str, Any], *, all_round: bool) -> Table:
     title = (
         f"witness {surface['name']}, sectors of {surface['sector_width_deg']:g} degrees{over}; ratios ± standard error"
     )
-    table = _table(title, ("azimuth", "hits", "over", *(head for head, _ in _RATIOS)))
-    for row in [*surface["by_azimuth"], {"azimuth_deg": None, **surface["total"]}]:
-        azimuth = "all" if row["azimuth_deg"] is None else f"{row['azimuth_deg']:g}"
-        hits = (_number(row["hits"][key]) for key in ("run", "reference"))
-        table.add_row(azimuth, *hits, *(_with_error(row[key], "ratio") for _, key in _RATIOS))
-    return table
+    lines = [
+        [azimuth, *_pairs(row, "hits"), *(_with_error(row[key], "ratio") for _, key in _RATIOS)]
+        for azimuth, row in (
+            *((f"{row['azimuth_deg']:g}", row) for row in surface["by_azimuth"]), ("all", surface["total"])
+        )
+    ]  # fmt: skip
+    return _table(title, ("azimuth", "hits", "over", *(head for head, _ in _RATIOS)), lines)
 
 
 def _density_table(rows: Sequence[Mapping[str, Any]]) -> Table:
@@ -113,38 +123,32 @@ def _density_table(rows: Sequence[Mapping[str, Any]]) -> Table:
     rows = [row for row in rows if row["distance_m"] >= _NEAREST]
     filled = [number for number, row in enumerate(rows) if any(row["ground_density"][k] for k in ("run", "reference"))]
     rows = rows[: filled[-1] + 1] if filled else []
-    step = max(1, -(-len(rows) // _MOST_LINES))
+    lines = []
+    for row in rows[:: max(1, -(-len(rows) // _MOST_LINES))]:
+        hundred = {
+            name: row[name] | {key: 100.0 * row[name][key] for key in ("run", "reference")}
+            for name in ("ground_density", "normal_density")
+        }
+        lines.append([f"{row['distance_m']:.3g}", *_pairs(hundred, *hundred, ratio=True)])
     heads = ("m", "on the ground", "over", "ratio", "normal to the paths", "over", "ratio")
-    table = _table("expected hazardous fragments per 100 m2 by distance", heads)
-    for row in rows[::step]:
-        columns = []
-        for name in ("ground_density", "normal_density"):
-            columns += [_number(100.0 * row[name][key]) for key in ("run", "reference")]
-            columns.append(_with_error(row[name], "ratio"))
-        table.add_row(f"{row['distance_m']:.3g}", *columns)
-    return table
+    return _table("expected hazardous fragments per 100 m2 by distance", heads, lines)
 
 
 def _site_table(rows: Sequence[Mapping[str, Any]]) -> Table:
+    lines = [
+        [row["name"], *(row[key]["verdict"] or "-" for key in ("run", "reference")),
+         *(_number(row[key][name]) for name in ("part_of_criterion", "margin") for key in ("run", "reference"))]
+        for row in rows
+    ]  # fmt: skip
     heads = ("exposed site", "verdict", "over", "part of criterion", "over", "margin m", "over")
-    table = _table("exposed sites; upper bounds (95 %)", heads)
-    for row in rows:
-        both = [row[key] or {} for key in ("run", "reference")]
-        cells = [str(one.get("verdict", "-")) for one in both]
-        cells += [_number(one.get(key)) for key in ("part_of_criterion", "margin") for one in both]
-        table.add_row(row["name"], *cells)
-    return table
+    return _table("exposed sites; upper bounds (95 %)", heads, lines)
 
 
 def _zone_table(rows: Sequence[Mapping[str, Any]]) -> Table:
+    names = ("number", "mass", "mean_speed", "max_speed")
+    lines = [[f"{row['from_deg']:g} to {row['to_deg']:g}", *_pairs(row, *names)] for row in rows]
     heads = ("degrees from the nose", "number", "over", "kg", "over", "mean m/s", "over", "largest m/s", "over")
-    table = _table("fragments of one round by polar zone, at launch", heads)
-    for row in rows:
-        cells = [
-            _number(row[n][k]) for n in ("number", "mass", "mean_speed", "max_speed") for k in ("run", "reference")
-        ]
-        table.add_row(f"{row['from_deg']:g} to {row['to_deg']:g}", *cells)
-    return table
+    return _table("fragments of one round by polar zone, at launch", heads, lines)
 
 
 def _number(value: float | None) -> str:

@@ -1,20 +1,21 @@
-"""Hits of two runs on one witness surface, divided sector by sector."""
+"""Means over realisations with their errors, ratios of two, and hits on one witness surface divided by sector."""
 
 from __future__ import annotations
 
+import math
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from fragfield.errors import InputError
-from fragfield.studies.compare.estimates import compared, estimate
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["QUANTITIES", "compare_hits", "sectors_together"]
+__all__ = ["Estimates", "compare_hits", "compared", "estimate", "sectors_together"]
 
-QUANTITIES = (
+_COLUMNS = (
     "hits",
     "hazardous_hits",
     "max_initial_speed",
@@ -24,6 +25,56 @@ QUANTITIES = (
 """What is compared: numbers, and initial speeds (m/s), the largest, the mean by mass and the mean by number."""
 _NUMBERS = ("hits", "hazardous_hits")
 _USUAL = 15.0  # degrees
+
+
+@dataclass(frozen=True, eq=False)
+class Estimates:
+    """Values (k,) with their standard errors (k,); NaN where there is no value, or no error to be known."""
+
+    value: NDArray[np.float64]
+    error: NDArray[np.float64]
+
+    @classmethod
+    def single(cls, value: float | None, error: float | None) -> Estimates:
+        """One value; None for what is not known."""
+        return cls(*(np.array([np.nan if one is None else one]) for one in (value, error)))
+
+    def over(self, other: Estimates) -> Estimates:
+        """Ratios to independent estimates, the errors taken to first order; NaN over zero."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            ratio = np.where(other.value != 0.0, self.value / other.value, np.nan)
+            return Estimates(ratio, np.hypot(self.error, ratio * other.error) / np.abs(other.value))
+
+
+def estimate(each: NDArray[np.float64]) -> Estimates:
+    """Mean over the realisations and its standard error.
+
+    Parameters
+    ----------
+    each : (n, k) float64
+        One row a realisation; NaN where a realisation says nothing, which then does not count.
+    """
+    known = ~np.isnan(each)
+    number = known.sum(axis=0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        mean = np.where(known, each, 0.0).sum(axis=0) / number
+        variance = (np.where(known, each - mean, 0.0) ** 2).sum(axis=0) / (number - 1)
+        error = np.where(number > 1, np.sqrt(variance / number), np.nan)
+    return Estimates(mean, error)
+
+
+def compared(run: Estimates, reference: Estimates) -> list[dict[str, float | None]]:
+    """One row a value: run, reference and ratio, each with its standard error; None where there is none."""
+    ratio = run.over(reference)
+    columns = {
+        name: np.broadcast_to(values, ratio.value.shape)
+        for key, found in (("run", run), ("reference", reference), ("ratio", ratio))
+        for name, values in ((key, found.value), (f"{key}_error", found.error))
+    }
+    return [
+        {name: None if math.isnan(values[i]) else float(values[i]) for name, values in columns.items()}
+        for i in range(ratio.value.size)
+    ]
 
 
 def sectors_together(sectors: int, width: float | None) -> int:
@@ -68,8 +119,8 @@ def compare_hits(
     Returns
     -------
     dict
-        "total" over all azimuths, and "by_azimuth", one row a sector with `azimuth_deg` and, for each of QUANTITIES, a
-        table as `estimates.compared` has it. A sector's speeds are means over the realisations that hit it.
+        "total" over all azimuths, and "by_azimuth", one row a sector with `azimuth_deg` and, for each of `hits`, `hazardous_hits` and the
+        speeds, a table as `compared` has it. A sector's speeds are means over the realisations that hit it.
     """
     sectors = run.shape[1]
     total = _rows(_values(_grouped(run, sectors)), _values(_grouped(reference, sectors)))[0]
@@ -82,7 +133,7 @@ def compare_hits(
 
 
 def _rows(run: dict[str, NDArray[np.float64]], reference: dict[str, NDArray[np.float64]]) -> list[dict[str, Any]]:
-    columns = {name: compared(estimate(run[name]), estimate(reference[name])) for name in QUANTITIES}
+    columns = {name: compared(estimate(run[name]), estimate(reference[name])) for name in _COLUMNS}
     return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
 
 

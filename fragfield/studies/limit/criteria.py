@@ -5,11 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from pydantic_core import PydanticCustomError
-
-from fragfield.case.units.quantities import Quantity
 from fragfield.errors import InputError
 from fragfield.hazard.certainty import metres
+from fragfield_base.inputs import NotAllowedError, Quantity
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -50,7 +48,7 @@ class LimitCriteria:
         if distance is not None:
             try:
                 metres_given = float(_DISTANCE.parse(distance))
-            except PydanticCustomError as error:
+            except NotAllowedError as error:
                 raise InputError(f"--distance: {error}") from None
         if metres_given is None and not case.exposed:
             raise InputError(

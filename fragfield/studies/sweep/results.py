@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from fragfield.errors import InputError
 from fragfield.hazard.certainty import whole_metres
 from fragfield.hazard.recommended import not_included_words
+from fragfield.quantities import shown
 from fragfield.studies.sweep.plan import labels_of
 from fragfield_base.csv_text import harmless
 from fragfield_base.writing import write_text
@@ -23,49 +24,21 @@ __all__ = ["DONE", "FAILED", "KEPT", "WAITING", "print_sweep", "results_of", "wr
 DONE, KEPT, FAILED, WAITING = "done", "kept", "failed", "waiting"
 """States of a run: computed now, kept from before, ended with an error, not yet begun."""
 
-_VALUES = (
-    ("mean_initial_speed", "burst", "mean_initial_speed"),
-    ("max_initial_speed", "burst", "max_initial_speed"),
-    ("speed_99", "burst", "speed_99"),
-    ("outer_diameter", "burst", "outer_diameter"),
-    ("energy_error", "burst", "energy_error"),
-    ("momentum_error", "burst", "momentum_error"),
-    ("lost_cells", "burst", "lost_cells"),
-    ("cells", "burst", "cells"),
-    ("steps", "burst", "steps"),
-    ("fragments", "break_up", "fragments"),
-    ("realisations", "hazard", "realisations"),
-    ("recommended_distance", "hazard", "recommended"),
-    ("expected_distance", "hazard", "expected"),
-    ("expected_distance_standard_error", "hazard", "standard_error"),
-    ("recommended_distance_without_ricochet", "hazard", "without_ricochet.recommended"),
-    ("expected_distance_without_ricochet", "hazard", "without_ricochet.expected"),
-    ("hazard_direction_deg", "hazard", "direction_deg"),
-    ("determined", "hazard", "determined"),
-    ("largest_throw", "hazard", "largest_throw"),
-)
 _WIDE = 200  # characters of a line where no terminal sets a bound
 
 
 def results_of(summary: Mapping[str, Any]) -> dict[str, Any]:
-    """The chosen numbers of a summary in SI; None for what was not computed.
+    """What a sweep lists of a summary, by name in SI, see `fragfield.quantities`; None for what was not computed.
 
-    Speeds (m/s; `speed_99` is that which 99 % of the casing's mass does not exceed), diameter (m),
-    errors of the ledger (fractions), counts; the recommended distance and the expected one with its standard error
-    (m), None where it is not determined, both without ricochet too; `not_included`, parts that the recommended one
-    does not include; largest throw (m); `single_event_low` and `_high` (m), 5 and 95 % of single events;
-    `wall_seconds` of burst and flight together.
+    Beside these `not_included`, parts that the recommended distance does not include, and `wall_seconds` of burst and
+    flight together.
     """
-    parts = {name: summary.get(name) or {} for name in ("burst", "break_up", "flight", "hazard")}
-    parts["burst"] = {**parts["burst"], "speed_99": (parts["burst"].get("speed_quantiles") or {}).get("99")}
-    short = parts["hazard"].get("without_ricochet") or {}
-    parts["hazard"] = {**parts["hazard"], **{f"without_ricochet.{key}": value for key, value in short.items()}}
-    found = {name: parts[part].get(key) for name, part, key in _VALUES}
-    found["not_included"] = not_included_words(parts["hazard"])
-    single = parts["hazard"].get("single_event") or {}
-    found |= {f"single_event_{key}": single.get(key) for key in ("low", "high")}
-    times = [part["wall_seconds"] for part in parts.values() if part.get("wall_seconds") is not None]
-    return found | {"wall_seconds": sum(times) if times else None}
+    times = [one for part in ("burst", "flight") if (one := (summary.get(part) or {}).get("wall_seconds")) is not None]
+    return {
+        **{one.name: one.of(summary) for one in shown("sweep")},
+        "not_included": not_included_words(summary.get("hazard") or {}),
+        "wall_seconds": sum(times) if times else None,
+    }
 
 
 def write_tables(found: Mapping[str, Any], folder: Path) -> None:

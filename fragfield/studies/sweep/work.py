@@ -6,7 +6,6 @@ ParaView; `fragfield run CASE --out DIR --resume` adds the report, and one witho
 
 from __future__ import annotations
 
-import os
 import sys
 import time
 from dataclasses import dataclass
@@ -17,16 +16,15 @@ from fragfield.case import differences, to_toml
 from fragfield.errors import EXIT_DONE, EXIT_INTERRUPTED, EXIT_NUMERICAL, InputError, exit_code_of, message_of, nearest
 from fragfield.files.run_directory import STAGES, RunDirectory
 from fragfield.pipeline.parallel import launched_size
+from fragfield.studies.runner import make_all, runs_of
 from fragfield.studies.sweep.results import DONE, FAILED, KEPT, WAITING, results_of, write_tables
-from fragfield.studies.sweep.sharing import share_out
-from fragfield.studies.sweep.worker import Worker
 from fragfield_base.writing import write_text
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable
 
+    from fragfield.studies.runner import Runs
     from fragfield.studies.sweep.plan import PlannedRun, SweepPlan
-    from fragfield.studies.sweep.sharing import AnyWorker
 
 __all__ = ["SweepOptions", "check_directories", "make_runs", "planned_row", "run_sweep"]
 
@@ -74,11 +72,6 @@ class SweepOptions:
             hint = nearest(self.stage, _STAGES)
             raise InputError(f'--stage: found "{self.stage}"{hint}; allowed: {", ".join(_STAGES)}')
 
-    @property
-    def side_by_side(self) -> int:
-        """Runs at one time."""
-        return self.jobs or max(len(os.sched_getaffinity(0)) // (self.threads or 1), 1)
-
 
 def run_sweep(plan: SweepPlan, options: SweepOptions) -> dict[str, Any]:
     """Run what is planned and keep sweep.json and sweep.csv at the state reached.
@@ -113,12 +106,13 @@ def run_sweep(plan: SweepPlan, options: SweepOptions) -> dict[str, Any]:
 def make_runs(
     plan: SweepPlan, rows: list[dict[str, Any]], options: SweepOptions, save: Callable[[], None] = lambda: None
 ) -> None:
-    """Share the runs out among workers as they become free, fill their rows, and save the tables from time to time."""
+    """Make the runs side by side, fill their rows, and save the tables from time to time."""
     saved = time.monotonic()
+    runs = runs_of(options.scheduler, len(rows), jobs=options.jobs, threads=options.threads or 1)
 
-    def make(number: int, worker: AnyWorker) -> tuple[str, int, str]:
+    def make(number: int) -> tuple[str, int, str]:
         _report(f"run {number + 1} of {len(rows)}: {plan.runs[number].name}", options)
-        return _perform(plan.runs[number], worker, options)
+        return _perform(plan.runs[number], runs, options)
 
     def ended(number: int, outcome: tuple[str, int, str]) -> None:
         nonlocal saved
@@ -127,15 +121,7 @@ def make_runs(
             save()
             saved = time.monotonic()
 
-    share_out(_workers(options, len(rows)), range(len(rows)), make, ended)
-
-
-def _workers(options: SweepOptions, most: int) -> Sequence[AnyWorker]:
-    if options.scheduler is not None:
-        from fragfield.studies.sweep.cluster import cluster_workers
-
-        return cluster_workers(options.scheduler, options.threads or 1, options.jobs, most)
-    return [Worker(options.threads or 1) for _ in range(min(options.side_by_side, most))]
+    make_all(runs, range(len(rows)), make, ended)
 
 
 def check_directories(plan: SweepPlan, options: SweepOptions) -> None:
@@ -174,7 +160,7 @@ def planned_row(planned: PlannedRun, options: SweepOptions) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _perform(planned: PlannedRun, worker: AnyWorker, options: SweepOptions) -> tuple[str, int, str]:
+def _perform(planned: PlannedRun, runs: Runs, options: SweepOptions) -> tuple[str, int, str]:
     """Make one run, unless it is finished; its state, exit code and message."""
     directory = _directory(planned, options)
     same = directory.exists and not differences(directory.stored_case(), planned.case)
@@ -194,7 +180,7 @@ def _perform(planned: PlannedRun, worker: AnyWorker, options: SweepOptions) -> t
             return FAILED, exit_code_of(error), message_of(error)
         places = {name: str(Path(request[name]).resolve()) for name in ("case_file", "out")}
         request |= {**places, "resume": True, "overwrite": False, "patience": _PATIENCE}
-    code, message = worker.call(request)
+    code, message = runs.call(request)
     if code == EXIT_INTERRUPTED:
         raise KeyboardInterrupt
     return (DONE if code == EXIT_DONE else FAILED), code, message

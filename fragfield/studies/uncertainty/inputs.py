@@ -6,10 +6,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from fragfield.case.checks.uncertain_inputs import parameters_of, target_of
-from fragfield.case.units.quantities import with_unit
 from fragfield.errors import InputError
 from fragfield.studies.uncertainty.defaults import default_inputs
 from fragfield.studies.uncertainty.distributions import Distribution
+from fragfield_base.inputs import with_unit
 
 if TYPE_CHECKING:
     from fragfield.case import Case

@@ -14,6 +14,7 @@ from fragfield.files.stamped import read_stamped_json, stamped_json
 from fragfield.hazard.contours import write_contours
 from fragfield.hazard.prescribed import minimum_part
 from fragfield.hazard.recommended import recommended_of
+from fragfield.quantities import shown
 from fragfield.studies.uncertainty.indices import Analysis, analyse
 from fragfield.studies.uncertainty.sample import results_of_summary
 from fragfield.studies.uncertainty.spread import spread_of, without_statistical_error
@@ -187,7 +188,7 @@ def _write_samples(study: Study, rows: Mapping[int, Mapping[str, Any]], folder: 
     """One row a sample: its draws, its state and its results."""
     sites = [site["name"] for row in rows.values() for site in (row.get("results") or {}).get("exposed") or []]
     names = list(dict.fromkeys(sites))
-    results = ["distance", "standard_error", "mean_initial_speed", "speed_99", "fragments"]
+    results = ["distance", "standard_error", *(one.name for one in shown("uncertainty"))]
     heads = ["sample", *(entry.name for entry in study.inputs), "state", *results]
     heads += [f"{site}: {what}" for site in names for what in _SITE]
     text = io.StringIO()

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fragfield.errors import EXIT_DONE, EXIT_INTERRUPTED, exit_code_of, message_of
+from fragfield.quantities import shown
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -96,16 +97,14 @@ def results_of_summary(summary: Mapping[str, Any]) -> dict[str, Any]:
     `mean_initial_speed`, `speed_99`, `fragments`, and for each exposed site its expected `density` (the larger of that
     normal to the path and that on the ground), `hits` and `probability` with their standard errors.
     """
-    hazard, burst = summary["hazard"], summary["burst"]
+    hazard = summary["hazard"]
     determined = bool(hazard["determined"])
     return {
         "distance": hazard["expected"] if determined else None,
         "standard_error": hazard["standard_error"] if determined else None,
         "determined": determined,
         "reason": "" if determined else str(hazard["reason"]),
-        "mean_initial_speed": burst.get("mean_initial_speed"),
-        "speed_99": (burst.get("speed_quantiles") or {}).get("99"),
-        "fragments": summary["break_up"]["fragments"],
+        **{one.name: one.of(summary) for one in shown("uncertainty")},
         "exposed": [_place(entry) for entry in summary.get("exposed") or []],
     }
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import logging
-import os
 import shutil
 import sys
 import time
@@ -17,8 +16,7 @@ from fragfield.errors import EXIT_DONE, EXIT_INTERRUPTED, InputError
 from fragfield.files.run_directory import STAGES, RunDirectory
 from fragfield.pipeline.chain import Request, run_stage
 from fragfield.pipeline.parallel import launched_size
-from fragfield.studies.sweep.sharing import share_out
-from fragfield.studies.sweep.worker import Worker
+from fragfield.studies.runner import cores, make_all, runs_of
 from fragfield.studies.uncertainty.journal import Journal
 from fragfield.studies.uncertainty.plan import plan_study
 from fragfield.studies.uncertainty.results import write_results
@@ -26,9 +24,7 @@ from fragfield_base.locking import locked
 from fragfield_base.writing import write_text
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from fragfield.studies.sweep.sharing import AnyWorker
+    from fragfield.studies.runner import Runs
     from fragfield.studies.uncertainty.plan import Study
 
 __all__ = ["StudyOptions", "run_study"]
@@ -106,7 +102,7 @@ def run_study(request: Request, options: StudyOptions) -> dict[str, Any]:
         with journal:
             made = _samples(study, journal, options)
         seconds = time.perf_counter() - began
-        cost = {"samples_made_now": made, "wall_seconds": seconds, "workers": options.workers or _cores()}
+        cost = {"samples_made_now": made, "wall_seconds": seconds, "workers": options.workers or cores()}
         found = write_results(study, journal.rows, nominal, options.folder, cost)
         _pages(nominal, options.folder, found)
     return {"directory": str(options.folder), **found}
@@ -157,18 +153,6 @@ def _nominal(request: Request, options: StudyOptions) -> RunDirectory:
     return directory
 
 
-def _workers(options: StudyOptions, most: int) -> Sequence[AnyWorker]:
-    if options.scheduler is not None:
-        from fragfield.studies.sweep.cluster import cluster_workers
-
-        return cluster_workers(options.scheduler, 1, options.workers, most)
-    return [Worker(1) for _ in range(min(options.workers or _cores(), most))]
-
-
-def _cores() -> int:
-    return len(os.sched_getaffinity(0))
-
-
 def _samples(study: Study, journal: Journal, options: StudyOptions) -> int:
     """Make the bursts that are shared, then every sample that is missing; how many were made."""
     scratch = options.folder / SCRATCH
@@ -186,11 +170,12 @@ def _samples(study: Study, journal: Journal, options: StudyOptions) -> int:
 
 def _sample(study: Study, missing: list[int], journal: Journal, options: StudyOptions, scratch: str) -> None:
     progress = _Progress(study.samples, len(journal.rows), options)
+    runs = runs_of(options.scheduler, len(missing), jobs=options.workers)
 
-    def make(number: int, worker: AnyWorker) -> tuple[int, str]:
+    def make(number: int) -> tuple[int, str]:
         burst = None if study.burst is None else str(_burst_directory(options, int(study.burst[number])).path.resolve())
         asked = {"stage": "sample", "case": study.document(number), "scratch": scratch, "burst": burst}
-        return _call(worker, asked)
+        return _call(runs, asked)
 
     def ended(number: int, outcome: tuple[int, str]) -> None:
         code, message = outcome
@@ -198,16 +183,16 @@ def _sample(study: Study, missing: list[int], journal: Journal, options: StudyOp
         journal.add(number, {"exit_code": code, **row})
         progress.one_more()
 
-    share_out(_workers(options, len(missing)), missing, make, ended)
+    make_all(runs, missing, make, ended)
 
 
-def _call(worker: AnyWorker, asked: dict[str, Any]) -> tuple[int, str]:
+def _call(runs: Runs, asked: dict[str, Any]) -> tuple[int, str]:
     """A run; made again where its process was killed by a signal, which is no fault of the run."""
-    code, message = worker.call(asked)
+    code, message = runs.call(asked)
     for _ in range(_TRIES - 1):
         if code >= 0:
             break
-        code, message = worker.call(asked)
+        code, message = runs.call(asked)
     if code == EXIT_INTERRUPTED:
         raise KeyboardInterrupt
     return code, message
@@ -224,21 +209,22 @@ def _shared_bursts(study: Study, options: StudyOptions) -> None:
     if not missing:
         return
     (options.folder / BURSTS).mkdir(exist_ok=True)
+    runs = runs_of(options.scheduler, len(missing), jobs=options.workers)
 
-    def make(number: int, worker: AnyWorker) -> tuple[int, str]:
+    def make(number: int) -> tuple[int, str]:
         _report(f"burst {number + 1} of {study.bursts}", options)
         case_file = (options.folder / BURSTS / f"burst_{number:04d}.toml").resolve()
         write_text(case_file, study.burst_text(number), InputError)
         out = directories[number].path.resolve()
         asked = {"stage": "burst", "case_file": str(case_file), "out": str(out), "resume": True, "overwrite": False}
-        return _call(worker, asked)
+        return _call(runs, asked)
 
     def ended(number: int, outcome: tuple[int, str]) -> None:
         code, message = outcome
         if code != EXIT_DONE:
             raise InputError(f"burst {number + 1} of {study.bursts} failed (exit code {code}): {message}")
 
-    share_out(_workers(options, len(missing)), missing, make, ended)
+    make_all(runs, missing, make, ended)
 
 
 def _pages(nominal: RunDirectory, folder: Path, found: dict[str, Any]) -> None:

@@ -8,18 +8,20 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from mpi4py import MPI
 
-from burst_fenicsx.axisymmetric.fields import make_ring_fields, on_dolfinx
+from burst_fenicsx.axisymmetric.meridian import RING, axis_constraint, on_dolfinx
 from burst_fenicsx.axisymmetric.mesh import MeridianMesh
 from burst_fenicsx.axisymmetric.slide_line import meridian_contact
-from burst_fenicsx.axisymmetric.solver import RingSolver
+from burst_fenicsx.mechanics.fields import make_fields
 from burst_fenicsx.mechanics.ledger import Ledger
+from burst_fenicsx.mechanics.nodal_loads import NodalConstraint
+from burst_fenicsx.mechanics.solver import BurstSolver
 from burst_fenicsx.problem import BurstSettings, CasingMaterial, Explosive, Part, Round
 from tests.burst_fenicsx.boxes import BARE, ELASTIC, TNT, no_leakage, plain_inputs
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-__all__ = ["HeldSolver", "meridian", "named", "random_meridian", "rectangle", "ring_burst", "stressed", "whole_steps"]
+__all__ = ["hold", "meridian", "named", "random_meridian", "rectangle", "ring_burst", "stressed", "whole_steps"]
 
 
 def meridian(
@@ -73,29 +75,7 @@ def named(mesh: MeridianMesh, part: np.ndarray) -> MeridianMesh:
     return replace(mesh, part=part.astype(np.int32), segment=np.where(part == Part.CASING, 0, -1).astype(np.int32))
 
 
-class HeldSolver(RingSolver):
-    """A ring solver with forces and holds from outside, which act where all cells take the same step.
-
-    Attributes
-    ----------
-    held : (nodes, 2) bool, whether r and z of a node are held. outside : adds to the forces (nodes, 3) at a time (s).
-    """
-
-    held: np.ndarray | None = None
-    outside: Callable[[float, np.ndarray], None] | None = None
-
-    def add_forces(self, step: float, min_level: int = 0) -> None:
-        """As `RingSolver`, then the forces from outside and the holds."""
-        super().add_forces(step, min_level)
-        force = self.fields.nodes.force
-        if self.outside is not None:
-            self.outside(self.time, force)
-        if self.held is not None:
-            force[self.held[:, 0], 0] = 0.0
-            force[self.held[:, 1], 2] = 0.0
-
-
-def stressed(solver: RingSolver, part: Part) -> Any:
+def stressed(solver: BurstSolver, part: Part) -> Any:
     """Put constant stress into every cell, of products or at random, and add its forces; gives its function."""
     state = solver.fields
     values = state.solid.stress[:, 0]
@@ -126,14 +106,23 @@ def ring_burst(
     casing: CasingMaterial = ELASTIC,
     explosive: Explosive = TNT,
     ignition: tuple = (),
-    solver: type[RingSolver] = RingSolver,
-) -> RingSolver:
-    """Solver on the meridian of one round; nodes and cells keep dolfinx's order."""
-    distributed = on_dolfinx(mesh)
+    **options: Any,
+) -> BurstSolver:
+    """Solver on the meridian of one round; nodes and cells keep dolfinx's order; `options` go to `BurstSolver`."""
+    distributed = on_dolfinx(MPI.COMM_SELF, mesh)
     item = Round(name="ring", explosive=explosive, casing=casing, ignition=ignition)
     leakage = no_leakage(settings)
-    fields = make_ring_fields(distributed, [item], settings, **plain_inputs(distributed, mesh, leakage))
+    inputs = plain_inputs(distributed, mesh, leakage)
+    fields = make_fields(distributed, [item], settings, element=RING, **inputs)
     charge = distributed.part == Part.CHARGE
     chemical = float(fields.cell_mass[charge].sum()) / explosive.density * fields.products[0].energy
     ledger = Ledger(settings.energy_tolerance, 1.0, np.array([chemical]), MPI.COMM_SELF)
-    return solver(fields, settings, leakage, ledger, *meridian_contact(mesh, fields, settings))
+    contact, on_axis = meridian_contact(mesh, fields, settings), axis_constraint(mesh, fields)
+    return BurstSolver(fields, settings, leakage, ledger, contact=contact, constraints=on_axis, **options)
+
+
+def hold(solver: BurstSolver, held: np.ndarray) -> None:
+    """Let nodes not move along r or z from now on, (nodes, 2) bool, and find the forces again."""
+    across, along = (NodalConstraint(np.flatnonzero(held[:, k]), np.eye(3)[2 * k]) for k in range(2))
+    solver.constraints = (*solver.constraints, across, along)
+    solver.add_forces(0.0)

@@ -10,7 +10,7 @@ import pytest
 pytest.importorskip("dolfinx")
 
 from burst_fenicsx.problem import IgnitionPoint, Part
-from tests.burst_fenicsx.axisymmetric.meridians import HeldSolver, rectangle, ring_burst, whole_steps
+from tests.burst_fenicsx.axisymmetric.meridians import hold, rectangle, ring_burst, whole_steps
 from tests.burst_fenicsx.bodies import QUIET
 from tests.burst_fenicsx.boxes import TNT, box, burst, run_until
 
@@ -72,11 +72,9 @@ def test_the_front_runs_ahead_by_no_more_than_the_products_own_speed(products, f
     """
     cell, length = 2e-3, 0.24
     settings = whole_steps(QUIET, cell_size=cell, products=products)
-    solver = ring_burst(
-        rectangle((3, 120), (0.0, 3 * cell), length, Part.CHARGE), settings, ignition=INITIATION, solver=HeldSolver
-    )
+    solver = ring_burst(rectangle((3, 120), (0.0, 3 * cell), length, Part.CHARGE), settings, ignition=INITIATION)
     start = solver.fields.start
-    solver.held = np.stack([start[:, 0] > 2.9 * cell, start[:, 2] > length - 1e-9], axis=1)
+    hold(solver, np.stack([start[:, 0] > 2.9 * cell, start[:, 2] > length - 1e-9], axis=1))
     depth = length - start[solver.fields.mesh.dofmap, 2].mean(axis=1)
     for share in (0.3, 0.5, 0.75):
         run_until(solver, share * length / SPEED)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -11,15 +12,14 @@ import pytest
 pytest.importorskip("dolfinx")
 
 from burst_fenicsx.axisymmetric.applicability import CLEARANCE, clearance, why_not_axisymmetric
-from burst_fenicsx.axisymmetric.fields import _burn_rates, _largest_faces
-from burst_fenicsx.axisymmetric.mesh import mesh_meridian
+from burst_fenicsx.axisymmetric.meridian import MERIDIAN, RING
+from burst_fenicsx.axisymmetric.mesh import edge_neighbours, mesh_meridian, outer_edges
 from burst_fenicsx.axisymmetric.rings import areas, folded, longest_edges, ring_volumes
-from burst_fenicsx.axisymmetric.simulation import AxisymmetricSimulation
 from burst_fenicsx.axisymmetric.slide_line import _across_creases, _smooth_groups
-from burst_fenicsx.axisymmetric.surfaces import edge_neighbours, meridian_surfaces, outer_edges
 from burst_fenicsx.errors import InputError, NumericalStop
 from burst_fenicsx.geometry import load_profile
 from burst_fenicsx.problem import IgnitionPoint, Mirror, Part, RigidPlane, ShockInitiation
+from burst_fenicsx.records.surfaces import radial_surfaces
 from tests.burst_fenicsx.axisymmetric.meridians import named, random_meridian, rectangle
 from tests.burst_fenicsx.tubes import SETTINGS, tube
 
@@ -65,7 +65,7 @@ def test_parts_of_the_charge_are_equally_long_and_bins_are_those_of_the_round():
     centre = mesh.nodes[mesh.cells].mean(axis=1)
     inside = (centre[:, 0] < 0.2) & (np.abs(centre[:, 2] - 0.5) < 0.3)
     mesh = named(mesh, np.where(inside, Part.CHARGE, Part.CASING))
-    found = meridian_surfaces(mesh, 3, 5)
+    found = radial_surfaces(mesh, [tube()], 3, 5)
     station = 1.0 - centre[:, 2]
     np.testing.assert_array_equal(found.cell_part[inside], ((station[inside] - 0.2) / 0.2).astype(int))
     assert (found.cell_part[~inside] == 3).all()
@@ -82,7 +82,7 @@ def test_parts_of_the_charge_are_equally_long_and_bins_are_those_of_the_round():
     np.testing.assert_allclose(found.bin_station, [0.1, 0.3, 0.5, 0.7, 0.9])
     np.testing.assert_array_equal(found.radius, r)
     np.testing.assert_array_equal(found.outward, np.broadcast_to([1.0, 0.0, 0.0], mesh.nodes.shape))
-    assert (meridian_surfaces(rectangle((2, 2), (0.1, 0.2), 1.0), 3, 2).cell_part == 3).all()
+    assert (radial_surfaces(rectangle((2, 2), (0.1, 0.2), 1.0), [tube()], 3, 2).cell_part == 3).all()
 
 
 def line(turns):
@@ -130,9 +130,9 @@ def test_areas_edges_and_rates_of_quadrilaterals():
     assert longest_edges(nodes, cells) == pytest.approx([np.sqrt(10.0)])
     assert ring_volumes(nodes, cells) == pytest.approx([2.0 * np.pi * 2.0 * 4.0])
     corners = nodes[cells]
-    assert _burn_rates(corners, np.zeros(1), 7000.0) == pytest.approx([2.0 * 7000.0 * np.sqrt(10.0) / (3.0 * 4.0)])
+    assert RING.burn_rates(corners, np.zeros(1), 7000.0) == pytest.approx([2.0 * 7000.0 * np.sqrt(10.0) / (3.0 * 4.0)])
     # The face that its longest edge sweeps is no larger than that of its farthest corner.
-    assert _largest_faces(corners) == pytest.approx([2.0 * np.pi * 3.0 * np.sqrt(10.0)])
+    assert RING.largest_faces(corners) == pytest.approx([2.0 * np.pi * 3.0 * np.sqrt(10.0)])
     for shift in range(4):
         turned = np.roll(cells, shift, axis=1)
         assert areas(nodes, turned) == pytest.approx([4.0])
@@ -228,13 +228,8 @@ def test_a_ring_that_reaches_a_plane_stops_the_run(axis, least):
     mesh = SimpleNamespace(dofmap=np.array([[0, 1, 1, 3], [2, 2, 2, 2]]), part=np.array([Part.CASING, Part.CHARGE]))
     for gap, stops in ((1e-6, False), (-1e-6, True)):
         plane = RigidPlane("deck", (0.0, 0.0, 0.0), (0.0, 0.0, 2.0))
-        run = SimpleNamespace(
-            rounds=[tube(axis=axis, position=(3.0, 4.0, gap - least))], _planes=(plane,),
-            solver=SimpleNamespace(time=1e-5),
-            fields=SimpleNamespace(mesh=mesh, nodes=SimpleNamespace(position=position)),
-        )  # fmt: skip
-        if stops:
-            with pytest.raises(NumericalStop, match="the casing of round 'tube' has reached the plane 'deck'"):
-                AxisymmetricSimulation._check_planes(run)
-        else:
-            AxisymmetricSimulation._check_planes(run)
+        fields = SimpleNamespace(mesh=mesh, nodes=SimpleNamespace(position=position))
+        item = tube(axis=axis, position=(3.0, 4.0, gap - least))
+        message = "the casing of round 'tube' has reached the plane 'deck'"
+        with pytest.raises(NumericalStop, match=message) if stops else nullcontext():
+            MERIDIAN.check_state(fields, [item], replace(SETTINGS, planes=(plane,)), 1e-5)

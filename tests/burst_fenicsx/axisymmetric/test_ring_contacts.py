@@ -87,7 +87,7 @@ def test_the_ledger_takes_the_heat_of_sliding_rings():
     solver = ring_burst(bench("cylinder"), replace(QUIET, contact=ContactSettings(cohesion=0.0, friction_angle=20.0)))
     state, contacts = solver.fields, solver.contact.interface.contacts
     charge = np.unique(state.mesh.dofmap[state.mesh.part == Part.CHARGE])
-    solver.free_step = STEP
+    solver.control.uncut_step = STEP
     heat, given = 0.0, []
     for number in range(6):
         state.nodes.position[charge, 0 if number == 0 else 2] += 2e-7 if number == 0 else 2e-5

@@ -75,16 +75,16 @@ def test_the_stable_step_is_that_of_a_pressure_in_the_ring(inner):
     for solver, sound in ((casing, SOUND), (gas, np.sqrt(3.0 * gas.fields.charge.pressure[0] / TNT.density))):
         own = solver.fields.mesh.dofmap[0]
         length = length_of(solver.fields.start[own][:, [0, 2]], solver.fields.mass[own])
-        assert solver.stable_step == pytest.approx(length / sound, rel=1e-6)
+        assert solver.control.stable_step == pytest.approx(length / sound, rel=1e-6)
     # What may still be initiated is stepped as products at the front are, whose speed of sound is 3/4 D.
     waits = ring_burst(slanted(inner, Part.CHARGE), replace(BARE, products="landau"))
     for burnt in (0.0, 0.999):
         waits.fields.charge.burn_fraction[:] = burnt
         waits.add_forces(0.0)
         length = length_of(waits.fields.start[own][:, [0, 2]], waits.fields.mass[own])
-        assert waits.stable_step == pytest.approx(length / (0.75 * TNT.detonation_velocity), rel=1e-6)
+        assert waits.control.stable_step == pytest.approx(length / (0.75 * TNT.detonation_velocity), rel=1e-6)
     # Far from the axis it is a square: the edge over c.
-    assert ring(0.2).stable_step == pytest.approx(EDGE / SOUND, rel=0.01)
+    assert ring(0.2).control.stable_step == pytest.approx(EDGE / SOUND, rel=0.01)
 
 
 @pytest.mark.parametrize("part", [Part.CASING, Part.CHARGE])
@@ -135,7 +135,7 @@ def test_the_viscous_pressure_pushes_the_nodes_as_a_pressure(part, inner):
     expected = pressure * slopes
     expected[nodes[:, 0] == 0.0, 0] = 0.0
     np.testing.assert_allclose(
-        solver.resultant[own][:, [0, 2]], expected, rtol=1e-5, atol=1e-6 * np.abs(expected).max()
+        solver.fields.nodes.force[own][:, [0, 2]], expected, rtol=1e-5, atol=1e-6 * np.abs(expected).max()
     )
 
 
@@ -148,10 +148,10 @@ def test_hourglass_control_is_that_of_a_cube_of_the_same_size():
         corner = np.sign(solver.fields.start[:, [0, 2]] - solver.fields.start[:, [0, 2]].mean(axis=0)).prod(axis=1)
         nodes.velocity[:, axis] = corner
         solver.add_forces(step)
-        answer = solver.resultant[:, axis] / solver.fields.mass
+        answer = solver.fields.nodes.force[:, axis] / solver.fields.mass
         expected = 16.0 * 0.05 * SOUND / EDGE + 64.0 / 36.0 * 0.05 * (SOUND / EDGE) ** 2 * step
         np.testing.assert_allclose(answer, -expected * corner, rtol=3e-3)
-        assert np.abs(solver.resultant[:, 2].sum()) < 1e-9 * np.abs(solver.resultant).sum()
+        assert np.abs(solver.fields.nodes.force[:, 2].sum()) < 1e-9 * np.abs(solver.fields.nodes.force).sum()
 
 
 def hourglass_vector(nodes):
@@ -188,7 +188,7 @@ def test_hourglass_damping_takes_away_a_rate_at_most_as_a_whole(inner, part, las
     solver.add_forces(last * step)
     vector = hourglass_vector(state.start[own][:, [0, 2]])
     rate = vector @ velocity
-    change = vector @ (step * solver.resultant[own][:, [0, 2]] / state.mass[own][:, None])
+    change = vector @ (step * solver.fields.nodes.force[own][:, [0, 2]] / state.mass[own][:, None])
     assert change[1] == pytest.approx(-rate[1], rel=1e-5)
     if inner > 0.0:  # nodes on the axis are held
         assert change[0] == pytest.approx(-rate[0], rel=1e-5)
@@ -205,9 +205,9 @@ def test_crushed_products_give_up_their_forces(relative, released):
         solver.add_forces(0.0)
         gone = released and burnt == 1.0
         assert bool(state.eroded[0]) is gone
-        assert bool(np.abs(solver.resultant).max() == 0.0) is gone
+        assert bool(np.abs(solver.fields.nodes.force).max() == 0.0) is gone
         assert bool(state.charge.pressure[0] == 0.0) is gone
-        assert not gone or np.isinf(solver.stable_step)
+        assert not gone or np.isinf(solver.control.stable_step)
 
 
 def test_all_crushed_rings_of_a_block_are_released_and_keep_their_volume():
@@ -221,7 +221,7 @@ def test_all_crushed_rings_of_a_block_are_released_and_keep_their_volume():
         state.nodes.position[:, 2] = relative * state.start[:, 2]
         solver.add_forces(0.0)
         assert state.eroded.all()
-        assert np.abs(solver.resultant).max() == 0.0
+        assert np.abs(solver.fields.nodes.force).max() == 0.0
         np.testing.assert_array_equal(state.grid.volume, before)
 
 

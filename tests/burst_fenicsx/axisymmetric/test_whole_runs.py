@@ -17,14 +17,14 @@ pytest.importorskip("dolfinx")
 from mpi4py import MPI
 
 from burst_fenicsx import simulation
-from burst_fenicsx.axisymmetric.simulation import AxisymmetricSimulation
 from burst_fenicsx.errors import InputError, NumericalStop
+from burst_fenicsx.meshing.placement import frame
 from burst_fenicsx.problem import Leakage, RigidPlane
 from burst_fenicsx.run_burst import simulate
 from fragfield.case import load_case
 from fragfield.case.conversion.stages import burst_rounds, burst_settings
 from tests.burst_fenicsx.tubes import SETTINGS, tube
-from tests.datasets import same_data
+from tests.datasets import datasets, same_data
 
 pytestmark = pytest.mark.dolfinx
 
@@ -54,7 +54,7 @@ def test_energy_closes_and_axial_momentum_stays(tmp_path, products, interface):
     none.
     """
     settings = replace(LEAKING, products=products, contact=replace(LEAKING.contact, charge_casing=interface))
-    going = AxisymmetricSimulation([tube()], settings, tmp_path, {})
+    going = simulation.Simulation([tube()], settings, tmp_path, MPI.COMM_SELF, {})
     going.run()
     entries = going.ledger.entries
     assert max(entry.momentum_error for entry in entries) < 1e-12
@@ -95,7 +95,7 @@ def test_a_resumed_run_equals_the_uninterrupted_one_with_released_cells(tmp_path
         for time in (5e-6, 90e-6, 210e-6):
             interrupted(rounds, settings, parts, time, resume=(parts / "checkpoint.h5").exists())
         with h5py.File(parts / "checkpoint.h5") as file:
-            assert file["ranks/0/element/eroded"][()].any()
+            assert file["ranks/0/eroded"][()].any()
         two = simulate(rounds, settings, parts, comm=MPI.COMM_SELF, resume=True)
     finally:
         signal.signal(signal.SIGINT, usual)
@@ -126,13 +126,21 @@ def test_it_takes_one_thread_whatever_is_given_and_leaves_the_number_as_it_was(t
 
 
 def test_place_and_direction_in_space_do_not_change_the_speeds(tmp_path):
-    """A lying round elsewhere: the same burst to the bit, its snapshot in its own frame."""
+    """A lying round elsewhere: the same burst to the bit, its snapshot carried to where it lies."""
     one, two = folders(tmp_path, "one", "two")
     still = simulate([tube()], RINGS, one, comm=MPI.COMM_SELF).summary
     item = tube(position=(0.5, -1.0, 0.3), axis=(1.0, 2.0, -1.5))
     moved = simulate([item], RINGS, two, comm=MPI.COMM_SELF).summary
     for name in ("steps", "mean_initial_speed", "max_initial_speed", "outer_diameter", "energy_error"):
         assert moved[name] == still[name], name
+    upright, lying = datasets(one / "burst_snapshot.h5"), datasets(two / "burst_snapshot.h5")
+    for name in ("cells/mass", "cells/plastic_shear_strain", "rounds/0/segments", "rounds/0/expansion/outer_radius"):
+        np.testing.assert_array_equal(lying[name], upright[name])
+    axes = frame(item.axis)
+    assert np.abs(axes - np.eye(3)).max() > 0.5
+    np.testing.assert_allclose(lying["nodes/velocity"], upright["nodes/velocity"] @ axes, atol=1e-9)
+    carried = upright["nodes/position"] @ axes + item.position
+    np.testing.assert_allclose(lying["nodes/position"], carried, atol=1e-12)
 
 
 def test_only_what_is_axisymmetric_is_taken(tmp_path):

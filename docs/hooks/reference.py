@@ -1,0 +1,237 @@
+"""Pages made from the program: case file, commands, summary.json, built-in names, public names of a package."""
+
+from __future__ import annotations
+
+import importlib
+import inspect
+import math
+import re
+import tomllib
+from itertools import groupby
+from typing import TYPE_CHECKING, Any
+
+from typer.main import get_command
+
+from burst_fenicsx.data import DATA_DIRECTORY
+from fragfield.case import Case
+from fragfield.cli import app
+from fragfield.quantities import QUANTITIES, schema
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
+__all__ = ["api_reference", "built_in_tables", "case_reference", "command_reference", "summary_reference"]
+
+Schema = dict[str, Any]
+_SECTIONS = ("Parameters", "Attributes", "Returns", "Yields", "Raises", "Notes", "Examples")
+_LIMITS = {"exclusiveMinimum": "greater than", "minimum": "at least", "exclusiveMaximum": "less than",
+           "maximum": "at most"}  # fmt: skip
+
+
+def _cell(text: str) -> str:
+    """A text for a table: one line, no bar splits it; angle brackets and dollars outside of code are shown."""
+    parts = " ".join(text.split()).split("`")
+    plain = [part if i % 2 else part.replace("<", "&lt;").replace("$", "&#36;") for i, part in enumerate(parts)]
+    return "`".join(plain).replace("|", "\\|")
+
+
+def _rows(head: str, body: Iterable[Iterable[str]]) -> str:
+    titles = head.split(", ")
+    lines = [f"| {' | '.join(titles)} |", f"|{'---|' * len(titles)}"]
+    return "\n".join([*lines, *(f"| {' | '.join(row)} |" for row in body)])
+
+
+# --- case file ----------------------------------------------------------------------------------------------
+
+
+def case_reference() -> str:
+    """Every table of the case file, as Markdown."""
+    schema = Case.model_json_schema()
+    parts = [_table(schema, "", "Top level")]
+    parts += [_table(table, path, title) for path, title, table in _tables(schema["properties"], schema["$defs"])]
+    return "\n\n".join(parts)
+
+
+def _tables(properties: Schema, definitions: Schema, path: str = "") -> Iterator[tuple[str, str, Schema]]:
+    """Key path, title and schema of the tables that the properties of another may hold, each before those within it."""
+    for key, entry in properties.items():
+        names, listed = _references(entry)
+        for name in names:
+            table = definitions[name]
+            below = f"{path}.{key}" if path else key
+            kind = table["properties"].get("kind", {}).get("const") if len(names) > 1 else None
+            brackets = f"[[{below}]]" if listed else f"[{below}]"
+            yield below, f'{brackets} with kind = "{kind}"' if kind else brackets, table
+            yield from _tables(table["properties"], definitions, below)
+
+
+def _references(entry: Schema) -> tuple[list[str], bool]:
+    """Names of the tables that a value may be, and whether it is a list of them."""
+    if "$ref" in entry:
+        return [entry["$ref"].rpartition("/")[2]], False
+    if "items" in entry:
+        return _references(entry["items"])[0], True
+    choices = [_references(choice) for choice in (*entry.get("anyOf", ()), *entry.get("oneOf", ()))]
+    return [name for names, _ in choices for name in names], any(listed for _, listed in choices)
+
+
+def _table(table: Schema, path: str, title: str) -> str:
+    required = table.get("required", [])
+    words = _cell(table["description"]) if path else "Keys that stand before the first table."
+    body = [
+        (f"`{key}`", _cell("; ".join([_allowed(entry), *([entry["bounds"]] if "bounds" in entry else [])])), "needed" if key in required else _cell(_default(entry)),
+         _cell(entry.get("description") or f"See `{path}.{key}`."))
+        for key, entry in table["properties"].items()
+        if path or not _references(entry)[0]
+    ]  # fmt: skip
+    return f"{'###' if '.' in path else '##'} {title}\n\n{words}\n\n{_rows('key, value, default, meaning', body)}"
+
+
+def _allowed(entry: Schema) -> str:
+    """What a value may be, in words."""
+    if "allowed" in entry:
+        return re.sub(r' with its unit as a string, for example ("[^"]*")', r", for example `\1`", entry["allowed"])
+    choices = [choice for choice in (*entry.get("anyOf", ()), *entry.get("oneOf", ())) if choice.get("type") != "null"]
+    if choices:
+        return " or ".join(_allowed(choice) for choice in choices)
+    if "const" in entry or "enum" in entry:
+        return ", ".join(f"`{_toml(value)}`" for value in entry.get("enum", [entry.get("const")]))
+    if entry.get("type") == "array":
+        return f"a list, each {_allowed(entry['items'])}"
+    words = {"integer": "a whole number", "number": "a number", "string": "text", "boolean": "`true` or `false`"}
+    limits = [f"{words} {entry[key]:g}" for key, words in _LIMITS.items() if entry.get(key, math.inf) < 1e9]
+    return words.get(entry.get("type", ""), "a table") + (", " + " and ".join(limits) if limits else "")
+
+
+def _default(entry: Schema) -> str:
+    value, unit = entry.get("default"), entry.get("unit", "")
+    if value is None or isinstance(value, dict):
+        return "-"
+    if isinstance(value, (list, tuple)):
+        return f"`[{', '.join(_with_unit(item, unit) for item in value)}]`"
+    return f"`{_with_unit(value, unit)}`"
+
+
+def _with_unit(value: Any, unit: str) -> str:  # noqa: ANN401 - whatever a schema holds
+    """A default as the file would write it; angles in degrees, densities of hazard as one over an area."""
+    if isinstance(value, (str, bool)) or unit in ("", "1"):
+        return _toml(value)
+    if unit == "rad":
+        return f'"{math.degrees(value):.6g} deg"'
+    return f'"1 / ({1.0 / value:.6g} m^2)"' if unit == "1/m^2" else f'"{value:.6g} {unit}"'
+
+
+def _toml(value: Any) -> str:  # noqa: ANN401 - whatever a schema holds
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    return f'"{value}"' if isinstance(value, str) else f"{value:.6g}"
+
+
+def built_in_tables() -> str:
+    """Built-in profiles, explosives and casing materials with their sources, as Markdown."""
+    body = []
+    for path in sorted((DATA_DIRECTORY / "profiles").glob("*.toml")):
+        values = tomllib.loads(path.read_text(encoding="utf-8"))
+        body.append((f"`{path.stem}`", f"profile: {_cell(values.get('title', ''))}", _cell(values.get("source", ""))))
+    for kind, name in (("explosive", "explosives.toml"), ("casing", "casings.toml")):
+        values = tomllib.loads((DATA_DIRECTORY / name).read_text(encoding="utf-8"))
+        body += [(f"`{key}`", kind, _cell(table.get("source", ""))) for key, table in values.items()]
+    return _rows("name, what, source", body)
+
+
+# --- summary.json -------------------------------------------------------------------------------------------
+
+
+def summary_reference() -> str:
+    """A table of all values of each part of summary.json, from the catalogue of output quantities, as Markdown."""
+    parts = []
+    for part, values in groupby(QUANTITIES.values(), key=lambda one: one.path.partition(".")[0].removesuffix("[]")):
+        about = schema()["properties"][part].get("description", "")
+        body = [
+            (f"`{one.path.partition('.')[2] or one.path}`", one.unit,
+             _cell(". ".join(words for words in (one.label, one.note) if words)))
+            for one in values
+        ]  # fmt: skip
+        parts.append(f"### {part}\n\n{about}\n\n{_rows('key, unit, meaning', body)}")
+    return "\n\n".join(parts)
+
+
+# --- command line -------------------------------------------------------------------------------------------
+
+
+def command_reference() -> str:
+    """Every subcommand with its arguments and options, as Markdown."""
+    commands: dict[str, Any] = get_command(app).commands  # type: ignore[attr-defined]
+    parts = []
+    for name, command in commands.items():
+        body = [(f"`{_spelling(entry)}`", getattr(entry, "help", "") or "") for entry in command.params]
+        parts.append(f"## {name}\n\n{command.help or ''}\n\n{_rows('argument, meaning', body)}")
+    return "\n\n".join(parts)
+
+
+def _spelling(parameter: Any) -> str:  # noqa: ANN401 - click's
+    if parameter.param_type_name == "argument":
+        return parameter.metavar or parameter.name.upper()
+    names = ", ".join(sorted((*parameter.opts, *parameter.secondary_opts), key=len))
+    return names + ("" if parameter.is_flag else f" {parameter.metavar or parameter.type.name.upper()}")
+
+
+# --- public names -------------------------------------------------------------------------------------------
+
+
+def api_reference(package: str) -> str:
+    """Every name of `package.__all__` that has a docstring of its own, as Markdown, in alphabetical order."""
+    module = importlib.import_module(package)
+    found = [(name, getattr(module, name)) for name in sorted(module.__all__, key=str.lower)]
+    shown = [(name, one) for name, one in found if callable(one) and inspect.getdoc(one)]
+    return "\n\n".join(part for name, one in shown for part in _entries(name, one))
+
+
+def _entries(name: str, found: Any) -> Iterator[str]:  # noqa: ANN401 - whatever a package has
+    yield _documented(f"## {name}", name, found)
+    if inspect.isclass(found) and not issubclass(found, BaseException):
+        for member, value in vars(found).items():
+            plain = getattr(found, member) if isinstance(value, (classmethod, staticmethod)) else value
+            if not member.startswith("_") and (callable(plain) or isinstance(plain, property)) and plain.__doc__:
+                yield _documented(f"### {name}.{member}", member, plain)
+
+
+def _documented(title: str, name: str, found: Any) -> str:  # noqa: ANN401 - whatever a package has
+    """Title, signature and numpydoc docstring: sections of names as tables, the others as they stand."""
+    parts = [title]
+    if callable(found):
+        parts.append(f"```python\n{'class ' if inspect.isclass(found) else ''}{name}{_signature(found)}\n```")
+    pattern = rf"^({'|'.join(_SECTIONS)})\n-{{3,}}\n"
+    head, *rest = re.split(pattern, inspect.getdoc(found) or "", flags=re.MULTILINE)
+    parts.append(_prose(head))
+    for section, body in zip(rest[::2], rest[1::2], strict=True):
+        entries = re.findall(r"^(\S.*)\n?((?:(?: +.*)?\n?)*)", body.strip("\n"), re.MULTILINE)
+        if section == "Examples":
+            text = f"```python\n{body.strip()}\n```"
+        elif section == "Notes":
+            text = _prose(body)
+        else:
+            text = _rows("name, meaning", [(_named(entry), _cell(words)) for entry, words in entries])
+        parts.append(f"**{section}**\n\n{text}")
+    return "\n\n".join(parts)
+
+
+def _named(entry: str) -> str:
+    name, colon, kind = entry.partition(" : ")
+    return f"`{name}`" + (f"<br>{_cell(kind)}" if colon else "")
+
+
+def _prose(body: str) -> str:
+    return "\n".join(_cell(line).replace("\\|", "|") for line in inspect.cleandoc(body).splitlines())
+
+
+def _signature(found: Any) -> str:  # noqa: ANN401 - whatever a package has
+    """The signature as the source writes it, one parameter a line where it is long."""
+    try:
+        text = re.sub(r"(?<=[:>] )'([^']*)'", r"\1", str(inspect.signature(found)))
+    except (TypeError, ValueError):
+        return ""
+    if len(text) <= 80:
+        return text
+    inside, _, back = text[1:].rpartition(")")
+    return "(\n    " + re.sub(r", (?=\*{0,2}\w+[:=,]|\*|/)", ",\n    ", inside) + f",\n){back}"

@@ -1,0 +1,125 @@
+"""Makes the runs of a study side by side, in processes of this machine or on the workers of a dask cluster."""
+
+from __future__ import annotations
+
+import os
+from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
+
+from fragfield.errors import EXIT_DONE, EXIT_INTERRUPTED, exit_code_of, message_of
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+__all__ = ["Runs", "cores", "make_all", "perform", "runs_of"]
+
+_WAIT = 0.2  # s; a wait without end would not see Ctrl-C on every system
+
+Outcome = TypeVar("Outcome")
+
+
+class Runs(Protocol):
+    """What makes runs: `fragfield.studies.processes.LocalRuns`, or `fragfield.studies.cluster.ClusterRuns`.
+
+    Attributes
+    ----------
+    size : int
+        Runs at one time.
+    """
+
+    size: int
+
+    def call(self, request: dict[str, Any]) -> tuple[int, str]:
+        """Make one run, from any thread; its exit code and, where that is not 0, why."""
+
+    def interrupt(self) -> None:
+        """End the runs at hand with their checkpoints, and start no other."""
+
+    def close(self) -> None:
+        """End the processes, once the runs at hand have ended."""
+
+
+def runs_of(scheduler: str | None, most: int, *, jobs: int | None = None, threads: int = 1) -> Runs:
+    """Processes of this machine, or the workers of the dask cluster with this scheduler; at most `most`, or `jobs`."""
+    if scheduler is not None:
+        from fragfield.studies.cluster import ClusterRuns
+
+        return ClusterRuns(scheduler, threads, jobs, most)
+    from fragfield.studies.processes import LocalRuns
+
+    return LocalRuns(min(jobs or max(cores() // threads, 1), most), threads)
+
+
+def cores() -> int:
+    """Cores that this process may use."""
+    return len(os.sched_getaffinity(0))
+
+
+def make_all(
+    runs: Runs, numbers: Sequence[int], make: Callable[[int], Outcome], ended: Callable[[int, Outcome], None]
+) -> None:
+    """Make the runs with these numbers, as many at one time as `runs` allows, and report every end in this thread.
+
+    Parameters
+    ----------
+    runs : Runs
+        Closed at the end, and interrupted first where an error or Ctrl-C ends the work.
+    numbers : sequence of int
+        Runs, in the order in which they are begun.
+    make : callable
+        Makes a run by `runs.call`, in a thread.
+    ended : callable
+        Called with a run's number and what `make` returned.
+
+    Raises
+    ------
+    BaseException
+        What `make` or `ended` raised; no further run is begun.
+    """
+    with ThreadPoolExecutor(runs.size) as threads:
+        try:
+            waiting = {threads.submit(make, number): number for number in numbers}
+            while waiting:
+                for future in wait(waiting, timeout=_WAIT, return_when=FIRST_COMPLETED).done:
+                    ended(waiting.pop(future), future.result())
+        except BaseException:
+            threads.shutdown(wait=False, cancel_futures=True)
+            runs.interrupt()
+            raise
+        finally:
+            threads.shutdown()
+            runs.close()
+
+
+def perform(request: dict[str, Any]) -> tuple[int, str]:
+    """Make the run of a request in this process; exit code and message.
+
+    Parameters
+    ----------
+    request : dict
+        `stage`, `case_file`, `out`, `resume`, `overwrite` and `threads`. A request of the stage "sample" has keys of
+        its own, see `fragfield.studies.uncertainty.sample`, and its results as message.
+    """
+    from fragfield.pipeline.chain import Request, run_chain, run_stage
+    from fragfield.terminal.logs import to_stderr
+
+    if request["stage"] == "sample":
+        from fragfield.studies.uncertainty.sample import perform_sample
+
+        return perform_sample(request)
+    asked = Request(
+        Path(request["case_file"]), Path(request["out"]), resume=request["resume"], overwrite=request["overwrite"],
+        quiet=True, threads=request["threads"], lean=True,
+    )  # fmt: skip
+    try:
+        with to_stderr(quiet=True):
+            if request["stage"] == "run":
+                run_chain(asked)
+            else:
+                run_stage(asked, request["stage"])
+    except KeyboardInterrupt as error:
+        return EXIT_INTERRUPTED, message_of(error)
+    except Exception as error:  # noqa: BLE001 - a failed run is a line of the table
+        return exit_code_of(error), message_of(error)
+    return EXIT_DONE, ""

@@ -1,0 +1,526 @@
+"""Metadata of inputs, on the dataclass that takes them: unit, example, bounds with their reason, alternatives.
+
+    radius_ratio: Annotated[float, Bounds(1.0, 20.0, "published radii are 1.59 to about 2.0", usual=(1.59, 2.1))] = 1.75
+    interval: Annotated[float, Quantity("s", "120 us", above=0.0)] = 10e-6
+
+The tables of a case, their reference, forms and the checks are made from it. Pydantic, where a table is one of its
+models, validates and writes a field by the marks that have a `parse`; nothing here needs it.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+from functools import cache
+from types import UnionType
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
+
+from fragfield_base.names import names_allowed, nearest_name
+from fragfield_base.units import DIMENSIONS, UnitError, degrees, dimension_words, read_measure, with_article
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+__all__ = [
+    "UNIT_BOUNDS",
+    "Angle",
+    "ArealDensity",
+    "Bounds",
+    "Density",
+    "Direction",
+    "Energy",
+    "EnergyPerArea",
+    "EnergyPerMass",
+    "EnergyRange",
+    "Entries",
+    "FrictionAngle",
+    "Length",
+    "Mass",
+    "Measured",
+    "NumberOrWord",
+    "Offset",
+    "OnlyWith",
+    "Parsed",
+    "Position",
+    "PositiveLength",
+    "PositivePressure",
+    "Pressure",
+    "Quantity",
+    "QuantityOrFile",
+    "Speed",
+    "Time",
+    "NotAllowedError",
+    "Vector",
+    "check_inputs",
+    "degrees",
+    "show",
+    "with_unit",
+]
+
+_LARGEST = 1e4  # numbers in the unit of an example; beyond, the SI unit reads better
+_STARTS_AS_NUMBER = re.compile(r"^[\s(]*[-+]?\.?\d")
+_NUMBER = re.compile(r"^\s*[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?\s*$")
+
+
+@dataclass(frozen=True)
+class Bounds:
+    """What a number may be, `low` to `high` in SI, what is `usual`, and why.
+
+    Beyond `low` and `high` the number is a slip of the pen or of a unit, or the program cannot compute it: it is
+    refused. What is not usual is computed, with a warning.
+    """
+
+    low: float
+    high: float
+    why: str
+    usual: tuple[float, float] | None = None
+    above: bool = False
+    below: bool = False
+
+    def holds(self, number: float) -> bool:
+        """Whether a number is allowed: with `above` the lower bound itself is not, with `below` the upper."""
+        if (self.above and number == self.low) or (self.below and number == self.high):
+            return False
+        return self.low <= number <= self.high
+
+    def words(self, unit: str = "") -> str:
+        """What is allowed, in words."""
+        end = f"{self.high:g} {unit}".rstrip()
+        return f"{'above ' if self.above else ''}{self.low:g} {'and below' if self.below else 'to'} {end}"
+
+    def __get_pydantic_json_schema__(self, schema: object, handler: Callable[[object], dict[str, Any]]) -> Any:  # noqa: ANN401
+        """For pydantic: the bounds beside the description of the field."""
+        described = handler(schema)
+        words = self.words(described.get("unit", "").removeprefix("1"))
+        return described | {"low": self.low, "high": self.high, "usual": self.usual, "why": self.why, "bounds": words}
+
+
+@dataclass(frozen=True)
+class Entries:
+    """How many entries a list may have at most, and why."""
+
+    most: int
+    why: str
+
+
+@dataclass(frozen=True)
+class OnlyWith:
+    """The input is read only where another key of its table is one of `values`, or none of `without`.
+
+    With `refused` it is an error to give it elsewhere; otherwise it then takes no part.
+    """
+
+    key: str
+    values: tuple[object, ...] = ()
+    without: tuple[object, ...] = ()
+    refused: bool = False
+
+    def holds(self, value: object) -> bool:
+        """Whether the input is read with this value of the other key."""
+        return value in self.values if self.values else value not in self.without
+
+    def words(self, value: object) -> str:
+        """What was found and what is allowed, in words, with a value with which the input is not read."""
+        found = f"without {self.key}" if value is None else f"with {self.key} = {show(value)}"
+        if self.values:
+            return f"found {found}; allowed: only with {self.key} = {' or '.join(show(one) for one in self.values)}"
+        return f"found {found}; allowed: only with {'' if None in self.without else 'another '}{self.key}"
+
+    def __get_pydantic_json_schema__(self, schema: object, handler: Callable[[object], dict[str, Any]]) -> Any:  # noqa: ANN401
+        """For pydantic: the other key and its values beside the description of the field."""
+        return handler(schema) | {"only_with": {"key": self.key, "values": self.values, "without": self.without}}
+
+
+class NotAllowedError(ValueError):
+    """A value is not allowed; the message says what was found and what is allowed."""
+
+
+def show(value: object) -> str:
+    """A found value as a message shows it, shortened."""
+    try:
+        text = f'"{value}"' if isinstance(value, str) else repr(value)
+    except (ValueError, RecursionError):  # an integer of thousands of digits
+        text = "something too large to print"
+    return text if len(text) <= 60 else text[:57] + "..."
+
+
+def with_unit(value: float, symbol: str) -> str:
+    """A value as the case file writes it; reading it gives back the same float."""
+    return f"{float(value)!r} {symbol}"
+
+
+def _hint(value: object, words: tuple[str, ...]) -> str:
+    close = nearest_name(value, words, likeness=0.6) if isinstance(value, str) else None
+    return f' (did you mean "{close}"?)' if close is not None else ""
+
+
+class Measured:
+    """A value of a case with its SI unit, for tables."""
+
+    __slots__ = ("unit", "value")
+
+    def __init__(self, value: float, unit: str) -> None:
+        self.value = value
+        self.unit = unit
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Measured) and (self.value, self.unit) == (other.value, other.unit)
+
+    def __hash__(self) -> int:
+        return hash((self.value, self.unit))
+
+    def __repr__(self) -> str:
+        return f"Measured({self.value!r}, {self.unit!r})"
+
+
+class Parsed:
+    """Marks a field that `parse` reads, which `allowed` describes."""
+
+    allowed: Any
+
+    def parse(self, value: object) -> Any:  # noqa: ANN401 - each mark has a type of its own
+        """Read a value of the case file; raises NotAllowedError for anything else."""
+        raise NotImplementedError
+
+    def written(self, value: Any, context: Mapping[str, Any] | None) -> Any:  # noqa: ANN401
+        """A value in the form that the context of a serialisation asks for."""
+        del context
+        return value
+
+    def describe(self) -> dict[str, Any]:
+        """For the generated reference, and for forms."""
+        return {"allowed": self.allowed}
+
+    def refuse(self, value: object) -> NotAllowedError:
+        """The error for a value."""
+        return NotAllowedError(f"found {show(value)}; allowed: {self.allowed}")
+
+    def __get_pydantic_core_schema__(self, source: object, handler: object) -> Any:  # noqa: ANN401
+        """For pydantic: validate by `parse`, write by `written`."""
+        from pydantic_core import core_schema
+
+        def write(value: object, info: core_schema.SerializationInfo) -> object:
+            return self.written(value, info.context)
+
+        return core_schema.no_info_plain_validator_function(
+            self.parse, serialization=core_schema.plain_serializer_function_ser_schema(write, info_arg=True)
+        )
+
+    def __get_pydantic_json_schema__(self, schema: object, handler: object) -> dict[str, Any]:
+        """For pydantic: describe the field."""
+        return self.describe()
+
+
+@dataclass(frozen=True)
+class Quantity(Parsed):
+    """Marks a float as a value with a dimension.
+
+    Parameters
+    ----------
+    symbol : str
+        SI unit, as messages and resolved cases write it.
+    example : str
+        A value as a user may write it.
+    above, minimum, maximum : float, optional
+        Limits in SI: greater than `above`, at least `minimum`, at most `maximum`.
+    words : tuple of str
+        Words that stand for a choice instead of a value.
+    """
+
+    symbol: str
+    example: str
+    above: float | None = None
+    minimum: float | None = None
+    maximum: float | None = None
+    words: tuple[str, ...] = ()
+
+    @property
+    def allowed(self) -> str:
+        """What is allowed, in words."""
+        words = "".join(f'"{word}" or ' for word in self.words)
+        name = with_article(DIMENSIONS[self.symbol])
+        return f'{words}{name} with its unit as a string, for example "{self.example}"{self._limits()}'
+
+    def _limits(self) -> str:
+        shown = (("greater than", self.above), ("at least", self.minimum), ("at most", self.maximum))
+        limits = [f"{text} {self._limit(limit)}" for text, limit in shown if limit is not None]
+        return ", " + " and ".join(limits) if limits else ""
+
+    def _limit(self, value: float) -> str:
+        """A limit as a message shows it: angles in whole degrees where they are, as in the examples."""
+        whole = round(math.degrees(value)) if self.symbol == "rad" else None
+        if whole is not None and math.isclose(degrees(whole), value, rel_tol=1e-9):
+            return f"{whole} deg"
+        return f"{value:g} {self.symbol}"
+
+    def parse(self, value: object) -> float | str:
+        """Read a value in SI, or one of `words`.
+
+        Raises NotAllowedError for a value without a unit, of another dimension or beyond the limits.
+        """
+        if isinstance(value, bool) or not isinstance(value, (str, int, float)):
+            raise self.refuse(value)
+        if not isinstance(value, str):
+            raise NotAllowedError(f"found the bare number {value!r} without a unit; allowed: {self.allowed}")
+        if value in self.words:
+            return value
+        number = self._read(value)
+        inside = (
+            math.isfinite(number)
+            and (self.above is None or number > self.above)
+            and (self.minimum is None or number >= self.minimum)
+            and (self.maximum is None or number <= self.maximum)
+        )
+        if not inside:
+            raise self.refuse(value)
+        return number
+
+    def _read(self, text: str) -> float:
+        fault = ""
+        if _NUMBER.match(text):
+            raise NotAllowedError(f"found {show(text)} without a unit; allowed: {self.allowed}")
+        if not _STARTS_AS_NUMBER.match(text):  # "mm"
+            fault = f"which is not a number with a unit{_hint(text, self.words)}"
+        else:
+            try:
+                measure = read_measure(text)
+            except UnitError as error:
+                fault = str(error)
+            else:
+                if measure.is_of(self.symbol):
+                    return measure.value
+                fault = f"which is {dimension_words(measure)}"
+        raise NotAllowedError(f"found {show(text)}, {fault}; allowed: {self.allowed}")
+
+    def written(self, value: Any, context: Mapping[str, Any] | None) -> Any:  # noqa: ANN401
+        """A value (SI) in the form that the context of a serialisation asks for by its key "units".
+
+        "si": with the SI unit, all digits; "readable": in the unit of the example; "measured": as `Measured`.
+        """
+        form = (context or {}).get("units")
+        if form is None or value is None or isinstance(value, str):
+            return value
+        if form == "si":
+            return with_unit(value, self.symbol)
+        if form == "readable":
+            # A round is measured in millimetres, what stands around it in metres.
+            in_metres = self.symbol == "m" and (value == 0.0 or abs(value) >= 1.0)
+            return f"{value:.10g} m" if in_metres else self.in_unit_of_example(value)
+        return Measured(value, self.symbol)
+
+    def in_unit_of_example(self, value: float) -> str:
+        """A value (SI) in the unit in which the example stands, ten digits."""
+        unit = self.example.partition(" ")[2]
+        if math.isclose(value, read_measure(self.example).value, rel_tol=1e-12):
+            return self.example
+        if not unit or unit.startswith("/"):
+            return f"{value:.10g} {self.symbol}"
+        number = value / read_measure(f"1 {unit}").value
+        return f"{value:.10g} {self.symbol}" if abs(number) >= _LARGEST else f"{number:.10g} {unit}"
+
+    def describe(self) -> dict[str, Any]:
+        """For the generated reference, and for forms."""
+        return {"type": "string", "unit": self.symbol, "allowed": self.allowed, "examples": [self.example]}
+
+
+@dataclass(frozen=True)
+class QuantityOrFile(Quantity):
+    """Marks a float as a value with a dimension, one of some words, or the name of a file.
+
+    Attributes
+    ----------
+    ending : str
+        By which the name of a file is known.
+    holds : str
+        What the file holds, for messages.
+    """
+
+    ending: str = ".csv"
+    holds: str = "values"
+
+    @property
+    def allowed(self) -> str:
+        """What is allowed, in words."""
+        return f"{super().allowed}, or a {self.ending} file of {self.holds}"
+
+    def parse(self, value: object) -> float | str:
+        """Read a value, a word or the name of a file; raises NotAllowedError for anything else."""
+        return value if isinstance(value, str) and self.is_file(value) else super().parse(value)
+
+    def is_file(self, value: object) -> bool:
+        """Whether a value is the name of a file."""
+        return isinstance(value, str) and value.lower().endswith(self.ending)
+
+
+@dataclass(frozen=True)
+class NumberOrWord(Parsed):
+    """Marks a field as a positive pure number or one of some words."""
+
+    words: tuple[str, ...]
+    example: float
+
+    @property
+    def allowed(self) -> str:
+        """What is allowed, in words."""
+        words = " or ".join(f'"{word}"' for word in self.words)
+        return f"{words} or a number greater than 0 without unit, for example {self.example:g}"
+
+    def parse(self, value: object) -> float | str:
+        """Read a number or a word; raises NotAllowedError for anything else."""
+        if isinstance(value, str) and value in self.words:
+            return value
+        if isinstance(value, (int, float)) and not isinstance(value, bool) and 0.0 < value < math.inf:
+            return float(value)
+        raise NotAllowedError(f"found {show(value)}{_hint(value, self.words)}; allowed: {self.allowed}")
+
+    def describe(self) -> dict[str, Any]:
+        """For the generated reference, and for forms."""
+        return {"allowed": self.allowed, "examples": [self.example, *self.words]}
+
+
+@dataclass(frozen=True)
+class Vector(Parsed):
+    """Marks a tuple of floats as components, each with a unit (`component`) or, without one, as pure numbers."""
+
+    size: int
+    component: Quantity | None
+    example: str
+
+    @property
+    def allowed(self) -> str:
+        """What is allowed, in words."""
+        unit = self.component.symbol if self.component else ""
+        each = f"each {with_article(DIMENSIONS[unit])} with its unit" if unit else "without unit"
+        return f"a list of {self.size} components, {each}, for example {self.example}"
+
+    def parse(self, value: object) -> tuple[float, ...]:
+        """Read a list of components; raises NotAllowedError naming the component at fault."""
+        if not isinstance(value, (list, tuple)) or len(value) != self.size:
+            raise self.refuse(value)
+        read: Callable[[object], Any] = self._pure if self.component is None else self.component.parse
+        numbers = []
+        for i, entry in enumerate(value, start=1):
+            try:
+                numbers.append(read(entry))
+            except NotAllowedError as error:
+                raise NotAllowedError(f"component {i}: {error}") from None
+        return tuple(numbers)
+
+    def _pure(self, entry: object) -> float:
+        if isinstance(entry, bool) or not isinstance(entry, (int, float)) or not math.isfinite(entry):
+            raise self.refuse(entry)
+        return float(entry)
+
+    def written(self, value: Any, context: Mapping[str, Any] | None) -> Any:  # noqa: ANN401
+        """Components, each as a quantity is written."""
+        component = self.component
+        return value and [entry if component is None else component.written(entry, context) for entry in value]
+
+    def describe(self) -> dict[str, Any]:
+        """For the generated reference, and for forms."""
+        unit = self.component.symbol if self.component else "1"
+        return {"type": "array", "unit": unit, "allowed": self.allowed, "examples": [self.example]}
+
+
+Length = Annotated[float, Quantity("m", "155 mm")]
+PositiveLength = Annotated[float, Quantity("m", "6 mm", above=0.0)]
+Time = Annotated[float, Quantity("s", "120 us", above=0.0)]
+Mass = Annotated[float, Quantity("kg", "0.1 g", above=0.0)]
+Speed = Annotated[float, Quantity("m/s", "6940 m/s", above=0.0)]
+Density = Annotated[float, Quantity("kg/m^3", "1.63 g/cm^3", above=0.0)]
+Pressure = Annotated[float, Quantity("Pa", "800 MPa", minimum=0.0)]
+PositivePressure = Annotated[float, Quantity("Pa", "3.5 GPa", above=0.0)]
+Energy = Annotated[float, Quantity("J", "79 J", above=0.0)]
+EnergyPerMass = Annotated[float, Quantity("J/kg", "4.52 MJ/kg", above=0.0)]
+EnergyPerArea = Annotated[float, Quantity("J/m^2", "14.7e4 J/m^2", above=0.0)]
+EnergyRange = Annotated[
+    tuple[float, float], Vector(2, Quantity("J/m^2", "1.4 MJ/m^2", above=0.0), '["1.4 MJ/m^2", "1.8 MJ/m^2"]')
+]
+ArealDensity = Annotated[float, Quantity("1/m^2", "1 / (55.7 m^2)", above=0.0)]
+Angle = Annotated[float, Quantity("rad", "5 deg")]
+FrictionAngle = Annotated[float, Quantity("rad", "20 deg", minimum=0.0, maximum=1.5)]
+Position = Annotated[tuple[float, float, float], Vector(3, Quantity("m", "0 mm"), '["0 mm", "0 mm", "1 m"]')]
+Offset = Annotated[tuple[float, float], Vector(2, Quantity("m", "0 mm"), '["0 mm", "5 mm"]')]
+Direction = Annotated[tuple[float, float, float], Vector(3, None, "[0, 0, 1]"), Bounds(-1e6, 1e6, "a direction")]
+
+UNIT_BOUNDS = {
+    "m": Bounds(-1e5, 1e5, "no fragment flies as far as 100 km"),
+    "m^2": Bounds(0.0, 1e4, "areas here are those of persons and fragments"),
+    "m^3": Bounds(0.0, 1e6, "volumes here are those of rounds and buildings"),
+    "s": Bounds(0.0, 1e5, "no flight lasts a day"),
+    "kg": Bounds(0.0, 1e5, "no round weighs more than 100 t"),
+    "m/s": Bounds(-2e4, 2e4, "twice the speed of any detonation front"),
+    "m/s^2": Bounds(0.0, 100.0, "ten times the Earth's gravity"),
+    "kg/m^3": Bounds(0.0, 2.5e4, "nothing is denser than osmium, 22 600 kg/m^3"),
+    "kg/m^2": Bounds(0.0, 1e6, "masses per area of walls and covers"),
+    "Pa": Bounds(-1e13, 1e13, "no pressure here exceeds 10 TPa"),
+    "J": Bounds(0.0, 1e12, "no fragment carries the energy of 200 t of TNT"),
+    "J/kg": Bounds(0.0, 1e8, "ten times the heat of any explosive"),
+    "J/m^2": Bounds(0.0, 1e9, "energies of fracture per area lie far below"),
+    "J/m^3": Bounds(0.0, 1e12, "ten times the energy of any explosive"),
+    "1/m^2": Bounds(0.0, 1e6, "one fragment on a square millimetre"),
+    "rad": Bounds(-100.0, 100.0, "sixteen turns"),
+    "K": Bounds(0.0, 1e4, "hotter than any air"),
+    "W": Bounds(0.0, 1e12, "powers here are small"),
+    "N": Bounds(0.0, 1e12, "forces here are small"),
+    "1/s": Bounds(0.0, 1e9, "faster than a step"),
+    "": Bounds(-1e9, 1e9, "larger pure numbers have no meaning here"),
+}
+"""Bounds of a value that has none of its own, by its SI unit; every unit has some. Empty: a pure number."""
+
+
+def check_inputs(settings: object, where: str, error: type[Exception]) -> None:
+    """Refuse values of a stage's dataclass that its fields do not allow.
+
+    Raises `error` with `where.NAME: found ...; allowed: ...` for a word or a switch that is none of the choices, for
+    what is no number where one is needed, and for a number beyond its bounds.
+    """
+    for name, limits in _limits_of(type(settings)).items():  # type: ignore[arg-type]
+        value = getattr(settings, name)
+        if fault := limits.fault(value):
+            raise error(f"{where}.{name}: found {fault}")
+
+
+@dataclass(frozen=True)
+class _Limits:
+    """What a field of a dataclass may be."""
+
+    choices: tuple[object, ...]
+    is_number: bool
+    others: tuple[type, ...]
+    bounds: Bounds
+    unit: str
+
+    def fault(self, value: object) -> str:
+        """What was found and what is allowed; empty where the value is allowed."""
+        if isinstance(value, self.others) or any(type(value) is type(one) and value == one for one in self.choices):
+            return ""
+        if not self.is_number or (isinstance(value, str) and self.choices):
+            number = " or a number" if self.is_number else ""
+            return f"{value!r}{names_allowed(value, [str(one) for one in self.choices])}{number}"
+        if isinstance(value, bool) or not isinstance(value, (int, float)) or math.isnan(value):
+            return f"{value!r}; a number is needed"
+        if self.bounds.holds(value):
+            return ""
+        return f"{value:g}; allowed: {self.bounds.words(self.unit)} ({self.bounds.why})"
+
+
+@cache
+def _limits_of(stage: type) -> dict[str, _Limits]:
+    """Limits of the fields of a dataclass that take numbers, words and switches."""
+    made = {}
+    for name, hint in get_type_hints(stage, include_extras=True).items():
+        marks = getattr(hint, "__metadata__", ())
+        bare = get_args(hint)[0] if marks else hint
+        parts = get_args(bare) if get_origin(bare) in (Union, UnionType) else (bare,)
+        choices = [choice for part in parts if get_origin(part) is Literal for choice in get_args(part)]
+        choices += [True, False] if bool in parts else []
+        number = float in parts or int in parts
+        if not (choices or number):
+            continue
+        unit = next((mark.symbol for mark in marks if isinstance(mark, Quantity)), "")
+        bounds = next((mark for mark in marks if isinstance(mark, Bounds)), UNIT_BOUNDS[unit])
+        others = tuple(part for part in parts if isinstance(part, type) and part not in (bool, float, int, str))
+        made[name] = _Limits(tuple(choices), number, others, bounds, unit)
+    return made
