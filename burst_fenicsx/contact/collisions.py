@@ -88,16 +88,16 @@ class CollidingSurfaces:
             self._comm.Allreduce(MPI.IN_PLACE, self._mass)
         self.searched_at = np.zeros((0, 3))
         self.travel = np.inf
-        nobody = np.zeros(0, dtype=np.int32)
+        no_one = np.zeros(0, dtype=np.int32)
         self.state: Collisions = Collisions(
-            node=nobody,
+            node=no_one,
             first=np.zeros(1, dtype=np.int64),
-            candidate=nobody,
+            candidate=no_one,
             faces=surfaces.faces,
             face_round=surfaces.face_round,
             node_round=surfaces.node_round,
             edge=surfaces.edge,
-            near=nobody,
+            near=no_one,
             ball=np.zeros((len(surfaces.faces), 5)),
             bound=np.zeros((len(surfaces.faces), 20)),
             touching=np.zeros(count, dtype=np.int32),
@@ -108,7 +108,7 @@ class CollidingSurfaces:
             unloaded=np.zeros(count),
             stiffness=np.zeros(count),
             sharing=np.zeros(count),
-            face=nobody,
+            face=no_one,
             weight=np.zeros((0, 4)),
             push=np.zeros((0, 4)),
             energies=np.zeros((0, 2)),

@@ -12,7 +12,7 @@ from burst_fenicsx.symmetry.detection import triple
 from burst_fenicsx.symmetry.part import reflected
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Callable, Mapping, Sequence
 
     from numpy.typing import NDArray
 
@@ -103,7 +103,8 @@ class Completion:
         for index, source in enumerate(part.source.tolist()):
             own = np.flatnonzero(of_round == source)
             own_cells = np.flatnonzero(mesh.round == source)
-            for sides in _subsets([plane.bit for plane in part.cuts[source]]):
+            cutting = sum(1 << plane.bit for plane in part.cuts[source])
+            for sides in sorted((some for some in range(part.images) if some & ~cutting == 0), key=int.bit_count):
                 # Reflection at a plane in which a node lies does nothing: it is a node of the other side as well.
                 behind = sides & ~held
                 fresh = own[behind[own] == sides]
@@ -119,35 +120,32 @@ class Completion:
 
     def point_fields(self, fields: Mapping[str, NDArray]) -> Arrays:
         """Fields of the whole's nodes from those of the part's: places, vectors (nodes, 3), a stress (nodes, 6)."""
+        unknown = fields.keys() - {*POINTS, *VECTORS, *STRESSES}
+        if unknown:
+            raise KeyError(f"no rule for the reflection of {sorted(unknown)}")
+        return self._of_copies(fields, lambda copy: copy.nodes)
+
+    def cell_fields(self, fields: Mapping[str, NDArray]) -> Arrays:
+        """Fields of the whole's cells from those of the part's; `stress` (cells, 6) is turned, `round` renumbered."""
+        return self._of_copies(fields, lambda copy: copy.cells)
+
+    def _of_copies(self, fields: Mapping[str, NDArray], rows: Callable[[_Copy], NDArray]) -> Arrays:
         if self.trivial:
             return dict(fields)
-        return {name: np.concatenate([self._moved(name, values, copy) for copy in self._copies])
-                for name, values in fields.items()}  # fmt: skip
+        return {
+            name: np.concatenate([self._reflected(name, values[rows(copy)], copy) for copy in self._copies])
+            for name, values in fields.items()
+        }
 
-    def _moved(self, name: str, values: NDArray, copy: _Copy) -> NDArray:
-        own = values[copy.nodes]
+    def _reflected(self, name: str, own: NDArray, copy: _Copy) -> NDArray:
+        """What is called `name` at a copy's nodes or cells."""
         if name in POINTS:
             return self._part.place(own, copy.mirrors)
         if name in VECTORS:
             return reflected(own, self._part.matrix(copy.mirrors))
         if name in STRESSES:
             return turned_stress(own, self._part.matrix(copy.mirrors))
-        raise KeyError(f"no rule for the reflection of '{name}'")
-
-    def cell_fields(self, fields: Mapping[str, NDArray]) -> Arrays:
-        """Fields of the whole's cells from those of the part's; `stress` (cells, 6) is turned, `round` renumbered."""
-        if self.trivial:
-            return dict(fields)
-        result: Arrays = {}
-        for name, values in fields.items():
-            if name == "round":
-                pieces = [np.full(len(copy.cells), copy.index, dtype=values.dtype) for copy in self._copies]
-            elif name in STRESSES:
-                pieces = [turned_stress(values[copy.cells], self._part.matrix(copy.mirrors)) for copy in self._copies]
-            else:
-                pieces = [values[copy.cells] for copy in self._copies]
-            result[name] = np.concatenate(pieces)
-        return result
+        return np.full(len(own), copy.index, dtype=own.dtype) if name == "round" else own
 
     def measures(self, along: Sequence[RoundMeasures]) -> list[RoundMeasures]:
         """Measures of all rounds from those of the computed parts, whose masses are those of whole rounds already."""
@@ -173,14 +171,6 @@ class Completion:
         """The ledger's columns for the whole: energies are those of all images."""
         images = float(self._part.images)
         return {name: values * images if name in EXTENSIVE else values for name, values in columns.items()}
-
-
-def _subsets(bits: Sequence[int]) -> list[int]:
-    """All sets of the planes `bits`, smaller ones first."""
-    sets = [0]
-    for bit in bits:
-        sets += [one | 1 << bit for one in sets]
-    return sorted(sets, key=lambda one: (one.bit_count(), one))
 
 
 def turned_stress(stress: NDArray, matrix: NDArray) -> NDArray:
