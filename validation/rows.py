@@ -162,14 +162,17 @@ def print_rows(rows: Iterable[Row]) -> None:
 
 def rows_table(rows: Iterable[Mapping[str, Any]]) -> str:
     """Rows, as the record has them, as a table in Markdown, all of one case."""
-    head = ("quantity", "kind", "ours", "reference", "error", "allowed", "verdict")
-    return markdown_table(head, [(row["quantity"], row["kind"], *shown(row)) for row in rows])
+    body = []
+    for row in rows:
+        *values, allowed, verdict = shown(row)
+        body.append((row["quantity"], *values, verdict if allowed == "-" else f"{verdict} ({allowed})"))
+    return markdown_table(("quantity", "ours", "reference", "error", "verdict (allowed)"), body)
 
 
 def shown(row: Mapping[str, Any]) -> tuple[str, str, str, str, str]:
     """Ours, reference, error, what is allowed and the verdict of a row, in words."""
     unit = f" {row['unit']}" if row["unit"] else ""
-    ours = f"{row['ours']:.4g}{unit}" if row["ours"] is not None else "no number"
+    ours = f"{row['ours']:.4g}{unit}" if row["ours"] is not None else "NaN"
     if row["standard_error"] is not None:
         ours += f" ± {row['standard_error']:.2g}"
     bounded = row["tolerance"] == 0.0

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from burst_fenicsx.kernels.contact.planes import PlaneLaw, PlaneState, push_from_plane
-from burst_fenicsx.kernels.vectors.exact import add_exactly, quantum, two_constants
+from burst_fenicsx.kernels.vectors.exact import quantum, two_constants
 from burst_fenicsx.kernels.vectors.rows import largest_speed, sum_columns
 from burst_fenicsx.meshing.faces import outer_faces
 from burst_fenicsx.problem import Part
@@ -158,10 +158,9 @@ class PlaneContact:
         touching = self.near[state.stiffness[self.near] > 0.0]
         depth = state.penetration[touching]
         forces = state.stiffness[touching, None] * (depth[:, None] * self._normal - state.slip[touching])
-        coarse, fine = (np.full(3, constant) for constant in bins)
-        sums = np.zeros((2, 1, 3))
-        add_exactly(forces, np.zeros(0, dtype=np.int32), coarse, fine, sums)
-        self.given = sums[:, 0]
+        coarse, fine = bins
+        rounded = (forces + coarse) - coarse
+        self.given = np.array([rounded.sum(axis=0), ((forces - rounded + fine) - fine).sum(axis=0)])
         self.energies = sum_columns(state.energies, touching, fields.grid.rounding)
         self.deepest = float(depth.max(initial=0.0))
         self.deepest_interior = float(depth[touching >= self._on_surface].max(initial=0.0))
