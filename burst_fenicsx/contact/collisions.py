@@ -34,8 +34,8 @@ class CollidingSurfaces:
     the faces of other rounds, those between the layers of their walls as well.
 
     Each rank looks for the faces that its own nodes meet, among those that lie near them: other ranks send it theirs.
-    Between two searches, the faces a node may meet are known, and with them the other ranks' nodes whose places a rank
-    needs and to which it gives forces; these are exchanged.
+    Between two searches, the faces a node may meet are known, and with them the other ranks' nodes whose positions a
+    rank needs and to which it gives forces; these are exchanged.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ class CollidingSurfaces:
     ----------
     state : the kernels' arrays.
     searches : how many have been made. near_faces : brings what they need from other ranks.
-    searched_at : places (surface nodes, 3) in m at the last search, of the nodes that are here; none before the first.
+    searched_at : positions (surface nodes, 3) in m at the last search, of the nodes here; none before the first.
     travel : how far surfaces may have approached each other since (m).
     """
 
@@ -270,7 +270,7 @@ class CollidingSurfaces:
         take_reactions(self._sums, rows, self._near_local, self.state.sharing, force)
 
     def _exchange_motion(self, velocity: np.ndarray) -> None:
-        """Bring places, speeds and loads of the near nodes to the ranks that need them."""
+        """Bring positions, velocities and loads of the near nodes to the ranks that need them."""
         rows, local = self._near_rows, self._near_local
         copy_motion(self._fields.nodes.position, velocity, local, rows, self._position, self._velocity)
         self._halo.fetch(self._position, self._velocity, self.state.sharing[:, None])

@@ -99,14 +99,14 @@ class Halo:
 
 
 class NearFaces:
-    """Brings a rank the faces near its nodes, with the places of their corners.
+    """Brings a rank the faces near its nodes, with the positions of their corners.
 
     Every rank knows the boxes of the faces of its own cells, and sends those that meet the box around another rank's
     searching nodes to that rank: what a rank receives goes with the surface near it, not with all surface.
 
     Parameters
     ----------
-    comm : communicator. surfaces : of the whole mesh. mesh : this rank's share of it.
+    comm : communicator. surfaces : of the whole mesh. mesh : as this rank has it.
 
     Attributes
     ----------
@@ -130,7 +130,7 @@ class NearFaces:
         Parameters
         ----------
         faces : (f,) own ones that are to be met. boxes : (f, 6) m, theirs, widened by the reach.
-        searching : (n, 3) m, places of the searching nodes.
+        searching : (n, 3) m, positions of the searching nodes.
         position : (surface nodes, 3) m, known for the corners of own faces, and set for those of the faces received.
         """
         around = box_around(searching, searching)
@@ -143,8 +143,8 @@ class NearFaces:
                 messages[rank] = chosen, position[np.unique(self._faces[chosen])]
         pieces = [piece for piece in self._comm.alltoall(messages) if piece is not None]
         self.received = 0
-        for chosen, places in pieces:
-            position[np.unique(self._faces[chosen])] = places
-            self.received += len(places)
+        for chosen, corners in pieces:
+            position[np.unique(self._faces[chosen])] = corners
+            self.received += len(corners)
         found = np.concatenate([chosen for chosen, _ in pieces]) if pieces else np.zeros(0, dtype=np.int32)
         return np.sort(found)

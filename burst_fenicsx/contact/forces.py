@@ -25,9 +25,9 @@ if TYPE_CHECKING:
 
 __all__ = ["PLANE_REACH", "ContactForces", "Penetrations", "max_squared_phase"]
 
-_SAFETY = 0.9  # share taken of the stability that the cells leave to contact
-_FIXED_STEP_CFL = 0.9  # a fixed step is taken to be this share of the stable one
-_PLANE_SHARE = 0.4  # of the squared frequency, where planes are; the rest is the surfaces'
+_SAFETY = 0.9  # fraction taken of the stability that the cells leave to contact
+_FIXED_STEP_CFL = 0.9  # a fixed step is taken to be this fraction of the stable one
+_PLANE_FRACTION = 0.4  # of the squared frequency, where planes are; the rest is the surfaces'
 _REACH = 1.0  # of the cell size: how far surfaces may approach between two searches
 PLANE_REACH = 6.0
 """Of the cell size: distance from a plane within which nodes are looked after."""
@@ -67,8 +67,8 @@ def max_squared_phase(step: TimeStep) -> float:
     and springs add up to no more than their sum, so springs may have (omega dt)^2 up to 4 (1 - c^2) without shortening
     the step.
     """
-    share = step.cfl if step.fixed is None else _FIXED_STEP_CFL
-    return _SAFETY * 4.0 * (1.0 - share**2)
+    fraction = step.cfl if step.fixed is None else _FIXED_STEP_CFL
+    return _SAFETY * 4.0 * (1.0 - fraction**2)
 
 
 class ContactForces:
@@ -120,9 +120,9 @@ class ContactForces:
         self._always = interface.nodes if interface is not None else np.zeros(0, dtype=np.int32)
         self._met: list[np.ndarray] = []  # nodes that planes and surfaces may push till one looks again
         self._pushed = self._always  # these and those of bonds
-        self._share = 1.0  # contact's step over the longest one
+        self._fraction = 1.0  # contact's step over the longest one
         # Nodes that take several steps in one of contact, where they were at the last one of that (m), and room for
-        # their velocities (m/s) while the means stand in their place.
+        # their velocities (m/s) while the means stand there.
         self._faster = np.zeros(0, dtype=np.int32)
         self._last_position = self._own_velocity = np.zeros((0, 3))
 
@@ -168,10 +168,10 @@ class ContactForces:
             self._met = near
             self._pushed = self._any_of(self._always, *near)
 
-    def _any_of(self, *parts: np.ndarray) -> np.ndarray:
-        """Nodes (k,) int32 that are in any of the parts, each once, in order; quicker than to sort them."""
+    def _any_of(self, *groups: np.ndarray) -> np.ndarray:
+        """Nodes (k,) int32 that are in any of the groups, each once, in order; quicker than to sort them."""
         found = np.zeros(len(self.force), dtype=bool)
-        for nodes in parts:
+        for nodes in groups:
             found[nodes] = True
         return np.flatnonzero(found).astype(np.int32)
 
@@ -195,8 +195,8 @@ class ContactForces:
         if self.comm.size > 1:
             found = self.comm.allreduce(found, op=MPI.LOR)
         if found:
-            for part in self.comm.allgather(numbers) if self.comm.size > 1 else [numbers]:
-                self.eroded[part] = True
+            for some in self.comm.allgather(numbers) if self.comm.size > 1 else [numbers]:
+                self.eroded[some] = True
             self.restore_eroded(self.eroded)
         # Not when a burst is resumed: between two looks nodes may have come to lie on their faces.
         if self.interface is not None and self.eroded.any():
@@ -210,7 +210,7 @@ class ContactForces:
             self.collisions.drop_faces(self.eroded, opened)
 
     def add_forces(self, stable_for: float, step: float, *, front_is_active: bool) -> None:
-        """Add the forces on this rank's own nodes to the resultant, times the share of contact's step; collective.
+        """Add the forces on this rank's own nodes to the resultant, times the fraction of contact's step; collective.
 
         Parameters
         ----------
@@ -231,7 +231,7 @@ class ContactForces:
             self._accumulate_work(step, velocity)
         for part in self._parts:
             self.friction += part.energies[1]
-        add_rows(self._share, self.force, self._pushed, self._fields.nodes.force)
+        add_rows(self._fraction, self.force, self._pushed, self._fields.nodes.force)
 
     def _accumulate_work(self, step: float, velocity: np.ndarray) -> None:
         """Add the work of the forces as they are now in half of a step (s) at the mean velocities (nodes, 3) in it."""
@@ -252,8 +252,8 @@ class ContactForces:
             return
         if self.collisions.search_is_due(step):
             self.collisions.search()
-        share = 1.0 - _PLANE_SHARE if self.planes else 1.0
-        self.collisions.add_forces(max_squared_frequency * share, step, velocity, self.force)
+        fraction = 1.0 - _PLANE_FRACTION if self.planes else 1.0
+        self.collisions.add_forces(max_squared_frequency * fraction, step, velocity, self.force)
         deepest = self.penetrations
         deepest.collision = max(deepest.collision, self.collisions.deepest)
         deepest.interior_collision = max(deepest.interior_collision, self.collisions.deepest_interior)
@@ -264,7 +264,9 @@ class ContactForces:
             return
         pushed = np.zeros((2, 3))
         for plane in self.planes:
-            plane.add_forces(max_squared_frequency * _PLANE_SHARE, step, velocity, self.force, self.impulse.constants)
+            plane.add_forces(
+                max_squared_frequency * _PLANE_FRACTION, step, velocity, self.force, self.impulse.constants
+            )
             pushed += plane.given
             self.penetrations.plane = max(self.penetrations.plane, plane.deepest)
             self.penetrations.interior_plane = max(self.penetrations.interior_plane, plane.deepest_interior)
@@ -272,7 +274,7 @@ class ContactForces:
 
     def set_level(self, level: int) -> None:
         """Contact takes 2^`level` steps in a longest one from now on; the levels of the nodes are known by then."""
-        self._share = 1.0 / 2**level
+        self._fraction = 1.0 / 2**level
         nodes = self._fields.nodes
         self._faster = self._nodes[nodes.finest[self._nodes] > level]
         self._last_position = nodes.position[self._faster]
@@ -280,7 +282,7 @@ class ContactForces:
 
     @contextmanager
     def _mean_velocities(self, step: float) -> Iterator[np.ndarray]:
-        """Mean velocities (nodes, 3) over contact's step (s): while they are used, in the place of the velocities."""
+        """Mean velocities (nodes, 3) over contact's step (s): while they are used, in place of the velocities."""
         nodes, faster = self._fields.nodes, self._faster
         if step <= 0.0 or not len(faster):
             yield nodes.velocity

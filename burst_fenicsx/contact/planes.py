@@ -28,7 +28,7 @@ _LARGEST_FORCE = 2.0**57  # of a plane on a node, in quanta of the nodal forces:
 # nodes are near: products that expand freely reach the detonation velocity.
 _FASTEST = 1e4
 _GROWTH = 2.0
-_NEAR_SHARE = 1.0 / 6.0
+_NEAR_FRACTION = 1.0 / 6.0
 
 
 def nodes_at_planes(mesh: HexahedralMesh, surfaces: ContactSurfaces) -> tuple[np.ndarray, np.ndarray]:
@@ -70,7 +70,7 @@ class PlaneContact:
     fields : this rank's fields.
     nodes : local nodes of this rank's own that may meet it.
     on_surface : how many of them, the first, lie on a surface; the others are interior ones.
-    reach : distance (m) from the plane within which nodes are looked after now and then, and those within a share of
+    reach : distance (m) from the plane within which nodes are looked after now and then, and those within a fraction of
         it in every step; beyond, none can meet it before one looks again.
 
     Attributes
@@ -91,7 +91,7 @@ class PlaneContact:
     ) -> None:
         self._on_surface = on_surface
         self._fields = fields
-        self._reach, self._near_reach = reach, _NEAR_SHARE * reach
+        self._reach, self._near_reach = reach, _NEAR_FRACTION * reach
         normal = np.asarray(plane.normal, dtype=float)
         self._normal = normal / np.linalg.norm(normal)
         self._level = float(self._normal @ np.asarray(plane.point, dtype=float))

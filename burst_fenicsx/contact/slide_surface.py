@@ -93,7 +93,7 @@ def make_contacts(
     """A contact for each group, in the corner where charge and casing coincide; arguments as its fields."""
     count = len(group_row)
     face = surface.face[surface.first_face[:-1]]
-    place = np.argmax(surface.corner[face] == np.arange(count)[:, None], axis=1)
+    corner = np.argmax(surface.corner[face] == np.arange(count)[:, None], axis=1)
     signs = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
     return SlideContacts(
         contact=mine,
@@ -104,7 +104,7 @@ def make_contacts(
         strength=strength,
         area=np.zeros((count, 3)),
         face=face.astype(np.int32),
-        point=signs[place],
+        point=signs[corner],
         bonded=np.ones(count, dtype=np.int8),
         gap=np.zeros(count),
         stiffness=np.zeros(count),
