@@ -125,7 +125,7 @@ class OnlyWith:
 
     def words(self, value: object) -> str:
         """What was found and what is allowed, in words, with a value with which the input is not read."""
-        found = f"without {self.key}" if value is None else f"with {self.key} = {show(value)}"
+        found = f"without a {self.key}" if value is None else f"with {self.key} = {show(value)}"
         if self.values:
             return f"found {found}; allowed: only with {self.key} = {' or '.join(show(one) for one in self.values)}"
         return f"found {found}; allowed: only with {'' if None in self.without else 'another '}{self.key}"

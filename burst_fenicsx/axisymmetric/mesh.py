@@ -9,8 +9,7 @@ import numpy as np
 
 from burst_fenicsx.axisymmetric.rings import areas, ring_volumes
 from burst_fenicsx.errors import InputError
-from burst_fenicsx.meshing.faces import across_edges
-from burst_fenicsx.meshing.mesh import CellMesh
+from burst_fenicsx.meshing.mesh import CellMesh, across_edges
 from burst_fenicsx.meshing.quality import MeshQuality, check_quality, quadrilateral_quality
 from burst_fenicsx.meshing.sizing import FEWEST_WALL_CELLS, check_cell_size, layer_stations
 from burst_fenicsx.problem import Part

@@ -9,7 +9,7 @@ import numpy as np
 from burst_fenicsx.kernels.contact.planes import PlaneLaw, PlaneState, push_from_plane
 from burst_fenicsx.kernels.vectors.exact import quantum, two_constants
 from burst_fenicsx.kernels.vectors.rows import largest_speed, sum_columns
-from burst_fenicsx.meshing.faces import outer_faces
+from burst_fenicsx.meshing.mesh import outer_faces
 from burst_fenicsx.problem import Part
 
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ from burst_fenicsx.kernels.constants import SMOOTH
 from burst_fenicsx.kernels.contact.slide_points import SlideSurface
 from burst_fenicsx.kernels.contact.sliding import SlideContacts
 from burst_fenicsx.kernels.geometry.faces import area_vectors
-from burst_fenicsx.meshing.faces import across_edges, outer_faces, shared_edges
+from burst_fenicsx.meshing.mesh import across_edges, outer_faces, shared_edges
 from burst_fenicsx.problem import Part
 
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ from mpi4py import MPI
 from burst_fenicsx.contact.charge_contacts import ChargeContacts, slide_law
 from burst_fenicsx.contact.exchange import CONTACT_FORCES, Halo
 from burst_fenicsx.contact.slide_surface import faces_of, interface_faces, make_contacts, smooth_surface, widened
-from burst_fenicsx.kernels.cells.charge_pressure import PARAMETERS
+from burst_fenicsx.kernels.cells.layout import CHARGE_PARAMETERS
 from burst_fenicsx.kernels.contact.sliding import NodeMotion, add_slide_forces, attached_state, find_slide_forces
 from burst_fenicsx.kernels.contact.springs import take_reactions
 from burst_fenicsx.kernels.geometry.smooth_faces import face_vectors, group_vectors
@@ -82,7 +82,7 @@ class SlidingInterface(ChargeContacts):
         of_round = np.zeros(len(mesh.nodes), dtype=np.int32)
         of_round[mesh.cells] = mesh.round[:, None]
         material = len(Part) * of_round[solid_nodes[group_row]] + Part.CHARGE
-        strength = fields.charge.parameters[material, PARAMETERS.index("unreacted_strength")]
+        strength = fields.charge.parameters[material, CHARGE_PARAMETERS.index("unreacted_strength")]
         self._charge_faces = charge[faces].astype(np.int32)
         beside = np.zeros(len(faces), dtype=bool)
         beside[faces_of(self.surface, mine)] = True

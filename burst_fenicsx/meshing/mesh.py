@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 
 from burst_fenicsx.errors import InputError
+from burst_fenicsx.kernels.geometry.faces import FACES
 from burst_fenicsx.problem import Part
 
 if TYPE_CHECKING:
@@ -19,7 +20,17 @@ if TYPE_CHECKING:
 
     from burst_fenicsx.geometry import Segment
 
-__all__ = ["CellMesh", "HexahedralMesh", "cell_centres", "cell_volumes", "merge", "part_volumes"]
+__all__ = [
+    "CellMesh",
+    "HexahedralMesh",
+    "across_edges",
+    "cell_centres",
+    "cell_volumes",
+    "merge",
+    "outer_faces",
+    "part_volumes",
+    "shared_edges",
+]
 
 
 _Mesh = TypeVar("_Mesh", bound="CellMesh")
@@ -34,7 +45,7 @@ class CellMesh(ABC):
     nodes : numpy.ndarray, float64, shape (n, 3)
         Coordinates (m).
     cells : numpy.ndarray, int64, shape (m, 8) or (m, 4)
-        Nodes of the cells in VTK order.
+        Nodes of the cells: of hexahedra in tensor-product order, of quadrilaterals counter-clockwise.
     part : numpy.ndarray, int32, shape (m,)
         `Part` of each cell.
     round : numpy.ndarray, int32, shape (m,)
@@ -130,10 +141,7 @@ class HexahedralMesh(CellMesh):
 
         Behind a plane of symmetry lies a cell's own image: there the cell itself is named.
         """
-        from burst_fenicsx.kernels.geometry.faces import (  # kernels are imported where they are used
-            FACES,
-            face_neighbours,
-        )
+        from burst_fenicsx.kernels.geometry.shapes import face_neighbours  # kernels are imported where they are used
 
         found: NDArray[np.int32] = face_neighbours(self.cells, self.places)
         if self.held is not None:
@@ -194,9 +202,9 @@ def cell_centres(mesh: HexahedralMesh) -> NDArray[np.float64]:
 
 def cell_volumes(mesh: HexahedralMesh) -> NDArray[np.float64]:
     """Return the exact volume of each trilinear cell (m3), shape (m,)."""
-    from burst_fenicsx.kernels.geometry.shapes import hexahedron_volumes
+    from burst_fenicsx.kernels.cells.hexahedron import hexahedron_volumes
 
-    volumes: NDArray[np.float64] = hexahedron_volumes(mesh.nodes, mesh.cells)
+    volumes: NDArray[np.float64] = hexahedron_volumes(np.ascontiguousarray(mesh.nodes), mesh.cells.astype(np.int32))
     return volumes
 
 
@@ -204,3 +212,38 @@ def part_volumes(mesh: CellMesh) -> dict[Part, float]:
     """Return the mesh's volume of each part that it has (m3)."""
     totals = np.bincount(mesh.part, weights=mesh.volumes, minlength=len(Part))
     return {part: float(totals[part]) for part in Part if np.any(mesh.part == part)}
+
+
+def outer_faces(mesh: HexahedralMesh, group: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Faces behind which lies no cell of the same group, in the order of the cells.
+
+    Parameters
+    ----------
+    mesh : the mesh; coincident nodes on both sides of a split are one place.
+    group : (cells,) number of each cell's group; cells of a negative group have no faces.
+
+    Returns
+    -------
+    Nodes (faces, 4) with outward order, the cell of each face, and the cell behind it or -1.
+    """
+    neighbours = mesh.neighbours
+    outside = (neighbours < 0) | (group[neighbours] != group[:, None])
+    outside[group < 0] = False
+    cell, side = np.nonzero(outside)
+    return mesh.cells[cell[:, None], FACES[side]], cell, neighbours[cell, side]
+
+
+def shared_edges(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Pairs of edges, each 4 times its face plus the number of its first corner, with the same two ends."""
+    ends = np.sort(np.stack([corners, np.roll(corners, -1, axis=1)], axis=-1).reshape(-1, 2), axis=1)
+    order = np.lexsort((ends[:, 1], ends[:, 0]))
+    same = (ends[order[1:]] == ends[order[:-1]]).all(axis=1)
+    return order[:-1][same], order[1:][same]
+
+
+def across_edges(corners: np.ndarray) -> np.ndarray:
+    """The quadrilateral across each edge of others (faces, 4) int32, which has the same two ends there; else -1."""
+    one, other = shared_edges(corners)
+    found = np.full(corners.size, -1, dtype=np.int32)
+    found[one], found[other] = other // 4, one // 4
+    return found.reshape(corners.shape)

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 __all__ = ["active_tables"]
 
-_EMPTY = (None, "", [], {})
+_EMPTY: tuple[object, ...] = (None, "", [], {})
 
 
 def active_tables(case: Case, *, own_fragments: bool = True) -> dict[str, Any]:

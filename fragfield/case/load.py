@@ -21,8 +21,8 @@ from fragfield.case.conversion.stages import check_geometry
 from fragfield.case.conversion.turned import origin_faults
 from fragfield.case.messages import explain, join_faults
 from fragfield.case.schema import Case
-from fragfield.case.tables.plane import resolved_plane
 from fragfield.case.tables.round import CasingTable, ExplosiveTable, IgnitionTable, JwlTable, RoundTable
+from fragfield.case.tables.stack import resolved_plane
 from fragfield.errors import InputError
 from fragfield.files.stamped import MOST_CASE
 from fragfield.terminal.visible_text import hidden_in, visible

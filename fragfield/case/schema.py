@@ -12,10 +12,9 @@ from fragfield.case.tables.burst import BurstTable
 from fragfield.case.tables.exposed import ExposedTable
 from fragfield.case.tables.flight import FlightTable, HazardTable, WitnessTable
 from fragfield.case.tables.ground import ObstacleTable
-from fragfield.case.tables.plane import PlaneTable
 from fragfield.case.tables.round import RoundTable
 from fragfield.case.tables.site import DocumentTable, OfficialTable, SiteTable
-from fragfield.case.tables.stack import StackTable
+from fragfield.case.tables.stack import PlaneTable, StackTable
 from fragfield.case.tables.uncertainty import UncertaintyTable
 from fragfield_base.inputs import Bounds, Entries
 

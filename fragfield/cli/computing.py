@@ -7,9 +7,7 @@ from typing import TYPE_CHECKING
 import typer
 
 import fragfield
-from fragfield.cli.application import app
-from fragfield.cli.guard import give, guarded
-from fragfield.cli.options import (
+from fragfield.cli.application import (
     CaseOrRun,
     CellSize,
     Drawing,
@@ -23,7 +21,9 @@ from fragfield.cli.options import (
     Resume,
     Settings,
     Threads,
+    app,
 )
+from fragfield.cli.guard import give, guarded
 from fragfield.errors import EXIT_NUMERICAL
 from fragfield.pipeline.parallel import launched_rank
 

@@ -8,9 +8,8 @@ from typing import Annotated
 import typer
 
 import fragfield
-from fragfield.cli.application import app
+from fragfield.cli.application import CaseOrRun, Html, Json, Quiet, Window, app
 from fragfield.cli.guard import give, guarded, print_paths
-from fragfield.cli.options import CaseOrRun, Html, Json, Quiet, Window
 
 __all__ = ["compare", "info", "new", "view"]
 

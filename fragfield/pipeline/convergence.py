@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 from fragfield.errors import EXIT_FAULT, exit_code_of, message_of
 from fragfield.pipeline.grid_convergence import grid_convergence
-from fragfield.pipeline.side_burst import side_burst, silent
+from fragfield.pipeline.single_round import side_burst, silent
 from fragfield.quantities import shown
 
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ pytest.importorskip("dolfinx")
 from burst_fenicsx.contact.slide_surface import interface_faces, make_contacts, smooth_surface
 from burst_fenicsx.contact.surfaces import OpenFaces, contact_surfaces, sides_beside
 from burst_fenicsx.meshing import merge
-from burst_fenicsx.meshing.split import split_charges
+from burst_fenicsx.meshing.cut import split_charges
 from burst_fenicsx.problem import Part
 from tests.burst_fenicsx.boxes import box, grid
 

@@ -17,7 +17,7 @@ from fragfield.case.load import case_from_document
 from fragfield.errors import exit_code_of, message_of
 from fragfield.interface.running import options_of
 from fragfield.pipeline import parallel
-from fragfield.pipeline.recorded_warnings import recorded_warnings
+from fragfield.pipeline.stages import recorded_warnings
 from fragfield.report.blocks import Finding
 from fragfield.report.findings.burst import ledger_findings
 from fragfield.report.findings.hazard import break_up_findings, flight_findings

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
     from fragfield.case.conversion.clearance import Body
     from fragfield.case.schema import Case
-    from fragfield.case.tables.plane import PlaneTable
+    from fragfield.case.tables.stack import PlaneTable
 
 __all__ = ["check_places", "check_planes"]
 

@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     from burst_fenicsx.geometry import Profile
     from fragfield.case.conversion.clearance import Body
     from fragfield.case.schema import Case
-    from fragfield.case.tables.plane import PlaneTable
     from fragfield.case.tables.round import RoundTable
+    from fragfield.case.tables.stack import PlaneTable
 
 __all__ = [
     "RoundMasses",

@@ -34,8 +34,8 @@ if TYPE_CHECKING:
     from fragfield.case.schema import Case
     from fragfield.case.tables.burst import ContactTable
     from fragfield.case.tables.flight import CollisionsTable, FlightTable, PolygonTable, WindTable
-    from fragfield.case.tables.plane import PlaneTable
     from fragfield.case.tables.round import RoundTable
+    from fragfield.case.tables.stack import PlaneTable
     from transition import BreakUpSettings
 
 __all__ = [

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from burst_fenicsx.geometry import Profile
     from fragfield.case import Case
-    from fragfield.case.tables.plane import PlaneTable
+    from fragfield.case.tables.stack import PlaneTable
     from fragfield.report.reading.run_files import RunFiles
 
 __all__ = ["arrangement_figure"]
