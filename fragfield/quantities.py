@@ -1,4 +1,4 @@
-"""The catalogue of output quantities: what a value of summary.json is called, its unit, rounding, and where it is shown.
+"""The catalogue of output quantities: label, unit and rounding of each value of summary.json, and where it is shown.
 
 The catalogue is the schema that goes with the program, data/summary.schema.json. Beside what JSON Schema knows, the
 entry of a value may hold
@@ -6,7 +6,7 @@ entry of a value may hold
 - `title`, its label in every table; `description` says more;
 - `unit`, in SI; `percent` for a fraction that is shown in per cent; `digits`, significant ones (4);
 - `rounding`, of a distance in whole metres: "up" for one to keep, "nearest" for others;
-- `shown`, the views that list it: "terminal", "report", "compare", "sweep", "convergence" and "uncertainty";
+- `shown`, the views that list it: "terminal", "report", "mesh", "compare", "sweep", "convergence", "uncertainty";
 - `name`, its column in their tables, where the key alone would not do; `error`, the path of its standard error;
 - `hide_zero`, where nothing is to be said of a zero.
 

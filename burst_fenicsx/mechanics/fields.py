@@ -13,21 +13,18 @@ from mpi4py import MPI
 from burst_fenicsx import compat
 from burst_fenicsx.kernels.axisymmetric.quadrilateral import AxisymmetricState
 from burst_fenicsx.kernels.cells.erosion import WHOLE
+from burst_fenicsx.kernels.cells.hexahedron import hexahedron_volumes
+from burst_fenicsx.kernels.cells.layout import SOLID_PARAMETERS
 from burst_fenicsx.kernels.constants import LARGEST_WORK
 from burst_fenicsx.kernels.geometry.shapes import folded_cells
 from burst_fenicsx.kernels.lanes import LANES
 from burst_fenicsx.kernels.state import ChargeState, Grid, Nodes, SolidState
-from burst_fenicsx.kernels.step.assembly import FULL_QUADRATURE, ONE_POINT, RINGS, cell_volumes
+from burst_fenicsx.kernels.step.assembly import FULL_QUADRATURE, ONE_POINT, RINGS
 from burst_fenicsx.kernels.step.levels import blocks_are_mixed, move_lanes
 from burst_fenicsx.kernels.vectors.exact import quantise, rounding_constant
-from burst_fenicsx.materials.products import JwlProducts, make_products
-from burst_fenicsx.mechanics.detonation import (
-    burn_rates,
-    compression_burn_start,
-    ignition_times,
-    largest_faces,
-    place_ignition,
-)
+from burst_fenicsx.materials import laws
+from burst_fenicsx.materials.products import make_products
+from burst_fenicsx.mechanics.detonation import burn_rates, cell_ignition, largest_faces
 from burst_fenicsx.mechanics.material_tables import largest_pressure, material_tables
 from burst_fenicsx.mechanics.schedule import Blocks, Chunks
 from burst_fenicsx.problem import Part
@@ -52,7 +49,7 @@ class Element:
     momentum_is_conserved : along which coordinates that of all nodes is.
     volumes : of the cells (cells,) in m3, from positions and dofmap.
     folded : whether a corner of each cell is turned inside out (cells,), from positions and dofmap.
-    shares : of each cell's mass that its nodes carry (cells, corners), from positions and dofmap.
+    mass_fractions : of each cell's mass that its nodes carry (cells, corners), from positions and dofmap.
     burn_rates : of the cells (1/s), from corners (cells, corners, 3), volumes and detonation velocity (m/s), Eq. 5.
     lengths : of the cells (m), which softening is scaled by, from positions, dofmap and volumes.
     largest_faces : (cells,) m2, from corners.
@@ -62,7 +59,7 @@ class Element:
     momentum_is_conserved: tuple[bool, bool, bool]
     volumes: Callable[[np.ndarray, np.ndarray], np.ndarray]
     folded: Callable[[np.ndarray, np.ndarray], np.ndarray]
-    shares: Callable[[np.ndarray, np.ndarray], np.ndarray]
+    mass_fractions: Callable[[np.ndarray, np.ndarray], np.ndarray]
     burn_rates: Callable[[np.ndarray, np.ndarray, float], np.ndarray]
     lengths: Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
     largest_faces: Callable[[np.ndarray], np.ndarray]
@@ -71,9 +68,9 @@ class Element:
 HEXAHEDRON = Element(
     kind=ONE_POINT,
     momentum_is_conserved=(True, True, True),
-    volumes=cell_volumes,
+    volumes=hexahedron_volumes,
     folded=folded_cells,
-    shares=lambda position, dofmap: np.broadcast_to(0.125, dofmap.shape),  # noqa: ARG005 - as every element
+    mass_fractions=lambda position, dofmap: np.broadcast_to(0.125, dofmap.shape),  # noqa: ARG005 - as every element
     burn_rates=burn_rates,
     lengths=lambda position, dofmap, volume: np.cbrt(volume),  # noqa: ARG005
     largest_faces=largest_faces,
@@ -91,7 +88,7 @@ class BurstFields:
         plastic_shear_strain, plastic_volumetric_strain, pressure (Pa), burn_fraction and products_energy (J/m3),
         constant in cells or, of solids with full quadrature, known at points. Ghost cells lag behind until they are
         sent (`compat.send_to_ghosts`).
-    start : (local nodes, 3) initial places (m).
+    start : (local nodes, 3) initial positions (m).
     mass, inverse_mass : (local nodes,) lumped mass (kg) and its inverse, complete on every rank.
     cell_mass : (owned cells,) kg.
     element, kind : of the cells, and which kernels step it.
@@ -135,10 +132,14 @@ class BurstFields:
     def without_strength(self) -> np.ndarray:
         """Whether the metal of each of this rank's cells has lost its strength (cells,); false for a charge."""
         mesh, solid = self.mesh, self.solid
-        inverse_limit = solid.parameters[len(Part) * mesh.round + mesh.part, 4]
+        parameters = solid.parameters[len(Part) * mesh.round + mesh.part]
         scale = self.blocks.by_cell(solid.softening_scale)
-        least: np.ndarray = solid.shear_strain[: mesh.cells].min(axis=1)  # of its points
-        return least * inverse_limit * scale >= 1.0
+        of_law = parameters[:, SOLID_PARAMETERS.index("law")]
+        weak = np.zeros(mesh.cells, dtype=bool)
+        for number, law in enumerate(laws("solids")):
+            strains = solid.shear_strain[: mesh.cells], solid.volume_strain[: mesh.cells]
+            weak |= (of_law == number) & law.without_strength(parameters, *strains, scale)
+        return weak & (mesh.part != Part.CHARGE)
 
     @cached_property
     def _elastic(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -236,7 +237,7 @@ def make_fields(
     mesh, rounds, settings : the problem.
     fuze_density : of each round's fuze (kg/m3).
     axial_part : (owned cells,) int32, row of `leakage`.
-    leakage : (parts + 1,) factors on the products' pressure, shared with `LeakageParts`.
+    leakage : (slices + 1,) factors on the products' pressure, those of `AxialSlices`.
     lengths : of each round (m).
     element : the kind of the cells.
     """
@@ -254,8 +255,8 @@ def make_fields(
     products = [make_products(item.explosive, settings.products) for item in rounds]
     solid_table, charge_table, density = material_tables(rounds, settings, products, fuze_density)
     cell_mass = density[material] * volume
-    shares = cell_mass[:, None] * element.shares(position, mesh.dofmap)
-    nodal_mass = _nodal_masses(mesh, functions["force"], cell_mass, shares)
+    corner_mass = cell_mass[:, None] * element.mass_fractions(position, mesh.dofmap)
+    nodal_mass = _nodal_masses(mesh, functions["force"], cell_mass, corner_mass)
     pressure = max(largest_pressure(item) for item in rounds)
     largest_force = 0.5 * pressure * _largest(mesh, element.largest_faces(position[mesh.dofmap]))
 
@@ -264,11 +265,10 @@ def make_fields(
     own_length = element.lengths(position, mesh.dofmap, volume)
     inverse_scale = np.where(reference > 0.0, own_length / np.where(reference > 0.0, reference, 1.0), 1.0)
 
-    ignition, burn, compression = _ignition(mesh, rounds, products, lengths, position, volume, element)
+    ignition, burn, compression = cell_ignition(mesh, rounds, products, lengths, position, volume, element.burn_rates)
     energy = of_cells["products_energy"]
     for index, model in enumerate(products):
-        if isinstance(model, JwlProducts):
-            energy[(mesh.round == index) & (mesh.part == Part.CHARGE)] = model.energy
+        energy[(mesh.round == index) & (mesh.part == Part.CHARGE)] = model.start_energy
     return BurstFields(
         mesh=mesh,
         functions=functions,
@@ -322,7 +322,7 @@ def make_fields(
             axial_part=axial_part.astype(np.int32),
             leakage=leakage,
         ),
-        rings=AxisymmetricState(_by_lanes(blocks.by_slot(1.0 / shares))) if element.kind == RINGS else None,
+        rings=AxisymmetricState(_by_lanes(blocks.by_slot(1.0 / corner_mass))) if element.kind == RINGS else None,
         blocks=blocks,
         chunks=chunks,
     )
@@ -358,16 +358,16 @@ def _owned(mesh: DistributedMesh, function: Any, points: int) -> np.ndarray:  # 
     return view
 
 
-def _nodal_masses(mesh: DistributedMesh, scratch: Any, cell_mass: np.ndarray, shares: np.ndarray) -> np.ndarray:  # noqa: ANN401
-    """Lumped mass (local nodes,) in kg by the `shares` (cells, corners) kg of each cell's, summed exactly; collective.
+def _nodal_masses(mesh: DistributedMesh, scratch: Any, cell_mass: np.ndarray, corner_mass: np.ndarray) -> np.ndarray:  # noqa: ANN401
+    """Lumped mass (local nodes,) in kg by those of the cells' corners (cells, corners), summed exactly; collective.
 
     `scratch` is a function of nodal vectors, zero before and after.
     """
     rounding = rounding_constant(_largest(mesh, cell_mass))
     values = scratch.x.array.reshape(-1, 3)
-    for corner in range(shares.shape[1]):
-        share = quantise(shares[:, corner], rounding)
-        values[:, 0] += np.bincount(mesh.dofmap[:, corner], weights=share, minlength=len(values))
+    for corner in range(corner_mass.shape[1]):
+        masses = quantise(corner_mass[:, corner], rounding)
+        values[:, 0] += np.bincount(mesh.dofmap[:, corner], weights=masses, minlength=len(values))
     compat.add_to_owners(scratch)
     compat.send_to_ghosts(scratch)
     mass = values[:, 0].copy()
@@ -378,29 +378,3 @@ def _nodal_masses(mesh: DistributedMesh, scratch: Any, cell_mass: np.ndarray, sh
 def _largest(mesh: DistributedMesh, values: np.ndarray) -> float:
     """Largest of the values over all ranks."""
     return float(mesh.comm.allreduce(float(values.max(initial=0.0)), op=MPI.MAX))
-
-
-def _ignition(
-    mesh: DistributedMesh,
-    rounds: Sequence[Round],
-    products: Sequence[Products],
-    lengths: Sequence[float],
-    position: np.ndarray,
-    volume: np.ndarray,
-    element: Element,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Times at which the cells ignite, burn rates, times from which compression burns them; infinite where never."""
-    ignition, compression = np.full(mesh.cells, np.inf), np.full(mesh.cells, np.inf)
-    burn = np.zeros(mesh.cells)
-    for index, item in enumerate(rounds):
-        own = np.flatnonzero((mesh.round == index) & (mesh.part == Part.CHARGE))
-        corners = position[mesh.dofmap[own]]
-        places, delays = place_ignition(item, lengths[index])
-        ignition[own] = ignition_times(corners.mean(axis=1), places, delays, item.explosive.detonation_velocity)
-        burn[own] = element.burn_rates(corners, volume[own], item.explosive.detonation_velocity)
-        # The products' own front may be faster than the timed one, and may burn what it comes to first.
-        fastest = max(products[index].front_speed, item.explosive.detonation_velocity)
-        compression[own] = compression_burn_start(
-            ignition_times(corners.mean(axis=1), places, delays, fastest), burn[own]
-        )
-    return ignition, burn, compression

@@ -14,7 +14,6 @@ from burst_fenicsx.contact.torn_faces import sides_beside
 from burst_fenicsx.errors import NumericalStop
 from burst_fenicsx.kernels.constants import LARGEST_PASSED_FRACTION
 from burst_fenicsx.kernels.contact.search import Bodies, find_candidates
-from burst_fenicsx.kernels.geometry.faces import TENSOR_ORDER
 from burst_fenicsx.problem import Part
 from burst_fenicsx.records.within_rounds import CasingRadii, hold
 
@@ -118,10 +117,7 @@ class InterpenetrationCheck:
             return
         own = fields.mesh
         casing = np.flatnonzero(mesh.part != Part.CHARGE)
-        cell_mass = np.zeros(len(mesh.cells))
-        cell_mass[own.cell] = fields.cell_mass
-        if self._comm.size > 1:
-            self._comm.Allreduce(MPI.IN_PLACE, cell_mass)
+        cell_mass = own.all_cells(fields.cell_mass)
         self._node_mass = np.zeros(len(mesh.nodes))
         self._node_round = np.full(len(mesh.nodes), -1, dtype=np.int32)
         for corner in range(8):
@@ -243,7 +239,7 @@ class InterpenetrationCheck:
             cell = rows[candidate[first[point] + k]]
             counts = ~self._charge[cell] | enclosed[point, fields.mesh.round[cell]]
             point, cell = point[counts], cell[counts]
-            corner = position[fields.mesh.dofmap[cell][:, TENSOR_ORDER]]
+            corner = position[fields.mesh.dofmap[cell]]
             held[point] = hold(corner, points[point], outward[cell], self._overlap)
         return held
 

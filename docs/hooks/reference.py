@@ -146,14 +146,15 @@ def built_in_tables() -> str:
 def summary_reference() -> str:
     """A table of all values of each part of summary.json, from the catalogue of output quantities, as Markdown."""
     parts = []
-    for part, values in groupby(QUANTITIES.values(), key=lambda one: one.path.partition(".")[0].removesuffix("[]")):
-        about = schema()["properties"][part].get("description", "")
+    for part, values in groupby(QUANTITIES.values(), key=lambda one: one.path.rpartition(".")[0].partition(".")[0]):
+        name = part.removesuffix("[]")
+        head = f"### {name}\n\n{schema()['properties'][name]['description']}\n\n" if name else ""
         body = [
-            (f"`{one.path.partition('.')[2] or one.path}`", one.unit,
+            (f"`{one.path.removeprefix(f'{part}.')}`", one.unit,
              _cell(". ".join(words for words in (one.label, one.note) if words)))
             for one in values
         ]  # fmt: skip
-        parts.append(f"### {part}\n\n{about}\n\n{_rows('key, unit, meaning', body)}")
+        parts.append(f"{head}{_rows('key, unit, meaning', body)}")
     return "\n\n".join(parts)
 
 

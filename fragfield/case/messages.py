@@ -38,9 +38,6 @@ _LIMITS = {
     "less_than_equal": ("at most", "le"),
 }
 
-_RENAMED = {("exposed", "place"): "position"}
-"""Table and former key of a case file: the key that replaced it."""
-
 
 def key_path(location: Sequence[int | str]) -> str:
     """Key path as messages show it, entries counted from 1: ("round", 1, "casing") is `round[2].casing`."""
@@ -83,8 +80,6 @@ def _text(fault: ErrorDetails, model: type[BaseModel]) -> str:
         return str(context["error"])
     if kind == "extra_forbidden":
         names, key = sorted(_keys_beside(fault["loc"], model)), str(fault["loc"][-1])
-        if (now := _RENAMED.get((str(fault["loc"][0]), key))) in names:
-            return f'this key is now called "{now}"'
         hint = nearest(key, names) or _belongs(key, model)
         return f"unknown key{hint}; allowed here: {', '.join(names)}"
     if kind == "missing":

@@ -2,29 +2,36 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from dataclasses import asdict, replace
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from fragfield.case import plain
 from fragfield.case.checks.bounds import outside_soft
 from fragfield.case.checks.fragment_numbers import check_numbers
 from fragfield.case.conversion.attitude import is_mixed
-from fragfield.case.conversion.geometry import burst_geometry
-from fragfield.case.conversion.round_masses import first_alike
-from fragfield.case.conversion.stages import break_up_settings, burst_rounds, burst_settings
+from fragfield.case.conversion.exposed_sites import outline_of
+from fragfield.case.conversion.placing import first_alike
+from fragfield.case.conversion.stages import break_up_settings, burst_geometry, burst_rounds, burst_settings
+from fragfield.case.tables.flight import CylinderTable
 from fragfield.checking.cost import expected_cost
-from fragfield.checking.witness import witness_warnings
-from fragfield.hazard.arrangement import arrangement, arrangement_warnings
+from fragfield.hazard.arrangement import arrangement, arrangement_warnings, with_images
 from fragfield.hazard.contents import contents_of
 from fragfield.hazard.map_edge import map_warnings
 from fragfield.hazard.prescribed import official_part
 from fragfield.hazard.rules import rules_for
+from fragfield.pipeline.arena import read_arena
 from fragfield.pipeline.attitudes import attitudes_of
 from transition.law.mean_mass import gurney_coefficient, gurney_speed
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
+    from pathlib import Path
+
+    from numpy.typing import NDArray
 
     from burst_fenicsx.meshing import MeshQuality
     from burst_fenicsx.meshing.mesh import CellMesh
@@ -32,7 +39,8 @@ if TYPE_CHECKING:
     from burst_fenicsx.symmetry.part import Cut
     from fragfield.case import Case
 
-__all__ = ["check_report"]
+
+__all__ = ["check_report", "fragments_report", "witness_warnings"]
 
 _MIN_WALL_CELLS = 2.0
 _MASS_TOLERANCE = 0.005
@@ -111,7 +119,7 @@ def _prescribed(case: Case, described: Sequence[dict[str, Any]]) -> dict[str, An
 def _meshed(item: Round, settings: BurstSettings, cuts: Sequence[Cut]) -> tuple[CellMesh, MeshQuality]:
     """The mesh on which a round is computed, cut at planes of symmetry, and its quality."""
     from burst_fenicsx.meshing import mesh_round, quality
-    from burst_fenicsx.meshing.split import split_charges
+    from burst_fenicsx.meshing.cut import split_charges
 
     if settings.geometry == "axisymmetric":
         from burst_fenicsx.axisymmetric.mesh import meridian_quality, mesh_meridian
@@ -196,7 +204,8 @@ def _segments(entry: Round) -> Iterator[dict[str, Any]]:
 
 def _products(explosive: Explosive, settings: BurstSettings) -> dict[str, Any]:
     """Constants of the isentrope, and the effective Gurney constant at three expansions."""
-    from burst_fenicsx.materials.products import LandauProducts, make_products
+    from burst_fenicsx.materials.products import make_products
+    from burst_fenicsx.materials.products.landau import LandauProducts
 
     products = make_products(explosive, settings.products)
     if not isinstance(products, LandauProducts):
@@ -300,3 +309,68 @@ def _round_warnings(key: str, settings: BurstSettings, found: dict[str, Any]) ->
     passage = found["charge_length"] / found["detonation_velocity"]
     if settings.end_time is not None and settings.end_time < passage:
         yield f"{key}: burst.end_time = {settings.end_time:g} s ends before the front has passed ({passage:.3g} s)"
+
+
+def fragments_report(case: Case, path: Path) -> dict[str, Any]:
+    """What a file of fragments or an arena table holds.
+
+    Returns
+    -------
+    dict
+        `fragments`: `file`, `number` and `mass` (kg) of all fragments as they are flown, of an arena table those of one
+        round; and of that `recovered`, as `flight.recovered` of summary.json. `warnings`.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, or an arena table has not the mass of the case's rounds.
+    """
+    found = read_arena(path, case)
+    if found is None:
+        from flight import Fragments
+
+        fragments = Fragments.read(path)
+        held = {"file": path.name, "number": len(fragments), "mass": float(fragments.mass.sum())}
+        return {"fragments": held, "warnings": []}
+    table, recovered = found
+    held = {"file": path.name, "number": float(table.number.sum()), "mass": table.total_mass}
+    warnings = [recovered.warning] if recovered.warning else []
+    return {"fragments": {**held, "recovered": recovered.summary()}, "warnings": warnings}
+
+
+def witness_warnings(case: Case, largest_diameter: float) -> Iterator[str]:
+    """Cylinders that a casing may reach before it breaks up, or that cut the foot of an obstacle.
+
+    Parameters
+    ----------
+    case : Case
+        Resolved, with a burst.
+    largest_diameter : float
+        Of the rounds (m).
+    """
+    for number, surface in enumerate(case.witness, start=1):
+        if not isinstance(surface, CylinderTable):
+            continue
+        key = f"witness[{number}].radius = {surface.radius:g} m"
+        reach = max(math.hypot(x - surface.centre[0], y - surface.centre[1]) for x, y, _ in with_images(case))
+        if surface.radius < 2.0 * (reach + largest_diameter):
+            yield f"{key}: so close that casings may reach it before break-up"
+        for obstacle in case.obstacle:
+            nearest, farthest = _distances(np.asarray(surface.centre), outline_of(obstacle))
+            if nearest < surface.radius < farthest:
+                yield (
+                    f'{key}: {surface.name} cuts {obstacle.kind} "{obstacle.name}", whose foot lies {nearest:.3g} to '
+                    f"{farthest:.3g} m from its centre: part of the surface lies in front of the obstacle and part "
+                    f"behind it; use less than {nearest:.3g} m or more than {farthest:.3g} m"
+                )
+
+
+def _distances(centre: NDArray[np.float64], corners: NDArray[np.float64]) -> tuple[float, float]:
+    """Smallest and largest distance (m) of a point from a convex polygon (n, 2)."""
+    ways = np.roll(corners, -1, axis=0) - corners
+    away = centre - corners
+    turn = ways[:, 0] * away[:, 1] - ways[:, 1] * away[:, 0]
+    along = np.clip((away * ways).sum(axis=1) / (ways**2).sum(axis=1), 0.0, 1.0)
+    nearest = np.linalg.norm(away - along[:, None] * ways, axis=1).min()
+    inside = bool((turn >= 0.0).all() or (turn <= 0.0).all())
+    return 0.0 if inside else float(nearest), float(np.linalg.norm(away, axis=1).max())

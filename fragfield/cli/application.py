@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -9,7 +10,24 @@ import typer
 import fragfield
 from fragfield.pipeline.parallel import launched_rank
 
-__all__ = ["app"]
+__all__ = [
+    "CaseOrRun",
+    "CellSize",
+    "Drawing",
+    "FragmentsFile",
+    "Html",
+    "Json",
+    "Out",
+    "Overwrite",
+    "Profile",
+    "Quiet",
+    "Resume",
+    "Scheduler",
+    "Settings",
+    "Threads",
+    "Window",
+    "app",
+]
 
 app = typer.Typer(
     name="fragfield",
@@ -40,3 +58,51 @@ def _common(
     del version
     if launched_rank() > 0 and context.invoked_subcommand not in _COLLECTIVE:
         raise typer.Exit  # the first rank does it alone
+
+
+CaseOrRun = Annotated[Path, typer.Argument(metavar="CASE_OR_RUN", help="A case file, or the directory of a run.")]
+Out = Annotated[
+    Path | None, typer.Option("--out", metavar="DIR", help="Run directory; default runs/NAME, or the run itself.")
+]
+CellSize = Annotated[
+    str | None, typer.Option("--cell-size", metavar='"6 mm"', help="Replaces burst.cell_size; with its unit.")
+]
+Settings = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="KEY=VALUE", help="Replaces a value of the case, by its dotted key; repeatable."),
+]
+Threads = Annotated[int | None, typer.Option("--threads", min=1, metavar="N", help="Threads of each rank.")]
+Resume = Annotated[bool, typer.Option("--resume", help="Continue an interrupted run of the same case.")]
+Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace another case's run in DIR.")]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress, no warnings, no result text.")]
+Json = Annotated[bool, typer.Option("--json", help="One JSON object on stdout, and nothing else.")]
+Profile = Annotated[
+    bool, typer.Option("--profile", help="Time the parts of the burst; a table here and in the report's annex.")
+]
+Resolved = Annotated[
+    bool, typer.Option("--resolved", help="Print the case as well, with every default, in everyday units.")
+]
+Drawing = Annotated[
+    Path | None,
+    typer.Option(
+        "--drawing", metavar="FILE", help="Write a dimensioned drawing of each different round: .svg or .png."
+    ),
+]
+FragmentsFile = Annotated[
+    Path | None,
+    typer.Option(
+        "--fragments", metavar="FILE", help="Fly these fragments (.h5, .csv, or an arena table), not the run's."
+    ),
+]
+Window = Annotated[
+    bool | None,
+    typer.Option("--window/--pictures", help="Open a window, or write pictures; default: as possible."),
+]
+
+Scheduler = Annotated[
+    str | None,
+    typer.Option("--scheduler", metavar="ADDRESS", help="Run on the workers of this dask scheduler: tcp://node1:8786."),
+]
+Html = Annotated[
+    bool, typer.Option("--html", help="Write interactive 3-D pages, view_burst.html and view_fragments.html.")
+]

@@ -8,9 +8,8 @@ from typing import Annotated
 import typer
 
 import fragfield
-from fragfield.cli.application import app
+from fragfield.cli.application import CaseOrRun, Html, Json, Quiet, Window, app
 from fragfield.cli.guard import give, guarded, print_paths
-from fragfield.cli.options import CaseOrRun, Html, Json, Quiet, Window
 
 __all__ = ["compare", "info", "new", "view"]
 
@@ -19,10 +18,10 @@ __all__ = ["compare", "info", "new", "view"]
 def view(case: CaseOrRun, window: Window = None, html: Html = False, quiet: Quiet = False, json: Json = False) -> None:
     """Look at a run: in a window where there is a display, else as pictures; or as 3-D pages."""
     with guarded(json=json, quiet=quiet):
-        from fragfield.interface.running import request_of
+        from fragfield.interface.running import options_of
         from fragfield.view import view_run
 
-        written = view_run(request_of(case).source.path, window=window, html=html)
+        written = view_run(options_of(case).source.path, window=window, html=html)
         give(
             {"pages" if html else "pictures": [str(path) for path in written]},
             json=json,

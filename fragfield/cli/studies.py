@@ -8,9 +8,8 @@ from typing import Annotated, Any
 import typer
 
 import fragfield
-from fragfield.cli.application import app
+from fragfield.cli.application import CaseOrRun, CellSize, Json, Quiet, Scheduler, Settings, app
 from fragfield.cli.guard import give, guarded
-from fragfield.cli.options import CaseOrRun, CellSize, Json, Quiet, Scheduler, Settings
 from fragfield.errors import EXIT_NUMERICAL
 
 __all__ = ["limit", "sweep", "uncertainty", "warm_up"]

@@ -162,7 +162,7 @@ class RunDirectory:
             raise InputError(f"{self.path}: no such run directory")
         if not self.exists:
             raise InputError(f"{self.path}: not a run directory, it contains no case.toml")
-        stored_case_text(self.case_file, self.summary())
+        stored_case_text(self.case_file)
         return read_resolved(self.case_file)
 
     def complete(self, stage: Stage) -> bool:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from fragfield.case import Case
     from fragfield.case.conversion.clearance import Body
-    from fragfield.case.tables.plane import PlaneTable
+    from fragfield.case.tables.stack import PlaneTable
 
 __all__ = ["arrangement", "arrangement_warnings", "image_names", "with_images"]
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fragfield.case.conversion.round_masses import are_alike
+from fragfield.case.conversion.placing import are_alike
 from fragfield.hazard.tnt import tnt_equivalent
 
 if TYPE_CHECKING:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from fragfield.case.conversion.site import site_of
+from fragfield.case.conversion.surroundings import site_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

@@ -7,7 +7,7 @@ from functools import cache
 from importlib import resources
 from typing import Any
 
-from fragfield_base.explosive_names import value_for
+from fragfield_base.names import value_for
 
 __all__ = ["tnt_equivalent", "tnt_equivalents"]
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from fragfield.case.write import plain
 from fragfield.checking import check as checking
-from fragfield.checking.fragments import fragments_report
+from fragfield.checking.check import fragments_report
 from fragfield.interface.case import Case, case_of
 
 if TYPE_CHECKING:

@@ -6,24 +6,26 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fragfield.errors import InputError
+from fragfield.errors import InputError, nearest
 from fragfield.files.run_directory import STAGES, RunDirectory
 from fragfield.interface.case import Case
 
 if TYPE_CHECKING:
     import os
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
+    import numpy as np
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
     from flight import Fragments
-    from fragfield.interface.burst import Burst
     from fragfield.interface.hazard import HazardDistance
     from fragfield.interface.tables import Table
-    from fragfield.report.reading.run_files import RunFiles
+    from fragfield.report.blocks import Block, Illustration
+    from fragfield.report.figures.drawing import Drawing
+    from fragfield.report.reading.run_files import RoundTables, RunFiles
 
-__all__ = ["Run", "open"]
+__all__ = ["Burst", "Run", "draw", "figures_of", "open"]
 
 
 def open(path: str | os.PathLike[str]) -> Run:  # noqa: A001 - as h5py.File has its `open`
@@ -81,8 +83,6 @@ class Run:
     @cached_property
     def burst(self) -> Burst:
         """The burst: casing and charge at its end, and histories; raises InputError where it has not been run."""
-        from fragfield.interface.burst import Burst
-
         self._file("burst_snapshot.h5", "burst")
         return Burst(self.files, self.summary.get("burst") or {})
 
@@ -105,16 +105,16 @@ class Run:
     @property
     def landing(self) -> NDArray[Any]:
         """End of every fragment's flight, a structured array of dtype `flight.LANDING`; first realisation."""
-        from flight.files.results import read_landing
+        from flight.files.hdf5 import read_table
 
-        return read_landing(self._file("landing.h5", "fly"))
+        return read_table(self._file("landing.h5", "fly"), "landing")[0]
 
     @property
     def hits(self) -> NDArray[Any]:
         """Crossings of the witness surfaces, a structured array of dtype `flight.HITS`; first realisation."""
-        from flight.files.results import read_hits
+        from flight.files.hdf5 import read_table
 
-        return read_hits(self._file("hits.h5", "fly"))[0]
+        return read_table(self._file("hits.h5", "fly"), "hits")[0]
 
     @property
     def hazard(self) -> HazardDistance:
@@ -169,8 +169,6 @@ class Run:
     @property
     def figures(self) -> dict[str, str]:
         """Names of the report's figures, and their titles; a few may have no data in this run."""
-        from fragfield.interface.figures import figures_of
-
         return {name: title for name, (title, _) in figures_of(self.files).items()}
 
     def figure(self, name: str) -> Figure:
@@ -183,8 +181,6 @@ class Run:
         InputError
             Another name, or the run has no data for it.
         """
-        from fragfield.interface.figures import draw
-
         return draw(self.files, name)
 
     def _file(self, name: str, stage: str) -> Path:
@@ -201,3 +197,100 @@ class Run:
         from fragfield.terminal.show import summary_text
 
         return summary_text({"title": self.case.title, **self.summary, "directory": str(self.path)})
+
+
+class Burst:
+    """The end of a burst, from burst_snapshot.h5, and what led to it.
+
+    Parameters
+    ----------
+    files : RunFiles
+        The run's files.
+    summary : mapping
+        The part "burst" of summary.json.
+
+    Attributes
+    ----------
+    summary : dict
+        That part: cells, steps, masses, speeds, energy and momentum errors.
+    """
+
+    def __init__(self, files: RunFiles, summary: Mapping[str, Any]) -> None:
+        self._files = files
+        self.summary = dict(summary)
+
+    @property
+    def time(self) -> float:
+        """Time at its end (s)."""
+        return float(self._files.burst_time or 0.0)
+
+    @property
+    def nodes(self) -> dict[str, NDArray[np.float64]]:
+        """`reference` and `position` (m), `velocity` (m/s) of the casings' nodes, (n, 3), or (n, 2) of a meridian."""
+        return self._files.nodes
+
+    @property
+    def cells(self) -> dict[str, NDArray[Any]]:
+        """Of the casings' cells (c,): `nodes` (c, 8), or (c, 4) of a meridian, and their state."""
+        return self._files.cells
+
+    @property
+    def history(self) -> dict[str, NDArray[np.float64]]:
+        """Over `time` (s): `mean_casing_speed` (m/s), `outer_diameter` (m), energies (J) and `energy_error`."""
+        return self._files.history
+
+    @property
+    def rounds(self) -> list[RoundTables]:
+        """By round: `name`, `attributes`, and `segments` and `along` as structured arrays."""
+        return self._files.rounds
+
+    @property
+    def is_axisymmetric(self) -> bool:
+        """Whether the cells are those of a meridian."""
+        return self._files.is_axisymmetric
+
+    def __repr__(self) -> str:
+        return f"<fragfield.Burst to {self.time * 1e6:.4g} us: {self.summary.get('cells', 0)} cells>"
+
+    def __str__(self) -> str:
+        found = self.summary
+        names = ", ".join(one.name for one in self.rounds)
+        return (
+            f"burst of {names} to {self.time * 1e6:.4g} us: {found['cells']} cells, {found['steps']} steps\n"
+            f"  mean initial speed of the casing {found['mean_initial_speed']:.0f} m/s, energy error "
+            f"{100.0 * found['energy_error']:.2g} %"
+        )
+
+
+def figures_of(run: RunFiles) -> dict[str, tuple[str, Drawing]]:
+    """By name: title and drawing function of every figure that the report of a run has, in its order."""
+    from fragfield.report.sections import sections
+
+    found: dict[str, tuple[str, Drawing]] = {}
+
+    def note(name: str, title: str, caption: str, function: Drawing) -> list[Illustration]:
+        del caption
+        found[name] = (title, function)
+        return []
+
+    def no_picture(name: str, title: str, caption: str) -> list[Block]:
+        del name, title, caption
+        return []
+
+    sections(run, note, no_picture)
+    return found
+
+
+def draw(run: RunFiles, name: str) -> Figure:
+    """A figure by its name; raises InputError for another name, or where the run has no data for it."""
+    from fragfield.report.figures.drawing import drawing_style
+
+    known = figures_of(run)
+    if name not in known:
+        raise InputError(f"figure: found {name!r}{nearest(str(name), known)}; allowed: {', '.join(known)}")
+    with drawing_style():
+        figure = known[name][1](run)
+        if figure is None:
+            raise InputError(f"{run.folder}: holds no data for the figure {name} ({known[name][0]})")
+
+    return figure

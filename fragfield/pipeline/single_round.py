@@ -1,24 +1,32 @@
-"""Fragments of one round of a case as if it stood alone, for the rules that are made for single rounds."""
+"""Further bursts beside a run's own: of one round alone, and with other cells."""
 
 from __future__ import annotations
 
 import logging
+import shutil
 import time
+import warnings
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from fragfield.case.conversion.single_round import single_round_case
+from fragfield.case.conversion.placing import are_alike
+from fragfield.case.conversion.stages import burst_geometry
 from fragfield.errors import EXIT_FAULT, exit_code_of, message_of
-from fragfield.pipeline.side_burst import side_burst, silent
+from fragfield.files.run_directory import SCRATCH
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from burst_fenicsx import BurstResult
     from flight import Fragments
     from flight.hazard.tp12 import PolarField
     from fragfield.case import Case
+    from fragfield.case.tables.round import IgnitionTable
     from fragfield.pipeline.job import Job
     from transition import Snapshot
 
-__all__ = ["SingleRound", "single_round"]
+__all__ = ["SingleRound", "side_burst", "silent", "single_round", "single_round_case"]
 
 REALISATIONS = 12
 """Break-ups of the round: of an M107 they fix the beam distance to 0.4 % and that of a stack to 0.6 %."""
@@ -63,7 +71,7 @@ def single_round(job: Job) -> SingleRound:
         alone, reason = single_round_case(job.case)
         if alone is None:
             return SingleRound(None, f"no single round: {reason}")
-        if job.lean:
+        if job.options.lean:
             return SingleRound(None, "no single round: not computed for the runs of a sweep")
         with silent():
             done, snapshot = side_burst(job, alone)
@@ -83,4 +91,76 @@ def _fragments(job: Job, case: Case, snapshot: Snapshot) -> list[Fragments]:
 
     upright = case.model_copy(update={"break_up": case.break_up.model_copy(update={"tilt": 0.0})})
     broken = transition.BreakUp(snapshot, break_up_settings(upright))
-    return broken.many(case.seed, range(REALISATIONS), job.threads)
+    return broken.many(case.seed, range(REALISATIONS), job.options.threads)
+
+
+_LOGGERS = ("fragfield", "burst_fenicsx", "transition", "flight", "py.warnings")
+
+
+def side_burst(job: Job, case: Case) -> tuple[BurstResult, Snapshot]:
+    """Burst a case on one rank; its result and the state at its end. Its files are removed."""
+    from burst_fenicsx import simulate
+    from fragfield.case.conversion.stages import burst_rounds, burst_settings
+    from transition import Snapshot
+
+    folder = job.target.file(SCRATCH)
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir()
+    try:
+        done = simulate(burst_rounds(case), burst_settings(case), folder, comm=job.team.alone, series=False)
+        return done, Snapshot.read(folder / "burst_snapshot.h5")
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+@contextmanager
+def silent() -> Iterator[None]:
+    """Nothing within logs or warns: the run's log and findings are those of its own burst."""
+    loggers = [logging.getLogger(name) for name in _LOGGERS]
+    levels = [one.level for one in loggers]
+    for one in loggers:
+        one.setLevel(logging.CRITICAL)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            yield
+    finally:
+        for one, level in zip(loggers, levels, strict=True):
+            one.setLevel(level)
+
+
+def single_round_case(case: Case) -> tuple[Case | None, str]:
+    """The case of one round alone, burst in its meridian with the same settings and cells.
+
+    Rounds may differ in name, position, axis and delay, and those that wait for the shock of a neighbour are taken to
+    be initiated as the others are.
+
+    Returns
+    -------
+    case, reason
+        None, and why, where the rounds differ, come from mesh files, or are not initiated on their axes.
+    """
+    if case.burst is None or not case.round:
+        return None, "the case has no rounds"
+    if not are_alike(case):
+        return None, "the rounds differ in contents or casing"
+    points = {_stations(entry.ignition) for entry in case.round if entry.ignition}
+    if len(points) != 1:
+        return None, "the rounds are initiated at different points" if points else "no round has an ignition point"
+    first = next(entry for entry in case.round if entry.ignition)
+    began = min(point.delay for point in first.ignition or [])
+    ignition = [point.model_copy(update={"delay": point.delay - began}) for point in first.ignition or []]
+    alone = first.model_copy(
+        update={"position": (0.0, 0.0, 0.0), "axis": (0.0, 0.0, 1.0), "ignition": ignition, "initiation": None}
+    )
+    output = case.burst.output.model_copy(update={"interval": case.burst.time_limit})
+    burst = case.burst.model_copy(update={"convergence": "off", "geometry": "auto", "output": output})
+    made = case.model_copy(update={"round": [alone], "stack": None, "plane": [], "burst": burst})
+    choice = burst_geometry(made)
+    return (made, "") if choice.geometry == "axisymmetric" else (None, choice.reason)
+
+
+def _stations(points: list[IgnitionTable] | None) -> tuple[tuple[object, ...], ...]:
+    """Ignition points of a round with their delays after its first one."""
+    began = min(point.delay for point in points or [])
+    return tuple(sorted((point.station, point.offset, round(point.delay - began, 12)) for point in points or []))

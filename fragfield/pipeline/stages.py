@@ -6,6 +6,7 @@ import importlib
 import logging
 import time
 from collections.abc import Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -13,15 +14,16 @@ from fragfield.files.provenance import provenance_of
 from fragfield.hazard.certainty import certainty
 from fragfield.pipeline.arena import arena_realisation, read_arena, write_arena
 from fragfield.pipeline.job import Job
-from fragfield.pipeline.recorded_warnings import recorded_warnings
+from fragfield.terminal.logs import LOGGERS, concerns_the_user, words_of
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
 
     from flight import Fragments
     from fragfield.files.run_directory import Stage
+    from fragfield.pipeline.job import Job
 
-__all__ = ["Job", "break_up", "burst", "fly", "perform", "report"]
+__all__ = ["Job", "break_up", "burst", "fly", "perform", "recorded_warnings", "report"]
 
 _log = logging.getLogger(__name__)
 
@@ -39,8 +41,7 @@ def perform(job: Job, stage: Stage) -> None:
 def burst(job: Job, stage: Stage) -> None:
     """Detonation and acceleration of the casings: burst.xdmf, burst_snapshot.h5. Collective over the team's ranks."""
     from burst_fenicsx import simulate
-    from fragfield.case.conversion.geometry import burst_geometry
-    from fragfield.case.conversion.stages import burst_rounds, burst_settings
+    from fragfield.case.conversion.stages import burst_geometry, burst_rounds, burst_settings
 
     settings, choice = burst_settings(job.case), burst_geometry(job.case)
     alone = settings.geometry != "3d"  # a second's work: of one rank, while the others wait
@@ -54,9 +55,9 @@ def burst(job: Job, stage: Stage) -> None:
             comm=job.team.alone if alone else job.team.comm,
             provenance=provenance_of(job.case),
             on_progress=job.reporter.burst,
-            resume=job.resume,
-            series=not job.lean,
-            profile=job.profile,
+            resume=job.options.resume,
+            series=not job.options.lean,
+            profile=job.options.profile,
         )
         if job.team.first:
             job.note({stage.parts[0]: {**result.summary, "geometry_reason": choice.reason}})
@@ -86,15 +87,15 @@ def fly(job: Job, stage: Stage) -> None:
     """Fragments fly to the ground through the witness surfaces: landing.h5, hits.h5, ensemble.h5, CSV. Collective."""
     from flight import hazard
     from flight.files.ensemble import write_ensemble
-    from fragfield.case.conversion.site import bearing_of, with_bearing
     from fragfield.case.conversion.stages import hazard_criteria
+    from fragfield.case.conversion.surroundings import bearing_of, with_bearing
     from fragfield.hazard.contours import write_contours
     from fragfield.hazard.prescribed import minimum_part, official_part
     from fragfield.hazard.recommended import recommended_of
     from fragfield.hazard.rules import rules_of
     from fragfield.pipeline.attitudes import flown_attitude
     from fragfield.pipeline.convergence import convergence_of
-    from fragfield.pipeline.flights import fly_all
+    from fragfield.pipeline.realisations import fly_all
     from fragfield.pipeline.single_round import single_round
 
     _load_together(job)
@@ -114,12 +115,12 @@ def fly(job: Job, stage: Stage) -> None:
         by_azimuth = hazard.by_azimuth(hits, criteria, sector_width=width)
         surfaces.append({"name": surface.name, "kind": table.kind, "hits": len(hits), "by_azimuth": by_azimuth})
     summary = {**flown.first.summary, **flown.hazard.summary(), "wall_seconds": seconds}
-    if job.fragments is not None:
-        summary["fragments_file"] = job.fragments.name
-        if found := read_arena(job.fragments, job.case):
+    if job.options.fragments is not None:
+        summary["fragments_file"] = job.options.fragments.name
+        if found := read_arena(job.options.fragments, job.case):
             summary["recovered"] = found[1].summary()
-    headline = {**flown.hazard.headline, "possible_mass": flown.balance.possible,
-                "mass_not_landed": flown.balance.missing, "more_realisations": flown.more,
+    headline = {**flown.hazard.headline, "possible_mass": flown.completeness.possible,
+                "mass_not_landed": flown.completeness.missing, "more_realisations": flown.more,
                 "ricochet": job.case.flight.ground.ricochet, "attitude": flown_attitude(job, flown)}  # fmt: skip
     headline["bearing_deg"] = bearing_of(job.case, headline.get("direction_deg"))
     if words := certainty(headline):
@@ -128,7 +129,7 @@ def fly(job: Job, stage: Stage) -> None:
         {**entry, "faces": [with_bearing(job.case, face) for face in entry["faces"]]}
         for entry in flown.first.by_face(criteria.energy)
     ]
-    own = job.fragments is None and bool(job.case.round)
+    own = job.options.fragments is None and bool(job.case.round)
     rules = rules_of(job.case, job.source.summary(), single_round(job)) if own else None
     official = official_part(job.case)
     convergence = convergence_of(job, flown, headline)  # of one rank, while the others wait
@@ -153,7 +154,7 @@ def fly(job: Job, stage: Stage) -> None:
 
 def _load_together(job: Job) -> None:
     """Load dolfinx on all ranks at once: its start is collective, and after the flight rank 0 computes bursts alone."""
-    if job.team.size > 1 and job.fragments is None and job.case.burst is not None:
+    if job.team.size > 1 and job.options.fragments is None and job.case.burst is not None:
         importlib.import_module("burst_fenicsx.run_burst")
 
 
@@ -162,7 +163,7 @@ def _realisations(job: Job, stage: Stage) -> Sequence[Fragments]:
     import flight
     from flight.files.ensemble import read_fragment_ensemble, write_fragment_ensemble
 
-    found = read_arena(job.fragments, job.case)
+    found = read_arena(job.options.fragments, job.case)
     if found is not None:
         arena, recovered = found
         if recovered.warning:
@@ -170,12 +171,12 @@ def _realisations(job: Job, stage: Stage) -> Sequence[Fragments]:
         fragments = arena_realisation(arena, job.case, 0)
         arena.write(job.target.file("arena.csv"), provenance_of(job.case))
     else:
-        fragments = flight.Fragments.read(job.fragments or job.needed(stage))
+        fragments = flight.Fragments.read(job.options.fragments or job.needed(stage))
     others = job.source.file("ensemble_fragments.h5")
     further: Sequence[Fragments] = ()
-    if job.fragments is None and others.is_file():
+    if job.options.fragments is None and others.is_file():
         further = read_fragment_ensemble(others)
-    if job.fragments is not None or job.source.path != job.target.path:
+    if job.options.fragments is not None or job.source.path != job.target.path:
         provenance = provenance_of(job.case)
         for name in ("fragments.h5", "fragments.csv"):
             fragments.write(job.target.file(name), provenance)
@@ -215,3 +216,47 @@ _STAGE_FUNCTIONS: dict[str, Callable[[Job, Stage], None]] = {
     "fly": fly,
     "report": report,
 }
+
+
+class _Records(logging.Handler):
+    """Keeps every warning of our own once."""
+
+    def __init__(self, stage: str) -> None:
+        super().__init__(logging.WARNING)
+        self.stage = stage
+        self.found: list[dict[str, Any]] = []
+        self.addFilter(concerns_the_user)
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Keep a record: `code` and the words are those given with it, the severity is its level."""
+        entry = {
+            "stage": self.stage,
+            "code": getattr(record, "code", "other"),
+            "severity": record.levelname.lower(),
+            "text": words_of(record),
+        }
+        if entry not in self.found:
+            self.found.append(entry)
+
+
+@contextmanager
+def recorded_warnings(job: Job, stage: str) -> Iterator[None]:
+    """Put what the packages warn of during a stage into summary.json, part "findings", instead of earlier ones of it.
+
+    The part is there, empty, where nothing was warned of.
+    Nothing is recorded of a stage that ends with an exception, or on ranks other than the first.
+    """
+    records = _Records(stage)
+    for name in LOGGERS:
+        logging.getLogger(name).addHandler(records)
+    try:
+        yield
+    finally:
+        for name in LOGGERS:
+            logging.getLogger(name).removeHandler(records)
+    if not job.team.first:
+        return
+    before = job.source.summary().get("findings")
+    now = [*(one for one in before or [] if one["stage"] != stage), *records.found]
+    if now != before and (now or stage != "report"):  # a report adds its page, and no key to a run of an older version
+        job.note({"findings": now})

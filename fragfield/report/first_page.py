@@ -6,8 +6,8 @@ import math
 from typing import TYPE_CHECKING
 
 from fragfield.hazard.certainty import basis_words, whole_metres
-from fragfield.hazard.recommended import parts_of
-from fragfield.numbers import SPACE, Row, explosive_title, number
+from fragfield.hazard.recommended import parts_words
+from fragfield.numbers import Row, explosive_title, number
 from fragfield.report.blocks import Block, Card, Cards, Columns, Group, Paragraph, Points, Rows, Section, Signatures
 from fragfield.report.findings.reasons import reasons_against, reasons_for
 from fragfield.report.tables.attitudes import attitude_sentence
@@ -15,8 +15,7 @@ from fragfield.report.tables.exposed_sites import verdict_table
 from fragfield.report.tables.prescribed import minimum_words, prescribed_table
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
-    from typing import Any
+    from collections.abc import Iterator, Sequence
 
     from fragfield.case import Case
     from fragfield.report.blocks import Finding
@@ -59,19 +58,8 @@ def _distance(run: RunFiles) -> Card:
         return Card("Recommended distance", "–", "", "not computed")
     if not hazard["determined"]:
         return Card("Recommended distance", "not determined", "", hazard["reason"])
-    note = f"{_parts_words(hazard)}. Basis: {basis_words(hazard)}."
+    note = f"{parts_words(hazard)}. Basis: {basis_words(hazard)}."
     return Card("Recommended distance", whole_metres(hazard["recommended"]), "m", note)
-
-
-def _parts_words(hazard: Mapping[str, Any]) -> str:
-    """The parts in one line, with the names of those not included; why, the table of distances says."""
-    base, *added = parts_of(hazard)
-    known = [f"{part.words} {part.value:.1f}{SPACE}m" for part in added if part.value is not None]
-    missing = [part.words for part in added if part.value is None]
-    words = f"{base.words} {base.value:.1f}{SPACE}m"
-    if known:
-        words += f"; added as squares: {', '.join(known)}"
-    return words + (f"; not included: {', '.join(missing)}" if missing else "")
 
 
 def _what(run: RunFiles) -> Iterator[Row]:

@@ -5,11 +5,9 @@ from __future__ import annotations
 import sys
 from contextlib import ExitStack
 from dataclasses import dataclass
-from time import perf_counter
 from typing import TYPE_CHECKING
 
 from fragfield.terminal.compile_watch import watching_compilation
-from fragfield.terminal.recent_rate import RecentRate
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -68,17 +66,15 @@ class ProgressReporter:
         self._enabled = enabled and sys.stderr.isatty()
         self._follow = follow
         self._stage = ""
-        self._progress: Bars | None = None
+        self._bars: Bars | None = None
         self._task: TaskID | None = None
-        self._rate = RecentRate()
         self._shown = Progress("")
         self._watch = ExitStack()
 
     def __enter__(self) -> ProgressReporter:
-        if self._enabled:
-            self._progress = _rich_progress()
-            self._progress.start()
-        if self._progress is not None or self._follow is not None:
+        if self._enabled or self._follow is not None:
+            self._bars = _rich_progress(shown=self._enabled)
+            self._bars.start()
             self._watch.enter_context(watching_compilation(self._compiling))
         return self
 
@@ -86,9 +82,9 @@ class ProgressReporter:
         self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
     ) -> None:
         self._watch.close()
-        if self._progress is not None:
-            self._progress.stop()
-            self._progress = None
+        if self._bars is not None:
+            self._bars.stop()
+            self._bars = None
         if error is None:
             self._end_stage()
 
@@ -97,14 +93,12 @@ class ProgressReporter:
         self._end_stage()
         self._stage = name
         self._shown = Progress(name)
-        self._rate.restart()
         if self._follow is not None:
             self._follow(Progress(name))
-        if self._progress is None:
-            return
-        if self._task is not None:
-            self._progress.remove_task(self._task)
-        self._task = self._progress.add_task(name, total=None, detail="", left="")
+        if self._bars is not None:
+            if self._task is not None:
+                self._bars.remove_task(self._task)
+            self._task = self._bars.add_task(name, total=None, detail="", left="")
 
     def _end_stage(self) -> None:
         """Report the whole of the stage that has run, which may have been quicker than reports come."""
@@ -125,29 +119,24 @@ class ProgressReporter:
 
     def _compiling(self, begins: bool) -> None:
         """Say that kernels are compiled, and afterwards what was said before."""
-        if not self._stage:
-            return
-        self._rate.restart()
-        if begins:
-            self._publish(Progress(self._stage, self._shown.share, COMPILING))
-        else:
-            self._publish(self._shown)
+        if self._stage:
+            self._publish(Progress(self._stage, self._shown.share, COMPILING) if begins else self._shown)
 
     def _show(self, done: float, total: float, detail: str) -> None:
-        rate = self._rate.add(perf_counter(), done)
-        left = (total - done) / rate if rate is not None else None
-        self._shown = Progress(self._stage, min(done / total, 1.0) if total > 0.0 else 1.0, detail, left)
+        """Show what is done of a whole; the time left is at the rate of the last seconds, as rich has it."""
+        if self._bars is None or self._task is None:
+            return
+        share = min(done / total, 1.0) if total > 0.0 else 1.0
+        self._bars.update(self._task, completed=share, total=1.0)
+        self._shown = Progress(self._stage, share, detail, self._bars.tasks[-1].time_remaining)
         self._publish(self._shown)
 
     def _publish(self, state: Progress) -> None:
         if self._follow is not None:
             self._follow(state)
-        if self._progress is None or self._task is None:
-            return
-        left = "" if state.seconds_left is None else f"{duration(state.seconds_left)} left"
-        unknown = state.detail == COMPILING and state.share == 0.0
-        total = None if unknown else 1.0
-        self._progress.update(self._task, completed=state.share, total=total, detail=state.detail, left=left)
+        if self._bars is not None and self._task is not None:
+            left = "" if state.seconds_left is None else f"{duration(state.seconds_left)} left"
+            self._bars.update(self._task, detail=state.detail, left=left)
 
 
 def duration(seconds: float) -> str:
@@ -160,7 +149,7 @@ def duration(seconds: float) -> str:
     return f"{whole // 3600} h {whole % 3600 // 60} min"
 
 
-def _rich_progress() -> Bars:
+def _rich_progress(*, shown: bool) -> Bars:
     from rich.console import Console
     from rich.progress import BarColumn, SpinnerColumn, TextColumn
     from rich.progress import Progress as Bars
@@ -174,4 +163,5 @@ def _rich_progress() -> Bars:
         console=Console(stderr=True),
         transient=True,
         refresh_per_second=4,
+        disable=not shown,
     )

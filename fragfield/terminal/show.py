@@ -9,7 +9,7 @@ from rich.console import Console
 from rich.table import Table
 
 from fragfield.case.conversion.attitude import attitude_words
-from fragfield.case.conversion.site import direction_words
+from fragfield.case.conversion.surroundings import direction_words
 from fragfield.hazard.certainty import basis_words, margin_metres, metres, ricochet_words, rounded_metres, single_words
 from fragfield.hazard.contents import quantity_words
 from fragfield.hazard.recommended import parts_words
@@ -140,9 +140,8 @@ def convergence_words(part: Mapping[str, Any]) -> list[str]:
         if entry is None or entry["uncertainty"] is None:
             continue
         order = f"order {entry['order']:.2g}" if entry["order"] is not None else KINDS[entry["kind"]]
-        words.append(
-            f"{one.label[0].lower()}{one.label[1:]} ± {row('', entry['uncertainty'], one.unit, digits=2).value}, {order}"
-        )
+        width = row("", entry["uncertainty"], one.unit, digits=2).value
+        words.append(f"{one.label[0].lower()}{one.label[1:]} ± {width}, {order}")
     sizes = ", ".join(f"{1e3 * size:.3g}" for size in part["sizes"])
     return [f"uncertainty by the cells ({sizes} mm): {'; '.join(words)}"] if words else []
 

@@ -72,7 +72,7 @@ def _panels(drawn: list[_Frame], fastest: float, width: float) -> Figure:
             axis.grid(visible=False)
         axes[0].set_ylabel("z (mm)")
         figure.subplots_adjust(
-            left=0.6 / width, right=1.0 - 0.1 / width, bottom=1.05 / (height + 1.35), top=1.0 - 0.25 / height, wspace=0.08
+            left=0.6 / width, right=1.0 - 0.1 / width, bottom=1.05 / (height + 1.35), top=1.0 - 0.25 / height
         )
         _speed_bar(figure, fastest)
     return figure

@@ -10,13 +10,7 @@ import pytest
 import flight
 from flight.hazard import (
     Criteria,
-    DensityGroups,
-    Directions,
-    NearGround,
-    PolarGrid,
     ensemble_hazard,
-    expected_distance,
-    fields_of,
 )
 
 LIMIT = 1.0 / 55.7
@@ -27,7 +21,7 @@ def fan(number: int, height: float, fall: float, *, sector: float = 360.0, turn:
     """Equal fragments from a height, evenly over a sector of azimuth (degrees), each falling `fall` over a metre."""
     azimuth = np.radians(turn + sector * ((np.arange(number) + 0.5) / number - 0.5))
     velocity = 600.0 * np.column_stack([np.cos(azimuth), np.sin(azimuth), np.full(number, -fall)])
-    return flight.Fragments.from_arrays(0.02, (0.0, 0.0, height), velocity)
+    return flight.Fragments(0.02, (0.0, 0.0, height), velocity)
 
 
 def drawn_fan(generator: np.random.Generator, number: float, length: float) -> flight.Fragments:
@@ -35,7 +29,7 @@ def drawn_fan(generator: np.random.Generator, number: float, length: float) -> f
     count = generator.poisson(number)
     azimuth, reach = generator.uniform(0.0, 2.0 * np.pi, count), generator.exponential(length, count)
     velocity = 600.0 * np.column_stack([np.cos(azimuth), np.sin(azimuth), -1.0 / np.maximum(reach, 1.0)])
-    return flight.Fragments.from_arrays(0.02, (0.0, 0.0, 1.0), velocity)
+    return flight.Fragments(0.02, (0.0, 0.0, 1.0), velocity)
 
 
 def test_level_paths_have_the_density_of_their_circle() -> None:
@@ -92,25 +86,6 @@ def test_landings_of_an_exponential_density_and_their_bound() -> None:
     assert found.upper > found.distance
 
 
-def test_it_is_the_estimate_of_its_parts() -> None:
-    """To the last digit what the parts give one by one; the same on any threads, and for a sequence of one."""
-    generator = np.random.default_rng(7)
-    events = [drawn_fan(generator, 400.0, 80.0) for _ in range(3)]
-    grid = PolarGrid.of()
-    both = [DensityGroups(Directions(grid, "worst_direction")) for _ in range(2)]
-    for one in events:
-        result = flight.fly(one, near_ground=NearGround(grid, Criteria()))
-        for groups, ricochet in zip(both, (True, False), strict=True):
-            groups.add(*fields_of(result, ricochet=ricochet))
-    whole, short = (expected_distance(groups, LIMIT) for groups in both)
-    found = flight.hazard_distance(events, threads=2)
-    assert (found.distance, found.upper, found.direction) == (whole.distance, whole.upper, whole.direction)
-    assert found.without_ricochet is not None
-    assert found.without_ricochet.upper == short.upper != whole.upper
-    assert flight.hazard_distance(events[0]).distance == flight.hazard_distance(events[:1], threads=1).distance
-    assert flight.hazard_distance(events, ricochet="none").without_ricochet is None
-
-
 def test_fragments_that_pass_far_beyond_the_first_grid_count() -> None:
     found = flight.hazard_distance(fan(600, 1.0, 1.0 / 2500.0), by="all", **VACUUM)
     assert found.distance == pytest.approx(2500.0, rel=0.05)
@@ -129,7 +104,7 @@ ONE = fan(3, 1.0, 0.1)
         (lambda: flight.hazard_distance(ONE, kernel=0.2), "kernel is 0.2 degrees, allowed: 1 to 180"),
         (lambda: flight.hazard_distance(ONE, kernel=math.nan), "kernel is nan degrees"),
         (lambda: flight.hazard_distance(ONE, ground=None), "ground is None; needed: a height"),
-        (lambda: flight.hazard_distance(ONE, near_ground=None), "near_ground is its own; give criteria and kernel"),
+        (lambda: flight.hazard_distance(ONE, fluence=None), "fluence is its own; give criteria and kernel"),
         (lambda: flight.hazard_distance(ONE, air="vakuum"), "air: unknown name 'vakuum'"),
         (
             lambda: flight.hazard_distance(ONE, time_limit=1e-3),

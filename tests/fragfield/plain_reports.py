@@ -12,7 +12,6 @@ import pytest
 import fragfield.report
 from fragfield.cli import main
 from fragfield.report import assemble
-from fragfield.report.figures import early
 
 __all__ = ["draw_nothing", "leave_out_figures", "leave_out_pictures"]
 
@@ -20,7 +19,6 @@ __all__ = ["draw_nothing", "leave_out_figures", "leave_out_pictures"]
 def leave_out_figures(patch: pytest.MonkeyPatch) -> None:
     """Have reports written without figures."""
     patch.setattr(assemble._Illustrator, "draw", lambda *_: [])
-    patch.setattr(early, "EARLY", {})
 
 
 def draw_nothing(patch: pytest.MonkeyPatch) -> None:

@@ -7,7 +7,7 @@ import pytest
 
 from fragfield.case import load_case
 from fragfield.case.conversion.exposed_sites import describe_exposed, exposed_sites_of
-from fragfield.case.conversion.site import direction_words, site_of
+from fragfield.case.conversion.surroundings import direction_words, site_of
 from fragfield.errors import InputError
 from fragfield.hazard.verdict import no_margin
 
@@ -66,7 +66,7 @@ def load(tmp_path, text):
             '[[exposed]]\nname = "a"\nposition = ["9 m", "0 m"]\n[[exposed]]\nname = "a"\nposition = ["8 m", "0 m"]\n',
             'exposed[2].name: found "a", the name of exposed[1]',
         ),
-        ('[[exposed]]\nname = "a"\nplace = ["9 m", "0 m"]\n', 'exposed[1].place: this key is now called "position"'),
+        ('[[exposed]]\nname = "a"\nplace = ["9 m", "0 m"]\n', 'exposed[1].place: unknown key'),
         (ROUND + '[[exposed]]\nname = "b"\nposition = ["0.2 m", "0 m"]\n', 'exposed "b": round "a" stands in it'),
         (
             BUILDING + 'wall = { material = "masonry", thickness = "24 cm" }\n',

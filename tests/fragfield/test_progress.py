@@ -38,12 +38,14 @@ def test_no_terminal_other_ranks_and_quiet_runs_show_nothing(monkeypatch, capsys
 
 def test_a_terminal_shows_stage_time_step_rate_and_time_left(monkeypatch, capsys):
     _as_terminal(monkeypatch)
-    clock = iter([0.0, 2.0, 10.0])
-    monkeypatch.setattr("fragfield.terminal.progress.perf_counter", lambda: next(clock))
     with ProgressReporter(enabled=True) as reporter:
+        now = [0.0]
+        reporter._bars.get_time = lambda: now[0]
         reporter.stage("burst")
         reporter.burst(SimpleNamespace(**{**vars(BURST), "time": 29.1e-6}))
+        now[0] = 2.0
         reporter.burst(BURST)  # 0.9 us in 2 s, 90 us left
+        assert reporter._shown.seconds_left == pytest.approx(200.0, abs=1.0)
         time.sleep(0.4)  # the line is drawn four times a second
         reporter.stage("fly")
         reporter.flight(SimpleNamespace(done=500, total=2000, wall_seconds=0.5, seconds_left=1.5))

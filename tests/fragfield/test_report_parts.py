@@ -13,17 +13,10 @@ from fragfield.hazard.certainty import margin_metres, metres, metres_and_error, 
 from fragfield.numbers import UNKNOWN, number, of_case, row
 from fragfield.report.document import code_words
 from fragfield.report.findings.findings import findings
-from fragfield.report.reading.landings import landings
 from fragfield.report.reading.laws import number_above, segment_laws
-from fragfield.report.reading.mesh_quality import aspect_ratio, scaled_jacobian
 from fragfield.report.reading.run_files import RunFiles
 from fragfield.report.tables.inputs import input_tables
 from fragfield_base.inputs import Measured
-
-UNIT_CUBE = np.array(
-    [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]], dtype=float
-)
-ONE_CELL = np.arange(8)[None, :]
 
 
 @pytest.mark.parametrize(
@@ -116,18 +109,6 @@ def test_a_margin_is_rounded_down(value, text):
     assert margin_metres(value) == text
 
 
-def test_scaled_jacobian_of_known_cells():
-    """1 for a box however long, sin(angle) for a sheared one, negative when a corner is pushed through."""
-    angle = math.radians(30)
-    sheared = UNIT_CUBE @ np.array([[1, 0, 0], [math.cos(angle), math.sin(angle), 0], [0, 0, 1]])
-    folded = UNIT_CUBE.copy()
-    folded[6] = (0.2, 0.2, 0.2)
-    assert scaled_jacobian(UNIT_CUBE * (1, 2, 5), ONE_CELL)[0] == pytest.approx(1.0)
-    assert scaled_jacobian(sheared, ONE_CELL)[0] == pytest.approx(math.sin(angle))
-    assert scaled_jacobian(folded, ONE_CELL)[0] < 0
-    assert aspect_ratio(UNIT_CUBE * (1, 2, 5), ONE_CELL)[0] == pytest.approx(5.0)
-
-
 def test_law_of_a_mixture():
     """Its parts share the number: at m = mu of both, N0 (a + b)/e with the shares a, b that sum to one."""
     parts = [
@@ -183,7 +164,7 @@ def made_by_contact(at_end: float, largest: float, gain: float) -> dict:
         ("burst", {"lost_cells": 1, "cells": 1000}, "warning", "1 of 1,000 cells was lost (0.1 %)"),
         ("burst", {"lost_cells": 30, "cells": 1000}, "stop", "30 of 1,000 cells were lost"),
         ("burst", {"lost_cells": 0, "cells": 1000}, "good", "No cell was lost"),
-        ("burst", {"max_penetration": 6e-4}, "warning", "overlap by up to 10.0 % of a cell"),
+        ("burst", {"contact": {"max_collision_penetration": 6e-4}}, "warning", "overlap by up to 10.0 % of a cell"),
         ("burst", {"acceleration_complete": None, "kinetic_energy_growth": 0.04}, "warning", "grew by 4 %"),
         ("burst", {"momentum_error": 1e-6}, "warning", "momentum drifts by 1.0e-06"),
         ("break_up", {"mass_error": -0.08}, "warning", "8 % less mass"),
@@ -219,7 +200,6 @@ def made_by_contact(at_end: float, largest: float, gain: float) -> dict:
             "stop",
             "The distance is not determined: there are no fragments",
         ),
-        ("flight", {"fragments": 10}, "stop", "an earlier version, which did not estimate the recommended distance"),
         (
             "flight",
             {"fragments": 10, "above_drag_table": 4, "drag": "sphere"},
@@ -290,18 +270,3 @@ def test_stripes_count_from_six_times_the_variance_of_counts(contrast, warned):
     assert bool(found) == warned
     if warned:
         assert f"{math.sqrt(8.0 * 40.0 * contrast**2 / 3.0):.1f} times" in found[0]
-
-
-def test_the_map_of_landings_has_north_of_the_site_where_y_is():
-    """Azimuth counts from +x counter-clockwise; distance from the origin; what did not land is left out."""
-    from flight.result import LANDING, Status
-
-    rows = np.zeros(4, dtype=LANDING)
-    rows["azimuth"], rows["distance"] = [0.0, 90.0, 210.0, 45.0], [100.0, 50.0, 20.0, 10.0]
-    rows["status"], rows["energy"] = Status.LANDED, [100.0, 10.0, 79.0, 200.0]
-    rows["status"][3] = Status.TIME_OUT
-    run = RunFiles(Path("x"), case=Case.model_validate({"hazard": {"energy": "79.0 J"}}), summary={}, landing=rows)
-    found = landings(run)
-    assert found.x == pytest.approx([100.0, 0.0, -20.0 * math.sqrt(0.75)], abs=1e-9)
-    assert found.y == pytest.approx([0.0, 50.0, -10.0], abs=1e-9)
-    assert found.hazardous.tolist() == [True, False, True]

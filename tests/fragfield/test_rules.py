@@ -9,7 +9,7 @@ from itertools import pairwise
 
 import pytest
 
-from fragfield.case.tables.official import OfficialTable
+from fragfield.case.tables.site import OfficialTable
 from fragfield.hazard.contents import Contents, contents_of, quantity_words
 from fragfield.hazard.rule import SITING, Rule
 from fragfield.hazard.rules import (

@@ -10,11 +10,10 @@ import pytest
 
 import fragfield
 from fragfield.case import load_case
-from fragfield.case.conversion.single_round import single_round_case
 from fragfield.files.run_directory import SCRATCH
 from fragfield.hazard.rules import rules_of
 from fragfield.hazard.tp12 import BEAM, STACK, stack_counts, tp12_part, tp12_rules
-from fragfield.pipeline.single_round import SingleRound
+from fragfield.pipeline.single_round import SingleRound, single_round_case
 from fragfield.report import read_run
 from fragfield.report.tables.rules import rule_tables
 from tests.fragfield.plain_reports import draw_nothing

@@ -8,7 +8,6 @@ import numpy as np
 
 from fragfield.hazard.certainty import metres
 from fragfield.report.figures.drawing import ACCENT, INK, LINES, new_figure
-from fragfield.report.reading.landings import ensemble, hazard_density, hazard_energy, landings
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -27,25 +26,27 @@ _BESIDE = 1.6  # of the largest distance that the curve marks, up to which it is
 
 def landing_map(run: RunFiles) -> Figure | None:
     """Where fragments came down, hazardous or not, with range rings and the recommended distance."""
-    found = landings(run)
-    if found is None or not len(found.x):
+    rows, limit = run.landed, run.criteria.energy
+    if not len(rows):
         return None
+    # Distance and azimuth count from the origin that the case gives.
+    turn, distance, hazardous = np.radians(rows["azimuth"]), rows["distance"], rows["energy"] >= limit
+    x, y = distance * np.cos(turn), distance * np.sin(turn)
     figure, (axis,) = new_figure(height=3.9)
     # Points are drawn as pixels: ten thousand vector symbols would make the file slow to open.
     axis.scatter(
-        found.x[~found.hazardous], found.y[~found.hazardous], s=2, color="#a3acb6", linewidths=0, rasterized=True,
-        label=f"below {hazard_energy(run):.3g} J",
-    )  # fmt: skip
+        x[~hazardous], y[~hazardous], s=2, color="#a3acb6", linewidths=0, rasterized=True, label=f"below {limit:.3g} J"
+    )
     axis.scatter(
-        found.x[found.hazardous], found.y[found.hazardous], s=6, color=LINES[0]["color"], edgecolors="white",
-        linewidths=0.25, marker="D", rasterized=True, label=f"{hazard_energy(run):.3g} J or more",
+        x[hazardous], y[hazardous], s=6, color=LINES[0]["color"], edgecolors="white",
+        linewidths=0.25, marker="D", rasterized=True, label=f"{limit:.3g} J or more",
     )  # fmt: skip
-    reach = float(found.distance.max()) * 1.04
+    reach = float(distance.max()) * 1.04
     for radius in _ring_radii(reach):
         _ring(axis, radius, color="#5d6670", dashes=":", label=f"{radius:g} m", angle=45.0)
-    if distance := run.part("hazard").get("recommended"):
-        reach = max(reach, 1.04 * distance)
-        _ring(axis, distance, color=ACCENT, dashes="-", label=f"recommended {metres(distance)}", angle=290.0)
+    if recommended := run.part("hazard").get("recommended"):
+        reach = max(reach, 1.04 * recommended)
+        _ring(axis, recommended, color=ACCENT, dashes="-", label=f"recommended {metres(recommended)}", angle=290.0)
     _outline(axis, run)
     axis.plot(0, 0, marker="+", color=INK, markersize=8, markeredgewidth=1.2)
     axis.set(xlim=(-reach, reach), ylim=(-reach, reach), aspect="equal", xlabel="x (m)", ylabel="y (m)")
@@ -55,7 +56,7 @@ def landing_map(run: RunFiles) -> Figure | None:
 
 def _outline(axis: Axes, run: RunFiles) -> None:
     """Where directions differ, the expected distance by direction, as its upper bound where it has one."""
-    found = ensemble(run)
+    found = run.ensemble
     if found is None or found.undetermined or found.expected.direction is None:
         return
     expected = found.expected
@@ -85,10 +86,10 @@ def _ring(axis: Axes, radius: float, *, color: str, dashes: str, label: str, ang
 
 def density_curve(run: RunFiles) -> Figure | None:
     """Expected hazardous fragments per acceptable area against distance, where the distance is decided."""
-    found = ensemble(run)
+    found = run.ensemble
     if found is None or not found.expected.density.any():
         return None
-    acceptable, expected = hazard_density(run), found.expected
+    acceptable, expected = run.criteria.density, found.expected
     figure, (axis,) = new_figure(height=3.2)
     decides = int(expected.normal >= expected.ground)
     for number, label in sorted(enumerate(("on the ground", "normal to the paths")), key=lambda one: one[0] != decides):

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from fragfield_base.explosive_names import explosive_key
+from fragfield_base.names import explosive_key
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -54,7 +54,7 @@ def _has_products(run: RunFiles, law: str) -> bool:
 def _has_profile(run: RunFiles, name: str) -> bool:
     """Whether a round of the case has this profile; of a run without its case that is not known."""
     profiles = run.case.round if run.case is not None else ()
-    named = [item.profile["name"] if isinstance(item.profile, dict) else item.profile for item in profiles]
+    named = [item.profile.get("name") if isinstance(item.profile, dict) else item.profile for item in profiles]
     return _has_burst(run) and (run.case is None or name in named)
 
 

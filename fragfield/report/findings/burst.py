@@ -1,4 +1,4 @@
-"""Findings on the burst: energy ledger, hourglass energy, lost and folded cells, walls, unreacted rounds."""
+"""Findings on the burst: ledger, hourglass energy, lost and folded cells, walls, unreacted rounds, contact."""
 
 from __future__ import annotations
 
@@ -10,9 +10,7 @@ import numpy as np
 from fragfield.hazard.shock_exposure import exposed_rounds, exposure_words
 from fragfield.numbers import number
 from fragfield.report.blocks import Finding
-from fragfield.report.findings.contact import contact_findings, passed_findings
 from fragfield.report.findings.values import counted, value_of
-from fragfield.report.reading.mesh_quality import scaled_jacobian
 from fragfield.report.tables.ignition import initiated_by_shock, never_initiated
 
 if TYPE_CHECKING:
@@ -22,6 +20,14 @@ __all__ = ["burst_findings", "ledger_findings"]
 
 _MOST_HOURGLASS = 0.1
 _MOST_IMBALANCE = 0.05
+_MOST_PASSED = 1e-3  # of the casings' mass, through planes or into other rounds
+# Overlaps in contact: key of the summary, what overlaps, and the aim in parts of a cell.
+_OVERLAPS = (
+    ("max_interface_penetration_at_front", "Charge and casing overlap while a front passes", 0.05),
+    ("max_interface_penetration", "Charge and casing overlap after the front has passed", 0.01),
+    ("max_collision_penetration", "Colliding surfaces overlap", 0.05),
+    ("max_plane_penetration", "Casings penetrate a plane", 0.05),
+)
 
 
 def _limit(run: RunFiles) -> tuple[float, str]:
@@ -118,7 +124,7 @@ def burst_findings(run: RunFiles) -> list[Finding]:
     """Lost and folded cells, torn metal, thin walls, contact, and an end of the burst that comes too early."""
     part = run.part("burst")
     found: list[Finding] = []
-    folded = _folded_casing_cells(run)
+    folded = int(part.get("folded_cells") or 0)
     lost, cells = (
         value_of(part, "lost_cells"),
         value_of(part.get("symmetry") or part, "all_cells") or value_of(part, "cells"),
@@ -129,13 +135,13 @@ def burst_findings(run: RunFiles) -> list[Finding]:
             text = f"{number(int(lost))} of {number(int(cells))} cells {were} lost ({100 * lost / cells:.2g} %)"
             found.append(Finding("stop" if lost > 0.01 * cells else "warning", f"{text}: they became too distorted."))
         elif not folded:
-            found.append(Finding("good", "No cell was lost, and none of the casings is folded."))
+            found.append(Finding("good", "No cell was lost, and none is folded."))
     if folded:
         found.append(
             Finding(
                 "warning",
-                f"{counted(folded, 'cell')} of the casings {'is' if folded == 1 else 'are'} folded at the end of the "
-                "burst (inverted at a corner); results there are not reliable.",
+                f"{counted(folded, 'cell')} {'is' if folded == 1 else 'are'} folded at the end of the burst (inverted "
+                "at a corner), torn metal apart; results there are not reliable.",
             )
         )
     released, casing = value_of(part, "released_casing_mass"), value_of(part, "casing_mass")
@@ -160,7 +166,7 @@ def burst_findings(run: RunFiles) -> list[Finding]:
                     "casing is coarse: repeat with smaller cells and compare.",
                 )
             )
-    found += [*contact_findings(run, size), *passed_findings(run), *_unreacted(run)]
+    found += [*_contact_findings(run, size), *_passed_findings(run), *_unreacted(run)]
     if "acceleration_complete" in part and part["acceleration_complete"] is None:
         growth = value_of(part, "kinetic_energy_growth")
         how = (
@@ -217,7 +223,47 @@ def _unreacted(run: RunFiles) -> list[Finding]:
     return found
 
 
-def _folded_casing_cells(run: RunFiles) -> int:
-    if not run.nodes:
-        return 0
-    return int((scaled_jacobian(run.nodes["position"], run.cells["nodes"][run.cells["part"] == 0]) <= 0.0).sum())
+def _contact_findings(run: RunFiles, size: float) -> list[Finding]:
+    """How far surfaces in contact overlap, and whether rounds are in contact at all."""
+    part = run.part("burst")
+    found: list[Finding] = []
+    case = run.case
+    if case is not None and case.burst is not None and len(case.round) > 1 and not case.burst.contact.surfaces:
+        found.append(
+            Finding(
+                "warning",
+                "Contact of surfaces is switched off: every round is computed as if it were alone, casings pass "
+                "through each other, and the distances are not those of a stack.",
+            )
+        )
+    contact = part.get("contact") or {}
+    overlaps = [(words, value, aim) for key, words, aim in _OVERLAPS if (value := value_of(contact, key)) is not None]
+    if not overlaps or not size > 0:
+        return found
+    deep = [(words, value / size, aim) for words, value, aim in overlaps if value > aim * size]
+    found += [
+        Finding("warning", f"{words} by up to {100 * share:.1f} % of a cell; {100 * aim:g} % is the aim.")
+        for words, share, aim in deep
+    ]
+    largest = max(value for _, value, _ in overlaps) / size
+    if not deep and largest > 0:
+        found.append(Finding("good", f"Surfaces in contact overlap by at most {100 * largest:.2g} % of a cell."))
+    return found
+
+
+def _passed_findings(run: RunFiles) -> list[Finding]:
+    """Whether metal of the casings has passed through planes or into other rounds."""
+    part = run.part("burst")
+    passed, casing = part.get("passed_through"), value_of(part, "casing_mass")
+    if not passed or not casing or run.case is None or not (run.case.plane or len(run.case.round) > 1):
+        return []
+    planes, rounds = (value_of(passed, key) or 0.0 for key in ("largest_beyond_planes", "largest_in_other_rounds"))
+    share = (value_of(passed, "largest_together") or 0.0) / casing
+    if share > _MOST_PASSED:
+        text = (
+            f"{100 * share:.2g} % of the casings' mass passed through contact: up to {number(1e3 * planes, 2)} g lay "
+            f"behind a plane and {number(1e3 * rounds, 2)} g within another round; at 1 % the burst stops."
+        )
+        return [Finding("warning", text)]
+    words = "No metal" if not planes + rounds else f"No more than {100 * share:.2g} % of the metal"
+    return [Finding("good", f"{words} of the casings passed through a plane or into another round.")]

@@ -45,7 +45,7 @@ def break_up_findings(run: RunFiles) -> list[Finding]:
 
 
 def _mean_mass(part: dict[str, Any] | None) -> list[Finding]:
-    """How well the mean fragment mass is known, and where no data are near; nothing for runs of earlier versions."""
+    """How well the mean fragment mass is known, and where no data are near; nothing before the break-up."""
     if part is None:
         return []
     if "test" in part:
@@ -81,8 +81,8 @@ def flight_findings(run: RunFiles) -> list[Finding]:
     """Certainty of the distance, and fragments outside the drag table or still in the air."""
     part = run.part("flight")
     found: list[Finding] = []
-    if part or run.part("hazard"):
-        found += _certainty(run.part("hazard"))
+    if hazard := run.part("hazard"):
+        found += _certainty(hazard)
     beyond, flown = value_of(part, "above_drag_table"), value_of(part, "fragments")
     if beyond and flown:
         found.append(
@@ -107,12 +107,6 @@ def flight_findings(run: RunFiles) -> list[Finding]:
 
 def _certainty(hazard: dict[str, Any]) -> list[Finding]:
     """Whether the distance is determined, and whether there are enough realisations."""
-    if not hazard:
-        text = (
-            "This flight was computed by an earlier version, which did not estimate the recommended distance: "
-            "run `fragfield fly` again."
-        )
-        return [Finding("stop", text)]
     words = certainty(hazard)
     if not hazard["determined"]:
         return [Finding("stop", f"{words[0].upper()}{words[1:]}.")]

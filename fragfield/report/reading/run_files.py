@@ -25,8 +25,8 @@ if TYPE_CHECKING:
     from burst_fenicsx.files.revolve import Revolution
     from flight.hazard.ensemble import EnsembleHazard
     from fragfield.case import Case
-    from fragfield.case.tables.document import DocumentTable
     from fragfield.case.tables.flight import HazardTable
+    from fragfield.case.tables.site import DocumentTable
     from transition.placement.mirroring import SymmetryPlane
 
 __all__ = ["STAGE_FILES", "RoundTables", "RunFiles", "read_run"]
@@ -38,6 +38,7 @@ STAGE_FILES = {
 }
 """File that shows that a stage has been run."""
 
+_LANDED = 1  # of flight's Status
 _PROVENANCE_SKIPPED = ("format", "format_version", "time", "geometry")
 
 
@@ -126,9 +127,14 @@ class RunFiles:
         return self.case.hazard if self.case is not None else HazardTable()
 
     @property
+    def landed(self) -> NDArray[Any]:
+        """Rows of the landings that reached the ground; none while the flight has not been run."""
+        return np.empty(0) if self.landing is None else self.landing[self.landing["status"] == _LANDED]
+
+    @property
     def document(self) -> DocumentTable:
         """Number, revision and names; empty texts where the directory holds no case."""
-        from fragfield.case.tables.document import DocumentTable
+        from fragfield.case.tables.site import DocumentTable
 
         return self.case.document if self.case is not None else DocumentTable()
 
@@ -184,7 +190,7 @@ def _read_texts(run: RunFiles) -> None:
     if (path := run.folder / "case.toml").is_file():
         from fragfield.case import read_resolved
 
-        run.case_text = stored_case_text(path, run.summary, alone=True)
+        run.case_text = stored_case_text(path)
         run.case = read_resolved(path)
 
 
@@ -290,9 +296,9 @@ def _read_landing(run: RunFiles) -> None:
     path = run.folder / STAGE_FILES["flight"]
     if not path.is_file():
         return
-    from flight.files.results import read_landing
+    from flight.files.hdf5 import read_table
 
-    run.landing = read_landing(path)
+    run.landing = read_table(path, "landing")[0]
     with _open(path) as file:
         _note_provenance(run, file.attrs)
     if (path := run.folder / "ensemble.h5").is_file():

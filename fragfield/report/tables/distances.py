@@ -6,12 +6,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fragfield.case.conversion.site import direction_words, site_of
+from fragfield.case.conversion.surroundings import direction_words, site_of
 from fragfield.hazard.certainty import basis_words, metres_and_error, ricochet_words, rounded_metres, whole_metres
 from fragfield.hazard.recommended import RULE, parts_of
 from fragfield.numbers import SPACE, number
 from fragfield.report.blocks import Table
-from fragfield.report.reading.landings import ensemble
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -77,7 +76,7 @@ def _tilt_words(run: RunFiles) -> str:
 
 def direction_table(run: RunFiles) -> Iterator[Table]:
     """Expected distance by direction with its bound; none where all directions are alike."""
-    found = ensemble(run)
+    found = run.ensemble
     if found is None or found.undetermined or found.expected.direction is None:
         return
     expected, site = found.expected, None if run.case is None else site_of(run.case)

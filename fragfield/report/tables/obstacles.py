@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from fragfield.case.conversion.site import direction_words
+from fragfield.case.conversion.surroundings import direction_words
 from fragfield.numbers import number
 from fragfield.report.blocks import Table
 

@@ -11,7 +11,6 @@ import numpy as np
 from fragfield.numbers import Row, number, row
 from fragfield.quantities import shown
 from fragfield.report.blocks import Rows, Table
-from fragfield.report.reading.mesh_quality import aspect_ratio, scaled_jacobian
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -43,7 +42,6 @@ _LEDGER = {
 }
 
 
-_CELLS = {"3d": "Hexahedra", "axisymmetric": "Quadrilaterals of the meridian"}
 _GEOMETRIES = {"3d": "three dimensions", "axisymmetric": "axisymmetric"}
 
 
@@ -53,29 +51,11 @@ def _cells(lines: Iterable[Iterable[str]]) -> tuple[tuple[str, ...], ...]:
 
 def mesh_rows(run: RunFiles) -> Rows:
     """Size of the mesh and quality of its cells."""
-    nodes, cells = run.nodes["reference"], run.cells["nodes"]
-    quality, aspect = scaled_jacobian(nodes, cells), aspect_ratio(nodes, cells)
-    after = scaled_jacobian(run.nodes["position"], cells)
     part = run.cells["part"]
-    return Rows(
-        "Mesh",
-        (
-            row("Cell size", run.cell_size, "m"),
-            row(_CELLS[run.geometry], len(cells)),
-            row("– of the casings", int((part == 0).sum())),
-            row("– of the charges", int((part == 1).sum())),
-            row("Nodes", len(nodes)),
-            row("Smallest scaled Jacobian, before", float(quality.min()), "", "aim: 0.2 or more; 1 is a box", digits=3),
-            row("Mean scaled Jacobian, before", float(quality.mean()), digits=3),
-            row("Largest aspect ratio, before", float(aspect.max()), digits=3),
-            row(
-                "Casing cells folded at the end", int((after[part == 0] <= 0).sum()), "",
-                "scaled Jacobian of 0 or less, where the casing has torn",
-            ),
-            *_geometry_rows(run),
-            *_symmetry_rows(run),
-        ),
-    )  # fmt: skip
+    rows = [line for one in shown("mesh", "burst") for line in one.rows(run.summary)]
+    rows.insert(1, row("– of the casings", int((part == 0).sum())))
+    rows.insert(2, row("– of the charges", int((part == 1).sum())))
+    return Rows("Mesh", (row("Cell size", run.cell_size, "m"), *rows, *_geometry_rows(run), *_symmetry_rows(run)))
 
 
 def _geometry_rows(run: RunFiles) -> Iterator[Row]:
@@ -157,7 +137,7 @@ def _area_rows(area: Mapping[str, Any]) -> Iterator[Row]:
         return
     words = str(area.get("model"))
     if "ratios" in area:
-        words += " " + ":".join(f"{ratio:g}" for ratio in area["ratios"]) + f", {area.get('orientation')}"
+        words += " " + ":".join(f"{ratio:g}" for ratio in area["ratios"])
     if "spread" in area:
         words += f", spread {area['spread']:g}"
     low, high = (number(area.get(f"shape_factor_{share}_percent")) for share in (5, 95))

@@ -9,7 +9,6 @@ import numpy as np
 from fragfield.numbers import number
 from fragfield.report.blocks import Table
 from fragfield.report.figures.drawing import LINES, new_figure
-from fragfield.report.reading.landings import hazard_energy
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -52,7 +51,7 @@ def zone_table(run: RunFiles) -> Iterator[Table]:
     table = _table(run)
     if table is None:
         return
-    zones = wide_zones(table, energy=hazard_energy(run))
+    zones = wide_zones(table, energy=run.criteria.energy)
     lines = [
         (
             f"{zones['from_deg'][i]:g}{JOINER}–{JOINER}{zones['to_deg'][i]:g}", _short(zones["number"][i]),
@@ -64,7 +63,7 @@ def zone_table(run: RunFiles) -> Iterator[Table]:
     head = ("Degrees from the nose", "Number", "Mass (kg)", "Mean speed (m/s)", "Largest (m/s)", "Hazardous at launch")
     note = (
         "Of one round, mean over rounds and stored realisations; speed by mass. Hazardous: "
-        f"{hazard_energy(run):.3g} J or more at launch. arena.csv holds zones of 5 degrees by mass group (Z-data)."
+        f"{run.criteria.energy:.3g} J or more at launch. arena.csv holds zones of 5 degrees by mass group (Z-data)."
     )
     yield Table("Fragments by polar zone", head, tuple(lines), note)
 
@@ -83,7 +82,7 @@ def zone_figure(run: RunFiles) -> Figure | None:
     table = _table(run)
     if table is None:
         return None
-    zones = table.by_zone(hazard_energy(run))
+    zones = table.by_zone(run.criteria.energy)
     figure, (count, speed) = new_figure(2, 1, height=4.2, sharex=True)
     edges = table.zones
     for index, (name, label) in enumerate((("number", "all"), ("hazardous", "hazardous at launch"))):

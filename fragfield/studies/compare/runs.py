@@ -39,7 +39,7 @@ class ComparedRun:
         summary.json.
     hazard : EnsembleHazard, optional
         Over its realisations; None where it has not been flown.
-    hits : dict from a surface's name to (n, s) arrays of flight.hazard.density.witness_hazard.SECTOR_HITS
+    hits : dict from a surface's name to (n, s) arrays of flight.hazard.density.sectors.SECTOR_HITS
         Hits by realisation and sector.
     """
 
@@ -92,7 +92,7 @@ def read_compared_run(folder: Path) -> ComparedRun:
     summary = directory.summary()
     if not any(isinstance(summary.get(part), dict) for part in ("burst", "flight")):
         raise InputError(f"{folder}: nothing to compare, its summary.json has no results; run `fragfield run` first")
-    stored_case_text(directory.case_file, summary, alone=True)
+    stored_case_text(directory.case_file)
     hazard: EnsembleHazard | None = None
     hits: dict[str, NDArray[Any]] = {}
     if directory.file("ensemble.h5").is_file():

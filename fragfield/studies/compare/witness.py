@@ -109,7 +109,7 @@ def compare_hits(
 
     Parameters
     ----------
-    run, reference : (n, s) and (m, s) arrays of flight.hazard.density.witness_hazard.SECTOR_HITS
+    run, reference : (n, s) and (m, s) arrays of flight.hazard.density.sectors.SECTOR_HITS
         Hits by realisation and sector.
     together : int
         Sectors that make one of the comparison.
@@ -119,8 +119,8 @@ def compare_hits(
     Returns
     -------
     dict
-        "total" over all azimuths, and "by_azimuth", one row a sector with `azimuth_deg` and, for each of `hits`, `hazardous_hits` and the
-        speeds, a table as `compared` has it. A sector's speeds are means over the realisations that hit it.
+        "total" over all azimuths, and "by_azimuth", one row a sector with `azimuth_deg` and, for each of `_COLUMNS`, a
+        table as `compared` has it. A sector's speeds are means over the realisations that hit it.
     """
     sectors = run.shape[1]
     total = _rows(_values(_grouped(run, sectors)), _values(_grouped(reference, sectors)))[0]

@@ -1,0 +1,203 @@
+"""Jittered points in trilinear hexahedra, and in the rings of bilinear quadrilaterals."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from transition.kernels.compiling import kernel
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+__all__ = ["sample_cells", "sample_rings"]
+
+_STEP = (0.8191725133961645, 0.6710436067037893, 0.5497004779019703)  # 1/g, 1/g2, 1/g3 with g^4 = g + 1
+_FUNCTIONS = 6
+
+
+@kernel
+def sample_cells(
+    modes: NDArray[np.float64],
+    offset: NDArray[np.int64],
+    cell_mass: NDArray[np.float64],
+    label: NDArray[np.int64],
+    shift: NDArray[np.float64],
+    values: NDArray[np.float64],
+    mass: NDArray[np.float64],
+    owner: NDArray[np.int64],
+) -> None:
+    """Values of trilinear functions at random points of every cell, with each cell's mean kept.
+
+    Points come in pairs, one the reflection of the other through the cell's centre, so that the linear modes have
+    the mean of zero. That of the bilinear modes is taken from all points of the cell alike. (Eight reflections at the
+    middle planes would leave nothing to take, but they put pairs of neighbours on these planes, and fragments of few
+    points show them.) The pairs of a cell follow the additive recurrence of R. Roberts (2018), which fills it evenly.
+
+    Parameters
+    ----------
+    modes : (m, 8, 6) float64
+        Coefficients of six functions: position and velocity (`shape_functions.modes`).
+    offset : (m + 1,) int64
+        Points `offset[c]` to `offset[c + 1]` lie in cell c: an even number.
+    cell_mass : (m,) float64
+        Masses of the cells (kg).
+    label : (m,) int64
+        A number for each cell.
+    shift : (m, 3) float64
+        Uniform random numbers in [0, 1): the first place of every cell.
+    values : (p, 6) float64
+        Written: the functions at the points.
+    mass, owner : (p,)
+        Written: an equal share of the cell's mass (kg) for each of its points, and the cell's number.
+    """
+    odd, even, mean = np.empty(_FUNCTIONS), np.empty(_FUNCTIONS), np.empty(_FUNCTIONS)
+    for cell in range(offset.size - 1):
+        begin, number = offset[cell], offset[cell + 1] - offset[cell]
+        share = cell_mass[cell] / number
+        mean[:] = 0.0
+        for pair in range(number // 2):
+            u = 2.0 * ((shift[cell, 0] + pair * _STEP[0]) % 1.0) - 1.0
+            v = 2.0 * ((shift[cell, 1] + pair * _STEP[1]) % 1.0) - 1.0
+            w = 2.0 * ((shift[cell, 2] + pair * _STEP[2]) % 1.0) - 1.0
+            one = begin + 2 * pair
+            for j in range(_FUNCTIONS):
+                odd[j] = modes[cell, 1, j] * u + modes[cell, 2, j] * v + modes[cell, 3, j] * w
+                odd[j] += modes[cell, 7, j] * (u * v * w)
+                even[j] = modes[cell, 4, j] * (u * v) + modes[cell, 5, j] * (u * w) + modes[cell, 6, j] * (v * w)
+                values[one, j] = modes[cell, 0, j] + even[j] + odd[j]
+                values[one + 1, j] = modes[cell, 0, j] + even[j] - odd[j]
+                mean[j] += even[j]
+            mass[one], mass[one + 1] = share, share
+            owner[one], owner[one + 1] = label[cell], label[cell]
+        for j in range(_FUNCTIONS):
+            mean[j] *= 2.0 / number
+        for point in range(begin, begin + number):
+            for j in range(_FUNCTIONS):
+                values[point, j] -= mean[j]
+
+
+_RING_FUNCTIONS = 4
+_ITERATIONS = 60  # bisection alone needs 53; Newton's steps mostly need 5
+
+
+@kernel
+def _fraction(x: float) -> float:
+    """What a number of zero or above has behind its point."""
+    return x - math.floor(x)
+
+
+@kernel
+def _quantile(a: float, b: float, c: float, share: float) -> float:
+    """Where in [-1, 1] the integral of a + b x + c x2 from -1 reaches `share` of its whole; the density is >= 0."""
+    wanted = share * (2.0 * a + 2.0 / 3.0 * c)
+    low, high = -1.0, 1.0
+    x = 2.0 * share - 1.0
+    for _ in range(_ITERATIONS):
+        excess = a * (x + 1.0) + 0.5 * b * (x * x - 1.0) + c / 3.0 * (x * x * x + 1.0) - wanted
+        if excess > 0.0:
+            high = x
+        else:
+            low = x
+        density = a + b * x + c * x * x
+        following = x - excess / density if density > 0.0 else low - 1.0
+        if not low < following < high:
+            following = 0.5 * (low + high)
+        if abs(following - x) < 1e-5:  # the next step would be about the square of it
+            return following
+        x = following
+    return x
+
+
+@kernel
+def sample_rings(
+    modes: NDArray[np.float64],
+    mean: NDArray[np.float64],
+    density: NDArray[np.float64],
+    offset: NDArray[np.int64],
+    cell_mass: NDArray[np.float64],
+    label: NDArray[np.int64],
+    shift: NDArray[np.float64],
+    origin: NDArray[np.float64],
+    frame: NDArray[np.float64],
+    values: NDArray[np.float64],
+    mass: NDArray[np.float64],
+    owner: NDArray[np.int64],
+) -> None:
+    """Positions and velocities at random points of every ring, with each ring's mean by mass kept.
+
+    Points come in blocks of four. Two opposite points share a random place (xi, eta) of the quadrilateral, so that
+    transverse momentum vanishes to round-off; the other two, a quarter of a turn on, have its antithetic place (the
+    quantiles one less those of the first). Places follow the element of mass r dA of the reference quadrilateral, by
+    the quantiles of xi and of eta given xi. The blocks of a ring follow the additive recurrence of R. Roberts (2018) in
+    the quantiles and the azimuth. What the places leave between the mean of the points and that of the ring is taken
+    from all its points.
+
+    Parameters
+    ----------
+    modes : (m, 4, 4) float64
+        Coefficients of 1, xi, eta, xi eta of radius and height (m) and of radial and axial velocity (m/s).
+    mean : (m, 4) float64
+        Means by mass of the four functions.
+    density : (m, 3, 3) float64
+        Mass by area of the reference square, in any unit: coefficients of xi^i eta^j.
+    offset : (m + 1,) int64
+        Points `offset[c]` to `offset[c + 1]` lie in ring c: a multiple of four.
+    cell_mass : (m,) float64
+        Masses of the rings (kg).
+    label : (m,) int64
+        A number for each ring.
+    shift : (m, 3) float64
+        Uniform random numbers in [0, 1): where the recurrence of every ring begins.
+    origin, frame : (3,), (3, 3) float64
+        Centre of the base (m); rows outward, across and axis.
+    values : (p, 6) float64
+        Written: position (m) and velocity (m/s) of the points.
+    mass, owner : (p,)
+        Written: an equal share of the ring's mass (kg) for each of its points, and the ring's number.
+    """
+    excess = np.empty(_RING_FUNCTIONS)
+    for cell in range(offset.size - 1):
+        begin, number = offset[cell], offset[cell + 1] - offset[cell]
+        share = cell_mass[cell] / number
+        excess[:] = 0.0
+        c = density[cell]
+        for four in range(number // 4):
+            first = _fraction(shift[cell, 0] + four * _STEP[0])
+            second = _fraction(shift[cell, 1] + four * _STEP[1])
+            turn = _fraction(shift[cell, 2] + four * _STEP[2])  # of the whole circle: strides see all of it
+            cosine, sine = math.cos(2.0 * math.pi * turn), math.sin(2.0 * math.pi * turn)
+            for pair in range(2):
+                s = first if pair == 0 else 1.0 - first
+                t = second if pair == 0 else 1.0 - second
+                u = _quantile(
+                    2.0 * c[0, 0] + 2.0 / 3.0 * c[0, 2], 2.0 * c[1, 0] + 2.0 / 3.0 * c[1, 2], 2.0 * c[2, 0], s
+                )
+                v = _quantile(
+                    c[0, 0] + (c[1, 0] + c[2, 0] * u) * u, c[0, 1] + (c[1, 1] + c[2, 1] * u) * u,
+                    c[0, 2] + c[1, 2] * u, t,
+                )  # fmt: skip
+                if pair == 1:
+                    cosine, sine = -sine, cosine
+                for side in range(2):
+                    point = begin + 4 * four + 2 * pair + side
+                    for j in range(_RING_FUNCTIONS):
+                        f = modes[cell, 0, j] + modes[cell, 1, j] * u + (modes[cell, 2, j] + modes[cell, 3, j] * u) * v
+                        values[point, j] = f
+                        excess[j] += f
+                    # Opposite points get exactly opposite directions.
+                    sign = 1.0 - 2.0 * side
+                    values[point, 4], values[point, 5] = sign * cosine, sign * sine
+                    mass[point], owner[point] = share, label[cell]
+        for j in range(_RING_FUNCTIONS):
+            excess[j] = excess[j] / number - mean[cell, j]
+        for point in range(begin, begin + number):
+            r, z = values[point, 0] - excess[0], values[point, 1] - excess[1]
+            radial, axial = values[point, 2] - excess[2], values[point, 3] - excess[3]
+            cosine, sine = values[point, 4], values[point, 5]
+            for i in range(3):
+                outward = cosine * frame[0, i] + sine * frame[1, i]
+                values[point, i] = origin[i] + r * outward + z * frame[2, i]
+                values[point, 3 + i] = radial * outward + axial * frame[2, i]
