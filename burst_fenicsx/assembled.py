@@ -19,7 +19,7 @@ from burst_fenicsx.mechanics.initiation import ShockInitiations
 from burst_fenicsx.mechanics.ledger import Ledger
 from burst_fenicsx.mechanics.material_tables import density_of_fuze
 from burst_fenicsx.mechanics.solver import BurstSolver
-from burst_fenicsx.meshing.split import split_charges
+from burst_fenicsx.meshing.cut import split_charges
 from burst_fenicsx.problem import BurstSettings, Round
 from burst_fenicsx.records.exposure import ShockExposures
 from burst_fenicsx.records.interpenetration import InterpenetrationCheck

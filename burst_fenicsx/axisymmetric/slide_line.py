@@ -17,7 +17,7 @@ from burst_fenicsx.contact.sliding import INTERFACE_STATE
 from burst_fenicsx.kernels.axisymmetric.line_pressure import spread_pressure
 from burst_fenicsx.kernels.axisymmetric.line_state import SPREAD, LineContacts, SlideLine
 from burst_fenicsx.kernels.axisymmetric.slide_line import add_line_forces
-from burst_fenicsx.kernels.cells.charge_pressure import PARAMETERS
+from burst_fenicsx.kernels.cells.layout import CHARGE_PARAMETERS
 from burst_fenicsx.kernels.constants import SMOOTH
 from burst_fenicsx.kernels.contact.slide_law import SlideLaw
 from burst_fenicsx.problem import Part
@@ -90,7 +90,7 @@ class LineInterface:
         self.contacts = LineContacts(
             slave=slave,
             share=np.bincount(slave, minlength=1)[slave].astype(float),
-            strength=parameters[:, PARAMETERS.index("unreacted_strength")].copy(),
+            strength=parameters[:, CHARGE_PARAMETERS.index("unreacted_strength")].copy(),
             side=side,
             first_cell=first_cell,
             cell=cell,

@@ -16,7 +16,7 @@ from burst_fenicsx.kernels.contact.planes import (
     push_from_plane,
 )
 from burst_fenicsx.kernels.vectors.rows import largest_speed
-from burst_fenicsx.meshing.faces import outer_faces
+from burst_fenicsx.meshing.mesh import outer_faces
 from burst_fenicsx.problem import Part
 
 if TYPE_CHECKING:

@@ -13,7 +13,7 @@ from burst_fenicsx.kernels.contact.slide_points import SlideSurface
 from burst_fenicsx.kernels.contact.sliding import SlideContacts
 from burst_fenicsx.kernels.geometry.faces import area_vectors
 from burst_fenicsx.kernels.geometry.smooth_faces import group_faces
-from burst_fenicsx.meshing.faces import outer_faces
+from burst_fenicsx.meshing.mesh import outer_faces
 from burst_fenicsx.problem import Part
 
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ from mpi4py import MPI
 from burst_fenicsx.contact.accounting import CONTACT_FORCES
 from burst_fenicsx.contact.halo import Halo
 from burst_fenicsx.contact.slide_surface import faces_of, interface_faces, make_contacts, smooth_surface, widened
-from burst_fenicsx.kernels.cells.charge_pressure import PARAMETERS
+from burst_fenicsx.kernels.cells.layout import CHARGE_PARAMETERS
 from burst_fenicsx.kernels.contact.slide_law import SlideLaw
 from burst_fenicsx.kernels.contact.sliding import (
     add_slide_forces,
@@ -94,7 +94,7 @@ class SlidingInterface:
         of_round = np.zeros(len(mesh.nodes), dtype=np.int32)
         of_round[mesh.cells] = mesh.round[:, None]
         material = len(Part) * of_round[solid_nodes[group_row]] + Part.CHARGE
-        strength = fields.charge.parameters[material, PARAMETERS.index("unreacted_strength")]
+        strength = fields.charge.parameters[material, CHARGE_PARAMETERS.index("unreacted_strength")]
         self.contacts = make_contacts(self.surface, group_row, slave, mine, strength)
         self._charge_faces = charge[faces].astype(np.int32)
         beside = np.zeros(len(faces), dtype=bool)

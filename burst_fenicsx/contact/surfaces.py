@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from burst_fenicsx.kernels.geometry.faces import FACES, area_vectors
-from burst_fenicsx.meshing.faces import outer_faces
+from burst_fenicsx.meshing.mesh import outer_faces
 from burst_fenicsx.problem import Part
 
 if TYPE_CHECKING:

@@ -9,6 +9,7 @@ import numba
 from numba import types
 from numba.extending import intrinsic
 
+from burst_fenicsx.materials import registered_files
 from fragfield_base.kernel_cache import compiled_with, digest_of
 
 if TYPE_CHECKING:
@@ -70,23 +71,10 @@ def widest_vectors(typing_context: Any) -> tuple[Any, Callable[..., Any]]:  # no
 
 
 def _compile(function: Callable[..., Any], **options: bool) -> Any:
-    name = f"burst-{_sources_of(function.__module__)}"
-    return compiled_with(numba, function, name, **_OPTIONS, **options)
+    return compiled_with(numba, function, _FOLDER, **_OPTIONS, **options)
 
 
-def _sources_of(module: str) -> str:
-    """Digest of what a kernel of the module may call: the axisymmetric ones call the others, not the reverse."""
-    return _AXISYMMETRIC_SOURCES if ".axisymmetric." in module else _SOURCES
-
-
-def _files(*, axisymmetric: bool) -> list[Path]:
-    package = Path(__file__).resolve().parent.parent
-    return [
-        package / "mechanics" / "detonation.py",
-        *(package / "materials").glob("*.py"),
-        *(path for path in (package / "kernels").rglob("*.py") if axisymmetric or path.parent.name != "axisymmetric"),
-    ]
-
-
-_SOURCES = digest_of(_files(axisymmetric=False))
-_AXISYMMETRIC_SOURCES = digest_of(_files(axisymmetric=True))
+_PACKAGE = Path(__file__).resolve().parent.parent
+_SOURCES = [path for folder in ("kernels", "materials") for path in (_PACKAGE / folder).rglob("*.py")]
+_FOLDER = f"burst-{digest_of([_PACKAGE / 'mechanics' / 'detonation.py', *_SOURCES, *registered_files()])}"
+"""Of the cache: what a kernel may call is in these files."""

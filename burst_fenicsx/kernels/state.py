@@ -27,7 +27,7 @@ class Nodes(NamedTuple):
 class Grid(NamedTuple):
     """Blocks of cells of one material."""
 
-    dofmap: np.ndarray  # (cells, 8) int32, nodes in tensor-product order
+    dofmap: np.ndarray  # (cells, 8) int32 nodes
     cells: np.ndarray  # (blocks, LANES) int32, padded with the block's last cell
     filled: np.ndarray  # (blocks,) int32, lanes that hold a cell
     material: np.ndarray  # (blocks,) int32, row of the material's parameters

@@ -9,7 +9,7 @@ import numpy as np
 from mpi4py import MPI
 
 from burst_fenicsx.kernels.constants import FRONT_REACH, GREATEST_GROWTH, REFLECTION_TIME
-from burst_fenicsx.kernels.lanes import kernel
+from burst_fenicsx.kernels.geometry.faces import FACES, area_vectors
 from burst_fenicsx.kernels.vectors.exact import quantise, rounding_constant
 from burst_fenicsx.meshing.placement import frame
 from burst_fenicsx.problem import Part
@@ -32,8 +32,6 @@ __all__ = [
     "largest_faces",
     "place_ignition",
 ]
-
-_FACES = ((0, 2, 6, 4), (1, 3, 7, 5), (0, 1, 5, 4), (2, 3, 7, 6), (0, 1, 3, 2), (4, 5, 7, 6))  # tensor order
 
 
 def place_ignition(item: Round, length: float) -> tuple[np.ndarray, np.ndarray]:
@@ -58,17 +56,11 @@ def ignition_times(centres: np.ndarray, positions: np.ndarray, delays: np.ndarra
     return times
 
 
-@kernel
 def largest_faces(corners: np.ndarray) -> np.ndarray:
-    """Area of each cell's largest face (m2); `corners` (cells, 8, 3) in tensor order (m)."""
-    areas = np.zeros(corners.shape[0])
-    for cell in range(corners.shape[0]):
-        x = corners[cell]
-        for a, b, c, d in _FACES:
-            x1, y1, z1 = x[c, 0] - x[a, 0], x[c, 1] - x[a, 1], x[c, 2] - x[a, 2]
-            x2, y2, z2 = x[d, 0] - x[b, 0], x[d, 1] - x[b, 1], x[d, 2] - x[b, 2]
-            nx, ny, nz = 0.5 * (y1 * z2 - z1 * y2), 0.5 * (z1 * x2 - x1 * z2), 0.5 * (x1 * y2 - y1 * x2)
-            areas[cell] = max(areas[cell], np.sqrt(nx * nx + ny * ny + nz * nz))
+    """Area of each cell's largest face (m2); `corners` (cells, 8, 3) m."""
+    areas = np.zeros(len(corners))
+    for face in FACES:
+        np.maximum(areas, np.linalg.norm(area_vectors(corners[:, face]), axis=1), out=areas)
     return areas
 
 
@@ -163,8 +155,9 @@ class AxialSlices:
 
     def radii(self, position: np.ndarray) -> np.ndarray:
         """Current mean radius of every slice, r0 + mean radial displacement (m), Eq. 6."""
-        moved = np.zeros(len(self.initial_radius))
-        _sum_displacements(position, self.node, self.slice_of_node, self.start, self.outward, self.rounding, moved)
+        x, y, z = ((position[self.node] - self.start) * self.outward).T
+        terms = quantise(x + y + z, self.rounding)
+        moved = np.bincount(self.slice_of_node, weights=terms, minlength=len(self.initial_radius))
         if self.comm.size > 1:
             moved = self.comm.allreduce(moved)
         return self.initial_radius + (moved / np.maximum(self.count, 1.0))[self.source]
@@ -190,25 +183,6 @@ def _nearest_with_nodes(count: np.ndarray, per_round: int) -> np.ndarray:
         if len(filled):
             source[empty] = filled[np.argmin(np.abs(filled - empty))]
     return source
-
-
-@kernel
-def _sum_displacements(
-    position: np.ndarray,
-    node: np.ndarray,
-    slice_of_node: np.ndarray,
-    start: np.ndarray,
-    outward: np.ndarray,
-    rounding: float,
-    moved: np.ndarray,
-) -> None:
-    """Add each outermost node's radial displacement (m), rounded by `quantise`, to its slice's sum."""
-    for k in range(node.size):
-        n = node[k]
-        along = 0.0
-        for i in range(3):
-            along += (position[n, i] - start[k, i]) * outward[k, i]
-        moved[slice_of_node[k]] += quantise(along, rounding)
 
 
 def cell_ignition(

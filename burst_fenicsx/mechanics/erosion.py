@@ -8,7 +8,7 @@ import numpy as np
 
 from burst_fenicsx.errors import NumericalStop
 from burst_fenicsx.kernels.cells.erosion import BEFORE, NOW
-from burst_fenicsx.kernels.cells.solid import PARAMETERS
+from burst_fenicsx.kernels.cells.layout import SOLID_PARAMETERS
 from burst_fenicsx.kernels.constants import FOLDED_VOLUME, NOTHING_LEFT
 from burst_fenicsx.problem import Part
 
@@ -27,7 +27,8 @@ def erode(state: BurstFields) -> None:
     """
     mesh = state.mesh
     cells = np.flatnonzero(state.without_strength() & ~state.eroded)
-    density = state.solid.parameters[len(Part) * mesh.round[cells] + mesh.part[cells], PARAMETERS.index("density")]
+    row = len(Part) * mesh.round[cells] + mesh.part[cells]
+    density = state.solid.parameters[row, SOLID_PARAMETERS.index("density")]
     relative = state.blocks.by_cell(state.grid.volume)[cells] * density / state.cell_mass[cells]
     expanded = relative >= FOLDED_VOLUME
     folded = np.zeros(len(cells), dtype=bool)

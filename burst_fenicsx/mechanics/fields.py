@@ -13,14 +13,17 @@ from mpi4py import MPI
 from burst_fenicsx import compat
 from burst_fenicsx.kernels.axisymmetric.quadrilateral import AxisymmetricState
 from burst_fenicsx.kernels.cells.erosion import WHOLE
+from burst_fenicsx.kernels.cells.hexahedron import hexahedron_volumes
+from burst_fenicsx.kernels.cells.layout import SOLID_PARAMETERS
 from burst_fenicsx.kernels.constants import LARGEST_WORK
 from burst_fenicsx.kernels.geometry.shapes import folded_cells
 from burst_fenicsx.kernels.lanes import LANES
 from burst_fenicsx.kernels.state import ChargeState, Grid, Nodes, SolidState
-from burst_fenicsx.kernels.step.assembly import FULL_QUADRATURE, ONE_POINT, RINGS, cell_volumes
+from burst_fenicsx.kernels.step.assembly import FULL_QUADRATURE, ONE_POINT, RINGS
 from burst_fenicsx.kernels.step.levels import blocks_are_mixed, move_lanes
 from burst_fenicsx.kernels.vectors.exact import quantise, rounding_constant
-from burst_fenicsx.materials.products import JwlProducts, make_products
+from burst_fenicsx.materials import laws
+from burst_fenicsx.materials.products import make_products
 from burst_fenicsx.mechanics.detonation import burn_rates, cell_ignition, largest_faces
 from burst_fenicsx.mechanics.material_tables import largest_pressure, material_tables
 from burst_fenicsx.mechanics.schedule import Blocks, Chunks
@@ -65,7 +68,7 @@ class Element:
 HEXAHEDRON = Element(
     kind=ONE_POINT,
     momentum_is_conserved=(True, True, True),
-    volumes=cell_volumes,
+    volumes=hexahedron_volumes,
     folded=folded_cells,
     mass_fractions=lambda position, dofmap: np.broadcast_to(0.125, dofmap.shape),  # noqa: ARG005 - as every element
     burn_rates=burn_rates,
@@ -129,10 +132,14 @@ class BurstFields:
     def without_strength(self) -> np.ndarray:
         """Whether the metal of each of this rank's cells has lost its strength (cells,); false for a charge."""
         mesh, solid = self.mesh, self.solid
-        inverse_limit = solid.parameters[len(Part) * mesh.round + mesh.part, 4]
+        parameters = solid.parameters[len(Part) * mesh.round + mesh.part]
         scale = self.blocks.by_cell(solid.softening_scale)
-        least: np.ndarray = solid.shear_strain[: mesh.cells].min(axis=1)  # of its points
-        return least * inverse_limit * scale >= 1.0
+        of_law = parameters[:, SOLID_PARAMETERS.index("law")]
+        weak = np.zeros(mesh.cells, dtype=bool)
+        for number, law in enumerate(laws("solids")):
+            strains = solid.shear_strain[: mesh.cells], solid.volume_strain[: mesh.cells]
+            weak |= (of_law == number) & law.without_strength(parameters, *strains, scale)
+        return weak & (mesh.part != Part.CHARGE)
 
     @cached_property
     def _elastic(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -261,8 +268,7 @@ def make_fields(
     ignition, burn, compression = cell_ignition(mesh, rounds, products, lengths, position, volume, element.burn_rates)
     energy = of_cells["products_energy"]
     for index, model in enumerate(products):
-        if isinstance(model, JwlProducts):
-            energy[(mesh.round == index) & (mesh.part == Part.CHARGE)] = model.energy
+        energy[(mesh.round == index) & (mesh.part == Part.CHARGE)] = model.start_energy
     return BurstFields(
         mesh=mesh,
         functions=functions,

@@ -17,7 +17,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from mpi4py import MPI
 
-from burst_fenicsx.kernels.lanes import kernel
 from burst_fenicsx.mechanics.detonation import compression_burn_start, ignition_times
 from burst_fenicsx.problem import Part
 
@@ -69,8 +68,6 @@ class ShockInitiations:
         self._threshold = pressure[self._round]
         self._duration = duration[self._round]
         self._centre = fields.start[mesh.dofmap[self._cell]].mean(axis=1)
-        self._initiated = np.zeros(len(self._cell), dtype=np.int32)
-        self._counts = np.zeros(2, dtype=np.int64)
         self.held = np.full(len(self._cell), _BELOW)
         self.sources: list[Source | None] = [None] * len(rounds)
         self.waiting = True
@@ -94,23 +91,17 @@ class ShockInitiations:
         if not self.waiting:
             return False
         charge, comm = self._fields.charge, self._fields.mesh.comm
-        _watch(
-            time,
-            step,
-            self._cell,
-            charge.pressure,
-            charge.compression_from,
-            self._threshold,
-            self._duration,
-            self.held,
-            self._initiated,
-            self._counts,
-        )
-        counts = comm.allreduce(self._counts) if comm.size > 1 else self._counts
+        # Cells near a front are left to it.
+        ahead = time < charge.compression_from[self._cell]
+        pressed = charge.pressure[self._cell] >= self._threshold
+        longer = np.where(self.held >= 0.0, self.held + step, 0.0)
+        self.held[ahead] = np.where(pressed, longer, _BELOW)[ahead]
+        own = np.flatnonzero(ahead & pressed & (self.held >= self._duration))
+        counts = np.array([len(own), np.count_nonzero(ahead)])
+        counts = comm.allreduce(counts) if comm.size > 1 else counts
         self.waiting = bool(counts[1] > 0)
         if counts[0] == 0:
             return False
-        own = self._initiated[: self._counts[0]]
         number = self._fields.mesh.cell[self._cell[own]]
         found = [
             (int(self._round[k]), Source(float(time - (self.held[k] - self._duration[k])), int(cell), _place(centre)))
@@ -164,39 +155,3 @@ class ShockInitiations:
 
 def _place(values: np.ndarray) -> tuple[float, float, float]:
     return float(values[0]), float(values[1]), float(values[2])
-
-
-@kernel
-def _watch(
-    time: float,
-    step: float,
-    cell: np.ndarray,
-    pressure: np.ndarray,
-    front: np.ndarray,
-    threshold: np.ndarray,
-    duration: np.ndarray,
-    held: np.ndarray,
-    initiated: np.ndarray,
-    counts: np.ndarray,
-) -> None:
-    """Count the time for which each watched cell has been pressed and find those that ignite.
-
-    A cell near a front, `front` being the time (s) from which it is, is left to it. `counts` is set to the number of
-    cells that ignite, listed at the start of `initiated`, and of cells that still wait.
-    """
-    found = 0
-    waiting = 0
-    for k in range(cell.size):
-        c = cell[k]
-        if time >= front[c]:
-            continue
-        waiting += 1
-        if not pressure[c] >= threshold[k]:
-            held[k] = _BELOW
-            continue
-        held[k] = held[k] + step if held[k] >= 0.0 else 0.0
-        if held[k] >= duration[k]:
-            initiated[found] = k
-            found += 1
-    counts[0] = found
-    counts[1] = waiting

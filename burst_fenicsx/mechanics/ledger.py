@@ -9,7 +9,6 @@ import numpy as np
 
 from burst_fenicsx.errors import NumericalStop
 from burst_fenicsx.kernels.constants import MIN_CONTACT_WORK, MIN_WORK
-from burst_fenicsx.materials.products import JwlProducts
 from burst_fenicsx.problem import Part
 
 if TYPE_CHECKING:
@@ -199,9 +198,7 @@ def _energies_left(state: BurstFields) -> np.ndarray:
         own = np.flatnonzero((mesh.round == index) & (mesh.part == Part.CHARGE))
         start = state.cell_mass[own] / products.density
         burnt = state.charge.burn_fraction[own]
-        if isinstance(products, JwlProducts):
-            left = state.charge.energy[own]
-        else:
-            left = products.remaining_work(state.grid.volume[state.blocks.slot_of_cell[own]] / start)
+        volume = state.grid.volume[state.blocks.slot_of_cell[own]] / start
+        left = products.remaining_work(volume, state.charge.energy[own])
         energies[own] = start * np.where(burnt > 0.0, burnt * left + (1.0 - burnt) * products.energy, products.energy)
     return state.sums_by_charge(energies)

@@ -6,13 +6,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from burst_fenicsx.kernels.cells import charge_pressure
-from burst_fenicsx.kernels.cells import solid as solid_kernel
-from burst_fenicsx.materials.products import JwlProducts
+from burst_fenicsx.errors import InputError
+from burst_fenicsx.kernels.cells.layout import CHARGE_OWN, SOLID_OWN
+from burst_fenicsx.materials import laws
+from burst_fenicsx.materials.products import number_of
 from burst_fenicsx.problem import CasingMaterial, Part
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+    from types import ModuleType
 
     from burst_fenicsx.materials.products import Products
     from burst_fenicsx.problem import BurstSettings, Round
@@ -53,8 +55,8 @@ def material_tables(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Parameters of the solid and the charge kernel and the densities, one row for each part of each round."""
     rows = len(Part) * len(rounds)
-    solid = np.zeros((rows, len(solid_kernel.PARAMETERS)))
-    charge = np.zeros((rows, len(charge_pressure.PARAMETERS)))
+    solid = np.zeros((rows, SOLID_OWN + max(len(law.PARAMETERS) for law in laws("solids"))))
+    charge = np.zeros((rows, CHARGE_OWN + max(len(model.PARAMETERS) for model in laws("products"))))
     density = np.zeros(rows)
     viscosity, hourglass = settings.viscosity, settings.hourglass
     for index, item in enumerate(rounds):
@@ -64,31 +66,39 @@ def material_tables(
             (Part.FUZE, FUZE, fuze_density[index]),
         ):
             density[row + part] = rho
-            solid[row + part] = (
+            number, law = _law_of(material)
+            solid[row + part, :SOLID_OWN] = (
                 material.elastic_modulus,
                 material.poisson_ratio,
-                material.shear_strength,
-                material.tensile_strength,
-                _inverse(material.shear_softening_strain),
-                _inverse(material.tensile_softening_strain),
+                rho,
                 viscosity.linear,
                 viscosity.quadratic,
                 hourglass.casing_viscous,
                 hourglass.casing_stiffness,
-                rho,
+                number,
             )
-        charge[row + Part.CHARGE] = _charge_row(item, settings, products[index])
+            solid[row + part, SOLID_OWN : SOLID_OWN + len(law.PARAMETERS)] = law.constants(material)
+        own = products[index].parameters
+        charge[row + Part.CHARGE, : CHARGE_OWN + len(own)] = *_charge_row(item, settings, products[index]), *own
         density[row + Part.CHARGE] = item.explosive.density
     return solid, charge, density
 
 
+def _law_of(material: CasingMaterial) -> tuple[int, ModuleType]:
+    """Number and module of a solid's law."""
+    for number, law in enumerate(laws("solids")):
+        if type(material) is law.MATERIAL:
+            return number, law
+    raise InputError(f"material '{material.name}': no law is known for a {type(material).__name__}")
+
+
 def _charge_row(item: Round, settings: BurstSettings, model: Products) -> tuple[float, ...]:
+    """Columns of an explosive before those of its products."""
     explosive = item.explosive
     by_compression = 1.0 / (1.0 - model.cj_volume) if settings.burn == "time_or_compression" else 0.0
-    unreacted = explosive.density * explosive.sound_speed**2
-    shared = (
+    return (
         explosive.density,
-        unreacted,
+        explosive.density * explosive.sound_speed**2,
         explosive.shear_modulus,
         explosive.shear_strength,
         settings.viscosity.linear,
@@ -96,15 +106,7 @@ def _charge_row(item: Round, settings: BurstSettings, model: Products) -> tuple[
         settings.hourglass.charge_viscous,
         explosive.detonation_velocity,
         by_compression,
+        explosive.hugoniot_slope,
+        explosive.hugoniot_limit,
+        number_of(settings.products),
     )
-    if isinstance(model, JwlProducts):
-        c = model.constants
-        products = (1.0, 0.0, 0.0, 1.0, c.A, c.B, c.R1, c.R2, c.omega)
-    else:
-        isentrope = (model.initial_pressure, model.knee_pressure, model.knee_volume)
-        products = (0.0, *isentrope, 0.0, 0.0, 1.0, 1.0, 0.0)
-    return (*shared, *products, explosive.hugoniot_slope, explosive.hugoniot_limit)
-
-
-def _inverse(limit: float | None) -> float:
-    return 0.0 if limit is None else 1.0 / limit

@@ -9,7 +9,7 @@ import numpy as np
 
 from burst_fenicsx.kernels.lanes import LANES
 from burst_fenicsx.kernels.state import Schedule
-from burst_fenicsx.kernels.step.colours import colour_groups
+from burst_fenicsx.kernels.step.levels import colour_groups
 
 __all__ = ["Blocks", "Chunks", "chunk_size"]
 

@@ -1,13 +1,14 @@
-"""A round cut at planes of symmetry through its axis: the cells of one side, with the nodes that lie in the planes."""
+"""Meshes divided: cut at planes of symmetry through the axis, and with nodes of the charge's own at the casing."""
 
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
 from burst_fenicsx.meshing.placement import frame
+from burst_fenicsx.problem import Part
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -15,10 +16,12 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from burst_fenicsx.meshing.disc import SectionGrid
-    from burst_fenicsx.meshing.mesh import HexahedralMesh
+    from burst_fenicsx.meshing.mesh import CellMesh, HexahedralMesh
     from burst_fenicsx.symmetry.part import Cut
 
-__all__ = ["cut_mesh", "cut_section", "turn_to"]
+__all__ = ["cut_mesh", "cut_section", "split_charges", "turn_to"]
+
+_Mesh = TypeVar("_Mesh", bound="CellMesh")
 
 _IN_PLANE = 1e-9  # m, from a plane, up to which a node lies in it
 _IN_UNIT_PLANE = 1e-9  # the same over the radius
@@ -115,4 +118,37 @@ def cut_mesh(mesh: HexahedralMesh, cuts: Sequence[Cut]) -> HexahedralMesh:
         station=mesh.station[keep],
         held=held[used],
         held_normals=tuple(sorted((cut.bit, cut.normal) for cut in cuts)),
+    )
+
+
+def split_charges(mesh: _Mesh) -> _Mesh:
+    """Give every charge nodes of its own where it meets the casing (the paper's Fig. 2.2).
+
+    Not where it meets a fuze: its front does not slide on it, and a weak fuze that products press on without friction
+    is drawn out into fingers, behind which the charge comes to lie. The new nodes are the charge's and come after all
+    others, so that those of the casing keep their numbers.
+
+    Parameters
+    ----------
+    mesh : a mesh whose parts share their nodes.
+
+    Returns
+    -------
+    The same mesh with the pairs in `twins`, in the order of the casing's nodes.
+    """
+    charge = mesh.part == Part.CHARGE
+    touches = {part: np.zeros(len(mesh.nodes), dtype=bool) for part in Part}
+    for part, touched in touches.items():
+        touched[mesh.cells[mesh.part == part]] = True
+    shared = np.flatnonzero(touches[Part.CHARGE] & touches[Part.CASING] & ~touches[Part.FUZE])
+    own = np.arange(len(mesh.nodes), dtype=np.int64)
+    own[shared] = len(mesh.nodes) + np.arange(len(shared))
+    cells = mesh.cells.copy()
+    cells[charge] = own[cells[charge]]
+    return replace(
+        mesh,
+        nodes=np.concatenate([mesh.nodes, mesh.nodes[shared]]),
+        cells=cells,
+        twins=np.stack([own[shared], shared], axis=1),
+        held=None if mesh.held is None else np.concatenate([mesh.held, mesh.held[shared]]),
     )

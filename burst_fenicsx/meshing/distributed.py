@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any, Literal, overload
 import numpy as np
 
 from burst_fenicsx import compat
-from burst_fenicsx.kernels.geometry.faces import TENSOR_ORDER
 from burst_fenicsx.kernels.vectors.rows import place_rows
 
 if TYPE_CHECKING:
@@ -33,7 +32,7 @@ class DistributedMesh:
     Attributes
     ----------
     domain : the dolfinx mesh; its geometry's nodes are numbered as here.
-    dofmap : (owned cells, 8) int32 local nodes in tensor-product order.
+    dofmap : (owned cells, 8) int32 local nodes.
     cell, node : (owned cells,) and (local nodes,) int64: numbers in the mesh that was given.
     row : (all cells,) int32: which cell here each of dolfinx's is.
     owned_nodes : how many of the local nodes this rank owns (they come first).
@@ -138,7 +137,7 @@ def distribute(
     if comm.rank == 0:
         assert mesh is not None
         count = len(mesh.cells)
-        cells, nodes = mesh.cells[:, TENSOR_ORDER], mesh.nodes
+        cells, nodes = mesh.cells, mesh.nodes
         if destination is None:
             destination = (np.arange(count, dtype=np.int64) * comm.size // max(count, 1)).astype(np.int32)
         names = (mesh.part, mesh.round, mesh.segment, mesh.station)

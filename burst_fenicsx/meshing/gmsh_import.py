@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-import io
-import zipfile
+import re
+from contextlib import redirect_stderr, redirect_stdout
+from io import StringIO
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,11 +14,11 @@ import numpy as np
 from burst_fenicsx.data import LENGTH_UNITS, nearest_name
 from burst_fenicsx.errors import InputError
 from burst_fenicsx.geometry.segments import Segment, SegmentKind, check_segments
+from burst_fenicsx.kernels.geometry.faces import reordered
 from burst_fenicsx.meshing.mesh import HexahedralMesh, cell_centres, cell_volumes
 from burst_fenicsx.meshing.placement import place, to_local
 from burst_fenicsx.meshing.quality import scaled_jacobians
 from burst_fenicsx.problem import Part
-from fragfield_base.own_process import run_script
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -27,12 +28,14 @@ if TYPE_CHECKING:
 __all__ = ["GROUPS", "WALL_PIECES", "read_gmsh"]
 
 GROUPS = {"casing": Part.CASING, "charge": Part.CHARGE, "fuze": Part.FUZE}
-REQUIRED = ("casing", "charge")
 WALL_PIECES = 4  # automatic segments along the charge
 LARGEST_OFFSET = 0.05  # of the casing's centre from the axis, over the largest radius
 _SMALLEST, _LARGEST = 1e-3, 20.0  # m
 _MOST_CELLS = 50_000_000
 _MOST_BYTES = 1 << 34
+_FLAT = ("vertex", "line", "triangle", "quad")
+# The reader allocates what a file declares. Numbers of fewer digits take little memory, and coordinates have no more.
+_LONG_NUMBER = re.compile(rb"(?<![\w.+-])\d{8,}(?![\w.+-])")
 
 
 def read_gmsh(
@@ -82,42 +85,38 @@ def read_gmsh(
     path = Path(path)
     if unit not in LENGTH_UNITS:
         raise InputError(f"{path}: unit = '{unit}'; {nearest_name(unit, LENGTH_UNITS)}")
-    points, cells, part = _read(path)
-    _check_numbers(points, cells, path, unit)
-    used, flat = np.unique(cells, return_inverse=True)
-    cells = flat.reshape(cells.shape).astype(np.int64)
-    points = points[used]
-
-    base = (0.0, 0.0, 0.0) if file_position is None else file_position
-    local = to_local(points, base, file_axis) * LENGTH_UNITS[unit]
-    lowest = local[:, 2].min()
-    if file_position is None:
-        local[:, 2] -= lowest
-    length = float(local[:, 2].max())
-    mesh = HexahedralMesh(
-        nodes=local,
-        cells=cells,
-        part=part,
-        round=np.full(len(cells), round_index, dtype=np.int32),
-        segment=np.full(len(cells), -1, dtype=np.int32),
-        station=np.zeros(len(cells)),
-    )
-    _check_cells(mesh, path)
-    _check_connection(mesh, path)
-    _check_axis(mesh, path, unit)
-
-    station = length - cell_centres(mesh)[:, 2]
-    pieces = _segments(mesh, length, segments, path)
-    ends = np.array([piece.end for piece in pieces[:-1]])
-    segment = np.where(part == Part.CASING, np.searchsorted(ends, station), -1).astype(np.int32)
-    for index, piece in enumerate(pieces):
-        if not np.any(segment == index):
-            raise InputError(
-                f"{path}: segment '{piece.name}' holds no casing cell; fewer or longer segments are needed"
-            )
+    try:
+        points, cells, part = _hexahedra(_parsed(path))
+        _check_numbers(points, cells, unit)
+        used, flat = np.unique(cells, return_inverse=True)
+        base = (0.0, 0.0, 0.0) if file_position is None else file_position
+        local = to_local(points[used], base, file_axis) * LENGTH_UNITS[unit]
+        if file_position is None:
+            local[:, 2] -= local[:, 2].min()
+        mesh = HexahedralMesh(
+            nodes=local,
+            cells=reordered(flat.reshape(cells.shape).astype(np.int64)),
+            part=part,
+            round=np.full(len(cells), round_index, dtype=np.int32),
+            segment=np.full(len(cells), -1, dtype=np.int32),
+            station=np.zeros(len(cells)),
+        )
+        _check_cells(mesh)
+        _check_connection(mesh)
+        _check_axis(mesh, unit)
+        length = float(local[:, 2].max())
+        station = length - cell_centres(mesh)[:, 2]
+        pieces = _segments(mesh, length, segments)
+        segment = np.searchsorted([piece.end for piece in pieces[:-1]], station)
+        segment = np.where(part == Part.CASING, segment, -1).astype(np.int32)
+        for index, piece in enumerate(pieces):
+            if not np.any(segment == index):
+                raise InputError(f"segment '{piece.name}' holds no casing cell; fewer or longer segments are needed")
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from error.__cause__
     return HexahedralMesh(
         nodes=place(local, position, axis),
-        cells=cells,
+        cells=mesh.cells,
         part=part,
         round=mesh.round,
         segment=segment,
@@ -127,175 +126,159 @@ def read_gmsh(
     )
 
 
-def _read(path: Path) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.int32]]:
-    """Return points, hexahedra and their parts, in the file's order and unit."""
-    content = _parse(path)
-    names = dict(zip(content["tags"].tolist(), content["names"].tolist(), strict=True))
+def _parsed(path: Path) -> Any:  # noqa: ANN401 - meshio's class
+    """What a file holds."""
+    import meshio
+
+    if not path.is_file():
+        raise InputError("there is no such mesh file")
+    size = path.stat().st_size
+    if size > _MOST_BYTES:
+        raise InputError(f"{size} bytes; at most {_MOST_BYTES} are allowed")
+    if path.suffix.lower() != ".msh":
+        raise InputError(f"'{path.suffix}' is not a gmsh mesh; a file that ends in .msh is expected")
+    with path.open("rb") as file:
+        if any(int(number) > size for line in file for number in _LONG_NUMBER.findall(line)):
+            raise InputError("not a readable gmsh mesh (it declares more than a file of its size can hold)")
+    try:
+        with redirect_stdout(StringIO()), redirect_stderr(StringIO()):  # meshio reports to the console
+            mesh = meshio.read(path, file_format="gmsh")
+        mesh.points = np.asarray(mesh.points, dtype=np.float64).reshape(-1, 3)
+    except (Exception, SystemExit) as error:  # meshio leaves the program on some faults
+        why = f"{type(error).__name__}: {' '.join(str(error).split())[:300]}"
+        raise InputError(f"not a readable gmsh mesh ({why})") from error
+    return mesh
+
+
+def _hexahedra(mesh: Any) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.int32]]:  # noqa: ANN401
+    """Points, hexahedra and their parts, in the file's order and unit."""
+    names = {int(tag): str(name) for name, (tag, dimension) in mesh.field_data.items() if dimension == 3}
     for name in names.values():
         if name not in GROUPS:
-            raise InputError(f"{path}: physical volume '{name}' is unknown; {nearest_name(name, GROUPS)}")
-    cells = [np.zeros((0, 8), dtype=np.int64)]
-    parts = [np.zeros(0, dtype=np.int32)]
-    for key in [key for key in content if key.startswith("kind_")]:
-        kind, number = str(content[key]), key.removeprefix("kind_")
-        block, group = content[f"cells_{number}"], content[f"groups_{number}"]
-        groups = sorted({names.get(value, "none") for value in np.unique(group).tolist()})
-        if kind != "hexahedron":
+            raise InputError(f"physical volume '{name}' is unknown; {nearest_name(name, GROUPS)}")
+    cells, parts = [np.zeros((0, 8), dtype=np.int64)], [np.zeros(0, dtype=np.int32)]
+    for block, tags in zip(mesh.cells, mesh.cell_data.get("gmsh:physical", [None] * len(mesh.cells)), strict=True):
+        if block.type.rstrip("0123456789") in _FLAT:
+            continue
+        tag, row = np.unique(np.full(len(block.data), -1) if tags is None else tags, return_inverse=True)
+        groups = [names.get(value, "none") for value in tag.tolist()]
+        if block.type != "hexahedron":
             raise InputError(
-                f"{path}: {len(block)} cells of type '{kind}' in group '{', '.join(groups)}'; "
+                f"{len(block.data)} cells of type '{block.type}' in group '{', '.join(sorted(set(groups)))}'; "
                 "only linear hexahedra (8 nodes) are allowed"
             )
         if "none" in groups:
             raise InputError(
-                f"{path}: {len(block)} hexahedra hold cells of no physical volume; "
+                f"{len(block.data)} hexahedra hold cells of no physical volume; "
                 f"every cell must belong to one of {', '.join(GROUPS)}"
             )
-        cells.append(block)
-        parts.append(np.array([GROUPS[names[value]] for value in group.tolist()], dtype=np.int32))
+        cells.append(np.asarray(block.data, dtype=np.int64))
+        parts.append(np.array([GROUPS[name] for name in groups], dtype=np.int32)[row])
     part = np.concatenate(parts)
-    for name in REQUIRED:
+    for name in ("casing", "charge"):
         if not np.any(part == GROUPS[name]):
             present = ", ".join(f"'{other}'" for other in names.values()) or "none"
-            raise InputError(
-                f"{path}: no hexahedra in a physical volume '{name}'; found {present}; needed: casing and charge"
-            )
-    return content["points"], np.concatenate(cells), part
+            raise InputError(f"no hexahedra in a physical volume '{name}'; found {present}; needed: casing and charge")
+    return mesh.points, np.concatenate(cells), part
 
 
-def _parse(path: Path) -> dict[str, NDArray[Any]]:
-    """What a file holds, as `gmsh_parse` gives it."""
-    if not path.is_file():
-        raise InputError(f"{path}: there is no such mesh file")
-    if path.stat().st_size > _MOST_BYTES:
-        raise InputError(f"{path}: {path.stat().st_size} bytes; at most {_MOST_BYTES} are allowed")
-    if path.suffix.lower() != ".msh":
-        raise InputError(f"{path}: '{path.suffix}' is not a gmsh mesh; a file that ends in .msh is expected")
-    done = run_script(Path(__file__).with_name("gmsh_parse.py"), str(path))
-    words = done.stderr.decode("utf-8", "replace").strip().splitlines()
-    why = f"its reader ended: {words[-1]}" if words else "it takes longer to read than a file of its size may"
-    try:
-        with np.load(io.BytesIO(done.stdout), allow_pickle=False) as archive:
-            content = {name: archive[name] for name in archive.files}
-    except (ValueError, OSError, zipfile.BadZipFile):
-        content = {"fault": np.array(why)}
-    if "fault" in content:
-        raise InputError(f"{path}: not a readable gmsh mesh ({content['fault']})")
-    return content
-
-
-def _check_numbers(points: NDArray[np.float64], cells: NDArray[np.int64], path: Path, unit: str) -> None:
+def _check_numbers(points: NDArray[np.float64], cells: NDArray[np.int64], unit: str) -> None:
     """Refuse nodes at infinity, meshes of no round's size, node numbers that do not exist, and cells given twice."""
     if len(cells) > _MOST_CELLS:
-        raise InputError(f"{path}: {len(cells)} hexahedra; at most {_MOST_CELLS} are allowed")
+        raise InputError(f"{len(cells)} hexahedra; at most {_MOST_CELLS} are allowed")
     if cells.min() < 0 or cells.max() >= len(points):
-        raise InputError(f"{path}: hexahedra name nodes outside of the {len(points)} of the file")
+        raise InputError(f"hexahedra name nodes outside of the {len(points)} of the file")
     used = points[np.unique(cells)]
     if not np.isfinite(used).all():
-        raise InputError(f"{path}: {int((~np.isfinite(used)).any(axis=1).sum())} nodes are not at finite places")
+        raise InputError(f"{int((~np.isfinite(used)).any(axis=1).sum())} nodes are not at finite places")
     extent = float(np.ptp(used, axis=0).max()) * LENGTH_UNITS[unit]
     if not _SMALLEST <= extent <= _LARGEST:
         raise InputError(
-            f"{path}: the mesh is {extent:.3g} m large in the unit '{unit}'; allowed: {_SMALLEST:g} to {_LARGEST:g} m"
+            f"the mesh is {extent:.3g} m large in the unit '{unit}'; allowed: {_SMALLEST:g} to {_LARGEST:g} m"
         )
-    each = np.sort(cells, axis=1)
-    _, first, count = np.unique(each, axis=0, return_index=True, return_counts=True)
+    _, first, count = np.unique(np.sort(cells, axis=1), axis=0, return_index=True, return_counts=True)
     if (count > 1).any():
         raise InputError(
-            f"{path}: {int((count > 1).sum())} hexahedra are there more than once; the first of them is hexahedron "
+            f"{int((count > 1).sum())} hexahedra are there more than once; the first of them is hexahedron "
             f"{int(first[count > 1].min()) + 1} in file order (in gmsh: Coherence Mesh removes doubles)"
         )
 
 
-def _group(part: int) -> str:
-    return next(name for name, value in GROUPS.items() if value == part)
-
-
-def _check_cells(mesh: HexahedralMesh, path: Path) -> None:
+def _check_cells(mesh: HexahedralMesh) -> None:
     scaled = scaled_jacobians(mesh)
     bad = np.flatnonzero(scaled <= 0.0)
     if len(bad):
-        first = int(bad[0])
+        group = Part(int(mesh.part[bad[0]])).name.lower()
         raise InputError(
-            f"{path}: {len(bad)} inverted or flat hexahedra; the first is hexahedron {first + 1} in file order, "
-            f"in group '{_group(int(mesh.part[first]))}', scaled Jacobian {scaled[first]:.3g}; it must be positive"
+            f"{len(bad)} inverted or flat hexahedra; the first is hexahedron {bad[0] + 1} in file order, "
+            f"in group '{group}', scaled Jacobian {scaled[bad[0]]:.3g}; it must be positive"
         )
 
 
-def _check_connection(mesh: HexahedralMesh, path: Path) -> None:
-    nodes = {name: np.unique(mesh.cells[mesh.part == part]) for name, part in GROUPS.items()}
-    for name in ("charge", "fuze"):
-        if len(nodes[name]) and not np.intersect1d(nodes[name], nodes["casing"], assume_unique=True).size:
+def _check_connection(mesh: HexahedralMesh) -> None:
+    """Refuse parts that share no nodes with the casing, or fall into pieces that share none."""
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+
+    casing = np.unique(mesh.cells[mesh.part == Part.CASING])
+    for name, part in GROUPS.items():
+        own = np.flatnonzero(mesh.part == part)
+        if not len(own):
+            continue
+        cells = mesh.cells[own]
+        if not np.isin(cells, casing).any():
             raise InputError(
-                f"{path}: group '{name}' shares no nodes with group 'casing'; parts that touch must share "
+                f"group '{name}' shares no nodes with group 'casing'; parts that touch must share "
                 "their nodes (in gmsh: BooleanFragments, or Coherence for transfinite volumes, before meshing)"
             )
-    for name, part in GROUPS.items():
-        if not len(nodes[name]):
-            continue
-        pieces, label = _components(mesh.cells[mesh.part == part], len(mesh.nodes))
-        if pieces > 1:
-            smallest = int(np.argmin(np.bincount(label)))
-            first = int(np.flatnonzero(mesh.part == part)[np.flatnonzero(label == smallest)[0]])
+        edges = np.repeat(cells[:, 0], 7), cells[:, 1:].ravel()
+        graph = coo_matrix((np.ones(len(edges[0]), dtype=np.int8), edges), shape=(len(mesh.nodes),) * 2)
+        _, piece = np.unique(connected_components(graph, directed=False)[1][cells[:, 0]], return_inverse=True)
+        count = np.bincount(piece)
+        if len(count) > 1:
+            first = own[np.flatnonzero(piece == np.argmin(count))[0]]
             raise InputError(
-                f"{path}: group '{name}' falls into {pieces} pieces that share no nodes (hexahedron {first + 1} "
+                f"group '{name}' falls into {len(count)} pieces that share no nodes (hexahedron {first + 1} "
                 "in file order belongs to the smallest); each part must be one piece"
             )
 
 
-def _components(cells: NDArray[np.int64], node_count: int) -> tuple[int, NDArray[np.int64]]:
-    """Number of pieces that share no node, and the piece of each cell."""
-    from scipy.sparse import coo_matrix
-    from scipy.sparse.csgraph import connected_components
-
-    rows = np.repeat(cells[:, 0], 7)
-    columns = cells[:, 1:].ravel()
-    graph = coo_matrix((np.ones(len(rows), dtype=np.int8), (rows, columns)), shape=(node_count, node_count))
-    _, label = connected_components(graph, directed=False)
-    values, piece = np.unique(label[cells[:, 0]], return_inverse=True)
-    return len(values), piece.astype(np.int64)
-
-
-def _check_axis(mesh: HexahedralMesh, path: Path, unit: str) -> None:
-    casing = mesh.part == Part.CASING
-    weights = cell_volumes(mesh)[casing]
-    centre = (cell_centres(mesh)[casing] * weights[:, None]).sum(axis=0) / weights.sum()
-    offset = float(np.hypot(centre[0], centre[1]))
-    largest = float(np.hypot(mesh.nodes[:, 0], mesh.nodes[:, 1]).max())
+def _check_axis(mesh: HexahedralMesh, unit: str) -> None:
+    weights = np.where(mesh.part == Part.CASING, cell_volumes(mesh), 0.0)
+    offset = float(np.hypot(*(weights @ cell_centres(mesh)[:, :2] / weights.sum())))
     scale = 1.0 / LENGTH_UNITS[unit]
-    if offset > LARGEST_OFFSET * largest:
+    if offset > LARGEST_OFFSET * float(np.hypot(mesh.nodes[:, 0], mesh.nodes[:, 1]).max()):
         raise InputError(
-            f"{path}: the casing's centre lies {offset * scale:.4g} {unit} from the round's axis; "
+            f"the casing's centre lies {offset * scale:.4g} {unit} from the round's axis; "
             "file_position and file_axis must give the centre of the base and the direction to the nose in the file's "
             "coordinates"
         )
-    if mesh.nodes[:, 2].min() < -1e-6 * (np.ptp(mesh.nodes[:, 2])):
+    lowest = mesh.nodes[:, 2].min()
+    if lowest < -1e-6 * np.ptp(mesh.nodes[:, 2]):
         raise InputError(
-            f"{path}: nodes lie {-mesh.nodes[:, 2].min() * scale:.4g} {unit} behind the base plane "
-            "given by file_position and file_axis"
+            f"nodes lie {-lowest * scale:.4g} {unit} behind the base plane given by file_position and file_axis"
         )
 
 
 def _segments(
-    mesh: HexahedralMesh, length: float, wanted: Sequence[float] | Sequence[Segment] | None, path: Path
+    mesh: HexahedralMesh, length: float, wanted: Sequence[float] | Sequence[Segment] | None
 ) -> tuple[Segment, ...]:
-    charge = length - mesh.nodes[np.unique(mesh.cells[mesh.part == Part.CHARGE]), 2]
+    """The segments given, or those between the stations given, or the automatic ones."""
+    charge = length - mesh.nodes[mesh.cells[mesh.part == Part.CHARGE], 2]
     front, back = float(charge.min()), float(charge.max())
     slack = 1e-6 * length
-    if wanted is not None and any(isinstance(entry, Segment) for entry in wanted):
-        given = [entry for entry in wanted if isinstance(entry, Segment)]
-        return check_segments(given, length, f"{path}: segments")
+    given = [entry for entry in wanted or () if isinstance(entry, Segment)]
+    if given:
+        return check_segments(given, length, "segments")
     if wanted is not None:
         cuts = [float(entry) for entry in wanted if not isinstance(entry, Segment)]
         if any(not 0.0 < cut < length for cut in cuts) or any(b <= a for a, b in pairwise(cuts)):
-            raise InputError(
-                f"{path}: segments = {cuts} m; stations increasing between 0 and {length:.6g} m are expected"
-            )
+            raise InputError(f"segments = {cuts} m; stations increasing between 0 and {length:.6g} m are expected")
     else:
         cuts = [float(cut) for cut in np.linspace(front, back, WALL_PIECES + 1)]
         cuts = [cut for cut in cuts if slack < cut < length - slack]
-    stations = [0.0, *cuts, length]
     pieces = []
-    for number, (low, high) in enumerate(pairwise(stations), start=1):
+    for number, (low, high) in enumerate(pairwise([0.0, *cuts, length]), start=1):
         kind: SegmentKind = "nose" if high <= front + slack else "base" if low >= back - slack else "wall"
         pieces.append(Segment(f"{kind} {number}" if kind == "wall" else kind, low, high, kind))
-    return check_segments(pieces, length, f"{path}: segments")
+    return check_segments(pieces, length, "segments")

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 
 from burst_fenicsx.errors import InputError
+from burst_fenicsx.kernels.geometry.faces import FACES
 from burst_fenicsx.problem import Part
 
 if TYPE_CHECKING:
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
 
     from burst_fenicsx.geometry import Segment
 
-__all__ = ["CellMesh", "HexahedralMesh", "cell_centres", "cell_volumes", "merge", "part_volumes"]
+__all__ = ["CellMesh", "HexahedralMesh", "cell_centres", "cell_volumes", "merge", "outer_faces", "part_volumes"]
 
 
 _Mesh = TypeVar("_Mesh", bound="CellMesh")
@@ -34,7 +35,7 @@ class CellMesh(ABC):
     nodes : numpy.ndarray, float64, shape (n, 3)
         Coordinates (m).
     cells : numpy.ndarray, int64, shape (m, 8) or (m, 4)
-        Nodes of the cells in VTK order.
+        Nodes of the cells: of hexahedra in tensor-product order, of quadrilaterals counter-clockwise.
     part : numpy.ndarray, int32, shape (m,)
         `Part` of each cell.
     round : numpy.ndarray, int32, shape (m,)
@@ -130,10 +131,7 @@ class HexahedralMesh(CellMesh):
 
         Behind a plane of symmetry lies a cell's own image: there the cell itself is named.
         """
-        from burst_fenicsx.kernels.geometry.faces import (  # kernels are imported where they are used
-            FACES,
-            face_neighbours,
-        )
+        from burst_fenicsx.kernels.geometry.shapes import face_neighbours  # kernels are imported where they are used
 
         found: NDArray[np.int32] = face_neighbours(self.cells, self.places)
         if self.held is not None:
@@ -194,9 +192,9 @@ def cell_centres(mesh: HexahedralMesh) -> NDArray[np.float64]:
 
 def cell_volumes(mesh: HexahedralMesh) -> NDArray[np.float64]:
     """Return the exact volume of each trilinear cell (m3), shape (m,)."""
-    from burst_fenicsx.kernels.geometry.shapes import hexahedron_volumes
+    from burst_fenicsx.kernels.cells.hexahedron import hexahedron_volumes
 
-    volumes: NDArray[np.float64] = hexahedron_volumes(mesh.nodes, mesh.cells)
+    volumes: NDArray[np.float64] = hexahedron_volumes(np.ascontiguousarray(mesh.nodes), mesh.cells.astype(np.int32))
     return volumes
 
 
@@ -204,3 +202,22 @@ def part_volumes(mesh: CellMesh) -> dict[Part, float]:
     """Return the mesh's volume of each part that it has (m3)."""
     totals = np.bincount(mesh.part, weights=mesh.volumes, minlength=len(Part))
     return {part: float(totals[part]) for part in Part if np.any(mesh.part == part)}
+
+
+def outer_faces(mesh: HexahedralMesh, group: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Faces behind which lies no cell of the same group, in the order of the cells.
+
+    Parameters
+    ----------
+    mesh : the mesh; coincident nodes on both sides of a split are one place.
+    group : (cells,) number of each cell's group; cells of a negative group have no faces.
+
+    Returns
+    -------
+    Nodes (faces, 4) with outward order, the cell of each face, and the cell behind it or -1.
+    """
+    neighbours = mesh.neighbours
+    outside = (neighbours < 0) | (group[neighbours] != group[:, None])
+    outside[group < 0] = False
+    cell, side = np.nonzero(outside)
+    return mesh.cells[cell[:, None], FACES[side]], cell, neighbours[cell, side]

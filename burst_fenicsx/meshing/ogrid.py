@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from burst_fenicsx.errors import InputError
+from burst_fenicsx.kernels.geometry.faces import reordered
 from burst_fenicsx.meshing.cut import cut_mesh, cut_section, turn_to
 from burst_fenicsx.meshing.disc import CORE_RADIUS, CORE_SIDE_RADIUS, SectionGrid, section_grid
 from burst_fenicsx.meshing.gmsh_import import read_gmsh
@@ -123,11 +124,11 @@ def mesh_profile(
     section_nodes = len(grid.inner)
     # The layer behind (nearer to the base) holds the cell's lower face, the layer before its upper face.
     front = grid.quads[None] + section_nodes * np.arange(layers)[:, None, None]
-    cells = np.concatenate([front + section_nodes, front], axis=2)
+    cells = reordered(np.concatenate([front + section_nodes, front], axis=2).reshape(-1, 8))
     part, segment, station = _names(profile, stations, grid)
 
     filled = part.ravel() >= 0
-    nodes, used_cells = _used(local.reshape(-1, 3), cells.reshape(-1, 8)[filled])
+    nodes, used_cells = _used(local.reshape(-1, 3), cells[filled])
     mesh = HexahedralMesh(
         nodes=place(nodes, position, axis),
         cells=used_cells,

@@ -18,7 +18,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from burst_fenicsx.kernels.constants import FRONT_CELLS, LONGEST_FRONT
-from burst_fenicsx.kernels.lanes import kernel
 from burst_fenicsx.problem import Part
 
 if TYPE_CHECKING:
@@ -98,13 +97,24 @@ class ShockExposures:
         return bool(self.waits.any())
 
     def update(self, time: float, step: float) -> None:
-        """Add the step (s) that led to the state at `time` (s)."""
-        if len(self._cell):
-            charge = self._fields.charge
-            _add_pulse(
-                time, step, self._cell, charge.pressure, charge.ignition_time, self._floor, self._impedance,
-                self._slope, self.values,
-            )  # fmt: skip
+        """Add the step (s) that led to the state at `time` (s); cells that a front has reached have products."""
+        if not len(self._cell):
+            return
+        charge = self._fields.charge
+        ahead = np.flatnonzero(time < charge.ignition_time[self._cell])
+        pressure, values = charge.pressure[self._cell[ahead]], self.values[ahead]
+        values[:, 0] = np.maximum(values[:, 0], pressure)
+        high = pressure >= self._floor[ahead]
+        impedance, square = self._impedance[ahead], pressure * pressure * step
+        # rho0 U of the shock, by its Hugoniot.
+        steep = 4.0 * self._slope[ahead] * np.maximum(pressure, 0.0)
+        speed = 0.5 * (impedance + np.sqrt(impedance * impedance + steep))
+        pulse = values[:, 4:7] + np.stack([square / speed, square, pressure * step], axis=1)
+        values[:, 4:7] = np.where(high[:, None], pulse, 0.0)
+        strongest = values[:, 4] > values[:, 1]
+        values[strongest, 1:4] = values[strongest, 4:7]
+        values[strongest, 7] = time
+        self.values[ahead] = values
 
     def found(self) -> list[Exposure | None]:
         """Exposure of each round; None for those with ignition points of their own. Collective."""
@@ -181,42 +191,3 @@ def verdict(exposure: Exposure, critical: tuple[float, float] | None, cell_size:
         found["ratio"] = [exposure.energy / low, exposure.energy / high]
         found["verdict"] = "below" if exposure.energy < low else "within" if exposure.energy <= high else "above"
     return found
-
-
-@kernel
-def _add_pulse(
-    time: float,
-    step: float,
-    cell: np.ndarray,
-    pressure: np.ndarray,
-    ignition_time: np.ndarray,
-    floor: np.ndarray,
-    impedance: np.ndarray,
-    slope: np.ndarray,
-    values: np.ndarray,
-) -> None:
-    """Add the step to the pulses of the watched cells, (watched,) and `values` as `COLUMNS`.
-
-    A cell that a front has reached is left out: its pressure is the products' then. `impedance` rho0 c0 (kg/(m2 s)) and
-    `slope` rho0 s (kg/m3) give the shock's rho0 U.
-    """
-    for k in range(cell.size):
-        c = cell[k]
-        if time >= ignition_time[c]:
-            continue
-        p = pressure[c]
-        values[k, 0] = max(values[k, 0], p)
-        if not p >= floor[k]:
-            values[k, 4] = 0.0
-            values[k, 5] = 0.0
-            values[k, 6] = 0.0
-            continue
-        square = p * p * step
-        values[k, 4] += square / (0.5 * (impedance[k] + np.sqrt(impedance[k] * impedance[k] + 4.0 * slope[k] * p)))
-        values[k, 5] += square
-        values[k, 6] += p * step
-        if values[k, 4] > values[k, 1]:
-            values[k, 1] = values[k, 4]
-            values[k, 2] = values[k, 5]
-            values[k, 3] = values[k, 6]
-            values[k, 7] = time

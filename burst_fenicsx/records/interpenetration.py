@@ -14,7 +14,6 @@ from burst_fenicsx.contact.torn_faces import sides_beside
 from burst_fenicsx.errors import NumericalStop
 from burst_fenicsx.kernels.constants import LARGEST_PASSED_FRACTION
 from burst_fenicsx.kernels.contact.search import Bodies, find_candidates
-from burst_fenicsx.kernels.geometry.faces import TENSOR_ORDER
 from burst_fenicsx.problem import Part
 from burst_fenicsx.records.within_rounds import CasingRadii, hold
 
@@ -240,7 +239,7 @@ class InterpenetrationCheck:
             cell = rows[candidate[first[point] + k]]
             counts = ~self._charge[cell] | enclosed[point, fields.mesh.round[cell]]
             point, cell = point[counts], cell[counts]
-            corner = position[fields.mesh.dofmap[cell][:, TENSOR_ORDER]]
+            corner = position[fields.mesh.dofmap[cell]]
             held[point] = hold(corner, points[point], outward[cell], self._overlap)
         return held
 

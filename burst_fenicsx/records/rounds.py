@@ -8,7 +8,7 @@ import numpy as np
 
 from burst_fenicsx.files.snapshot import ExpansionRecord, RoundRecord
 from burst_fenicsx.kernels.constants import GURNEY_VOLUME
-from burst_fenicsx.materials.products import LandauProducts
+from burst_fenicsx.materials.products.landau import LandauProducts
 from burst_fenicsx.problem import Part
 from fragfield_base.burst_snapshot import SegmentRecord
 

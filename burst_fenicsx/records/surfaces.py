@@ -9,8 +9,7 @@ import numpy as np
 
 from burst_fenicsx.axisymmetric.mesh import outer_edges
 from burst_fenicsx.kernels.geometry.faces import area_vectors
-from burst_fenicsx.meshing.faces import outer_faces
-from burst_fenicsx.meshing.mesh import HexahedralMesh
+from burst_fenicsx.meshing.mesh import HexahedralMesh, outer_faces
 from burst_fenicsx.meshing.placement import frame, to_local
 from burst_fenicsx.problem import Part
 

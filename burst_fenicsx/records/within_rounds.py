@@ -83,7 +83,7 @@ def hold(corner: np.ndarray, points: np.ndarray, outward: np.ndarray, overlap: f
 
     Parameters
     ----------
-    corner : (n, 8, 3) m in the order of `FACES`. points : (n, 3) m.
+    corner : (n, 8, 3) m. points : (n, 3) m.
     outward : (n, 6) bool, faces that look out of the body: of these a point must lie deeper than `overlap` (m), or than
         an eighth of a thin cell's width.
     """

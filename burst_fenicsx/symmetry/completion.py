@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
+from burst_fenicsx.kernels.geometry.faces import reordered
 from burst_fenicsx.records.measures import RoundMeasures
 from burst_fenicsx.symmetry.part import reflected
 
@@ -27,8 +28,8 @@ __all__ = ["EXTENSIVE", "POINTS", "STRESSES", "VECTORS", "Completion", "turned_s
 
 Placed = TypeVar("Placed", "Source", "Exposure")
 
-# Corners of a reflected hexahedron (VTK) or quadrilateral in the order in which it is not inverted, by their number.
-_REFLECTED = {8: (3, 2, 1, 0, 7, 6, 5, 4), 4: (3, 2, 1, 0)}
+# Corners of a reflected hexahedron or quadrilateral in the order in which it is not inverted, by their number.
+_REFLECTED = {8: (2, 3, 0, 1, 6, 7, 4, 5), 4: (3, 2, 1, 0)}
 VECTORS = ("velocity", "displacement", "contact_force")
 POINTS = ("position", "reference")
 
@@ -85,7 +86,7 @@ class Completion:
         self._copies: list[_Copy] = []
         self._history_factor = float(part.images)
         if self.trivial:
-            self.nodes, self.cells = len(mesh.nodes), mesh.cells
+            self.nodes, self.cells = len(mesh.nodes), reordered(mesh.cells)
         else:
             self.nodes, self.cells = self._join(mesh)
         self.names = self.cell_fields(
@@ -121,7 +122,7 @@ class Completion:
                     corners = corners[:, _REFLECTED[corners.shape[1]]]
                 cells.append(number[corners])
                 self._copies.append(_Copy(index, mirrors, fresh, own_cells))
-        return count, np.concatenate(cells)
+        return count, reordered(np.concatenate(cells))
 
     def point_fields(self, fields: Mapping[str, NDArray]) -> Arrays:
         """Fields of the whole's nodes from those of the part's: places, vectors (nodes, 3), a stress (nodes, 6)."""

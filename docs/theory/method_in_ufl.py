@@ -22,7 +22,6 @@ from validation.solid.bodies import grid, solver_on
 
 STEEL = load_casing("steel_paper")
 STEP, STEPS = 2.5e-7, 60  # s
-TENSOR_ORDER = [0, 1, 3, 2, 4, 5, 7, 6]  # of a hexahedron's nodes, from VTK's
 
 
 def tube() -> HexahedralMesh:
@@ -112,7 +111,7 @@ def six(tensor: Any) -> list[Any]:
 
 def by_forms(mesh: HexahedralMesh) -> tuple[np.ndarray, np.ndarray]:
     """Positions (m) and velocities (m/s) of the mesh's nodes after all steps, by dolfinx forms."""
-    cells = mesh.cells[:, TENSOR_ORDER]
+    cells = mesh.cells
     domain = compat.create_hexahedral_mesh(MPI.COMM_SELF, cells, mesh.nodes, np.zeros(len(cells), dtype=np.int32))
     centre, points = (ufl.dx(domain, metadata={"quadrature_degree": degree}) for degree in (1, 2))  # 1 and 2x2x2 points
     spaces = compat.vector_space(domain), *(compat.cell_space(domain, size) for size in (9, 6, 8, 1))

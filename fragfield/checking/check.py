@@ -119,7 +119,7 @@ def _prescribed(case: Case, described: Sequence[dict[str, Any]]) -> dict[str, An
 def _meshed(item: Round, settings: BurstSettings, cuts: Sequence[Cut]) -> tuple[CellMesh, MeshQuality]:
     """The mesh on which a round is computed, cut at planes of symmetry, and its quality."""
     from burst_fenicsx.meshing import mesh_round, quality
-    from burst_fenicsx.meshing.split import split_charges
+    from burst_fenicsx.meshing.cut import split_charges
 
     if settings.geometry == "axisymmetric":
         from burst_fenicsx.axisymmetric.mesh import meridian_quality, mesh_meridian
@@ -204,7 +204,8 @@ def _segments(entry: Round) -> Iterator[dict[str, Any]]:
 
 def _products(explosive: Explosive, settings: BurstSettings) -> dict[str, Any]:
     """Constants of the isentrope, and the effective Gurney constant at three expansions."""
-    from burst_fenicsx.materials.products import LandauProducts, make_products
+    from burst_fenicsx.materials.products import make_products
+    from burst_fenicsx.materials.products.landau import LandauProducts
 
     products = make_products(explosive, settings.products)
     if not isinstance(products, LandauProducts):

@@ -77,7 +77,7 @@ def grid(
     axes = [np.linspace(0.0, 1.0, count + 1) for count in counts]
     points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
     number = np.arange(len(points)).reshape([count + 1 for count in counts])
-    corners = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
+    corners = [(x, y, z) for z in (0, 1) for y in (0, 1) for x in (0, 1)]
     windows = [tuple(slice(s, s + n) for s, n in zip(corner, counts, strict=True)) for corner in corners]
     cells = np.stack([number[window].ravel() for window in windows], axis=1).astype(np.int64)
     nodes = mapping(points)

@@ -1,11 +1,11 @@
-"""Boxes that meet each other and hold points, beside NumPy's comparisons."""
+"""Boxes and bounds of faces, beside NumPy's comparisons."""
 
 from __future__ import annotations
 
 import numpy as np
 
+from burst_fenicsx.kernels.geometry.bilinear import bound_faces
 from burst_fenicsx.kernels.geometry.boxes import are_inside, around_rounds, box_around, meet, meet_others
-from burst_fenicsx.kernels.vectors.rows import add_to_rows
 
 RANDOM = np.random.default_rng(5)
 LOW = RANDOM.uniform(-1.0, 1.0, (300, 3))
@@ -78,9 +78,38 @@ def test_points_inside_the_boxes_of_others():
     assert held.any(axis=1).all()
 
 
-def test_rows_named_several_times_are_added_in_turn():
-    rows, values = RANDOM.integers(0, 7, 50), RANDOM.normal(size=(50, 4))
-    found, expected = np.ones((9, 4)), np.ones((9, 4))
-    add_to_rows(values, rows, found)
-    np.add.at(expected, rows, values)
-    np.testing.assert_array_equal(found, expected)
+SQUARE = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]])
+
+
+def bounds_of(corners):
+    """Ball (faces, 5) and corner bounds (faces, 4, 5) of separate faces with corners (faces, 4, 3)."""
+    count = len(corners)
+    position = np.ascontiguousarray(corners.reshape(-1, 3))
+    ball, bound = np.full((count, 5), np.nan), np.full((count, 20), np.nan)
+    faces = np.arange(4 * count, dtype=np.int64).reshape(count, 4)
+    bound_faces(position, np.zeros_like(position), faces, np.arange(count), ball, bound)
+    return ball, bound.reshape(count, 4, 5)
+
+
+def test_a_warped_face_lies_between_its_bounds():
+    """200 faces, more than a run: the bilinear face within the ball, its corners between the bounds of each normal."""
+    rng = np.random.default_rng(5)
+    corners = SQUARE + rng.uniform(-0.2, 0.2, (200, 4, 3)) + rng.uniform(-5.0, 5.0, (200, 1, 3))
+    ball, bound = bounds_of(corners)
+    xi, eta = rng.uniform(-1.0, 1.0, (2, 50))
+    shape = 0.25 * np.stack([(1 - xi) * (1 - eta), (1 + xi) * (1 - eta), (1 + xi) * (1 + eta), (1 - xi) * (1 + eta)])
+    centre = ball[:, None, :3]
+    inner, outer = np.einsum("nk,fni->fki", shape, corners) - centre, corners - centre
+    assert (np.linalg.norm(inner, axis=2) <= ball[:, 3:4]).all()
+    np.testing.assert_allclose(np.linalg.norm(outer, axis=2).max(axis=1), ball[:, 3], rtol=1e-12)
+    for n in range(4):
+        edges = [corners[:, (n + step) % 4] - corners[:, n] for step in (1, -1)]
+        normal = bound[:, n, :3]
+        np.testing.assert_allclose(np.linalg.norm(normal, axis=1), 1.0, rtol=1e-12)
+        for edge in edges:
+            np.testing.assert_allclose(np.einsum("fi,fi->f", normal, edge), 0.0, atol=1e-12)
+        assert (np.linalg.det(np.stack([*edges, normal], axis=1)) > 0.0).all()
+        heights = np.einsum("fki,fi->fk", outer, normal)
+        slack = 1e-9 * ball[:, 3]
+        np.testing.assert_allclose(bound[:, n, 3], heights.min(axis=1) - slack, atol=1e-12)
+        np.testing.assert_allclose(bound[:, n, 4], heights.max(axis=1) + slack, atol=1e-12)

@@ -15,7 +15,7 @@ from mpi4py import MPI
 
 from burst_fenicsx import geometries
 from burst_fenicsx.errors import NumericalStop
-from burst_fenicsx.kernels.cells.charge_pressure import _inverse_cube_root
+from burst_fenicsx.materials.products.landau import inverse_cube_root
 from burst_fenicsx.meshing.placement import place, to_local
 from burst_fenicsx.problem import ContactSettings, Leakage
 from burst_fenicsx.run_burst import simulate
@@ -143,7 +143,6 @@ def test_two_ranks_give_the_speeds_of_one(tmp_path, on_ranks):
             import numpy as np
             from mpi4py import MPI
             from burst_fenicsx import compat, geometries
-            from burst_fenicsx.kernels.geometry.faces import TENSOR_ORDER
             from burst_fenicsx.run_burst import simulate
             from tests.burst_fenicsx.tubes import SETTINGS, tube
 
@@ -156,7 +155,7 @@ def test_two_ranks_give_the_speeds_of_one(tmp_path, on_ranks):
                 mesh = usual(meshes)
                 owner = np.random.default_rng(0).integers(0, 2, len(mesh.cells)).astype(np.int32)
                 nothing = np.zeros((0, 8), np.int64), np.zeros((0, 3)), np.zeros(0, np.int32)
-                whole = mesh.cells[:, TENSOR_ORDER], mesh.nodes, owner
+                whole = mesh.cells, mesh.nodes, owner
                 domain = compat.create_hexahedral_mesh(comm, *(whole if comm.rank == 0 else nothing))
                 found = domain.geometry.index_map().size_global
                 assert found == len(mesh.nodes), (found, len(mesh.nodes))
@@ -186,5 +185,5 @@ def test_two_ranks_give_the_speeds_of_one(tmp_path, on_ranks):
 
 def test_the_kernels_cube_root_is_exact_to_round_off():
     values = np.geomspace(1e-3, 1e6, 2001)
-    roots = np.array([_inverse_cube_root(value) for value in values])
+    roots = np.array([inverse_cube_root(value) for value in values])
     assert np.abs(roots * np.cbrt(values) - 1.0).max() < 1e-15

@@ -11,7 +11,7 @@ pytest.importorskip("dolfinx")
 
 from burst_fenicsx.mechanics.nodal_loads import NodalConstraint
 from burst_fenicsx.meshing import cell_volumes, merge
-from burst_fenicsx.meshing.split import split_charges
+from burst_fenicsx.meshing.cut import split_charges
 from burst_fenicsx.problem import ContactSettings, Hourglass, RigidPlane
 from tests.burst_fenicsx.bodies import BAR, QUIET, ball, bodies, energy, mean_velocity, momentum, moved
 from tests.burst_fenicsx.boxes import BARE, ELASTIC, box, grid

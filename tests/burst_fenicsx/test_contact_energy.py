@@ -14,7 +14,7 @@ pytest.importorskip("dolfinx")
 from burst_fenicsx.errors import NumericalStop
 from burst_fenicsx.kernels.vectors.exact import rounding_constant
 from burst_fenicsx.kernels.vectors.rows import work_on_rows
-from burst_fenicsx.meshing.split import split_charges
+from burst_fenicsx.meshing.cut import split_charges
 from burst_fenicsx.problem import ContactSettings, RigidPlane
 from burst_fenicsx.simulation import Simulation
 from tests.burst_fenicsx.axisymmetric.meridians import ring_burst

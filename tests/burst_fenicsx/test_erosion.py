@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,7 +14,6 @@ from mpi4py import MPI
 from burst_fenicsx.contact import ContactForces
 from burst_fenicsx.errors import NumericalStop
 from burst_fenicsx.files.checkpoint import read_checkpoint, write_checkpoint
-from burst_fenicsx.kernels.cells.erosion import BEFORE
 from burst_fenicsx.mechanics.erosion import erode_at_end
 from burst_fenicsx.mechanics.solver import BurstSolver
 from burst_fenicsx.problem import Part
@@ -229,10 +227,7 @@ def weak_walls(**options):
 
 
 def test_walls_that_tear_keep_momentum_and_throw_nothing(monkeypatch):
-    """Fewer cells are folded in the end, and the fastest metal is no faster than without erosion.
-
-    That is the fastest half per cent of the mass; a single free node that another wall's open side pushes may be.
-    """
+    """Fewer cells are folded in the end, and the fastest half per cent of the mass is no faster than without it."""
     ends = []
     for release in (True, False):
         if not release:
@@ -251,13 +246,12 @@ def test_walls_that_tear_keep_momentum_and_throw_nothing(monkeypatch):
         opened = abs(kinetic + taken - start)
         fast = np.argsort(-speeds)
         exceeded = speeds[fast[np.searchsorted(np.cumsum(fields.mass[fast]), 0.005 * fields.mass.sum())]]
-        ends.append((int(fields.eroded.sum()), int(fields.folded().sum()), exceeded, speeds.max(), opened))
-    (released, folded, fast, fastest, error), (none, before, fast_before, at_most, error_before) = ends
+        ends.append((int(fields.eroded.sum()), int(fields.folded().sum()), exceeded, opened))
+    (released, folded, fast, error), (none, before, fast_before, error_before) = ends
     assert released > 10
     assert none == 0
     assert folded < 0.9 * before
     assert fast < fast_before
-    assert fastest < 1.02 * at_most
     # Crushed to a tenth, coarse cells leave the ledger open by a tenth; torn metal adds nothing to that.
     assert error < error_before
 
@@ -349,60 +343,17 @@ def test_products_leave_the_faces_of_torn_cells_for_good(tmp_path):
     assert (contacts.force[right] == 0.0).all()
 
 
-def test_crushed_products_open_nothing(tmp_path):
-    """A released cell of products is no hole in a wall: surfaces and the charge's contact stay as they were."""
-    tubes = [tube(name="one"), tube(name="two", position=(0.2, 0.0, 0.0))]
-    going = Simulation(tubes, replace(TUBE, symmetry="off"), tmp_path, MPI.COMM_SELF, {})
-    fields, contact = going.fields, going.contact
-    faces = contact.collisions.surfaces.faces.copy()
-    crushed = np.flatnonzero(fields.mesh.part == Part.CHARGE)[::7]
-    flags = np.zeros(fields.mesh.cells, dtype=np.int8)
-    flags[crushed] = BEFORE
-    fields.solid.eroded[:] = fields.blocks.by_slot(flags)
-    going.solver.erode_metal()
-    assert fields.eroded[crushed].all()
-    assert not contact.torn.any()
-    np.testing.assert_array_equal(contact.collisions.surfaces.faces, faces)
-    assert (contact.interface.contacts.off == 0).all()
-
-
-def summary_of_case(folder, source, change, cell_size, **settings):
-    """Summary of the whole burst of a case in which one text is replaced by another."""
-    folder.mkdir(exist_ok=True)
-    path = folder / "case.toml"
-    path.write_text(Path(source).read_text(encoding="utf-8").replace(*change), encoding="utf-8")
-    case = load_case(path, cell_size=cell_size)
-    chosen = replace(burst_settings(case), **settings)
-    going = Simulation(burst_rounds(case), chosen, folder, MPI.COMM_SELF, {})
-    going.run()
-    return going.finish().summary
-
-
-@pytest.mark.slow
-def test_a_charge_that_its_neighbour_has_compressed_burns_to_its_end(tmp_path):
-    """Two M107 with 4 mm cells, one initiated 40 us later: too soft an unreacted charge lost cells at 91 us."""
-    later = 'delays = ["0 us", "0 us"]', 'delays = ["0 us", "40 us"]'
-    summary = summary_of_case(tmp_path, "validation/stack_trends/case.toml", later, "4 mm")
-    assert summary["lost_cells"] == 0
-    assert summary["passed_through"]["largest_together"] < 0.005 * summary["casing_mass"]
-
-
-@pytest.mark.slow
-def test_a_round_of_fine_cells_reaches_its_end(tmp_path):
-    """With 2.5 mm cells the rim of the charge's rear folded where products were kept on torn metal."""
-    whole = "[burst]\n", '[burst]\ngeometry = "3d"\n'
-    summary = summary_of_case(tmp_path, "cases/m107_comp_b.toml", whole, "2.5 mm", end_time=100e-6)
-    assert summary["lost_cells"] == 0
-    assert summary["max_initial_speed"] < 1.2 * summary["speed_quantiles"]["99"]
-
-
 @pytest.mark.slow
 def test_both_quadratures_reach_the_end_of_a_round_and_agree(tmp_path):
     """With 2x2x2 points a cell of the fuze stopped the burst; without hourglass control half of the casing folded."""
     speeds, released = [], []
     for quadrature in ("one_point", "full"):
-        changed = "[burst]\n", f'[burst]\ngeometry = "3d"\nquadrature = "{quadrature}"\n'
-        summary = summary_of_case(tmp_path / quadrature, "cases/m107_tnt.toml", changed, "8 mm", end_time=200e-6)
+        (tmp_path / quadrature).mkdir()
+        case = load_case("cases/m107_tnt.toml", cell_size="8 mm")
+        settings = replace(burst_settings(case), geometry="3d", quadrature=quadrature, end_time=200e-6)
+        going = Simulation(burst_rounds(case), settings, tmp_path / quadrature, MPI.COMM_SELF, {})
+        going.run()
+        summary = going.finish().summary
         assert summary["lost_cells"] == 0
         speeds.append(summary["mean_initial_speed"])
         released.append(summary["released_casing_mass"] / summary["casing_mass"])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,8 +11,8 @@ import pytest
 pytest.importorskip("dolfinx")
 
 from burst_fenicsx.materials.library import load_explosive
-from burst_fenicsx.problem import Round, ShockInitiation
-from burst_fenicsx.records.exposure import COLUMNS, Exposure, ShockExposures, _add_pulse, verdict
+from burst_fenicsx.problem import Part, Round, ShockInitiation
+from burst_fenicsx.records.exposure import COLUMNS, Exposure, ShockExposures, verdict
 from tests.burst_fenicsx import test_initiation as bar
 from tests.burst_fenicsx.boxes import TNT
 
@@ -69,14 +70,14 @@ def test_a_floor_above_the_pressure_leaves_nothing_but_the_peak():
 
 def pulses(pressures, step=1e-7, floor=1e9, ignition=np.inf):
     """Values of one cell after steps at these pressures (Pa)."""
-    values = np.zeros((1, len(COLUMNS)))
-    one = lambda value: np.array([value], dtype=float)  # noqa: E731
+    item = replace(waiting(floor), explosive=replace(TNT, density=1e3, sound_speed=4e3, hugoniot_slope=0.0))
+    charge = SimpleNamespace(pressure=np.zeros(1), ignition_time=np.array([ignition]))
+    mesh = SimpleNamespace(round=np.zeros(1, dtype=int), part=np.array([Part.CHARGE]))
+    exposures = ShockExposures([item], SimpleNamespace(mesh=mesh, charge=charge))
     for k, pressure in enumerate(pressures, start=1):
-        _add_pulse(
-            k * step, step, np.zeros(1, dtype=np.int32), one(pressure), one(ignition), one(floor), one(4e6), one(0.0),
-            values,
-        )  # fmt: skip
-    return dict(zip(COLUMNS, values[0], strict=True))
+        charge.pressure[:] = pressure
+        exposures.update(k * step, step)
+    return dict(zip(COLUMNS, exposures.values[0], strict=True))
 
 
 def test_pulses_are_not_added_and_the_strongest_counts():

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -11,10 +9,11 @@ from hypothesis import strategies as st
 
 from burst_fenicsx.errors import InputError
 from burst_fenicsx.geometry import Segment, load_profile
+from burst_fenicsx.kernels.geometry.faces import reordered
 from burst_fenicsx.materials.library import load_casing, load_explosive
-from burst_fenicsx.meshing import cell_volumes, gmsh_parse, mesh_profile, mesh_round, read_gmsh
+from burst_fenicsx.meshing import cell_volumes, mesh_profile, mesh_round, read_gmsh
 from burst_fenicsx.problem import Part, Round
-from tests.memory import peak_of_script
+from tests.memory import peak_since_reset, reset_peak
 
 meshio = pytest.importorskip("meshio")
 
@@ -27,7 +26,7 @@ def write(path, points, blocks, names=None, version="gmsh22"):
     tags = [np.asarray(tag, dtype=np.int32) for _, _, tag in blocks]
     meshio.Mesh(
         points,
-        [(kind, np.asarray(cells)) for kind, cells, _ in blocks],
+        [(kind, reordered(np.asarray(cells))) for kind, cells, _ in blocks],
         cell_data={"gmsh:physical": tags, "gmsh:geometrical": tags},
         field_data=names,
     ).write(path, file_format=version, binary=False)
@@ -196,7 +195,7 @@ def test_flat_cells_are_passed_over(tmp_path, tube):
 def test_inverted_cell_is_refused_by_number_and_group(tmp_path, tube):
     cells = tube.cells.copy()
     charge = np.flatnonzero(tube.part == Part.CHARGE)[5]
-    cells[charge] = cells[charge, [4, 5, 6, 7, 0, 1, 2, 3]]
+    cells[charge] = cells[charge][[4, 5, 6, 7, 0, 1, 2, 3]]
     path = write(tmp_path / "a.msh", tube.nodes, [("hexahedron", cells, tube.part + 1)])
     with pytest.raises(
         InputError,
@@ -286,43 +285,25 @@ def test_cells_that_are_there_twice_are_refused(tmp_path, tube):
 
 
 @pytest.mark.parametrize(
-    ("section", "old", "new"),
+    ("old", "new"),
     [
-        ("$Nodes", "{nodes}", "200000000"),
-        ("$Nodes", "{nodes}", "99999999999999999999"),
-        ("$Elements", "{cells}", "-5"),
-        ("$PhysicalNames", "3", "1000000000"),
+        ("$Nodes\n{nodes}\n", "$Nodes\n200000000\n"),
+        ("$Nodes\n{nodes}\n", "$Nodes\n99999999999999999999\n"),
+        ("$PhysicalNames\n3\n", "$PhysicalNames\n1000000000\n"),
+        ("{nodes} ", "2000000000 "),  # the reader makes a table as long as the largest number of a node
+        ("$EndElements\n", '$EndElements\n$NodeData\n1\n"x"\n999999999999999\n'),
     ],
 )
-def test_numbers_that_a_file_cannot_hold_are_refused_before_memory_is_taken(tmp_path, tube, section, old, new):
+def test_numbers_that_a_file_cannot_hold_are_refused_before_they_are_believed(tmp_path, tube, old, new):
     path = write_mesh(tmp_path / "tube.msh", tube)
-    old = old.format(nodes=len(tube.nodes), cells=len(tube.cells))
     text = path.read_text()
-    assert f"{section}\n{old}\n" in text
-    path.write_text(text.replace(f"{section}\n{old}\n", f"{section}\n{new}\n"))
-    with pytest.raises(InputError, match=r"tube\.msh: (not a readable gmsh mesh \(.+\)|no hexahedra)"):
-        read_gmsh(path)
-    assert peak_of_script(Path(gmsh_parse.__file__), path) < 1 << 29, "bytes"
-
-
-def test_a_node_number_of_billions_is_refused_before_memory_is_taken(tmp_path, tube):
-    """The reader makes a table as long as the largest number."""
-    path = write_mesh(tmp_path / "tube.msh", tube)
-    lines = path.read_text().splitlines()
-    last = lines.index("$Nodes") + 1 + len(tube.nodes)
-    lines[last] = " ".join(["2000000000", *lines[last].split()[1:]])
-    path.write_text("\n".join(lines))
+    old = old.format(nodes=len(tube.nodes))
+    assert old in text
+    path.write_text(text.replace(old, new, 1))
+    reset_peak()
     with pytest.raises(InputError, match=r"not a readable gmsh mesh \(it declares more than a file of its size can h"):
         read_gmsh(path)
-
-
-@pytest.mark.slow
-def test_a_file_that_is_counted_for_days_is_refused_in_seconds(tmp_path, tube):
-    path = write_mesh(tmp_path / "tube.msh", tube)
-    with path.open("a") as file:
-        file.write('$NodeData\n1\n"x"\n999999999999999\n')
-    with pytest.raises(InputError, match=r"\(it takes longer to read than a file of its size may\)"):
-        read_gmsh(path)
+    assert peak_since_reset() < 1 << 29, "bytes"
 
 
 @settings(max_examples=25, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))

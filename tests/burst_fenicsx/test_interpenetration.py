@@ -17,8 +17,7 @@ from mpi4py import MPI
 from burst_fenicsx.contact.planes import PlaneContact
 from burst_fenicsx.errors import NumericalStop
 from burst_fenicsx.meshing import merge
-from burst_fenicsx.meshing.cut import cut_mesh
-from burst_fenicsx.meshing.split import split_charges
+from burst_fenicsx.meshing.cut import cut_mesh, split_charges
 from burst_fenicsx.problem import ContactSettings, Part, RigidPlane, Round
 from burst_fenicsx.records.interpenetration import LARGEST_PASSED_FRACTION, InterpenetrationCheck
 from burst_fenicsx.records.within_rounds import hold

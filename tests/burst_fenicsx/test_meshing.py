@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,8 @@ import pytest
 
 from burst_fenicsx.errors import InputError
 from burst_fenicsx.geometry import Contour, Fuze, Profile, load_profile, profile_names
-from burst_fenicsx.kernels.geometry.faces import FACES
+from burst_fenicsx.kernels.geometry.faces import FACES, area_vectors, reordered
+from burst_fenicsx.kernels.geometry.shapes import folded_cells
 from burst_fenicsx.materials.library import load_casing, load_explosive
 from burst_fenicsx.meshing import (
     HexahedralMesh,
@@ -27,9 +29,7 @@ from burst_fenicsx.meshing import (
 from burst_fenicsx.meshing.placement import frame, to_local
 from burst_fenicsx.problem import Part, Round
 
-UNIT_CUBE = np.array(
-    [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]], dtype=float
-)
+UNIT_CUBE = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)], dtype=float)
 
 
 def one_cell(corners):
@@ -240,7 +240,7 @@ def test_scaled_jacobian_of_known_cells():
 def test_scaled_jacobian_agrees_with_verdict():
     pyvista = pytest.importorskip("pyvista")
     mesh = mesh_profile(load_profile("m107"), 12e-3)
-    cells = np.column_stack([np.full(len(mesh.cells), 8), mesh.cells]).ravel()
+    cells = np.column_stack([np.full(len(mesh.cells), 8), reordered(mesh.cells)]).ravel()
     grid = pyvista.UnstructuredGrid(cells, np.full(len(mesh.cells), 12), mesh.nodes)
     theirs = grid.cell_quality("scaled_jacobian")["scaled_jacobian"]
     np.testing.assert_allclose(scaled_jacobians(mesh), theirs, rtol=1e-6)
@@ -323,3 +323,44 @@ def test_geometry_meshing_and_library_need_arrays_only():
     )
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+def test_the_cell_behind_a_face_has_the_same_four_nodes():
+    """In a mesh whose nodes have random numbers, two of them twins of one place."""
+    mesh = mesh_profile(load_profile("tube"), 25e-3)
+    number = np.random.default_rng(6).permutation(len(mesh.nodes))
+    cells = number[mesh.cells]
+    twin = len(mesh.nodes)
+    cells = np.where((cells == number[30]) & (np.arange(len(cells)) % 2 == 0)[:, None], twin, cells)
+    place = np.append(np.arange(twin), number[30])
+    found = replace(mesh, cells=cells, nodes=np.zeros((twin + 1, 3)), twins=np.array([[twin, number[30]]])).neighbours
+    corners = [[frozenset(place[cells[cell, side]].tolist()) for side in FACES] for cell in range(len(cells))]
+    of_face = {}
+    for cell, sides in enumerate(corners):
+        for side in sides:
+            of_face.setdefault(side, []).append(cell)
+    for cell, sides in enumerate(corners):
+        for side, nodes in enumerate(sides):
+            behind = [other for other in of_face[nodes] if other != cell]
+            assert found[cell, side] == (behind[0] if behind else -1)
+
+
+def test_faces_of_a_hexahedron_look_outward():
+    for side in FACES:
+        normal = area_vectors(UNIT_CUBE[None, side])[0]
+        assert normal @ (UNIT_CUBE[side].mean(axis=0) - 0.5) == pytest.approx(0.5)
+
+
+def test_a_cell_is_folded_where_the_edges_at_a_corner_have_no_positive_triple_product():
+    """Of hexahedra at random, some of them folded."""
+    random = np.random.default_rng(6)
+    signs = 2.0 * UNIT_CUBE - 1.0
+    found = []
+    for _ in range(60):
+        corners = signs + random.uniform(-1.2, 1.2, (8, 3))
+        edges = [[corners[k ^ (1 << axis)] - corners[k] for axis in range(3)] for k in range(8)]
+        # Of two flips of axes, or none, the product is positive.
+        smallest = (-signs.prod(axis=1) * np.linalg.det(edges)).min()
+        found.append(bool(folded_cells(corners, np.arange(8, dtype=np.int32)[None])[0]))
+        assert found[-1] == (smallest <= 0.0)
+    assert 10 < sum(found) < 50

@@ -15,10 +15,9 @@ from dolfinx import fem
 from mpi4py import MPI
 
 from burst_fenicsx import compat
-from burst_fenicsx.kernels.geometry.faces import TENSOR_ORDER
 from burst_fenicsx.meshing import mesh_round
+from burst_fenicsx.meshing.cut import split_charges
 from burst_fenicsx.meshing.distributed import distribute
-from burst_fenicsx.meshing.split import split_charges
 from tests.burst_fenicsx.boxes import BARE, box, burst
 from tests.burst_fenicsx.tubes import tube
 
@@ -38,7 +37,7 @@ def test_cells_and_nodes_keep_the_order_of_the_mesh():
     spread = distribute(MPI.COMM_SELF, mesh)
     assert np.array_equal(spread.cell, np.arange(len(mesh.cells)))
     assert np.array_equal(spread.node, np.arange(len(mesh.nodes)))
-    assert np.array_equal(spread.dofmap, mesh.cells[:, TENSOR_ORDER])
+    assert np.array_equal(spread.dofmap, mesh.cells)
     assert np.array_equal(spread.domain.geometry.x, mesh.nodes)
     assert np.array_equal(spread.row, spread.domain.topology.original_cell_index)
     assert not np.array_equal(spread.row, spread.cell)
@@ -50,7 +49,7 @@ def test_a_mesh_in_no_order_gets_that_of_dolfinx():
     mesh = shuffled(box((40, 6, 6), (0.04, 0.006, 0.006)))
     spread = distribute(MPI.COMM_SELF, mesh)
     assert np.array_equal(spread.row, np.arange(len(mesh.cells)))
-    assert np.array_equal(spread.node[spread.dofmap], mesh.cells[spread.cell][:, TENSOR_ORDER])
+    assert np.array_equal(spread.node[spread.dofmap], mesh.cells[spread.cell])
     assert np.array_equal(spread.domain.geometry.x, mesh.nodes[spread.node])
     there, given = (np.ptp(dofmap, axis=1).max() for dofmap in (spread.dofmap, mesh.cells))
     assert there < 0.1 * given

@@ -18,9 +18,10 @@ import numpy as np
 from numba.core.registry import cpu_target
 from burst_fenicsx.kernels.step.assembly import make_scratch
 from burst_fenicsx.kernels.cells.one_point import move
-from burst_fenicsx.kernels.cells.rows import STRESS, VELOCITY
+from burst_fenicsx.kernels.cells.layout import STRESS, VELOCITY
 from burst_fenicsx.kernels.lanes import LANES
-from burst_fenicsx.kernels.cells.solid import return_plastic
+from burst_fenicsx.kernels.cells.solid import make_solid
+from burst_fenicsx.materials.solids import tresca
 
 corners = np.array([[(n >> i) & 1 for i in range(3)] for n in range(8)], dtype=float)
 random = np.random.default_rng(7)
@@ -33,8 +34,8 @@ moved = rows.copy()
 rows[:] = 0.0
 rows[STRESS * LANES : (STRESS + 6) * LANES] = 2e9 * random.standard_normal(6 * LANES)
 trial = rows.copy()
-material = np.array([2.05e11, 0.29, 4e8, 9e8, 2.0, 5.0, 0.06, 1.5, 0.1, 0.05])
-return_plastic(material, rows)
+material = np.array([2.05e11, 0.29, 7850.0, 0.06, 1.5, 0.1, 0.05, 0.0, 4e8, 9e8, 2.0, 5.0])
+make_solid(tresca).return_plastic(material, rows)
 assert np.isfinite(moved).all() and np.isfinite(rows).all() and (rows != trial).any()
 name = cpu_target.target_context.codegen().magic_tuple()[1]
 print(name, hashlib.sha256(moved.tobytes() + rows.tobytes()).hexdigest())

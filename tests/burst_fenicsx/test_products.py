@@ -9,7 +9,10 @@ import pytest
 from scipy.integrate import quad
 
 from burst_fenicsx.errors import InputError
-from burst_fenicsx.materials.products import JwlProducts, LandauProducts, make_products
+from burst_fenicsx.materials.products import make_products
+from burst_fenicsx.materials.products.jwl import JwlProducts
+from burst_fenicsx.materials.products.landau import LandauProducts
+from burst_fenicsx.problem import Part
 from tests.burst_fenicsx.boxes import COMP_B, TNT
 
 
@@ -105,3 +108,26 @@ def test_jwl_meets_the_rayleigh_line_at_the_published_pressure(explosive, pressu
     products = make_products(explosive, "jwl")
     found = explosive.density * explosive.detonation_velocity**2 * (1.0 - products.cj_volume)
     assert found == pytest.approx(pressure, rel=0.03)
+
+
+@pytest.mark.dolfinx
+@pytest.mark.parametrize("model", ["jwl", "landau", "landau_cj"])
+@pytest.mark.parametrize("burnt", [0.0, 0.25, 1.0])
+def test_what_a_charge_can_still_give_is_its_heat_until_it_burns(model, burnt):
+    """Products hold all they have at their first volume; work given, less their own heat, closes the balance."""
+    pytest.importorskip("dolfinx")
+    from tests.burst_fenicsx.boxes import BARE, box, burst
+
+    solver = burst(box((1, 1, 1), (4e-3,) * 3, Part.CHARGE), replace(BARE, products=model))
+    fields, volume = solver.fields, 4e-3**3
+    fields.charge.burn_fraction[:] = burnt
+    products = fields.products[0]
+    fields.charge.energy[:] = 0.7 * products.energy
+    left = products.remaining_work(1.0, 0.7 * products.energy)
+    assert model == "jwl" or products.remaining_work(1e6) < 0.05 * left
+    solver.ledger.released[:] = [[0.3 * volume * products.energy, 0.1 * volume * products.energy]]
+    per_volume = burnt * left + (1.0 - burnt) * products.energy + 0.2 * products.energy
+    balance = solver.ledger.products_balances(fields)
+    assert balance == pytest.approx([per_volume / products.energy], rel=1e-9)
+    solver.ledger.chemical_energies[:] = 0.0
+    assert solver.ledger.products_balances(fields).tolist() == [0.0]

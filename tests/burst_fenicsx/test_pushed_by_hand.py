@@ -14,7 +14,7 @@ from burst_fenicsx.contact.planes import nodes_at_planes
 from burst_fenicsx.contact.slide_surface import interface_faces
 from burst_fenicsx.contact.surfaces import contact_surfaces
 from burst_fenicsx.meshing import merge
-from burst_fenicsx.meshing.split import split_charges
+from burst_fenicsx.meshing.cut import split_charges
 from burst_fenicsx.problem import ContactSettings, Part, RigidPlane
 from tests.burst_fenicsx.bodies import QUIET, bodies
 from tests.burst_fenicsx.boxes import BARE, box, burst

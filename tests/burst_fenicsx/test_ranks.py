@@ -31,9 +31,8 @@ from dolfinx import fem
 from mpi4py import MPI
 from burst_fenicsx import compat
 from burst_fenicsx.meshing import merge, mesh_round
-from burst_fenicsx.kernels.geometry.faces import TENSOR_ORDER
 from burst_fenicsx.meshing.distributed import distribute
-from burst_fenicsx.meshing.split import split_charges
+from burst_fenicsx.meshing.cut import split_charges
 from tests.burst_fenicsx.tubes import tube
 
 comm = MPI.COMM_WORLD
@@ -51,7 +50,7 @@ for owner in (None, at_random):  # in runs of cells, and at random
     assert np.array_equal(np.sort(np.concatenate(comm.allgather(spread.cell))), np.arange(len(mesh.cells)))
     assert np.array_equal(spread.all_cell[: spread.cells], spread.cell)
     assert np.array_equal(spread.all_dofmap[: spread.cells], spread.dofmap)
-    assert np.array_equal(spread.node[spread.all_dofmap], mesh.cells[spread.all_cell][:, TENSOR_ORDER])
+    assert np.array_equal(spread.node[spread.all_dofmap], mesh.cells[spread.all_cell])
     assert np.array_equal(spread.all_part, mesh.part[spread.all_cell])
     assert np.array_equal(spread.all_round, mesh.round[spread.all_cell])
     assert np.array_equal(spread.domain.geometry.x, mesh.nodes[spread.node])

@@ -13,7 +13,7 @@ pytest.importorskip("dolfinx")
 from mpi4py import MPI
 
 from burst_fenicsx.mechanics.nodal_loads import NodalConstraint
-from burst_fenicsx.meshing.split import split_charges
+from burst_fenicsx.meshing.cut import split_charges
 from burst_fenicsx.problem import ContactSettings, Part
 from burst_fenicsx.run_burst import simulate
 from fragfield.case import load_case

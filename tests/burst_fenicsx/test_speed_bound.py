@@ -12,7 +12,9 @@ from scipy.integrate import quad, solve_ivp
 pytest.importorskip("dolfinx")
 
 from burst_fenicsx.materials.library import load_explosive
-from burst_fenicsx.materials.products import JwlProducts, LandauProducts, make_products
+from burst_fenicsx.materials.products import make_products
+from burst_fenicsx.materials.products.jwl import JwlProducts
+from burst_fenicsx.materials.products.landau import LandauProducts
 from burst_fenicsx.problem import JonesWilkinsLee
 from burst_fenicsx.records.measures import escape_speed, speeds_and_bound
 from tests.burst_fenicsx.bodies import bodies, moved

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import replace
 
 import numpy as np
@@ -9,9 +10,10 @@ import pytest
 
 pytest.importorskip("dolfinx")
 
+from burst_fenicsx.kernels.step.levels import node_levels, raise_levels
 from burst_fenicsx.mechanics.nodal_loads import NodalConstraint
 from burst_fenicsx.problem import TimeStep
-from tests.burst_fenicsx.boxes import BARE, ELASTIC, burst, grid, run_until
+from tests.burst_fenicsx.boxes import BARE, ELASTIC, box, burst, grid, run_until
 
 pytestmark = pytest.mark.dolfinx
 
@@ -159,3 +161,52 @@ def test_far_fewer_steps_of_cells_are_made():
     for solver in (own, every):
         run_until(solver, 2.0 * np.pi / frequency)
     assert own.cell_steps < 0.5 * every.cell_steps
+
+
+def test_the_step_grows_by_a_twentieth_at_most():
+    """After a short step the next ones grow slowly, however long the cells would bear them."""
+    solver = burst(box((1, 1, 1), (4e-3,) * 3), replace(BARE, time_step=TimeStep(subcycling=False)))
+    solver.control.uncut_step = 1e-10
+    steps = []
+    for _ in range(40):
+        solver.step()
+        steps.append(solver.time_step)
+    growth = np.array(steps[1:]) / steps[:-1]
+    assert growth.max() <= 1.05 * (1.0 + 1e-12)
+    assert steps[-1] > 5.0 * steps[0]
+    assert steps[0] <= 1.05e-10 * (1.0 + 1e-12)
+
+
+def test_contacts_step_is_a_share_of_the_steps_of_the_cells():
+    """Seven tenths of the step that the smallest cell takes: in proportion to its edge and to the share of CFL."""
+    found = {}
+    for size, cfl in ((0.01, 0.8), (0.02, 0.8), (0.01, 0.4)):
+        solver = burst(box((2, 2, 2), (size, size, size)), replace(BARE, time_step=TimeStep(cfl=cfl)))
+        found[size, cfl] = solver.control.contact_step
+        assert solver.control.contact_step == pytest.approx(0.7 * cfl * solver.control.stable_step, rel=1e-12)
+        assert solver.control.stable_step > 0.0
+    assert found[0.02, 0.8] == pytest.approx(2.0 * found[0.01, 0.8], rel=1e-9)
+    assert found[0.01, 0.4] == pytest.approx(0.5 * found[0.01, 0.8], rel=1e-9)
+
+
+def mesh_and_levels(seed=0):
+    """Hexahedra with random levels: nodes of each cell (cells, 8), and levels (cells,)."""
+    mesh = box((4, 3, 2), (4.0, 3.0, 2.0))
+    return mesh.cells.astype(np.int32), np.random.default_rng(seed).integers(0, 6, len(mesh.cells)).astype(np.int8)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_levels_are_raised_until_neighbours_differ_by_one_and_no_farther(seed):
+    """The lowest levels not below the given ones: the highest of those of all cells less the cells between."""
+    cells, given = mesh_and_levels(seed)
+    level, nodes = given.copy(), int(cells.max()) + 1
+    finest, coarsest = np.empty(nodes, dtype=np.int8), np.empty(nodes, dtype=np.int8)
+    raised = None
+    while raised != 0:
+        node_levels(cells, level, finest, coarsest)
+        before = level.copy()
+        raised = raise_levels(cells, finest, level)
+        assert raised == (level != before).sum()
+    index = np.array(list(itertools.product(range(4), range(3), range(2))))
+    apart = np.abs(index[:, None] - index[None]).max(axis=2)  # cells that share a node are one apart
+    np.testing.assert_array_equal(level, (given[None] - apart).max(axis=1))

@@ -20,7 +20,7 @@ from burst_fenicsx.contact.slide_surface import faces_of, interface_faces, make_
 from burst_fenicsx.contact.surfaces import contact_surfaces
 from burst_fenicsx.contact.torn_faces import TornFaces, sides_beside
 from burst_fenicsx.meshing import merge
-from burst_fenicsx.meshing.split import split_charges
+from burst_fenicsx.meshing.cut import split_charges
 from burst_fenicsx.problem import ContactSettings, Part, RigidPlane
 from tests.burst_fenicsx.boxes import BARE, box, burst, grid
 

@@ -180,9 +180,10 @@ def test_cut_rounds_are_completed_to_the_whole_mesh(name):
 
 
 def _volumes(nodes, cells):
-    from burst_fenicsx.kernels.geometry.shapes import hexahedron_volumes
+    from burst_fenicsx.kernels.cells.hexahedron import hexahedron_volumes
+    from burst_fenicsx.kernels.geometry.faces import reordered
 
-    return hexahedron_volumes(np.ascontiguousarray(nodes), np.ascontiguousarray(cells))
+    return hexahedron_volumes(np.ascontiguousarray(nodes), reordered(cells).astype(np.int32))
 
 
 def test_reflection_of_vectors_and_stresses():

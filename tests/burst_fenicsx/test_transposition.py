@@ -8,28 +8,35 @@ from numba.core.errors import TypingError
 
 from burst_fenicsx.kernels.lanes import LANES, kernel
 from burst_fenicsx.kernels.vectors.nodal_values import add_nodal_forces, gather, gather_means
-from burst_fenicsx.kernels.vectors.transposition import WIDTH, add_triples, address, load_triples, places, store_triples
+from burst_fenicsx.kernels.vectors.transposition import (
+    WIDTH,
+    add_triples,
+    address,
+    addresses,
+    load_triples,
+    store_triples,
+)
 
 
 @kernel
 def there(field, index, rows):
     """Load eight vectors."""
     chosen = (index[0], index[1], index[2], index[3], index[4], index[5], index[6], index[7])
-    load_triples(places(address(field), np.uint64(24), chosen), rows, 0)
+    load_triples(addresses(address(field), np.uint64(24), chosen), rows, 0)
 
 
 @kernel
 def back(rows, index, field):
     """Store eight vectors."""
     chosen = (index[0], index[1], index[2], index[3], index[4], index[5], index[6], index[7])
-    store_triples(rows, 0, places(address(field), np.uint64(24), chosen))
+    store_triples(rows, 0, addresses(address(field), np.uint64(24), chosen))
 
 
 @kernel
 def onto(rows, index, field):
     """Add eight vectors."""
     chosen = (index[0], index[1], index[2], index[3], index[4], index[5], index[6], index[7])
-    add_triples(rows, 0, places(address(field), np.uint64(24), chosen))
+    add_triples(rows, 0, addresses(address(field), np.uint64(24), chosen))
 
 
 @pytest.fixture

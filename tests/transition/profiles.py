@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from burst_fenicsx.kernels.geometry.faces import reordered
 from burst_fenicsx.meshing import cell_volumes, mesh_profile
 from burst_fenicsx.meshing.sizing import FEWEST_WALL_CELLS, layer_stations
 from burst_fenicsx.problem import Part
@@ -77,8 +78,9 @@ def hexahedral_snapshot(profile: Profile, size: float) -> Snapshot:
     flat = now[:, :2] * (outward / np.maximum(radius, 1e-12))[:, None]
     mass = cell_volumes(mesh) * np.where(mesh.part == Part.CHARGE, TNT, STEEL)
     return _snapshot(
-        profile, mesh.nodes, now, np.column_stack([flat, axial]), mesh.cells, mesh.part, mesh.segment, mass, "3d"
-    )
+        profile, mesh.nodes, now, np.column_stack([flat, axial]), reordered(mesh.cells), mesh.part, mesh.segment,
+        mass, "3d",
+    )  # fmt: skip
 
 
 def _snapshot(profile, reference, position, speed, cells, part, segment, mass, geometry) -> Snapshot:

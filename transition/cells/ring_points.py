@@ -4,8 +4,7 @@ The state goes straight to points around the axis; no hexahedra stand between. A
 stage lumps it, by r dA over its reference quadrilateral. Its points share the mass equally and are placed by that
 measure (`kernels.sampling`); every block of four begins at an azimuth of its own, so that the fragments show
 neither sectors nor columns of cells. Mass, axial momentum, centre of mass and mean radial speed are those of every ring
-to round-off. Opposite points come in pairs:
-transverse momentum is zero to round-off.
+to round-off. Opposite points come in pairs, so that transverse momentum is zero.
 
 The number of points follows the same rule as that of hexahedra (`transition.cells.cell_points`).
 """

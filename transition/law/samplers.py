@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Draw", "Graded", "Quantile", "Sampler"]
 
-_LEAST_MASS = 1e-12  # kg: the law has pieces of any smallness, and a file of fragments has none below 1e-15 kg
+_MIN_MASS = 1e-12  # kg: the law has pieces of any smallness, and a file of fragments has none below 1e-15 kg
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +73,7 @@ class Quantile:
         whole = int(number)
         whole += int(generator.random() < number - whole)
         survival = (np.arange(whole) + 1.0 - generator.random(whole)) / whole
-        drawn = np.maximum(law.inverse(survival), _LEAST_MASS)
+        drawn = np.maximum(law.inverse(survival), _MIN_MASS)
         closure = mass / drawn.sum()
         return Draw(np.sort(drawn * closure)[::-1], 0.0, float(closure), "quantile")
 

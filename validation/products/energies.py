@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.integrate import quad
 
-from burst_fenicsx.materials.products import JwlProducts, LandauProducts
+from burst_fenicsx.materials.products.jwl import JwlProducts
+from burst_fenicsx.materials.products.landau import LandauProducts
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -9,6 +9,7 @@ import numpy as np
 from mpi4py import MPI
 
 from burst_fenicsx.contact import ContactForces
+from burst_fenicsx.kernels.geometry.faces import reordered
 from burst_fenicsx.materials.library import load_explosive
 from burst_fenicsx.mechanics.detonation import AxialSlices
 from burst_fenicsx.mechanics.fields import make_fields
@@ -85,7 +86,7 @@ def _mesh(nodes: NDArray[Any], cells: NDArray[Any]) -> HexahedralMesh:
     height = float(nodes[:, 2].max())
     return HexahedralMesh(
         nodes=nodes,
-        cells=cells.astype(np.int64),
+        cells=reordered(cells.astype(np.int64)),
         part=np.full(len(cells), Part.CASING, dtype=np.int32),
         round=np.zeros(len(cells), dtype=np.int32),
         segment=np.zeros(len(cells), dtype=np.int32),

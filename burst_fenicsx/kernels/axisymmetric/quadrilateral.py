@@ -9,7 +9,8 @@ integral of N_a over 2 pi dA,
 
 the analogue of the hexahedron with the mean gradient of Flanagan and Belytschko (1981). The trace of L is (dV/dt) / V,
 so a pressure does exactly p dV of work, and the axial forces of a cell add up to nothing. The hourglass vector
-gamma = h - (h.r) br / V - (h.z) bz / V is free of linear fields.
+gamma = h - (h.r) br / V - (h.z) bz / V is free of linear fields. The coefficients of hourglass control are chosen so
+that its mode decays and oscillates as in a cube of the same size; they are bounded by what the step lets a cell bear.
 """
 
 from __future__ import annotations
@@ -18,50 +19,51 @@ from typing import NamedTuple
 
 import numpy as np
 
-from burst_fenicsx.kernels.cells.rows import (
-    DILATATION,
-    FREQUENCY,
-    GRADIENT,
-    HOURGLASS_MODES,
-    HOURGLASS_RATE,
-    MASS,
-    POSITION,
-    RATE,
-    VOLUME,
-)
-from burst_fenicsx.kernels.cells.single_point import MIN_VOLUME, POINTS, add_point, end_points, move_point
+from burst_fenicsx.kernels.cells import layout as at
+from burst_fenicsx.kernels.cells.one_point import resist_mode
+from burst_fenicsx.kernels.constants import MOST_DAMPED
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function, widest_vectors
 from burst_fenicsx.kernels.state import Grid, Nodes
-from burst_fenicsx.kernels.vectors.tensors import Symmetric, Vector, store_matrix, store_vector
+from burst_fenicsx.kernels.vectors.tensors import (
+    Matrix,
+    Symmetric,
+    Vector,
+    apply,
+    dot,
+    load_vector,
+    scaled,
+    store_matrix,
+    store_vector,
+)
 
 __all__ = [
-    "AREA",
-    "GAMMA_SQUARE",
-    "MIN_VOLUME",
-    "POINTS",
     "AxisymmetricState",
     "Four",
     "add_forces",
-    "add_point",
-    "end_points",
+    "bound",
+    "dashpots",
     "gather",
+    "may_exceed",
     "move",
-    "move_point",
     "ring_integrals",
     "ring_volume",
+    "set_damping",
+    "set_stiffness",
+    "springs_and_dashpots",
     "store_forces",
+    "turn_stored",
 ]
 
 Four = tuple[float, float, float, float]
 
 
 # Rows of the scratch besides those of `cells.rows`. Nodal values: four rows of radial, then four of axial ones.
-_VELOCITY = POSITION + 8
-_BR, _BZ, _A = GRADIENT, GRADIENT + 4, GRADIENT + 8  # m2
-_INVERSE_SHARE = GRADIENT + 12  # inverse of the cell's share of its nodes' masses, 4 rows, 1/kg
-_MODE_R, _MODE_Z = HOURGLASS_MODES, HOURGLASS_MODES + 1  # hourglass mode of the positions, m
-AREA = HOURGLASS_MODES + 2  # of the quadrilateral, m2
-GAMMA_SQUARE = HOURGLASS_MODES + 3  # sum over the nodes of gamma^2 times the inverse share, 1/kg
+_VELOCITY = at.POSITION + 8
+_BR, _BZ, _A = at.GRADIENT, at.GRADIENT + 4, at.GRADIENT + 8  # m2
+_INVERSE_SHARE = at.GRADIENT + 12  # inverse of the cell's share of its nodes' masses, 4 rows, 1/kg
+_MODE_R, _MODE_Z = at.HOURGLASS_MODES, at.HOURGLASS_MODES + 1  # hourglass mode of the positions, m
+_AREA = at.HOURGLASS_MODES + 2  # of the quadrilateral, m2
+_GAMMA_SQUARE = at.HOURGLASS_MODES + 3  # sum over the nodes of gamma^2 times the inverse share, 1/kg
 
 
 class AxisymmetricState(NamedTuple):
@@ -138,11 +140,11 @@ def gather(block: int, nodes: Nodes, grid: Grid, element: AxisymmetricState, scr
     level, dofmap = grid.level[block], grid.dofmap
     for lane in range(LANES):
         cell = np.uint64(grid.cells[block, lane])
-        scratch[MASS * LANES + lane] = grid.mass[block * LANES + lane]
+        scratch[at.MASS * LANES + lane] = grid.mass[block * LANES + lane]
         for n in range(4):
             node = np.uint64(dofmap[cell, n])
-            scratch[(POSITION + n) * LANES + lane] = nodes.position[node, 0]
-            scratch[(POSITION + 4 + n) * LANES + lane] = nodes.position[node, 2]
+            scratch[(at.POSITION + n) * LANES + lane] = nodes.position[node, 0]
+            scratch[(at.POSITION + 4 + n) * LANES + lane] = nodes.position[node, 2]
             if nodes.finest[node] > level:
                 scratch[(_VELOCITY + n) * LANES + lane] = nodes.mean[node, 0]
                 scratch[(_VELOCITY + 4 + n) * LANES + lane] = nodes.mean[node, 2]
@@ -164,7 +166,7 @@ def move(step: float, scratch: np.ndarray) -> None:
     """
     widest_vectors()
     for lane in range(LANES):
-        r, z = _load(scratch, POSITION, lane), _load(scratch, POSITION + 4, lane)
+        r, z = _load(scratch, at.POSITION, lane), _load(scratch, at.POSITION + 4, lane)
         vr, vz = _load(scratch, _VELOCITY, lane), _load(scratch, _VELOCITY + 4, lane)
         h = 0.5 * step
         middle_r = (r[0] - h * vr[0], r[1] - h * vr[1], r[2] - h * vr[2], r[3] - h * vr[3])
@@ -173,19 +175,19 @@ def move(step: float, scratch: np.ndarray) -> None:
         over = 1.0 / volume
         rr, rz, zr, zz = over * _dot(br, vr), over * _dot(bz, vr), over * _dot(br, vz), over * _dot(bz, vz)
         hoop = over * _dot(a, vr)
-        store_matrix(((rr, 0.0, rz), (0.0, hoop, 0.0), (zr, 0.0, zz)), scratch, RATE, lane)
-        scratch[DILATATION * LANES + lane] = rr + hoop + zz
+        store_matrix(((rr, 0.0, rz), (0.0, hoop, 0.0), (zr, 0.0, zz)), scratch, at.RATE, lane)
+        scratch[at.DILATATION * LANES + lane] = rr + hoop + zz
         hr = middle_r[0] - middle_r[1] + middle_r[2] - middle_r[3]
         hz = middle_z[0] - middle_z[1] + middle_z[2] - middle_z[3]
         qr = vr[0] - vr[1] + vr[2] - vr[3] - rr * hr - rz * hz
         qz = vz[0] - vz[1] + vz[2] - vz[3] - zr * hr - zz * hz
-        store_vector((qr, 0.0, qz), scratch, HOURGLASS_RATE, lane)
+        store_vector((qr, 0.0, qz), scratch, at.HOURGLASS_RATE, lane)
 
         br, bz, a, volume, area = ring_integrals(r, z)
         _store(br, scratch, _BR, lane)
         _store(bz, scratch, _BZ, lane)
         _store(a, scratch, _A, lane)
-        scratch[VOLUME * LANES + lane], scratch[AREA * LANES + lane] = volume, area
+        scratch[at.VOLUME * LANES + lane], scratch[_AREA * LANES + lane] = volume, area
         w = _load(scratch, _INVERSE_SHARE, lane)
         u0, u1 = w[0] if r[0] > 0.0 else 0.0, w[1] if r[1] > 0.0 else 0.0
         u2, u3 = w[2] if r[2] > 0.0 else 0.0, w[3] if r[3] > 0.0 else 0.0
@@ -195,13 +197,13 @@ def move(step: float, scratch: np.ndarray) -> None:
         rz = g0 * bz[0] * u0 + g1 * bz[1] * u1 + g2 * bz[2] * u2 + g3 * bz[3] * u3
         largest = 0.5 * (rr + zz) + np.sqrt(0.25 * (rr - zz) * (rr - zz) + rz * rz)
         over = 1.0 / volume
-        scratch[FREQUENCY * LANES + lane] = 0.5 * over * np.sqrt(scratch[MASS * LANES + lane] * largest)
+        scratch[at.FREQUENCY * LANES + lane] = 0.5 * over * np.sqrt(scratch[at.MASS * LANES + lane] * largest)
         hr, hz = r[0] - r[1] + r[2] - r[3], z[0] - z[1] + z[2] - z[3]
         scratch[_MODE_R * LANES + lane], scratch[_MODE_Z * LANES + lane] = hr, hz
         hr, hz = over * hr, over * hz
         y0, y1 = 1.0 - hr * br[0] - hz * bz[0], -1.0 - hr * br[1] - hz * bz[1]
         y2, y3 = 1.0 - hr * br[2] - hz * bz[2], -1.0 - hr * br[3] - hz * bz[3]
-        scratch[GAMMA_SQUARE * LANES + lane] = y0 * y0 * w[0] + y1 * y1 * w[1] + y2 * y2 * w[2] + y3 * y3 * w[3]
+        scratch[_GAMMA_SQUARE * LANES + lane] = y0 * y0 * w[0] + y1 * y1 * w[1] + y2 * y2 * w[2] + y3 * y3 * w[3]
 
 
 @lane_function
@@ -218,7 +220,7 @@ def store_forces(
     `stress` (Pa) with the viscous pressure taken off; `resistance` the generalised hourglass force (N).
     """
     br, bz, a = _load(scratch, _BR, lane), _load(scratch, _BZ, lane), _load(scratch, _A, lane)
-    over = 1.0 / scratch[VOLUME * LANES + lane]
+    over = 1.0 / scratch[at.VOLUME * LANES + lane]
     hr, hz = over * scratch[_MODE_R * LANES + lane], over * scratch[_MODE_Z * LANES + lane]
     srr, stt, szz, _, _, srz = stress
     qr, qz = share * resistance[0], share * resistance[2]
@@ -233,7 +235,7 @@ def store_forces(
             rr * br[3] + rz * bz[3] - hoop * a[3] + qr,
         ),
         scratch,
-        POSITION,
+        at.POSITION,
         lane,
     )
     _store(
@@ -244,7 +246,7 @@ def store_forces(
             zr * br[3] + zz * bz[3] + qz,
         ),
         scratch,
-        POSITION + 4,
+        at.POSITION + 4,
         lane,
     )
 
@@ -255,5 +257,55 @@ def add_forces(count: int, cells: np.ndarray, dofmap: np.ndarray, scratch: np.nd
     for n in range(4):
         for lane in range(count):
             node = np.uint64(dofmap[np.uint64(cells[lane]), n])
-            force[node, 0] += scratch[(POSITION + n) * LANES + lane]
-            force[node, 2] += scratch[(POSITION + 4 + n) * LANES + lane]
+            force[node, 0] += scratch[(at.POSITION + n) * LANES + lane]
+            force[node, 2] += scratch[(at.POSITION + 4 + n) * LANES + lane]
+
+
+@lane_function
+def turn_stored(rotation: Matrix, scratch: np.ndarray, lane: int) -> None:
+    """Turn the stored elastic force with the cell."""
+    store_vector(apply(rotation, load_vector(scratch, at.HOURGLASS_FORCE, lane)), scratch, at.HOURGLASS_FORCE, lane)
+
+
+@lane_function
+def set_damping(viscous: float, sound: float, scratch: np.ndarray, lane: int) -> float:
+    """Set the viscous coefficient of a lane from the dimensionless one."""
+    damping = viscous * scratch[at.MASS * LANES + lane] * sound * scratch[at.FREQUENCY * LANES + lane]
+    scratch[at.DAMPING * LANES + lane] = damping
+    return damping
+
+
+@lane_function
+def set_stiffness(fraction: float, modulus: float, step: float, scratch: np.ndarray, lane: int) -> float:
+    """Set the spring's coefficient of a lane for a step (s), `modulus` (Pa) that of a plane wave."""
+    stiffness = fraction / 9.0 * modulus * step * scratch[at.VOLUME * LANES + lane] / scratch[_AREA * LANES + lane]
+    scratch[at.SPRING * LANES + lane] = stiffness
+    return stiffness
+
+
+@lane_function
+def may_exceed(coefficient: float, per_step: float, scratch: np.ndarray, lane: int) -> bool:  # noqa: ARG001
+    """Yes: the limit costs little."""
+    return True
+
+
+@block_kernel
+def bound(step: float, needed: bool, scratch: np.ndarray) -> None:  # noqa: ARG001
+    """Find the hourglass coefficient that the step (s) lets each cell bear."""
+    per_step = 1.0 / step if step > 0.0 else np.inf
+    for lane in range(LANES):
+        scratch[at.COEFFICIENT_LIMIT * LANES + lane] = per_step / scratch[_GAMMA_SQUARE * LANES + lane]
+
+
+@lane_function
+def dashpots(scratch: np.ndarray, lane: int) -> tuple[Vector, float]:
+    """Viscous force (N) against the mode and its power (W)."""
+    rate = load_vector(scratch, at.HOURGLASS_RATE, lane)
+    damping = min(scratch[at.DAMPING * LANES + lane], MOST_DAMPED * scratch[at.COEFFICIENT_LIMIT * LANES + lane])
+    return scaled(damping, rate), damping * dot(rate, rate)
+
+
+@lane_function
+def springs_and_dashpots(scratch: np.ndarray, lane: int) -> tuple[Vector, float]:
+    """Elastic and viscous force (N) against the mode and its power (W)."""
+    return resist_mode(0, scratch, lane)

@@ -1,22 +1,21 @@
 """The step of a block of cells, one routine for every element and every material.
 
-An element is two modules, a material one; what they have to offer:
+What a module of an element and one of a material have to offer:
 
-Kinematics (`one_point`, `eight_points`, `axisymmetric.quadrilateral`)
-    POINTS, MIN_VOLUME (row) : points at which the material is asked; smallest volume that a point stands for (m3).
+Element (`one_point`, `eight_points`, `axisymmetric.quadrilateral`)
     gather, move : nodal values into the scratch; the cells' mean motion in the step and their shape after it.
-    move_point, add_point, end_points : motion at one of several points, what its stress adds, and what is left of all.
+    POINTS, MIN_VOLUME (row) : with several points, their number; smallest volume that a point stands for (m3).
+    move_point, add_point, end_points : with several, motion at one, what its stress adds, and what is left of all.
     store_forces, add_forces : nodal forces of a mean stress and of hourglass forces; into the nodes' sums.
-
-Hourglass control (`hourglass`, `eight_points`, `axisymmetric.ring_hourglass`)
-    turn_stored : stored forces turned with the cell.
+    turn_stored : stored forces of hourglass control turned with the cell.
     set_damping, set_stiffness : coefficients of a lane; both return what the step must bear of a vector of square one.
     may_exceed, bound : whether that may be too much; upper limits of the coefficients.
     dashpots, springs_and_dashpots : generalised forces against the modes (N) and their power (W).
 
-Material (`solid`, `charge`)
+Material (`solid.make_solid`, `charge`)
     PARAMETERS, HAS_SPRINGS : columns of its table; whether its hourglass control has springs.
-    load, load_point, make_update, store_point, store : the cells' state into the scratch, through the step, and back.
+    load, make_update, store : the cells' state into the scratch, through the step, and back.
+    load_point, store_point : the state of one point, where there is any.
     elasticity, sound_speeds, total_stress : for the stable step, viscosity and forces.
     erode, clear_state : of cells that are no continuum any more, see `erosion`.
 """
@@ -27,17 +26,21 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from burst_fenicsx.kernels.cells import layout as at
 from burst_fenicsx.kernels.cells.erosion import drop_forces, freeze_cells
-from burst_fenicsx.kernels.cells.rows import DILATATION, FREQUENCY, MASS, POWER, STABLE, VISCOUS, VOLUME
+from burst_fenicsx.kernels.cells.solid import make_solid
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, inlined_kernel, lane_function, widest_vectors
 from burst_fenicsx.kernels.vectors.exact import quantise
+from burst_fenicsx.materials import laws
 
 if TYPE_CHECKING:
     from types import ModuleType
 
-    from burst_fenicsx.kernels.state import Grid, Nodes
+    from burst_fenicsx.kernels.state import Grid, Nodes, SolidState
 
-__all__ = ["make_block", "viscosity_and_step"]
+__all__ = ["make_block", "make_solid_block", "viscosity_and_step"]
+
+_LAW = at.SOLID_PARAMETERS.index("law")
 
 
 @lane_function
@@ -75,18 +78,29 @@ def _lower_limits(cell: int, stable: float, volume: float, share: float, limits:
         limits[2] = cell
 
 
-def make_block(kinematics: ModuleType, hourglass: ModuleType, material: ModuleType) -> Any:  # noqa: ANN401
+@lane_function
+def _nothing(*_: Any) -> None:
+    """What an element of one point does for its points, and a material whose points have no state."""
+
+
+def make_block(element: ModuleType, material: Any) -> Any:  # noqa: ANN401
     """Kernel that advances a block of cells of one element and one material.
 
     It is compiled into its caller, and so are the parts of the element and the material that work on one lane: the
     loops over the lanes are vectorised as if they had been written out for this pair.
     """
-    update = material.make_update(hourglass.turn_stored)
-    resistance_of = hourglass.springs_and_dashpots if material.HAS_SPRINGS else hourglass.dashpots
+    update = material.make_update(element.turn_stored)
+    resistance_of = element.springs_and_dashpots if material.HAS_SPRINGS else element.dashpots
     linear, quadratic = (material.PARAMETERS.index(f"{name}_viscosity") for name in ("linear", "quadratic"))
     springs, damping = material.HAS_SPRINGS, material.PARAMETERS.index("hourglass_viscous")
     stiffness = material.PARAMETERS.index("hourglass_stiffness") if springs else 0
-    points, min_volume = kinematics.POINTS, kinematics.MIN_VOLUME
+    points, min_volume = getattr(element, "POINTS", 1), getattr(element, "MIN_VOLUME", at.VOLUME)
+    move_point, add_point, end_points = (
+        getattr(element, name, _nothing) for name in ("move_point", "add_point", "end_points")
+    )
+    load, store, erode, clear_state = material.load, material.store, material.erode, material.clear_state
+    load_point, store_point = (getattr(material, name, _nothing) for name in ("load_point", "store_point"))
+    elasticity, sound_speeds, total_stress = material.elasticity, material.sound_speeds, material.total_stress
 
     @block_kernel
     def stiffen(step: float, next_dt: float, parameters: np.ndarray, scratch: np.ndarray) -> int:
@@ -95,27 +109,27 @@ def make_block(kinematics: ModuleType, hourglass: ModuleType, material: ModuleTy
         Their limits depend on the next step, `next_dt` (s).
         """
         widest_vectors()
-        constants = material.elasticity(parameters)
+        constants = elasticity(parameters)
         per_step = 1.0 / next_dt if next_dt > 0.0 else np.inf
         count = 0
         for lane in range(LANES):
-            density = scratch[MASS * LANES + lane] / scratch[VOLUME * LANES + lane]
-            sound, fastest = material.sound_speeds(density, constants, parameters, scratch, lane)
+            density = scratch[at.MASS * LANES + lane] / scratch[at.VOLUME * LANES + lane]
+            sound, fastest = sound_speeds(density, constants, parameters, scratch, lane)
             viscous, stable = viscosity_and_step(
-                scratch[DILATATION * LANES + lane],
-                1.0 / scratch[FREQUENCY * LANES + lane],
+                scratch[at.DILATATION * LANES + lane],
+                1.0 / scratch[at.FREQUENCY * LANES + lane],
                 density,
                 sound,
                 fastest,
                 parameters[linear],
                 parameters[quadratic],
             )
-            scratch[VISCOUS * LANES + lane] = viscous
-            scratch[STABLE * LANES + lane] = stable
-            most = hourglass.set_damping(parameters[damping], sound, scratch, lane)
+            scratch[at.VISCOUS * LANES + lane] = viscous
+            scratch[at.STABLE * LANES + lane] = stable
+            most = element.set_damping(parameters[damping], sound, scratch, lane)
             if springs:
-                most = max(most, hourglass.set_stiffness(parameters[stiffness], constants[0], step, scratch, lane))
-            count += 1 if hourglass.may_exceed(most, per_step, scratch, lane) else 0
+                most = max(most, element.set_stiffness(parameters[stiffness], constants[0], step, scratch, lane))
+            count += 1 if element.may_exceed(most, per_step, scratch, lane) else 0
         return count
 
     @block_kernel
@@ -124,8 +138,8 @@ def make_block(kinematics: ModuleType, hourglass: ModuleType, material: ModuleTy
         widest_vectors()
         for lane in range(LANES):
             resistance, power = resistance_of(scratch, lane)
-            scratch[POWER * LANES + lane] = power
-            kinematics.store_forces(material.total_stress(scratch, lane), resistance, share, rounding, scratch, lane)
+            scratch[at.POWER * LANES + lane] = power
+            element.store_forces(total_stress(scratch, lane), resistance, share, rounding, scratch, lane)
 
     @block_kernel
     def add_work(
@@ -135,12 +149,12 @@ def make_block(kinematics: ModuleType, hourglass: ModuleType, material: ModuleTy
         slot = block * LANES
         heat = power = 0.0
         for lane in range(grid.filled[block]):
-            volume, viscous = scratch[VOLUME * LANES + lane], scratch[VISCOUS * LANES + lane]
-            stable = scratch[STABLE * LANES + lane]
+            volume, viscous = scratch[at.VOLUME * LANES + lane], scratch[at.VISCOUS * LANES + lane]
+            stable = scratch[at.STABLE * LANES + lane]
             # Mean of both ends of the step, as the forces work: at a front q changes within it.
             work = 0.5 * (grid.viscous[slot + lane] + viscous) * (volume - grid.volume[slot + lane])
             heat -= quantise(work, grid.rounding)
-            power += quantise(scratch[POWER * LANES + lane] * step, grid.rounding)
+            power += quantise(scratch[at.POWER * LANES + lane] * step, grid.rounding)
             grid.viscous[slot + lane] = viscous
             grid.stable[slot + lane] = stable
             grid.volume[slot + lane] = volume
@@ -157,7 +171,7 @@ def make_block(kinematics: ModuleType, hourglass: ModuleType, material: ModuleTy
         nodes: Nodes,
         grid: Grid,
         state: Any,  # noqa: ANN401 - of the material
-        element: Any,  # noqa: ANN401 - what the element keeps besides
+        rings: Any,  # noqa: ANN401 - what the element keeps besides
         eroded: np.ndarray,
         scratch: np.ndarray,
         energy: np.ndarray,
@@ -168,35 +182,67 @@ def make_block(kinematics: ModuleType, hourglass: ModuleType, material: ModuleTy
         Parameters
         ----------
         share : `step` over the longest that any cell takes.
-        state : `SolidState` or `ChargeState`. element : `AxisymmetricState` of rings, else None.
+        state : `SolidState` or `ChargeState`. rings : `AxisymmetricState` of rings, else None.
         eroded : that of `SolidState`.
         energy : (5,) J, added to: plastic, viscous and hourglass work of this step, work of the charge's pressure, and
             the part of it that the charge's own artificial viscosity turns to heat.
         limits : (3,): smallest stable step over `share` (s), smallest volume (m3) and its cell; updated.
         """
         parameters = state.parameters[grid.material[block]]
-        kinematics.gather(block, nodes, grid, element, scratch)
-        kinematics.move(step, scratch)
-        stage = material.load(block, time, parameters, grid, state, scratch)
-        any_eroded = material.erode(block, min_volume, parameters, grid, state, eroded, scratch) > 0
+        element.gather(block, nodes, grid, rings, scratch)
+        element.move(step, scratch)
+        stage = load(block, time, parameters, grid, state, scratch)
+        any_eroded = erode(block, min_volume, parameters, grid, state, eroded, scratch) > 0
         for point in range(points):
-            kinematics.move_point(point, step, scratch)
+            move_point(point, step, scratch)
             if any_eroded:
                 freeze_cells(block, min_volume, grid, eroded, scratch)
-            material.load_point(block, point, grid, state, scratch)
+            load_point(block, point, grid, state, scratch)
             update(block, step, stage, parameters, grid, state, scratch, energy)
-            kinematics.add_point(point, scratch)
-            material.store_point(block, point, grid, state, scratch)
-        kinematics.end_points(scratch)
+            add_point(point, scratch)
+            store_point(block, point, grid, state, scratch)
+        end_points(scratch)
         next_dt = max(step, share * grid.longest)
-        hourglass.bound(next_dt, stiffen(step, next_dt, parameters, scratch) > 0, scratch)
+        element.bound(next_dt, stiffen(step, next_dt, parameters, scratch) > 0, scratch)
         if any_eroded:
-            material.clear_state(block, grid, parameters, state, eroded, scratch)
+            clear_state(block, grid, parameters, state, eroded, scratch)
         resist(share, nodes.rounding, scratch)
         if any_eroded:
             drop_forces(block, eroded, scratch)
-        kinematics.add_forces(grid.filled[block], grid.cells[block], grid.dofmap, scratch, nodes.force)
-        material.store(block, step, parameters, grid, state, scratch, energy)
+        element.add_forces(grid.filled[block], grid.cells[block], grid.dofmap, scratch, nodes.force)
+        store(block, step, parameters, grid, state, scratch, energy)
         add_work(block, step, share, grid, scratch, energy, limits)
 
     return advance_block
+
+
+def make_solid_block(element: ModuleType) -> Any:  # noqa: ANN401
+    """Kernel that advances a block of solid cells of one element by the law of their material."""
+
+    def before(number: int, advance: Any, others: Any) -> Any:  # noqa: ANN401
+        @inlined_kernel
+        def choose(
+            block: int,
+            step: float,
+            time: float,
+            share: float,
+            nodes: Nodes,
+            grid: Grid,
+            state: SolidState,
+            rings: Any,  # noqa: ANN401
+            eroded: np.ndarray,
+            scratch: np.ndarray,
+            energy: np.ndarray,
+            limits: np.ndarray,
+        ) -> None:
+            if state.parameters[grid.material[block], _LAW] == number:
+                advance(block, step, time, share, nodes, grid, state, rings, eroded, scratch, energy, limits)
+            else:
+                others(block, step, time, share, nodes, grid, state, rings, eroded, scratch, energy, limits)
+
+        return choose
+
+    *first, last = (make_block(element, make_solid(law)) for law in laws("solids"))
+    for number in reversed(range(len(first))):
+        last = before(number, first[number], last)
+    return last

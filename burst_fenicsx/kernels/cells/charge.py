@@ -6,25 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from burst_fenicsx.kernels.cells.charge_pressure import (
-    BURN,
-    BY_COMPRESSION,
-    CONTENT,
-    HELD,
-    LEAKAGE,
-    OLD_DEVIATOR,
-    OLD_PRESSURE,
-    OLD_VOLUME,
-    PARAMETERS,
-    PRESSURE,
-    STIFFNESS,
-    burn_by_compression,
-    press_by_jwl,
-    press_by_landau,
-)
+from burst_fenicsx.kernels.cells import layout as at
+from burst_fenicsx.kernels.cells.charge_pressure import burn_by_compression
+from burst_fenicsx.kernels.cells.elastic import elastic_trial, spin
 from burst_fenicsx.kernels.cells.erosion import BEFORE, WHOLE, clear_lane
-from burst_fenicsx.kernels.cells.objective_rate import elastic_trial, spin
-from burst_fenicsx.kernels.cells.rows import MASS, RATE, STRESS, VISCOUS, VOLUME
 from burst_fenicsx.kernels.constants import CRUSHED, FRONT_SOUND
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function, widest_vectors
 from burst_fenicsx.kernels.state import ChargeState, Grid
@@ -38,6 +23,7 @@ from burst_fenicsx.kernels.vectors.tensors import (
     store_symmetric,
     symmetric_square,
 )
+from burst_fenicsx.materials import laws
 
 __all__ = [
     "HAS_SPRINGS",
@@ -46,15 +32,37 @@ __all__ = [
     "elasticity",
     "erode",
     "load",
-    "load_point",
     "make_update",
     "sound_speeds",
     "store",
-    "store_point",
     "total_stress",
 ]
 
-HAS_SPRINGS = False
+PARAMETERS, HAS_SPRINGS = at.CHARGE_PARAMETERS, False
+
+_MODEL = at.CHARGE_PARAMETERS.index("model")
+
+
+def _choose_press() -> Any:  # noqa: ANN401 - compiled functions
+    """Kernel that asks the model of a block's charge for its pressure."""
+
+    def before(number: int, press: Any, others: Any) -> Any:  # noqa: ANN401
+        @block_kernel
+        def choose(parameters: np.ndarray, scratch: np.ndarray) -> None:
+            if parameters[_MODEL] == number:
+                press(parameters, scratch)
+            else:
+                others(parameters, scratch)
+
+        return choose
+
+    *first, last = (model.press for model in laws("products"))
+    for number in reversed(range(len(first))):
+        last = before(number, first[number], last)
+    return last
+
+
+_press = _choose_press()
 
 
 @block_kernel
@@ -69,30 +77,22 @@ def load(block: int, time: float, parameters: np.ndarray, grid: Grid, state: Cha
         cell = np.uint64(grid.cells[block, lane])
         burn = state.burn_fraction[cell]
         min_burn = min(min_burn, burn)
-        scratch[BURN * LANES + lane] = burn
-        scratch[OLD_PRESSURE * LANES + lane] = state.pressure[cell]
-        scratch[CONTENT * LANES + lane] = state.energy[cell]
-        scratch[LEAKAGE * LANES + lane] = state.leakage[state.axial_part[cell]]
-        scratch[OLD_VOLUME * LANES + lane] = grid.volume[slot + lane]
+        scratch[at.CHARGE_BURN * LANES + lane] = burn
+        scratch[at.CHARGE_OLD_PRESSURE * LANES + lane] = state.pressure[cell]
+        scratch[at.CHARGE_ENERGY * LANES + lane] = state.energy[cell]
+        scratch[at.CHARGE_LEAKAGE * LANES + lane] = state.leakage[state.axial_part[cell]]
+        scratch[at.CHARGE_OLD_VOLUME * LANES + lane] = grid.volume[slot + lane]
     for k in range(6 * LANES):
-        scratch[STRESS * LANES + k] = 0.0
+        scratch[at.STRESS * LANES + k] = 0.0
     if min_burn < 1.0:
         for lane in range(LANES):
             cell = np.uint64(grid.cells[block, lane])
             by_time = (time - state.ignition_time[cell]) * state.burn_rate[cell]
-            scratch[BURN * LANES + lane] = max(scratch[BURN * LANES + lane], min(by_time, 1.0))
-            scratch[BY_COMPRESSION * LANES + lane] = by_compression if time >= state.compression_from[cell] else 0.0
+            scratch[at.CHARGE_BURN * LANES + lane] = max(scratch[at.CHARGE_BURN * LANES + lane], min(by_time, 1.0))
+            scratch[at.CHARGE_BY_COMPRESSION * LANES + lane] = (
+                by_compression if time >= state.compression_from[cell] else 0.0
+            )
     return min_burn
-
-
-@lane_function
-def load_point(block: int, point: int, grid: Grid, state: ChargeState, scratch: np.ndarray) -> None:
-    """Nothing: a charge has one point."""
-
-
-@lane_function
-def store_point(block: int, point: int, grid: Grid, state: ChargeState, scratch: np.ndarray) -> None:
-    """Nothing."""
 
 
 def make_update(turn_stored: Any) -> Any:  # noqa: ANN401, ARG001 - a charge's hourglass control stores no force
@@ -112,10 +112,7 @@ def make_update(turn_stored: Any) -> Any:  # noqa: ANN401, ARG001 - a charge's h
         """`stage` is the smallest fraction burnt before, as `load` gives it."""
         if stage < 1.0:
             burn_by_compression(parameters, scratch)
-        if parameters[9] == 0.0:
-            press_by_landau(parameters, scratch)
-        else:
-            press_by_jwl(parameters, scratch)
+        _press(parameters, scratch)
         # The step in which a cell burns out still takes its deviator to zero.
         if stage < 1.0:
             _hold_by_strength(block, step, parameters, grid, state, scratch, energy)
@@ -141,20 +138,20 @@ def _hold_by_strength(
     for lane in range(LANES):
         cell = np.uint64(grid.cells[block, lane])
         for k in range(6):
-            scratch[(OLD_DEVIATOR + k) * LANES + lane] = state.stress[cell, 0, k]
+            scratch[(at.CHARGE_OLD_DEVIATOR + k) * LANES + lane] = state.stress[cell, 0, k]
     for lane in range(LANES):
-        (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = load_matrix(scratch, RATE, lane)
+        (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = load_matrix(scratch, at.RATE, lane)
         mean = (xx + yy + zz) * (1.0 / 3.0)
         rate = ((xx - mean, xy, xz), (yx, yy - mean, yz), (zx, zy, zz - mean))
-        old = load_symmetric(scratch, OLD_DEVIATOR, lane)
+        old = load_symmetric(scratch, at.CHARGE_OLD_DEVIATOR, lane)
         trial = elastic_trial(old, spin(rate, step), rate, step, 0.0, material[2])
         norm = np.sqrt(symmetric_square(trial))
-        limit = (1.0 - scratch[BURN * LANES + lane]) * material[3]
+        limit = (1.0 - scratch[at.CHARGE_BURN * LANES + lane]) * material[3]
         factor = limit / norm if norm > limit else 1.0
         txx, tyy, tzz = scaled(factor, (trial[0], trial[1], trial[2]))
         txy, tyz, tzx = scaled(factor, (trial[3], trial[4], trial[5]))
-        store_symmetric((txx, tyy, tzz, txy, tyz, tzx), scratch, STRESS, lane)
-        scratch[HELD * LANES + lane] = 0.5 * (
+        store_symmetric((txx, tyy, tzz, txy, tyz, tzx), scratch, at.STRESS, lane)
+        scratch[at.CHARGE_POWER * LANES + lane] = 0.5 * (
             dot((txx + old[0], tyy + old[1], tzz + old[2]), (rate[0][0], rate[1][1], rate[2][2]))
             + dot((txy + old[3], tyz + old[4], tzx + old[5]), (xy + yx, yz + zy, zx + xz))
         )
@@ -162,8 +159,10 @@ def _hold_by_strength(
     for lane in range(grid.filled[block]):
         cell = np.uint64(grid.cells[block, lane])
         for k in range(6):
-            state.stress[cell, 0, k] = scratch[(STRESS + k) * LANES + lane]
-        work += quantise(scratch[HELD * LANES + lane] * step * scratch[VOLUME * LANES + lane], grid.rounding)
+            state.stress[cell, 0, k] = scratch[(at.STRESS + k) * LANES + lane]
+        work += quantise(
+            scratch[at.CHARGE_POWER * LANES + lane] * step * scratch[at.VOLUME * LANES + lane], grid.rounding
+        )
     energy[0] += work
 
 
@@ -182,15 +181,18 @@ def sound_speeds(
     lane: int,
 ) -> tuple[float, float]:
     """Sound speed, and the one that the step must allow for (m/s); `constants` are those of `elasticity`."""
-    sound = np.sqrt(scratch[STIFFNESS * LANES + lane] / density)
-    return sound, max(sound, constants[0]) if scratch[BURN * LANES + lane] < 1.0 else sound
+    sound = np.sqrt(scratch[at.CHARGE_STIFFNESS * LANES + lane] / density)
+    return sound, max(sound, constants[0]) if scratch[at.CHARGE_BURN * LANES + lane] < 1.0 else sound
 
 
 @lane_function
 def total_stress(scratch: np.ndarray, lane: int) -> Symmetric:
     """Deviator less vented and viscous pressure (Pa)."""
-    xx, yy, zz, xy, yz, zx = load_symmetric(scratch, STRESS, lane)
-    pressure = scratch[LEAKAGE * LANES + lane] * scratch[PRESSURE * LANES + lane] + scratch[VISCOUS * LANES + lane]
+    xx, yy, zz, xy, yz, zx = load_symmetric(scratch, at.STRESS, lane)
+    pressure = (
+        scratch[at.CHARGE_LEAKAGE * LANES + lane] * scratch[at.CHARGE_PRESSURE * LANES + lane]
+        + scratch[at.VISCOUS * LANES + lane]
+    )
     return xx - pressure, yy - pressure, zz - pressure, xy, yz, zx
 
 
@@ -209,17 +211,19 @@ def store(
     heat = work = 0.0
     for lane in range(grid.filled[block]):
         cell = np.uint64(grid.cells[block, lane])
-        pressure = scratch[PRESSURE * LANES + lane]
-        change = scratch[VOLUME * LANES + lane] - scratch[OLD_VOLUME * LANES + lane]
+        pressure = scratch[at.CHARGE_PRESSURE * LANES + lane]
+        change = scratch[at.VOLUME * LANES + lane] - scratch[at.CHARGE_OLD_VOLUME * LANES + lane]
         # Mean of both ends of the step, as the forces work: at the front q rises and falls within a few steps.
-        heating = -0.5 * (grid.viscous[slot + lane] + scratch[VISCOUS * LANES + lane]) * change
+        heating = -0.5 * (grid.viscous[slot + lane] + scratch[at.VISCOUS * LANES + lane]) * change
         heat += quantise(heating, grid.rounding)
-        mean_pressure = 0.5 * (scratch[OLD_PRESSURE * LANES + lane] + pressure)
-        work += quantise(scratch[LEAKAGE * LANES + lane] * mean_pressure * change, grid.rounding)
+        mean_pressure = 0.5 * (scratch[at.CHARGE_OLD_PRESSURE * LANES + lane] + pressure)
+        work += quantise(scratch[at.CHARGE_LEAKAGE * LANES + lane] * mean_pressure * change, grid.rounding)
         state.pressure[cell] = pressure
-        state.burn_fraction[cell] = scratch[BURN * LANES + lane]
+        state.burn_fraction[cell] = scratch[at.CHARGE_BURN * LANES + lane]
         # The shock's heat enters the products' energy a step late, but whole.
-        state.energy[cell] = scratch[CONTENT * LANES + lane] + heating * parameters[0] / scratch[MASS * LANES + lane]
+        state.energy[cell] = (
+            scratch[at.CHARGE_ENERGY * LANES + lane] + heating * parameters[0] / scratch[at.MASS * LANES + lane]
+        )
     energy[3] += work
     energy[4] += heat
 
@@ -237,8 +241,8 @@ def erode(
     """Mark cells of products that have hardly any volume left; how many of the block are eroded."""
     slot, count = block * LANES, 0
     for lane in range(LANES):
-        relative = scratch[min_volume * LANES + lane] * parameters[0] / scratch[MASS * LANES + lane]
-        if not relative > CRUSHED and scratch[BURN * LANES + lane] >= 1.0 and eroded[slot + lane] == WHOLE:
+        relative = scratch[min_volume * LANES + lane] * parameters[0] / scratch[at.MASS * LANES + lane]
+        if not relative > CRUSHED and scratch[at.CHARGE_BURN * LANES + lane] >= 1.0 and eroded[slot + lane] == WHOLE:
             eroded[slot + lane] = BEFORE
         count += 0 if eroded[slot + lane] == WHOLE else 1
     return count
@@ -256,5 +260,5 @@ def clear_state(
     """Take pressure, which contact with the casing reads, strength and resistance from eroded cells."""
     for lane in range(LANES):
         if eroded[block * LANES + lane] != WHOLE:
-            scratch[PRESSURE * LANES + lane] = 0.0
+            scratch[at.CHARGE_PRESSURE * LANES + lane] = 0.0
             clear_lane(scratch, lane)

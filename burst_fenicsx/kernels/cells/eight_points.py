@@ -13,24 +13,17 @@ from __future__ import annotations
 
 import numpy as np
 
-from burst_fenicsx.kernels.cells import hourglass, one_point
+from burst_fenicsx.kernels.cells import layout as at
+from burst_fenicsx.kernels.cells import one_point
 from burst_fenicsx.kernels.cells.hexahedron import Modes, cell_modes, store_nodal_forces
-from burst_fenicsx.kernels.cells.hourglass import Forces, dashpots, longest_square, may_exceed
-from burst_fenicsx.kernels.cells.one_point import add_forces, force_modes, gather
-from burst_fenicsx.kernels.cells.rows import (
-    COEFFICIENT_LIMIT,
-    DILATATION,
-    DISSIPATION,
-    FORCE,
-    MASS,
-    OF_POINTS,
-    POSITION,
-    RATE,
-    SPRING,
-    STRENGTH,
-    STRESS,
-    VELOCITY,
-    VOLUME,
+from burst_fenicsx.kernels.cells.one_point import (
+    Forces,
+    add_forces,
+    dashpots,
+    force_modes,
+    gather,
+    longest_square,
+    may_exceed,
 )
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function, widest_vectors
 from burst_fenicsx.kernels.vectors.tensors import (
@@ -71,16 +64,8 @@ __all__ = [
     "turn_stored",
 ]
 
-POINTS = 8
+POINTS, MIN_VOLUME = 8, at.POINTS_MIN_VOLUME
 springs_and_dashpots = dashpots
-
-_SUM = POSITION  # modes 1 to 7 of the nodal forces, 21 rows, an eighth of a N
-_PLACE, _SPEED = OF_POINTS, OF_POINTS + 21  # an eighth of the modes 1 to 7, 21 rows each, m and m/s
-_COFACTOR = OF_POINTS + 42  # of the Jacobian at the point, 9 rows, m2
-_DETERMINANT, _MIDDLE = OF_POINTS + 51, OF_POINTS + 52  # volume of the point, m3; the same half a step ago
-_TENSION = OF_POINTS + 53  # sum over the points of the mean stress times the volume, J
-_PLASTIC = OF_POINTS + 54  # plastic work of the step, J
-MIN_VOLUME = OF_POINTS + 55  # eight times the smallest volume of a point, m3
 
 _GAUSS = 1.0 / np.sqrt(3.0)
 
@@ -135,19 +120,19 @@ def move(step: float, scratch: np.ndarray) -> None:
     one_point.move(step, scratch)
     widest_vectors()
     for lane in range(LANES):
-        _store_modes(cell_modes(scratch, POSITION, lane), scratch, _PLACE, lane)
-        _store_modes(cell_modes(scratch, VELOCITY, lane), scratch, _SPEED, lane)
-        scratch[MIN_VOLUME * LANES + lane] = scratch[VOLUME * LANES + lane]
-        scratch[_TENSION * LANES + lane] = 0.0
-        scratch[_PLASTIC * LANES + lane] = 0.0
+        _store_modes(cell_modes(scratch, at.POSITION, lane), scratch, at.POINTS_POSITION, lane)
+        _store_modes(cell_modes(scratch, at.VELOCITY, lane), scratch, at.POINTS_VELOCITY, lane)
+        scratch[MIN_VOLUME * LANES + lane] = scratch[at.VOLUME * LANES + lane]
+        scratch[at.POINTS_TENSION * LANES + lane] = 0.0
+        scratch[at.POINTS_PLASTIC * LANES + lane] = 0.0
     for point in range(POINTS):
         xi, eta, zeta = _coordinates(point)
         for lane in range(LANES):
-            u, v, w = _tangents(xi, eta, zeta, scratch, _PLACE, lane)
+            u, v, w = _tangents(xi, eta, zeta, scratch, at.POINTS_POSITION, lane)
             volume = 8.0 * dot(u, cross(v, w))
             scratch[MIN_VOLUME * LANES + lane] = min(scratch[MIN_VOLUME * LANES + lane], volume)
     for k in range(21 * LANES):
-        scratch[_SUM * LANES + k] = 0.0
+        scratch[at.POINTS_SUM * LANES + k] = 0.0
 
 
 @block_kernel
@@ -157,7 +142,10 @@ def move_point(point: int, step: float, scratch: np.ndarray) -> None:
     xi, eta, zeta = _coordinates(point)
     back = -0.5 * step
     for lane in range(LANES):
-        after, speed = _tangents(xi, eta, zeta, scratch, _PLACE, lane), _tangents(xi, eta, zeta, scratch, _SPEED, lane)
+        after, speed = (
+            _tangents(xi, eta, zeta, scratch, at.POINTS_POSITION, lane),
+            _tangents(xi, eta, zeta, scratch, at.POINTS_VELOCITY, lane),
+        )
         middle = (
             add_scaled(after[0], back, speed[0]),
             add_scaled(after[1], back, speed[1]),
@@ -165,18 +153,18 @@ def move_point(point: int, step: float, scratch: np.ndarray) -> None:
         )
         cofactor, determinant = _cofactors(middle)
         whole = add_outer(add_outer(outer(speed[0], cofactor[0]), speed[1], cofactor[1]), speed[2], cofactor[2])
-        scratch[_MIDDLE * LANES + lane] = determinant
+        scratch[at.POINTS_MIDDLE * LANES + lane] = determinant
         inverse = 1.0 / determinant
         (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = (
             scaled(inverse, whole[0]),
             scaled(inverse, whole[1]),
             scaled(inverse, whole[2]),
         )
-        more = (scratch[DILATATION * LANES + lane] - (xx + yy + zz)) * (1.0 / 3.0)
-        store_matrix(((xx + more, xy, xz), (yx, yy + more, yz), (zx, zy, zz + more)), scratch, RATE, lane)
+        more = (scratch[at.DILATATION * LANES + lane] - (xx + yy + zz)) * (1.0 / 3.0)
+        store_matrix(((xx + more, xy, xz), (yx, yy + more, yz), (zx, zy, zz + more)), scratch, at.RATE, lane)
         cofactor, determinant = _cofactors(after)
-        store_matrix(cofactor, scratch, _COFACTOR, lane)
-        scratch[_DETERMINANT * LANES + lane] = determinant
+        store_matrix(cofactor, scratch, at.POINTS_COFACTOR, lane)
+        scratch[at.POINTS_DETERMINANT * LANES + lane] = determinant
 
 
 @block_kernel
@@ -189,30 +177,34 @@ def add_point(point: int, scratch: np.ndarray) -> None:
     widest_vectors()
     xi, eta, zeta = _coordinates(point)
     for lane in range(LANES):
-        xx, yy, zz, xy, yz, zx = load_symmetric(scratch, STRESS, lane)
+        xx, yy, zz, xy, yz, zx = load_symmetric(scratch, at.STRESS, lane)
         mean = (xx + yy + zz) * (1.0 / 3.0)
         push = ((mean - xx, -xy, -zx), (-xy, mean - yy, -yz), (-zx, -yz, mean - zz))
-        cofactor = load_matrix(scratch, _COFACTOR, lane)
+        cofactor = load_matrix(scratch, at.POINTS_COFACTOR, lane)
         t, u, v = apply(push, cofactor[0]), apply(push, cofactor[1]), apply(push, cofactor[2])
-        add_vector(t, scratch, _SUM, lane)
-        add_vector(u, scratch, _SUM + 3, lane)
-        add_vector(add_scaled(scaled(eta, t), xi, u), scratch, _SUM + 6, lane)
-        add_vector(v, scratch, _SUM + 9, lane)
-        add_vector(add_scaled(scaled(zeta, t), xi, v), scratch, _SUM + 12, lane)
-        add_vector(add_scaled(scaled(zeta, u), eta, v), scratch, _SUM + 15, lane)
-        add_vector(add_scaled(add_scaled(scaled(eta * zeta, t), xi * zeta, u), xi * eta, v), scratch, _SUM + 18, lane)
-        scratch[_TENSION * LANES + lane] += mean * scratch[_DETERMINANT * LANES + lane]
-        scratch[_PLASTIC * LANES + lane] += scratch[DISSIPATION * LANES + lane] * scratch[_MIDDLE * LANES + lane]
+        add_vector(t, scratch, at.POINTS_SUM, lane)
+        add_vector(u, scratch, at.POINTS_SUM + 3, lane)
+        add_vector(add_scaled(scaled(eta, t), xi, u), scratch, at.POINTS_SUM + 6, lane)
+        add_vector(v, scratch, at.POINTS_SUM + 9, lane)
+        add_vector(add_scaled(scaled(zeta, t), xi, v), scratch, at.POINTS_SUM + 12, lane)
+        add_vector(add_scaled(scaled(zeta, u), eta, v), scratch, at.POINTS_SUM + 15, lane)
+        add_vector(
+            add_scaled(add_scaled(scaled(eta * zeta, t), xi * zeta, u), xi * eta, v), scratch, at.POINTS_SUM + 18, lane
+        )
+        scratch[at.POINTS_TENSION * LANES + lane] += mean * scratch[at.POINTS_DETERMINANT * LANES + lane]
+        scratch[at.POINTS_PLASTIC * LANES + lane] += (
+            scratch[at.SOLID_DISSIPATION * LANES + lane] * scratch[at.POINTS_MIDDLE * LANES + lane]
+        )
 
 
 @block_kernel
 def end_points(scratch: np.ndarray) -> None:
     """Leave the mean pressure as the cell's stress, which acts with the mean gradient, and the mean dissipation."""
     for lane in range(LANES):
-        inverse = 1.0 / scratch[VOLUME * LANES + lane]
-        mean = scratch[_TENSION * LANES + lane] * inverse
-        store_symmetric((mean, mean, mean, 0.0, 0.0, 0.0), scratch, STRESS, lane)
-        scratch[DISSIPATION * LANES + lane] = scratch[_PLASTIC * LANES + lane] * inverse
+        inverse = 1.0 / scratch[at.VOLUME * LANES + lane]
+        mean = scratch[at.POINTS_TENSION * LANES + lane] * inverse
+        store_symmetric((mean, mean, mean, 0.0, 0.0, 0.0), scratch, at.STRESS, lane)
+        scratch[at.SOLID_DISSIPATION * LANES + lane] = scratch[at.POINTS_PLASTIC * LANES + lane] * inverse
 
 
 @lane_function
@@ -223,14 +215,14 @@ def turn_stored(rotation: Matrix, scratch: np.ndarray, lane: int) -> None:
 @lane_function
 def set_damping(viscous: float, sound: float, scratch: np.ndarray, lane: int) -> float:
     """As for the one-point cell where no point has strength left, else zero."""
-    spent = scratch[STRENGTH * LANES + lane] == 0.0
-    return hourglass.set_damping(viscous if spent else 0.0, sound, scratch, lane)
+    spent = scratch[at.SOLID_STRENGTH * LANES + lane] == 0.0
+    return one_point.set_damping(viscous if spent else 0.0, sound, scratch, lane)
 
 
 @lane_function
 def set_stiffness(fraction: float, modulus: float, step: float, scratch: np.ndarray, lane: int) -> float:  # noqa: ARG001
     """None: the points resist."""
-    scratch[SPRING * LANES + lane] = 0.0
+    scratch[at.SPRING * LANES + lane] = 0.0
     return 0.0
 
 
@@ -238,9 +230,9 @@ def set_stiffness(fraction: float, modulus: float, step: float, scratch: np.ndar
 def bound(step: float, needed: bool, scratch: np.ndarray) -> None:  # noqa: ARG001
     """Limit the coefficient by the longest hourglass vector: closer to what the step bears it costs energy."""
     for lane in range(LANES):
-        limit = scratch[MASS * LANES + lane] / (8.0 * step * longest_square(scratch, lane)) if step > 0.0 else np.inf
+        limit = scratch[at.MASS * LANES + lane] / (8.0 * step * longest_square(scratch, lane)) if step > 0.0 else np.inf
         for a in range(4):
-            scratch[(COEFFICIENT_LIMIT + a) * LANES + lane] = limit
+            scratch[(at.COEFFICIENT_LIMIT + a) * LANES + lane] = limit
 
 
 @lane_function
@@ -250,12 +242,12 @@ def store_forces(
     """As `one_point.store_forces`, with the deviatoric forces of the points."""
     m1, m2, m3, m4, m5, m6, m7 = force_modes(stress, resistance, scratch, lane)
     modes = (
-        add_scaled(m1, 0.125, load_vector(scratch, _SUM, lane)),
-        add_scaled(m2, 0.125, load_vector(scratch, _SUM + 3, lane)),
-        add_scaled(m3, 0.125, load_vector(scratch, _SUM + 6, lane)),
-        add_scaled(m4, 0.125, load_vector(scratch, _SUM + 9, lane)),
-        add_scaled(m5, 0.125, load_vector(scratch, _SUM + 12, lane)),
-        add_scaled(m6, 0.125, load_vector(scratch, _SUM + 15, lane)),
-        add_scaled(m7, 0.125, load_vector(scratch, _SUM + 18, lane)),
+        add_scaled(m1, 0.125, load_vector(scratch, at.POINTS_SUM, lane)),
+        add_scaled(m2, 0.125, load_vector(scratch, at.POINTS_SUM + 3, lane)),
+        add_scaled(m3, 0.125, load_vector(scratch, at.POINTS_SUM + 6, lane)),
+        add_scaled(m4, 0.125, load_vector(scratch, at.POINTS_SUM + 9, lane)),
+        add_scaled(m5, 0.125, load_vector(scratch, at.POINTS_SUM + 12, lane)),
+        add_scaled(m6, 0.125, load_vector(scratch, at.POINTS_SUM + 15, lane)),
+        add_scaled(m7, 0.125, load_vector(scratch, at.POINTS_SUM + 18, lane)),
     )
-    store_nodal_forces(modes, share, rounding, scratch, FORCE, lane)
+    store_nodal_forces(modes, share, rounding, scratch, at.FORCE, lane)

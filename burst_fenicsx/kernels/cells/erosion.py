@@ -11,19 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from burst_fenicsx.kernels.cells.rows import (
-    COEFFICIENT_LIMIT,
-    DAMPING,
-    DILATATION,
-    FORCE,
-    HOURGLASS_RATE,
-    POWER,
-    RATE,
-    STABLE,
-    STRESS,
-    VISCOUS,
-    VOLUME,
-)
+from burst_fenicsx.kernels.cells import layout as at
 from burst_fenicsx.kernels.lanes import LANES, block_kernel
 from burst_fenicsx.kernels.state import Grid
 
@@ -46,23 +34,23 @@ def freeze_cells(block: int, min_volume: int, grid: Grid, eroded: np.ndarray, sc
     for lane in range(LANES):
         slot = block * LANES + lane
         if eroded[slot] != WHOLE:
-            scratch[VOLUME * LANES + lane] = scratch[min_volume * LANES + lane] = grid.volume[slot]
-            scratch[DILATATION * LANES + lane] = 0.0
+            scratch[at.VOLUME * LANES + lane] = scratch[min_volume * LANES + lane] = grid.volume[slot]
+            scratch[at.DILATATION * LANES + lane] = 0.0
             for k in range(9):
-                scratch[(RATE + k) * LANES + lane] = 0.0
+                scratch[(at.RATE + k) * LANES + lane] = 0.0
             for k in range(12):
-                scratch[(HOURGLASS_RATE + k) * LANES + lane] = 0.0
+                scratch[(at.HOURGLASS_RATE + k) * LANES + lane] = 0.0
 
 
 @block_kernel
 def clear_lane(scratch: np.ndarray, lane: int) -> None:
     """Take stress, viscosity, hourglass control and the bound on the step from an eroded cell."""
     for k in range(6):
-        scratch[(STRESS + k) * LANES + lane] = 0.0
+        scratch[(at.STRESS + k) * LANES + lane] = 0.0
     for k in range(4):
-        scratch[(COEFFICIENT_LIMIT + k) * LANES + lane] = 0.0
-    scratch[VISCOUS * LANES + lane] = scratch[DAMPING * LANES + lane] = 0.0
-    scratch[STABLE * LANES + lane] = np.inf
+        scratch[(at.COEFFICIENT_LIMIT + k) * LANES + lane] = 0.0
+    scratch[at.VISCOUS * LANES + lane] = scratch[at.DAMPING * LANES + lane] = 0.0
+    scratch[at.STABLE * LANES + lane] = np.inf
 
 
 @block_kernel
@@ -70,6 +58,6 @@ def drop_forces(block: int, eroded: np.ndarray, scratch: np.ndarray) -> None:
     """Set the nodal forces of eroded cells to zero, which their shape may have made NaN; `eroded` (slots,)."""
     for lane in range(LANES):
         if eroded[block * LANES + lane] != WHOLE:
-            scratch[POWER * LANES + lane] = 0.0
+            scratch[at.POWER * LANES + lane] = 0.0
             for n in range(24):
-                scratch[(FORCE + n) * LANES + lane] = 0.0
+                scratch[(at.FORCE + n) * LANES + lane] = 0.0

@@ -24,7 +24,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function
+from burst_fenicsx.kernels.lanes import LANES, block_kernel, kernel, lane_function
 from burst_fenicsx.kernels.vectors.nodal_values import gather
 from burst_fenicsx.kernels.vectors.tensors import (
     Matrix,
@@ -44,13 +44,13 @@ __all__ = [
     "PER_CELL",
     "Gradient",
     "Modes",
+    "block_volumes",
     "cell_gradient",
     "cell_modes",
     "cell_modes_earlier",
     "component_modes",
-    "gather_modes",
+    "hexahedron_volumes",
     "load_gradient",
-    "mean_gradient",
     "squared_gradients",
     "store_gradient",
     "store_nodal_forces",
@@ -250,41 +250,29 @@ def store_nodal_forces(modes: Modes, share: float, rounding: float, scratch: np.
 
 
 @block_kernel
-def gather_modes(cells: np.ndarray, dofmap: np.ndarray, field: np.ndarray, modes: np.ndarray) -> None:
-    """Gather a nodal vector field of a block's cells and transform it to modes.
-
-    `modes` (24 LANES,) is overwritten, row 3 m + i for component i of mode m; the other arguments as for `gather`.
-    """
-    gather(cells, dofmap, field, modes)
+def block_volumes(
+    cells: np.ndarray, dofmap: np.ndarray, position: np.ndarray, nodal: np.ndarray, volume: np.ndarray
+) -> None:
+    """Exact volumes (LANES,) of a block's trilinear cells in m3; arguments as for `gather`, `nodal` (24 LANES,)."""
+    gather(cells, dofmap, position, nodal)
     for lane in range(LANES):
-        a, b, f, c, e, d, g = cell_modes(modes, 0, lane)
-        store_vector(a, modes, 3, lane)
-        store_vector(b, modes, 6, lane)
-        store_vector(f, modes, 9, lane)
-        store_vector(c, modes, 12, lane)
-        store_vector(e, modes, 15, lane)
-        store_vector(d, modes, 18, lane)
-        store_vector(g, modes, 21, lane)
-
-
-@block_kernel
-def mean_gradient(modes: np.ndarray, gradient: np.ndarray, volume: np.ndarray) -> None:
-    """Mean gradients (m2) and volumes (m3) of a block's cells.
-
-    Parameters
-    ----------
-    modes : (24 LANES,) modes of the positions (m), as from `gather_modes`.
-    gradient : (18 LANES,) rows of P, Q, S3, R, S5, S6, overwritten.
-    volume : (LANES,) overwritten.
-    """
-    for lane in range(LANES):
-        a, b, f = load_vector(modes, 3, lane), load_vector(modes, 6, lane), load_vector(modes, 9, lane)
-        c, e, d = load_vector(modes, 12, lane), load_vector(modes, 15, lane), load_vector(modes, 18, lane)
-        found, whole = cell_gradient((a, b, f, c, e, d, a))
+        _, whole = cell_gradient(cell_modes(nodal, 0, lane))
         volume[lane] = PER_CELL * whole
-        p, q, s3, r, s5, s6 = found
-        own = scaled(PER_CELL, p), scaled(PER_CELL, q), scaled(PER_CELL, s3)
-        store_gradient((*own, scaled(PER_CELL, r), scaled(PER_CELL, s5), scaled(PER_CELL, s6)), gradient, 0, lane)
+
+
+@kernel
+def hexahedron_volumes(position: np.ndarray, dofmap: np.ndarray) -> np.ndarray:
+    """Exact volume of each trilinear cell (cells,) in m3; `position` (nodes, 3) m, `dofmap` (cells, 8) int32."""
+    count = dofmap.shape[0]
+    volumes, cells = np.empty(count), np.empty(LANES, dtype=np.int32)
+    nodal, volume = np.empty(24 * LANES), np.empty(LANES)
+    for first in range(0, count, LANES):
+        for lane in range(LANES):
+            cells[lane] = min(first + lane, count - 1)
+        block_volumes(cells, dofmap, position, nodal, volume)
+        for lane in range(min(LANES, count - first)):
+            volumes[first + lane] = volume[lane]
+    return volumes
 
 
 @lane_function

@@ -1,4 +1,9 @@
-"""Motion and nodal forces of the one-point hexahedron with its mean gradient (Flanagan and Belytschko 1981)."""
+"""The one-point hexahedron with its mean gradient and hourglass control (Flanagan and Belytschko 1981).
+
+Hourglass control (Eq. 59-62) is viscous, and for solids elastic as well. The viscous coefficient multiplies
+rho c V/L / 4; the stiffness is given as a fraction of what full integration would give, about rho c^2 L / 36. Both are
+bounded by what the step lets a cell bear whose hourglass vectors its distortion has made long.
+"""
 
 from __future__ import annotations
 
@@ -6,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from burst_fenicsx.kernels.cells import layout as at
 from burst_fenicsx.kernels.cells.hexahedron import (
     PER_CELL,
     Gradient,
@@ -19,22 +25,7 @@ from burst_fenicsx.kernels.cells.hexahedron import (
     store_gradient,
     store_nodal_forces,
 )
-from burst_fenicsx.kernels.cells.hourglass import Forces
-from burst_fenicsx.kernels.cells.rows import (
-    DILATATION,
-    FORCE,
-    FREQUENCY,
-    GRADIENT,
-    GRADIENT_SQUARES,
-    HOURGLASS_MODES,
-    HOURGLASS_RATE,
-    MASS,
-    POSITION,
-    RATE,
-    VELOCITY,
-    VOLUME,
-)
-from burst_fenicsx.kernels.cells.single_point import MIN_VOLUME, POINTS, add_point, end_points, move_point
+from burst_fenicsx.kernels.constants import MOST_DAMPED, MOST_STIFF
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function, widest_vectors
 from burst_fenicsx.kernels.state import Grid, Nodes
 from burst_fenicsx.kernels.vectors.nodal_values import add_nodal_forces, gather_means
@@ -42,6 +33,7 @@ from burst_fenicsx.kernels.vectors.nodal_values import gather as gather_nodes
 from burst_fenicsx.kernels.vectors.tensors import (
     Matrix,
     Symmetric,
+    Vector,
     add_outer,
     add_scaled,
     apply,
@@ -54,30 +46,40 @@ from burst_fenicsx.kernels.vectors.tensors import (
 )
 
 __all__ = [
-    "MIN_VOLUME",
-    "POINTS",
+    "Forces",
     "add_forces",
-    "add_point",
-    "end_points",
+    "bound",
+    "dashpots",
     "force_modes",
     "gather",
+    "longest_square",
+    "may_exceed",
     "move",
-    "move_point",
+    "resist_mode",
+    "set_damping",
+    "set_stiffness",
+    "springs_and_dashpots",
     "store_forces",
+    "turn_stored",
+    "vector_square",
 ]
+
+Forces = tuple[Vector, Vector, Vector, Vector]
+
+_ROOT_8 = np.sqrt(8.0)
 
 
 @block_kernel
 def gather(block: int, nodes: Nodes, grid: Grid, element: Any, scratch: np.ndarray) -> None:  # noqa: ANN401, ARG001
     """Gather positions and velocities of a block's nodes, mean ones over the cells' step, and the cells' masses."""
-    cells, rows = grid.cells[block], scratch[VELOCITY * LANES :]
-    gather_nodes(cells, grid.dofmap, nodes.position, scratch[POSITION * LANES :])
+    cells, rows = grid.cells[block], scratch[at.VELOCITY * LANES :]
+    gather_nodes(cells, grid.dofmap, nodes.position, scratch[at.POSITION * LANES :])
     if grid.mixed[block]:
         gather_means(cells, grid.dofmap, grid.level[block], nodes.finest, nodes.velocity, nodes.mean, rows)
     else:
         gather_nodes(cells, grid.dofmap, nodes.velocity, rows)
     for lane in range(LANES):
-        scratch[MASS * LANES + lane] = grid.mass[block * LANES + lane]
+        scratch[at.MASS * LANES + lane] = grid.mass[block * LANES + lane]
 
 
 @block_kernel
@@ -92,27 +94,27 @@ def move(step: float, scratch: np.ndarray) -> None:
     widest_vectors()
     for lane in range(LANES):
         # Places first, then one component of the velocity after the other: all modes at once fill the registers twice.
-        middle = cell_modes_earlier(scratch, POSITION, VELOCITY, -0.5 * step, lane)
+        middle = cell_modes_earlier(scratch, at.POSITION, at.VELOCITY, -0.5 * step, lane)
         gradient, volume = cell_gradient(middle)
         inverse = 1.0 / volume
         _move_component(0, middle, gradient, inverse, scratch, lane)
         _move_component(1, middle, gradient, inverse, scratch, lane)
         _move_component(2, middle, gradient, inverse, scratch, lane)
-        xx, yy = scratch[RATE * LANES + lane], scratch[(RATE + 4) * LANES + lane]
-        scratch[DILATATION * LANES + lane] = xx + yy + scratch[(RATE + 8) * LANES + lane]
-        place = cell_modes(scratch, POSITION, lane)
+        xx, yy = scratch[at.RATE * LANES + lane], scratch[(at.RATE + 4) * LANES + lane]
+        scratch[at.DILATATION * LANES + lane] = xx + yy + scratch[(at.RATE + 8) * LANES + lane]
+        place = cell_modes(scratch, at.POSITION, lane)
         gradient, volume = cell_gradient(place)
-        store_gradient(gradient, scratch, GRADIENT, lane)
-        store_vector(place[2], scratch, HOURGLASS_MODES, lane)
-        store_vector(place[4], scratch, HOURGLASS_MODES + 3, lane)
-        store_vector(place[5], scratch, HOURGLASS_MODES + 6, lane)
-        store_vector(place[6], scratch, HOURGLASS_MODES + 9, lane)
+        store_gradient(gradient, scratch, at.GRADIENT, lane)
+        store_vector(place[2], scratch, at.HOURGLASS_MODES, lane)
+        store_vector(place[4], scratch, at.HOURGLASS_MODES + 3, lane)
+        store_vector(place[5], scratch, at.HOURGLASS_MODES + 6, lane)
+        store_vector(place[6], scratch, at.HOURGLASS_MODES + 9, lane)
         (xx, yy, zz), largest = squared_gradients(gradient)
         inverse = 1.0 / volume
-        scratch[VOLUME * LANES + lane] = PER_CELL * volume
-        scratch[FREQUENCY * LANES + lane] = inverse * np.sqrt(16.0 * largest)
+        scratch[at.VOLUME * LANES + lane] = PER_CELL * volume
+        scratch[at.FREQUENCY * LANES + lane] = inverse * np.sqrt(16.0 * largest)
         square = 8.0 * inverse * inverse
-        store_vector((square * xx, square * yy, square * zz), scratch, GRADIENT_SQUARES, lane)
+        store_vector((square * xx, square * yy, square * zz), scratch, at.GRADIENT_SQUARES, lane)
 
 
 @lane_function
@@ -122,18 +124,18 @@ def _move_component(i: int, middle: Modes, gradient: Gradient, inverse: float, s
     `middle` are the modes of the positions half a step ago, `gradient` and `inverse` what `cell_gradient` makes of
     them, the volume inverted.
     """
-    v1, v2, v3, v4, v5, v6, v7 = component_modes(scratch, VELOCITY + i, lane)
+    v1, v2, v3, v4, v5, v6, v7 = component_modes(scratch, at.VELOCITY + i, lane)
     row = scaled(v1, gradient[0])
     row = add_scaled(row, v2, gradient[1])
     row = add_scaled(row, v3, gradient[2])
     row = add_scaled(row, v4, gradient[3])
     row = add_scaled(row, v5, gradient[4])
     row = scaled(inverse, add_scaled(row, v6, gradient[5]))
-    store_vector(row, scratch, RATE + 3 * i, lane)
-    scratch[(HOURGLASS_RATE + i) * LANES + lane] = v3 - dot(row, middle[2])
-    scratch[(HOURGLASS_RATE + 3 + i) * LANES + lane] = v5 - dot(row, middle[4])
-    scratch[(HOURGLASS_RATE + 6 + i) * LANES + lane] = v6 - dot(row, middle[5])
-    scratch[(HOURGLASS_RATE + 9 + i) * LANES + lane] = v7 - dot(row, middle[6])
+    store_vector(row, scratch, at.RATE + 3 * i, lane)
+    scratch[(at.HOURGLASS_RATE + i) * LANES + lane] = v3 - dot(row, middle[2])
+    scratch[(at.HOURGLASS_RATE + 3 + i) * LANES + lane] = v5 - dot(row, middle[4])
+    scratch[(at.HOURGLASS_RATE + 6 + i) * LANES + lane] = v6 - dot(row, middle[5])
+    scratch[(at.HOURGLASS_RATE + 9 + i) * LANES + lane] = v7 - dot(row, middle[6])
 
 
 @lane_function
@@ -153,13 +155,13 @@ def force_modes(
     """
     h3, h5, h6, h7 = resistance
     # The linear part of gamma acts like a stress, which need not be symmetric.
-    linear = outer(h3, load_vector(scratch, HOURGLASS_MODES, lane))
-    linear = add_outer(linear, h5, load_vector(scratch, HOURGLASS_MODES + 3, lane))
-    linear = add_outer(linear, h6, load_vector(scratch, HOURGLASS_MODES + 6, lane))
-    linear = add_outer(linear, h7, load_vector(scratch, HOURGLASS_MODES + 9, lane))
+    linear = outer(h3, load_vector(scratch, at.HOURGLASS_MODES, lane))
+    linear = add_outer(linear, h5, load_vector(scratch, at.HOURGLASS_MODES + 3, lane))
+    linear = add_outer(linear, h6, load_vector(scratch, at.HOURGLASS_MODES + 6, lane))
+    linear = add_outer(linear, h7, load_vector(scratch, at.HOURGLASS_MODES + 9, lane))
     xx, yy, zz, xy, yz, zx = stress
-    pull = _opposed(linear, PER_CELL / scratch[VOLUME * LANES + lane], ((xx, xy, zx), (xy, yy, yz), (zx, yz, zz)))
-    p, q, s3, r, s5, s6 = load_gradient(scratch, GRADIENT, lane)
+    pull = _opposed(linear, PER_CELL / scratch[at.VOLUME * LANES + lane], ((xx, xy, zx), (xy, yy, yz), (zx, yz, zz)))
+    p, q, s3, r, s5, s6 = load_gradient(scratch, at.GRADIENT, lane)
     return (
         apply(pull, p),
         apply(pull, q),
@@ -190,10 +192,126 @@ def store_forces(
 
     `rounding` is the constant of `exact.quantise`.
     """
-    store_nodal_forces(force_modes(stress, resistance, scratch, lane), share, rounding, scratch, FORCE, lane)
+    store_nodal_forces(force_modes(stress, resistance, scratch, lane), share, rounding, scratch, at.FORCE, lane)
 
 
 @block_kernel
 def add_forces(count: int, cells: np.ndarray, dofmap: np.ndarray, scratch: np.ndarray, force: np.ndarray) -> None:
     """Add the nodal forces of the first `count` cells of a block to `force` (nodes, 3) in N."""
-    add_nodal_forces(count, cells, dofmap, scratch[FORCE * LANES :], force)
+    add_nodal_forces(count, cells, dofmap, scratch[at.FORCE * LANES :], force)
+
+
+@lane_function
+def turn_stored(rotation: Matrix, scratch: np.ndarray, lane: int) -> None:
+    """Turn the stored elastic forces with the cell."""
+    store_vector(apply(rotation, load_vector(scratch, at.HOURGLASS_FORCE, lane)), scratch, at.HOURGLASS_FORCE, lane)
+    store_vector(
+        apply(rotation, load_vector(scratch, at.HOURGLASS_FORCE + 3, lane)), scratch, at.HOURGLASS_FORCE + 3, lane
+    )
+    store_vector(
+        apply(rotation, load_vector(scratch, at.HOURGLASS_FORCE + 6, lane)), scratch, at.HOURGLASS_FORCE + 6, lane
+    )
+    store_vector(
+        apply(rotation, load_vector(scratch, at.HOURGLASS_FORCE + 9, lane)), scratch, at.HOURGLASS_FORCE + 9, lane
+    )
+
+
+@lane_function
+def set_damping(viscous: float, sound: float, scratch: np.ndarray, lane: int) -> float:
+    """Set the viscous coefficient of a lane from the dimensionless one; what the step must bear (N s/m)."""
+    damping = 0.25 * viscous * scratch[at.MASS * LANES + lane] * sound * scratch[at.FREQUENCY * LANES + lane]
+    scratch[at.DAMPING * LANES + lane] = damping
+    return damping * (1.0 / MOST_DAMPED)
+
+
+@lane_function
+def set_stiffness(fraction: float, modulus: float, step: float, scratch: np.ndarray, lane: int) -> float:
+    """Set the springs' coefficient of a lane for a step (s), `modulus` (Pa) that of a plane wave; likewise."""
+    spring = fraction / 36.0 * modulus * step * (1.0 / scratch[at.FREQUENCY * LANES + lane])
+    scratch[at.SPRING * LANES + lane] = spring
+    return spring * (1.0 / MOST_STIFF)
+
+
+@lane_function
+def longest_square(scratch: np.ndarray, lane: int) -> float:
+    """Bound on the squares of all four hourglass vectors of a cell.
+
+    Without roots: (sqrt(8) + x)^2 <= 10 + 5 x^2, and x^2 is at most |h x|^2 times the sum of |b_i|^2 / V^2.
+    A little more allows for rounding: a cell's forces must not depend on whether others of its block need the bound.
+    """
+    h3, h5 = load_vector(scratch, at.HOURGLASS_MODES, lane), load_vector(scratch, at.HOURGLASS_MODES + 3, lane)
+    h6, h7 = load_vector(scratch, at.HOURGLASS_MODES + 6, lane), load_vector(scratch, at.HOURGLASS_MODES + 9, lane)
+    mode_square = max(dot(h3, h3), dot(h5, h5), dot(h6, h6), dot(h7, h7))
+    sx, sy, sz = load_vector(scratch, at.GRADIENT_SQUARES, lane)
+    return 10.01 + 5.01 * mode_square * (sx + sy + sz)
+
+
+@lane_function
+def may_exceed(coefficient: float, per_step: float, scratch: np.ndarray, lane: int) -> bool:
+    """Whether an hourglass coefficient may exceed what the step, of inverse `per_step` (1/s), bears."""
+    limit = scratch[at.MASS * LANES + lane] * (0.125 * per_step)
+    return coefficient * longest_square(scratch, lane) > limit
+
+
+@lane_function
+def vector_square(mode: Vector, gradient_norm: Vector) -> float:
+    """Bound on the square of an hourglass vector, |gamma| <= sqrt(8) + sum over i of |h x_i| |b_i| / V.
+
+    8 in a brick; large where a cell is warped by more than it is thick. `mode` is that of the positions (m).
+    """
+    size = _ROOT_8 + abs(mode[0]) * gradient_norm[0] + abs(mode[1]) * gradient_norm[1] + abs(mode[2]) * gradient_norm[2]
+    return size * size
+
+
+@block_kernel
+def bound(step: float, needed: bool, scratch: np.ndarray) -> None:
+    """Find the hourglass coefficients that the step (s) lets each cell bear: where none is `needed`, without limit."""
+    widest_vectors()
+    if not needed:
+        for k in range(4 * LANES):
+            scratch[at.COEFFICIENT_LIMIT * LANES + k] = np.inf
+        return
+    for lane in range(LANES):
+        sx, sy, sz = load_vector(scratch, at.GRADIENT_SQUARES, lane)
+        gradient_norm = (np.sqrt(sx), np.sqrt(sy), np.sqrt(sz))
+        coefficient_limit = scratch[at.MASS * LANES + lane] / (8.0 * step)
+        for a in range(4):
+            square = vector_square(load_vector(scratch, at.HOURGLASS_MODES + 3 * a, lane), gradient_norm)
+            scratch[(at.COEFFICIENT_LIMIT + a) * LANES + lane] = coefficient_limit / square
+
+
+@lane_function
+def dashpots(scratch: np.ndarray, lane: int) -> tuple[Forces, float]:
+    """Viscous forces (N) against the modes, with the coefficient that all four bear, and their power (W)."""
+    b3, b5 = scratch[at.COEFFICIENT_LIMIT * LANES + lane], scratch[(at.COEFFICIENT_LIMIT + 1) * LANES + lane]
+    b6, b7 = scratch[(at.COEFFICIENT_LIMIT + 2) * LANES + lane], scratch[(at.COEFFICIENT_LIMIT + 3) * LANES + lane]
+    damping = min(scratch[at.DAMPING * LANES + lane], MOST_DAMPED * min(b3, b5, b6, b7))
+    q3, q5 = load_vector(scratch, at.HOURGLASS_RATE, lane), load_vector(scratch, at.HOURGLASS_RATE + 3, lane)
+    q6, q7 = load_vector(scratch, at.HOURGLASS_RATE + 6, lane), load_vector(scratch, at.HOURGLASS_RATE + 9, lane)
+    power = damping * (dot(q3, q3) + dot(q5, q5) + dot(q6, q6) + dot(q7, q7))
+    return (scaled(damping, q3), scaled(damping, q5), scaled(damping, q6), scaled(damping, q7)), power
+
+
+@lane_function
+def resist_mode(a: int, scratch: np.ndarray, lane: int) -> tuple[Vector, float]:
+    """Force (N) against one mode, viscous and stored elastic one, and its power (W).
+
+    The stored forces have been turned with the cell; they are advanced.
+    """
+    rate = load_vector(scratch, at.HOURGLASS_RATE + 3 * a, lane)
+    coefficient_limit = scratch[(at.COEFFICIENT_LIMIT + a) * LANES + lane]
+    spring = min(scratch[at.SPRING * LANES + lane], MOST_STIFF * coefficient_limit)
+    elastic = add_scaled(load_vector(scratch, at.HOURGLASS_FORCE + 3 * a, lane), spring, rate)
+    store_vector(elastic, scratch, at.HOURGLASS_FORCE + 3 * a, lane)
+    force = add_scaled(elastic, min(scratch[at.DAMPING * LANES + lane], MOST_DAMPED * coefficient_limit), rate)
+    return force, dot(force, rate)
+
+
+@lane_function
+def springs_and_dashpots(scratch: np.ndarray, lane: int) -> tuple[Forces, float]:
+    """Elastic and viscous forces (N) against the modes and their power (W)."""
+    h3, p3 = resist_mode(0, scratch, lane)
+    h5, p5 = resist_mode(1, scratch, lane)
+    h6, p6 = resist_mode(2, scratch, lane)
+    h7, p7 = resist_mode(3, scratch, lane)
+    return (h3, h5, h6, h7), p3 + p5 + p6 + p7

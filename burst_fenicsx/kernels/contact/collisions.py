@@ -10,8 +10,7 @@ import numba
 import numpy as np
 
 from burst_fenicsx.kernels.contact.springs import CollisionLaw, Collisions, push_node, slacken, weigh_corners
-from burst_fenicsx.kernels.geometry.bilinear import closest_point
-from burst_fenicsx.kernels.geometry.bounds import bound_faces
+from burst_fenicsx.kernels.geometry.bilinear import bound_faces, closest_point
 from burst_fenicsx.kernels.lanes import kernel, parallel_kernel
 
 __all__ = ["find_contacts"]

@@ -9,14 +9,12 @@ from __future__ import annotations
 import numba
 import numpy as np
 
-from burst_fenicsx.kernels.axisymmetric import quadrilateral, ring_hourglass
+from burst_fenicsx.kernels.axisymmetric import quadrilateral
 from burst_fenicsx.kernels.axisymmetric.quadrilateral import AxisymmetricState
 from burst_fenicsx.kernels.cells import charge as charge_cells
-from burst_fenicsx.kernels.cells import eight_points, hourglass, one_point
-from burst_fenicsx.kernels.cells import solid as solid_cells
-from burst_fenicsx.kernels.cells.block import make_block
-from burst_fenicsx.kernels.cells.hexahedron import gather_modes, mean_gradient
-from burst_fenicsx.kernels.cells.rows import SCRATCH_ROWS
+from burst_fenicsx.kernels.cells import eight_points, one_point
+from burst_fenicsx.kernels.cells.block import make_block, make_solid_block
+from burst_fenicsx.kernels.cells.layout import SCRATCH_ROWS
 from burst_fenicsx.kernels.lanes import LANES, kernel, parallel_kernel, widest_vectors
 from burst_fenicsx.kernels.state import ChargeState, Grid, Motion, Nodes, Schedule, SolidState, Totals
 from burst_fenicsx.problem import Part
@@ -26,9 +24,7 @@ __all__ = [
     "ONE_POINT",
     "RINGS",
     "add_element_forces",
-    "cell_volumes",
     "make_scratch",
-    "mean_velocities",
     "move_nodes",
 ]
 
@@ -38,11 +34,11 @@ ONE_POINT, RINGS, FULL_QUADRATURE = (1,), (1, 1), (2, 2, 2)
 _LINE = 8  # doubles of a cache line, and of the widest vectors
 _PARTS = len(Part)  # rows of material parameters that each round has
 
-_advance_solid = make_block(one_point, hourglass, solid_cells)
-_advance_solid_full = make_block(eight_points, eight_points, solid_cells)
-_advance_charge = make_block(one_point, hourglass, charge_cells)
-_advance_solid_rings = make_block(quadrilateral, ring_hourglass, solid_cells)
-_advance_charge_rings = make_block(quadrilateral, ring_hourglass, charge_cells)
+_advance_solid = make_solid_block(one_point)
+_advance_solid_full = make_solid_block(eight_points)
+_advance_charge = make_block(one_point, charge_cells)
+_advance_solid_rings = make_solid_block(quadrilateral)
+_advance_charge_rings = make_block(quadrilateral, charge_cells)
 
 
 def make_scratch(threads: int) -> np.ndarray:
@@ -56,7 +52,7 @@ def make_scratch(threads: int) -> np.ndarray:
     return room[first : first + threads * doubles].reshape(threads, doubles)
 
 
-@kernel
+@parallel_kernel
 def add_element_forces(
     threads: int,
     step: float,
@@ -85,22 +81,15 @@ def add_element_forces(
     _clear(motion.order[:moving], nodes.force)
     for colour in range(schedule.colour_offset.size - 1):
         chunks = schedule.chunk[schedule.colour_offset[colour] : schedule.colour_offset[colour + 1]]
-        _run_chunks(
-            threads,
-            chunks,
-            step,
-            time,
-            min_level,
-            element,
-            nodes,
-            grid,
-            schedule,
-            solid,
-            charge,
-            rings,
-            totals,
-            scratch,
-        )
+        # The body is a kernel of its own: numba loses what a parallel loop writes through a named tuple directly.
+        for thread in numba.prange(threads):
+            work = scratch[numba.get_thread_id()]
+            first = _share_begins(np.int64(thread), threads, chunks, schedule.active, min_level)
+            last = _share_begins(np.int64(thread) + 1, threads, chunks, schedule.active, min_level)
+            for k in range(first, last):
+                _run_chunk(
+                    chunks[k], step, time, min_level, element, nodes, grid, schedule, solid, charge, rings, totals, work
+                )
 
 
 @parallel_kernel
@@ -108,37 +97,6 @@ def _clear(rows: np.ndarray, values: np.ndarray) -> None:
     for k in numba.prange(rows.size):
         for i in range(3):
             values[rows[k], i] = 0.0
-
-
-@parallel_kernel
-def _run_chunks(
-    threads: int,
-    chunks: np.ndarray,
-    step: float,
-    time: float,
-    min_level: int,
-    element: tuple[int, ...],
-    nodes: Nodes,
-    grid: Grid,
-    schedule: Schedule,
-    solid: SolidState,
-    charge: ChargeState,
-    rings: AxisymmetricState | None,
-    totals: Totals,
-    scratch: np.ndarray,
-) -> None:
-    """Run chunks that share no node, side by side: each thread a run of them with its share of the blocks.
-
-    The body is a kernel of its own because numba loses what a parallel loop writes through a named tuple directly.
-    """
-    for thread in numba.prange(threads):
-        work = scratch[numba.get_thread_id()]
-        first = _share_begins(thread, threads, chunks, schedule.active, min_level)
-        last = _share_begins(thread + 1, threads, chunks, schedule.active, min_level)
-        for k in range(first, last):
-            _run_chunk(
-                chunks[k], step, time, min_level, element, nodes, grid, schedule, solid, charge, rings, totals, work
-            )
 
 
 @kernel
@@ -267,35 +225,3 @@ def move_nodes(
             mean[node, 0] = (1.0 - before) * x + before * mean[node, 0]
             mean[node, 1] = (1.0 - before) * y + before * mean[node, 1]
             mean[node, 2] = (1.0 - before) * z + before * mean[node, 2]
-
-
-@parallel_kernel
-def cell_volumes(position: np.ndarray, dofmap: np.ndarray) -> np.ndarray:
-    """Volumes of the cells (cells,) in m3; `position` (nodes, 3) m, `dofmap` (cells, 8) in tensor-product order."""
-    count = dofmap.shape[0]
-    result = np.empty(count)
-    for block in numba.prange((count + LANES - 1) // LANES):
-        cells = np.empty(LANES, dtype=np.int32)
-        for lane in range(LANES):
-            cells[lane] = min(block * LANES + lane, count - 1)
-        modes = np.empty(24 * LANES)
-        gradient = np.empty(18 * LANES)
-        volume = np.empty(LANES)
-        gather_modes(cells, dofmap, position, modes)
-        mean_gradient(modes, gradient, volume)
-        for lane in range(LANES):
-            result[cells[lane]] = volume[lane]
-    return result
-
-
-@parallel_kernel
-def mean_velocities(velocity: np.ndarray, dofmap: np.ndarray) -> np.ndarray:
-    """Mean of each cell's nodal velocities (cells, 3), m/s."""
-    result = np.empty((dofmap.shape[0], 3))
-    for cell in numba.prange(dofmap.shape[0]):
-        for i in range(3):
-            total = 0.0
-            for n in range(8):
-                total += velocity[dofmap[cell, n], i]
-            result[cell, i] = 0.125 * total
-    return result

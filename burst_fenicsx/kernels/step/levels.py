@@ -1,4 +1,4 @@
-"""Levels of cells and nodes: a cell of level l takes 2^l steps while the longest is taken once."""
+"""Levels of cells and nodes, a cell of level l taking 2^l steps while the longest is taken once; colours of groups."""
 
 from __future__ import annotations
 
@@ -7,7 +7,9 @@ import numpy as np
 
 from burst_fenicsx.kernels.lanes import LANES, kernel, parallel_kernel
 
-__all__ = ["blocks_are_mixed", "move_lanes", "node_levels", "raise_levels"]
+__all__ = ["blocks_are_mixed", "colour_groups", "move_lanes", "node_levels", "raise_levels"]
+
+_BITS = 64
 
 
 @kernel
@@ -72,3 +74,40 @@ def move_lanes(source: np.ndarray, blocks: np.ndarray, old: np.ndarray, new: np.
             before, place = slot // np.uint64(LANES), slot % np.uint64(LANES)
             for row in range(rows):
                 new[block, row * LANES + lane] = old[before, row * LANES + place]
+
+
+@kernel
+def colour_groups(
+    order: np.ndarray, first: np.ndarray, dofmap: np.ndarray, taken: np.ndarray, colour: np.ndarray
+) -> bool:
+    """Give each group of cells, one after another, the lowest colour that none of its nodes has seen.
+
+    Parameters
+    ----------
+    order : (cells,) cells, group after group. first : (groups + 1,) into `order`.
+    dofmap : (cells, corners) nodes.
+    taken : (nodes, words) uint64, zero: the colours that each node has seen, a bit each.
+    colour : (groups,) int32, overwritten.
+
+    Returns
+    -------
+    Whether the bits sufficed.
+    """
+    words = taken.shape[1]
+    seen = np.empty(words, dtype=np.uint64)
+    for group in range(first.size - 1):
+        seen[:] = 0
+        for k in range(first[group], first[group + 1]):
+            for corner in range(dofmap.shape[1]):
+                for word in range(words):
+                    seen[word] |= taken[dofmap[order[k], corner], word]
+        lowest = 0
+        while lowest < _BITS * words and (seen[lowest // _BITS] >> np.uint64(lowest % _BITS)) & np.uint64(1):
+            lowest += 1
+        if lowest == _BITS * words:
+            return False
+        colour[group] = lowest
+        for k in range(first[group], first[group + 1]):
+            for corner in range(dofmap.shape[1]):
+                taken[dofmap[order[k], corner], lowest // _BITS] |= np.uint64(1) << np.uint64(lowest % _BITS)
+    return True

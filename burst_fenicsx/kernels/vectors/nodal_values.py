@@ -7,7 +7,7 @@ from typing import TypeAlias
 import numpy as np
 
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function
-from burst_fenicsx.kernels.vectors.transposition import WIDTH, add_triples, address, load_triples, places
+from burst_fenicsx.kernels.vectors.transposition import WIDTH, add_triples, address, addresses, load_triples
 
 __all__ = ["add_nodal_forces", "cells_of_lanes", "gather", "gather_means"]
 
@@ -53,7 +53,7 @@ def gather(cells: np.ndarray, dofmap: np.ndarray, field: np.ndarray, rows: np.nd
     Parameters
     ----------
     cells : (LANES,) int32, the block's cells (padded with its last one).
-    dofmap : (cells, 8) int32, nodes in tensor-product order.
+    dofmap : (cells, 8) int32 nodes.
     field : (nodes, 3).
     rows : (24 LANES or more,), overwritten.
     """
@@ -61,7 +61,7 @@ def gather(cells: np.ndarray, dofmap: np.ndarray, field: np.ndarray, rows: np.nd
     for first in range(0, LANES, WIDTH):
         own = cells_of_lanes(cells, first)
         for n in range(8):
-            load_triples(places(start, _NODE_BYTES, _nodes_of_cells(own, dofmap, n)), rows, 3 * n * LANES + first)
+            load_triples(addresses(start, _NODE_BYTES, _nodes_of_cells(own, dofmap, n)), rows, 3 * n * LANES + first)
 
 
 @block_kernel
@@ -104,7 +104,7 @@ def add_nodal_forces(count: int, cells: np.ndarray, dofmap: np.ndarray, rows: np
         for first in range(0, LANES, WIDTH):
             own = cells_of_lanes(cells, first)
             for n in range(8):
-                add_triples(rows, 3 * n * LANES + first, places(start, _NODE_BYTES, _nodes_of_cells(own, dofmap, n)))
+                add_triples(rows, 3 * n * LANES + first, addresses(start, _NODE_BYTES, _nodes_of_cells(own, dofmap, n)))
         return
     for lane in range(count):
         cell = np.uint64(cells[lane])

@@ -22,7 +22,7 @@ from burst_fenicsx.kernels.lanes import LANES, lane_function
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-__all__ = ["WIDTH", "add_triples", "address", "later", "load_triples", "places", "prefetch", "store_triples"]
+__all__ = ["WIDTH", "add_triples", "address", "addresses", "later", "load_triples", "prefetch", "store_triples"]
 
 WIDTH = 8
 """Vectors that are transposed together."""
@@ -66,7 +66,7 @@ def prefetch(typing_context: Any, place: Any) -> tuple[Any, Callable[..., Any]]:
 
 
 @lane_function
-def places(start: np.uint64, size: np.uint64, index: tuple[np.uint64, ...]) -> tuple[np.uint64, ...]:
+def addresses(start: np.uint64, size: np.uint64, index: tuple[np.uint64, ...]) -> tuple[np.uint64, ...]:
     """Addresses of eight vectors of a field that begins at `start` and has `size` bytes for each."""
     return (
         start + size * index[0],

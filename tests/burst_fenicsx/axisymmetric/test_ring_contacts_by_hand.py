@@ -11,7 +11,7 @@ pytest.importorskip("dolfinx")
 
 from burst_fenicsx.kernels.axisymmetric.slide_line import add_line_forces
 from burst_fenicsx.kernels.contact.slide_law import SlideLaw
-from burst_fenicsx.meshing.split import split_charges
+from burst_fenicsx.meshing.cut import split_charges
 from burst_fenicsx.problem import ContactSettings, Part
 from tests.burst_fenicsx.axisymmetric.meridians import meridian, named, ring_burst
 from tests.burst_fenicsx.axisymmetric.test_slide_line import COUNT, bench, line_load, pressed

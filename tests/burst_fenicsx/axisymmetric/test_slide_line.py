@@ -15,7 +15,7 @@ from burst_fenicsx.geometry import load_profile
 from burst_fenicsx.kernels.axisymmetric.slide_line import add_line_forces
 from burst_fenicsx.kernels.cells.erosion import BEFORE
 from burst_fenicsx.kernels.contact.slide_law import SlideLaw
-from burst_fenicsx.meshing.split import split_charges
+from burst_fenicsx.meshing.cut import split_charges
 from burst_fenicsx.problem import ContactSettings, Part
 from tests.burst_fenicsx.axisymmetric.meridians import hold, meridian, named, ring_burst, whole_steps
 from tests.burst_fenicsx.bodies import QUIET

@@ -1,11 +1,32 @@
-"""Rotation of a step and the elastic trial stress, objective under rotations (Hughes and Winget 1980)."""
+"""Linear elasticity of a cell that turns: moduli, energy, and the objective trial stress (Hughes and Winget 1980)."""
 
 from __future__ import annotations
+
+from typing import TYPE_CHECKING
 
 from burst_fenicsx.kernels.lanes import lane_function
 from burst_fenicsx.kernels.vectors.tensors import Matrix, Symmetric, apply, dot, fma
 
-__all__ = ["elastic_trial", "spin"]
+if TYPE_CHECKING:
+    import numpy as np
+
+__all__ = ["elastic_energy", "elastic_trial", "moduli", "spin"]
+
+
+@lane_function
+def moduli(parameters: np.ndarray) -> tuple[float, float]:
+    """Shear modulus and Lame's first parameter (Pa)."""
+    shear = 0.5 * parameters[0] / (1.0 + parameters[1])
+    return shear, 2.0 * shear * parameters[1] / (1.0 - 2.0 * parameters[1])
+
+
+@lane_function
+def elastic_energy(stress: Symmetric, parameters: np.ndarray) -> float:
+    """Elastic energy by volume (J/m3) of a stress (Pa)."""
+    xx, yy, zz, xy, yz, zx = stress
+    square = xx * xx + yy * yy + zz * zz + 2.0 * (xy * xy + yz * yz + zx * zx)
+    trace = xx + yy + zz
+    return 0.5 * (((1.0 + parameters[1]) * square - parameters[1] * trace * trace) / parameters[0])
 
 
 @lane_function

@@ -5,7 +5,7 @@ principal stresses. A trial stress outside is returned to the closest admissible
 the elastic energy, which is the backward Euler step of the associated flow rule; the plastic strain
 is what the elastic law leaves over, C^-1 (trial - returned).
 
-All routines take and return the numbers of one lane (see `burst_fenicsx.kernels`); a stress is the tuple
+The compiled routines take and return the numbers of one lane (see `burst_fenicsx.kernels`); a stress is the tuple
 (xx, yy, zz, xy, yz, zx).
 """
 
@@ -13,13 +13,53 @@ from __future__ import annotations
 
 import numpy as np
 
+from burst_fenicsx.kernels.cells.layout import SOLID_OWN
 from burst_fenicsx.kernels.lanes import lane_function
 from burst_fenicsx.kernels.vectors.tensors import Symmetric, dot, fma, symmetric_square
+from burst_fenicsx.problem import CasingMaterial
 
-__all__ = ["principal_stresses", "return_principal", "return_stress", "softened_strength"]
+__all__ = [
+    "MATERIAL",
+    "PARAMETERS",
+    "constants",
+    "is_elastic",
+    "principal_stresses",
+    "return_principal",
+    "return_stress",
+    "softened_strength",
+    "strengths",
+    "without_strength",
+]
+
+MATERIAL = CasingMaterial
+PARAMETERS = ("tau", "sigma", "inverse_shear_limit", "inverse_volume_limit")
+
+_TAU, _SIGMA, _SHEAR_LIMIT, _VOLUME_LIMIT = range(SOLID_OWN, SOLID_OWN + len(PARAMETERS))
 
 _THIRD = 1.0 / 3.0
 _TINY = 1e-290  # keeps 0/0 away where nothing is to be done
+
+
+def constants(material: CasingMaterial) -> tuple[float, ...]:
+    """Columns of a material (Pa); an inverse limit of zero switches softening off."""
+    limits = (material.shear_softening_strain, material.tensile_softening_strain)
+    return (
+        material.shear_strength,
+        material.tensile_strength,
+        *(0.0 if limit is None else 1.0 / limit for limit in limits),
+    )
+
+
+def without_strength(
+    parameters: np.ndarray, shear_strain: np.ndarray, volume_strain: np.ndarray, scale: np.ndarray
+) -> np.ndarray:
+    """Whether each cell (cells,) has lost its shear strength at every point.
+
+    `parameters` (cells, columns); strains (cells, points); `scale` (cells,) inverse factor on the limit strains.
+    """
+    del volume_strain
+    least: np.ndarray = shear_strain.min(axis=1)
+    return least * parameters[:, _SHEAR_LIMIT] * scale >= 1.0
 
 
 @lane_function
@@ -29,6 +69,27 @@ def softened_strength(initial: float, strain: float, inverse_limit: float) -> fl
     `inverse_limit` is 1/gamma_lim or 1/eps_lim; zero switches softening off.
     """
     return initial * max(0.0, 1.0 - strain * inverse_limit)
+
+
+@lane_function
+def strengths(parameters: np.ndarray, shear_strain: float, volume_strain: float, scale: float) -> tuple[float, float]:
+    """Shear and tensile strength (Pa) after plastic strains; `scale` is the inverse factor on the limit strains."""
+    tau = softened_strength(parameters[_TAU], shear_strain, parameters[_SHEAR_LIMIT] * scale)
+    return tau, softened_strength(parameters[_SIGMA], volume_strain, parameters[_VOLUME_LIMIT] * scale)
+
+
+@lane_function
+def is_elastic(stress: Symmetric, tau: float, sigma: float) -> bool:
+    """Whether bounds without principal values show that a stress keeps within the strengths `tau` and `sigma` (Pa).
+
+    (s1 - s3)/2 <= sqrt(J2) and s1 <= mean + 2 sqrt(J2/3).
+    """
+    xx, yy, zz, xy, yz, zx = stress
+    mean = (xx + yy + zz) * (1.0 / 3.0)
+    j2 = symmetric_square((xx - mean, yy - mean, zz - mean, xy, yz, zx))
+    # The cut-off bound without a root: 4 J2 / 3 <= (sigma - mean)^2.
+    room = max(sigma - mean, 0.0)
+    return (j2 <= tau * tau) & ((4.0 / 3.0) * j2 <= room * room) & (mean <= sigma)
 
 
 @lane_function

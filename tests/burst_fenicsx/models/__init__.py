@@ -1,0 +1,1 @@
+"""Models of the tests' own, each in one module, as `docs/developer/adding.md` says."""
