@@ -477,7 +477,7 @@ def check_inputs(settings: object, where: str, error: type[Exception]) -> None:
     """Refuse values of a stage's dataclass that its fields do not allow.
 
     Raises `error` with `where.NAME: found ...; allowed: ...` for a word or a switch that is none of the choices, for
-    what is no number where one is needed, and for a number beyond its bounds.
+    what is not a number where one is needed, and for a number beyond its bounds.
     """
     for name, limits in _limits_of(type(settings)).items():  # type: ignore[arg-type]
         value = getattr(settings, name)

@@ -134,7 +134,7 @@ UNITS = _known_units()
 
 
 class UnitError(ValueError):
-    """A text is no number with a unit; the message follows the text that was found."""
+    """A text is not a number with a unit; the message follows the text that was found."""
 
 
 class Measure(NamedTuple):

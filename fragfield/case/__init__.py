@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from fragfield.case.changes import changed_document, load_changed_case
+from fragfield.case.changes import changed_document, load_case, load_changed_case
 from fragfield.case.difference import differences
-from fragfield.case.load import load_case, read_resolved
+from fragfield.case.load import read_resolved
 from fragfield.case.schema import Case
 from fragfield.case.write import plain, to_toml
 

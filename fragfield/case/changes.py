@@ -22,7 +22,7 @@ __all__ = [
     "Settings",
     "changed_document",
     "load_changed_case",
-    "load_set_case",
+    "load_case",
     "plain_tables",
     "read_settings",
     "read_value",
@@ -49,7 +49,7 @@ def load_changed_case(path: Path, changes: Mapping[str, Any]) -> Case:
     Raises
     ------
     InputError
-        As `fragfield.case.load_case`: an unknown key with the nearest valid name, a value that is not allowed.
+        As `load_case`: an unknown key with the nearest valid name, a value that is not allowed.
     """
     document = read_document(path)
     words = ", ".join(f"{key} = {value}" for key, value in changes.items())
@@ -61,31 +61,36 @@ def load_changed_case(path: Path, changes: Mapping[str, Any]) -> Case:
     return case_from_document(changed, source=source, folder=path.parent)
 
 
-def load_set_case(path: Path, settings: Settings = (), *, cell_size: str | None = None, burst: bool = True) -> Case:
-    """Read, check and resolve a case file with the values of `--set`; its title stays.
+def load_case(path: Path, settings: Settings = (), *, cell_size: str | None = None, burst: bool = True) -> Case:
+    """Read, check and resolve a case file.
 
     Parameters
     ----------
     path : Path
-        The case file.
+        The file; names of files in it are relative to its folder.
     settings : sequence of str, or mapping
-        KEY=VALUE with dotted keys, or values by such keys, see `changed_document`.
+        Of `--set`: KEY=VALUE with dotted keys, or values by such keys, see `changed_document`.
     cell_size : str, optional
-        Of `--cell-size`.
+        Of `--cell-size`: replaces `burst.cell_size`, with its unit.
     burst : bool
-        As in `fragfield.case.load_case`.
+        Whether the case must describe a burst; a flight of given fragments needs none.
+
+    Returns
+    -------
+    Case
+        Every default, material, contour and ignition point spelled out, in SI.
 
     Raises
     ------
     InputError
-        As `fragfield.case.load_case`; a setting that cannot be read, or two values for one key.
+        Any fault; the message names file and key, what was found and what is allowed.
     """
     document, source = set_document(path, settings, cell_size=cell_size)
     return case_from_document(document, source=source, folder=path.parent, burst=burst)
 
 
 def set_document(path: Path, settings: Settings = (), *, cell_size: str | None = None) -> tuple[dict[str, Any], str]:
-    """Tables of a case file with the values of `--set`, and what messages call them; as `load_set_case`."""
+    """Tables of a case file with the values of `--set`, and what messages call them; as `load_case`."""
     try:
         changes = read_settings(settings, cell_size=cell_size)
     except InputError as error:

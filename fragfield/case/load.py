@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 Material = ExplosiveTable | CasingTable
 Loaded = TypeVar("Loaded")
 
-__all__ = ["MOST_DEPTH", "case_from_document", "load_case", "named_material", "read_document", "read_resolved"]
+__all__ = ["MOST_DEPTH", "case_from_document", "named_material", "read_document", "read_resolved"]
 
 MOST_DEPTH = 30
 """Levels of tables and lists in a case."""
@@ -60,46 +60,13 @@ def read_document(path: Path) -> dict[str, Any]:
     return document
 
 
-def load_case(path: Path, *, cell_size: str | None = None, burst: bool = True) -> Case:
-    """Read, check and resolve a case file.
-
-    Parameters
-    ----------
-    path : Path
-        The file; names of files in it are relative to its folder.
-    cell_size : str, optional
-        Replaces `burst.cell_size`, with its unit.
-    burst : bool
-        Whether the case must describe a burst; a flight of given fragments needs none.
-
-    Returns
-    -------
-    Case
-        Every default, material, contour and ignition point spelled out, in SI.
-
-    Raises
-    ------
-    InputError
-        Any fault; the message names file and key, what was found and what is allowed.
-    """
-    document = read_document(path)
-    source = str(path)
-    if cell_size is not None:
-        table = document.setdefault("burst", {})
-        if isinstance(table, dict):
-            table["cell_size"] = cell_size
-            source = f"{path} with --cell-size"
-    document.setdefault("title", visible(path.stem))
-    return case_from_document(document, source=source, folder=path.parent, burst=burst)
-
-
 def read_resolved(path: Path) -> Case:
     """Read a case that this program has resolved and written; raises InputError where it is not sound."""
     return _validated(read_document(path), str(path))
 
 
 def case_from_document(document: Mapping[str, Any], *, source: str, folder: Path, burst: bool = True) -> Case:
-    """Check and resolve the tables of a case; as `load_case` for tables that are already read."""
+    """Check and resolve the tables of a case; see `fragfield.case.load_case`."""
     case = _validated(document, source)
     of_attitude = [*attitude_faults(case), *base_faults(case)]
     case = with_axes(case)

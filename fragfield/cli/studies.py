@@ -14,10 +14,20 @@ from fragfield.errors import EXIT_NUMERICAL
 
 __all__ = ["limit", "sweep", "uncertainty", "warm_up"]
 
+Varied = Annotated[Path, typer.Argument(metavar="CASE", help="The case file that is varied.")]
+RunThreads = Annotated[
+    int | None, typer.Option("--threads", min=1, metavar="N", help="Threads of each run; default 1.")
+]
+Jobs = Annotated[
+    int | None, typer.Option("--jobs", min=1, metavar="N", help="Runs at the same time; default all cores.")
+]
+ResumeRuns = Annotated[bool, typer.Option("--resume", help="Keep finished runs, continue the others.")]
+OverwriteRuns = Annotated[bool, typer.Option("--overwrite", help="Replace runs of another case in DIR.")]
+
 
 @app.command()
 def sweep(
-    case: Annotated[Path, typer.Argument(metavar="CASE", help="The case file that is varied.")],
+    case: Varied,
     values: Annotated[
         list[str], typer.Argument(metavar="KEY=VALUE,...", help='Values of a key: burst.cell_size="8 mm,6 mm".')
     ],
@@ -25,14 +35,10 @@ def sweep(
         Path | None, typer.Option("--out", metavar="DIR", help="Folder for the runs; default runs/NAME_sweep.")
     ] = None,
     stage: Annotated[str, typer.Option("--stage", metavar="run|burst", help="The whole chain, or the burst.")] = "run",
-    threads: Annotated[
-        int | None, typer.Option("--threads", min=1, metavar="N", help="Threads of each run; default 1.")
-    ] = None,
-    jobs: Annotated[
-        int | None, typer.Option("--jobs", min=1, metavar="N", help="Runs at the same time; default all cores.")
-    ] = None,
-    resume: Annotated[bool, typer.Option("--resume", help="Keep finished runs, continue the others.")] = False,
-    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace runs of another case in DIR.")] = False,
+    threads: RunThreads = None,
+    jobs: Jobs = None,
+    resume: ResumeRuns = False,
+    overwrite: OverwriteRuns = False,
     scheduler: Scheduler = None,
     quiet: Quiet = False,
     json: Json = False,
@@ -58,7 +64,7 @@ def sweep(
 
 @app.command()
 def limit(
-    case: Annotated[Path, typer.Argument(metavar="CASE", help="The case file that is varied.")],
+    case: Varied,
     values: Annotated[
         str,
         typer.Argument(
@@ -73,14 +79,10 @@ def limit(
     out: Annotated[
         Path | None, typer.Option("--out", metavar="DIR", help="Folder for the runs; default runs/NAME_limit.")
     ] = None,
-    threads: Annotated[
-        int | None, typer.Option("--threads", min=1, metavar="N", help="Threads of each run; default 1.")
-    ] = None,
-    jobs: Annotated[
-        int | None, typer.Option("--jobs", min=1, metavar="N", help="Runs at the same time; default all cores.")
-    ] = None,
-    resume: Annotated[bool, typer.Option("--resume", help="Keep finished runs, continue the others.")] = False,
-    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace runs of another case in DIR.")] = False,
+    threads: RunThreads = None,
+    jobs: Jobs = None,
+    resume: ResumeRuns = False,
+    overwrite: OverwriteRuns = False,
     quiet: Quiet = False,
     json: Json = False,
 ) -> None:

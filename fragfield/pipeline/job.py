@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fragfield.case import plain
-from fragfield.case.changes import Settings, load_set_case
+from fragfield.case.changes import Settings, load_case
 from fragfield.files.provenance import versions
 from fragfield.files.run_directory import RunDirectory
 from fragfield.version import __version__
@@ -83,7 +83,7 @@ class RunOptions:
         return self._loaded(self.target, burst=burst)
 
     def _loaded(self, path: Path, *, burst: bool) -> Case:
-        return load_set_case(path, self.settings, cell_size=self.cell_size, burst=burst)
+        return load_case(path, self.settings, cell_size=self.cell_size, burst=burst)
 
     @property
     def directory(self) -> RunDirectory:

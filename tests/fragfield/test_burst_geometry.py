@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 from burst_fenicsx.axisymmetric.applicability import CLEARANCE
+from fragfield.case import load_case
 from fragfield.case.conversion.stages import burst_geometry, burst_settings
-from fragfield.case.load import case_from_document, load_case
+from fragfield.case.load import case_from_document
 from fragfield.checking.check import check_report
 from fragfield.checking.show import print_check
 from fragfield.errors import exit_code_of

@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fragfield.case.load import case_from_document, load_case
+from fragfield.case import load_case
+from fragfield.case.load import case_from_document
 from fragfield.checking.check import check_report
 from fragfield.hazard.arrangement import with_images
 from tests.fragfield.short_run import ROOT, invoke

@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 
 from fragfield.case import load_case
-from fragfield.case.changes import load_set_case
 from fragfield.errors import InputError
 from fragfield.files.run_directory import SCRATCH, STAGES, RunDirectory
 from fragfield.hazard.recommended import not_included_words, recommended_of
@@ -148,7 +147,7 @@ def test_the_case_alone_decides_sizes_and_realisations(job, flown, monkeypatch, 
 def test_an_unknown_preset_is_refused_with_those_that_exist():
     words = r'burst\.convergence: found "?auto"?; allowed: "off", "quick", "standard" or "final"'
     with pytest.raises(InputError, match=words):
-        load_set_case(ROOT / "cases" / "m107_tnt.toml", ["burst.convergence=auto"])
+        load_case(ROOT / "cases" / "m107_tnt.toml", ["burst.convergence=auto"])
 
 
 def test_sizes_count_by_the_number_of_cells(job, flown, monkeypatch):

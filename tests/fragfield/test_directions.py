@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from fragfield.case.changes import load_set_case
+from fragfield.case.changes import load_case
 from fragfield.case.conversion.directions import hazard_basis, mirror_planes
 
 CASES = Path(__file__).parents[2] / "cases"
@@ -24,7 +24,7 @@ SINGLE, PAIR = CASES / "m107_tnt.toml", CASES / "m107_pair.toml"
     ],
 )
 def test_the_basis_of_a_single_round(settings, basis):
-    assert hazard_basis(load_set_case(SINGLE, settings)) == basis
+    assert hazard_basis(load_case(SINGLE, settings)) == basis
 
 
 @pytest.mark.parametrize(
@@ -42,18 +42,18 @@ def test_the_basis_of_a_single_round(settings, basis):
     ],
 )
 def test_mirror_planes_of_arrangements(name, settings, planes):
-    case = load_set_case(CASES / f"{name}.toml", settings)
+    case = load_case(CASES / f"{name}.toml", settings)
     assert mirror_planes(case) == planes
     assert hazard_basis(case) == "worst_direction"
 
 
 def test_a_pallet_mirrors_on_both_its_planes_if_it_stands_about_the_origin():
-    case = load_set_case(CASES / "m107_pallet_2x4.toml", [])
+    case = load_case(CASES / "m107_pallet_2x4.toml", [])
     assert set(mirror_planes(case)) <= {0.0, 90.0}
 
 
 def test_a_wall_that_is_not_mirrored_breaks_the_symmetry():
     wall = "plane=[{name='wall', kind='wall', point=['0 m', '1 m', '0 m'], normal=[0, -1, 0]}]"
-    assert mirror_planes(load_set_case(PAIR, [wall])) == (90.0,)
+    assert mirror_planes(load_case(PAIR, [wall])) == (90.0,)
     ground = "plane=[{name='floor', kind='ground'}]"
-    assert mirror_planes(load_set_case(PAIR, [ground])) == (0.0, 90.0)
+    assert mirror_planes(load_case(PAIR, [ground])) == (0.0, 90.0)

@@ -66,7 +66,7 @@ def load(tmp_path, text):
             '[[exposed]]\nname = "a"\nposition = ["9 m", "0 m"]\n[[exposed]]\nname = "a"\nposition = ["8 m", "0 m"]\n',
             'exposed[2].name: found "a", the name of exposed[1]',
         ),
-        ('[[exposed]]\nname = "a"\nplace = ["9 m", "0 m"]\n', 'exposed[1].place: unknown key'),
+        ('[[exposed]]\nname = "a"\nplace = ["9 m", "0 m"]\n', "exposed[1].place: unknown key"),
         (ROUND + '[[exposed]]\nname = "b"\nposition = ["0.2 m", "0 m"]\n', 'exposed "b": round "a" stands in it'),
         (
             BUILDING + 'wall = { material = "masonry", thickness = "24 cm" }\n',

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 from flight.arena import ArenaTable
-from fragfield.case import load_changed_case
+from fragfield.case import load_case, load_changed_case
 from fragfield.case.conversion.fragment_counts import UNITS, counts_of, read_counts
 from fragfield.case.conversion.stages import break_up_settings
-from fragfield.case.load import case_from_document, load_case, read_resolved
+from fragfield.case.load import case_from_document, read_resolved
 from fragfield.case.write import to_toml
 from fragfield.checking.check import check_report
 from fragfield.errors import InputError

@@ -32,11 +32,11 @@ def busy(number):
 
 @pytest.fixture(scope="module")
 def case(tmp_path_factory):
-    from fragfield.case.changes import load_set_case
+    from fragfield.case.changes import load_case
     from fragfield.case.write import to_toml
 
     path = tmp_path_factory.mktemp("case") / "shell.toml"
-    path.write_text(to_toml(load_set_case(ROOT / "cases" / "m107_tnt.toml", SETTINGS)), encoding="utf-8")
+    path.write_text(to_toml(load_case(ROOT / "cases" / "m107_tnt.toml", SETTINGS)), encoding="utf-8")
     return path
 
 
