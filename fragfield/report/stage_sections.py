@@ -16,9 +16,8 @@ from fragfield.report.tables.attitudes import attitude_figure
 from fragfield.report.tables.convergence import convergence_figure, convergence_notes, convergence_tables
 from fragfield.report.tables.counted import counted_table
 from fragfield.report.tables.distances import direction_table, distance_table
-from fragfield.report.tables.exposed_sites import exposed_tables
-from fragfield.report.tables.ignition import ignition_table
-from fragfield.report.tables.obstacles import obstacle_tables
+from fragfield.report.tables.exposed_sites import exposed_tables, obstacle_tables
+from fragfield.report.tables.ignition import exposure_table, ignition_table
 from fragfield.report.tables.rounds import (
     arrangement_table,
     broken_rounds_table,
@@ -27,7 +26,6 @@ from fragfield.report.tables.rounds import (
     segment_table,
 )
 from fragfield.report.tables.rules import rule_tables
-from fragfield.report.tables.shock_exposure import exposure_table
 from fragfield.report.tables.stages import (
     alike_around,
     azimuth_tables,

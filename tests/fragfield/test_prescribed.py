@@ -8,12 +8,11 @@ import pytest
 
 import fragfield
 from fragfield.case import load_case
-from fragfield.hazard.contents import contents_of
+from fragfield.hazard.contents import COMPARISON, DISPOSAL, SITING, contents_of
 from fragfield.hazard.prescribed import minimum_part, official_part
-from fragfield.hazard.rule import COMPARISON, DISPOSAL, SITING
 from fragfield.hazard.rules import rules_for
 from fragfield.report import read_run
-from fragfield.report.tables.prescribed import minimum_words, prescribed_table
+from fragfield.report.tables.rules import minimum_words, prescribed_table
 from tests.fragfield.short_run import RINGS, ROOT, invoke
 
 OFFICIAL = '\n[official]\nhazardous_fragment_distance = "{hazardous}"\nsource = "Authority, table 1, p. 7"\n'
