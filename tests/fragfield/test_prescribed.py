@@ -213,12 +213,3 @@ def test_rules_of_a_run_have_a_distance_or_a_reason(run):
         assert (one["distance"] is None) == bool(one["reason"]), one
     row = next(one for one in rules if one["name"].endswith("items in a row"))
     assert row["reason"] == "a single round"
-
-
-def test_a_run_of_a_former_version_shows_no_prescribed_distances(run, tmp_path):
-    class Former:
-        def part(self, name: str) -> dict:
-            return {} if name == "minimum" else {"determined": True, "upper": 1.0}
-
-    assert list(prescribed_table(Former())) == list(minimum_words(Former())) == []
-    assert list(prescribed_table(read_run(run[0])))
