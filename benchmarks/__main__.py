@@ -60,7 +60,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if options.readme:
         from benchmarks.readme import write_targets
 
-        write_targets()
+        write_targets(BENCHMARKS)
     return EXIT_DONE if all(name in found for name in names) else EXIT_NUMERICAL
 
 

@@ -115,7 +115,7 @@ def burst_cloud(number: int, seed: int = 0) -> Fragments:
     mass = np.exp(generator.uniform(math.log(1e-4), math.log(0.5), number))
     direction = generator.normal(size=(number, 3))
     direction /= np.linalg.norm(direction, axis=1, keepdims=True)
-    return Fragments.from_arrays(
+    return Fragments(
         mass, (0.0, 0.0, 1.0), direction * generator.uniform(300.0, 2000.0, number)[:, None]
     )  # fmt: skip
 
@@ -130,4 +130,4 @@ def two_tubes(number: int, seed: int = 0) -> Fragments:
     position = 0.13 * outward + np.stack([side, 0.0 * side, generator.uniform(1.2, 1.8, number)], axis=1)
     velocity = outward * generator.uniform(800.0, 1200.0, number)[:, None]
     velocity[:, 2] = generator.normal(0.0, 60.0, number)
-    return Fragments.from_arrays(mass * (64.0 / mass.sum()), position, velocity)
+    return Fragments(mass * (64.0 / mass.sum()), position, velocity)

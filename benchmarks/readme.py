@@ -26,11 +26,9 @@ def write_tables(found: Mapping[str, Mapping[str, Any]], path: Path = README) ->
     insert_tables(tables, path)
 
 
-def write_targets(folder: Path = HISTORY, path: Path = README) -> None:
+def write_targets(names: Iterable[str], folder: Path = HISTORY, path: Path = README) -> None:
     """Put the table of all targets, on all machines of the history, between its marks."""
-    from benchmarks.__main__ import BENCHMARKS
-
-    insert_tables({"targets": targets_table(folder, BENCHMARKS)}, path)
+    insert_tables({"targets": targets_table(folder, names)}, path)
 
 
 def _machine(found: Mapping[str, Any]) -> str:

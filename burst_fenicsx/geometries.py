@@ -12,6 +12,7 @@ import numpy as np
 
 from burst_fenicsx.contact import ContactForces
 from burst_fenicsx.errors import InputError
+from burst_fenicsx.kernels.constants import PLANE_SLACK
 from burst_fenicsx.mechanics.fields import HEXAHEDRON
 from burst_fenicsx.mechanics.nodal_loads import NodalConstraint
 from burst_fenicsx.meshing import merge, mesh_round, quality
@@ -31,8 +32,6 @@ if TYPE_CHECKING:
     from burst_fenicsx.symmetry.part import Cut
 
 __all__ = ["THREE_DIMENSIONS", "Geometry"]
-
-_PLANE_SLACK = 0.02  # of the cell size: the outline of the cells bulges a little over the circle
 
 
 @dataclass(frozen=True)
@@ -79,7 +78,7 @@ def _mesh(
 
 def _check_planes(rounds: Sequence[Round], settings: BurstSettings, mesh: HexahedralMesh) -> None:
     """Refuse rounds that a plane cuts or that stand behind it, of a mesh of all rounds (m); raises InputError."""
-    slack = _PLANE_SLACK * settings.cell_size
+    slack = PLANE_SLACK * settings.cell_size
     for plane in settings.planes:
         normal = np.asarray(plane.normal) / np.linalg.norm(plane.normal)
         height = (mesh.nodes - np.asarray(plane.point)) @ normal

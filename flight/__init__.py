@@ -1,7 +1,7 @@
 """Flight of fragments through air to the ground, and the hazard they make.
 
 >>> import flight
->>> fragments = flight.Fragments.from_arrays(mass=0.01, position=(0.0, 0.0, 1.0), velocity=(800.0, 0.0, 100.0))
+>>> fragments = flight.Fragments(mass=0.01, position=(0.0, 0.0, 1.0), velocity=(800.0, 0.0, 100.0))
 >>> result = flight.fly(fragments, witnesses=[flight.Cylinder(radius=7.62, name="ring")])
 >>> print(f"{result.landing['distance'][0]:.0f} m, {result.hits_on('ring')['speed'][0]:.0f} m/s at the ring")
 221 m, 692 m/s at the ring
@@ -15,14 +15,15 @@ from fragfield_base.lazy_names import lazy_names
 
 if TYPE_CHECKING:
     from flight import shape
+    from flight.arena import ArenaTable
     from flight.drag import Drag
     from flight.errors import FlightWarning, InputError, NotDeterminedError
     from flight.fragments import Fragments
     from flight.hazard.flown import hazard_distance
-    from flight.integrate.contact import CONTACTS, Contact
-    from flight.integrate.fly import FlightProgress, fly
+    from flight.integrate.contact import Contact
+    from flight.integrate.fly import FlightProgress, fly, range_table
     from flight.integrate.integrator import Adaptive, Domain, FixedStep
-    from flight.result import HITS, LANDING, OBSTACLE_HITS, FlightResult, Status, Trajectories, to_pandas
+    from flight.result import CONTACTS, HITS, LANDING, OBSTACLE_HITS, FlightResult, Status, Trajectories, to_pandas
     from flight.scene.air import VACUUM, ConstantAir, StandardAtmosphere
     from flight.scene.height_map import HeightMap
     from flight.scene.obstacles import Barricade, Building, Wall
@@ -37,6 +38,7 @@ __all__ = [
     "OBSTACLE_HITS",
     "VACUUM",
     "Adaptive",
+    "ArenaTable",
     "Barricade",
     "Building",
     "ConstantAir",
@@ -62,6 +64,7 @@ __all__ = [
     "Wind",
     "fly",
     "hazard_distance",
+    "range_table",
     "shape",
     "to_pandas",
 ]
@@ -70,14 +73,15 @@ __getattr__, __dir__ = lazy_names(
     __name__,
     {
         "flight.shape": "",
+        "flight.arena": "ArenaTable",
         "flight.drag": "Drag",
         "flight.errors": "FlightWarning InputError NotDeterminedError",
         "flight.fragments": "Fragments",
         "flight.hazard.flown": "hazard_distance",
-        "flight.integrate.contact": "CONTACTS Contact",
-        "flight.integrate.fly": "FlightProgress fly",
+        "flight.integrate.contact": "Contact",
+        "flight.integrate.fly": "FlightProgress fly range_table",
         "flight.integrate.integrator": "Adaptive Domain FixedStep",
-        "flight.result": "HITS LANDING OBSTACLE_HITS FlightResult Status Trajectories to_pandas",
+        "flight.result": "CONTACTS HITS LANDING OBSTACLE_HITS FlightResult Status Trajectories to_pandas",
         "flight.scene.air": "VACUUM ConstantAir StandardAtmosphere",
         "flight.scene.height_map": "HeightMap",
         "flight.scene.obstacles": "Barricade Building Wall",

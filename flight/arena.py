@@ -241,7 +241,7 @@ class ArenaTable:
         way = cosine[:, None] * along + sine[:, None] * (
             np.cos(turn)[:, None] * first + np.sin(turn)[:, None] * second
         )  # fmt: skip
-        return Fragments.from_arrays(
+        return Fragments(
             self.mass[row], tuple(place), self.speed[row, None] * way, shape_factor,
             round_number,
         )  # fmt: skip

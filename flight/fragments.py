@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -26,7 +26,7 @@ ARRAYS = files.ARRAYS
 _UNITS = {"mass": "kg", "position": "m", "velocity": "m/s", "shape_factor": "kg/m3"}
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True, eq=False, repr=False, init=False)
 class Fragments:
     """Fragments at launch.
 
@@ -48,7 +48,7 @@ class Fragments:
     Raises
     ------
     InputError
-        On a wrong shape, a mass or shape factor that is not above zero, or a value that is not finite.
+        On shapes that do not fit, a mass or shape factor that is not above zero, or a value that is not finite.
     """
 
     mass: NDArray[np.float64]
@@ -59,13 +59,8 @@ class Fragments:
     segment: NDArray[np.int32]
     round_names: tuple[str, ...] = ()
 
-    def __post_init__(self) -> None:
-        """Refuse what cannot be flown."""
-        _check(self, "fragments")
-
-    @classmethod
-    def from_arrays(
-        cls,
+    def __init__(
+        self,
         mass: ArrayLike,
         position: ArrayLike,
         velocity: ArrayLike,
@@ -73,11 +68,11 @@ class Fragments:
         round: ArrayLike = 0,  # noqa: A002 - the field's own word
         segment: ArrayLike = 0,
         round_names: Sequence[str] = (),
-    ) -> Fragments:
+    ) -> None:
         """Fragments from anything NumPy can read; scalars and one (3,) vector stand for all of them.
 
         The number of fragments is the length of the first array that is not single, in the order mass, velocity,
-        position and the rest.
+        position and the rest. Arrays of the kinds above are taken as they are, not copied.
         """
         given = {"mass": mass, "velocity": velocity, "position": position, "shape_factor": shape_factor}
         given |= {"round": round, "segment": segment}
@@ -88,12 +83,13 @@ class Fragments:
         for name, array in arrays.items():
             shape = (number, 3) if name in ("position", "velocity") else (number,)
             try:
-                arrays[name] = np.array(np.broadcast_to(array, shape), order="C")  # a copy of our own
+                object.__setattr__(self, name, _spread(array, shape))
             except ValueError:
                 raise InputError(
                     f"fragments: {name} has shape {array.shape}, but {number} fragments need {shape}"
                 ) from None
-        return cls(**arrays, round_names=tuple(round_names))
+        object.__setattr__(self, "round_names", tuple(round_names))
+        _check(self)
 
     def __len__(self) -> int:
         """Number of fragments."""
@@ -138,6 +134,21 @@ class Fragments:
         arrays = {name: np.ascontiguousarray(getattr(self, name)[chosen]) for name in ARRAYS}
         return Fragments(**arrays, round_names=self.round_names)
 
+    def translated(self, shift: ArrayLike) -> Fragments:
+        """The same fragments moved by a vector (3,) in m."""
+        return replace(self, position=self.position + real_array("fragments", "shift", shift, "m"))
+
+    def rotated(self, axis: ArrayLike, angle_deg: float, about: ArrayLike = (0.0, 0.0, 0.0)) -> Fragments:
+        """The same fragments turned about a direction (3,), right-handed by degrees, through the point `about` (m)."""
+        along, point = real_array("fragments", "axis", axis, ""), real_array("fragments", "about", about, "m")
+        if along.shape != (3,) or not float(np.linalg.norm(along)) > 0.0:
+            raise InputError(f"fragments: the axis is {along.tolist()}, needed: three components, not all zero")
+        x, y, z = along / np.linalg.norm(along)
+        cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+        angle = np.radians(angle_deg)
+        turn = np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * (cross @ cross)
+        return replace(self, position=(self.position - point) @ turn.T + point, velocity=self.velocity @ turn.T)
+
     @classmethod
     def concatenate(cls, parts: Sequence[Fragments]) -> Fragments:
         """All fragments of several sets, one set after the other; names of rounds stay where no set names others."""
@@ -164,7 +175,7 @@ class Fragments:
         """
         arrays, names = files.read(Path(path))
         try:
-            found = cls.from_arrays(**arrays, round_names=names)
+            found = cls(**arrays, round_names=names)
             check_possible(found, "fragments")
         except InputError as error:
             raise InputError(f"{path}: {error}") from None
@@ -182,18 +193,13 @@ def _as_array(name: str, value: object) -> NDArray[Any]:
     return whole
 
 
-def _check(fragments: Fragments, source: str) -> None:
-    number = np.size(fragments.mass)
-    for field in ARRAYS:
-        array = getattr(fragments, field)
-        shape = (number, 3) if field in ("position", "velocity") else (number,)
-        kind: type[np.generic] = np.int32 if field in ("round", "segment") else np.float64
-        if not isinstance(array, np.ndarray) or array.shape != shape or array.dtype != kind:
-            found = f"{array.dtype} {array.shape}" if isinstance(array, np.ndarray) else type(array).__name__
-            raise InputError(
-                f"{source}: {field} is {found}, needed {np.dtype(kind)} {shape}; "
-                "Fragments.from_arrays converts and spreads single values"
-            )
+def _spread(array: NDArray[Any], shape: tuple[int, ...]) -> NDArray[Any]:
+    """An array of its own, or the same where it has the shape already."""
+    return np.ascontiguousarray(array) if array.shape == shape else np.array(np.broadcast_to(array, shape), order="C")
+
+
+def _check(fragments: Fragments) -> None:
+    source, number = "fragments", len(fragments)
     if fragments.round_names and number and int(fragments.round.max()) >= len(fragments.round_names):
         raise InputError(
             f"{source}: round {int(fragments.round.max())} has no name; there are {len(fragments.round_names)} names"

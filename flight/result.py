@@ -9,18 +9,38 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flight.errors import InputError, nearest
-from flight.rows import HITS, LANDING, OBSTACLE_HITS, RICOCHETS, Status, Trajectories, flat_columns, to_pandas
+from flight.rows import (
+    CONTACTS,
+    HITS,
+    LANDING,
+    OBSTACLE_HITS,
+    RICOCHETS,
+    Status,
+    Trajectories,
+    flat_columns,
+    to_pandas,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from numpy.typing import NDArray
 
-    from flight.hazard.density.near_ground import PathLengths
+    from flight.fluence import Fluence
     from flight.scene.obstacles import Obstacle
     from flight.scene.targets import Witness
 
-__all__ = ["HITS", "LANDING", "OBSTACLE_HITS", "RICOCHETS", "FlightResult", "Status", "Trajectories", "to_pandas"]
+__all__ = [
+    "CONTACTS",
+    "HITS",
+    "LANDING",
+    "OBSTACLE_HITS",
+    "RICOCHETS",
+    "FlightResult",
+    "Status",
+    "Trajectories",
+    "to_pandas",
+]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -46,7 +66,7 @@ class FlightResult:
         Walls, barricades and buildings, in the order `obstacle` counts.
     obstacle_hits : (o,) structured array of dtype `OBSTACLE_HITS`
         Every impact on an obstacle, by fragment and then time.
-    near_ground : flight.hazard.density.near_ground.PathLengths, optional
+    fluence : flight.fluence.Fluence, optional
         Lengths of paths below a person's height, where `fly` was asked to count them.
     ricochet_hits : structured array of dtype `HITS`
         Crossings of witness surfaces after an impact on the ground.
@@ -62,7 +82,7 @@ class FlightResult:
     contacts: NDArray[Any] | None = None
     obstacles: tuple[Obstacle, ...] = ()
     obstacle_hits: NDArray[Any] = field(default_factory=lambda: np.zeros(0, dtype=OBSTACLE_HITS))
-    near_ground: PathLengths | None = None
+    fluence: Fluence | None = None
     ricochet_hits: NDArray[Any] = field(default_factory=lambda: np.zeros(0, dtype=HITS))
     ricochets: NDArray[Any] = field(default_factory=lambda: np.zeros(0, dtype=RICOCHETS))
 
@@ -122,6 +142,7 @@ class FlightResult:
         With obstacles also obstacle_hits.h5, with contact between fragments contacts.h5.
         """
         from flight.files import results as files
+        from flight.files.hdf5 import write_table
         from flight.files.text_tables import Labels, write_columns
 
         folder = Path(folder)
@@ -132,8 +153,8 @@ class FlightResult:
             raise InputError(f"{folder}: cannot be made a folder ({error})") from None
         names = [witness.name for witness in self.witnesses]
         written = [
-            files.write_landing(self.landing, folder / "landing.h5", stamp),
-            files.write_hits(self.hits, names, folder / "hits.h5", stamp),
+            write_table(self.landing, folder / "landing.h5", "landing", (), stamp),
+            write_table(self.hits, folder / "hits.h5", "hits", names, stamp),
         ]
         if csv:
             written.append(write_columns(folder / "landing.csv", flat_columns(self.landing), stamp))
@@ -141,7 +162,7 @@ class FlightResult:
             written.append(write_columns(folder / "witness.csv", columns, stamp))
         if self.obstacles:
             names = [obstacle.name for obstacle in self.obstacles]
-            written.append(files.write_obstacle_hits(self.obstacle_hits, names, folder / "obstacle_hits.h5", stamp))
+            written.append(write_table(self.obstacle_hits, folder / "obstacle_hits.h5", "obstacle_hits", names, stamp))
             if csv:
                 columns = files.named_columns(self.obstacle_hits, "obstacle", names)
                 first = np.cumsum([0, *(len(obstacle.faces) for obstacle in self.obstacles)])
@@ -150,7 +171,7 @@ class FlightResult:
                 labels = {"name": columns.pop("name"), "face_name": face}
                 written.append(write_columns(folder / "obstacle_hits.csv", {**labels, **columns}, stamp))
         if self.contacts is not None:
-            written.append(files.write_contacts(self.contacts, folder / "contacts.h5", stamp))
+            written.append(write_table(self.contacts, folder / "contacts.h5", "contacts", (), stamp))
             if csv:
                 written.append(write_columns(folder / "contacts.csv", flat_columns(self.contacts), stamp))
         if len(self.trajectories):

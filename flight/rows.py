@@ -11,7 +11,17 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["HITS", "LANDING", "OBSTACLE_HITS", "RICOCHETS", "Status", "Trajectories", "flat_columns", "to_pandas"]
+__all__ = [
+    "CONTACTS",
+    "HITS",
+    "LANDING",
+    "OBSTACLE_HITS",
+    "RICOCHETS",
+    "Status",
+    "Trajectories",
+    "flat_columns",
+    "to_pandas",
+]
 
 
 class Status(IntEnum):
@@ -68,6 +78,22 @@ HITS = np.dtype(
         ("energy", "f8"),  # J
         ("azimuth", "f8"),  # of the place seen from the cylinder's axis, or from the origin (degrees, 0 to 360)
         ("elevation", "f8"),  # of the velocity above the horizontal (degrees)
+    ]
+)
+
+CONTACTS = np.dtype(
+    [
+        ("first", "i8"),  # rows in the fragments flown, first < second
+        ("second", "i8"),
+        ("time", "f8"),  # s
+        ("first_position", "f8", 3),  # centres (m)
+        ("second_position", "f8", 3),
+        ("first_before", "f8", 3),  # velocities (m/s)
+        ("second_before", "f8", 3),
+        ("first_after", "f8", 3),
+        ("second_after", "f8", 3),
+        ("closing_speed", "f8"),  # along the line of centres (m/s)
+        ("energy_lost", "f8"),  # to heat and deformation (J)
     ]
 )
 

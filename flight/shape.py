@@ -1,18 +1,14 @@
 """Shape factors k (kg/m3) in the presented area A = (m/k)^(2/3) of a fragment: known values, and models that draw them.
 
 For a convex body that tumbles without preference the mean presented area is a quarter of its surface
-(Cauchy 1832), so k = m / (S/4)^(3/2) depends on the shape and the density only. A fragment that keeps its orientation
-shows another area; any area is a k of its own, so every model gives one k for each fragment.
-
-What is drawn for a fragment depends on the seed and on its number alone, not on how many others there are, on their
-order, or on ranks and threads.
+(Cauchy 1832), so k = m / (S/4)^(3/2) depends on the shape and the density only.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -27,7 +23,7 @@ from flight.shape_factors import (
 )
 
 if TYPE_CHECKING:
-    from numpy.typing import ArrayLike, NDArray
+    from numpy.typing import NDArray
 
     from flight.fragments import Fragments
 
@@ -44,7 +40,6 @@ __all__ = [
     "box_shape_factor",
     "describe",
     "shaped",
-    "sphere_shape_factor",
 ]
 
 
@@ -57,12 +52,6 @@ def box_shape_factor(density: float, length: float, width: float, height: float)
     return density * length * width * height / quarter_surface**1.5
 
 
-def sphere_shape_factor(density: float) -> float:
-    """Shape factor (kg/m3) of a sphere of a density (kg/m3): A is then pi d^2 / 4 exactly."""
-    require_number("shape", "density", density, "kg/m3")
-    return density * (math.pi / 6.0) / (math.pi / 4.0) ** 1.5
-
-
 @dataclass(frozen=True)
 class Mean:
     """One shape factor for all (kg/m3): the fixed mean area."""
@@ -73,10 +62,9 @@ class Mean:
         """Refuse what is no shape factor."""
         _above_zero("mean", "shape factor", self.shape_factor, "kg/m3")
 
-    def factors(self, fragments: Fragments, seed: int, identity: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Shape factors (n,)."""
-        del seed, identity
-        return np.full(len(fragments), float(self.shape_factor))
+    def factors(self, number: int, seed: int) -> NDArray[np.float64]:  # noqa: ARG002 - nothing is drawn
+        """Shape factors of so many fragments."""
+        return np.full(number, float(self.shape_factor))
 
 
 @dataclass(frozen=True)
@@ -97,32 +85,25 @@ class Lognormal:
         if not 0.0 <= self.spread <= 2.0:
             raise InputError(f"shape: spread of the lognormal is {self.spread}, allowed: 0 to 2")
 
-    def factors(self, fragments: Fragments, seed: int, identity: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Shape factors (n,)."""
-        from flight.kernels.orientation import standard_normals
-
-        normal = np.empty(len(fragments))
-        standard_normals(_uniform(seed, identity)[:, :2].copy(), normal)
-        return np.array([self.median * math.exp(self.spread * x) for x in normal.tolist()])
+    def factors(self, number: int, seed: int) -> NDArray[np.float64]:
+        """Shape factors of so many fragments, drawn with the seed."""
+        generator = np.random.default_rng(np.random.SeedSequence([seed, _STREAM]))
+        return self.median * np.exp(self.spread * generator.standard_normal(number))
 
 
 @dataclass(frozen=True)
 class Box:
-    """Fragments as rectangular boxes with given ratios of their edges.
+    """Fragments as tumbling rectangular boxes: the mean area, a quarter of the surface.
 
     Attributes
     ----------
     ratios : (3,) floats
         Of the edges; 5:2:1 is the box of Wang et al.
-    orientation : "tumbling" or "fixed"
-        Tumbling: the mean area, a quarter of the surface. Fixed: each fragment has an orientation drawn uniformly,
-        keeps it, and shows the area that the box has in its direction of flight at launch.
     density : float
         Of the casing's material (kg/m3).
     """
 
     ratios: tuple[float, float, float] = (5.0, 2.0, 1.0)
-    orientation: Literal["tumbling", "fixed"] = "tumbling"
     density: float = 7800.0
 
     def __post_init__(self) -> None:
@@ -130,57 +111,34 @@ class Box:
         sides = real_array("shape", "ratios of the box", self.ratios, "")
         if sides.shape != (3,) or not (np.isfinite(sides) & (sides > 0.0)).all():
             raise InputError(f"shape: ratios of the box are {self.ratios}, needed: three finite numbers above zero")
-        if self.orientation not in ("tumbling", "fixed"):
-            raise InputError(f"shape: orientation is {self.orientation!r}, allowed: 'tumbling', 'fixed'")
         _above_zero("box", "density", self.density, "kg/m3")
 
-    def factors(self, fragments: Fragments, seed: int, identity: NDArray[np.int64]) -> NDArray[np.float64]:
-        """Shape factors (n,)."""
-        if self.orientation == "tumbling":
-            return np.full(len(fragments), box_shape_factor(self.density, *self.ratios))
-        from flight.kernels.orientation import projected_areas
-
-        # the area of a box of one unit of mass; A of mass m is that times m^(2/3)
-        sides = np.asarray(self.ratios, dtype=np.float64)
-        sides = sides / (self.density * sides.prod()) ** (1.0 / 3.0)
-        area = np.empty(len(fragments))
-        projected_areas(_uniform(seed, identity), fragments.velocity, sides, area)
-        return 1.0 / (area * np.sqrt(area))
+    def factors(self, number: int, seed: int) -> NDArray[np.float64]:  # noqa: ARG002 - nothing is drawn
+        """Shape factors of so many fragments."""
+        return np.full(number, box_shape_factor(self.density, *self.ratios))
 
 
 Shape = Mean | Lognormal | Box
 
 
-def shaped(fragments: Fragments, shape: Shape, seed: int = 0, identity: ArrayLike | None = None) -> Fragments:
-    """Fragments with the shape factors that a model gives them.
-
-    Parameters
-    ----------
-    fragments : Fragments
-    shape : Mean, Lognormal or Box
-    seed : int
-        Of what is drawn.
-    identity : (n,) whole numbers, optional
-        Number by which each is drawn, 0, 1, ... by default; give it where `fragments` is a part of a whole.
+def shaped(fragments: Fragments, shape: Shape, seed: int = 0) -> Fragments:
+    """Fragments with the shape factors that a model gives them; `seed` of what is drawn.
 
     Raises
     ------
     InputError
-        `identity` does not fit, or the shape is none of these.
+        The shape is no model.
     """
     if not isinstance(shape, Shape):
         raise InputError(f"shape is {shape!r}, allowed: flight.shape.Mean, Lognormal or Box")
-    number = np.arange(len(fragments)) if identity is None else np.asarray(identity)
-    if number.shape != (len(fragments),) or number.dtype.kind not in "iu" or (number < 0).any():
-        raise InputError(f"shape: identity must be {len(fragments)} whole numbers of zero or more")
-    return replace(fragments, shape_factor=shape.factors(fragments, seed, number.astype(np.int64)))
+    return replace(fragments, shape_factor=shape.factors(len(fragments), seed))
 
 
 def describe(shape: Shape | None, fragments: Fragments) -> dict[str, Any]:
     """What the summary says of the presented areas: model, and the shape factors (kg/m3) that were flown."""
     known: dict[str, Any] = {"model": "as given"} if shape is None else {"model": type(shape).__name__.lower()}
     if isinstance(shape, Box):
-        known |= {"ratios": list(shape.ratios), "orientation": shape.orientation}
+        known |= {"ratios": list(shape.ratios)}
     if isinstance(shape, Lognormal):
         known |= {"spread": shape.spread}
     low, middle, high = np.percentile(fragments.shape_factor, (5.0, 50.0, 95.0)) if len(fragments) else (0.0, 0.0, 0.0)
@@ -188,19 +146,6 @@ def describe(shape: Shape | None, fragments: Fragments) -> dict[str, Any]:
         **known, "shape_factor_5_percent": float(low), "shape_factor_median": float(middle),
         "shape_factor_95_percent": float(high),
     }  # fmt: skip
-
-
-def _uniform(seed: int, identity: NDArray[np.int64]) -> NDArray[np.float64]:
-    """Four numbers in [0, 1) for each fragment, (n, 4): those at its position in one counter-based stream.
-
-    Philox gives four words for each count (Salmon et al. 2011), so the fragment's number is the count.
-    """
-    if not identity.size:
-        return np.zeros((0, 4))
-    first, last = int(identity.min()), int(identity.max())
-    stream = np.random.Philox(np.random.SeedSequence([seed, _STREAM]))
-    words = stream.advance(first).random_raw(4 * (last - first + 1))
-    return np.asarray((words >> np.uint64(11)) * 2.0**-53).reshape(-1, 4)[identity - first]
 
 
 _STREAM = 0x5AFE  # distinguishes this stream from others of the same seed

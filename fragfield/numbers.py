@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from fragfield_base.explosive_names import value_for
 from fragfield_base.inputs import Measured
+from fragfield_base.names import value_for
 
 if TYPE_CHECKING:
     from collections.abc import Callable

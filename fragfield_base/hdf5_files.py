@@ -1,33 +1,54 @@
-"""HDF5 files: written whole, in one move, and read after a check of their seal.
+"""HDF5 files: written whole, in one move, with a seal, and read after a check of it.
 
 HDF5 does not recover from a failed write: a full disk ends it by signal 11, now or when the process exits. So the
-library writes to memory alone, and what it has made is written as any other file (`fragfield_base.writing`). A file
-that is read is checked first (`fragfield_base.hdf5_soundness`).
+library writes to memory alone, and what it has made is written as any other file (`fragfield_base.writing`). It notices
+little when it reads: a flipped bit changes a number, or sends the library into memory that it does not own. So a file
+ends with a digest of all of it, where HDF5 does not read, and where other programs (ParaView, h5dump) do not mind:
+
+    ... HDF5 ... | size | digest of size and content | mark
+
+A file that was cut or edited has no seal or a wrong one. One of other origin has none: another process, which may fail
+as it likes, looks through it first (`fragfield_base.probe`).
 """
 
 from __future__ import annotations
 
+import hashlib
 import io
+import os
+import stat
+import struct
+import subprocess
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, BinaryIO
 
-from fragfield_base.hdf5_soundness import check_sound
 from fragfield_base.interruption import Interruption
-from fragfield_base.seal import seal_of
+from fragfield_base.own_process import run_script
 from fragfield_base.writing import refuse_link, replacing
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
-    from pathlib import Path
 
     import h5py
 
-__all__ = ["check_sound", "creating", "reading"]
+__all__ = ["SEAL_LENGTH", "check_sound", "creating", "reading"]
 
 _VERSIONS = ("v108", "v110")  # 1.8 holds attributes above 64 kB: the case of a large stack
 _READING_FAULTS = (
     OSError, RuntimeError, LookupError, ValueError, TypeError, AttributeError, ArithmeticError, MemoryError,
 )  # fmt: skip
+_MARK = b"fragfield seal 2"
+_DIGEST = 32
+_SEAL = struct.Struct(f"<Q{_DIGEST}s{len(_MARK)}s")
+SEAL_LENGTH = _SEAL.size
+"""Bytes of a seal."""
+_PIECE = 1 << 20
+_sound: dict[str, tuple[int, int, int]] = {}  # files whose seal this process has checked, as they were then
+
+
+class _SealError(ValueError):
+    """What the file holds is not what was sealed."""
 
 
 @contextmanager
@@ -50,15 +71,12 @@ def creating(path: Path, error: type[Exception]) -> Iterator[h5py.File]:
             yield file
         with replacing(path, error) as stream:
             stream.write(image.getbuffer())
-            stream.write(seal_of(image.getbuffer()))
+            stream.write(_seal_of(image.getbuffer()))
 
 
 @contextmanager
 def reading(path: Path, error: type[Exception], advice: str = "") -> Iterator[h5py.File]:
     """Open an HDF5 file that may be damaged, or be of unknown origin; every fault ends in one message.
-
-    A seal is checked before HDF5 sees the file. A file without one is looked at by another process first, which may
-    fail as it likes (`fragfield_base.probe`).
 
     Parameters
     ----------
@@ -92,3 +110,80 @@ def reading(path: Path, error: type[Exception], advice: str = "") -> Iterator[h5
 def _short(error: BaseException) -> str:
     text = " ".join((str(error) or type(error).__name__).split())
     return text if len(text) <= 200 else text[:197] + "..."
+
+
+def check_sound(path: Path, error: type[Exception], advice: str = "") -> None:
+    """Refuse a file that is missing, no regular file, or not as it was sealed; `error` with one message."""
+    end = f"; {advice}" if advice else ""
+    try:
+        if not stat.S_ISREG(path.stat().st_mode):
+            raise error(f"{path}: not a file")
+        before = _state(path)
+        if _sound.get(str(path)) == before:
+            return
+        fault = _fault_of(path)
+    except FileNotFoundError:
+        raise error(f"{path}: no such file{end}") from None
+    except OSError as found:
+        raise error(f"{path}: cannot be read ({found.strerror or found}){end}") from None
+    if fault is not None:
+        raise error(f"{path}: {fault}{end}")
+    _sound[str(path)] = before
+
+
+def _state(path: Path) -> tuple[int, int, int]:
+    found = path.stat()
+    return found.st_ino, found.st_size, found.st_mtime_ns
+
+
+def _fault_of(path: Path) -> str | None:
+    try:
+        with path.open("rb") as file:
+            return None if _is_sealed(file) else _probed(path)
+    except _SealError as found:
+        return f"damaged, cut off or changed since it was written: {found}"
+
+
+def _probed(path: Path) -> str | None:
+    """Have a process of its own look through a file that is not sealed; what is wrong with it."""
+    try:
+        done = run_script(Path(__file__).with_name("probe.py"), str(path), timeout=60)
+    except subprocess.TimeoutExpired:
+        return "cut off, or not an HDF5 file that can be read in a minute"
+    if done.returncode == 0:
+        return None
+    words = done.stdout.decode("utf-8", "replace").strip().splitlines()
+    return words[-1] if done.returncode == 1 and words else "cut off, or not an HDF5 file (reading it crashed)"
+
+
+def _seal_of(content: bytes | memoryview) -> bytes:
+    """What is written behind the content of a file."""
+    digest = _started(len(content))
+    digest.update(content)
+    return _SEAL.pack(len(content), digest.digest(), _MARK)
+
+
+def _is_sealed(file: BinaryIO) -> bool:
+    """Whether an open file has a seal; raises _SealError where it does not fit."""
+    whole = os.fstat(file.fileno()).st_size
+    if whole < SEAL_LENGTH:
+        return False
+    file.seek(whole - SEAL_LENGTH)
+    size, sealed, mark = _SEAL.unpack(file.read(SEAL_LENGTH))
+    if mark != _MARK:
+        return False
+    if size + SEAL_LENGTH != whole:
+        raise _SealError(f"it has {whole} bytes, which is not what its checksum was made of")
+    digest = _started(size)
+    file.seek(0)
+    left = size
+    while left > 0 and (piece := file.read(min(_PIECE, left))):
+        digest.update(piece)
+        left -= len(piece)
+    if digest.digest() != sealed:
+        raise _SealError("its bytes do not match their checksum")
+    return True
+
+
+def _started(size: int) -> hashlib.blake2b:
+    return hashlib.blake2b(struct.pack("<Q", size), digest_size=_DIGEST)

@@ -1,14 +1,17 @@
-"""The nearest of the names that are allowed, for the messages about one that is not."""
+"""Names: the nearest of those that are allowed, for messages, and those of explosives as people write them."""
 
 from __future__ import annotations
 
+import re
 from difflib import get_close_matches
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Mapping
 
-__all__ = ["names_allowed", "nearest_name"]
+    Value = TypeVar("Value")
+
+__all__ = ["explosive_key", "names_allowed", "nearest_name", "value_for"]
 
 
 def nearest_name(name: str, allowed: Iterable[str], *, likeness: float = 0.5) -> str | None:
@@ -26,3 +29,14 @@ def names_allowed(name: object, valid: Iterable[str]) -> str:
     close = nearest_name(str(name), names)
     hint = f"; did you mean {close!r}?" if close is not None else ""
     return f"{hint} (allowed: {', '.join(names)})"
+
+
+def explosive_key(name: str) -> str:
+    """Letters and digits of the name, lower case, "composition" as "comp": "comp_b" and "Composition B" are one."""
+    return re.sub(r"[^a-z0-9]", "", name.casefold()).replace("composition", "comp")
+
+
+def value_for(name: str, values: Mapping[str, Value]) -> Value | None:
+    """The value of an explosive in a table by name, whichever way both are written; None where it is not in it."""
+    wanted = explosive_key(name)
+    return next((value for known, value in values.items() if explosive_key(known) == wanted), None)

@@ -2,6 +2,7 @@
 
 A reader, another process and a run that is killed therefore see the old file or the new one, never a part of it. No
 file is written through a symbolic link: a link planted under an expected name would redirect the output elsewhere.
+Texts that users chose are no formulas in tables.
 """
 
 from __future__ import annotations
@@ -19,11 +20,10 @@ if TYPE_CHECKING:
 __all__ = [
     "DRAFT",
     "append_text_file",
+    "csv_cell",
     "described",
-    "open_draft",
-    "publish",
+    "harmless",
     "refuse_link",
-    "refuse_second_name",
     "replacing",
     "write_bytes",
     "write_files",
@@ -33,6 +33,8 @@ __all__ = [
 DRAFT = ".part"
 """Suffix of a file while it is written."""
 
+_FORMULA = ("=", "+", "-", "@", "\t", "\r")
+_QUOTED = (",", '"', "\n", "\r")
 _ADVICE = {
     errno.ENOSPC: "the disk is full",
     errno.EDQUOT: "the disk quota is used up",
@@ -64,42 +66,6 @@ def refuse_link(path: Path, error: type[Exception]) -> None:
         raise error(f"{path}: is not a regular file; remove it")
 
 
-def refuse_second_name(path: Path, error: type[Exception]) -> None:
-    """Refuse a file that is to be changed in place and has another name: a copy by hard links would change with it."""
-    try:
-        names = path.lstat().st_nlink
-    except OSError:
-        return
-    if names > 1:
-        raise error(
-            f"{path}: has {names} names (hard links), and all of them would change; put a copy of its own in its place"
-        )
-
-
-def open_draft(path: Path, error: type[Exception]) -> tuple[Path, int]:
-    """Make an empty file beside `path` under its temporary name; return the name and a descriptor to read and write.
-
-    A regular file of that name, left by a killed run, is removed first.
-    """
-    refuse_link(path, error)
-    draft = path.with_name(path.name + DRAFT)
-    refuse_link(draft, error)
-    try:
-        draft.unlink(missing_ok=True)
-        # Exclusive: a link planted in between is not followed but ends in an error.
-        return draft, os.open(draft, os.O_RDWR | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW | os.O_CLOEXEC, 0o666)
-    except OSError as found:
-        raise error(described(path, found)) from None
-
-
-def publish(draft: Path, path: Path, descriptor: int, *, durable: bool = True) -> None:
-    """Flush a finished draft to the disk and give it its name, which without `durable` may be lost; raises OSError."""
-    os.fsync(descriptor)
-    draft.replace(path)
-    if durable:
-        _flush_folder(path.parent)
-
-
 @contextmanager
 def replacing(path: Path, error: type[Exception], *, durable: bool = True) -> Iterator[BinaryIO]:
     """Open a file to be written whole; it takes its name when the block ends without an error.
@@ -113,13 +79,24 @@ def replacing(path: Path, error: type[Exception], *, durable: bool = True) -> It
     durable : bool
         Flush the folder as well, so that the new file is there after the machine has failed, not the older one.
     """
-    draft, descriptor = open_draft(path, error)
-    stream = os.fdopen(descriptor, "w+b")
+    refuse_link(path, error)
+    draft = path.with_name(path.name + DRAFT)
+    refuse_link(draft, error)
+    try:
+        draft.unlink(missing_ok=True)  # of a run that was killed
+        # Exclusive: a link planted in between is not followed but ends in an error.
+        flags = os.O_RDWR | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW | os.O_CLOEXEC
+        stream = os.fdopen(os.open(draft, flags, 0o666), "w+b")
+    except OSError as found:
+        raise error(described(path, found)) from None
     try:
         with stream:
             yield stream
             stream.flush()
-            publish(draft, path, stream.fileno(), durable=durable)
+            os.fsync(stream.fileno())
+            draft.replace(path)
+            if durable:
+                _flush_folder(path.parent)
     except BaseException as found:
         with suppress(OSError):
             draft.unlink(missing_ok=True)
@@ -152,9 +129,14 @@ def write_files(files: Mapping[Path, bytes], error: type[Exception]) -> None:
 
 
 def append_text_file(path: Path, error: type[Exception], *, fresh: bool) -> int:
-    """Descriptor of a text file that grows, such as a log: emptied where `fresh`, never through a link."""
+    """Descriptor of a text file that grows, such as a log: emptied where `fresh`, never through a link of any kind."""
     refuse_link(path, error)
-    refuse_second_name(path, error)
+    with suppress(OSError):
+        if (names := path.lstat().st_nlink) > 1:
+            raise error(
+                f"{path}: has {names} names (hard links), and all of them would change; put a copy of its own in its "
+                "place"
+            )
     flags = os.O_WRONLY | os.O_CREAT | os.O_APPEND | os.O_NOFOLLOW | os.O_CLOEXEC | (os.O_TRUNC if fresh else 0)
     try:
         return os.open(path, flags, 0o666)
@@ -170,3 +152,14 @@ def _flush_folder(folder: Path) -> None:
             os.fsync(descriptor)
         finally:
             os.close(descriptor)
+
+
+def harmless(text: str) -> str:
+    """The text, behind an apostrophe where a spreadsheet would compute what it says (`=cmd|...`)."""
+    return f"'{text}" if text.startswith(_FORMULA) else text
+
+
+def csv_cell(text: str) -> str:
+    """One cell after RFC 4180: in quotes, with quotes doubled, where it holds a comma, a quote or a new line."""
+    text = harmless(text)
+    return '"' + text.replace('"', '""') + '"' if any(mark in text for mark in _QUOTED) else text

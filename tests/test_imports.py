@@ -64,7 +64,7 @@ class Refuse:
             raise ImportError(f"{{name}} is refused here")
 sys.meta_path.insert(0, Refuse())
 import flight
-fragments = flight.Fragments.from_arrays(mass=[0.01, 0.02], position=(0.0, 0.0, 1.0), velocity=(800.0, 0.0, 100.0))
+fragments = flight.Fragments(mass=[0.01, 0.02], position=(0.0, 0.0, 1.0), velocity=(800.0, 0.0, 100.0))
 result = flight.fly(fragments)
 print(len(result.landing))
 import fragfield.cli

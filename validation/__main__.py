@@ -94,12 +94,13 @@ CASES = {
     ),
     "attitudes": Case(
         ("burst", "break_up", "flight"),
-        "The distance depends neither on the cells nor on some degrees of lean; the attitude itself counts, and the "
-        "envelope of all attitudes covers it.",
+        "The distance changes by some per cent with the cells and by less than a tenth with some degrees of lean; the "
+        "envelope of all attitudes covers what the attitude does.",
     ),
     "sensitivities": Case(
         (),
-        "Ricochet, drag, shape and the number of fragments decide a distance; leakage, softening and heat hardly do.",
+        "The mean mass of the fragments moves a distance by some per cent, leakage, softening and heat by one or two; "
+        "[ricochet](../docs/guide/ricochet.md) more than all of them.",
     ),
 }
 """From theory to tests. Every name is a package here with a function `study(runs, rows)` in its module `study`."""

@@ -162,8 +162,11 @@ def print_rows(rows: Iterable[Row]) -> None:
 
 def rows_table(rows: Iterable[Mapping[str, Any]]) -> str:
     """Rows, as the record has them, as a table in Markdown, all of one case."""
-    head = ("quantity", "kind", "ours", "reference", "error", "allowed", "verdict")
-    return markdown_table(head, [(row["quantity"], row["kind"], *shown(row)) for row in rows])
+    body = []
+    for row in rows:
+        *values, allowed, verdict = shown(row)
+        body.append((row["quantity"], *values, verdict if allowed == "-" else f"{verdict} ({allowed})"))
+    return markdown_table(("quantity", "ours", "reference", "error", "verdict (allowed)"), body)
 
 
 def shown(row: Mapping[str, Any]) -> tuple[str, str, str, str, str]:

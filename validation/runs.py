@@ -150,8 +150,9 @@ class Runs:
                 and not burst["lost_cells"]
                 for burst in self.bursts
             ]
-            quantity = f"bursts with an energy error within 1 % at all outputs, and no cell lost, of {len(closed)}"
-            rows.bound(quantity, sum(closed), (len(closed), len(closed)), "conservation of energy and mass")
+            quantity = f"bursts with closed energy and no lost cell, of {len(closed)}"
+            both = "conservation of energy and mass"
+            rows.bound(quantity, sum(closed), (len(closed), len(closed)), both, "", "burst")
         self.bursts.clear()
 
     @staticmethod

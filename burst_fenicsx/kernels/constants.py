@@ -56,6 +56,12 @@ EARLIEST_FRONT = 0.9
 """Where compression burns a cell, its front may come sooner than timed: by the square root of 27/32 (`landau`)."""
 CONTACT_FRACTION = 0.7
 """Contact's step, whose square its stiffness goes against, over the first step, or that in which cells burn."""
+STEPS_PER_CHOICE = 16
+"""Levels are chosen again, and cells to erode are looked for, after so many macro steps ..."""
+MIN_FRACTION = 0.9
+"""... or where cells have got so thin that the macro step has to be cut below this fraction of what was chosen ..."""
+FEWEST_STEPS = 4
+"""... but not sooner than after so many."""
 HIGHEST_LEVEL = 10
 """Cells take steps of down to 2^-10 of the macro step."""
 CONTACT_CANDIDATES = 3
@@ -89,7 +95,10 @@ thousandth of the chemical energy, and what contact makes there, on which no res
 LARGEST_CONTACT_ERROR = 0.01
 """Of the work: what contact may make or lose without a warning."""
 
-# What is read off a burst.
+# What is refused, and what is read off a burst.
+
+PLANE_SLACK = 0.02
+"""Of the cell size: how far a round may lie behind a plane; the outline of the cells bulges over the circle."""
 
 GURNEY_VOLUME = 7.0
 """Relative volume at which sqrt(2 E) is taken as the explosive's Gurney velocity, as in cylinder tests."""

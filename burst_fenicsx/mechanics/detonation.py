@@ -12,15 +12,21 @@ from burst_fenicsx.kernels.constants import FRONT_REACH, GREATEST_GROWTH, REFLEC
 from burst_fenicsx.kernels.lanes import kernel
 from burst_fenicsx.kernels.vectors.exact import quantise, rounding_constant
 from burst_fenicsx.meshing.placement import frame
+from burst_fenicsx.problem import Part
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from burst_fenicsx.materials.products import Products
     from burst_fenicsx.mechanics.fields import BurstFields
+    from burst_fenicsx.meshing.distributed import DistributedMesh
     from burst_fenicsx.problem import Leakage, Round
 
 __all__ = [
     "BurningTimes",
     "LeakageParts",
     "burn_rates",
+    "cell_ignition",
     "compression_burn_start",
     "ignition_times",
     "largest_faces",
@@ -203,6 +209,35 @@ def _sum_displacements(
         for i in range(3):
             along += (position[n, i] - start[k, i]) * outward[k, i]
         moved[part[k]] += quantise(along, rounding)
+
+
+def cell_ignition(
+    mesh: DistributedMesh,
+    rounds: Sequence[Round],
+    products: Sequence[Products],
+    lengths: Sequence[float],
+    position: np.ndarray,
+    volume: np.ndarray,
+    rates: Callable[[np.ndarray, np.ndarray, float], np.ndarray],
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Times at which the cells ignite, burn rates, times from which compression burns them; infinite where never.
+
+    `position` (nodes, 3) m, `volume` (cells,) m3; `rates` as those of `Element`.
+    """
+    ignition, compression = np.full(mesh.cells, np.inf), np.full(mesh.cells, np.inf)
+    burn = np.zeros(mesh.cells)
+    for index, item in enumerate(rounds):
+        own = np.flatnonzero((mesh.round == index) & (mesh.part == Part.CHARGE))
+        corners = position[mesh.dofmap[own]]
+        places, delays = place_ignition(item, lengths[index])
+        ignition[own] = ignition_times(corners.mean(axis=1), places, delays, item.explosive.detonation_velocity)
+        burn[own] = rates(corners, volume[own], item.explosive.detonation_velocity)
+        # The products' own front may be faster than the timed one, and may burn what it comes to first.
+        fastest = max(products[index].front_speed, item.explosive.detonation_velocity)
+        compression[own] = compression_burn_start(
+            ignition_times(corners.mean(axis=1), places, delays, fastest), burn[own]
+        )
+    return ignition, burn, compression
 
 
 class BurningTimes:

@@ -21,13 +21,7 @@ from burst_fenicsx.kernels.step.assembly import FULL_QUADRATURE, ONE_POINT, RING
 from burst_fenicsx.kernels.step.levels import blocks_are_mixed, move_lanes
 from burst_fenicsx.kernels.vectors.exact import quantise, rounding_constant
 from burst_fenicsx.materials.products import JwlProducts, make_products
-from burst_fenicsx.mechanics.detonation import (
-    burn_rates,
-    compression_burn_start,
-    ignition_times,
-    largest_faces,
-    place_ignition,
-)
+from burst_fenicsx.mechanics.detonation import burn_rates, cell_ignition, largest_faces
 from burst_fenicsx.mechanics.material_tables import largest_pressure, material_tables
 from burst_fenicsx.mechanics.schedule import Blocks, Chunks
 from burst_fenicsx.problem import Part
@@ -264,7 +258,7 @@ def make_fields(
     own_length = element.lengths(position, mesh.dofmap, volume)
     inverse_scale = np.where(reference > 0.0, own_length / np.where(reference > 0.0, reference, 1.0), 1.0)
 
-    ignition, burn, compression = _ignition(mesh, rounds, products, lengths, position, volume, element)
+    ignition, burn, compression = cell_ignition(mesh, rounds, products, lengths, position, volume, element.burn_rates)
     energy = of_cells["products_energy"]
     for index, model in enumerate(products):
         if isinstance(model, JwlProducts):
@@ -378,29 +372,3 @@ def _nodal_masses(mesh: DistributedMesh, scratch: Any, cell_mass: np.ndarray, sh
 def _largest(mesh: DistributedMesh, values: np.ndarray) -> float:
     """Largest of the values over all ranks."""
     return float(mesh.comm.allreduce(float(values.max(initial=0.0)), op=MPI.MAX))
-
-
-def _ignition(
-    mesh: DistributedMesh,
-    rounds: Sequence[Round],
-    products: Sequence[Products],
-    lengths: Sequence[float],
-    position: np.ndarray,
-    volume: np.ndarray,
-    element: Element,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Times at which the cells ignite, burn rates, times from which compression burns them; infinite where never."""
-    ignition, compression = np.full(mesh.cells, np.inf), np.full(mesh.cells, np.inf)
-    burn = np.zeros(mesh.cells)
-    for index, item in enumerate(rounds):
-        own = np.flatnonzero((mesh.round == index) & (mesh.part == Part.CHARGE))
-        corners = position[mesh.dofmap[own]]
-        places, delays = place_ignition(item, lengths[index])
-        ignition[own] = ignition_times(corners.mean(axis=1), places, delays, item.explosive.detonation_velocity)
-        burn[own] = element.burn_rates(corners, volume[own], item.explosive.detonation_velocity)
-        # The products' own front may be faster than the timed one, and may burn what it comes to first.
-        fastest = max(products[index].front_speed, item.explosive.detonation_velocity)
-        compression[own] = compression_burn_start(
-            ignition_times(corners.mean(axis=1), places, delays, fastest), burn[own]
-        )
-    return ignition, burn, compression

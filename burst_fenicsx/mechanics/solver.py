@@ -8,12 +8,13 @@ import numba
 import numpy as np
 
 from burst_fenicsx import compat
+from burst_fenicsx.kernels.constants import STEPS_PER_CHOICE
 from burst_fenicsx.kernels.state import Totals
-from burst_fenicsx.kernels.step.assembly import add_element_forces, make_scratch, move_nodes
+from burst_fenicsx.kernels.step.assembly import add_element_forces, make_scratch
 from burst_fenicsx.mechanics.detonation import BurningTimes
 from burst_fenicsx.mechanics.erosion import check_cells, erode
 from burst_fenicsx.mechanics.nodal_loads import NodalLoads
-from burst_fenicsx.mechanics.step_control import STEPS_PER_CHOICE, StepControl
+from burst_fenicsx.mechanics.step_control import StepControl
 from burst_fenicsx.mechanics.subcycling import Subcycling
 
 if TYPE_CHECKING:
@@ -77,11 +78,8 @@ class BurstSolver:
         self._scratch = make_scratch(numba.config.NUMBA_NUM_THREADS)
         self.burning = BurningTimes(fields)
         self.loads = NodalLoads(fields, settings.damping, external)
-        choice, touching = settings.time_step, contact is not None and contact.exists
-        self.levels = Subcycling(fields, contact.touched if contact is not None and touching else None)
-        # Forces that are taken at the ends of the macro steps alone want all cells to take these.
-        local = choice.subcycling and choice.fixed is None and not self.loads.any
-        self.control = StepControl(fields, choice, self.levels, self.burning, local=local, contact=touching)
+        self.levels = Subcycling(fields, contact)
+        self.control = StepControl(fields, settings.time_step, self.levels, self.burning, self.loads)
         self.add_forces(0.0)
 
     def step(self, until: float = np.inf) -> None:
@@ -112,7 +110,7 @@ class BurstSolver:
         begin, substeps = self.time, 2**self.levels.highest
         min_level, velocity_step = 0, 0.5 * (self.time_step + step)
         for substep in range(substeps):
-            self.move_nodes(velocity_step, step, substep, min_level)
+            self.levels.move_nodes(velocity_step, step, substep, min_level)
             if substep == 0:
                 self.loads.accumulate_work(self.ledger, 0.5 * step)
             self.time = begin + step * ((substep + 1) / substeps)
@@ -123,27 +121,6 @@ class BurstSolver:
             self.add_forces(step, min_level)
             self.ledger.add(self._totals.energy, self._totals.released)
             velocity_step = step
-
-    def move_nodes(self, velocity_step: float, step: float, substep: int, min_level: int) -> None:
-        """Velocities, then positions (Eq. 3), of the nodes of cells of level `min_level` and higher.
-
-        Velocities belong to the midpoints of the steps, so they advance by `velocity_step` (s), half the last step
-        and half this one: Eq. 3 where steps are equal, and of second order where they are not (Belytschko et al. 2000,
-        box 6.1). `step` is the macro step (s), of which `substep` of the shortest steps have gone by.
-        """
-        nodes, levels = self.fields.nodes, self.levels
-        move_nodes(
-            levels.moving[min_level],
-            *levels.motion,
-            velocity_step,
-            step,
-            substep,
-            levels.highest,
-            nodes.force,
-            nodes.velocity,
-            nodes.position,
-            nodes.mean,
-        )
 
     def add_forces(self, step: float, min_level: int = 0) -> None:
         """Resultant at the new positions (Eq. 2) of the nodes of cells of level `min_level` and higher.
@@ -193,7 +170,7 @@ class BurstSolver:
         level = self.control.choose_levels(self.time)
         if level is None:
             return
-        self.move_nodes(0.5 * self.time_step, 0.0, 0, 0)
+        self.levels.move_nodes(0.5 * self.time_step, 0.0, 0, 0)
         self.time_step = 0.0
         self.levels.set_levels(level)
         if self.contact is not None:

@@ -11,25 +11,22 @@ from burst_fenicsx.kernels.constants import (
     BURN_PER_STEP,
     CONTACT_FRACTION,
     EARLIEST_FRONT,
+    FEWEST_STEPS,
     LOCAL_CFL,
+    MIN_FRACTION,
     PRODUCTS_HELD,
     STEP_GROWTH,
+    STEPS_PER_CHOICE,
 )
 
 if TYPE_CHECKING:
     from burst_fenicsx.mechanics.detonation import BurningTimes
     from burst_fenicsx.mechanics.fields import BurstFields
+    from burst_fenicsx.mechanics.nodal_loads import NodalLoads
     from burst_fenicsx.mechanics.subcycling import Subcycling
     from burst_fenicsx.problem import TimeStep
 
-__all__ = ["STEPS_PER_CHOICE", "StepControl"]
-
-STEPS_PER_CHOICE = 16
-"""Levels are chosen again, and cells to erode are looked for, after so many macro steps."""
-# Earlier, where cells have got so thin that the macro step has to be cut below this fraction of what was chosen, but
-# not sooner than after a few.
-_FEWEST_STEPS = 4
-_MIN_FRACTION = 0.9
+__all__ = ["StepControl"]
 
 
 class StepControl:
@@ -41,11 +38,11 @@ class StepControl:
     settings : of the time step.
     levels : what gives levels to the cells.
     burning : how long cells burn.
-    local : whether cells may take steps of their own.
-    contact : whether there is contact.
+    loads : forces that are taken at the ends of the macro steps alone: with any, all cells take these.
 
     Attributes
     ----------
+    local : whether cells take steps of their own.
     stable_step : stable limit of the macro step now (s). uncut_step : the last one (s) before it was cut to meet an
         output.
     chosen_at, choose_again : times (s) when the levels were and are to be chosen.
@@ -58,16 +55,13 @@ class StepControl:
         settings: TimeStep,
         levels: Subcycling,
         burning: BurningTimes,
-        *,
-        local: bool,
-        contact: bool,
+        loads: NodalLoads,
     ) -> None:
         self._fields = fields
         self._settings = settings
         self._levels = levels
         self._burning = burning
-        self._contact = contact
-        self.local = local
+        self.local = settings.subcycling and settings.fixed is None and not loads.any
         self.stable_step = np.inf
         self.uncut_step = 0.0
         self.chosen_at, self.choose_again = 0.0, 0.0
@@ -103,8 +97,8 @@ class StepControl:
         if not self.local:
             return False
         wanted, chosen = self._wanted, self._levels.step
-        waited = time > self.chosen_at + _FEWEST_STEPS * chosen or wanted < 0.5 * chosen
-        return time >= self.choose_again or (wanted < _MIN_FRACTION * chosen and waited)
+        waited = time > self.chosen_at + FEWEST_STEPS * chosen or wanted < 0.5 * chosen
+        return time >= self.choose_again or (wanted < MIN_FRACTION * chosen and waited)
 
     def choose_levels(self, time: float) -> np.ndarray | None:
         """Choose the macro step and the levels (cells,) of the cells; None where no level changes. Collective."""
@@ -115,7 +109,9 @@ class StepControl:
         # Together, cells may take more of their stable steps than where steps differ.
         together = self._minimum(self._allowed(time, cfl * self._minimum(stable), cfl * stable))
         new_levels = levels.choose(
-            lambda step: self._allowed(time, step, own * stable), together, self.contact_step if self._contact else None
+            lambda step: self._allowed(time, step, own * stable),
+            together,
+            self.contact_step if levels.contact else None,
         )
         self.chosen_at, self.choose_again = time, time + STEPS_PER_CHOICE * levels.step
         state.grid = state.grid._replace(longest=levels.step)
@@ -124,7 +120,7 @@ class StepControl:
         if not (comm.allreduce(changed, op=MPI.LOR) if comm.size > 1 else changed):
             return None
         # The step of contact goes on smoothly.
-        self.uncut_step *= 2.0 ** (levels.contact_level - old_contact) if self._contact else 0.0
+        self.uncut_step *= 2.0 ** (levels.contact_level - old_contact) if levels.contact else 0.0
         return new_levels
 
     def _allowed(self, time: float, step: float, stable: np.ndarray) -> np.ndarray:

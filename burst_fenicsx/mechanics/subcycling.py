@@ -18,11 +18,13 @@ from mpi4py import MPI
 from burst_fenicsx import compat
 from burst_fenicsx.kernels.constants import BELOW_CONTACT, CONTACT_CANDIDATES, HIGHEST_LEVEL, LONGEST_STEP
 from burst_fenicsx.kernels.state import Motion
+from burst_fenicsx.kernels.step.assembly import move_nodes
 from burst_fenicsx.kernels.step.levels import node_levels, raise_levels
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from burst_fenicsx.contact import ContactForces
     from burst_fenicsx.mechanics.fields import BurstFields
 
 __all__ = ["Subcycling"]
@@ -34,17 +36,18 @@ class Subcycling:
     Parameters
     ----------
     fields : the state; its blocks are arranged again when levels change.
-    touched : (nodes,) whether contact may give the node a force.
+    contact : None where there is none.
 
     Attributes
     ----------
+    contact : whether anything may touch.
     motion : how the nodes move.
     moving : (levels,) how many nodes, the first of `motion.order`, take steps of that level or shorter ones.
     highest : level of the shortest steps. contact_level : of contact.
     step : the macro step that was chosen (s). cell_steps : steps of this rank's cells in a macro step.
     """
 
-    def __init__(self, fields: BurstFields, touched: np.ndarray | None = None) -> None:
+    def __init__(self, fields: BurstFields, contact: ContactForces | None = None) -> None:
         self._fields = fields
         self._comm = fields.mesh.comm
         nodes = len(fields.mass)
@@ -63,7 +66,8 @@ class Subcycling:
         self.step = 0.0
         self._cells = self._comm.allreduce(fields.mesh.cells)
         self.cell_steps = fields.mesh.cells
-        self._touched = touched if touched is not None else np.zeros(nodes, dtype=bool)
+        self.contact = contact is not None and contact.exists
+        self._touched = contact.touched if contact is not None and self.contact else np.zeros(nodes, dtype=bool)
         self._beside_contact = self._touched[fields.mesh.dofmap].any(axis=1)
         # dolfinx carries the levels to other ranks' copies of the cells and nodes.
         self._of_cells: Any = None
@@ -152,3 +156,24 @@ class Subcycling:
         self.cell_steps = int((1 << level.astype(np.int64)).sum())
         nodes.mean[:] = nodes.velocity
         self._fields.regroup(level, self.highest)
+
+    def move_nodes(self, velocity_step: float, step: float, substep: int, min_level: int) -> None:
+        """Velocities, then positions (Eq. 3), of the nodes of cells of level `min_level` and higher.
+
+        Velocities belong to the midpoints of the steps, so they advance by `velocity_step` (s), half the last step
+        and half this one: Eq. 3 where steps are equal, and of second order where they are not (Belytschko et al. 2000,
+        box 6.1). `step` is the macro step (s), of which `substep` of the shortest steps have gone by.
+        """
+        nodes = self._fields.nodes
+        move_nodes(
+            self.moving[min_level],
+            *self.motion,
+            velocity_step,
+            step,
+            substep,
+            self.highest,
+            nodes.force,
+            nodes.velocity,
+            nodes.position,
+            nodes.mean,
+        )

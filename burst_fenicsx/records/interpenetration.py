@@ -118,10 +118,7 @@ class InterpenetrationCheck:
             return
         own = fields.mesh
         casing = np.flatnonzero(mesh.part != Part.CHARGE)
-        cell_mass = np.zeros(len(mesh.cells))
-        cell_mass[own.cell] = fields.cell_mass
-        if self._comm.size > 1:
-            self._comm.Allreduce(MPI.IN_PLACE, cell_mass)
+        cell_mass = own.all_cells(fields.cell_mass)
         self._node_mass = np.zeros(len(mesh.nodes))
         self._node_round = np.full(len(mesh.nodes), -1, dtype=np.int32)
         for corner in range(8):

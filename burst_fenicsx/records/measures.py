@@ -36,6 +36,7 @@ SPEED_QUANTILES = (90, 99)
 """Percentages of the casing's mass for which the speed is given that they do not exceed."""
 
 
+@dataclass(frozen=True, eq=False)
 class RoundMeasures:
     """One round's casing at one time.
 
@@ -43,31 +44,31 @@ class RoundMeasures:
     ----------
     station, mean_speed, max_speed, outer_diameter, casing_mass : by station bin (m, m/s, m/s, m, kg).
     speed, mass : of every casing cell of the computed part of the round, in ascending order of speed (m/s, kg).
-    mean, largest : mass-weighted speed and largest cell mean of the casing (m/s).
-    fastest : station of the fastest bin by mean speed (m from the nose).
     """
 
-    def __init__(
-        self,
-        station: np.ndarray,
-        mean_speed: np.ndarray,
-        max_speed: np.ndarray,
-        outer_diameter: np.ndarray,
-        casing_mass: np.ndarray,
-        speed: np.ndarray,
-        mass: np.ndarray,
-    ) -> None:
-        self.speed = speed
-        self.mass = mass
-        self.station = station
-        self.mean_speed = mean_speed
-        self.max_speed = max_speed
-        self.outer_diameter = outer_diameter
-        self.casing_mass = casing_mass
-        total = casing_mass.sum()
-        self.mean = float((mean_speed * casing_mass).sum() / total) if total > 0.0 else 0.0
-        self.largest = float(max_speed.max(initial=0.0))
-        self.fastest = float(station[np.argmax(mean_speed)]) if len(station) else 0.0
+    station: np.ndarray
+    mean_speed: np.ndarray
+    max_speed: np.ndarray
+    outer_diameter: np.ndarray
+    casing_mass: np.ndarray
+    speed: np.ndarray
+    mass: np.ndarray
+
+    @property
+    def mean(self) -> float:
+        """Mass-weighted speed of the casing (m/s)."""
+        total = self.casing_mass.sum()
+        return float((self.mean_speed * self.casing_mass).sum() / total) if total > 0.0 else 0.0
+
+    @property
+    def largest(self) -> float:
+        """Largest mean speed of a casing cell (m/s)."""
+        return float(self.max_speed.max(initial=0.0))
+
+    @property
+    def fastest(self) -> float:
+        """Station of the fastest bin by mean speed (m from the nose)."""
+        return float(self.station[np.argmax(self.mean_speed)]) if len(self.station) else 0.0
 
 
 def speed_quantiles(rounds: Sequence[RoundMeasures]) -> dict[str, float]:
@@ -225,12 +226,11 @@ def speeds_and_bound(fields: BurstFields, images: int) -> dict[str, Any]:
     a warning is logged. `images` is how many times the arrangement is the computed part.
     """
     mesh, bound = fields.mesh, escape_speed(fields.products)
-    of_casings = np.unique(mesh.dofmap[mesh.part != Part.CHARGE])
-    own = of_casings[of_casings < mesh.owned_nodes]
-    speed = np.linalg.norm(fields.nodes.velocity[own], axis=1)
-    fastest, above = float(speed.max(initial=0.0)), float(images * fields.mass[own][speed > bound].sum())
-    if mesh.comm.size > 1:
-        fastest, above = mesh.comm.allreduce(fastest, op=MPI.MAX), mesh.comm.allreduce(above)
+    of_casings = np.zeros(len(fields.mass), dtype=bool)
+    of_casings[mesh.all_dofmap[mesh.all_part != Part.CHARGE]] = True
+    speed = np.where(of_casings, np.linalg.norm(fields.nodes.velocity, axis=1), 0.0)
+    fastest = mesh.comm.allreduce(float(speed[: mesh.owned_nodes].max(initial=0.0)), op=MPI.MAX)
+    above = float(images * mesh.node_sums(np.where(speed > bound, fields.mass, 0.0)))
     if above > 0.0 and mesh.comm.rank == 0:
         _log.warning(
             "%.3g kg of the casings are faster than products expand into a vacuum: up to %.0f m/s, the bound: %.0f m/s",

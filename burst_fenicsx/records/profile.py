@@ -88,7 +88,7 @@ def _parts(run: Simulation) -> Iterator[tuple[object, str, str]]:
     yield run.exposures, "update", "pressures in charges without ignition"
     yield solver, "advance", "macro steps, without the other parts"
     yield solver, "add_forces", "element forces"
-    yield solver, "move_nodes", "nodes: velocities and positions"
+    yield solver.levels, "move_nodes", "nodes: velocities and positions"
     yield solver, "choose_levels", "levels: choice and arrangement of blocks"
     yield solver, "erode_metal", "element erosion"
     yield solver.ledger, "add", "ledger: sums"

@@ -9,19 +9,21 @@ from typing import TYPE_CHECKING, Any
 import numba
 import numpy as np
 
+from burst_fenicsx.mechanics.detonation import ignition_times, place_ignition
+from burst_fenicsx.meshing.placement import frame
 from burst_fenicsx.records.exposure import verdict
-from burst_fenicsx.records.ignition_summary import ignitions
 from burst_fenicsx.records.measures import speed_quantiles, speeds_and_bound
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from burst_fenicsx.mechanics.initiation import Source
     from burst_fenicsx.problem import Round
     from burst_fenicsx.records.exposure import Exposure
     from burst_fenicsx.records.measures import RoundMeasures
     from burst_fenicsx.simulation import Simulation
 
-__all__ = ["burst_summary"]
+__all__ = ["burst_summary", "ignitions"]
 
 
 def burst_summary(run: Simulation, along: Sequence[RoundMeasures], charge_masses: Sequence[float]) -> dict[str, Any]:
@@ -104,10 +106,7 @@ def burst_summary(run: Simulation, along: Sequence[RoundMeasures], charge_masses
                 "fastest_station": measure.fastest,
                 "length": run.mesh.lengths[source[index]],
                 "products_balance": float(balances[source[index]]),
-                "ignition": [
-                    one.summary()
-                    for one in ignitions(item, run.mesh.lengths[source[index]], shocks[index], solver.time)
-                ],
+                "ignition": ignitions(item, run.mesh.lengths[source[index]], shocks[index], solver.time),
                 **_exposure(exposures[index], item, run.settings.cell_size),
             }
             for index, (item, measure, charge) in enumerate(zip(whole, along, charge_masses, strict=True))
@@ -133,3 +132,31 @@ def _error_at_outputs(run: Simulation) -> float:
     outputs = np.arange(1, int(times[-1] / run.settings.output_interval + 1e-9) + 1) * run.settings.output_interval
     nearest = {int(np.argmin(np.abs(times - output))) for output in (*outputs, times[-1])}
     return max(entries[row].energy_error for row in nearest)
+
+
+def ignitions(item: Round, length: float, shock: Source | None, end: float) -> list[dict[str, Any]]:
+    """What initiated a round by the end of the burst, in order of time; empty where nothing did.
+
+    Entries of summary.json: `by` ("point" or "delay", an ignition point of its own at time zero or later; "shock", the
+    first cell initiated by one), `time` (s), `place` where the charge lay at rest (m), and its `station` along the axis
+    from the nose end (m). A point that a front reaches before its delay is over initiates nothing and is left out.
+
+    Parameters
+    ----------
+    item : the round. length : of it (m).
+    shock : the first cell that a shock initiated, None where none did.
+    end : of the burst (s).
+    """
+    places, times = place_ignition(item, length)
+    kinds = ["delay" if time > 0.0 else "point" for time in times]
+    if shock is not None:
+        places, times = np.vstack([places, shock.place]), np.append(times, shock.time)
+        kinds.append("shock")
+    reached = ignition_times(places, places, times, item.explosive.detonation_velocity)
+    axis, base = frame(item.axis)[2], np.asarray(item.position, dtype=float)
+    entries = [
+        {"by": kind, "time": float(time), "place": place.tolist(), "station": float(length - (place - base) @ axis)}
+        for kind, time, place, first in zip(kinds, times, places, reached, strict=True)
+        if time <= min(first, end)
+    ]
+    return sorted(entries, key=lambda entry: float(entry["time"]))

@@ -79,7 +79,8 @@ def _table(table: Schema, path: str, title: str) -> str:
     required = table.get("required", [])
     words = _cell(table["description"]) if path else "Keys that stand before the first table."
     body = [
-        (f"`{key}`", _cell("; ".join([_allowed(entry), *([entry["bounds"]] if "bounds" in entry else [])])), "needed" if key in required else _cell(_default(entry)),
+        (f"`{key}`", _cell("; ".join([_allowed(entry), *filter(None, [entry.get("bounds")])])),
+         "needed" if key in required else _cell(_default(entry)),
          _cell(entry.get("description") or f"See `{path}.{key}`."))
         for key, entry in table["properties"].items()
         if path or not _references(entry)[0]

@@ -26,7 +26,7 @@ from typing import TYPE_CHECKING, Any, overload
 import numpy as np
 
 from flight.errors import InputError
-from flight.files.hdf5 import open_checked, write_attributes
+from flight.files.hdf5 import open_checked, put, put_texts, write_attributes
 from flight.files.text_tables import write_columns
 from flight.fragments import ARRAYS, Fragments, check_possible
 from flight.hazard.criteria import Criteria, hit_probability
@@ -92,13 +92,13 @@ def write_ensemble(
         file.attrs["undetermined"] = found.undetermined
         _put_expected(file, "expected", found.expected)
         for name in _COUNTS:
-            _put(file, f"counts/{name}", getattr(found.counts, name))
-        _put(file, "realisations/distance", found.events)
+            put(file, f"counts/{name}", getattr(found.counts, name))
+        put(file, "realisations/distance", found.events)
         for number, (name, table) in enumerate(witnesses.items()):
             group = file.create_group(f"witness/{number}")
             group.attrs["name"] = name
             for field in SECTOR_HITS.names or ():
-                _put(group, field, np.ascontiguousarray(table[field]))
+                put(group, field, np.ascontiguousarray(table[field]))
     return [path, *(write_columns(folder / name, table, stamp) for name, table in ensemble_columns(found).items())]
 
 
@@ -173,7 +173,7 @@ def _put_expected(file: h5py.File | h5py.Group, name: str, found: ExpectedDistan
         if isinstance(value, ExpectedDistance):
             _put_expected(group, entry.name, value)
         elif isinstance(value, np.ndarray):
-            _put(group, entry.name, value)
+            put(group, entry.name, value)
         elif value is not None:
             group.attrs[entry.name] = value
 
@@ -201,15 +201,13 @@ def write_fragment_ensemble(
     Under /fragments lie the arrays of `Fragments` end to end; `offset` (n + 1,) parts them, and the attribute `first`
     is the number of the first realisation: number 0 is that of fragments.h5.
     """
-    import h5py
-
     path = Path(path)
     with creating(path, InputError) as file:
         write_attributes(file, FRAGMENTS_FORMAT, FRAGMENTS_VERSION, provenance or {})
         file.attrs["first"] = first
         first_of_all = realisations[0]
         offset = np.cumsum([0, *(len(one) for one in realisations)])
-        _put(file, "offset", offset)
+        put(file, "offset", offset)
         for name in ARRAYS:
             like = getattr(first_of_all, name)
             options = {"compression": "gzip", "compression_opts": 4} if like.ndim > 1 else {}
@@ -218,8 +216,7 @@ def write_fragment_ensemble(
         for one, (start, end) in zip(realisations, pairwise(offset.tolist()), strict=True):
             for name in ARRAYS:  # one after the other: together they may be half of the memory
                 file[f"fragments/{name}"][start:end] = getattr(one, name)
-        names = first_of_all.round_names
-        file.create_dataset("round_names", data=names, dtype=h5py.string_dtype(), shape=(len(names),))
+        put_texts(file, "round_names", first_of_all.round_names)
     return path
 
 
@@ -274,15 +271,10 @@ class FragmentEnsemble(Sequence[Fragments]):
             for number in numbers:
                 rows = slice(self.offset[number], self.offset[number + 1])
                 arrays = {name: file[f"fragments/{name}"][rows] for name in ARRAYS}
-                found.append(Fragments.from_arrays(**arrays, round_names=self.round_names))
+                found.append(Fragments(**arrays, round_names=self.round_names))
         for one in found:
             check_possible(one, str(self.path))
         return found
-
-
-def _put(file: h5py.File | h5py.Group, name: str, values: NDArray[Any]) -> None:
-    options = {"compression": "gzip", "compression_opts": 4} if values.ndim > 1 and values.size else {}
-    file.create_dataset(name, data=values, **options)
 
 
 def _witness(group: h5py.Group) -> NDArray[Any]:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flight.errors import InputError, nearest
-from flight.files.hdf5 import open_checked, write_attributes
+from flight.files.hdf5 import open_checked, put_texts, write_attributes
 from flight.files.text_tables import read_columns, write_columns
 from fragfield_base.arrays import group_of, numbers, texts
 from fragfield_base.hdf5_files import creating
@@ -47,15 +47,13 @@ def write(
     """Write the `ARRAYS` of fragments as HDF5, or as CSV where the name ends so."""
     if path.suffix.lower() == ".csv":
         return write_columns(path, fragment_columns(arrays), provenance)
-    import h5py
-
     with creating(path, InputError) as file:
         write_attributes(file, FORMAT_NAME, FORMAT_VERSION, provenance)
         group = file.create_group("fragments")
         for name in ARRAYS:
             group.create_dataset(name, data=arrays[name])
         if round_names:
-            file.create_dataset("round_names", data=round_names, dtype=h5py.string_dtype(), shape=(len(round_names),))
+            put_texts(file, "round_names", round_names)
     return path
 
 

@@ -1,4 +1,4 @@
-"""The files of a flight: landing.h5, hits.h5 and others, their CSV copies, and trajectories for ParaView."""
+"""Trajectories of a flight as files for ParaView, and the columns of its CSV tables of hits."""
 
 from __future__ import annotations
 
@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flight.errors import InputError
-from flight.files.hdf5 import open_checked, write_attributes
+from flight.files.hdf5 import write_attributes
 from flight.files.text_tables import Labels
-from flight.integrate.contact import CONTACTS
-from flight.rows import HITS, LANDING, OBSTACLE_HITS, flat_columns
+from flight.rows import flat_columns
 from fragfield_base.hdf5_files import creating
 from fragfield_base.writing import write_text
 from fragfield_base.xdmf import quoted
@@ -23,120 +22,16 @@ if TYPE_CHECKING:
 
     from flight.rows import Trajectories
 
-__all__ = [
-    "named_columns", "read_contacts", "read_hits", "read_landing", "read_obstacle_hits", "write_contacts", "write_hits",
-    "write_landing", "write_obstacle_hits", "write_trajectories",
-]  # fmt: skip
+__all__ = ["named_columns", "write_trajectories"]
 
 FORMAT_VERSION = 1
-LANDING_FORMAT, HITS_FORMAT, PATHS_FORMAT = "fragfield landing", "fragfield hits", "fragfield trajectories"
-OBSTACLE_HITS_FORMAT, CONTACTS_FORMAT = "fragfield obstacle hits", "fragfield contacts"
-# fields that older files lack, and the one whose value they had; -1 or 0 where that is a number
-_LATER = {
-    "ricochets": 0,
-    "last_status": "status",
-    "obstacle": -1,
-    "face": -1,
-    "last_time": "time",
-    "last_position": "position",
-    "last_distance": "distance",
-    "last_azimuth": "azimuth",
-}
-ROWS_AT_ONCE = 1 << 16  # of a column, which is not contiguous in the table: the copy stays below 2 MB
+PATHS_FORMAT = "fragfield trajectories"
 POLYLINE = 2  # XDMF's number of the cell type in a mixed topology
 
 
 def named_columns(hits: NDArray[Any], what: str, names: Sequence[str]) -> dict[str, NDArray[Any] | Labels]:
     """Columns of a table of hits, first the name of what was hit: of the "witness" or "obstacle" of every row."""
     return {"name": Labels(names, hits[what]), **flat_columns(hits)}
-
-
-def write_landing(landing: NDArray[Any], path: str | Path, provenance: Mapping[str, str] | None = None) -> Path:
-    """Write landing.h5: one dataset a field of `LANDING` under /landing."""
-    return _write_table(landing, Path(path), "landing", LANDING_FORMAT, provenance or {}, {})
-
-
-def write_hits(
-    hits: NDArray[Any], witnesses: list[str], path: str | Path, provenance: Mapping[str, str] | None = None
-) -> Path:
-    """Write hits.h5: one dataset a field of `HITS` under /hits, and the names of the surfaces in /witnesses."""
-    return _write_table(hits, Path(path), "hits", HITS_FORMAT, provenance or {}, {"witnesses": witnesses})
-
-
-def write_obstacle_hits(
-    hits: NDArray[Any], obstacles: list[str], path: str | Path, provenance: Mapping[str, str] | None = None
-) -> Path:
-    """Write obstacle_hits.h5: one dataset a field of `OBSTACLE_HITS` under /obstacle_hits, names in /obstacles."""
-    names = {"obstacles": obstacles}
-    return _write_table(hits, Path(path), "obstacle_hits", OBSTACLE_HITS_FORMAT, provenance or {}, names)
-
-
-def read_obstacle_hits(path: str | Path) -> tuple[NDArray[Any], list[str]]:
-    """Read obstacle_hits.h5 back as a structured array of dtype `OBSTACLE_HITS` and the names of the obstacles."""
-    return _read_table(Path(path), "obstacle_hits", OBSTACLE_HITS_FORMAT, OBSTACLE_HITS)
-
-
-def write_contacts(contacts: NDArray[Any], path: str | Path, provenance: Mapping[str, str] | None = None) -> Path:
-    """Write contacts.h5: one dataset a field of `CONTACTS` under /contacts."""
-    return _write_table(contacts, Path(path), "contacts", CONTACTS_FORMAT, provenance or {}, {})
-
-
-def read_contacts(path: str | Path) -> NDArray[Any]:
-    """Read contacts.h5 back as a structured array of dtype `CONTACTS`."""
-    return _read_table(Path(path), "contacts", CONTACTS_FORMAT, CONTACTS)[0]
-
-
-def read_landing(path: str | Path) -> NDArray[Any]:
-    """Read landing.h5 back as a structured array of dtype `LANDING`."""
-    return _read_table(Path(path), "landing", LANDING_FORMAT, LANDING)[0]
-
-
-def read_hits(path: str | Path) -> tuple[NDArray[Any], list[str]]:
-    """Read hits.h5 back as a structured array of dtype `HITS` and the names of the surfaces."""
-    return _read_table(Path(path), "hits", HITS_FORMAT, HITS)
-
-
-def _write_table(
-    table: NDArray[Any],
-    path: Path,
-    group: str,
-    name: str,
-    provenance: Mapping[str, str],
-    texts: Mapping[str, list[str]],
-) -> Path:
-    import h5py
-
-    with creating(path, InputError) as file:
-        write_attributes(file, name, FORMAT_VERSION, provenance)
-        columns = file.create_group(group)
-        for field in table.dtype.names or ():
-            column = table[field]
-            data = columns.create_dataset(field, shape=column.shape, dtype=column.dtype)
-            for start in range(0, len(column), ROWS_AT_ONCE):
-                data[start : start + ROWS_AT_ONCE] = column[start : start + ROWS_AT_ONCE]
-        for key, lines in texts.items():
-            file.create_dataset(key, data=lines, dtype=h5py.string_dtype(), shape=(len(lines),))
-    return path
-
-
-def _read_table(path: Path, group: str, name: str, dtype: np.dtype[Any]) -> tuple[NDArray[Any], list[str]]:
-    with open_checked(path, name, FORMAT_VERSION) as file:
-        later = {field: value for field, value in _LATER.items() if dtype is LANDING and f"{group}/{field}" not in file}
-        missing = [field for field in dtype.names or () if f"{group}/{field}" not in file and field not in later]
-        if missing:
-            raise InputError(f"{path}: /{group}/{', '.join(missing)} missing; the file is cut off")
-        table = np.zeros(len(file[f"{group}/{(dtype.names or ('',))[0]}"]), dtype=dtype)
-        try:
-            for field in dtype.names or ():
-                value = later.get(field)
-                source = value if isinstance(value, str) else field
-                table[field] = value if isinstance(value, int) else file[f"{group}/{source}"][...]
-            names = []
-            for key in ("witnesses", "obstacles"):
-                names += [str(text) for text in file[key].asstr()[...]] if key in file else []
-        except (OSError, ValueError) as error:
-            raise InputError(f"{path}: data cut off or damaged ({error})") from None
-    return table, names
 
 
 def write_trajectories(

@@ -15,9 +15,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flight.errors import InputError
-from fragfield_base.csv_text import csv_cell
 from fragfield_base.reading import read_text
-from fragfield_base.writing import replacing
+from fragfield_base.writing import csv_cell, replacing
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
+from flight.fluence import PolarGrid
 from flight.hazard.contours import contours_of, write_geojson, write_kml
 from flight.hazard.criteria import Criteria, hit_probability
+from flight.hazard.density.density_counts import density_counts
 from flight.hazard.density.directions import Directions
 from flight.hazard.density.distance import ExpectedDistance
 from flight.hazard.density.expected import expected_distance
-from flight.hazard.density.fields import fields_of
 from flight.hazard.density.groups import DensityGroups
-from flight.hazard.density.near_ground import NearGround
-from flight.hazard.density.polar_grid import PolarGrid
 from flight.hazard.density.tally import Tally, tally
 from flight.hazard.density.witness_hazard import by_azimuth, density_on
 from flight.hazard.ensemble import EnsembleHazard
@@ -28,7 +27,6 @@ __all__ = [
     "EnsembleHazard",
     "ExpectedDistance",
     "FlightCounts",
-    "NearGround",
     "PolarField",
     "PolarGrid",
     "PooledFlights",
@@ -45,7 +43,7 @@ __all__ = [
     "effective_number",
     "ensemble_hazard",
     "expected_distance",
-    "fields_of",
+    "density_counts",
     "hit_probability",
     "stack_distance",
     "surfaces_of",

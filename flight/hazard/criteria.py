@@ -14,11 +14,14 @@ import numpy as np
 
 from flight.arguments import real_array, require_number, require_numbers
 from flight.errors import InputError
+from flight.fluence import FluenceGrid
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["SHALLOWEST", "Criteria", "falling_through", "hit_probability"]
+    from flight.fluence import PolarGrid
+
+__all__ = ["SHALLOWEST", "Criteria", "hit_probability"]
 
 SHALLOWEST = math.radians(0.01)  # paths closer to level than this count as this steep
 
@@ -43,23 +46,12 @@ class Criteria:
             if not (math.isfinite(getattr(self, name)) and getattr(self, name) >= 0.0):
                 raise InputError(f"hazard: {name} is {getattr(self, name)}, needed: zero or more")
 
+    def fluence_grid(self, grid: PolarGrid) -> FluenceGrid:
+        """What `flight.fly` counts for these criteria: paths of hazardous fragments below a person's height."""
+        return FluenceGrid(grid, self.energy, self.person_height)
+
 
 def hit_probability(density: ArrayLike, person_area: float = 0.58) -> NDArray[np.float64]:
     """Probability p = 1 - exp(-q A) of a hit on a person of area A (m2) at a density q normal to the paths (1/m2)."""
     require_number("hazard", "person_area", person_area, "m2")
     return np.asarray(-np.expm1(-person_area * real_array("hazard", "density", density, "1/m2")))
-
-
-def falling_through(distance: NDArray[np.float64], density: NDArray[np.float64], limit: float) -> float:
-    """Farthest distance (m) at which a density falls through the limit, linear between the distances given (rising).
-
-    The last one where the density is above the limit there; 0 where the limit is never reached.
-    """
-    above = np.flatnonzero(density >= limit)
-    if not above.size:
-        return 0.0
-    last = int(above[-1])
-    if last == len(distance) - 1:
-        return float(distance[-1])
-    part = (density[last] - limit) / (density[last] - density[last + 1])
-    return float(distance[last] + part * (distance[last + 1] - distance[last]))

@@ -8,11 +8,10 @@ from typing import TYPE_CHECKING, Any, Literal
 from flight.arguments import require_number
 from flight.constants import STANDARD_GRAVITY
 from flight.errors import FlightWarning, InputError, NotDeterminedError, nearest
+from flight.fluence import PolarGrid
 from flight.fragments import Fragments
 from flight.hazard.criteria import Criteria
 from flight.hazard.density.directions import KERNEL, Directions
-from flight.hazard.density.near_ground import NearGround
-from flight.hazard.density.polar_grid import PolarGrid
 from flight.hazard.pool import FlightCounts, PooledFlights
 
 if TYPE_CHECKING:
@@ -84,14 +83,14 @@ def ensemble_hazard(
     _check(events, by, kernel, arguments)
     criteria = criteria or Criteria()
     grid = PolarGrid.of(kernel=kernel)
-    near = NearGround(grid, criteria)
+    cells = criteria.fluence_grid(grid)
     ricochet = Ricochet.of(arguments.get("ricochet", "soft_soil")) is not None
     pool = PooledFlights(Directions(grid, _BASES[by], kernel), criteria, ricochet=ricochet)
     with warnings.catch_warnings():
         for fragments in events:
             if not isinstance(fragments, Fragments):
                 raise InputError(f"hazard_distance: found {type(fragments).__name__} among the realisations; {_NEEDED}")
-            result = fly(fragments, **arguments, near_ground=near)
+            result = fly(fragments, **arguments, fluence=cells)
             gravity = arguments.get("gravity", STANDARD_GRAVITY)
             pool.add(FlightCounts.of(result, fragments, ground=arguments["ground"], gravity=gravity))
             warnings.simplefilter("ignore", FlightWarning)  # reported for the first
@@ -112,7 +111,7 @@ def _check(events: Sequence[Fragments], by: str, kernel: float, arguments: dict[
     require_number("hazard_distance", "kernel", kernel, "degrees")
     if not NARROWEST <= kernel <= 180.0:
         raise InputError(f"hazard_distance: kernel is {kernel} degrees, allowed: {NARROWEST:g} to 180")
-    if "near_ground" in arguments:
-        raise InputError("hazard_distance: near_ground is its own; give criteria and kernel")
+    if "fluence" in arguments:
+        raise InputError("hazard_distance: fluence is its own; give criteria and kernel")
     if arguments["ground"] is None:
         raise InputError("hazard_distance: ground is None; needed: a height (m), or a HeightMap")

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from flight.constants import STANDARD_GRAVITY
-from flight.hazard.balance import Balance
+from flight.hazard.completeness import Completeness
+from flight.hazard.density.density_counts import density_counts
 from flight.hazard.density.estimate import Estimate
 from flight.hazard.density.expected import DRAWS, expected_distance
-from flight.hazard.density.fields import fields_of
 from flight.hazard.density.groups import DensityGroups
 from flight.hazard.density.tally import Tally, tally
 from flight.hazard.ensemble import EnsembleHazard
@@ -42,9 +42,10 @@ class FlightCounts:
 
     Attributes
     ----------
-    density, without_ricochet : two (turns, r) float64
-        Landings and path lengths over height by cell (`fields_of`): of all, and before the first impact on the ground.
-    balance : Balance
+    density, without_ricochet : two (a, r) float64
+        Landings and path lengths over height by cell (`density_counts`): of all, and before the first impact on the
+        ground.
+    completeness : Completeness
         How the flights ended.
     tally : Tally
         Numbers and throws by sector.
@@ -52,7 +53,7 @@ class FlightCounts:
 
     density: tuple[Array, Array]
     without_ricochet: tuple[Array, Array]
-    balance: Balance
+    completeness: Completeness
     tally: Tally
 
     @classmethod
@@ -67,13 +68,13 @@ class FlightCounts:
         InputError
             The flight did not count near the ground.
         """
-        density, short = fields_of(result), fields_of(result, ricochet=False)
-        assert result.near_ground is not None  # or there would be no fields
-        near = result.near_ground.near
+        density, short = density_counts(result), density_counts(result, ricochet=False)
+        assert result.fluence is not None  # or there would be no counts
+        cells = result.fluence.cells
         lowest = float(ground) if isinstance(ground, int | float) else float(ground.heights.min())
         return cls(
-            density, short, Balance.of(result, fragments, near.criteria, lowest=lowest, gravity=gravity),
-            tally(result, near.criteria, sector_width=360.0 / near.grid.sectors),
+            density, short, Completeness.of(result, fragments, cells.energy, lowest=lowest, gravity=gravity),
+            tally(result, cells.energy, sector_width=360.0 / cells.grid.sectors),
         )  # fmt: skip
 
 
@@ -93,14 +94,14 @@ class PooledFlights:
     ----------
     groups : DensityGroups
         Of all legs of the flights.
-    balance : Balance
+    completeness : Completeness
         How the flights of all fragments ended.
     """
 
     def __init__(self, directions: Directions, criteria: Criteria, *, ricochet: bool = True) -> None:
         self.criteria = criteria
         self.groups = DensityGroups(directions)
-        self.balance = Balance()
+        self.completeness = Completeness()
         self._short = DensityGroups(directions) if ricochet else None
         self._tallies: list[Tally] = []
         self._events: list[Array] = []
@@ -115,7 +116,7 @@ class PooledFlights:
         added = self.groups.add(*counts.density)
         if self._short is not None:
             self._short.add(*counts.without_ricochet)
-        self.balance += counts.balance
+        self.completeness += counts.completeness
         if self.realisations <= KEPT:
             self._events.append(added)
             self._tallies.append(counts.tally)
@@ -131,4 +132,5 @@ class PooledFlights:
             found = replace(found, without_ricochet=expected_distance(self._short, self.criteria.density))
         alone = Estimate(self.groups, self.criteria.density, draws=0, seed=0)
         events = np.array([alone.alone(one, found.distance) for one in self._events])
-        return EnsembleHazard(Tally.join(self._tallies), self.criteria, tolerance, found, events, self.balance.reason)
+        counts, reason = Tally.join(self._tallies), self.completeness.reason
+        return EnsembleHazard(counts, self.criteria, tolerance, found, events, reason)

@@ -109,7 +109,7 @@ def _fly_on(
     flown: tuple[NDArray[np.float64], NDArray[np.int8], NDArray[np.float64], NDArray[np.float64]],
 ) -> FlownChunk:  # fmt: skip
     """Let ricochet what has landed or struck, and fly on until all stay."""
-    from flight.kernels.impacts import GROUND_COLUMNS, STRUCK_COLUMNS, settle
+    from flight.kernels.impacts import GROUND_COLUMNS, STRUCK_COLUMNS, apply_impacts
 
     outcome, status, hits, path = flown
     number = len(outcome)
@@ -127,7 +127,7 @@ def _fly_on(
     moving = np.arange(number)
     all_hits, all_paths, all_struck, all_ground = [hits], [path], [], []
     while True:
-        flying, strikes, landings = settle(
+        flying, strikes, landings = apply_impacts(
             moving, len(moving), outcome, status, surfaces, limits, job.terrain, job.obstacles,
             first, first_status, last, last_status, stopped_by, ricochets, contacts, record, landed,
         )  # fmt: skip

@@ -11,6 +11,7 @@ import numpy as np
 
 from flight.arguments import require_number, require_numbers
 from flight.errors import InputError, nearest
+from flight.rows import CONTACTS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
@@ -21,23 +22,8 @@ if TYPE_CHECKING:
     from flight.kernels.contacts import Spheres, Touch
     from flight.kernels.motion import Surroundings
 
-__all__ = ["CONTACTS", "FEWEST", "Contact", "Encounters"]
+__all__ = ["FEWEST", "Contact", "Encounters"]
 
-CONTACTS = np.dtype(
-    [
-        ("first", "i8"),  # rows in the fragments flown, first < second
-        ("second", "i8"),
-        ("time", "f8"),  # s
-        ("first_position", "f8", 3),  # centres (m)
-        ("second_position", "f8", 3),
-        ("first_before", "f8", 3),  # velocities (m/s)
-        ("second_before", "f8", 3),
-        ("first_after", "f8", 3),
-        ("second_after", "f8", 3),
-        ("closing_speed", "f8"),  # along the line of centres (m/s)
-        ("energy_lost", "f8"),  # to heat and deformation (J)
-    ]
-)
 COMPARED = 10.0  # pairs a fragment that a window aims at: fewer make windows short, more make them expensive
 TURN = 0.1  # share of its velocity that drag may take from a fragment within a window
 LONGEST_CHANGE = 1.5  # of a window over the one before

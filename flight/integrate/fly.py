@@ -14,6 +14,7 @@ from flight.arguments import real_array, require_number
 from flight.constants import STANDARD_GRAVITY
 from flight.drag import Drag
 from flight.errors import DragTableWarning, InputError, nearest
+from flight.fragments import Fragments
 from flight.integrate.contact import Contact, Encounters
 from flight.integrate.integrator import Adaptive, Domain, FixedStep
 from flight.integrate.job import FlightJob, FlightProgress
@@ -23,7 +24,7 @@ from flight.scene.air import Air, ConstantAir, StandardAtmosphere
 from flight.scene.height_map import HeightMap
 from flight.scene.ricochet import Ricochet
 from flight.scene.scene import Scene
-from flight.shape import describe, shaped
+from flight.shape import DEFAULT_SHAPE_FACTOR, describe, shaped
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -31,15 +32,27 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
-    from flight.fragments import Fragments
-    from flight.hazard.density.near_ground import NearGround
+    from flight.fluence import FluenceGrid
     from flight.integrate.integrator import Integrator
     from flight.scene.obstacles import Obstacle
     from flight.scene.targets import Witness
     from flight.scene.wind import Wind
     from flight.shape import Shape
 
-__all__ = ["FlightProgress", "fly"]
+__all__ = ["RANGES", "FlightProgress", "fly", "range_table"]
+
+RANGES = np.dtype(
+    [
+        ("mass", "f8"),  # kg
+        ("speed", "f8"),  # m/s, at launch
+        ("elevation", "f8"),  # degrees above the horizontal
+        ("range", "f8"),  # m, to the first impact on the ground
+        ("time", "f8"),  # s
+        ("arrival_speed", "f8"),  # m/s
+        ("energy", "f8"),  # J, on arrival
+        ("angle", "f8"),  # degrees, of the path below the horizontal on arrival
+    ]
+)
 
 
 def fly(
@@ -59,7 +72,7 @@ def fly(
     domain: Domain | None = None,
     time_limit: float = 3600.0,
     origin: tuple[float, float] = (0.0, 0.0),
-    near_ground: NearGround | None = None,
+    fluence: FluenceGrid | None = None,
     sample: int | ArrayLike = 0,
     seed: int = 0,
     threads: int | None = None,
@@ -102,8 +115,8 @@ def fly(
         End of every flight (s).
     origin : (2,) floats
         Position from which distance and azimuth are counted (m).
-    near_ground : NearGround, optional
-        Lengths of paths below a person's height to count, by azimuth and distance; needs a ground.
+    fluence : FluenceGrid, optional
+        Count the lengths of paths below a person's height, by azimuth and distance; needs a ground.
     sample : int or indices
         Fragments whose paths are kept: that many drawn with `seed`, or those named.
     seed : int
@@ -131,7 +144,7 @@ def fly(
     fragments = fragments if shape is None else shaped(fragments, shape, seed)
     job = FlightJob(
         fragments, _air(air), drag, gravity, wind, scene, witnesses, integrator, domain or Domain(), time_limit, origin,
-        near_ground,
+        fluence,
     )  # fmt: skip
     chosen = _chosen(sample, len(fragments), seed)
     threads = threads or _cores()
@@ -140,13 +153,52 @@ def fly(
         extremes, paths = flown.extremes, job.paths(chosen)
         result = FlightResult(
             flown.landing, flown.hits, paths, job.witnesses, obstacles=scene.obstacles, obstacle_hits=flown.struck,
-            near_ground=job.path_lengths, ricochet_hits=flown.ricochet_hits, ricochets=flown.ricochets,
+            fluence=job.fluence, ricochet_hits=flown.ricochet_hits, ricochets=flown.ricochets,
         )  # fmt: skip
     else:
         result, extremes = _fly_in_contact(job, contact, chosen, threads, on_progress, began)
     result.summary["presented_area"] = describe(shape, fragments)
     result.summary.update(_summary(result, extremes, drag, job, time.perf_counter() - began))
     return result
+
+
+def range_table(
+    mass: ArrayLike, speed: ArrayLike, elevation: ArrayLike, *, height: float = 1.0,
+    shape_factor: ArrayLike = DEFAULT_SHAPE_FACTOR, **flight_arguments: Any,
+) -> NDArray[Any]:  # fmt: skip
+    """Where single fragments land and how fast: one row for each combination of mass, speed and elevation.
+
+    Parameters
+    ----------
+    mass, speed, elevation : (m,), (s,), (e,) or single
+        kg, m/s, and degrees above the horizontal.
+    height : float
+        Above the ground at which they start (m).
+    shape_factor : float
+        k of the presented area (kg/m3).
+    **flight_arguments
+        Of `fly`.
+
+    Returns
+    -------
+    (m s e,) structured array of dtype `RANGES`
+        NaN where a fragment does not land.
+    """
+    given = (("mass", mass, "kg"), ("speed", speed, "m/s"), ("elevation", elevation, "degrees"))
+    values = np.meshgrid(*(np.atleast_1d(real_array("range_table", *one)) for one in given), indexing="ij")
+    masses, speeds, degrees = (one.ravel() for one in values)
+    angle = np.radians(degrees)
+    velocity = speeds[:, None] * np.column_stack([np.cos(angle), np.zeros_like(angle), np.sin(angle)])
+    ground = flight_arguments.get("ground", 0.0)
+    start = (0.0, 0.0, height + (float(ground) if isinstance(ground, int | float) else 0.0))
+    landing = fly(Fragments(masses, start, velocity, shape_factor), **{"ricochet": None, **flight_arguments}).landing
+    table = np.full(len(masses), np.nan, dtype=RANGES)
+    table["mass"], table["speed"], table["elevation"] = masses, speeds, degrees
+    landed = landing["status"] == Status.LANDED
+    names = {"range": "distance", "time": "time", "arrival_speed": "speed", "energy": "energy", "angle": "angle"}
+    for name, field in names.items():
+        table[name][landed] = landing[field][landed]
+    return table
 
 
 def _fly_in_contact(
@@ -157,20 +209,20 @@ def _fly_in_contact(
     encounters = Encounters(job.fragments, contact, job.around, job.limits.ground, threads)
     legs = legs_between(job.fragments, encounters.contacts)
     job.fragments, job.clock = legs.fragments, legs.clock
-    near, job.near = job.near, None
+    cells, job.cells = job.cells, None
     run = job.run(threads, on_progress, began)
     flown = legs.flown(run.landing)
     joined = legs.join(run)
-    lengths = None
-    if near is not None:  # again, those legs alone that were flown: a fragment that has landed is struck no more
-        job.near, job.fragments, job.clock = near, legs.fragments.select(flown), legs.clock[flown]
+    fluence = None
+    if cells is not None:  # again, those legs alone that were flown: a fragment that has landed is struck no more
+        job.cells, job.fragments, job.clock = cells, legs.fragments.select(flown), legs.clock[flown]
         job.run(threads, None, began)
         job.fragments, job.clock = legs.fragments, legs.clock
-        lengths = job.path_lengths
+        fluence = job.fluence
     paths = legs.join_paths(chosen, job.paths(legs.of(chosen)))
     result = FlightResult(
         joined.landing, joined.hits, paths, job.witnesses, obstacles=job.scene.obstacles, obstacle_hits=joined.struck,
-        contacts=encounters.contacts, near_ground=lengths, ricochet_hits=joined.ricochet_hits,
+        contacts=encounters.contacts, fluence=fluence, ricochet_hits=joined.ricochet_hits,
         ricochets=joined.ricochets,
     )  # fmt: skip
     result.summary["contact"] = encounters.summary

@@ -6,14 +6,12 @@ import math
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from flight.hazard.criteria import Criteria
-from flight.hazard.density.near_ground import NearGround, PathLengths
-from flight.hazard.density.polar_grid import PolarGrid
+from flight.fluence import Fluence, FluenceGrid, PolarGrid
 from flight.integrate.after_landing import AFTER_GROUND, FlownChunk, fly_chunk_to_end
 from flight.integrate.integrator import Adaptive, FixedStep
 from flight.result import HITS, LANDING, OBSTACLE_HITS, RICOCHETS, Trajectories
@@ -77,7 +75,7 @@ class FlightJob:
     def __init__(
         self, fragments: Fragments, air: Air, drag: Drag, gravity: float, wind: Wind | None, scene: Scene,
         witnesses: Sequence[Witness], integrator: Integrator, domain: Domain, time_limit: float,
-        origin: tuple[float, float], near: NearGround | None = None,
+        origin: tuple[float, float], cells: FluenceGrid | None = None,
     ) -> None:  # fmt: skip
         from flight.kernels import events, motion, trajectory
         from flight.kernels.limits import Limits
@@ -102,8 +100,8 @@ class FlightJob:
         )  # fmt: skip
         self.in_air = bool(table.pieces[:, :4].any())
         self.rows, self.vertices, self.everything = pack(self.witnesses)
-        self.near = near if near is not None and scene.ground is not None else None
-        self.path_lengths: PathLengths | None = None
+        self.cells = cells if cells is not None and scene.ground is not None else None
+        self.fluence: Fluence | None = None
         self.scene, self.terrain, self.obstacles = scene, scene.terrain(), scene.obstacle_rows()
 
     def run(self, threads: int, on_progress: Callable[[FlightProgress], None] | None, began: float) -> Flown:
@@ -121,7 +119,7 @@ class FlightJob:
 
         def work() -> None:
             nonlocal done
-            buffers = self._buffers(4 * CHUNK if self.witnesses else 0, 0, self.near)
+            buffers = self._buffers(4 * CHUNK if self.witnesses else 0, 0, self.cells)
             counted.append(buffers)
             while not stop.is_set():
                 with lock:
@@ -157,11 +155,11 @@ class FlightJob:
                     future.result()
             if on_progress is not None:
                 on_progress(FlightProgress(done, total, time.perf_counter() - began))
-        if self.near is not None:
+        if self.cells is not None:
             if any(buffers["beyond"][0] for buffers in counted):
-                self.near = NearGround(self.near.grid.up_to(EXTENSION * self.near.grid.reach), self.near.criteria)
+                self.cells = replace(self.cells, grid=self.cells.grid.up_to(EXTENSION * self.cells.grid.reach))
                 return self.run(threads, on_progress, began)
-            self.path_lengths = PathLengths.of(self.near, [buffers["lengths"] for buffers in counted])
+            self.fluence = Fluence.of(self.cells, [buffers["lengths"] for buffers in counted])
         whole = {name: _joined(parts, kinds[name]) for name, parts in tables.items()}
         return Flown(landing=landing, extremes=extremes, **whole)
 
@@ -185,9 +183,9 @@ class FlightJob:
         )
 
     @property
-    def _near_table(self) -> tuple[Any, ...]:
+    def _fluence_cells(self) -> tuple[Any, ...]:
         """What is counted near the ground, for the kernel; of no meaning where nothing is."""
-        return (self.near or NearGround(PolarGrid(1, 2, 1.0, 1), Criteria())).table()
+        return (self.cells or FluenceGrid(PolarGrid(1, 2, 1.0, 1))).table()
 
     def _arrays(self, fragments: Fragments) -> list[NDArray[np.float64]]:
         """Arrays for the kernel in one layout: numba would compile again for read-only or strided ones."""
@@ -195,9 +193,9 @@ class FlightJob:
         arrays = (fragments.mass, fragments.shape_factor, start, fragments.velocity)
         return [np.require(array, requirements=["C", "W"]) for array in arrays]
 
-    def _buffers(self, hits: int, path: int, near: NearGround | None = None) -> dict[str, NDArray[Any]]:
+    def _buffers(self, hits: int, path: int, fluence: FluenceGrid | None = None) -> dict[str, NDArray[Any]]:
         columns = self.trajectory
-        cells = (2, *((0, 0) if near is None else near.grid.shape))  # before and after the first impact on the ground
+        cells = (2, *((0, 0) if fluence is None else fluence.grid.shape))  # before and after the first impact
         return {
             "chunk_lengths": np.zeros(cells, dtype=np.int64),
             "lengths": np.zeros(cells, dtype=np.int64),
@@ -212,13 +210,13 @@ class FlightJob:
         self, arrays: list[NDArray[np.float64]], start: int, end: int, limits: Limits, buffers: dict[str, NDArray[Any]]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Fly one chunk, with larger buffers where a fragment found them full; give its crossings and path points."""
-        near = self._near_table
+        cells = self._fluence_cells
         while True:
             buffers["chunk_lengths"][:] = 0
             hit_count, path_count, inside = self.trajectory.fly_chunk(
                 start, end, *arrays,
                 self.around, limits, self.terrain, self.obstacles, self.rows, self.vertices, self.everything,
-                buffers["outcome"], buffers["status"], buffers["hits"], buffers["path"], near,
+                buffers["outcome"], buffers["status"], buffers["hits"], buffers["path"], cells,
                 buffers["chunk_lengths"],
             )  # fmt: skip
             for name, count in (("hits", hit_count), ("path", path_count)):
@@ -312,19 +310,11 @@ def _joined(parts: list[NDArray[Any]], kind: np.dtype[Any]) -> NDArray[Any]:
 
 def _horizontal(rows: NDArray[np.float64]) -> NDArray[np.float64]:
     """Length of the first two columns."""
-    from flight.kernels.angles import row_lengths
-
-    result = np.empty(len(rows))
-    row_lengths(np.ascontiguousarray(rows[:, 0]), np.ascontiguousarray(rows[:, 1]), result)
-    return result
+    return np.hypot(rows[:, 0], rows[:, 1])
 
 
 def _angles(opposite: NDArray[np.float64], adjacent: NDArray[np.float64]) -> NDArray[np.float64]:
-    from flight.kernels.angles import row_angles
-
-    result = np.empty(len(opposite))
-    row_angles(np.ascontiguousarray(opposite), np.ascontiguousarray(adjacent), result)
-    return result
+    return np.degrees(np.arctan2(opposite, adjacent))
 
 
 def _azimuth(place: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
     Integers = NDArray[np.int64]
 
-__all__ = ["GROUND_COLUMNS", "STRUCK_COLUMNS", "settle"]
+__all__ = ["GROUND_COLUMNS", "STRUCK_COLUMNS", "apply_impacts"]
 
 # time, position (3), velocity (3) at the impact, obstacle, face, row of the chunk, 1 where it stopped
 STRUCK_COLUMNS = 11
@@ -49,7 +49,7 @@ def _compile() -> Callable[..., tuple[int, int, int]]:
     """Compile the loop."""
 
     @kernel
-    def settle(
+    def apply_impacts(
         moving: Integers,
         count: int,
         outcome: Array,
@@ -117,7 +117,7 @@ def _compile() -> Callable[..., tuple[int, int, int]]:
             stopped_by[row, 0], stopped_by[row, 1] = which, face
         return flying, hits, landings
 
-    return settle
+    return apply_impacts
 
 
-settle = _compile()
+apply_impacts = _compile()

@@ -8,6 +8,7 @@ import numpy as np
 
 from flight.kernels.compiling import inner_kernel, kernel
 from flight.kernels.events import HIT_COLUMNS, ending, ending_in_scene, heights_of, may_end, outside, record_hits
+from flight.kernels.fluence import count_chord, count_path, highest_counted
 from flight.kernels.lanes import SMALLEST_FACTOR, load, move_lane, prepare, step_factors
 from flight.kernels.limits import IN_FLIGHT, LANDED, LEFT_DOMAIN, NOT_A_NUMBER, STEP_LIMIT, STOPPED, TIME_OUT, Limits
 from flight.kernels.motion import (
@@ -23,7 +24,6 @@ from flight.kernels.motion import (
     take_step,
     velocity_points,
 )
-from flight.kernels.near_ground import count_chord, count_path, highest_counted
 from flight.kernels.obstacles import EVENTS_SHAPE
 from flight.kernels.roots import STACK_SHAPE
 from flight.kernels.surfaces import (
@@ -38,8 +38,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from flight.kernels.fluence import FluenceCells
     from flight.kernels.motion import Surroundings
-    from flight.kernels.near_ground import NearGround
     from flight.kernels.terrain import Terrain
 
     Array = NDArray[np.float64]
@@ -86,7 +86,7 @@ def _compile() -> Callable[..., tuple[int, int, bool]]:
         status: NDArray[np.int8],
         hits: Array,
         path: Array,
-        near: NearGround,
+        near: FluenceCells,
         lengths: NDArray[np.int64],
     ) -> tuple[int, int, bool]:
         """Fly the fragments start..stop-1; rows of `outcome` and `status` count from `start`.

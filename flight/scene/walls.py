@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["MATERIALS", "Wall", "concrete_limit", "steel_limit"]
+__all__ = ["MATERIALS", "StoppingWall", "concrete_limit", "steel_limit"]
 
 FRAGMENT_DENSITY = 7850.0  # kg/m3
 SHARPEST = 1.14  # nose factor N of the modified NDRC relation
@@ -83,7 +83,7 @@ def steel_limit(mass: Array, speed: Array, diameter: Array) -> Array:
 
 
 @dataclass(frozen=True)
-class Wall:
+class StoppingWall:
     """A wall or roof: material ("concrete" or "steel"), thickness (m), cylinder strength of concrete (Pa)."""
 
     material: str

@@ -102,11 +102,16 @@ def burst(
 
 @app.command("break-up")
 def break_up(
-    case: CaseOrRun, out: Out = None, threads: Threads = None, quiet: Quiet = False, json: Json = False
+    case: CaseOrRun,
+    out: Out = None,
+    settings: Settings = None,
+    threads: Threads = None,
+    quiet: Quiet = False,
+    json: Json = False,
 ) -> None:
     """Break the casings of a computed burst into fragments."""
     with guarded(json=json, quiet=quiet):
-        done = fragfield.run(case, out=out, threads=threads, progress=not quiet, only="break-up")
+        done = fragfield.run(case, out=out, set=settings or (), threads=threads, progress=not quiet, only="break-up")
         _give_summary(done, json=json, quiet=quiet, flown=False)
 
 
@@ -115,13 +120,16 @@ def fly(
     case: CaseOrRun,
     out: Out = None,
     fragments: FragmentsFile = None,
+    settings: Settings = None,
     threads: Threads = None,
     quiet: Quiet = False,
     json: Json = False,
 ) -> None:
     """Fly the fragments of a run, or of a file, to the ground."""
     with guarded(json=json, quiet=quiet):
-        done = fragfield.run(case, out=out, fragments=fragments, threads=threads, progress=not quiet, only="fly")
+        done = fragfield.run(
+            case, out=out, fragments=fragments, set=settings or (), threads=threads, progress=not quiet, only="fly"
+        )
         _give_summary(done, json=json, quiet=quiet, flown=True)
 
 

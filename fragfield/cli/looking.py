@@ -19,10 +19,10 @@ __all__ = ["compare", "info", "new", "view"]
 def view(case: CaseOrRun, window: Window = None, html: Html = False, quiet: Quiet = False, json: Json = False) -> None:
     """Look at a run: in a window where there is a display, else as pictures; or as 3-D pages."""
     with guarded(json=json, quiet=quiet):
-        from fragfield.interface.running import request_of
+        from fragfield.interface.running import options_of
         from fragfield.view import view_run
 
-        written = view_run(request_of(case).source.path, window=window, html=html)
+        written = view_run(options_of(case).source.path, window=window, html=html)
         give(
             {"pages" if html else "pictures": [str(path) for path in written]},
             json=json,

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fragfield.case.conversion.round_masses import are_alike
-from fragfield_base.explosive_names import value_for
+from fragfield_base.names import value_for
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

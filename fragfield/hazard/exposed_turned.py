@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from flight.fluence import PolarGrid
     from flight.hazard.density.distance import ExpectedDistance
-    from flight.hazard.density.polar_grid import PolarGrid
     from flight.hazard.ensemble import EnsembleHazard
     from flight.hazard.exposed import Prism
     from fragfield.case import Case
@@ -91,7 +91,8 @@ class TurnedSums(ExposedSums):
         origin = np.asarray(self.case.flight.origin, dtype=np.float64)
         for site in self.sites:
             self._pieces += [_piece(prism, origin, self.grid, self.kernel) for prism in site.prisms]
-        self._fields = [[np.zeros((2, self.grid.turns)), np.zeros((2, self.grid.turns))] for _ in self._pieces]
+        shape = (2, self.grid.azimuth_cells)
+        self._fields = [[np.zeros(shape), np.zeros(shape)] for _ in self._pieces]
 
     def add_fields(self, fields: Fields, short: Fields | None = None) -> None:
         """Add the fields (landings and tracks) of one realisation, and those without ricochet."""
@@ -174,7 +175,7 @@ def _piece(prism: Prism, origin: Array, grid: PolarGrid, kernel: float) -> _Piec
     area = 0.5 * math.radians(grid.width) * (outer**2 - inner**2)
     around = np.arange(-int(kernel / grid.width), int(kernel / grid.width) + 1)
     cosine = 1.0 + np.cos(np.pi * around * grid.width / kernel)
-    spread = (turn[:, None] + around) % grid.turns
+    spread = (turn[:, None] + around) % grid.azimuth_cells
     weight = (count / count.sum() / area)[:, None] * cosine / cosine.sum()
     both, which = np.unique(spread * len(reach.edges) + cell[:, None], return_inverse=True)
     summed = np.bincount(which.ravel(), weights=weight.ravel()).astype(np.float64)

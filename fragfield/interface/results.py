@@ -105,16 +105,16 @@ class Run:
     @property
     def landing(self) -> NDArray[Any]:
         """End of every fragment's flight, a structured array of dtype `flight.LANDING`; first realisation."""
-        from flight.files.results import read_landing
+        from flight.files.hdf5 import read_table
 
-        return read_landing(self._file("landing.h5", "fly"))
+        return read_table(self._file("landing.h5", "fly"), "landing")[0]
 
     @property
     def hits(self) -> NDArray[Any]:
         """Crossings of the witness surfaces, a structured array of dtype `flight.HITS`; first realisation."""
-        from flight.files.results import read_hits
+        from flight.files.hdf5 import read_table
 
-        return read_hits(self._file("hits.h5", "fly"))[0]
+        return read_table(self._file("hits.h5", "fly"), "hits")[0]
 
     @property
     def hazard(self) -> HazardDistance:

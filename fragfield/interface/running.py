@@ -14,10 +14,10 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
     from fragfield.interface.results import Run
-    from fragfield.pipeline.chain import Request
+    from fragfield.pipeline.job import RunOptions
     from fragfield.terminal.progress import Progress
 
-__all__ = ["limit_threads", "request_of", "run"]
+__all__ = ["limit_threads", "options_of", "run"]
 
 
 def run(
@@ -85,21 +85,18 @@ def run(
         raise InputError(f"only: found {only!r}{nearest(str(only), STAGES)}; allowed: {', '.join(STAGES)}")
     if fragments is not None and only != "fly":
         raise InputError('fragments: found without only="fly"; allowed: only together with it')
-    request = request_of(
+    options = options_of(
         case, out=out, set=set, cell_size=cell_size, fragments=fragments, threads=threads, resume=resume,
         overwrite=overwrite, profile=profile, progress=progress, burst=only in (None, "burst"),
     )  # fmt: skip
     from fragfield.interface.results import Run
-    from fragfield.pipeline.chain import run_chain, run_stage
+    from fragfield.pipeline.chain import run_chain
 
-    if only is None:
-        run_chain(request)
-    else:
-        run_stage(request, only)
-    return Run(request.directory.path)
+    run_chain(options, only)
+    return Run(options.directory.path)
 
 
-def request_of(
+def options_of(
     case: Case | str | os.PathLike[str],
     *,
     out: str | os.PathLike[str] | None = None,
@@ -112,13 +109,13 @@ def request_of(
     profile: bool = False,
     progress: bool | Callable[[Progress], object] = True,
     burst: bool = True,
-) -> Request:
+) -> RunOptions:
     """What the pipeline is asked for, by the arguments of `run`. A file is read later, by the first rank alone."""
     if threads is not None:
         limit_threads(threads)
     from fragfield.case.checks.consistency import check_case
     from fragfield.case.messages import join_faults
-    from fragfield.pipeline.chain import Request
+    from fragfield.pipeline.job import RunOptions
 
     made = None
     if isinstance(case, Case) or not _is_settings(set):
@@ -128,7 +125,7 @@ def request_of(
             raise InputError(join_faults("case", faults))
         out = _directory(case, found) if out is None else out
         case = out
-    return Request(
+    return RunOptions(
         Path(case), None if out is None else Path(out), cell_size, threads, resume, overwrite, progress is False,
         None if fragments is None else Path(fragments), tuple(set), profile=profile, made=made,
         follow=progress if callable(progress) else None,

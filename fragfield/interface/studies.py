@@ -297,7 +297,7 @@ def run_uncertainty(
     InputError, NumericalStop
         The case or the folder is at fault, or the nominal run stopped.
     """
-    from fragfield.interface.running import request_of
+    from fragfield.interface.running import options_of
     from fragfield.studies.uncertainty import StudyOptions, run_study
 
     folder, file = study_folder(case, out, "uncertainty")
@@ -305,8 +305,8 @@ def run_uncertainty(
     if hasattr(set, "items") and not isinstance(case, Case):
         case = Case.from_toml(case, set=set, cell_size=cell_size)
         set, cell_size = (), None  # noqa: A001
-    request = request_of(written_case(case, file), cell_size=cell_size, set=set, progress=progress)
-    return Uncertainty(folder, run_study(request, options))
+    nominal = options_of(written_case(case, file), cell_size=cell_size, set=set, progress=progress)
+    return Uncertainty(folder, run_study(nominal, options))
 
 
 def _row(run: Mapping[str, Any]) -> dict[str, Any]:

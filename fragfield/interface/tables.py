@@ -94,31 +94,33 @@ def _fragments(folder: Path) -> Mapping[str, Any]:
 
 
 def _landing(folder: Path) -> Mapping[str, Any]:
-    from flight.files.results import read_landing
+    from flight.files.hdf5 import read_table
     from flight.rows import flat_columns
 
-    return flat_columns(read_landing(folder / "landing.h5"))
+    return flat_columns(read_table(folder / "landing.h5", "landing")[0])
 
 
 def _witness(folder: Path) -> Mapping[str, Any]:
-    from flight.files.results import named_columns, read_hits
+    from flight.files.hdf5 import read_table
+    from flight.files.results import named_columns
 
-    hits, names = read_hits(folder / "hits.h5")
+    hits, names = read_table(folder / "hits.h5", "hits")
     return named_columns(hits, "witness", names)
 
 
 def _obstacle_hits(folder: Path) -> Mapping[str, Any]:
-    from flight.files.results import named_columns, read_obstacle_hits
+    from flight.files.hdf5 import read_table
+    from flight.files.results import named_columns
 
-    hits, names = read_obstacle_hits(folder / "obstacle_hits.h5")
+    hits, names = read_table(folder / "obstacle_hits.h5", "obstacle_hits")
     return named_columns(hits, "obstacle", names)
 
 
 def _contacts(folder: Path) -> Mapping[str, Any]:
-    from flight.files.results import read_contacts
+    from flight.files.hdf5 import read_table
     from flight.rows import flat_columns
 
-    return flat_columns(read_contacts(folder / "contacts.h5"))
+    return flat_columns(read_table(folder / "contacts.h5", "contacts")[0])
 
 
 def _ensemble(name: str) -> Callable[[Path], Mapping[str, Any]]:

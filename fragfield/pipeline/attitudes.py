@@ -54,10 +54,10 @@ def fly_attitudes(job: Job, source: Realisations, flights: Flights) -> FlownEnse
     InputError
         The fragments are from a file: how they would turn is not known.
     """
-    if job.fragments is not None and source.arena is None:
+    if job.options.fragments is not None and source.arena is None:
         raise InputError(
-            f'round[1].attitude: found "any" with the fragments of {job.fragments.name}; allowed: an arena table, or '
-            "fragments of the attitude that they have in the file, with attitude left out"
+            f'round[1].attitude: found "any" with the fragments of {job.options.fragments.name}; allowed: an arena '
+            "table, or fragments of the attitude that they have in the file, with attitude left out"
         )
     return _Envelope(job, source, flights).result()
 
@@ -111,7 +111,7 @@ class _Envelope:
         entries = []
         for key, one in sorted(self.flown.items()):
             assert one.found is not None  # on rank 0
-            ended = not one.found.pool.balance.reason
+            ended = not one.found.pool.completeness.reason
             entries.append((key, one.found.exposed.assess(self.job.case, hazard, determined=ended)))
         return worst_of_attitudes(entries) if self.job.case.exposed else []
 
@@ -142,7 +142,7 @@ class _Envelope:
         def reach(key: Key) -> float:
             row, found = self.rows[key], self.flown[key].found
             assert found is not None  # on rank 0
-            if found.pool.balance.reason:
+            if found.pool.completeness.reason:
                 return np.inf
             return float(row["expected"] if row["upper"] is None else row["upper"])
 
@@ -183,7 +183,9 @@ def flown_attitude(job: Job, flown: FlownEnsemble) -> dict[str, Any]:
     """The part `hazard.attitude` of summary.json: the attitude of what was flown, and the curve over mixed ones."""
     from fragfield.pipeline.arena import read_arena
 
-    part = attitude_of(job.case, given=job.fragments is not None and read_arena(job.fragments, job.case) is None)
+    part = attitude_of(
+        job.case, given=job.options.fragments is not None and read_arena(job.options.fragments, job.case) is None
+    )
     if flown.attitude is not None and flown.curve:
         part |= {"worst_inclination_deg": flown.attitude.inclination, "worst_roll_deg": flown.attitude.roll}
     return part | {"curve": flown.curve}

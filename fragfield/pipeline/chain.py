@@ -5,14 +5,11 @@ from __future__ import annotations
 import logging
 import sys
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fragfield.case.changes import load_set_case
 from fragfield.case.checks.bounds import outside_soft
 from fragfield.errors import EXIT_FAULT, InputError, exit_code_of, message_of
-from fragfield.files.run_directory import STAGES, RunDirectory
+from fragfield.files.run_directory import STAGES
 from fragfield.pipeline.arena import read_arena
 from fragfield.pipeline.job import Job
 from fragfield.pipeline.parallel import Team
@@ -22,97 +19,27 @@ from fragfield.terminal.progress import ProgressReporter
 from fragfield.terminal.visible_text import visible
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Iterator
     from typing import Any
 
     from fragfield.case import Case
-    from fragfield.files.run_directory import Stage
-    from fragfield.terminal.progress import Progress
+    from fragfield.files.run_directory import RunDirectory, Stage
+    from fragfield.pipeline.job import RunOptions
 
-__all__ = ["Request", "run_chain", "run_stage"]
+__all__ = ["run_chain"]
 
 _log = logging.getLogger(__name__)
 
 
-@dataclass(frozen=True)
-class Request:
-    """What the command line or a Python program asks for.
-
-    Attributes
-    ----------
-    target : Path
-        A case file or a run directory.
-    out : Path, optional
-        Run directory to write; left out: the run directory given, or runs/NAME for NAME.toml.
-    cell_size : str, optional
-        Replaces `burst.cell_size`.
-    threads : int, optional
-        Threads of a rank.
-    resume, overwrite : bool
-        See `RunDirectory.claim`.
-    quiet : bool
-        No progress.
-    fragments : Path, optional
-        Fragments from another source, for the stage `fly`.
-    settings : tuple of str
-        KEY=VALUE that replace values of the case.
-    lean : bool
-        Numbers alone, for a sweep: no report, no files for visualisation, no other cell sizes.
-    profile : bool
-        Time the parts of the burst.
-    made : Case, optional
-        The resolved case, instead of a file's; `target` is then its run directory, and a stage's case is this one.
-    follow : callable, optional
-        Called with the progress, on rank 0.
-    """
-
-    target: Path
-    out: Path | None = None
-    cell_size: str | None = None
-    threads: int | None = None
-    resume: bool = False
-    overwrite: bool = False
-    quiet: bool = False
-    fragments: Path | None = None
-    settings: tuple[str, ...] = ()
-    lean: bool = False
-    profile: bool = False
-    made: Case | None = None
-    follow: Callable[[Progress], object] | None = None
-
-    def case(self, *, burst: bool = True) -> Case:
-        """The resolved case of the file, or of the run directory; raises InputError."""
-        if self.made is not None:
-            return self.made
-        if self.target.is_dir():
-            stored = RunDirectory(self.target)
-            stored.stored_case()  # says what is missing, in the words of a run directory
-            return self._loaded(stored.case_file, burst=burst)
-        return self._loaded(self.target, burst=burst)
-
-    def _loaded(self, path: Path, *, burst: bool) -> Case:
-        return load_set_case(path, self.settings, cell_size=self.cell_size, burst=burst)
-
-    @property
-    def directory(self) -> RunDirectory:
-        """Where the run is written."""
-        if self.out is not None:
-            return RunDirectory(self.out)
-        return RunDirectory(self.target if self.target.is_dir() else Path("runs") / self.target.stem)
-
-    @property
-    def source(self) -> RunDirectory:
-        """Where a stage finds the files of earlier stages."""
-        return RunDirectory(self.target) if self.target.is_dir() else self.directory
-
-
-def run_chain(request: Request) -> dict[str, Any]:
-    """Run every stage, or with `resume` those that are missing.
+def run_chain(options: RunOptions, only: str | None = None) -> dict[str, Any]:
+    """Run every stage, or with `resume` those that are missing; or `only` one, from the files of those before it.
 
     Parameters
     ----------
-    request : Request
+    options : RunOptions
         What to run.
+    only : str, optional
+        Name of the stage. The report is of one rank.
 
     Returns
     -------
@@ -124,58 +51,40 @@ def run_chain(request: Request) -> dict[str, Any]:
     InputError, NumericalStop
         As the stages raise them; what was written stays.
     """
-    team = Team.join()
+    team = Team() if only == "report" else Team.join()
+    from_burst = only in (None, "burst")
     with ExitStack() as held:
-        case, directory = _prepared(request, team, held)
-        return _run_all(request, team, case, directory)
-
-
-def _run_all(request: Request, team: Team, case: Case, directory: RunDirectory) -> dict[str, Any]:
-    stages = list(STAGES.values())
-    done = team.broadcast(_done(directory, stages) if team.first and request.resume else 0)
-    with _working(request, team, directory, fresh=not request.resume) as reporter:
-        _warn_of_values(case, team)
-        job = Job(
-            case, directory, directory, team, reporter, request.threads, resume=request.resume, lean=request.lean,
-            profile=request.profile,
-        )  # fmt: skip
-        if done:
-            _log.info("resumed after %s", stages[done - 1].name)
+        case, directory = _prepared(options, team, held, STAGES[only or "burst"])
+        reporter = held.enter_context(_working(options, team, directory, fresh=from_burst and not options.resume))
+        if only != "report":
+            _warn_of_values(case, team)
+        job = Job(case, directory if from_burst else options.source, directory, team, reporter, options)
+        stages = _waiting(job) if only is None else [STAGES[only]]
         with _together(team):
-            for stage in stages[done:-1]:
+            for stage in stages[: None if only else -1]:
                 perform(job, stage)
+        if only is not None:
+            return directory.summary() if team.first else {}
         if not team.first:
             if code := team.wait():
                 sys.exit(code)
             return {}
         with _releasing(team):
-            if not request.lean:
+            if not options.lean:
                 perform(job, stages[-1])
             return directory.summary()
 
 
-def run_stage(request: Request, name: str) -> dict[str, Any]:
-    """Run one stage from the files of the stages before it; as `run_chain` otherwise. The report is of one rank."""
-    stage = STAGES[name]
-    team = Team() if name == "report" else Team.join()
-    with ExitStack() as held:
-        case, directory = _prepared(request, team, held, stage)
-        return _run_one(request, team, case, directory, stage)
-
-
-def _run_one(request: Request, team: Team, case: Case, directory: RunDirectory, stage: Stage) -> dict[str, Any]:
-    name = stage.name
-    source = directory if name == "burst" else request.source
-    with _working(request, team, directory, fresh=name == "burst" and not request.resume) as reporter:
-        if name != "report":
-            _warn_of_values(case, team)
-        job = Job(
-            case, source, directory, team, reporter, request.threads, request.fragments, request.resume, request.lean,
-            request.profile,
-        )  # fmt: skip
-        with _together(team):
-            perform(job, stage)
-        return directory.summary() if team.first else {}
+def _waiting(job: Job) -> list[Stage]:
+    """The stages that are not complete; the report is always made again."""
+    stages = list(STAGES.values())
+    done = 0
+    while job.team.first and job.options.resume and done < len(stages) - 1 and job.target.complete(stages[done]):
+        done += 1
+    done = job.team.broadcast(done)
+    if done:
+        _log.info("resumed after %s", stages[done - 1].name)
+    return stages[done:]
 
 
 def _warn_of_values(case: Case, team: Team) -> None:
@@ -184,19 +93,17 @@ def _warn_of_values(case: Case, team: Team) -> None:
         _log.warning("%s", words)
 
 
-def _enter(request: Request, stage: Stage, held: ExitStack) -> Case:
+def _enter(options: RunOptions, stage: Stage, held: ExitStack) -> Case:
     """Read the case and make the directory ready for one stage after the burst."""
-    case, directory, source = request.case(burst=False), request.directory, request.source
-    if request.fragments is None:
+    case, directory, source = options.case(burst=False), options.directory, options.source
+    if options.fragments is None:
         _check_inputs(case, source, stage)
     else:
         if directory.complete(STAGES["break-up"]):
             raise InputError(f"{directory.path}: holds fragments of its own break-up; fly others with another --out")
-        read_arena(request.fragments, case)  # refuses one that does not fit the case, before the directory is made
-    if stage.name == "report":
-        directory.make()
-    else:
-        directory.make()
+        read_arena(options.fragments, case)  # refuses one that does not fit the case, before the directory is made
+    directory.make()
+    if stage.name != "report":
         held.enter_context(directory.locked())
         directory.enter(case, stage)
     return case
@@ -210,9 +117,7 @@ def _check_inputs(case: Case, source: RunDirectory, stage: Stage) -> None:
         source.check_upstream(case, stage)
 
 
-def _prepared(
-    request: Request, team: Team, held: ExitStack, stage: Stage = STAGES["burst"]
-) -> tuple[Case, RunDirectory]:
+def _prepared(options: RunOptions, team: Team, held: ExitStack, stage: Stage) -> tuple[Case, RunDirectory]:
     """Read the case, lock and claim the directory on rank 0; its error ends every rank with the same exit code.
 
     For one `stage`, or for the whole run, from its first. The lock is `held`; a report, which only adds
@@ -222,37 +127,29 @@ def _prepared(
         received: tuple[Case | None, int] = team.broadcast()
         if received[0] is None:
             sys.exit(received[1])
-        return received[0], request.directory
+        return received[0], options.directory
     try:
         if stage.name == "burst":
-            case = request.case()
-            request.directory.make()
-            held.enter_context(request.directory.locked())
-            request.directory.claim(case, resume=request.resume, overwrite=request.overwrite)
+            case = options.case()
+            options.directory.make()
+            held.enter_context(options.directory.locked())
+            options.directory.claim(case, resume=options.resume, overwrite=options.overwrite)
         else:
-            case = _enter(request, stage, held)
+            case = _enter(options, stage, held)
     except BaseException as error:
         team.broadcast((None, exit_code_of(error)))
         raise
     team.broadcast((case, 0))
-    return case, request.directory
-
-
-def _done(directory: RunDirectory, stages: list[Stage]) -> int:
-    """Number of stages that are complete; the report is always made again."""
-    count = 0
-    while count < len(stages) - 1 and directory.complete(stages[count]):
-        count += 1
-    return count
+    return case, options.directory
 
 
 @contextmanager
-def _working(request: Request, team: Team, directory: RunDirectory, *, fresh: bool) -> Iterator[ProgressReporter]:
+def _working(options: RunOptions, team: Team, directory: RunDirectory, *, fresh: bool) -> Iterator[ProgressReporter]:
     with ExitStack() as stack:
         if team.first and directory.path.is_dir():
             stack.enter_context(logged(directory.log_file, fresh=fresh))
         try:
-            yield stack.enter_context(_reporter(request, team))
+            yield stack.enter_context(_reporter(options, team))
         except Exception as error:
             _log.info("ended: %s", error)  # the command line says it on stderr; the log keeps it
             if exit_code_of(error) == EXIT_FAULT and team.first:
@@ -264,8 +161,8 @@ def _working(request: Request, team: Team, directory: RunDirectory, *, fresh: bo
             raise
 
 
-def _reporter(request: Request, team: Team) -> ProgressReporter:
-    return ProgressReporter(enabled=team.first and not request.quiet, follow=request.follow if team.first else None)
+def _reporter(options: RunOptions, team: Team) -> ProgressReporter:
+    return ProgressReporter(enabled=team.first and not options.quiet, follow=options.follow if team.first else None)
 
 
 @contextmanager

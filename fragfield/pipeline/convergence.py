@@ -65,7 +65,7 @@ def convergence_of(job: Job, flown: FlownEnsemble, headline: Mapping[str, Any]) 
         `quantities`, by name `values`, `standard_errors` (hazard alone), `order`, `order_used`, `extrapolated`,
         `uncertainty`, `factor` and `kind`, see `fragfield.pipeline.grid_convergence.GridConvergence`.
     """
-    burst = (job.source.summary().get("burst") or {}) if job.fragments is None else {}
+    burst = (job.source.summary().get("burst") or {}) if job.options.fragments is None else {}
     if reason := _why_none(job, burst):
         return {"reason": reason}
     own = _own_result(burst, flown, headline)
@@ -116,11 +116,11 @@ def with_cells(case: Case, size: float, realisations: int, geometry: str) -> Cas
 
 def _why_none(job: Job, burst: Mapping[str, Any]) -> str:
     """Why the run has no convergence of its own; empty where it has."""
-    if job.fragments is not None:
+    if job.options.fragments is not None:
         return "no grid convergence: the fragments are from another source"
     if not burst or job.case.burst is None:
         return "no grid convergence: the burst is not part of this run"
-    if job.lean:
+    if job.options.lean:
         return "no grid convergence: not computed for the runs of a sweep"
     asked = job.case.burst.convergence
     if asked == "off":
@@ -164,7 +164,7 @@ def _computed(job: Job, case: Case, words: list[str]) -> _Result | None:
             done, snapshot = side_burst(job, case)
             broken = transition.BreakUp(snapshot, break_up_settings(case))
             fragments = [broken.realisation(case.seed).fragments]
-            fragments += broken.many(case.seed, range(1, realisations), job.threads)
+            fragments += broken.many(case.seed, range(1, realisations), job.options.threads)
             alone = replace(job, case=case, team=Team(), reporter=ProgressReporter(enabled=False))
             flown = fly_all(alone, fragments)
     except Exception as error:

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from flight import FlightProgress, FlightResult, Fragments, HeightMap
-    from flight.hazard.balance import Balance
+    from flight.hazard.completeness import Completeness
     from flight.hazard.ensemble import EnsembleHazard
     from flight.hazard.pool import FlightCounts
     from fragfield.case.conversion.turned import Turned
@@ -58,7 +58,7 @@ class FlownEnsemble:
         Over all.
     witnesses : dict from a surface's name to (n, s) arrays of flight.hazard.density.witness_hazard.SECTOR_HITS
         Hits by realisation and sector, of the realisations that are kept.
-    balance : Balance
+    completeness : Completeness
         How the flights of all fragments ended.
     more : bool
         Whether more realisations could be made.
@@ -75,7 +75,7 @@ class FlownEnsemble:
     first: FlightResult
     hazard: EnsembleHazard
     witnesses: dict[str, NDArray[Any]]
-    balance: Balance
+    completeness: Completeness
     more: bool
     exposed: list[dict[str, Any]]
     flights: int
@@ -99,7 +99,7 @@ def break_up_all(job: Job, snapshot_file: Path) -> tuple[BreakUpResult, list[Fra
     prepared = transition.BreakUp(snapshot, break_up_settings(job.case))
     first = prepared.realisation(seed) if team.first else None
     numbers = team.share(range(1, job.case.break_up.realisations))
-    further = team.collect(prepared.many(seed, numbers, job.threads))
+    further = team.collect(prepared.many(seed, numbers, job.options.threads))
     return None if first is None else (first, further)
 
 
@@ -172,7 +172,7 @@ class _Found:
         if source.arena is not None:
             basis, mirrors = arena_basis(job.case)
         else:
-            basis, mirrors = hazard_directions(job.case, elsewhere=job.fragments is not None)
+            basis, mirrors = hazard_directions(job.case, elsewhere=job.options.fragments is not None)
         grid, kernel = hazard_grid(job.case), kernel_degrees(job.case)
         used = tuple(one for one in mirrors if grid.maps(one)) if basis == "worst_direction" else ()
         directions = Directions(grid, basis, kernel, used)
@@ -202,7 +202,7 @@ class _Found:
         from flight.hazard.density.expected import DRAWS
 
         most, tolerance = self.case.hazard.max_realisations, self.case.hazard.tolerance
-        if not more or done >= most or self.pool.balance.reason:
+        if not more or done >= most or self.pool.completeness.reason:
             return done
         error = self.pool.expected(draws=DRAWS // 4, every_direction=False).uncertainty  # fewer, to save time
         if error <= tolerance:
@@ -216,10 +216,12 @@ class _Found:
 
         assert first is not None  # rank 0 flies the first one
         witnesses = {name: np.stack([table[name] for table in self.tables]) for name in self.tables[0]}
-        found, unended = self.pool.hazard(self.case.hazard.tolerance), self.pool.balance.reason
+        found, unended = self.pool.hazard(self.case.hazard.tolerance), self.pool.completeness.reason
         found = replace(found, undetermined=unended or beyond_map_words(self.case, found.expected))
         exposed = self.exposed.assess(self.case, found, determined=not unended) if self.exposed.sites else []
-        return FlownEnsemble(first, found, witnesses, self.pool.balance, source.more, exposed, self.pool.realisations)
+        return FlownEnsemble(
+            first, found, witnesses, self.pool.completeness, source.more, exposed, self.pool.realisations
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -236,16 +238,15 @@ class Flights:
     """The flights of one rank, with one progress: the first on all threads, the others side by side."""
 
     def __init__(self, job: Job) -> None:
-        from flight.hazard.density.near_ground import NearGround
         from fragfield.case.conversion.attitude import is_mixed
         from fragfield.case.conversion.stages import flight_arguments, hazard_criteria, hazard_grid
         from fragfield.hazard.exposed import ExposedPlaces
 
         self.arguments = flight_arguments(job.case)
-        if job.lean:
+        if job.options.lean:
             self.arguments["sample"] = 0  # no paths for ParaView
         self.criteria, self.case = hazard_criteria(job.case), job.case
-        self.near = NearGround(hazard_grid(job.case), self.criteria)
+        self.near = self.criteria.fluence_grid(hazard_grid(job.case))
         # Of mixed attitudes what sites meet is taken from the fields: their surfaces would be in one direction alone.
         self.exposed = ExposedPlaces([]) if is_mixed(job.case) or job.attitude else ExposedPlaces.of(job.case)
         self.own = len(self.arguments["witnesses"])  # the case's own surfaces come first
@@ -293,7 +294,7 @@ class Flights:
         ground = self.arguments["ground"]
         fragments = above_ground(fragments, ground, warn=number == 0)
         arguments = self.arguments if number == 0 else {**self.arguments, "sample": 0}
-        result = flight.fly(fragments, **arguments, near_ground=self.near, threads=threads, on_progress=on_progress)
+        result = flight.fly(fragments, **arguments, fluence=self.near, threads=threads, on_progress=on_progress)
         exposed, without = (self.exposed.count(result, fragments, self.own, ricochet=one) for one in (True, False))
         if len(result.witnesses) > self.own:
             own = result.hits["witness"] < self.own

@@ -1,27 +1,101 @@
-"""Input of a stage: the case, the run directory, and settings of the process."""
+"""What a run is asked for, and what each of its stages works on."""
 
 from __future__ import annotations
 
 import math
 import os
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fragfield.case import plain
+from fragfield.case.changes import load_set_case
 from fragfield.files.provenance import versions
+from fragfield.files.run_directory import RunDirectory
 from fragfield.version import __version__
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-    from pathlib import Path
+    from collections.abc import Callable, Mapping
 
     from fragfield.case import Case
     from fragfield.case.conversion.turned import Turned
-    from fragfield.files.run_directory import RunDirectory, Stage
+    from fragfield.files.run_directory import Stage
     from fragfield.pipeline.parallel import Team
-    from fragfield.terminal.progress import ProgressReporter
+    from fragfield.terminal.progress import Progress, ProgressReporter
 
-__all__ = ["Job"]
+__all__ = ["Job", "RunOptions"]
+
+
+@dataclass(frozen=True)
+class RunOptions:
+    """What the command line or a Python program asks for, from there to the stages as it is.
+
+    Attributes
+    ----------
+    target : Path
+        A case file or a run directory.
+    out : Path, optional
+        Run directory to write; left out: the run directory given, or runs/NAME for NAME.toml.
+    cell_size : str, optional
+        Replaces `burst.cell_size`.
+    threads : int, optional
+        Threads of a rank.
+    resume, overwrite : bool
+        See `RunDirectory.claim`.
+    quiet : bool
+        No progress.
+    fragments : Path, optional
+        Fragments from another source, for the stage `fly`.
+    settings : tuple of str
+        KEY=VALUE that replace values of the case.
+    lean : bool
+        Numbers alone, for a sweep: no report, no files for visualisation, no other cell sizes.
+    profile : bool
+        Time the parts of the burst.
+    made : Case, optional
+        The resolved case, instead of a file's; `target` is then its run directory, and a stage's case is this one.
+    follow : callable, optional
+        Called with the progress, on rank 0.
+    """
+
+    target: Path
+    out: Path | None = None
+    cell_size: str | None = None
+    threads: int | None = None
+    resume: bool = False
+    overwrite: bool = False
+    quiet: bool = False
+    fragments: Path | None = None
+    settings: tuple[str, ...] = ()
+    lean: bool = False
+    profile: bool = False
+    made: Case | None = None
+    follow: Callable[[Progress], object] | None = None
+
+    def case(self, *, burst: bool = True) -> Case:
+        """The resolved case of the file, or of the run directory; raises InputError."""
+        if self.made is not None:
+            return self.made
+        if self.target.is_dir():
+            stored = RunDirectory(self.target)
+            stored.stored_case()  # says what is missing, in the words of a run directory
+            return self._loaded(stored.case_file, burst=burst)
+        return self._loaded(self.target, burst=burst)
+
+    def _loaded(self, path: Path, *, burst: bool) -> Case:
+        return load_set_case(path, self.settings, cell_size=self.cell_size, burst=burst)
+
+    @property
+    def directory(self) -> RunDirectory:
+        """Where the run is written."""
+        if self.out is not None:
+            return RunDirectory(self.out)
+        return RunDirectory(self.target if self.target.is_dir() else Path("runs") / self.target.stem)
+
+    @property
+    def source(self) -> RunDirectory:
+        """Where a stage finds the files of earlier stages."""
+        return RunDirectory(self.target) if self.target.is_dir() else self.directory
 
 
 @dataclass(frozen=True)
@@ -38,16 +112,8 @@ class Job:
         The ranks of the launch.
     reporter : ProgressReporter
         Follows the stages on the terminal.
-    threads : int, optional
-        Threads of a rank; left out: all that the rank may use.
-    fragments : Path, optional
-        Fragments from another source, to fly instead of the run's own.
-    resume : bool
-        Go on from a burst's checkpoint where there is one.
-    lean : bool
-        Numbers alone: no files for visualisation, no other cell sizes.
-    profile : bool
-        Time the parts of the burst.
+    options : RunOptions
+        What was asked for.
     attitude : Turned, optional
         The one attitude in which an arrangement of mixed attitudes is flown; left out: all.
     noted : dict
@@ -59,18 +125,14 @@ class Job:
     target: RunDirectory
     team: Team
     reporter: ProgressReporter
-    threads: int | None = None
-    fragments: Path | None = None
-    resume: bool = False
-    lean: bool = False
-    profile: bool = False
+    options: RunOptions
     attitude: Turned | None = None
     noted: dict[str, Any] = field(default_factory=dict)
 
     @property
     def cores(self) -> int:
         """Threads of a rank."""
-        return self.threads or len(os.sched_getaffinity(0))
+        return self.options.threads or len(os.sched_getaffinity(0))
 
     def needed(self, stage: Stage) -> Path:
         """The stage's input file."""

@@ -41,8 +41,8 @@ class Realisations:
         self.count = len(self._given)
         self._prepared: BreakUp | None = None
         snapshot = job.source.file("burst_snapshot.h5")
-        self._snapshot = job.team.broadcast(snapshot if job.fragments is None and snapshot.is_file() else None)
-        found = read_arena(job.fragments, job.case) if job.team.first else None
+        self._snapshot = job.team.broadcast(snapshot if job.options.fragments is None and snapshot.is_file() else None)
+        found = read_arena(job.options.fragments, job.case) if job.team.first else None
         self.arena = job.team.broadcast(None if found is None else found[0])
 
     @property
@@ -58,7 +58,7 @@ class Realisations:
             new = {number: arena_realisation(self.arena, self.job.case, number) for number in made}
         elif made:
             assert self._prepared is not None  # `prepare` comes first
-            new = dict(zip(made, self._prepared.many(self.job.case.seed, made, self.job.threads), strict=True))
+            new = dict(zip(made, self._prepared.many(self.job.case.seed, made, self.job.options.threads), strict=True))
         return [new[number] if number >= self.count else self._given[number] for number in numbers]
 
     def prepare(self) -> None:

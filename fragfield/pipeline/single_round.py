@@ -63,7 +63,7 @@ def single_round(job: Job) -> SingleRound:
         alone, reason = single_round_case(job.case)
         if alone is None:
             return SingleRound(None, f"no single round: {reason}")
-        if job.lean:
+        if job.options.lean:
             return SingleRound(None, "no single round: not computed for the runs of a sweep")
         with silent():
             done, snapshot = side_burst(job, alone)
@@ -83,4 +83,4 @@ def _fragments(job: Job, case: Case, snapshot: Snapshot) -> list[Fragments]:
 
     upright = case.model_copy(update={"break_up": case.break_up.model_copy(update={"tilt": 0.0})})
     broken = transition.BreakUp(snapshot, break_up_settings(upright))
-    return broken.many(case.seed, range(REALISATIONS), job.threads)
+    return broken.many(case.seed, range(REALISATIONS), job.options.threads)

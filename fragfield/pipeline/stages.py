@@ -54,9 +54,9 @@ def burst(job: Job, stage: Stage) -> None:
             comm=job.team.alone if alone else job.team.comm,
             provenance=provenance_of(job.case),
             on_progress=job.reporter.burst,
-            resume=job.resume,
-            series=not job.lean,
-            profile=job.profile,
+            resume=job.options.resume,
+            series=not job.options.lean,
+            profile=job.options.profile,
         )
         if job.team.first:
             job.note({stage.parts[0]: {**result.summary, "geometry_reason": choice.reason}})
@@ -114,12 +114,12 @@ def fly(job: Job, stage: Stage) -> None:
         by_azimuth = hazard.by_azimuth(hits, criteria, sector_width=width)
         surfaces.append({"name": surface.name, "kind": table.kind, "hits": len(hits), "by_azimuth": by_azimuth})
     summary = {**flown.first.summary, **flown.hazard.summary(), "wall_seconds": seconds}
-    if job.fragments is not None:
-        summary["fragments_file"] = job.fragments.name
-        if found := read_arena(job.fragments, job.case):
+    if job.options.fragments is not None:
+        summary["fragments_file"] = job.options.fragments.name
+        if found := read_arena(job.options.fragments, job.case):
             summary["recovered"] = found[1].summary()
-    headline = {**flown.hazard.headline, "possible_mass": flown.balance.possible,
-                "mass_not_landed": flown.balance.missing, "more_realisations": flown.more,
+    headline = {**flown.hazard.headline, "possible_mass": flown.completeness.possible,
+                "mass_not_landed": flown.completeness.missing, "more_realisations": flown.more,
                 "ricochet": job.case.flight.ground.ricochet, "attitude": flown_attitude(job, flown)}  # fmt: skip
     headline["bearing_deg"] = bearing_of(job.case, headline.get("direction_deg"))
     if words := certainty(headline):
@@ -128,7 +128,7 @@ def fly(job: Job, stage: Stage) -> None:
         {**entry, "faces": [with_bearing(job.case, face) for face in entry["faces"]]}
         for entry in flown.first.by_face(criteria.energy)
     ]
-    own = job.fragments is None and bool(job.case.round)
+    own = job.options.fragments is None and bool(job.case.round)
     rules = rules_of(job.case, job.source.summary(), single_round(job)) if own else None
     official = official_part(job.case)
     convergence = convergence_of(job, flown, headline)  # of one rank, while the others wait
@@ -153,7 +153,7 @@ def fly(job: Job, stage: Stage) -> None:
 
 def _load_together(job: Job) -> None:
     """Load dolfinx on all ranks at once: its start is collective, and after the flight rank 0 computes bursts alone."""
-    if job.team.size > 1 and job.fragments is None and job.case.burst is not None:
+    if job.team.size > 1 and job.options.fragments is None and job.case.burst is not None:
         importlib.import_module("burst_fenicsx.run_burst")
 
 
@@ -162,7 +162,7 @@ def _realisations(job: Job, stage: Stage) -> Sequence[Fragments]:
     import flight
     from flight.files.ensemble import read_fragment_ensemble, write_fragment_ensemble
 
-    found = read_arena(job.fragments, job.case)
+    found = read_arena(job.options.fragments, job.case)
     if found is not None:
         arena, recovered = found
         if recovered.warning:
@@ -170,12 +170,12 @@ def _realisations(job: Job, stage: Stage) -> Sequence[Fragments]:
         fragments = arena_realisation(arena, job.case, 0)
         arena.write(job.target.file("arena.csv"), provenance_of(job.case))
     else:
-        fragments = flight.Fragments.read(job.fragments or job.needed(stage))
+        fragments = flight.Fragments.read(job.options.fragments or job.needed(stage))
     others = job.source.file("ensemble_fragments.h5")
     further: Sequence[Fragments] = ()
-    if job.fragments is None and others.is_file():
+    if job.options.fragments is None and others.is_file():
         further = read_fragment_ensemble(others)
-    if job.fragments is not None or job.source.path != job.target.path:
+    if job.options.fragments is not None or job.source.path != job.target.path:
         provenance = provenance_of(job.case)
         for name in ("fragments.h5", "fragments.csv"):
             fragments.write(job.target.file(name), provenance)

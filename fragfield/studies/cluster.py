@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from fragfield.errors import EXIT_FAULT, EXIT_INTERRUPTED, InputError
-from fragfield.studies.runner import perform
+from fragfield.studies.processes import perform
 from fragfield_base.interruption import end_requested
 from fragfield_base.locking import locked
 

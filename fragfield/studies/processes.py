@@ -15,11 +15,11 @@ import time
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
+from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
-from fragfield.errors import EXIT_FAULT, EXIT_INTERRUPTED
-from fragfield.studies.runner import perform
+from fragfield.errors import EXIT_DONE, EXIT_FAULT, EXIT_INTERRUPTED, exit_code_of, message_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -28,12 +28,43 @@ if TYPE_CHECKING:
 
     Task = Callable[[dict[str, Any]], tuple[int, str]]
 
-__all__ = ["LocalRuns"]
+__all__ = ["LocalRuns", "perform"]
 
 _WATCH = 0.5  # s between two looks whether the process that gives the work is still there
 _starting = threading.Lock()
 _working = threading.Event()
 """In a process that makes runs: whether there is one at hand."""
+
+
+def perform(request: dict[str, Any]) -> tuple[int, str]:
+    """Make the run of a request in this process; exit code and message.
+
+    Parameters
+    ----------
+    request : dict
+        `stage`, `case_file`, `out`, `resume`, `overwrite` and `threads`. A request of the stage "sample" has keys of
+        its own, see `fragfield.studies.uncertainty.sample`, and its results as message.
+    """
+    from fragfield.pipeline.chain import run_chain
+    from fragfield.pipeline.job import RunOptions
+    from fragfield.terminal.logs import to_stderr
+
+    if request["stage"] == "sample":
+        from fragfield.studies.uncertainty.sample import perform_sample
+
+        return perform_sample(request)
+    asked = RunOptions(
+        Path(request["case_file"]), Path(request["out"]), resume=request["resume"], overwrite=request["overwrite"],
+        quiet=True, threads=request["threads"], lean=True,
+    )  # fmt: skip
+    try:
+        with to_stderr(quiet=True):
+            run_chain(asked, None if request["stage"] == "run" else request["stage"])
+    except KeyboardInterrupt as error:
+        return EXIT_INTERRUPTED, message_of(error)
+    except Exception as error:  # noqa: BLE001 - a failed run is a line of the table
+        return exit_code_of(error), message_of(error)
+    return EXIT_DONE, ""
 
 
 class LocalRuns:

@@ -4,15 +4,12 @@ from __future__ import annotations
 
 import os
 from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
-
-from fragfield.errors import EXIT_DONE, EXIT_INTERRUPTED, exit_code_of, message_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-__all__ = ["Runs", "cores", "make_all", "perform", "runs_of"]
+__all__ = ["Runs", "cores", "make_all", "runs_of"]
 
 _WAIT = 0.2  # s; a wait without end would not see Ctrl-C on every system
 
@@ -90,36 +87,3 @@ def make_all(
         finally:
             threads.shutdown()
             runs.close()
-
-
-def perform(request: dict[str, Any]) -> tuple[int, str]:
-    """Make the run of a request in this process; exit code and message.
-
-    Parameters
-    ----------
-    request : dict
-        `stage`, `case_file`, `out`, `resume`, `overwrite` and `threads`. A request of the stage "sample" has keys of
-        its own, see `fragfield.studies.uncertainty.sample`, and its results as message.
-    """
-    from fragfield.pipeline.chain import Request, run_chain, run_stage
-    from fragfield.terminal.logs import to_stderr
-
-    if request["stage"] == "sample":
-        from fragfield.studies.uncertainty.sample import perform_sample
-
-        return perform_sample(request)
-    asked = Request(
-        Path(request["case_file"]), Path(request["out"]), resume=request["resume"], overwrite=request["overwrite"],
-        quiet=True, threads=request["threads"], lean=True,
-    )  # fmt: skip
-    try:
-        with to_stderr(quiet=True):
-            if request["stage"] == "run":
-                run_chain(asked)
-            else:
-                run_stage(asked, request["stage"])
-    except KeyboardInterrupt as error:
-        return EXIT_INTERRUPTED, message_of(error)
-    except Exception as error:  # noqa: BLE001 - a failed run is a line of the table
-        return exit_code_of(error), message_of(error)
-    return EXIT_DONE, ""

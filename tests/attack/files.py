@@ -17,7 +17,7 @@ import numpy as np
 # All that the readers need is loaded here, so that the process of each trial, a fork of this one, loads nothing.
 from flight import Fragments
 from flight.files.ensemble import read_ensemble, read_fragment_ensemble
-from flight.files.results import read_hits, read_landing
+from flight.files.hdf5 import read_table
 from fragfield.errors import exit_code_of
 from fragfield.files.run_directory import RunDirectory
 from fragfield.report.reading.run_files import RunFiles
@@ -50,11 +50,11 @@ def _ensemble_fragments(path: Path) -> Any:
 
 
 def _landing(path: Path) -> Any:
-    return read_landing(path)
+    return read_table(path, "landing")[0]
 
 
 def _hits(path: Path) -> Any:
-    return read_hits(path)
+    return read_table(path, "hits")
 
 
 def _ensemble(path: Path) -> Any:

@@ -31,8 +31,9 @@ AFTER = 2e-3  # s, when nothing burns any more
 
 def control(*, local=False, fixed=None, macro_step=np.inf, fastest=1e9, **changed):
     """Control of steps whose cells burn until 1 ms."""
-    levels, burning = SimpleNamespace(step=macro_step), SimpleNamespace(end=1e-3, fastest=fastest)
-    one = StepControl(None, TimeStep(cfl=CFL, fixed=fixed), levels, burning, local=local, contact=False)
+    levels, burning = SimpleNamespace(step=macro_step, contact=False), SimpleNamespace(end=1e-3, fastest=fastest)
+    choice = TimeStep(cfl=CFL, fixed=fixed, subcycling=local)
+    one = StepControl(None, choice, levels, burning, SimpleNamespace(any=False))
     one.stable_step = STABLE
     for name, value in changed.items():
         setattr(one, name, value)

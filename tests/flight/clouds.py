@@ -17,4 +17,4 @@ def cloud(number: int, seed: int = 0, height: float = 1.5) -> Fragments:
     direction = generator.normal(size=(number, 3))
     direction /= np.linalg.norm(direction, axis=1, keepdims=True)
     speed = generator.uniform(300.0, 2000.0, number)
-    return Fragments.from_arrays(mass, (0.0, 0.0, height), direction * speed[:, None])
+    return Fragments(mass, (0.0, 0.0, height), direction * speed[:, None])

@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from flight.hazard.balance import Balance
+from flight.fluence import PolarGrid
+from flight.hazard.completeness import Completeness
 from flight.hazard.criteria import Criteria
 from flight.hazard.density.directions import Directions
 from flight.hazard.density.distance import ExpectedDistance
 from flight.hazard.density.expected import expected_distance
 from flight.hazard.density.groups import DensityGroups
-from flight.hazard.density.polar_grid import PolarGrid
 from flight.hazard.density.tally import tally
 from flight.hazard.ensemble import EnsembleHazard
 from flight.hazard.pool import FlightCounts, PooledFlights
@@ -45,8 +45,8 @@ def ensemble_of_landings(
     pool = PooledFlights(directions, criteria, ricochet=False)
     for rows in realisations:
         field = landings_of(rows[rows["energy"] >= criteria.energy], directions.grid)
-        counts = tally(rows, criteria, sector_width=360.0 / directions.grid.sectors)
-        pool.add(FlightCounts((field, field), (field, field), Balance(len(rows), len(rows)), counts))
+        counts = tally(rows, criteria.energy, sector_width=360.0 / directions.grid.sectors)
+        pool.add(FlightCounts((field, field), (field, field), Completeness(len(rows), len(rows)), counts))
     return pool.hazard()
 
 
@@ -64,6 +64,6 @@ def expected_numbers(
     place, weight = 0.5 * (place + 1.0), 0.5 * weight
     r = grid.edges[:-1, None] + np.diff(grid.edges)[:, None] * place
     along = (radial(r) * r * weight).sum(axis=1) * np.diff(grid.edges)
-    azimuth = grid.start + grid.width * (np.arange(grid.turns)[:, None] + place)
+    azimuth = grid.start + grid.width * (np.arange(grid.azimuth_cells)[:, None] + place)
     around = (azimuthal(azimuth) * weight).sum(axis=1) * np.radians(grid.width)
     return around[:, None] * along

@@ -7,13 +7,12 @@ import pytest
 
 import flight
 from flight.arena import ArenaTable, is_arena_file
+from flight.fluence import PolarGrid
 from flight.hazard.criteria import Criteria
+from flight.hazard.density.density_counts import density_counts
 from flight.hazard.density.directions import Directions
 from flight.hazard.density.expected import expected_distance
-from flight.hazard.density.fields import fields_of
 from flight.hazard.density.groups import DensityGroups
-from flight.hazard.density.near_ground import NearGround
-from flight.hazard.density.polar_grid import PolarGrid
 
 
 def burst(seed: int, number: int = 700) -> flight.Fragments:
@@ -27,7 +26,7 @@ def burst(seed: int, number: int = 700) -> flight.Fragments:
     speed[: number // 12] = 300.0
     sine, cosine = np.sin(np.radians(polar)), np.cos(np.radians(polar))
     way = np.column_stack([sine * np.cos(turn), sine * np.sin(turn), cosine])
-    return flight.Fragments.from_arrays(mass, (0.0, 0.0, 1.0), speed[:, None] * way)
+    return flight.Fragments(mass, (0.0, 0.0, 1.0), speed[:, None] * way)
 
 
 def distance_of(realisations) -> tuple[float, float]:
@@ -35,8 +34,8 @@ def distance_of(realisations) -> tuple[float, float]:
     grid, criteria = PolarGrid.of(72, 10.0, 10.0, 1500.0), Criteria()
     groups = DensityGroups(Directions(grid))
     for fragments in realisations:
-        result = flight.fly(fragments, near_ground=NearGround(grid, criteria), sample=0, threads=1)
-        groups.add(*fields_of(result))
+        result = flight.fly(fragments, fluence=criteria.fluence_grid(grid), sample=0, threads=1)
+        groups.add(*density_counts(result))
     found = expected_distance(groups, criteria.density, every_direction=False)
     return found.distance, found.standard_error
 
@@ -61,7 +60,7 @@ def test_sums_are_those_of_the_fragments():
 
 def test_two_rounds_with_their_own_axes_give_the_mean_of_one():
     one = burst(1)
-    turned = flight.Fragments.from_arrays(one.mass, (5.0, 0.0, 1.0), one.velocity[:, [2, 0, 1]], round=1)
+    turned = flight.Fragments(one.mass, (5.0, 0.0, 1.0), one.velocity[:, [2, 0, 1]], round=1)
     pair = flight.Fragments.concatenate([one, turned])
     both = ArenaTable.of([pair], [(0.0, 0.0, 1.0), (1.0, 0.0, 0.0)]).by_zone()
     single = ArenaTable.of([one]).by_zone()
@@ -97,7 +96,7 @@ def test_distance_from_the_table_is_that_of_the_fragments(table):
 
 
 def test_fragments_at_rest_count_abreast_and_fall(table):
-    fragments = flight.Fragments.from_arrays([0.01, 0.02], (0.0, 0.0, 1.0), [(0.0, 0.0, 0.0), (0.0, 0.0, 500.0)])
+    fragments = flight.Fragments([0.01, 0.02], (0.0, 0.0, 1.0), [(0.0, 0.0, 0.0), (0.0, 0.0, 500.0)])
     found = ArenaTable.of([fragments])
     assert found.by_zone()["number"][[0, 18]].tolist() == [1.0, 1.0]
     again = found.realisation(1)
@@ -109,7 +108,7 @@ def test_rounds_lie_along_their_axis(table):
     assert np.all(fragments.position == (1.0, 2.0, 3.0))
     assert set(fragments.round) == {2}
     sideways = ArenaTable.of(
-        [flight.Fragments.from_arrays(fragments.mass, fragments.position, fragments.velocity)], (1.0, 1.0, 0.0)
+        [flight.Fragments(fragments.mass, fragments.position, fragments.velocity)], (1.0, 1.0, 0.0)
     )
     assert sideways.by_zone()["number"][17:22].sum() > 0.5 * len(fragments)
 

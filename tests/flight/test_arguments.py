@@ -7,16 +7,16 @@ import pytest
 
 import flight
 from flight.arena import ArenaTable, is_arena_file
+from flight.fluence import PolarGrid
 from flight.hazard import Criteria
 from flight.hazard.density.directions import Directions
 from flight.hazard.density.groups import DensityGroups
-from flight.hazard.density.polar_grid import PolarGrid
 from flight.hazard.exposed import Prism
 from flight.hazard.site import Site
 from flight.hazard.tp12 import effective_number
-from flight.scene.walls import Wall as StoppingWall
+from flight.scene.walls import StoppingWall
 
-ONE = flight.Fragments.from_arrays(0.01, (0.0, 0.0, 1.0), (800.0, 0.0, 100.0))
+ONE = flight.Fragments(0.01, (0.0, 0.0, 1.0), (800.0, 0.0, 100.0))
 FLOWN = flight.FlightResult(np.zeros(0, flight.LANDING), np.zeros(0, flight.HITS), None, ())
 GROUPS = DensityGroups(Directions(PolarGrid()))
 SQUARE = [(0.0, 0.0), (4.0, 0.0), (4.0, 4.0), (0.0, 4.0)]
@@ -69,14 +69,14 @@ def test_a_unit_in_a_text_is_refused_in_words(call, words):
 def test_fragments_take_no_text_even_where_numpy_would(argument, value, words):
     values = {"mass": 0.01, "position": (0.0, 0.0, 1.0), "velocity": (1.0, 0.0, 0.0), argument: value}
     with pytest.raises(flight.InputError, match=words):
-        flight.Fragments.from_arrays(**values)
+        flight.Fragments(**values)
 
 
 def test_numbers_of_every_kind_are_taken():
     for seven in (7, 7.0, np.float32(7.0), np.int64(7), np.array(7.0)):
         assert flight.Cylinder(radius=seven).area == pytest.approx(float("inf"))
         assert flight.Wall((0, 0), (1, 0), height=seven).height == 7
-    assert len(flight.Fragments.from_arrays([1, 2], (0, 0, 1), (1, 0, 0), round=np.array([0.0, 1.0]))) == 2
+    assert len(flight.Fragments([1, 2], (0, 0, 1), (1, 0, 0), round=np.array([0.0, 1.0]))) == 2
 
 
 @pytest.mark.parametrize("delimiter", [",", ";", "\t", " ; "])

@@ -24,7 +24,7 @@ from flight import (
     Wall,
     fly,
 )
-from flight.files.results import read_contacts
+from flight.files.hdf5 import read_table
 from flight.files.text_tables import read_columns
 from flight.integrate.contact import Encounters
 from flight.integrate.job import FlightJob
@@ -45,7 +45,7 @@ def stack(number: int, seed: int = 0, lightest: float = 1e-3) -> Fragments:
     position = 0.1 * outward + np.stack([side, 0.0 * side, generator.uniform(1.0, 1.6, number)], axis=1)
     velocity = outward * generator.uniform(600.0, 1200.0, number)[:, None]
     velocity[:, 2] = generator.normal(0.0, 50.0, number)
-    return Fragments.from_arrays(lightest * 100.0 ** generator.uniform(size=number), position, velocity)
+    return Fragments(lightest * 100.0 ** generator.uniform(size=number), position, velocity)
 
 
 @pytest.mark.parametrize("speed", [20.0, 2000.0, 1e5])
@@ -54,7 +54,7 @@ def test_head_on(speed: float, restitution: float) -> None:
     """Unequal spheres on one line: closed form of the impact with restitution, however fast they close."""
     r1, r2 = 5e-3, 2e-3
     m1, m2 = mass_of(r1), mass_of(r2)
-    pair = Fragments.from_arrays([m1, m2], [[0, 0, 0], [3.0, 0, 0]], [[speed, 0, 0], [-0.5 * speed, 0, 0]])
+    pair = Fragments([m1, m2], [[0, 0, 0], [3.0, 0, 0]], [[speed, 0, 0], [-0.5 * speed, 0, 0]])
     result = fly(pair, contact=Contact(restitution=restitution, distance=20.0), **STILL)
     assert len(result.contacts) == 1
     contact = result.contacts[0]
@@ -82,7 +82,7 @@ def test_oblique_impact_slides_or_rolls(angle: float, sticks: bool) -> None:
     """Equal spheres with a step of half a radius: Coulomb friction, at most 2/7 of the sliding taken away."""
     radius, speed = 5e-3, 100.0
     step = radius  # across the flight: the normal stands at 30 degrees
-    pair = Fragments.from_arrays(mass_of(radius), [[0, 0, 0], [1.0, step, 0]], [[speed, 0, 0], [0, 0, 0]])
+    pair = Fragments(mass_of(radius), [[0, 0, 0], [1.0, step, 0]], [[speed, 0, 0], [0, 0, 0]])
     result = fly(pair, contact=Contact(restitution=0.5, friction_angle_deg=angle), **STILL)
     contact = result.contacts[0]
     normal = np.array([math.cos(math.pi / 6), 0.5, 0.0])
@@ -111,7 +111,7 @@ def test_two_that_were_struck_strike_each_other(turn: int, aside: float, inner: 
     velocity = speed * np.array([1.0, 0.0, 0.0, -1.0])[:, None] * np.eye(3)[turn]
     beside = np.random.default_rng(1).uniform(-3.0, 3.0, (60, 3))
     beside[:, (turn + 1) % 3] += 9.0 + 2.0 * aside
-    every = Fragments.from_arrays(
+    every = Fragments(
         mass_of(radius), np.concatenate([place, beside]), np.concatenate([velocity, 0.0 * beside + [1.0, 0.5, -1.0]])
     )
     result = fly(every, contact=Contact(restitution=1.0, distance=50.0, min_speed=5.0), **STILL)
@@ -229,7 +229,7 @@ def test_a_window_holds_any_number_of_impacts() -> None:
     place, velocity = np.zeros((2, number, 3)), np.zeros((2, number, 3))
     place[:, :, 1], place[0, :, 0], place[1, :, 0] = 3.0 * row, -0.5 * apart, 0.5 * apart
     velocity[0, :, 0], velocity[1, :, 0] = speed, -speed
-    fragments = Fragments.from_arrays(mass_of(radius), place.reshape(-1, 3), velocity.reshape(-1, 3))
+    fragments = Fragments(mass_of(radius), place.reshape(-1, 3), velocity.reshape(-1, 3))
     job = FlightJob(
         fragments, VACUUM, Drag.named("shell_fragment"), 0.0, None, Scene(0.0), (), Adaptive(), Domain(), 3600.0,
         (0.0, 0.0),
@@ -255,7 +255,7 @@ def test_overlap_at_launch_does_not_explode() -> None:
     generator = np.random.default_rng(1)
     direction = generator.normal(size=(300, 3))
     direction /= np.linalg.norm(direction, axis=1, keepdims=True)
-    heap = Fragments.from_arrays(0.05, 1e-3 * direction, 500.0 * direction)
+    heap = Fragments(0.05, 1e-3 * direction, 500.0 * direction)
     result = fly(heap, contact=Contact(), **STILL)
     assert len(result.contacts) == 0
     assert result.landing["speed"] == pytest.approx(500.0, rel=1e-12)
@@ -263,20 +263,20 @@ def test_overlap_at_launch_does_not_explode() -> None:
 
 def test_a_dilute_cloud_and_the_distance_end_contact() -> None:
     radius = 5e-3
-    pair = Fragments.from_arrays(mass_of(radius), [[0, 0, 0], [30.0, 0, 0]], [[500.0, 0, 0], [-500.0, 0, 0]])
+    pair = Fragments(mass_of(radius), [[0, 0, 0], [30.0, 0, 0]], [[500.0, 0, 0], [-500.0, 0, 0]])
     near, far = (fly(pair, contact=Contact(distance=d), **STILL) for d in (10.0, 16.0))
     assert (len(near.contacts), len(far.contacts)) == (0, 1)
     assert near.summary["contact"]["windows"] < 60
 
 
 def test_one_fragment_or_none_has_no_collision() -> None:
-    one = Fragments.from_arrays(0.1, (0.0, 0.0, 1.0), (100.0, 0.0, 0.0))
+    one = Fragments(0.1, (0.0, 0.0, 1.0), (100.0, 0.0, 0.0))
     assert (fly(one, contact=Contact()).landing == fly(one).landing).all()
     assert len(fly(one.select(slice(0, 0)), contact=Contact()).landing) == 0
 
 
 def test_nothing_meets_below_the_ground() -> None:
-    pair = Fragments.from_arrays(mass_of(5e-3), [[0, 0, 0.1], [2, 0, 0.1]], [[200, 0, -100], [-200, 0, -100]])
+    pair = Fragments(mass_of(5e-3), [[0, 0, 0.1], [2, 0, 0.1]], [[200, 0, -100], [-200, 0, -100]])
     result = fly(pair, contact=Contact(), air="vacuum")
     assert len(result.contacts) == 0
     assert (result.landing["status"] == Status.LANDED).all()
@@ -363,7 +363,7 @@ def test_contacts_are_written_and_read_back(tmp_path: Path) -> None:
     assert len(result.contacts) > 10
     names = {path.name for path in result.write(tmp_path, {"seed": "3"})}
     assert {"contacts.h5", "contacts.csv"} <= names
-    assert read_contacts(tmp_path / "contacts.h5").tobytes() == result.contacts.tobytes()
+    assert read_table(tmp_path / "contacts.h5", "contacts")[0].tobytes() == result.contacts.tobytes()
     columns = read_columns(tmp_path / "contacts.csv")
     assert columns["energy_lost"] == pytest.approx(result.contacts["energy_lost"], rel=1e-9)
     assert columns["second_position_y"] == pytest.approx(result.contacts["second_position"][:, 1], rel=1e-9)

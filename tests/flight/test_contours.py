@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 from flight import InputError
+from flight.fluence import PolarGrid
 from flight.hazard.contours import Contour, contours_of, outline, smooth_outline, write_geojson, write_kml
 from flight.hazard.density.directions import Directions
-from flight.hazard.density.polar_grid import PolarGrid
 from flight.hazard.ensemble import EnsembleHazard
 from flight.hazard.site import Site, compass_point
 from flight.result import LANDING, Status

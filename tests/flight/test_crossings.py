@@ -49,7 +49,7 @@ def vacuum_cloud(number: int, seed: int) -> Fragments:
     direction = generator.normal(size=(number, 3)) * [1.0, 1.0, 0.4]
     direction /= np.linalg.norm(direction, axis=1, keepdims=True)
     place = generator.normal(size=(number, 3)) * [0.3, 0.3, 0.2] + [0.0, 0.0, 3.0]
-    return Fragments.from_arrays(0.01, place, direction * generator.uniform(20.0, 2000.0, (number, 1)))
+    return Fragments(0.01, place, direction * generator.uniform(20.0, 2000.0, (number, 1)))
 
 
 def check_none_missed(number: int, seed: int) -> None:
@@ -106,7 +106,7 @@ def test_chord_within_one_step(integrator: FixedStep | None) -> None:
     depth = np.array([0.5, 1e-2, 1e-4, 1e-6, 1e-8, 1e-10])
     offset = np.concatenate([1.0 - depth, 1.0 + depth])
     place = np.stack([np.full(12, -7.0), offset, np.zeros(12)], axis=1)
-    fragments = Fragments.from_arrays(0.01, place, np.tile([900.0, 0.0, 0.0], (12, 1)))
+    fragments = Fragments(0.01, place, np.tile([900.0, 0.0, 0.0], (12, 1)))
     result = fly(
         fragments, air="vacuum", gravity=0.0, ground=None, time_limit=0.05, witnesses=[Cylinder(1.0)],
         integrator=integrator,
@@ -119,14 +119,14 @@ def test_chord_within_one_step(integrator: FixedStep | None) -> None:
 
 
 def test_exact_touch_counts_no_half_crossings() -> None:
-    fragments = Fragments.from_arrays(0.01, (-7.0, 1.0, 0.0), (900.0, 0.0, 0.0))
+    fragments = Fragments(0.01, (-7.0, 1.0, 0.0), (900.0, 0.0, 0.0))
     hits = fly(fragments, air="vacuum", gravity=0.0, ground=None, time_limit=0.05, witnesses=[Cylinder(1.0)]).hits
     assert len(hits) in (0, 2)
 
 
 def test_joints_of_steps_count_once() -> None:
     """Surfaces exactly where fixed steps end."""
-    fragments = Fragments.from_arrays(0.01, np.zeros(3), (64.0, 0.0, 0.0))
+    fragments = Fragments(0.01, np.zeros(3), (64.0, 0.0, 0.0))
     places = 0.5 * np.arange(1, 40)  # a step of 2^-7 s goes 0.5 m, exactly
     panels = [Panel((x, 0.0, 0.0), (s, 0.0, 0.0), 1.0, 1.0, name=f"{s}{x}") for x in places for s in (1.0, -1.0)]
     rings = [Cylinder(x, name=f"ring{x}") for x in places]
@@ -163,7 +163,7 @@ def test_crossing_state_lies_on_the_path() -> None:
 
 
 def test_hit_records() -> None:
-    fragments = Fragments.from_arrays(0.02, (0, 0, 1.0), [[0.0, 800.0, 80.0]], round=3, segment=5)
+    fragments = Fragments(0.02, (0, 0, 1.0), [[0.0, 800.0, 80.0]], round=3, segment=5)
     result = fly(fragments, witnesses=[Cylinder(7.62, name="ring"), Panel((0, 9, 2), (0, 1, 0), 2, 4, name="panel")])
     assert [result.witnesses[i].name for i in result.hits["witness"]] == ["ring", "panel"]
     hit = result.hits[0]
@@ -180,7 +180,7 @@ def test_outline_with_a_notch() -> None:
     outline = np.array([[0.0, 0.0], [4.0, 0.0], [4.0, 1.0], [1.0, 1.0], [1.0, 3.0], [0.0, 3.0]])
     y, z = (a.ravel() for a in np.meshgrid(np.arange(-0.45, 5.0, 0.1), np.arange(-0.45, 4.0, 0.1)))
     inside = (y > 0.0) & (z > 0.0) & (((y < 4.0) & (z < 1.0)) | ((y < 1.0) & (z < 3.0)))
-    shots = Fragments.from_arrays(0.1, np.stack([0.0 * y, y, z], axis=1), (300.0, 0.0, 0.0))
+    shots = Fragments(0.1, np.stack([0.0 * y, y, z], axis=1), (300.0, 0.0, 0.0))
     for slope in (0.0, 0.7):
         corners = np.column_stack([5.0 + slope * outline[:, 1], outline])
         for order in (corners, corners[::-1]):

@@ -18,10 +18,10 @@ from flight.files.ensemble import (
     write_fragment_ensemble,
 )
 from flight.files.text_tables import read_columns
+from flight.fluence import PolarGrid
 from flight.hazard.criteria import hit_probability
 from flight.hazard.density.directions import Directions
 from flight.hazard.density.distance import ExpectedDistance
-from flight.hazard.density.polar_grid import PolarGrid
 from flight.hazard.density.tally import Tally, tally
 from flight.hazard.density.witness_hazard import SECTOR_HITS, by_azimuth, sector_hits
 from flight.hazard.ensemble import EnsembleHazard
@@ -168,7 +168,7 @@ def test_what_is_not_determined_has_no_distance_in_any_file(tmp_path: Path) -> N
 def test_fragments_of_realisations_come_back(tmp_path: Path) -> None:
     generator = np.random.default_rng(2)
     many = [
-        Fragments.from_arrays(
+        Fragments(
             generator.uniform(0.001, 0.1, n), generator.normal(size=(n, 3)), generator.normal(size=(n, 3)),
             round=np.arange(n) % 2, round_names=("a", "b"),
         )

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from flight import InputError
+from flight.fluence import PolarGrid
 from flight.hazard.density.directions import RADIAL, SPACING, Directions
 from flight.hazard.density.distance import ExpectedDistance
-from flight.hazard.density.expected import drawn_distances, expected_distance
+from flight.hazard.density.expected import expected_distance
 from flight.hazard.density.groups import DensityGroups
-from flight.hazard.density.polar_grid import PolarGrid
 from tests.flight.fields import LIMIT, expected_numbers
 
 KERNEL = 20.0  # degrees
@@ -216,15 +216,15 @@ def test_folding_changes_no_expected_density() -> None:
 def test_symmetric_directions_are_one() -> None:
     grid = PolarGrid.of(72, 10.0, 10.0, 100.0)
     cells, ways = grid.classes((0.0,))
-    middle = grid.start + grid.width * (np.arange(grid.turns) + 0.5)
-    for number in range(grid.turns):
+    middle = grid.start + grid.width * (np.arange(grid.azimuth_cells) + 0.5)
+    for number in range(grid.azimuth_cells):
         mirrored = np.argmin(np.abs((middle + middle[number] + 180.0) % 360.0 - 180.0))
         assert cells[mirrored] == cells[number]
-        assert ways[-number % grid.turns] == ways[number]
-    assert cells.max() + 1 == grid.turns // 2
-    assert ways.max() + 1 == grid.turns // 2 + 1
-    assert grid.classes((0.0, 90.0))[0].max() + 1 == grid.turns // 4
-    assert grid.classes((0.4,))[0].max() + 1 == grid.turns, "a plane that cuts cells is left out"
+        assert ways[-number % grid.azimuth_cells] == ways[number]
+    assert cells.max() + 1 == grid.azimuth_cells // 2
+    assert ways.max() + 1 == grid.azimuth_cells // 2 + 1
+    assert grid.classes((0.0, 90.0))[0].max() + 1 == grid.azimuth_cells // 4
+    assert grid.classes((0.4,))[0].max() + 1 == grid.azimuth_cells, "a plane that cuts cells is left out"
     assert not grid.maps(0.4)
 
 
@@ -250,7 +250,7 @@ def test_what_lies_beyond_the_grid_has_no_cell() -> None:
 
 def test_cells_cover_the_circle_and_widen_with_the_distance() -> None:
     grid = PolarGrid.of(72, 10.0, 10.0, 500.0)
-    assert grid.area.sum() * grid.turns == pytest.approx(math.pi * 500.0**2)
+    assert grid.area.sum() * grid.azimuth_cells == pytest.approx(math.pi * 500.0**2)
     assert (np.diff(grid.edges)[grid.edges[1:] > 60.0] <= 0.021 * grid.edges[1:][grid.edges[1:] > 60.0]).all()
 
 
@@ -320,16 +320,3 @@ def test_a_bound_is_given_where_only_some_draws_reach_the_limit() -> None:
 def test_the_estimate_is_the_same_for_the_same_numbers() -> None:
     first, second = (estimates(directions("worst_direction"), lobes, 4.0, 1, seed=6)[0] for _ in range(2))
     assert (first.distance, first.upper) == (second.distance, second.upper)
-
-
-def test_draws_of_the_distance_scatter_by_its_standard_error() -> None:
-    field = directions("all_azimuths")
-    expected = field.folded(expected_numbers(field.grid, radial, even)) / 20.0
-    drawn = 20.0 * np.random.default_rng(8).poisson(expected, size=(40, *expected.shape))
-    groups = DensityGroups.of(field, np.stack([0.2 * drawn, drawn], axis=1).astype(float))
-    found = expected_distance(groups, LIMIT)
-    distance, draws = drawn_distances(groups, LIMIT)
-    assert distance == found.distance
-    assert draws.std(ddof=1) == pytest.approx(found.standard_error, rel=0.03)
-    assert draws.mean() == pytest.approx(distance, rel=0.01)
-    assert np.array_equal(draws, drawn_distances(groups, LIMIT)[1])

@@ -27,7 +27,7 @@ def test_density_of_straight_paths_is_that_of_a_point_source():
     number, generator = 200_000, np.random.default_rng(4)
     way = generator.normal(size=(number, 3))
     way /= np.linalg.norm(way, axis=1, keepdims=True)
-    fragments = flight.Fragments.from_arrays(0.01, (0.0, 0.0, 0.9), 1000.0 * way)
+    fragments = flight.Fragments(0.01, (0.0, 0.0, 0.9), 1000.0 * way)
     prism = Prism(square(8.0, 3.0, 4.0), -1.0, 1.8)
     scene = {"gravity": 0.0, "ground": 0.0, "domain": flight.Domain(radius=50.0)}
     _, counts = flown(fragments, [prism], air="vacuum", ricochet="none", **scene)
@@ -72,7 +72,7 @@ def test_hits_on_a_building_are_those_that_the_obstacle_stops():
 
 
 def test_a_fragment_that_begins_inside_counts_from_there():
-    fragments = flight.Fragments.from_arrays([0.01, 0.01], [(0.0, 0.0, 1.0), (-5.0, 0.0, 1.0)], [(100.0, 0.0, 0.0)] * 2)
+    fragments = flight.Fragments([0.01, 0.01], [(0.0, 0.0, 1.0), (-5.0, 0.0, 1.0)], [(100.0, 0.0, 0.0)] * 2)
     prism = Prism(square(0.0, 0.0, 4.0), -1.0, 1.8, energy=1.0)
     scene = {"gravity": 0.0, "ground": 0.0, "domain": flight.Domain(radius=50.0)}
     _, counts = flown(fragments, [prism], air="vacuum", ricochet="none", **scene)

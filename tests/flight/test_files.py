@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from flight import Cylinder, FlightResult, InputError, fly, to_pandas
-from flight.files.results import read_hits, read_landing
+from flight.files.hdf5 import read_table
 from flight.files.text_tables import read_columns
 from tests.flight.clouds import cloud
 
@@ -29,8 +29,8 @@ def written(tmp_path_factory) -> tuple[FlightResult, Path]:
 
 def test_round_trip(written) -> None:
     result, folder = written
-    assert read_landing(folder / "landing.h5").tobytes() == result.landing.tobytes()
-    hits, names = read_hits(folder / "hits.h5")
+    assert read_table(folder / "landing.h5", "landing")[0].tobytes() == result.landing.tobytes()
+    hits, names = read_table(folder / "hits.h5", "hits")
     assert hits.tobytes() == result.hits.tobytes()
     assert names == ["ring", "far"]
 
@@ -96,9 +96,9 @@ def test_messages(written, tmp_path) -> None:
     cut = tmp_path / "cut.h5"
     cut.write_bytes((folder / "landing.h5").read_bytes()[:5000])
     with pytest.raises(InputError, match="cut off, or not an HDF5 file"):
-        read_landing(cut)
+        read_table(cut, "landing")[0]
     with pytest.raises(InputError, match="attribute format is 'fragfield hits', needed 'fragfield landing'"):
-        read_landing(folder / "hits.h5")
+        read_table(folder / "hits.h5", "landing")[0]
     with pytest.raises(InputError, match="cannot be made a folder"):
         result.write(cut / "below")
     with pytest.raises(InputError, match="no witness 'rng'; did you mean 'ring'"):

@@ -9,9 +9,10 @@ import pytest
 
 from flight import LANDING, ConstantAir, Cylinder, Fragments, InputError, Panel, Status, fly
 from flight.files.text_tables import read_columns
-from flight.hazard.criteria import Criteria, falling_through, hit_probability
+from flight.hazard.criteria import Criteria, hit_probability
 from flight.hazard.density.tally import tally
 from flight.hazard.density.witness_hazard import by_azimuth, density_on
+from validation.m107_1944.counts import falling_through
 
 LIMIT = 1.0 / 55.7
 
@@ -27,7 +28,7 @@ def isotropic(number: int, height: float, speed: float = 1e5) -> Fragments:
     generator = np.random.default_rng(0)
     direction = generator.normal(size=(number, 3))
     direction /= np.linalg.norm(direction, axis=1, keepdims=True)
-    return Fragments.from_arrays(0.1, (0.0, 0.0, height), speed * direction)
+    return Fragments(0.1, (0.0, 0.0, height), speed * direction)
 
 
 def test_isotropic_field_on_a_ring() -> None:
@@ -81,7 +82,7 @@ def test_probability() -> None:
 def test_table_by_azimuth() -> None:
     azimuth = np.radians([0.0, 1.0, -1.0, 90.0, 182.4])
     velocity = np.stack([np.cos(azimuth), np.sin(azimuth), np.zeros(5)], axis=1) * [[100], [200], [300], [400], [10]]
-    fragments = Fragments.from_arrays([0.1, 0.1, 0.2, 0.1, 0.1], (0.0, 0.0, 1.0), velocity)
+    fragments = Fragments([0.1, 0.1, 0.2, 0.1, 0.1], (0.0, 0.0, 1.0), velocity)
     result = fly(fragments, air="vacuum", gravity=0.0, ground=None, time_limit=1.0, witnesses=[Cylinder(5.0)])
     table = by_azimuth(result.hits)
     assert [row["azimuth_deg"] for row in table] == [5.0 * i for i in range(72)]
@@ -115,7 +116,7 @@ def test_m107_of_1944() -> None:
     assert mass.sum() / dense == pytest.approx(26.4, rel=0.01)
     azimuth = np.random.default_rng(0).uniform(0.0, 2.0 * np.pi, mass.size)
     velocity = 1067.0 * np.stack([np.cos(azimuth), np.sin(azimuth), 0.0 * azimuth], axis=1)
-    fragments = Fragments.from_arrays(mass, (0.0, 0.0, 0.0), velocity, shape_factor=2600.0)
+    fragments = Fragments(mass, (0.0, 0.0, 0.0), velocity, shape_factor=2600.0)
     table_radii = 0.3048 * table["distance_ft"]
     radii = np.concatenate([table_radii, np.arange(40.0, 90.0, 2.0)])
     result = fly(

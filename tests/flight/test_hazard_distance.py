@@ -12,11 +12,10 @@ from flight.hazard import (
     Criteria,
     DensityGroups,
     Directions,
-    NearGround,
     PolarGrid,
+    density_counts,
     ensemble_hazard,
     expected_distance,
-    fields_of,
 )
 
 LIMIT = 1.0 / 55.7
@@ -27,7 +26,7 @@ def fan(number: int, height: float, fall: float, *, sector: float = 360.0, turn:
     """Equal fragments from a height, evenly over a sector of azimuth (degrees), each falling `fall` over a metre."""
     azimuth = np.radians(turn + sector * ((np.arange(number) + 0.5) / number - 0.5))
     velocity = 600.0 * np.column_stack([np.cos(azimuth), np.sin(azimuth), np.full(number, -fall)])
-    return flight.Fragments.from_arrays(0.02, (0.0, 0.0, height), velocity)
+    return flight.Fragments(0.02, (0.0, 0.0, height), velocity)
 
 
 def drawn_fan(generator: np.random.Generator, number: float, length: float) -> flight.Fragments:
@@ -35,7 +34,7 @@ def drawn_fan(generator: np.random.Generator, number: float, length: float) -> f
     count = generator.poisson(number)
     azimuth, reach = generator.uniform(0.0, 2.0 * np.pi, count), generator.exponential(length, count)
     velocity = 600.0 * np.column_stack([np.cos(azimuth), np.sin(azimuth), -1.0 / np.maximum(reach, 1.0)])
-    return flight.Fragments.from_arrays(0.02, (0.0, 0.0, 1.0), velocity)
+    return flight.Fragments(0.02, (0.0, 0.0, 1.0), velocity)
 
 
 def test_level_paths_have_the_density_of_their_circle() -> None:
@@ -99,9 +98,9 @@ def test_it_is_the_estimate_of_its_parts() -> None:
     grid = PolarGrid.of()
     both = [DensityGroups(Directions(grid, "worst_direction")) for _ in range(2)]
     for one in events:
-        result = flight.fly(one, near_ground=NearGround(grid, Criteria()))
+        result = flight.fly(one, fluence=Criteria().fluence_grid(grid))
         for groups, ricochet in zip(both, (True, False), strict=True):
-            groups.add(*fields_of(result, ricochet=ricochet))
+            groups.add(*density_counts(result, ricochet=ricochet))
     whole, short = (expected_distance(groups, LIMIT) for groups in both)
     found = flight.hazard_distance(events, threads=2)
     assert (found.distance, found.upper, found.direction) == (whole.distance, whole.upper, whole.direction)
@@ -129,7 +128,7 @@ ONE = fan(3, 1.0, 0.1)
         (lambda: flight.hazard_distance(ONE, kernel=0.2), "kernel is 0.2 degrees, allowed: 1 to 180"),
         (lambda: flight.hazard_distance(ONE, kernel=math.nan), "kernel is nan degrees"),
         (lambda: flight.hazard_distance(ONE, ground=None), "ground is None; needed: a height"),
-        (lambda: flight.hazard_distance(ONE, near_ground=None), "near_ground is its own; give criteria and kernel"),
+        (lambda: flight.hazard_distance(ONE, fluence=None), "fluence is its own; give criteria and kernel"),
         (lambda: flight.hazard_distance(ONE, air="vakuum"), "air: unknown name 'vakuum'"),
         (
             lambda: flight.hazard_distance(ONE, time_limit=1e-3),

@@ -42,7 +42,7 @@ def slow_cloud(number: int, seed: int, start: tuple[float, float, float] = (0.0,
     generator = np.random.default_rng(seed)
     direction = generator.normal(size=(number, 3)) * [1.0, 1.0, 0.5]
     direction /= np.linalg.norm(direction, axis=1, keepdims=True)
-    return Fragments.from_arrays(0.01, start, direction * generator.uniform(5.0, 80.0, (number, 1)))
+    return Fragments(0.01, start, direction * generator.uniform(5.0, 80.0, (number, 1)))
 
 
 @pytest.mark.parametrize("cells", [2, 7, 900])
@@ -97,11 +97,11 @@ def test_needle_hills_are_met() -> None:
     ground = HeightMap(heights, 1.0, (-200.0, -200.0))  # the needle at (100, 0)
     z = np.linspace(1.0, 29.9, 200)
     place = np.stack([np.zeros(200), np.zeros(200), z], axis=1)
-    shots = Fragments.from_arrays(0.01, place, np.tile([2000.0, 0.0, 0.0], (200, 1)))
+    shots = Fragments(0.01, place, np.tile([2000.0, 0.0, 0.0], (200, 1)))
     landing = fly(shots, air="vacuum", gravity=0.0, ground=ground, time_limit=1.0).landing
     assert (landing["status"] == Status.LANDED).all()
     assert landing["position"][:, 0] == pytest.approx(99.0 + z / 30.0, abs=1e-6)
-    above = Fragments.from_arrays(0.01, place + np.array([0.0, 0.0, 29.5]), shots.velocity)
+    above = Fragments(0.01, place + np.array([0.0, 0.0, 29.5]), shots.velocity)
     landing = fly(above, air="vacuum", gravity=0.0, ground=ground, time_limit=1.0).landing
     assert (landing["status"] == Status.TIME_OUT).all()
 
@@ -109,7 +109,7 @@ def test_needle_hills_are_met() -> None:
 def test_saddle_of_one_cell() -> None:
     """A bilinear cell is curved along its diagonal: z = x y / 100 on 10 m by 10 m."""
     ground = HeightMap([[0.0, 0.0], [0.0, 1.0]], 10.0)
-    shots = Fragments.from_arrays(0.01, (0.0, 0.0, 0.36), [[300.0, 300.0, 0.0]])
+    shots = Fragments(0.01, (0.0, 0.0, 0.36), [[300.0, 300.0, 0.0]])
     landing = fly(shots, air="vacuum", gravity=0.0, ground=ground, time_limit=1.0).landing[0]
     assert landing["position"] == pytest.approx([6.0, 6.0, 0.36], abs=1e-7)
 
@@ -121,7 +121,7 @@ def test_beyond_the_edge_the_ground_is_level_at_its_height() -> None:
     large = HeightMap(np.pad(profile, 60, mode="edge"), 40.0, (-20.0 - 2400.0, -40.0 - 2400.0))
     generator = np.random.default_rng(4)
     velocity = generator.normal(0.0, 150.0, (3000, 3))
-    shots = Fragments.from_arrays(0.02, (0.0, 0.0, 6.5), velocity)
+    shots = Fragments(0.02, (0.0, 0.0, 6.5), velocity)
     flown, expected = (fly(shots, ground=ground).landing for ground in (small, large))
     off = ~small.contains(*expected["position"][:, :2].T)
     assert off.sum() > 1500
@@ -139,7 +139,7 @@ def test_distance_to_the_edge() -> None:
 
 def test_starting_on_the_ground_flies() -> None:
     """On flat ground and on a map a start at the ground's own height is no landing."""
-    shot = Fragments.from_arrays(0.01, (0.0, 0.0, 0.0), (100.0, 0.0, 1.0))
+    shot = Fragments(0.01, (0.0, 0.0, 0.0), (100.0, 0.0, 1.0))
     for ground in (0.0, plane_map(0.0, 0.0)):
         landing = fly(shot, air="vacuum", ground=ground).landing[0]
         assert landing["distance"] == pytest.approx(200.0 / GRAVITY, rel=1e-6)
@@ -148,7 +148,7 @@ def test_starting_on_the_ground_flies() -> None:
 @pytest.mark.parametrize("tolerance", [1e-4, 3e-8])
 def test_landing_with_drag_lies_on_the_ground(tolerance: float) -> None:
     ground = hills()
-    fragments = Fragments.from_arrays(cloud(3000).mass, (0.0, 0.0, 6.0), cloud(3000).velocity)
+    fragments = Fragments(cloud(3000).mass, (0.0, 0.0, 6.0), cloud(3000).velocity)
     landing = fly(fragments, ground=ground, integrator=Adaptive(tolerance)).landing
     landed = landing[landing["status"] == Status.LANDED]
     assert len(landed) > 2500
@@ -307,6 +307,6 @@ def test_more_messages(tmp_path) -> None:
     with pytest.raises(InputError, match=r"the site \(0.0, 0.0\) lies off the map, which reaches from 1005 to 1035 m"):
         HeightMap.read(path, datum="site")
     with pytest.raises(InputError, match="1 start off height map, which reaches from 0 to 1 m along x"):
-        fly(Fragments.from_arrays(0.01, (5.0, 0.0, 1.0), (1.0, 0.0, 0.0)), ground=HeightMap(np.zeros((2, 2)), 1.0))
+        fly(Fragments(0.01, (5.0, 0.0, 1.0), (1.0, 0.0, 0.0)), ground=HeightMap(np.zeros((2, 2)), 1.0))
     with pytest.raises(InputError, match="1 start below the ground of height map"):
-        fly(Fragments.from_arrays(0.01, (0.0, 0.0, 1.0), (1.0, 0.0, 0.0)), ground=plane_map(0.0, 0.0, height=1.5))
+        fly(Fragments(0.01, (0.0, 0.0, 1.0), (1.0, 0.0, 0.0)), ground=plane_map(0.0, 0.0, height=1.5))

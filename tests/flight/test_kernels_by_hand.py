@@ -11,16 +11,15 @@ from scipy.integrate import RK45
 from scipy.interpolate import BPoly
 
 from flight.drag import Drag
+from flight.fluence import PolarGrid
 from flight.hazard.criteria import Criteria
-from flight.hazard.density.near_ground import NearGround
-from flight.hazard.density.polar_grid import PolarGrid
 from flight.kernels import motion
 from flight.kernels.cells import cells_of, home
 from flight.kernels.collision import _closing
 from flight.kernels.events import ending
+from flight.kernels.fluence import _cell_of, _nearest
 from flight.kernels.limits import IN_FLIGHT, LANDED, LEFT_DOMAIN, Limits
 from flight.kernels.motion import LANES, ROWS, Surroundings, accelerate, take_step
-from flight.kernels.near_ground import _cell_of, _nearest
 from flight.kernels.roots import STACK_SHAPE, sign_changes
 from flight.kernels.surfaces import PIECES_SHAPE
 from flight.kernels.terrain import Terrain
@@ -38,7 +37,7 @@ MAP = Terrain(np.zeros((3, 4)), -20.0, -10.0, 20.0, 15.0, np.zeros(0), np.zeros(
 def test_the_azimuth_cell_is_that_of_the_angle() -> None:
     """All round in cells of a hundredth of a degree, against the arc tangent; only within 1e-7 rad of a bound not."""
     grid = PolarGrid(72, 500)
-    near, turns = NearGround(grid, Criteria()).table(), grid.turns
+    near, turns = Criteria().fluence_grid(grid).table(), grid.azimuth_cells
     generator = np.random.default_rng(3)
     angles = np.concatenate([generator.uniform(-math.pi, math.pi, 3000), np.arange(-4, 4) * math.pi / 4.0])
     cells = (np.degrees(angles) - grid.start) / grid.width

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from flight import Fragments, HeightMap, fly, hazard
-from flight.hazard import DensityGroups, Directions, NearGround, PolarGrid, expected_distance, fields_of
+from flight.hazard import DensityGroups, Directions, PolarGrid, density_counts, expected_distance
 
 if TYPE_CHECKING:
     from flight.hazard import ExpectedDistance
@@ -39,15 +39,15 @@ def burst(number: int) -> Fragments:
     up = np.radians(generator.normal(0.0, 12.0, NUMBER))
     around, speed = generator.uniform(0.0, 2.0 * np.pi, NUMBER), generator.normal(1050.0, 120.0, NUMBER)
     velocity = np.stack([np.cos(up) * np.cos(around), np.cos(up) * np.sin(around), np.sin(up)], axis=1)
-    return Fragments.from_arrays(mass, (0.0, 0.0, 1.0), speed[:, None] * velocity)
+    return Fragments(mass, (0.0, 0.0, 1.0), speed[:, None] * velocity)
 
 
 @cache
 def found(kind: str, half: float) -> ExpectedDistance:
     grid = PolarGrid.of(72, 10.0, 10.0, 2.0 * FAR)
-    near, groups = NearGround(grid, hazard.Criteria()), DensityGroups(Directions(grid, "worst_direction", 10.0))
+    near, groups = hazard.Criteria().fluence_grid(grid), DensityGroups(Directions(grid, "worst_direction", 10.0))
     for number in range(REALISATIONS):
-        groups.add(*fields_of(fly(burst(number), ground=ground(kind, half), near_ground=near, sample=0)))
+        groups.add(*density_counts(fly(burst(number), ground=ground(kind, half), fluence=near, sample=0)))
     return expected_distance(groups, hazard.Criteria().density)
 
 

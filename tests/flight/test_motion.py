@@ -24,6 +24,7 @@ from flight import (
     Status,
     Wind,
     fly,
+    range_table,
 )
 from tests.flight.clouds import GRAVITY, cloud
 
@@ -46,7 +47,7 @@ def test_vacuum_parabola() -> None:
 def test_horizontal_flight_decays_with_distance() -> None:
     """V = v0 exp(-s / L), L = 2 m / (Cd rho A)."""
     mass, coefficient, density = np.array([1e-3, 0.01, 0.1]), 1.1, 1.225
-    fragments = Fragments.from_arrays(mass, (0.0, 0.0, 0.0), np.tile([900.0, 0.0, 0.0], (3, 1)))
+    fragments = Fragments(mass, (0.0, 0.0, 0.0), np.tile([900.0, 0.0, 0.0], (3, 1)))
     radii = (2.0, 7.62, 30.0, 100.0)
     result = fly(
         fragments, air=density, drag=coefficient, gravity=0.0, ground=None, time_limit=5.0,
@@ -68,7 +69,7 @@ def test_horizontal_flight_decays_with_distance() -> None:
 def test_vertical_fall_reaches_terminal_speed() -> None:
     """V = v_t tanh(g t / v_t), fallen v_t^2 / g ln cosh(g t / v_t)."""
     mass, coefficient, density = 0.02, 1.2, 1.0
-    fragments = Fragments.from_arrays(mass, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+    fragments = Fragments(mass, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
     terminal = math.sqrt(2.0 * mass * GRAVITY / (coefficient * density * float(fragments.presented_area[0])))
     for time in (0.5, 3.0, 30.0):
         end = fly(fragments, air=density, drag=coefficient, ground=None, time_limit=time).landing[0]
@@ -82,7 +83,7 @@ def test_wind_is_a_moving_frame() -> None:
     fragments = cloud(300, seed=3)
     wind = Wind.constant(12.0, towards_deg=30.0)
     drift = wind.at(0.0)
-    moving = Fragments.from_arrays(fragments.mass, fragments.position, fragments.velocity + np.array([*drift, 0.0]))
+    moving = Fragments(fragments.mass, fragments.position, fragments.velocity + np.array([*drift, 0.0]))
     still, windy = (fly(f, air=ConstantAir(1.1), wind=w).landing for f, w in ((fragments, None), (moving, wind)))
     assert windy["time"] == pytest.approx(still["time"], rel=1e-5)
     expected = still["position"][:, :2] + drift * still["time"][:, None]
@@ -91,7 +92,7 @@ def test_wind_is_a_moving_frame() -> None:
 
 def test_wind_profile_carries_dust() -> None:
     """A grain of dust soon moves with the wind at its height, and falls at its terminal speed."""
-    grain = Fragments.from_arrays(1e-10, (0.0, 0.0, 100.0), (0.0, 0.0, 0.0))
+    grain = Fragments(1e-10, (0.0, 0.0, 100.0), (0.0, 0.0, 0.0))
     wind = Wind.profile([0.0, 100.0, 200.0], [0.0, 10.0, 20.0], 0.0)
     result = fly(grain, air=ConstantAir(1.225), drag=1.0, wind=wind, sample=[0])
     speed, z = result.trajectories.velocity, result.trajectories.position[:, 2]
@@ -146,7 +147,7 @@ def test_range_against_dop853(number: int) -> None:
 
 
 def test_fixed_step_converges_with_its_order() -> None:
-    fragments = Fragments.from_arrays(0.05, (0.0, 0.0, 100.0), (400.0, 100.0, 200.0))
+    fragments = Fragments(0.05, (0.0, 0.0, 100.0), (400.0, 100.0, 200.0))
     law = {"air": ConstantAir(1.0), "drag": 1.0}
     exact = fly(fragments, integrator=Adaptive(1e-13), **law).landing[0]  # type: ignore[arg-type]
     steps = np.array([0.04, 0.02, 0.01, 0.005])
@@ -203,18 +204,18 @@ def test_paths_of_a_fixed_step_are_thin() -> None:
 
 
 def test_start_at_the_edges() -> None:
-    at_ground = Fragments.from_arrays([0.1, 0.1, 0.1], np.zeros(3), [[9, 0, 9], [9, 0, 0], [0, 0, -9]])
+    at_ground = Fragments([0.1, 0.1, 0.1], np.zeros(3), [[9, 0, 9], [9, 0, 0], [0, 0, -9]])
     landing = fly(at_ground).landing
     assert landing["time"][0] > 1.0
     assert landing["time"][1:].tolist() == [0.0, 0.0]
-    outside = Fragments.from_arrays(0.1, (200.0, 0.0, 5.0), (1.0, 0.0, 0.0))
+    outside = Fragments(0.1, (200.0, 0.0, 5.0), (1.0, 0.0, 0.0))
     end = fly(outside, domain=Domain(radius=100.0)).landing[0]
     assert (end["status"], end["time"], end["position"][0]) == (Status.LEFT_DOMAIN, 0.0, 200.0)
     assert len(fly(cloud(5).select([])).landing) == 0
 
 
 def test_nan_is_reported_not_dropped() -> None:
-    fragments = Fragments.from_arrays(0.1, (0.0, 0.0, 1.0), [[1e200, 0.0, 0.0], [300.0, 0.0, 0.0]])
+    fragments = Fragments(0.1, (0.0, 0.0, 1.0), [[1e200, 0.0, 0.0], [300.0, 0.0, 0.0]])
     with pytest.warns(FlightWarning):
         result = fly(fragments)
     assert result.landing["status"].tolist() == [Status.NOT_A_NUMBER, Status.LANDED]
@@ -222,7 +223,7 @@ def test_nan_is_reported_not_dropped() -> None:
 
 
 def test_use_beyond_the_drag_table_is_reported() -> None:
-    fast = Fragments.from_arrays([0.1, 0.1], (0.0, 0.0, 1.0), [[3000.0, 0.0, 0.0], [500.0, 0.0, 0.0]])
+    fast = Fragments([0.1, 0.1], (0.0, 0.0, 1.0), [[3000.0, 0.0, 0.0], [500.0, 0.0, 0.0]])
     with pytest.warns(FlightWarning, match=r"1 of 2 fragments flew above Mach 7.*fastest: Mach 8\.8"):
         summary = fly(fast).summary
     assert summary["above_drag_table"] == 1
@@ -249,7 +250,7 @@ def test_use_beyond_the_drag_table_is_reported() -> None:
     ],
 )
 def test_messages(argument: dict[str, object], message: str) -> None:
-    one = Fragments.from_arrays(0.1, (0.0, 0.0, 1.0), (1.0, 0.0, 0.0))
+    one = Fragments(0.1, (0.0, 0.0, 1.0), (1.0, 0.0, 0.0))
     with pytest.raises(InputError, match=message):
         fly(one, **argument)  # type: ignore[arg-type]
 
@@ -278,10 +279,23 @@ def test_progress_is_reported_to_the_end() -> None:
 )
 def test_flight_feels_the_standard_density_of_its_geometric_altitude(altitude, density):
     """Table I of the US Standard Atmosphere 1976 lists density by geometric altitude: V = v0 exp(-s / L)."""
-    fragments = Fragments.from_arrays(1e-3, (0.0, 0.0, 0.0), (900.0, 0.0, 0.0))
+    fragments = Fragments(1e-3, (0.0, 0.0, 0.0), (900.0, 0.0, 0.0))
     length = 2.0 * 1e-3 / (1.2 * density * fragments.presented_area[0])
     result = fly(
         fragments, air=StandardAtmosphere(altitude), drag=1.2, gravity=0.0, ground=None, time_limit=60.0,
         witnesses=[Cylinder(0.1 * length)],
     )  # fmt: skip
     assert result.hits["speed"][0] == pytest.approx(900.0 * math.exp(-0.1), rel=1e-5)
+
+
+def test_a_table_of_single_fragments_is_the_parabola_in_a_vacuum() -> None:
+    """Range and arrival of every combination by the closed form; NaN where nothing lands."""
+    table = range_table([0.01, 0.1], [100.0, 300.0], [10.0, 45.0], height=2.0, air="vacuum")
+    assert len(table) == 8
+    level, up = (table["speed"] * turn(np.radians(table["elevation"])) for turn in (np.cos, np.sin))
+    time = (up + np.sqrt(up**2 + 2.0 * GRAVITY * 2.0)) / GRAVITY
+    assert table["time"] == pytest.approx(time, rel=1e-9)
+    assert table["range"] == pytest.approx(level * time, rel=1e-9)
+    assert table["arrival_speed"] ** 2 == pytest.approx(table["speed"] ** 2 + 2.0 * GRAVITY * 2.0, rel=1e-9)
+    assert table["energy"] == pytest.approx(0.5 * table["mass"] * table["arrival_speed"] ** 2, rel=1e-12)
+    assert np.isnan(range_table(0.01, 100.0, 45.0, time_limit=0.1)["range"]).all()

@@ -23,7 +23,7 @@ from flight import (
     Wall,
     fly,
 )
-from flight.files.results import read_landing, read_obstacle_hits
+from flight.files.hdf5 import read_table
 from tests.flight.clouds import GRAVITY, cloud
 
 
@@ -31,7 +31,7 @@ def vacuum_cloud(number: int, seed: int) -> Fragments:
     generator = np.random.default_rng(seed)
     direction = generator.normal(size=(number, 3)) * [1.0, 1.0, 0.4]
     direction /= np.linalg.norm(direction, axis=1, keepdims=True)
-    return Fragments.from_arrays(0.01, (0.0, 0.0, 1.5), direction * generator.uniform(20.0, 2000.0, (number, 1)))
+    return Fragments(0.01, (0.0, 0.0, 1.5), direction * generator.uniform(20.0, 2000.0, (number, 1)))
 
 
 def inside_intervals(fragments: Fragments, faces: list) -> tuple[np.ndarray, np.ndarray]:
@@ -111,7 +111,7 @@ def test_fast_and_thin(thickness: float, integrator: FixedStep | None) -> None:
     """2000 m/s through paper: every one that comes below the top stops."""
     z = np.linspace(0.0, 4.0, 2001)
     place = np.stack([np.zeros_like(z), np.zeros_like(z), z], axis=1)
-    shots = Fragments.from_arrays(0.01, place, (2000.0, 100.0, 0.0))
+    shots = Fragments(0.01, place, (2000.0, 100.0, 0.0))
     result = fly(
         shots, air="vacuum", gravity=0.0, ground=0.0, time_limit=0.2, integrator=integrator,
         obstacles=[Wall((100.0, -50.0), (100.0, 50.0), 2.0, thickness)],
@@ -124,7 +124,7 @@ def test_edge_on() -> None:
     """Straight at an upright edge, exactly and next to it: it stops on one side or the other, never passes."""
     offset = np.array([-1e-3, -1e-9, -1e-15, 0.0, 1e-15, 1e-9, 1e-3])
     place = np.stack([np.zeros(7), offset, np.ones(7)], axis=1)
-    shots = Fragments.from_arrays(0.01, place, (300.0, 0.0, 0.0))
+    shots = Fragments(0.01, place, (300.0, 0.0, 0.0))
     house = Building((20.0, 0.0), 5.0, 5.0, 3.0, azimuth=45.0)
     landing = fly(shots, air="vacuum", gravity=0.0, time_limit=1.0, obstacles=[house]).landing
     assert (landing["status"] == Status.STOPPED).all()
@@ -136,7 +136,7 @@ def test_shadow_of_a_barricade() -> None:
     bank = Barricade((10.0, -500.0), (10.0, 500.0), 4.0, crest_width=1.0, slope=2.0)
     elevation = np.radians(np.linspace(0.05, 60.0, 2000))
     direction = np.stack([np.cos(elevation), 0.0 * elevation, np.sin(elevation)], axis=1)
-    shots = Fragments.from_arrays(0.01, (0.0, 0.0, 1.0), 500.0 * direction)
+    shots = Fragments(0.01, (0.0, 0.0, 1.0), 500.0 * direction)
     landing = fly(shots, air="vacuum", gravity=0.0, time_limit=1.0, obstacles=[bank]).landing
     shadow = math.atan2(4.0 - 1.0, 10.0 - 0.5)  # up to the near edge of the crest
     assert np.array_equal(landing["status"] == Status.STOPPED, elevation < shadow)
@@ -152,7 +152,7 @@ def test_faces_of_a_building() -> None:
     place = [(0.0, 50.0, 2.0), (0.0, -50.0, 2.0), (-50.0, 0.0, 2.0), (50.0, 0.0, 2.0), (1.0, 1.0, 50.0)]
     velocity = [(0, -100.0, 5.0), (0, 100.0, 5.0), (100.0, 0, 5.0), (-100.0, 0, 5.0), (0, 0, -10.0)]
     mass = [0.01, 0.02, 0.03, 0.04, 1e-4]
-    shots = Fragments.from_arrays(mass, place, velocity)
+    shots = Fragments(mass, place, velocity)
     result = fly(shots, obstacles=[house], origin=(30.0, 30.0))
     assert [house.faces[i] for i in result.obstacle_hits["face"]] == ["front", "back", "left", "right", "roof"]
     assert result.obstacle_hits["position"][:, 1] == pytest.approx([5.0, -5.0, 0.0, 0.0, 1.0], abs=1e-9)
@@ -175,7 +175,7 @@ def test_ricochet_off_a_wall() -> None:
     """Along a wall at 11 degrees without gravity: it leaves by the law of its own, in the plane of the impact."""
     law = Ricochet(30.0, 0.5, 0.4)
     wall = Wall((10.0, -50.0), (10.0, 50.0), 5.0, 1.0, ricochet=law)
-    shot = Fragments.from_arrays(0.02, (0.0, -40.0, 1.0), (20.0, 100.0, 0.0))
+    shot = Fragments(0.02, (0.0, -40.0, 1.0), (20.0, 100.0, 0.0))
     result = fly(shot, air="vacuum", gravity=0.0, time_limit=1.0, obstacles=[wall], sample=[0])
     time = 9.5 / 20.0
     hit, row = result.obstacle_hits[0], result.landing[0]
@@ -192,7 +192,7 @@ def test_ricochet_off_a_wall() -> None:
 
 def test_straight_at_a_wall_it_stops_whatever_the_wall() -> None:
     wall = Wall((10.0, -50.0), (10.0, 50.0), 5.0, 1.0, ricochet="rock")
-    shot = Fragments.from_arrays(0.02, (0.0, 0.0, 1.0), (100.0, 20.0, 0.0))  # 79 degrees from its face
+    shot = Fragments(0.02, (0.0, 0.0, 1.0), (100.0, 20.0, 0.0))  # 79 degrees from its face
     row = fly(shot, air="vacuum", obstacles=[wall]).landing[0]
     assert (row["status"], row["last_status"], row["obstacle"]) == (Status.STOPPED, Status.STOPPED, 0)
 
@@ -200,7 +200,7 @@ def test_straight_at_a_wall_it_stops_whatever_the_wall() -> None:
 def test_only_ricochets_off_the_ground_are_counted() -> None:
     """Off a wall at 5.7 degrees and then off the ground at less than one: the wall is not counted."""
     wall = Wall((10.0, -50.0), (10.0, 250.0), 5.0, 1.0, ricochet="rock")
-    shot = Fragments.from_arrays(0.02, (0.0, 0.0, 1.0), (30.0, 300.0, 0.0))
+    shot = Fragments(0.02, (0.0, 0.0, 1.0), (30.0, 300.0, 0.0))
     result = fly(shot, air="vacuum", obstacles=[wall], ricochet=Ricochet(4.0, 0.3))
     row = result.landing[0]
     assert result.obstacle_hits["time"] == pytest.approx([9.5 / 30.0])
@@ -211,13 +211,13 @@ def test_only_ricochets_off_the_ground_are_counted() -> None:
 
 def test_ricochet_off_a_roof_then_over_its_edge() -> None:
     house = Building((0.0, 0.0), 8.0, 8.0, 3.0, ricochet="concrete")
-    shot = Fragments.from_arrays(0.02, (0.0, 0.0, 3.2), (300.0, 0.0, -20.0))
+    shot = Fragments(0.02, (0.0, 0.0, 3.2), (300.0, 0.0, -20.0))
     result = fly(shot, obstacles=[house], origin=(50.0, 0.0), ricochet="none")
     row = result.landing[0]
     assert (row["status"], row["last_status"], row["face"]) == (Status.LANDED, Status.LANDED, -1)
     assert result.obstacle_hits["face"].tolist() == [4]
     assert result.obstacle_hits["stopped"].tolist() == [0]
-    steep = Fragments.from_arrays(0.02, (0.0, 0.0, 8.0), (0.3, 0.0, 0.0))
+    steep = Fragments(0.02, (0.0, 0.0, 8.0), (0.3, 0.0, 0.0))
     row = fly(steep, obstacles=[house], origin=(50.0, 0.0)).landing[0]
     assert (row["status"], row["last_status"], row["face"]) == (Status.STOPPED, Status.STOPPED, 4)
     assert row["last_position"][2] == pytest.approx(3.0, abs=1e-6)
@@ -226,7 +226,7 @@ def test_ricochet_off_a_roof_then_over_its_edge() -> None:
 def test_hits_on_witnesses_stop_at_the_wall() -> None:
     wall = Wall((10.0, -50.0), (10.0, 50.0), 500.0)
     panels = [Panel((x, 0.0, 2.0), (1.0, 0.0, 0.0), 4.0, 4.0, name=f"{x}") for x in (9.0, 11.0)]
-    shot = Fragments.from_arrays(0.02, (0.0, 0.0, 1.0), (300.0, 0.0, 1.0))
+    shot = Fragments(0.02, (0.0, 0.0, 1.0), (300.0, 0.0, 1.0))
     assert fly(shot, obstacles=[wall], witnesses=panels).hits["witness"].tolist() == [0]
 
 
@@ -237,10 +237,10 @@ def test_obstacles_on_a_slope_stand_on_the_ground() -> None:
     walls = [Wall((40.0, -60.0), (40.0, 60.0), 2.0, 0.3), Wall((-50.0, -60.0), (-40.0, 60.0), 2.0, 0.3, base=14.0)]
     z = np.linspace(-11.8, -8.0, 100)
     place = np.stack([np.full(100, 39.5), np.zeros(100), z], axis=1)
-    shots = Fragments.from_arrays(0.02, place, (100.0, 0.0, 0.0))
+    shots = Fragments(0.02, place, (100.0, 0.0, 0.0))
     landing = fly(shots, air="vacuum", gravity=0.0, ground=ground, obstacles=walls).landing
     assert np.array_equal(landing["status"] == Status.STOPPED, z < -10.0)
-    along = Fragments.from_arrays(0.02, (0.0, 0.0, 0.5), (-30.0, 0.0, 11.0))
+    along = Fragments(0.02, (0.0, 0.0, 0.5), (-30.0, 0.0, 11.0))
     row = fly(along, air="vacuum", gravity=0.0, ground=ground, obstacles=walls).landing[0]
     assert row["obstacle"] == -1  # over the second, which ends at 16 m
     assert row["status"] in (Status.TIME_OUT, Status.LANDED)
@@ -297,33 +297,13 @@ def test_files(tmp_path) -> None:
     result = fly(fragments, **everything())
     names = [path.name for path in result.write(tmp_path)]
     assert {"obstacle_hits.h5", "obstacle_hits.csv"} <= set(names)
-    hits, obstacles = read_obstacle_hits(tmp_path / "obstacle_hits.h5")
+    hits, obstacles = read_table(tmp_path / "obstacle_hits.h5", "obstacle_hits")
     assert hits.tobytes() == result.obstacle_hits.tobytes()
     assert obstacles == ["barricade", "wall", "building"]
     lines = [line for line in (tmp_path / "obstacle_hits.csv").read_text().splitlines() if not line.startswith("#")]
     assert lines[0].startswith("name,face_name,obstacle,face,fragment")
     assert len(lines) == 1 + len(hits)
-    assert read_landing(tmp_path / "landing.h5").tobytes() == result.landing.tobytes()
-
-
-def test_landing_of_an_older_program_is_read(tmp_path) -> None:
-    import h5py
-
-    result = fly(cloud(50), ricochet="none")
-    path = result.write(tmp_path, csv=False)[0]
-    with h5py.File(path, "a") as file:
-        for name in (
-            "ricochets",
-            "last_status",
-            "obstacle",
-            "face",
-            "last_time",
-            "last_position",
-            "last_distance",
-            "last_azimuth",
-        ):
-            del file[f"landing/{name}"]
-    assert read_landing(path).tobytes() == result.landing.tobytes()
+    assert read_table(tmp_path / "landing.h5", "landing")[0].tobytes() == result.landing.tobytes()
 
 
 @pytest.mark.parametrize(

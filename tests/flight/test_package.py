@@ -44,7 +44,7 @@ def test_import_is_alone() -> None:
 
 
 def test_flying_needs_no_other_of_ours() -> None:
-    code = "import sys, flight; one = flight.fly(flight.Fragments.from_arrays(0.1, (0, 0, 1), (1, 0, 0)))\n"
+    code = "import sys, flight; one = flight.fly(flight.Fragments(0.1, (0, 0, 1), (1, 0, 0)))\n"
     code += "assert not {'dolfinx', 'mpi4py', 'burst_fenicsx', 'transition', 'fragfield', 'pyvista'} & set(sys.modules)"
     kept = {name: os.environ[name] for name in ("NUMBA_CACHE_DIR",) if name in os.environ}  # else it compiles again
     code += "\nprint(one.summary['landed'], float(one.landing['time'][0]))"

@@ -15,11 +15,11 @@ import flight
 from burst_fenicsx.problem import ContactSettings
 from flight import Contact, StandardAtmosphere, Wind
 from flight.arena import ArenaTable
+from flight.fluence import PolarGrid
 from flight.fragments import check_possible
 from flight.hazard.criteria import Criteria, hit_probability
 from flight.hazard.density.directions import RADIAL, SPACING, Directions, _raised_cosine
 from flight.hazard.density.estimate import _student
-from flight.hazard.density.polar_grid import PolarGrid
 from flight.hazard.density.tally import tally
 from flight.hazard.exposed import Prism
 from flight.hazard.pool import TOLERANCE
@@ -134,7 +134,7 @@ def test_the_azimuth_kernel_has_unit_area_and_its_own_second_moment():
         directions = Directions(grid, "worst_direction", kernel)
         weights = directions.weights
         assert weights.sum(axis=1) == pytest.approx(1.0, rel=1e-12)
-        centre = grid.start + grid.width * (np.arange(grid.turns) + 0.5)
+        centre = grid.start + grid.width * (np.arange(grid.azimuth_cells) + 0.5)
         away = (centre - directions.azimuth[0] + 180.0) % 360.0 - 180.0
         assert weights[0] @ away**2 == pytest.approx(moment * kernel**2, rel=0.01)
 
@@ -158,7 +158,7 @@ def test_smoothing_over_distance_keeps_numbers_and_its_slope_is_a_derivative():
     assert radial.slope[cell].sum() == pytest.approx(0.0, abs=1e-9 * np.abs(radial.slope[cell]).sum())
     assert np.abs(radial.slope[cell] * SPACING).sum() == pytest.approx(2.0 * numbers.max(), rel=0.02)
     ring = 2.0 * math.pi * np.exp(2.0 * radial.places)  # ground per ln r all round
-    assert radial.area * grid.turns == pytest.approx(ring, rel=1e-12)
+    assert radial.area * grid.azimuth_cells == pytest.approx(ring, rel=1e-12)
     # As far as four standard deviations beyond the last cell.
     assert radial.places[-1] == pytest.approx(math.log(grid.edges[-1]) + 4.0 * RADIAL, abs=SPACING)
 
@@ -177,7 +177,7 @@ def test_a_file_may_hold_what_is_possible_at_all(name, lowest, highest):
     ):
         given = {"mass": 0.1, "position": (0.0, 0.0, 1.0), "velocity": (1.0, 0.0, 0.0), "shape_factor": 2600.0}
         given[name] = (value, 0.0, 0.0) if name in ("position", "velocity") else value
-        one = flight.Fragments.from_arrays(**given)
+        one = flight.Fragments(**given)
         if refused:
             ends = re.escape(f"needed: from {lowest:g} to {highest:g} ")
             with pytest.raises(flight.InputError, match=f"file: {name} of fragment 0 .*; {ends}"):
@@ -190,7 +190,7 @@ def test_single_values_of_arguments_are_those_documented():
     """The paper's fixed step of 0.1 ms; an hour of flight at most; masses groups from 10 mg on, two to an octave."""
     assert flight.FixedStep().step == pytest.approx(1e-4)
     assert default(flight.fly, "time_limit") == 3600.0
-    fragments = flight.Fragments.from_arrays([0.9e-5, 1e-5, 1.5e-5, 2e-5], (0, 0, 1), (0.0, 0.0, 5.0))
+    fragments = flight.Fragments([0.9e-5, 1e-5, 1.5e-5, 2e-5], (0, 0, 1), (0.0, 0.0, 5.0))
     table = ArenaTable.of([fragments])
     full = table.number > 0.0
     root = math.sqrt(2.0)

@@ -240,8 +240,8 @@ def test_neither_attitude_nor_number_of_realisations_matters():
     velocity = generator.normal(size=(4000, 3)) * [300.0, 300.0, 60.0]
     mass = mott_masses(4000, 0.012)
     turn = np.linalg.qr(generator.normal(size=(3, 3)))[0]
-    upright = Fragments.from_arrays(mass, (0.0, 0.0, 1.0), velocity)
-    lying = Fragments.from_arrays(mass, (5.0, 0.0, 3.0), velocity @ turn.T)
+    upright = Fragments(mass, (0.0, 0.0, 1.0), velocity)
+    lying = Fragments(mass, (5.0, 0.0, 3.0), velocity @ turn.T)
     one = PolarField.of([upright])
     for other in (PolarField.of([lying], 2.0 * turn[:, 2]), PolarField.of([upright, upright, upright])):
         for find in (
@@ -265,7 +265,7 @@ def test_neither_attitude_nor_number_of_realisations_matters():
         ),
         (lambda: beam_distance(sphere(40, 0.01), retardation(), CRITERIA, width=0.5), "width is 0.5 degrees"),
         (lambda: PolarField.of([]), "no fragment"),
-        (lambda: PolarField.of([Fragments.from_arrays(1.0, (0, 0, 0), (1, 0, 0))], (0, 0, 0)), "axis is"),
+        (lambda: PolarField.of([Fragments(1.0, (0, 0, 0), (1, 0, 0))], (0, 0, 0)), "axis is"),
         (lambda: retardation(shape_factor=0.0), "shape_factor is 0.0 kg/m3, needed: above zero"),
         (lambda: retardation(density=-1.0), "density is -1.0 kg/m3, needed: zero or more"),
     ],

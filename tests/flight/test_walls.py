@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import flight
-from flight.scene.walls import Wall, concrete_limit
+from flight.scene.walls import StoppingWall, concrete_limit
 
 G, MASS, STRENGTH = 3.8e-5, 0.05, 30e6
 
@@ -31,13 +31,13 @@ def test_concrete_stops_from_a_fifth_over_the_printed_limit_on(depth, limit):
     """Of the sharpest nose: 1.2 times the limit holds the fragment, half a thousandth less does not."""
     needed = 1.2 * limit * (4.0 * MASS / (math.pi * 7850.0)) ** (1.0 / 3.0)
     for factor, stopped in ((1.0005, True), (0.9995, False)):
-        wall = Wall("concrete", factor * needed)
+        wall = StoppingWall("concrete", factor * needed)
         assert wall(np.array([MASS]), np.array([speed_of_depth(depth)])).tolist() == [stopped]
 
 
 def test_concrete_of_any_thickness_stops_nothing_beyond_the_range_of_the_relation():
     speeds = np.array([speed_of_depth(depth) for depth in (13.4, 13.6)])
-    assert Wall("concrete", 100.0)(np.full(2, MASS), speeds).tolist() == [True, False]
+    assert StoppingWall("concrete", 100.0)(np.full(2, MASS), speeds).tolist() == [True, False]
 
 
 def test_the_factor_of_the_concrete_relation_is_the_printed_one_in_inches_and_pounds():
@@ -51,10 +51,10 @@ def test_the_factor_of_the_concrete_relation_is_the_printed_one_in_inches_and_po
 def test_steel_stops_from_a_quarter_over_the_printed_limit_on():
     """0.05 kg at 600 m/s: 6638.1 ft lb, diameter 0.79099 in; 1.25 x 353.21 / (672 x 0.79099) in = 21.098 mm."""
     mass, speed = np.array([0.05]), np.array([600.0])
-    assert Wall("steel", 21.11e-3)(mass, speed)[0]
-    assert not Wall("steel", 21.09e-3)(mass, speed)[0]
+    assert StoppingWall("steel", 21.11e-3)(mass, speed)[0]
+    assert not StoppingWall("steel", 21.09e-3)(mass, speed)[0]
 
 
 def test_masonry_has_no_relation():
     with pytest.raises(flight.InputError, match="material is 'masonry', allowed: concrete or steel"):
-        Wall("masonry", 0.3)
+        StoppingWall("masonry", 0.3)

@@ -11,9 +11,9 @@ import numpy as np
 
 from burst_fenicsx.files.output import TimeSeries
 from flight.files.ensemble import write_ensemble
-from flight.files.results import write_landing
+from flight.files.hdf5 import write_table
+from flight.fluence import PolarGrid
 from flight.hazard.density.directions import Directions
-from flight.hazard.density.polar_grid import PolarGrid
 from flight.hazard.density.witness_hazard import SECTOR_HITS
 from flight.hazard.ensemble import EnsembleHazard
 from flight.result import LANDING, Status
@@ -340,7 +340,7 @@ def _flight(folder: Path, fragments: dict[str, np.ndarray], summary: dict[str, A
     azimuth = np.degrees(turn) % 360
     energy = 0.5 * mass * impact**2
     columns = flight_columns(fragments, distance, turn, impact, energy)
-    write_landing(columns, folder / "landing.h5", PROVENANCE)
+    write_table(columns, folder / "landing.h5", "landing", (), PROVENANCE)
     bins = np.round(azimuth / 5).astype(int) % 72
     hazardous = energy >= 79.0
     by_azimuth = []

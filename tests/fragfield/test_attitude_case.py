@@ -229,7 +229,7 @@ def test_turning_keeps_speeds_energies_and_momentum(inclination):
     """And the distances of all fragments from each other; the momentum's size, not its direction."""
     random = np.random.default_rng(4)
     mass = random.uniform(0.001, 0.1, 50)
-    before = Fragments.from_arrays(mass, random.normal(size=(50, 3)), 900.0 * random.normal(size=(50, 3)))
+    before = Fragments(mass, random.normal(size=(50, 3)), 900.0 * random.normal(size=(50, 3)))
     turned = Arrangement(_case({"attitude": "any"}, **PAIR)).turned(inclination, 40.0)
     after = turned.fragments(before)
     speed = [np.linalg.norm(one.velocity, axis=1) for one in (before, after)]

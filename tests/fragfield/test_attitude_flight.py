@@ -14,7 +14,7 @@ from fragfield.case.conversion.turned import Arrangement
 from fragfield.files.run_directory import RunDirectory
 from fragfield.pipeline import attitudes
 from fragfield.pipeline.flights import fly_all
-from fragfield.pipeline.job import Job
+from fragfield.pipeline.job import Job, RunOptions
 from fragfield.pipeline.parallel import Team
 from fragfield.terminal.progress import ProgressReporter
 from tests.fragfield.short_run import RINGS, invoke
@@ -65,7 +65,8 @@ def _job(folder, threads=None, *, few=False, **changes):
     case = load_case(directory.case_file)
     if few:
         case = case.model_copy(update={"hazard": case.hazard.model_copy(update={"max_realisations": 8})})
-    return Job(case, directory, directory, Team(), ProgressReporter(enabled=False), threads, lean=True, **changes)
+    options = RunOptions(folder, threads=threads, lean=True)
+    return Job(case, directory, directory, Team(), ProgressReporter(enabled=False), options, **changes)
 
 
 def _fragments(folder):

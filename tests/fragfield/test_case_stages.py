@@ -63,10 +63,10 @@ def test_the_case_reaches_break_up_and_flight(tmp_path):
 def test_shape_and_collisions_reach_the_flight(tmp_path):
     import flight
 
-    given = {"shape": {"model": "box", "orientation": "fixed"}, "collisions": {"distance": "7 m"}}
+    given = {"shape": {"model": "box", "ratios": [4.0, 2.0, 1.0]}, "collisions": {"distance": "7 m"}}
     case = case_from_document(changed(flight=given), source="my.toml", folder=tmp_path)
     arguments = flight_arguments(case)
-    assert arguments["shape"] == flight.shape.Box((5.0, 2.0, 1.0), "fixed")
+    assert arguments["shape"] == flight.shape.Box((4.0, 2.0, 1.0))
     assert arguments["contact"] == flight.Contact(distance=7.0, between="rounds")
     assert read_resolved(write_case(tmp_path, to_toml(case))) == case
     drawn = changed(flight={"shape_factor": "2600 kg/m3", "shape": {"model": "lognormal", "spread": 0.2}})

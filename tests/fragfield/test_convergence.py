@@ -18,7 +18,7 @@ from fragfield.files.run_directory import SCRATCH, STAGES, RunDirectory
 from fragfield.hazard.recommended import not_included_words, recommended_of
 from fragfield.pipeline import convergence as module
 from fragfield.pipeline.convergence import convergence_of, convergence_words, with_cells
-from fragfield.pipeline.job import Job
+from fragfield.pipeline.job import Job, RunOptions
 from fragfield.pipeline.parallel import Team
 from fragfield.report.findings.hazard import convergence_findings
 from fragfield.report.tables.convergence import convergence_tables
@@ -43,7 +43,7 @@ def job(tmp_path):
     case = load_case(ROOT / "cases" / "m107_tnt.toml")
     directory = _Directory(tmp_path)
     object.__setattr__(directory, "burst", dict(BURST))
-    return Job(case, directory, directory, Team(), ProgressReporter(enabled=False))
+    return Job(case, directory, directory, Team(), ProgressReporter(enabled=False), RunOptions(tmp_path))
 
 
 def _with(job, asked):
@@ -95,8 +95,8 @@ def test_a_run_without_convergence_says_why(job, flown, change, words):
     if "off" in change:
         job = _with(job, "off")
     if "fragments" in change:
-        job = replace(job, fragments=job.target.path / "fragments.h5")
-    job = replace(job, lean="lean" in change)
+        job = replace(job, options=replace(job.options, fragments=job.target.path / "fragments.h5"))
+    job = replace(job, options=replace(job.options, lean="lean" in change))
     found = convergence_of(job, flown, HEADLINE)
     assert set(found) == {"reason"}
     assert found["reason"].startswith("no grid convergence: ")

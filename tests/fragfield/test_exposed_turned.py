@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import gamma
 
-from flight.hazard.density.polar_grid import PolarGrid
+from flight.fluence import PolarGrid
 from fragfield.case.conversion.exposed_sites import exposed_sites_of
 from fragfield.case.load import case_from_document
 from fragfield.hazard.exposed_turned import TurnedSums, worst_of_attitudes

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from flight.files.results import read_contacts
+from flight.files.hdf5 import read_table
 from fragfield.cli import app
 from fragfield.report.reading.run_files import read_run
 from fragfield.report.tables.stages import flight_rows
@@ -16,7 +16,6 @@ from fragfield.report.tables.stages import flight_rows
 CASE = """
 [flight.shape]
 model = "box"
-orientation = "fixed"
 [flight.collisions]
 restitution = 0.5
 """
@@ -39,7 +38,7 @@ def rows_of_the_report(folder: Path) -> dict[str, tuple[str, str]]:
 
 def test_impacts_in_summary_files_and_report(tmp_path) -> None:
     summary = fly(tmp_path, CASE)
-    contacts = read_contacts(tmp_path / "out" / "contacts.h5")
+    contacts = read_table(tmp_path / "out" / "contacts.h5", "contacts")[0]
     assert (tmp_path / "out" / "contacts.csv").is_file()
     assert len(contacts) == summary["contact"]["contacts"] == 1
     speed = contacts["closing_speed"][0]

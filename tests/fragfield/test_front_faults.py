@@ -15,7 +15,7 @@ import pytest
 import fragfield
 from fragfield.case.load import case_from_document
 from fragfield.errors import exit_code_of, message_of
-from fragfield.interface.running import request_of
+from fragfield.interface.running import options_of
 from fragfield.pipeline import parallel
 from fragfield.pipeline.recorded_warnings import recorded_warnings
 from fragfield.report.blocks import Finding
@@ -32,10 +32,10 @@ def test_a_mapping_of_settings_and_a_list_mean_the_same_for_one_stage(tmp_path):
     path = tmp_path / "mine.toml"
     path.write_text('title = "no burst"\n')
     for given in (["hazard.energy=50 J"], {"hazard.energy": "50 J"}):
-        request = request_of(path, set=given, out=tmp_path / "run", burst=False)
+        request = options_of(path, set=given, out=tmp_path / "run", burst=False)
         assert request.case(burst=False).hazard.energy == 50.0
     with pytest.raises(fragfield.InputError, match="burst: missing"):
-        request_of(path, set={"hazard.energy": "50 J"}, out=tmp_path / "run")
+        options_of(path, set={"hazard.energy": "50 J"}, out=tmp_path / "run")
 
 
 LAUNCHERS = [

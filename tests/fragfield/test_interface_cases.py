@@ -151,16 +151,16 @@ def test_where_a_run_goes(tmp_path, monkeypatch, tube):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "mine.toml").write_text(RINGS)
     runs = tmp_path / "runs"
-    assert running.request_of("mine.toml").directory.path == RunDirectory(runs / "mine").path.relative_to(tmp_path)
-    assert running.request_of(fragfield.Case.from_toml("mine.toml")).directory.path.name == "mine"
-    assert running.request_of("mine.toml", set={"seed": 2}).directory.path.name == "mine"
-    assert running.request_of("mine.toml", set={"seed": 2}).case().seed == 2
-    assert running.request_of("mine.toml", set=["seed=2"]).case().seed == 2
-    assert running.request_of(tube, out="there", set=["seed=2"]).case().seed == 2
+    assert running.options_of("mine.toml").directory.path == RunDirectory(runs / "mine").path.relative_to(tmp_path)
+    assert running.options_of(fragfield.Case.from_toml("mine.toml")).directory.path.name == "mine"
+    assert running.options_of("mine.toml", set={"seed": 2}).directory.path.name == "mine"
+    assert running.options_of("mine.toml", set={"seed": 2}).case().seed == 2
+    assert running.options_of("mine.toml", set=["seed=2"]).case().seed == 2
+    assert running.options_of(tube, out="there", set=["seed=2"]).case().seed == 2
     (tmp_path / "old").mkdir()
     (tmp_path / "old" / "case.toml").write_text("")
-    assert running.request_of("old", progress=False).directory.path.name == "old"
-    assert running.request_of("old", progress=False).quiet
+    assert running.options_of("old", progress=False).directory.path.name == "old"
+    assert running.options_of("old", progress=False).quiet
 
 
 def test_the_errors_of_all_stages_are_one():

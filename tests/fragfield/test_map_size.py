@@ -53,7 +53,7 @@ def test_the_farthest_throw_is_that_of_the_flight(tmp_path: Path) -> None:
     level = np.stack([np.cos(_ELEVATIONS), 0.0 * _ELEVATIONS, np.sin(_ELEVATIONS)], axis=1)
     farthest = _range(case, mass, speed)
     for one in range(3):
-        shots = flight.Fragments.from_arrays(
+        shots = flight.Fragments(
             mass[one], (0.0, 0.0, 0.0), speed[one] * level, shape_factor=case.flight.shape_factor
         )
         arguments = {**flight_arguments(case), "ground": 0.0, "sample": 0}

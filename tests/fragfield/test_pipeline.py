@@ -124,7 +124,7 @@ def test_stages_alone_give_what_the_run_gave(whole_run, run_copy, quick_report):
 @pytest.mark.dolfinx
 def test_an_ensemble_is_flown_and_its_first_realisation_is_that_of_the_files(whole_run, short_case):
     from flight.files.ensemble import read_ensemble
-    from flight.files.results import read_landing
+    from flight.files.hdf5 import read_table
     from flight.hazard.density.tally import tally
 
     out, _ = whole_run
@@ -139,7 +139,7 @@ def test_an_ensemble_is_flown_and_its_first_realisation_is_that_of_the_files(who
     assert summary["hazard"]["basis"] == "all_azimuths"
     assert summary["hazard"]["determined"] is True
     number = found.realisations
-    first = tally(read_landing(out / "landing.h5"))
+    first = tally(read_table(out / "landing.h5", "landing")[0])
     for name in ("fragments", "hazardous", "throw"):
         assert np.array_equal(getattr(found.counts, name)[0], getattr(first, name)[0]), name
     assert not np.array_equal(found.counts.throw[0], found.counts.throw[1])

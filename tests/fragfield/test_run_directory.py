@@ -15,7 +15,7 @@ from fragfield.case import load_case
 from fragfield.case.write import plain
 from fragfield.errors import InputError
 from fragfield.files.run_directory import STAGES, RunDirectory
-from fragfield.pipeline.job import Job
+from fragfield.pipeline.job import Job, RunOptions
 from fragfield.pipeline.parallel import Team
 from fragfield.terminal.logs import logged
 from fragfield.terminal.progress import ProgressReporter
@@ -52,7 +52,7 @@ def test_a_summary_in_another_folder_keeps_what_was_noted_before(case, tmp_path)
     for one in (source, target):
         one.claim(case)
     source.write_summary({"burst": {"cells": 3}})
-    job = Job(case, source, target, Team(), ProgressReporter(enabled=False))
+    job = Job(case, source, target, Team(), ProgressReporter(enabled=False), RunOptions(target.path))
     job.note({"flight": {"landed": 7}})
     job.note({"findings": [{"code": "certainty"}]})
     found = target.summary()

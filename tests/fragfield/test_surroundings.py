@@ -118,7 +118,7 @@ def test_fragments_below_a_map_start_on_it(folder, caplog) -> None:
     x, y = np.array([-300.0, 0.0, 200.0]), np.array([50.0, 0.0, -70.0])
     height, off = ground.at(x, y), np.array([-0.5, 2.0, -0.1])
     position = np.column_stack([x, y, height + off])
-    placed = above_ground(Fragments.from_arrays(0.01, position, np.ones((3, 3))), ground)
+    placed = above_ground(Fragments(0.01, position, np.ones((3, 3))), ground)
     assert placed.position[:, 2] == pytest.approx(height + np.maximum(off, 0.0))
     assert "2 fragments (0.02 kg) were up to 0.5 m below the ground at the end of the burst" in caplog.text
 

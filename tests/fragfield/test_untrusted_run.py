@@ -6,7 +6,7 @@ import h5py
 import pytest
 
 from fragfield.files.run_directory import RunDirectory
-from fragfield_base.seal import LENGTH
+from fragfield_base.hdf5_files import SEAL_LENGTH
 from tests.fragfield.short_run import invoke
 
 pytestmark = pytest.mark.dolfinx
@@ -14,7 +14,7 @@ pytestmark = pytest.mark.dolfinx
 
 def _foreign(path, change):
     """Take the checksums off a file of ours and change it, as any other program may."""
-    path.write_bytes(path.read_bytes()[:-LENGTH])
+    path.write_bytes(path.read_bytes()[:-SEAL_LENGTH])
     with h5py.File(path, "r+") as file:
         change(file)
 

@@ -13,9 +13,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fragfield_base.hdf5_files import creating, reading
+from fragfield_base.hdf5_files import SEAL_LENGTH, creating, reading
 from fragfield_base.interruption import Interruption
-from fragfield_base.seal import LENGTH
 from tests.faults import at_every_call, failing_call, limited_file_size
 from tests.fragfield.short_run import environment
 from tests.fragfield_base.hdf5_states import RefusedError, create, no_leftovers, states
@@ -112,7 +111,7 @@ def test_every_flipped_byte_and_every_cut_is_noticed_or_changes_nothing(tmp_path
     path, other = tmp_path / "a.h5", tmp_path / "b.h5"
     create(path, 2)
     whole = path.read_bytes()
-    end = len(whole) - LENGTH
+    end = len(whole) - SEAL_LENGTH
     random = np.random.default_rng(18)
     refused = 0
     for trial in range(150):
@@ -128,7 +127,7 @@ def test_every_flipped_byte_and_every_cut_is_noticed_or_changes_nothing(tmp_path
             pass
         refused += 1
     assert refused > 125
-    for cut in (1, 16, 40, LENGTH):
+    for cut in (1, 16, 40, SEAL_LENGTH):
         other.write_bytes(whole[:-cut])
         said = "b.h5: damaged"
         try:

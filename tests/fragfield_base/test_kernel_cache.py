@@ -84,7 +84,7 @@ def test_a_link_is_judged_by_what_it_leads_to(places):
 
 
 @root_only
-@pytest.mark.parametrize("package", ["flight.kernels.angles", "transition.kernels.choice"])
+@pytest.mark.parametrize("package", ["flight.kernels.angles", "transition.kernels.clusters"])
 def test_a_planted_pickle_does_not_run(places, package):
     """A cache that another user made, under every name that numba could look for, with code that leaves a trace."""
     trace = places / "ran"

@@ -19,7 +19,7 @@ def two_cells():
 
 def handed_over(*, speed=30.0, missing=0.0):
     """Ledger of the two cells against one fragment of each, the first changed."""
-    fragments = Fragments.from_arrays(
+    fragments = Fragments(
         np.array([2.0 - missing, 3.0]),
         np.array([[1.5, 0.5, 0.5], [-1.5, 0.5, 0.5]]), np.array([[speed, 0.0, 0.0], [-20.0, 0.0, 0.0]]),
     )  # fmt: skip

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Literal
 
-from fragfield_base.explosive_names import value_for
+from fragfield_base.names import value_for
 from transition.errors import InputError, nearest
 
 __all__ = [

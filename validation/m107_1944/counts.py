@@ -9,7 +9,6 @@ import numpy as np
 
 import flight
 from flight.files.text_tables import read_columns
-from flight.hazard.criteria import falling_through
 from transition.law.mott import MottLaw
 from transition.law.samplers import Quantile
 
@@ -82,7 +81,7 @@ def prescribed(reference: Mapping[str, Any], seed: int, realisations: int) -> li
     mott = MottLaw.from_mean(2.0 * law["mu"], dimension=2)
     generators = [np.random.default_rng(child) for child in np.random.SeedSequence(seed).spawn(realisations)]
     masses = [Quantile().draw(mott, law["number"] * mott.mean, generator).mass for generator in generators]
-    return [flight.Fragments.from_arrays(mass, (0.0, 0.0, 0.0), (speed, 0.0, 0.0)) for mass in masses]
+    return [flight.Fragments(mass, (0.0, 0.0, 0.0), (speed, 0.0, 0.0)) for mass in masses]
 
 
 def count(
@@ -105,7 +104,7 @@ def count(
     owner = np.repeat(np.arange(len(rounds)), [len(one) for one in rounds])
     level = np.column_stack([together.speed, np.zeros((len(together), 2))])
     setting = reference["flight"]
-    flown = flight.Fragments.from_arrays(together.mass, (0.0, 0.0, 0.0), level, setting["shape_factor"])
+    flown = flight.Fragments(together.mass, (0.0, 0.0, 0.0), level, setting["shape_factor"])
     radii = np.concatenate([table.distance, np.arange(_NEAR, _FAR + _STEP, _STEP)])
     result = flight.fly(
         flown,
@@ -135,3 +134,18 @@ def _of_the_lightest(hits: NDArray[Any], owner: NDArray[np.intp]) -> float:
     order = np.lexsort((hits["mass"], owner))
     _, first = np.unique(owner[order], return_index=True)
     return float(hits["speed"][order][first].mean()) if first.size else float("nan")
+
+
+def falling_through(distance: NDArray[np.float64], density: NDArray[np.float64], limit: float) -> float:
+    """Farthest distance (m) at which a density falls through the limit, linear between the distances given (rising).
+
+    The last one where the density is above the limit there; 0 where the limit is never reached.
+    """
+    above = np.flatnonzero(density >= limit)
+    if not above.size:
+        return 0.0
+    last = int(above[-1])
+    if last == len(distance) - 1:
+        return float(distance[-1])
+    part = (density[last] - limit) / (density[last] - density[last + 1])
+    return float(distance[last] + part * (distance[last + 1] - distance[last]))

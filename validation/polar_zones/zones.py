@@ -84,7 +84,7 @@ def sample_of(snapshot: Snapshot, settings: BreakUpSettings, realisations: int) 
     level = np.column_stack([speed, np.zeros((len(speed), 2))])
     radii = FOOT * np.asarray(REFERENCE["boards"]["distance_ft"])
     result = flight.fly(
-        flight.Fragments.from_arrays(mass, (0.0, 0.0, 0.0), level, settings.shape_factor),
+        flight.Fragments(mass, (0.0, 0.0, 0.0), level, settings.shape_factor),
         air=flight.ConstantAir(1.225, 340.294),
         drag="shell_fragment",
         gravity=0.0,

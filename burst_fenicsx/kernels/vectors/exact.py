@@ -13,11 +13,9 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from burst_fenicsx.kernels.lanes import kernel
 
-__all__ = ["add_exactly", "column_sizes", "quantise", "quantum", "rounding_constant", "two_constants"]
+__all__ = ["quantise", "quantum", "rounding_constant", "two_constants"]
 
 _SMALLEST = 1e-280  # bound below which terms are rounded to nothing: their quanta would be no normal numbers
 
@@ -56,29 +54,3 @@ def two_constants(largest: float, count: int) -> tuple[float, float]:
     """
     coarse = rounding_constant(max(0.25 * count * largest, _SMALLEST))
     return coarse, rounding_constant(max(0.125 * count * quantum(coarse), _SMALLEST))
-
-
-@kernel
-def column_sizes(values: np.ndarray) -> np.ndarray:
-    """Largest size in every column of `values` (n, k), (k,); infinite by a NaN."""
-    found = np.zeros(values.shape[1])
-    for row in range(values.shape[0]):
-        for i in range(values.shape[1]):
-            size = abs(values[row, i])
-            if not size <= found[i]:
-                found[i] = np.inf if np.isnan(size) else size
-    return found
-
-
-@kernel
-def add_exactly(values: np.ndarray, bins: np.ndarray, coarse: np.ndarray, fine: np.ndarray, sums: np.ndarray) -> None:
-    """Add rows of `values` (n, k) to their `bins` (n,) of `sums` (2, bins, k), which are exact; without bins to one.
-
-    `coarse` and `fine` (k,) are the columns' constants by `two_constants`; what the first bin leaves is in the second.
-    """
-    for row in range(values.shape[0]):
-        at = bins[row] if bins.size > 0 else 0
-        for i in range(values.shape[1]):
-            rounded = quantise(values[row, i], coarse[i])
-            sums[0, at, i] += rounded
-            sums[1, at, i] += quantise(values[row, i] - rounded, fine[i])

@@ -14,7 +14,7 @@ from flight.arguments import require_number
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from flight.hazard.density.polar_grid import PolarGrid
+    from flight.fluence import PolarGrid
 
     Array = NDArray[np.float64]
 
@@ -53,13 +53,13 @@ class Directions:
         require_number("hazard", "kernel", self.kernel, "degrees")
 
     @property
-    def all_alike(self) -> bool:
+    def axisymmetric(self) -> bool:
         """Whether all azimuths are one direction."""
         return self.basis == "all_azimuths"
 
     @cached_property
     def _classes(self) -> tuple[NDArray[np.int64], ...]:
-        return self.grid.classes(self.mirrors, all_alike=self.all_alike)
+        return self.grid.classes(self.mirrors, axisymmetric=self.axisymmetric)
 
     @property
     def number(self) -> int:
@@ -74,11 +74,11 @@ class Directions:
 
     @property
     def of_every(self) -> NDArray[np.int64]:
-        """Class of every direction 0, `grid.width`, ... (turns,)."""
+        """Class of every direction 0, `grid.width`, ... (a,)."""
         return self._classes[1]
 
     def folded(self, fields: Array) -> Array:
-        """Sums of fields (..., turns, r) over the classes of cells: (..., c, r)."""
+        """Sums of fields (..., a, r) over the classes of cells: (..., c, r)."""
         cells = self._classes[0]
         order = np.argsort(cells, kind="stable")
         starts = np.searchsorted(cells[order], np.arange(cells.max() + 1))
@@ -88,18 +88,18 @@ class Directions:
     def weights(self) -> Array:
         """Number per azimuth cell in each direction from the classes' sums (d, c)."""
         cells = self._classes[0]
-        if self.all_alike:
-            return np.full((1, 1), 1.0 / self.grid.turns)
-        edges = self.grid.start + self.grid.width * np.arange(self.grid.turns + 1)
+        if self.axisymmetric:
+            return np.full((1, 1), 1.0 / self.grid.azimuth_cells)
+        edges = self.grid.start + self.grid.width * np.arange(self.grid.azimuth_cells + 1)
         gap = edges - self.azimuth[:, None]
-        share = np.zeros((len(self.azimuth), self.grid.turns))
+        share = np.zeros((len(self.azimuth), self.grid.azimuth_cells))
         # The cells smooth too: with a kernel narrower by that, the second moment is that of the kernel asked for.
         half = math.sqrt(max(self.kernel**2 - self.grid.width**2 / (12.0 * _COSINE_MOMENT), 0.25 * self.kernel**2))
         for turn in (-720.0, -360.0, 0.0, 360.0, 720.0):  # the kernel may reach around
             share += np.diff(_raised_cosine(gap + turn, half), axis=1)
         size = np.bincount(cells)
-        spread = np.zeros((self.grid.turns, len(size)))
-        spread[np.arange(self.grid.turns), cells] = 1.0 / size[cells]
+        spread = np.zeros((self.grid.azimuth_cells, len(size)))
+        spread[np.arange(self.grid.azimuth_cells), cells] = 1.0 / size[cells]
         return np.asarray(share @ spread)
 
     @cached_property
@@ -129,7 +129,7 @@ class RadialSmoothing:
         width = np.diff(edges)[:, None]
         self.smooth = np.diff(0.5 * _erf(gap / math.sqrt(2.0)), axis=0) / width
         self.slope = -np.diff(np.exp(-0.5 * gap**2), axis=0) / (width * RADIAL * math.sqrt(2.0 * math.pi))
-        self.area = (2.0 * math.pi / grid.turns) * np.exp(2.0 * self.places)
+        self.area = (2.0 * math.pi / grid.azimuth_cells) * np.exp(2.0 * self.places)
 
 
 def _raised_cosine(gap: Array, half: float) -> Array:

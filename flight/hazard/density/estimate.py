@@ -130,13 +130,13 @@ class Estimate:
             each[each > upper], each[worst] = upper, upper  # the headline bounds every direction
         mean = self._density(self._smoothed(number[:, worst], here), here)
         low, high = self._band(worst) if every_direction and self.several else (mean[:, :0], mean[:, :0])
-        all_alike = self.directions.all_alike
+        axisymmetric = self.directions.axisymmetric
         reach = np.minimum(np.exp(larger), middle)
-        of_every = np.zeros(1, dtype=np.int64) if all_alike else self.directions.of_every
+        of_every = np.zeros(1, dtype=np.int64) if axisymmetric else self.directions.of_every
         return ExpectedDistance(
             middle, upper, error, float(np.exp(found[0].max())), float(np.exp(found[1].max())), self.directions.basis,
-            None if all_alike else float(self.directions.azimuth[worst]), self.count, len(self.sizes),
-            None if all_alike else self.directions.kernel, self.directions.mirrors,
+            None if axisymmetric else float(self.directions.azimuth[worst]), self.count, len(self.sizes),
+            None if axisymmetric else self.directions.kernel, self.directions.mirrors,
             0.5 * abs(math.exp(plain) - math.exp(crossed)),
             self.directions.grid.width * np.arange(len(of_every)), reach[of_every], each[of_every],
             np.exp(self.radial.places[here]), mean, low, high,

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["drawn_distances", "expected_distance"]
+__all__ = ["expected_distance"]
 
 DRAWS = 1000
 
@@ -68,15 +68,3 @@ def expected_distance(
     if not groups.realisations:
         raise InputError("hazard: no realisation to assess")
     return Estimate(groups, limit, draws, seed).result(every_direction=every_direction)
-
-
-def drawn_distances(groups: DensityGroups, limit: float, *, draws: int = DRAWS, seed: int = 0) -> tuple[float, Array]:
-    """The distance over all azimuths (m), and in every draw of the bootstrap (b,); as `expected_distance`.
-
-    Draws of the same seed take the same realisations: differences between ensembles of the same random numbers are
-    then known better than the distances themselves.
-    """
-    found = Estimate(groups, limit, draws, seed)
-    result = found.result(every_direction=False)
-    reach = np.log([max(one, 1e-300) for one in (result.ground, result.normal)])[:, None]
-    return result.distance, np.exp(found.draws_of(reach, 0))

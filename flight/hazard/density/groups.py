@@ -39,15 +39,15 @@ class DensityGroups:
         self.size, self.realisations = 1, 0  # of a full group; of all
         self._sums: list[Array] = []
 
-    def add(self, landings: Array, tracks: Array) -> Array:
-        """Add one realisation: numbers and path lengths over height (turns, r) on the grid or up to a nearer reach.
+    def add(self, landings: Array, path_length_per_height: Array) -> Array:
+        """Add one realisation: numbers and path lengths over height (a, r) on the grid or up to a nearer reach.
 
         Returns
         -------
         (2, c, r) float64
             What was added, by direction class; not to be written to.
         """
-        here = np.stack([self.directions.folded(values) for values in (landings, tracks)])
+        here = np.stack([self.directions.folded(values) for values in (landings, path_length_per_height)])
         cells = max(here.shape[-1], self.cells)
         if cells > self.directions.grid.shape[1]:
             self.directions = replace(self.directions, grid=self.directions.grid.holding(cells))

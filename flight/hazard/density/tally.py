@@ -9,7 +9,6 @@ import numpy as np
 
 from flight.arguments import require_number
 from flight.errors import InputError
-from flight.hazard.criteria import Criteria
 from flight.result import FlightResult, Status
 
 if TYPE_CHECKING:
@@ -67,21 +66,18 @@ class Tally:
         return cls(*(np.concatenate([getattr(part, name) for part in parts]) for name in cls.__dataclass_fields__))
 
 
-def tally(
-    landing: FlightResult | NDArray[Any], criteria: Criteria | None = None, *, sector_width: float = 5.0
-) -> Tally:
+def tally(landing: FlightResult | NDArray[Any], energy: float = 79.0, *, sector_width: float = 5.0) -> Tally:
     """Count the landed fragments of one realisation.
 
     Parameters
     ----------
     landing : FlightResult or structured array of dtype LANDING
         Only rows that landed count.
-    criteria : Criteria, optional
-        Default: 79 J.
+    energy : float
+        Of a hazardous fragment (J).
     sector_width : float
         Width of a sector (degrees), a whole fraction of 360; the first is centred on azimuth 0.
     """
-    criteria = criteria or Criteria()
     rows = landing.landing if isinstance(landing, FlightResult) else landing
     landed = rows["status"] == Status.LANDED  # columns one by one: a table of a million rows has 171 MB
     azimuth, distances = rows["azimuth"][landed], rows["distance"][landed]
@@ -90,7 +86,7 @@ def tally(
     moved = ((rows["ricochets"] > 0) & (rows["last_status"] == Status.LANDED))[landed]
     ends = sectors_of(np.where(moved, rows["last_azimuth"][landed], azimuth), sector_width)[0]
     np.maximum.at(throw, ends, np.where(moved, rows["last_distance"][landed], distances))
-    dangerous = rows["energy"][landed] >= criteria.energy
+    dangerous = rows["energy"][landed] >= energy
     return Tally(
         np.bincount(sector, minlength=sectors)[None].astype(np.int64),
         np.bincount(sector[dangerous], minlength=sectors)[None].astype(np.int64),

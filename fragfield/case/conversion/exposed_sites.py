@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from flight.hazard.exposed import Prism
-    from flight.scene.walls import Wall
+    from flight.scene.walls import StoppingWall
     from fragfield.case.schema import Case
     from fragfield.case.tables.exposed import BarrierTable, ExposedTable
     from fragfield.case.tables.ground import ObstacleTable
@@ -230,10 +230,10 @@ def _building(case: Case, entry: ExposedBuildingTable, energy: float) -> tuple[A
     return outline, Prism(outline, lowest - DEPTH, ground + size[2], energy, size[2], wall, roof)
 
 
-def _wall(table: BarrierTable | None) -> Wall | None:
-    from flight.scene.walls import Wall
+def _wall(table: BarrierTable | None) -> StoppingWall | None:
+    from flight.scene.walls import StoppingWall
 
-    return None if table is None else Wall(**table.model_dump())
+    return None if table is None else StoppingWall(**table.model_dump())
 
 
 def _open(case: Case, entry: PersonTable | RoadTable | AreaTable) -> tuple[Array, list[Array]]:

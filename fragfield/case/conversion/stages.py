@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from burst_fenicsx.problem import BurstSettings, Geometry
     from flight import Contact as FragmentContact
     from flight import Wind
+    from flight.fluence import PolarGrid
     from flight.hazard.criteria import Criteria
-    from flight.hazard.density.polar_grid import PolarGrid
     from flight.scene.targets import Witness
     from flight.shape import Shape
     from fragfield.case.schema import Case
@@ -106,7 +106,7 @@ def _shape(table: FlightTable) -> Shape | None:
     if shape.model == "mean":
         return None
     length, width, height = shape.ratios
-    return Box((length, width, height), shape.orientation, shape.density)
+    return Box((length, width, height), shape.density)
 
 
 def hazard_criteria(case: Case) -> Criteria:
@@ -136,7 +136,7 @@ def kernel_degrees(case: Case) -> float:
 
 def hazard_grid(case: Case) -> PolarGrid:
     """Cells of the hazard distance."""
-    from flight.hazard.density.polar_grid import PolarGrid
+    from flight.fluence import PolarGrid
 
     hazard = case.hazard
     return PolarGrid.of(hazard.sectors, kernel_degrees(case), hazard.distance_cell)

@@ -145,8 +145,6 @@ class ShapeTable(Table):
         Field(default=[5.0, 2.0, 1.0], min_length=3, max_length=3)
     )
     """For model = "box": ratios of the edges."""
-    orientation: Annotated[Literal["tumbling", "fixed"], _BOX] = "tumbling"
-    """For model = "box": the mean over all orientations, or one for each fragment that it keeps."""
     density: Annotated[Density, Bounds(100.0, 2.5e4, "densities of casings", usual=(1000.0, 2e4)), _BOX] = 7800.0
     """For model = "box": of the casing."""
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from fragfield_base.explosive_names import explosive_key
+from fragfield_base.names import explosive_key
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping

@@ -296,9 +296,9 @@ def _read_landing(run: RunFiles) -> None:
     path = run.folder / STAGE_FILES["flight"]
     if not path.is_file():
         return
-    from flight.files.results import read_landing
+    from flight.files.hdf5 import read_table
 
-    run.landing = read_landing(path)
+    run.landing = read_table(path, "landing")[0]
     with _open(path) as file:
         _note_provenance(run, file.attrs)
     if (path := run.folder / "ensemble.h5").is_file():

@@ -137,7 +137,7 @@ def _area_rows(area: Mapping[str, Any]) -> Iterator[Row]:
         return
     words = str(area.get("model"))
     if "ratios" in area:
-        words += " " + ":".join(f"{ratio:g}" for ratio in area["ratios"]) + f", {area.get('orientation')}"
+        words += " " + ":".join(f"{ratio:g}" for ratio in area["ratios"])
     if "spread" in area:
         words += f", spread {area['spread']:g}"
     low, high = (number(area.get(f"shape_factor_{share}_percent")) for share in (5, 95))

@@ -13,9 +13,8 @@ import numpy as np
 from fragfield.errors import InputError
 from fragfield.report.figures.drawing import GREY, LINES, WIDE, drawing_style, new_figure, to_bytes
 from fragfield.studies.compare.comparison import flat_tables
-from fragfield_base.csv_text import harmless
 from fragfield_base.inputs import show
-from fragfield_base.writing import write_bytes, write_text
+from fragfield_base.writing import harmless, write_bytes, write_text
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from fragfield.errors import InputError
 from fragfield.hazard.certainty import whole_metres
-from fragfield_base.csv_text import harmless
-from fragfield_base.writing import write_text
+from fragfield_base.writing import harmless, write_text
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

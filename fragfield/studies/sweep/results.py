@@ -12,8 +12,7 @@ from fragfield.hazard.certainty import whole_metres
 from fragfield.hazard.recommended import not_included_words
 from fragfield.quantities import shown
 from fragfield.studies.sweep.plan import labels_of
-from fragfield_base.csv_text import harmless
-from fragfield_base.writing import write_text
+from fragfield_base.writing import harmless, write_text
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

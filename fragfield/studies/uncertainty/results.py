@@ -19,8 +19,7 @@ from fragfield.studies.uncertainty.indices import Analysis, analyse
 from fragfield.studies.uncertainty.sample import results_of_summary
 from fragfield.studies.uncertainty.spread import spread_of, without_statistical_error
 from fragfield.version import __version__
-from fragfield_base.csv_text import harmless
-from fragfield_base.writing import write_text
+from fragfield_base.writing import harmless, write_text
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

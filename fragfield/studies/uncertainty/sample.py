@@ -74,7 +74,7 @@ def _flown(case: Case, snapshot: Path, burst: Mapping[str, Any]) -> dict[str, An
     from fragfield.case.conversion.stages import break_up_settings
     from fragfield.files.run_directory import RunDirectory
     from fragfield.pipeline.flights import fly_all
-    from fragfield.pipeline.job import Job
+    from fragfield.pipeline.job import Job, RunOptions
     from fragfield.pipeline.parallel import Team
     from fragfield.terminal.progress import ProgressReporter
 
@@ -82,7 +82,8 @@ def _flown(case: Case, snapshot: Path, burst: Mapping[str, Any]) -> dict[str, An
     first = broken.realisation(case.seed)
     further = broken.many(case.seed, range(1, case.break_up.realisations), 1)
     directory = RunDirectory(snapshot.parent)
-    job = Job(case, directory, directory, Team(), ProgressReporter(enabled=False), threads=1, lean=True)
+    options = RunOptions(directory.path, threads=1, lean=True)
+    job = Job(case, directory, directory, Team(), ProgressReporter(enabled=False), options)
     flown = fly_all(job, [first.fragments, *further])
     assert flown is not None  # a team of one
     hazard = {**(flown.hazard.headline or {})}

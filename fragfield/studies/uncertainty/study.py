@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING, Any
 
 from fragfield.errors import EXIT_DONE, EXIT_INTERRUPTED, InputError
 from fragfield.files.run_directory import STAGES, RunDirectory
-from fragfield.pipeline.chain import Request, run_stage
+from fragfield.pipeline.chain import run_chain
+from fragfield.pipeline.job import RunOptions
 from fragfield.pipeline.parallel import launched_size
 from fragfield.studies.runner import cores, make_all, runs_of
 from fragfield.studies.uncertainty.journal import Journal
@@ -67,12 +68,12 @@ class StudyOptions:
     quiet: bool = False
 
 
-def run_study(request: Request, options: StudyOptions) -> dict[str, Any]:
+def run_study(request: RunOptions, options: StudyOptions) -> dict[str, Any]:
     """Make a study and write samples.csv, uncertainty.json, uncertainty.html and the report of the nominal run.
 
     Parameters
     ----------
-    request : Request
+    request : RunOptions
         The case file with its `--set`, or a run directory, which then is the nominal run.
     options : StudyOptions
         How.
@@ -129,7 +130,7 @@ def _remove(folder: Path) -> None:
         (folder / name).unlink(missing_ok=True)
 
 
-def _nominal(request: Request, options: StudyOptions) -> RunDirectory:
+def _nominal(request: RunOptions, options: StudyOptions) -> RunDirectory:
     """The run with every input as the case has it: given as a directory, or made here."""
     if request.target.is_dir():
         directory = RunDirectory(request.target)
@@ -143,13 +144,13 @@ def _nominal(request: Request, options: StudyOptions) -> RunDirectory:
         return directory
     directory = RunDirectory(options.folder / NOMINAL)
     done = [stage for stage in ("burst", "break-up", "fly") if directory.complete(STAGES[stage])]
-    own = Request(
+    own = RunOptions(
         request.target, directory.path, request.cell_size, resume=True, quiet=options.quiet, settings=request.settings
     )
     for stage in ("burst", "break-up", "fly"):
         if stage not in done:
             _report(f"nominal run: {stage}", options)
-            run_stage(own if stage == "burst" else Request(directory.path, quiet=options.quiet), stage)
+            run_chain(own if stage == "burst" else RunOptions(directory.path, quiet=options.quiet), stage)
     return directory
 
 

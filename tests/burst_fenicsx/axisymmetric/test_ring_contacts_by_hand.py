@@ -39,7 +39,7 @@ def slid(law, *, gap=0.0, slip=0.0, burnt=0.0, steps=1):
             position[charge, 2] += slip / steps
         force = np.zeros_like(state.nodes.force)
         add_line_forces(
-            law, 1.0, interface.line, contacts, state.charge, state.solid.eroded, state.rings.slot,
+            law, 1.0, interface.line, contacts, state.charge, state.solid.eroded, state.blocks.slot_of_cell,
             position, state.mass,
             np.zeros_like(force), force,
         )  # fmt: skip
@@ -129,7 +129,7 @@ def test_what_charge_and_casing_do_together_is_no_slip(shape, axis):
         for _ in range(2):
             force = np.zeros_like(state.nodes.force)
             work = add_line_forces(
-                law, 1.0, interface.line, contacts, state.charge, state.solid.eroded, state.rings.slot,
+                law, 1.0, interface.line, contacts, state.charge, state.solid.eroded, state.blocks.slot_of_cell,
                 position, state.mass,
                 own_force, force,
             )  # fmt: skip
@@ -161,7 +161,7 @@ def test_the_spring_of_a_contact_is_as_stiff_as_its_reduced_mass_bears():
     force = np.zeros_like(state.nodes.force)
     add_line_forces(
         SlideLaw(BUDGET, STEP, 1e12, 1e12, 0.0), 1.0, line, contacts, state.charge, state.solid.eroded,
-        state.rings.slot, position, state.mass, np.zeros_like(force), force,
+        state.blocks.slot_of_cell, position, state.mass, np.zeros_like(force), force,
     )  # fmt: skip
     inner = np.abs(state.start[contacts.slave, 2] / LENGTH_OF_BENCH - 0.5) < 0.3
     assert inner.sum() > 10

@@ -52,7 +52,7 @@ def pressed(solver, pressure=PRESSURE, law=LAW):
     fields.charge.pressure[:] = pressure
     own, force = np.zeros_like(fields.nodes.force), np.zeros_like(fields.nodes.force)
     add_line_forces(
-        law, 1.0, interface.line, interface.contacts, fields.charge, fields.solid.eroded, fields.rings.slot,
+        law, 1.0, interface.line, interface.contacts, fields.charge, fields.solid.eroded, fields.blocks.slot_of_cell,
         fields.nodes.position,
         fields.mass, own, force,
     )  # fmt: skip
@@ -254,7 +254,7 @@ def test_eroded_products_and_products_on_eroded_metal_press_no_more():
     pressed(solver)
     touching = contacts.stiffness > 0.0
     assert touching.all()
-    eroded, slot = solver.fields.solid.eroded, solver.fields.rings.slot
+    eroded, slot = solver.fields.solid.eroded, solver.fields.blocks.slot_of_cell
     eroded[slot[contacts.cell[contacts.first_cell[3] : contacts.first_cell[4]]]] = BEFORE
     torn = contacts.face[15]
     mesh = solver.fields.mesh

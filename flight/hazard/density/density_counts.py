@@ -15,10 +15,10 @@ if TYPE_CHECKING:
 
     from flight.result import FlightResult
 
-__all__ = ["fields_of"]
+__all__ = ["density_counts"]
 
 
-def fields_of(result: FlightResult, *, ricochet: bool = True) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def density_counts(result: FlightResult, *, ricochet: bool = True) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """What one flight adds to the densities, by cell of azimuth and distance, up to the farthest that holds anything.
 
     Parameters
@@ -30,7 +30,7 @@ def fields_of(result: FlightResult, *, ricochet: bool = True) -> tuple[NDArray[n
 
     Returns
     -------
-    landings, tracks : (turns, r) float64
+    landings, path_length_per_height : (a, r) float64
         Hazardous impacts on the ground in a cell, every one of a fragment that ricochets; and lengths of hazardous
         paths below a person's height over that height (of no height: 1 / sin of the angle of impact, which it goes
         over to).
@@ -40,13 +40,13 @@ def fields_of(result: FlightResult, *, ricochet: bool = True) -> tuple[NDArray[n
     InputError
         The flight did not count near the ground.
     """
-    counted = result.near_ground
+    counted = result.fluence
     if counted is None:
         raise InputError("hazard: the flight was not asked to count paths near the ground (near_ground)")
-    grid, criteria = counted.near.grid, counted.near.criteria
+    grid, energy, height = counted.cells.grid, counted.cells.energy, counted.cells.height
     rows, later = result.landing, result.ricochets[result.ricochets["number"] > 0]
-    dangerous = (rows["status"] == Status.LANDED) & (rows["energy"] >= criteria.energy)
-    later = later[(later["energy"] >= criteria.energy) & ricochet]
+    dangerous = (rows["status"] == Status.LANDED) & (rows["energy"] >= energy)
+    later = later[(later["energy"] >= energy) & ricochet]
     azimuth, distances, angle = (
         np.concatenate([rows[name][dangerous], later[name]]) for name in ("azimuth", "distance", "angle")
     )
@@ -55,13 +55,13 @@ def fields_of(result: FlightResult, *, ricochet: bool = True) -> tuple[NDArray[n
     turn, cell = grid.cells_of(azimuth, distances)
     flat, size = turn * grid.shape[1] + cell, grid.shape[0] * grid.shape[1]
     landings = np.bincount(flat, minlength=size).astype(np.float64).reshape(grid.shape)
-    tracks = np.zeros(grid.shape)
-    if criteria.person_height > 0.0:
+    path_length_per_height = np.zeros(grid.shape)
+    if height > 0.0:
         lengths = counted.lengths if ricochet else counted.before
-        tracks[:, : lengths.shape[1]] = lengths / criteria.person_height
+        path_length_per_height[:, : lengths.shape[1]] = lengths / height
     else:
         steepness = np.sin(np.maximum(np.radians(angle), SHALLOWEST))
-        tracks += np.bincount(flat, weights=1.0 / steepness, minlength=size).reshape(grid.shape)
-    held = np.flatnonzero(landings.any(axis=0) | tracks.any(axis=0))
+        path_length_per_height += np.bincount(flat, weights=1.0 / steepness, minlength=size).reshape(grid.shape)
+    held = np.flatnonzero(landings.any(axis=0) | path_length_per_height.any(axis=0))
     end = int(held[-1]) + 1 if held.size else 1
-    return landings[:, :end], tracks[:, :end]
+    return landings[:, :end], path_length_per_height[:, :end]

@@ -1,8 +1,8 @@
-"""Cells of azimuth and distance about the origin, and directions that are equivalent by symmetry.
+"""Lengths of the paths of hazardous fragments below a person's height (their fluence), by azimuth and distance.
 
-The distance cells of the tables (`cell` wide) are cut into finer ones, of at most 2 % of their distance or a tenth
-of a cell, whichever is wider; the sectors of the tables are cut so that the azimuth kernel covers eight cells or more.
-Cells of the tables are whole numbers of these.
+Cells of azimuth and distance lie about the origin. The distance cells of the tables (`cell` wide) are cut into finer
+ones, of at most 2 % of their distance or a tenth of a cell, whichever is wider; the sectors of the tables are cut so
+that the azimuth kernel covers eight cells or more. Cells of the tables are whole numbers of these.
 """
 
 from __future__ import annotations
@@ -22,8 +22,11 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["PolarGrid"]
+    from flight.kernels.fluence import FluenceCells
 
+__all__ = ["Fluence", "FluenceGrid", "PolarGrid"]
+
+SHORTEST = 0.2  # of a distance cell: a piece of a path, where a tenth of its distance is less
 FINEST = 0.1  # of a distance cell of the tables
 RELATIVE = 0.02  # width of a cell over its distance
 PER_KERNEL = 4  # azimuth cells in half a kernel
@@ -85,14 +88,14 @@ class PolarGrid:
         return longer.up_to(longer.cell * max(1, int(np.searchsorted(longer.first, cells))))
 
     @property
-    def turns(self) -> int:
+    def azimuth_cells(self) -> int:
         """Number of azimuth cells."""
         return self.sectors * self.cuts
 
     @property
     def width(self) -> float:
         """Width of an azimuth cell (degrees)."""
-        return 360.0 / self.turns
+        return 360.0 / self.azimuth_cells
 
     @property
     def start(self) -> float:
@@ -127,16 +130,17 @@ class PolarGrid:
     @property
     def shape(self) -> tuple[int, int]:
         """Cells of azimuth and of distance."""
-        return self.turns, int(self.first[-1])
+        return self.azimuth_cells, int(self.first[-1])
 
     @cached_property
     def area(self) -> NDArray[np.float64]:
         """Ground of one azimuth cell in every distance cell (r,) in m2."""
-        return np.asarray(math.pi / self.turns * np.diff(self.edges**2))
+        return np.asarray(math.pi / self.azimuth_cells * np.diff(self.edges**2))
 
     def cells_of(self, azimuth: ArrayLike, distance: ArrayLike) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         """Azimuth cells of azimuths (degrees), and fine distance cells of distances (m); beyond the grid: -1."""
-        turn = np.floor((np.asarray(azimuth, dtype=np.float64) - self.start) / self.width).astype(np.int64) % self.turns
+        turn = np.floor((np.asarray(azimuth, dtype=np.float64) - self.start) / self.width).astype(np.int64)
+        turn %= self.azimuth_cells
         distances = np.asarray(distance, dtype=np.float64)
         found = np.searchsorted(self.edges, distances, side="right") - 1
         return turn, np.where(distances < self.edges[-1], found, -1)
@@ -145,7 +149,7 @@ class PolarGrid:
         """Whether the mirror plane at this azimuth (degrees) maps cells on cells."""
         return abs(_shift(2.0 * mirror, self.width) * self.width - 2.0 * mirror) < 1e-6
 
-    def classes(self, mirrors: Sequence[float] = (), *, all_alike: bool = False) -> tuple[NDArray[np.int64], ...]:
+    def classes(self, mirrors: Sequence[float] = (), *, axisymmetric: bool = False) -> tuple[NDArray[np.int64], ...]:
         """Which azimuth cells, and which directions, are the same by symmetry.
 
         Parameters
@@ -153,22 +157,22 @@ class PolarGrid:
         mirrors : sequence of float
             Azimuths of vertical mirror planes through the origin (degrees); one that does not map cells on cells is
             left out.
-        all_alike : bool
+        axisymmetric : bool
             All azimuths are alike.
 
         Returns
         -------
-        cells, directions : (turns,) int64
+        cells, directions : (a,) int64
             Number of the class of every azimuth cell, and of every direction 0, `width`, 2 `width`, ...
         """
-        number = np.arange(self.turns)
-        if all_alike:
+        number = np.arange(self.azimuth_cells)
+        if axisymmetric:
             return np.zeros_like(number), np.zeros_like(number)
         offset = _shift(2.0 * self.start, self.width)
         shifts = [_shift(2.0 * mirror, self.width) for mirror in mirrors if self.maps(mirror)]
         return (
-            _classes([(shift - offset - 1 - number) % self.turns for shift in shifts], self.turns),
-            _classes([(shift - number) % self.turns for shift in shifts], self.turns),
+            _classes([(shift - offset - 1 - number) % self.azimuth_cells for shift in shifts], self.azimuth_cells),
+            _classes([(shift - number) % self.azimuth_cells for shift in shifts], self.azimuth_cells),
         )
 
 
@@ -186,3 +190,71 @@ def _classes(images: Sequence[NDArray[np.int64]], number: int) -> NDArray[np.int
         if np.array_equal(before, lowest):
             break
     return np.unique(lowest, return_inverse=True)[1]
+
+
+@dataclass(frozen=True, eq=False)
+class FluenceGrid:
+    """What `flight.fly` counts along the paths: their lengths below a person's height above the ground.
+
+    A fragment counts where its kinetic energy there is `energy` or more. After a ricochet its path counts on, apart
+    from what came before its first impact on the ground.
+
+    Attributes
+    ----------
+    grid : PolarGrid
+        Cells; where fragments pass farther than its reach, `fly` extends it.
+    energy : float
+        Of a hazardous fragment (J).
+    height : float
+        Of a person above the ground (m).
+    """
+
+    grid: PolarGrid
+    energy: float = 79.0
+    height: float = 1.8
+
+    def table(self) -> FluenceCells:
+        """For the kernels."""
+        from flight.kernels.fluence import FluenceCells
+
+        grid = self.grid
+        return FluenceCells(
+            float(self.height), float(self.energy), float(grid.cell),
+            1.0 / float(grid.cell), SHORTEST * float(grid.cell), grid.parts, grid.cell / grid.parts, grid.first,
+            math.radians(grid.start), 1.0 / math.radians(grid.width),
+        )  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Fluence:
+    """Lengths of the paths of hazardous fragments below a person's height.
+
+    Attributes
+    ----------
+    cells : FluenceGrid
+        What was counted; its grid reaches as far as needed.
+    before, after : (a, r) float64
+        Of all fragments by cell of the grid (m): before their first impact on the ground, and after it.
+    """
+
+    cells: FluenceGrid
+    before: NDArray[np.float64]
+    after: NDArray[np.float64]
+
+    def __repr__(self) -> str:
+        azimuths, distances = self.lengths.shape
+        return f"<flight.Fluence: {self.lengths.sum():.4g} m in {azimuths} x {distances} cells>"
+
+    @property
+    def lengths(self) -> NDArray[np.float64]:
+        """Of whole paths, (a, r) in m."""
+        return self.before + self.after
+
+    @classmethod
+    def of(cls, cells: FluenceGrid, counted: list[NDArray[np.int64]]) -> Fluence:
+        """From what threads have counted in whole parts of a metre; their sum is exact."""
+        from flight.kernels.fluence import PER_METRE
+
+        total = np.sum(counted, axis=0) if counted else np.zeros((2, *cells.grid.shape), dtype=np.int64)
+        before, after = total / PER_METRE
+        return cls(cells, before, after)

@@ -12,10 +12,9 @@ from flight.result import Status
 
 if TYPE_CHECKING:
     from flight.fragments import Fragments
-    from flight.hazard.criteria import Criteria
     from flight.result import FlightResult
 
-__all__ = ["LARGEST_MISSING", "Balance"]
+__all__ = ["LARGEST_MISSING", "Completeness"]
 
 LARGEST_MISSING = 1e-3  # of the mass that could be hazardous
 _UNENDED = (Status.TIME_OUT, Status.LEFT_DOMAIN, Status.STEP_LIMIT, Status.NOT_A_NUMBER)
@@ -28,7 +27,7 @@ _WORDS = {
 
 
 @dataclass(frozen=True)
-class Balance:
+class Completeness:
     """Fragments of one or many realisations by how their flights ended; sums with `+`.
 
     A fragment could be hazardous whose kinetic energy at launch, with that of its fall from there to the lowest ground,
@@ -55,14 +54,14 @@ class Balance:
 
     @classmethod
     def of(
-        cls, result: FlightResult, fragments: Fragments, criteria: Criteria, *, lowest: float | None = None,
+        cls, result: FlightResult, fragments: Fragments, energy: float, *, lowest: float | None = None,
         gravity: float = STANDARD_GRAVITY,
-    ) -> Balance:  # fmt: skip
-        """Count one flight of fragments; `lowest` is the lowest ground (m), None where there is none."""
+    ) -> Completeness:  # fmt: skip
+        """Count one flight; hazardous from `energy` (J) on; `lowest` is the lowest ground (m), None: there is none."""
         rows, mass = result.landing, fragments.mass
         fall = np.maximum(fragments.position[:, 2] - (0.0 if lowest is None else lowest), 0.0)
-        energy = mass * (0.5 * rows["initial_speed"] ** 2 + gravity * fall)
-        could = ~(energy < criteria.energy)
+        at_ground = mass * (0.5 * rows["initial_speed"] ** 2 + gravity * fall)
+        could = ~(at_ground < energy)
         gone = [could & (rows["status"] == status) for status in _UNENDED]
         return cls(
             len(rows), int((rows["status"] == Status.LANDED).sum()), int((rows["status"] == Status.STOPPED).sum()),
@@ -70,9 +69,9 @@ class Balance:
             tuple(int(one.sum()) for one in gone),
         )  # fmt: skip
 
-    def __add__(self, other: Balance) -> Balance:
+    def __add__(self, other: Completeness) -> Completeness:
         """Both together."""
-        return Balance(
+        return Completeness(
             self.fragments + other.fragments, self.landed + other.landed, self.stopped + other.stopped,
             self.hits + other.hits, self.possible + other.possible, self.missing + other.missing,
             tuple(one + two for one, two in zip(self.ended, other.ended, strict=True)),

@@ -7,7 +7,7 @@ import pytest
 
 import flight
 from flight import Cylinder, Fragments, Wall
-from flight.hazard.balance import Balance
+from flight.hazard.completeness import Completeness
 from flight.hazard.criteria import Criteria
 
 CRITERIA = Criteria()
@@ -18,16 +18,16 @@ def cloud(number: int = 200, speed: float = 500.0) -> Fragments:
     velocity = generator.normal(size=(number, 3))
     velocity[:, 2] = np.abs(velocity[:, 2]) + 0.1
     velocity *= speed / np.linalg.norm(velocity, axis=1)[:, None]
-    return Fragments.from_arrays(np.full(number, 0.01), (0.0, 0.0, 1.0), velocity)
+    return Fragments(np.full(number, 0.01), (0.0, 0.0, 1.0), velocity)
 
 
-def balance(fragments: Fragments, **options) -> Balance:
+def completeness(fragments: Fragments, **options) -> Completeness:
     lowest = None if options.get("ground", 0.0) is None else 0.0
-    return Balance.of(flight.fly(fragments, threads=1, **options), fragments, CRITERIA, lowest=lowest)
+    return Completeness.of(flight.fly(fragments, threads=1, **options), fragments, CRITERIA.energy, lowest=lowest)
 
 
 def test_a_cloud_that_lands_is_determined() -> None:
-    found = balance(cloud())
+    found = completeness(cloud())
     assert found.reason == ""
     assert (found.fragments, found.landed, found.missing) == (200, 200, 0.0)
     assert found.possible == pytest.approx(2.0)
@@ -42,7 +42,7 @@ def test_a_cloud_that_lands_is_determined() -> None:
     ],
 )
 def test_mass_that_has_not_landed_leaves_it_open(options, words: str) -> None:
-    found = balance(cloud(), **options)
+    found = completeness(cloud(), **options)
     assert "of the mass that could be hazardous neither landed nor was stopped" in found.reason
     assert words in found.reason
     assert "at most 0.1 % is allowed" in found.reason
@@ -53,40 +53,40 @@ def test_a_fragment_without_a_path_counts_as_hazardous() -> None:
     fragments = cloud()
     velocity = fragments.velocity.copy()
     velocity[7] = [1e200, 0.0, 0.0]  # overflows: no path
-    found = balance(Fragments.from_arrays(fragments.mass, fragments.position, velocity))
+    found = completeness(Fragments(fragments.mass, fragments.position, velocity))
     assert "1 have no path (NaN)" in found.reason
     assert found.missing == pytest.approx(0.01)
     result = flight.fly(fragments, threads=1)
     result.landing["initial_speed"][3] = np.nan
-    assert Balance.of(result, fragments, Criteria(energy=1e9)).possible == pytest.approx(0.01)
+    assert Completeness.of(result, fragments, 1e9).possible == pytest.approx(0.01)
 
 
 def test_a_thousandth_of_the_mass_may_be_missing_and_no_more() -> None:
-    few, many = Balance(1000, 999, 0, 0, 10.0, 0.00999), Balance(1000, 998, 0, 0, 10.0, 0.01002)
+    few, many = Completeness(1000, 999, 0, 0, 10.0, 0.00999), Completeness(1000, 998, 0, 0, 10.0, 0.01002)
     assert few.reason == ""
     assert "0.1 % of the mass" in many.reason
     assert (few + many).reason != ""
 
 
 def test_light_or_slow_fragments_do_not_matter_but_their_fall_does() -> None:
-    slow = balance(cloud(speed=20.0), time_limit=0.01)
+    slow = completeness(cloud(speed=20.0), time_limit=0.01)
     assert slow.possible == 0.0
     assert slow.missing == 0.0
     high = cloud(speed=20.0)
     position = high.position + np.array([0.0, 0.0, 1000.0])
-    falling = Fragments.from_arrays(high.mass, position, high.velocity)
-    assert balance(falling, time_limit=0.01).missing == pytest.approx(2.0)
+    falling = Fragments(high.mass, position, high.velocity)
+    assert completeness(falling, time_limit=0.01).missing == pytest.approx(2.0)
     # 0.01 kg at rest has 79 J after a fall of 805.57 m
     for height, missing in ((805.0, 0.0), (806.2, 2.0)):
-        at_rest = Fragments.from_arrays(high.mass, (0.0, 0.0, height), 1e-6 * high.velocity)
-        assert balance(at_rest, time_limit=0.01).missing == pytest.approx(missing)
+        at_rest = Fragments(high.mass, (0.0, 0.0, height), 1e-6 * high.velocity)
+        assert completeness(at_rest, time_limit=0.01).missing == pytest.approx(missing)
 
 
 def test_hits_without_landings_leave_it_open() -> None:
     """An arena: every fragment is stopped by walls around it."""
     ends = [(-9.0, 8.0, 9.0, 8.0), (-9.0, -8.0, 9.0, -8.0), (8.0, -9.0, 8.0, 9.0), (-8.0, -9.0, -8.0, 9.0)]
     walls = [Wall((a, b), (c, d), 2000.0, 0.5, name=f"wall {k}") for k, (a, b, c, d) in enumerate(ends)]
-    found = balance(cloud(speed=50.0), obstacles=walls, witnesses=[Cylinder(5.0)], gravity=0.0, time_limit=1e4)
+    found = completeness(cloud(speed=50.0), obstacles=walls, witnesses=[Cylinder(5.0)], gravity=0.0, time_limit=1e4)
     assert found.landed == 0
     assert found.reason.startswith("none of 200 fragments landed")
     assert f"{found.hits} crossings of witness surfaces" in found.reason
@@ -94,4 +94,4 @@ def test_hits_without_landings_leave_it_open() -> None:
 
 
 def test_no_fragments_leave_it_open() -> None:
-    assert Balance().reason == "there are no fragments"
+    assert Completeness().reason == "there are no fragments"

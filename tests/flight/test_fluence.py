@@ -9,17 +9,16 @@ import pytest
 
 import flight
 from flight import Adaptive, Domain, FixedStep, Fragments, HeightMap, InputError
+from flight.fluence import PolarGrid
 from flight.hazard.criteria import Criteria
-from flight.hazard.density.fields import fields_of
-from flight.hazard.density.near_ground import NearGround
-from flight.hazard.density.polar_grid import PolarGrid
+from flight.hazard.density.density_counts import density_counts
 from flight.integrate.fly import STANDARD_GRAVITY
 
 GRID = PolarGrid(72, 2, 10.0, 20)
 
 
 def launched(position, velocity, mass: float = 0.01) -> Fragments:
-    return Fragments.from_arrays(np.full(len(np.atleast_2d(velocity)), mass), position, velocity)
+    return Fragments(np.full(len(np.atleast_2d(velocity)), mass), position, velocity)
 
 
 def rays(number: int, speed: float, elevation: float) -> np.ndarray:
@@ -30,9 +29,9 @@ def rays(number: int, speed: float, elevation: float) -> np.ndarray:
 
 def lengths(fragments: Fragments, criteria: Criteria | None = None, grid: PolarGrid = GRID, **options):
     options = {"air": "vacuum", "threads": 1, **options}
-    result = flight.fly(fragments, near_ground=NearGround(grid, criteria or Criteria()), **options)
-    assert result.near_ground is not None
-    return result.near_ground.lengths, result.near_ground.near.grid, result
+    result = flight.fly(fragments, fluence=(criteria or Criteria()).fluence_grid(grid), **options)
+    assert result.fluence is not None
+    return result.fluence.lengths, result.fluence.cells.grid, result
 
 
 def test_level_flight_leaves_the_width_of_every_annulus() -> None:
@@ -106,8 +105,8 @@ def test_the_density_of_a_shower_is_that_of_the_closed_form() -> None:
     """Normal density of a ring of level paths: N / (2 pi r height), whatever the cells."""
     fragments = launched([0.0, 0.0, 1.0], rays(720, 300.0, 0.0))
     _, grid, result = lengths(fragments, gravity=0.0, domain=Domain(radius=150.0))
-    _, tracks = fields_of(result)
-    density = tracks.sum(axis=0) / (grid.area[: tracks.shape[1]] * grid.turns)
+    _, tracks = density_counts(result)
+    density = tracks.sum(axis=0) / (grid.area[: tracks.shape[1]] * grid.azimuth_cells)
     middle = 0.5 * (grid.edges[1:] + grid.edges[:-1])[: tracks.shape[1]]
     inside = middle < 149.0
     assert density[inside] == pytest.approx(720 / (2 * np.pi * middle[inside] * 1.8), rel=1e-6)
@@ -152,7 +151,7 @@ def test_the_flight_itself_is_the_same_to_the_last_bit() -> None:
     plain = flight.fly(fragments, threads=1)
     assert np.array_equal(counted.landing, plain.landing)
     with pytest.raises(InputError, match="not asked to count paths"):
-        fields_of(plain)
+        density_counts(plain)
 
 
 def test_contact_between_fragments_counts_every_path_once() -> None:

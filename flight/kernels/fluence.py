@@ -24,15 +24,15 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["PER_METRE", "NearGround", "count_chord", "count_path", "highest_counted"]
+__all__ = ["PER_METRE", "FluenceCells", "count_chord", "count_path", "highest_counted"]
 
 PER_METRE = 2.0**32
 PIECE = 0.1  # length of a piece of a path over its distance from the origin, at most
 MOST_PIECES = 1_000_000
 
 
-class NearGround(NamedTuple):
-    """What is counted, and in which cells; see flight.hazard.density.polar_grid. Units: m, J, rad."""
+class FluenceCells(NamedTuple):
+    """What is counted, and in which cells; see flight.fluence. Units: m, J, rad."""
 
     height: float  # of a person above the ground
     energy: float  # from which a fragment is hazardous at the position that it passes
@@ -47,13 +47,13 @@ class NearGround(NamedTuple):
 
 
 @inner_kernel(_nrt=False)
-def highest_counted(limits: Limits, terrain: Terrain, near: NearGround) -> float:
+def highest_counted(limits: Limits, terrain: Terrain, near: FluenceCells) -> float:
     """Height above which nothing counts."""
     return near.height + (terrain.highest if terrain.heights.shape[0] > 0 else limits.ground)
 
 
 @inner_kernel(_nrt=False)
-def _cell_of(x: float, y: float, near: NearGround, cells: int) -> int:
+def _cell_of(x: float, y: float, near: FluenceCells, cells: int) -> int:
     """Azimuth cell of a position; the angle to 2e-8 (Abramowitz and Stegun 4.4.49), in half the time of atan2."""
     u, v = abs(x), abs(y)
     t = min(u, v) / max(u, v) if max(u, v) > 0.0 else 0.0
@@ -82,7 +82,9 @@ def _cell_of(x: float, y: float, near: NearGround, cells: int) -> int:
 
 
 @inner_kernel(_nrt=False)
-def count_chord(q: Array, lane: int, mass: float, limits: Limits, near: NearGround, lengths: NDArray[np.int64]) -> int:
+def count_chord(
+    q: Array, lane: int, mass: float, limits: Limits, near: FluenceCells, lengths: NDArray[np.int64]
+) -> int:
     """Add a short step over flat ground as its chord, up to the height; most steps near the ground are such.
 
     Returns 1 where it lies within the cells, 0 where it leaves them, and -1 where it needs `count_path`.
@@ -118,7 +120,7 @@ def count_chord(q: Array, lane: int, mass: float, limits: Limits, near: NearGrou
 
 @inner_kernel(_nrt=False)
 def count_path(
-    points: Array, until: float, h: float, mass: float, limits: Limits, terrain: Terrain, near: NearGround,
+    points: Array, until: float, h: float, mass: float, limits: Limits, terrain: Terrain, near: FluenceCells,
     lengths: NDArray[np.int64], stack: Array, roots: Array, out: Array,
 ) -> bool:  # fmt: skip
     """Add the step's path up to its position `until`; returns whether all of it lies within the cells."""
@@ -138,7 +140,7 @@ def count_path(
 @inner_kernel(_nrt=False)
 def _count_part(
     points: Array, begin: float, end: float, h: float, mass: float, limits: Limits, terrain: Terrain,
-    near: NearGround, lengths: NDArray[np.int64], out: Array,
+    near: FluenceCells, lengths: NDArray[np.int64], out: Array,
 ) -> bool:  # fmt: skip
     """`count_path` between two positions on the step; on a map of heights only what lies below the height there."""
     hilly = terrain.heights.shape[0] > 0
@@ -193,7 +195,7 @@ def _nearest(x0: float, y0: float, x1: float, y1: float) -> float:
 
 @inner_kernel(_nrt=False)
 def _add(
-    lengths: NDArray[np.int64], turn: int, near: NearGround, low: float, high: float, amount: float
+    lengths: NDArray[np.int64], turn: int, near: FluenceCells, low: float, high: float, amount: float
 ) -> bool:  # fmt: skip
     """Spread an amount evenly over the distances from low to high; returns whether the cells reach that far."""
     low = max(low, 0.0)
