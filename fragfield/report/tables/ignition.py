@@ -1,4 +1,4 @@
-"""Table of the initiation of each round: time, position, cause."""
+"""Tables of the burst: initiation of each round, shock loading of those that wait, time by part."""
 
 from __future__ import annotations
 
@@ -89,7 +89,7 @@ def profile_section(run: RunFiles) -> Iterator[Section]:
     )
 
 
-_NOTE = (
+_EXPOSURE_NOTE = (
     "Strongest pulse: that of the most energy per area, the integral of p²/(ρ₀U) while a cell's pressure stays above "
     "the floor (Walker and Wasley 1969), in the unreacted charge, as the constant pressure and the time that have the "
     "same integrals of p and p². Published energies depend on how the charge was made. Largest cells: those that "
@@ -99,7 +99,7 @@ _NOTE = (
 
 def exposure_table(run: RunFiles) -> Iterator[Table]:
     """A line for each round without ignition points."""
-    lines = [_line(name, found, initiated) for name, found, initiated in exposed_rounds(run.part("burst"))]
+    lines = [_exposure_line(name, found, initiated) for name, found, initiated in exposed_rounds(run.part("burst"))]
     if lines:
         head = (
             "Round", "Initiated", "Largest pressure (GPa)", "Strongest pulse (GPa)", "Held (µs)", "Energy (MJ/m²)",
@@ -108,11 +108,14 @@ def exposure_table(run: RunFiles) -> Iterator[Table]:
         charges = [entry.explosive for entry in run.case.round] if run.case is not None else []
         sources = {one.critical_energy_source for one in charges if isinstance(one, ExplosiveTable)} - {""}
         yield Table(
-            "Shock loading of rounds without ignition points", head, tuple(lines), " ".join([_NOTE, *sorted(sources)])
+            "Shock loading of rounds without ignition points",
+            head,
+            tuple(lines),
+            " ".join([_EXPOSURE_NOTE, *sorted(sources)]),
         )
 
 
-def _line(name: str, found: dict[str, Any], initiated: bool) -> tuple[str, ...]:
+def _exposure_line(name: str, found: dict[str, Any], initiated: bool) -> tuple[str, ...]:
     critical = found["critical_energy"]
     limits = " to ".join(number(value / 1e6, 3) for value in critical) if critical else "–"
     return (
