@@ -61,17 +61,22 @@ print(version, platform.python_version())
 }
 
 choose_python() {
-    release=$(. "${OS_RELEASE:-/etc/os-release}" 2>/dev/null && echo "$ID ${VERSION_ID:-unnumbered}" || echo "unknown")
-    for python in "${FRAGFIELD_PYTHON:-}" "${VIRTUAL_ENV:+$VIRTUAL_ENV/bin/python}" \
-        "${CONDA_PREFIX:+$CONDA_PREFIX/bin/python}" "$(command -v python3 || true)"; do
+    # A shell of its own, since os-release sets names of its own, and ends the shell where it is missing.
+    release=$( (. "${OS_RELEASE:-/etc/os-release}" 2>/dev/null && echo "$ID ${VERSION_ID:-unnumbered}") || echo unknown)
+    if [ -n "${FRAGFIELD_PYTHON:-}" ]; then
+        python=$(command -v "$FRAGFIELD_PYTHON" || echo false) origin=environment
+        probe "$python" >/dev/null || refuse "FRAGFIELD_PYTHON=$FRAGFIELD_PYTHON is not a Python that has dolfinx." \
+            "Name one for which \`import dolfinx\` works, or unset FRAGFIELD_PYTHON."
+        return
+    fi
+    for python in "${VIRTUAL_ENV:+$VIRTUAL_ENV/bin/python}" "${CONDA_PREFIX:+$CONDA_PREFIX/bin/python}" \
+        "$(command -v python3 || true)"; do
         [ -x "$python" ] && [ "$python" != /usr/bin/python3 ] && [ "$python" != /bin/python3 ] || continue
         if probe "$python" >/dev/null; then
             origin=environment
             return
         fi
     done
-    [ -z "${FRAGFIELD_PYTHON:-}" ] || refuse "FRAGFIELD_PYTHON=$FRAGFIELD_PYTHON is not a Python that has dolfinx." \
-        "Name one for which \`import dolfinx\` works, or unset FRAGFIELD_PYTHON."
     python=/usr/bin/python3 origin=debian
     case $release in
         "debian 12" | "debian 13") ;;
@@ -152,7 +157,11 @@ END
 write_constraints() {  # in an environment what dolfinx was built with keeps its version; our direct needs are pinned
     if [ "$origin" = debian ]; then cat "constraints/debian-${release#debian }.txt" && return; fi
     cat constraints/environment.txt
-    "$python" -m pip list --format freeze 2>/dev/null | grep -E '^(numpy|scipy|cffi|mpi4py|petsc4py)==' || true
+    "$python" -c '
+from importlib.metadata import distributions
+for one in distributions():
+    if one.name in ("numpy", "scipy", "cffi", "mpi4py", "petsc4py"):
+        print(f"{one.name}=={one.version}")'
 }
 
 pip_install() {  # pinned, also while pip builds a package; the path is relative since pip splits it at spaces

@@ -13,7 +13,7 @@ from mpi4py import MPI
 from burst_fenicsx.axisymmetric.meridian import MERIDIAN
 from burst_fenicsx.errors import InputError
 from burst_fenicsx.geometries import THREE_DIMENSIONS
-from burst_fenicsx.mechanics.detonation import LeakageParts
+from burst_fenicsx.mechanics.detonation import AxialSlices
 from burst_fenicsx.mechanics.fields import make_fields
 from burst_fenicsx.mechanics.initiation import ShockInitiations
 from burst_fenicsx.mechanics.ledger import Ledger
@@ -74,7 +74,7 @@ class AssembledBurst:
             standing,
             settings,
             fuze_density=self.fuze_density,
-            axial_part=self.surfaces.cell_part[distributed.cell],
+            axial_part=self.surfaces.cell_slice[distributed.cell],
             leakage=self.leakage.factor,
             lengths=mesh.lengths,
             element=geometry.element,
@@ -125,17 +125,17 @@ class AssembledBurst:
                 extra={"code": "rounds_alone"},
             )
 
-    def _leakage(self, distributed: DistributedMesh) -> LeakageParts:
+    def _leakage(self, distributed: DistributedMesh) -> AxialSlices:
         """Axial slices of the charges with this rank's own nodes."""
         surfaces, own = self.surfaces, distributed.node[: distributed.owned_nodes]
-        return LeakageParts.of_charges(
+        return AxialSlices.of_charges(
             self.settings.leakage,
             distributed.comm,
-            surfaces.charge_part[own],
+            surfaces.charge_slice[own],
             self.mesh.nodes[own],
             surfaces.radius[own],
             surfaces.outward[own],
-            surfaces.parts,
+            surfaces.slices,
             self.mesh.node_weight[own],
         )
 

@@ -92,7 +92,7 @@ def _check_planes(rounds: Sequence[Round], settings: BurstSettings, mesh: Hexahe
 
 
 def _distribute(comm: MPI.Comm, mesh: HexahedralMesh, rounds: Sequence[Round]) -> DistributedMesh:
-    """Give every rank its share of the mesh."""
+    """Give every rank its piece of the mesh."""
     owner = partition(mesh, rounds, comm.size) if comm.rank == 0 and comm.size > 1 else None
     return distribute(comm, mesh if comm.rank == 0 else None, destination=owner)
 

@@ -180,8 +180,6 @@ class Simulation(AssembledBurst):
         finally:
             self._writing.close()
             self.clocks.stepping += clock.perf_counter() - began
-            if self._series is not None:
-                self._series.close()
 
     def _record(self) -> None:
         radii = self.measures.outer_radii()

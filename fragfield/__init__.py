@@ -20,7 +20,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import fragfield_base  # noqa: F401 - it settles how threads wait, before a caller imports dolfinx
 from fragfield.version import __version__
 from fragfield_base.lazy_names import lazy_names
 

@@ -6,8 +6,3 @@ of its caller, so that each package raises its own.
 """
 
 from __future__ import annotations
-
-from fragfield_base.waiting import let_threads_sleep
-
-# Here, since every package imports this one before it loads a library whose threads read the environment once.
-let_threads_sleep()

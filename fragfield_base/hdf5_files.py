@@ -21,7 +21,7 @@ import struct
 import subprocess
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, BinaryIO
+from typing import TYPE_CHECKING, Any, BinaryIO
 
 from fragfield_base.interruption import Interruption
 from fragfield_base.own_process import run_script
@@ -62,8 +62,7 @@ def creating(path: Path, error: type[Exception]) -> Iterator[h5py.File]:
     error : type
         Raised, with one message, where it cannot be written.
     """
-    import h5py
-
+    h5py = _library(path, error)
     refuse_link(path, error)
     with Interruption(patient=True):
         image = io.BytesIO()
@@ -88,8 +87,7 @@ def reading(path: Path, error: type[Exception], advice: str = "") -> Iterator[h5
     advice : str
         What to do then; the end of the message.
     """
-    import h5py
-
+    h5py = _library(path, error)
     check_sound(path, error, advice)
     end = f"; {advice}" if advice else ""
     try:
@@ -105,6 +103,14 @@ def reading(path: Path, error: type[Exception], advice: str = "") -> Iterator[h5
             if type(found).__module__.partition(".")[0] not in ("builtins", "h5py", "numpy"):
                 raise  # an error of a package of ours, with a message of its own
             raise error(f"{path}: data cut off or damaged ({_short(found)}){end}") from None
+
+
+def _library(path: Path, error: type[Exception]) -> Any:  # noqa: ANN401 - a module
+    try:
+        import h5py
+    except ModuleNotFoundError:
+        raise error(f'{path}: an HDF5 file needs h5py: pip install "fragfield-flight[hdf5]"') from None
+    return h5py
 
 
 def _short(error: BaseException) -> str:

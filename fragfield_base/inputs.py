@@ -108,13 +108,16 @@ class Entries:
 class OnlyWith:
     """The input is read only where another key of its table is one of `values`, or none of `without`.
 
-    With `refused` it is an error to give it elsewhere; otherwise it then takes no part.
+    With `refused` it is an error to give it elsewhere; otherwise it then takes no part. With the values of the other
+    key that are `needed` it cannot be left out; the message then shows an `example`.
     """
 
     key: str
     values: tuple[object, ...] = ()
     without: tuple[object, ...] = ()
     refused: bool = False
+    needed: tuple[object, ...] = ()
+    example: str = ""
 
     def holds(self, value: object) -> bool:
         """Whether the input is read with this value of the other key."""

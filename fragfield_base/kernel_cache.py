@@ -18,12 +18,17 @@ from functools import cache, wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fragfield_base.waiting import let_threads_sleep
+
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
 
 __all__ = ["cache_root", "compiled_with", "digest_of", "is_private"]
 
 _log = logging.getLogger("fragfield.kernels")
+
+# Every module of kernels imports this one before numba, whose threads read the environment once.
+let_threads_sleep()
 
 
 def digest_of(files: Iterable[Path]) -> str:

@@ -22,8 +22,9 @@ _LOOKS, _BETWEEN = 5, 5e-4  # s
 def let_threads_sleep() -> None:
     """Set OMP_WAIT_POLICY to passive where cores are shared, unless the user has set how threads wait.
 
-    The library reads it when it is loaded, which `import dolfinx` does as well: what a caller has imported before
-    keeps to what it found. Processes that this one starts inherit it.
+    Called where a run begins and before kernels are loaded. The library reads it when it is loaded, which `import
+    dolfinx` does as well: what a caller has imported before keeps to what it found. Processes that this one starts
+    inherit it.
     """
     if not _NAMES & set(os.environ) and _cores_are_shared():
         os.environ["OMP_WAIT_POLICY"] = "passive"

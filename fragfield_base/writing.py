@@ -7,7 +7,9 @@ Texts that users chose are no formulas in tables.
 
 from __future__ import annotations
 
+import csv
 import errno
+import io
 import os
 import stat
 from contextlib import contextmanager, suppress
@@ -15,12 +17,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, BinaryIO
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterable, Iterator, Mapping
 
 __all__ = [
     "DRAFT",
     "append_text_file",
     "csv_cell",
+    "csv_table",
     "described",
     "harmless",
     "refuse_link",
@@ -157,6 +160,14 @@ def _flush_folder(folder: Path) -> None:
 def harmless(text: str) -> str:
     """The text, behind an apostrophe where a spreadsheet would compute what it says (`=cmd|...`)."""
     return f"'{text}" if text.startswith(_FORMULA) else text
+
+
+def csv_table(rows: Iterable[Iterable[object]]) -> str:
+    """Text of a CSV file, its texts harmless; None is an empty cell."""
+    text = io.StringIO()
+    table = csv.writer(text, lineterminator="\n")
+    table.writerows([harmless(cell) if isinstance(cell, str) else cell for cell in row] for row in rows)
+    return text.getvalue()
 
 
 def csv_cell(text: str) -> str:

@@ -152,6 +152,19 @@ def test_apt_is_asked_for_the_missing_packages_only(machine: Machine) -> None:
     assert install.endswith("--no-install-recommends openmpi-bin libegl1")
 
 
+def test_a_python_that_is_named_and_has_no_dolfinx_is_refused(machine: Machine) -> None:
+    machine.dolfinx("0.9.0")
+    machine.variables["FRAGFIELD_PYTHON"] = str(machine.tool("other", "exit 1"))
+    assert "is not a Python that has dolfinx" in machine.refusal()
+
+
+def test_a_machine_without_a_release_is_refused(machine: Machine) -> None:
+    machine.variables |= {"PYTHONHOME": "/nowhere", "OS_RELEASE": "/nowhere"}
+    done = machine.run()
+    assert done.returncode == 1
+    assert "this is unknown, not Debian 12 or 13" in done.stderr
+
+
 @pytest.mark.parametrize("version", ["0.4.1", "0.7.3", "0.12.0", "1.0.0"])
 def test_unsupported_dolfinx(machine: Machine, version: str) -> None:
     machine.dolfinx(version)

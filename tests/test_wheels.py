@@ -16,7 +16,7 @@ ROOT = Path(__file__).resolve().parent.parent
 PACKAGES = ("burst_fenicsx", "transition", "flight", "fragfield", "fragfield_base")
 FLY = """
 import sys, flight
-landed = flight.fly(flight.Fragments.from_arrays(0.01, (0.0, 0.0, 1.0), (800.0, 0.0, 100.0))).summary["landed"]
+landed = flight.fly(flight.Fragments(0.01, (0.0, 0.0, 1.0), (800.0, 0.0, 100.0))).summary["landed"]
 assert not {"dolfinx", "fragfield", "mpi4py"} & set(sys.modules)
 print(landed, flight.__file__)
 """
@@ -46,7 +46,7 @@ def wheels(tmp_path_factory):
     return {path.name.partition("-")[0]: path for path in folder.glob("*.whl")}
 
 
-def _environment(folder: Path, *wheels: Path, system: bool, needs: bool = True) -> Path:
+def _environment(folder: Path, *wheels: Path | str, system: bool, needs: bool = True) -> Path:
     """Interpreter of a new environment that holds wheels, and what they need from the index."""
     _run(sys.executable, "-m", "venv", *(["--system-site-packages"] if system else []), folder, cwd=folder.parent)
     python = folder / "bin" / "python"
@@ -68,8 +68,17 @@ def test_no_file_is_in_both_wheels_and_none_is_missing(wheels):
     assert sources == {name for name in names["fragfield"] | names["fragfield_flight"] if name.endswith(".py")}
 
 
+def test_no_wheel_needs_an_h5py_of_its_own(wheels):
+    """Debian's is unknown to pip, which would install PyPI's beside it: dolfinx and h5py then fail together."""
+    for path in wheels.values():
+        with zipfile.ZipFile(path) as file:
+            name = next(entry for entry in file.namelist() if entry.endswith(".dist-info/METADATA"))
+            needs = [line for line in file.read(name).decode().splitlines() if line.startswith("Requires-Dist: h5py")]
+        assert all("extra ==" in line for line in needs)
+
+
 def test_the_flight_works_in_an_empty_environment(wheels, tmp_path):
-    python = _environment(tmp_path / "venv", wheels["fragfield_flight"], system=False)
+    python = _environment(tmp_path / "venv", f"{wheels['fragfield_flight']}[hdf5]", system=False)
     assert _run(python, "-c", "import dolfinx", cwd=tmp_path, check=False).returncode
     landed, place = _run(python, "-c", FLY, cwd=tmp_path).stdout.split()
     assert landed == "1"

@@ -19,9 +19,8 @@ from transition.law.samplers import Graded, Quantile, Sampler
 from transition.law.segment_law import outside_of, segment_laws
 from transition.law.segments import CasingSegment, casing_segments
 from transition.ledger import CasingSums, ledger
-from transition.placement.attitude import Attitude, draw_attitude
 from transition.placement.directions import Directions, Shares, compare_directions
-from transition.placement.isometry import Isometry, rotation
+from transition.placement.isometry import Attitude, Isometry, draw_attitude, rotation
 from transition.placement.mirroring import Image, images
 from transition.placement.placing import Clusters, place
 from transition.placement.scatter import scattered

@@ -12,8 +12,8 @@ if TYPE_CHECKING:
     from transition.law.segment_law import SegmentLaw
     from transition.law.segments import CasingSegment
     from transition.ledger import BreakUpLedger
-    from transition.placement.attitude import Attitude
     from transition.placement.directions import Directions
+    from transition.placement.isometry import Attitude
     from transition.placement.mirroring import Image
     from transition.placement.placing import Clusters
 

@@ -22,7 +22,15 @@ from transition.errors import InputError
 from transition.law.fragment_counts import FragmentCounts
 from transition.law.mean_mass_data import FACTOR_SOURCE, FACTORS
 
-__all__ = ["DIRECTION_SCATTER", "MEAN_MASS", "MOST_FRAGMENTS", "SHAPE_FACTOR", "BreakUpSettings", "Stations"]
+__all__ = [
+    "DIRECTION_SCATTER",
+    "MEAN_MASS",
+    "MOST_FRAGMENTS",
+    "SHAPE_FACTOR",
+    "BreakUpSettings",
+    "MeanMassLaw",
+    "Stations",
+]
 
 Stations = tuple[float, ...]
 
@@ -32,6 +40,7 @@ MOST_FRAGMENTS = 20_000_000
 DIRECTION_SCATTER = degrees(6.0)
 """Default of `BreakUpSettings.direction_scatter`, from panels of the 75 mm M48 (validation/polar_zones)."""
 
+MeanMassLaw = Literal["mott", "mott_1947", "gurney_sarmousakis"]
 MEAN_MASS = Bounds(1e-6, 1e3, "casings break into grams, not into dust or tons", usual=(1e-5, 1.0))
 SHAPE_FACTOR = Bounds(50.0, 1e5, "a steel cube has 5200, thin plates some hundred", usual=(1000.0, 6000.0))
 _COMPARED = {
@@ -62,9 +71,7 @@ class BreakUpSettings:
     """Two-dimensional break-up of thin walls, three-dimensional, or a mixture of both by mass."""
     mixed_fraction: Annotated[float, Bounds(0.0, 1.0, "a fraction"), OnlyWith("dimension", ("mixed",))] = 0.5
     """Mass fraction that breaks up in three dimensions, for dimension = "mixed"."""
-    mean_mass: Annotated[
-        Literal["mott", "mott_1947", "gurney_sarmousakis"] | float | FragmentCounts, Quantity("kg", "14.9 g"), MEAN_MASS
-    ] = "mott"
+    mean_mass: Annotated[MeanMassLaw | float | FragmentCounts, Quantity("kg", "14.9 g"), MEAN_MASS] = "mott"
     """Law of the mean fragment mass: Eq. 21, Mott's of 1947, that of Gurney and Sarmousakis, or a given mass; or pieces
     counted in a test, to which the mean masses of Eq. 21 are fitted by one scale."""
     mean_mass_factor: Annotated[float | None, Bounds(1.0, 1e3, "a factor, 1 where the mass was measured")] = None

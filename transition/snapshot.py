@@ -21,8 +21,7 @@ from fragfield_base.burst_snapshot import (
     SegmentRecord,
 )
 from fragfield_base.hdf5_files import reading
-from transition.cells.meridian import HalfPlane, node_shares
-from transition.cells.meridian_checks import check_meridian
+from transition.cells.meridian import HalfPlane, check_meridian, node_shares
 from transition.errors import InputError
 from transition.placement.mirroring import SymmetryPlane
 

@@ -9,8 +9,8 @@ if TYPE_CHECKING:
 
     from transition.law.count_fit import CountFit
     from transition.ledger import BreakUpLedger
-    from transition.placement.attitude import Attitude
     from transition.placement.directions import Directions
+    from transition.placement.isometry import Attitude
     from transition.results import BrokenRound, SegmentResult
     from transition.settings import BreakUpSettings
 

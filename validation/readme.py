@@ -86,6 +86,6 @@ def case_text(entry: Mapping[str, Any]) -> str:
     changed = f" {entry['before']}" if entry.get("before") else ""
     sources = "; ".join(dict.fromkeys(row["source"] for row in entry["rows"]))
     return (
-        f"Computed {entry['date'][:10]}, revision {entry['revision'].rstrip('+')}.{changed}\n\n"
+        f"Computed {entry['date'][:10]}, revision {entry['revision']}.{changed}\n\n"
         f"{rows_table(entry['rows'])}\n\nReferences: {sources}."
     )

@@ -172,7 +172,7 @@ def rows_table(rows: Iterable[Mapping[str, Any]]) -> str:
 def shown(row: Mapping[str, Any]) -> tuple[str, str, str, str, str]:
     """Ours, reference, error, what is allowed and the verdict of a row, in words."""
     unit = f" {row['unit']}" if row["unit"] else ""
-    ours = f"{row['ours']:.4g}{unit}" if row["ours"] is not None else "no number"
+    ours = f"{row['ours']:.4g}{unit}" if row["ours"] is not None else "NaN"
     if row["standard_error"] is not None:
         ours += f" ± {row['standard_error']:.2g}"
     bounded = row["tolerance"] == 0.0

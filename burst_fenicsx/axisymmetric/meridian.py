@@ -99,10 +99,10 @@ def _check_planes(fields: BurstFields, rounds: Sequence[Round], settings: BurstS
             )
 
 
-def _shares(position: np.ndarray, dofmap: np.ndarray) -> np.ndarray:
+def _mass_fractions(position: np.ndarray, dofmap: np.ndarray) -> np.ndarray:
     found = nodal_volumes(position, dofmap)
-    shares: np.ndarray = found / found.sum(axis=1)[:, None]
-    return shares
+    fractions: np.ndarray = found / found.sum(axis=1)[:, None]
+    return fractions
 
 
 def _corner_cells(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -127,7 +127,7 @@ RING = Element(
     momentum_is_conserved=(False, False, True),  # radial momentum is no vector of the whole ring
     volumes=ring_volumes,
     folded=folded,
-    shares=_shares,
+    mass_fractions=_mass_fractions,
     burn_rates=_burn_rates,
     lengths=lambda position, dofmap, volume: np.sqrt(areas(position, dofmap)),  # noqa: ARG005 - as every element
     largest_faces=_largest_faces,

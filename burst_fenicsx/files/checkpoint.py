@@ -35,7 +35,7 @@ def _kept(solver: BurstSolver) -> Iterator[tuple[str, Any, tuple[str, ...]]]:
     yield "solver", solver, ("time", "time_step", "steps", "cell_steps")
     yield "control", control, ("stable_step", "uncut_step", "chosen_at", "choose_again", "contact_step")
     yield "grid", state.grid, ("volume", "viscous", "stable")
-    yield "solid", state.solid, ("stress", "shear_strain", "volume_strain", "hourglass")
+    yield "solid", state.solid, ("stress", "shear_strain", "volume_strain", "hourglass", "eroded")
     yield "charge", state.charge, ("pressure", "burn_fraction", "energy", "ignition_time", "compression_from")
     yield "leakage", solver.leakage, ("factor", "rupture_time")
     yield "ledger", solver.ledger, ("sums", "released", "external_work", "damping")
@@ -63,7 +63,6 @@ def _arrays(solver: BurstSolver) -> dict[str, np.ndarray]:
         "contact_level": np.array(levels.contact_level),
         "level": solver.fields.blocks.cell_levels,
         **{f"{name}/{key}": np.asarray(getattr(owner, key)) for name, owner, keys in _kept(solver) for key in keys},
-        "eroded": solver.fields.blocks.by_cell(solver.fields.solid.eroded),
     }
     if solver.initiation is not None:
         found |= _named("initiation", solver.initiation.arrays())
@@ -160,7 +159,6 @@ def _restore(arrays: h5py.Group, solver: BurstSolver) -> None:
         contact.restore_torn(arrays["contact/torn"][()])
     for name, owner, keys in kept:  # arrays of the blocks as they are now
         _put(arrays, name, owner, keys)
-    state.solid.eroded[:] = state.blocks.by_slot(arrays["eroded"][()])
     if solver.initiation is not None:
         solver.initiation.restore(_group(arrays, "initiation"))
         solver.burning.update()

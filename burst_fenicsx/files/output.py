@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -19,7 +19,6 @@ from fragfield_base.xdmf import quoted, stamped_xdmf
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
-    from types import TracebackType
 
     import h5py
     from numpy.typing import ArrayLike, NDArray
@@ -34,6 +33,7 @@ SIX_COMPONENTS = ("xx", "yy", "zz", "xy", "yz", "zx")
 _TO_MATRIX = (0, 3, 5, 3, 1, 4, 5, 4, 2)  # columns of SIX_COMPONENTS, row by row of the 3x3 matrix
 _TOPOLOGY = {8: "Hexahedron", 4: "Quadrilateral"}
 _AGAIN = "delete checkpoint.h5 to compute the burst again from its start"
+_REAL = np.dtype(np.float32)  # of fields; times and positions keep 8 bytes
 _KIND = {1: "Scalar", 3: "Vector", 9: "Tensor"}
 
 
@@ -52,8 +52,6 @@ class TimeSeries:
         Nodes of each hexahedron or quadrilateral, in VTK order.
     provenance : mapping of str to str, optional
         Written as attributes of the first file.
-    single_precision : bool
-        Store the fields in 4 bytes; times and positions always keep 8.
     resume_at : float, optional
         Continue the files of an earlier run from this time (s): outputs after it are dropped, none before it.
 
@@ -69,19 +67,16 @@ class TimeSeries:
         cells: ArrayLike,
         provenance: Mapping[str, str] | None = None,
         *,
-        single_precision: bool = True,
         resume_at: float | None = None,
     ) -> None:
         base = Path(path)
         self.xdmf_path = base.with_name(base.name + ".xdmf")
         self.folder = base
         self._cells = _checked_cells(cells)
-        self._real = np.dtype(np.float32 if single_precision else np.float64)
         self._nodes: int | None = None
         self._names: tuple[tuple[str, ...], tuple[str, ...]] | None = None
         self._grids: list[str] = []
         self._times: list[float] = []
-        self._closed = False
         self._provenance = dict(provenance or {})
         if resume_at is not None:
             self._continue(resume_at)
@@ -95,7 +90,7 @@ class TimeSeries:
     def rounded(self, fields: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
         """Fields in the precision in which they are stored; what is done to them afterwards costs half as much."""
         return {
-            name: values.astype(self._real, copy=False) if name != "position" and values.dtype.kind == "f" else values
+            name: values.astype(_REAL, copy=False) if name != "position" and values.dtype.kind == "f" else values
             for name, values in fields.items()
         }
 
@@ -124,8 +119,6 @@ class TimeSeries:
             Time does not grow, an array has the wrong shape or name, or the files cannot be written; the series is as
             it was then.
         """
-        if self._closed:
-            raise InputError(f"{self.xdmf_path.name} is closed; open a new time series to write more")
         if not np.isfinite(time) or (self._times and time <= self._times[-1]):
             before = f", the output before is at {self._times[-1]:g} s" if self._times else ""
             raise InputError(f"{self.xdmf_path.name}: output at {time:g} s{before}; times must be finite and grow")
@@ -148,20 +141,6 @@ class TimeSeries:
         self._grids.append(self._grid(len(self._times), float(time), arrays))
         self._times.append(float(time))
         self._write_xdmf()
-
-    def close(self) -> None:
-        """End the series. The files are complete already, so nothing is lost if this is never called."""
-        self._closed = True
-
-    def __enter__(self) -> Self:
-        """Return the writer itself."""
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        """Close, whatever happened."""
-        self.close()
 
     def _file(self, number: int) -> Path:
         """File of a state; the first holds the cells too."""
@@ -227,7 +206,7 @@ class TimeSeries:
                 f"{self.xdmf_path.name}: {centre} field {name!r} has shape {data.shape} and type {data.dtype}; "
                 f"expected numbers in ({rows},), ({rows}, 3), ({rows}, 6), ({rows}, 9) or ({rows}, 3, 3)"
             )
-        kind = self._real if data.dtype.kind == "f" else np.dtype(np.int32)
+        kind = _REAL if data.dtype.kind == "f" else np.dtype(np.int32)
         data = data.reshape(rows, -1).astype(kind, order="C", copy=False)
         if data.shape[1] == 6:
             data = np.take(data, _TO_MATRIX, axis=1)

@@ -202,10 +202,9 @@ def write_revolved(
     InputError
         The folder cannot be written.
     """
-    with TimeSeries(path, swept.cells, provenance) as series:
-        series.write(
-            time,
-            swept.positions(positions),
-            {name: swept.point_field(values) for name, values in point_data.items()},
-            {name: swept.cell_field(values) for name, values in cell_data.items()},
-        )
+    TimeSeries(path, swept.cells, provenance).write(
+        time,
+        swept.positions(positions),
+        {name: swept.point_field(values) for name, values in point_data.items()},
+        {name: swept.cell_field(values) for name, values in cell_data.items()},
+    )

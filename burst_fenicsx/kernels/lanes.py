@@ -21,7 +21,7 @@ LANES = 16
 
 # Sums keep their order and NaN stays visible. Nor may products be fused with sums ("contract"): where the compiler
 # does so depends on how it inlines, so that code just compiled and code from the cache would round differently.
-_OPTIONS = {"fastmath": {"nsz"}, "error_model": "numpy", "nogil": True}
+_OPTIONS: dict[str, Any] = {"fastmath": {"nsz"}, "error_model": "numpy", "nogil": True}
 
 
 def kernel(function: Callable[..., Any]) -> Any:

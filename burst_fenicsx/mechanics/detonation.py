@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "BurningTimes",
-    "LeakageParts",
+    "AxialSlices",
     "burn_rates",
     "cell_ignition",
     "compression_burn_start",
@@ -40,21 +40,21 @@ def place_ignition(item: Round, length: float) -> tuple[np.ndarray, np.ndarray]:
     """Places (points, 3) in m and delays (points,) in s of a round's ignition points; `length` is the round's (m)."""
     axes = frame(item.axis)
     base = np.asarray(item.position, dtype=float)
-    places = [
+    positions = [
         base + (length - point.station) * axes[2] + point.offset[0] * axes[0] + point.offset[1] * axes[1]
         for point in item.ignition
     ]
-    return np.array(places).reshape(-1, 3), np.array([point.delay for point in item.ignition])
+    return np.array(positions).reshape(-1, 3), np.array([point.delay for point in item.ignition])
 
 
-def ignition_times(centres: np.ndarray, places: np.ndarray, delays: np.ndarray, velocity: float) -> np.ndarray:
+def ignition_times(centres: np.ndarray, positions: np.ndarray, delays: np.ndarray, velocity: float) -> np.ndarray:
     """Time at which each cell ignites, min over the points of t0 + d/D (s).
 
-    `centres` (cells, 3) and `places` (points, 3) in m, `delays` (points,) in s, `velocity` D in m/s.
+    `centres` (cells, 3) and `positions` (points, 3) in m, `delays` (points,) in s, `velocity` D in m/s.
     """
     times = np.full(len(centres), np.inf)
-    for place, delay in zip(places, delays, strict=True):
-        times = np.minimum(times, delay + np.linalg.norm(centres - place, axis=1) / velocity)
+    for position, delay in zip(positions, delays, strict=True):
+        times = np.minimum(times, delay + np.linalg.norm(centres - position, axis=1) / velocity)
     return times
 
 
@@ -89,27 +89,27 @@ def compression_burn_start(arrival: np.ndarray, rates: np.ndarray) -> np.ndarray
 
 
 @dataclass
-class LeakageParts:
-    """Axial parts of all charges with the nodes on their outer surface.
+class AxialSlices:
+    """Axial slices of all charges, which vent each for itself, with the nodes on their outer surface.
 
     Attributes
     ----------
     settings : coefficients of Eq. 7 and the critical ratio r_cr/r0.
-    part : (nodes,) int32, part of each outermost node of this rank's own nodes.
+    slice_of_node : (nodes,) int32, slice of each outermost node of this rank's own nodes.
     node : (nodes,) int32, local node.
     outward : (nodes, 3), initial radial direction, times the node's weight in the mean.
-    start : (nodes, 3), the node's initial place (m).
-    initial_radius : (parts,) mean initial radius r0 (m).
-    count : (parts,) outermost nodes of the part over all ranks, those in a plane of symmetry counted half.
-    source : (parts,) the part whose nodes stand for it: itself, or, in coarse meshes, the nearest that has any.
+    start : (nodes, 3), the node's initial position (m).
+    initial_radius : (slices,) mean initial radius r0 (m).
+    count : (slices,) outermost nodes of the slice over all ranks, those in a plane of symmetry counted half.
+    source : (slices,) the slice whose nodes stand for it: itself, or, in coarse meshes, the nearest that has any.
     rounding : constant (m) of `kernels.vectors.exact.quantise` for the sums over nodes, which ranks share.
-    factor : (parts + 1,) factor on the products' pressure; the last entry is 1, for cells without a part.
-    rupture_time : (parts,) time at which r_i first exceeded r_cr (s), infinite before.
+    factor : (slices + 1,) factor on the products' pressure; the last entry is 1, for cells without a slice.
+    rupture_time : (slices,) time at which r_i first exceeded r_cr (s), infinite before.
     """
 
     settings: Leakage
     comm: MPI.Comm
-    part: np.ndarray
+    slice_of_node: np.ndarray
     node: np.ndarray
     outward: np.ndarray
     start: np.ndarray
@@ -125,46 +125,46 @@ class LeakageParts:
         cls,
         settings: Leakage,
         comm: MPI.Comm,
-        node_part: np.ndarray,
+        node_slice: np.ndarray,
         start: np.ndarray,
         radius: np.ndarray,
         outward: np.ndarray,
-        parts: int,
+        slices: int,
         weight: np.ndarray | None = None,
-    ) -> LeakageParts:
-        """Build from the parts of this rank's own nodes.
+    ) -> AxialSlices:
+        """Build from the slices of this rank's own nodes.
 
-        `node_part` (own nodes,) is -1 off the charge's outer surface; `start` their places (m), `radius` their
-        distances from the round's axis (m), `outward` the unit vectors away from it. `weight` is the share of each node
-        that belongs to the computed part, a half in a plane of symmetry; left out: 1.
+        `node_slice` (own nodes,) is -1 off the charge's outer surface; `start` their positions (m), `radius` their
+        distances from the round's axis (m), `outward` the unit vectors away from it. `weight` is the fraction of each
+        node that belongs to what is computed, a half in a plane of symmetry; left out: 1.
         """
-        node = np.flatnonzero(node_part >= 0).astype(np.int32)
-        part = node_part[node].astype(np.int32)
-        share = np.ones(len(node)) if weight is None else weight[node]
-        count = comm.allreduce(np.bincount(part, weights=share, minlength=parts))
+        node = np.flatnonzero(node_slice >= 0).astype(np.int32)
+        own = node_slice[node].astype(np.int32)
+        fraction = np.ones(len(node)) if weight is None else weight[node]
+        count = comm.allreduce(np.bincount(own, weights=fraction, minlength=slices))
         largest = comm.allreduce(float(radius[node].max(initial=0.0)), op=MPI.MAX) * count.max(initial=0.0)
         rounding = rounding_constant(GREATEST_GROWTH * largest or 1.0)
-        total = comm.allreduce(np.bincount(part, weights=quantise(share * radius[node], rounding), minlength=parts))
+        total = comm.allreduce(np.bincount(own, weights=quantise(fraction * radius[node], rounding), minlength=slices))
         source = _nearest_with_nodes(count, settings.parts)
         return cls(
             settings=settings,
             comm=comm,
-            part=part,
+            slice_of_node=own,
             node=node,
-            outward=np.ascontiguousarray(share[:, None] * outward[node]),
+            outward=np.ascontiguousarray(fraction[:, None] * outward[node]),
             start=np.ascontiguousarray(start[node]),
             initial_radius=(total / np.maximum(count, 1.0))[source],
             count=count,
             source=source,
             rounding=rounding,
-            factor=np.ones(parts + 1),
-            rupture_time=np.full(parts, np.inf),
+            factor=np.ones(slices + 1),
+            rupture_time=np.full(slices, np.inf),
         )
 
     def radii(self, position: np.ndarray) -> np.ndarray:
-        """Current mean radius of every part, r0 + mean radial displacement (m), Eq. 6."""
+        """Current mean radius of every slice, r0 + mean radial displacement (m), Eq. 6."""
         moved = np.zeros(len(self.initial_radius))
-        _sum_displacements(position, self.node, self.part, self.start, self.outward, self.rounding, moved)
+        _sum_displacements(position, self.node, self.slice_of_node, self.start, self.outward, self.rounding, moved)
         if self.comm.size > 1:
             moved = self.comm.allreduce(moved)
         return self.initial_radius + (moved / np.maximum(self.count, 1.0))[self.source]
@@ -182,13 +182,13 @@ class LeakageParts:
 
 
 def _nearest_with_nodes(count: np.ndarray, per_round: int) -> np.ndarray:
-    """Nearest part of the same round that has nodes, for every part; itself in a round that has none."""
+    """Nearest slice of the same round that has nodes, for every slice; itself in a round that has none."""
     source = np.arange(len(count))
-    for part in np.flatnonzero(count == 0):
-        first = part // per_round * per_round
+    for empty in np.flatnonzero(count == 0):
+        first = empty // per_round * per_round
         filled = first + np.flatnonzero(count[first : first + per_round] > 0)
         if len(filled):
-            source[part] = filled[np.argmin(np.abs(filled - part))]
+            source[empty] = filled[np.argmin(np.abs(filled - empty))]
     return source
 
 
@@ -196,19 +196,19 @@ def _nearest_with_nodes(count: np.ndarray, per_round: int) -> np.ndarray:
 def _sum_displacements(
     position: np.ndarray,
     node: np.ndarray,
-    part: np.ndarray,
+    slice_of_node: np.ndarray,
     start: np.ndarray,
     outward: np.ndarray,
     rounding: float,
     moved: np.ndarray,
 ) -> None:
-    """Add each outermost node's radial displacement (m), rounded by `quantise`, to its part's sum."""
+    """Add each outermost node's radial displacement (m), rounded by `quantise`, to its slice's sum."""
     for k in range(node.size):
         n = node[k]
         along = 0.0
         for i in range(3):
             along += (position[n, i] - start[k, i]) * outward[k, i]
-        moved[part[k]] += quantise(along, rounding)
+        moved[slice_of_node[k]] += quantise(along, rounding)
 
 
 def cell_ignition(
@@ -229,13 +229,13 @@ def cell_ignition(
     for index, item in enumerate(rounds):
         own = np.flatnonzero((mesh.round == index) & (mesh.part == Part.CHARGE))
         corners = position[mesh.dofmap[own]]
-        places, delays = place_ignition(item, lengths[index])
-        ignition[own] = ignition_times(corners.mean(axis=1), places, delays, item.explosive.detonation_velocity)
+        positions, delays = place_ignition(item, lengths[index])
+        ignition[own] = ignition_times(corners.mean(axis=1), positions, delays, item.explosive.detonation_velocity)
         burn[own] = rates(corners, volume[own], item.explosive.detonation_velocity)
         # The products' own front may be faster than the timed one, and may burn what it comes to first.
         fastest = max(products[index].front_speed, item.explosive.detonation_velocity)
         compression[own] = compression_burn_start(
-            ignition_times(corners.mean(axis=1), places, delays, fastest), burn[own]
+            ignition_times(corners.mean(axis=1), positions, delays, fastest), burn[own]
         )
     return ignition, burn, compression
 

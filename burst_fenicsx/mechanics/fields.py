@@ -46,7 +46,7 @@ class Element:
     momentum_is_conserved : along which coordinates that of all nodes is.
     volumes : of the cells (cells,) in m3, from positions and dofmap.
     folded : whether a corner of each cell is turned inside out (cells,), from positions and dofmap.
-    shares : of each cell's mass that its nodes carry (cells, corners), from positions and dofmap.
+    mass_fractions : of each cell's mass that its nodes carry (cells, corners), from positions and dofmap.
     burn_rates : of the cells (1/s), from corners (cells, corners, 3), volumes and detonation velocity (m/s), Eq. 5.
     lengths : of the cells (m), which softening is scaled by, from positions, dofmap and volumes.
     largest_faces : (cells,) m2, from corners.
@@ -56,7 +56,7 @@ class Element:
     momentum_is_conserved: tuple[bool, bool, bool]
     volumes: Callable[[np.ndarray, np.ndarray], np.ndarray]
     folded: Callable[[np.ndarray, np.ndarray], np.ndarray]
-    shares: Callable[[np.ndarray, np.ndarray], np.ndarray]
+    mass_fractions: Callable[[np.ndarray, np.ndarray], np.ndarray]
     burn_rates: Callable[[np.ndarray, np.ndarray, float], np.ndarray]
     lengths: Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
     largest_faces: Callable[[np.ndarray], np.ndarray]
@@ -67,7 +67,7 @@ HEXAHEDRON = Element(
     momentum_is_conserved=(True, True, True),
     volumes=cell_volumes,
     folded=folded_cells,
-    shares=lambda position, dofmap: np.broadcast_to(0.125, dofmap.shape),  # noqa: ARG005 - as every element
+    mass_fractions=lambda position, dofmap: np.broadcast_to(0.125, dofmap.shape),  # noqa: ARG005 - as every element
     burn_rates=burn_rates,
     lengths=lambda position, dofmap, volume: np.cbrt(volume),  # noqa: ARG005
     largest_faces=largest_faces,
@@ -85,7 +85,7 @@ class BurstFields:
         plastic_shear_strain, plastic_volumetric_strain, pressure (Pa), burn_fraction and products_energy (J/m3),
         constant in cells or, of solids with full quadrature, known at points. Ghost cells lag behind until they are
         sent (`compat.send_to_ghosts`).
-    start : (local nodes, 3) initial places (m).
+    start : (local nodes, 3) initial positions (m).
     mass, inverse_mass : (local nodes,) lumped mass (kg) and its inverse, complete on every rank.
     cell_mass : (owned cells,) kg.
     element, kind : of the cells, and which kernels step it.
@@ -230,7 +230,7 @@ def make_fields(
     mesh, rounds, settings : the problem.
     fuze_density : of each round's fuze (kg/m3).
     axial_part : (owned cells,) int32, row of `leakage`.
-    leakage : (parts + 1,) factors on the products' pressure, shared with `LeakageParts`.
+    leakage : (slices + 1,) factors on the products' pressure, those of `AxialSlices`.
     lengths : of each round (m).
     element : the kind of the cells.
     """
@@ -248,8 +248,8 @@ def make_fields(
     products = [make_products(item.explosive, settings.products) for item in rounds]
     solid_table, charge_table, density = material_tables(rounds, settings, products, fuze_density)
     cell_mass = density[material] * volume
-    shares = cell_mass[:, None] * element.shares(position, mesh.dofmap)
-    nodal_mass = _nodal_masses(mesh, functions["force"], cell_mass, shares)
+    corner_mass = cell_mass[:, None] * element.mass_fractions(position, mesh.dofmap)
+    nodal_mass = _nodal_masses(mesh, functions["force"], cell_mass, corner_mass)
     pressure = max(largest_pressure(item) for item in rounds)
     largest_force = 0.5 * pressure * _largest(mesh, element.largest_faces(position[mesh.dofmap]))
 
@@ -316,7 +316,7 @@ def make_fields(
             axial_part=axial_part.astype(np.int32),
             leakage=leakage,
         ),
-        rings=AxisymmetricState(_by_lanes(blocks.by_slot(1.0 / shares))) if element.kind == RINGS else None,
+        rings=AxisymmetricState(_by_lanes(blocks.by_slot(1.0 / corner_mass))) if element.kind == RINGS else None,
         blocks=blocks,
         chunks=chunks,
     )
@@ -352,16 +352,16 @@ def _owned(mesh: DistributedMesh, function: Any, points: int) -> np.ndarray:  # 
     return view
 
 
-def _nodal_masses(mesh: DistributedMesh, scratch: Any, cell_mass: np.ndarray, shares: np.ndarray) -> np.ndarray:  # noqa: ANN401
-    """Lumped mass (local nodes,) in kg by the `shares` (cells, corners) kg of each cell's, summed exactly; collective.
+def _nodal_masses(mesh: DistributedMesh, scratch: Any, cell_mass: np.ndarray, corner_mass: np.ndarray) -> np.ndarray:  # noqa: ANN401
+    """Lumped mass (local nodes,) in kg by those of the cells' corners (cells, corners), summed exactly; collective.
 
     `scratch` is a function of nodal vectors, zero before and after.
     """
     rounding = rounding_constant(_largest(mesh, cell_mass))
     values = scratch.x.array.reshape(-1, 3)
-    for corner in range(shares.shape[1]):
-        share = quantise(shares[:, corner], rounding)
-        values[:, 0] += np.bincount(mesh.dofmap[:, corner], weights=share, minlength=len(values))
+    for corner in range(corner_mass.shape[1]):
+        masses = quantise(corner_mass[:, corner], rounding)
+        values[:, 0] += np.bincount(mesh.dofmap[:, corner], weights=masses, minlength=len(values))
     compat.add_to_owners(scratch)
     compat.send_to_ghosts(scratch)
     mass = values[:, 0].copy()

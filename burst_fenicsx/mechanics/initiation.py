@@ -138,12 +138,12 @@ class ShockInitiations:
         charge = self._fields.charge
         own = np.flatnonzero(self._round == index)
         cells = self._cell[own]
-        places = np.array([source.place for source in sources])
+        positions = np.array([source.place for source in sources])
         times = np.array([source.time for source in sources])
-        arrival = ignition_times(self._centre[own], places, times, self._velocity[index])
+        arrival = ignition_times(self._centre[own], positions, times, self._velocity[index])
         charge.ignition_time[cells] = np.minimum(charge.ignition_time[cells], arrival)
         earliest = compression_burn_start(
-            ignition_times(self._centre[own], places, times, self._fastest[index]), charge.burn_rate[cells]
+            ignition_times(self._centre[own], positions, times, self._fastest[index]), charge.burn_rate[cells]
         )
         charge.compression_from[cells] = np.minimum(charge.compression_from[cells], earliest)
 

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from burst_fenicsx.contact import ContactForces
-    from burst_fenicsx.mechanics.detonation import LeakageParts
+    from burst_fenicsx.mechanics.detonation import AxialSlices
     from burst_fenicsx.mechanics.fields import BurstFields
     from burst_fenicsx.mechanics.initiation import ShockInitiations
     from burst_fenicsx.mechanics.ledger import Ledger
@@ -57,7 +57,7 @@ class BurstSolver:
         self,
         fields: BurstFields,
         settings: BurstSettings,
-        leakage: LeakageParts,
+        leakage: AxialSlices,
         ledger: Ledger,
         *,
         contact: ContactForces | None = None,

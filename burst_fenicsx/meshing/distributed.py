@@ -222,6 +222,7 @@ def gather_rows(
 def _place(places: np.ndarray, values: np.ndarray, result: np.ndarray) -> None:
     """Copy `values` to the places, one a row, of `result`."""
     if values.dtype == np.float64:
-        place_rows(np.ascontiguousarray(values).reshape(len(values), -1), places, result.reshape(len(result), -1))
+        width = int(np.prod(values.shape[1:]))  # said, so that a rank may have no row
+        place_rows(np.ascontiguousarray(values).reshape(-1, width), places, result.reshape(-1, width))
     else:
         result[places] = values

@@ -93,7 +93,7 @@ def _at_rupture(run: Simulation, index: int, start: float, end: float) -> tuple[
     if not charge.any() or not run.radii:
         return float("nan"), float("nan")
     inside = charge & (run.mesh.station >= start) & (run.mesh.station < end)
-    chosen = np.unique(surfaces.cell_part[inside])
+    chosen = np.unique(surfaces.cell_slice[inside])
     bins = (surfaces.bin_round == index) & (surfaces.bin_station >= start) & (surfaces.bin_station < end)
     chosen = chosen[chosen < parts * len(run.rounds)]
     if not len(chosen) or not bins.any():

@@ -147,16 +147,16 @@ def ignitions(item: Round, length: float, shock: Source | None, end: float) -> l
     shock : the first cell that a shock initiated, None where none did.
     end : of the burst (s).
     """
-    places, times = place_ignition(item, length)
+    positions, times = place_ignition(item, length)
     kinds = ["delay" if time > 0.0 else "point" for time in times]
     if shock is not None:
-        places, times = np.vstack([places, shock.place]), np.append(times, shock.time)
+        positions, times = np.vstack([positions, shock.place]), np.append(times, shock.time)
         kinds.append("shock")
-    reached = ignition_times(places, places, times, item.explosive.detonation_velocity)
+    reached = ignition_times(positions, positions, times, item.explosive.detonation_velocity)
     axis, base = frame(item.axis)[2], np.asarray(item.position, dtype=float)
     entries = [
         {"by": kind, "time": float(time), "place": place.tolist(), "station": float(length - (place - base) @ axis)}
-        for kind, time, place, first in zip(kinds, times, places, reached, strict=True)
+        for kind, time, place, first in zip(kinds, times, positions, reached, strict=True)
         if time <= min(first, end)
     ]
     return sorted(entries, key=lambda entry: float(entry["time"]))

@@ -32,17 +32,17 @@ class RadialSurfaces:
 
     Attributes
     ----------
-    charge_part : (nodes,) int32, axial part of the charge, counted over all rounds.
-    cell_part : (cells,) int32, axial part of each charge cell, the number of parts elsewhere.
-    parts : number of axial parts over all rounds.
+    charge_slice : (nodes,) int32, axial slice of the charge, counted over all rounds.
+    cell_slice : (cells,) int32, axial slice of each charge cell, the number of slices elsewhere.
+    slices : number of axial slices over all rounds.
     casing_bin : (nodes,) int32, station bin of the casing's outer surface, counted over all rounds.
     bin_round, bin_station : (bins,) round and station of each bin's centre (m from the nose end).
     radius : (nodes,) m and outward : (nodes, 3), from the axis of the node's round.
     """
 
-    charge_part: np.ndarray
-    cell_part: np.ndarray
-    parts: int
+    charge_slice: np.ndarray
+    cell_slice: np.ndarray
+    slices: int
     casing_bin: np.ndarray
     bin_round: np.ndarray
     bin_station: np.ndarray
@@ -51,19 +51,19 @@ class RadialSurfaces:
 
 
 def radial_surfaces(
-    mesh: HexahedralMesh | MeridianMesh, rounds: Sequence[Round], parts_per_round: int, bins_per_round: int
+    mesh: HexahedralMesh | MeridianMesh, rounds: Sequence[Round], slices_per_round: int, bins_per_round: int
 ) -> RadialSurfaces:
     """Find the lateral surfaces of every round's charge and casing, in the meridian lines, and cut them along the axis.
 
     Parameters
     ----------
     mesh : the whole mesh. rounds : in the order of `mesh.round`.
-    parts_per_round : axial parts of each charge (Eq. 6). bins_per_round : station bins of each casing.
+    slices_per_round : axial slices of each charge (Eq. 6). bins_per_round : station bins of each casing.
     """
     nodes = len(mesh.nodes)
-    charge_part = np.full(nodes, -1, dtype=np.int32)
+    charge_slice = np.full(nodes, -1, dtype=np.int32)
     casing_bin = np.full(nodes, -1, dtype=np.int32)
-    cell_part = np.full(len(mesh.cells), parts_per_round * len(rounds), dtype=np.int32)
+    cell_slice = np.full(len(mesh.cells), slices_per_round * len(rounds), dtype=np.int32)
     radius = np.zeros(nodes)
     outward = np.zeros((nodes, 3))
     bin_station = []
@@ -87,10 +87,10 @@ def radial_surfaces(
             front = length - height[mesh.cells[charge]].max()
             back = length - height[mesh.cells[charge]].min()
             fraction = (mesh.station[charge] - front) / (back - front)
-            cell_part[charge] = index * parts_per_round + cut_along(fraction, parts_per_round)
+            cell_slice[charge] = index * slices_per_round + cut_along(fraction, slices_per_round)
             surface = np.flatnonzero(_lateral_nodes(mesh, charge, outward))
             fraction = (length - height[surface] - front) / (back - front)
-            charge_part[surface] = index * parts_per_round + cut_along(fraction, parts_per_round)
+            charge_slice[surface] = index * slices_per_round + cut_along(fraction, slices_per_round)
 
         # The outer surface of the whole round, of which the casing's share is kept.
         lateral = _lateral_nodes(mesh, mine, outward)
@@ -100,9 +100,9 @@ def radial_surfaces(
         casing_bin[surface] = index * bins_per_round + cut_along(fraction, bins_per_round)
         bin_station.append((np.arange(bins_per_round) + 0.5) * length / bins_per_round)
     return RadialSurfaces(
-        charge_part=charge_part,
-        cell_part=cell_part,
-        parts=parts_per_round * len(rounds),
+        charge_slice=charge_slice,
+        cell_slice=cell_slice,
+        slices=slices_per_round * len(rounds),
         casing_bin=casing_bin,
         bin_round=np.repeat(np.arange(len(rounds), dtype=np.int32), bins_per_round),
         bin_station=np.concatenate(bin_station) if bin_station else np.zeros(0),
@@ -111,9 +111,9 @@ def radial_surfaces(
     )
 
 
-def cut_along(fraction: np.ndarray, parts: int) -> np.ndarray:
-    """Number (int32) of the equal part of the length in which each fraction of it lies."""
-    return np.clip(np.floor(fraction * parts), 0, parts - 1).astype(np.int32)
+def cut_along(fraction: np.ndarray, pieces: int) -> np.ndarray:
+    """Number (int32) of the equal piece of the length in which each fraction of it lies."""
+    return np.clip(np.floor(fraction * pieces), 0, pieces - 1).astype(np.int32)
 
 
 def _lateral_nodes(mesh: HexahedralMesh | MeridianMesh, cells: np.ndarray, outward: np.ndarray) -> np.ndarray:

@@ -8,11 +8,11 @@ ensemble.h5 holds, beside provenance and the criteria as attributes:
 /without_ricochet
     the same without what follows the first impact on the ground, where fragments ricochet;
 /counts
-    numbers and throws by realisation and sector (`flight.hazard.density.tally.Tally`);
+    numbers and throws by realisation and sector (`flight.hazard.density.sectors.Tally`);
 /realisations
     distance of every realisation alone (m), by the same estimate;
 /witness/I
-    hits on every witness surface by realisation and sector (`flight.hazard.density.witness_hazard.SECTOR_HITS`).
+    hits on every witness surface by realisation and sector (`flight.hazard.density.sectors.SECTOR_HITS`).
 """
 
 from __future__ import annotations
@@ -31,9 +31,8 @@ from flight.files.text_tables import write_columns
 from flight.fragments import ARRAYS, Fragments, check_possible
 from flight.hazard.criteria import Criteria, hit_probability
 from flight.hazard.density.distance import ExpectedDistance
-from flight.hazard.density.estimate import KINDS
-from flight.hazard.density.tally import Tally
-from flight.hazard.density.witness_hazard import SECTOR_HITS
+from flight.hazard.density.expected import KINDS
+from flight.hazard.density.sectors import SECTOR_HITS, Tally
 from flight.hazard.ensemble import EnsembleHazard
 from fragfield_base.arrays import numbers, texts
 from fragfield_base.hdf5_files import creating

@@ -5,13 +5,11 @@ from __future__ import annotations
 from flight.fluence import PolarGrid
 from flight.hazard.contours import contours_of, write_geojson, write_kml
 from flight.hazard.criteria import Criteria, hit_probability
-from flight.hazard.density.density_counts import density_counts
+from flight.hazard.density.density_counts import DensityGroups, density_counts
 from flight.hazard.density.directions import Directions
 from flight.hazard.density.distance import ExpectedDistance
 from flight.hazard.density.expected import expected_distance
-from flight.hazard.density.groups import DensityGroups
-from flight.hazard.density.tally import Tally, tally
-from flight.hazard.density.witness_hazard import by_azimuth, density_on
+from flight.hazard.density.sectors import Tally, by_azimuth, density_on, tally
 from flight.hazard.ensemble import EnsembleHazard
 from flight.hazard.exposed import Prism, count_exposed, surfaces_of
 from flight.hazard.flown import ensemble_hazard

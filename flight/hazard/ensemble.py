@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from flight.hazard.criteria import Criteria
     from flight.hazard.density.distance import ExpectedDistance
-    from flight.hazard.density.tally import Tally
+    from flight.hazard.density.sectors import Tally
 
     Array = NDArray[np.float64]
 

@@ -1,4 +1,7 @@
-"""Impacts at the ends of a chunk's flights: which fragments continue, from where, and where the others stay."""
+"""Impacts at the ends of a chunk's flights: which fragments ricochet, with which velocity, and where the others stay.
+
+The law of the ricochet is that of `flight.scene.ricochet`.
+"""
 
 from __future__ import annotations
 
@@ -10,12 +13,9 @@ import numpy as np
 from flight.kernels.compiling import inner_kernel, kernel
 from flight.kernels.limits import LANDED, STOPPED, TIME_OUT
 from flight.kernels.obstacles import FIRST_FACE
-from flight.kernels.ricochet import LIFT, MOST_CONTACTS, ricochet
 from flight.kernels.terrain import slope_at
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from numpy.typing import NDArray
 
     from flight.kernels.limits import Limits
@@ -24,7 +24,38 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
     Integers = NDArray[np.int64]
 
-__all__ = ["GROUND_COLUMNS", "STRUCK_COLUMNS", "apply_impacts"]
+__all__ = ["LIFT", "MOST_CONTACTS", "SLOWEST_LIFT", "ricochet", "GROUND_COLUMNS", "STRUCK_COLUMNS", "apply_impacts"]
+
+LIFT = 1e-9  # m off the surface at which a fragment starts again, so that rounding does not put it below
+MOST_CONTACTS = 500  # of one fragment; then it stays
+SLOWEST_LIFT = 0.1  # m/s off the surface, which rises by 0.5 mm; what is slower stays
+EXPONENT = 4.0 / 3.0  # as in flight.scene.ricochet
+CRITICAL, LOSS, DEPARTURE, ROUGHNESS = 0, 1, 2, 3  # columns of a surface
+
+
+@inner_kernel()
+def ricochet(state: Array, nx: float, ny: float, nz: float, surface: Array) -> bool:
+    """Turn the velocity in `state` (time, position, velocity) at a surface of unit normal (nx, ny, nz).
+
+    `surface` holds the critical angle (rad), the logarithm of the share of speed kept there, the angle of departure
+    over that of impact, and the roughness (rad); NaN where nothing ricochets. Returns whether the fragment leaves;
+    where it does not, `state` is left as it came.
+    """
+    speed = math.sqrt(state[4] * state[4] + state[5] * state[5] + state[6] * state[6])
+    into = -min(state[4] * nx + state[5] * ny + state[6] * nz, 0.0)
+    tx, ty, tz = state[4] + into * nx, state[5] + into * ny, state[6] + into * nz
+    along = math.sqrt(tx * tx + ty * ty + tz * tz)
+    angle = math.hypot(math.atan2(into, along), surface[ROUGHNESS])
+    if not angle <= surface[CRITICAL] or along == 0.0:
+        return False
+    kept = speed * math.exp(surface[LOSS] * (angle / surface[CRITICAL]) ** EXPONENT)
+    departure = surface[DEPARTURE] * angle
+    off, forward = kept * math.sin(departure), kept * math.cos(departure) / along
+    if not off > SLOWEST_LIFT:
+        return False
+    state[4], state[5], state[6] = forward * tx + off * nx, forward * ty + off * ny, forward * tz + off * nz
+    return True
+
 
 # time, position (3), velocity (3) at the impact, obstacle, face, row of the chunk, 1 where it stopped
 STRUCK_COLUMNS = 11
@@ -45,79 +76,71 @@ def _normal(state: Array, which: int, face: int, terrain: Terrain, obstacles: Ar
     return -slope_x / size, -slope_y / size, 1.0 / size
 
 
-def _compile() -> Callable[..., tuple[int, int, int]]:
-    """Compile the loop."""
+@kernel
+def apply_impacts(
+    moving: Integers,
+    count: int,
+    outcome: Array,
+    status: NDArray[np.int8],
+    surfaces: Array,
+    limits: Limits,
+    terrain: Terrain,
+    obstacles: Array,
+    first: Array,
+    first_status: NDArray[np.int8],
+    last: Array,
+    last_status: NDArray[np.int8],
+    stopped_by: Integers,
+    ricochets: Integers,
+    contacts: Integers,
+    struck: Array,
+    ground: Array,
+) -> tuple[int, int, int]:
+    """Let the fragments `moving` (rows of the chunk), whose flights have just ended, ricochet or stay.
 
-    @kernel
-    def apply_impacts(
-        moving: Integers,
-        count: int,
-        outcome: Array,
-        status: NDArray[np.int8],
-        surfaces: Array,
-        limits: Limits,
-        terrain: Terrain,
-        obstacles: Array,
-        first: Array,
-        first_status: NDArray[np.int8],
-        last: Array,
-        last_status: NDArray[np.int8],
-        stopped_by: Integers,
-        ricochets: Integers,
-        contacts: Integers,
-        struck: Array,
-        ground: Array,
-    ) -> tuple[int, int, int]:
-        """Let the fragments `moving` (rows of the chunk), whose flights have just ended, ricochet or stay.
-
-        `outcome` and `status` count as `moving` does, all others by rows of the chunk: first impact on the ground, or
-        the end of a fragment that has none; last state (time, position, velocity), with which those that fly on start;
-        which obstacle and face stopped it, (rows, 2); ricochets off the ground; all impacts. Returns how many fly on,
-        now first in `moving`, and the rows used of `struck` (impacts on obstacles) and of `ground` (impacts there).
-        """
-        flying = hits = landings = 0
-        for k in range(count):
-            row, how = moving[k], int(status[k])
-            state = last[row]
-            state[:7] = outcome[k, :7]
-            which, face = -1, -1
-            if how == STOPPED:
-                which, face = int(outcome[k, 11]), int(outcome[k, 12])
-            if how == LANDED and first_status[row] == 0:
-                first[row, :7], first_status[row] = outcome[k, :7], LANDED
-            goes_on = False
-            if how in (LANDED, STOPPED):
-                contacts[row] += 1
-                nx, ny, nz = _normal(state, which, face, terrain, obstacles)
-                goes_on = contacts[row] < MOST_CONTACTS and ricochet(state, nx, ny, nz, surfaces[1 + which])
-            if how == LANDED:
-                record = ground[landings]
-                record[:7] = outcome[k, :7]
-                record[7] = math.sqrt(state[4] * state[4] + state[5] * state[5] + state[6] * state[6])
-                record[7] = record[7] if goes_on else 0.0
-                record[8], record[9] = row, ricochets[row]
-                landings += 1
-            elif how == STOPPED:
-                record = struck[hits]
-                record[:7] = outcome[k, :7]
-                record[7], record[8], record[9], record[10] = which, face, row, 0.0 if goes_on else 1.0
-                hits += 1
-            if goes_on:
-                ricochets[row] += which < 0
-                state[1], state[2], state[3] = state[1] + LIFT * nx, state[2] + LIFT * ny, state[3] + LIFT * nz
-            if goes_on and state[0] >= limits.time_limit:
-                goes_on, how, which, face = False, TIME_OUT, -1, -1
-            if goes_on:
-                moving[flying] = row
-                flying += 1
-                continue
-            if first_status[row] == 0:
-                first[row, :7], first_status[row] = outcome[k, :7], how
-            last_status[row] = how
-            stopped_by[row, 0], stopped_by[row, 1] = which, face
-        return flying, hits, landings
-
-    return apply_impacts
-
-
-apply_impacts = _compile()
+    `outcome` and `status` count as `moving` does, all others by rows of the chunk: first impact on the ground, or
+    the end of a fragment that has none; last state (time, position, velocity), with which those that fly on start;
+    which obstacle and face stopped it, (rows, 2); ricochets off the ground; all impacts. Returns how many fly on,
+    now first in `moving`, and the rows used of `struck` (impacts on obstacles) and of `ground` (impacts there).
+    """
+    flying = hits = landings = 0
+    for k in range(count):
+        row, how = moving[k], int(status[k])
+        state = last[row]
+        state[:7] = outcome[k, :7]
+        which, face = -1, -1
+        if how == STOPPED:
+            which, face = int(outcome[k, 11]), int(outcome[k, 12])
+        if how == LANDED and first_status[row] == 0:
+            first[row, :7], first_status[row] = outcome[k, :7], LANDED
+        goes_on = False
+        if how in (LANDED, STOPPED):
+            contacts[row] += 1
+            nx, ny, nz = _normal(state, which, face, terrain, obstacles)
+            goes_on = contacts[row] < MOST_CONTACTS and ricochet(state, nx, ny, nz, surfaces[1 + which])
+        if how == LANDED:
+            record = ground[landings]
+            record[:7] = outcome[k, :7]
+            record[7] = math.sqrt(state[4] * state[4] + state[5] * state[5] + state[6] * state[6])
+            record[7] = record[7] if goes_on else 0.0
+            record[8], record[9] = row, ricochets[row]
+            landings += 1
+        elif how == STOPPED:
+            record = struck[hits]
+            record[:7] = outcome[k, :7]
+            record[7], record[8], record[9], record[10] = which, face, row, 0.0 if goes_on else 1.0
+            hits += 1
+        if goes_on:
+            ricochets[row] += which < 0
+            state[1], state[2], state[3] = state[1] + LIFT * nx, state[2] + LIFT * ny, state[3] + LIFT * nz
+        if goes_on and state[0] >= limits.time_limit:
+            goes_on, how, which, face = False, TIME_OUT, -1, -1
+        if goes_on:
+            moving[flying] = row
+            flying += 1
+            continue
+        if first_status[row] == 0:
+            first[row, :7], first_status[row] = outcome[k, :7], how
+        last_status[row] = how
+        stopped_by[row, 0], stopped_by[row, 1] = which, face
+    return flying, hits, landings

@@ -43,7 +43,7 @@ if TYPE_CHECKING:
 __all__ = ["EXPONENT", "KINDS", "RANGE", "Ricochet"]
 
 EXPONENT = 4.0 / 3.0
-"""Of the angle over the critical one, in the logarithm of the share of speed kept; as in flight.kernels.ricochet."""
+"""Of the angle over the critical one, in the logarithm of the share of speed kept; as in flight.kernels.impacts."""
 STEEPEST = 60.0  # degrees: no critical angle and no departure is steeper
 ROUGHEST = 20.0  # degrees
 

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Scene"]
 
-ON_THE_GROUND = 1e-9  # m above a map's surface at which a fragment on it starts, as LIFT in flight.kernels.ricochet
+ON_THE_GROUND = 1e-9  # m above a map's surface at which a fragment on it starts, as LIFT in flight.kernels.impacts
 
 
 @dataclass(frozen=True, eq=False)

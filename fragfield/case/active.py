@@ -8,48 +8,33 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from fragfield.case.checks.bounds import not_read
+from fragfield.case.write import measured
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterator
 
     from fragfield.case.schema import Case
 
 __all__ = ["active_tables"]
 
-Tables = dict[str, Any]
+_EMPTY = (None, "", [], {})
 
 
-def active_tables(case: Case, tables: Mapping[str, Any], *, own_fragments: bool = True) -> Tables:
-    """The tables of a case without keys that take no part in its run.
+def active_tables(case: Case, *, own_fragments: bool = True) -> dict[str, Any]:
+    """The tables of a resolved case for the report (`fragfield.case.write.measured`), without keys that take no part.
 
-    Parameters
-    ----------
-    case : Case
-        Resolved.
-    tables : mapping
-        The same case as nested dicts, in whatever form of its values (`fragfield.case.write`).
-    own_fragments : bool
-        False where the run flew fragments from a file: burst, rounds and break-up took no part then.
-
-    Returns
-    -------
-    dict
-        A copy. Empty lists, texts and tables are left out too.
+    Of a run that flew fragments from a file (not `own_fragments`) burst, rounds and break-up took no part. Empty lists,
+    texts and tables are left out too.
     """
     left_out = set(_inactive(case, own_fragments=own_fragments))
-    found = _without((), tables, left_out)
-    for entry, table in zip(found.get("round", ()), case.round, strict=False):
-        _drop(entry, _inactive_of_round(case, table.initiation is not None))
-    for entry in found.get("exposed", ()):
-        if entry.get("number") == 1.0:
-            del entry["number"]
-    return found
+    tables = {key: _without(key, value, left_out) for key, value in measured(case).items()}
+    return {key: value for key, value in tables.items() if value not in _EMPTY}
 
 
 def _inactive(case: Case, *, own_fragments: bool) -> Iterator[str]:
-    """Dotted keys, without those of rounds."""
+    """Dotted keys, entries of lists counted from 1."""
     flight = case.flight
-    yield from (key for key, _ in not_read(case))
+    yield from not_read(case)
     if flight.wind.model != "profile" and flight.wind.speed == 0.0:
         yield "flight.wind"
     if flight.shape.model == "box":
@@ -66,42 +51,24 @@ def _inactive(case: Case, *, own_fragments: bool) -> Iterator[str]:
         yield "break_up.tilt"
     yield "break_up.counts"  # the report shows them beside the law
     yield "uncertainty"  # of the study, whose page lists its inputs
+    for number, entry in enumerate(case.round, start=1):
+        if case.burst is not None and case.burst.products != "jwl":
+            yield f"round[{number}].explosive.jwl"
+        if entry.initiation is None:
+            yield from (f"round[{number}].explosive.{key}" for key in ("critical_energy", "critical_energy_source"))
+    for number, site in enumerate(case.exposed, start=1):
+        if getattr(site, "number", None) == 1.0:
+            yield f"exposed[{number}].number"
 
 
-def _inactive_of_round(case: Case, waits: bool) -> tuple[str, ...]:
-    assert case.burst is not None  # a case with rounds that take part has a burst
-    keys = [] if case.burst.products == "jwl" else ["explosive.jwl"]
-    if not waits:
-        keys += ["explosive.critical_energy", "explosive.critical_energy_source"]
-    return tuple(keys)
-
-
-def _without(path: tuple[str, ...], tables: Mapping[str, Any], left_out: set[str]) -> Tables:
-    found: Tables = {}
-    for key, value in tables.items():
-        place = (*path, key)
-        if ".".join(place) in left_out or value in ("", [], {}):
-            continue
-        if isinstance(value, dict):
-            inner = _without(place, value, left_out)
-            if inner:
-                found[key] = inner
-        elif isinstance(value, list):
-            found[key] = [dict(one) if isinstance(one, dict) else one for one in value]
-        else:
-            found[key] = value
-    return found
-
-
-def _drop(entry: Tables, keys: tuple[str, ...]) -> None:
-    """Take dotted keys out of a copy of a table, copying the tables on the way."""
-    for key in keys:
-        *way, last = key.split(".")
-        table: Any = entry
-        for step in way:
-            if not isinstance(table.get(step), dict):
-                break
-            table[step] = dict(table[step])
-            table = table[step]
-        else:
-            table.pop(last, None)
+def _without(path: str, value: Any, left_out: set[str]) -> Any:  # noqa: ANN401 - any value of a table
+    """A value without the keys in it that are left out; None where it is one of them."""
+    if path in left_out:
+        return None
+    if isinstance(value, dict):
+        kept = {key: _without(f"{path}.{key}", entry, left_out) for key, entry in value.items()}
+        empty = (None,) if "[" in path else _EMPTY  # entries of lists show what they lack
+        return {key: entry for key, entry in kept.items() if entry not in empty}
+    if isinstance(value, list):
+        return [_without(f"{path}[{number}]", entry, left_out) for number, entry in enumerate(value, start=1)]
+    return value

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import copy
+import os
 import re
 import tomllib
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from fragfield.case.load import MOST_DEPTH, case_from_document, named_material, read_document
@@ -12,13 +14,22 @@ from fragfield.errors import InputError, nearest
 from fragfield.terminal.visible_text import visible
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
     from pathlib import Path
 
     from fragfield.case.schema import Case
 
-__all__ = ["changed_document", "load_changed_case", "load_set_case", "read_settings", "read_value", "set_document"]
+__all__ = [
+    "Settings",
+    "changed_document",
+    "load_changed_case",
+    "load_set_case",
+    "plain_tables",
+    "read_settings",
+    "read_value",
+    "set_document",
+]
 
+Settings = Sequence[str] | Mapping[str, Any]
 _EXAMPLE = '--set burst.cell_size="8 mm"'
 _MATERIALS = ("explosive", "casing")
 _EVERY = "*"
@@ -50,17 +61,15 @@ def load_changed_case(path: Path, changes: Mapping[str, Any]) -> Case:
     return case_from_document(changed, source=source, folder=path.parent)
 
 
-def load_set_case(
-    path: Path, settings: Sequence[str] = (), *, cell_size: str | None = None, burst: bool = True
-) -> Case:
+def load_set_case(path: Path, settings: Settings = (), *, cell_size: str | None = None, burst: bool = True) -> Case:
     """Read, check and resolve a case file with the values of `--set`; its title stays.
 
     Parameters
     ----------
     path : Path
         The case file.
-    settings : sequence of str
-        KEY=VALUE with dotted keys, see `changed_document`.
+    settings : sequence of str, or mapping
+        KEY=VALUE with dotted keys, or values by such keys, see `changed_document`.
     cell_size : str, optional
         Of `--cell-size`.
     burst : bool
@@ -75,17 +84,14 @@ def load_set_case(
     return case_from_document(document, source=source, folder=path.parent, burst=burst)
 
 
-def set_document(
-    path: Path, settings: Sequence[str] = (), *, cell_size: str | None = None
-) -> tuple[dict[str, Any], str]:
+def set_document(path: Path, settings: Settings = (), *, cell_size: str | None = None) -> tuple[dict[str, Any], str]:
     """Tables of a case file with the values of `--set`, and what messages call them; as `load_set_case`."""
-    changes = read_settings(settings)
-    words = [f"--set {setting}" for setting in settings]
-    if cell_size is not None:
-        if "burst.cell_size" in changes:
-            raise InputError(f"{path}: --cell-size and --set burst.cell_size both given; use one of them")
-        changes["burst.cell_size"] = cell_size
-    ways = [" ".join(words)] if words else []
+    try:
+        changes = read_settings(settings, cell_size=cell_size)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+    given = settings.items() if isinstance(settings, Mapping) else [text.split("=", 1) for text in settings]
+    ways = [" ".join(f"--set {key}={value}" for key, value in given)] if given else []
     ways += ["--cell-size"] if cell_size is not None else []
     source = f"{path} with {' and '.join(ways)}" if ways else str(path)
     document = changed_document(read_document(path), changes, source=source, folder=path.parent)
@@ -93,17 +99,55 @@ def set_document(
     return document, source
 
 
-def read_settings(settings: Sequence[str]) -> dict[str, Any]:
-    """Values by dotted key of texts KEY=VALUE; raises InputError where one cannot be read or a key comes twice."""
+def read_settings(settings: Settings, *, cell_size: str | None = None) -> dict[str, Any]:
+    """Values by dotted key, of texts KEY=VALUE or of a mapping, with that of `--cell-size`.
+
+    Raises
+    ------
+    InputError
+        A text cannot be read, or a key comes twice.
+    """
+    if isinstance(settings, str):
+        raise InputError(f'set: found the text "{settings}"; needed: a list of KEY=VALUE, or a mapping')
     found: dict[str, Any] = {}
-    for setting in settings:
-        key, equals, text = (part.strip() for part in setting.partition("="))
-        if not (key and equals and text):
-            raise InputError(f"found --set {setting!r}; needed: KEY=VALUE, for example {_EXAMPLE}")
-        if key in found:
-            raise InputError(f"--set {key} is given twice; give one value")
-        found[key] = read_value(text)
+    if isinstance(settings, Mapping):
+        found = {key: value if callable(value) else plain_tables(value) for key, value in settings.items()}
+    else:
+        for setting in settings:
+            key, equals, text = (part.strip() for part in setting.partition("="))
+            if not (key and equals and text):
+                raise InputError(f"found --set {setting!r}; needed: KEY=VALUE, for example {_EXAMPLE}")
+            if key in found:
+                raise InputError(f"--set {key} is given twice; give one value")
+            found[key] = read_value(text)
+    if cell_size is not None:
+        if "burst.cell_size" in found:
+            raise InputError("--cell-size and --set burst.cell_size both given; use one of them")
+        found["burst.cell_size"] = cell_size
     return found
+
+
+def plain_tables(value: Any) -> Any:  # noqa: ANN401 - tables, lists and values
+    """Tables as TOML would give them: copies, with lists for tuples and arrays, and texts for paths."""
+    if isinstance(value, Mapping):
+        return {str(key): plain_tables(entry) for key, entry in value.items()}
+    if hasattr(value, "magnitude") and hasattr(value, "units"):
+        return _with_units(value.magnitude, value.units)
+    if hasattr(value, "tolist"):
+        return plain_tables(value.tolist())
+    if isinstance(value, (list, tuple)):
+        return [plain_tables(entry) for entry in value]
+    return os.fspath(value) if isinstance(value, os.PathLike) else copy.copy(value)
+
+
+def _with_units(magnitude: Any, units: object) -> Any:  # noqa: ANN401 - a number, or lists of numbers
+    """A quantity of pint as the case file has it: texts with the unit's full name; pure numbers stay numbers."""
+    if hasattr(magnitude, "tolist"):
+        magnitude = magnitude.tolist()
+    if isinstance(magnitude, (list, tuple)):
+        return [_with_units(entry, units) for entry in magnitude]
+    name = str(units).removeprefix("1 ")  # "1 / meter ** 2"
+    return magnitude if name in ("", "dimensionless") else f"{magnitude} {name}"
 
 
 def read_value(text: str) -> object:
@@ -125,10 +169,10 @@ def changed_document(
     document : mapping
         Tables as the case file has them, or resolved; they stay as they are.
     changes : mapping from dotted key to value
-        A value with a dimension as a string with its unit. In a list, `*` stands for every entry, a name or a number
-        (from 0) for one: "round.*.casing.shear_softening_strain"; "round[1]" is the first, as messages count; a
-        material's name is replaced by its table where a key
-        goes into it. A callable is given the old value.
+        A value with a dimension as a string with its unit. In a list, `*` stands for every entry, "[1]" for the
+        first, as messages count, and a name for its own: "round.*.casing.shear_softening_strain", "round[1].explosive";
+        a number from 0 is taken, too. A material's name is replaced by its table where a key goes into it. A callable
+        is given the old value.
     source : str
         Named by messages.
     folder : Path
@@ -175,7 +219,8 @@ def _entries(entries: list[Any], step: str, where: str) -> list[int]:
     chosen = [number for number, name in enumerate(names) if step in (_EVERY, str(number), name)]
     if not chosen:
         known = [str(name) for name in names if name is not None]
-        allowed = [_EVERY, *(["0"] if len(entries) == 1 else [f"0 to {len(entries) - 1}"] if entries else []), *known]
+        last = f" to [{len(entries)}]" if len(entries) > 1 else ""
+        allowed = [_EVERY, *([f"[1]{last}"] if entries else []), *known]
         raise InputError(f"{where}: there is no entry {step}{nearest(step, known)}; allowed: {', '.join(allowed)}")
     return chosen
 

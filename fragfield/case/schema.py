@@ -9,14 +9,12 @@ from pydantic import Field
 from fragfield.case.tables.base import Table
 from fragfield.case.tables.break_up import BreakUpTable
 from fragfield.case.tables.burst import BurstTable
-from fragfield.case.tables.document import DocumentTable
 from fragfield.case.tables.exposed import ExposedTable
 from fragfield.case.tables.flight import FlightTable, HazardTable, WitnessTable
 from fragfield.case.tables.ground import ObstacleTable
-from fragfield.case.tables.official import OfficialTable
 from fragfield.case.tables.plane import PlaneTable
 from fragfield.case.tables.round import RoundTable
-from fragfield.case.tables.site import SiteTable
+from fragfield.case.tables.site import DocumentTable, OfficialTable, SiteTable
 from fragfield.case.tables.stack import StackTable
 from fragfield.case.tables.uncertainty import UncertaintyTable
 from fragfield_base.inputs import Bounds, Entries

@@ -10,9 +10,8 @@ from fragfield.case import plain
 from fragfield.case.checks.bounds import outside_soft
 from fragfield.case.checks.fragment_numbers import check_numbers
 from fragfield.case.conversion.attitude import is_mixed
-from fragfield.case.conversion.geometry import burst_geometry
-from fragfield.case.conversion.round_masses import first_alike
-from fragfield.case.conversion.stages import break_up_settings, burst_rounds, burst_settings
+from fragfield.case.conversion.placing import first_alike
+from fragfield.case.conversion.stages import break_up_settings, burst_geometry, burst_rounds, burst_settings
 from fragfield.checking.cost import expected_cost
 from fragfield.checking.witness import witness_warnings
 from fragfield.hazard.arrangement import arrangement, arrangement_warnings

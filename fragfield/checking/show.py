@@ -9,7 +9,7 @@ from rich.table import Table
 
 from fragfield.case import to_toml
 from fragfield.case.conversion.attitude import attitude_words
-from fragfield.case.conversion.site import direction_words
+from fragfield.case.conversion.surroundings import direction_words
 from fragfield.hazard.certainty import metres
 from fragfield.hazard.contents import quantity_words
 from fragfield.hazard.prescribed import USES, official_note

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
-from fragfield.case.conversion.site import direction_words
+from fragfield.case.conversion.surroundings import direction_words
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fragfield.case.conversion.round_masses import are_alike
+from fragfield.case.conversion.placing import are_alike
 from fragfield_base.names import value_for
 
 if TYPE_CHECKING:

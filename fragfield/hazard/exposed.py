@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fragfield.case.conversion.exposed_sites import ExposedSite, exposed_sites_of
-from fragfield.case.conversion.site import bearing_of
+from fragfield.case.conversion.surroundings import bearing_of
 from fragfield.hazard.recommended import NORMAL_95
 from fragfield.hazard.verdict import criterion_of, no_margin, verdict_of
 
@@ -268,7 +268,7 @@ def _all_round(
     They are not where directions differ, where the site has an energy or a height of its own, or where too few
     fragments reach so far that a bound could be drawn from them.
     """
-    from flight.hazard.density.estimate import KINDS
+    from flight.hazard.density.expected import KINDS
 
     prism = site.prisms[0]
     usual = case.hazard.energy, case.hazard.person_height

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fragfield.case.conversion.site import bearing_of, direction_words
-from fragfield.case.conversion.surroundings import ground_of
+from fragfield.case.conversion.surroundings import bearing_of, direction_words, ground_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -92,9 +91,8 @@ def farthest_throw(case: Case, described: Sequence[Mapping[str, Any]]) -> float 
     over level ground in the air, and with the drag, of the flight.
     """
     from fragfield.case.checks.fragment_numbers import expected_means
-    from fragfield.case.conversion.burst import burst_round
-    from fragfield.case.conversion.round_masses import first_alike
-    from fragfield.case.conversion.stages import break_up_settings
+    from fragfield.case.conversion.placing import first_alike
+    from fragfield.case.conversion.stages import break_up_settings, burst_round
 
     settings, pieces = break_up_settings(case), []
     for index in set(first_alike(case)):

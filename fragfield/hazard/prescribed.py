@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from fragfield.case.conversion.round_masses import are_alike
+from fragfield.case.conversion.placing import are_alike
 from fragfield.hazard.certainty import metres, whole_metres
 from fragfield.hazard.contents import DISPOSAL, SITING
 

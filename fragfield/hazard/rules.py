@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
     from fragfield.case import Case
-    from fragfield.case.tables.official import OfficialTable
+    from fragfield.case.tables.site import OfficialTable
     from fragfield.hazard.contents import Contents
     from fragfield.pipeline.single_round import SingleRound
 

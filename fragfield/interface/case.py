@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import copy
 import os
 from collections import Counter
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fragfield.case.changes import changed_document, read_settings, set_document
+from fragfield.case.changes import changed_document, plain_tables, read_settings, set_document
 from fragfield.case.load import case_from_document, read_document
 from fragfield.case.write import plain, to_toml
 from fragfield.errors import InputError
@@ -61,7 +60,7 @@ class Case:
             raise InputError(f"{_SOURCE}: found a {type(given).__name__}; needed: a mapping of tables, or keywords")
         if twice := sorted(set(given) & set(more)):
             raise InputError(f"{_SOURCE}: {twice[0]} is given twice, in the tables and as a keyword; give it once")
-        self._fill(_plain_tables({**given, **more}), _SOURCE, Path(folder), None)
+        self._fill(plain_tables({**given, **more}), _SOURCE, Path(folder), None)
 
     @classmethod
     def from_toml(
@@ -92,12 +91,7 @@ class Case:
             No such file, no TOML, or any fault in it; the message names file and key.
         """
         where = Path(path)
-        settings = () if isinstance(set, Mapping) else _listed(set)
-        _refuse_two_sizes(set, cell_size)  # of texts the reader of the file says the same
-        document, source = set_document(where, settings, cell_size=cell_size)
-        if isinstance(set, Mapping) and set:
-            source = f"{source} with {', '.join(f'{key} = {value}' for key, value in set.items())}"
-            document = changed_document(document, _plain_tables(set), source=source, folder=where.parent)
+        document, source = set_document(where, set, cell_size=cell_size)
         made = cls.__new__(cls)
         made._fill(document, source, where.parent, where, burst=burst)
         return made
@@ -135,16 +129,16 @@ class Case:
         Parameters
         ----------
         changes : mapping, or sequence of str
-            By dotted key, as `set` of `from_toml`: `{"burst.cell_size": "8 mm", "round.0.explosive": "tnt"}`.
+            By dotted key, as `set` of `from_toml`: `{"burst.cell_size": "8 mm", "round[1].explosive": "tnt"}`.
 
         Raises
         ------
         InputError
             As `from_toml`.
         """
-        values = changes if isinstance(changes, Mapping) else read_settings(_listed(changes))
+        values = read_settings(changes)
         source = f"{self._source} with {', '.join(f'{key} = {value}' for key, value in values.items())}"
-        document = changed_document(self._document, _plain_tables(values), source=source, folder=self._folder)
+        document = changed_document(self._document, values, source=source, folder=self._folder)
         made = type(self).__new__(type(self))
         made._fill(document, source, self._folder, self._path, burst=self._needs_burst)
         return made
@@ -185,9 +179,7 @@ def case_of(
     A file must describe a burst unless `burst` is False; a Case is as it was made.
     """
     if isinstance(target, Case):
-        changes = dict(set) if isinstance(set, Mapping) else read_settings(_listed(set))
-        _refuse_two_sizes(changes, cell_size)
-        changes |= {} if cell_size is None else {"burst.cell_size": cell_size}
+        changes = read_settings(set, cell_size=cell_size)
         return target.changed(changes) if changes else target
     path = Path(target)
     if path.is_dir():
@@ -195,40 +187,6 @@ def case_of(
         stored.stored_case()  # says what is missing, in the words of a run directory
         path = stored.case_file
     return Case.from_toml(path, set=set, cell_size=cell_size, burst=burst)
-
-
-def _refuse_two_sizes(settings: object, cell_size: str | None) -> None:
-    if cell_size is not None and isinstance(settings, Mapping) and "burst.cell_size" in settings:
-        raise InputError("cell_size and set burst.cell_size both given; use one of them")
-
-
-def _listed(settings: Sequence[str]) -> Sequence[str]:
-    if isinstance(settings, str):
-        raise InputError(f'set: found the text "{settings}"; needed: a list of KEY=VALUE, or a mapping')
-    return settings
-
-
-def _plain_tables(value: Any) -> Any:  # noqa: ANN401 - tables, lists and values
-    """Tables as TOML would give them: copies, with lists for tuples and arrays, and texts for paths."""
-    if isinstance(value, Mapping):
-        return {str(key): _plain_tables(entry) for key, entry in value.items()}
-    if hasattr(value, "magnitude") and hasattr(value, "units"):
-        return _with_units(value.magnitude, value.units)
-    if hasattr(value, "tolist"):
-        return _plain_tables(value.tolist())
-    if isinstance(value, (list, tuple)):
-        return [_plain_tables(entry) for entry in value]
-    return os.fspath(value) if isinstance(value, os.PathLike) else copy.copy(value)
-
-
-def _with_units(magnitude: Any, units: object) -> Any:  # noqa: ANN401 - a number, or lists of numbers
-    """A quantity of pint as the case file has it: texts with the unit's full name; pure numbers stay numbers."""
-    if hasattr(magnitude, "tolist"):
-        magnitude = magnitude.tolist()
-    if isinstance(magnitude, (list, tuple)):
-        return [_with_units(entry, units) for entry in magnitude]
-    name = str(units).removeprefix("1 ")  # "1 / meter ** 2"
-    return magnitude if name in ("", "dimensionless") else f"{magnitude} {name}"
 
 
 def _rounds(case: Resolved) -> str:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from fragfield.errors import InputError, nearest
 from fragfield.interface.case import Case, case_of
+from fragfield_base.waiting import let_threads_sleep
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -111,6 +112,7 @@ def options_of(
     burst: bool = True,
 ) -> RunOptions:
     """What the pipeline is asked for, by the arguments of `run`. A file is read later, by the first rank alone."""
+    let_threads_sleep()
     if threads is not None:
         limit_threads(threads)
     from fragfield.case.checks.consistency import check_case
@@ -118,31 +120,21 @@ def options_of(
     from fragfield.pipeline.job import RunOptions
 
     made = None
-    if isinstance(case, Case) or not _is_settings(set):
-        found = case_of(case, set=set, cell_size=cell_size, burst=burst)
+    if isinstance(case, Case):
+        found = case_of(case, set=set, cell_size=cell_size)
         set, cell_size, made = (), None, found.values  # noqa: A001
         if burst and (faults := check_case(made)):
             raise InputError(join_faults("case", faults))
-        out = _directory(case, found) if out is None else out
+        if out is None:
+            if found.path is None:
+                raise InputError('out: missing; a case made in Python needs a run directory, such as out="runs/first"')
+            out = Path("runs") / found.path.stem
         case = out
     return RunOptions(
         Path(case), None if out is None else Path(out), cell_size, threads, resume, overwrite, progress is False,
-        None if fragments is None else Path(fragments), tuple(set), profile=profile, made=made,
+        None if fragments is None else Path(fragments), set, profile=profile, made=made,
         follow=progress if callable(progress) else None,
     )  # fmt: skip
-
-
-def _directory(case: Case | str | os.PathLike[str], found: Case) -> Path:
-    """The run directory where none is named."""
-    if not isinstance(case, Case) and Path(case).is_dir():
-        return Path(case)
-    if found.path is None:
-        raise InputError('out: missing; a case made in Python needs a run directory, such as out="runs/first"')
-    return Path("runs") / found.path.stem
-
-
-def _is_settings(given: object) -> bool:
-    return not hasattr(given, "items") and not isinstance(given, str)
 
 
 def limit_threads(number: object) -> None:

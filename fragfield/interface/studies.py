@@ -302,9 +302,6 @@ def run_uncertainty(
 
     folder, file = study_folder(case, out, "uncertainty")
     options = StudyOptions(folder, samples, seed, workers, scheduler, resume, overwrite, not progress)
-    if hasattr(set, "items") and not isinstance(case, Case):
-        case = Case.from_toml(case, set=set, cell_size=cell_size)
-        set, cell_size = (), None  # noqa: A001
     nominal = options_of(written_case(case, file), cell_size=cell_size, set=set, progress=progress)
     return Uncertainty(folder, run_study(nominal, options))
 

@@ -191,7 +191,7 @@ def _with_bearing(folder: Path, columns: dict[str, NDArray[Any]]) -> dict[str, N
     if not names or not (folder / "case.toml").is_file():
         return columns
     from fragfield.case import read_resolved
-    from fragfield.case.conversion.site import site_of
+    from fragfield.case.conversion.surroundings import site_of
 
     site = site_of(read_resolved(folder / "case.toml"))
     if site is None:

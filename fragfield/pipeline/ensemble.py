@@ -24,9 +24,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from flight import FlightProgress, FlightResult, Fragments, HeightMap
-    from flight.hazard.completeness import Completeness
     from flight.hazard.ensemble import EnsembleHazard
-    from flight.hazard.pool import FlightCounts
+    from flight.hazard.pool import Completeness, FlightCounts
     from fragfield.case.conversion.turned import Turned
     from fragfield.pipeline.job import Job
     from fragfield.pipeline.realisations import Realisations
@@ -56,7 +55,7 @@ class FlownEnsemble:
         The first realisation's flight, row by row.
     hazard : EnsembleHazard
         Over all.
-    witnesses : dict from a surface's name to (n, s) arrays of flight.hazard.density.witness_hazard.SECTOR_HITS
+    witnesses : dict from a surface's name to (n, s) arrays of flight.hazard.density.sectors.SECTOR_HITS
         Hits by realisation and sector, of the realisations that are kept.
     completeness : Completeness
         How the flights of all fragments ended.
@@ -288,7 +287,7 @@ class Flights:
     ) -> _Part:  # fmt: skip
         """Counts of one realisation, and its hits by sector on every surface."""
         import flight
-        from flight.hazard.density.witness_hazard import sector_hits
+        from flight.hazard.density.sectors import sector_hits
         from flight.hazard.pool import KEPT, FlightCounts
 
         ground = self.arguments["ground"]

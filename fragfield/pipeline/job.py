@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fragfield.case import plain
-from fragfield.case.changes import load_set_case
+from fragfield.case.changes import Settings, load_set_case
 from fragfield.files.provenance import versions
 from fragfield.files.run_directory import RunDirectory
 from fragfield.version import __version__
@@ -46,8 +46,8 @@ class RunOptions:
         No progress.
     fragments : Path, optional
         Fragments from another source, for the stage `fly`.
-    settings : tuple of str
-        KEY=VALUE that replace values of the case.
+    settings : sequence of str, or mapping
+        KEY=VALUE, or values by dotted key, that replace values of the case.
     lean : bool
         Numbers alone, for a sweep: no report, no files for visualisation, no other cell sizes.
     profile : bool
@@ -66,7 +66,7 @@ class RunOptions:
     overwrite: bool = False
     quiet: bool = False
     fragments: Path | None = None
-    settings: tuple[str, ...] = ()
+    settings: Settings = ()
     lean: bool = False
     profile: bool = False
     made: Case | None = None

@@ -39,8 +39,7 @@ def perform(job: Job, stage: Stage) -> None:
 def burst(job: Job, stage: Stage) -> None:
     """Detonation and acceleration of the casings: burst.xdmf, burst_snapshot.h5. Collective over the team's ranks."""
     from burst_fenicsx import simulate
-    from fragfield.case.conversion.geometry import burst_geometry
-    from fragfield.case.conversion.stages import burst_rounds, burst_settings
+    from fragfield.case.conversion.stages import burst_geometry, burst_rounds, burst_settings
 
     settings, choice = burst_settings(job.case), burst_geometry(job.case)
     alone = settings.geometry != "3d"  # a second's work: of one rank, while the others wait
@@ -86,15 +85,15 @@ def fly(job: Job, stage: Stage) -> None:
     """Fragments fly to the ground through the witness surfaces: landing.h5, hits.h5, ensemble.h5, CSV. Collective."""
     from flight import hazard
     from flight.files.ensemble import write_ensemble
-    from fragfield.case.conversion.site import bearing_of, with_bearing
     from fragfield.case.conversion.stages import hazard_criteria
+    from fragfield.case.conversion.surroundings import bearing_of, with_bearing
     from fragfield.hazard.prescribed import minimum_part, official_part
     from fragfield.hazard.recommended import recommended_of
     from fragfield.hazard.rules import rules_of
     from fragfield.hazard.site_map import write_contours
     from fragfield.pipeline.attitudes import flown_attitude
     from fragfield.pipeline.convergence import convergence_of
-    from fragfield.pipeline.flights import fly_all
+    from fragfield.pipeline.realisations import fly_all
     from fragfield.pipeline.single_round import single_round
 
     _load_together(job)

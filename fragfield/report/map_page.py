@@ -27,7 +27,7 @@ def map_data(run: RunFiles) -> dict[str, Any] | None:
     if found is None:
         return None
     from flight.hazard.site import POINTS
-    from fragfield.case.conversion.site import site_of
+    from fragfield.case.conversion.surroundings import site_of
 
     case, shapes = found
     site = site_of(case)

@@ -9,7 +9,7 @@ from rich.console import Console
 from rich.table import Table
 
 from fragfield.case.conversion.attitude import attitude_words
-from fragfield.case.conversion.site import direction_words
+from fragfield.case.conversion.surroundings import direction_words
 from fragfield.hazard.certainty import basis_words, margin_metres, metres, ricochet_words, rounded_metres, single_words
 from fragfield.hazard.contents import quantity_words
 from fragfield.hazard.recommended import parts_words

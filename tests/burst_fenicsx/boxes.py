@@ -9,7 +9,7 @@ import numpy as np
 from mpi4py import MPI
 
 from burst_fenicsx.materials.library import load_explosive
-from burst_fenicsx.mechanics.detonation import LeakageParts
+from burst_fenicsx.mechanics.detonation import AxialSlices
 from burst_fenicsx.mechanics.fields import make_fields
 from burst_fenicsx.mechanics.initiation import ShockInitiations
 from burst_fenicsx.mechanics.ledger import Ledger
@@ -150,13 +150,13 @@ def ring_sector(
     return grid(counts, carry, part)
 
 
-def no_leakage(settings: BurstSettings, comm: MPI.Comm = MPI.COMM_SELF) -> LeakageParts:
+def no_leakage(settings: BurstSettings, comm: MPI.Comm = MPI.COMM_SELF) -> AxialSlices:
     """Venting of charges that have no parts."""
     none, nowhere = np.zeros(0), np.zeros((0, 3))
-    return LeakageParts.of_charges(settings.leakage, comm, np.zeros(0, dtype=np.int32), nowhere, none, nowhere, 0)
+    return AxialSlices.of_charges(settings.leakage, comm, np.zeros(0, dtype=np.int32), nowhere, none, nowhere, 0)
 
 
-def plain_inputs(distributed: DistributedMesh, mesh: CellMesh, leakage: LeakageParts) -> dict[str, Any]:
+def plain_inputs(distributed: DistributedMesh, mesh: CellMesh, leakage: AxialSlices) -> dict[str, Any]:
     """What `make_fields` takes of rounds without fuze and axial parts."""
     return {
         "fuze_density": [3000.0] * len(mesh.lengths),

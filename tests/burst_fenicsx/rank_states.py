@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from mpi4py import MPI
 
-from burst_fenicsx import assembled
+from burst_fenicsx import geometries
 from burst_fenicsx.problem import ContactSettings, Leakage, RigidPlane, ShockInitiation
 from burst_fenicsx.simulation import Simulation
 from tests.burst_fenicsx.tubes import SETTINGS, tube
@@ -122,7 +122,7 @@ def share_received(going: Simulation) -> float:
 @contextmanager
 def dealt_at_random() -> Iterator[None]:
     """Deal the cells to the ranks at random instead of in runs, within the block."""
-    usual = assembled.distribute
+    usual = geometries.distribute
 
     def at_random(comm, mesh, *, destination):
         assert mesh is None or comm.size == 1 or len(destination) == len(mesh.cells)
@@ -131,11 +131,11 @@ def dealt_at_random() -> Iterator[None]:
             owner = np.random.default_rng(2).integers(0, comm.size, len(mesh.cells)).astype(np.int32)
         return usual(comm, mesh, destination=owner)
 
-    assembled.distribute = at_random
+    geometries.distribute = at_random
     try:
         yield
     finally:
-        assembled.distribute = usual
+        geometries.distribute = usual
 
 
 def main() -> None:

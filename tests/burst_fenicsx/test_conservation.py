@@ -13,7 +13,7 @@ pytest.importorskip("dolfinx")
 
 from mpi4py import MPI
 
-from burst_fenicsx import assembled
+from burst_fenicsx import geometries
 from burst_fenicsx.errors import NumericalStop
 from burst_fenicsx.kernels.cells.charge_pressure import _inverse_cube_root
 from burst_fenicsx.meshing.placement import place, to_local
@@ -109,7 +109,7 @@ def test_the_order_of_cells_and_nodes_does_not_matter(tmp_path, monkeypatch):
     """Sums in another order: round-off only."""
     _, still, velocity = run(tmp_path)
     random = np.random.default_rng(4)
-    usual = assembled.mesh_round
+    usual = geometries.mesh_round
     kept = {}
 
     def shuffled(*arguments):
@@ -120,7 +120,7 @@ def test_the_order_of_cells_and_nodes_does_not_matter(tmp_path, monkeypatch):
         new = np.argsort(nodes)[mesh.cells][cells]
         return replace(mesh, nodes=mesh.nodes[nodes], cells=new, **{n: getattr(mesh, n)[cells] for n in names})
 
-    monkeypatch.setattr(assembled, "mesh_round", shuffled)
+    monkeypatch.setattr(geometries, "mesh_round", shuffled)
     _, moved, mixed = run(tmp_path)
     # The charge's own nodes where it meets the casing come after those of the mesh, in the order of its twins.
     count = len(kept["nodes"])
@@ -142,7 +142,7 @@ def test_two_ranks_give_the_speeds_of_one(tmp_path, on_ranks):
             sys.path.insert(0, str(Path.cwd()))
             import numpy as np
             from mpi4py import MPI
-            from burst_fenicsx import assembled, compat
+            from burst_fenicsx import compat, geometries
             from burst_fenicsx.kernels.geometry.faces import TENSOR_ORDER
             from burst_fenicsx.run_burst import simulate
             from tests.burst_fenicsx.tubes import SETTINGS, tube
@@ -150,7 +150,7 @@ def test_two_ranks_give_the_speeds_of_one(tmp_path, on_ranks):
             comm, out = MPI.COMM_WORLD, Path(sys.argv[1])
             assert comm.size == 2
             result = simulate([tube()], SETTINGS, out)
-            usual = assembled.merge
+            usual = geometries.merge
 
             def torn(meshes):
                 mesh = usual(meshes)
@@ -162,7 +162,7 @@ def test_two_ranks_give_the_speeds_of_one(tmp_path, on_ranks):
                 assert found == len(mesh.nodes), (found, len(mesh.nodes))
                 return mesh
 
-            torn([assembled.mesh_round(tube(), SETTINGS.cell_size, 0)])
+            torn([geometries.mesh_round(tube(), SETTINGS.cell_size, 0)])
             if comm.rank == 0:
                 item = result.rounds[0]
                 np.savez(out / "ranks.npz", mean=item.mean_speed, largest=item.max_speed,

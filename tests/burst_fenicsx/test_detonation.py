@@ -11,7 +11,7 @@ pytest.importorskip("dolfinx")
 
 from mpi4py import MPI
 
-from burst_fenicsx.mechanics.detonation import LeakageParts, burn_rates, ignition_times, largest_faces, place_ignition
+from burst_fenicsx.mechanics.detonation import AxialSlices, burn_rates, ignition_times, largest_faces, place_ignition
 from burst_fenicsx.mechanics.nodal_loads import NodalConstraint
 from burst_fenicsx.problem import Hourglass, IgnitionPoint, Leakage, Part, Round, Viscosity
 from tests.burst_fenicsx.boxes import BARE, ELASTIC, TNT, box, burst, rotation_matrix
@@ -237,7 +237,7 @@ def leakage_of(radii_moved, **options):
     outward = np.array([[1.0, 0, 0], [0, 1.0, 0], [1.0, 0, 0], [0, 1.0, 0], [0, 0, 0]])
     part = np.array([0, 0, 1, 1, -1], dtype=np.int32)
     radius = np.array([0.1, 0.1, 0.2, 0.2, 0.0])
-    leakage = LeakageParts.of_charges(Leakage(**options), MPI.COMM_SELF, part, start, radius, outward, 2)
+    leakage = AxialSlices.of_charges(Leakage(**options), MPI.COMM_SELF, part, start, radius, outward, 2)
     moved = np.append(np.repeat(radii_moved, 2), 0.0)
     leakage.update(start + moved[:, None] * outward + [0.0, 0.0, 0.3], 5e-6)
     return leakage
@@ -260,7 +260,7 @@ def test_parts_shorter_than_the_cells_vent_with_their_neighbours():
     start = np.array([[0.1, 0.0, 0.0], [0.2, 0.0, 1.0]])
     outward = np.array([[1.0, 0.0, 0.0]] * 2)
     part = np.array([0, 4], dtype=np.int32)
-    leakage = LeakageParts.of_charges(Leakage(parts=3), MPI.COMM_SELF, part, start, start[:, 0], outward, 9)
+    leakage = AxialSlices.of_charges(Leakage(parts=3), MPI.COMM_SELF, part, start, start[:, 0], outward, 9)
     leakage.update(start + outward * [[0.1], [0.0]], 1e-6)
     vented = 1.75 / 2.0
     np.testing.assert_allclose(leakage.factor, [vented] * 3 + [1.0] * 7, rtol=1e-12)
@@ -273,7 +273,7 @@ def test_a_part_grows_by_the_mean_of_its_nodes_ways_outward(axis):
     outward = np.roll([[1.0, 0.0, 0.0], [0.6, 0.8, 0.0]], axis, axis=1)
     across = np.roll([[0.0, 0.3, 0.4], [0.8, -0.6, 0.5]], axis, axis=1)
     start, part = 0.1 * outward, np.zeros(2, dtype=np.int32)
-    leakage = LeakageParts.of_charges(Leakage(parts=1), MPI.COMM_SELF, part, start, np.full(2, 0.1), outward, 1)
+    leakage = AxialSlices.of_charges(Leakage(parts=1), MPI.COMM_SELF, part, start, np.full(2, 0.1), outward, 1)
     found = leakage.radii(start + across + outward * [[0.02], [0.04]])
     np.testing.assert_allclose(found, [0.13], rtol=1e-9)
 

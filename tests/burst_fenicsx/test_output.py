@@ -39,20 +39,19 @@ def state(step: int, nodes: int, cells: int) -> tuple[dict[str, np.ndarray], dic
     return {"velocity": random.normal(size=(nodes, 3)), "displacement": random.normal(size=(nodes, 3))}, cell_data
 
 
-def write_all(path: Path, times: tuple[float, ...] = TIMES, **options: bool) -> None:
+def write_all(path: Path, times: tuple[float, ...] = TIMES) -> None:
     points, cells = box()
-    with TimeSeries(path, cells, {"seed": "1", "case": "title = 'ü'"}, **options) as series:
-        for step, time in enumerate(times):
-            point_data, cell_data = state(step, len(points), len(cells))
-            series.write(time, points * (1.0 + step), point_data=point_data, cell_data=cell_data)
+    series = TimeSeries(path, cells, {"seed": "1", "case": "title = 'ü'"})
+    for step, time in enumerate(times):
+        point_data, cell_data = state(step, len(points), len(cells))
+        series.write(time, points * (1.0 + step), point_data=point_data, cell_data=cell_data)
 
 
-@pytest.mark.parametrize(("single", "tolerance"), [(True, 1e-6), (False, 0.0)])
-def test_vtk_reads_one_time_series_equal_to_what_was_written(tmp_path: Path, single: bool, tolerance: float) -> None:
+def test_vtk_reads_one_time_series_equal_to_what_was_written(tmp_path: Path) -> None:
     """Every array at every time, and the times, come back through VTK's reader."""
     import pyvista
 
-    write_all(tmp_path / "burst", single_precision=single)
+    write_all(tmp_path / "burst")
     points, cells = box()
     reader = pyvista.get_reader(str(tmp_path / "burst.xdmf"))
     assert reader.time_values == list(TIMES)
@@ -66,9 +65,9 @@ def test_vtk_reads_one_time_series_equal_to_what_was_written(tmp_path: Path, sin
         assert set(grid.point_data) == set(point_data)
         assert set(grid.cell_data) == set(cell_data)
         for name, expected in point_data.items():
-            np.testing.assert_allclose(grid.point_data[name], expected, rtol=tolerance)
+            np.testing.assert_allclose(grid.point_data[name], expected, rtol=1e-6)
         for name, expected in cell_data.items():
-            np.testing.assert_allclose(grid.cell_data[name], expected.reshape(grid[name].shape), rtol=tolerance)
+            np.testing.assert_allclose(grid.cell_data[name], expected.reshape(grid[name].shape), rtol=1e-6)
 
 
 def test_files_are_complete_after_every_write(tmp_path: Path) -> None:
@@ -114,8 +113,8 @@ def test_six_components_become_the_symmetric_matrix(tmp_path: Path) -> None:
     """The order of the six is the stated one."""
     points, cells = box()
     six = np.tile(np.arange(6.0), (len(cells), 1))
-    with TimeSeries(tmp_path / "burst", cells) as series:
-        series.write(0.0, points, cell_data={"stress": six})
+    series = TimeSeries(tmp_path / "burst", cells)
+    series.write(0.0, points, cell_data={"stress": six})
     with h5py.File(tmp_path / "burst" / "0000.h5") as file:
         matrix = file["cell/stress"][0].reshape(3, 3)
     for value, (row, column) in enumerate(SIX_COMPONENTS):
@@ -129,9 +128,9 @@ def test_resume_continues_from_the_checkpoint(tmp_path: Path) -> None:
 
     write_all(tmp_path / "burst")
     points, cells = box()
-    with TimeSeries(tmp_path / "burst", cells, resume_at=TIMES[1]) as series:
-        assert series.times == TIMES[:2]
-        series.write(2e-4, points, *state(9, len(points), len(cells)))
+    series = TimeSeries(tmp_path / "burst", cells, resume_at=TIMES[1])
+    assert series.times == TIMES[:2]
+    series.write(2e-4, points, *state(9, len(points), len(cells)))
     reader = pyvista.get_reader(str(tmp_path / "burst.xdmf"))
     assert reader.time_values == [*TIMES[:2], 2e-4]
     for time, step in ((TIMES[1], 1), (2e-4, 9)):
@@ -149,10 +148,10 @@ def test_a_resumed_series_has_the_text_of_one_that_was_not(tmp_path: Path, kept:
     write_all(tmp_path / "burst")
     whole = (tmp_path / "burst.xdmf").read_text()
     points, cells = box()
-    with TimeSeries(tmp_path / "burst", cells, resume_at=TIMES[kept]) as series:
-        assert len(list((tmp_path / "burst").iterdir())) == kept + 1
-        for step, time in enumerate(TIMES[kept + 1 :], kept + 1):
-            series.write(time, points + step * 1e-3, *state(step, len(points), len(cells)))
+    series = TimeSeries(tmp_path / "burst", cells, resume_at=TIMES[kept])
+    assert len(list((tmp_path / "burst").iterdir())) == kept + 1
+    for step, time in enumerate(TIMES[kept + 1 :], kept + 1):
+        series.write(time, points + step * 1e-3, *state(step, len(points), len(cells)))
     assert (tmp_path / "burst.xdmf").read_text() == whole
 
 
@@ -160,8 +159,8 @@ def test_provenance_is_kept_however_long(tmp_path: Path) -> None:
     """A resolved case above HDF5's classic 64 kB limit is stored too."""
     case = "x" * 100_000 + "µ"
     points, cells = box()
-    with TimeSeries(tmp_path / "burst", cells, {"case": case, "seed": "5"}) as series:
-        series.write(0.0, points)
+    series = TimeSeries(tmp_path / "burst", cells, {"case": case, "seed": "5"})
+    series.write(0.0, points)
     with h5py.File(tmp_path / "burst" / "0000.h5") as file:
         assert (file.attrs["case"], file.attrs["seed"], file.attrs["format_version"]) == (case, "5", 2)
 
@@ -184,9 +183,6 @@ def test_wrong_input_is_named_and_leaves_the_series_as_it_was(tmp_path: Path) ->
         series.write(2.0, points[:60], cell_data={"part": np.zeros(27)})
     assert (tmp_path / "burst.xdmf").read_text() == before
     series.write(2.0, points, cell_data={"part": np.zeros(27)})
-    series.close()
-    with pytest.raises(InputError, match="is closed"):
-        series.write(3.0, points, cell_data={"part": np.zeros(27)})
 
 
 def test_refuses_what_is_no_hexahedron_and_an_unwritable_folder(tmp_path: Path) -> None:
@@ -202,9 +198,9 @@ def test_quadrilaterals_of_a_meridian_are_read_back(tmp_path: Path) -> None:
     pyvista = pytest.importorskip("pyvista")
     points = np.array([[0, 0, 0], [1, 0, 0], [2, 0, 0], [0, 0, 1], [1, 0, 1], [2, 0, 1]], dtype=float)
     cells = np.array([[0, 1, 4, 3], [1, 2, 5, 4]])
-    with TimeSeries(tmp_path / "burst", cells) as series:
-        series.write(0.0, points, {"velocity": points}, {"part": np.array([1, 0])})
-        series.write(1.0, 2.0 * points, {"velocity": 3.0 * points}, {"part": np.array([1, 0])})
+    series = TimeSeries(tmp_path / "burst", cells)
+    series.write(0.0, points, {"velocity": points}, {"part": np.array([1, 0])})
+    series.write(1.0, 2.0 * points, {"velocity": 3.0 * points}, {"part": np.array([1, 0])})
     reader = pyvista.get_reader(str(tmp_path / "burst.xdmf"))
     reader.set_active_time_value(1.0)
     grid = reader.read()
@@ -221,9 +217,9 @@ def test_meshio_reads_the_series(tmp_path: Path, kind: str) -> None:
     points = np.array([[x, y, z] for z in (0.0, 1.0) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))])
     cells = np.arange(8)[None, :] if kind == "hexahedron" else np.array([[0, 1, 2, 3], [4, 5, 6, 7]])
     part = np.arange(len(cells))
-    with TimeSeries(tmp_path / "burst", cells) as series:
-        series.write(0.0, points, {"velocity": points}, {"part": part})
-        series.write(2e-6, points, {"velocity": 3.0 * points}, {"part": part})
+    series = TimeSeries(tmp_path / "burst", cells)
+    series.write(0.0, points, {"velocity": points}, {"part": part})
+    series.write(2e-6, points, {"velocity": 3.0 * points}, {"part": part})
     with meshio.xdmf.TimeSeriesReader(str(tmp_path / "burst.xdmf")) as reader:
         found, blocks = reader.read_points_cells()
         assert reader.num_steps == 2

@@ -8,15 +8,14 @@ from typing import Any
 import numpy as np
 
 from flight.fluence import PolarGrid
-from flight.hazard.completeness import Completeness
 from flight.hazard.criteria import Criteria
+from flight.hazard.density.density_counts import DensityGroups
 from flight.hazard.density.directions import Directions
 from flight.hazard.density.distance import ExpectedDistance
 from flight.hazard.density.expected import expected_distance
-from flight.hazard.density.groups import DensityGroups
-from flight.hazard.density.tally import tally
+from flight.hazard.density.sectors import tally
 from flight.hazard.ensemble import EnsembleHazard
-from flight.hazard.pool import FlightCounts, PooledFlights
+from flight.hazard.pool import Completeness, FlightCounts, PooledFlights
 
 LIMIT = 1.0 / 55.7
 

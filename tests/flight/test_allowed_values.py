@@ -11,7 +11,7 @@ import flight
 from flight.arena import ArenaTable
 from flight.fluence import PolarGrid
 from flight.hazard import Criteria
-from flight.hazard.density.tally import sectors_of, tally
+from flight.hazard.density.sectors import sectors_of, tally
 from flight.hazard.exposed import Prism
 from flight.hazard.retardation import Retardation
 from flight.hazard.site import Site

@@ -9,10 +9,9 @@ import flight
 from flight.arena import ArenaTable, is_arena_file
 from flight.fluence import PolarGrid
 from flight.hazard.criteria import Criteria
-from flight.hazard.density.density_counts import density_counts
+from flight.hazard.density.density_counts import DensityGroups, density_counts
 from flight.hazard.density.directions import Directions
 from flight.hazard.density.expected import expected_distance
-from flight.hazard.density.groups import DensityGroups
 
 
 def burst(seed: int, number: int = 700) -> flight.Fragments:

@@ -9,8 +9,8 @@ import flight
 from flight.arena import ArenaTable, is_arena_file
 from flight.fluence import PolarGrid
 from flight.hazard import Criteria
+from flight.hazard.density.density_counts import DensityGroups
 from flight.hazard.density.directions import Directions
-from flight.hazard.density.groups import DensityGroups
 from flight.hazard.exposed import Prism
 from flight.hazard.site import Site
 from flight.hazard.tp12 import effective_number

@@ -7,8 +7,8 @@ import pytest
 
 import flight
 from flight import Cylinder, Fragments, Wall
-from flight.hazard.completeness import Completeness
 from flight.hazard.criteria import Criteria
+from flight.hazard.pool import Completeness
 
 CRITERIA = Criteria()
 

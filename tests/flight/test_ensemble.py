@@ -22,8 +22,7 @@ from flight.fluence import PolarGrid
 from flight.hazard.criteria import hit_probability
 from flight.hazard.density.directions import Directions
 from flight.hazard.density.distance import ExpectedDistance
-from flight.hazard.density.tally import Tally, tally
-from flight.hazard.density.witness_hazard import SECTOR_HITS, by_azimuth, sector_hits
+from flight.hazard.density.sectors import SECTOR_HITS, Tally, by_azimuth, sector_hits, tally
 from flight.hazard.ensemble import EnsembleHazard
 from flight.hazard.pool import KEPT
 from flight.result import HITS, LANDING, Status

@@ -9,10 +9,10 @@ import pytest
 
 from flight import InputError
 from flight.fluence import PolarGrid
-from flight.hazard.density.directions import RADIAL, SPACING, Directions
+from flight.hazard.density.density_counts import DensityGroups
+from flight.hazard.density.directions import Directions
 from flight.hazard.density.distance import ExpectedDistance
 from flight.hazard.density.expected import expected_distance
-from flight.hazard.density.groups import DensityGroups
 from tests.flight.fields import LIMIT, expected_numbers
 
 KERNEL = 20.0  # degrees
@@ -226,20 +226,6 @@ def test_symmetric_directions_are_one() -> None:
     assert grid.classes((0.0, 90.0))[0].max() + 1 == grid.azimuth_cells // 4
     assert grid.classes((0.4,))[0].max() + 1 == grid.azimuth_cells, "a plane that cuts cells is left out"
     assert not grid.maps(0.4)
-
-
-def test_the_slope_of_the_smoothed_number_is_its_derivative() -> None:
-    """By central differences in ln r; of every fragment well within the grid the whole is one; no end is cut off."""
-    grid = PolarGrid.of(36, KERNEL, 10.0, 300.0)
-    smoothing = Directions(grid).radial
-    assert smoothing.places[-1] >= np.log(grid.edges[-1]) + 4.0 * RADIAL
-    rise = (smoothing.smooth[:, 2:] - smoothing.smooth[:, :-2]) / (2.0 * SPACING)
-    # off by h^2 / 6 times the third derivative, of which a normal kernel has at most 0.55 / RADIAL^4
-    error = SPACING**2 / 6.0 * 0.56 / RADIAL**4
-    assert np.abs(smoothing.slope[:, 1:-1] - rise).max() < error
-    assert np.abs(smoothing.slope).max() > 5.0 * error
-    inner = slice(10, -10)
-    assert SPACING * smoothing.smooth[inner].sum(axis=1) == pytest.approx(1.0, abs=1e-3)
 
 
 def test_what_lies_beyond_the_grid_has_no_cell() -> None:

@@ -1,18 +1,13 @@
-"""Densities and distances against closed forms, and the M107 of 1944."""
+"""Densities and probabilities against closed forms; tables by sector."""
 
 from __future__ import annotations
-
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-from flight import LANDING, ConstantAir, Cylinder, Fragments, InputError, Panel, Status, fly
-from flight.files.text_tables import read_columns
+from flight import LANDING, Cylinder, Fragments, InputError, Panel, Status, fly
 from flight.hazard.criteria import Criteria, hit_probability
-from flight.hazard.density.tally import tally
-from flight.hazard.density.witness_hazard import by_azimuth, density_on
-from validation.m107_1944.counts import falling_through
+from flight.hazard.density.sectors import by_azimuth, density_on, tally
 
 LIMIT = 1.0 / 55.7
 
@@ -61,19 +56,6 @@ def test_sectors_energy_and_throw() -> None:
     assert (found.fragments.sum(), found.hazardous.sum()) == (5, 4)
 
 
-def test_distance_is_linear_between_centres() -> None:
-    place = np.array([5.0, 15.0, 25.0, 35.0])
-    assert falling_through(place, np.array([9.0, 4.0, 2.0, 0.0]), 3.0) == pytest.approx(20.0)
-    assert falling_through(place, np.array([9.0, 1.0, 4.0, 2.0]), 3.0) == pytest.approx(30.0)  # the farthest counts
-    assert falling_through(place, np.array([9.0, 9.0, 9.0, 9.0]), 3.0) == 35.0
-    assert falling_through(place, np.zeros(4), 3.0) == 0.0
-    # N / (4 pi r^2) on cells: the exact distance within their width squared
-    edges = np.linspace(0.0, 100.0, 101)
-    middle = 0.5 * (edges[1:] + edges[:-1])
-    exact = np.sqrt(900.0 / (4.0 * np.pi * LIMIT))
-    assert falling_through(middle, 900.0 / (4.0 * np.pi * middle**2), LIMIT) == pytest.approx(exact, rel=1e-4)
-
-
 def test_probability() -> None:
     assert hit_probability(LIMIT) == pytest.approx(1.0 - np.exp(-0.58 / 55.7))
     assert hit_probability(0.0) == 0.0
@@ -105,36 +87,3 @@ def test_criteria_messages() -> None:
         Criteria(density=0.0)
     with pytest.raises(InputError, match="energy is nan"):
         Criteria(energy=np.nan)
-
-
-def test_m107_of_1944() -> None:
-    """US Ordnance Department (1944), Table 56: single M107; Mott law of 1760 fragments, mu = 7.5 g, 1067 m/s."""
-    table = read_columns(Path(__file__).parent / "m107_1944_table56.csv")
-    dense = 4  # fragments a unit of the law: N(m) resolved to a quarter
-    rank = (np.arange(1760 * dense) + 0.5) / dense
-    mass = 7.5e-3 * np.log(1760.0 / rank) ** 2
-    assert mass.sum() / dense == pytest.approx(26.4, rel=0.01)
-    azimuth = np.random.default_rng(0).uniform(0.0, 2.0 * np.pi, mass.size)
-    velocity = 1067.0 * np.stack([np.cos(azimuth), np.sin(azimuth), 0.0 * azimuth], axis=1)
-    fragments = Fragments(mass, (0.0, 0.0, 0.0), velocity, shape_factor=2600.0)
-    table_radii = 0.3048 * table["distance_ft"]
-    radii = np.concatenate([table_radii, np.arange(40.0, 90.0, 2.0)])
-    result = fly(
-        fragments, air=ConstantAir(1.225, 340.294), gravity=0.0, ground=None, time_limit=60.0,
-        witnesses=[Cylinder(r, name=f"{i}") for i, r in enumerate(radii)],
-    )  # fmt: skip
-    number, speed = np.zeros(radii.size), np.zeros(radii.size)
-    for i in range(radii.size):
-        hits = result.hits_on(f"{i}")
-        hazardous = hits[hits["energy"] >= 79.0]
-        number[i] = len(hazardous) / dense
-        speed[i] = hazardous["speed"][np.argmin(hazardous["mass"])]
-    gates = (table["distance_ft"] >= 20.0) & (table["distance_ft"] <= 150.0)
-    speed_error = speed[: gates.size] / (0.3048 * table["speed_ft_s"]) - 1.0
-    number_error = number[: gates.size] / table["number"] - 1.0
-    reported = f"speed {np.round(speed_error, 3)}, number {np.round(number_error, 3)}"
-    assert np.abs(speed_error[gates]).max() < 0.10, reported
-    assert np.abs(number_error[gates]).max() < 0.10, reported
-    near = radii[gates.size :]
-    distance = falling_through(near, number[gates.size :] / (4.0 * np.pi * near**2), LIMIT)
-    assert 62.0 * 0.95 <= distance <= 63.0 * 1.05, f"hazardous fragment distance {distance:.1f} m; {reported}"

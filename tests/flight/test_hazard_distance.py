@@ -10,12 +10,7 @@ import pytest
 import flight
 from flight.hazard import (
     Criteria,
-    DensityGroups,
-    Directions,
-    PolarGrid,
-    density_counts,
     ensemble_hazard,
-    expected_distance,
 )
 
 LIMIT = 1.0 / 55.7
@@ -89,25 +84,6 @@ def test_landings_of_an_exponential_density_and_their_bound() -> None:
     assert found.ground == pytest.approx(exact, abs=3.0 * found.standard_error)
     assert 0.002 < found.standard_error / found.distance < 0.03
     assert found.upper > found.distance
-
-
-def test_it_is_the_estimate_of_its_parts() -> None:
-    """To the last digit what the parts give one by one; the same on any threads, and for a sequence of one."""
-    generator = np.random.default_rng(7)
-    events = [drawn_fan(generator, 400.0, 80.0) for _ in range(3)]
-    grid = PolarGrid.of()
-    both = [DensityGroups(Directions(grid, "worst_direction")) for _ in range(2)]
-    for one in events:
-        result = flight.fly(one, fluence=Criteria().fluence_grid(grid))
-        for groups, ricochet in zip(both, (True, False), strict=True):
-            groups.add(*density_counts(result, ricochet=ricochet))
-    whole, short = (expected_distance(groups, LIMIT) for groups in both)
-    found = flight.hazard_distance(events, threads=2)
-    assert (found.distance, found.upper, found.direction) == (whole.distance, whole.upper, whole.direction)
-    assert found.without_ricochet is not None
-    assert found.without_ricochet.upper == short.upper != whole.upper
-    assert flight.hazard_distance(events[0]).distance == flight.hazard_distance(events[:1], threads=1).distance
-    assert flight.hazard_distance(events, ricochet="none").without_ricochet is None
 
 
 def test_fragments_that_pass_far_beyond_the_first_grid_count() -> None:

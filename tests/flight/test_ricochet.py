@@ -11,7 +11,7 @@ from scipy.integrate import quad, solve_ivp
 from flight import Cylinder, Fragments, HeightMap, InputError, Ricochet, Status, fly
 from flight.hazard import Criteria, DensityGroups, Directions, PolarGrid, density_counts, expected_distance
 from flight.hazard.exposed import Prism, count_exposed, surfaces_of
-from flight.kernels.ricochet import SLOWEST_LIFT, ricochet
+from flight.kernels.impacts import SLOWEST_LIFT, ricochet
 from flight.scene.ricochet import EXPONENT, KINDS, RANGE
 from tests.flight.clouds import GRAVITY, cloud
 

@@ -14,7 +14,7 @@ from flight.files.ensemble import write_ensemble
 from flight.files.hdf5 import write_table
 from flight.fluence import PolarGrid
 from flight.hazard.density.directions import Directions
-from flight.hazard.density.witness_hazard import SECTOR_HITS
+from flight.hazard.density.sectors import SECTOR_HITS
 from flight.hazard.ensemble import EnsembleHazard
 from flight.result import LANDING, Status
 from fragfield.files.stamped import stamped_toml
@@ -187,13 +187,13 @@ def moved(mesh: dict[str, np.ndarray], time: float) -> tuple[np.ndarray, np.ndar
 
 
 def _burst(folder: Path, mesh: dict[str, np.ndarray], names: list[str], places: np.ndarray) -> dict[str, Any]:
-    with TimeSeries(folder / "burst", mesh["cells"], PROVENANCE) as series:
-        for time in np.linspace(0.0, END_TIME, 7):
-            position, velocity = moved(mesh, time)
-            series.write(
-                time, position, point_data={"velocity": velocity},
-                cell_data={"part": mesh["part"], "pressure": np.full(len(mesh["part"]), 1e9)},
-            )  # fmt: skip
+    series = TimeSeries(folder / "burst", mesh["cells"], PROVENANCE)
+    for time in np.linspace(0.0, END_TIME, 7):
+        position, velocity = moved(mesh, time)
+        series.write(
+            time, position, point_data={"velocity": velocity},
+            cell_data={"part": mesh["part"], "pressure": np.full(len(mesh["part"]), 1e9)},
+        )  # fmt: skip
     position, velocity = moved(mesh, END_TIME)
     text = h5py.string_dtype()
     segment_type = [("name", text), ("kind", text)] + [

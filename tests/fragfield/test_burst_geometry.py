@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 
 from burst_fenicsx.axisymmetric.applicability import CLEARANCE
-from fragfield.case.conversion.geometry import burst_geometry
-from fragfield.case.conversion.stages import burst_settings
+from fragfield.case.conversion.stages import burst_geometry, burst_settings
 from fragfield.case.load import case_from_document, load_case
 from fragfield.checking.check import check_report
 from fragfield.checking.show import print_check

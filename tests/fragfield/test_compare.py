@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from flight.hazard.density.witness_hazard import SECTOR_HITS
+from flight.hazard.density.sectors import SECTOR_HITS
 from fragfield.cli import app
 from fragfield.errors import InputError
 from fragfield.files.stamped import stamped_toml

@@ -7,7 +7,7 @@ import pytest
 
 from fragfield.case import load_case
 from fragfield.case.conversion.exposed_sites import describe_exposed, exposed_sites_of
-from fragfield.case.conversion.site import direction_words, site_of
+from fragfield.case.conversion.surroundings import direction_words, site_of
 from fragfield.errors import InputError
 from fragfield.hazard.verdict import no_margin
 

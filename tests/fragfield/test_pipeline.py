@@ -125,7 +125,7 @@ def test_stages_alone_give_what_the_run_gave(whole_run, run_copy, quick_report):
 def test_an_ensemble_is_flown_and_its_first_realisation_is_that_of_the_files(whole_run, short_case):
     from flight.files.ensemble import read_ensemble
     from flight.files.hdf5 import read_table
-    from flight.hazard.density.tally import tally
+    from flight.hazard.density.sectors import tally
 
     out, _ = whole_run
     summary = json.loads((out / "summary.json").read_text())

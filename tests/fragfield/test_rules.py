@@ -9,7 +9,7 @@ from itertools import pairwise
 
 import pytest
 
-from fragfield.case.tables.official import OfficialTable
+from fragfield.case.tables.site import OfficialTable
 from fragfield.hazard.contents import (
     SITING,
     Contents,

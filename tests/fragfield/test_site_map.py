@@ -10,8 +10,7 @@ import pytest
 
 from flight.hazard.contours import write_geojson, write_kml
 from fragfield.case import load_case
-from fragfield.case.conversion.site import site_of
-from fragfield.case.conversion.surroundings import ground_of
+from fragfield.case.conversion.surroundings import ground_of, site_of
 from fragfield.hazard.arrangement import image_names
 from fragfield.hazard.site_map import VERDICTS, Shape, _terrain, to_contours
 from tests.fragfield.short_run import ROOT

@@ -44,9 +44,9 @@ def _case(*inputs, file=TUBE, changes=None, **table):
         ({"keys": ["burst.products"]}, '"burst.products" is not a number; allowed with it: distribution = "discrete" and applies = "value"'),  # noqa: E501
         ({"distribution": "gaussian"}, 'found "gaussian"; allowed: "uniform"'),
         ({"distribution": "unifrom"}, 'found "unifrom" (did you mean "uniform"?)'),
-        ({"high": None}, 'uncertainty.input[1].high: missing; distribution = "uniform" needs low and high'),
+        ({"high": None}, 'uncertainty.input[1].high: missing; distribution = "uniform" needs it'),
         ({"high": 1.5}, "uncertainty.input[1].high: found 1.5; allowed: above low, 1.59"),
-        ({"mode": 1.7}, 'uncertainty.input[1].mode: found with distribution = "uniform"; allowed: only with "triangular"'),  # noqa: E501
+        ({"mode": 1.7}, 'uncertainty.input[1].mode: found with distribution = "uniform"; allowed: only with distribution = "triangular"'),  # noqa: E501
         ({"distribution": "triangular", "mode": 3.0}, "uncertainty.input[1].mode: found 3.0; allowed: between low and high"),  # noqa: E501
         ({"low": "1.59 mm"}, 'uncertainty.input[1].low: found "1.59 mm"; allowed: a number without unit'),
         ({"keys": ["flight.shape_factor"]}, "uncertainty.input[1].low: found the bare number 1.59 without a unit"),

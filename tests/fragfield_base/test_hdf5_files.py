@@ -180,3 +180,11 @@ def test_a_file_that_is_open_when_python_ends_does_not_crash_it(tmp_path):
     assert (done.returncode, done.stderr) == (0, "")
     with reading(tmp_path / "whole.h5", ValueError) as file:
         assert "more" not in file
+
+
+def test_without_h5py_the_message_says_what_to_install(tmp_path, monkeypatch):
+    create(tmp_path / "a.h5")
+    monkeypatch.setitem(sys.modules, "h5py", None)
+    for use in (create, states):
+        with pytest.raises(RefusedError, match=r'a.h5: an HDF5 file needs h5py: pip install "fragfield-flight\[hdf5'):
+            use(tmp_path / "a.h5")

@@ -84,7 +84,7 @@ def test_a_link_is_judged_by_what_it_leads_to(places):
 
 
 @root_only
-@pytest.mark.parametrize("package", ["flight.kernels.angles", "transition.kernels.clusters"])
+@pytest.mark.parametrize("package", ["flight.kernels.cells", "transition.kernels.clusters"])
 def test_a_planted_pickle_does_not_run(places, package):
     """A cache that another user made, under every name that numba could look for, with code that leaves a trace."""
     trace = places / "ran"
@@ -106,7 +106,7 @@ def test_a_planted_pickle_does_not_run(places, package):
     assert honest.stdout.strip() == str(planted)
     # What numba has laid out (the folders of each source) is filled with payloads under its own names.
     for folder in [entry for entry in planted.rglob("*") if entry.is_dir()] or [planted]:
-        for name in ("angles.row_angles-25.py311.nbi", "angles.row_angles-18.py311.nbi"):
+        for name in ("cells.fill_cells-71.py311.nbi", "clusters.collect-97.py311.nbi"):
             (folder / name).write_bytes(pickle.dumps(Payload()))
     for entry in [planted, *planted.rglob("*")]:
         os.chown(entry, 12345, 12345)

@@ -89,15 +89,23 @@ def test_without_a_count_of_running_threads_it_is_the_load(idle):
     assert waiting._others_running() == 6
 
 
-@pytest.mark.parametrize("package", ["fragfield", "flight", "transition", "burst_fenicsx"])
-def test_every_package_settles_it(package):
+@pytest.mark.parametrize(
+    ("package", "policy"),
+    [
+        ("fragfield", "None"),
+        ("flight.kernels.compiling", "passive"),
+        ("transition.kernels.compiling", "passive"),
+        ("burst_fenicsx.kernels.lanes", "passive"),
+    ],
+)
+def test_kernels_settle_it_and_the_import_of_the_program_does_not(package, policy):
     code = f"""
         import os
         os.sched_getaffinity = lambda _: set()
         import {package}
         print(os.environ.get("OMP_WAIT_POLICY"))
     """
-    assert _printed(code, NUMBA_NUM_THREADS="1").stdout.strip() == "passive"
+    assert _printed(code, NUMBA_NUM_THREADS="1").stdout.strip() == policy
 
 
 @pytest.mark.skipif(ctypes.util.find_library("gomp") is None, reason="there is no libgomp")
@@ -108,7 +116,7 @@ def test_the_library_takes_it(given, policy):
         import os
         cores = os.sched_getaffinity
         os.sched_getaffinity = lambda _: set()
-        import fragfield
+        import fragfield_base.kernel_cache
         os.sched_getaffinity = cores
         import numba
         @numba.njit(parallel=True)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from transition.placement.attitude import draw_attitude
+from transition.placement.isometry import draw_attitude
 
 TILT = 0.03
 

@@ -12,8 +12,8 @@ from transition import BreakUp, BreakUpSettings, InputError
 from transition.breaking_up import _whole
 from transition.cells.cell_points import numbers
 from transition.cells.shape_functions import CORNERS, modes, trilinear
-from transition.kernels import cell_sampling, clusters, ring_sampling
-from transition.kernels.ring_sampling import _quantile
+from transition.kernels import clusters, sampling
+from transition.kernels.sampling import _quantile
 from transition.law.mean_mass import explosive_constant
 from transition.law.segment_law import _at_rupture
 
@@ -124,10 +124,9 @@ def test_a_law_that_makes_dust_is_refused_before_it_fills_the_memory():
         BreakUp._check_number(one)
 
 
-@pytest.mark.parametrize("module", [cell_sampling, ring_sampling])
-def test_strides_of_the_points_are_powers_of_the_root_of_roberts(module):
+def test_strides_of_the_points_are_powers_of_the_root_of_roberts():
     """1/g, 1/g2 and 1/g3 with g4 = g + 1, the generalised golden ratio of three dimensions."""
-    first, second, third = module._STEP
+    first, second, third = sampling._STEP
     root = 1.0 / first
     assert root**4 == pytest.approx(root + 1.0, rel=1e-14)
     assert (second, third) == (pytest.approx(first**2, rel=1e-14), pytest.approx(first**3, rel=1e-14))

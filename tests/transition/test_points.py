@@ -5,10 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.transition.synthetic import volumes
 from transition.cells.cell_points import POINTS_PER_FRAGMENT, CellPoints, numbers
 from transition.cells.points import MaterialPoints
-from transition.cells.shape_functions import trilinear
 
 
 def cells_of(generator, number):
@@ -83,17 +81,3 @@ def test_points_of_parts_stand_one_after_the_other():
     assert len(both) == 48
     np.testing.assert_array_equal(both.velocity[24:], parts[1].velocity)
     assert (both.segment == 3).all()
-
-
-def test_trilinear_is_exact_for_its_own_monomials():
-    generator = np.random.default_rng(8)
-    corners = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]], float)
-    corners, points = np.repeat(corners[None], 20, axis=0), generator.random((20, 3))
-    np.testing.assert_allclose(trilinear(corners, points), points, atol=1e-15)
-    x, y, z = corners[..., 0], corners[..., 1], corners[..., 2]
-    values = np.stack([x * y * z, x * y - 2 * z, y * z + 3], axis=-1)
-    u, v, w = points.T
-    np.testing.assert_allclose(
-        trilinear(values, points), np.column_stack([u * v * w, u * v - 2 * w, v * w + 3]), atol=1e-14
-    )
-    assert volumes(corners)[0] == pytest.approx(1.0)

@@ -76,21 +76,6 @@ def test_mass_momentum_and_centre_are_those_of_every_ring(seed):
             assert np.abs(found - wanted).max() < 1e-13 * scale
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_angular_momentum_is_nothing_and_needs_no_correction(seed):
-    """About the axis and about the centre of mass; no velocity turns about the axis."""
-    generator = np.random.default_rng(seed)
-    points = source(generator, generator.choice([4, 8, 40], 200)).draw(generator)
-    away = points.position - TILTED.origin
-    across = np.cross(TILTED.frame[2], away)
-    swirl = np.abs((points.velocity * across).sum(axis=1))
-    assert swirl.max() < 1e-13 * np.abs(points.velocity).max() * np.linalg.norm(away, axis=1).max()
-    centre = points.mass @ away / points.mass.sum()
-    speed = np.linalg.norm(points.velocity, axis=1)
-    found = points.mass @ np.cross(away - centre, points.velocity)
-    assert np.linalg.norm(found) < 1e-13 * (points.mass @ (np.linalg.norm(away, axis=1) * speed))
-
-
 def test_kinetic_energy_is_that_of_the_field():
     """Half the integral of v2 over the rings by Gauss points, for speeds that change by tenths within a ring."""
     generator = np.random.default_rng(0)

@@ -145,3 +145,14 @@ def test_every_grade_holds_one_fragment_and_the_next_would_not(dimension, step):
     assert counts.min() >= 1
     after = masses[-1] + step
     assert 1760.0 * (law.survival(after - 0.5 * step) - law.survival(after + 0.5 * step)) < 1.0
+
+
+def test_no_fragment_is_lighter_than_a_file_of_fragments_holds():
+    # The smallest stratum's end is a mass of nothing: a draw there once ended a run of 300 realisations.
+    class AtTheEnds:
+        def random(self, number=None):
+            return 0.0 if number is None else np.zeros(number)
+
+    masses = Quantile().draw(MottLaw.from_mean(MEAN, 2), 500 * MEAN, AtTheEnds()).mass
+    assert masses.size == 500
+    assert masses.min() > 1e-13

@@ -10,7 +10,6 @@ import pytest
 
 from tests.transition.synthetic import STEEL, Tube, radial
 from transition import BreakUp, BreakUpSettings, InputError, break_up, realisations
-from transition.law import segment_law
 from transition.law.mean_mass import gurney_sarmousakis, mott_linfoot
 from transition.law.segments import _extent, _outline
 
@@ -147,27 +146,3 @@ def test_the_outline_of_steps_is_their_mean_by_mass(axis):
     assert _outline(snapshot, data, np.array([1])) == pytest.approx(0.08, rel=1e-12)
     assert _extent(snapshot, data, np.array([0, 1])) == pytest.approx((0.48, 0.5))
     assert _extent(snapshot, data, np.array([0])) == pytest.approx((0.49, 0.5))
-
-
-def test_what_published_data_lack_is_asked_for_the_whole_round(monkeypatch):
-    """Its largest diameter, all of its charge over all of its casing."""
-    asked = []
-
-    def noted(*arguments):
-        asked.append(arguments)
-        return ("far",)
-
-    monkeypatch.setattr(segment_law.mean_mass_data, "outside_data", noted)
-    segments = [
-        SimpleNamespace(outer_radius=radius, casing_mass=casing, charge_mass=charge)
-        for radius, casing, charge in ((0.04, 1.0, 0.5), (0.07, 2.0, 1.0), (0.05, 1.0, 0.1))
-    ]
-    data = SimpleNamespace(
-        name="round", segments=segments, casing_density=7850.0, casing_yield=1e9, explosive="TNT",
-        explosive_density=1600.0,
-    )  # fmt: skip
-    assert segment_law.outside_of([data], BreakUpSettings(mean_mass="mott")) == {"round": ["far"]}
-    (found,) = asked
-    assert found[:2] == (pytest.approx(0.14), pytest.approx(0.4))
-    assert found[2:] == ((7850.0, 1e9), ("TNT", 1600.0))
-    assert segment_law.outside_of([data], BreakUpSettings(mean_mass=0.01)) == {}

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from transition import InputError
-from transition.cells.meridian import HalfPlane
-from transition.cells.meridian_checks import check_meridian
+from transition.cells.meridian import HalfPlane, check_meridian
 from transition.ledger import ring_sums
 
 UPRIGHT = HalfPlane(np.zeros(3), np.eye(3))

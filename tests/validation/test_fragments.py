@@ -199,8 +199,8 @@ def test_counts_follow_the_law_of_constant_drag_in_whatever_direction():
     masses = np.geomspace(1e-4, 0.2, 400)
     directions = np.random.default_rng(5).normal(size=(400, 3))
     directions /= np.linalg.norm(directions, axis=1)[:, None]
-    one = flight.Fragments.from_arrays(masses, (0.0, 0.0, 0.0), 1000.0 * directions)
-    other = flight.Fragments.from_arrays(masses, (0.0, 0.0, 0.0), 1000.0 * directions[::-1])
+    one = flight.Fragments(masses, (0.0, 0.0, 0.0), 1000.0 * directions)
+    other = flight.Fragments(masses, (0.0, 0.0, 0.0), 1000.0 * directions[::-1])
     counts = count([one, other], m107.TABLE, reference, threads=1)
     scale = 2.0 * masses ** (1.0 / 3.0) * 2600.0 ** (2.0 / 3.0) / (drag * 1.225)
     for row, distance in enumerate(m107.TABLE.distance):

@@ -2,7 +2,7 @@
 
 A cell's mass is spread evenly over its reference coordinates, as the lumped masses of the burst stage have it. The
 points of a cell share its mass equally. They come in pairs of random places and their reflections through the cell's
-centre, and what this leaves of the bilinear modes is taken from all points of a cell alike (`kernels.cell_sampling`).
+centre, and what this leaves of the bilinear modes is taken from all points of a cell alike (`kernels.sampling`).
 So their mean position and mean velocity are those of the cell's nodes to round-off, whatever the places: mass,
 momentum and centre of mass agree with the finite-element field cell by cell.
 
@@ -22,7 +22,7 @@ from scipy.optimize import brentq
 
 from transition.cells.points import MaterialPoints, PointArrays
 from transition.cells.shape_functions import modes
-from transition.kernels.cell_sampling import sample_cells
+from transition.kernels.sampling import sample_cells
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

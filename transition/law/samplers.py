@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 
 __all__ = ["Draw", "Graded", "Quantile", "Sampler"]
 
+_LEAST_MASS = 1e-12  # kg: the law has pieces of any smallness, and a file of fragments has none below 1e-15 kg
+
 
 @dataclass(frozen=True, eq=False)
 class Draw:
@@ -71,9 +73,7 @@ class Quantile:
         whole = int(number)
         whole += int(generator.random() < number - whole)
         survival = (np.arange(whole) + 1.0 - generator.random(whole)) / whole
-        drawn = law.inverse(survival)
-        if not drawn.sum() > 0.0:
-            drawn = np.ones(whole)
+        drawn = np.maximum(law.inverse(survival), _LEAST_MASS)
         closure = mass / drawn.sum()
         return Draw(np.sort(drawn * closure)[::-1], 0.0, float(closure), "quantile")
 

@@ -1,4 +1,4 @@
-"""Rigid motions: rotations, and reflections (`transition.placement.mirroring`)."""
+"""Rigid motions: rotations and reflections, and the random roll and tilt of all fragments of a realisation."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["Isometry", "rotation"]
+__all__ = ["Isometry", "rotation", "Attitude", "draw_attitude"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,3 +54,48 @@ def rotation(axis: tuple[float, float, float], point: tuple[float, float, float]
     cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     matrix = np.eye(3) + math.sin(angle) * cross + (1.0 - math.cos(angle)) * (cross @ cross)
     return Isometry(matrix, np.asarray(point) - matrix @ np.asarray(point))
+
+
+_NONE = (0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Attitude:
+    """How one realisation is turned and tilted.
+
+    Attributes
+    ----------
+    turn : float or None
+        Angle about the round's own axis (rad); None for several rounds, which are not turned.
+    tilt : (float, float)
+        Rotation vector about the horizontal axes x and y (rad).
+    """
+
+    turn: float | None = None
+    tilt: tuple[float, float] = _NONE
+
+    @property
+    def tilting(self) -> Isometry | None:
+        """The tilt as a rotation about the origin; None without one."""
+        return None if self.tilt == _NONE else rotation((*self.tilt, 0.0), (0.0, 0.0, 0.0), math.hypot(*self.tilt))
+
+
+def draw_attitude(seed: int, number: int, *, turned: bool, tilt: float) -> Attitude:
+    """Draw the attitude of a realisation.
+
+    Parameters
+    ----------
+    seed, number : int
+        Of the ensemble, and of the realisation in it. The turn does not depend on whether there is a tilt.
+    turned : bool
+        Whether to turn by an angle that is uniform over the circle.
+    tilt : float
+        Standard deviation of the tilt about each of the two horizontal axes (rad).
+    """
+    own = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(number,)))
+    around = float(2.0 * np.pi * own.random())
+    turn = around if turned else None
+    if not tilt > 0.0:
+        return Attitude(turn)
+    about_x, about_y = (tilt * own.standard_normal(2)).tolist()
+    return Attitude(turn, (about_x, about_y))

@@ -10,7 +10,7 @@ from mpi4py import MPI
 
 from burst_fenicsx.contact import ContactForces
 from burst_fenicsx.materials.library import load_explosive
-from burst_fenicsx.mechanics.detonation import LeakageParts
+from burst_fenicsx.mechanics.detonation import AxialSlices
 from burst_fenicsx.mechanics.fields import make_fields
 from burst_fenicsx.mechanics.ledger import Ledger
 from burst_fenicsx.mechanics.solver import BurstSolver
@@ -103,7 +103,7 @@ def solver_on(mesh: HexahedralMesh, material: CasingMaterial, settings: BurstSet
     # A round names an explosive even where it has no charge.
     item = Round(name="body", explosive=load_explosive("tnt"), casing=material)
     nothing = np.zeros(0)
-    leakage = LeakageParts.of_charges(
+    leakage = AxialSlices.of_charges(
         settings.leakage, MPI.COMM_SELF, np.zeros(0, dtype=np.int32), np.zeros((0, 3)), nothing, np.zeros((0, 3)), 0
     )
     fields = make_fields(

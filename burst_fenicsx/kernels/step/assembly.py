@@ -33,7 +33,7 @@ __all__ = [
 ]
 
 ONE_POINT, RINGS, FULL_QUADRATURE = (1,), (1, 1), (2, 2, 2)
-"""Elements, told apart by the length of these, which is known while compiling: hexahedra, and rings with one point."""
+"""Elements, distinguished by the length of these, known while compiling: hexahedra, rings, hexahedra in full."""
 
 _LINE = 8  # doubles of a cache line, and of the widest vectors
 _PARTS = len(Part)  # rows of material parameters that each round has

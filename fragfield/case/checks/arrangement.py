@@ -47,17 +47,8 @@ def check_planes(case: Case) -> Iterator[str]:
 
 
 def _plane(key: str, entry: PlaneTable) -> Iterator[str]:
-    if entry.kind == "symmetry" and entry.friction_angle is not None:
-        yield (
-            f'{key}.friction_angle: found with kind = "symmetry"; allowed: only with "ground" or "wall", since what '
-            "a plane of symmetry stands for slides along with the round"
-        )
-    if entry.height is not None and entry.kind != "ground":
-        yield f'{key}.height: found with kind = {show(entry.kind)}; allowed: only with "ground"; give a point instead'
     if entry.height is not None and entry.point is not None:
         yield f"{key}.height: found together with point; allowed: one of the two"
-    if entry.point is None and entry.kind == "wall":
-        yield f'{key}.point: missing; a wall needs one, for example point = ["2 m", "0 m", "0 m"]'
     if entry.normal is None and entry.kind != "ground":
         yield f"{key}.normal: missing; needed: {_DIRECTION}"
     if entry.normal is not None and not any(entry.normal):

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from pydantic import BaseModel
 
 from fragfield.case.messages import marks_of
-from fragfield_base.inputs import UNIT_BOUNDS, Bounds, Entries, OnlyWith, Quantity, QuantityOrFile, Vector, show
+from fragfield_base.inputs import UNIT_BOUNDS, Bounds, Entries, OnlyWith, Parsed, Quantity, QuantityOrFile, Vector, show
 from transition.settings import FILE
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     from fragfield.case.schema import Case
 
-__all__ = ["bounds_of", "not_read", "outside_hard", "outside_soft", "quantities_of"]
+__all__ = ["bounds_of", "choice_faults", "not_read", "outside_hard", "outside_soft", "quantities_of"]
 
 _TEXT = 500
 _DIRECTIONS = ("round.axis", "plane.normal", "witness.normal", "witness.up")
@@ -117,18 +117,36 @@ def _numbers(value: object) -> tuple[float, ...]:
     return (value,) if isinstance(value, (int, float)) and not isinstance(value, bool) else ()
 
 
-def not_read(table: BaseModel, above: str = "") -> Iterator[tuple[str, str]]:
-    """Keys of a table, and of those in it, that another key of their table excludes.
+def not_read(table: BaseModel) -> Iterator[str]:
+    """Keys of a table, and of those in it, that another key of their table excludes."""
+    for path, _, _, mark, choice in _choices(table):
+        if not mark.holds(choice):
+            yield path
 
-    Each with what is wrong with it: empty where it is allowed to stand there, or has its default.
-    """
+
+def choice_faults(table: BaseModel, above: str = "") -> Iterator[str]:
+    """Keys that are given where another key excludes them, or left out where it needs them."""
+    for path, field, value, mark, choice in _choices(table, above):
+        if mark.refused and not mark.holds(choice) and value != field.default:
+            yield f"{path}: {mark.words(choice)}"
+        elif value is None and choice in mark.needed:
+            marks = [one for one in marks_of(field) if isinstance(one, Parsed)]
+            words = f", for example {mark.example}" if mark.example else "".join(f": {one.allowed}" for one in marks)
+            yield f"{path}: missing; {mark.key} = {show(choice)} needs it{words}"
+
+
+def _choices(table: BaseModel, above: str = "") -> Iterator[tuple[str, FieldInfo, object, OnlyWith, object]]:
+    """Every key that depends on another: its field and value, the mark, and the other key's value."""
     for name, field in type(table).model_fields.items():
         path, value = f"{above}.{name}" if above else name, getattr(table, name)
         for mark in marks_of(field):
-            if isinstance(mark, OnlyWith) and not mark.holds(choice := _choice(table, mark.key)):
-                yield path, mark.words(choice) if mark.refused and value != field.default else ""
+            if isinstance(mark, OnlyWith):
+                yield path, field, value, mark, _choice(table, mark.key)
         if isinstance(value, BaseModel):
-            yield from not_read(value, path)
+            yield from _choices(value, path)
+        for number, entry in enumerate(value if isinstance(value, (list, tuple)) else (), start=1):
+            if isinstance(entry, BaseModel):
+                yield from _choices(entry, f"{path}[{number}]")
 
 
 def _choice(table: BaseModel, key: str) -> object:

@@ -7,15 +7,15 @@ from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from fragfield.case.checks.arrangement import check_places, check_planes
-from fragfield.case.checks.bounds import not_read, outside_hard
+from fragfield.case.checks.bounds import choice_faults, outside_hard
 from fragfield.case.checks.expected_masses import check_expected
 from fragfield.case.checks.uncertain_inputs import check_uncertainty
 from fragfield.case.conversion.exposed_sites import check_exposed
 from fragfield.case.conversion.placing import profile_of
 from fragfield.case.conversion.stack import check_stack
 from fragfield.case.tables.flight import CylinderTable
-from fragfield.case.tables.official import check_official
 from fragfield.case.tables.round import ExplosiveTable
+from fragfield.case.tables.site import check_official
 from fragfield_base.inputs import show
 
 if TYPE_CHECKING:
@@ -61,7 +61,7 @@ def check_case(case: Case, *, burst: bool = True) -> list[str]:
     for number, entry in enumerate(case.round, start=1):
         faults += _round(f"round[{number}]", entry)
     faults += check_stack(case)
-    faults += [f"{key}: {fault}" for key, fault in not_read(case) if fault]
+    faults += choice_faults(case)
     faults += _flight(case.flight)
     faults += _ground(case.flight.ground)
     faults += _together(case)
@@ -150,16 +150,12 @@ def _break_up(break_up: BreakUpTable) -> Iterator[str]:
 
 
 def _flight(flight: FlightTable) -> Iterator[str]:
-    air, wind = flight.air, flight.wind
-    if air.model == "constant" and air.density is None:
-        yield 'flight.air.density: missing; model = "constant" needs it, for example density = "1.225 kg/m^3"'
+    wind = flight.wind
     for key in ("heights", "speeds", "directions") if wind.model == "profile" else ():
         column = getattr(wind, key)
         if column is None or len(column) != len(wind.heights or []):
             found = len(column or [])
             yield f'flight.wind.{key}: found {found} values; model = "profile" needs one for each height, at least 1'
-    if flight.shape.model == "lognormal" and flight.shape.spread is None:
-        yield 'flight.shape.spread: missing; model = "lognormal" needs it, for example spread = 0.2'
     if wind.model == "profile":
         yield from _rising("flight.wind.heights", wind.heights or [])
 

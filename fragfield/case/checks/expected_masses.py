@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from fragfield.case.conversion.round_masses import first_alike, masses_of
+from fragfield.case.conversion.placing import first_alike, masses_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from fragfield.case.checks.fragment_numbers import check_numbers
 from fragfield.case.conversion.exposed_sites import exposed_sites_of
-from fragfield.case.conversion.round_masses import first_alike, masses_of
+from fragfield.case.conversion.placing import first_alike, masses_of
 from fragfield.case.conversion.stages import (
     break_up_settings,
     flight_arguments,
@@ -51,8 +51,8 @@ def _cells(case: Case) -> Iterator[str]:
     from burst_fenicsx.axisymmetric.mesh import check_meridian_size
     from burst_fenicsx.errors import InputError
     from burst_fenicsx.meshing.sizing import check_mesh_size
-    from fragfield.case.conversion.geometry import burst_geometry
     from fragfield.case.conversion.placing import profile_of
+    from fragfield.case.conversion.stages import burst_geometry
 
     if case.burst is None:
         return

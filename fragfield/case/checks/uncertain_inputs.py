@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from fragfield.case.checks.bounds import choice_faults
 from fragfield.case.messages import marks_of, tables_in
 from fragfield.errors import nearest
 from fragfield_base.inputs import NotAllowedError, NumberOrWord, Quantity, Vector, show
@@ -21,14 +22,6 @@ if TYPE_CHECKING:
 
 __all__ = ["Target", "check_uncertainty", "parameters_of", "target_of"]
 
-_NEEDED = {
-    "uniform": ("low", "high"),
-    "normal": ("mean", "standard_deviation"),
-    "lognormal": ("median", "factor"),
-    "triangular": ("low", "mode", "high"),
-    "discrete": ("values",),
-}
-_OPTIONAL = {"normal": ("low", "high"), "lognormal": ("low", "high"), "discrete": ("weights",)}
 _PARAMETERS = ("low", "high", "mode", "mean", "standard_deviation", "median", "factor", "values", "weights")
 _POSITIVE = ("standard_deviation", "median")
 _OWN = ("uncertainty", "seed", "title", "document", "official")
@@ -108,13 +101,13 @@ def check_uncertainty(case: Case) -> Iterator[str]:
         if entry.name in names:
             yield f"{where}.name: found {show(entry.name)} again, as {names[entry.name]}; allowed: a name of its own"
         names[entry.name] = where
-        faults = [*_check_keys(where, entry), *_check_parameters(where, entry)]
+        faults = list(_check_keys(where, entry))
         yield from faults
         for key in entry.keys:
             if key in seen:
                 yield f"{where}.keys: {key} is varied by {seen[key]} already; allowed: one input for a key"
             seen[key] = where
-        if not faults:
+        if not faults and not list(choice_faults(entry)):
             yield from _check_numbers(where, entry)
 
 
@@ -138,18 +131,6 @@ def _check_keys(where: str, entry: UncertainInputTable) -> Iterator[str]:
             return
     if len(units) > 1 and entry.applies != "factor":
         yield f'{where}.keys: keys of different units; allowed: keys of one unit, or applies = "factor"'
-
-
-def _check_parameters(where: str, entry: UncertainInputTable) -> Iterator[str]:
-    needed, optional = _NEEDED[entry.distribution], _OPTIONAL.get(entry.distribution, ())
-    for name in _PARAMETERS:
-        given = getattr(entry, name) is not None
-        if name in needed and not given:
-            yield f'{where}.{name}: missing; distribution = "{entry.distribution}" needs {" and ".join(needed)}'
-        if given and name not in (*needed, *optional):
-            users = [kind for kind in _NEEDED if name in (*_NEEDED[kind], *_OPTIONAL.get(kind, ()))]
-            words = " or ".join(f'"{kind}"' for kind in users)
-            yield f'{where}.{name}: found with distribution = "{entry.distribution}"; allowed: only with {words}'
 
 
 def _check_numbers(where: str, entry: UncertainInputTable) -> Iterator[str]:

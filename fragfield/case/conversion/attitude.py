@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
-from fragfield.case.conversion.site import bearing_of, direction_words
+from fragfield.case.conversion.surroundings import bearing_of, direction_words
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fragfield.case.conversion.site import bearing_of, site_of
-from fragfield.case.conversion.surroundings import ground_height
+from fragfield.case.conversion.surroundings import bearing_of, ground_height, site_of
 from fragfield.case.tables.exposed import AreaTable, ExposedBuildingTable, PersonTable, RoadTable
 from fragfield.case.tables.ground import BuildingTable, WallTable
 from fragfield_base.inputs import show

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import json
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fragfield.case.conversion.stages import burst_round
 from fragfield.case.conversion.surroundings import ground_height
 
 if TYPE_CHECKING:
@@ -21,14 +23,29 @@ if TYPE_CHECKING:
     from fragfield.case.tables.plane import PlaneTable
     from fragfield.case.tables.round import RoundTable
 
-__all__ = ["base_faults", "heights", "lift_to", "meshed", "on_base", "outsides", "placed", "profile_of"]
+__all__ = [
+    "RoundMasses",
+    "SegmentMass",
+    "are_alike",
+    "base_faults",
+    "contents_text",
+    "first_alike",
+    "heights",
+    "lift_to",
+    "masses_of",
+    "meshed",
+    "on_base",
+    "outsides",
+    "placed",
+    "profile_of",
+]
 
 
 def placed(entry: RoundTable) -> Body:
     """Outside of a resolved round; of one from a mesh file, the convex hull of its nodes."""
     from burst_fenicsx.meshing import mesh_round
-    from fragfield.case.conversion.burst import burst_round
     from fragfield.case.conversion.clearance import Hull, placed_body
+    from fragfield.case.conversion.stages import burst_round
 
     if isinstance(entry.profile, dict):
         return placed_body(profile_of(entry), entry.position, entry.axis)
@@ -116,3 +133,65 @@ def heights(body: Body, plane: PlaneTable) -> tuple[float, float]:
     low, high = body.reach(plane.normal)
     foot = float(np.dot(plane.normal, plane.point))
     return low - foot, high - foot
+
+
+_CONTENTS = {"profile", "mesh", "explosive", "casing"}
+
+
+@dataclass(frozen=True)
+class SegmentMass:
+    """An axial segment of a casing: its kind ("nose", "wall" or "base"), and the mass of the casing in it (kg)."""
+
+    name: str
+    kind: str
+    casing: float
+
+
+@dataclass(frozen=True)
+class RoundMasses:
+    """Masses of a round as its contours or its mesh and its materials give them (kg).
+
+    Attributes
+    ----------
+    casing, charge : float
+        Of the whole round.
+    segments : tuple of SegmentMass
+        Of its profile; none where it is from a mesh file.
+    """
+
+    casing: float
+    charge: float
+    segments: tuple[SegmentMass, ...] = ()
+
+
+def masses_of(entry: RoundTable) -> RoundMasses:
+    """Masses of a resolved round."""
+    item = burst_round(entry, entry.name)
+    casing, charge = item.casing.density, item.explosive.density
+    if entry.mesh is not None:
+        from burst_fenicsx.meshing import mesh_round, part_volumes
+        from burst_fenicsx.problem import Part
+
+        volumes = part_volumes(mesh_round(item, 1.0))
+        return RoundMasses(volumes[Part.CASING] * casing, volumes[Part.CHARGE] * charge)
+    profile = profile_of(entry)
+    segments = tuple(
+        SegmentMass(one.name, one.kind, casing * profile.volumes(one.start, one.end).casing) for one in profile.segments
+    )
+    return RoundMasses(profile.casing_volume * casing, profile.charge_volume * charge, segments)
+
+
+def contents_text(entry: RoundTable) -> str:
+    """Shape and materials of a round as text: rounds that differ in their place or their initiation alone have one."""
+    return json.dumps(entry.model_dump(mode="json", include=_CONTENTS), sort_keys=True)
+
+
+def first_alike(case: Case) -> list[int]:
+    """For every round the index of the first one of the same contents."""
+    keys = [contents_text(entry) for entry in case.round]
+    return [keys.index(key) for key in keys]
+
+
+def are_alike(case: Case) -> bool:
+    """Whether all rounds of a case have the same contents: the data of a test hold the fragments of one kind."""
+    return len({contents_text(entry) for entry in case.round}) <= 1

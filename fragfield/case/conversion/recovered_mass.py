@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
-from fragfield.case.conversion.round_masses import are_alike, masses_of
+from fragfield.case.conversion.placing import are_alike, masses_of
 from fragfield.errors import InputError
 
 if TYPE_CHECKING:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from fragfield.case.conversion.geometry import burst_geometry
-from fragfield.case.conversion.round_masses import are_alike
+from fragfield.case.conversion.placing import are_alike
+from fragfield.case.conversion.stages import burst_geometry
 
 if TYPE_CHECKING:
     from fragfield.case.schema import Case

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from fragfield.case.checks.bounds import choice_faults
 from fragfield.errors import nearest
 from fragfield_base.inputs import show
 
@@ -19,8 +20,6 @@ if TYPE_CHECKING:
 __all__ = ["check_stack", "expanded", "stacked_names"]
 
 _MOST_ROUNDS = 1000
-_KEYS = {"row": ("count",), "triangle": ("count",), "pallet": ("counts", "layer_gap")}
-_TAKEN_BY = {"count": ("row", "triangle"), "counts": ("pallet",), "layer_gap": ("pallet",)}
 
 
 def check_stack(case: Case) -> Iterator[str]:
@@ -28,9 +27,11 @@ def check_stack(case: Case) -> Iterator[str]:
     stack = case.stack
     if stack is None:
         return
-    faults = list(_counts(stack)) + list(_template_faults(case, stack))
+    faults = list(_template_faults(case, stack))
+    if stack.size > _MOST_ROUNDS:
+        faults.append(f"stack: found {stack.size} rounds; allowed: at most {_MOST_ROUNDS}")
     yield from faults
-    if not faults:
+    if not faults and not list(choice_faults(stack)):
         yield from _names(case, stack)
         yield from _ignited(case, stack)
 
@@ -102,22 +103,6 @@ def _initiated(case: Case, stack: StackTable) -> set[int]:
         return set(range(stack.size))
     names = stacked_names(case)
     return {names.index(one) if isinstance(one, str) else one - 1 for one in stack.initiated}
-
-
-def _counts(stack: StackTable) -> Iterator[str]:
-    for key, arrangements in _TAKEN_BY.items():
-        if getattr(stack, key) is not None and stack.arrangement not in arrangements:
-            allowed = " or ".join(f'"{name}"' for name in arrangements)
-            yield (
-                f"stack.{key}: found with arrangement = {show(stack.arrangement)}, which takes "
-                f"{' and '.join(_KEYS[stack.arrangement])}; allowed: only with arrangement = {allowed}"
-            )
-    if stack.arrangement == "row" and stack.count is None:
-        yield 'stack.count: missing; arrangement = "row" needs the number of rounds, for example count = 4'
-    if stack.arrangement == "pallet" and stack.counts is None:
-        yield 'stack.counts: missing; arrangement = "pallet" needs the numbers along x, along y and of layers, for example counts = [2, 4, 1]'  # noqa: E501
-    if stack.size > _MOST_ROUNDS:
-        yield f"stack: found {stack.size} rounds; allowed: at most {_MOST_ROUNDS}"
 
 
 def _template_faults(case: Case, stack: StackTable) -> Iterator[str]:

@@ -11,12 +11,25 @@ from typing import TYPE_CHECKING, Any, Literal
 from fragfield.case.tables.ground import BarricadeTable, BuildingTable, WallTable
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from flight import HeightMap, Ricochet
+    from flight.hazard.site import Site
     from flight.scene.obstacles import Obstacle
     from fragfield.case.schema import Case
     from fragfield.case.tables.ground import GroundTable
 
-__all__ = ["check_surroundings", "describe_surroundings", "ground_height", "ground_of", "surroundings"]
+__all__ = [
+    "bearing_of",
+    "check_surroundings",
+    "describe_surroundings",
+    "direction_words",
+    "ground_height",
+    "ground_of",
+    "site_of",
+    "surroundings",
+    "with_bearing",
+]
 
 
 def surroundings(case: Case) -> dict[str, Any]:
@@ -119,3 +132,42 @@ def _obstacle(table: WallTable | BarricadeTable | BuildingTable) -> Obstacle:
         return flight.Barricade(**values)
     values["azimuth"] = round(math.degrees(table.azimuth), 10)
     return flight.Building(**values)
+
+
+def site_of(case: Case) -> Site | None:
+    """The case's site in degrees, free of what the way over radians adds in the last digits."""
+    from flight.hazard.site import Site
+
+    if case.site is None:
+        return None
+    return Site(*(round(math.degrees(v), 10) for v in (case.site.latitude, case.site.longitude, case.site.bearing)))
+
+
+def bearing_of(case: Case, azimuth: float | None) -> float | None:
+    """Bearing (degrees clockwise from north) of an azimuth (degrees from +x); None without [site] or an azimuth."""
+    site = site_of(case)
+    return None if site is None or azimuth is None else float(site.bearing_of(azimuth))
+
+
+def with_bearing(case: Case, entry: Mapping[str, Any]) -> dict[str, Any]:
+    """An entry of summary.json with its bearing after its azimuth."""
+    return {**entry, "bearing_deg": bearing_of(case, entry["azimuth_deg"])}
+
+
+def direction_words(azimuth: float, bearing: float | None, *, whole: bool = False) -> str:
+    """A direction as every text gives it: bearing and point of the compass where the case has a site, else azimuth.
+
+    Parameters
+    ----------
+    azimuth : float
+        From +x, counter-clockwise (degrees).
+    bearing : float or None
+        From north, clockwise (degrees), by `bearing_of`.
+    whole : bool
+        In whole degrees, for places; else in four digits.
+    """
+    from flight.hazard.site import compass_point
+
+    angle = azimuth if bearing is None else bearing
+    words = f"{round(angle) % 360}°" if whole else f"{angle:.4g}°"
+    return f"azimuth {words}" if bearing is None else f"bearing {words} ({compass_point(bearing)})"

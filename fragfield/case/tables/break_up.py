@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar
+from typing import Annotated, ClassVar, get_args
 
 from pydantic import Field
 
 from fragfield.case.tables.base import Table
 from fragfield_base.inputs import Bounds, Entries, Length, Quantity, QuantityOrFile
-from transition.settings import MEAN_MASS, BreakUpSettings
+from transition.settings import MEAN_MASS, BreakUpSettings, MeanMassLaw
 
 __all__ = ["BreakUpTable", "FragmentCountsTable"]
 
-_MEAN_MASS = QuantityOrFile(
-    "kg", "14.9 g", above=0.0, words=("mott", "mott_1947", "gurney_sarmousakis"), holds="counted fragments"
-)
+_MEAN_MASS = QuantityOrFile("kg", "14.9 g", above=0.0, words=get_args(MeanMassLaw), holds="counted fragments")
 _GROUPS = Entries(10000, "groups of mass")
 
 

@@ -68,7 +68,7 @@ class AirTable(Table):
         float | None,
         Quantity("kg/m^3", "1.225 kg/m^3", minimum=0.0),
         Bounds(0.0, 1000.0, "denser than water", usual=(0.0, 2.0)),
-        OnlyWith("model", ("constant",), refused=True),
+        OnlyWith("model", ("constant",), refused=True, needed=("constant",)),
     ] = None
     """For model = "constant"; 0 is a vacuum."""
     sound_speed: Annotated[
@@ -138,7 +138,9 @@ class ShapeTable(Table):
     model: Literal["mean", "lognormal", "box"] = "mean"
     """The mean area by `flight.shape_factor`, factors drawn about it, or boxes."""
     spread: Annotated[
-        float | None, Bounds(0.0, 2.0, "a logarithm"), OnlyWith("model", ("lognormal",), refused=True)
+        float | None,
+        Bounds(0.0, 2.0, "a logarithm"),
+        OnlyWith("model", ("lognormal",), refused=True, needed=("lognormal",), example="spread = 0.2"),
     ] = None
     """For model = "lognormal": standard deviation of the logarithm of the factor; an assumption, no law is known."""
     ratios: Annotated[list[float], Bounds(1e-3, 1000.0, "ratios of edges, not of atoms", usual=(0.1, 50.0)), _BOX] = (

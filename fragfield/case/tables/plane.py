@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import Literal
+from typing import Annotated, Literal
 
 from pydantic import Field
 
 from fragfield.case.tables.base import Table
-from fragfield_base.inputs import Direction, FrictionAngle, Length, Position, degrees
+from fragfield_base.inputs import Direction, FrictionAngle, Length, OnlyWith, Position, degrees
 
 __all__ = ["PlaneTable", "resolved_plane"]
 
@@ -24,13 +24,13 @@ class PlaneTable(Table):
     """A name of its own."""
     kind: Literal["ground", "symmetry", "wall"]
     """Level ground; a plane of symmetry, which stands for the mirrored rounds behind it; or a barricade or a deck."""
-    height: Length | None = None
+    height: Annotated[Length | None, OnlyWith("kind", ("ground",), refused=True)] = None
     """z of a level ground; left out: 0 m, or that of `point`."""
-    point: Position | None = None
+    point: Annotated[Position | None, OnlyWith("kind", without=(), needed=("wall",))] = None
     """A point of the plane; needed by a wall, for a plane of symmetry left out: the origin."""
     normal: Direction | None = None
     """Direction from the plane to the rounds; left out: upwards, for the ground alone."""
-    friction_angle: FrictionAngle | None = None
+    friction_angle: Annotated[FrictionAngle | None, OnlyWith("kind", ("ground", "wall"), refused=True)] = None
     """Of casings on it; left out: 20 degrees. A plane of symmetry has none."""
 
 

@@ -1,14 +1,19 @@
-"""The table [site]: geographic position of the rounds."""
+"""The tables [site], [official] and [document]: where on Earth, published distances, and data for document control."""
 
 from __future__ import annotations
 
 import math
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
+
+from pydantic import Field
 
 from fragfield.case.tables.base import Table
 from fragfield_base.inputs import Quantity, degrees
 
-__all__ = ["SiteTable"]
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+__all__ = ["DocumentTable", "OfficialTable", "SiteTable", "check_official"]
 
 _HIGHEST_LATITUDE = degrees(89.0)
 
@@ -22,3 +27,55 @@ class SiteTable(Table):
     """East positive."""
     bearing: Annotated[float, Quantity("rad", "90 deg", minimum=-2.0 * math.pi, maximum=2.0 * math.pi)]
     """Of +x, clockwise from north: with 90 degrees x points east and y north."""
+
+
+_FARTHEST = 20e3  # m
+
+
+class OfficialTable(Table):
+    """Published distances, shown beside the computed one; they change nothing that is computed."""
+
+    hazardous_fragment_distance: Annotated[float | None, Quantity("m", "120 m", above=0.0, maximum=_FARTHEST)] = None
+    """Distance to hazardous fragments, at one per 55.7 m2 (600 ft2) or as the authority defines it."""
+    maximum_fragment_distance: Annotated[float | None, Quantity("m", "650 m", above=0.0, maximum=_FARTHEST)] = None
+    """Distance that no fragment is expected to exceed."""
+    rounds: int = Field(default=1, ge=1)
+    """How many rounds, detonated together, the distances are published for."""
+    source: str = Field(min_length=1)
+    """Authority, document, edition and page, as the report is to cite them."""
+
+
+def check_official(official: OfficialTable) -> Iterator[str]:
+    """Faults of the table, as lines `key: found ...; allowed: ...`."""
+    hazardous, farthest = official.hazardous_fragment_distance, official.maximum_fragment_distance
+    if not official.source.strip():
+        yield "official.source: found only blanks; allowed: authority, document, edition and page"
+    if hazardous is None and farthest is None:
+        yield (
+            "official.hazardous_fragment_distance: missing, and maximum_fragment_distance too; needed: at least one of "
+            'the two, for example hazardous_fragment_distance = "120 m"'
+        )
+    if hazardous is not None and farthest is not None and farthest < hazardous:
+        yield (
+            f"official.maximum_fragment_distance: found {farthest:g} m; allowed: at least "
+            f"hazardous_fragment_distance, {hazardous:g} m"
+        )
+
+
+class DocumentTable(Table):
+    """What stands on the first page of the report and at the foot of every printed page."""
+
+    number: str = ""
+    """Document number."""
+    revision: str = ""
+    """Revision, for example "B"."""
+    classification: str = ""
+    """Classification line, printed as it is written here."""
+    prepared_by: str = ""
+    """Who prepared the report."""
+    reviewed_by: str = ""
+    """Who reviewed it."""
+    approved_by: str = ""
+    """Who approved it."""
+    changes: list[str] = Field(default_factory=list)
+    """What this revision changed, a line each."""

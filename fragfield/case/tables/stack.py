@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 
 from fragfield.case.tables.base import Table
 from fragfield.case.tables.round import StandsOn
-from fragfield_base.inputs import Bounds, Entries, Parsed, Quantity
+from fragfield_base.inputs import Bounds, Entries, OnlyWith, Parsed, Quantity
 
 __all__ = ["StackTable"]
 
@@ -55,9 +55,18 @@ class StackTable(Table):
     """How the rounds stand to each other."""
     round: str | None = None
     """Name of the round that is copied; left out: the only one."""
-    count: Annotated[int | None, _COUNT] = None
+    count: Annotated[
+        int | None,
+        _COUNT,
+        OnlyWith("arrangement", ("row", "triangle"), refused=True, needed=("row",), example="count = 4"),
+    ] = None
     """Rounds of a row, or of the first row of a triangle (left out: 2, which gives three rounds)."""
-    counts: Annotated[tuple[int, int, int] | None, _Counts(), _COUNT] = None
+    counts: Annotated[
+        tuple[int, int, int] | None,
+        _Counts(),
+        _COUNT,
+        OnlyWith("arrangement", ("pallet",), refused=True, needed=("pallet",)),
+    ] = None
     """Rounds of a pallet along x, along y and of layers."""
     gap: Annotated[
         float,
@@ -69,6 +78,7 @@ class StackTable(Table):
         float | None,
         Quantity("m", "50 mm", minimum=0.0),
         Bounds(0.0, 1e3, "farther apart rounds are no stack", usual=(0.0, 10.0)),
+        OnlyWith("arrangement", ("pallet",), refused=True),
     ] = None
     """Clear distance between the layers of a pallet; left out: `gap`."""
     base: StandsOn = None

@@ -7,9 +7,18 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from fragfield.case.tables.base import Table
-from fragfield_base.inputs import Bounds, Entries
+from fragfield_base.inputs import Bounds, Entries, OnlyWith
 
 __all__ = ["UncertainInputTable", "UncertaintyTable"]
+
+_ENDS = OnlyWith(
+    "distribution", ("uniform", "triangular", "normal", "lognormal"), refused=True, needed=("uniform", "triangular")
+)
+
+
+def _of(distribution: str) -> OnlyWith:
+    """A parameter that one distribution has and needs."""
+    return OnlyWith("distribution", (distribution,), refused=True, needed=(distribution,))
 
 
 class UncertainInputTable(Table):
@@ -23,23 +32,23 @@ class UncertainInputTable(Table):
     """The draw is the key's value, a factor on the value that the case has, or is added to it."""
     distribution: Literal["uniform", "normal", "lognormal", "triangular", "discrete"]
     """Distribution of the draw."""
-    low: float | str | None = None
+    low: Annotated[float | str | None, _ENDS] = None
     """Lower end; for "normal" and "lognormal" where the distribution is cut off, and may be left out."""
-    high: float | str | None = None
+    high: Annotated[float | str | None, _ENDS] = None
     """Upper end, alike."""
-    mode: float | str | None = None
+    mode: Annotated[float | str | None, _of("triangular")] = None
     """For "triangular": the most probable value."""
-    mean: float | str | None = None
+    mean: Annotated[float | str | None, _of("normal")] = None
     """For "normal"."""
-    standard_deviation: float | str | None = None
+    standard_deviation: Annotated[float | str | None, _of("normal")] = None
     """For "normal"."""
-    median: float | str | None = None
+    median: Annotated[float | str | None, _of("lognormal")] = None
     """For "lognormal"."""
-    factor: float | None = Field(default=None, gt=1.0)
+    factor: Annotated[float | None, _of("lognormal")] = Field(default=None, gt=1.0)
     """For "lognormal": geometric standard deviation; 68 % lie within this factor either way of the median."""
-    values: list[float | str | bool] | None = None
+    values: Annotated[list[float | str | bool] | None, _of("discrete")] = None
     """For "discrete": the values; names and words only with applies = "value"."""
-    weights: list[float] | None = None
+    weights: Annotated[list[float] | None, OnlyWith("distribution", ("discrete",), refused=True)] = None
     """For "discrete": one for each value; left out: all alike."""
     source: str = Field(min_length=1)
     """Where the distribution comes from."""

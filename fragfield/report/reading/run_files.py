@@ -25,8 +25,8 @@ if TYPE_CHECKING:
     from burst_fenicsx.files.revolve import Revolution
     from flight.hazard.ensemble import EnsembleHazard
     from fragfield.case import Case
-    from fragfield.case.tables.document import DocumentTable
     from fragfield.case.tables.flight import HazardTable
+    from fragfield.case.tables.site import DocumentTable
     from transition.placement.mirroring import SymmetryPlane
 
 __all__ = ["STAGE_FILES", "RoundTables", "RunFiles", "read_run"]
@@ -134,7 +134,7 @@ class RunFiles:
     @property
     def document(self) -> DocumentTable:
         """Number, revision and names; empty texts where the directory holds no case."""
-        from fragfield.case.tables.document import DocumentTable
+        from fragfield.case.tables.site import DocumentTable
 
         return self.case.document if self.case is not None else DocumentTable()
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fragfield.case.conversion.site import direction_words, site_of
+from fragfield.case.conversion.surroundings import direction_words, site_of
 from fragfield.hazard.certainty import basis_words, metres_and_error, ricochet_words, rounded_metres, whole_metres
 from fragfield.hazard.recommended import RULE, parts_of
 from fragfield.numbers import SPACE, number

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from fragfield.case.conversion.site import direction_words
+from fragfield.case.conversion.surroundings import direction_words
 from fragfield.hazard.certainty import margin_metres, rounded_metres
 from fragfield.hazard.verdict import criterion_words, part_of_criterion
 from fragfield.numbers import SPACE, number

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from fragfield.case.active import active_tables
-from fragfield.case.write import measured
 from fragfield.numbers import Row, of_case
 from fragfield.report.blocks import Rows
 from fragfield.report.tables.rounds import POSITION_KEYS, alike
@@ -22,7 +21,7 @@ def input_tables(run: RunFiles) -> Iterator[Rows]:
     """One table for each part of the resolved case; keys that take no part in the run are left out."""
     if run.case is None:
         return
-    case = active_tables(run.case, measured(run.case), own_fragments=run.fragments_file is None)
+    case = active_tables(run.case, own_fragments=run.fragments_file is None)
     own = {key: value for key, value in case.items() if not _is_table(value)}
     if own:
         yield Rows("Case", tuple(_flat("", own)))

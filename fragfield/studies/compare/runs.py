@@ -39,7 +39,7 @@ class ComparedRun:
         summary.json.
     hazard : EnsembleHazard, optional
         Over its realisations; None where it has not been flown.
-    hits : dict from a surface's name to (n, s) arrays of flight.hazard.density.witness_hazard.SECTOR_HITS
+    hits : dict from a surface's name to (n, s) arrays of flight.hazard.density.sectors.SECTOR_HITS
         Hits by realisation and sector.
     """
 

@@ -109,7 +109,7 @@ def compare_hits(
 
     Parameters
     ----------
-    run, reference : (n, s) and (m, s) arrays of flight.hazard.density.witness_hazard.SECTOR_HITS
+    run, reference : (n, s) and (m, s) arrays of flight.hazard.density.sectors.SECTOR_HITS
         Hits by realisation and sector.
     together : int
         Sectors that make one of the comparison.

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 from typing import TYPE_CHECKING, Any
 
 from fragfield.errors import InputError
 from fragfield.hazard.certainty import whole_metres
-from fragfield_base.writing import harmless, write_text
+from fragfield_base.writing import csv_table, write_text
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -33,14 +31,11 @@ _COLUMNS = {
 def write_limit(found: Mapping[str, Any], folder: Path) -> None:
     """Write limit.json and limit.csv, one row a run computed; raises InputError where they cannot be written."""
     write_text(folder / "limit.json", json.dumps(found, indent=1, allow_nan=False) + "\n", InputError)
-    text = io.StringIO()
-    table = csv.writer(text, lineterminator="\n")
-    table.writerow(["run", found["key"], *_COLUMNS.values(), "reasons"])
+    rows = [["run", found["key"], *_COLUMNS.values(), "reasons"]]
     for row in found["runs"]:
         value = str(row["values"][found["key"]])
-        cells = [harmless(row["name"]), harmless(value), *(row[key] for key in _COLUMNS)]
-        table.writerow([*cells, harmless("; ".join(row["reasons"]))])
-    write_text(folder / "limit.csv", text.getvalue(), InputError)
+        rows.append([row["name"], value, *(row[key] for key in _COLUMNS), "; ".join(row["reasons"])])
+    write_text(folder / "limit.csv", csv_table(rows), InputError)
 
 
 def limit_words(found: Mapping[str, Any]) -> str:

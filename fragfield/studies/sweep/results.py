@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +10,7 @@ from fragfield.hazard.certainty import whole_metres
 from fragfield.hazard.recommended import not_included_words
 from fragfield.quantities import shown
 from fragfield.studies.sweep.plan import labels_of
-from fragfield_base.writing import harmless, write_text
+from fragfield_base.writing import csv_table, write_text
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -42,16 +40,12 @@ def results_of(summary: Mapping[str, Any]) -> dict[str, Any]:
 
 def write_tables(found: Mapping[str, Any], folder: Path) -> None:
     """Write sweep.json and sweep.csv, one row a run; raises InputError where they cannot be written."""
-    heads = ["run", *found["keys"], "state", "exit_code", *results_of({}), "message"]
     write_text(folder / "sweep.json", json.dumps(found, indent=1, allow_nan=False) + "\n", InputError)
-    text = io.StringIO()
-    table = csv.writer(text, lineterminator="\n")
-    table.writerow(heads)
+    table = [["run", *found["keys"], "state", "exit_code", *results_of({}), "message"]]
     for row in found["runs"]:
         values = [row["name"], *(row["values"][key] for key in found["keys"]), row["state"], row["exit_code"]]
-        cells = [*values, *row["results"].values(), row["message"]]
-        table.writerow([harmless(cell) if isinstance(cell, str) else cell for cell in cells])
-    write_text(folder / "sweep.csv", text.getvalue(), InputError)
+        table.append([*values, *row["results"].values(), row["message"]])
+    write_text(folder / "sweep.csv", csv_table(table), InputError)
 
 
 def print_sweep(found: Mapping[str, Any]) -> None:

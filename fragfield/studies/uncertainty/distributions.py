@@ -63,12 +63,6 @@ class Distribution:
             return [self.parameters["values"][int(place)] for place in self.quantile(u)]
         return [float(f"{value:.{_DIGITS}g}") for value in self.quantile(u)]
 
-    def middle(self) -> Any:  # noqa: ANN401 - a number, or an entry of a discrete distribution
-        """The median; of a discrete distribution the entry of the largest weight."""
-        if self.kind == "discrete":
-            return self.parameters["values"][int(np.argmax(np.diff(self.edges())))]
-        return self.values([0.5])[0]
-
     def edges(self) -> NDArray[np.float64]:
         """Probabilities (k + 1,) between the values of a discrete distribution, from 0 to 1."""
         weights = self.parameters.get("weights")

@@ -82,8 +82,6 @@ class Expansion:
         Degrees of each product; the first is the mean.
     coefficients, variances : (t,) float64
         With their own variances.
-    residual_variance : float
-        What the expansion leaves, per sample.
     unexplained : float
         Leave-one-out error over the variance of the values: 0 is perfect, 1 is no better than the mean.
     draws : (b, t), (b, t) float64
@@ -93,7 +91,6 @@ class Expansion:
     terms: NDArray[np.int64]
     coefficients: NDArray[np.float64]
     variances: NDArray[np.float64]
-    residual_variance: float
     unexplained: float
     draws: tuple[NDArray[np.float64], NDArray[np.float64]]
 
@@ -101,13 +98,6 @@ class Expansion:
     def degree(self) -> int:
         """Total degree."""
         return int(self.terms.sum(axis=1).max())
-
-    def variance(self) -> tuple[float, float]:
-        """Variance that the inputs cause, with its standard error."""
-        everything = np.ones(len(self.terms) - 1, dtype=bool)
-        of_draws = self._variances(everything, *self.draws)
-        own = self._variances(everything, self.coefficients, self.variances)
-        return float(own), float(of_draws.std(ddof=1))
 
     def share(self, inputs: Sequence[int], *, alone: bool = False) -> tuple[float, float, tuple[float, float]]:
         """Share of the variance by a group of inputs: estimate, standard error, and 2.5 and 97.5 % of the bootstrap.
@@ -245,4 +235,4 @@ def _fitted(
         own = of_draws.var(axis=0, ddof=1)
         variances = np.broadcast_to(own, of_draws.shape)
     # A draw's squares are too large twice over: by its own variance and by that of the coefficients it began with.
-    return Expansion(terms, coefficients, own, variance, error, (of_draws, 2.0 * variances))
+    return Expansion(terms, coefficients, own, error, (of_draws, 2.0 * variances))

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 from typing import TYPE_CHECKING, Any
 
@@ -19,7 +17,7 @@ from fragfield.studies.uncertainty.indices import Analysis, analyse
 from fragfield.studies.uncertainty.sample import results_of_summary
 from fragfield.studies.uncertainty.spread import spread_of, without_statistical_error
 from fragfield.version import __version__
-from fragfield_base.writing import harmless, write_text
+from fragfield_base.writing import csv_table, write_text
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -190,9 +188,7 @@ def _write_samples(study: Study, rows: Mapping[int, Mapping[str, Any]], folder: 
     results = ["distance", "standard_error", *(one.name for one in shown("uncertainty"))]
     heads = ["sample", *(entry.name for entry in study.inputs), "state", *results]
     heads += [f"{site}: {what}" for site in names for what in _SITE]
-    text = io.StringIO()
-    table = csv.writer(text, lineterminator="\n")
-    table.writerow([harmless(head) for head in heads])
+    table: list[list[Any]] = [heads]
     for number in range(study.samples):
         row = rows.get(number)
         found = (row or {}).get("results") or {}
@@ -202,5 +198,5 @@ def _write_samples(study: Study, rows: Mapping[int, Mapping[str, Any]], folder: 
         at = {site["name"]: site for site in found.get("exposed") or []}
         cells = [number, *study.draws(number), state, *(found.get(name) for name in results)]
         cells += [at.get(site, {}).get(what) for site in names for what in _SITE]
-        table.writerow([harmless(cell) if isinstance(cell, str) else cell for cell in cells])
-    write_text(folder / "samples.csv", text.getvalue(), InputError)
+        table.append(cells)
+    write_text(folder / "samples.csv", csv_table(table), InputError)

@@ -73,9 +73,9 @@ def _flown(case: Case, snapshot: Path, burst: Mapping[str, Any]) -> dict[str, An
     import transition
     from fragfield.case.conversion.stages import break_up_settings
     from fragfield.files.run_directory import RunDirectory
-    from fragfield.pipeline.flights import fly_all
     from fragfield.pipeline.job import Job, RunOptions
     from fragfield.pipeline.parallel import Team
+    from fragfield.pipeline.realisations import fly_all
     from fragfield.terminal.progress import ProgressReporter
 
     broken = transition.BreakUp(transition.Snapshot.read(snapshot), break_up_settings(case))

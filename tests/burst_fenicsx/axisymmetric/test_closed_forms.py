@@ -39,7 +39,7 @@ def test_a_plane_axial_wave_passes_the_axis_undisturbed(monkeypatch):
     spread, radial = spread_of_a_plane_wave()
     assert spread < 1e-10
     assert radial < 1e-8
-    alike = replace(RING, shares=lambda position, dofmap: np.full(dofmap.shape, 0.25))
+    alike = replace(RING, mass_fractions=lambda position, dofmap: np.full(dofmap.shape, 0.25))
     monkeypatch.setattr(meridians, "RING", alike)
     spread, _ = spread_of_a_plane_wave()
     assert spread > 0.05

@@ -67,22 +67,22 @@ def test_parts_of_the_charge_are_equally_long_and_bins_are_those_of_the_round():
     mesh = named(mesh, np.where(inside, Part.CHARGE, Part.CASING))
     found = radial_surfaces(mesh, [tube()], 3, 5)
     station = 1.0 - centre[:, 2]
-    np.testing.assert_array_equal(found.cell_part[inside], ((station[inside] - 0.2) / 0.2).astype(int))
-    assert (found.cell_part[~inside] == 3).all()
+    np.testing.assert_array_equal(found.cell_slice[inside], ((station[inside] - 0.2) / 0.2).astype(int))
+    assert (found.cell_slice[~inside] == 3).all()
     r, z = mesh.nodes[:, 0], mesh.nodes[:, 2]
     # Nodes on the charge's side: all at r = 0.2 m from end to end; its flat ends are no side.
     side = np.isclose(r, 0.2) & (np.abs(z - 0.5) < 0.3 + 1e-9)
-    np.testing.assert_array_equal(found.charge_part >= 0, side)
+    np.testing.assert_array_equal(found.charge_slice >= 0, side)
     between = side & ~np.isclose((0.8 - z) % 0.2, 0.0) & ~np.isclose((0.8 - z) % 0.2, 0.2)
-    np.testing.assert_array_equal(found.charge_part[between], ((0.8 - z[between]) / 0.2).astype(int))
-    assert set(found.charge_part[side].tolist()) == {0, 1, 2}
+    np.testing.assert_array_equal(found.charge_slice[between], ((0.8 - z[between]) / 0.2).astype(int))
+    assert set(found.charge_slice[side].tolist()) == {0, 1, 2}
     outside = np.isclose(r, 0.4)
     np.testing.assert_array_equal(found.casing_bin >= 0, outside)
     assert set(found.casing_bin[outside].tolist()) == {0, 1, 2, 3, 4}
     np.testing.assert_allclose(found.bin_station, [0.1, 0.3, 0.5, 0.7, 0.9])
     np.testing.assert_array_equal(found.radius, r)
     np.testing.assert_array_equal(found.outward, np.broadcast_to([1.0, 0.0, 0.0], mesh.nodes.shape))
-    assert (radial_surfaces(rectangle((2, 2), (0.1, 0.2), 1.0), [tube()], 3, 2).cell_part == 3).all()
+    assert (radial_surfaces(rectangle((2, 2), (0.1, 0.2), 1.0), [tube()], 3, 2).cell_slice == 3).all()
 
 
 def line(turns):

@@ -95,7 +95,7 @@ def test_a_resumed_run_equals_the_uninterrupted_one_with_released_cells(tmp_path
         for time in (5e-6, 90e-6, 210e-6):
             interrupted(rounds, settings, parts, time, resume=(parts / "checkpoint.h5").exists())
         with h5py.File(parts / "checkpoint.h5") as file:
-            assert file["ranks/0/eroded"][()].any()
+            assert file["ranks/0/solid/eroded"][()].any()
         two = simulate(rounds, settings, parts, comm=MPI.COMM_SELF, resume=True)
     finally:
         signal.signal(signal.SIGINT, usual)

@@ -1,0 +1,69 @@
+"""Kernels compiled before the first run: which runs are made, and that a real run then compiles nothing."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from fragfield.case import read_resolved
+from fragfield.case.conversion.stages import burst_geometry
+from fragfield.cli import app
+from fragfield.studies.processes import LocalRuns
+
+ROOT = Path(__file__).parents[2]
+COMPILED = """
+import sys
+from fragfield.cli import main
+from numba.core import event
+found = []
+class Watch(event.Listener):
+    def on_start(self, happened):
+        found.append(str(happened.data["dispatcher"]))
+    def on_end(self, happened):
+        pass
+event.register("numba:compile", Watch())
+try:
+    main()
+except SystemExit as ended:
+    assert not ended.code
+sys.stdout.write("\\n".join(found))
+"""
+
+
+def test_a_meridian_and_a_pair_in_three_dimensions_are_computed_and_leave_nothing(monkeypatch):
+    made = []
+
+    def call(_runs, request):
+        made.append((burst_geometry(read_resolved(Path(request["case_file"]))).geometry, Path(request["out"])))
+        return 3, "cell 7 is lost"
+
+    monkeypatch.setattr(LocalRuns, "call", call)
+    done = CliRunner().invoke(app, ["warm-up", "--json"])
+    assert done.exit_code == 3
+    assert json.loads(done.stdout)["failures"] == ["cell 7 is lost"] * 2
+    assert sorted(geometry for geometry, _ in made) == ["3d", "axisymmetric"]
+    assert not any(out.parent.parent.exists() for _, out in made)
+    assert "a run failed: cell 7 is lost" in CliRunner().invoke(app, ["warm-up"]).stdout
+
+
+@pytest.mark.slow
+@pytest.mark.dolfinx
+def test_a_run_after_it_compiles_nothing(tmp_path):
+    variables = {**os.environ, "PYTHONPATH": str(ROOT), "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+
+    def run(*command):
+        done = subprocess.run(
+            [sys.executable, *command], env=variables, capture_output=True, text=True, check=False, cwd=tmp_path
+        )
+        assert done.returncode == 0, done.stderr
+        return done.stdout
+
+    assert json.loads(run("-m", "fragfield", "warm-up", "--json"))["cache"] == str(tmp_path / "cache")
+    options = ("--out", tmp_path / "out", "--cell-size", "12 mm", "--set", "burst.end_time=30 us", "--quiet")
+    assert run("-c", COMPILED, "run", ROOT / "cases" / "m107_tnt.toml", *options) == ""
