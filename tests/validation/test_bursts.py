@@ -207,10 +207,12 @@ class MadeUp:
         self.even = snapshot(folder / "burst_snapshot.h5", np.arange(1800) * 0.2 + 0.1)
 
     def burst(self, name, case, size, changes=None, geometry="axisymmetric"):
+        """As `Runs.burst`."""
         self.names.append(name)
         return self.folder, {"max_initial_speed": 800.0}
 
     def hazard(self, name, case, size, changes):
+        """As `Runs.hazard`."""
         attitude = changes["round.*.attitude"]
         lean = float(attitude.split()[0]) if attitude.endswith("deg") else 0.0
         self.names.append(name)
