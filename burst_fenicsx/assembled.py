@@ -25,9 +25,8 @@ from burst_fenicsx.records.exposure import ShockExposures
 from burst_fenicsx.records.interpenetration import InterpenetrationCheck
 from burst_fenicsx.records.measures import Measures
 from burst_fenicsx.records.surfaces import radial_surfaces
-from burst_fenicsx.symmetry import smallest_part
+from burst_fenicsx.symmetry import smallest_part, symmetry_words
 from burst_fenicsx.symmetry.completion import Completion
-from burst_fenicsx.symmetry.words import symmetry_words
 
 if TYPE_CHECKING:
     from burst_fenicsx.meshing.distributed import DistributedMesh
@@ -56,7 +55,7 @@ class AssembledBurst:
         settings = geometry.prepare(rounds, settings)
         self.part = smallest_part(rounds, settings)
         self.rounds = list(self.part.rounds)  # those that are computed, some of them in part
-        self.settings = settings = replace(settings, planes=(*settings.planes, *self.part.planes()))
+        self.settings = settings = replace(settings, planes=(*settings.planes, *self.part.rigid))
         self.comm = comm
         self._announce(len(rounds))
         mesh, self.quality = geometry.make_mesh(self.rounds, self.part.cuts, settings)
@@ -106,8 +105,7 @@ class AssembledBurst:
             settings,
             images=self.part.images,
             multiplicity=self.part.multiplicity,
-            mirrors=len(self.part.planes()),
-            torn=self.contact.torn,
+            eroded=self.contact.eroded,
         )
 
     def _announce(self, rounds: int) -> None:

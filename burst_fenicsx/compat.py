@@ -16,13 +16,16 @@ if TYPE_CHECKING:
     from mpi4py import MPI
 
 __all__ = [
+    "add_ghosts",
     "add_to_owners",
+    "blocked_vector",
     "cell_space",
     "cells_dofmap",
     "create_hexahedral_mesh",
     "create_quadrilateral_mesh",
     "form",
     "geometry_dofmap",
+    "index_map",
     "quadrature_space",
     "renumber_nodes",
     "renumbered_map",
@@ -252,7 +255,7 @@ def shared_nodes(domain: Any) -> np.ndarray:
     index_map = domain.geometry.index_map()
     vector = la.vector(index_map, 1)
     vector.array[index_map.size_local :] = 1.0
-    vector.scatter_reverse(la.InsertMode.add if _MODERN else la.ScatterMode.add)
+    add_ghosts(vector)
     found: np.ndarray = vector.array[: index_map.size_local] > 0.0
     return found
 
@@ -284,30 +287,26 @@ def renumber_nodes(domain: Any, number: np.ndarray) -> Any:
     return mesh.Mesh(created, domain.ufl_domain())
 
 
-def renumbered_map(comm: MPI.Comm, index_map: Any, number: np.ndarray, block: int = 1) -> Any:
+def renumbered_map(comm: MPI.Comm, items: Any, number: np.ndarray, block: int = 1) -> Any:
     """Index map of a rank's items by other local numbers; collective.
 
     Parameters
     ----------
-    comm, index_map : communicator and map of the items as dolfinx numbers them.
+    comm, items : communicator and map of the items as dolfinx numbers them.
     number : (local items,) of each; ghosts keep theirs.
     block : how many entries each item has, one behind the other.
     """
     from dolfinx import cpp
 
-    owned = int(index_map.size_local)
+    owned = int(items.size_local)
     if comm.size == 1:
         return cpp.common.IndexMap(comm, block * owned)
-    vector = la.vector(index_map, 1)
-    vector.array[:owned] = index_map.local_range[0] + number[:owned]
+    vector = la.vector(items, 1)
+    vector.array[:owned] = items.local_range[0] + number[:owned]
     vector.scatter_forward()
     first = block * vector.array[owned:].astype(np.int64)
     ghosts = (first[:, None] + np.arange(block)).ravel()
-    owners = np.repeat(np.asarray(index_map.owners, dtype=np.int32), block)
-    try:
-        return cpp.common.IndexMap(comm, block * owned, ghosts, owners)
-    except TypeError:  # from 0.10 on with a tag of the messages
-        return cpp.common.IndexMap(comm, block * owned, ghosts, owners, _MAP_TAG)
+    return index_map(comm, block * owned, ghosts, np.repeat(np.asarray(items.owners), block))
 
 
 def renumbered_space(space: Any, index_map: Any, dofmap: np.ndarray) -> Any:
@@ -329,12 +328,30 @@ def renumbered_space(space: Any, index_map: Any, dofmap: np.ndarray) -> Any:
     return fem.FunctionSpace(space.mesh, space.ufl_element(), type(old)(old.mesh, old.element, own, *shape))
 
 
+def index_map(comm: MPI.Comm, owned: int, ghosts: np.ndarray, owners: np.ndarray) -> Any:
+    """Index map of `owned` items and of ghosts with these global numbers (k,) and owners (k,); collective."""
+    from dolfinx import cpp
+
+    ghosts, owners = np.asarray(ghosts, dtype=np.int64), np.asarray(owners, dtype=np.int32)
+    try:
+        return cpp.common.IndexMap(comm, owned, ghosts, owners)
+    except TypeError:  # from 0.10 on with a tag of the messages
+        return cpp.common.IndexMap(comm, owned, ghosts, owners, _MAP_TAG)
+
+
+def blocked_vector(items: Any, block: int) -> Any:
+    """Vector with `block` entries an item, one behind the other, over an index map."""
+    return la.vector(items, block)
+
+
+def add_ghosts(vector: Any) -> None:
+    """Add what the ghosts of a vector hold to their owners (reverse scatter)."""
+    vector.scatter_reverse(la.InsertMode.add if _MODERN else la.ScatterMode.add)
+
+
 def add_to_owners(function: Any) -> None:
     """Add what ghosts hold to their owners (reverse scatter)."""
-    if _MODERN:
-        function.x.scatter_reverse(la.InsertMode.add)
-    else:
-        function.x.scatter_reverse(la.ScatterMode.add)
+    add_ghosts(function.x)
 
 
 def send_to_ghosts(function: Any) -> None:

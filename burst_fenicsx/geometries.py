@@ -28,8 +28,7 @@ if TYPE_CHECKING:
     from burst_fenicsx.meshing import HexahedralMesh, MeshQuality
     from burst_fenicsx.meshing.distributed import DistributedMesh
     from burst_fenicsx.meshing.mesh import CellMesh
-    from burst_fenicsx.problem import BurstSettings, Round
-    from burst_fenicsx.symmetry.part import Cut
+    from burst_fenicsx.problem import BurstSettings, Mirror, Round
 
 __all__ = ["THREE_DIMENSIONS", "Geometry"]
 
@@ -56,7 +55,7 @@ class Geometry:
     element: Element
     upright: bool
     prepare: Callable[[Sequence[Round], BurstSettings], BurstSettings]
-    make_mesh: Callable[[Sequence[Round], Sequence[Sequence[Cut]], BurstSettings], tuple[Any, MeshQuality]]
+    make_mesh: Callable[[Sequence[Round], Sequence[Sequence[Mirror]], BurstSettings], tuple[Any, MeshQuality]]
     distribute: Callable[[MPI.Comm, Any, Sequence[Round]], DistributedMesh]
     make_contact: Callable[[Any, BurstFields, BurstSettings], ContactForces]
     constrain: Callable[[CellMesh, BurstFields], tuple[NodalConstraint, ...]]
@@ -64,7 +63,7 @@ class Geometry:
 
 
 def _mesh(
-    rounds: Sequence[Round], cuts: Sequence[Sequence[Cut]], settings: BurstSettings
+    rounds: Sequence[Round], cuts: Sequence[Sequence[Mirror]], settings: BurstSettings
 ) -> tuple[HexahedralMesh, MeshQuality]:
     """Every rank makes the mesh, which is quick and saves sending it; an error then ends them all alike."""
     each = [
@@ -114,7 +113,7 @@ THREE_DIMENSIONS = Geometry(
     prepare=lambda rounds, settings: settings,  # noqa: ARG005 - any rounds
     make_mesh=_mesh,
     distribute=_distribute,
-    make_contact=ContactForces,
+    make_contact=ContactForces.of_mesh,
     constrain=_in_planes,
     check_state=lambda *_: None,  # planes have contact
 )

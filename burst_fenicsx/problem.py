@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from enum import IntEnum
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 from fragfield_base.inputs import (
     Bounds,
@@ -39,6 +39,7 @@ __all__ = [
     "IgnitionPoint",
     "JonesWilkinsLee",
     "Leakage",
+    "Mirror",
     "OutputInterval",
     "Part",
     "ProductModel",
@@ -302,17 +303,30 @@ class ContactSettings:
 
 @dataclass(frozen=True)
 class RigidPlane:
-    """A plane that no casing passes: ground, deck, barricade, or a plane of symmetry, which has no friction.
+    """A plane that no casing passes: ground, deck, barricade.
 
-    `point` (m) lies on it; `normal` points to the side on which the rounds stand. A plane of symmetry stands for the
-    mirrored rounds behind it, which the break-up adds with seeds of their own.
+    `point` (m) lies on it; `normal` points to the side on which the rounds stand.
     """
 
     name: str
     point: tuple[float, float, float]
     normal: tuple[float, float, float]
     friction_angle: float = 20.0  # degrees
-    symmetry: bool = False
+
+
+@dataclass(frozen=True)
+class Mirror:
+    """A plane of symmetry: it stands for the images behind it and holds metal before it, without friction.
+
+    `point` (m) lies on it; `normal` points to the computed side; `bit` is its number among the planes found by
+    `symmetry`. Images behind a plane that the user gives are added by the break-up, with seeds of their own.
+    """
+
+    name: str
+    point: tuple[float, float, float]
+    normal: tuple[float, float, float]
+    bit: int = 0
+    friction_angle: ClassVar[float] = 0.0
 
 
 @dataclass(frozen=True)
@@ -390,5 +404,5 @@ class BurstSettings:
     """Simulated time between two states of burst.xdmf."""
     nodal_stress: bool = False
     """Whether burst.xdmf has the stress projected to the nodes as well, for smooth contours."""
-    planes: tuple[RigidPlane, ...] = ()
+    planes: tuple[RigidPlane | Mirror, ...] = ()
     """What no casing passes."""

@@ -21,7 +21,7 @@ from burst_fenicsx.files.snapshot import write_snapshot
 from burst_fenicsx.kernels.constants import LARGEST_CONTACT_ERROR
 from burst_fenicsx.mechanics.erosion import erode_at_end
 from burst_fenicsx.meshing.placement import frame, place
-from burst_fenicsx.problem import BurstSettings, Round
+from burst_fenicsx.problem import BurstSettings, Mirror, Round
 from burst_fenicsx.records.gather import output_fields, snapshot_fields
 from burst_fenicsx.records.measures import RoundMeasures
 from burst_fenicsx.records.rounds import round_records
@@ -314,7 +314,7 @@ class Simulation(AssembledBurst):
                 along,
                 history,
                 self.provenance,
-                [plane for plane in self.settings.planes if plane.symmetry],
+                [plane for plane in self._given.planes if isinstance(plane, Mirror)],
                 geometry=self.geometry.name,
             )
             if self.geometry.upright and self.writes_series:

@@ -9,6 +9,7 @@ from pathlib import Path
 
 __all__ = ["peak_since_reset", "reset_peak"]
 
+
 def reset_peak() -> None:
     """Begin a new peak of this process."""
     Path("/proc/self/clear_refs").write_text("5", encoding="ascii")

@@ -99,8 +99,8 @@ CASES = {
     ),
     "sensitivities": Case(
         (),
-        "The mean mass of the fragments moves a distance by some per cent, leakage, softening and heat by one or two; "
-        "[ricochet](../docs/guide/ricochet.md) more than all of them.",
+        "[Ricochet](../docs/guide/ricochet.md), the mean mass of the fragments and the scatter of directions move a "
+        "distance most; leakage, softening and heat no more than its statistical error.",
     ),
 }
 """From theory to tests. Every name is a package here with a function `study(runs, rows)` in its module `study`."""

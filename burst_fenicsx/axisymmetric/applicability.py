@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from burst_fenicsx.problem import Mirror
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
@@ -32,7 +34,7 @@ def why_not_axisymmetric(rounds: Sequence[Round], settings: BurstSettings) -> st
     if settings.quadrature != "one_point":
         return "full quadrature belongs to hexahedra"
     for plane in settings.planes:
-        if plane.symmetry:
+        if isinstance(plane, Mirror):
             return f"plane '{plane.name}' mirrors the round"
         if clearance(item, plane) < CLEARANCE * item.profile.max_radius:
             return f"the casing may reach plane '{plane.name}'"
@@ -46,7 +48,7 @@ def clearance(item: Round, plane: RigidPlane) -> float:
     return lowest_height(item, plane, item.profile.outer.radius(stations), item.profile.length - stations)
 
 
-def lowest_height(item: Round, plane: RigidPlane, radius: np.ndarray, height: np.ndarray) -> float:
+def lowest_height(item: Round, plane: RigidPlane | Mirror, radius: np.ndarray, height: np.ndarray) -> float:
     """Smallest distance (m) of a plane from rings around a round's axis, of `radius` and `height` over its base (m)."""
     normal = np.asarray(plane.normal, dtype=float) / np.linalg.norm(plane.normal)
     axis = np.asarray(item.axis, dtype=float) / np.linalg.norm(item.axis)

@@ -11,7 +11,7 @@ from burst_fenicsx import compat
 from burst_fenicsx.axisymmetric.applicability import lowest_height, why_not_axisymmetric
 from burst_fenicsx.axisymmetric.mesh import meridian_quality, mesh_meridian
 from burst_fenicsx.axisymmetric.rings import areas, folded, longest_edges, nodal_volumes, ring_volumes
-from burst_fenicsx.axisymmetric.slide_line import MeridianContact
+from burst_fenicsx.axisymmetric.slide_line import meridian_contact
 from burst_fenicsx.errors import InputError, NumericalStop
 from burst_fenicsx.geometries import Geometry
 from burst_fenicsx.kernels.step.assembly import RINGS
@@ -29,8 +29,7 @@ if TYPE_CHECKING:
     from burst_fenicsx.mechanics.fields import BurstFields
     from burst_fenicsx.meshing import MeshQuality
     from burst_fenicsx.meshing.mesh import CellMesh
-    from burst_fenicsx.problem import BurstSettings, Round
-    from burst_fenicsx.symmetry.part import Cut
+    from burst_fenicsx.problem import BurstSettings, Mirror, Round
 
 __all__ = ["MERIDIAN", "RING", "axis_constraint", "on_dolfinx"]
 
@@ -46,7 +45,7 @@ def _prepare(rounds: Sequence[Round], settings: BurstSettings) -> BurstSettings:
 
 
 def _mesh(
-    rounds: Sequence[Round], _: Sequence[Sequence[Cut]], settings: BurstSettings
+    rounds: Sequence[Round], _: Sequence[Sequence[Mirror]], settings: BurstSettings
 ) -> tuple[MeridianMesh, MeshQuality]:
     profile = rounds[0].profile
     assert profile is not None
@@ -142,7 +141,7 @@ MERIDIAN = Geometry(
     prepare=_prepare,
     make_mesh=_mesh,
     distribute=on_dolfinx,
-    make_contact=MeridianContact,
+    make_contact=meridian_contact,
     constrain=axis_constraint,
     check_state=_check_planes,
 )

@@ -9,7 +9,7 @@ import numpy as np
 
 from burst_fenicsx.axisymmetric.rings import areas, ring_volumes
 from burst_fenicsx.errors import InputError
-from burst_fenicsx.meshing.mesh import CellMesh
+from burst_fenicsx.meshing.mesh import CellMesh, across_edges
 from burst_fenicsx.meshing.quality import MeshQuality, check_quality, quadrilateral_quality
 from burst_fenicsx.meshing.sizing import FEWEST_WALL_CELLS, check_cell_size, layer_stations
 from burst_fenicsx.problem import Part
@@ -189,12 +189,4 @@ def outer_edges(mesh: MeridianMesh, group: np.ndarray) -> tuple[np.ndarray, np.n
 
 def edge_neighbours(mesh: MeridianMesh) -> np.ndarray:
     """The cell behind each edge, from a cell's corner k to the next one (cells, 4), across splits too; -1 for none."""
-    ends = np.stack([mesh.cells, np.roll(mesh.cells, -1, axis=1)], axis=-1).reshape(-1, 2)
-    cell = np.repeat(np.arange(len(mesh.cells)), 4)
-    places = np.sort(mesh.places[ends], axis=1)
-    order = np.lexsort((places[:, 1], places[:, 0]))
-    same = (places[order[1:]] == places[order[:-1]]).all(axis=1)
-    behind = np.full(len(ends), -1)
-    one, other = order[:-1][same], order[1:][same]
-    behind[one], behind[other] = cell[other], cell[one]
-    return behind.reshape(-1, 4)
+    return across_edges(mesh.places[mesh.cells])

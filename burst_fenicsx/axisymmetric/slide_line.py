@@ -1,6 +1,6 @@
 """Contact of charge and casing in the meridian: bonded until the charge has reacted, then products slide.
 
-The line and its contacts are built here from the mesh; forces are found by `kernels.axisymmetric.slide_line`.
+The line and its contacts are built here from the mesh; `kernels.axisymmetric.slide_line` finds their forces.
 """
 
 from __future__ import annotations
@@ -8,56 +8,49 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from mpi4py import MPI
 
 from burst_fenicsx.axisymmetric.mesh import outer_edges
-from burst_fenicsx.contact.accounting import PlaneImpulse
-from burst_fenicsx.contact.forces import ContactForces, Penetrations, max_squared_phase
-from burst_fenicsx.contact.sliding import INTERFACE_STATE
-from burst_fenicsx.kernels.axisymmetric.line_pressure import spread_pressure
-from burst_fenicsx.kernels.axisymmetric.line_state import SPREAD, LineContacts, SlideLine
+from burst_fenicsx.contact.charge_contacts import ChargeContacts, slide_law
+from burst_fenicsx.contact.forces import ContactForces
+from burst_fenicsx.kernels.axisymmetric.line_points import SPREAD, LineContacts, SlideLine
 from burst_fenicsx.kernels.axisymmetric.slide_line import add_line_forces
 from burst_fenicsx.kernels.cells.layout import CHARGE_PARAMETERS
 from burst_fenicsx.kernels.constants import SMOOTH
-from burst_fenicsx.kernels.contact.slide_law import SlideLaw
 from burst_fenicsx.problem import Part
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from burst_fenicsx.axisymmetric.mesh import MeridianMesh
     from burst_fenicsx.mechanics.fields import BurstFields
-    from burst_fenicsx.problem import BurstSettings
+    from burst_fenicsx.problem import BurstSettings, ContactSettings
 
-__all__ = ["LineInterface", "MeridianContact"]
+__all__ = ["LineInterface", "meridian_contact"]
 
-_LEFT, _TIED = 1, 2  # values of `off`: the node has left its line; it belongs to both sides
-_STATE = (*INTERFACE_STATE, "pressing")
+_TIED = 2  # value of `off`: the node belongs to both sides
 
 
-class LineInterface:
-    """The slide lines of all rounds and the contacts of their charges.
+class LineInterface(ChargeContacts):
+    """The slide lines of a round and the contacts of its charge.
 
     Parameters
     ----------
     mesh : the meridian, its charge split from the casing.
     fields : the state.
+    settings : strength and friction of unreacted explosive on the casing.
 
     Attributes
     ----------
-    array_names : of what `arrays` gives.
     line, contacts : the kernels' arrays.
     """
 
-    array_names = (*_STATE, "load", "stored")
+    contacts: LineContacts
 
-    def __init__(self, mesh: MeridianMesh, fields: BurstFields) -> None:
+    def __init__(self, mesh: MeridianMesh, fields: BurstFields, settings: ContactSettings) -> None:
+        self.settings = settings
         local = fields.mesh.local_node
         # A node that charge and line still share, at the rim of a fuze, is its own twin.
         of_node = np.arange(len(mesh.nodes))
         of_node[mesh.twins[:, 1]] = mesh.twins[:, 0]
         edges, cell_of_edge, covered = _line_edges(mesh)
-        self._cell = cell_of_edge
         neighbour, end, sides = _smooth_groups(mesh.nodes, edges)
         group_node = np.full(len(sides), -1)
         group_node[end.ravel()] = edges.ravel()
@@ -111,106 +104,25 @@ class LineInterface:
             pressing=np.zeros((count, 2)),
             normal=np.zeros((count, 2)),
             load=np.zeros(len(fields.mass)),
-            last_position=fields.nodes.position.copy(),
         )
+        super().__init__(fields, self.line.nodes, np.arange(count, dtype=np.int32), cell_of_edge)
 
-    def leave_eroded(self, eroded: np.ndarray) -> None:
-        """Free for good the charge's nodes that lie on edges of `eroded` cells (cells of the whole mesh,) now.
-
-        Eroded metal holds no products back: those kept on its nodes are drawn out by them until their cells fold.
-        """
-        self.contacts.off[eroded[self._cell[self.contacts.face]]] = _LEFT
-
-    @property
-    def energies(self) -> np.ndarray:
-        """Spring energy now and friction in the last step (J)."""
-        total: np.ndarray = self.contacts.tally.sum(axis=0)[:2]
-        return total
-
-    def counts(self) -> np.ndarray:
-        """Contacts that are bonded, that touch without a bond, and that have left their line."""
-        bonded, touching = (self.contacts.bonded != 0) & (self.contacts.off == 0), self.contacts.stiffness > 0.0
-        return np.array([bonded.sum(), (touching & ~bonded).sum(), (self.contacts.off == _LEFT).sum()], dtype=float)
-
-    def arrays(self) -> dict[str, np.ndarray]:
-        """What the contacts remember, for the checkpoint; by node in the order of the mesh that was given."""
-        found = {name: getattr(self.contacts, name).copy() for name in _STATE}
-        return {**found, "load": self.contacts.load.copy(), "stored": self.contacts.tally[:, 0].copy()}
-
-    def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Put the contacts where `arrays` found them. Raises KeyError for a missing array."""
-        for name in _STATE:
-            getattr(self.contacts, name)[:] = arrays[name]
-        self.contacts.load[:] = arrays["load"]
-        self.contacts.tally[:, 0] = arrays["stored"]
-        spread_pressure(self.line, self.contacts, self.contacts.last_position)
+    def add_forces(self, max_squared_frequency: float, step: float, velocity: np.ndarray, force: np.ndarray) -> None:
+        """As `ChargeContacts.add_forces`."""
+        state, law = self._fields, slide_law(self.settings, max_squared_frequency, step)
+        add_line_forces(
+            law, self.line, self.contacts, state.charge, state.solid.eroded, state.blocks.slot_of_cell,
+            state.nodes.position, velocity, state.mass, force,
+        )  # fmt: skip
 
 
-class MeridianContact(ContactForces):
-    """Contact of an axisymmetric burst: its slide line."""
-
-    interface: LineInterface | None  # type: ignore[assignment]
-
-    def __init__(self, mesh: MeridianMesh, fields: BurstFields, settings: BurstSettings) -> None:
-        self._fields = fields
-        self.comm = MPI.COMM_SELF
-        self.force = np.zeros_like(fields.nodes.force)
-        self.friction = self.work = 0.0
-        self.impulse = PlaneImpulse(self.comm, fields)
-        self.penetrations = Penetrations()
-        self.torn = np.zeros(len(mesh.cells), dtype=bool)
-        # Parts that share their nodes have a line without edges, which does nothing.
-        self.line = LineInterface(mesh, fields)
-        self._always = self._pushed = np.zeros(0, dtype=np.int32)  # all forces are the line's
-        self.interface = self.line if len(mesh.twins) else None
-        self.collisions, self.planes = None, []
-        self._max_squared_phase = max_squared_phase(settings.time_step)
-        self._settings = settings.contact
-        self._share = 1.0
-
-    @property
-    def touched(self) -> np.ndarray:
-        """Whether contact may give a force to the node (nodes,)."""
-        touched = np.zeros(len(self.force), dtype=bool)
-        touched[self.line.line.nodes] = True
-        return touched
-
-    def set_level(self, level: int) -> None:
-        """Contact takes 2^`level` steps in a longest one from now on."""
-        self._share = 1.0 / 2**level
-        self.line.contacts.last_position[:] = self._fields.nodes.position
-
-    def add_forces(self, stable_for: float, step: float, *, front_is_active: bool) -> None:
-        """As `ContactForces.add_forces`."""
-        if not self.exists or stable_for <= 0.0:
-            return
-        state, contacts, chosen = self._fields, self.line.contacts, self._settings
-        law = SlideLaw(
-            self._max_squared_phase / stable_for**2,
-            step,
-            chosen.tensile_strength,
-            chosen.cohesion,
-            float(np.tan(np.radians(chosen.friction_angle))),
-        )
-        self.work += add_line_forces(
-            law,
-            self._share,
-            self.line.line,
-            contacts,
-            state.charge,
-            state.solid.eroded,
-            state.blocks.slot_of_cell,
-            state.nodes.position,
-            state.mass,
-            self.force,
-            state.nodes.force,
-        )
-        self.friction += float(contacts.tally[:, 1].sum())
-        deepest, largest = self.penetrations, float(contacts.tally[:, 2].max(initial=0.0))
-        if front_is_active:
-            deepest.interface_at_front = max(deepest.interface_at_front, largest)
-        else:
-            deepest.interface_after = max(deepest.interface_after, largest)
+def meridian_contact(mesh: MeridianMesh, fields: BurstFields, settings: BurstSettings) -> ContactForces:
+    """Contact of an axisymmetric burst: its slide line, where charge and casing have nodes of their own."""
+    interface = LineInterface(mesh, fields, settings.contact) if len(mesh.twins) else None
+    touched = np.zeros(len(fields.mass), dtype=bool)
+    if interface is not None:
+        touched[interface.nodes] = True
+    return ContactForces(fields, settings.time_step, len(mesh.cells), touched, interface=interface)
 
 
 def _line_edges(mesh: MeridianMesh) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -219,8 +131,6 @@ def _line_edges(mesh: MeridianMesh) -> tuple[np.ndarray, np.ndarray, np.ndarray]
     Besides those at a charge the ones to which these lead on without a crease, free or behind a fuze: a line that ended
     at the fuze's rim would lose the products that slide there.
     """
-    if not len(mesh.twins):
-        return np.zeros((0, 2), dtype=np.int64), np.zeros(0, dtype=np.int64), np.zeros(0, dtype=bool)
     edges, cells, behind = outer_edges(mesh, np.where(mesh.part == Part.CASING, 0, -1))
     covered = (behind >= 0) & (mesh.part[behind] == Part.CHARGE)
     neighbour, _, _ = _smooth_groups(mesh.nodes, edges)

@@ -7,15 +7,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 from mpi4py import MPI
 
-from burst_fenicsx.contact.accounting import CONTACT_FORCES, NodeContact
-from burst_fenicsx.contact.halo import Halo
-from burst_fenicsx.contact.near_faces import NearFaces
+from burst_fenicsx.contact.exchange import CONTACT_FORCES, Halo, NearFaces
 from burst_fenicsx.kernels.contact.collisions import find_contacts
-from burst_fenicsx.kernels.contact.search import WITHIN, Bodies, face_boxes, find_candidates, node_normals
+from burst_fenicsx.kernels.contact.search import Bodies, face_boxes, find_candidates, node_normals
 from burst_fenicsx.kernels.contact.springs import CollisionLaw, Collisions, add_reactions, take_reactions
 from burst_fenicsx.kernels.geometry.boxes import are_inside, around_rounds, meet_others
+from burst_fenicsx.kernels.geometry.smooth_faces import face_vectors
 from burst_fenicsx.kernels.vectors.exact import rounding_constant
-from burst_fenicsx.kernels.vectors.rows import clear_rows, copy_motion, largest_speed
+from burst_fenicsx.kernels.vectors.rows import clear_rows, copy_motion, largest_speed, sum_columns
 
 if TYPE_CHECKING:
     from burst_fenicsx.contact.surfaces import ContactSurfaces
@@ -28,15 +27,15 @@ _LARGEST_LOAD = 2.0**10
 _SAMPLE = 1000  # boxes from which the edge of the search's grid is taken
 
 
-class CollidingSurfaces(NodeContact):
+class CollidingSurfaces:
     """Contact of every surface with every other, and of a casing with itself.
 
     Where the outer layer of a wall folds, interior nodes overtake it. Nodes of a casing, interior ones as well, meet
     the faces of other rounds, those between the layers of their walls as well.
 
     Each rank looks for the faces that its own nodes meet, among those that lie near them: other ranks send it theirs.
-    Between two searches, the faces a node may meet are known, and with them the other ranks' nodes whose places a rank
-    needs and to which it gives forces; these are exchanged.
+    Between two searches, the faces a node may meet are known, and with them the other ranks' nodes whose positions a
+    rank needs and to which it gives forces; these are exchanged.
 
     Parameters
     ----------
@@ -49,7 +48,7 @@ class CollidingSurfaces(NodeContact):
     ----------
     state : the kernels' arrays.
     searches : how many have been made. near_faces : brings what they need from other ranks.
-    searched_at : places (surface nodes, 3) in m at the last search, of the nodes that are here; none before the first.
+    searched_at : positions (surface nodes, 3) in m at the last search, of the nodes here; none before the first.
     travel : how far surfaces may have approached each other since (m).
     """
 
@@ -72,73 +71,50 @@ class CollidingSurfaces(NodeContact):
         self._local = np.flatnonzero(rows >= 0).astype(np.int32)  # this rank's own nodes on surfaces ...
         self._rows = rows[self._local].astype(np.int32)  # ... and their rows
         interior = self._rows[surfaces.interior[self._rows]]
-        of_round = surfaces.node_body[interior] // 2
+        of_round = surfaces.node_round[interior]
         # Own interior nodes of casings by round.
         self._interior = {index: interior[of_round == index] for index in np.unique(of_round).tolist()}
         self._on_surface = 0  # so many of the searching nodes, the first, lie on a surface
         self._bodies = _bodies_of(surfaces)
         self._rounds = int(self._bodies.node_round.max(initial=-1)) + 1
-        self._whole = np.ones(len(surfaces.faces), dtype=bool)  # faces of cells that are not torn metal
+        self._whole = np.ones(len(surfaces.faces), dtype=bool)  # faces of cells that are not eroded
         self.near_faces = NearFaces(self._comm, surfaces, fields.mesh)
-        self._halo = Halo(self._comm, self._owners(count))
+        self._halo = Halo(self._comm, self._rows, count)
         self._position, self._velocity = np.zeros((count, 3)), np.zeros((count, 3))
         self._sums = np.zeros((count, 4))
-        self._mass = self._everywhere(fields.mass[:, None])[:, 0]
+        self._mass = np.zeros(count)
+        self._mass[self._rows] = fields.mass[self._local]
+        if self._comm.size > 1:
+            self._comm.Allreduce(MPI.IN_PLACE, self._mass)
         self.searched_at = np.zeros((0, 3))
         self.travel = np.inf
-        self.state: Collisions = self._make_state(np.zeros((count, 3)))
-        self._near_rows = self._near_local = np.zeros(0, dtype=np.int32)
-        self._any_near = False  # on any rank
-
-    def _make_state(self, slip: np.ndarray) -> Collisions:
-        count = len(self.surfaces.node)
-        return Collisions(
-            node=np.zeros(0, dtype=np.int32),
+        no_one = np.zeros(0, dtype=np.int32)
+        self.state: Collisions = Collisions(
+            node=no_one,
             first=np.zeros(1, dtype=np.int64),
-            candidate=np.zeros(0, dtype=np.int32),
-            faces=self.surfaces.faces,
-            face_body=self.surfaces.face_body,
-            node_body=self.surfaces.node_body,
-            edge=self.surfaces.edge,
-            near=np.zeros(0, dtype=np.int32),
-            ball=np.zeros((len(self.surfaces.faces), 5)),
-            bound=np.zeros((len(self.surfaces.faces), 20)),
+            candidate=no_one,
+            faces=surfaces.faces,
+            face_round=surfaces.face_round,
+            node_round=surfaces.node_round,
+            edge=surfaces.edge,
+            near=no_one,
+            ball=np.zeros((len(surfaces.faces), 5)),
+            bound=np.zeros((len(surfaces.faces), 20)),
             touching=np.zeros(count, dtype=np.int32),
             normal=np.zeros((count, 3)),
-            slip=slip,
+            slip=np.zeros((count, 3)),
             outward=np.zeros((count, 3)),
             penetration=np.zeros(count),
             unloaded=np.zeros(count),
-            active_penetration=np.zeros(count),
             stiffness=np.zeros(count),
             sharing=np.zeros(count),
-            face=np.zeros(0, dtype=np.int32),
+            face=no_one,
             weight=np.zeros((0, 4)),
             push=np.zeros((0, 4)),
             energies=np.zeros((0, 2)),
         )
-
-    def _owners(self, count: int) -> np.ndarray:
-        """Rank that owns each surface node; collective."""
-        owner = np.zeros(count, dtype=np.int32)
-        owner[self._rows] = self._comm.rank
-        if self._comm.size > 1:
-            self._comm.Allreduce(MPI.IN_PLACE, owner)
-        return owner
-
-    def _everywhere(self, values: np.ndarray) -> np.ndarray:
-        """Values of the rank's nodes, (nodes, n), as values of all surface nodes on every rank."""
-        rows = np.zeros((len(self.surfaces.node), values.shape[1]))
-        rows[self._rows] = values[self._local]
-        return self.own_everywhere(rows)
-
-    def own_everywhere(self, values: np.ndarray) -> np.ndarray:
-        """Values (surface nodes, n), of which this rank knows those of its own nodes, on every rank; collective."""
-        result = np.zeros_like(values)
-        result[self._rows] = values[self._rows]
-        if self._comm.size > 1:
-            self._comm.Allreduce(MPI.IN_PLACE, result)
-        return result
+        self._near_rows = self._near_local = np.zeros(0, dtype=np.int32)
+        self._any_near = False  # on any rank
 
     def search_is_due(self, step: float) -> bool:
         """Whether surfaces may have come closer than the last search looked; collective, once a step of `step` s."""
@@ -148,8 +124,8 @@ class CollidingSurfaces(NodeContact):
         self.travel += 2.0 * step * speed
         return self.travel > self._reach
 
-    def drop_faces(self, torn: np.ndarray, opened: ContactSurfaces | None = None) -> None:
-        """From the next search on, which is due now, nothing meets the faces of `torn` cells (cells of the mesh,).
+    def drop_faces(self, eroded: np.ndarray, opened: ContactSurfaces | None = None) -> None:
+        """From the next search on, which is due now, nothing meets the faces of `eroded` cells (cells of the mesh,).
 
         `opened` are the surfaces with those faces that lie open now.
         """
@@ -159,12 +135,12 @@ class CollidingSurfaces(NodeContact):
             count = len(opened.faces)
             self.state = self.state._replace(
                 faces=opened.faces,
-                face_body=opened.face_body,
+                face_round=opened.face_round,
                 edge=opened.edge,
                 ball=np.zeros((count, 5)),
                 bound=np.zeros((count, 20)),
             )
-        self._whole = ~torn[self.surfaces.cell]
+        self._whole = ~eroded[self.surfaces.cell]
         self.travel = np.inf
 
     def search(self) -> None:
@@ -192,9 +168,10 @@ class CollidingSurfaces(NodeContact):
             boxes = np.concatenate([boxes, self._boxes(received, position)])
             order = np.argsort(faces)
             faces, boxes = faces[order], boxes[order]
-        normals = np.empty_like(position)
+        normals, areas = np.empty_like(position), np.zeros((len(surfaces.faces), 3))
+        face_vectors(position, surfaces.faces, faces, areas)
         outer = faces[(faces < surfaces.on_surface) & self._whole[faces]]
-        node_normals(position, surfaces.faces[outer], normals)
+        node_normals(areas, surfaces.faces, outer, normals)
         self.surfaces.flatten(normals)
         size = np.linalg.norm(normals, axis=1)
         self.state.outward[:] = normals / np.where(size > 0.0, size, 1.0)[:, None]
@@ -206,7 +183,7 @@ class CollidingSurfaces(NodeContact):
         reached = meet_others(faces, boxes, bodies.face_round, on_any, position[active], whose, self._rounds)
         reached = np.flatnonzero(reached & self._whole[faces])
         boxes, reached = boxes[reached], faces[reached]
-        first, candidate = find_candidates(position, bodies.only(reached), active, normals, boxes, cell)
+        first, candidate = find_candidates(position, bodies.only(reached), areas[reached], active, normals, boxes, cell)
         candidate = reached[candidate]
         some = np.diff(first) > 0
         self._forget(active[~some])
@@ -270,7 +247,7 @@ class CollidingSurfaces(NodeContact):
         state = self.state
         state.touching[nodes] = 0
         clear_rows(state.slip, nodes)
-        for values in (state.penetration, state.unloaded, state.active_penetration, state.stiffness):
+        for values in (state.penetration, state.unloaded, state.stiffness):
             clear_rows(values.reshape(-1, 1), nodes)
 
     def add_forces(self, max_squared_frequency: float, step: float, velocity: np.ndarray, force: np.ndarray) -> None:
@@ -290,17 +267,20 @@ class CollidingSurfaces(NodeContact):
         rounding = CONTACT_FORCES * self._fields.nodes.rounding
         add_reactions(self.state, self._mass, rounding, self._load_rounding, self._sums)
         self._halo.give(self._sums)
-        self._join_copies()
         take_reactions(self._sums, rows, self._near_local, self.state.sharing, force)
 
-    def _join_copies(self) -> None:
-        """Add the sums of a node's copies to its own: in three dimensions there are no copies."""
-
     def _exchange_motion(self, velocity: np.ndarray) -> None:
-        """Bring places, speeds and loads of the near nodes to the ranks that need them."""
+        """Bring positions, velocities and loads of the near nodes to the ranks that need them."""
         rows, local = self._near_rows, self._near_local
         copy_motion(self._fields.nodes.position, velocity, local, rows, self._position, self._velocity)
         self._halo.fetch(self._position, self._velocity, self.state.sharing[:, None])
+
+    @property
+    def energies(self) -> np.ndarray:
+        """Spring energy now and friction in the last step (J), exact, on this rank's nodes."""
+        rows = np.arange(len(self.state.energies), dtype=np.int32)
+        total: np.ndarray = sum_columns(self.state.energies, rows, self._fields.grid.rounding)
+        return total
 
     @property
     def pushed(self) -> np.ndarray:
@@ -319,13 +299,6 @@ class CollidingSurfaces(NodeContact):
 
 
 def _bodies_of(surfaces: ContactSurfaces) -> Bodies:
-    """What the search has to know of the surfaces: faces that lie within casings are never met by their own round."""
-    search_body = surfaces.face_body.copy()
-    search_body[surfaces.on_surface :] = WITHIN
-    return Bodies(
-        faces=surfaces.faces,
-        face_body=search_body,
-        node_body=surfaces.node_body,
-        face_round=surfaces.face_body // 2,
-        node_round=surfaces.node_body // 2,
-    )
+    """What the search has to know of the surfaces."""
+    within = np.arange(len(surfaces.faces)) >= surfaces.on_surface
+    return Bodies(surfaces.faces, surfaces.face_round, surfaces.node_round, within)

@@ -9,27 +9,25 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from mpi4py import MPI
 
-from burst_fenicsx.contact.accounting import PlaneImpulse
 from burst_fenicsx.contact.collisions import CollidingSurfaces
-from burst_fenicsx.contact.planes import PlaneContact, held_in_plane, nodes_at_planes
+from burst_fenicsx.contact.planes import PlaneContact, PlaneImpulse, held_in_plane, nodes_at_planes
 from burst_fenicsx.contact.sliding import SlidingInterface
-from burst_fenicsx.contact.surfaces import ContactSurfaces, contact_surfaces
-from burst_fenicsx.contact.torn_faces import TornFaces
+from burst_fenicsx.contact.surfaces import OpenFaces, contact_surfaces
 from burst_fenicsx.kernels.vectors.rows import add_rows, clear_rows, place_rows, take_means, work_on_rows
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterator, Sequence
 
+    from burst_fenicsx.contact.charge_contacts import ChargeContacts
     from burst_fenicsx.mechanics.fields import BurstFields
     from burst_fenicsx.meshing import HexahedralMesh
-    from burst_fenicsx.meshing.distributed import DistributedMesh
     from burst_fenicsx.problem import BurstSettings, TimeStep
 
 __all__ = ["PLANE_REACH", "ContactForces", "Penetrations", "max_squared_phase"]
 
-_SAFETY = 0.9  # share taken of the stability that the cells leave to contact
-_FIXED_STEP_CFL = 0.9  # a fixed step is taken to be this share of the stable one
-_PLANE_SHARE = 0.4  # of the squared frequency, where planes are; the rest is the surfaces'
+_SAFETY = 0.9  # fraction taken of the stability that the cells leave to contact
+_FIXED_STEP_CFL = 0.9  # a fixed step is taken to be this fraction of the stable one
+_PLANE_FRACTION = 0.4  # of the squared frequency, where planes are; the rest is the surfaces'
 _REACH = 1.0  # of the cell size: how far surfaces may approach between two searches
 PLANE_REACH = 6.0
 """Of the cell size: distance from a plane within which nodes are looked after."""
@@ -46,6 +44,11 @@ class Penetrations:
     interior_collision: float = 0.0  # of interior nodes of a casing behind another round's faces
     interior_plane: float = 0.0
 
+    def at_interface(self, depth: float, *, front_is_active: bool) -> None:
+        """Note a depth (m) of the charge in its casing, while a front runs or after it."""
+        name = "interface_at_front" if front_is_active else "interface_after"
+        setattr(self, name, max(getattr(self, name), depth))
+
     def over(self, comm: MPI.Comm) -> Penetrations:
         """The largest over all ranks."""
         own = astuple(self)
@@ -58,23 +61,26 @@ class Penetrations:
 
 
 def max_squared_phase(step: TimeStep) -> float:
-    """Bound on (omega dt)^2 that the cells' steps leave to the springs of contact."""
-    share = step.cfl if step.fixed is None else _FIXED_STEP_CFL
-    return _SAFETY * 4.0 * (1.0 - share**2)
+    """Bound on (omega dt)^2 that the cells' steps leave to the springs of contact.
+
+    With the cells at a fraction c of their stable step, their frequencies satisfy (omega dt)^2 <= 4 c^2; those of cells
+    and springs add up to no more than their sum, so springs may have (omega dt)^2 up to 4 (1 - c^2) without shortening
+    the step.
+    """
+    fraction = step.cfl if step.fixed is None else _FIXED_STEP_CFL
+    return _SAFETY * 4.0 * (1.0 - fraction**2)
 
 
 class ContactForces:
-    """Contact forces of a burst on one rank.
-
-    The stiffness of every spring is taken from the stable step. With the cells at a fraction c of theirs, their
-    frequencies satisfy (omega dt)^2 <= 4 c^2; the frequencies of cells and springs add up to no more than their sum, so
-    springs may have (omega dt)^2 up to 4 (1 - c^2) without shortening the step.
+    """Contact forces of a burst on one rank, summed from their parts.
 
     Parameters
     ----------
-    mesh : the whole mesh.
-    fields : this rank's share of it.
-    settings : of the burst.
+    fields : this rank's fields.
+    time_step : from which the stiffness of every spring is taken, see `max_squared_phase`.
+    cells : number of cells of the whole mesh.
+    touched : (nodes,) bool, whether contact may give a force to the node.
+    interface, collisions, planes : the parts. open_faces : of several rounds, see `OpenFaces`.
 
     Attributes
     ----------
@@ -83,78 +89,75 @@ class ContactForces:
         reaction, from these forces and the nodes' own motion.
     impulse : given by the planes.
     penetrations : the largest so far.
-    torn : (cells of the whole mesh,) bool, cells that are torn metal and whose faces nothing meets any more.
+    eroded : (cells of the whole mesh,) bool, eroded cells of casings, whose faces nothing meets any more.
     """
 
-    def __init__(self, mesh: HexahedralMesh, fields: BurstFields, settings: BurstSettings) -> None:
-        contact = settings.contact
-        self._max_squared_phase = max_squared_phase(settings.time_step)
+    def __init__(
+        self,
+        fields: BurstFields,
+        time_step: TimeStep,
+        cells: int,
+        touched: np.ndarray,
+        *,
+        interface: ChargeContacts | None = None,
+        collisions: CollidingSurfaces | None = None,
+        planes: Sequence[PlaneContact] = (),
+        open_faces: OpenFaces | None = None,
+    ) -> None:
+        self._max_squared_phase = max_squared_phase(time_step)
         self._fields = fields
         self.comm = fields.mesh.comm
+        self.touched = touched
+        self.interface, self.collisions, self.planes = interface, collisions, list(planes)
+        self._open_faces = open_faces
         self.force = np.zeros_like(fields.nodes.force)
         self.friction = 0.0
         self.work = 0.0
         self.impulse = PlaneImpulse(self.comm, fields)
         self.penetrations = Penetrations()
-        self.torn = np.zeros(len(mesh.cells), dtype=bool)
-        self._at_interface = np.zeros(0, dtype=np.int64)
-        self.surfaces: ContactSurfaces | None = None
-        self.interface: SlidingInterface | None = None
-        self.collisions: CollidingSurfaces | None = None
-        self._torn_faces: TornFaces | None = None
-        self._at_planes = np.zeros(0, dtype=np.int64)
-        if contact.surfaces or settings.planes:
-            self.surfaces = contact_surfaces(mesh)
-        if len(mesh.twins):
-            self.interface = SlidingInterface(mesh, fields, contact)
-            self._at_interface = self.interface.nodes
-        if contact.surfaces and self.surfaces is not None:
-            self.collisions = CollidingSurfaces(
-                self.surfaces,
-                fields,
-                contact.surface_friction_angle,
-                _REACH * settings.cell_size,
-            )
-            if len(np.unique(mesh.round)) > 1:
-                self._torn_faces = TornFaces(mesh, self.surfaces)
-        self.planes: list[PlaneContact] = []
-        if settings.planes and self.surfaces is not None:
-            nodes, interior = nodes_at_planes(mesh, self.surfaces)
-            for plane in settings.planes:
-                free = ~held_in_plane(mesh, nodes, plane)
-                local = fields.mesh.local_node(nodes[free])
-                rows = np.flatnonzero((local >= 0) & (local < fields.mesh.owned_nodes))
-                rows = rows[np.argsort(interior[free][rows], kind="stable")]
-                outer = int(np.count_nonzero(~interior[free][rows]))
-                reach = PLANE_REACH * settings.cell_size
-                self.planes.append(PlaneContact(plane, fields, local[rows], rows, outer, reach))
-            self._at_planes = nodes
-        self._nodes = np.flatnonzero(self.touched).astype(np.int32)
-        self._always = self._always_pushed()
+        self.eroded = np.zeros(cells, dtype=bool)
+        self._nodes = np.flatnonzero(touched).astype(np.int32)
+        self._always = interface.nodes if interface is not None else np.zeros(0, dtype=np.int32)
         self._met: list[np.ndarray] = []  # nodes that planes and surfaces may push till one looks again
         self._pushed = self._always  # these and those of bonds
-        self._share = 1.0  # contact's step over the longest one
+        self._fraction = 1.0  # contact's step over the longest one
         # Nodes that take several steps in one of contact, where they were at the last one of that (m), and room for
-        # their velocities (m/s) while the means stand in their place.
+        # their velocities (m/s) while the means stand there.
         self._faster = np.zeros(0, dtype=np.int32)
         self._last_position = self._own_velocity = np.zeros((0, 3))
 
-    @property
-    def touched(self) -> np.ndarray:
-        """Whether contact may give a force to the node (nodes,)."""
-        touched = np.zeros(len(self.force), dtype=bool)
-        if self.surfaces is not None:
-            local = self._fields.mesh.local_node(self.surfaces.node)
-            touched[local[local >= 0]] = True
-        for nodes in (self._at_interface, self._at_planes):
-            local = self._fields.mesh.local_node(nodes)
-            touched[local[local >= 0]] = True
-        return touched
-
-    def _always_pushed(self) -> np.ndarray:
-        """Nodes of the interface (k,) int32, which bonds may pull at any time."""
-        interface = self._fields.mesh.local_node(self._at_interface)
-        return np.unique(interface[interface >= 0]).astype(np.int32)
+    @classmethod
+    def of_mesh(cls, mesh: HexahedralMesh, fields: BurstFields, settings: BurstSettings) -> ContactForces:
+        """All parts that a burst in three dimensions has; `mesh` is the whole mesh."""
+        own, contact, size = fields.mesh, settings.contact, settings.cell_size
+        surfaces = contact_surfaces(mesh) if contact.surfaces or settings.planes else None
+        touched = [surfaces.node] if surfaces is not None else []
+        interface, collisions, open_faces = None, None, None
+        if len(mesh.twins):
+            interface = SlidingInterface(mesh, fields, contact)
+            touched.append(interface.numbers)
+        if contact.surfaces and surfaces is not None:
+            collisions = CollidingSurfaces(surfaces, fields, contact.surface_friction_angle, _REACH * size)
+            open_faces = OpenFaces(mesh, surfaces) if len(np.unique(mesh.round)) > 1 else None
+        planes: list[PlaneContact] = []
+        if settings.planes and surfaces is not None:
+            nodes, interior = nodes_at_planes(mesh, surfaces)
+            touched.append(nodes)
+            for plane in settings.planes:
+                free = ~held_in_plane(mesh, nodes, plane)
+                local = own.local_node(nodes[free])
+                rows = np.flatnonzero((local >= 0) & (local < own.owned_nodes))
+                rows = rows[np.argsort(interior[free][rows], kind="stable")]
+                outer = int(np.count_nonzero(~interior[free][rows]))
+                planes.append(PlaneContact(plane, fields, local[rows], outer, PLANE_REACH * size))
+        may_touch = np.zeros(len(own.node), dtype=bool)
+        for numbers in touched:
+            local = own.local_node(numbers)
+            may_touch[local[local >= 0]] = True
+        return cls(
+            fields, settings.time_step, len(mesh.cells), may_touch,
+            interface=interface, collisions=collisions, planes=planes, open_faces=open_faces,
+        )  # fmt: skip
 
     def _find_pushed(self) -> None:
         """Find the nodes that may have a force of contact, where those near a plane or another surface have changed."""
@@ -165,62 +168,49 @@ class ContactForces:
             self._met = near
             self._pushed = self._any_of(self._always, *near)
 
-    def _any_of(self, *parts: np.ndarray) -> np.ndarray:
-        """Nodes (k,) int32 that are in any of the parts, each once, in order; quicker than to sort them."""
+    def _any_of(self, *groups: np.ndarray) -> np.ndarray:
+        """Nodes (k,) int32 that are in any of the groups, each once, in order; quicker than to sort them."""
         found = np.zeros(len(self.force), dtype=bool)
-        for nodes in parts:
+        for nodes in groups:
             found[nodes] = True
         return np.flatnonzero(found).astype(np.int32)
 
-    @property
-    def nodal_force(self) -> np.ndarray:
-        """All forces of contact (nodes, 3) in N, for output."""
-        return self.force
-
-    @property
-    def forces(self) -> dict[str, np.ndarray]:
-        """Forces of the last step (nodes, 3) in N by name: half of their next work is still to be done."""
-        return {"force": self.force}
-
-    def restore_forces(self, forces: Mapping[str, np.ndarray]) -> None:
-        """Take over what `forces` gave."""
-        for name, values in self.forces.items():
-            values[:] = forces[name]
+    def look_again(self) -> None:
+        """Go on from forces and contacts that a checkpoint has put in place; collective."""
         self._pushed = self._any_of(self._always, np.flatnonzero(self.force.any(axis=1)))
-
-    @property
-    def mesh(self) -> DistributedMesh:
-        """The mesh as the ranks have it."""
-        return self._fields.mesh
+        if self.interface is not None:
+            self.interface.look_around()
+        for plane in self.planes:
+            plane.look_again()
 
     @property
     def exists(self) -> bool:
         """Whether there is anything that may touch."""
         return self.interface is not None or self.collisions is not None or bool(self.planes)
 
-    def drop_faces(self, released: np.ndarray) -> None:
-        """Let nothing meet the faces of this rank's `released` cells (cells,) bool any more; collective."""
-        numbers = self._fields.mesh.cell[np.flatnonzero(released)]
-        found = not self.torn[numbers].all()
+    def drop_faces(self, eroded: np.ndarray) -> None:
+        """Let nothing meet the faces of this rank's `eroded` cells (cells,) bool any more; collective."""
+        numbers = self._fields.mesh.cell[np.flatnonzero(eroded)]
+        found = not self.eroded[numbers].all()
         if self.comm.size > 1:
             found = self.comm.allreduce(found, op=MPI.LOR)
         if found:
-            for part in self.comm.allgather(numbers) if self.comm.size > 1 else [numbers]:
-                self.torn[part] = True
-            self.restore_torn(self.torn)
-        # Not when a burst is resumed: between two looks nodes may have come to lie on torn faces.
-        if self.interface is not None and self.torn.any():
-            self.interface.leave_eroded(self.torn)
+            for some in self.comm.allgather(numbers) if self.comm.size > 1 else [numbers]:
+                self.eroded[some] = True
+            self.restore_eroded(self.eroded)
+        # Not when a burst is resumed: between two looks nodes may have come to lie on their faces.
+        if self.interface is not None and self.eroded.any():
+            self.interface.leave_eroded(self.eroded)
 
-    def restore_torn(self, torn: np.ndarray) -> None:
-        """Take over which cells of the whole mesh are torn metal."""
-        self.torn[:] = torn
-        if self.collisions is not None and self.torn.any():
-            opened = self._torn_faces.opened(self.torn) if self._torn_faces is not None else None
-            self.collisions.drop_faces(self.torn, opened)
+    def restore_eroded(self, eroded: np.ndarray) -> None:
+        """Take over which cells of the whole mesh are eroded."""
+        self.eroded[:] = eroded
+        if self.collisions is not None and self.eroded.any():
+            opened = self._open_faces.opened(self.eroded) if self._open_faces is not None else None
+            self.collisions.drop_faces(self.eroded, opened)
 
     def add_forces(self, stable_for: float, step: float, *, front_is_active: bool) -> None:
-        """Add the forces on this rank's own nodes to the resultant, times the share of contact's step; collective.
+        """Add the forces on this rank's own nodes to the resultant, times the fraction of contact's step; collective.
 
         Parameters
         ----------
@@ -241,7 +231,7 @@ class ContactForces:
             self._accumulate_work(step, velocity)
         for part in self._parts:
             self.friction += part.energies[1]
-        add_rows(self._share, self.force, self._pushed, self._fields.nodes.force)
+        add_rows(self._fraction, self.force, self._pushed, self._fields.nodes.force)
 
     def _accumulate_work(self, step: float, velocity: np.ndarray) -> None:
         """Add the work of the forces as they are now in half of a step (s) at the mean velocities (nodes, 3) in it."""
@@ -254,11 +244,7 @@ class ContactForces:
         if self.interface is None:
             return
         self.interface.add_forces(max_squared_frequency, step, velocity, self.force)
-        deepest = self.penetrations
-        if front_is_active:
-            deepest.interface_at_front = max(deepest.interface_at_front, self.interface.deepest)
-        else:
-            deepest.interface_after = max(deepest.interface_after, self.interface.deepest)
+        self.penetrations.at_interface(self.interface.deepest, front_is_active=front_is_active)
 
     def _collide(self, max_squared_frequency: float, step: float, velocity: np.ndarray) -> None:
         """Forces of colliding surfaces, after a search where one is due; collective."""
@@ -266,8 +252,8 @@ class ContactForces:
             return
         if self.collisions.search_is_due(step):
             self.collisions.search()
-        share = 1.0 - _PLANE_SHARE if self.planes else 1.0
-        self.collisions.add_forces(max_squared_frequency * share, step, velocity, self.force)
+        fraction = 1.0 - _PLANE_FRACTION if self.planes else 1.0
+        self.collisions.add_forces(max_squared_frequency * fraction, step, velocity, self.force)
         deepest = self.penetrations
         deepest.collision = max(deepest.collision, self.collisions.deepest)
         deepest.interior_collision = max(deepest.interior_collision, self.collisions.deepest_interior)
@@ -278,7 +264,9 @@ class ContactForces:
             return
         pushed = np.zeros((2, 3))
         for plane in self.planes:
-            plane.add_forces(max_squared_frequency * _PLANE_SHARE, step, velocity, self.force, self.impulse.constants)
+            plane.add_forces(
+                max_squared_frequency * _PLANE_FRACTION, step, velocity, self.force, self.impulse.constants
+            )
             pushed += plane.given
             self.penetrations.plane = max(self.penetrations.plane, plane.deepest)
             self.penetrations.interior_plane = max(self.penetrations.interior_plane, plane.deepest_interior)
@@ -286,7 +274,7 @@ class ContactForces:
 
     def set_level(self, level: int) -> None:
         """Contact takes 2^`level` steps in a longest one from now on; the levels of the nodes are known by then."""
-        self._share = 1.0 / 2**level
+        self._fraction = 1.0 / 2**level
         nodes = self._fields.nodes
         self._faster = self._nodes[nodes.finest[self._nodes] > level]
         self._last_position = nodes.position[self._faster]
@@ -294,7 +282,7 @@ class ContactForces:
 
     @contextmanager
     def _mean_velocities(self, step: float) -> Iterator[np.ndarray]:
-        """Mean velocities (nodes, 3) over contact's step (s): while they are used, in the place of the velocities."""
+        """Mean velocities (nodes, 3) over contact's step (s): while they are used, in place of the velocities."""
         nodes, faster = self._fields.nodes, self._faster
         if step <= 0.0 or not len(faster):
             yield nodes.velocity
@@ -306,7 +294,7 @@ class ContactForces:
             place_rows(self._own_velocity, faster, nodes.velocity)
 
     @property
-    def _parts(self) -> list[SlidingInterface | CollidingSurfaces | PlaneContact]:
+    def _parts(self) -> list[ChargeContacts | CollidingSurfaces | PlaneContact]:
         return [part for part in (self.interface, self.collisions, *self.planes) if part is not None]
 
     @property

@@ -6,33 +6,29 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from burst_fenicsx.contact.accounting import NodeContact
-from burst_fenicsx.kernels.contact.planes import (
-    PLANE_SUMS,
-    PlaneLaw,
-    PlaneState,
-    near_plane,
-    plane_sums,
-    push_from_plane,
-)
-from burst_fenicsx.kernels.vectors.rows import largest_speed
+from burst_fenicsx.kernels.contact.planes import PlaneLaw, PlaneState, push_from_plane
+from burst_fenicsx.kernels.vectors.exact import quantum, two_constants
+from burst_fenicsx.kernels.vectors.rows import largest_speed, sum_columns
 from burst_fenicsx.meshing.mesh import outer_faces
 from burst_fenicsx.problem import Part
 
 if TYPE_CHECKING:
+    from mpi4py import MPI
+
     from burst_fenicsx.contact.surfaces import ContactSurfaces
     from burst_fenicsx.mechanics.fields import BurstFields
     from burst_fenicsx.meshing import HexahedralMesh
-    from burst_fenicsx.problem import RigidPlane
+    from burst_fenicsx.problem import Mirror, RigidPlane
 
-__all__ = ["PlaneContact", "held_in_plane", "nodes_at_planes"]
+__all__ = ["PlaneContact", "PlaneImpulse", "held_in_plane", "nodes_at_planes"]
 
 _IN_PLANE = 1e-9  # m
+_LARGEST_FORCE = 2.0**57  # of a plane on a node, in quanta of the nodal forces: 64 times the largest force of a cell
 # No node is taken to be faster than this (m/s), nor than twice the fastest that was seen when one last looked which
 # nodes are near: products that expand freely reach the detonation velocity.
 _FASTEST = 1e4
 _GROWTH = 2.0
-_NEAR_SHARE = 1.0 / 6.0
+_NEAR_FRACTION = 1.0 / 6.0
 
 
 def nodes_at_planes(mesh: HexahedralMesh, surfaces: ContactSurfaces) -> tuple[np.ndarray, np.ndarray]:
@@ -55,7 +51,7 @@ def nodes_at_planes(mesh: HexahedralMesh, surfaces: ContactSurfaces) -> tuple[np
     return nodes, ~on_face[nodes]
 
 
-def held_in_plane(mesh: HexahedralMesh, nodes: np.ndarray, plane: RigidPlane) -> np.ndarray:
+def held_in_plane(mesh: HexahedralMesh, nodes: np.ndarray, plane: RigidPlane | Mirror) -> np.ndarray:
     """Whether each of the nodes (k,) of a cut round lies in the plane for good, and so never meets it."""
     if mesh.held is None:
         return np.zeros(len(nodes), dtype=bool)
@@ -65,35 +61,41 @@ def held_in_plane(mesh: HexahedralMesh, nodes: np.ndarray, plane: RigidPlane) ->
     return lies
 
 
-class PlaneContact(NodeContact):
+class PlaneContact:
     """One rigid plane against the given nodes of this rank.
 
     Parameters
     ----------
     plane : the plane.
     fields : this rank's fields.
-    nodes : local nodes of this rank's own that may meet it. rows : their numbers among all that may.
+    nodes : local nodes of this rank's own that may meet it.
     on_surface : how many of them, the first, lie on a surface; the others are interior ones.
-    reach : distance (m) from the plane within which nodes are looked after now and then, and those within a share of
+    reach : distance (m) from the plane within which nodes are looked after now and then, and those within a fraction of
         it in every step; beyond, none can meet it before one looks again.
 
     Attributes
     ----------
     near : (k,) int32, the nodes of the state that are looked after. pushed : (k,) int32, their local numbers.
+    given : (2, 3) N, force that the plane gives now to this rank's nodes, in two exact bins, whose sum it is.
+    energies : (2,) J, spring energy now and friction in the last step, exact, on this rank's nodes.
+    deepest, deepest_interior : largest penetration now (m), of this rank's nodes and of the interior ones.
     """
 
     def __init__(
-        self, plane: RigidPlane, fields: BurstFields, nodes: np.ndarray, rows: np.ndarray, on_surface: int, reach: float
+        self,
+        plane: RigidPlane | Mirror,
+        fields: BurstFields,
+        nodes: np.ndarray,
+        on_surface: int,
+        reach: float,
     ) -> None:
-        self.plane = plane
-        self.rows = rows
         self._on_surface = on_surface
         self._fields = fields
-        self._reach, self._near_reach = reach, _NEAR_SHARE * reach
+        self._reach, self._near_reach = reach, _NEAR_FRACTION * reach
         normal = np.asarray(plane.normal, dtype=float)
         self._normal = normal / np.linalg.norm(normal)
         self._level = float(self._normal @ np.asarray(plane.point, dtype=float))
-        self._friction = 0.0 if plane.symmetry else float(np.tan(np.radians(plane.friction_angle)))
+        self._friction = float(np.tan(np.radians(plane.friction_angle)))
         count = len(nodes)
         self.state: PlaneState = PlaneState(
             node=np.asarray(nodes, dtype=np.int32),
@@ -110,7 +112,8 @@ class PlaneContact(NodeContact):
         self.near = self.pushed = np.zeros(0, dtype=np.int32)
         self._wider = np.zeros(0, dtype=np.int32)
         self._fastest, self._travel, self._wider_travel = 0.0, np.inf, np.inf
-        self._sums = np.zeros(PLANE_SUMS)
+        self.given, self.energies = np.zeros((2, 3)), np.zeros(2)
+        self.deepest = self.deepest_interior = 0.0
 
     def _find_near(self, step: float) -> None:
         """Find the near nodes again where others may have come near in this step (s): often, among those in reach."""
@@ -130,8 +133,8 @@ class PlaneContact(NodeContact):
 
     def _nearer_than(self, reach: float, among: np.ndarray) -> np.ndarray:
         """Nodes `among` (k,) those of the state that are nearer to the plane than `reach` (m) or pushed by it."""
-        found, count = near_plane(self._normal, self._level, reach, among, self.state, self._fields.nodes.position)
-        nearer: np.ndarray = found[:count]
+        height = self._fields.nodes.position[self.state.node[among]] @ self._normal - self._level
+        nearer: np.ndarray = among[(height < reach) | (self.state.stiffness[among] > 0.0)]
         return nearer
 
     def add_forces(
@@ -150,26 +153,47 @@ class PlaneContact(NodeContact):
         """
         self._find_near(step)
         law = PlaneLaw(self._normal, self._level, max_squared_frequency, step, self._friction)
-        push_from_plane(law, self.near, self.state, self._fields.mass, self._fields.nodes.position, velocity, force)
-        rounding = self._fields.grid.rounding
-        self._sums = plane_sums(self._normal, self._on_surface, self.near, self.state, rounding, *bins)
+        state, fields = self.state, self._fields
+        push_from_plane(law, self.near, state, fields.mass, fields.nodes.position, velocity, force)
+        touching = self.near[state.stiffness[self.near] > 0.0]
+        depth = state.penetration[touching]
+        forces = state.stiffness[touching, None] * (depth[:, None] * self._normal - state.slip[touching])
+        coarse, fine = bins
+        rounded = (forces + coarse) - coarse
+        self.given = np.array([rounded.sum(axis=0), ((forces - rounded + fine) - fine).sum(axis=0)])
+        self.energies = sum_columns(state.energies, touching, fields.grid.rounding)
+        self.deepest = float(depth.max(initial=0.0))
+        self.deepest_interior = float(depth[touching >= self._on_surface].max(initial=0.0))
 
-    @property
+
+class PlaneImpulse:
+    """Impulse that the planes have given to the nodes of all ranks, by the trapezoidal rule over contact's steps.
+
+    A rank's forces are summed in two exact bins: the sums do not depend on which rank has a node.
+
+    Parameters
+    ----------
+    comm : communicator. fields : this rank's fields.
+
+    Attributes
+    ----------
+    constants : of the two bins, see `exact.two_constants`.
+    total, force : impulse (3,) so far in N s, and force (3,) now in N.
+    """
+
+    def __init__(self, comm: MPI.Comm, fields: BurstFields) -> None:
+        self._comm = comm
+        largest = _LARGEST_FORCE * quantum(fields.nodes.rounding)
+        nodes = int(fields.mesh.domain.geometry.index_map().size_global)
+        self.constants = two_constants(largest, nodes)
+        self.total, self.force = np.zeros(3), np.zeros(3)
+
+    def add(self, step: float, force: np.ndarray) -> None:
+        """Add the step (s) that led here, at whose end this rank's nodes get the `force` (2, 3) in N; collective."""
+        now = (self._comm.allreduce(force) if self._comm.size > 1 else force).sum(axis=0)
+        self.total += 0.5 * step * (self.force + now)
+        self.force = now
+
     def given(self) -> np.ndarray:
-        """Force (N) that the plane gives now to this rank's nodes, (2, 3) in two exact bins, whose sum it is."""
-        return self._sums[4:].reshape(2, 3)
-
-    @property
-    def deepest(self) -> float:
-        """Largest penetration now (m), of this rank's nodes."""
-        return float(self._sums[2])
-
-    @property
-    def deepest_interior(self) -> float:
-        """Largest penetration now (m), of this rank's interior nodes."""
-        return float(self._sums[3])
-
-    @property
-    def energies(self) -> np.ndarray:
-        """As of all nodal contact; of the near nodes, since the others have none."""
-        return self._sums[:2]
+        """Impulse (3,) in N s so far."""
+        return self.total.copy()

@@ -1,4 +1,4 @@
-"""Contact of charge and casing: bonded until the charge has reacted, then a gas that presses and slides."""
+"""Contact of charge and casing in three dimensions: the charge's nodes on the casing's faces, on all ranks."""
 
 from __future__ import annotations
 
@@ -7,17 +7,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from mpi4py import MPI
 
-from burst_fenicsx.contact.accounting import CONTACT_FORCES
-from burst_fenicsx.contact.halo import Halo
+from burst_fenicsx.contact.charge_contacts import ChargeContacts, slide_law
+from burst_fenicsx.contact.exchange import CONTACT_FORCES, Halo
 from burst_fenicsx.contact.slide_surface import faces_of, interface_faces, make_contacts, smooth_surface, widened
 from burst_fenicsx.kernels.cells.layout import CHARGE_PARAMETERS
-from burst_fenicsx.kernels.contact.slide_law import SlideLaw
-from burst_fenicsx.kernels.contact.sliding import (
-    add_slide_forces,
-    attached_state,
-    find_slide_forces,
-    slide_sums,
-)
+from burst_fenicsx.kernels.contact.sliding import NodeMotion, add_slide_forces, attached_state, find_slide_forces
 from burst_fenicsx.kernels.contact.springs import take_reactions
 from burst_fenicsx.kernels.geometry.smooth_faces import face_vectors, group_vectors
 from burst_fenicsx.kernels.vectors.exact import rounding_constant
@@ -25,24 +19,20 @@ from burst_fenicsx.kernels.vectors.rows import clear_rows, copy_motion
 from burst_fenicsx.problem import Part
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
+    from burst_fenicsx.kernels.contact.sliding import SlideContacts
     from burst_fenicsx.mechanics.fields import BurstFields
     from burst_fenicsx.meshing import HexahedralMesh
     from burst_fenicsx.problem import ContactSettings
 
-__all__ = ["INTERFACE_ARRAYS", "INTERFACE_STATE", "SlidingInterface"]
+__all__ = ["SlidingInterface"]
 
 _RINGS = 4  # faces around those in contact that a rank keeps up to date ...
 _MARGIN = 2  # ... until a contact has come this close to others
 _LARGEST_PRESSURE = 2.0**40  # Pa; bounds how finely sums over the cells of a node are rounded
 _MOST_CELLS = 2.0**6
-INTERFACE_STATE = ("face", "point", "weight", "bonded", "off", "gap", "force", "stiffness", "slip")
-INTERFACE_ARRAYS = (*INTERFACE_STATE, "load", "stored")
-"""Names of what `SlidingInterface.arrays` gives."""
 
 
-class SlidingInterface:
+class SlidingInterface(ChargeContacts):
     """Contact between the charges and what encloses them.
 
     The rank that owns a charge's node computes its contacts. It follows them over the casing's faces, of which it
@@ -56,32 +46,30 @@ class SlidingInterface:
 
     Attributes
     ----------
-    nodes : numbers in the whole mesh of all nodes that may get a force.
-    array_names : of what `arrays` gives.
-    surface, contacts : the kernels' arrays. load : (rows,) sum of the weights with which contacts lie on a node.
+    numbers : in the whole mesh, of all nodes that may get a force.
+    surface : of the kernels.
     """
 
-    array_names = INTERFACE_ARRAYS
+    contacts: SlideContacts
 
     def __init__(self, mesh: HexahedralMesh, fields: BurstFields, settings: ContactSettings) -> None:
         self.settings = settings
-        self._fields = fields
         self._comm = comm = fields.mesh.comm
         pairs, owned = len(mesh.twins), fields.mesh.owned_nodes
-        faces, self._cell, covered = interface_faces(mesh)
+        faces, cell, covered = interface_faces(mesh)
         # Rows: the pairs of coincident nodes, then the casing's other nodes on which the charge may come to lie.
         solid_nodes = np.concatenate([mesh.twins[:, 1], np.setdiff1d(faces, mesh.twins[:, 1])])
         self._rows = rows = len(solid_nodes)
         row = np.full(len(mesh.nodes), -1, dtype=np.int32)
         row[solid_nodes] = np.arange(rows, dtype=np.int32)
         faces = row[faces]
-        self.surface, group_row = smooth_surface(mesh.nodes[solid_nodes], faces, rows)
+        self.surface, group_row = smooth_surface(mesh.nodes[solid_nodes], faces)
 
         solid = fields.mesh.local_node(solid_nodes)
         # The charge's node at each row: the twin, or the node itself at the rim of a fuze, where it belongs to both.
         charge = np.where(np.isin(solid_nodes, mesh.cells[mesh.part == Part.CHARGE]), solid, -1).astype(np.int32)
         charge[:pairs] = fields.mesh.local_node(mesh.twins[:, 0])
-        self.nodes = np.concatenate([mesh.twins[:, 0], solid_nodes])
+        self.numbers = np.concatenate([mesh.twins[:, 0], solid_nodes])
         self._master_rows, self._masters = _own(solid, owned)
         slave_rows, _ = _own(charge[:pairs], owned)
         own = np.zeros(rows, dtype=bool)
@@ -95,7 +83,6 @@ class SlidingInterface:
         of_round[mesh.cells] = mesh.round[:, None]
         material = len(Part) * of_round[solid_nodes[group_row]] + Part.CHARGE
         strength = fields.charge.parameters[material, CHARGE_PARAMETERS.index("unreacted_strength")]
-        self.contacts = make_contacts(self.surface, group_row, slave, mine, strength)
         self._charge_faces = charge[faces].astype(np.int32)
         beside = np.zeros(len(faces), dtype=bool)
         beside[faces_of(self.surface, mine)] = True
@@ -111,28 +98,28 @@ class SlidingInterface:
         self._cell_rows, first = np.unique(cell_rows, return_index=True)
         self._first_cell = np.append(first, len(cell_rows)).astype(np.int32)
         in_charge = row[mesh.cells[mesh.part == Part.CHARGE]]
-        self._cell_count = np.bincount(in_charge[in_charge >= 0], minlength=rows)
+        cells = np.bincount(in_charge[in_charge >= 0], minlength=rows)[group_row]
+        self.contacts = make_contacts(self.surface, group_row, slave, mine, strength, cells.astype(float), rows)
         self._attached = np.zeros((rows, 3))
         self._attached_rounding = rounding_constant(_MOST_CELLS), rounding_constant(_LARGEST_PRESSURE)
         self._load_rounding = rounding_constant(_MOST_CELLS)
-        self._slave_halo = Halo(comm, _owners(comm, rows, slave_rows))
+        self._slave_halo = Halo(comm, slave_rows, rows)
         self._slave_halo.need(self._cell_rows)
-        self._master_halo = Halo(comm, _owners(comm, rows, self._master_rows))
+        self._master_halo = Halo(comm, self._master_rows, rows)
 
-        self._position, self._velocity = np.zeros((rows, 3)), np.zeros((rows, 3))
-        self._sums = np.zeros((rows, 4))
-        self.load = np.zeros(rows)
-        self._mass = np.zeros(rows)
-        self._mass[self._master_rows] = fields.mass[self._masters]
+        self._casing = NodeMotion(np.zeros((rows, 3)), np.zeros((rows, 3)), np.zeros(rows))
+        self._casing.mass[self._master_rows] = fields.mass[self._masters]
         if comm.size > 1:
-            comm.Allreduce(MPI.IN_PLACE, self._mass)
+            comm.Allreduce(MPI.IN_PLACE, self._casing.mass)
+        self._sums = np.zeros((rows, 4))
         self._near_faces = np.arange(len(faces), dtype=np.int32)
         self._near_groups = np.arange(len(group_row), dtype=np.int32)
         self._border = np.zeros(len(faces), dtype=bool)
-        self._tally_sums: np.ndarray | None = None
-        self._look_around()
+        local = fields.mesh.local_node(self.numbers)
+        super().__init__(fields, np.unique(local[local >= 0]).astype(np.int32), mine, cell)
+        self.look_around()
 
-    def _look_around(self) -> None:
+    def look_around(self) -> None:
         """Choose the faces that this rank keeps up to date; collective."""
         if self._comm.size == 1:
             return
@@ -153,50 +140,37 @@ class SlidingInterface:
         self._near_groups = groups.astype(np.int32)
         self._master_halo.need(np.unique(surface.faces[around]).astype(np.int32))
 
-    def leave_eroded(self, eroded: np.ndarray) -> None:
-        """Free for good the charge's nodes that lie on faces of `eroded` cells (cells of the whole mesh,) now.
-
-        Eroded metal holds no products back: those kept on its nodes are drawn out by them until their cells fold.
-        """
-        chosen = self.contacts.contact
-        self.contacts.off[chosen[eroded[self._cell[self.contacts.face[chosen]]]]] = 1
-
     def add_forces(self, max_squared_frequency: float, step: float, velocity: np.ndarray, force: np.ndarray) -> None:
         """Add the forces on this rank's own nodes to `force` (nodes, 3) in N; collective.
 
         `max_squared_frequency` bounds that of the springs (1/s2); `step` is the step (s) that led here and `velocity`
         (nodes, 3) the mean one over it (m/s).
         """
-        fields, surface, contacts, settings = self._fields, self.surface, self.contacts, self.settings
+        fields, surface, contacts = self._fields, self.surface, self.contacts
         nodes, rows, masters = fields.nodes, self._master_rows, self._masters
         if self._comm.size > 1:
             reached = bool(self._border[contacts.face[contacts.contact]].any())
             if self._comm.allreduce(reached, op=MPI.LOR):
-                self._look_around()
-        copy_motion(nodes.position, velocity, masters, rows, self._position, self._velocity)
-        self._master_halo.fetch(self._position, self._velocity, self.load[:, None])
-        face_vectors(self._position, surface.faces, self._near_faces, self._vectors)
+                self.look_around()
+        position, speeds, load = self._casing.position, self._casing.velocity, contacts.load
+        copy_motion(nodes.position, velocity, masters, rows, position, speeds)
+        self._master_halo.fetch(position, speeds, load[:, None])
+        face_vectors(position, surface.faces, self._near_faces, self._vectors)
         group_vectors(surface.first_face, surface.face, self._near_groups, self._vectors, surface.vector)
         self._add_images(surface.vector, 2.0)
         face_vectors(nodes.position, self._charge_faces, self._beside, self._charge_vectors)
         group_vectors(surface.first_face, surface.face, contacts.contact, self._charge_vectors, contacts.area)
         self._add_images(contacts.area, 1.0)
         self._sum_charge_state()
-        law = SlideLaw(
-            max_squared_frequency, step, settings.tensile_strength, settings.cohesion,
-            float(np.tan(np.radians(settings.friction_angle))),
-        )  # fmt: skip
-        find_slide_forces(
-            law, surface, contacts, self._attached, self._cell_count, self._position, self._velocity, self._mass,
-            self.load, nodes.position, velocity, fields.mass,
-        )  # fmt: skip
-        self._tally_sums = None
+        law = slide_law(self.settings, max_squared_frequency, step)
+        charge = NodeMotion(nodes.position, velocity, fields.mass)
+        find_slide_forces(law, surface, contacts, self._attached, self._casing, charge)
         clear_rows(self._sums, rows)
         clear_rows(self._sums, self._master_halo.needed)
         rounding = CONTACT_FORCES * nodes.rounding
         add_slide_forces(surface, contacts, rounding, self._load_rounding, self._sums, force)
         self._master_halo.give(self._sums)
-        take_reactions(self._sums, rows, masters, self.load, force)
+        take_reactions(self._sums, rows, masters, load, force)
 
     def _add_images(self, vectors: np.ndarray, sides: float) -> None:
         """Complete sums of area vectors (groups, 3) over the faces of one side of planes in which their nodes lie.
@@ -218,71 +192,11 @@ class SlidingInterface:
         )  # fmt: skip
         self._slave_halo.give(total)
 
-    @property
-    def _tallied(self) -> np.ndarray:
-        """Sums of the contacts' tallies, made once a step."""
-        if self._tally_sums is None:
-            self._tally_sums = slide_sums(self.contacts.contact, self.contacts.tally, self._fields.grid.rounding)
-        return self._tally_sums
-
-    @property
-    def energies(self) -> np.ndarray:
-        """Spring energy now and friction in the last step (J), exact, on this rank's contacts."""
-        return self._tallied[:2]
-
-    @property
-    def deepest(self) -> float:
-        """Largest penetration in the last step (m) on this rank."""
-        return float(self._tallied[2])
-
-    def counts(self) -> np.ndarray:
-        """Contacts of this rank that are bonded, that touch without a bond, and that have left their surface."""
-        own = self.contacts.contact
-        bonded, touching = self.contacts.bonded[own] != 0, self.contacts.stiffness[own] > 0.0
-        return np.array([bonded.sum(), (touching & ~bonded).sum(), self.contacts.off[own].sum()], dtype=float)
-
-    def arrays(self) -> dict[str, np.ndarray]:
-        """State of the contacts, whole on every rank; collective."""
-        own, found = self.contacts.contact, {}
-        for name in INTERFACE_STATE:
-            values = getattr(self.contacts, name)
-            whole = np.zeros_like(values)
-            whole[own] = values[own]
-            found[name] = self._summed(whole)
-        whole = np.zeros_like(self.load)
-        whole[self._master_rows] = self.load[self._master_rows]
-        stored = np.zeros(len(self.contacts.row))
-        stored[own] = self.contacts.tally[own, 0]
-        return {**found, "load": self._summed(whole), "stored": self._summed(stored)}
-
-    def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
-        """Put the contacts where `arrays` found them; collective. Raises KeyError for a missing array."""
-        for name in INTERFACE_STATE:
-            getattr(self.contacts, name)[:] = arrays[name]
-        self.load[:] = arrays["load"]
-        self.contacts.tally[:, 0] = arrays["stored"]
-        self._tally_sums = None
-        self._look_around()
-
-    def _summed(self, values: np.ndarray) -> np.ndarray:
-        if self._comm.size > 1:
-            self._comm.Allreduce(MPI.IN_PLACE, values)
-        return values
-
 
 def _own(local: np.ndarray, owned: int) -> tuple[np.ndarray, np.ndarray]:
     """Rows of the nodes that this rank owns, and these nodes."""
     rows = np.flatnonzero((local >= 0) & (local < owned)).astype(np.int32)
     return rows, local[rows].astype(np.int32)
-
-
-def _owners(comm: MPI.Comm, count: int, rows: np.ndarray) -> np.ndarray:
-    """Rank that owns each row; collective."""
-    owner = np.zeros(count, dtype=np.int32)
-    owner[rows] = comm.rank
-    if comm.size > 1:
-        comm.Allreduce(MPI.IN_PLACE, owner)
-    return owner
 
 
 def _attached(fields: BurstFields, row: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

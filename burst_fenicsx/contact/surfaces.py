@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,12 +14,12 @@ from burst_fenicsx.problem import Part
 if TYPE_CHECKING:
     from burst_fenicsx.meshing import HexahedralMesh
 
-__all__ = ["ContactSurfaces", "contact_surfaces", "outward_sides"]
+__all__ = ["ContactSurfaces", "OpenFaces", "contact_surfaces", "outward_sides", "sides_beside"]
 
 
 @dataclass(frozen=True)
 class ContactSurfaces:
-    """Faces and nodes of all bodies: each round's casing with its fuze, and with its charge where they share nodes.
+    """Faces and nodes of all rounds: each one's casing with its fuze, and with its charge where they share nodes.
 
     Where there are several rounds, the interior nodes
     of the casings are among the nodes: they overtake a surface layer that folds, and then meet other rounds' faces.
@@ -28,7 +28,7 @@ class ContactSurfaces:
     ----------
     node : (surface nodes,) int64, ascending: numbers in the whole mesh, of nodes on faces and of interior ones.
     faces : (faces, 4) int32, rows of `node`, in outward order.
-    face_body, node_body : int32, twice the round.
+    face_round, node_round : int32.
     cell : (faces,) int64, number in the whole mesh of the cell that each face belongs to.
     edge : (faces,) m, square root of the initial area.
     outside : (surface nodes,) bool, nodes on the outside of a whole round: those that may meet others from the start.
@@ -40,8 +40,8 @@ class ContactSurfaces:
 
     node: np.ndarray
     faces: np.ndarray
-    face_body: np.ndarray
-    node_body: np.ndarray
+    face_round: np.ndarray
+    node_round: np.ndarray
     cell: np.ndarray
     edge: np.ndarray
     outside: np.ndarray
@@ -61,47 +61,38 @@ class ContactSurfaces:
 
 
 def contact_surfaces(mesh: HexahedralMesh) -> ContactSurfaces:
-    """Find the surfaces of all bodies of the whole mesh."""
+    """Find the surfaces of all rounds of the whole mesh."""
     split = len(mesh.twins) > 0
-    body = 2 * mesh.round.astype(np.int64)
     # A charge of its own nodes stays within its casing, see `sliding`; one of shared nodes is part of the round.
-    found, cell, behind = outer_faces(mesh, np.where(split & (mesh.part == Part.CHARGE), -1, body))
-    outside = np.zeros(len(mesh.nodes), dtype=bool)
-    outside[found[behind < 0]] = True
-
-    order = np.argsort(body[cell], kind="stable")
-    all_faces, face_body = found[order], body[cell[order]].astype(np.int32)
-    on_face = np.zeros(len(mesh.nodes), dtype=bool)
-    on_face[all_faces] = True
+    faces, cell, behind = outer_faces(mesh, np.where(split & (mesh.part == Part.CHARGE), -1, mesh.round))
+    outside, on_face = np.zeros(len(mesh.nodes), dtype=bool), np.zeros(len(mesh.nodes), dtype=bool)
+    outside[faces[behind < 0]] = True
+    on_face[faces] = True
+    order = np.argsort(mesh.round[cell], kind="stable")
+    faces, cell, on_surface = faces[order], cell[order], len(faces)
     used = on_face.copy()
-    solid = mesh.part != Part.CHARGE
-    layers, of_layers = np.zeros((0, 4), dtype=np.int64), np.zeros(0, dtype=np.int64)
     if len(np.unique(mesh.round)) > 1:
+        solid = mesh.part != Part.CHARGE
         used[mesh.cells[solid]] = True
-        layers, of_layers = _faces_of_layers(mesh, solid)
+        # Those between the layers of the casings' cells, in the order that looks outward.
+        of_layers, side = np.nonzero(outward_sides(mesh) & (mesh.neighbours >= 0) & solid[:, None])
+        faces = np.concatenate([faces, mesh.cells[of_layers[:, None], FACES[side]]])
+        cell = np.concatenate([cell, of_layers])
     node = np.flatnonzero(used)
-    numbered = (np.cumsum(used, dtype=np.int32) - 1)[np.concatenate([all_faces, layers])]
     of_node = np.zeros(len(mesh.nodes), dtype=np.int32)
-    for corner in range(8):
-        of_node[mesh.cells[solid, corner]] = 2 * mesh.round[solid]
-    node_body = of_node[node]
-    for corner in range(4):
-        node_body[numbered[: len(all_faces), corner]] = face_body
-    face_body = np.concatenate([face_body, (2 * mesh.round[of_layers]).astype(np.int32)])
-    at = mesh.nodes[node][numbered]
-    area = np.linalg.norm(area_vectors(at), axis=1)
+    of_node[mesh.cells] = mesh.round[:, None]
     return ContactSurfaces(
-        node,
-        numbered,
-        face_body,
-        node_body,
-        np.concatenate([cell[order], of_layers]),
-        np.sqrt(area),
-        outside[node],
-        ~on_face[node],
-        len(all_faces),
-        np.zeros(len(node), dtype=np.uint8) if mesh.held is None else mesh.held[node],
-        mesh.held_normals,
+        node=node,
+        faces=(np.cumsum(used, dtype=np.int32) - 1)[faces],
+        face_round=mesh.round[cell].astype(np.int32),
+        node_round=of_node[node],
+        cell=cell,
+        edge=_edges(mesh.nodes[faces]),
+        outside=outside[node],
+        interior=~on_face[node],
+        on_surface=on_surface,
+        held=np.zeros(len(node), dtype=np.uint8) if mesh.held is None else mesh.held[node],
+        held_normals=mesh.held_normals,
     )
 
 
@@ -125,11 +116,55 @@ def outward_sides(mesh: HexahedralMesh) -> np.ndarray:
     return (neighbours < 0) | between | against
 
 
-def _faces_of_layers(mesh: HexahedralMesh, solid: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Faces between the layers of the casings' cells, and the cells that they belong to.
+def _edges(corners: np.ndarray) -> np.ndarray:
+    """Square roots of the areas (faces,) in m of faces with these corners (faces, 4, 3) in m."""
+    edges: np.ndarray = np.sqrt(np.linalg.norm(area_vectors(corners), axis=1))
+    return edges
 
-    `solid` (cells,) names the cells of casings. Returns nodes (faces, 4), in the order that looks outward, and (faces,)
-    int64.
+
+class OpenFaces:
+    """Adds to the surfaces of several rounds the faces that lie open once cells of their casings are eroded.
+
+    These are the sides of whole cells towards eroded ones that are on no surface yet, and, where an eroded cell lay on
+    the charge, the face between both, whose nodes still carry the metal's mass. Like the faces between layers, they are
+    met by other rounds' nodes alone: through eroded cells, other rounds' metal meets what lies behind them.
+
+    Parameters
+    ----------
+    mesh : the whole mesh.
+    surfaces : before any metal is eroded.
     """
-    cell, side = np.nonzero(outward_sides(mesh) & (mesh.neighbours >= 0) & solid[:, None])
-    return mesh.cells[cell[:, None], FACES[side]], cell
+
+    def __init__(self, mesh: HexahedralMesh, surfaces: ContactSurfaces) -> None:
+        self._mesh, self._surfaces = mesh, surfaces
+        self._solid = mesh.part != Part.CHARGE
+        self._known = outward_sides(mesh) & self._solid[:, None]
+        self._row = np.full(len(mesh.nodes), -1, dtype=np.int32)
+        self._row[surfaces.node] = np.arange(len(surfaces.node), dtype=np.int32)
+
+    def opened(self, eroded: np.ndarray) -> ContactSurfaces:
+        """The surfaces with the open faces behind all others, whichever cells (cells,) are `eroded`."""
+        mesh, known = self._mesh, self._known
+        beside = sides_beside(mesh.neighbours, eroded)
+        cell, side = np.nonzero(beside & self._solid[:, None] & ~known & ~eroded[:, None])
+        nodes = mesh.cells[cell[:, None], FACES[side]]
+        charge = ~self._solid & (beside.any(axis=1))
+        of_charge, towards = np.nonzero(beside & charge[:, None])
+        behind = mesh.neighbours[of_charge, towards]
+        back = np.argmax(mesh.neighbours[behind] == of_charge[:, None], axis=1)
+        nodes = np.concatenate([nodes, mesh.cells[behind[:, None], FACES[back][:, ::-1]]])
+        cell = np.concatenate([cell, of_charge])
+        before = self._surfaces
+        return replace(
+            before,
+            faces=np.concatenate([before.faces, self._row[nodes]]),
+            face_round=np.concatenate([before.face_round, mesh.round[cell].astype(np.int32)]),
+            cell=np.concatenate([before.cell, cell]),
+            edge=np.concatenate([before.edge, _edges(mesh.nodes[nodes])]),
+        )
+
+
+def sides_beside(neighbours: np.ndarray, eroded: np.ndarray) -> np.ndarray:
+    """Sides of cells (cells, sides), bool, behind which lies an `eroded` cell (cells,)."""
+    beside: np.ndarray = (neighbours >= 0) & eroded[np.maximum(neighbours, 0)]
+    return beside

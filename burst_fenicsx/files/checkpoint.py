@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from burst_fenicsx.contact.charge_contacts import CONTACT_STATE
 from burst_fenicsx.errors import InputError
 from burst_fenicsx.mechanics.ledger import Entry
 from fragfield_base.hdf5_files import creating, reading
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
 
 __all__ = ["FORMAT", "read_checkpoint", "write_checkpoint"]
 
-FORMAT = "fragfield burst checkpoint 8"  # 7: arrays of each rank; 8: step control
+FORMAT = "fragfield burst checkpoint 8"  # 7: arrays of each rank; 8: step control, contact
 
 
 def _kept(solver: BurstSolver) -> Iterator[tuple[str, Any, tuple[str, ...]]]:
@@ -41,7 +42,10 @@ def _kept(solver: BurstSolver) -> Iterator[tuple[str, Any, tuple[str, ...]]]:
     yield "ledger", solver.ledger, ("sums", "released", "external_work", "damping")
     if contact is None:
         return
-    yield "contact", contact, ("friction", "work")
+    yield "contact", contact, ("friction", "work", "force", "eroded")
+    yield "impulse", contact.impulse, ("total", "force")
+    if contact.interface is not None:
+        yield "interface", contact.interface.contacts, CONTACT_STATE
     yield "penetrations", contact.penetrations, tuple(item.name for item in fields(contact.penetrations))
     for number, plane in enumerate(contact.planes):
         yield f"plane_{number}", plane.state, ("slip", "penetration", "stiffness")
@@ -50,7 +54,7 @@ def _kept(solver: BurstSolver) -> Iterator[tuple[str, Any, tuple[str, ...]]]:
             "collisions",
             contact.collisions.state,
             (
-                "touching", "normal", "slip", "penetration", "unloaded", "active_penetration", "stiffness", "sharing",
+                "touching", "normal", "slip", "penetration", "unloaded", "stiffness", "sharing",
             ),
         )  # fmt: skip
 
@@ -66,14 +70,8 @@ def _arrays(solver: BurstSolver) -> dict[str, np.ndarray]:
     }
     if solver.initiation is not None:
         found |= _named("initiation", solver.initiation.arrays())
-    if contact is not None:
-        found |= {"contact/torn": contact.torn, "contact/plane_impulse": contact.impulse.state()}
-        found |= _named("contact/forces", contact.forces)
-        if contact.interface is not None:
-            found |= _named("interface", contact.interface.arrays())
-        if contact.collisions is not None:
-            collisions = contact.collisions
-            found |= {f"search/{key}": np.asarray(getattr(collisions, key)) for key in _SEARCH}
+    if contact is not None and contact.collisions is not None:
+        found |= {f"search/{key}": np.asarray(getattr(contact.collisions, key)) for key in _SEARCH}
     return found
 
 
@@ -156,7 +154,7 @@ def _restore(arrays: h5py.Group, solver: BurstSolver) -> None:
     state.grid = state.grid._replace(longest=levels.step)
     if contact is not None:
         contact.set_level(levels.contact_level)
-        contact.restore_torn(arrays["contact/torn"][()])
+        contact.restore_eroded(arrays["contact/eroded"][()])
     for name, owner, keys in kept:  # arrays of the blocks as they are now
         _put(arrays, name, owner, keys)
     if solver.initiation is not None:
@@ -164,18 +162,13 @@ def _restore(arrays: h5py.Group, solver: BurstSolver) -> None:
         solver.burning.update()
     if contact is None:
         return
-    contact.impulse.restore(arrays["contact/plane_impulse"][()])
-    contact.restore_forces(_group(arrays, "contact/forces"))
-    if contact.interface is not None:
-        contact.interface.restore(_group(arrays, "interface"))
+    contact.look_again()
     if contact.collisions is not None:
         at, travel, searches = (arrays[f"search/{key}"][()] for key in _SEARCH)
         if len(at):
             contact.collisions.search_from(at)
             contact.collisions.travel = float(travel)
         contact.collisions.searches = int(searches)
-    for plane in contact.planes:
-        plane.look_again()
 
 
 def _put(arrays: h5py.Group, name: str, owner: Any, keys: tuple[str, ...]) -> None:  # noqa: ANN401 - any object

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
     import h5py
 
-    from burst_fenicsx.problem import RigidPlane
+    from burst_fenicsx.problem import Mirror
     from burst_fenicsx.records.measures import RoundMeasures
     from fragfield_base.burst_snapshot import SegmentRecord
 
@@ -82,7 +82,7 @@ def write_snapshot(
     along: Sequence[RoundMeasures],
     history: Mapping[str, np.ndarray],
     provenance: Mapping[str, str],
-    symmetry: Sequence[RigidPlane] = (),
+    symmetry: Sequence[Mirror] = (),
     geometry: str = "3d",
 ) -> None:
     """Write the snapshot; an older one of the same name is replaced only when the new one is whole.

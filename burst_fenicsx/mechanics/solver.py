@@ -176,6 +176,7 @@ class BurstSolver:
         if self.contact is not None:
             self.contact.set_level(self.levels.contact_level)
         self.add_forces(0.0)
+        self.ledger.add(self._totals.energy, self._totals.released)  # of cells that have just been eroded
 
     def erode_metal(self) -> None:
         """Erode cells of casings that are no continuum any more; contact leaves their faces; collective."""

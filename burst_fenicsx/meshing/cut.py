@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from burst_fenicsx.meshing.disc import SectionGrid
     from burst_fenicsx.meshing.mesh import CellMesh, HexahedralMesh
-    from burst_fenicsx.symmetry.part import Cut
+    from burst_fenicsx.problem import Mirror
 
 __all__ = ["cut_mesh", "cut_section", "split_charges", "turn_to"]
 
@@ -27,7 +27,7 @@ _IN_PLANE = 1e-9  # m, from a plane, up to which a node lies in it
 _IN_UNIT_PLANE = 1e-9  # the same over the radius
 
 
-def turn_to(cuts: Sequence[Cut], axis: Sequence[float]) -> NDArray[np.float64]:
+def turn_to(cuts: Sequence[Mirror], axis: Sequence[float]) -> NDArray[np.float64]:
     """Rotation about a round's axis that puts the centre lines of its grid into the planes.
 
     Parameters
@@ -49,7 +49,7 @@ def turn_to(cuts: Sequence[Cut], axis: Sequence[float]) -> NDArray[np.float64]:
 
 
 def cut_section(
-    grid: SectionGrid, turn: NDArray[np.float64], axis: Sequence[float], cuts: Sequence[Cut]
+    grid: SectionGrid, turn: NDArray[np.float64], axis: Sequence[float], cuts: Sequence[Mirror]
 ) -> SectionGrid:
     """Leave out what of a section lies behind the planes, so that it is not meshed first; its order stays.
 
@@ -75,7 +75,7 @@ def cut_section(
     )
 
 
-def cut_mesh(mesh: HexahedralMesh, cuts: Sequence[Cut]) -> HexahedralMesh:
+def cut_mesh(mesh: HexahedralMesh, cuts: Sequence[Mirror]) -> HexahedralMesh:
     """Keep the cells on the sides to which the planes' normals point.
 
     Nodes within 1e-9 m of a plane are put into it and marked in `held`.

@@ -20,7 +20,17 @@ if TYPE_CHECKING:
 
     from burst_fenicsx.geometry import Segment
 
-__all__ = ["CellMesh", "HexahedralMesh", "cell_centres", "cell_volumes", "merge", "outer_faces", "part_volumes"]
+__all__ = [
+    "CellMesh",
+    "HexahedralMesh",
+    "across_edges",
+    "cell_centres",
+    "cell_volumes",
+    "merge",
+    "outer_faces",
+    "part_volumes",
+    "shared_edges",
+]
 
 
 _Mesh = TypeVar("_Mesh", bound="CellMesh")
@@ -221,3 +231,19 @@ def outer_faces(mesh: HexahedralMesh, group: np.ndarray) -> tuple[np.ndarray, np
     outside[group < 0] = False
     cell, side = np.nonzero(outside)
     return mesh.cells[cell[:, None], FACES[side]], cell, neighbours[cell, side]
+
+
+def shared_edges(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Pairs of edges, each 4 times its face plus the number of its first corner, with the same two ends."""
+    ends = np.sort(np.stack([corners, np.roll(corners, -1, axis=1)], axis=-1).reshape(-1, 2), axis=1)
+    order = np.lexsort((ends[:, 1], ends[:, 0]))
+    same = (ends[order[1:]] == ends[order[:-1]]).all(axis=1)
+    return order[:-1][same], order[1:][same]
+
+
+def across_edges(corners: np.ndarray) -> np.ndarray:
+    """The quadrilateral across each edge of others (faces, 4) int32, which has the same two ends there; else -1."""
+    one, other = shared_edges(corners)
+    found = np.full(corners.size, -1, dtype=np.int32)
+    found[one], found[other] = other // 4, one // 4
+    return found.reshape(corners.shape)

@@ -27,15 +27,16 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from burst_fenicsx.geometry import Profile
-    from burst_fenicsx.problem import Round
-    from burst_fenicsx.symmetry.part import Cut
+    from burst_fenicsx.problem import Mirror, Round
 
 __all__ = ["mesh_profile", "mesh_round"]
 
 SMALLEST_END = 0.1  # radius of nose or base end over the largest: below, the cells at a tip would rule the time step
 
 
-def mesh_round(cased_round: Round, cell_size: float, round_index: int = 0, cuts: Sequence[Cut] = ()) -> HexahedralMesh:
+def mesh_round(
+    cased_round: Round, cell_size: float, round_index: int = 0, cuts: Sequence[Mirror] = ()
+) -> HexahedralMesh:
     """Mesh a round, or read its mesh file, and place it in the world.
 
     Parameters
@@ -47,7 +48,7 @@ def mesh_round(cased_round: Round, cell_size: float, round_index: int = 0, cuts:
         Edge of the mean cell (m); of no concern to a mesh file.
     round_index : int
         Index to write into the mesh.
-    cuts : sequence of Cut
+    cuts : sequence of Mirror
         Planes of symmetry through the axis of a round with a profile; the side of their normals is kept.
 
     Raises
@@ -76,7 +77,7 @@ def mesh_profile(
     position: Sequence[float] = (0.0, 0.0, 0.0),
     axis: Sequence[float] = (0.0, 0.0, 1.0),
     round_index: int = 0,
-    cuts: Sequence[Cut] = (),
+    cuts: Sequence[Mirror] = (),
 ) -> HexahedralMesh:
     """Mesh a profile: core square, rings and wall, over all its length; solid ends are casing through and through.
 
@@ -92,7 +93,7 @@ def mesh_profile(
         Centre of the base plane (m) and direction from base to nose.
     round_index : int
         Index to write into the mesh.
-    cuts : sequence of Cut
+    cuts : sequence of Mirror
         Planes of symmetry through the axis, at right angles to each other: the grid is turned so that they are planes
         of nodes, and the side of their normals is kept.
 

@@ -9,12 +9,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from mpi4py import MPI
 
-from burst_fenicsx.contact.surfaces import outward_sides
-from burst_fenicsx.contact.torn_faces import sides_beside
+from burst_fenicsx.contact.surfaces import outward_sides, sides_beside
 from burst_fenicsx.errors import NumericalStop
 from burst_fenicsx.kernels.constants import LARGEST_PASSED_FRACTION
 from burst_fenicsx.kernels.contact.search import Bodies, find_candidates
-from burst_fenicsx.problem import Part
+from burst_fenicsx.problem import Mirror, Part
 from burst_fenicsx.records.within_rounds import CasingRadii, hold
 
 if TYPE_CHECKING:
@@ -57,6 +56,9 @@ class PassedThrough:
 class InterpenetrationCheck:
     """Finds casing nodes behind planes and within cells of other rounds.
 
+    At a plane of symmetry metal overlaps its image by twice its depth: it counts from the overlap at which it does
+    within another round.
+
     Cells of the charge count as well, so that metal which has passed right through a wall is found, but only nearer to
     the round's axis than its casing is there: products that have come out of a torn casing flow around metal. Folded
     cells do not count. Sums are taken in the order of the nodes: they are the same on any number of ranks.
@@ -67,10 +69,8 @@ class InterpenetrationCheck:
     rounds : in order. settings : of the burst. Without contact of surfaces, other rounds are left out.
     images : how many times the arrangement is the computed part of it; the summary's masses are those of the whole.
     multiplicity : (rounds,) how many times a round is the computed part of it; messages name masses of whole rounds.
-    mirrors : how many of the planes, the last, the program has put between rounds and their images: there metal
-        overlaps its image by twice its depth, and counts from the overlap at which it does within another round.
-    torn : (cells of the whole mesh,) bool, cells that are torn metal, kept up to date by contact: the sides of cells
-        towards them look outward.
+    eroded : (cells of the whole mesh,) bool, eroded cells, kept up to date by contact: the sides of cells towards them
+        look outward.
 
     Attributes
     ----------
@@ -89,24 +89,22 @@ class InterpenetrationCheck:
         *,
         images: int = 1,
         multiplicity: np.ndarray | None = None,
-        mirrors: int = 0,
-        torn: np.ndarray | None = None,
+        eroded: np.ndarray | None = None,
     ) -> None:
         self._fields, self._comm = fields, fields.mesh.comm
         self._names = [item.name for item in rounds]
-        self._torn = np.zeros(len(mesh.cells), dtype=bool) if torn is None else torn
+        self._eroded = np.zeros(len(mesh.cells), dtype=bool) if eroded is None else eroded
         self._count = len(rounds)
         self._images = images
         self._multiplicity = np.ones(self._count) if multiplicity is None else multiplicity
         self._overlap = _OVERLAP * settings.cell_size
-        given = len(settings.planes) - mirrors
         self._planes = [
             (
                 np.asarray(plane.point, dtype=float),
                 np.asarray(plane.normal) / np.linalg.norm(plane.normal),
-                _BEHIND_PLANE * settings.cell_size if index < given else 0.5 * self._overlap,
+                0.5 * self._overlap if isinstance(plane, Mirror) else _BEHIND_PLANE * settings.cell_size,
             )
-            for index, plane in enumerate(settings.planes)
+            for plane in settings.planes
         ]
         self._among_rounds = settings.contact.surfaces and len(rounds) > 1
         self.largest = np.zeros(4)
@@ -232,7 +230,7 @@ class InterpenetrationCheck:
         if not len(rows):
             return held
         first, candidate = self._candidates(points, rounds, rows, boxes[rows])
-        outward = self._outward | sides_beside(self._neighbours, self._torn)
+        outward = self._outward | sides_beside(self._neighbours, self._eroded)
         count = np.diff(first)
         for k in range(int(count.max())):  # the k-th candidate of every point that has as many
             point = np.flatnonzero((count > k) & ~held)
@@ -254,10 +252,11 @@ class InterpenetrationCheck:
         """
         count, some = len(points), boxes[:: max(len(rows) // _BOXES, 1)]
         of_cell, of_node = self._fields.mesh.round[rows].astype(np.int32), rounds.astype(np.int32)
-        bodies = Bodies(np.zeros((len(rows), 4), dtype=np.int32), 2 * of_cell, 2 * of_node, of_cell, of_node)
+        bodies = Bodies(np.zeros((len(rows), 4), dtype=np.int32), of_cell, of_node, np.zeros(len(rows), dtype=bool))
         first, candidate = find_candidates(
             points,
             bodies,
+            np.zeros((len(rows), 3)),
             np.arange(count, dtype=np.int32),
             np.zeros((count, 3)),  # without normals, nothing is found in a node's own round
             boxes,

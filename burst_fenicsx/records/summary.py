@@ -46,9 +46,9 @@ def burst_summary(run: Simulation, along: Sequence[RoundMeasures], charge_masses
     growth = (last.kinetic_casing - earlier[-1].kinetic_casing) / last.kinetic_casing if earlier else None
     contact = _of_all_images(run.contact.summary(), run.part.images)
     whole, source = run.part.whole, run.part.source
-    shocks = run.completion.sources(run.initiation.sources) if run.initiation is not None else [None] * len(whole)
+    shocks = run.completion.of_rounds(run.initiation.sources) if run.initiation is not None else [None] * len(whole)
     balances, energies = run.ledger.products_balances(run.fields), run.ledger.chemical_energies
-    exposures = run.completion.exposures(run.exposures.found())
+    exposures = run.completion.of_rounds(run.exposures.found())
     return {
         "geometry": run.geometry.name,
         "cells": len(run.mesh.cells),

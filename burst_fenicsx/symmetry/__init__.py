@@ -2,6 +2,6 @@
 
 from __future__ import annotations
 
-from burst_fenicsx.symmetry.part import SymmetricPart, smallest_part
+from burst_fenicsx.symmetry.part import SymmetricPart, smallest_part, symmetry_words
 
-__all__ = ["SymmetricPart", "smallest_part"]
+__all__ = ["SymmetricPart", "smallest_part", "symmetry_words"]

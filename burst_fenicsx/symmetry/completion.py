@@ -9,10 +9,11 @@ import numpy as np
 
 from burst_fenicsx.kernels.geometry.faces import reordered
 from burst_fenicsx.records.measures import RoundMeasures
+from burst_fenicsx.symmetry.detection import triple
 from burst_fenicsx.symmetry.part import reflected
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Callable, Mapping, Sequence
 
     from numpy.typing import NDArray
 
@@ -84,7 +85,6 @@ class Completion:
         self._part = part
         self.trivial = part.images == 1
         self._copies: list[_Copy] = []
-        self._history_factor = float(part.images)
         if self.trivial:
             self.nodes, self.cells = len(mesh.nodes), reordered(mesh.cells)
         else:
@@ -99,62 +99,54 @@ class Completion:
         held = np.zeros(len(mesh.nodes), dtype=np.int64) if mesh.held is None else mesh.held.astype(np.int64)
         of_round = np.empty(len(mesh.nodes), dtype=np.int64)
         of_round[mesh.cells] = mesh.round[:, None]
+        number = np.full((part.images, len(mesh.nodes)), -1, dtype=np.int64)  # behind each set of planes
         count, cells = 0, []
-        number = np.full(len(mesh.nodes), -1, dtype=np.int64)
         for index, source in enumerate(part.source.tolist()):
             own = np.flatnonzero(of_round == source)
             own_cells = np.flatnonzero(mesh.round == source)
-            known: dict[int, NDArray[np.int64]] = {}
-            for sides in _subsets([cut.bit for cut in part.cuts[source]]):
+            cutting = sum(1 << plane.bit for plane in part.cuts[source])
+            for sides in sorted((some for some in range(part.images) if some & ~cutting == 0), key=int.bit_count):
                 # Reflection at a plane in which a node lies does nothing: it is a node of the other side as well.
-                fresh = own[(held[own] & sides) == 0]
-                number = number.copy()
-                number[fresh] = count + np.arange(len(fresh))
+                behind = sides & ~held
+                fresh = own[behind[own] == sides]
+                number[sides, fresh] = count + np.arange(len(fresh))
                 count += len(fresh)
-                for planes in np.unique(held[own] & sides):
-                    if planes:
-                        shared = own[(held[own] & sides) == planes]
-                        number[shared] = known[sides & ~int(planes)][shared]
-                known[sides] = number
                 mirrors = int(part.mirrors[index]) ^ sides
                 corners = mesh.cells[own_cells]
                 if mirrors.bit_count() % 2:
                     corners = corners[:, _REFLECTED[corners.shape[1]]]
-                cells.append(number[corners])
+                cells.append(number[behind[corners], corners])
                 self._copies.append(_Copy(index, mirrors, fresh, own_cells))
         return count, reordered(np.concatenate(cells))
 
     def point_fields(self, fields: Mapping[str, NDArray]) -> Arrays:
         """Fields of the whole's nodes from those of the part's: places, vectors (nodes, 3), a stress (nodes, 6)."""
+        unknown = fields.keys() - {*POINTS, *VECTORS, *STRESSES}
+        if unknown:
+            raise KeyError(f"no rule for the reflection of {sorted(unknown)}")
+        return self._of_copies(fields, lambda copy: copy.nodes)
+
+    def cell_fields(self, fields: Mapping[str, NDArray]) -> Arrays:
+        """Fields of the whole's cells from those of the part's; `stress` (cells, 6) is turned, `round` renumbered."""
+        return self._of_copies(fields, lambda copy: copy.cells)
+
+    def _of_copies(self, fields: Mapping[str, NDArray], rows: Callable[[_Copy], NDArray]) -> Arrays:
         if self.trivial:
             return dict(fields)
-        return {name: np.concatenate([self._moved(name, values, copy) for copy in self._copies])
-                for name, values in fields.items()}  # fmt: skip
+        return {
+            name: np.concatenate([self._reflected(name, values[rows(copy)], copy) for copy in self._copies])
+            for name, values in fields.items()
+        }
 
-    def _moved(self, name: str, values: NDArray, copy: _Copy) -> NDArray:
-        own = values[copy.nodes]
+    def _reflected(self, name: str, own: NDArray, copy: _Copy) -> NDArray:
+        """What is called `name` at a copy's nodes or cells."""
         if name in POINTS:
             return self._part.place(own, copy.mirrors)
         if name in VECTORS:
             return reflected(own, self._part.matrix(copy.mirrors))
         if name in STRESSES:
             return turned_stress(own, self._part.matrix(copy.mirrors))
-        raise KeyError(f"no rule for the reflection of '{name}'")
-
-    def cell_fields(self, fields: Mapping[str, NDArray]) -> Arrays:
-        """Fields of the whole's cells from those of the part's; `stress` (cells, 6) is turned, `round` renumbered."""
-        if self.trivial:
-            return dict(fields)
-        result: Arrays = {}
-        for name, values in fields.items():
-            if name == "round":
-                pieces = [np.full(len(copy.cells), copy.index, dtype=values.dtype) for copy in self._copies]
-            elif name in STRESSES:
-                pieces = [turned_stress(values[copy.cells], self._part.matrix(copy.mirrors)) for copy in self._copies]
-            else:
-                pieces = [values[copy.cells] for copy in self._copies]
-            result[name] = np.concatenate(pieces)
-        return result
+        return np.full(len(own), copy.index, dtype=own.dtype) if name == "round" else own
 
     def measures(self, along: Sequence[RoundMeasures]) -> list[RoundMeasures]:
         """Measures of all rounds from those of the computed parts, whose masses are those of whole rounds already."""
@@ -168,36 +160,18 @@ class Completion:
             for source, item in zip(self._part.source.tolist(), whole, strict=True)
         ]
 
-    def sources(self, sources: Sequence[Source | None]) -> list[Source | None]:
-        """Where shocks initiated each round of the whole."""
-        return self._of_images(sources)
-
-    def exposures(self, exposures: Sequence[Exposure | None]) -> list[Exposure | None]:
-        """What shocks did to each round of the whole."""
-        return self._of_images(exposures)
-
-    def _of_images(self, found: Sequence[Placed | None]) -> list[Placed | None]:
-        """What was found in the computed rounds, for each round of the whole, with its place there."""
+    def of_rounds(self, found: Sequence[Placed | None]) -> list[Placed | None]:
+        """What shocks did in the computed rounds, for each round of the whole, with its place there."""
         part = self._part
-        of_image = [found[source] for source in part.source.tolist()]
         return [
-            None if one is None else replace(one, place=_triple(part.place(np.array(one.place), mirrors)))
-            for one, mirrors in zip(of_image, part.mirrors.tolist(), strict=True)
+            replace(one, place=triple(part.place(np.array(one.place), mirrors))) if (one := found[source]) else None
+            for source, mirrors in zip(part.source.tolist(), part.mirrors.tolist(), strict=True)
         ]
 
     def history(self, columns: Mapping[str, NDArray]) -> Arrays:
         """The ledger's columns for the whole: energies are those of all images."""
-        return {
-            name: values * self._history_factor if name in EXTENSIVE else values for name, values in columns.items()
-        }
-
-
-def _subsets(bits: Sequence[int]) -> list[int]:
-    """All sets of the planes `bits`, smaller ones first."""
-    sets = [0]
-    for bit in bits:
-        sets += [one | 1 << bit for one in sets]
-    return sorted(sets, key=lambda one: (one.bit_count(), one))
+        images = float(self._part.images)
+        return {name: values * images if name in EXTENSIVE else values for name, values in columns.items()}
 
 
 def turned_stress(stress: NDArray, matrix: NDArray) -> NDArray:
@@ -210,8 +184,3 @@ def turned_stress(stress: NDArray, matrix: NDArray) -> NDArray:
     full = np.stack([xx, xy, zx, xy, yy, yz, zx, yz, zz], axis=-1).reshape(-1, 3, 3)
     full = matrix @ full @ matrix.T
     return np.stack([full[:, 0, 0], full[:, 1, 1], full[:, 2, 2], full[:, 0, 1], full[:, 1, 2], full[:, 2, 0]], axis=-1)
-
-
-def _triple(values: NDArray) -> tuple[float, float, float]:
-    x, y, z = (float(value) for value in values)
-    return x, y, z

@@ -18,17 +18,18 @@ from scipy.spatial import KDTree
 from burst_fenicsx.meshing.placement import frame
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
+    from collections.abc import Iterator, Sequence
 
     from numpy.typing import NDArray
 
-    from burst_fenicsx.problem import RigidPlane, Round
+    from burst_fenicsx.problem import Mirror, RigidPlane, Round
 
     Vector = NDArray[np.float64]
 
-__all__ = ["Refusal", "find_planes", "reflected"]
+__all__ = ["SAME_LENGTH", "Refusal", "find_planes", "triple"]
 
-_LENGTH = 1e-9  # m, up to which positions are the same
+SAME_LENGTH = 1e-9
+"""Distance (m) up to which positions are the same."""
 _ANGLE = 1e-9  # of unit vectors
 _MOST_PLANES = 3
 
@@ -43,17 +44,19 @@ class Refusal:
 
 @dataclass(frozen=True, eq=False)
 class _Body:
-    """A round as far as a reflection is concerned: `contents` are all that is independent of its place."""
+    """A round as far as a reflection is concerned: `contents` are all that is independent of its position."""
 
     name: str
     position: Vector
     axis: Vector
     contents: Round
-    points: Vector  # ignition points (n, 4): place in m, delay in s
+    points: Vector  # ignition points (n, 4): position in m, delay in s
     of_revolution: bool
 
 
-def find_planes(rounds: Sequence[Round], planes: Sequence[RigidPlane]) -> tuple[list[Vector], Vector, list[Refusal]]:
+def find_planes(
+    rounds: Sequence[Round], planes: Sequence[RigidPlane | Mirror]
+) -> tuple[list[Vector], Vector, list[Refusal]]:
     """Find the planes of symmetry of an arrangement.
 
     Parameters
@@ -66,25 +69,33 @@ def find_planes(rounds: Sequence[Round], planes: Sequence[RigidPlane]) -> tuple[
     (3,) in m that all of them contain; and the planes that were refused though the positions allow them.
     """
     bodies = [_body(item) for item in rounds]
-    centre = np.mean([body.position for body in bodies], axis=0)
-    places = _Places(bodies)
+    position, axis = np.array([body.position for body in bodies]), np.array([body.axis for body in bodies])
+    centre, tree = np.mean(position, axis=0), KDTree(position)
     found: list[Vector] = []
     refused: list[Refusal] = []
     for normal in _candidates(bodies, centre, planes):
-        images = places.images(centre, normal)
-        if images is None:
+        # The body that stands where the reflection puts each one.
+        image = _reflected(position, normal, centre)
+        distance, images = tree.query(image, p=np.inf, distance_upper_bound=SAME_LENGTH)
+        if not np.isfinite(distance).all() or np.abs(axis[images] - _reflected(axis, normal)).max() > _ANGLE:
             continue
         reason = _difference(bodies, images, centre, normal) or _plane_difference(planes, centre, normal)
         if not reason:
             found.append(normal)
         elif len(bodies) > 1:  # of a single round any plane along its axis would do, as far as the position goes
-            refused.append(Refusal(_tuple(normal), reason))
-    return _chosen(found, bodies, centre), centre, refused
+            refused.append(Refusal(triple(normal), reason))
+    return _chosen(found, position - centre), centre, refused
 
 
-def reflected(point: Vector, centre: Vector, normal: Vector) -> Vector:
-    """Image of points (..., 3) in m behind the plane through `centre` (3,) with the unit `normal` (3,)."""
-    return point - 2.0 * ((point - centre) @ normal)[..., None] * normal
+def triple(vector: Vector) -> tuple[float, float, float]:
+    """The components of a vector (3,) as plain numbers."""
+    x, y, z = (float(value) for value in vector)
+    return x, y, z
+
+
+def _reflected(points: Vector, normal: Vector, centre: Vector | float = 0.0) -> Vector:
+    """Images of points (..., 3) behind the plane through `centre` with the unit `normal` (3,); of vectors without."""
+    return points - 2.0 * ((points - centre) @ normal)[..., None] * normal
 
 
 def _body(item: Round) -> _Body:
@@ -110,33 +121,30 @@ def _body(item: Round) -> _Body:
     )
 
 
-def _candidates(bodies: Sequence[_Body], centre: Vector, planes: Sequence[RigidPlane]) -> Iterator[Vector]:
+def _candidates(bodies: Sequence[_Body], centre: Vector, planes: Sequence[RigidPlane | Mirror]) -> Iterator[Vector]:
     """Unit normals to try, each once; of opposite ones that along +x, +y or +z."""
-    tried, count = np.empty((16, 3)), 0
+    tried: list[Vector] = []
     for vector in _directions(bodies, centre, planes):
         length = float(np.linalg.norm(vector))
-        if length < _LENGTH:
+        if length < SAME_LENGTH:
             continue
         normal = vector / length
         normal[np.abs(normal) < 1e-14] = 0.0
         leading = normal[np.argmax(np.abs(normal) > 0.1)]
         normal = normal * np.sign(leading) + 0.0
-        if (np.abs(tried[:count] @ normal) < 1.0 - _ANGLE).all():
-            if count == len(tried):
-                tried = np.concatenate([tried, np.empty_like(tried)])
-            tried[count] = normal
-            count += 1
+        if not tried or (np.abs(np.array(tried) @ normal) < 1.0 - _ANGLE).all():
+            tried.append(normal)
             yield normal
 
 
-def _directions(bodies: Sequence[_Body], centre: Vector, planes: Sequence[RigidPlane]) -> Iterator[Vector]:
+def _directions(bodies: Sequence[_Body], centre: Vector, planes: Sequence[RigidPlane | Mirror]) -> Iterator[Vector]:
     first = bodies[0]
     between = [body.position - first.position for body in bodies[1:]]
     yield from between
     # A reflection carries the first round to itself or to another one: of the others' lines none gives a new plane.
     yield from (np.cross(first.axis, line) for line in between)
     yield from (np.cross(first.axis, body.position - centre) for body in bodies)
-    yield from frame(_tuple(first.axis))[:2]
+    yield from frame(triple(first.axis))[:2]
     for plane in planes:
         normal = np.asarray(plane.normal, dtype=float)
         yield np.cross(first.axis, normal)
@@ -146,24 +154,6 @@ def _directions(bodies: Sequence[_Body], centre: Vector, planes: Sequence[RigidP
         across = offset - (offset @ first.axis) * first.axis
         yield across
         yield np.cross(first.axis, across)
-
-
-class _Places:
-    """Positions and axes of all bodies, of which no two are the same."""
-
-    def __init__(self, bodies: Sequence[_Body]) -> None:
-        self._position = np.array([body.position for body in bodies])
-        self._axis = np.array([body.axis for body in bodies])
-        self._tree = KDTree(self._position)
-
-    def images(self, centre: Vector, normal: Vector) -> NDArray[np.int64] | None:
-        """Index of the body that stands where the reflection puts each; None where one of them has no such body."""
-        place = reflected(self._position, centre, normal)
-        distance, found = self._tree.query(place, p=np.inf, distance_upper_bound=_LENGTH)
-        if not np.isfinite(distance).all():
-            return None
-        axis = self._axis - 2.0 * (self._axis @ normal)[:, None] * normal
-        return np.asarray(found) if (np.abs(self._axis[found] - axis) < _ANGLE).all() else None
 
 
 def _difference(bodies: Sequence[_Body], images: NDArray[np.int64], centre: Vector, normal: Vector) -> str:
@@ -181,46 +171,44 @@ def _difference(bodies: Sequence[_Body], images: NDArray[np.int64], centre: Vect
 
 
 def _same_points(points: Vector, others: Vector, centre: Vector, normal: Vector) -> bool:
+    """Whether the ignition points `others` (n, 4) are the images of `points`, each of one of them."""
     if len(points) != len(others):
         return False
-    left = list(range(len(others)))
-    for point in points:
-        place = reflected(point[:3], centre, normal)
-        match = [
-            k
-            for k in left
-            if np.abs(others[k, :3] - place).max() < _LENGTH and abs(others[k, 3] - point[3]) < 1e-15 + 1e-9 * point[3]
-        ]
-        if not match:
-            return False
-        left.remove(match[0])
-    return True
+    apart = np.abs(others[None, :, :3] - _reflected(points[:, :3], normal, centre)[:, None]).max(axis=2)
+    later = np.abs(others[None, :, 3] - points[:, None, 3])
+    same = (apart < SAME_LENGTH) & (later < 1e-15 + 1e-9 * points[:, None, 3])
+    return bool(same.any(axis=0).all() and same.any(axis=1).all())
 
 
-def _plane_difference(planes: Sequence[RigidPlane], centre: Vector, normal: Vector) -> str:
+def _plane_difference(planes: Sequence[RigidPlane | Mirror], centre: Vector, normal: Vector) -> str:
     for plane in planes:
-        along = np.asarray(plane.normal, dtype=float)
-        along = along / np.linalg.norm(along)
-        image = along - 2.0 * (along @ normal) * normal
-        point = reflected(np.asarray(plane.point, dtype=float), centre, normal)
+        image = _reflected(_unit(plane.normal), normal)
+        point = _reflected(np.asarray(plane.point, dtype=float), normal, centre)
         if not any(_same_plane(plane, other, image, point) for other in planes):
             return f"it does not reflect the plane '{plane.name}' onto a plane alike"
     return ""
 
 
-def _same_plane(plane: RigidPlane, other: RigidPlane, image: Vector, point: Vector) -> bool:
-    along = np.asarray(other.normal, dtype=float)
-    along = along / np.linalg.norm(along)
-    same_kind = (plane.friction_angle, plane.symmetry) == (other.friction_angle, other.symmetry)
-    return bool(
-        same_kind
-        and np.abs(along - image).max() < _ANGLE
-        and abs((point - np.asarray(other.point, dtype=float)) @ along) < _LENGTH
-    )
+def _same_plane(plane: RigidPlane | Mirror, other: RigidPlane | Mirror, image: Vector, point: Vector) -> bool:
+    """Whether the image of a plane, with the unit normal `image` through `point`, is the other one and of its kind."""
+    if type(plane) is not type(other) or plane.friction_angle != other.friction_angle:
+        return False
+    along = _unit(other.normal)
+    apart = abs(float((point - np.asarray(other.point, dtype=float)) @ along))
+    return bool(np.abs(along - image).max() < _ANGLE) and apart < SAME_LENGTH
 
 
-def _chosen(found: Sequence[Vector], bodies: Sequence[_Body], centre: Vector) -> list[Vector]:
-    """The largest set of planes at right angles to each other; of equal ones that which cuts the fewest rounds."""
+def _unit(vector: Sequence[float]) -> Vector:
+    given = np.asarray(vector, dtype=float)
+    unit: Vector = given / np.linalg.norm(given)
+    return unit
+
+
+def _chosen(found: Sequence[Vector], places: Vector) -> list[Vector]:
+    """The largest set of planes at right angles to each other; of equal ones that which cuts the fewest rounds.
+
+    `places` (rounds, 3) m are those of the rounds from a point in all planes.
+    """
     for count in range(min(_MOST_PLANES, len(found)), 0, -1):
         sets = [
             chosen
@@ -228,14 +216,5 @@ def _chosen(found: Sequence[Vector], bodies: Sequence[_Body], centre: Vector) ->
             if all(abs(float(a @ b)) < _ANGLE for a, b in combinations(chosen, 2))
         ]
         if sets:
-            return list(min(sets, key=lambda normals: _cuts(normals, bodies, centre)))
+            return list(min(sets, key=lambda normals: int((np.abs(places @ np.array(normals).T) < SAME_LENGTH).sum())))
     return []
-
-
-def _cuts(normals: Iterable[Vector], bodies: Sequence[_Body], centre: Vector) -> int:
-    return sum(abs(float((body.position - centre) @ normal)) < _LENGTH for normal in normals for body in bodies)
-
-
-def _tuple(vector: Vector) -> tuple[float, float, float]:
-    x, y, z = (float(value) for value in vector)
-    return x, y, z

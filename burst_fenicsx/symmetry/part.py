@@ -7,12 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from burst_fenicsx.problem import RigidPlane
-from burst_fenicsx.symmetry.detection import find_planes
-from burst_fenicsx.symmetry.words import plane_equation
+from burst_fenicsx.problem import Mirror
+from burst_fenicsx.symmetry.detection import SAME_LENGTH, find_planes, triple
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from numpy.typing import NDArray
 
@@ -21,9 +20,7 @@ if TYPE_CHECKING:
 
     Vector = NDArray[np.float64]
 
-__all__ = ["Cut", "SymmetricPart", "reflected", "smallest_part"]
-
-_LENGTH = 1e-9  # m
+__all__ = ["SymmetricPart", "reflected", "smallest_part", "symmetry_words"]
 
 
 def reflected(vectors: Vector, matrix: Vector) -> Vector:
@@ -32,15 +29,6 @@ def reflected(vectors: Vector, matrix: Vector) -> Vector:
     if np.array_equal(matrix, np.diag(signs)):
         return np.asarray(vectors * signs.astype(vectors.dtype))
     return np.asarray(vectors @ matrix.T)
-
-
-@dataclass(frozen=True)
-class Cut:
-    """A plane of symmetry through a round's axis; `bit` is its number among the planes of the arrangement."""
-
-    bit: int
-    point: tuple[float, float, float]
-    normal: tuple[float, float, float]
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +41,7 @@ class SymmetricPart:
     Attributes
     ----------
     whole : all rounds of the arrangement.
-    normals : (planes, 3) unit normals, towards the part. point : (3,) m, in all planes.
+    planes : of symmetry, with unit normals towards the part. point : (3,) m, in all of them.
     source : (all rounds,) index among `rounds` of the computed round of which each is an image.
     mirrors : (all rounds,) set of planes between the computed round and the image.
     rounds : the computed rounds. indices : (computed rounds,) their indices in the whole.
@@ -62,31 +50,42 @@ class SymmetricPart:
     """
 
     whole: tuple[Round, ...]
-    normals: NDArray[np.float64]
+    planes: tuple[Mirror, ...]
     point: NDArray[np.float64]
     source: NDArray[np.int64]
     mirrors: NDArray[np.int64]
     rounds: tuple[Round, ...]
     indices: tuple[int, ...]
-    cuts: tuple[tuple[Cut, ...], ...]
+    cuts: tuple[tuple[Mirror, ...], ...]
     refused: tuple[Refusal, ...] = ()
 
     @property
     def images(self) -> int:
         """How many times the part is contained in the whole."""
-        return 1 << len(self.normals)
+        return 1 << len(self.planes)
 
     @property
     def multiplicity(self) -> NDArray[np.float64]:
         """(computed rounds,) how many times a round is the part of it that is computed: 1, 2 or 4."""
         return np.array([1 << len(cuts) for cuts in self.cuts], dtype=float)
 
+    @property
+    def rigid(self) -> tuple[Mirror, ...]:
+        """The planes that keep metal on the computed side: none for a round that stands alone, which nothing pushes."""
+        return self.planes if len(self.whole) > 1 else ()
+
+    @property
+    def held_directions(self) -> NDArray[np.float64]:
+        """(k, 3) normals of the planes that cut a round: across these, nodes are held and the images balance."""
+        cutting = {plane.bit for cuts in self.cuts for plane in cuts}
+        return np.array([plane.normal for plane in self.planes if plane.bit in cutting]).reshape(-1, 3)
+
     def matrix(self, mirrors: int) -> NDArray[np.float64]:
         """(3, 3) matrix of the reflections at a set of planes."""
         result = np.eye(3)
-        for bit, normal in enumerate(self.normals):
-            if mirrors >> bit & 1:
-                result -= 2.0 * np.outer(normal, normal)
+        for plane in self.planes:
+            if mirrors >> plane.bit & 1:
+                result -= 2.0 * np.outer(plane.normal, plane.normal)
         return result
 
     def place(self, points: Vector, mirrors: int) -> Vector:
@@ -96,39 +95,18 @@ class SymmetricPart:
         moved: Vector = self.point + reflected(points - self.point, self.matrix(mirrors))
         return moved
 
-    def planes(self) -> tuple[RigidPlane, ...]:
-        """The planes as frictionless rigid ones that keep metal on the computed side.
-
-        None for a single round that stands alone: nothing is pushed towards them then.
-        """
-        if len(self.whole) == 1:
-            return ()
-        point = _triple(self.point)
-        return tuple(
-            RigidPlane(_name(normal, self.point), point, _triple(normal), friction_angle=0.0) for normal in self.normals
-        )
-
-    @property
-    def held_directions(self) -> NDArray[np.float64]:
-        """(k, 3) normals of the planes that cut a round: across these, nodes are held and the images balance."""
-        bits = sorted({cut.bit for cuts in self.cuts for cut in cuts})
-        return self.normals[bits]
-
     def summary(self) -> dict[str, Any]:
         """Part of the burst's summary."""
         names = [item.name for item in self.whole]
+        heights = _heights(self.whole, self.point, [plane.normal for plane in self.planes])
         return {
             "planes": [
                 {
-                    "point": _triple(self.point),
-                    "normal": _triple(normal),
-                    "through_rounds": [
-                        item.name
-                        for item in self.whole
-                        if abs(float((np.asarray(item.position) - self.point) @ normal)) < _LENGTH
-                    ],
+                    "point": plane.point,
+                    "normal": plane.normal,
+                    "through_rounds": [names[k] for k in np.flatnonzero(np.abs(heights[:, plane.bit]) < SAME_LENGTH)],
                 }
-                for normal in self.normals
+                for plane in self.planes
             ],
             "computed_rounds": [
                 {"name": item.name, "share": 0.5 ** len(cuts)}
@@ -149,47 +127,85 @@ def smallest_part(rounds: Sequence[Round], settings: BurstSettings) -> Symmetric
     whole = tuple(rounds)
     normals: list[Vector] = []
     point = np.zeros(3)
-    refused: tuple[Refusal, ...] = ()
+    refused: list[Refusal] = []
     if settings.symmetry == "auto" and whole:
-        normals, point, found = find_planes(whole, settings.planes)
-        refused = tuple(found)
-    normals = [_towards_first(normal, whole, point) for normal in normals]
-    position = np.array([item.position for item in whole], dtype=float).reshape(-1, 3)
-    heights = (position - point) @ np.array(normals).reshape(-1, 3).T
-    indices = [index for index in range(len(whole)) if (heights[index] > -_LENGTH).all()]
-    cuts = tuple(
-        tuple(
-            Cut(bit, _triple(point), _triple(normals[bit]))
-            for bit in range(len(normals))
-            if abs(heights[index, bit]) < _LENGTH
-        )
-        for index in indices
-    )
+        normals, point, refused = find_planes(whole, settings.planes)
+    heights = _heights(whole, point, normals)
+    planes = []
+    for bit, normal in enumerate(normals):
+        # Towards the side of the first round that the plane does not cut.
+        off = heights[np.abs(heights[:, bit]) > SAME_LENGTH, bit]
+        side = float(np.sign(off[0])) if len(off) else 1.0
+        heights[:, bit] *= side
+        towards = triple(normal * side + 0.0)
+        planes.append(Mirror(f"symmetry, {_equation(towards, point)}", triple(point), towards, bit))
+    indices = np.flatnonzero((heights > -SAME_LENGTH).all(axis=1)).tolist()
     # A round behind planes is the image at exactly these of the computed one.
-    mirrors = ((heights < -_LENGTH) @ (1 << np.arange(len(normals)))).astype(np.int64)
+    mirrors = ((heights < -SAME_LENGTH) @ (1 << np.arange(len(planes)))).astype(np.int64)
     part = SymmetricPart(
-        whole, np.array(normals).reshape(-1, 3), point, np.zeros(len(whole), dtype=np.int64), mirrors,
-        tuple(whole[index] for index in indices), tuple(indices), cuts, refused,
+        whole, tuple(planes), point, np.zeros(len(whole), dtype=np.int64), mirrors,
+        tuple(whole[index] for index in indices), tuple(indices),
+        tuple(tuple(plane for plane in planes if abs(heights[k, plane.bit]) < SAME_LENGTH) for k in indices),
+        tuple(refused),
     )  # fmt: skip
+    position = np.array([item.position for item in whole], dtype=float).reshape(-1, 3)
     for index in range(len(whole)):
-        place = part.place(position[index], int(mirrors[index]))
-        part.source[index] = int(np.argmin(np.linalg.norm(position[indices] - place, axis=1)))
+        origin = part.place(position[index], int(mirrors[index]))
+        part.source[index] = int(np.argmin(np.linalg.norm(position[indices] - origin, axis=1)))
     return part
 
 
-def _towards_first(normal: Vector, whole: Sequence[Round], point: Vector) -> Vector:
-    """The normal that points to the side of the first round that the plane does not cut."""
-    for item in whole:
-        height = float((np.asarray(item.position) - point) @ normal)
-        if abs(height) > _LENGTH:
-            return normal * np.sign(height) + 0.0
-    return normal
+def _heights(rounds: Sequence[Round], point: Vector, normals: Sequence[Sequence[float] | Vector]) -> Vector:
+    """Distances (rounds, planes) in m of the rounds' positions from planes through `point` (3,)."""
+    position = np.array([item.position for item in rounds], dtype=float).reshape(-1, 3)
+    heights: Vector = (position - point) @ np.array(normals, dtype=float).reshape(-1, 3).T
+    return heights
 
 
-def _triple(vector: Vector) -> tuple[float, float, float]:
-    x, y, z = (float(value) for value in vector)
-    return x, y, z
+def symmetry_words(found: Mapping[str, Any]) -> list[str]:
+    """Lines in words on a summary of `SymmetricPart.summary`, for log, check and report.
+
+    Empty where every round is computed in full and no plane was refused.
+    """
+    lines = []
+    if found["planes"]:
+        computed = [
+            f"{_fraction(one['share'])} of {one['name']}" if one["share"] < 1.0 else one["name"]
+            for one in found["computed_rounds"]
+        ]
+        planes = []
+        for one in found["planes"]:
+            through = f"through {_listed(one['through_rounds'])}" if one["through_rounds"] else "between rounds"
+            planes.append(f"{_equation(one['normal'], one['point'])} ({through})")
+        lines.append(
+            f"symmetry: {_fraction(found['share'])} of the arrangement is computed ({_listed(computed)}), bounded by "
+            f"{_listed(planes)}; the rest are its images, joined to whole rounds before the break-up"
+        )
+    lines += [f"no symmetry about the plane normal to {_direction(one['normal'])}: {one['reason']}"
+              for one in found["not_used"]]  # fmt: skip
+    return lines
 
 
-def _name(normal: Vector, point: Vector) -> str:
-    return f"symmetry, {plane_equation(normal, point)}"
+def _equation(normal: Sequence[float], point: Sequence[float] | Vector) -> str:
+    """For example "x = 0 mm", or the normal where it is along no axis."""
+    direction = _direction(normal)
+    if direction in "xyz":
+        return f"{direction} = {1e3 * point['xyz'.index(direction)] + 0.0:.6g} mm"
+    return f"normal {direction}"
+
+
+def _direction(normal: Sequence[float]) -> str:
+    for index in range(3):
+        if abs(abs(normal[index]) - 1.0) < 1e-9:
+            return "xyz"[index]
+    return "(" + ", ".join(f"{value:.3g}" for value in normal) + ")"
+
+
+def _fraction(value: float) -> str:
+    return {1.0: "all", 0.5: "a half", 0.25: "a quarter", 0.125: "an eighth"}[value]
+
+
+def _listed(words: Sequence[str]) -> str:
+    if len(words) > 4:
+        return f"{words[0]}, {words[1]}, ... {words[-1]} ({len(words)})"
+    return " and ".join([", ".join(words[:-1]), words[-1]]) if len(words) > 1 else words[0]

@@ -35,8 +35,7 @@ if TYPE_CHECKING:
 
     from burst_fenicsx.meshing import MeshQuality
     from burst_fenicsx.meshing.mesh import CellMesh
-    from burst_fenicsx.problem import BurstSettings, Explosive, Round
-    from burst_fenicsx.symmetry.part import Cut
+    from burst_fenicsx.problem import BurstSettings, Explosive, Mirror, Round
     from fragfield.case import Case
 
 
@@ -116,7 +115,7 @@ def _prescribed(case: Case, described: Sequence[dict[str, Any]]) -> dict[str, An
     return {"official": official_part(case), "contents": contents and asdict(contents), "rules": rules}
 
 
-def _meshed(item: Round, settings: BurstSettings, cuts: Sequence[Cut]) -> tuple[CellMesh, MeshQuality]:
+def _meshed(item: Round, settings: BurstSettings, cuts: Sequence[Mirror]) -> tuple[CellMesh, MeshQuality]:
     """The mesh on which a round is computed, cut at planes of symmetry, and its quality."""
     from burst_fenicsx.meshing import mesh_round, quality
     from burst_fenicsx.meshing.cut import split_charges

@@ -84,7 +84,7 @@ def _print_burst(console: Console, found: Mapping[str, Any]) -> None:
         f"{mesh['min_scaled_jacobian']:.3f}, largest aspect ratio {mesh['max_aspect_ratio']:.1f}, "
         f"shortest edge {mesh['min_edge'] * 1e3:.3g} mm"
     )
-    from burst_fenicsx.symmetry.words import symmetry_words
+    from burst_fenicsx.symmetry import symmetry_words
 
     for line in symmetry_words(found["symmetry"]):
         console.print(line, markup=False)

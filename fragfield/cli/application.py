@@ -74,7 +74,7 @@ Settings = Annotated[
 Threads = Annotated[int | None, typer.Option("--threads", min=1, metavar="N", help="Threads of each rank.")]
 Resume = Annotated[bool, typer.Option("--resume", help="Continue an interrupted run of the same case.")]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace another case's run in DIR.")]
-Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress, no warnings, no result text.")]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress and no warnings; the result alone.")]
 Json = Annotated[bool, typer.Option("--json", help="One JSON object on stdout, and nothing else.")]
 Profile = Annotated[
     bool, typer.Option("--profile", help="Time the parts of the burst; a table here and in the report's annex.")

@@ -54,7 +54,7 @@ def check(
         done = fragfield.check(case, cell_size=cell_size, set=settings or (), fragments=fragments)
         shown = done.case.values if resolved else None
         drawn = {"drawings": [str(path) for path in done.draw(drawing)]} if drawing is not None else {}
-        give(done.found | drawn, json=json, quiet=quiet, show=lambda found: print_check(found, shown))
+        give(done.found | drawn, json=json, show=lambda found: print_check(found, shown))
 
 
 @app.command()
@@ -75,7 +75,7 @@ def run(
             case, out=out, cell_size=cell_size, set=settings or (), threads=threads, resume=resume,
             overwrite=overwrite, progress=not quiet,
         )  # fmt: skip
-        _give_summary(done, json=json, quiet=quiet, flown=True)
+        _give_summary(done, json=json, flown=True)
 
 
 @app.command()
@@ -97,7 +97,7 @@ def burst(
             case, out=out, cell_size=cell_size, set=settings or (), threads=threads, resume=resume,
             overwrite=overwrite, profile=profile, progress=not quiet, only="burst",
         )  # fmt: skip
-        _give_summary(done, json=json, quiet=quiet, flown=False)
+        _give_summary(done, json=json, flown=False)
 
 
 @app.command("break-up")
@@ -112,7 +112,7 @@ def break_up(
     """Break the casings of a computed burst into fragments."""
     with guarded(json=json, quiet=quiet):
         done = fragfield.run(case, out=out, set=settings or (), threads=threads, progress=not quiet, only="break-up")
-        _give_summary(done, json=json, quiet=quiet, flown=False)
+        _give_summary(done, json=json, flown=False)
 
 
 @app.command()
@@ -130,7 +130,7 @@ def fly(
         done = fragfield.run(
             case, out=out, fragments=fragments, set=settings or (), threads=threads, progress=not quiet, only="fly"
         )
-        _give_summary(done, json=json, quiet=quiet, flown=True)
+        _give_summary(done, json=json, flown=True)
 
 
 @app.command()
@@ -138,10 +138,10 @@ def report(case: CaseOrRun, out: Out = None, quiet: Quiet = False, json: Json = 
     """Write the report of a run, report.html."""
     with guarded(json=json, quiet=quiet):
         done = fragfield.run(case, out=out, progress=not quiet, only="report")
-        _give_summary(done, json=json, quiet=quiet, flown=False)
+        _give_summary(done, json=json, flown=False)
 
 
-def _give_summary(done: Run, *, json: bool, quiet: bool, flown: bool) -> None:
+def _give_summary(done: Run, *, json: bool, flown: bool) -> None:
     """Print the summary of a run; one that was `flown` and has no distance ends with the exit code for that."""
     from fragfield.terminal.show import print_summary
 
@@ -149,6 +149,6 @@ def _give_summary(done: Run, *, json: bool, quiet: bool, flown: bool) -> None:
         from fragfield.hazard.certainty import is_determined
 
         summary = {"directory": str(done.path), **done.summary}
-        give(summary, json=json, quiet=quiet, show=print_summary)
+        give(summary, json=json, show=print_summary)
         if flown and not is_determined(summary):
             raise typer.Exit(EXIT_NUMERICAL)

@@ -27,14 +27,14 @@ def print_paths(found: dict[str, Any]) -> None:
             typer.echo(visible(str(path)))
 
 
-def give(found: dict[str, Any], *, json: bool, quiet: bool, show: Callable[[dict[str, Any]], None]) -> None:
+def give(found: dict[str, Any], *, json: bool, show: Callable[[dict[str, Any]], None]) -> None:
     """Print a result: as one JSON object, or as text."""
     with to_stdout():
         if json:
             from json import dumps
 
             typer.echo(dumps(found, allow_nan=False))
-        elif not quiet:
+        else:
             show(visible(found))
 
 

@@ -25,7 +25,6 @@ def view(case: CaseOrRun, window: Window = None, html: Html = False, quiet: Quie
         give(
             {"pages" if html else "pictures": [str(path) for path in written]},
             json=json,
-            quiet=quiet,
             show=print_paths,
         )
 
@@ -41,7 +40,7 @@ def info(
         from fragfield.files.info import describe
         from fragfield.terminal.show import print_info
 
-        give(describe(path), json=json, quiet=quiet, show=print_info)
+        give(describe(path), json=json, show=print_info)
 
 
 @app.command()
@@ -67,7 +66,7 @@ def new(
         from fragfield.case.new_case import write_new_case
 
         written = write_new_case(name, round_, explosive, casing=casing, stack=stack, lying=lying, every_key=every_key)
-        give({"case": [str(written)]}, json=json, quiet=quiet, show=print_paths)
+        give({"case": [str(written)]}, json=json, show=print_paths)
 
 
 @app.command()
@@ -94,4 +93,4 @@ def compare(
         done = fragfield.compare_runs(run, reference, sector=sector, all_round=all_round)
         if out is not None:
             done.write(out)
-        give(done.found, json=json, quiet=quiet, show=print_comparison)
+        give(done.found, json=json, show=print_comparison)

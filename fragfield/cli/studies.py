@@ -58,7 +58,7 @@ def sweep(
             case, values, out=out, stage=stage, threads=threads, jobs=jobs, resume=resume, overwrite=overwrite,
             scheduler=scheduler, progress=not quiet,
         ).found  # fmt: skip
-        give(found, json=json, quiet=quiet, show=print_sweep)
+        give(found, json=json, show=print_sweep)
     raise typer.Exit(found["exit_code"])
 
 
@@ -102,7 +102,7 @@ def limit(
             case, values, distance=distance, every=every, out=out, threads=threads, jobs=jobs, resume=resume,
             overwrite=overwrite, progress=not quiet,
         ).found  # fmt: skip
-        give(found, json=json, quiet=quiet, show=print_limit)
+        give(found, json=json, show=print_limit)
     raise typer.Exit(found["exit_code"])
 
 
@@ -146,7 +146,7 @@ def uncertainty(
             case, out=out, samples=samples, seed=seed, set=settings or (), cell_size=cell_size,
             workers=workers, scheduler=scheduler, resume=resume, overwrite=overwrite, progress=not quiet,
         ).found  # fmt: skip
-        give(found, json=json, quiet=quiet, show=print_study)
+        give(found, json=json, show=print_study)
     raise typer.Exit(found["exit_code"])
 
 
@@ -160,7 +160,7 @@ def warm_up(quiet: Quiet = False, json: Json = False) -> None:
         from fragfield.studies.warm_up import warm_up as made
 
         found = made()
-        give(found, json=json, quiet=quiet, show=_print_warm_up)
+        give(found, json=json, show=_print_warm_up)
     if found["failures"]:
         raise typer.Exit(EXIT_NUMERICAL)
 

@@ -93,7 +93,7 @@ def _plane(case: Case, plane: PlaneTable, bodies: Sequence[Body]) -> dict[str, A
         "kind": plane.kind,
         "point": list(rigid.point),
         "normal": list(rigid.normal),
-        "friction_angle_deg": None if rigid.symmetry else rigid.friction_angle,
+        "friction_angle_deg": None if plane.kind == "symmetry" else rigid.friction_angle,
         "nearest_round": case.round[nearest].name,
         "clearance": max(low[nearest], 0.0),
     }

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import tomllib
 from dataclasses import dataclass
+from functools import cache
+from importlib import resources
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from fragfield.case.conversion.placing import are_alike
-from fragfield.hazard.tnt import tnt_equivalent
+from fragfield_base.names import value_for
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -20,7 +23,17 @@ if TYPE_CHECKING:
     from fragfield.case.conversion.clearance import Body
     from fragfield.case.tables.round import RoundTable
 
-__all__ = ["Contents", "contents_of", "quantity_words"]
+__all__ = [
+    "COMPARISON",
+    "Contents",
+    "DISPOSAL",
+    "Rule",
+    "SITING",
+    "contents_of",
+    "quantity_words",
+    "tnt_equivalent",
+    "tnt_equivalents",
+]
 
 _ON_A_LINE = 1e-3  # m beside a straight line
 _AT_ONCE = 1e-9  # s between initiations
@@ -181,3 +194,70 @@ def _ignited_at_once(rounds: Sequence[RoundTable]) -> bool:
         return False
     first = [min(point.delay for point in entry.ignition or ()) for entry in rounds]
     return max(first) - min(first) <= _AT_ONCE
+
+
+@cache
+def tnt_equivalents() -> dict[str, tuple[float, str]]:
+    """Factor for peak incident overpressure and its source, by explosive."""
+    text = (resources.files("fragfield") / "data" / "tnt_equivalents.toml").read_text(encoding="utf-8")
+    table: dict[str, Any] = tomllib.loads(text)
+    return {name: (entry["value"], table["source"][entry["source"]]) for name, entry in table["factor"].items()}
+
+
+def tnt_equivalent(explosive: str) -> tuple[float, str]:
+    """Equivalent of an explosive in TNT for peak pressure, and words on it with the source (empty for TNT itself).
+
+    An explosive that is not in the table has the largest equivalent that is: its blast distances are then rather too
+    long.
+    """
+    table = tnt_equivalents()
+    known = value_for(explosive, table)
+    if known is None:
+        strongest = max(table, key=lambda name: table[name][0])
+        factor, source = table[strongest]
+        return factor, (
+            f"{factor:g} for {explosive}, whose equivalent is not known: the largest known one, of {strongest} "
+            f"({source})"
+        )
+    factor, source = known
+    return factor, f"{factor:g} for {explosive} ({source})" if factor != 1.0 else ""
+
+
+SITING, DISPOSAL, COMPARISON = "siting", "disposal", "comparison"
+"""What a rule is for: distances for storage and handling, for disposal in the open, or none that is prescribed."""
+
+
+@dataclass(frozen=True)
+class Rule:
+    """A distance by a rule.
+
+    Attributes
+    ----------
+    name, source, formula, inputs, range : str
+        In words and SI units.
+    hazard : "fragments" or "blast"
+        What it keeps people from.
+    use : "siting", "disposal" or "comparison"
+        Activity for which the distance is prescribed; "comparison": it is shown beside the others alone.
+    distance : float or None
+        In m; None outside the rule's range.
+    reason : str
+        Why the rule does not apply to this arrangement; empty where it does.
+    basis : str
+        What it rests on.
+    """
+
+    name: str
+    hazard: str
+    use: str
+    distance: float | None
+    source: str
+    formula: str
+    inputs: str
+    range: str
+    reason: str = ""
+    basis: str = "mass alone"
+
+    def __post_init__(self) -> None:
+        if (self.distance is None) != bool(self.reason):
+            raise ValueError(f"{self.name}: a rule has either a distance or a reason why it has none")

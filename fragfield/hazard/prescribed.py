@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from fragfield.case.conversion.placing import are_alike
 from fragfield.hazard.certainty import metres, whole_metres
-from fragfield.hazard.rule import DISPOSAL, SITING
+from fragfield.hazard.contents import DISPOSAL, SITING
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence

@@ -12,8 +12,7 @@ import math
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
-from fragfield.hazard.contents import contents_of, quantity_words
-from fragfield.hazard.rule import COMPARISON, DISPOSAL, SITING, Rule
+from fragfield.hazard.contents import COMPARISON, DISPOSAL, SITING, Rule, contents_of, quantity_words
 from fragfield.hazard.tp12 import tp12_part, tp12_rules
 
 if TYPE_CHECKING:

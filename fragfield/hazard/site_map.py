@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fragfield.case.conversion.exposed_sites import outline_of
-from fragfield.case.conversion.surroundings import ground_of
+from fragfield.case.conversion.surroundings import ground_of, site_of
 from fragfield.hazard.arrangement import image_names, with_images
 from fragfield.hazard.certainty import metres
 from fragfield.hazard.verdict import criterion_words, part_of_criterion
@@ -27,10 +27,21 @@ if TYPE_CHECKING:
     from flight.hazard.ensemble import EnsembleHazard
     from flight.hazard.site import Site
     from fragfield.case import Case
+    from fragfield.files.run_directory import RunDirectory
 
     Array = NDArray[np.float64]
 
-__all__ = ["COLORS", "KINDS", "VERDICTS", "Shape", "VerdictStyle", "extent_of", "shapes_of", "to_contours"]
+__all__ = [
+    "COLORS",
+    "KINDS",
+    "Shape",
+    "VERDICTS",
+    "VerdictStyle",
+    "extent_of",
+    "shapes_of",
+    "to_contours",
+    "write_contours",
+]
 
 KINDS = {
     "recommended": "recommended distance",
@@ -263,3 +274,23 @@ def _terrain(ground: HeightMap, extent: tuple[Array, Array]) -> Iterator[Shape]:
             points = np.asarray(line)
             if len(points) > 2:
                 yield Shape("terrain", f"{level:g} m", points, closed=False, properties={"height_m": float(level)})
+
+
+def write_contours(
+    case: Case, found: EnsembleHazard, target: RunDirectory, provenance: Mapping[str, str],
+    exposed: Sequence[Mapping[str, Any]], recommended: float | None,
+) -> None:  # fmt: skip
+    """Write contours.geojson and contours.kml into the run directory, or nothing without a table [site].
+
+    They hold the recommended distance, distances by direction, exposed sites with their results, obstacles, rounds and
+    lines of terrain.
+    """
+    site = site_of(case)
+    if site is None:
+        return
+    from flight.hazard.contours import contours_of, write_geojson, write_kml
+
+    shapes = shapes_of(case, found, exposed, recommended)
+    contours = to_contours(shapes, site, case.flight.origin) + contours_of(found, site)
+    write_geojson(contours, site, target.file("contours.geojson"), provenance)
+    write_kml(contours, site, target.file("contours.kml"), provenance)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fragfield.hazard.arrangement import with_images
-from fragfield.hazard.rule import COMPARISON, Rule
+from fragfield.hazard.contents import COMPARISON, Rule
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping

@@ -12,7 +12,7 @@ from fragfield.report.blocks import Block, Card, Cards, Columns, Group, Paragrap
 from fragfield.report.findings.reasons import reasons_against, reasons_for
 from fragfield.report.tables.attitudes import attitude_sentence
 from fragfield.report.tables.exposed_sites import verdict_table
-from fragfield.report.tables.prescribed import minimum_words, prescribed_table
+from fragfield.report.tables.rules import minimum_words, prescribed_table
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence

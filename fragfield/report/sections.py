@@ -18,8 +18,8 @@ from fragfield.report.stage_sections import (
     speeds_section,
 )
 from fragfield.report.tables.attitudes import attitude_sections
+from fragfield.report.tables.ignition import profile_section
 from fragfield.report.tables.inputs import input_tables
-from fragfield.report.tables.profile import profile_section
 from fragfield.report.tables.stages import provenance_rows
 from fragfield.report.tables.uncertainty import uncertainty_section
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING
 
 from fragfield.report.blocks import Beside, Block, Columns, Group, Paragraph, Section
@@ -16,9 +17,8 @@ from fragfield.report.tables.attitudes import attitude_figure
 from fragfield.report.tables.convergence import convergence_figure, convergence_notes, convergence_tables
 from fragfield.report.tables.counted import counted_table
 from fragfield.report.tables.distances import direction_table, distance_table
-from fragfield.report.tables.exposed_sites import exposed_tables
-from fragfield.report.tables.ignition import ignition_table
-from fragfield.report.tables.obstacles import obstacle_tables
+from fragfield.report.tables.exposed_sites import exposed_tables, obstacle_tables
+from fragfield.report.tables.ignition import exposure_table, ignition_table
 from fragfield.report.tables.rounds import (
     arrangement_table,
     broken_rounds_table,
@@ -27,7 +27,6 @@ from fragfield.report.tables.rounds import (
     segment_table,
 )
 from fragfield.report.tables.rules import rule_tables
-from fragfield.report.tables.shock_exposure import exposure_table
 from fragfield.report.tables.stages import (
     alike_around,
     azimuth_tables,
@@ -60,6 +59,10 @@ __all__ = [
 ]
 
 
+_MOST_DRAWN = 3
+"""Different rounds that are drawn."""
+
+
 def _blocks_of_stage(run: RunFiles, stage: str, blocks: Callable[[], list[Block]]) -> list[Block]:
     """The blocks of a stage, or the word that it has not been run."""
     if stage in run.missing:
@@ -71,12 +74,12 @@ def rounds_section(run: RunFiles, draw: Draw) -> Section:
     """Dimensioned drawings of the different rounds, and how they stand."""
     blocks: list[Block] = []
     different = round_drawing.drawn_rounds(run.case) if run.case is not None else []
-    for item, drawing in zip(different, round_drawing.DRAWINGS, strict=False):
+    for number, item in enumerate(different[:_MOST_DRAWN]):
         blocks += draw(
-            drawing.__name__, f"Drawing of {item.name}",
+            f"drawing_{number + 1}", f"Drawing of {item.name}",
             "Section along the axis, nose up: casing (lines), charge (dots), fuze (crosses); dotted: segments of the "
             "break-up. Cross in a circle: centre of mass.",
-            drawing,
+            partial(round_drawing.round_drawing, number=number),
         )  # fmt: skip
     blocks += draw(
         "arrangement", "Plan and elevation of the rounds",

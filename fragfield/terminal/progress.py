@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import sys
-from contextlib import ExitStack
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
-
-from fragfield.terminal.compile_watch import watching_compilation
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
     from types import TracebackType
 
     from rich.progress import Progress as Bars
@@ -19,7 +17,7 @@ if TYPE_CHECKING:
     from burst_fenicsx import BurstProgress
     from flight import FlightProgress
 
-__all__ = ["COMPILING", "Progress", "ProgressReporter", "duration"]
+__all__ = ["COMPILING", "Progress", "ProgressReporter", "duration", "watching_compilation"]
 
 COMPILING = "compiling kernels: once for this version on this machine"
 """What stands beside the stage meanwhile."""
@@ -165,3 +163,35 @@ def _rich_progress(*, shown: bool) -> Bars:
         refresh_per_second=4,
         disable=not shown,
     )
+
+
+_EVENT = "numba:compile"
+
+
+@contextmanager
+def watching_compilation(changed: Callable[[bool], object]) -> Iterator[None]:
+    """Call `changed(True)` when numba begins to compile, and `changed(False)` when it is done, within the context.
+
+    Kernels that come from the cache are not compiled. What a kernel calls is compiled with it: one pair of calls.
+    """
+    from numba.core import event
+
+    class Watch(event.Listener):
+        depth = 0
+
+        def on_start(self, _: Any) -> None:  # noqa: ANN401 - numba's event
+            self.depth += 1
+            if self.depth == 1:
+                changed(True)
+
+        def on_end(self, _: Any) -> None:  # noqa: ANN401
+            self.depth -= 1
+            if self.depth == 0:
+                changed(False)
+
+    watch = Watch()
+    event.register(_EVENT, watch)
+    try:
+        yield
+    finally:
+        event.unregister(_EVENT, watch)

@@ -72,7 +72,7 @@ def bodies(
     leakage = no_leakage(settings, comm)
     fields = make_fields(distributed, rounds, settings, **plain_inputs(distributed, mesh, leakage))
     ledger = Ledger(settings.energy_tolerance, 1.0, np.zeros(len(rounds)), comm)
-    contact = ContactForces(mesh, fields, settings)
+    contact = ContactForces.of_mesh(mesh, fields, settings)
     solver = BurstSolver(fields, settings, leakage, ledger, contact=contact, **options)
     owner = np.zeros(len(mesh.nodes), dtype=int)
     owner[mesh.cells] = mesh.round[:, None]

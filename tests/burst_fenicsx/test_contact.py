@@ -9,10 +9,13 @@ import pytest
 
 pytest.importorskip("dolfinx")
 
+from burst_fenicsx.contact.exchange import CONTACT_FORCES
+from burst_fenicsx.contact.forces import Penetrations, max_squared_phase
+from burst_fenicsx.kernels.vectors.exact import quantise, rounding_constant
 from burst_fenicsx.mechanics.nodal_loads import NodalConstraint
 from burst_fenicsx.meshing import cell_volumes, merge
 from burst_fenicsx.meshing.cut import split_charges
-from burst_fenicsx.problem import ContactSettings, Hourglass, RigidPlane
+from burst_fenicsx.problem import ContactSettings, Hourglass, Mirror, RigidPlane, TimeStep
 from tests.burst_fenicsx.bodies import BAR, QUIET, ball, bodies, energy, mean_velocity, momentum, moved
 from tests.burst_fenicsx.boxes import BARE, ELASTIC, box, grid
 from tests.burst_fenicsx.test_sliding import layered
@@ -147,7 +150,7 @@ def test_a_block_rests_where_friction_holds_it():
 
 
 SOFT = replace(ELASTIC, elastic_modulus=2e9)
-MIRROR = RigidPlane("mirror", (0.0, 0.0, 0.0), (1.0, 0.0, 0.0), symmetry=True)
+MIRROR = Mirror("mirror", (0.0, 0.0, 0.0), (1.0, 0.0, 0.0))
 
 
 def test_a_ball_bounces_as_hertz_says():
@@ -292,3 +295,30 @@ def test_merging_keeps_twins():
     first, second = both.nodes[both.twins[:, 0]], both.nodes[both.twins[:, 1]]
     assert len(both.twins) == 2 * len(one.twins) > 0
     assert np.array_equal(first, second)
+
+
+@pytest.mark.parametrize("cfl", [0.2, 0.5, 0.8, 0.95])
+def test_springs_and_cells_together_stay_stable_and_use_nearly_all(cfl):
+    """(omega dt)^2 of the cells, 4 c^2, and of the springs add up to less than 4: to nine tenths of what is left."""
+    left = 4.0 - 4.0 * cfl**2
+    assert 0.85 * left < max_squared_phase(TimeStep(cfl=cfl)) < 0.95 * left
+
+
+def test_contacts_of_many_kinds_on_one_node_are_summed_exactly():
+    """Forces of two hundred times the largest one of a cell: in any order the same to the last bit."""
+    largest = 3e4
+    rounding = CONTACT_FORCES * rounding_constant(largest)
+    values = np.random.default_rng(3).uniform(50.0, 200.0, 8) * largest
+    rounded = quantise(values, rounding)
+    np.testing.assert_allclose(rounded, values, rtol=0.0, atol=CONTACT_FORCES * largest / 2.0**50)
+    sums = {float(np.add.accumulate(np.random.default_rng(k).permutation(rounded))[-1]) for k in range(50)}
+    assert len(sums) == 1
+    assert sums.pop() < 4.0 * CONTACT_FORCES * largest
+
+
+def test_penetrations_of_the_interface_are_the_largest_so_far():
+    found = Penetrations()
+    for depth, near in ((3.0, True), (5.0, False), (2.0, True), (4.0, False)):
+        found.at_interface(depth, front_is_active=near)
+    assert found == Penetrations(interface_at_front=3.0, interface_after=5.0)
+    assert found.largest == 5.0

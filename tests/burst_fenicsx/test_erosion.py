@@ -193,9 +193,9 @@ def test_a_cell_that_its_nodes_carry_through_itself_is_eroded_or_stops_the_run(s
             solver.check_cells()
 
 
-@pytest.mark.parametrize("torn", [True, False])
-def test_nothing_meets_the_faces_of_torn_metal(torn):
-    """A block flies at a thicker one; where that is torn metal its points still meet the block's faces."""
+@pytest.mark.parametrize("eroded", [True, False])
+def test_nothing_meets_the_faces_of_eroded_metal(eroded):
+    """A block flies at a thicker one; where that is eroded metal its points still meet the block's faces."""
     blocks = [
         moved(box((2, 2, 2), (0.01, 0.01, 0.01)), (0.0, 0.0, 0.0)),
         moved(box((4, 4, 4), (0.02, 0.02, 0.02)), (0.0101, -0.005, -0.005), 1),
@@ -204,21 +204,21 @@ def test_nothing_meets_the_faces_of_torn_metal(torn):
     state = solver.fields
     target = state.mesh.round == 1
     state.solid.shear_strain[target] = state.solid.volume_strain[target] = 1.0
-    if torn:
+    if eroded:
         state.grid.volume[:] = np.where(target[state.blocks.cells.ravel()], 0.05, 1.0) * state.grid.volume
     run_until(solver, 5e-6)
-    assert state.eroded[target].all() == torn
+    assert state.eroded[target].all() == eroded
     assert not state.eroded[~target].any()
     contact = solver.contact.collisions
-    met = contact.surfaces.face_body[contact.state.near]
+    met = contact.surfaces.face_round[contact.state.near]
     assert (met == 0).any()
-    assert (met == 2).any() == (not torn)
+    assert (met == 1).any() == (not eroded)
     pushed = state.nodes.velocity[np.unique(state.mesh.dofmap[target]), 0]
     assert pushed.max() > 50.0
 
 
 def weak_walls(**options):
-    """Two weak walls that have been thrown at each other until cells are torn."""
+    """Two weak walls that have been thrown at each other until cells are eroded."""
     solver = thrown(speed=1200.0, casing=WEAK, **options)
     while not solver.fields.mesh.comm.allreduce(int(solver.fields.eroded.sum())) > 10:
         assert solver.time < 60e-6
@@ -252,13 +252,13 @@ def test_walls_that_tear_keep_momentum_and_throw_nothing(monkeypatch):
     assert none == 0
     assert folded < 0.9 * before
     assert fast < fast_before
-    # Crushed to a tenth, coarse cells leave the ledger open by a tenth; torn metal adds nothing to that.
+    # Crushed to a tenth, coarse cells leave the ledger open by a tenth; eroded metal adds nothing to that.
     assert error < error_before
 
 
-def test_a_checkpoint_keeps_torn_metal_to_the_last_bit(tmp_path):
+def test_a_checkpoint_keeps_eroded_metal_to_the_last_bit(tmp_path):
     solver = weak_walls()
-    assert solver.contact.torn.any()
+    assert solver.contact.eroded.any()
     write_checkpoint(tmp_path / "checkpoint.h5", solver, {}, "walls")
     again = thrown(speed=1200.0, casing=WEAK)
     read_checkpoint(tmp_path / "checkpoint.h5", again, "walls")
@@ -271,7 +271,7 @@ def test_a_checkpoint_keeps_torn_metal_to_the_last_bit(tmp_path):
     for name in ("position", "velocity", "force"):
         assert np.array_equal(getattr(again.fields.nodes, name), getattr(solver.fields.nodes, name)), name
     assert np.array_equal(again.fields.eroded, solver.fields.eroded)
-    assert np.array_equal(again.contact.torn, solver.contact.torn)
+    assert np.array_equal(again.contact.eroded, solver.contact.eroded)
 
 
 STATES = """
@@ -287,7 +287,7 @@ for _ in range(40):
 fields = solver.fields
 found = fields.mesh.gather_nodes(fields.nodes.position)
 if MPI.COMM_WORLD.rank == 0:
-    print(hashlib.sha256((found + 0.0).tobytes()).hexdigest(), int(solver.contact.torn.sum()))
+    print(hashlib.sha256((found + 0.0).tobytes()).hexdigest(), int(solver.contact.eroded.sum()))
 """
 
 
@@ -301,10 +301,10 @@ def test_ranks_change_no_bit_where_metal_tears(tmp_path, on_ranks):
 
 
 @pytest.mark.parametrize("opens", [True, False])
-def test_metal_in_a_hole_of_torn_metal_pushes_the_sides_of_the_whole_cells(monkeypatch, opens):
+def test_metal_in_a_hole_of_eroded_metal_pushes_the_sides_of_the_whole_cells(monkeypatch, opens):
     """A cube flies sideways in a hole that a released cell has left in a block: it must not enter the cells beside."""
     if not opens:
-        monkeypatch.setattr(ContactForces, "restore_torn", lambda self, torn: self.collisions.drop_faces(torn))
+        monkeypatch.setattr(ContactForces, "restore_eroded", lambda self, eroded: self.collisions.drop_faces(eroded))
     blocks = [
         moved(box((1, 1, 1), (0.003, 0.003, 0.003)), (0.0066, 0.0069, 0.0102)),
         moved(box((3, 3, 3), (0.015, 0.015, 0.015)), (0.0, 0.0, 0.0), 1),
@@ -325,13 +325,13 @@ def test_metal_in_a_hole_of_torn_metal_pushes_the_sides_of_the_whole_cells(monke
     assert bool(farthest < 0.012) is opens
 
 
-def test_products_leave_the_faces_of_torn_cells_for_good(tmp_path):
-    """Half of a tube's wall is torn: the charge's nodes on it, and no others, are free and stay so."""
+def test_products_leave_the_faces_of_eroded_cells_for_good(tmp_path):
+    """Half of a tube's wall is eroded: the charge's nodes on it, and no others, are free and stay so."""
     going = Simulation([tube(name="one")], TUBE, tmp_path, MPI.COMM_SELF, {})
     fields, contact = going.fields, going.contact
     centre = fields.nodes.position[fields.mesh.dofmap].mean(axis=1)
-    torn = (fields.mesh.part == Part.CASING) & (centre[:, 0] > 0.0)
-    contact.drop_faces(torn)
+    eroded = (fields.mesh.part == Part.CASING) & (centre[:, 0] > 0.0)
+    contact.drop_faces(eroded)
     contacts = contact.interface.contacts
     right = fields.nodes.position[contacts.slave, 0] > 0.1 * fields.nodes.position[:, 0].max()
     left = fields.nodes.position[contacts.slave, 0] < -0.1 * fields.nodes.position[:, 0].max()

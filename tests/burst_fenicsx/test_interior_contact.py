@@ -16,7 +16,7 @@ from burst_fenicsx.files.checkpoint import read_checkpoint, write_checkpoint
 from burst_fenicsx.kernels.geometry.shapes import folded_cells
 from burst_fenicsx.mechanics.nodal_loads import NodalConstraint
 from burst_fenicsx.meshing import merge
-from burst_fenicsx.problem import RigidPlane, TimeStep
+from burst_fenicsx.problem import Mirror, TimeStep
 from tests.burst_fenicsx.bodies import QUIET, bodies, momentum, moved
 from tests.burst_fenicsx.boxes import ELASTIC, box, rotation_matrix
 
@@ -25,7 +25,7 @@ pytestmark = pytest.mark.dolfinx
 CELL = 5e-3
 METAL = replace(ELASTIC, density=7850.0, shear_strength=462e6, tensile_strength=800e6)
 SETTINGS = replace(QUIET, cell_size=CELL, time_step=TimeStep(cfl=0.6))
-MIRROR = RigidPlane("mirror", (0.0, 0.0, 0.0), (1.0, 0.0, 0.0), symmetry=True)
+MIRROR = Mirror("mirror", (0.0, 0.0, 0.0), (1.0, 0.0, 0.0))
 
 
 def wall(counts, degrees):
@@ -134,7 +134,7 @@ def test_layers_are_nested_and_look_outward():
     normal = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
     outward = corners.mean(axis=1) - 0.5 * size
     assert (np.einsum("ij,ij->i", normal, outward) > 0.0).all()
-    assert set(surfaces.face_body[surfaces.on_surface :].tolist()) == {0}
+    assert set(surfaces.face_round[surfaces.on_surface :].tolist()) == {0}
     assert outward_sides(mesh)[:125].sum() == 6 * 25 + 6 * 9 + 6
 
 

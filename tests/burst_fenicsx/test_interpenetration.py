@@ -18,11 +18,10 @@ from burst_fenicsx.contact.planes import PlaneContact
 from burst_fenicsx.errors import NumericalStop
 from burst_fenicsx.meshing import merge
 from burst_fenicsx.meshing.cut import cut_mesh, split_charges
-from burst_fenicsx.problem import ContactSettings, Part, RigidPlane, Round
+from burst_fenicsx.problem import ContactSettings, Mirror, Part, RigidPlane, Round
 from burst_fenicsx.records.interpenetration import LARGEST_PASSED_FRACTION, InterpenetrationCheck
 from burst_fenicsx.records.within_rounds import hold
 from burst_fenicsx.simulation import Simulation
-from burst_fenicsx.symmetry.part import Cut
 from fragfield.errors import exit_code_of
 from tests.burst_fenicsx.bodies import QUIET, bodies, moved
 from tests.burst_fenicsx.boxes import ELASTIC, TNT, box, rotation_matrix
@@ -185,7 +184,7 @@ def test_metal_among_products_that_have_come_out_has_passed_through_nothing(arou
 
 def test_metal_at_the_plane_that_cuts_a_round_is_within_its_casing():
     """Half a shell: metal in the plane of symmetry, and near it, has passed; beside the shell none has."""
-    cut = Cut(bit=0, point=(0.0, 0.0, 0.0), normal=(0.0, 1.0, 0.0))
+    cut = Mirror("middle", (0.0, 0.0, 0.0), (0.0, 1.0, 0.0))
     for height in (0.0, 1e-6):
         bar = moved(box((12, 1, 1), (12 * CELL, CELL, CELL)), (-8.8 * CELL, height, 0.2 * CELL))
         assert passed(bar, 3.0, (cut,)) == pytest.approx(7.5, abs=1e-9)
@@ -225,7 +224,7 @@ def test_a_run_stops_where_a_hundredth_has_passed(caplog):
 def test_a_burst_whose_casing_passes_a_plane_stops_with_its_outputs_written(tmp_path, monkeypatch):
     """A plane that pushes nothing: the run ends at an output with exit code 3, and that output is in the file."""
     monkeypatch.setattr(PlaneContact, "add_forces", lambda *_: None)
-    middle = RigidPlane("middle", (0.0, 0.0, 0.0), (1.0, 0.0, 0.0), symmetry=True)
+    middle = Mirror("middle", (0.0, 0.0, 0.0), (1.0, 0.0, 0.0))
     settings = replace(SETTINGS, end_time=80e-6, output_interval=10e-6, planes=(middle,))
     going = Simulation([tube(name="right", position=(0.08, 0.0, 0.0))], settings, tmp_path, MPI.COMM_SELF, {})
     with pytest.raises(NumericalStop, match="casing of round 'right' have passed through") as stop:

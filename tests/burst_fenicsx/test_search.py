@@ -10,10 +10,11 @@ from burst_fenicsx.kernels.contact.collisions import find_contacts
 from burst_fenicsx.kernels.contact.search import Bodies, face_boxes, find_candidates, node_normals
 from burst_fenicsx.kernels.contact.springs import CollisionLaw, Collisions
 from burst_fenicsx.kernels.geometry.bilinear import closest_point
+from burst_fenicsx.kernels.geometry.smooth_faces import face_vectors
 
 
 def sheets(count, seed, bodies=4):
-    """Crumpled square sheets of count x count faces at random places, each a body and every two of them a round."""
+    """Crumpled square sheets of count x count faces at random places, every two a round, the second within it."""
     rng = np.random.default_rng(seed)
     nodes, faces, node_body, face_body = [], [], [], []
     number = np.arange((count + 1) ** 2).reshape(count + 1, count + 1)
@@ -27,16 +28,18 @@ def sheets(count, seed, bodies=4):
         node_body.append(np.full(len(flat), body))
         face_body.append(np.full(len(quads), body))
     of_node, of_face = (np.concatenate(parts).astype(np.int32) for parts in (node_body, face_body))
-    surfaces = Bodies(np.concatenate(faces).astype(np.int32), of_face, of_node, of_face // 2, of_node // 2)
+    surfaces = Bodies(np.concatenate(faces).astype(np.int32), of_face // 2, of_node // 2, of_face % 2 == 1)
     return np.concatenate(nodes), surfaces
 
 
 def found_by_hash(nodes, bodies, reach, cell):
     boxes, normals = np.empty((len(bodies.faces), 6)), np.empty_like(nodes)
     face_boxes(nodes, bodies.faces, np.full(len(bodies.faces), reach), boxes)
-    node_normals(nodes, bodies.faces, normals)
+    areas, every = np.zeros((len(bodies.faces), 3)), np.arange(len(bodies.faces), dtype=np.int32)
+    face_vectors(nodes, bodies.faces, every, areas)
+    node_normals(areas, bodies.faces, every, normals)
     active = np.arange(len(nodes), dtype=np.int32)
-    first, faces = find_candidates(nodes, bodies, active, normals, boxes, cell)
+    first, faces = find_candidates(nodes, bodies, areas, active, normals, boxes, cell)
     return {(node, face) for node in active for face in faces[first[node] : first[node + 1]]}, len(faces)
 
 
@@ -51,9 +54,8 @@ def found_by_hand(nodes, bodies, reach):
     cosine = (normal @ area.T) / np.outer(np.linalg.norm(normal, axis=1), np.linalg.norm(area, axis=1))
     within = ((nodes[:, None] >= low) & (nodes[:, None] <= high)).all(axis=2)
     own_round = bodies.node_round[:, None] == bodies.face_round
-    own_body = bodies.node_body[:, None] == bodies.face_body
     part_of = (np.arange(len(nodes))[:, None, None] == bodies.faces).any(axis=2)
-    may = ~own_round | (own_body & ~part_of & (cosine < -0.2))
+    may = ~own_round | (~part_of & ~bodies.within & (cosine < -0.2))
     return set(zip(*np.nonzero(within & may), strict=True))
 
 
@@ -79,9 +81,7 @@ def test_a_wall_is_searched_where_it_is_folded(turn):
     nodes = np.stack([straight + 1.3 * np.sin(bend), across, 1.3 * (1.0 - np.cos(bend))], axis=-1)
     nodes = np.roll(nodes + np.random.default_rng(2).normal(0, 0.02, nodes.shape), turn, axis=1)
     none = np.zeros(len(faces), dtype=np.int32)
-    bodies = Bodies(
-        faces.astype(np.int32), none, np.zeros(len(nodes), dtype=np.int32), none, none[:1].repeat(len(nodes))
-    )
+    bodies = Bodies(faces.astype(np.int32), none, np.zeros(len(nodes), dtype=np.int32), none != 0)
     for reach in (1.0, 3.0):
         found, _ = found_by_hash(nodes, bodies, reach, 2.5)
         assert found == found_by_hand(nodes, bodies, reach)
@@ -112,7 +112,7 @@ def test_two_faces_alone_are_found_if_they_are_opposed(size, short):
         faces += [4 * len(faces) + np.arange(4), 4 * len(faces) + 4 + np.arange(4)]
     nodes, faces = np.concatenate(nodes), np.array(faces, dtype=np.int32)
     none = np.zeros(len(nodes), dtype=np.int32)
-    bodies = Bodies(faces, none[: len(faces)], none, none[: len(faces)], none)
+    bodies = Bodies(faces, none[: len(faces)], none, none[: len(faces)] != 0)
     found, _ = found_by_hash(nodes, bodies, 0.2, 1.0)
     expected = found_by_hand(nodes, bodies, 0.2)
     assert found == expected
@@ -127,7 +127,7 @@ def test_a_node_of_a_sharp_fold_does_not_meet_its_own_faces(corner):
     for order in ([large, small], [small, large]):
         faces = np.array(order, dtype=np.int32)
         none = np.zeros(7, dtype=np.int32)
-        bodies = Bodies(faces, none[:2], none, none[:2], none)
+        bodies = Bodies(faces, none[:2], none, none[:2] != 0)
         found, _ = found_by_hash(nodes, bodies, 0.5, 4.0)
         number = order.index(small)
         assert {(node, face) for node, face in found if node < 4} == {(n, number) for n in (1, 2)} & found
@@ -239,8 +239,8 @@ def entered_face(corners, place, velocity, outward, step):
 def one_node_over(faces, node, outward):
     """A node of one round, the last of all, that looks for the faces of another."""
     nodes, count = node + 1, len(faces)
-    body = np.zeros(nodes, dtype=np.int32)
-    body[node] = 2
+    of_node = np.zeros(nodes, dtype=np.int32)
+    of_node[node] = 1
     turned = np.zeros((nodes, 3))
     turned[node] = np.asarray(outward) / np.linalg.norm(outward)
     return Collisions(
@@ -248,8 +248,8 @@ def one_node_over(faces, node, outward):
         first=np.array([0, count], dtype=np.int64),
         candidate=np.arange(count, dtype=np.int32),
         faces=faces,
-        face_body=np.zeros(count, dtype=np.int32),
-        node_body=body,
+        face_round=np.zeros(count, dtype=np.int32),
+        node_round=of_node,
         edge=np.ones(count),
         near=np.arange(count, dtype=np.int32),
         ball=np.zeros((count, 5)),
@@ -260,7 +260,6 @@ def one_node_over(faces, node, outward):
         outward=turned,
         penetration=np.zeros(nodes),
         unloaded=np.zeros(nodes),
-        active_penetration=np.zeros(nodes),
         stiffness=np.zeros(nodes),
         sharing=np.zeros(nodes),
         face=np.full(1, -1, dtype=np.int32),

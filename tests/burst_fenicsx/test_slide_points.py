@@ -21,7 +21,7 @@ def sheet():
     u, v = (x.ravel() for x in np.meshgrid(np.linspace(0, 1, COUNT + 1), np.linspace(0, 1, COUNT + 1), indexing="ij"))
     nodes = np.stack([u, v, 1.5 * np.abs(u - 0.5) + 0.05 * np.sin(9 * u) * np.cos(7 * v)], axis=-1)
     nodes += np.random.default_rng(3).normal(0, 0.004, nodes.shape)
-    surface, _ = smooth_surface(nodes, faces.astype(np.int32), len(nodes))
+    surface, _ = smooth_surface(nodes, faces.astype(np.int32))
     vectors = np.zeros((len(faces), 3))
     face_vectors(nodes, surface.faces, np.arange(len(faces), dtype=np.int32), vectors)
     groups = np.arange(len(surface.vector), dtype=np.int32)
@@ -124,9 +124,9 @@ def test_a_lane_does_not_depend_on_the_others():
 def test_every_contact_begins_where_its_node_lies():
     """At the corner of its face that is its node, in one contact for each smooth side of the bend."""
     nodes, surface = sheet()
-    _, row = smooth_surface(nodes, surface.faces, len(nodes))
+    _, row = smooth_surface(nodes, surface.faces)
     mine = np.arange(len(row), dtype=np.int32)
-    contacts = make_contacts(surface, row, mine, mine, np.ones(len(row)))
+    contacts = make_contacts(surface, row, mine, mine, np.ones(len(row)), np.ones(len(row)), len(nodes))
     assert {tuple(point) for point in contacts.point.tolist()} == {(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)}
     for c, (xi, eta) in enumerate(contacts.point):
         _, _, place, _ = at(contacts.face[c], xi, eta, nodes, surface)

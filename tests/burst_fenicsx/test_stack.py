@@ -12,7 +12,7 @@ pytest.importorskip("dolfinx")
 from mpi4py import MPI
 
 from burst_fenicsx.errors import InputError
-from burst_fenicsx.problem import ContactSettings, Leakage, RigidPlane
+from burst_fenicsx.problem import ContactSettings, Leakage, Mirror
 from burst_fenicsx.simulation import Simulation
 from tests.burst_fenicsx.tubes import SETTINGS, tube
 
@@ -20,7 +20,7 @@ pytestmark = pytest.mark.dolfinx
 
 APART = 0.5 * (0.155 + 0.010)  # half the distance of two tubes with a gap of 10 mm
 SHORT = replace(SETTINGS, end_time=60e-6, output_interval=60e-6, leakage=Leakage(radius_ratio=1.25, parts=4))
-MIRROR = RigidPlane("middle", (0.0, 0.0, 0.0), (1.0, 0.0, 0.0), symmetry=True)
+MIRROR = Mirror("middle", (0.0, 0.0, 0.0), (1.0, 0.0, 0.0))
 
 
 def left(**changes):

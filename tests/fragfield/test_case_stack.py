@@ -14,7 +14,7 @@ import pytest
 from burst_fenicsx.geometry import load_profile
 from burst_fenicsx.kernels.geometry.faces import reordered
 from burst_fenicsx.meshing import mesh_profile, mesh_round
-from burst_fenicsx.problem import ContactSettings, RigidPlane, ShockInitiation
+from burst_fenicsx.problem import ContactSettings, Mirror, RigidPlane, ShockInitiation
 from fragfield.case import differences, load_case, read_resolved, to_toml
 from fragfield.case.conversion.stages import burst_rounds, burst_settings
 from fragfield.case.load import case_from_document
@@ -375,7 +375,7 @@ def test_half_a_pair_against_a_plane_stands_where_the_whole_pair_does():
     (alone,) = mirrored.round
     assert alone.position == pytest.approx(pair.round[1].position, abs=1e-9)
     (plane,) = burst_settings(mirrored).planes
-    assert (plane.symmetry, plane.point, plane.normal) == (True, (0.0, 0.0, 0.0), (1.0, 0.0, 0.0))
+    assert plane == Mirror(plane.name, (0.0, 0.0, 0.0), (1.0, 0.0, 0.0))
     reflected = np.array(alone.position) * [-1, 1, 1]
     assert reflected == pytest.approx(pair.round[0].position, abs=1e-9)
 
@@ -397,5 +397,5 @@ def test_ready_stacks_are_those_they_claim_to_be():
     assert (panels.radius, panels.top - panels.bottom) == (7.62, pytest.approx(2.4))
     assert (row.burst.cell_size, pallet.burst.cell_size) == (0.008, 0.008)
     (deck,) = burst_settings(pallet).planes
-    assert not deck.symmetry
+    assert isinstance(deck, RigidPlane)
     assert {entry.position[2] for entry in pallet.round} == {deck.point[2]}

@@ -59,7 +59,7 @@ def test_names_of_a_view_are_different_and_units_are_known():
     assert all(one.label for one in QUANTITIES.values())
 
 
-def test_a_path_that_is_not_there_is_told_with_the_nearest():
+def test_an_unknown_path_is_refused_with_the_nearest():
     with pytest.raises(KeyError, match=r"burst.mean_initial_sped: no such value of summary.json.*mean_initial_speed"):
         quantity("burst.mean_initial_sped")
 

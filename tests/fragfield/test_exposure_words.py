@@ -9,7 +9,7 @@ import pytest
 from fragfield.hazard.shock_exposure import exposed_rounds, exposure_words
 from fragfield.report.findings.findings import findings
 from fragfield.report.reading.run_files import RunFiles
-from fragfield.report.tables.shock_exposure import exposure_table
+from fragfield.report.tables.ignition import exposure_table
 
 EXPOSURE = {
     "peak_pressure": 3.95e9, "energy": 1.5e6, "pulse_pressure": 3.2e9, "held_time": 2.5e-6, "place": [0.0, 0.0, 0.0],

@@ -112,30 +112,3 @@ def test_interactive_view_draws_offline(run, tmp_path, name):
     scene = imread(picture)[140:520, :, :3]  # between the heading and the colour bar
     coloured = (np.ptp(scene, axis=2) > 0.1).mean()
     assert coloured > 0.02, f"{name}: only {coloured:.1%} of the view is coloured"
-
-
-@pytest.mark.skipif(
-    bool(interactive_fault() or offscreen_fault()), reason=str(interactive_fault() or offscreen_fault())
-)
-def test_the_view_of_the_burst_shows_the_time_that_the_slider_stands_at(run, tmp_path):
-    """One mesh at a time, each with its own time in bold; the last one first."""
-    html = (run / "view_burst.html").read_text(encoding="utf-8")
-    last = int(re.search(r'type="range" min="0" max="(\d+)"', html)[1])
-    assert last >= 2
-    probe = """<script>setTimeout(() => {
-      document.querySelector("#state input").dispatchEvent(new Event("input"));
-      document.title = JSON.stringify([meshes().map(mesh => mesh.getVisibility()),
-                                       document.querySelector("#state .chosen").textContent]);
-    }, 4000);</script></body>"""
-    reported = []
-    for number in (0, last):
-        page = tmp_path / f"at_{number}.html"
-        head, _, tail = html.replace(f'value="{last}"', f'value="{number}"').rpartition("</body>")
-        page.write_text(head + probe + tail, encoding="utf-8")
-        done = open_page(page, tmp_path, "--virtual-time-budget=8000", "--dump-dom")
-        assert script_errors(done) == []
-        seen, time = json.loads(unescape(re.search(r"<title>(.*?)</title>", done.stdout)[1]))
-        assert seen == [mesh == number for mesh in range(last + 1)]
-        reported.append(time)
-    assert reported[-1] == "120 µs"
-    assert reported[0] != reported[-1]

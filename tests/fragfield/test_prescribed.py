@@ -8,12 +8,11 @@ import pytest
 
 import fragfield
 from fragfield.case import load_case
-from fragfield.hazard.contents import contents_of
+from fragfield.hazard.contents import COMPARISON, DISPOSAL, SITING, contents_of
 from fragfield.hazard.prescribed import minimum_part, official_part
-from fragfield.hazard.rule import COMPARISON, DISPOSAL, SITING
 from fragfield.hazard.rules import rules_for
 from fragfield.report import read_run
-from fragfield.report.tables.prescribed import minimum_words, prescribed_table
+from fragfield.report.tables.rules import minimum_words, prescribed_table
 from tests.fragfield.short_run import RINGS, ROOT, invoke
 
 OFFICIAL = '\n[official]\nhazardous_fragment_distance = "{hazardous}"\nsource = "Authority, table 1, p. 7"\n'
@@ -214,12 +213,3 @@ def test_rules_of_a_run_have_a_distance_or_a_reason(run):
         assert (one["distance"] is None) == bool(one["reason"]), one
     row = next(one for one in rules if one["name"].endswith("items in a row"))
     assert row["reason"] == "a single round"
-
-
-def test_a_run_of_a_former_version_shows_no_prescribed_distances(run, tmp_path):
-    class Former:
-        def part(self, name: str) -> dict:
-            return {} if name == "minimum" else {"determined": True, "upper": 1.0}
-
-    assert list(prescribed_table(Former())) == list(minimum_words(Former())) == []
-    assert list(prescribed_table(read_run(run[0])))

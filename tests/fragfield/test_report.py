@@ -7,7 +7,7 @@ import json
 import math
 import re
 from html.parser import HTMLParser
-from pathlib import Path
+from typing import TYPE_CHECKING
 from xml.etree import ElementTree as ET
 
 import h5py
@@ -23,6 +23,9 @@ from fragfield.report.sections import sections
 from fragfield.view import offscreen_fault
 from fragfield.view.interactive import interactive_fault
 from tests.fragfield.synthetic_run import REALISATIONS, write_run
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 FIGURES = [
     "drawing_1", "arrangement", "density_curve", "landing_map", "number_by_mass", "directions", "picture_of_fragments",

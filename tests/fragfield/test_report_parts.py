@@ -12,8 +12,8 @@ from fragfield.case import Case
 from fragfield.hazard.certainty import margin_metres, metres, metres_and_error, whole_metres
 from fragfield.numbers import UNKNOWN, number, of_case, row
 from fragfield.report.document import code_words
+from fragfield.report.figures.fragments import number_above, segment_laws
 from fragfield.report.findings.findings import findings
-from fragfield.report.reading.laws import number_above, segment_laws
 from fragfield.report.reading.run_files import RunFiles
 from fragfield.report.tables.inputs import input_tables
 from fragfield_base.inputs import Measured

@@ -129,7 +129,6 @@ def test_contact_is_reported_with_its_overlaps_in_millimetres_and_cells(pallet):
     assert rows["Contacts of charge and casing: bonded"].value == "0"
     assert rows["– that have slid off an edge"].value == "5,120"
     assert plain(rows["Heat of friction"].value) == "84 kJ"
-    assert rows["Unknown thing"].value == "3"
     assert "Largest overlap with a plane" not in rows, "nothing reached a plane"
 
 

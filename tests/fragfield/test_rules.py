@@ -10,8 +10,15 @@ from itertools import pairwise
 import pytest
 
 from fragfield.case.tables.site import OfficialTable
-from fragfield.hazard.contents import Contents, contents_of, quantity_words
-from fragfield.hazard.rule import SITING, Rule
+from fragfield.hazard.contents import (
+    SITING,
+    Contents,
+    Rule,
+    contents_of,
+    quantity_words,
+    tnt_equivalent,
+    tnt_equivalents,
+)
 from fragfield.hazard.rules import (
     FOOT,
     POUND,
@@ -20,7 +27,6 @@ from fragfield.hazard.rules import (
     pressure_distance,
     rules_for,
 )
-from fragfield.hazard.tnt import tnt_equivalent, tnt_equivalents
 from tests.fragfield.short_run import ROOT
 
 DANGER_AREAS = ("Explosion danger area, public access possible", "Explosion danger area, public access denied")

@@ -8,7 +8,6 @@ import math
 import numpy as np
 import pytest
 
-import fragfield
 from fragfield.case import load_case
 from fragfield.files.run_directory import SCRATCH
 from fragfield.hazard.rules import rules_of
@@ -199,9 +198,3 @@ def test_single_lying_and_stacked_rounds_have_the_same_beam(tmp_path, monkeypatc
     metres = [math.ceil(parts["pair"][name]["distance"]) for name in ("beam", "stack")]
     assert [row[2] for row in table.lines[1:3]] == [f"{one}" for one in metres]
     assert not (tmp_path / "pair" / SCRATCH).exists()
-
-
-def test_the_run_of_a_single_round_is_no_key_any_more(tmp_path):
-    (tmp_path / "case.toml").write_text('seed = 1\n[hazard.stack_rule]\nsingle = "runs/single"\n', encoding="utf-8")
-    with pytest.raises(fragfield.InputError, match=r"hazard\.stack_rule\.single"):
-        load_case(tmp_path / "case.toml")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+from typing import TYPE_CHECKING
 
 import h5py
 import numpy as np
@@ -16,6 +16,9 @@ from fragfield.view.scenes import burst_at, burst_states, burst_times, cut, fina
 from fragfield.view.show import view_run
 from fragfield_base.hdf5_files import creating
 from tests.fragfield.synthetic_run import END_TIME, write_run
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 needs_vtk = pytest.mark.skipif(bool(offscreen_fault()), reason=offscreen_fault())
 

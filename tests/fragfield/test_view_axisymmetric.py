@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+from typing import TYPE_CHECKING
 
 import h5py
 import numpy as np
@@ -11,6 +11,9 @@ import pytest
 from fragfield.report import read_run
 from fragfield.view.scenes import burst_at, burst_times, cut, final_burst, section
 from tests.fragfield.synthetic_run import write_run
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 
 @pytest.fixture(scope="module")

@@ -13,13 +13,15 @@ from burst_fenicsx.materials.products.landau import LandauProducts
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from burst_fenicsx.materials.products import Products
     from burst_fenicsx.problem import Explosive, ProductModel
 
-__all__ = ["energy_given", "gurney_velocity", "isentrope", "progressive_share"]
+__all__ = ["Law", "energy_given", "gurney_velocity", "isentrope", "progressive_share"]
+
+Law = LandauProducts | JwlProducts
+"""Models whose isentropes are known here."""
 
 
-def isentrope(products: Products, explosive: Explosive) -> Callable[[float], float]:
+def isentrope(products: Law, explosive: Explosive) -> Callable[[float], float]:
     """Pressure (Pa) over V/V0 on the isentrope through the Chapman-Jouguet state.
 
     For JWL the energy on it is A/R1 exp(-R1 v) + B/R2 exp(-R2 v) + C/omega v^-omega, with C from the energy at that
@@ -46,7 +48,7 @@ def _front(explosive: Explosive, volume: float) -> float:
     return 0.5 * explosive.density * explosive.detonation_velocity**2 * (1.0 - volume) ** 2
 
 
-def energy_given(products: Products, explosive: Explosive, model: ProductModel) -> float:
+def energy_given(products: Law, explosive: Explosive, model: ProductModel) -> float:
     """Energy that a charge gives to what surrounds it on the way to infinity, per initial volume (J/m3).
 
     `landau` starts from rest at V0, as an instantaneous explosion does; the others from the Chapman-Jouguet
@@ -58,7 +60,7 @@ def energy_given(products: Products, explosive: Explosive, model: ProductModel) 
     return _work(pressure, start, products) - front
 
 
-def _work(pressure: Callable[[float], float], start: float, products: Products) -> float:
+def _work(pressure: Callable[[float], float], start: float, products: Law) -> float:
     """Work of the pressure from V/V0 = start to infinity (J/m3)."""
     knee = products.knee_volume if isinstance(products, LandauProducts) else 7.0
     dense, _ = quad(pressure, start, knee, epsabs=0.0, epsrel=1e-12, limit=200)
@@ -71,7 +73,7 @@ def _work(pressure: Callable[[float], float], start: float, products: Products) 
     return dense + tail
 
 
-def gurney_velocity(products: Products, explosive: Explosive, volume: float) -> float:
+def gurney_velocity(products: Law, explosive: Explosive, volume: float) -> float:
     """sqrt(2 E(v)) (m/s), E the energy given until V/V0 = v by a charge that is initiated progressively, per mass."""
     if isinstance(products, LandauProducts):
         return products.gurney_velocity(volume)

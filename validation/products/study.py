@@ -6,11 +6,10 @@ from typing import TYPE_CHECKING
 
 from burst_fenicsx.materials.library import load_explosive
 from burst_fenicsx.materials.products import make_products
-from validation.products.energies import energy_given, gurney_velocity, progressive_share
+from validation.products.energies import Law, energy_given, gurney_velocity, progressive_share
 from validation.runs import reference_beside
 
 if TYPE_CHECKING:
-    from burst_fenicsx.materials.products import Products
     from burst_fenicsx.problem import Explosive, ProductModel
     from validation.rows import Rows
     from validation.runs import Runs
@@ -36,10 +35,12 @@ def study(runs: Runs, rows: Rows) -> None:
                     f"products:{model}")  # fmt: skip
 
 
-def model_of(explosive: str, model: ProductModel) -> tuple[Products, Explosive]:
+def model_of(explosive: str, model: ProductModel) -> tuple[Law, Explosive]:
     """Products and explosive by name."""
     charge = load_explosive(explosive)
-    return make_products(charge, model), charge
+    products = make_products(charge, model)
+    assert isinstance(products, Law)
+    return products, charge
 
 
 def check_laws(rows: Rows) -> None:

@@ -118,7 +118,7 @@ def solver_on(mesh: HexahedralMesh, material: CasingMaterial, settings: BurstSet
     )
     # The ledger's own error is relative to work; these bodies may start with energy that no work gave them.
     ledger = Ledger(np.inf, 1.0, np.zeros(1), MPI.COMM_SELF)
-    contact = ContactForces(mesh, fields, settings) if settings.planes else None
+    contact = ContactForces.of_mesh(mesh, fields, settings) if settings.planes else None
     return BurstSolver(fields, settings, leakage, ledger, contact=contact, **options)
 
 

@@ -1,13 +1,15 @@
 """The gas's pressure on the slide line: spread over its nodes by the integral of both sides' shape functions.
 
-A mortar method: an even pressure loads the casing evenly wherever the charge's nodes have slid to.
+A mortar method: an even pressure loads the casing evenly wherever the charge's nodes have slid to. In three dimensions
+each node's pressure goes to the corners of its face alone, which does there; in the meridian nodes then leave the line
+(measured: docs/theory/contact.md).
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from burst_fenicsx.kernels.axisymmetric.line_state import SPREAD, LineContacts, SlideLine, edge_weight
+from burst_fenicsx.kernels.axisymmetric.line_points import SPREAD, LineContacts, SlideLine, edge_weight
 from burst_fenicsx.kernels.lanes import block_kernel
 
 __all__ = ["spread_pressure"]

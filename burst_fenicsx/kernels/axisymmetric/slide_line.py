@@ -13,12 +13,16 @@ from __future__ import annotations
 
 import numpy as np
 
-from burst_fenicsx.kernels.axisymmetric.line_points import boundary_vectors, find_point
+from burst_fenicsx.kernels.axisymmetric.line_points import (
+    LineContacts,
+    SlideLine,
+    boundary_vectors,
+    edge_weight,
+    find_point,
+    relative_velocity,
+)
 from burst_fenicsx.kernels.axisymmetric.line_pressure import spread_pressure
-from burst_fenicsx.kernels.axisymmetric.line_state import LineContacts, SlideLine, edge_weight, moved
-from burst_fenicsx.kernels.cells.erosion import WHOLE
-from burst_fenicsx.kernels.contact.coulomb import coulomb_slip
-from burst_fenicsx.kernels.contact.slide_law import SlideLaw, attach
+from burst_fenicsx.kernels.contact.slide_law import SlideLaw, around, slide
 from burst_fenicsx.kernels.lanes import block_kernel, kernel
 from burst_fenicsx.kernels.state import ChargeState
 
@@ -28,79 +32,39 @@ __all__ = ["add_line_forces"]
 @kernel
 def add_line_forces(
     law: SlideLaw,
-    share: float,
     line: SlideLine,
     contacts: LineContacts,
     charge: ChargeState,
     eroded: np.ndarray,
     slot: np.ndarray,
     position: np.ndarray,
+    velocity: np.ndarray,
     mass: np.ndarray,
-    own: np.ndarray,
     force: np.ndarray,
-) -> float:
-    """Find every contact's point and force, advance its state, and add `share` of the forces (N) to those of the nodes.
+) -> None:
+    """Find every contact's point and force, advance its state, and add the forces (N) to those of the nodes.
 
-    `eroded` (slots,) is that of `SolidState`, `slot` (cells,) where each cell stands in it; `position`, `mass` and
-    `force` are those of the nodes; `own` (nodes, 3) holds the contacts' forces alone, those of the last step when it is
-    called.
-
-    Returns
-    -------
-    Work (J) of the contacts' forces on all nodes, action and reaction, since the last step: half of the old forces and
-    half of the new ones on the displacements.
+    `eroded` (slots,) is that of `SolidState`, `slot` (cells,) where each cell stands in it; `position`, `velocity` (the
+    mean one over the step), `mass` and `force` are those of the nodes.
     """
     boundary_vectors(position, line)
-    work = _work_on_nodes(line, contacts, own, position)
     for c in range(contacts.slave.size):
-        find_point(c, line, contacts, position)
-        if contacts.off[c] == 0 and _has_nothing_left(c, contacts, eroded, slot):
-            contacts.off[c] = 1
+        find_point(c, law.step, line, contacts, position, velocity)
     spread_pressure(line, contacts, position)
     for c in range(contacts.slave.size):
-        burnt, gas = 0.0, 0.0
-        first, last = contacts.first_cell[c], contacts.first_cell[c + 1]
-        for k in range(first, last):
-            cell = contacts.cell[k]
-            burnt += charge.burn_fraction[cell]
-            gas += charge.leakage[charge.axial_part[cell]] * charge.pressure[cell]
-        count = last - first
-        _press(c, law, line, contacts, min(burnt / count, 1.0), gas / count, position, mass)
+        cells = contacts.cell[contacts.first_cell[c] : contacts.first_cell[c + 1]]
+        burnt, gas, whole = around(cells, charge, eroded, slot, 0.0, 0.0)  # one rank sums in one order
+        if contacts.off[c] == 0 and whole == 0.0:
+            contacts.off[c] = 1
+        _press(c, law, line, contacts, min(burnt / cells.size, 1.0), gas / cells.size, position, velocity, mass)
     for node in line.nodes:
         contacts.load[node] = 0.0
-        for i in range(3):
-            own[node, i] = 0.0
     for c in range(contacts.slave.size):
-        _share_force(c, line, contacts, own)
-    work += _work_on_nodes(line, contacts, own, position)
-    for node in line.nodes:
-        for i in range(3):
-            force[node, i] += share * own[node, i]
-            contacts.last_position[node, i] = position[node, i]
-    return work
+        _share_force(c, line, contacts, force)
 
 
 @block_kernel
-def _work_on_nodes(line: SlideLine, contacts: LineContacts, own: np.ndarray, position: np.ndarray) -> float:
-    """Half of the work (J) of the forces `own` (nodes, 3) in N on the displacements since the last step."""
-    work = 0.0
-    for node in line.nodes:
-        for i in range(3):
-            work += 0.5 * own[node, i] * (position[node, i] - contacts.last_position[node, i])
-    return work
-
-
-@block_kernel
-def _has_nothing_left(c: int, contacts: LineContacts, eroded: np.ndarray, slot: np.ndarray) -> bool:
-    """Whether all products around a contact's node have been eroded."""
-    for k in range(contacts.first_cell[c], contacts.first_cell[c + 1]):
-        if eroded[slot[contacts.cell[k]]] == WHOLE:
-            return False
-    return True
-
-
-@block_kernel
-def _share_force(c: int, line: SlideLine, contacts: LineContacts, own: np.ndarray) -> None:
+def _share_force(c: int, line: SlideLine, contacts: LineContacts, force: np.ndarray) -> None:
     """Give a contact's force to its node and the opposite to the line: to each what the others lose."""
     node, edge = contacts.slave[c], contacts.face[c]
     for k in range(2):
@@ -109,15 +73,15 @@ def _share_force(c: int, line: SlideLine, contacts: LineContacts, own: np.ndarra
         if contacts.stiffness[c] > 0.0:
             for i in range(2):
                 part = contacts.weight[c, k] * contacts.force[c, i]
-                own[other, 2 * i] -= part
-                own[node, 2 * i] += part
+                force[other, 2 * i] -= part
+                force[node, 2 * i] += part
     if contacts.stiffness[c] > 0.0:
         for k in range(contacts.spread_count[c]):
             other = contacts.spread_over[c, k]
             for i in range(2):
                 part = contacts.spread[c, k] * contacts.pressing[c, i]
-                own[other, 2 * i] -= part
-                own[node, 2 * i] += part
+                force[other, 2 * i] -= part
+                force[node, 2 * i] += part
 
 
 @block_kernel
@@ -129,6 +93,7 @@ def _press(
     burnt: float,
     pressure: float,
     position: np.ndarray,
+    velocity: np.ndarray,
     mass: np.ndarray,
 ) -> None:
     """Force of a contact by its gap, its slip and the gas around its node; its energies."""
@@ -138,9 +103,10 @@ def _press(
     for k in range(2):
         other, weight = line.edges[edge, k], contacts.weight[c, k]
         inverse_mass += weight * max(contacts.load[other], weight) / mass[other]
-    ur, uz = moved(c, line, contacts, position)
-    old, old_slip = contacts.stiffness[c], contacts.slip[c]
-    apart, whole, gas, stiffness, limit = attach(
+    vr, vz = relative_velocity(c, line, contacts, velocity)
+    old_slip = contacts.slip[c]
+    slip = old_slip + law.step * (vz * nr - vr * nz)
+    whole, gas, stiffness, kept, stored, heat, depth = slide(
         law,
         contacts.bonded[c] != 0,
         contacts.off[c] != 0,
@@ -150,22 +116,17 @@ def _press(
         abs(_ring_area(c, contacts, position, nr, nz)),
         gap,
         law.max_squared_frequency / inverse_mass,
+        abs(slip),
+        contacts.stiffness[c],
+        abs(old_slip),
     )
-    slip = old_slip - ur * nz + uz * nr
-    kept, heat = coulomb_slip(abs(slip), limit, stiffness, old, abs(old_slip))
-    if kept < abs(slip):
-        slip = np.copysign(kept, slip)
-        whole = False
-    if apart:
-        heat, slip, kept = 0.5 * old * old_slip * old_slip, 0.0, 0.0
-    stored = 0.5 * stiffness * (gap * gap + kept * kept)
-    contacts.tally[c, 2] = max(-gap, 0.0) if not apart else 0.0
+    slip = np.copysign(kept, slip)
+    contacts.tally[c, 0], contacts.tally[c, 1], contacts.tally[c, 2] = stored, heat, depth
     contacts.bonded[c] = 1 if whole else 0
     contacts.stiffness[c], contacts.slip[c] = stiffness, slip
     contacts.pressing[c, 0], contacts.pressing[c, 1] = gas * nr, gas * nz
     contacts.force[c, 0] = -stiffness * (gap * nr - slip * nz)
     contacts.force[c, 1] = -stiffness * (gap * nz + slip * nr)
-    contacts.tally[c, 0], contacts.tally[c, 1] = stored, heat
 
 
 @block_kernel

@@ -60,9 +60,9 @@ def _find_run(
     """Find the contacts of the nodes from `start` to `stop`; a call for every node would cost more than most nodes."""
     corner, trial = np.empty((4, 3)), np.empty(8)
     weight, relative, point = np.empty(4), np.empty(3), np.empty(8)
-    faces, face_body, edge, candidate = state.faces, state.face_body, state.edge, state.candidate
+    faces, face_round, edge, candidate = state.faces, state.face_round, state.edge, state.candidate
     ball, bound = state.ball, state.bound
-    first, nodes, node_body, before = state.first, state.node, state.node_body, state.touching
+    first, nodes, node_round, before = state.first, state.node, state.node_round, state.touching
     energies, push, found, depths = state.energies, state.push, state.face, state.penetration
     for k in range(start, stop):
         node = nodes[k]
@@ -71,7 +71,7 @@ def _find_run(
         found[k] = -1
         x, y, z = position[node, 0], position[node, 1], position[node, 2]
         speed = np.sqrt(velocity[node, 0] ** 2 + velocity[node, 1] ** 2 + velocity[node, 2] ** 2)
-        touching, depth_before, own_round = before[node], depths[node], node_body[node] // 2
+        touching, depth_before, own_round = before[node], depths[node], node_round[node]
         best, nearest, unloaded = -1, np.inf, 0.0
         for c in range(first[k], first[k + 1]):
             face = candidate[c]
@@ -83,9 +83,9 @@ def _find_run(
             if square > (ball[face, 3] + reach) ** 2:
                 continue
             deepest = _ENTRY * law.step * (speed + ball[face, 4])
-            if touching == 1 + face_body[face]:
+            if touching == 1 + face_round[face]:
                 deepest += depth_before + _LATE * edge[face]
-            elif face_body[face] // 2 != own_round:
+            elif face_round[face] != own_round:
                 deepest += _LATE * edge[face]
             within = (1.0 + _TIE) * min(_OFF_RIM * min(deepest, reach), nearest)
             if square > (ball[face, 3] + within) ** 2:
@@ -211,9 +211,8 @@ def _unloaded_depth(
         along += state.normal[node, i] * point[5 + i]
         facing += state.outward[node, i] * point[5 + i]
         normals += abs(state.outward[node, i])
-    own, body = state.node_body[node], state.face_body[face]
-    same_round = own // 2 == body // 2
-    if state.touching[node] == 1 + body and along > _LIKE:
+    same_round = state.node_round[node] == state.face_round[face]
+    if state.touching[node] == 1 + state.face_round[face] and along > _LIKE:
         sunk = state.penetration[node] + _ENTRY * law.step * np.sqrt(speed)
         if depth <= sunk + _LATE * state.edge[face]:
             return max(min(state.unloaded[node], depth), depth - sunk)
@@ -238,17 +237,17 @@ def _outside_beside(
     trial: np.ndarray,
     point: np.ndarray,
 ) -> bool:
-    """Whether a node that lies behind a face but off its rim stands in front of a nearer face of the same body."""
+    """Whether a node that lies behind a face but off its rim stands in front of a nearer face of the same round."""
     if abs(point[0]) < 1.0 and abs(point[1]) < 1.0:
         return False
-    node, body = state.node[k], state.face_body[best]
+    node, own = state.node[k], state.face_round[best]
     faces, ball, bound = state.faces, state.ball, state.bound
     x, y, z = position[node, 0], position[node, 1], position[node, 2]
     for c in range(state.first[k], state.first[k + 1]):
         face = state.candidate[c]
         dx, dy, dz = x - ball[face, 0], y - ball[face, 1], z - ball[face, 2]
         square = dx**2 + dy**2 + dz**2
-        if square > (ball[face, 3] + (1.0 + _TIE) * nearest) ** 2 or state.face_body[face] != body:
+        if square > (ball[face, 3] + (1.0 + _TIE) * nearest) ** 2 or state.face_round[face] != own:
             continue
         behind = True
         for n in range(0, 20, 5):

@@ -13,32 +13,24 @@ import numpy as np
 
 from burst_fenicsx.kernels.lanes import kernel, parallel_kernel
 
-__all__ = ["WITHIN", "Bodies", "face_boxes", "find_candidates", "node_normals"]
+__all__ = ["Bodies", "face_boxes", "find_candidates", "node_normals"]
 
-WITHIN = -1
-"""Body of a face that lies within a casing: nodes of its own round never meet it."""
-
-# A node meets a face of its own body only where their normals are opposed: cosine below this.
+# A node meets a face of its own round only where their normals are opposed: cosine below this.
 _OPPOSED = -0.2
 _SLACK = 1e-5  # of the cosine: far more than single precision's rounding of normals
-_BLOCK = 4096  # nodes whose faces are looked up side by side, then put in order: their list stays in cache
-_USUAL = 8  # faces of a node for which there is room at first
 
 
 class Bodies(NamedTuple):
     """The surfaces that may meet; nodes are numbered among the surface nodes."""
 
     faces: np.ndarray  # (faces, 4) int32, outward order
-    face_body: np.ndarray  # (faces,) int32, or WITHIN
-    node_body: np.ndarray  # (nodes,) int32
     face_round: np.ndarray  # (faces,) int32
     node_round: np.ndarray  # (nodes,) int32
+    within: np.ndarray  # (faces,) bool, whether a face lies within a casing: nodes of its own round never meet it
 
     def only(self, faces: np.ndarray) -> Bodies:
         """The same with the given faces alone."""
-        return self._replace(
-            faces=self.faces[faces], face_body=self.face_body[faces], face_round=self.face_round[faces]
-        )
+        return self._replace(faces=self.faces[faces], face_round=self.face_round[faces], within=self.within[faces])
 
 
 @parallel_kernel
@@ -55,19 +47,13 @@ def face_boxes(position: np.ndarray, faces: np.ndarray, reach: np.ndarray, boxes
 
 
 @kernel
-def node_normals(position: np.ndarray, faces: np.ndarray, normals: np.ndarray) -> None:
-    """Sum of the area vectors of the faces around each node (nodes, 3) in m2."""
+def node_normals(areas: np.ndarray, faces: np.ndarray, chosen: np.ndarray, normals: np.ndarray) -> None:
+    """Sums of the area vectors `areas` (faces, 3) of the `chosen` of `faces` around each node (nodes, 3) in m2."""
     normals[:] = 0.0
-    for face in range(faces.shape[0]):
-        a, b, c, d = faces[face, 0], faces[face, 1], faces[face, 2], faces[face, 3]
-        x1, x2 = position[c, 0] - position[a, 0], position[d, 0] - position[b, 0]
-        y1, y2 = position[c, 1] - position[a, 1], position[d, 1] - position[b, 1]
-        z1, z2 = position[c, 2] - position[a, 2], position[d, 2] - position[b, 2]
+    for face in chosen:
         for k in range(4):
-            node = faces[face, k]
-            normals[node, 0] += y1 * z2 - z1 * y2
-            normals[node, 1] += z1 * x2 - x1 * z2
-            normals[node, 2] += x1 * y2 - y1 * x2
+            for i in range(3):
+                normals[faces[face, k], i] += areas[face, i]
 
 
 @kernel
@@ -141,6 +127,7 @@ def _bound_normals(
 def find_candidates(
     position: np.ndarray,
     bodies: Bodies,
+    areas: np.ndarray,
     active: np.ndarray,
     normals: np.ndarray,
     boxes: np.ndarray,
@@ -151,6 +138,7 @@ def find_candidates(
     Parameters
     ----------
     position : (nodes, 3) m, of the surface nodes.
+    areas : (faces, 3) m2, area vectors of the bodies' faces.
     active : (active,) int32, nodes that look for faces.
     normals : (nodes, 3), from `node_normals`.
     boxes : (faces, 6) m, from `face_boxes`, widened by the reach.
@@ -159,119 +147,54 @@ def find_candidates(
     mask = 1
     while mask < 2 * boxes.shape[0]:
         mask *= 2
-    mask -= 1
-    offset, entries = _fill_table(boxes, cell, mask)
-    areas = np.empty((boxes.shape[0], 3))
-    _area_vectors(position, bodies.faces, areas)
-    whose, bound = _bound_normals(offset, entries, bodies.face_round, areas)
+    table = _fill_table(boxes, cell, mask - 1)
+    bounds = _bound_normals(table[0], table[1], bodies.face_round, areas)
     first = np.zeros(active.size + 1, dtype=np.int64)
-    candidates = np.empty(_USUAL * active.size, dtype=np.int32)
-    room, found = np.zeros(_BLOCK + 1, dtype=np.int64), np.empty(0, dtype=np.int32)
-    for start in range(0, active.size, _BLOCK):
-        block = active[start : start + _BLOCK]
-        _make_room(position, block, cell, mask, offset, room)
-        if found.size < room[block.size]:
-            found = np.empty(room[block.size], dtype=np.int32)
-        _look_up(
-            position,
-            bodies.faces,
-            bodies.face_body,
-            bodies.node_body,
-            bodies.face_round,
-            bodies.node_round,
-            block,
-            normals,
-            areas,
-            boxes,
-            cell,
-            mask,
-            offset,
-            entries,
-            whose,
-            bound,
-            room,
-            first[start : start + block.size + 1],
-            found,
-        )
-        for k in range(block.size):
-            first[start + k + 1] += first[start + k]
-        if first[start + block.size] > candidates.size:
-            longer = np.empty(max(first[start + block.size], 2 * candidates.size), dtype=np.int32)
-            longer[: first[start]] = candidates[: first[start]]
-            candidates = longer
-        for k in range(block.size):
-            begin = first[start + k]
-            for c in range(first[start + k + 1] - begin):
-                candidates[begin + c] = found[room[k] + c]
-    return first, candidates[: first[-1]].copy()
-
-
-@kernel
-def _make_room(
-    position: np.ndarray, block: np.ndarray, cell: float, mask: int, offset: np.ndarray, room: np.ndarray
-) -> None:
-    """Where in a list each node's faces go, if it finds all in its bucket: `room` (block + 1,)."""
-    for k in range(block.size):
-        node = block[k]
-        px, py, pz = position[node, 0], position[node, 1], position[node, 2]
-        bucket = _hash(int(np.floor(px / cell)), int(np.floor(py / cell)), int(np.floor(pz / cell)), mask)
-        room[k + 1] = room[k] + offset[bucket + 1] - offset[bucket]
-
-
-@parallel_kernel
-def _area_vectors(position: np.ndarray, faces: np.ndarray, areas: np.ndarray) -> None:
-    """Twice the areas of the faces times their outward normals (faces, 3) in m2."""
-    for face in numba.prange(faces.shape[0]):
-        a, b, c, d = faces[face, 0], faces[face, 1], faces[face, 2], faces[face, 3]
-        x1, x2 = position[c, 0] - position[a, 0], position[d, 0] - position[b, 0]
-        y1, y2 = position[c, 1] - position[a, 1], position[d, 1] - position[b, 1]
-        z1, z2 = position[c, 2] - position[a, 2], position[d, 2] - position[b, 2]
-        areas[face, 0] = y1 * z2 - z1 * y2
-        areas[face, 1] = z1 * x2 - x1 * z2
-        areas[face, 2] = x1 * y2 - y1 * x2
+    nothing = np.empty(0, dtype=np.int32)
+    # Counted first, then written: a list to grow in would take as long as the second look.
+    _look_up(position, bodies, areas, active, normals, boxes, cell, table, bounds, first, nothing)
+    for k in range(active.size):
+        first[k + 1] += first[k]
+    candidates = np.empty(first[-1], dtype=np.int32)
+    if candidates.size > 0:
+        _look_up(position, bodies, areas, active, normals, boxes, cell, table, bounds, first, candidates)
+    return first, candidates
 
 
 @parallel_kernel
 def _look_up(
     position: np.ndarray,
-    faces: np.ndarray,
-    face_body: np.ndarray,
-    node_body: np.ndarray,
-    face_round: np.ndarray,
-    node_round: np.ndarray,
+    bodies: Bodies,
+    areas: np.ndarray,
     active: np.ndarray,
     normals: np.ndarray,
-    areas: np.ndarray,
     boxes: np.ndarray,
     cell: float,
-    mask: int,
-    offset: np.ndarray,
-    entries: np.ndarray,
-    whose: np.ndarray,
-    bound: np.ndarray,
-    room: np.ndarray,
+    table: tuple[np.ndarray, np.ndarray],
+    bounds: tuple[np.ndarray, np.ndarray],
     first: np.ndarray,
-    found: np.ndarray,
+    candidates: np.ndarray,
 ) -> None:
-    """Write each active node's faces into `found` from its place in `room` on, and their count into `first` behind it.
+    """Write each active node's faces into `candidates` from `first` on; without room there, their counts into `first`.
 
     The conditions stand here and not in a function: most faces fail them, and a call costs more than the look.
     """
+    faces, face_round, within = bodies.faces, bodies.face_round, bodies.within
+    (offset, entries), (whose, bound) = table, bounds
+    mask, counts_only = offset.size - 2, candidates.size == 0
     for k in numba.prange(active.size):
         node = active[k]
         px, py, pz = position[node, 0], position[node, 1], position[node, 2]
         nx, ny, nz = normals[node, 0], normals[node, 1], normals[node, 2]
-        body, own_round = node_body[node], node_round[node]
+        own_round = bodies.node_round[node]
         bucket = _hash(int(np.floor(px / cell)), int(np.floor(py / cell)), int(np.floor(pz / cell)), mask)
         last = -1
         count = 0
         if whose[bucket] == own_round:
-            opposed = min(nx * bound[bucket, 0], nx * bound[bucket, 3]) + min(
-                ny * bound[bucket, 1], ny * bound[bucket, 4]
-            )
+            opposed = min(nx * bound[bucket, 0], nx * bound[bucket, 3])
+            opposed += min(ny * bound[bucket, 1], ny * bound[bucket, 4])
             opposed += min(nz * bound[bucket, 2], nz * bound[bucket, 5])
             if opposed >= (_OPPOSED + _SLACK) * np.sqrt(nx**2 + ny**2 + nz**2):
-                first[k + 1] = 0
                 continue
         for entry in range(offset[bucket], offset[bucket + 1]):
             face = entries[entry]
@@ -282,16 +205,17 @@ def _look_up(
                 continue
             last = face
             if face_round[face] == own_round:
-                if face_body[face] != body:  # within the casing
+                if within[face]:
                     continue
                 ax, ay, az = areas[face, 0], areas[face, 1], areas[face, 2]
                 square = (ax * ax + ay * ay + az * az) * (nx**2 + ny**2 + nz**2)
                 if not ax * nx + ay * ny + az * nz < _OPPOSED * np.sqrt(square):
                     continue
-                if faces[face, 0] == node or faces[face, 1] == node or faces[face, 2] == node:
+                own = (faces[face, 0] == node) | (faces[face, 1] == node)
+                if own | (faces[face, 2] == node) | (faces[face, 3] == node):
                     continue
-                if faces[face, 3] == node:
-                    continue
-            found[room[k] + count] = face
+            if not counts_only:
+                candidates[first[k] + count] = face
             count += 1
-        first[k + 1] = count
+        if counts_only:
+            first[k + 1] = count

@@ -11,10 +11,16 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from burst_fenicsx.kernels.constants import BENT, ENTRY, MOST_CORRECTION
-from burst_fenicsx.kernels.lanes import lane_function
+import numpy as np
 
-__all__ = ["SlideLaw", "attach", "has_left"]
+from burst_fenicsx.kernels.cells.erosion import WHOLE
+from burst_fenicsx.kernels.constants import BENT, ENTRY, MOST_CORRECTION
+from burst_fenicsx.kernels.contact.coulomb import coulomb_slip
+from burst_fenicsx.kernels.lanes import block_kernel, lane_function
+from burst_fenicsx.kernels.state import ChargeState
+from burst_fenicsx.kernels.vectors.exact import quantise
+
+__all__ = ["SlideLaw", "around", "has_left", "slide"]
 
 
 class SlideLaw(NamedTuple):
@@ -27,8 +33,31 @@ class SlideLaw(NamedTuple):
     friction: float  # tangent of the friction angle
 
 
+@block_kernel
+def around(
+    cells: np.ndarray,
+    charge: ChargeState,
+    eroded: np.ndarray,
+    slot: np.ndarray,
+    burnt_rounding: float,
+    pressure_rounding: float,
+) -> tuple[float, float, float]:
+    """Sums over the charge's `cells` (k,) around a node, rounded by `quantise` with these constants.
+
+    Returns the sums of the burn fractions and of the pressures (Pa) after leakage, and the number of cells that have
+    not been eroded, by `eroded` (slots,) and the `slot` of each cell.
+    """
+    burnt, pressure, whole = 0.0, 0.0, 0.0
+    for cell in cells:
+        vented = charge.leakage[charge.axial_part[cell]] * charge.pressure[cell]
+        burnt += quantise(charge.burn_fraction[cell], burnt_rounding)
+        pressure += quantise(vented, pressure_rounding)
+        whole += 1.0 if eroded[slot[cell]] == WHOLE else 0.0
+    return burnt, pressure, whole
+
+
 @lane_function
-def attach(
+def slide(
     law: SlideLaw,
     bonded: bool,
     off: bool,
@@ -38,8 +67,11 @@ def attach(
     area: float,
     gap: float,
     stiffness: float,
-) -> tuple[bool, bool, float, float, float]:
-    """Normal part of the law.
+    trial: float,
+    old_stiffness: float,
+    old_slip: float,
+) -> tuple[bool, float, float, float, float, float, float]:
+    """Force, state and energies of one contact after a step.
 
     Parameters
     ----------
@@ -48,11 +80,14 @@ def attach(
     strength : shear strength of the unreacted explosive (Pa).
     area : of the charge's surface that belongs to the contact (m2). gap : m, negative where it lies inside the casing.
     stiffness : of the spring, as much as the step bears (N/m).
+    trial : size of the tangential displacement if nothing slipped (m).
+    old_stiffness, old_slip : of the last step (N/m, m).
 
     Returns
     -------
-    Whether the two are apart; whether the bond holds in tension; the gas's own force and the spring's stiffness
-    (N, N/m), zero where they are apart; and the largest tangential force (N).
+    Whether the bond holds; the gas's own force (N); stiffness of the spring (N/m) and the size of the tangential
+    displacement that it keeps (m); its energy and friction in this step (J); and how deep the node lies (m). Force,
+    stiffness, displacement and depth are zero where the two are apart.
     """
     unreacted = 1.0 - burnt
     whole = bonded & (unreacted > 0.0)
@@ -66,7 +101,13 @@ def attach(
     # Where friction would hold more than the explosive bears, it is the explosive that yields.
     limit = max((law.cohesion * area if whole else 0.0) + press * law.friction, 0.0)
     limit = unreacted * min(limit, strength * area)
-    return apart, whole & (not apart), 0.0 if apart else gas, 0.0 if apart else stiffness, limit
+    gas, stiffness = 0.0 if apart else gas, 0.0 if apart else stiffness
+    kept, heat = coulomb_slip(trial, limit, stiffness, old_stiffness, old_slip)
+    whole = whole & (not apart) & (not kept < trial)
+    # What the spring held is lost where the two part.
+    kept, heat = 0.0 if apart else kept, 0.5 * old_stiffness * old_slip * old_slip if apart else heat
+    stored = 0.5 * stiffness * (gap * gap + kept * kept)
+    return whole, gas, stiffness, kept, stored, heat, 0.0 if apart else max(-gap, 0.0)
 
 
 @lane_function

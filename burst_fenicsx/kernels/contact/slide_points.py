@@ -9,11 +9,12 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
+from burst_fenicsx.kernels.contact.coulomb import add_product, product
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function, widest_vectors
 from burst_fenicsx.kernels.vectors.tensors import Vector, load_vector, store_vector
 from burst_fenicsx.kernels.vectors.transposition import address, prefetch
 
-__all__ = ["BEYOND", "GAP", "NORMAL", "POINT_ROWS", "SIZE", "SlideSurface", "add_product", "find_points", "product"]
+__all__ = ["BEYOND", "GAP", "NORMAL", "POINT_ROWS", "SIZE", "SlideSurface", "find_points"]
 
 _NEWTON, _WALKS = 12, 10
 _CLOSE = 1e-9  # change of a face's coordinates below which a point is found: the error left is far smaller
@@ -46,18 +47,6 @@ class SlideSurface(NamedTuple):
     face: np.ndarray  # int32, faces of each group
     known: np.ndarray  # (faces,) bool, whether this rank knows the positions of the face and of those around it
     vector: np.ndarray  # (groups, 3) m2, sum of the groups' area vectors, now
-
-
-@lane_function
-def product(u: Vector, v: Vector) -> float:
-    """Scalar product u . v, each term rounded."""
-    return u[0] * v[0] + u[1] * v[1] + u[2] * v[2]
-
-
-@lane_function
-def add_product(u: Vector, factor: float, v: Vector) -> Vector:
-    """Sum u + k v, each term rounded."""
-    return u[0] + factor * v[0], u[1] + factor * v[1], u[2] + factor * v[2]
 
 
 @lane_function

@@ -17,10 +17,9 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
-from burst_fenicsx.kernels.cells.erosion import WHOLE
 from burst_fenicsx.kernels.constants import OFF_EDGE
-from burst_fenicsx.kernels.contact.coulomb import coulomb_slip
-from burst_fenicsx.kernels.contact.slide_law import SlideLaw, attach, has_left
+from burst_fenicsx.kernels.contact.coulomb import add_product, product, trial_slip
+from burst_fenicsx.kernels.contact.slide_law import SlideLaw, around, has_left, slide
 from burst_fenicsx.kernels.contact.slide_points import (
     BEYOND,
     GAP,
@@ -28,9 +27,7 @@ from burst_fenicsx.kernels.contact.slide_points import (
     POINT_ROWS,
     SIZE,
     SlideSurface,
-    add_product,
     find_points,
-    product,
 )
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, kernel, lane_function, parallel_kernel, widest_vectors
 from burst_fenicsx.kernels.state import ChargeState
@@ -38,16 +35,20 @@ from burst_fenicsx.kernels.vectors.exact import quantise
 from burst_fenicsx.kernels.vectors.tensors import Vector, load_vector, store_vector
 
 __all__ = [
-    "COLUMNS",
+    "NodeMotion",
     "SlideContacts",
     "add_slide_forces",
     "attached_state",
     "find_slide_forces",
-    "slide_sums",
 ]
 
-COLUMNS = ("stored", "friction", "penetration")
-"""Of `SlideContacts.tally`: J stored in springs, J of friction in this step, m."""
+
+class NodeMotion(NamedTuple):
+    """Nodes as contact sees them."""
+
+    position: np.ndarray  # (nodes, 3) m
+    velocity: np.ndarray  # (nodes, 3) m/s, the mean over contact's step
+    mass: np.ndarray  # (nodes,) kg
 
 
 class SlideContacts(NamedTuple):
@@ -57,6 +58,7 @@ class SlideContacts(NamedTuple):
     slave: np.ndarray  # (contacts,) int32 local node of the charge, -1 where this rank does not compute it
     row: np.ndarray  # (contacts,) int32 row of the charge's node among the interface nodes
     share: np.ndarray  # (contacts,) number of the node's contacts
+    cells: np.ndarray  # (contacts,) number of the charge's cells around the node
     strength: np.ndarray  # (contacts,) Pa, shear strength of the unreacted explosive
     area: np.ndarray  # (contacts, 3) m2, four times the charge's own area vector of the contact, now
     face: np.ndarray  # (contacts,) int32, face on which it lies
@@ -68,7 +70,8 @@ class SlideContacts(NamedTuple):
     weight: np.ndarray  # (contacts, 4) of the face's corners
     force: np.ndarray  # (contacts, 3) N on the charge's node
     off: np.ndarray  # (contacts,) int8, 1 where the node has left its surface over an edge or has only released cells
-    tally: np.ndarray  # (contacts, 3), see COLUMNS
+    tally: np.ndarray  # (contacts, 3) J stored in springs, J of friction in this step, penetration (m)
+    load: np.ndarray  # (rows,) sum of the weights with which contacts lie on a node of the casing
 
 
 _RUN = 512  # contacts that share scratch
@@ -89,25 +92,19 @@ def attached_state(
     cells: np.ndarray,
     rows: np.ndarray,
     charge: ChargeState,
-    released: np.ndarray,
+    eroded: np.ndarray,
     slot: np.ndarray,
     rounding: tuple[float, float],
     total: np.ndarray,
 ) -> None:
-    """Sum, exactly, what the charge's cells around the interface nodes `rows` (k,) are and how they press.
+    """Sums `total` (rows, 3), exact, over the charge's cells around the interface nodes `rows` (k,), see `around`.
 
-    The cells of row k are `cells` from `first[k]` to `first[k + 1]`. `total` (rows, 3) is overwritten there: sums of
-    the burn fractions, of the pressures (Pa) after leakage, and the number of cells that have not been released, by
-    `released` (slots,) and the `slot` of each cell.
+    The cells of row k are `cells` from `first[k]` to `first[k + 1]`.
     """
     for k in numba.prange(rows.size):
-        burnt, whole, live = 0.0, 0.0, 0.0
-        for cell in cells[first[k] : first[k + 1]]:
-            vented = charge.leakage[charge.axial_part[cell]] * charge.pressure[cell]
-            burnt += quantise(charge.burn_fraction[cell], rounding[0])
-            whole += quantise(vented, rounding[1])
-            live += 1.0 if released[slot[cell]] == WHOLE else 0.0
-        total[rows[k], 0], total[rows[k], 1], total[rows[k], 2] = burnt, whole, live
+        chosen = cells[first[k] : first[k + 1]]
+        burnt, pressure, whole = around(chosen, charge, eroded, slot, rounding[0], rounding[1])
+        total[rows[k], 0], total[rows[k], 1], total[rows[k], 2] = burnt, pressure, whole
 
 
 @parallel_kernel
@@ -116,39 +113,19 @@ def find_slide_forces(
     surface: SlideSurface,
     contacts: SlideContacts,
     attached: np.ndarray,
-    cells: np.ndarray,
-    position: np.ndarray,
-    velocity: np.ndarray,
-    mass: np.ndarray,
-    load: np.ndarray,
-    charge_position: np.ndarray,
-    charge_velocity: np.ndarray,
-    charge_mass: np.ndarray,
+    casing: NodeMotion,
+    charge: NodeMotion,
 ) -> None:
     """Find every contact's point and force, and advance its state.
 
-    `attached` (rows, 3) are the sums of `attached_state` and `cells` (rows,) how many cells are in them. `position`
-    (m), `velocity` (m/s), `mass` (kg) and `load` are those of the casing's interface nodes by row, the others those of
+    `attached` (rows, 3) are the sums of `attached_state`; `casing` are the casing's interface nodes by row, `charge`
     this rank's nodes.
     """
     count = contacts.contact.size
     runs = (count + _RUN - 1) // _RUN
     for run in numba.prange(runs):
-        _slide_run(
-            contacts.contact[run * _RUN : min((run + 1) * _RUN, count)],
-            law,
-            surface,
-            contacts,
-            attached,
-            cells,
-            position,
-            velocity,
-            mass,
-            load,
-            charge_position,
-            charge_velocity,
-            charge_mass,
-        )
+        chosen = contacts.contact[run * _RUN : min((run + 1) * _RUN, count)]
+        _slide_run(chosen, law, surface, contacts, attached, casing, charge)
 
 
 @kernel
@@ -158,14 +135,8 @@ def _slide_run(
     surface: SlideSurface,
     contacts: SlideContacts,
     attached: np.ndarray,
-    cells: np.ndarray,
-    position: np.ndarray,
-    velocity: np.ndarray,
-    mass: np.ndarray,
-    load: np.ndarray,
-    charge_position: np.ndarray,
-    charge_velocity: np.ndarray,
-    charge_mass: np.ndarray,
+    casing: NodeMotion,
+    charge: NodeMotion,
 ) -> None:
     """Do the `chosen` contacts (k,)."""
     face, found = np.empty(chosen.size, dtype=np.int32), np.empty((chosen.size, 6))
@@ -173,17 +144,14 @@ def _slide_run(
     for k in range(chosen.size):
         face[k] = contacts.face[chosen[k]]
     find_points(
-        chosen, contacts.slave, charge_position, charge_velocity, surface, position, face, contacts.point, found,
+        chosen, contacts.slave, charge.position, charge.velocity, surface, casing.position, face, contacts.point, found,
         work[: POINT_ROWS * LANES], lanes,
     )  # fmt: skip
     for first in range(0, chosen.size, LANES):
-        filled = min(LANES, chosen.size - first)
-        _load(
-            chosen[first : first + filled], face[first:], found[first:], surface.faces, contacts,
-            attached, cells, velocity, mass, load, charge_velocity, charge_mass, work,
-        )  # fmt: skip
+        some = chosen[first : first + min(LANES, chosen.size - first)]
+        _load(some, face[first:], found[first:], surface.faces, contacts, attached, casing, charge, work)
         _press(law, work)
-        _store(chosen[first : first + filled], face[first:], contacts, work)
+        _store(some, face[first:], contacts, work)
 
 
 @block_kernel
@@ -194,25 +162,22 @@ def _load(
     faces: np.ndarray,
     contacts: SlideContacts,
     attached: np.ndarray,
-    cells: np.ndarray,
-    velocity: np.ndarray,
-    mass: np.ndarray,
-    load: np.ndarray,
-    charge_velocity: np.ndarray,
-    charge_mass: np.ndarray,
+    casing: NodeMotion,
+    charge: NodeMotion,
     work: np.ndarray,
 ) -> None:
     """Gather what the `chosen` contacts (k,) know into lanes; those beyond keep what they have."""
+    velocity, mass, load = casing.velocity, casing.mass, contacts.load
     for lane in range(chosen.size):
         c = np.uint64(chosen[lane])
         node, row = np.uint64(contacts.slave[c]), np.uint64(contacts.row[c])
         now = np.uint64(face[lane])
-        work[_MASS * LANES + lane] = charge_mass[node]
+        work[_MASS * LANES + lane] = charge.mass[node]
         for i in range(3):
             work[(_STATE + i) * LANES + lane] = attached[row, i]
-        work[_CELLS * LANES + lane] = cells[row]
+        work[_CELLS * LANES + lane] = contacts.cells[c]
         for i in range(3):
-            work[(_SPEED + i) * LANES + lane] = charge_velocity[node, i]
+            work[(_SPEED + i) * LANES + lane] = charge.velocity[node, i]
             work[(_AREA + i) * LANES + lane] = contacts.area[c, i]
             work[(_SLIP + i) * LANES + lane] = contacts.slip[c, i]
             work[(_NORMAL + i) * LANES + lane] = found[lane, NORMAL + i]
@@ -267,7 +232,10 @@ def _press(law: SlideLaw, work: np.ndarray) -> None:
         # Products of which nothing is left hold no place any more.
         off = (work[_OFF * LANES + lane] != 0.0) | left | (work[(_STATE + 2) * LANES + lane] == 0.0)
         count = max(work[_CELLS * LANES + lane], 1.0)
-        apart, whole, gas, stiffness, limit = attach(
+        # Tangential displacement of the spring, turned into today's plane and moved on by this step (Eq. 13).
+        old_slip = load_vector(work, _SLIP, lane)
+        slip, length = trial_slip(old_slip, law.step, v, n)
+        whole, gas, stiffness, kept, stored, heat, depth = slide(
             law,
             work[_BONDED * LANES + lane] != 0.0,
             off,
@@ -277,30 +245,20 @@ def _press(law: SlideLaw, work: np.ndarray) -> None:
             0.25 * abs(product(load_vector(work, _AREA, lane), n)),
             gap,
             law.max_squared_frequency / inverse_mass,
+            length,
+            old,
+            np.sqrt(product(old_slip, old_slip)),
         )
         press = gas - stiffness * gap
-
-        # Tangential displacement of the spring, turned into today's plane and moved on by this step (Eq. 13).
-        slip = load_vector(work, _SLIP, lane)
-        old_slip = np.sqrt(product(slip, slip))
-        slip = add_product(slip, law.step, v)
-        slip = add_product(slip, -product(slip, n), n)
-        length = np.sqrt(product(slip, slip))
-        kept, heat = coulomb_slip(length, limit, stiffness, old, old_slip)
-        yields = kept < length
-        held = 0.0 if apart else kept
-        heat = 0.5 * old * old_slip * old_slip if apart else heat
-        shrink = held / length if yields else 1.0
+        shrink = kept / length if kept < length else 1.0
         slip = (shrink * slip[0], shrink * slip[1], shrink * slip[2])
-        slip = (0.0 if apart else slip[0], 0.0 if apart else slip[1], 0.0 if apart else slip[2])
-        stored = 0.5 * stiffness * (gap * gap + held * held)
         force = (
             press * n[0] - stiffness * slip[0],
             press * n[1] - stiffness * slip[1],
             press * n[2] - stiffness * slip[2],
         )
-        store_vector((stored, heat, 0.0 if apart else max(-gap, 0.0)), work, _TALLY, lane)
-        work[_BONDED * LANES + lane] = 1.0 if whole & (not yields) else 0.0
+        store_vector((stored, heat, depth), work, _TALLY, lane)
+        work[_BONDED * LANES + lane] = 1.0 if whole else 0.0
         work[_OFF * LANES + lane] = 1.0 if off else 0.0
         work[_STIFFNESS * LANES + lane] = stiffness
         store_vector(slip, work, _SLIP, lane)
@@ -357,14 +315,3 @@ def add_slide_forces(
         force[node, 0] += gx
         force[node, 1] += gy
         force[node, 2] += gz
-
-
-@kernel
-def slide_sums(contact: np.ndarray, tally: np.ndarray, rounding: float) -> np.ndarray:
-    """Sums of the first two columns of the `tally` of contacts (k,), by `quantise`, and the largest of the last."""
-    stored, friction, deepest = 0.0, 0.0, 0.0
-    for c in contact:
-        stored += quantise(tally[c, 0], rounding)
-        friction += quantise(tally[c, 1], rounding)
-        deepest = max(deepest, tally[c, 2])
-    return np.array([stored, friction, deepest])

@@ -8,7 +8,7 @@ import numba
 import numpy as np
 
 from burst_fenicsx.kernels.constants import EVEN_SHARING
-from burst_fenicsx.kernels.contact.coulomb import coulomb_slip
+from burst_fenicsx.kernels.contact.coulomb import coulomb_slip, product, trial_slip
 from burst_fenicsx.kernels.lanes import kernel, parallel_kernel
 from burst_fenicsx.kernels.vectors.exact import quantise
 from burst_fenicsx.kernels.vectors.transposition import address, prefetch
@@ -42,21 +42,20 @@ class Collisions(NamedTuple):
     first: np.ndarray  # (slaves + 1,) int64 into `candidate`
     candidate: np.ndarray  # int32, faces
     faces: np.ndarray  # (faces, 4) int32
-    face_body: np.ndarray  # (faces,) int32
-    node_body: np.ndarray  # (nodes,) int32
+    face_round: np.ndarray  # (faces,) int32
+    node_round: np.ndarray  # (nodes,) int32
     edge: np.ndarray  # (faces,) m, square root of the initial area
     near: np.ndarray  # (near faces,) int32, the faces in `candidate`, each once
     ball: np.ndarray  # (faces, 5) of `near`, in this step: the centre (m), radius of a ball around it that holds the
     # face (m), largest speed of a corner (m/s)
     bound: np.ndarray  # (faces, 20) of `near`, in this step, for each corner: the unit normal there and how low and how
     # high the corners lie along it (m, from the centre)
-    touching: np.ndarray  # (nodes,) int32: 1 + the body touched, 0 for none
+    touching: np.ndarray  # (nodes,) int32: 1 + the round touched, 0 for none
     normal: np.ndarray  # (nodes, 3) of the face touched
     outward: np.ndarray  # (nodes, 3) unit normals of the nodes' own surfaces at the last search
     slip: np.ndarray  # (nodes, 3) m, tangential displacement that the spring holds
     penetration: np.ndarray  # (nodes,) m, behind the face
     unloaded: np.ndarray  # (nodes,) m, the part of it that presses nothing
-    active_penetration: np.ndarray  # (nodes,) m, the part that pressed in the last step
     stiffness: np.ndarray  # (nodes,) N/m, of the last step
     sharing: np.ndarray  # (nodes,), sum of reduced masses of a node's contacts in the last step over its own mass
     face: np.ndarray  # (slaves,) int32, the face in contact or -1
@@ -67,9 +66,8 @@ class Collisions(NamedTuple):
 
 @kernel
 def slacken(node: int, state: Collisions) -> None:
-    """Slacken a node's springs: what held it to one body does not hold it to the next."""
+    """Slacken a node's springs: what held it to one round does not hold it to the next."""
     state.slip[node, :] = 0.0
-    state.active_penetration[node] = 0.0
     state.stiffness[node] = 0.0
 
 
@@ -98,7 +96,7 @@ def push_node(
     `depth` (m) is what presses behind the face, `normal` the face's, `relative` (m/s) the node's velocity against it.
     """
     node = state.node[k]
-    if state.touching[node] != 1 + state.face_body[face]:
+    if state.touching[node] != 1 + state.face_round[face]:
         slacken(node, state)
     inverse = 1.0 / mass[node]
     sharing = state.sharing[node]
@@ -110,32 +108,20 @@ def push_node(
     # Where several nodes share one face its springs are softened, so that the step stays stable. By Jensen's inequality
     # the springs' highest frequency is at most twice the largest load.
     stiffness = 0.5 * law.max_squared_frequency * reduced / max(sharing, EVEN_SHARING)
-    trial = np.empty(3)
-    along = 0.0
+    old_slip = (state.slip[node, 0], state.slip[node, 1], state.slip[node, 2])
+    velocity, n = (relative[0], relative[1], relative[2]), (normal[0], normal[1], normal[2])
+    slip, length = trial_slip(old_slip, law.step, velocity, n)
+    old, old_length = state.stiffness[node], np.sqrt(product(old_slip, old_slip))
+    kept, state.energies[k, 1] = coulomb_slip(length, law.friction * stiffness * depth, stiffness, old, old_length)
+    shrink = kept / length if kept < length else 1.0
+    state.energies[k, 0] = 0.5 * stiffness * (depth * depth + kept * kept)
     for i in range(3):
-        trial[i] = state.slip[node, i] + law.step * relative[i]
-        along += trial[i] * normal[i]
-    length = 0.0
-    for i in range(3):
-        trial[i] -= along * normal[i]
-        length += trial[i] ** 2
-    length = np.sqrt(length)
-    old = state.stiffness[node]
-    old_slip = np.sqrt(state.slip[node, 0] ** 2 + state.slip[node, 1] ** 2 + state.slip[node, 2] ** 2)
-    kept, state.energies[k, 1] = coulomb_slip(length, law.friction * stiffness * depth, stiffness, old, old_slip)
-    if kept < length:
-        for i in range(3):
-            trial[i] *= kept / length
-        length = kept
-    state.energies[k, 0] = 0.5 * stiffness * (depth * depth + length * length)
-    for i in range(3):
-        state.push[k, i] = stiffness * (depth * normal[i] - trial[i])
-        state.slip[node, i] = trial[i]
+        state.slip[node, i] = shrink * slip[i]
+        state.push[k, i] = stiffness * (depth * normal[i] - state.slip[node, i])
         state.normal[node, i] = normal[i]
     state.push[k, 3] = reduced
-    state.active_penetration[node] = depth
     state.stiffness[node] = stiffness
-    state.touching[node] = 1 + state.face_body[face]
+    state.touching[node] = 1 + state.face_round[face]
     state.face[k] = face
 
 

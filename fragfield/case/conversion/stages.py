@@ -21,6 +21,7 @@ if TYPE_CHECKING:
         ContactSettings,
         Explosive,
         Geometry,
+        Mirror,
         RigidPlane,
         Round,
     )
@@ -208,15 +209,15 @@ def settings_in(case: Case, geometry: Geometry) -> BurstSettings:
     )
 
 
-def rigid_plane(entry: PlaneTable) -> RigidPlane:
-    """A resolved plane; one of symmetry has no friction."""
-    from burst_fenicsx.problem import RigidPlane
+def rigid_plane(entry: PlaneTable) -> RigidPlane | Mirror:
+    """A resolved plane."""
+    from burst_fenicsx.problem import Mirror, RigidPlane
 
     assert entry.point is not None  # resolved
     assert entry.normal is not None
-    return RigidPlane(
-        entry.name, entry.point, entry.normal, degrees_of(entry.friction_angle or 0.0), entry.kind == "symmetry"
-    )
+    if entry.kind == "symmetry":
+        return Mirror(entry.name, entry.point, entry.normal)
+    return RigidPlane(entry.name, entry.point, entry.normal, degrees_of(entry.friction_angle or 0.0))
 
 
 def _contact(table: ContactTable) -> ContactSettings:

@@ -87,7 +87,7 @@ def _ring(axis: Axes, radius: float, *, color: str, dashes: str, label: str, ang
 def density_curve(run: RunFiles) -> Figure | None:
     """Expected hazardous fragments per acceptable area against distance, where the distance is decided."""
     found = run.ensemble
-    if found is None or not found.expected.density.any():
+    if found is None or not len(run.landed) or not found.expected.density.any():
         return None
     acceptable, expected = run.criteria.density, found.expected
     figure, (axis,) = new_figure(height=3.2)

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from fragfield.case import Case
     from fragfield.report.reading.run_files import RunFiles
 
-__all__ = ["DRAWINGS", "centre_of_mass", "draw_round", "drawn_rounds", "round_masses"]
+__all__ = ["centre_of_mass", "draw_round", "drawn_rounds", "round_drawing", "round_masses"]
 
 _HEIGHT = 4.1  # inches of the round at most
 _LEFT, _RIGHT = 1.35, 1.0  # inches beside it for dimensions
@@ -70,31 +70,10 @@ def drawn_rounds(case: Case) -> list[Round]:
     return [rounds[index] for index in dict.fromkeys(first_alike(case))] if rounds else []
 
 
-def _drawing(run: RunFiles, number: int) -> Figure | None:
+def round_drawing(run: RunFiles, number: int) -> Figure | None:
     """The drawing of a run's different round of that number; None where there is none, or it has no contour."""
-    if run.case is None:
-        return None
-    rounds = drawn_rounds(run.case)
+    rounds = drawn_rounds(run.case) if run.case is not None else []
     return draw_round(rounds[number]) if number < len(rounds) and rounds[number].profile is not None else None
-
-
-def drawing_1(run: RunFiles) -> Figure | None:
-    """The first round."""
-    return _drawing(run, 0)
-
-
-def drawing_2(run: RunFiles) -> Figure | None:
-    """The second round that differs from it."""
-    return _drawing(run, 1)
-
-
-def drawing_3(run: RunFiles) -> Figure | None:
-    """The third."""
-    return _drawing(run, 2)
-
-
-DRAWINGS = (drawing_1, drawing_2, drawing_3)
-"""Figures of the report, which are known by their names."""
 
 
 def draw_round(item: Round) -> Figure:

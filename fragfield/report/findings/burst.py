@@ -10,7 +10,7 @@ import numpy as np
 from fragfield.hazard.shock_exposure import exposed_rounds, exposure_words
 from fragfield.numbers import number
 from fragfield.report.blocks import Finding
-from fragfield.report.findings.values import counted, value_of
+from fragfield.report.findings.hazard import value_of
 from fragfield.report.tables.ignition import initiated_by_shock, never_initiated
 
 if TYPE_CHECKING:
@@ -124,7 +124,7 @@ def burst_findings(run: RunFiles) -> list[Finding]:
     """Lost and folded cells, torn metal, thin walls, contact, and an end of the burst that comes too early."""
     part = run.part("burst")
     found: list[Finding] = []
-    folded = int(part.get("folded_cells") or 0)
+    folded = value_of(part, "folded_casing_mass")
     lost, cells = (
         value_of(part, "lost_cells"),
         value_of(part.get("symmetry") or part, "all_cells") or value_of(part, "cells"),
@@ -135,15 +135,13 @@ def burst_findings(run: RunFiles) -> list[Finding]:
             text = f"{number(int(lost))} of {number(int(cells))} cells {were} lost ({100 * lost / cells:.2g} %)"
             found.append(Finding("stop" if lost > 0.01 * cells else "warning", f"{text}: they became too distorted."))
         elif not folded:
-            found.append(Finding("good", "No cell was lost, and none is folded."))
-    if folded:
-        found.append(
-            Finding(
-                "warning",
-                f"{counted(folded, 'cell')} {'is' if folded == 1 else 'are'} folded at the end of the burst (inverted "
-                "at a corner), torn metal apart; results there are not reliable.",
-            )
+            found.append(Finding("good", "No cell was lost, and none of the casings is folded."))
+    if folded and (casing := value_of(part, "casing_mass")):
+        text = (
+            f"{number(folded, 3)} kg of the casings ({100 * folded / casing:.2g} %) is folded at the end of the burst "
+            "(inverted at a corner), torn metal apart; results there are not reliable."
         )
+        found.append(Finding("warning", text))
     released, casing = value_of(part, "released_casing_mass"), value_of(part, "casing_mass")
     if released and casing:
         found.append(

@@ -11,13 +11,12 @@ from fragfield.hazard.certainty import certainty
 from fragfield.numbers import number
 from fragfield.pipeline.grid_convergence import KINDS
 from fragfield.report.blocks import Finding
-from fragfield.report.findings.values import value_of
 from fragfield.report.tables.counted import counted_findings
 
 if TYPE_CHECKING:
     from fragfield.report.reading.run_files import RunFiles
 
-__all__ = ["break_up_findings", "convergence_findings", "flight_findings", "imprint_findings"]
+__all__ = ["break_up_findings", "convergence_findings", "counted", "flight_findings", "imprint_findings", "value_of"]
 
 _MOST_TOLERANCES = 3.0  # of hazard.tolerance, that the cells may add
 
@@ -162,3 +161,14 @@ def imprint_findings(run: RunFiles) -> list[Finding]:
                 )
             )
     return found
+
+
+def counted(count: int, noun: str) -> str:
+    """A count with its noun, in the plural where it is one."""
+    return f"{number(count)} {noun}{'' if count == 1 else 's'}"
+
+
+def value_of(part: dict[str, Any], name: str) -> float | None:
+    """A number of a table of summary.json; None where there is none."""
+    found = part.get(name)
+    return float(found) if isinstance(found, (int, float)) and not isinstance(found, bool) else None

@@ -77,7 +77,7 @@ def _tilt_words(run: RunFiles) -> str:
 def direction_table(run: RunFiles) -> Iterator[Table]:
     """Expected distance by direction with its bound; none where all directions are alike."""
     found = run.ensemble
-    if found is None or found.undetermined or found.expected.direction is None:
+    if found is None or not len(run.landed) or found.undetermined or found.expected.direction is None:
         return
     expected, site = found.expected, None if run.case is None else site_of(run.case)
     named = {azimuth: f"{azimuth:.0f}" for azimuth in expected.azimuth.tolist()}

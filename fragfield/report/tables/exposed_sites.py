@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from fragfield.report.blocks import Block
     from fragfield.report.reading.run_files import RunFiles
 
-__all__ = ["exposed_entries", "exposed_tables", "verdict_table"]
+__all__ = ["exposed_entries", "exposed_tables", "obstacle_tables", "verdict_table"]
 
 _GRAVEST = ("not met", "not determined", "not shown", "met")
 _MOST_SITES = 8
@@ -129,3 +129,29 @@ def _part(value: float | None) -> str:
     if value <= 0.0:
         return "0"
     return number(float(f"{value * (1.0 + 0.5e-2):.2g}"), 2)
+
+
+_HEAD = ("Face", "Looks to", "Hits", "Hazardous", "Stopped", "Stopped mass (kg)", "Largest energy (J)")
+
+
+def obstacle_tables(run: RunFiles) -> Iterator[Table]:
+    """One table an obstacle, one row a face."""
+    for obstacle in run.summary.get("obstacle") or []:
+        lines = [(str(face.get("face", "")), _direction(face), *_counts(face)) for face in obstacle.get("faces") or []]
+        lines.append(("all", "", *_counts(obstacle)))
+        note = (
+            "First realisation. The direction is that of the face's outward normal. Fragments stopped here are not "
+            "counted on the ground."
+        )
+        name = f"Hits on {obstacle.get('kind', 'obstacle')} “{obstacle.get('name', '')}”"
+        yield Table(name, _HEAD, tuple(lines), note)
+
+
+def _direction(face: dict[str, Any]) -> str:
+    azimuth = face.get("azimuth_deg")
+    return "up" if azimuth is None else direction_words(azimuth, face.get("bearing_deg"), whole=True)
+
+
+def _counts(part: dict[str, Any]) -> tuple[str, ...]:
+    whole = [number(part.get(key)) for key in ("hits", "hazardous_hits", "stopped")]
+    return (*whole, number(part.get("stopped_mass"), 4), number(part.get("max_energy"), 4))

@@ -1,18 +1,21 @@
-"""Table of the initiation of each round: time, position, cause."""
+"""Tables of the burst: initiation of each round, shock loading of those that wait, time by part."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from fragfield.case.tables.round import ExplosiveTable
+from fragfield.hazard.shock_exposure import exposed_rounds
 from fragfield.numbers import number
-from fragfield.report.blocks import Table
+from fragfield.report.blocks import Section, Table
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from fragfield.report.reading.run_files import RunFiles
 
-__all__ = ["ignition_table", "initiated_by_shock", "never_initiated"]
+
+__all__ = ["exposure_table", "ignition_table", "initiated_by_shock", "never_initiated", "profile_section"]
 
 _BY = {"point": "own point", "delay": "own point, delayed", "shock": "shock"}
 _NOTE = (
@@ -53,3 +56,76 @@ def _line(name: str, one: dict[str, Any]) -> tuple[str, ...]:
     by = _BY.get(str(one["by"]), str(one["by"]))
     lengths = (number(round(1e3 * float(value), 1), 4) for value in (*one["place"], one["station"]))
     return (name, by, number(1e6 * float(one["time"]), 4), *lengths)
+
+
+_HEAD = ("Part", "Seconds", "Share, %", "Calls", "ns per cell and step")
+
+
+def profile_section(run: RunFiles) -> Iterator[Section]:
+    """The annex of a burst that was computed with `--profile`; nothing for others."""
+    burst = run.part("burst")
+    if not burst.get("profile"):
+        return
+    # Those since the burst was begun or resumed, as the times are.
+    cell_steps = burst["stepping_seconds"] / burst["seconds_per_cell_step"]
+    lines = tuple(
+        (
+            str(part["part"]),
+            f"{part['seconds']:.2f}",
+            f"{100.0 * part['share']:.1f}",
+            f"{part['calls']:d}",
+            f"{1e9 * part['seconds'] / cell_steps:.1f}",
+        )
+        for part in burst["profile"]
+    )
+    note = (
+        f"Stepping took {burst['stepping_seconds']:.1f} s for {cell_steps:.3g} steps of cells, "
+        f"{1e9 * burst['seconds_per_cell_step']:.0f} ns each; "
+        f"ranks: {burst['ranks']}, threads of each: {burst['threads']}. "
+        "The seconds of a part exclude those of the parts it calls; means over the ranks."
+    )
+    yield Section(
+        "profile", "Time of the burst by part", [Table("Parts of the stepping", _HEAD, lines, note)], annex=True
+    )
+
+
+_EXPOSURE_NOTE = (
+    "Strongest pulse: that of the most energy per area, the integral of p²/(ρ₀U) while a cell's pressure stays above "
+    "the floor (Walker and Wasley 1969), in the unreacted charge, as the constant pressure and the time that have the "
+    "same integrals of p and p². Published energies depend on how the charge was made. Largest cells: those that "
+    "resolve the pulse."
+)
+
+
+def exposure_table(run: RunFiles) -> Iterator[Table]:
+    """A line for each round without ignition points."""
+    lines = [_exposure_line(name, found, initiated) for name, found, initiated in exposed_rounds(run.part("burst"))]
+    if lines:
+        head = (
+            "Round", "Initiated", "Largest pressure (GPa)", "Strongest pulse (GPa)", "Held (µs)", "Energy (MJ/m²)",
+            "Published critical (MJ/m²)", "Verdict", "Largest cells (mm)",
+        )  # fmt: skip
+        charges = [entry.explosive for entry in run.case.round] if run.case is not None else []
+        sources = {one.critical_energy_source for one in charges if isinstance(one, ExplosiveTable)} - {""}
+        yield Table(
+            "Shock loading of rounds without ignition points",
+            head,
+            tuple(lines),
+            " ".join([_EXPOSURE_NOTE, *sorted(sources)]),
+        )
+
+
+def _exposure_line(name: str, found: dict[str, Any], initiated: bool) -> tuple[str, ...]:
+    critical = found["critical_energy"]
+    limits = " to ".join(number(value / 1e6, 3) for value in critical) if critical else "–"
+    return (
+        name,
+        "yes" if initiated else "no",
+        number(found["peak_pressure"] / 1e9, 3),
+        number(found["pulse_pressure"] / 1e9, 3),
+        number(found["held_time"] * 1e6, 3),
+        number(found["energy"] / 1e6, 3),
+        limits,
+        found["verdict"] + ("" if found["resolved"] else ", cells too coarse"),
+        number(found["resolved_cell"] * 1e3, 2),
+    )

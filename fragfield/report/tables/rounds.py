@@ -11,7 +11,7 @@ from fragfield.case.tables.round import IgnitionTable
 from fragfield.numbers import explosive_title, number
 from fragfield.quantities import shown
 from fragfield.report.blocks import Rows, Table
-from fragfield.report.reading.laws import segment_laws
+from fragfield.report.figures.fragments import segment_laws
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -68,7 +68,7 @@ def _geometry_rows(run: RunFiles) -> Iterator[Row]:
 
 def _symmetry_rows(run: RunFiles) -> Iterator[Row]:
     """What of the arrangement was computed, where planes of symmetry bound it."""
-    from burst_fenicsx.symmetry.words import symmetry_words
+    from burst_fenicsx.symmetry import symmetry_words
 
     found = run.part("burst").get("symmetry")
     if found and found["planes"]:

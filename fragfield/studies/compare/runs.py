@@ -70,7 +70,7 @@ class ComparedRun:
         return (self.part("flight").get("realisations") or 1) if self.flown else 0
 
     def described(self) -> dict[str, Any]:
-        """What tells the run from others."""
+        """Names, seed and size of the run."""
         document = self.case.get("document") or {}
         return {
             "directory": str(self.folder),

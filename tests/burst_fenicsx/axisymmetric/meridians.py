@@ -10,7 +10,7 @@ from mpi4py import MPI
 
 from burst_fenicsx.axisymmetric.meridian import RING, axis_constraint, on_dolfinx
 from burst_fenicsx.axisymmetric.mesh import MeridianMesh
-from burst_fenicsx.axisymmetric.slide_line import MeridianContact
+from burst_fenicsx.axisymmetric.slide_line import meridian_contact
 from burst_fenicsx.mechanics.fields import make_fields
 from burst_fenicsx.mechanics.ledger import Ledger
 from burst_fenicsx.mechanics.nodal_loads import NodalConstraint
@@ -117,7 +117,7 @@ def ring_burst(
     charge = distributed.part == Part.CHARGE
     chemical = float(fields.cell_mass[charge].sum()) / explosive.density * fields.products[0].energy
     ledger = Ledger(settings.energy_tolerance, 1.0, np.array([chemical]), MPI.COMM_SELF)
-    contact, on_axis = MeridianContact(mesh, fields, settings), axis_constraint(mesh, fields)
+    contact, on_axis = meridian_contact(mesh, fields, settings), axis_constraint(mesh, fields)
     return BurstSolver(fields, settings, leakage, ledger, contact=contact, constraints=on_axis, **options)
 
 

@@ -15,10 +15,10 @@ from burst_fenicsx.axisymmetric.applicability import CLEARANCE, clearance, why_n
 from burst_fenicsx.axisymmetric.meridian import MERIDIAN, RING
 from burst_fenicsx.axisymmetric.mesh import edge_neighbours, mesh_meridian, outer_edges
 from burst_fenicsx.axisymmetric.rings import areas, folded, longest_edges, ring_volumes
-from burst_fenicsx.axisymmetric.slide_line import LineInterface, _across_creases, _smooth_groups
+from burst_fenicsx.axisymmetric.slide_line import _across_creases, _smooth_groups
 from burst_fenicsx.errors import InputError, NumericalStop
 from burst_fenicsx.geometry import load_profile
-from burst_fenicsx.problem import IgnitionPoint, Part, RigidPlane, ShockInitiation
+from burst_fenicsx.problem import IgnitionPoint, Mirror, Part, RigidPlane, ShockInitiation
 from burst_fenicsx.records.surfaces import radial_surfaces
 from tests.burst_fenicsx.axisymmetric.meridians import named, random_meridian, rectangle
 from tests.burst_fenicsx.tubes import SETTINGS, tube
@@ -122,17 +122,6 @@ def test_a_line_is_smooth_where_it_turns_by_less_than_half_a_right_angle(order):
     )
 
 
-def test_contacts_of_the_line_are_counted_as_bonded_touching_or_gone():
-    """Bonded as long as they are on the line; those tied to it are no contacts that have left it."""
-    from burst_fenicsx.axisymmetric.slide_line import _LEFT, _TIED
-
-    contacts = SimpleNamespace(
-        bonded=np.array([1, 1, 0, 0, 1, 1]), off=np.array([0, 0, 0, _LEFT, _LEFT, _TIED]),
-        stiffness=np.array([1.0, 0.0, 1.0, 0.0, 1.0, 0.0]),
-    )  # fmt: skip
-    assert LineInterface.counts(SimpleNamespace(contacts=contacts)).tolist() == [2.0, 2.0, 2.0]
-
-
 def test_areas_edges_and_rates_of_quadrilaterals():
     """A kite, wherever it lies: half the product of its diagonals; its longest edge; Pappus' volume."""
     nodes = np.array([[2.0, 0, 0.0], [3.0, 0, 1.0], [2.0, 0, 4.0], [1.0, 0, 1.0]])
@@ -217,7 +206,7 @@ def test_the_meridian_is_taken_where_nothing_stands_within_four_radii():
         plane = RigidPlane("deck", (0.0, 0.0, -distance * near), (0.0, 0.0, 1.0))
         reason = why_not_axisymmetric([item], replace(settings, planes=(plane,)))
         assert reason == ("the casing may reach plane 'deck'" if refused else None)
-    far = RigidPlane("deck", (0.0, 0.0, -9.0), (0.0, 0.0, 1.0), symmetry=True)
+    far = Mirror("deck", (0.0, 0.0, -9.0), (0.0, 0.0, 1.0))
     assert why_not_axisymmetric([item], replace(settings, planes=(far,))) == "plane 'deck' mirrors the round"
     assert why_not_axisymmetric([], settings) == "0 rounds may meet"
     assert why_not_axisymmetric([item, item], settings) == "2 rounds may meet"

@@ -5,10 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from burst_fenicsx.kernels.contact.planes import PlaneLaw, PlaneState, near_plane, plane_sums, push_from_plane
+from burst_fenicsx.kernels.contact.planes import PlaneLaw, PlaneState, push_from_plane
 from burst_fenicsx.kernels.contact.springs import CollisionLaw, Collisions, add_reactions, push_node, weigh_corners
-from burst_fenicsx.kernels.vectors.exact import rounding_constant, two_constants
-from burst_fenicsx.kernels.vectors.rows import hold_rows, largest_speed, sum_columns
 
 BUDGET, STEP, FRICTION = 4e12, 1e-7, 0.36
 DEPTH, SPEED = 1e-5, 40.0
@@ -18,11 +16,11 @@ def one_node_on_a_face(xi, eta):
     """State of a node (number 4) that lies on a face of the nodes 0 to 3, at a point of it."""
     state = Collisions(
         node=np.array([4], dtype=np.int32), first=np.array([0, 1]), candidate=np.zeros(1, dtype=np.int32),
-        faces=np.array([[0, 1, 2, 3]], dtype=np.int32), face_body=np.zeros(1, dtype=np.int32),
-        node_body=np.array([0, 0, 0, 0, 1], dtype=np.int32), edge=np.ones(1), near=np.zeros(1, dtype=np.int32),
+        faces=np.array([[0, 1, 2, 3]], dtype=np.int32), face_round=np.zeros(1, dtype=np.int32),
+        node_round=np.array([0, 0, 0, 0, 1], dtype=np.int32), edge=np.ones(1), near=np.zeros(1, dtype=np.int32),
         ball=np.zeros((1, 5)), bound=np.zeros((1, 20)), touching=np.zeros(5, dtype=np.int32), normal=np.zeros((5, 3)),
         outward=np.zeros((5, 3)), slip=np.zeros((5, 3)), penetration=np.zeros(5), unloaded=np.zeros(5),
-        active_penetration=np.zeros(5), stiffness=np.zeros(5), sharing=np.zeros(5),
+        stiffness=np.zeros(5), sharing=np.zeros(5),
         face=np.full(1, -1, dtype=np.int32), weight=np.zeros((1, 4)), push=np.zeros((1, 4)), energies=np.zeros((1, 2)),
     )  # fmt: skip
     weigh_corners(xi, eta, state.weight[0])
@@ -95,55 +93,3 @@ def test_a_plane_rubs_alike_whichever_way_it_faces():
         assert other == pytest.approx(turn @ force, rel=1e-9, abs=1e-9 * np.linalg.norm(force))
         assert also == pytest.approx(stored, rel=1e-9)
         np.testing.assert_allclose(warmth, heat, rtol=1e-9, atol=1e-15)
-
-
-def test_a_planes_force_is_the_sum_of_what_its_nodes_get():
-    """Four nodes, one of them clear of an oblique plane, with friction."""
-    normal = np.array([0.6, 0.0, 0.8])
-    position = np.outer([-1e-5, -3e-5, 2e-5, -2e-5], normal)
-    state = PlaneState(np.arange(4, dtype=np.int32), np.zeros((4, 3)), np.zeros(4), np.zeros(4), np.zeros((4, 2)))
-    force, velocity = (
-        np.zeros((4, 3)),
-        np.array([[3.0, 2.0, -1.0], [0.0, 40.0, 0.0], [1.0, 1.0, 1.0], [-5.0, 0.0, 2.0]]),
-    )
-    law = PlaneLaw(normal, 0.0, BUDGET, STEP, FRICTION)
-    near = np.arange(4, dtype=np.int32)
-    push_from_plane(law, near, state, np.array([0.3, 0.1, 0.2, 0.4]), position, velocity, force)
-    assert (force[2] == 0.0).all()
-    assert np.abs(force[[0, 1, 3]]).max() > 0.0
-    for rounding in (0.0, rounding_constant(state.energies.max())):
-        sums = plane_sums(normal, 2, near, state, rounding, *two_constants(np.abs(force).max(), 4))
-        assert sums[4:].reshape(2, 3).sum(axis=0) == pytest.approx(force.sum(axis=0), rel=1e-14)
-        assert sums[:2] == pytest.approx(state.energies.sum(axis=0), rel=1e-12, abs=1e-15 * state.energies.max())
-        assert sums[2:4].tolist() == [state.penetration[1], state.penetration[3]]  # of all, and of the last two nodes
-        some = sum_columns(state.energies, near[1:], rounding)
-        assert some == pytest.approx(state.energies[1:].sum(axis=0), rel=1e-12, abs=1e-15 * state.energies.max())
-
-
-def test_nodes_near_a_plane_are_those_within_reach_and_those_it_pushes():
-    normal = np.array([0.0, 0.6, 0.8])
-    position = np.outer([-1e-3, 0.9e-3, 1.1e-3, 5e-3, 5e-3], normal) + 0.02 * normal
-    state = PlaneState(
-        np.array([4, 2, 1, 0, 3], dtype=np.int32), np.zeros((5, 3)), np.zeros(5), np.zeros(5), np.zeros((5, 3))
-    )
-    state.stiffness[0] = 1e6  # of node 4, which has just left the plane and is to be released
-    found, count = near_plane(normal, 0.02, 1e-3, np.arange(5, dtype=np.int32), state, position)
-    assert state.node[found[:count]].tolist() == [4, 1, 0]
-    found, count = near_plane(normal, 0.02, 1e-3, np.array([0, 1, 3], dtype=np.int32), state, position)
-    assert state.node[found[:count]].tolist() == [4, 0]
-
-
-def test_the_largest_speed_is_that_of_the_fastest_of_the_nodes():
-    velocity = np.array([[3.0, 4.0, 12.0], [-1.0, 2.0, -2.0], [0.0, 0.0, 0.0], [2.0, -3.0, 6.0]])
-    for nodes, speed in (([1, 3, 2], 7.0), ([0, 1, 2, 3], 13.0), ([1, 2], 3.0), ([2], 0.0), ([], 0.0)):
-        assert largest_speed(velocity, np.array(nodes, dtype=np.int32)) == pytest.approx(speed, rel=1e-14)
-
-
-def test_held_rows_lose_what_lies_along_the_direction_and_no_more():
-    values = np.arange(12.0).reshape(4, 3) - 3.0
-    before, direction = values.copy(), np.array([0.6, 0.0, 0.8])
-    hold_rows(values, np.array([0, 2]), direction)
-    assert values[[1, 3]].tolist() == before[[1, 3]].tolist()
-    assert values[[0, 2]] @ direction == pytest.approx(0.0, abs=1e-12)
-    across = np.array([[0.0, 1.0, 0.0], [0.8, 0.0, -0.6]])
-    assert values[[0, 2]] @ across.T == pytest.approx(before[[0, 2]] @ across.T, rel=1e-12)
