@@ -107,7 +107,7 @@ def vented(solver, factor):
     fields = solver.fields
     fields.charge.leakage[:] = factor
     solver.add_forces(0.0)
-    return solver.contact.nodal_force.copy(), solver.contact.interface.contacts
+    return solver.contact.force.copy(), solver.contact.interface.contacts
 
 
 @pytest.mark.parametrize("geometry", ["3d", "axisymmetric"])
