@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from burst_fenicsx.geometry import load_profile
+from burst_fenicsx.kernels.geometry.faces import reordered
 from burst_fenicsx.meshing import mesh_profile, mesh_round
 from burst_fenicsx.problem import ContactSettings, Mirror, RigidPlane, ShockInitiation
 from fragfield.case import differences, load_case, read_resolved, to_toml
@@ -239,7 +240,7 @@ def test_a_round_from_a_mesh_file_is_seen_too(tmp_path):
     meshio = pytest.importorskip("meshio")
     mesh = mesh_profile(load_profile("tube"), 0.02)
     meshio.Mesh(
-        mesh.nodes, [("hexahedron", mesh.cells)],
+        mesh.nodes, [("hexahedron", reordered(mesh.cells))],
         field_data={"casing": np.array([1, 3]), "charge": np.array([2, 3])},
         cell_data={"gmsh:physical": [mesh.part + 1], "gmsh:geometrical": [mesh.part + 1]},
     ).write(tmp_path / "tube.msh", file_format="gmsh22", binary=False)  # fmt: skip

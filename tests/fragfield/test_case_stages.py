@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from burst_fenicsx.geometry import load_profile
+from burst_fenicsx.kernels.geometry.faces import reordered
 from burst_fenicsx.meshing import mesh_profile
 from fragfield.case import load_case, read_resolved, to_toml
 from fragfield.case.conversion.stages import (
@@ -84,7 +85,7 @@ def test_a_round_from_a_mesh_file_is_initiated_within_its_charge(tmp_path):
     names = {"casing": np.array([1, 3]), "charge": np.array([2, 3])}
     tags = [mesh.part + 1]
     meshio.Mesh(
-        mesh.nodes, [("hexahedron", mesh.cells)], field_data=names,
+        mesh.nodes, [("hexahedron", reordered(mesh.cells))], field_data=names,
         cell_data={"gmsh:physical": tags, "gmsh:geometrical": tags},
     ).write(tmp_path / "tube.msh", file_format="gmsh22", binary=False)  # fmt: skip
     entry = {"name": "a", "mesh": "tube.msh", "explosive": "tnt", "casing": "copper"}

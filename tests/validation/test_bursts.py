@@ -197,3 +197,50 @@ def test_the_case_is_written_with_other_numbers():
     assert case["burst"]["end_time"] == "130 us"
     with pytest.raises(StudyError, match="must have 'count = 2' once"):
         stacks.varied(text, count=2, gap=0.1, delays=[0.0, 0.0], end=1e-4)
+
+
+class MadeUp:
+    """In place of runs: every burst is the same even metal, every distance grows with the inclination."""
+
+    def __init__(self, folder):
+        self.folder, self.names = folder, []
+        self.even = snapshot(folder / "burst_snapshot.h5", np.arange(1800) * 0.2 + 0.1)
+
+    def burst(self, name, case, size, changes=None, geometry="axisymmetric"):
+        """As `Runs.burst`."""
+        self.names.append(name)
+        return self.folder, {"max_initial_speed": 800.0}
+
+    def hazard(self, name, case, size, changes):
+        """As `Runs.hazard`."""
+        attitude = changes["round.*.attitude"]
+        lean = float(attitude.split()[0]) if attitude.endswith("deg") else 0.0
+        self.names.append(name)
+        curve = [{"inclination_deg": one, "expected": 100.0 + one, "standard_error": 1.0} for one in (0.0, 90.0, 180.0)]
+        known = {"curve": curve, "worst_inclination_deg": 180.0}
+        return {"expected": 100.0 + lean, "standard_error": 1.0, "attitude": known}
+
+
+def test_the_study_of_stacks_judges_every_arrangement(tmp_path):
+    runs, rows = MadeUp(tmp_path), Rows("stack_trends", quick=True)
+    stacks.study(runs, rows)
+    assert len(set(runs.names)) == len(runs.names) == 6
+    by_name = {row.quantity: row for row in rows}
+    assert by_name["fastest of the focus (99 % of the mass) over the single round's largest"].ours == pytest.approx(
+        1.25
+    )
+    assert by_name["row of 3 over 2: mass within 10 deg, ratio"].ours == pytest.approx(1.0)
+    assert rows.sound
+
+
+def test_the_study_of_attitudes_shows_cells_leans_and_the_envelope(tmp_path):
+    from validation.attitudes import study as attitudes
+
+    runs, rows = MadeUp(tmp_path), Rows("attitudes", quick=True)
+    attitudes.study(runs, rows)
+    by_name = {row.quantity: row for row in rows}
+    assert by_name["TNT: distance leaning 6 degrees"].error == pytest.approx(0.06)
+    lying = by_name["Comp B: distance lying, beside the worst attitude (180 degrees from upright)"]
+    assert (lying.ours, lying.reference) == (190.0, 280.0)
+    assert {"profile:m107", "explosive:comp_b"} <= set(lying.subjects)
+    assert (tmp_path / "attitudes.png").is_file()
