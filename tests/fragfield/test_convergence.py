@@ -16,12 +16,13 @@ from fragfield.errors import InputError
 from fragfield.files.run_directory import SCRATCH, STAGES, RunDirectory
 from fragfield.hazard.recommended import not_included_words, recommended_of
 from fragfield.pipeline import convergence as module
-from fragfield.pipeline.convergence import convergence_of, convergence_words, with_cells
+from fragfield.pipeline.convergence import convergence_of, with_cells
 from fragfield.pipeline.job import Job, RunOptions
 from fragfield.pipeline.parallel import Team
 from fragfield.report.findings.hazard import convergence_findings
 from fragfield.report.tables.convergence import convergence_tables
 from fragfield.terminal.progress import ProgressReporter
+from fragfield.terminal.show import convergence_words
 from tests.fragfield.short_run import ROOT, command, environment
 
 BURST = {"geometry": "axisymmetric", "wall_seconds": 10.0, "start_seconds": 0.5, "stepping_seconds": 8.0, "cells": 1600,
@@ -120,7 +121,7 @@ def test_a_manufactured_burst_gives_its_order_and_limit(job, flown, monkeypatch)
     assert distance["standard_errors"] == [1.0] * 4
     assert distance["kind"] == "statistical"  # 0.9 m of cells in differences known to 1.4 m
     (line,) = convergence_words(found)
-    assert "(2.12, 3, 4.24, 6 mm): mean speed ± 11 m/s, order 2" in line
+    assert "(2.12, 3, 4.24, 6 mm): mean initial speed, by mass ± 11\u00a0m/s, order 2" in line
 
 
 @pytest.mark.parametrize(
@@ -231,7 +232,10 @@ def test_a_distance_that_its_cells_leave_open_is_a_warning():
     (warning,) = convergence_findings(_run(0.07, kind="oscillating"))
     assert warning.weight == "warning"
     assert "The cell size leaves the expected distance uncertain by 7.0 %" in warning.text
-    assert "values that oscillate), several times `hazard.tolerance` (2 %): repeat with smaller cells" in warning.text
+    assert (
+        "grid convergence: oscillating), several times `hazard.tolerance` (2 %): repeat with smaller cells"
+        in warning.text
+    )
     (good,) = convergence_findings(_run(0.05))
     assert good.weight == "good"
 
