@@ -49,7 +49,7 @@ def short_meridian(tmp_path_factory):
     """A short tube in its meridian with few realisations: a second a sample."""
     path = tmp_path_factory.mktemp("study") / "short.toml"
     text = (ROOT / "cases" / "tube.toml").read_text()
-    text = text.replace('end_time = "120 us"', 'end_time = "60 us"').replace('cell_size = "6 mm"', 'cell_size = "9 mm"')
+    text = text.replace('end_time = "120 us"', 'end_time = "60 us"').replace('cell_size = "6 mm"', 'cell_size = "7 mm"')
     assert "60 us" in text
     path.write_text(text + "\n[uncertainty]\nrealisations = 10\n")
     return path
