@@ -6,7 +6,7 @@ import hashlib
 import logging
 import time as clock
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -25,7 +25,7 @@ from burst_fenicsx.problem import BurstSettings, Mirror, Round
 from burst_fenicsx.records.gather import output_fields, snapshot_fields
 from burst_fenicsx.records.measures import RoundMeasures
 from burst_fenicsx.records.rounds import round_records
-from burst_fenicsx.records.summary import burst_summary
+from burst_fenicsx.records.summary import Clocks, burst_summary
 from burst_fenicsx.symmetry.completion import POINTS, STRESSES, VECTORS, turned_stress
 from fragfield_base.interruption import Interruption
 
@@ -41,16 +41,6 @@ _PROGRESS_SECONDS = 0.2
 # Checkpoints are kept at outputs, the first at once and then not more often than this: no more than that is lost.
 _CHECKPOINT_SECONDS = 30.0
 _RADII = ("radii_time", "radii_casing", "radii_charge")  # what the segments' state at rupture is read from
-
-
-@dataclass
-class Clocks:
-    """Wall-clock times of a run (s): its start, what came before the first step, the stepping, the last progress."""
-
-    start: float = field(default_factory=clock.perf_counter)
-    first_step: float = 0.0
-    stepping: float = 0.0
-    last_progress: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -295,12 +285,15 @@ class Simulation(AssembledBurst):
         """Write the snapshot and give the summary, of all rounds; collective."""
         whole = self.completion
         along = self.measures.rounds()
-        records = whole.records(round_records(self, *self.measures.segment_masses_and_speeds()))
+        records = whole.records(round_records(self, self.radii, *self.measures.segment_masses_and_speeds()))
         along = whole.measures(along)
         nodes, cells = snapshot_fields(self.fields)
         self._to_world(nodes)
         history = whole.history(self.ledger.columns())
-        summary = burst_summary(self, along, [record.charge_mass for record in records])
+        charge_masses = [record.charge_mass for record in records]
+        summary = burst_summary(
+            self, along, charge_masses, self.clocks, self.first_cell_step_at, self.acceleration_complete
+        )
         self.interpenetration.log_result(summary["contact"], summary["folded_casing_mass"])
         self._warn_of_contact()
         if self.comm.rank == 0:

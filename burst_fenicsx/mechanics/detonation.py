@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from mpi4py import MPI
 
-from burst_fenicsx.kernels.constants import FRONT_REACH, GREATEST_GROWTH, REFLECTION_TIME
+from burst_fenicsx.kernels.constants import FRONT_REACH, GREATEST_GROWTH
 from burst_fenicsx.kernels.geometry.faces import FACES, area_vectors
 from burst_fenicsx.kernels.vectors.exact import quantise, rounding_constant
 from burst_fenicsx.meshing.placement import frame
@@ -18,12 +18,10 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from burst_fenicsx.materials.products import Products
-    from burst_fenicsx.mechanics.fields import BurstFields
     from burst_fenicsx.meshing.distributed import DistributedMesh
     from burst_fenicsx.problem import Leakage, Round
 
 __all__ = [
-    "BurningTimes",
     "AxialSlices",
     "burn_rates",
     "cell_ignition",
@@ -212,35 +210,3 @@ def cell_ignition(
             ignition_times(corners.mean(axis=1), positions, delays, fastest), burn[own]
         )
     return ignition, burn, compression
-
-
-class BurningTimes:
-    """Times of the charges on all ranks.
-
-    Parameters
-    ----------
-    fields : the state; to be made on all ranks.
-
-    Attributes
-    ----------
-    fastest : the largest burn rate (1/s) of the initiated cells. end : time (s) by which they have burnt out, 0 where
-        there are none.
-    """
-
-    def __init__(self, fields: BurstFields) -> None:
-        self._fields = fields
-        self.update()
-
-    def update(self) -> None:
-        """Find both again where ignition times have changed; collective."""
-        charge, comm = self._fields.charge, self._fields.mesh.comm
-        initiated = np.isfinite(charge.ignition_time) & (charge.burn_rate > 0.0)
-        rate = float(charge.burn_rate[initiated].max(initial=1e-300))
-        end = float((charge.ignition_time[initiated] + 1.0 / charge.burn_rate[initiated]).max(initial=0.0))
-        several = comm.size > 1
-        self.fastest: float = comm.allreduce(rate, op=MPI.MAX) if several else rate
-        self.end: float = comm.allreduce(end, op=MPI.MAX) if several else end
-
-    def front_is_active(self, time: float) -> bool:
-        """Whether at a time (s) a detonation front runs or is being reflected from the casing."""
-        return time < self.end + REFLECTION_TIME

@@ -11,10 +11,9 @@ from burst_fenicsx import compat
 from burst_fenicsx.kernels.constants import STEPS_PER_CHOICE
 from burst_fenicsx.kernels.state import Totals
 from burst_fenicsx.kernels.step.assembly import add_element_forces, make_scratch
-from burst_fenicsx.mechanics.detonation import BurningTimes
 from burst_fenicsx.mechanics.erosion import check_cells, erode
 from burst_fenicsx.mechanics.nodal_loads import NodalLoads
-from burst_fenicsx.mechanics.step_control import StepControl
+from burst_fenicsx.mechanics.step_control import BurningTimes, StepControl
 from burst_fenicsx.mechanics.subcycling import Subcycling
 
 if TYPE_CHECKING:

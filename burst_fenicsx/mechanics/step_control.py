@@ -1,4 +1,4 @@
-"""How long the next step is, and which cells take a fraction of it."""
+"""How long the next step is, which cells take a fraction of it, and how long charges burn."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ from burst_fenicsx.kernels.constants import (
     LOCAL_CFL,
     MIN_FRACTION,
     PRODUCTS_HELD,
+    REFLECTION_TIME,
     STEP_GROWTH,
     STEPS_PER_CHOICE,
 )
 
 if TYPE_CHECKING:
-    from burst_fenicsx.mechanics.detonation import BurningTimes
     from burst_fenicsx.mechanics.fields import BurstFields
     from burst_fenicsx.mechanics.nodal_loads import NodalLoads
     from burst_fenicsx.mechanics.subcycling import Subcycling
     from burst_fenicsx.problem import TimeStep
 
-__all__ = ["StepControl"]
+__all__ = ["BurningTimes", "StepControl"]
 
 
 class StepControl:
@@ -141,3 +141,35 @@ class StepControl:
         """Minimum of all ranks' values; collective."""
         minimum, comm = float(values.min(initial=np.inf)), self._fields.mesh.comm
         return float(comm.allreduce(minimum, op=MPI.MIN)) if comm.size > 1 else minimum
+
+
+class BurningTimes:
+    """Times of the charges on all ranks.
+
+    Parameters
+    ----------
+    fields : the state; to be made on all ranks.
+
+    Attributes
+    ----------
+    fastest : the largest burn rate (1/s) of the initiated cells. end : time (s) by which they have burnt out, 0 where
+        there are none.
+    """
+
+    def __init__(self, fields: BurstFields) -> None:
+        self._fields = fields
+        self.update()
+
+    def update(self) -> None:
+        """Find both again where ignition times have changed; collective."""
+        charge, comm = self._fields.charge, self._fields.mesh.comm
+        initiated = np.isfinite(charge.ignition_time) & (charge.burn_rate > 0.0)
+        rate = float(charge.burn_rate[initiated].max(initial=1e-300))
+        end = float((charge.ignition_time[initiated] + 1.0 / charge.burn_rate[initiated]).max(initial=0.0))
+        several = comm.size > 1
+        self.fastest: float = comm.allreduce(rate, op=MPI.MAX) if several else rate
+        self.end: float = comm.allreduce(end, op=MPI.MAX) if several else end
+
+    def front_is_active(self, time: float) -> bool:
+        """Whether at a time (s) a detonation front runs or is being reflected from the casing."""
+        return time < self.end + REFLECTION_TIME

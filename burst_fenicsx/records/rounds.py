@@ -15,15 +15,20 @@ from fragfield_base.burst_snapshot import SegmentRecord
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from burst_fenicsx.simulation import Simulation
+    from burst_fenicsx.assembled import AssembledBurst
+
+    Radii = Sequence[tuple[float, np.ndarray, np.ndarray]]
 
 __all__ = ["round_records"]
 
 
-def round_records(run: Simulation, masses: Sequence[np.ndarray], speeds: Sequence[np.ndarray]) -> list[RoundRecord]:
+def round_records(
+    run: AssembledBurst, radii: Radii, masses: Sequence[np.ndarray], speeds: Sequence[np.ndarray]
+) -> list[RoundRecord]:
     """Describe every computed round of a finished run, cut ones as whole.
 
-    `masses` (kg) and `speeds` (m/s) are those of the casing's segments, round by round.
+    `radii` are times (s) with the outer radii of casings and charges (m) then; `masses` (kg) and `speeds` (m/s) are
+    those of the casing's segments, round by round.
     """
     mesh = run.mesh
     volume = mesh.volumes * run.part.multiplicity[mesh.round]
@@ -39,7 +44,7 @@ def round_records(run: Simulation, masses: Sequence[np.ndarray], speeds: Sequenc
             whole = sum(by_part.values())
             inner = np.sqrt((whole - by_part[Part.CASING]) / (np.pi * length))
             outer = np.sqrt(whole / (np.pi * length))
-            rupture_radius, rupture_wall = _at_rupture(run, index, segment.start, segment.end)
+            rupture_radius, rupture_wall = _at_rupture(run, radii, index, segment.start, segment.end)
             segments.append(
                 SegmentRecord(
                     name=segment.name,
@@ -79,18 +84,18 @@ def round_records(run: Simulation, masses: Sequence[np.ndarray], speeds: Sequenc
                 position=tuple(item.position),
                 axis=tuple(item.axis),
                 segments=tuple(segments),
-                expansion=_expansion(run, index),
+                expansion=_expansion(run, radii, index),
             )
         )
     return records
 
 
-def _at_rupture(run: Simulation, index: int, start: float, end: float) -> tuple[float, float]:
+def _at_rupture(run: AssembledBurst, radii: Radii, index: int, start: float, end: float) -> tuple[float, float]:
     """Outer radius and wall (m) of a segment when its charge first passed the leakage radius; not a number before."""
     parts = run.settings.leakage.parts
     surfaces = run.surfaces
     charge = (run.mesh.round == index) & (run.mesh.part == Part.CHARGE)
-    if not charge.any() or not run.radii:
+    if not charge.any() or not radii:
         return float("nan"), float("nan")
     inside = charge & (run.mesh.station >= start) & (run.mesh.station < end)
     chosen = np.unique(surfaces.cell_slice[inside])
@@ -101,18 +106,18 @@ def _at_rupture(run: Simulation, index: int, start: float, end: float) -> tuple[
     ruptured = run.leakage.rupture_time[chosen]
     if not np.isfinite(ruptured).all():
         return float("nan"), float("nan")
-    times = np.array([time for time, _, _ in run.radii])
-    outer = np.array([np.nanmean(radii[bins]) for _, radii, _ in run.radii])
-    inner = np.array([charge_radii[chosen].mean() for _, _, charge_radii in run.radii])
+    times = np.array([time for time, _, _ in radii])
+    outer = np.array([np.nanmean(casing[bins]) for _, casing, _ in radii])
+    inner = np.array([charge_radii[chosen].mean() for _, _, charge_radii in radii])
     when = float(ruptured.mean())
     radius = float(np.interp(when, times, outer))
     return radius, radius - float(np.interp(when, times, inner))
 
 
-def _expansion(run: Simulation, index: int) -> ExpansionRecord:
+def _expansion(run: AssembledBurst, radii: Radii, index: int) -> ExpansionRecord:
     """Outer radius of a round's casing by station bin over the whole burst."""
     bins = run.surfaces.bin_round == index
     station = run.surfaces.bin_station[bins]
-    time = np.array([entry[0] for entry in run.radii])
-    outer = np.array([radii[bins] for _, radii, _ in run.radii]).reshape(len(time), len(station))
+    time = np.array([entry[0] for entry in radii])
+    outer = np.array([casing[bins] for _, casing, _ in radii]).reshape(len(time), len(station))
     return ExpansionRecord(time, station, outer)

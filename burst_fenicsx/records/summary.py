@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import resource
 import time as clock
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numba
@@ -17,16 +18,33 @@ from burst_fenicsx.records.measures import speed_quantiles, speeds_and_bound
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from burst_fenicsx.assembled import AssembledBurst
     from burst_fenicsx.mechanics.initiation import Source
     from burst_fenicsx.problem import Round
     from burst_fenicsx.records.exposure import Exposure
     from burst_fenicsx.records.measures import RoundMeasures
-    from burst_fenicsx.simulation import Simulation
 
-__all__ = ["burst_summary", "ignitions"]
+__all__ = ["Clocks", "burst_summary", "ignitions"]
 
 
-def burst_summary(run: Simulation, along: Sequence[RoundMeasures], charge_masses: Sequence[float]) -> dict[str, Any]:
+@dataclass
+class Clocks:
+    """Wall-clock times of a run (s): its start, what came before the first step, the stepping, the last progress."""
+
+    start: float = field(default_factory=clock.perf_counter)
+    first_step: float = 0.0
+    stepping: float = 0.0
+    last_progress: float = 0.0
+
+
+def burst_summary(
+    run: AssembledBurst,
+    along: Sequence[RoundMeasures],
+    charge_masses: Sequence[float],
+    clocks: Clocks,
+    first_cell_step: int,
+    acceleration_complete: float | None,
+) -> dict[str, Any]:
     """Summarise a finished run; collective.
 
     Parameters
@@ -34,11 +52,13 @@ def burst_summary(run: Simulation, along: Sequence[RoundMeasures], charge_masses
     run : the run.
     along : speeds and diameters along each round of the whole arrangement.
     charge_masses : of each of these rounds (kg).
+    clocks, first_cell_step : times of the run, and the steps of cells before it went on from a checkpoint.
+    acceleration_complete : when it was (s).
     """
     solver, last = run.solver, run.ledger.entries[-1]
     distortion = run.measures.distortion()
     cell_steps = run.comm.allreduce(solver.cell_steps)
-    done = max(cell_steps - run.comm.allreduce(run.first_cell_step_at), 1)
+    done = max(cell_steps - run.comm.allreduce(first_cell_step), 1)
     casing = np.array([item.casing_mass.sum() for item in along])
     means = np.array([item.mean for item in along])
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
@@ -59,10 +79,10 @@ def burst_summary(run: Simulation, along: Sequence[RoundMeasures], charge_masses
         "steps": solver.steps,
         "cell_steps": cell_steps,
         "end_time": solver.time,
-        "wall_seconds": clock.perf_counter() - run.clocks.start,
-        "start_seconds": run.clocks.first_step,
-        "stepping_seconds": run.clocks.stepping,
-        "seconds_per_cell_step": run.clocks.stepping / done,
+        "wall_seconds": clock.perf_counter() - clocks.start,
+        "start_seconds": clocks.first_step,
+        "stepping_seconds": clocks.stepping,
+        "seconds_per_cell_step": clocks.stepping / done,
         "peak_memory_bytes": int(run.comm.allreduce(memory)),
         "casing_mass": float(casing.sum()),
         "charge_mass": float(sum(charge_masses)),
@@ -86,7 +106,7 @@ def burst_summary(run: Simulation, along: Sequence[RoundMeasures], charge_masses
         "max_penetration": contact["max_penetration"],
         "contact": contact,
         "products_balance": float(balances @ energies / energies.sum()),
-        "acceleration_complete": run.acceleration_complete,
+        "acceleration_complete": acceleration_complete,
         "kinetic_energy_growth": growth,
         "products": run.settings.products,
         "quadrature": run.settings.quadrature,
@@ -125,7 +145,7 @@ def _of_all_images(contact: dict[str, Any], images: int) -> dict[str, Any]:
     return {**contact, **{name: images * contact[name] for name in extensive}}
 
 
-def _error_at_outputs(run: Simulation) -> float:
+def _error_at_outputs(run: AssembledBurst) -> float:
     """Largest error of the ledger at the times of output; between them, while the first cells burn, it is larger."""
     entries = run.ledger.entries
     times = np.array([entry.time for entry in entries])

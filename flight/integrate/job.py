@@ -310,11 +310,20 @@ def _joined(parts: list[NDArray[Any]], kind: np.dtype[Any]) -> NDArray[Any]:
 
 def _horizontal(rows: NDArray[np.float64]) -> NDArray[np.float64]:
     """Length of the first two columns."""
-    return np.hypot(rows[:, 0], rows[:, 1])
+    from flight.kernels.angles import row_lengths
+
+    result = np.empty(len(rows))
+    row_lengths(np.ascontiguousarray(rows[:, 0]), np.ascontiguousarray(rows[:, 1]), result)
+    return result
 
 
 def _angles(opposite: NDArray[np.float64], adjacent: NDArray[np.float64]) -> NDArray[np.float64]:
-    return np.degrees(np.arctan2(opposite, adjacent))
+    """Degrees from -180 to 180."""
+    from flight.kernels.angles import row_angles
+
+    result = np.empty(len(opposite))
+    row_angles(np.ascontiguousarray(opposite), np.ascontiguousarray(adjacent), result)
+    return result
 
 
 def _azimuth(place: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -13,11 +13,11 @@ from pydantic import ValidationError
 from fragfield.case.checks.consistency import check_case, check_charges
 from fragfield.case.checks.stage_limits import stage_faults
 from fragfield.case.conversion.attitude import attitude_faults, is_mixed, with_axes
+from fragfield.case.conversion.axisymmetry import check_geometry
 from fragfield.case.conversion.exposed_sites import resolved_exposed
 from fragfield.case.conversion.fragment_counts import check_counts, with_counts
 from fragfield.case.conversion.placing import base_faults, on_base
 from fragfield.case.conversion.stack import expanded, stacked_names
-from fragfield.case.conversion.stages import check_geometry
 from fragfield.case.conversion.turned import origin_faults
 from fragfield.case.messages import explain, join_faults
 from fragfield.case.schema import Case
@@ -177,7 +177,7 @@ def _charge_of_mesh(entry: RoundTable, where: str) -> tuple[float, float]:
 
     from burst_fenicsx.meshing import mesh_round
     from burst_fenicsx.problem import Part
-    from fragfield.case.conversion.stages import burst_round
+    from fragfield.case.conversion.burst import burst_round
 
     mesh = _with_location(lambda: mesh_round(burst_round(entry, where), 1.0), where)
     nodes = mesh.nodes[np.unique(mesh.cells[mesh.part == Part.CHARGE])]

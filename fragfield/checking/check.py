@@ -13,9 +13,11 @@ from fragfield.case import plain
 from fragfield.case.checks.bounds import outside_soft
 from fragfield.case.checks.fragment_numbers import check_numbers
 from fragfield.case.conversion.attitude import is_mixed
+from fragfield.case.conversion.axisymmetry import burst_geometry
+from fragfield.case.conversion.burst import burst_rounds
 from fragfield.case.conversion.exposed_sites import outline_of
 from fragfield.case.conversion.placing import first_alike
-from fragfield.case.conversion.stages import break_up_settings, burst_geometry, burst_rounds, burst_settings
+from fragfield.case.conversion.stages import break_up_settings, burst_settings
 from fragfield.case.tables.flight import CylinderTable
 from fragfield.checking.cost import expected_cost
 from fragfield.hazard.arrangement import arrangement, arrangement_warnings, with_images

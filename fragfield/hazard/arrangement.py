@@ -83,7 +83,7 @@ def _min_clearance(case: Case, bodies: Sequence[Body]) -> dict[str, Any] | None:
 
 
 def _plane(case: Case, plane: PlaneTable, bodies: Sequence[Body]) -> dict[str, Any]:
-    from fragfield.case.conversion.stages import rigid_plane
+    from fragfield.case.conversion.burst import rigid_plane
 
     low = [heights(body, plane)[0] for body in bodies]
     nearest = int(np.argmin(np.round(low, 9)))

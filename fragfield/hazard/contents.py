@@ -97,7 +97,7 @@ def contents_of(case: Case, summary: Mapping[str, Any]) -> Contents | None:
 
     Rounds from mesh files take their masses from the burst's part of summary.json; without it there is None.
     """
-    from fragfield.case.conversion.stages import burst_round
+    from fragfield.case.conversion.burst import burst_round
     from fragfield.hazard.arrangement import with_images
 
     if not case.round:

@@ -91,8 +91,9 @@ def farthest_throw(case: Case, described: Sequence[Mapping[str, Any]]) -> float 
     over level ground in the air, and with the drag, of the flight.
     """
     from fragfield.case.checks.fragment_numbers import expected_means
+    from fragfield.case.conversion.burst import burst_round
     from fragfield.case.conversion.placing import first_alike
-    from fragfield.case.conversion.stages import break_up_settings, burst_round
+    from fragfield.case.conversion.stages import break_up_settings
 
     settings, pieces = break_up_settings(case), []
     for index in set(first_alike(case)):

@@ -14,22 +14,23 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fragfield.case.conversion.attitude import attitude_of
+from fragfield.case.conversion.attitude import attitude_of, is_mixed
 from fragfield.case.conversion.turned import Arrangement
 from fragfield.errors import InputError
 from fragfield.hazard.exposed_turned import worst_of_attitudes
-from fragfield.pipeline.ensemble import EnsembleFlight
+from fragfield.pipeline.ensemble import EnsembleFlight, Flights
+from fragfield.pipeline.realisations import Realisations
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
+    from flight import Fragments
     from flight.hazard.ensemble import EnsembleHazard
     from fragfield.case import Case
-    from fragfield.pipeline.ensemble import Flights, FlownEnsemble
+    from fragfield.pipeline.ensemble import FlownEnsemble
     from fragfield.pipeline.job import Job
-    from fragfield.pipeline.realisations import Realisations
 
-__all__ = ["INCLINATION", "ROLL", "attitudes_of", "coarse_attitudes", "flown_attitude", "fly_attitudes"]
+__all__ = ["INCLINATION", "ROLL", "attitudes_of", "coarse_attitudes", "flown_attitude", "fly_all", "fly_attitudes"]
 
 INCLINATION = (15.0, 5.0)
 """Steps (degrees) from one inclination to the next: of the coarse grid, then beside the worst."""
@@ -44,6 +45,31 @@ def coarse_attitudes(arrangement: Arrangement) -> list[Key]:
     inclinations = np.arange(0.0, 180.0 + 0.5 * INCLINATION[0], INCLINATION[0]).tolist()
     rolls = np.arange(0.0, 360.0, ROLL[0]).tolist()
     return list(dict.fromkeys(_key(arrangement, one, roll) for one in inclinations for roll in rolls))
+
+
+def fly_all(job: Job, realisations: Sequence[Fragments]) -> FlownEnsemble | None:
+    """Fly realisations to the ground until they fix the hazard distance, and count what they do there.
+
+    The realisations given are flown in any case. Where the burst's snapshot is at hand more are made, in batches, until
+    the standard error of the distance is below `hazard.tolerance` or there are `hazard.max_realisations`.
+
+    Parameters
+    ----------
+    job : Job
+        The case, the ranks, threads and progress.
+    realisations : sequence of Fragments
+        On rank 0; the others receive them.
+
+    Returns
+    -------
+    FlownEnsemble, or None on ranks other than 0
+    """
+    source, flights = Realisations(job, realisations), Flights(job)
+    if job.attitude is None and is_mixed(job.case):
+        return fly_attitudes(job, source, flights)
+    one = EnsembleFlight(job, source, flights, job.attitude)
+    one.fly_to_tolerance()
+    return one.result() if job.team.first else None
 
 
 def fly_attitudes(job: Job, source: Realisations, flights: Flights) -> FlownEnsemble | None:

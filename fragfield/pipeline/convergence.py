@@ -153,8 +153,8 @@ def _computed(job: Job, case: Case, words: list[str]) -> _Result | None:
     """The quantities of a case with other cells; None where they cannot be computed, and `words` says why."""
     import transition
     from fragfield.case.conversion.stages import break_up_settings
+    from fragfield.pipeline.attitudes import fly_all
     from fragfield.pipeline.parallel import Team
-    from fragfield.pipeline.realisations import fly_all
     from fragfield.terminal.progress import ProgressReporter
 
     assert case.burst is not None  # of `with_cells`

@@ -41,7 +41,9 @@ def perform(job: Job, stage: Stage) -> None:
 def burst(job: Job, stage: Stage) -> None:
     """Detonation and acceleration of the casings: burst.xdmf, burst_snapshot.h5. Collective over the team's ranks."""
     from burst_fenicsx import simulate
-    from fragfield.case.conversion.stages import burst_geometry, burst_rounds, burst_settings
+    from fragfield.case.conversion.axisymmetry import burst_geometry
+    from fragfield.case.conversion.burst import burst_rounds
+    from fragfield.case.conversion.stages import burst_settings
 
     settings, choice = burst_settings(job.case), burst_geometry(job.case)
     alone = settings.geometry != "3d"  # a second's work: of one rank, while the others wait
@@ -93,9 +95,8 @@ def fly(job: Job, stage: Stage) -> None:
     from fragfield.hazard.recommended import recommended_of
     from fragfield.hazard.rules import rules_of
     from fragfield.hazard.site_map import write_contours
-    from fragfield.pipeline.attitudes import flown_attitude
+    from fragfield.pipeline.attitudes import flown_attitude, fly_all
     from fragfield.pipeline.convergence import convergence_of
-    from fragfield.pipeline.realisations import fly_all
     from fragfield.pipeline.single_round import single_round
 
     _load_together(job)

@@ -18,7 +18,16 @@ from fragfield.errors import InputError
 if TYPE_CHECKING:
     from types import TracebackType
 
-__all__ = ["VIEWS", "PictureProcess", "PictureUnavailableError", "display_available", "draw", "offscreen_fault"]
+__all__ = [
+    "DONE",
+    "INPUT",
+    "UNAVAILABLE",
+    "VIEWS",
+    "PictureProcess",
+    "PictureUnavailableError",
+    "display_available",
+    "offscreen_fault",
+]
 
 VIEWS = {"picture_of_burst": "view_burst.html", "picture_of_fragments": "view_fragments.html"}
 """Interactive page beside each picture."""
@@ -29,8 +38,8 @@ _WINDOWS = {
     "libOSMesa.so": "vtkOSOpenGLRenderWindow",
 }
 _CURE = "install libegl1 (Debian: apt-get install libegl1), then run `fragfield report` or `fragfield view` again"
-_DRAW = "import sys; from fragfield.view.offscreen import draw; sys.exit(draw(*sys.argv[1:]))"
-_DONE, _FAULT, _INPUT, _UNAVAILABLE = 0, 1, 2, 3
+_DRAW = "import sys; from fragfield.view.show import draw; sys.exit(draw(*sys.argv[1:]))"
+DONE, FAULT, INPUT, UNAVAILABLE = 0, 1, 2, 3
 
 
 class PictureUnavailableError(RuntimeError):
@@ -105,28 +114,10 @@ class PictureProcess:
         self._words.seek(0)
         words = self._words.read().strip()
         last = (words.splitlines() or [f"exit code {code}"])[-1]
-        if code == _INPUT:
+        if code == INPUT:
             raise InputError(last)
-        if code == _FAULT:
+        if code == FAULT:
             raise RuntimeError(f"pictures could not be drawn: {words}")
-        if code == _DONE:
+        if code == DONE:
             return self._fault
-        return last if code == _UNAVAILABLE else f"VTK fails to draw without a window here ({last}); {_CURE}"
-
-
-def draw(run: str, folder: str, what: str) -> int:
-    """Draw pictures and pages of a run as `PictureProcess` asks; an exit code, and why on stderr."""
-    from fragfield.report.reading.run_files import read_run
-    from fragfield.view.interactive import interactive_fault, write_interactive_views
-    from fragfield.view.pictures import write_pictures
-
-    try:
-        files = read_run(Path(run))
-        if what != "pages":
-            write_pictures(files, Path(folder) / "figures", wide=what == "pictures")
-        if what == "pages" or (what == "report" and not interactive_fault()):
-            write_interactive_views(files, Path(folder))
-    except (PictureUnavailableError, InputError) as error:
-        sys.stderr.write(f"{error}\n")
-        return _INPUT if isinstance(error, InputError) else _UNAVAILABLE
-    return _DONE
+        return last if code == UNAVAILABLE else f"VTK fails to draw without a window here ({last}); {_CURE}"

@@ -2,15 +2,24 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 from fragfield.errors import InputError
 from fragfield.report.figures.drawing import SPEED_MAP
 from fragfield.report.reading.run_files import RunFiles, read_run
-from fragfield.view.offscreen import VIEWS, PictureProcess, PictureUnavailableError, display_available
+from fragfield.view.offscreen import (
+    DONE,
+    INPUT,
+    UNAVAILABLE,
+    VIEWS,
+    PictureProcess,
+    PictureUnavailableError,
+    display_available,
+)
 from fragfield.view.scenes import final_burst, fragment_points, section
 
-__all__ = ["open_window", "view_run"]
+__all__ = ["draw", "open_window", "view_run"]
 
 
 def view_run(run_dir: Path | str, *, window: bool | None = None, html: bool = False) -> list[Path]:
@@ -72,3 +81,20 @@ def open_window(run: RunFiles) -> None:
         )  # fmt: skip
         plotter.view_isometric()
     plotter.show()
+
+
+def draw(run: str, folder: str, what: str) -> int:
+    """Draw pictures and pages of a run as `PictureProcess` asks; an exit code, and why on stderr."""
+    from fragfield.view.interactive import interactive_fault, write_interactive_views
+    from fragfield.view.pictures import write_pictures
+
+    try:
+        files = read_run(Path(run))
+        if what != "pages":
+            write_pictures(files, Path(folder) / "figures", wide=what == "pictures")
+        if what == "pages" or (what == "report" and not interactive_fault()):
+            write_interactive_views(files, Path(folder))
+    except (PictureUnavailableError, InputError) as error:
+        sys.stderr.write(f"{error}\n")
+        return INPUT if isinstance(error, InputError) else UNAVAILABLE
+    return DONE

@@ -19,7 +19,8 @@ from burst_fenicsx.mechanics.solver import BurstSolver
 from burst_fenicsx.problem import Part
 from burst_fenicsx.simulation import Simulation
 from fragfield.case import load_case
-from fragfield.case.conversion.stages import burst_rounds, burst_settings
+from fragfield.case.conversion.burst import burst_rounds
+from fragfield.case.conversion.stages import burst_settings
 from tests.burst_fenicsx.axisymmetric.meridians import rectangle, ring_burst
 from tests.burst_fenicsx.bodies import bodies, momentum, moved
 from tests.burst_fenicsx.boxes import BARE, STEEL, box, burst, run_until, turned_inside_out

@@ -55,9 +55,7 @@ if MPI.COMM_WORLD.rank == 0:
 CELL = 0.01
 DENSITY = ELASTIC.density
 WALL = RigidPlane("wall", (0.0, 0.0, 0.0), (1.0, 0.0, 0.0))
-CUBE = (
-    np.array([[-1, -1, -1], [1, -1, -1], [1, 1, -1], [-1, 1, -1], [-1, -1, 1], [1, -1, 1], [1, 1, 1], [-1, 1, 1]]) * 1.0
-)
+CUBE = np.array([[x, y, z] for z in (-1.0, 1.0) for y in (-1.0, 1.0) for x in (-1.0, 1.0)])
 SHELL = 8 * CELL  # edge of a cube with walls of two cells around a charge of 4 x 4 x 4
 
 

@@ -13,11 +13,10 @@ pytest.importorskip("dolfinx")
 from mpi4py import MPI
 
 from burst_fenicsx.errors import NumericalStop
-from burst_fenicsx.mechanics.detonation import BurningTimes
 from burst_fenicsx.mechanics.erosion import check_cells
 from burst_fenicsx.mechanics.nodal_loads import NodalLoads
 from burst_fenicsx.mechanics.solver import _halvings
-from burst_fenicsx.mechanics.step_control import StepControl
+from burst_fenicsx.mechanics.step_control import BurningTimes, StepControl
 from burst_fenicsx.mechanics.subcycling import Subcycling
 from burst_fenicsx.problem import IgnitionPoint, Part, TimeStep
 from tests.burst_fenicsx.boxes import BARE, box, burst, turned_inside_out, with_fixed_step

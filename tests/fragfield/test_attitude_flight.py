@@ -13,9 +13,9 @@ from fragfield.case import load_case
 from fragfield.case.conversion.turned import Arrangement
 from fragfield.files.run_directory import RunDirectory
 from fragfield.pipeline import attitudes
+from fragfield.pipeline.attitudes import fly_all
 from fragfield.pipeline.job import Job, RunOptions
 from fragfield.pipeline.parallel import Team
-from fragfield.pipeline.realisations import fly_all
 from fragfield.terminal.progress import ProgressReporter
 from tests.fragfield.short_run import RINGS, invoke
 

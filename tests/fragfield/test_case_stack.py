@@ -16,7 +16,8 @@ from burst_fenicsx.kernels.geometry.faces import reordered
 from burst_fenicsx.meshing import mesh_profile, mesh_round
 from burst_fenicsx.problem import ContactSettings, Mirror, RigidPlane, ShockInitiation
 from fragfield.case import differences, load_case, read_resolved, to_toml
-from fragfield.case.conversion.stages import burst_rounds, burst_settings
+from fragfield.case.conversion.burst import burst_rounds
+from fragfield.case.conversion.stages import burst_settings
 from fragfield.case.load import case_from_document
 from fragfield.errors import InputError
 
@@ -305,9 +306,9 @@ def test_planes_reach_the_burst():
         ],
     )  # fmt: skip
     assert burst_settings(case).planes == (
-        RigidPlane("earth", (0.0, 0.0, 0.1), (0.0, 0.0, 1.0), 20.0, False),
-        RigidPlane("left", (0.0, 0.0, 0.0), (1.0, 0.0, 0.0), 0.0, True),
-        RigidPlane("wall", (0.0, 1.0, 0.0), (0.0, -1.0, 0.0), 0.0, False),
+        RigidPlane("earth", (0.0, 0.0, 0.1), (0.0, 0.0, 1.0), 20.0),
+        Mirror("left", (0.0, 0.0, 0.0), (1.0, 0.0, 0.0)),
+        RigidPlane("wall", (0.0, 1.0, 0.0), (0.0, -1.0, 0.0), 0.0),
     )
     tilted = _case(
         plane=[{"name": "slope", "kind": "ground", "normal": [-0.1, 0.2, 3], "point": ["0 m", "0 m", "-1 m"]}]

@@ -34,8 +34,9 @@ def test_a_mapping_of_settings_and_a_list_mean_the_same_for_one_stage(tmp_path):
     for given in (["hazard.energy=50 J"], {"hazard.energy": "50 J"}):
         request = options_of(path, set=given, out=tmp_path / "run", burst=False)
         assert request.case(burst=False).hazard.energy == 50.0
+    asked = options_of(path, set={"hazard.energy": "50 J"}, out=tmp_path / "run")
     with pytest.raises(fragfield.InputError, match="burst: missing"):
-        options_of(path, set={"hazard.energy": "50 J"}, out=tmp_path / "run")
+        asked.case()
 
 
 LAUNCHERS = [

@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 
 from fragfield.case import load_case, load_changed_case
-from fragfield.case.conversion.stages import all_azimuths_alike, break_up_settings, is_axisymmetric
+from fragfield.case.conversion.axisymmetry import all_azimuths_alike, is_axisymmetric
+from fragfield.case.conversion.stages import break_up_settings
 
 CASES = Path(__file__).parents[2] / "cases"
 

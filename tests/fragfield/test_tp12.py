@@ -189,8 +189,9 @@ def test_single_lying_and_stacked_rounds_have_the_same_beam(tmp_path, monkeypatc
     assert "alone, burst in its meridian with cells of 12 mm" in parts["pair"]["single_round"]
     assert parts["upright"]["beam"]["distance"] > 10.0
     for name in ("lying", "pair"):
-        # fragments are placed at random in the frame of the world: 12 break-ups differ by tenths of a per cent
-        assert parts[name]["beam"]["distance"] == pytest.approx(parts["upright"]["beam"]["distance"], rel=0.01), name
+        # Fragments are placed at random in the frame of the world: eight seeds of this case spread by 0.9 %, and the
+        # bound is three standard deviations of a difference of two.
+        assert parts[name]["beam"]["distance"] == pytest.approx(parts["upright"]["beam"]["distance"], rel=0.038), name
     assert parts["pair"]["stack"]["distance"] > parts["pair"]["beam"]["distance"]
     assert parts["upright"]["stack"] is None
     table = next(iter(rule_tables(read_run(tmp_path / "pair"))))

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from fragfield.case import load_case
-from fragfield.case.conversion.stages import burst_geometry
+from fragfield.case.conversion.axisymmetry import burst_geometry
 from fragfield.case.tables.stack import PlaneTable
 from fragfield.errors import InputError
 from fragfield.report.blocks import Paragraph, Table

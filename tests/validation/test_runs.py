@@ -46,7 +46,7 @@ def _differing(one, other, path=""):
 
 @pytest.mark.parametrize("ratio", TUBES["charge_ratios"])
 def test_the_tubes_have_the_mass_ratio_asked_for(ratio):
-    from fragfield.case.conversion.stages import burst_rounds
+    from fragfield.case.conversion.burst import burst_rounds
     from fragfield.case.load import case_from_document
 
     text = changed_case(ROOT / TUBES["case"], tube_of(ratio))

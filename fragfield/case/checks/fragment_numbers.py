@@ -11,8 +11,8 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from fragfield.case.conversion.burst import burst_round
 from fragfield.case.conversion.placing import first_alike
-from fragfield.case.conversion.stages import burst_round
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

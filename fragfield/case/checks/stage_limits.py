@@ -51,8 +51,8 @@ def _cells(case: Case) -> Iterator[str]:
     from burst_fenicsx.axisymmetric.mesh import check_meridian_size
     from burst_fenicsx.errors import InputError
     from burst_fenicsx.meshing.sizing import check_mesh_size
+    from fragfield.case.conversion.axisymmetry import burst_geometry
     from fragfield.case.conversion.placing import profile_of
-    from fragfield.case.conversion.stages import burst_geometry
 
     if case.burst is None:
         return

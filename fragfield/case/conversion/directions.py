@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from fragfield.case.conversion.axisymmetry import all_azimuths_alike
 from fragfield.case.conversion.stack import expanded
-from fragfield.case.conversion.stages import all_azimuths_alike
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fragfield.case.conversion.stages import burst_round
+from fragfield.case.conversion.burst import burst_round
 from fragfield.case.conversion.surroundings import ground_height
 
 if TYPE_CHECKING:
@@ -44,8 +44,8 @@ __all__ = [
 def placed(entry: RoundTable) -> Body:
     """Outside of a resolved round; of one from a mesh file, the convex hull of its nodes."""
     from burst_fenicsx.meshing import mesh_round
+    from fragfield.case.conversion.burst import burst_round
     from fragfield.case.conversion.clearance import Hull, placed_body
-    from fragfield.case.conversion.stages import burst_round
 
     if isinstance(entry.profile, dict):
         return placed_body(profile_of(entry), entry.position, entry.axis)

@@ -3,27 +3,17 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from fragfield.case.conversion.stack import expanded
+from fragfield.case.conversion.axisymmetry import burst_geometry, is_axisymmetric
+from fragfield.case.conversion.burst import degrees_of, settings_in
 from fragfield.case.conversion.surroundings import ground_height, surroundings
-from fragfield.case.tables.base import values_of
 from fragfield.case.tables.flight import CylinderTable, PanelTable
-from fragfield.case.tables.round import CasingTable, ExplosiveTable
 
 if TYPE_CHECKING:
-    from burst_fenicsx.geometry import Profile
     from burst_fenicsx.problem import (
         BurstSettings,
-        CasingMaterial,
-        ContactSettings,
-        Explosive,
         Geometry,
-        Mirror,
-        RigidPlane,
-        Round,
     )
     from flight import Contact as FragmentContact
     from flight import Wind
@@ -32,30 +22,17 @@ if TYPE_CHECKING:
     from flight.scene.targets import Witness
     from flight.shape import Shape
     from fragfield.case.schema import Case
-    from fragfield.case.tables.burst import ContactTable
     from fragfield.case.tables.flight import CollisionsTable, FlightTable, PolygonTable, WindTable
-    from fragfield.case.tables.round import RoundTable
-    from fragfield.case.tables.stack import PlaneTable
     from transition import BreakUpSettings
 
 __all__ = [
-    "GeometryChoice",
-    "all_azimuths_alike",
     "break_up_settings",
-    "burst_geometry",
-    "burst_round",
-    "burst_rounds",
     "burst_settings",
-    "check_geometry",
-    "degrees_of",
     "flight_arguments",
     "hazard_criteria",
     "hazard_directions",
     "hazard_grid",
-    "is_axisymmetric",
     "kernel_degrees",
-    "rigid_plane",
-    "settings_in",
 ]
 
 
@@ -187,188 +164,3 @@ def _surface(table: CylinderTable | PanelTable | PolygonTable) -> Witness:
     if isinstance(table, PanelTable):
         return flight.Panel(**values)
     return flight.Polygon(**values)
-
-
-def settings_in(case: Case, geometry: Geometry) -> BurstSettings:
-    """Settings of the burst stage in a geometry, whatever the case asks for; the case must have a table [burst]."""
-    from burst_fenicsx.problem import BurstSettings, Hourglass, Leakage, TimeStep, Viscosity
-
-    table = case.burst
-    assert table is not None  # checked when the case was loaded
-    values = values_of(table, BurstSettings) | {"geometry": geometry}
-    return BurstSettings(
-        **values,
-        output_interval=table.output.interval,
-        nodal_stress=table.output.nodal_stress,
-        time_step=TimeStep(**values_of(table.time_step, TimeStep)),
-        leakage=Leakage(**values_of(table.leakage, Leakage)),
-        viscosity=Viscosity(**values_of(table.viscosity, Viscosity)),
-        hourglass=Hourglass(**values_of(table.hourglass, Hourglass)),
-        contact=_contact(table.contact),
-        planes=tuple(rigid_plane(entry) for entry in case.plane),
-    )
-
-
-def rigid_plane(entry: PlaneTable) -> RigidPlane | Mirror:
-    """A resolved plane."""
-    from burst_fenicsx.problem import Mirror, RigidPlane
-
-    assert entry.point is not None  # resolved
-    assert entry.normal is not None
-    if entry.kind == "symmetry":
-        return Mirror(entry.name, entry.point, entry.normal)
-    return RigidPlane(entry.name, entry.point, entry.normal, degrees_of(entry.friction_angle or 0.0))
-
-
-def _contact(table: ContactTable) -> ContactSettings:
-    from burst_fenicsx.problem import ContactSettings
-
-    values: dict[str, Any] = table.model_dump()
-    for key in ("friction_angle", "surface_friction_angle"):
-        values[key] = degrees_of(values[key])
-    return ContactSettings(**values)
-
-
-def degrees_of(angle: float) -> float:
-    """An angle in degrees, free of what the way over radians adds in the last digits."""
-    return round(math.degrees(angle), 10)
-
-
-def burst_rounds(case: Case) -> list[Round]:
-    """Rounds of the burst stage, in the order of the file."""
-    made: dict[str, Profile] = {}
-    return [burst_round(entry, f"round[{number}]", made) for number, entry in enumerate(case.round, start=1)]
-
-
-def burst_round(entry: RoundTable, key: str, made: dict[str, Profile] | None = None) -> Round:
-    """One resolved round; `key` names it in messages, profiles already `made` are taken from there."""
-    from burst_fenicsx.geometry import profile_from_table
-    from burst_fenicsx.problem import IgnitionPoint, Round, ShockInitiation
-
-    assert isinstance(entry.explosive, ExplosiveTable)  # resolved
-    assert isinstance(entry.casing, CasingTable)
-    profile = None
-    if isinstance(entry.profile, dict):
-        made, text = ({} if made is None else made), repr(entry.profile)
-        profile = made.get(text) or profile_from_table(entry.profile, where=f"{key}.profile")
-        made[text] = profile
-    return Round(
-        name=entry.name,
-        explosive=_explosive(entry.explosive),
-        casing=_casing(entry.casing),
-        profile=profile,
-        mesh_file=Path(entry.mesh) if entry.mesh is not None else None,
-        position=entry.position,
-        axis=entry.axis,
-        ignition=tuple(
-            IgnitionPoint(float(point.station), point.offset, point.delay) for point in entry.ignition or []
-        ),
-        initiation=ShockInitiation(
-            math.inf if entry.initiation.pressure is None else entry.initiation.pressure,
-            entry.initiation.duration,
-            entry.initiation.floor,
-        )
-        if entry.initiation
-        else None,
-    )
-
-
-def _explosive(table: ExplosiveTable) -> Explosive:
-    from burst_fenicsx.problem import Explosive, JonesWilkinsLee
-
-    values = table.model_dump(exclude={"jwl"})
-    return Explosive(**values, jwl=JonesWilkinsLee(**table.jwl.model_dump()) if table.jwl else None)
-
-
-def _casing(table: CasingTable) -> CasingMaterial:
-    from burst_fenicsx.problem import CasingMaterial
-
-    values = table.model_dump()
-    for key in ("shear_softening_strain", "tensile_softening_strain", "softening_length"):
-        values[key] = None if values[key] == "none" else values[key]
-    return CasingMaterial(**values)
-
-
-_NAMES = {
-    "axisymmetric": "axisymmetric (the meridian of the round)",
-    "3d": "three dimensions",
-}
-
-
-@dataclass(frozen=True)
-class GeometryChoice:
-    """What was chosen, and the reason in words."""
-
-    geometry: Literal["axisymmetric", "3d"]
-    reason: str
-
-    @property
-    def words(self) -> str:
-        """For log, `check` and report."""
-        return f"{_NAMES[self.geometry]}: {self.reason}"
-
-
-def burst_geometry(case: Case) -> GeometryChoice:
-    """Choose the geometry of a resolved case with a burst.
-
-    An `auto` that can be axisymmetric is: one round of revolution, initiated on its axis, with no plane within reach.
-    """
-    assert case.burst is not None
-    wanted = case.burst.geometry
-    if wanted == "3d":
-        return GeometryChoice("3d", 'asked for by burst.geometry = "3d"')
-    reason = _obstacle(case)
-    if reason is not None:
-        return GeometryChoice("3d", reason)
-    return GeometryChoice("axisymmetric", "one round of revolution, initiated on its axis, out of reach of any plane")
-
-
-def check_geometry(case: Case) -> list[str]:
-    """Faults of a resolved case that asks for an axisymmetric burst and cannot have it."""
-    if case.burst is None or case.burst.geometry != "axisymmetric":
-        return []
-    reason = _obstacle(case)
-    if reason is None:
-        return []
-    return [f'burst.geometry: found "axisymmetric", but {reason}; allowed here: "3d", or "auto", which chooses it']
-
-
-def _obstacle(case: Case) -> str | None:
-    """Why the burst cannot be axisymmetric; None where it can."""
-    from burst_fenicsx.axisymmetric.applicability import why_not_axisymmetric
-
-    return why_not_axisymmetric(burst_rounds(case), settings_in(case, "3d"))
-
-
-_PARALLEL = 1e-9  # 1 - |cosine| below which two directions are one
-
-
-def is_axisymmetric(case: Case) -> bool:
-    """Whether a resolved case is a single round of revolution, initiated on its axis, with nothing beside it.
-
-    A plane across the axis (the ground below an upright round) keeps the symmetry; any other plane breaks it.
-    """
-    rounds = expanded(case)
-    if len(rounds) != 1:
-        return False
-    (only,) = rounds
-    if only.profile is None or only.initiation is not None:
-        return False
-    if any(point.offset != (0.0, 0.0) for point in only.ignition or ()):
-        return False
-    return all(plane.normal is not None and _parallel(plane.normal, only.axis) for plane in case.plane)
-
-
-def all_azimuths_alike(case: Case) -> bool:
-    """Whether every azimuth has the same expected hazard as far as the rounds go: one upright axisymmetric round."""
-    return is_axisymmetric(case) and upright(expanded(case)[0])
-
-
-def upright(item: RoundTable) -> bool:
-    """Whether the round's axis is vertical."""
-    return _parallel(item.axis, (0.0, 0.0, 1.0))
-
-
-def _parallel(one: tuple[float, ...], other: tuple[float, ...]) -> bool:
-    cosine = sum(a * b for a, b in zip(one, other, strict=True)) / (math.hypot(*one) * math.hypot(*other))
-    return 1.0 - abs(cosine) < _PARALLEL

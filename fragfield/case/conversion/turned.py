@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fragfield.case.conversion.axisymmetry import all_azimuths_alike
+from fragfield.case.conversion.burst import burst_round
 from fragfield.case.conversion.directions import mirror_planes
 from fragfield.case.conversion.placing import placed, profile_of
-from fragfield.case.conversion.stages import all_azimuths_alike, burst_round
 from fragfield.case.conversion.surroundings import ground_height
 
 if TYPE_CHECKING:

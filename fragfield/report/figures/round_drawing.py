@@ -63,8 +63,8 @@ class _Sheet:
 
 def drawn_rounds(case: Case) -> list[Round]:
     """The rounds of a resolved case that differ in more than place and ignition."""
+    from fragfield.case.conversion.burst import burst_rounds
     from fragfield.case.conversion.placing import first_alike
-    from fragfield.case.conversion.stages import burst_rounds
 
     rounds = burst_rounds(case) if case.round else []
     return [rounds[index] for index in dict.fromkeys(first_alike(case))] if rounds else []

@@ -60,7 +60,8 @@ def _made(request: Mapping[str, Any]) -> dict[str, Any]:
 def _burst(case: Case, folder: Path) -> Mapping[str, Any]:
     """Compute the burst into a folder; its summary."""
     from burst_fenicsx import simulate
-    from fragfield.case.conversion.stages import burst_rounds, burst_settings
+    from fragfield.case.conversion.burst import burst_rounds
+    from fragfield.case.conversion.stages import burst_settings
     from fragfield.pipeline.parallel import Team
 
     done = simulate(burst_rounds(case), burst_settings(case), folder, comm=Team().alone, series=False)
@@ -73,9 +74,9 @@ def _flown(case: Case, snapshot: Path, burst: Mapping[str, Any]) -> dict[str, An
     import transition
     from fragfield.case.conversion.stages import break_up_settings
     from fragfield.files.run_directory import RunDirectory
+    from fragfield.pipeline.attitudes import fly_all
     from fragfield.pipeline.job import Job, RunOptions
     from fragfield.pipeline.parallel import Team
-    from fragfield.pipeline.realisations import fly_all
     from fragfield.terminal.progress import ProgressReporter
 
     broken = transition.BreakUp(transition.Snapshot.read(snapshot), break_up_settings(case))
