@@ -8,10 +8,10 @@ order p follows from
 
 the limit is f1 - (f2 - f1) / ((h2/h1)^p - 1), and the uncertainty of a value is 1.25 times its distance from the limit.
 Where no order can be observed (two sizes, values that oscillate or diverge), the order is taken as one, the distance
-from the limit by the range of all values, and the safety factor is 3. Values that differ by no more than their
-statistical errors are fitted by a straight line in the cell size (least squares, after Eca and Hoekstra, J. Comput.
-Phys. 262 (2014) 104); the uncertainty is 1.25 times the line's rise to the value's size and 1.96 standard errors of
-that rise.
+from the limit by the range of all values, and the safety factor is 3. Values with statistical errors that show no order
+are fitted by a straight line in the cell size (least squares, after Eca and Hoekstra, J. Comput. Phys. 262 (2014) 104);
+the uncertainty is 1.25 times the line's rise to the value's size and 1.96 standard errors of that rise, which are
+larger where the values lie farther from the line than their errors explain.
 """
 
 from __future__ import annotations
@@ -165,16 +165,17 @@ def grid_convergence(
         return GridConvergence("constant", None, None, float(f[0]), 0.0, FACTOR_OBSERVED)
     finest = slice(1, 3)  # coarser ones are farther from the range of convergence
     differences, of_difference = np.abs(f[finest] - f[0]), np.hypot(errors[finest], errors[0])
-    if (of_difference > 0.0).any() and (differences <= _SIGNIFICANT * of_difference).all():
-        return _by_line(h, f, errors, scale_of_size)
-    h, f = h[:3], f[:3]
+    known = bool((of_difference > 0.0).any())
+    if known and (differences <= _SIGNIFICANT * of_difference).all():
+        return _by_line("statistical", h, f, errors, scale_of_size)
+    every, (h, f) = (h, f, errors), (h[:3], f[:3])
     if len(h) == 2:
         return _by_range("two_sizes", h, f, scale_of_size)
-    if (f[2] - f[1]) * (f[1] - f[0]) < 0.0:
-        return _by_range("oscillating", h, f, scale_of_size)
-    p = observed_order(h.tolist(), f.tolist())
+    oscillating = (f[2] - f[1]) * (f[1] - f[0]) < 0.0
+    p = None if oscillating else observed_order(h.tolist(), f.tolist())
     if p is None:
-        return _by_range("diverging", h, f, scale_of_size)
+        kind: Kind = "oscillating" if oscillating else "diverging"
+        return _by_line(kind, *every, scale_of_size) if known else _by_range(kind, h, f, scale_of_size)
     used = float(np.clip(p, *ORDERS))
     beyond = float((f[1] - f[0]) / ((h[1] / h[0]) ** used - 1.0))
     error = abs(beyond) * float(scale_of_size**used)
@@ -183,15 +184,27 @@ def grid_convergence(
 
 
 def _by_line(
-    h: NDArray[np.float64], f: NDArray[np.float64], errors: NDArray[np.float64], scale_of_size: float
+    kind: Kind,
+    h: NDArray[np.float64],
+    f: NDArray[np.float64],
+    errors: NDArray[np.float64],
+    scale_of_size: float,
 ) -> GridConvergence:
-    """First order by a straight line through all values, with the rise that their errors may hide."""
+    """First order by a straight line through all values, with the rise that their errors may hide.
+
+    The errors are multiplied by the root of chi squared per degree of freedom where that is above 1 (Birge's ratio).
+    """
     size = scale_of_size * float(h[0])
-    weights = (h - h.mean()) / np.sum((h - h.mean()) ** 2)  # of the values in the line's slope
-    rise = abs(float(weights @ f)) * size
-    of_rise = float(np.sqrt(np.sum((weights * errors) ** 2))) * size
-    uncertainty = FACTOR_OBSERVED * rise + NORMAL_95 * of_rise
-    return GridConvergence("statistical", None, 1.0, None, uncertainty, FACTOR_OBSERVED)
+    away = h - h.mean()
+    weights = away / np.sum(away**2)  # of the values in the line's slope
+    slope = float(weights @ f)
+    of_slope = float(np.sqrt(np.sum((weights * errors) ** 2)))
+    if len(h) > 2:
+        left = f - f.mean() - slope * away
+        variance = float(np.mean(errors**2))
+        of_slope *= max(1.0, math.sqrt(float(left @ left) / variance / (len(h) - 2)))
+    uncertainty = (FACTOR_OBSERVED * abs(slope) + NORMAL_95 * of_slope) * size
+    return GridConvergence(kind, None, 1.0, None, uncertainty, FACTOR_OBSERVED)
 
 
 def _by_range(kind: Kind, h: NDArray[np.float64], f: NDArray[np.float64], scale_of_size: float) -> GridConvergence:
