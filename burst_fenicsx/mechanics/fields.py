@@ -122,8 +122,12 @@ class BurstFields:
 
     def cell_velocities(self) -> np.ndarray:
         """Mean of each cell's nodal velocities (cells, 3) in m/s."""
-        means: np.ndarray = self.nodes.velocity[self.mesh.dofmap].mean(axis=1)
-        return means
+        velocity, corners = self.nodes.velocity, self.mesh.dofmap.T
+        total: np.ndarray = velocity.take(corners[0], axis=0)
+        for nodes in corners[1:]:  # one corner after the other: no array of all corners
+            total += velocity.take(nodes, axis=0)
+        total /= len(corners)
+        return total
 
     def folded(self, cells: np.ndarray | slice = slice(None)) -> np.ndarray:
         """Whether a corner of each of the cells (cells,) is turned inside out; eroded ones are no cells any more."""
@@ -158,11 +162,12 @@ class BurstFields:
         cells, modulus, poisson = self._elastic
         stress = self.solid.stress[cells]
         square = np.einsum("kpi,kpi,i->k", stress, stress, [1.0, 1.0, 1.0, 2.0, 2.0, 2.0])
-        trace = stress[..., :3].sum(axis=-1)
+        trace = stress[..., 0] + stress[..., 1] + stress[..., 2]
         twice = ((1.0 + poisson) * square - poisson * (trace**2).sum(axis=1)) / modulus
         terms[cells, 0] = 0.5 * self.blocks.by_cell(self.grid.volume)[cells] * twice / stress.shape[1]
         casing = mesh.part == Part.CASING
-        mass, speed = self.cell_mass[casing], np.linalg.norm(self.cell_velocities()[casing], axis=1)
+        mass, (x, y, z) = self.cell_mass[casing], self.cell_velocities()[casing].T
+        speed = np.sqrt(x**2 + y**2 + z**2)
         terms[casing, 1:] = np.stack([mass, mass * speed, 0.5 * mass * speed**2], axis=1)
         return mesh.cell_sums(terms)
 

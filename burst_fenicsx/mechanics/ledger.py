@@ -118,7 +118,8 @@ class Ledger:
         """
         # At the time of the positions, half a step after that of the velocities.
         of_nodes = fields_now.mass[:, None] * fields_now.nodes.velocity + 0.5 * step * fields_now.nodes.force
-        square = (of_nodes**2).sum(axis=1)
+        x, y, z = of_nodes.T
+        square = x**2 + y**2 + z**2
         terms = np.column_stack([0.5 * square * fields_now.inverse_mass, of_nodes, np.sqrt(square)])
         kinetic, *momenta, size = fields_now.mesh.node_sums(terms)
         momentum = np.where(fields_now.element.momentum_is_conserved, momenta, 0.0)
