@@ -32,7 +32,7 @@ _CURRENT = """
 from burst_fenicsx.kernels import lanes
 from flight.kernels import compiling as flight
 from transition.kernels import compiling as transition
-print(f"burst-{lanes._SOURCES} burst-{lanes._AXISYMMETRIC_SOURCES}")
+print(lanes._FOLDER)
 print(f"flight-{flight._STAMP} transition-{transition._STAMP}")
 """
 
