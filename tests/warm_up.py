@@ -26,9 +26,9 @@ from fragfield_base.kernel_cache import cache_root
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
-__all__ = ["folder_of", "gather", "link"]
+__all__ = ["CURRENT", "folder_of", "gather", "link"]
 
-_CURRENT = """
+CURRENT = """
 from burst_fenicsx.kernels import lanes
 from flight.kernels import compiling as flight
 from transition.kernels import compiling as transition
@@ -102,7 +102,7 @@ def main() -> None:
     if root is None:
         return
     began = time.monotonic()
-    command = [sys.executable, "-c", _CURRENT]
+    command = [sys.executable, "-c", CURRENT]
     names = subprocess.run(command, check=True, capture_output=True, text=True).stdout.split()
     taken = sum(gather(root, folder_of(root, worker), names) for worker in workers)
     failures = warm_up()["failures"]

@@ -15,6 +15,7 @@ from fragfield.case import read_resolved
 from fragfield.case.conversion.axisymmetry import burst_geometry
 from fragfield.cli import app
 from fragfield.studies.processes import LocalRuns
+from tests import warm_up as warm_up_of_tests
 
 ROOT = Path(__file__).parents[2]
 COMPILED = """
@@ -67,3 +68,11 @@ def test_a_run_after_it_compiles_nothing(tmp_path):
     assert json.loads(run("-m", "fragfield", "warm-up", "--json"))["cache"] == str(tmp_path / "cache")
     options = ("--out", tmp_path / "out", "--cell-size", "12 mm", "--set", "burst.end_time=30 us", "--quiet")
     assert run("-c", COMPILED, "run", ROOT / "cases" / "m107_tnt.toml", *options) == ""
+
+
+def test_the_tests_warm_up_knows_the_folders_of_today():
+    """What `tests/warm_up.py` takes over and links are the cache folders that the kernels name now."""
+    done = subprocess.run([sys.executable, "-c", warm_up_of_tests.CURRENT], capture_output=True, text=True, check=True)
+    names = done.stdout.split()
+    assert [name.split("-")[0] for name in names] == ["burst", "flight", "transition"]
+    assert len(set(names)) == 3
