@@ -133,7 +133,7 @@ class PlaneContact:
 
     def _nearer_than(self, reach: float, among: np.ndarray) -> np.ndarray:
         """Nodes `among` (k,) those of the state that are nearer to the plane than `reach` (m) or pushed by it."""
-        height = self._fields.nodes.position[self.state.node[among]] @ self._normal - self._level
+        height = self._fields.nodes.position.take(self.state.node[among], axis=0) @ self._normal - self._level
         nearer: np.ndarray = among[(height < reach) | (self.state.stiffness[among] > 0.0)]
         return nearer
 
