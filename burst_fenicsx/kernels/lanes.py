@@ -40,7 +40,7 @@ def block_kernel(function: Callable[..., Any]) -> Any:
 
 def inlined_kernel(function: Callable[..., Any]) -> Any:
     """Compile a block kernel into what calls it: to hand over all arrays of a state costs as much as its forces."""
-    return compiled_with(numba, function, _nrt=False, forceinline=True, **_OPTIONS)
+    return lane_function(function)
 
 
 def lane_function(function: Callable[..., Any]) -> Any:

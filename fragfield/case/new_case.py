@@ -275,9 +275,13 @@ def _quantity(field: FieldInfo) -> Quantity | None:
     return next((mark for mark in marks_of(field) if isinstance(mark, Quantity)), None)
 
 
+def _vector(field: FieldInfo) -> Vector | None:
+    return next((mark for mark in marks_of(field) if isinstance(mark, Vector)), None)
+
+
 def _default(default: object, field: FieldInfo) -> str:
     """A default as the file has it, values with a dimension in the unit of the field's example."""
-    vector = next((mark for mark in marks_of(field) if isinstance(mark, Vector)), None)
+    vector = _vector(field)
     if vector is not None and vector.component is not None and isinstance(default, tuple):
         return toml_value([f"{component:g} {vector.component.symbol}" for component in default])
     quantity = _quantity(field)
@@ -302,5 +306,5 @@ def _example(field: FieldInfo) -> str | None:
     if quantity is not None and get_origin(field.annotation) is not list:
         plain = not any(get_origin(part) is list for part in get_args(field.annotation))
         return toml_value(quantity.example) if plain else None
-    vector = next((mark for mark in marks_of(field) if isinstance(mark, Vector)), None)
+    vector = _vector(field)
     return vector.example if vector is not None else None

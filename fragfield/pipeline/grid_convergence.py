@@ -8,10 +8,10 @@ order p follows from
 
 the limit is f1 - (f2 - f1) / ((h2/h1)^p - 1), and the uncertainty of a value is 1.25 times its distance from the limit.
 Where no order can be observed (two sizes, values that oscillate or diverge), the order is taken as one, the distance
-from the limit by the range of all values, and the safety factor is 3. Values with statistical errors that show no order
-are fitted by a straight line in the cell size (least squares, after Eca and Hoekstra, J. Comput. Phys. 262 (2014) 104);
-the uncertainty is 1.25 times the line's rise to the value's size and 1.96 standard errors of that rise, which are
-larger where the values lie farther from the line than their errors explain.
+from the limit by the range of the three finest values, and the safety factor is 3. Values with statistical errors that
+show no order are fitted by a straight line in the cell size (least squares, after Eca and Hoekstra, J. Comput. Phys.
+262 (2014) 104); the uncertainty is 1.25 times the line's rise to the value's size and 1.96 standard errors of that
+rise, which are larger where the values lie farther from the line than their errors explain.
 """
 
 from __future__ import annotations

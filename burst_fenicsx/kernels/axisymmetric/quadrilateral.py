@@ -46,7 +46,6 @@ __all__ = [
     "may_exceed",
     "move",
     "ring_integrals",
-    "ring_volume",
     "set_damping",
     "set_stiffness",
     "springs_and_dashpots",
@@ -104,13 +103,6 @@ def ring_integrals(r: Four, z: Four) -> tuple[Four, Four, Four, float, float]:
         volume,
         area,
     )
-
-
-@lane_function
-def ring_volume(r: Four, z: Four) -> float:
-    """Volume (m3) of the ring of a quadrilateral."""
-    _, _, _, volume, _ = ring_integrals(r, z)
-    return volume
 
 
 @lane_function

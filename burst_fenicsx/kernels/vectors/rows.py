@@ -11,7 +11,6 @@ from burst_fenicsx.kernels.vectors.transposition import address, prefetch
 
 __all__ = [
     "add_rows",
-    "add_to_rows",
     "clear_rows",
     "copy_motion",
     "hold_rows",
@@ -46,14 +45,6 @@ def add_rows(share: float, source: np.ndarray, rows: np.ndarray, target: np.ndar
         prefetch(target_start + later)
         for i in range(3):
             target[rows[k], i] += share * source[rows[k], i]
-
-
-@kernel
-def add_to_rows(source: np.ndarray, rows: np.ndarray, target: np.ndarray) -> None:
-    """Add `source` (k, m) to the given rows of `target` (n, m) in turn; rows may be named several times."""
-    for k in range(rows.size):
-        for i in range(source.shape[1]):
-            target[rows[k], i] += source[k, i]
 
 
 @parallel_kernel

@@ -25,6 +25,7 @@ from fragfield_base.inputs import (
 
 __all__ = ["PlaneTable", "StackTable", "resolved_plane"]
 
+_GAP = Bounds(0.0, 1e3, "farther apart rounds are no stack", usual=(0.0, 10.0))
 _COUNT = Bounds(1, 1000, "a stack of more rounds is not computed whole")
 
 
@@ -84,13 +85,13 @@ class StackTable(Table):
     gap: Annotated[
         float,
         Quantity("m", "21.7 mm", minimum=0.0),
-        Bounds(0.0, 1e3, "farther apart rounds are no stack", usual=(0.0, 10.0)),
+        _GAP,
     ]
     """Clear distance between neighbours, at their largest diameters; 0 mm: as near as their meshes allow."""
     layer_gap: Annotated[
         float | None,
         Quantity("m", "50 mm", minimum=0.0),
-        Bounds(0.0, 1e3, "farther apart rounds are no stack", usual=(0.0, 10.0)),
+        _GAP,
         OnlyWith("arrangement", ("pallet",), refused=True),
     ] = None
     """Clear distance between the layers of a pallet; left out: `gap`."""

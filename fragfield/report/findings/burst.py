@@ -139,7 +139,7 @@ def burst_findings(run: RunFiles) -> list[Finding]:
     if folded and (casing := value_of(part, "casing_mass")):
         text = (
             f"{number(folded, 3)} kg of the casings ({100 * folded / casing:.2g} %) is folded at the end of the burst "
-            "(inverted at a corner), torn metal apart; results there are not reliable."
+            "(inverted at a corner), eroded metal apart; results there are not reliable."
         )
         found.append(Finding("warning", text))
     released, casing = value_of(part, "released_casing_mass"), value_of(part, "casing_mass")
