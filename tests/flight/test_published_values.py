@@ -15,14 +15,16 @@ import flight
 from burst_fenicsx.problem import ContactSettings
 from flight import Contact, StandardAtmosphere, Wind
 from flight.arena import ArenaTable
-from flight.fluence import PolarGrid
+from flight.fluence import FluenceGrid, PolarGrid
 from flight.fragments import check_possible
-from flight.hazard.criteria import Criteria
+from flight.hazard.criteria import Criteria, hit_probability
 from flight.hazard.density.directions import RADIAL, SPACING, Directions, _raised_cosine
 from flight.hazard.density.expected import _student
 from flight.hazard.density.sectors import tally
+from flight.hazard.exposed import Prism
 from flight.hazard.pool import TOLERANCE
 from flight.hazard.tp12 import effective_number
+from flight.scene.obstacles import count_by_face
 from flight.scene.ricochet import KINDS, RANGE
 from flight.scene.walls import FRAGMENT_DENSITY
 from fragfield.case.tables.flight import HazardTable
@@ -40,6 +42,13 @@ def test_the_criterion_is_fifty_eight_foot_pounds_and_one_in_six_hundred_square_
     assert criteria.density == pytest.approx(1.0 / (600.0 * FOOT**2), rel=1e-3)
     assert criteria.person_area == pytest.approx(6.2 * FOOT**2, rel=0.01)
     assert criteria.person_height == pytest.approx(6.0 * FOOT, rel=0.02)
+
+
+def test_what_is_left_out_is_that_criterion_everywhere():
+    of_energy = (ArenaTable.by_zone, flight.FlightResult.by_face, count_by_face, Prism, tally, FluenceGrid)
+    assert [default(one, "energy") for one in of_energy] == [Criteria().energy] * len(of_energy)
+    assert default(Prism, "height") == default(FluenceGrid, "height") == Criteria().person_height
+    assert default(hit_probability, "person_area") == Criteria().person_area
 
 
 def test_the_library_and_the_case_have_the_same_defaults():
@@ -173,3 +182,15 @@ def test_a_file_may_hold_what_is_possible_at_all(name, lowest, highest):
                 check_possible(one, "file")
         else:
             check_possible(one, "file")
+
+
+def test_single_values_of_arguments_are_those_documented():
+    """The paper's fixed step of 0.1 ms; an hour of flight at most; masses grouped from 10 mg on, two to an octave."""
+    assert flight.FixedStep().step == 1e-4
+    assert default(flight.fly, "time_limit") == 3600.0
+    fragments = flight.Fragments([0.9e-5, 1e-5, 1.5e-5, 2e-5], (0, 0, 1), (0.0, 0.0, 5.0))
+    table = ArenaTable.of([fragments])
+    full = table.number > 0.0
+    root = math.sqrt(2.0)
+    assert table.mass_from[full] == pytest.approx([0.0, 1e-5, 1e-5 * root, 2e-5], rel=1e-9)
+    assert table.mass_to[full] == pytest.approx([1e-5, 1e-5 * root, 2e-5, 2e-5 * root], rel=1e-9)

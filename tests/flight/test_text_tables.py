@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import tracemalloc
+
 import numpy as np
 import pytest
 
@@ -32,6 +34,41 @@ def test_numbers_are_read_back_equal_to_ten_digits(tmp_path):
     found = read_columns(path)
     np.testing.assert_allclose(found["x"], drawn, rtol=5.1e-10, atol=0.0)
     np.testing.assert_array_equal(found["n"], np.arange(len(drawn)))
+
+
+def test_every_cell_is_as_c_writes_it(tmp_path):
+    """Numbers of every kind, most of them where rounding to ten digits is hard."""
+    draw, rows = np.random.default_rng(18), 4000
+    bits = draw.integers(-(2**63), 2**63 - 1, rows)
+    columns = {
+        "bits": bits.view(np.float64),
+        "halves of the last digit": draw.integers(-(2**40), 2**40, rows) / 2.0 ** draw.integers(0, 12, rows),
+        "beside powers of ten": np.nextafter(
+            10.0 ** draw.integers(-20, 20, rows), draw.choice([-np.inf, np.inf], rows)
+        ),
+        "nines": (1e10 - draw.integers(0, 30, rows) / 10.0) * 10.0 ** draw.integers(-20, 10, rows),
+        "single": draw.normal(size=rows).astype(np.float32),
+    }
+    written = _lines(write_columns(tmp_path / "table.csv", {**columns, "whole": bits}, {}))
+    numbers = np.column_stack([np.asarray(column, dtype=np.float64) for column in columns.values()])
+    expected = [
+        ",".join([*(f"{value:.10g}" for value in row), str(whole)])
+        for row, whole in zip(numbers.tolist(), bits.tolist(), strict=True)
+    ]
+    assert [(a, b) for a, b in zip(written, expected, strict=True) if a != b] == []
+
+
+@pytest.mark.slow
+def test_a_million_rows_are_never_in_memory_as_text(tmp_path):
+    columns = {name: np.random.default_rng(3).normal(size=1_000_000) for name in ("x", "y", "z")}
+    tracemalloc.start()
+    try:
+        path = write_columns(tmp_path / "table.csv", columns, {})
+        peak = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert path.stat().st_size > 3.5e7
+    assert peak < 0.2 * path.stat().st_size
 
 
 @pytest.mark.parametrize("number", [0, 1, ROWS_AT_ONCE, ROWS_AT_ONCE + 1])

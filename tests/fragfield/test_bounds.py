@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import copy
+import math
 import tomllib
 
 import pytest
@@ -9,9 +11,11 @@ from pydantic import BaseModel
 
 from fragfield.case import load_case
 from fragfield.case.checks.bounds import bounds_of, outside_hard, outside_soft
+from fragfield.case.load import case_from_document
 from fragfield.case.messages import marks_of, tables_in
 from fragfield.case.schema import Case
-from fragfield_base.inputs import UNIT_BOUNDS, OnlyWith
+from fragfield.errors import InputError
+from fragfield_base.inputs import UNIT_BOUNDS, Bounds, OnlyWith, Quantity, Vector
 from fragfield_base.units import DIMENSIONS
 from tests.attack.cases import BASE, to_text
 from tests.fragfield.short_run import ROOT, SHORT, invoke
@@ -65,6 +69,58 @@ def test_a_key_that_another_excludes_names_a_key_of_its_table():
     assert len(found) > 40
     assert all(mark.key in fields for fields, mark in found)
     assert not [mark for _, mark in found if mark.values and mark.without]
+
+
+def _component(field):
+    """The quantity that a field or each of its components is; None of a pure number."""
+    marks = (mark.component if isinstance(mark, Vector) else mark for mark in marks_of(field))
+    return next((mark for mark in marks if isinstance(mark, Quantity)), None)
+
+
+def _alone(key: str, value: object) -> Case:
+    """A case that has this value and nothing else but its defaults."""
+    table, chosen, *steps = Case, Case, *key.split(".")
+    models: list[type[BaseModel]] = []
+    for step, after in zip(steps, [*steps[1:], None], strict=True):
+        models.append(chosen)
+        within = tables_in(chosen.model_fields[step].annotation)
+        chosen = next((table for _, table in within if after is None or after in table.model_fields), chosen)
+    for model, step in zip(reversed(models), reversed(steps), strict=True):
+        left_out = {name: None for name, field in model.model_fields.items() if field.is_required()}
+        table = model.model_construct(**{**left_out, step: value})
+        value = [table]
+    return table
+
+
+@pytest.mark.parametrize(
+    "key",
+    [
+        key
+        for key, field in FIELDS.items()
+        if any(isinstance(mark, (Bounds, Quantity, Vector)) for mark in marks_of(field))
+    ],
+)
+def test_one_beyond_either_end_is_refused_of_every_key(key):
+    """By the check of the bounds itself, and, where the key's table can stand alone, of a whole document."""
+    field = FIELDS[key]
+    bounds, quantity = bounds_of(field), _component(field)
+    size = next((mark.size for mark in marks_of(field) if isinstance(mark, Vector)), 0)
+    *path, name = key.split(".")
+    for end, outwards in ((bounds.low, -math.inf), (bounds.high, math.inf)):
+        beyond = math.nextafter(end, outwards)
+        found = list(outside_hard(_alone(key, (beyond,) * size if size else beyond)))
+        assert len(found) == 1, (beyond, found)
+        assert bounds.why in found[0]
+        if path[:1] not in (["burst"], ["flight"], ["hazard"], ["break_up"]) or "counts" in path:
+            continue
+        document = copy.deepcopy(BASE)
+        table = document
+        for part in path:
+            table = table.setdefault(part, {})
+        written = beyond if quantity is None else f"{beyond!r} {quantity.symbol}"
+        table[name] = [written] * size if size else written
+        with pytest.raises(InputError, match=f"{key}: found .*allowed: "):
+            case_from_document(document, source="case.toml", folder=ROOT)
 
 
 @pytest.mark.parametrize("path", CASES, ids=lambda path: path.stem)

@@ -17,6 +17,7 @@ from fragfield.errors import InputError
 from fragfield.files.stamped import stamped_toml
 from fragfield.studies.compare import compare_runs
 from fragfield.studies.compare.witness import Estimates, compare_hits, estimate, sectors_together
+from tests.fragfield import synthetic_run
 from tests.fragfield.synthetic_run import write_run
 
 NOT_INCLUDED = "grid (no other cell size gave a distance), inputs (no study of uncertain inputs)"
@@ -174,6 +175,26 @@ def test_a_burst_alone_has_its_casings_compared(runs, tmp_path):
     assert not found["distances"]
     assert f"{burst} has no flight: only the casings are compared" in found["notes"]
     assert "written" not in _invoke("compare", runs[0], burst).stdout
+
+
+def test_with_one_realisation_there_are_ratios_without_errors(runs, tmp_path, monkeypatch):
+    monkeypatch.setattr(synthetic_run, "REALISATIONS", 1)
+    single = write_run(tmp_path / "one")
+    summary = json.loads((single / "summary.json").read_text())
+    summary["seed"] = 5
+    (single / "summary.json").write_text(json.dumps(summary))
+    assert summary["flight"]["realisations"] == 1
+    found = compare_runs(runs[0], single)
+    row = found["witness"][0]["by_azimuth"][0]["hits"]
+    assert row["ratio"] > 1.0
+    assert row["run_error"] > 0.0
+    assert row["reference_error"] is row["ratio_error"] is None
+    assert found["by_distance"]
+    for kind in ("ground_density", "normal_density"):
+        assert {one[kind]["reference_error"] for one in found["by_distance"]} == {None}
+    assert found["notes"][0] == "the seeds differ, 1 and 5"
+    assert f"{single} has one realisation of the break-up: no standard errors" in found["notes"]
+    assert _invoke("compare", runs[0], single, "--out", tmp_path / "out").exit_code == 0
 
 
 def test_the_comparison_is_printed_and_written(runs, tmp_path):

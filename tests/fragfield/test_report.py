@@ -23,6 +23,7 @@ from fragfield.report.sections import sections
 from fragfield.view import offscreen_fault
 from fragfield.view.interactive import interactive_fault
 from tests.fragfield.synthetic_run import REALISATIONS, write_run
+from tests.fragfield.test_compare import NOT_INCLUDED
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -131,6 +132,11 @@ def test_page_needs_nothing_else(html, page):
     assert "@import" not in style[1]
 
 
+@pytest.mark.skipif(not VIEWS, reason=str(interactive_fault() or offscreen_fault()))
+def test_interactive_views_lie_beside_the_page(run):
+    assert all((run / name).is_file() for name in VIEWS)
+
+
 def test_every_figure_is_there_once(page, run):
     assert [attributes["id"] for attributes in page.all("figure")] == [f"figure-{name}" for name in FIGURES]
     images = [attributes["src"] for attributes in page.all("img")]
@@ -157,7 +163,7 @@ def test_numbers_are_those_of_the_summary(page, summary):
     texts = " ".join(page.texts)
     parts = hazard["parts"]
     words = f"expected distance {math.ceil(parts['expected'])} m; added as squares: randomness of the break-up"
-    assert f"{words} {parts['randomness']:.1f} m; not included: grid (" in texts
+    assert f"{words} {parts['randomness']:.1f} m; not included: {NOT_INCLUDED}." in texts
     low, high = hazard["single_event"]["low"], hazard["single_event"]["high"]
     assert f"{round(low):,}\u00a0–\u00a0{round(high):,}" in texts
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import math
+from dataclasses import fields
 
 import pytest
 
@@ -37,7 +38,11 @@ def _stages():
     from flight import Adaptive, ConstantAir, Contact, FixedStep, StandardAtmosphere
     from flight.hazard.criteria import Criteria
     from flight.shape import Lognormal
+    from transition import BreakUpSettings
 
+    for name in (one.name for one in fields(BreakUpSettings)):
+        if f"break_up.{name}" in FIELDS and name != "segments":
+            yield f"break_up.{name}", lambda value, name=name: BreakUpSettings(**{name: value}), {}
     for name in ("density", "restitution", "distance", "time_limit"):
         yield f"flight.collisions.{name}", lambda value, name=name: Contact(**{name: value}), {}
     yield "flight.collisions.friction_angle", lambda value: Contact(friction_angle_deg=math.degrees(value)), {}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from functools import cache
+from itertools import product
 from pathlib import Path
 
 import pytest
@@ -137,3 +138,10 @@ def test_given_fragments_are_held_against_the_flight_alone():
 def test_a_run_without_its_case_leaves_nothing_of_a_burst_out():
     bare = run_of()
     assert {row["case"] for row in read_record().rows if not bears_on(row, bare)} <= {"axisymmetric"}
+
+
+def test_no_row_of_the_record_vanishes_from_every_report():
+    names, laws = (path.stem for path in sorted((ROOT / "cases").glob("*.toml"))), ("landau", "landau_cj", "jwl")
+    runs = [ready(name, law) for name, law in product(names, laws)]
+    lost = [row for row in read_record().rows if not any(bears_on(row, run) for run in runs)]
+    assert [(row["case"], row["quantity"], row["subjects"]) for row in lost] == []

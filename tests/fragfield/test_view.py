@@ -95,6 +95,19 @@ def test_series_ends_in_the_state_of_the_snapshot(run):
     np.testing.assert_allclose(last["speed"], final["speed"], rtol=1e-6, atol=1e-3)
 
 
+def test_section_keeps_the_half_behind_whole(run):
+    grid = final_burst(read_run(run))
+    half = section(grid)
+    assert half.n_cells * 2 == grid.n_cells
+    assert half.cell_centers().points[:, 1].min() >= 0.0
+
+
+def test_states_are_even_in_time_and_end_with_the_burst(run):
+    times = [time for time, _ in burst_states(read_run(run), 3)]
+    assert times == pytest.approx([END_TIME / 3.0, 2.0 * END_TIME / 3.0, END_TIME], rel=1e-9)
+    assert times[-1] == END_TIME
+
+
 @pytest.fixture(scope="module")
 def mirrored(tmp_path_factory) -> Path:
     """One round before two planes of symmetry that meet at right angles: a quarter of a stack of four."""

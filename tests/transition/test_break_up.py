@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from dataclasses import replace
 
 import numpy as np
@@ -132,6 +133,13 @@ def test_threads_give_the_same_fragments_bit_by_bit(snapshot):
     for one, other in zip(alone, four, strict=True):
         for name in ("mass", "position", "velocity"):
             np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
+
+
+def test_many_realisations_are_drawn_on_as_many_threads_as_asked_for(snapshot, monkeypatch):
+    """Three that wait for each other get through on three threads."""
+    together = threading.Barrier(3, timeout=30.0)
+    monkeypatch.setattr(BreakUp, "fragments", lambda self, seed, number: (together.wait(), seed, number)[1:])
+    assert BreakUp(snapshot).many(7, [4, 2, 9], threads=3) == [(7, 4), (7, 2), (7, 9)]
 
 
 def test_fragments_lie_on_the_casing_and_fly_as_it_does_there(snapshot):

@@ -174,6 +174,15 @@ def test_images_are_the_closure_of_the_reflections(normals, number):
     assert all(np.linalg.det(image.matrix) == pytest.approx((-1.0) ** len(image.planes), abs=1e-12) for image in found)
 
 
+@pytest.mark.parametrize("distance", [0.0, 1e-4, 1e3])
+def test_mirrors_close_wherever_they_stand(distance):
+    found = images([_plane("a", (1, 0, 0), (distance, 0.0, 0.0)), _plane("b", (0, 1, 0), (0.0, -distance, 0.0))])
+    assert [image.planes for image in found] == [("a",), ("b",), ("a", "b")]
+    assert found[2].place(np.zeros(3)) == pytest.approx([2.0 * distance, -2.0 * distance, 0.0], rel=1e-12)
+    far = np.array([0.3, 0.2, 0.1]) + distance
+    assert found[2].place(far) == pytest.approx([distance - 0.3, -3.0 * distance - 0.2, far[2]], rel=1e-12)
+
+
 @pytest.mark.parametrize(
     ("planes", "message"),
     [

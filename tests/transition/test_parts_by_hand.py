@@ -48,6 +48,17 @@ def test_modes_give_the_field_back():
     np.testing.assert_allclose(at_corners, corners[0], rtol=1e-13, atol=1e-14)
 
 
+def test_trilinear_is_exact_for_its_own_monomials():
+    corners, points = 0.5 * (CORNERS + 1.0), np.random.default_rng(8).random((20, 3))
+    x, y, z = corners.T
+    u, v, w = points.T
+    values = np.stack([x, y, z, x * y * z, x * y - 2 * z, y * z + 3], axis=-1)
+    expected = np.column_stack([u, v, w, u * v * w, u * v - 2 * w, v * w + 3])
+    for columns in (slice(0, 3), slice(3, 6)):
+        found = trilinear(np.repeat(values[None, :, columns], 20, axis=0), points)
+        np.testing.assert_allclose(found, expected[:, columns], atol=1e-14)
+
+
 def test_a_million_points_are_shared_out_in_proportion():
     """Eight for the lightest fragment; at least eight a cell of few cells, one start a cell of many, and never more."""
     cells = [np.full(100, 0.01), np.full(50, 0.04)]

@@ -30,7 +30,7 @@ def rows(prepared, count):
         share = fragments.mass / fragments.mass.sum()
         found.append(
             [
-                share @ speed - of_points, of_points, (fragments.mass > 1e-2).sum(),
+                share @ speed - of_points, of_points, len(speed), (fragments.mass > 1e-2).sum(),
                 *np.quantile(fragments.mass, [0.1, 0.25, 0.5, 0.75, 0.9, 0.99]),
                 *np.quantile(speed, [0.1, 0.5, 0.9, 0.99]),
                 *(share[polar < angle].sum() for angle in ANGLES),
@@ -51,15 +51,19 @@ def test_fragments_are_statistically_the_same(both):
     rings, hexahedra = (rows(prepared, COUNT) for prepared in both)
     speed = rings[:, 1].mean(), hexahedra[:, 1].mean()
     assert speed[0] == pytest.approx(speed[1], rel=2e-3)  # the field itself, on cells of 8 mm
-    rings, hexahedra = (np.delete(found, 1, axis=1) for found in (rings, hexahedra))
+    # Those drawn are as many as the laws expect: each segment's are rounded up or down at random.
+    numbers = [sum(law.n0 for law in prepared.laws) for prepared in both]
+    for found, expected in zip((rings, hexahedra), numbers, strict=True):
+        drawn = found[:, 2]
+        assert abs(drawn.mean() - expected) < 4.0 * drawn.std(ddof=1) / np.sqrt(COUNT), (drawn.mean(), expected)
+        assert np.abs(drawn - expected).max() < len(both[0].laws)
+    assert numbers[0] == pytest.approx(numbers[1], rel=5e-3)
+    rings, hexahedra = (np.delete(found, [1, 2], axis=1) for found in (rings, hexahedra))
     error = np.sqrt((rings.var(axis=0, ddof=1) + hexahedra.var(axis=0, ddof=1)) / COUNT)
     deviation = (rings.mean(axis=0) - hexahedra.mean(axis=0)) / error
     assert np.abs(deviation).max() < norm.ppf(1.0 - 0.005 / deviation.size), deviation
     # A number of fragments above 10 g that is 1 % off would be found.
     assert error[1] < 0.01 * rings[:, 1].mean() / 3.0
-    # All fragments together are as many as the laws expect, but for their rounding.
-    numbers = [sum(law.n0 for law in prepared.laws) for prepared in both]
-    assert numbers[0] == pytest.approx(numbers[1], rel=5e-3)
 
 
 def test_what_is_handed_over_is_the_same(both):

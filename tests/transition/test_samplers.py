@@ -45,16 +45,22 @@ def test_one_realisation_follows_the_law_far_closer_than_independent_draws(dimen
     assert np.mean(strays) < 0.35 * np.sqrt(number) + 2.0, strays
 
 
-@pytest.mark.parametrize(("dimension", "number"), [(2, 100.0), (2, 500.0), (3, 300.0), ("mixed", 300.0)])
-def test_number_above_any_mass_is_right_in_expectation(dimension, number):
-    """Within 1 %: closing on the mass hardly moves mu where no piece is a large part of the segment."""
-    realisations = 600
+@pytest.mark.parametrize("dimension", DIMENSIONS)
+@pytest.mark.parametrize(
+    ("number", "realisations", "bias"), [(12.0, 2000, 0.45), (40.0, 1200, 0.35), (300.0, 600, 0.12)]
+)
+def test_number_above_any_mass_is_right_in_expectation(dimension, number, realisations, bias):
+    """Closing on the mass adds less than half a fragment at any mass: a share of the number that falls with 1/n."""
     law, drawn = draws(dimension, number, realisations)
-    for share in (0.99, 0.8, 0.5, 0.2, 0.05):
+    for share in (0.99, 0.8, 0.5, 0.2, 0.05, 0.01):
         mass = float(law.inverse(share))
+        if mass > 0.5 * number * MEAN:
+            continue
         expected = number * share
         counts = np.array([(draw.mass > mass).sum() for draw in drawn])
-        tolerance = 4.0 * counts.std() / np.sqrt(realisations) + 0.01 * expected
+        # Fragments too many by 20,000, 8,000 and 3,000 realisations, largest over the shares. 12: 0.33 in two
+        # dimensions, 0.41 in three, at a mass of 0.37 of the segment's; 40: 0.09 and 0.31; 300: 0.03 and 0.10.
+        tolerance = 4.0 * counts.std() / np.sqrt(realisations) + bias
         assert abs(counts.mean() - expected) < tolerance, (share, counts.mean(), expected, tolerance)
 
 

@@ -22,7 +22,7 @@ from transition.law.mean_mass_data import (
 )
 from transition.law.mott import MottLaw
 from validation.m107_1944 import study as m107
-from validation.m107_1944.counts import Counts, count, prescribed
+from validation.m107_1944.counts import FOOT, Counts, count, falling_through, prescribed
 from validation.mean_mass.data import REFERENCE, above_a_cut, fit_numbers, fit_shells, from_recovery, measured
 from validation.mean_mass.scatter import LAWS, computed, ratios, scatter
 from validation.mean_mass.study import check_laws
@@ -235,6 +235,31 @@ def test_the_tables_own_numbers_have_no_error():
     m107.check(rows, "none", few, ("flight",))
     assert rows[0].ours == 0.0
     assert len(rows) == len(counted)
+
+
+def test_the_prescribed_law_flown_agrees_with_the_table():
+    """The flight's drag against a measurement: 10 % on the rows of 20 to 150 ft, 5 % on the distance of 62 to 63 m."""
+    found = count(prescribed(m107.REFERENCE, m107.SEED, realisations=4), m107.TABLE, m107.REFERENCE)
+    rows = m107.TABLE.gates(20.0 * FOOT, 150.0 * FOOT)
+    assert len(rows) == 7
+    assert found.number[rows] == pytest.approx(m107.TABLE.number[rows], rel=0.10)
+    assert found.speed[rows] == pytest.approx(m107.TABLE.speed[rows], rel=0.10)
+    assert 59.0 < found.hazardous_distance(m107.REFERENCE["hazard"]["density"]) < 66.0
+
+
+def test_a_density_falls_through_the_limit_for_the_last_time():
+    place = np.array([5.0, 15.0, 25.0, 35.0])
+    for density, distance in (
+        ([9.0, 4.0, 2.0, 0.0], 20.0),
+        ([9.0, 1.0, 4.0, 2.0], 30.0),  # the farthest counts
+        ([9.0, 9.0, 9.0, 9.0], 35.0),
+        ([0.0, 0.0, 0.0, 0.0], 0.0),
+    ):
+        assert falling_through(place, np.array(density), 3.0) == pytest.approx(distance)
+    # N / (4 pi r^2): the exact distance within the step squared
+    middle, limit = np.arange(0.5, 100.0), 1.0 / 55.7
+    exact = math.sqrt(900.0 / (4.0 * math.pi * limit))
+    assert falling_through(middle, 900.0 / (4.0 * np.pi * middle**2), limit) == pytest.approx(exact, rel=1e-4)
 
 
 # --- numbers of fragments ---------------------------------------------------------------------------------------------

@@ -147,10 +147,10 @@ def _densities(run: EnsembleHazard, reference: EnsembleHazard) -> list[dict[str,
 
 def _density(found: ExpectedDistance, kind: int, number: int) -> Estimates:
     beyond = (0, number - len(found.radius))
-    error = np.full(len(found.radius), np.nan)
+    error = np.full(number, np.nan)
     if found.density_low.size:
-        error = (found.density_high[kind] - found.density_low[kind]) / (2.0 * NORMAL_95)
-    return Estimates(np.pad(found.density[kind], beyond), np.pad(error, beyond))
+        error = np.pad((found.density_high[kind] - found.density_low[kind]) / (2.0 * NORMAL_95), beyond)
+    return Estimates(np.pad(found.density[kind], beyond), error)
 
 
 def _zones(run: ComparedRun, reference: ComparedRun) -> list[dict[str, Any]]:
