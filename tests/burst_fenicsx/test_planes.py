@@ -54,18 +54,18 @@ def test_a_plane_pushes_every_node_that_is_through_it(height):
 @pytest.mark.parametrize(("seen", "speed"), [(0.0, 1e4), (3e3, 1e4), (2e4, 4e4)])
 def test_no_node_reaches_a_plane_unseen(seen, speed):
     """Layer by layer, in steps of any size, at 10 km/s or at twice the speed seen when one looked: pushed at once."""
-    solver = against(moved(box((2, 2, 30), (0.004, 0.004, 0.06)), (0.0, 0.0, 0.011)), (0.0, 0.0, -seen))
+    solver = against(moved(box((1, 1, 800), (0.002, 0.002, 0.2)), (0.0, 0.0, 0.011)), (0.0, 0.0, -seen))
     (plane,), nodes, random = solver.contact.planes, solver.fields.nodes, np.random.default_rng(4)
     bins, numbers = solver.contact.impulse.constants, []
     while nodes.position[:, 2].max() > 0.0:
-        step = random.choice([1e-4, 4e-4, 1.9e-3]) * random.uniform(0.5, 1.0) / speed
+        step = random.choice([1.2e-4, 5.2e-4, 1.9e-3]) * random.uniform(0.8, 1.0) / speed
         nodes.position[:, 2] -= step * speed
         force = np.zeros_like(nodes.force)
         plane.add_forces(1e10, step, nodes.velocity, force, bins)
         np.testing.assert_array_equal(force[:, 2] > 0.0, nodes.position[:, 2] < 0.0)
         numbers.append(len(plane.near))
     assert numbers[0] == 0
-    assert len(set(numbers)) > 10  # few at a time are looked after
+    assert len(set(numbers)) > 50  # few at a time are looked after
 
 
 @pytest.mark.parametrize(("speed", "steps"), [(100.0, 51), (1000.0, 6)])
