@@ -140,8 +140,10 @@ def revolution(
     position, axis : three numbers
         A point of the axis (m) and its direction, from the base to the nose.
     most_cells : int
-        Wanted bound on the number of cells: as many sectors as it allows are taken between `FEWEST_SECTORS` and
-        `MOST_SECTORS`; where the fewest make more than ten times as many cells, four.
+        Wanted bound on the number of cells: as many sectors as it allows are taken, a multiple of four between
+        `FEWEST_SECTORS` and `MOST_SECTORS`. It is exceeded where it allows less than `FEWEST_SECTORS`: these are taken
+        up to ten times as many cells, beyond that four, so that there are never more cells than ten times the bound or
+        four for every quadrilateral, whichever is more.
     """
     quads = np.asarray(cells, dtype=np.int64)
     fewest = FEWEST_SECTORS if FEWEST_SECTORS * len(quads) <= _MANY * most_cells else _TOGETHER

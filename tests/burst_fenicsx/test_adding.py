@@ -57,7 +57,7 @@ for _ in range(400):
     state.nodes.position[:, 2] *= 1.005
     solver.add_forces(1e-9)
 
-settings = replace(SETTINGS, geometry="axisymmetric", products="ideal_gas", cell_size=10e-3)
+settings = replace(SETTINGS, geometry="axisymmetric", products="ideal_gas", cell_size=10e-3, end_time=60e-6)
 found["summary"] = simulate([tube(casing=hard)], settings, Path(sys.argv[1]), comm=MPI.COMM_SELF).summary
 print(json.dumps(found, default=float))
 """
@@ -78,7 +78,7 @@ def test_a_law_of_ones_own_hardens_by_its_closed_form(found):
     plastic = shear > 1.1 * strength / modulus
     tau = (strength + hardening * shear / np.sqrt(2.0)) / (1.0 + hardening / (np.sqrt(2.0) * modulus))
     np.testing.assert_allclose(stress[plastic], tau[plastic], rtol=2e-3)
-    np.testing.assert_allclose(strain[plastic], ((shear - tau / modulus) / np.sqrt(2.0))[plastic], rtol=0.02)
+    np.testing.assert_allclose(strain[plastic], ((shear - tau / modulus) / np.sqrt(2.0))[plastic], rtol=5e-3)
 
 
 def test_products_of_ones_own_expand_on_their_isentrope(found):
@@ -89,8 +89,14 @@ def test_products_of_ones_own_expand_on_their_isentrope(found):
     np.testing.assert_allclose(pressure * volume**3, pressure[0] * volume[0] ** 3, rtol=2e-3)
 
 
-def test_a_tube_of_both_bursts_to_its_end(found):
+def test_a_tube_of_both_bursts_to_its_end_nearly_as_fast_as_gurney_has_it(found):
+    """Of a long tube without strength: sqrt(2 Q / (M/C + 1/2)). Its ends vent and its steel bears, so the mean is less.
+
+    The fastest tenth of it, away from the ends, comes to within 30 %, and nothing is faster.
+    """
     summary = found["summary"]
-    assert summary["end_time"] == pytest.approx(20e-6, rel=1e-9)
+    assert summary["end_time"] == pytest.approx(60e-6, rel=1e-9)
     assert summary["lost_cells"] == 0
-    assert summary["mean_initial_speed"] > 100.0
+    gurney = np.sqrt(2.0 * 4.52e6 / (summary["casing_mass"] / summary["charge_mass"] + 0.5))
+    assert 0.7 * gurney < summary["speed_quantiles"]["90"] < summary["max_initial_speed"] < gurney
+    assert 0.55 * gurney < summary["mean_initial_speed"] < gurney

@@ -81,13 +81,15 @@ def test_points_inside_the_boxes_of_others():
 SQUARE = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]])
 
 
-def bounds_of(corners):
-    """Ball (faces, 5) and corner bounds (faces, 4, 5) of separate faces with corners (faces, 4, 3)."""
+def bounds_of(corners, velocity=None, near=None):
+    """Ball (faces, 5) and corner bounds (faces, 4, 5) of separate faces with corners (faces, 4, 3); not near: NaN."""
     count = len(corners)
     position = np.ascontiguousarray(corners.reshape(-1, 3))
+    velocity = np.zeros_like(position) if velocity is None else np.ascontiguousarray(velocity.reshape(-1, 3))
     ball, bound = np.full((count, 5), np.nan), np.full((count, 20), np.nan)
     faces = np.arange(4 * count, dtype=np.int64).reshape(count, 4)
-    bound_faces(position, np.zeros_like(position), faces, np.arange(count), ball, bound)
+    near = np.arange(count) if near is None else np.array(near, dtype=np.int64)
+    bound_faces(position, velocity, faces, near, ball, bound)
     return ball, bound.reshape(count, 4, 5)
 
 
@@ -113,3 +115,26 @@ def test_a_warped_face_lies_between_its_bounds():
         slack = 1e-9 * ball[:, 3]
         np.testing.assert_allclose(bound[:, n, 3], heights.min(axis=1) - slack, atol=1e-12)
         np.testing.assert_allclose(bound[:, n, 4], heights.max(axis=1) + slack, atol=1e-12)
+
+
+def test_a_rectangle_has_the_ball_over_its_diagonal_no_height_and_the_speed_of_its_fastest_corner():
+    """Sides 3 and 4 m, turned: radius 2.5 m around the middle, all four normals that of the plane."""
+    turn, _ = np.linalg.qr(np.random.default_rng(3).normal(size=(3, 3)))
+    turn *= np.linalg.det(turn)
+    corners = SQUARE * [3.0, 4.0, 0.0] @ turn.T + [10.0, -20.0, 30.0]
+    velocity = np.array([[1.0, 2.0, 2.0], [2.0, -6.0, 9.0], [0.0, 0.0, 0.0], [9.0, 0.0, 0.0]])
+    ball, bound = bounds_of(corners[None], velocity[None])
+    np.testing.assert_allclose(ball[0], [*corners.mean(axis=0), 2.5, 11.0], rtol=1e-14)
+    np.testing.assert_allclose(bound[0, :, :3], np.tile(turn[:, 2], (4, 1)), atol=1e-13)
+    np.testing.assert_allclose(bound[0, :, 3:], np.tile([-2.5e-9, 2.5e-9], (4, 1)), atol=1e-13)
+
+
+def test_faces_that_are_far_are_left_alone_and_corners_may_coincide():
+    """A corner whose edges are one has no normal: its bounds are nothing but the slack, which rejects no node."""
+    ball, bound = bounds_of(np.stack([SQUARE, SQUARE[[0, 1, 2, 2]], SQUARE[[0, 1, 1, 1]]]), near=[1, 2])
+    assert np.isnan(ball[0]).all()
+    assert np.isnan(bound[0]).all()
+    np.testing.assert_allclose(bound[1, :2, :3], [[0.0, 0.0, 1.0]] * 2)
+    np.testing.assert_allclose(bound[2, :, :3], 0.0)
+    assert (bound[2, :, 3] < 0.0).all()
+    assert (bound[2, :, 4] > 0.0).all()

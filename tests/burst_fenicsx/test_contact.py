@@ -314,6 +314,8 @@ def test_contacts_of_many_kinds_on_one_node_are_summed_exactly():
     sums = {float(np.add.accumulate(np.random.default_rng(k).permutation(rounded))[-1]) for k in range(50)}
     assert len(sums) == 1
     assert sums.pop() < 4.0 * CONTACT_FORCES * largest
+    # A multiple of the cells' own quantum that is a power of two: sums with their forces are exact as well.
+    assert np.frexp(CONTACT_FORCES)[0] == 0.5
 
 
 def test_penetrations_of_the_interface_are_the_largest_so_far():

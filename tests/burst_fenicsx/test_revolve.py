@@ -88,14 +88,21 @@ def test_fields_turn_with_the_sectors():
 
 
 @pytest.mark.parametrize(
-    ("most", "sectors"), [(200_000, 96), (100_000, 80), (60_000, 48), (20_000, 24), (2_880, 24), (2_879, 4)]
+    ("most", "sectors"), [(200_000, 96), (100_000, 80), (60_000, 48), (20_000, 24), (2_880, 24), (2_879, 4), (400, 4)]
 )
 def test_fewer_sectors_bound_the_number_of_cells(most, sectors):
-    """Of 1200 quadrilaterals: as many as allowed from 24 to 96, four where 24 make more than ten times what is."""
+    """Of 1200 quadrilaterals: as many as allowed from 24 to 96, four where 24 make more than ten times what is.
+
+    The bound is kept where it allows 24; else there are ten times as many cells at most, or four sectors of them.
+    """
     flat, cells = grid(20, 60)
     swept = revolution(world(flat), cells, POSITION, AXIS, most_cells=most)
     assert swept.sectors == sectors
-    assert len(swept.cells) == sectors * 1200
+    assert swept.sectors % 4 == 0
+    assert len(swept.cells) == sectors * 1200 <= (most if most >= 24 * 1200 else max(10 * most, 4 * 1200))
+    field = np.random.default_rng(1).random(len(cells))
+    assert swept.cell_field(field).sum() == pytest.approx(sectors * field.sum(), rel=1e-12)
+    np.testing.assert_array_equal(np.bincount(swept.cell), sectors)
     chords = np.sin(2.0 * np.pi / sectors) * sectors / (2.0 * np.pi)
     assert volumes(swept.positions(world(flat)), swept.cells).sum() == pytest.approx(12.0 * np.pi * chords, rel=1e-12)
 
