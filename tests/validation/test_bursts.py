@@ -173,13 +173,14 @@ def test_the_focus_weakens_and_widens_with_the_gap():
 
 
 def test_delays_of_either_round_mirror_each_other_and_move_the_focus_to_the_later():
-    good = {1e-5: (focus(), focus(place=3e-3)), 2e-5: (focus(), focus(place=6e-3))}
+    good = {1e-5: (focus(place=-3e-3), focus(place=3e-3)), 2e-5: (focus(place=-6e-3), focus(place=6e-3))}
     assert found(stacks.check_delays, good, focus()) == []
-    back = good | {2e-5: (focus(), focus(place=2e-3))}
+    back = good | {2e-5: (focus(place=-2e-3), focus(place=2e-3))}
     assert found(stacks.check_delays, back, focus()) == ["delay of 20 us: focus, further to the later round"]
-    uneven = {1e-5: (focus(0.26), focus(0.25, place=5e-3))}
+    uneven = {1e-5: (focus(0.26, place=-3.9e-3), focus(0.25, place=5e-3))}
     assert found(stacks.check_delays, uneven, focus()) == [
-        "delay of 10 us: mass within 10 deg, left delayed over right delayed"
+        "delay of 10 us: mass within 10 deg, left delayed over right delayed",
+        "delay of 10 us: focus, sum of the two mirrored places",
     ]
 
 

@@ -86,12 +86,20 @@ BURST = {"energy_error_at_outputs": 0.004, "contact_error_at_end": 0.009, "lost_
 
 @pytest.mark.parametrize(
     ("change", "sound"),
-    [({}, 2), ({"energy_error_at_outputs": 0.011}, 1), ({"contact_error_at_end": 0.011}, 1), ({"lost_cells": 1}, 1)],
+    [
+        ({}, 2),
+        ({"energy_error_at_outputs": 0.011}, 1),
+        ({"energy_error_at_outputs": math.nan}, 1),
+        ({"contact_error_at_end": 0.011}, 1),
+        ({"lost_cells": 1}, 1),
+    ],
 )
 def test_every_burst_of_a_study_must_close_its_energy_and_lose_no_cell(tmp_path, change, sound):
     runs, rows = Runs(tmp_path), rows_of()
-    runs.bursts.extend([BURST, {**BURST, **change}])
+    runs.bursts.extend([("one_8_mm", BURST), ("two_8_mm", {**BURST, **change})])
     runs.check(rows)
+    assert ("two_8_mm" in rows[0].quantity) == (sound != 2)
+    assert rows.unsound == ([] if sound == 2 else ["two_8_mm"])
     assert [(row.ours, row.passed) for row in rows] == [(sound, sound == 2)]
     assert not runs.bursts
     runs.check(rows)
@@ -116,6 +124,11 @@ def stops(*_):
 def faulty(_, rows):
     passes(_, rows)
     rows.append(1 // 0)
+
+
+def unsound(runs, rows):
+    passes(runs, rows)
+    runs.bursts.append(("open_8_mm", {**BURST, "lost_cells": 1}))
 
 
 def without_number(_, rows):
@@ -164,6 +177,7 @@ def test_an_unknown_case_is_refused_by_name(capsys):
         (stops, [], "stopped: the burst ended with exit code 3"),
         (faulty, [], "stopped: ZeroDivisionError"),
         (lambda *_: None, [], "there are no rows"),
+        (unsound, [], "bursts with open energy or lost cells: open_8_mm"),
         (without_number, [], "rows without a number: n"),
         (passes, ["--quick"], "these are coarse cells (--quick)"),
     ],
