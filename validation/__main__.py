@@ -50,7 +50,7 @@ CASES = {
     "axisymmetric": Case(
         ("burst",),
         "The default cells give the mean speed of a single round to better than a distance can be known; meridian and "
-        "three dimensions are the same burst.",
+        "three dimensions are the same burst but for the metal beside the fuze and the fastest cell.",
     ),
     "copper_cylinder": Case(
         ("burst",),

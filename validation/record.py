@@ -40,6 +40,8 @@ def reason_against(rows: Rows, stopped: str | None) -> str:
         return "these are coarse cells (--quick)"
     if not rows:
         return "there are no rows"
+    if rows.unsound:
+        return f"bursts with open energy or lost cells: {', '.join(rows.unsound)}"
     empty = [row.quantity for row in rows if not row.has_numbers]
     return f"rows without a number: {', '.join(empty)}" if empty else ""
 

@@ -84,11 +84,17 @@ class Rows(list[Row]):
         Of all its rows; a row may have more.
     quick : bool
         Coarse cells: comparisons and trends are shown and not judged, since cells may be what they show.
+
+    Attributes
+    ----------
+    unsound : list of str
+        Bursts whose energy is open or that lost cells: what they were compared with is void.
     """
 
     def __init__(self, case: str, subjects: Sequence[str] = (), *, quick: bool = False) -> None:
         super().__init__()
         self.case, self.subjects, self.quick = case, tuple(subjects), quick
+        self.unsound: list[str] = []
 
     def verify(
         self, quantity: str, ours: float, reference: float, allowed: float, source: str, unit: str = "", *also: str

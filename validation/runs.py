@@ -63,14 +63,14 @@ class Runs:
     ranks : int
         MPI ranks of a run.
     bursts : list
-        The parts "burst" of the summaries of all runs made so far; `check` looks at them.
+        Directory's name and part "burst" of the summary of every run made so far; `check` looks at them.
     """
 
     folder: Path = FOLDER
     resume: bool = False
     threads: int | None = None
     ranks: int = 1
-    bursts: list[dict[str, Any]] = field(default_factory=list)
+    bursts: list[tuple[str, dict[str, Any]]] = field(default_factory=list)
 
     def directory(self, name: str, size: str) -> Path:
         """Directory of the run `name` at a cell size such as "8 mm"."""
@@ -116,7 +116,7 @@ class Runs:
         path.write_text(changed_case(ROOT / case, {"burst.geometry": geometry, **(changes or {})}), encoding="utf-8")
         if not (self.resume and _finished(out, path, size, stage)):
             self._make(name, path, size, stage, out)
-        self.bursts.append(summary_of(out)["burst"])
+        self.bursts.append((out.name, summary_of(out)["burst"]))
         return out
 
     def _make(self, name: str, path: Path, size: str, stage: str, out: Path) -> None:
@@ -135,7 +135,7 @@ class Runs:
         geometry: Geometry = "axisymmetric",
     ) -> tuple[Path, dict[str, Any]]:  # fmt: skip
         """As `run`, the burst alone: its directory, and the part "burst" of its summary."""
-        return self.run(name, case, size, changes, stage="burst", geometry=geometry), self.bursts[-1]
+        return self.run(name, case, size, changes, stage="burst", geometry=geometry), self.bursts[-1][1]
 
     def hazard(self, name: str, case: str, size: str, changes: Mapping[str, Any] | None = None) -> dict[str, Any]:
         """As `run`, the whole chain of one round in its meridian: the part "hazard" of its summary."""
@@ -143,21 +143,28 @@ class Runs:
         return found
 
     def check(self, rows: Rows) -> None:
-        """Add what all bursts of a study must fulfil: their energy closed and no cell lost; begin again with none."""
+        """Add what all bursts of a study must fulfil: their energy closed and no cell lost; begin again with none.
+
+        One that does not voids what it was compared with: it is named, and the rows may not stand in the record.
+        """
         if self.bursts:
-            closed = [
-                max(burst["energy_error_at_outputs"], burst["contact_error_at_end"]) <= LARGEST_ENERGY_ERROR
-                and not burst["lost_cells"]
-                for burst in self.bursts
-            ]
-            quantity = f"bursts with closed energy and no lost cell, of {len(closed)}"
+            number = len(self.bursts)
+            unsound = [name for name, burst in self.bursts if not _sound(burst)]
+            quantity = f"bursts with closed energy and no lost cell, of {number}"
+            quantity += f" (not: {', '.join(unsound)})" if unsound else ""
             both = "conservation of energy and mass"
-            rows.bound(quantity, sum(closed), (len(closed), len(closed)), both, "", "burst")
+            rows.bound(quantity, number - len(unsound), (number, number), both, "", "burst")
+            rows.unsound += unsound
         self.bursts.clear()
 
     @staticmethod
     def _call(command: list[str]) -> int:
         return subprocess.run(command, cwd=ROOT, check=False, stdout=2).returncode
+
+
+def _sound(burst: Mapping[str, Any]) -> bool:
+    errors = burst["energy_error_at_outputs"], burst["contact_error_at_end"]
+    return all(error <= LARGEST_ENERGY_ERROR for error in errors) and not burst["lost_cells"]
 
 
 def _finished(out: Path, case: Path, size: str, stage: str) -> bool:

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import tomllib
+from dataclasses import replace
 
 import h5py
 import numpy as np
 import pytest
 
+from validation.axisymmetric import study as axisymmetric
 from validation.colliding_tubes.study import REFERENCE as COLLIDING
 from validation.colliding_tubes.study import Metal, counted_metal, reference_shares
 from validation.copper_cylinder.streak import Streak, streak
+from validation.paper_3_2 import study as paper_3_2
+from validation.paper_3_2.ring import HITS, Ring
 from validation.rows import Rows
 from validation.runs import ROOT, StudyError
 from validation.stack_trends import study as stacks
@@ -173,13 +177,14 @@ def test_the_focus_weakens_and_widens_with_the_gap():
 
 
 def test_delays_of_either_round_mirror_each_other_and_move_the_focus_to_the_later():
-    good = {1e-5: (focus(), focus(place=3e-3)), 2e-5: (focus(), focus(place=6e-3))}
+    good = {1e-5: (focus(place=-3e-3), focus(place=3e-3)), 2e-5: (focus(place=-6e-3), focus(place=6e-3))}
     assert found(stacks.check_delays, good, focus()) == []
-    back = good | {2e-5: (focus(), focus(place=2e-3))}
+    back = good | {2e-5: (focus(place=-2e-3), focus(place=2e-3))}
     assert found(stacks.check_delays, back, focus()) == ["delay of 20 us: focus, further to the later round"]
-    uneven = {1e-5: (focus(0.26), focus(0.25, place=5e-3))}
+    uneven = {1e-5: (focus(0.26, place=-3.9e-3), focus(0.25, place=5e-3))}
     assert found(stacks.check_delays, uneven, focus()) == [
-        "delay of 10 us: mass within 10 deg, left delayed over right delayed"
+        "delay of 10 us: mass within 10 deg, left delayed over right delayed",
+        "delay of 10 us: focus, sum of the two mirrored places",
     ]
 
 
@@ -244,3 +249,52 @@ def test_the_study_of_attitudes_shows_cells_leans_and_the_envelope(tmp_path):
     assert (lying.ours, lying.reference) == (190.0, 280.0)
     assert {"profile:m107", "explosive:comp_b"} <= set(lying.subjects)
     assert (tmp_path / "attitudes.png").is_file()
+
+
+# --- the pair and the meridian -------------------------------------------------------------------------------
+
+
+def ring(number, seed, speed=1000.0, realisations=20):
+    """Even hits on a ring."""
+    chance = np.random.default_rng(seed)
+    hits = np.zeros(number * realisations, dtype=HITS)
+    hits["realisation"] = np.repeat(np.arange(realisations), number)
+    hits["azimuth"] = chance.uniform(-180.0, 180.0, len(hits))
+    hits["mass"], hits["initial_speed"] = 1e-3, speed
+    return Ring(np.full(realisations, number), hits)
+
+
+def test_the_rings_hits_over_the_azimuth_are_all_hits():
+    rows = Rows("paper_3_2")
+    two, one = ring(2000, 1), ring(1000, 2)
+    paper_3_2.check_ring(rows, "6 mm", two, one)
+    two.hits["azimuth"][0] = np.nan
+    paper_3_2.check_ring(rows, "6 mm", two, one)
+    assert [row.passed for row in rows] == [True, False]
+    assert rows[0].reference == pytest.approx(360.0)
+
+
+def test_forms_of_the_pair_are_judged_by_the_sector_farthest_off():
+    rows = Rows("paper_3_2")
+    same = ring(20_000, 1)
+    faster = replace(same, hits=same.hits.copy())
+    near = np.abs(faster.hits["azimuth"] % 180.0 - 90.0) < 5.0
+    faster.hits["initial_speed"][near] *= 1.006
+    paper_3_2.check_forms(rows, "6 mm", same, {"mirrored": same, "full": faster})
+    assert len(rows) == 8
+    assert all("full" in name and "speed" in name and "within 5 deg" in name for name in missed(rows))
+    assert len(missed(rows)) == 2
+
+
+def test_a_jump_between_layers_of_the_wall_is_seen(tmp_path):
+    """Three layers of two cells with 10, 12 and 40 m/s; a cell of other stations does not count."""
+    with h5py.File(tmp_path / "s.h5", "w") as file:
+        radius = np.array([50.0, 50.0, 56.0, 56.0, 62.0, 62.0, 50.0]) * 1e-3
+        corners = np.stack([radius, radius + 6e-3, radius + 6e-3, radius], axis=1)
+        file["nodes/reference"] = np.stack([corners.ravel(), np.zeros(28), np.zeros(28)], axis=1)
+        axial = np.repeat([10.0, 10.0, 12.0, 12.0, 40.0, 40.0, 500.0], 4)
+        file["nodes/velocity"] = np.stack([np.zeros(28), np.zeros(28), axial], axis=1)
+        file["cells/nodes"] = np.arange(28).reshape(7, 4)
+        file["cells/mass"], file["cells/part"] = np.ones(7), np.zeros(7, dtype=int)
+        file["cells/station"] = np.array([0.4] * 6 + [0.2])
+    assert axisymmetric.wall_jump(tmp_path / "s.h5") == pytest.approx(28.0)

@@ -93,7 +93,7 @@ def test_runs_are_made_again_or_gone_on_with(tmp_path, calls):
     assert made[-1][3:] == ["run", str(tmp_path / "pair_8_mm.toml"), "--cell-size", "8 mm", "--out", str(folder),
                             "--overwrite"]  # fmt: skip
     assert load_case(tmp_path / "pair_8_mm.toml").burst.geometry == "3d"  # whatever the case leaves to choose
-    assert runs.bursts == [{"number": 1}]
+    assert runs.bursts == [("pair_8_mm", {"number": 1})]
     _, burst = runs.burst("single", "cases/m107_tnt.toml", "8 mm")
     assert burst == {"number": 2}
     assert load_case(tmp_path / "single_8_mm.toml").burst.geometry == "axisymmetric"

@@ -39,9 +39,12 @@ def study(runs: Runs, rows: Rows) -> None:
     folder, burst = runs.burst("colliding_tubes_pair", REFERENCE["pair"], size, geometry="3d")
     both, before = Metal.together(counted_metal(folder / "burst_snapshot.h5")), "the tube before the plane"
     _passed(rows, f"two tubes, {size}: metal within the neighbour at the end", burst, "in_other_rounds")
-    for angle in angles:
-        rows.trend(f"two tubes, {size}: mass within {angle:g} degrees", 100.0 * both.share(angle),
-                   100.0 * tubes[size].share(angle), before, "%")  # fmt: skip
+    for angle, points in zip(angles, REFERENCE["pair_shares"], strict=True):
+        share = tubes[size].share(angle)
+        rows.verify(f"two tubes, {size}: mass within {angle:g} degrees", 100.0 * both.share(angle), 100.0 * share,
+                    points / share, before, "%")  # fmt: skip
+    rows.verify(f"two tubes, {size}: mean velocity away from the other", both.mean_velocity, tubes[size].mean_velocity,
+                REFERENCE["pair_velocity"], before, "m/s")  # fmt: skip
 
 
 def _passed(rows: Rows, quantity: str, burst: dict[str, Any], key: str) -> None:

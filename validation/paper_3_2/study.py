@@ -2,38 +2,39 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 from validation.paper_3_2.ring import Estimate, Ring, mean_of, ratio_of_means, ring_of_run
 from validation.runs import reference_beside
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from validation.rows import Rows
     from validation.runs import Geometry, Runs
 
-__all__ = ["REFERENCE", "check_pair", "study"]
+__all__ = ["REFERENCE", "check_forms", "check_pair", "check_ring", "study"]
 
 REFERENCE = reference_beside(__file__)
 LOBE = 60.0
 """Degrees from the focus beyond which the pair is undisturbed."""
-_SEEDS = {"quarter": 1, "single": 2, "full": 4}
+_SEEDS = {"quarter": 1, "single": 2, "mirrored": 3, "full": 4}
 """Ensembles that are compared have seeds of their own."""
 _FRACTION = 0.99
+_SECTORS = {f"within {width:g} deg": (0.0, width) for width in (5.0, 10.0, 20.0, 35.0)}
+_SECTORS |= {f"beyond {LOBE:g} deg": (LOBE, 90.0)}
 
 
 def study(runs: Runs, rows: Rows) -> None:
-    """Compare the pair, a quarter of it computed, with the single round at every cell size, and once with the whole."""
+    """Compare the pair, a quarter of it computed, with the single round at every cell size; once with more of it."""
     sizes = REFERENCE["quick_sizes" if rows.quick else "sizes"]
     rings = {size: _ring(runs, rows, "quarter", size) for size in sizes}
     for size, pair in rings.items():
-        check_pair(rows, size, pair, _ring(runs, rows, "single", size))
+        single = _ring(runs, rows, "single", size)
+        check_pair(rows, size, pair, single)
+        check_ring(rows, size, pair, single)
     size = sizes[0]
-    whole, quarter = _ring(runs, rows, "full", size), rings[size]
-    kinds: tuple[tuple[Literal["number", "mass"], str], ...] = (("number", ""), ("mass", "kg"))
-    for kind, unit in kinds:
-        ours, base = (mean_of(ring.per_degree((0.0, 10.0), kind)) for ring in (whole, quarter))
-        rows.trend(f"{size}, both rounds in full: {kind} a degree within 10 deg", ours.value, base.value,
-                   "a quarter of the pair", unit, standard_error=ours.error)  # fmt: skip
+    check_forms(rows, size, rings[size], {form: _ring(runs, rows, form, size) for form in ("mirrored", "full")})
 
 
 def _ring(runs: Runs, rows: Rows, form: str, size: str) -> Ring:
@@ -43,6 +44,7 @@ def _ring(runs: Runs, rows: Rows, form: str, size: str) -> Ring:
     changes: dict[str, Any] = {"burst.symmetry": symmetry}
     folder, _ = runs.burst(f"paper_3_2_{form}", case, size, changes, shape)
     count = REFERENCE["quick_realisations" if rows.quick else "realisations"]
+    count *= REFERENCE["more"] if size == REFERENCE["quick_sizes" if rows.quick else "sizes"][0] else 1
     return ring_of_run(folder, 1 if form == "single" else 2, seed=_SEEDS[form], realisations=count,
                        threads=runs.threads)  # fmt: skip
 
@@ -68,3 +70,38 @@ def check_pair(rows: Rows, size: str, pair: Ring, single: Ring) -> None:
     mass = ratio_of_means(pair.per_degree((0.0, 10.0), "mass"), pair.per_degree((LOBE, 90.0), "mass"))
     rows.trend(f"{size}: mass a degree within 10 deg over that beyond {LOBE:g} deg", mass.value, None, "cells",
                standard_error=mass.error)  # fmt: skip
+
+
+def check_ring(rows: Rows, size: str, pair: Ring, single: Ring) -> None:
+    """Integral of the number ratio less one over the azimuth, against the hits, which know no azimuth."""
+    mean = float(single.per_degree((0.0, 90.0)).mean())
+    bins = [(low, low + 10.0) for low in range(0, 90, 10)]
+    integral = sum(40.0 * (float(pair.per_degree(one).mean()) / mean - 1.0) for one in bins)
+    hits, of_single = (len(ring.hits) / ring.fragments.size for ring in (pair, single))
+    rows.verify(f"{size}: integral of the number ratio less 1", integral, 360.0 * (hits / of_single - 1.0),
+                REFERENCE["conserved"], "all hits, whatever their azimuth", "deg")  # fmt: skip
+
+
+def check_forms(rows: Rows, size: str, quarter: Ring, others: Mapping[str, Ring]) -> None:
+    """Other forms of the pair beside the quarter: of every kind of quantity the sector that is farthest off."""
+    base = _profile(quarter)
+    for form, ring in others.items():
+        found = _profile(ring)
+        for kind, allowed in REFERENCE["alike"].items():
+            apart = {place: found[kind, place].over(base[kind, place]) for place in _SECTORS}
+            place = max(apart, key=lambda one: abs(apart[one].value - 1.0))
+            quantity = (f"{size}, {form}: {kind} {place}, the sector farthest off (standard error "
+                        f"{100.0 * apart[place].error:.2g} %)")  # fmt: skip
+            unit = {"number": "per degree", "mass": "kg per degree"}.get(kind, "m/s")
+            rows.verify(quantity, found[kind, place].value, base[kind, place].value, allowed, "a quarter of the pair",
+                        unit)  # fmt: skip
+
+
+def _profile(ring: Ring) -> dict[tuple[str, str], Estimate]:
+    found = {}
+    for place, angles in _SECTORS.items():
+        found["number", place] = mean_of(ring.per_degree(angles))
+        found["mass", place] = mean_of(ring.per_degree(angles, "mass"))
+        found["mean speed", place] = mean_of(ring.mean_speed(angles))
+        found["99 % of speeds", place] = mean_of(ring.fast_speed(angles, _FRACTION))
+    return found

@@ -31,11 +31,14 @@ class Impact:
         Change of the rod's momentum less the plane's impulse, over the momentum at the start.
     energy_error : float
         Of the ledger, relative to the kinetic energy at the start.
+    moving : float
+        Fraction of the kinetic energy that is left at the end.
     """
 
     length: float
     momentum_error: float
     energy_error: float
+    moving: float
 
 
 def final_length(values: Mapping[str, Any]) -> float:
@@ -70,4 +73,5 @@ def impact(values: Mapping[str, Any], core: int) -> Impact:
         length=float(np.ptp(fields.nodes.position[:, 2])),
         momentum_error=(gained - float(solver.contact.impulse.given()[2])) / abs(start_momentum),
         energy_error=energy(last) / energy(first) - 1.0,
+        moving=last.kinetic / first.kinetic,
     )

@@ -56,6 +56,11 @@ class Softening:
         """Largest difference from the closed form, over the strength."""
         return float(np.abs(self.stress - self.exact).max() / self.strength)
 
+    @property
+    def left(self) -> float:
+        """Stress that is left at the end, over the strength."""
+        return float(abs(self.stress[-1]) / self.strength)
+
 
 def in_shear(values: Mapping[str, Any]) -> Softening:
     """Stretch along x and shorten along y by the same, at constant volume: the shear strength falls to zero.

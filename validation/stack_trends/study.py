@@ -135,6 +135,8 @@ def check_delays(rows: Rows, delays: dict[float, tuple[Focus, Focus]], together:
         name = f"delay of {1e6 * delay:g} us"
         rows.verify(f"{name}: mass within 10 deg, left delayed over right delayed", left.share / right.share, 1.0,
                     REFERENCE["swapped"], "symmetry")  # fmt: skip
+        both, most = 1e3 * (left.place + right.place), 1e3 * REFERENCE["swapped_place"]
+        rows.bound(f"{name}: focus, sum of the two mirrored places", both, (-most, most), "symmetry", "mm")
         further = 1e3 * (right.place - before.place)
         rows.bound(f"{name}: focus, further to the later round", further, (0.0, np.inf), _SOURCE, "mm", kind="trend")
         before = right
