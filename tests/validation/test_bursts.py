@@ -256,10 +256,10 @@ def test_the_study_of_attitudes_shows_cells_leans_and_the_envelope(tmp_path):
 
 def ring(number, seed, speed=1000.0, realisations=20):
     """Even hits on a ring."""
-    chance = np.random.default_rng(seed)
+    random = np.random.default_rng(seed)
     hits = np.zeros(number * realisations, dtype=HITS)
     hits["realisation"] = np.repeat(np.arange(realisations), number)
-    hits["azimuth"] = chance.uniform(-180.0, 180.0, len(hits))
+    hits["azimuth"] = random.uniform(-180.0, 180.0, len(hits))
     hits["mass"], hits["initial_speed"] = 1e-3, speed
     return Ring(np.full(realisations, number), hits)
 
