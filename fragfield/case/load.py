@@ -14,6 +14,7 @@ from fragfield.case.checks.consistency import check_case, check_charges
 from fragfield.case.checks.stage_limits import stage_faults
 from fragfield.case.conversion.attitude import attitude_faults, is_mixed, with_axes
 from fragfield.case.conversion.axisymmetry import check_geometry
+from fragfield.case.conversion.casing_data import with_casing_data
 from fragfield.case.conversion.exposed_sites import resolved_exposed
 from fragfield.case.conversion.fragment_counts import check_counts, with_counts
 from fragfield.case.conversion.placing import base_faults, on_base
@@ -34,6 +35,7 @@ if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
     from burst_fenicsx.geometry import Profile
+    from fragfield_base.substances import Substance
 
 Material = ExplosiveTable | CasingTable
 Loaded = TypeVar("Loaded")
@@ -118,10 +120,20 @@ def _resolved(case: Case, source: str, folder: Path) -> Case:
     planes = [resolved_plane(entry) for entry in case.plane]
     changes: dict[str, Any] = {"round": rounds, "stack": None, "plane": planes}
     changes["exposed"] = resolved_exposed(case)
+    if case.burst is not None:
+        changes["break_up"] = with_casing_data(case.break_up, _casings(case, folder), source)
     if case.burst is not None and case.burst.stop is None:
         stop = "acceleration" if case.burst.end_time is None else "time"
         changes["burst"] = case.burst.model_copy(update={"stop": stop})
     return with_counts(case.model_copy(update=changes), source, folder)
+
+
+def _casings(case: Case, folder: Path) -> list[Substance]:
+    """Casings that rounds name, with all that their files hold."""
+    from burst_fenicsx.materials.library import load_substance
+
+    names = dict.fromkeys(_located(entry.casing, folder) for entry in case.round if isinstance(entry.casing, str))
+    return [found for name in names if (found := load_substance("casing", name)) is not None]
 
 
 def _with_files(case: Case, folder: Path) -> Case:

@@ -28,6 +28,7 @@ from fragfield.hazard.rules import rules_for
 from fragfield.pipeline.arena import read_arena
 from fragfield.pipeline.attitudes import attitudes_of
 from transition.law.mean_mass import gurney_coefficient, gurney_speed
+from fragfield_base.substances import graded
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -143,6 +144,8 @@ def _round(entry: Round, settings: BurstSettings, mesh: CellMesh, times: int) ->
     meshed = part_volumes(mesh)
     density = {Part.CASING: entry.casing.density, Part.CHARGE: entry.explosive.density}
     found: dict[str, Any] = {"name": entry.name}
+    for kind, material in (("explosive", entry.explosive), ("casing", entry.casing)):
+        found[kind] = {"name": material.name, "grades": graded(material.source)}
     in_mesh = {"casing_mass": times * meshed[Part.CASING] * density[Part.CASING]}
     in_mesh["charge_mass"] = times * meshed[Part.CHARGE] * density[Part.CHARGE]
     exact = dict(in_mesh)

@@ -15,6 +15,7 @@ from fragfield.hazard.contents import quantity_words
 from fragfield.hazard.prescribed import USES, official_note
 from fragfield.terminal.progress import duration
 from fragfield.terminal.show import OFFICIAL_LABELS, number_text, plain_console, stripped
+from fragfield_base.names import substance_title
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -76,6 +77,10 @@ def _print_burst(console: Console, found: Mapping[str, Any]) -> None:
         console.print(_round_table(_listed(names), entry))
         if entry.get("segments"):
             console.print(_segment_table(entry["segments"]))
+        for kind in ("explosive", "casing"):
+            name, grades = entry[kind]["name"], entry[kind]["grades"]
+            title = substance_title(name, kind) if grades else "values of the user's own"
+            console.print(f"{kind} {name}: {title}{f' ({grades})' if grades else ''}", markup=False)
     _print_arrangement(console, found["arrangement"])
     mesh, expected = found["mesh"], found["expected"]
     console.print(f"burst: {found['geometry']['choice']} ({found['geometry']['reason']})")
