@@ -138,8 +138,8 @@ install_debian_packages() {
 
 # --- pip ----------------------------------------------------------------------------------------------------
 
-create_venv() {  # one on the same interpreter is kept: others may be working in it
-    if grep -qx "home = ${python%/*}" "$venv/pyvenv.cfg" 2>/dev/null &&
+create_venv() {  # one made here on the same interpreter is kept: others may be working in it; its scripts hold its path
+    if grep -qx "home = ${python%/*}" "$venv/pyvenv.cfg" 2>/dev/null && grep -qF " $venv" "$venv/pyvenv.cfg" &&
         grep -qx "version = $python_version" "$venv/pyvenv.cfg"; then return 0; fi
     say "virtual environment .venv on $python ($python_version)"
     "$python" -m venv --clear --system-site-packages "$venv" || refuse "cannot create $venv." \
