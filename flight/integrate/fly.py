@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 import time
 import warnings
 from typing import TYPE_CHECKING, Any
@@ -25,6 +24,7 @@ from flight.scene.height_map import HeightMap
 from flight.scene.ricochet import Ricochet
 from flight.scene.scene import Scene
 from flight.shape import DEFAULT_SHAPE_FACTOR, describe, shaped
+from fragfield_base.cores import cores
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -147,7 +147,7 @@ def fly(
         fluence,
     )  # fmt: skip
     chosen = _chosen(sample, len(fragments), seed)
-    threads = threads or _cores()
+    threads = threads or cores()
     if contact is None or not contact.possible(fragments):
         flown = job.run(threads, on_progress, began)
         extremes, paths = flown.extremes, job.paths(chosen)
@@ -236,10 +236,6 @@ def _air(value: Air | str | float) -> Air:
             raise InputError(f"air: unknown name {value!r}{nearest(value, names)}, or a density in kg/m3")
         return names[value]
     return ConstantAir(float(value)) if isinstance(value, int | float) else value
-
-
-def _cores() -> int:
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def _chosen(sample: int | ArrayLike, number: int, seed: int) -> NDArray[np.int64]:

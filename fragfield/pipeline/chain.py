@@ -52,6 +52,7 @@ def run_chain(options: RunOptions, only: str | None = None) -> dict[str, Any]:
         As the stages raise them; what was written stays.
     """
     team = Team() if only == "report" else Team.join()
+    team.agree(f"{only or 'run'} {options.asked}")
     from_burst = only in (None, "burst")
     with ExitStack() as held:
         case, directory = _prepared(options, team, held, STAGES[only or "burst"])
