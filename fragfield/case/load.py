@@ -19,6 +19,7 @@ from fragfield.case.conversion.exposed_sites import resolved_exposed
 from fragfield.case.conversion.fragment_counts import check_counts, with_counts
 from fragfield.case.conversion.placing import base_faults, on_base
 from fragfield.case.conversion.stack import expanded, stacked_names
+from fragfield.case.conversion.surroundings import altitude_of
 from fragfield.case.conversion.turned import origin_faults
 from fragfield.case.messages import explain, join_faults
 from fragfield.case.schema import Case
@@ -114,7 +115,7 @@ def _resolved(case: Case, source: str, folder: Path) -> Case:
     for number, entry in enumerate(case.round, start=1):
         key = f"round[{number}]"
         rounds.append(_resolved_round(entry, source, key, folder))
-    case = _with_files(case, folder)
+    case = _with_altitude(_with_files(case, folder), source)
     rounds = [_with_location(partial(on_base, entry, case), source) for entry in rounds]
     rounds = _with_location(partial(expanded, case.model_copy(update={"round": rounds})), source)
     planes = [resolved_plane(entry) for entry in case.plane]
@@ -145,6 +146,19 @@ def _with_files(case: Case, folder: Path) -> Case:
         place = str((folder / case.flight.ground.map).resolve())
         flight["ground"] = case.flight.ground.model_copy(update={"map": place})
     return case.model_copy(update={"flight": case.flight.model_copy(update=flight)}) if flight else case
+
+
+def _with_altitude(case: Case, source: str) -> Case:
+    """The case with the altitude of its air, which a map of heights may say."""
+    from flight import InputError as FlightInputError
+
+    if case.flight.air.model != "standard" or case.flight.air.altitude is not None:
+        return case
+    try:
+        air = case.flight.air.model_copy(update={"altitude": altitude_of(case)})
+    except FlightInputError as error:
+        raise InputError(f"{source}: flight.{error}") from None
+    return case.model_copy(update={"flight": case.flight.model_copy(update={"air": air})})
 
 
 def _resolved_round(entry: RoundTable, source: str, key: str, folder: Path) -> RoundTable:

@@ -32,7 +32,6 @@ if TYPE_CHECKING:
 __all__ = ["check_case", "check_charges"]
 
 _MOST_STATES = 100_000
-_SAME_DIRECTION = 1e-9  # rad
 
 
 def check_case(case: Case, *, burst: bool = True) -> list[str]:
@@ -65,7 +64,6 @@ def check_case(case: Case, *, burst: bool = True) -> list[str]:
     faults += choice_faults(case)
     faults += _flight(case.flight)
     faults += _ground(case.flight.ground)
-    faults += _together(case)
     for number, surface in enumerate(case.witness, start=1):
         faults += _witness(f"witness[{number}]", surface)
     faults += _break_up(case.break_up)
@@ -167,18 +165,6 @@ def _ground(ground: GroundTable) -> Iterator[str]:
             f"flight.ground.height: found {ground.height:g} m together with a map; allowed: one of the two; "
             "datum shifts the map"
         )
-
-
-def _together(case: Case) -> Iterator[str]:
-    """Tables that do not go together."""
-    ground = case.flight.ground
-    if ground.map is not None and case.site is not None:
-        off_east = math.remainder(case.site.bearing - 0.5 * math.pi, 2.0 * math.pi)
-        if abs(off_east) > _SAME_DIRECTION:
-            yield (
-                f"site.bearing: found {math.degrees(case.site.bearing):g} deg together with flight.ground.map; "
-                "allowed: 90 deg, since +x points east on a map of heights"
-            )
 
 
 def _rising(key: str, values: Sequence[float]) -> Iterator[str]:
