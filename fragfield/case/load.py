@@ -140,7 +140,7 @@ def _casings(case: Case, folder: Path) -> list[Substance]:
 def _with_files(case: Case, folder: Path) -> Case:
     """The case with the files of its flight as absolute paths."""
     flight: dict[str, Any] = {}
-    if isinstance(case.flight.drag, str) and case.flight.drag.endswith(".csv"):
+    if isinstance(case.flight.drag, str) and case.flight.drag.lower().endswith(".csv"):
         flight["drag"] = str((folder / case.flight.drag).resolve())
     if case.flight.ground.map is not None:
         place = str((folder / case.flight.ground.map).resolve())
