@@ -144,11 +144,11 @@ def test_the_archives_hold_no_tests(archives):
 
 def test_both_have_one_version_a_licence_and_their_extras(wheels):
     for name, path in wheels.items():
-        told = metadata(path)
+        fields = metadata(path)
         source = ROOT / ("flight" if name == "fragfield-flight" else ".") / "pyproject.toml"
         project = tomllib.loads(source.read_text(encoding="utf-8"))["project"]
-        assert told["Version"] == fragfield.__version__
-        assert set(told.get_all("Provides-Extra")) == set(project["optional-dependencies"])
+        assert fields["Version"] == fragfield.__version__
+        assert set(fields.get_all("Provides-Extra")) == set(project["optional-dependencies"])
         with zipfile.ZipFile(path) as file:
             licence = next(entry for entry in file.namelist() if entry.endswith("/LICENSE"))
             assert file.read(licence) == (ROOT / "LICENSE").read_bytes()
