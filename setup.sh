@@ -166,7 +166,7 @@ for one in distributions():
 
 pip_install() {  # pinned, also while pip builds a package; the path is relative since pip splits it at spaces
     PIP_CONSTRAINT=.venv/constraints.txt${PIP_CONSTRAINT:+ $PIP_CONSTRAINT} \
-        "$venv/bin/python" -m pip install --quiet --no-user --disable-pip-version-check "$@"
+        "$venv/bin/python" -m pip install --quiet --no-user --use-pep517 --disable-pip-version-check "$@"
 }
 
 # h5py must share its HDF5 with dolfinx: PyPI's wheel brings another one, with which both fail. Serial, as Debian's;
