@@ -242,6 +242,7 @@ class Round:
     axis: tuple[float, float, float] = (0.0, 0.0, 1.0)
     ignition: tuple[IgnitionPoint, ...] = ()
     initiation: ShockInitiation | None = None  # initiated by shock as well as by its points
+    mesh_unit: str = "m"  # of the mesh file's numbers
 
 
 @dataclass(frozen=True)

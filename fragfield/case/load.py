@@ -12,6 +12,7 @@ from pydantic import ValidationError
 
 from fragfield.case.checks.consistency import check_case, check_charges
 from fragfield.case.checks.stage_limits import stage_faults
+from fragfield.case.checks.units_of_files import unit_faults
 from fragfield.case.conversion.attitude import attitude_faults, is_mixed, with_axes
 from fragfield.case.conversion.axisymmetry import check_geometry
 from fragfield.case.conversion.casing_data import with_casing_data
@@ -23,7 +24,14 @@ from fragfield.case.conversion.surroundings import altitude_of
 from fragfield.case.conversion.turned import origin_faults
 from fragfield.case.messages import explain, join_faults
 from fragfield.case.schema import Case
-from fragfield.case.tables.round import CasingTable, ExplosiveTable, IgnitionTable, JwlTable, RoundTable
+from fragfield.case.tables.round import (
+    CasingTable,
+    ContourTable,
+    ExplosiveTable,
+    IgnitionTable,
+    JwlTable,
+    RoundTable,
+)
 from fragfield.case.tables.stack import resolved_plane
 from fragfield.errors import InputError
 from fragfield.files.stamped import MOST_CASE
@@ -174,7 +182,11 @@ def _resolved_round(entry: RoundTable, source: str, key: str, folder: Path) -> R
         changes["ignition"] = []
         front, end = _charge_of_mesh(entry.model_copy(update=changes), f"{source}: {key}.mesh")
     else:
-        changes["profile"], profile = _profile(entry.profile, f"{source}: {key}.profile", folder)
+        where, given = f"{source}: {key}.profile", entry.profile
+        if entry.contour is not None:
+            where, given = f"{source}: {key}.contour", _contour(entry.contour, f"{source}: {key}.contour", folder)
+            changes["contour"] = None
+        changes["profile"], profile = _profile(given, where, folder)
         front, end = profile.charge_front, profile.charge_end
     points = [IgnitionTable()] if entry.ignition is None else entry.ignition
     changes["ignition"] = [_placed(point, front, end) for point in points]
@@ -184,7 +196,11 @@ def _resolved_round(entry: RoundTable, source: str, key: str, folder: Path) -> R
                 f"{source}: {key}.ignition[{number}].station: found {point.station * 1e3:.6g} mm, outside the charge; "
                 f"allowed: {front * 1e3:.6g} mm to {end * 1e3:.6g} mm from the nose end"
             )
-    return entry.model_copy(update=changes)
+    made = entry.model_copy(update=changes)
+    if entry.profile is None:
+        name = "mesh" if entry.mesh is not None else "contour"
+        _raise(f"{source}: {key}.{name}", list(unit_faults(entry, made)))
+    return made
 
 
 def named_material(kind: str, name: str, *, where: str, folder: Path) -> Material:
@@ -249,6 +265,17 @@ def _profile(value: str | dict[str, Any] | None, where: str, folder: Path) -> tu
     profile = _with_location(partial(load_profile, _located(value, folder)), where)
     file = folder / value if value.endswith(".toml") else PROFILES / f"{value}.toml"
     return {"name": profile.name, **read_document(file)}, profile
+
+
+def _contour(value: str | ContourTable, where: str, folder: Path) -> dict[str, Any]:
+    """Tables of a profile from a drawing or a table of diameters."""
+    from fragfield.contours.read import profile_of_contour
+
+    table = ContourTable(file=value) if isinstance(value, str) else value
+    try:
+        return profile_of_contour(table, folder / table.file)
+    except InputError as fault:
+        raise InputError(f"{where}: {fault}") from None
 
 
 def _placed(point: IgnitionTable, front: float, end: float) -> IgnitionTable:

@@ -131,9 +131,12 @@ def _unique(key: str, names: Sequence[str]) -> Iterator[str]:
 
 
 def _round(key: str, entry: RoundTable) -> Iterator[str]:
-    if (entry.profile is None) == (entry.mesh is None):
-        found = "neither" if entry.profile is None else "both"
-        yield f"{key}.profile: found {found} profile and mesh; allowed: one of the two"
+    given = [name for name in ("profile", "contour", "mesh") if getattr(entry, name) is not None]
+    if len(given) != 1:
+        found = " and ".join(given) or "none of profile, contour and mesh"
+        yield f"{key}.profile: found {found}; allowed: one of the three"
+    if entry.mesh_unit is not None and entry.mesh is None:
+        yield f"{key}.mesh_unit: found without mesh; allowed: only with it"
     if not any(entry.axis):
         yield f"{key}.axis: found [0, 0, 0]; allowed: a vector from base to nose, for example [0, 0, 1]"
     if entry.ignition is not None and not entry.ignition and entry.initiation is None:
