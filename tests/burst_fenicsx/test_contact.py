@@ -185,7 +185,7 @@ def test_looking_after_near_nodes_alone_changes_nothing():
             solver.step()
             numbers.append(len(plane.near))
         assert solver.contact.penetrations.plane > 0.0
-        runs.append((numbers, solver.fields.nodes.position.copy(), solver.contact.impulse.given()))
+        runs.append((numbers, solver.fields.nodes.position.copy(), solver.contact.impulse))
     (few, position, impulse), (all_nodes, expected, expected_impulse) = runs
     assert few[0] == 0
     assert any(0 < number < len(expected) for number in few)
