@@ -38,7 +38,7 @@ def _kept(solver: BurstSolver) -> Iterator[tuple[str, Any, tuple[str, ...]]]:
     yield "grid", state.grid, ("volume", "viscous", "stable")
     yield "solid", state.solid, ("stress", "shear_strain", "volume_strain", "hourglass", "eroded")
     yield "charge", state.charge, ("pressure", "burn_fraction", "energy", "ignition_time", "compression_from")
-    yield "leakage", solver.leakage, ("factor", "rupture_time")
+    yield "leakage", solver.leakage, ("factor",)
     yield "ledger", solver.ledger, ("sums", "released", "external_work", "damping")
     if contact is None:
         return
