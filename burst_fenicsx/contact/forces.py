@@ -133,7 +133,7 @@ class ContactForces:
         surfaces = contact_surfaces(mesh) if contact.surfaces or settings.planes else None
         touched = [surfaces.node] if surfaces is not None else []
         interface, collisions, open_faces = None, None, None
-        if len(mesh.twins):
+        if len(mesh.interface_pairs):
             interface = SlidingInterface(mesh, fields, contact)
             touched.append(interface.numbers)
         if contact.surfaces and surfaces is not None:

@@ -240,7 +240,7 @@ def make_fields(
     settings: BurstSettings,
     *,
     fuze_density: Sequence[float],
-    axial_part: np.ndarray,
+    axial_slice: np.ndarray,
     leakage: np.ndarray,
     lengths: Sequence[float],
     element: Element = HEXAHEDRON,
@@ -251,7 +251,7 @@ def make_fields(
     ----------
     mesh, rounds, settings : the problem.
     fuze_density : of each round's fuze (kg/m3).
-    axial_part : (owned cells,) int32, row of `leakage`.
+    axial_slice : (owned cells,) int32, row of `leakage`.
     leakage : (slices + 1,) factors on the products' pressure, those of `AxialSlices`.
     lengths : of each round (m).
     element : the kind of the cells.
@@ -334,7 +334,7 @@ def make_fields(
             ignition_time=ignition,
             burn_rate=burn,
             compression_from=compression,
-            axial_part=axial_part.astype(np.int32),
+            axial_slice=axial_slice.astype(np.int32),
             leakage=leakage,
         ),
         rings=AxisymmetricState(_by_lanes(blocks.by_slot(1.0 / corner_mass))) if element.kind == RINGS else None,

@@ -292,8 +292,8 @@ def test_merging_keeps_twins():
     """Pairs of split nodes are renumbered with their round."""
     one = split_charges(layered())
     both = merge([replace(one, segments=((),)), moved(one, (1.0, 0, 0), 1)])
-    first, second = both.nodes[both.twins[:, 0]], both.nodes[both.twins[:, 1]]
-    assert len(both.twins) == 2 * len(one.twins) > 0
+    first, second = both.nodes[both.interface_pairs[:, 0]], both.nodes[both.interface_pairs[:, 1]]
+    assert len(both.interface_pairs) == 2 * len(one.interface_pairs) > 0
     assert np.array_equal(first, second)
 
 

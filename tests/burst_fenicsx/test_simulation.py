@@ -200,7 +200,7 @@ def test_series_opens_in_vtk_and_equals_the_state(finished):
     assert np.median(ratio) == pytest.approx(1.0, abs=1e-3)  # VTK cuts warped cells into tetrahedra
     # Products push as leakage lets them.
     charge = ~casing
-    pushed = mesh.gather_cells(fields.charge.pressure * fields.charge.leakage[fields.charge.axial_part])[charge]
+    pushed = mesh.gather_cells(fields.charge.pressure * fields.charge.leakage[fields.charge.axial_slice])[charge]
     np.testing.assert_allclose(grid.cell_data["pressure"][charge], pushed, rtol=1e-6)
 
 

@@ -51,13 +51,13 @@ def push_from_plane(
     """Add the plane's forces (N) on the state's nodes `near` (k,) it to `force` (nodes, 3)."""
     nodes, stiffness = state.node, state.stiffness
     nx, ny, nz = law.normal[0], law.normal[1], law.normal[2]
-    parts = near.size // _RUN + 1
+    runs = near.size // _RUN + 1
     start = address(position)
-    for part in numba.prange(parts):
-        for place in range(part * near.size // parts, (part + 1) * near.size // parts):
-            k = near[place]
+    for run in numba.prange(runs):
+        for index in range(run * near.size // runs, (run + 1) * near.size // runs):
+            k = near[index]
             node = nodes[k]
-            prefetch(start + _NODE_BYTES * np.uint64(nodes[near[min(place + _AHEAD, near.size - 1)]]))
+            prefetch(start + _NODE_BYTES * np.uint64(nodes[near[min(index + _AHEAD, near.size - 1)]]))
             depth = law.level - position[node, 0] * nx - position[node, 1] * ny - position[node, 2] * nz
             if depth > 0.0:
                 _push_node(k, depth, law, state, mass, velocity, force)

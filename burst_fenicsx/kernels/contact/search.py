@@ -75,15 +75,15 @@ def _fill_table(boxes: np.ndarray, cell: float, mask: int) -> tuple[np.ndarray, 
             for bucket in range(mask + 1):
                 offset[bucket + 1] += offset[bucket]
             entries = np.empty(offset[mask + 1], dtype=np.int32)
-            place = offset.copy()
+            next_entry = offset.copy()
         for face in range(boxes.shape[0]):
             for x in range(span[face, 0], span[face, 3] + 1):
                 for y in range(span[face, 1], span[face, 4] + 1):
                     for z in range(span[face, 2], span[face, 5] + 1):
                         bucket = _hash(x, y, z, mask)
                         if fill:
-                            entries[place[bucket]] = face
-                            place[bucket] += 1
+                            entries[next_entry[bucket]] = face
+                            next_entry[bucket] += 1
                         else:
                             offset[bucket + 1] += 1
     return offset, entries
@@ -216,7 +216,7 @@ def _look_up(
         node = active[k]
         px, py, pz = position[node, 0], position[node, 1], position[node, 2]
         nx, ny, nz = normals[node, 0], normals[node, 1], normals[node, 2]
-        own_round, last, place = bodies.node_round[node], -1, first[k]
+        own_round, last, last_entry = bodies.node_round[node], -1, first[k]
         for entry in range(offset[bucket[k]], offset[bucket[k] + 1]):
             face = entries[entry]
             # One branch for all six planes: which of them a face fails is anyone's guess.
@@ -235,6 +235,6 @@ def _look_up(
                 own = (faces[face, 0] == node) | (faces[face, 1] == node)
                 if own | (faces[face, 2] == node) | (faces[face, 3] == node):
                     continue
-            found[place] = face
-            place += 1
-        count[k] = place - first[k]
+            found[last_entry] = face
+            last_entry += 1
+        count[k] = last_entry - first[k]

@@ -136,11 +136,11 @@ def add_reactions(state: Collisions, mass: np.ndarray, rounding: float, load_rou
             other = state.faces[face, corner]
             for i in range(3):
                 # The node gets what the face's nodes give, to the last bit.
-                part = quantise(state.weight[k, corner] * state.push[k, i], rounding)
-                sums[other, i] -= part
-                sums[node, i] += part
-            share = state.weight[k, corner] * state.push[k, 3] / mass[other]
-            sums[other, 3] += quantise(share, load_rounding)
+                push = quantise(state.weight[k, corner] * state.push[k, i], rounding)
+                sums[other, i] -= push
+                sums[node, i] += push
+            load = state.weight[k, corner] * state.push[k, 3] / mass[other]
+            sums[other, 3] += quantise(load, load_rounding)
         sums[node, 3] += quantise(state.push[k, 3] / mass[node], load_rounding)
 
 
