@@ -60,11 +60,13 @@ def whole(columns: Columns, name: str) -> NDArray[np.float64]:
 
 def refuse_sum(columns: Columns, number: NDArray[np.float64]) -> None:
     """Refuse a last row that counts as many as all others together: it adds them up, without a name that says so."""
-    if len(number) > 2 and number[-1] > 0.0 and abs(number[:-1].sum() - number[-1]) < 1e-9 * number[-1]:
+    if columns.layout.are_given or len(number) < 3 or not number[-1] > 0.0:
+        return
+    if abs(number[:-1].sum() - number[-1]) < 1e-9 * number[-1]:
         rows = columns.layout.rows
         raise QuestionError(
-            f"{columns.place(rows[-1], 'number')}: {number[-1]:g} is the sum of all rows above it, as of a row of sums; "
-            "give the lines that count", "rows", [f"{max(rows[0].line - 1, 1)}:{rows[-2].line}"],
+            f"{columns.place(rows[-1], 'number')}: {number[-1]:g} is the sum of all rows above it, as in a row of sums;"
+            " give the lines that count", "rows", [f"{max(rows[0].line - 1, 1)}:{rows[-2].line}"],
         )  # fmt: skip
 
 

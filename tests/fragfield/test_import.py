@@ -1,4 +1,4 @@
-"""Tables of tests as people have them: the same fragments from every dialect, questions where numbers have two meanings.
+"""Tables of tests as people have them: the same fragments from every dialect, questions where two numbers may be meant.
 
 The small inputs are of kinds that public reports tell of; each has its source.
 """
@@ -54,8 +54,8 @@ def english(path):
 def german(path):
     head = [
         "Arenasprengung Nr. 12;;;;;;;", "Datum: 03.05.2024;;;;;;;", "",
-        "Winkel von (°);Winkel bis (°);Masse von [g];Masse bis [g];Stückzahl;mittlere Masse [g];"
-        "mittlere Geschwindigkeit [m/s];v max [m/s]",
+        ("Winkel von (°);Winkel bis (°);Masse von [g];Masse bis [g];Stückzahl;mittlere Masse [g];"
+         "mittlere Geschwindigkeit [m/s];v max [m/s]"),
     ]  # fmt: skip
     total = shown(sum(row[4] for row in rows()), ",", ".")
     text = lines(head, ";", ",", ".", "\r\n") + f"Summe;;;;{total};;;\r\n"
@@ -64,8 +64,8 @@ def german(path):
 
 def french(path):
     head = [
-        "sep=;", "Angle de;Angle à;Masse inférieure;Masse supérieure;Nombre d'éclats;Masse moyenne;"
-        "Vitesse moyenne;Vitesse maximale", "°;°;g;g;;g;m/s;m/s",
+        "sep=;", ("Angle de;Angle à;Masse inférieure;Masse supérieure;Nombre d'éclats;Masse moyenne;"
+                  "Vitesse moyenne;Vitesse maximale"), "°;°;g;g;;g;m/s;m/s",
     ]  # fmt: skip
     path.write_bytes(lines(head, ";", ",", "\u202f").encode("utf-8-sig"))
 
@@ -94,8 +94,8 @@ def excel(path):
     """Groups of columns above the names, merged cells, zones once for all their rows."""
     book = openpyxl.Workbook()
     sheet = book.active
-    for row in (["Arena 12"], [], ["Zone", "", "Masse", "", "", "", "Geschwindigkeit", ""],
-                ["von", "bis", "von (g)", "bis (g)", "Anzahl", "Masse mittel (g)", "v mittel (m/s)", "v max (m/s)"]):  # fmt: skip
+    names = ["von", "bis", "von (g)", "bis (g)", "Anzahl", "Masse mittel (g)", "v mittel (m/s)", "v max (m/s)"]
+    for row in (["Arena 12"], [], ["Zone", "", "Masse", "", "", "", "Geschwindigkeit", ""], names):
         sheet.append(row)
     for at, row in enumerate(rows()):
         first = at % len(GROUPS) == 0
@@ -190,58 +190,199 @@ TWO = {"mass": 0.0135, "pieces": 7.0}
 CASES = {
     # source of the kind: (content, options, numbers of the summary or part of the message)
     "github.com/dannymcc/may/issues/244": (ARENA + NUMBERS, {}, TWO),
-    "github.com/jasp-stats/jasp-desktop/issues/403": (ARENA + "0;90;3;1,5;1.000,92\n90;180;4;2,25;900\n", {}, {"mean_speeds": [900.0, 1000.92]}),
-    "github.com/frappe/erpnext/issues/7578": (ARENA + "0;90;3;13,75;800\n90;180;4;2,25;900\n", {}, {"largest_mean_mass": 0.01375}),
-    "github.com/harung1993/dollardollar/issues/55": (ARENA + "0;90;3;1,500;800\n90;180;4;2,250;900\n", {}, "'1,500' is 1.500 or 1500, and no number of the table shows which; say which: --decimal point or --decimal comma"),
+    "github.com/jasp-stats/jasp-desktop/issues/403": (
+        ARENA + "0;90;3;1,5;1.000,92\n90;180;4;2,25;900\n",
+        {},
+        {"mean_speeds": [900.0, 1000.92]},
+    ),
+    "github.com/frappe/erpnext/issues/7578": (
+        ARENA + "0;90;3;13,75;800\n90;180;4;2,25;900\n",
+        {},
+        {"largest_mean_mass": 0.01375},
+    ),
+    "github.com/harung1993/dollardollar/issues/55": (
+        ARENA + "0;90;3;1,500;800\n90;180;4;2,250;900\n",
+        {},
+        "'1,500' is 1.500 or 1500, and no number of the table shows which; say which: --decimal point or "
+        "--decimal comma",
+    ),
     "the same, answered": (ARENA + "0;90;3;1,500;800\n90;180;4;2,250;900\n", {"decimal": "comma"}, {"mass": 0.0135}),
-    "github.com/dbeaver/dbeaver/issues/7839": (ARENA + "0;90;3;1,5;1 237,65\n90;180;4;2,25;900\n", {}, {"mean_speeds": [900.0, 1237.65]}),
-    "github.com/invoice-x/invoice2data/pull/306": (ARENA + "0;90;1'203;1.5;800\n90;180;4;2.25;900\n", {}, {"pieces": 1207.0}),
+    "github.com/dbeaver/dbeaver/issues/7839": (
+        ARENA + "0;90;3;1,5;1 237,65\n90;180;4;2,25;900\n",
+        {},
+        {"mean_speeds": [900.0, 1237.65]},
+    ),
+    "github.com/invoice-x/invoice2data/pull/306": (
+        ARENA + "0;90;1'203;1.5;800\n90;180;4;2.25;900\n",
+        {},
+        {"pieces": 1207.0},
+    ),
     "github.com/tidyverse/readr/issues/1445": (ARENA + "0;90;3;1.5;800\n90;180;4;2.25;900.5\n", {}, TWO),
-    "github.com/SheetJS/ssf/issues/22": ('zone from,zone to,number,mean mass (g),speed (m/s)\n0,90,3,1.5,"1,237"\n90,180,4,2.25,900\n', {}, {"mean_speeds": [900.0, 1237.0]}),
+    "github.com/SheetJS/ssf/issues/22": (
+        'zone from,zone to,number,mean mass (g),speed (m/s)\n0,90,3,1.5,"1,237"\n90,180,4,2.25,900\n',
+        {},
+        {"mean_speeds": [900.0, 1237.0]},
+    ),
     "github.com/pandas-dev/pandas/issues/47303": (("sep=|\n" + ARENA + NUMBERS).replace(";", "|"), {}, TWO),
     "github.com/dotCMS/core/issues/36508": (("\ufeff" + ARENA + NUMBERS), {}, TWO),
-    "github.com/FrSkyRC/ETHOS-Feedback-Community/issues/2743": (("Winkel von (°);Winkel bis (°);Stück;mittlere Masse (g);v (m/s)\n" + NUMBERS).encode("cp1252"), {}, TWO),
-    "github.com/onaio/onadata/issues/695": (("Winkel von;Winkel bis;Stück;mittlere Masse (g);v (m/s)\n" + NUMBERS).encode("cp850"), {}, TWO),
+    "github.com/FrSkyRC/ETHOS-Feedback-Community/issues/2743": (
+        ("Winkel von (°);Winkel bis (°);Stück;mittlere Masse (g);v (m/s)\n" + NUMBERS).encode("cp1252"),
+        {},
+        TWO,
+    ),
+    "github.com/onaio/onadata/issues/695": (
+        ("Winkel von;Winkel bis;Stück;mittlere Masse (g);v (m/s)\n" + NUMBERS).encode("cp850"),
+        {},
+        TWO,
+    ),
     "openillumi.com/pandas-csv-0xff-decode-error-fix": ((ARENA + NUMBERS).replace(";", "\t").encode("utf-16"), {}, TWO),
-    "github.com/ratal/mdfreader/issues/199": ("zone from;zone to;number;mean mass;speed\n;;;g;m/s\n" + NUMBERS, {}, TWO),
-    "github.com/csvy/csvy.github.io/issues/4": ("LabVIEW Measurement;\nOperator;Smith\nSamples;2\n***End_of_Header***;\n" + ARENA + NUMBERS, {}, TWO),
+    "github.com/ratal/mdfreader/issues/199": (
+        "zone from;zone to;number;mean mass;speed\n;;;g;m/s\n" + NUMBERS,
+        {},
+        TWO,
+    ),
+    "github.com/csvy/csvy.github.io/issues/4": (
+        "LabVIEW Measurement;\nOperator;Smith\nSamples;2\n***End_of_Header***;\n" + ARENA + NUMBERS,
+        {},
+        TWO,
+    ),
     "github.com/pandas-dev/pandas/issues/41304": (ARENA + NUMBERS.replace("\n", ";\n"), {}, TWO),
     "github.com/votingworks/arlo/pull/1233": (ARENA + NUMBERS + "Total;;7;;\n", {}, TWO),
-    "the same, without its name": (ARENA + NUMBERS + ";;7;2;900\n", {}, "7 is the sum of all rows above it, as of a row of sums"),
-    "nowiknow.com/excel-has-bad-genes": ("zone;number;mean mass (g);speed (m/s)\n0-90;3;1.5;800\n3-May;4;2.25;900\n", {}, "'3-May' is a date, what a spreadsheet makes of entries such as 3.5 or 5-10"),
-    "mres.uni-potsdam.de (numbers to dates)": (ARENA + "0;90;3;03.05.2024;800\n90;180;4;2,25;900\n", {}, "line 2, cell 4 (mittlere Masse (g)): '03.05.2024' is a date"),
-    "github.com/OpenCompare/OpenCompare/issues/143": ('zone from,zone to,number,mean mass (g),speed (m/s)\n0,90,3,"1,5",800.5\n90,180,4,"2,25",900\n', {}, "decimal signs contradict each other: '1,5' in line 2 (decimal comma) and '800.5' in line 2 (decimal point)"),
-    "mass without a unit": (ARENA.replace(" (g)", "") + NUMBERS, {}, "its unit is not said; say which: --unit mass=g or --unit mass=kg or --unit mass=grain"),
-    "the same, in grains": (ARENA.replace(" (g)", "") + NUMBERS, {"units": {"mass": "grain"}}, {"mass": 0.0135 * 0.06479891}),
-    "speed without a unit": (ARENA.replace(" (m/s)", "") + NUMBERS, {}, "say which: --unit speed=m/s or --unit speed=ft/s"),
-    "gr, of grams or grains": (ARENA.replace("(g)", "(gr)") + NUMBERS, {}, "the unit 'gr' is g or grain; say which: --unit mass=g or --unit mass=grain"),
-    "Mg, as a title writes mg": (ARENA.replace("(g)", "(Mg)") + NUMBERS, {}, "say which: --unit mass=mg or --unit mass=t"),
+    "the same, without its name": (
+        ARENA + NUMBERS + ";;7;2;900\n",
+        {},
+        "7 is the sum of all rows above it, as of a row of sums",
+    ),
+    "nowiknow.com/excel-has-bad-genes": (
+        "zone;number;mean mass (g);speed (m/s)\n0-90;3;1.5;800\n3-May;4;2.25;900\n",
+        {},
+        "'3-May' is a date, what a spreadsheet makes of entries such as 3.5 or 5-10",
+    ),
+    "mres.uni-potsdam.de (numbers to dates)": (
+        ARENA + "0;90;3;03.05.2024;800\n90;180;4;2,25;900\n",
+        {},
+        "line 2, cell 4 (mittlere Masse (g)): '03.05.2024' is a date",
+    ),
+    "github.com/OpenCompare/OpenCompare/issues/143": (
+        'zone from,zone to,number,mean mass (g),speed (m/s)\n0,90,3,"1,5",800.5\n90,180,4,"2,25",900\n',
+        {},
+        "decimal signs contradict each other: '1,5' in line 2 (decimal comma) and '800.5' in line 2 (decimal point)",
+    ),
+    "mass without a unit": (
+        ARENA.replace(" (g)", "") + NUMBERS,
+        {},
+        "its unit is not said; say which: --unit mass=g or --unit mass=kg or --unit mass=grain",
+    ),
+    "the same, in grains": (
+        ARENA.replace(" (g)", "") + NUMBERS,
+        {"units": {"mass": "grain"}},
+        {"mass": 0.0135 * 0.06479891},
+    ),
+    "speed without a unit": (
+        ARENA.replace(" (m/s)", "") + NUMBERS,
+        {},
+        "say which: --unit speed=m/s or --unit speed=ft/s",
+    ),
+    "gr, of grams or grains": (
+        ARENA.replace("(g)", "(gr)") + NUMBERS,
+        {},
+        "the unit 'gr' is g or grain; say which: --unit mass=g or --unit mass=grain",
+    ),
+    "Mg, as a title writes mg": (
+        ARENA.replace("(g)", "(Mg)") + NUMBERS,
+        {},
+        "say which: --unit mass=mg or --unit mass=t",
+    ),
     "feet per second": (ARENA.replace("(m/s)", "(fps)") + NUMBERS, {}, {"mean_speeds": [800 * 0.3048, 900.5 * 0.3048]}),
-    "angles in radians, or not all": (ARENA + "0;1,57;3;1,5;800\n1,57;3,0;4;2,25;900\n", {}, "say which: --unit angle=deg or --unit angle=rad"),
-    "mass of one or of all": (ARENA.replace("mittlere ", "") + NUMBERS, {}, '--column mean_mass="Masse (g)" or --column total_mass="Masse (g)"'),
-    "the same, of all": (ARENA.replace("mittlere ", "") + NUMBERS, {"columns": {"total_mass": "Masse (g)"}}, {"mass": 0.00375}),
-    "two columns of a name": ("von;bis;Anzahl;Anzahl;mittlere Masse (g);v (m/s)\n0;90;3;1;1,5;800\n90;180;4;1;2;900\n", {}, "say which: --column number=3 or --column number=4"),
+    "angles in radians, or not all": (
+        ARENA + "0;1,57;3;1,5;800\n1,57;3,0;4;2,25;900\n",
+        {},
+        "say which: --unit angle=deg or --unit angle=rad",
+    ),
+    "mass of one or of all": (
+        ARENA.replace("mittlere ", "") + NUMBERS,
+        {},
+        '--column mean_mass="Masse (g)" or --column total_mass="Masse (g)"',
+    ),
+    "the same, of all": (
+        ARENA.replace("mittlere ", "") + NUMBERS,
+        {"columns": {"total_mass": "Masse (g)"}},
+        {"mass": 0.00375},
+    ),
+    "two columns of a name": (
+        "von;bis;Anzahl;Anzahl;mittlere Masse (g);v (m/s)\n0;90;3;1;1,5;800\n90;180;4;1;2;900\n",
+        {},
+        "say which: --column number=3 or --column number=4",
+    ),
     "no names": (NUMBERS, {}, "the kind of table is not known: its columns have no names; say which: --kind arena"),
-    "no names, by number": (NUMBERS, {"kind": "arena", "columns": {"zone_from": "1", "zone_to": "2", "number": "3", "mean_mass": "4", "mean_speed": "5"}, "units": {"mass": "g", "speed": "m/s"}}, TWO),
-    "a name of no column": (ARENA + NUMBERS, {"columns": {"mean_mass": "Mase"}}, "column mean_mass=Mase (allowed: Winkel von, Winkel bis, Anzahl, mittlere Masse (g)"),
-    "zones not measured": (ARENA + "0;90;3;1,5;800\n100;180;4;2,25;900\n", {}, "no row for 90 to 100 degrees: nothing fell there"),
+    "no names, by number": (
+        NUMBERS,
+        {
+            "kind": "arena",
+            "columns": {"zone_from": "1", "zone_to": "2", "number": "3", "mean_mass": "4", "mean_speed": "5"},
+            "units": {"mass": "g", "speed": "m/s"},
+        },
+        TWO,
+    ),
+    "a name of no column": (
+        ARENA + NUMBERS,
+        {"columns": {"mean_mass": "Mase"}},
+        "column mean_mass=Mase (allowed: Winkel von, Winkel bis, Anzahl, mittlere Masse (g)",
+    ),
+    "zones not measured": (
+        ARENA + "0;90;3;1,5;800\n100;180;4;2,25;900\n",
+        {},
+        "no row for 90 to 100 degrees: nothing fell there",
+    ),
     "the same, empty": (ARENA + "0;90;3;1,5;800\n100;180;4;2,25;900,5\n", {"empty_zones": True}, {**TWO, "zones": 3}),
-    "two tables": (ARENA + NUMBERS + "\nm > (g);N\n1;70\n2;40\n5;10\n", {}, "as the names of another table would; give the lines of one table"),
+    "two tables": (
+        ARENA + NUMBERS + "\nm > (g);N\n1;70\n2;40\n5;10\n",
+        {},
+        "as the names of another table would; give the lines of one table",
+    ),
     "the same, the first": (ARENA + NUMBERS + "\nm > (g);N\n1;70\n2;40\n5;10\n", {"rows": "1:3"}, TWO),
-    "the same, the second": (ARENA + NUMBERS + "\nm > (g);N\n1;70\n2;40\n5;10\n", {"rows": "5:8"}, {"pieces": 70.0, "lightest": 0.001}),
-    "one angle a zone": ("Winkel;Anzahl;mittlere Masse (g);v (m/s)\n0;3;1,5;800\n90;4;2,25;900\n", {}, "--zone-angle from or --zone-angle centre or --zone-angle to"),
-    "the same, from": ("Winkel;Anzahl;mittlere Masse (g);v (m/s)\n0;3;1,5;800\n90;4;2,25;900,5\n", {"zone_angle": "from"}, {**TWO, "most_mass_deg": [90.0, 180.0]}),
-    "one row a piece, from the base": ("Winkel (°);Masse (g);v (m/s)\n90;1,5;800\n30;2;900\n", {"from_base": True}, {"pieces": 2.0, "most_mass_deg": [150.0, 155.0]}),
+    "the same, the second": (
+        ARENA + NUMBERS + "\nm > (g);N\n1;70\n2;40\n5;10\n",
+        {"rows": "5:8"},
+        {"pieces": 70.0, "lightest": 0.001},
+    ),
+    "one angle a zone": (
+        "Winkel;Anzahl;mittlere Masse (g);v (m/s)\n0;3;1,5;800\n90;4;2,25;900\n",
+        {},
+        "--zone-angle from or --zone-angle centre or --zone-angle to",
+    ),
+    "the same, from": (
+        "Winkel;Anzahl;mittlere Masse (g);v (m/s)\n0;3;1,5;800\n90;4;2,25;900,5\n",
+        {"zone_angle": "from"},
+        {**TWO, "most_mass_deg": [90.0, 180.0]},
+    ),
+    "one row a piece, from the base": (
+        "Winkel (°);Masse (g);v (m/s)\n90;1,5;800\n30;2;900\n",
+        {"from_base": True},
+        {"pieces": 2.0, "most_mass_deg": [150.0, 155.0]},
+    ),
     "of four rounds": (ARENA + NUMBERS, {"number_of_rounds": 4.0}, {"pieces": 1.75}),
     "percent": (ARENA + "0;90;3 %;1,5;800\n90;180;4;2,25;900\n", {}, "'3 %' is not a number"),
-    "below the limit of a scale": (ARENA + "0;90;3;<0,1;800\n90;180;4;2,25;900\n", {}, "'<0,1' is not a number; give the lines without it: --rows"),
-    "an empty mass": (ARENA + "0;90;3;;800\n90;180;4;2,25;900\n", {}, "line 2, cell 4 (mittlere Masse (g)): empty; needed: mean_mass of every row with fragments"),
+    "below the limit of a scale": (
+        ARENA + "0;90;3;<0,1;800\n90;180;4;2,25;900\n",
+        {},
+        "'<0,1' is not a number; give the lines without it: --rows",
+    ),
+    "an empty mass": (
+        ARENA + "0;90;3;;800\n90;180;4;2,25;900\n",
+        {},
+        "line 2, cell 4 (mittlere Masse (g)): empty; needed: mean_mass of every row with fragments",
+    ),
     "a form": ("Sehr geehrte Damen und Herren,\nanbei das Protokoll.\n", {}, "no row of numbers in it"),
     "a million columns": ("x;" * 1_000_000 + "\n", {}, "no table: field larger than field limit"),
-    "two thousand columns": (";".join(map(str, range(2000))) + "\n", {}, "a row has more than 1000 cells; allowed: at most 1000 columns"),
+    "two thousand columns": (
+        ";".join(map(str, range(2000))) + "\n",
+        {},
+        "a row has more than 1000 cells; allowed: at most 1000 columns",
+    ),
     "not a text": (b"\x00\x01\x02\x03" * 100, {}, "not a text: it holds bytes of zero"),
     "nothing": (b"", {}, "no table in it"),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("source", CASES)
@@ -270,7 +411,8 @@ def test_a_question_names_its_option_for_a_form(tmp_path):
     ("text", "kind", "check"),
     [
         ("Masse (g);Anzahl\n1;40\n2;30\n5;10\n", "pit", lambda made: (made["mass_kg"] == [0.001, 0.002, 0.005]).all()),
-        ("m > [g]\tN\n0.5\t296\n2\t100\n8\t20\n", "pit", lambda made: made["mass_above_kg"].tolist() == [5e-4, 2e-3, 8e-3]),
+        ("m > [g]\tN\n0.5\t296\n2\t100\n8\t20\n", "pit",
+         lambda made: made["mass_above_kg"].tolist() == [5e-4, 2e-3, 8e-3]),
         ("class (grain),number\n1-10,50\n10-100,20\n>100,3\n", "pit", lambda made: np.isposinf(made["mass_to_kg"][-1])),
         ("Machzahl;cw\n0,5;0,8\n1,5;1,2\n", "drag", lambda made: made.coefficient.tolist() == [0.8, 1.2]),
         ("mass [g];v [m/s];az [deg];el [deg]\n10;1000;90;0\n5;500;0;90\n", "fragments",
@@ -331,7 +473,8 @@ HEAD = ["zone", "number", "mean mass (g)", "speed (m/s)"]
          "sheet 'a', cell C3 (mean mass (g)): '=B2*2' is a formula without a value"),
         ([("a", [HEAD, ["0-90", 3, __import__("datetime").date(2024, 5, 3), 800]])], {},
          "'2024-05-03 00:00:00' is a date, what a spreadsheet makes of entries such as 3.5"),
-        ([("a", [HEAD, ["0-90", 3, 1, 800]]), ("b", [HEAD, ["0-90", 3, 1, 800]])], {}, "say which: --sheet 'a' or --sheet 'b'"),
+        ([("a", [HEAD, ["0-90", 3, 1, 800]]), ("b", [HEAD, ["0-90", 3, 1, 800]])], {},
+         "say which: --sheet 'a' or --sheet 'b'"),
         ([("a", [HEAD]), ("b", [])], {"sheet": "c"}, "sheet 'c' (allowed: a, b)"),
         ([("a", [HEAD, ["0-90", "#DIV/0!", 1, 800], ["90-180", 2, 1, 800]])], {}, "'#DIV/0!' is not a number"),
         ([("a", [])], {}, "no cell of it holds anything"),
@@ -400,10 +543,10 @@ def test_files_that_are_no_workbooks(name, content, message, tmp_path):
     ("content", "words"),
     [
         ((ARENA + NUMBERS).replace("Anzahl", "Stück").encode("cp1252"),
-         "it looks like text in cp1252 with semicolons between cells and decimal commas, to be converted by: "
-         "fragfield import {path} --out t_converted.csv"),
+         ("it looks like text in cp1252 with semicolons between cells and decimal commas, to be converted by: "
+          "fragfield import {path} --out t_converted.csv")),
         ((OWN.replace(";", ",") + "0,90,3,1.5,800\n").encode(), "column mass_from_kg, mass_to_kg missing"),
-        ("Winkel von,Winkel bis,Anzahl\n0,90,3\n".encode(), "found the columns Winkel von, Winkel bis, Anzahl; needed"),
+        (b"Winkel von,Winkel bis,Anzahl\n0,90,3\n", "found the columns Winkel von, Winkel bis, Anzahl; needed"),
     ],
 )  # fmt: skip
 def test_a_foreign_file_in_a_case_names_the_command(content, words, tmp_path):
