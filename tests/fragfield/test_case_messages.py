@@ -138,9 +138,9 @@ def test_a_file_that_is_no_case_is_refused(content, part, tmp_path):
 @pytest.mark.parametrize(
     ("document", "part"),
     [
-        (changed(round=[a_round(explosive="TNT")]), "[1].explosive: explosive 'TNT' is unknown; did you mean 'tnt'"),
-        (changed(round=[a_round(explosive="Comp B")]), "did you mean 'comp_b'?"),
-        (changed(round=[a_round(casing="STEEL_M107")]), "did you mean 'steel_m107'?"),
+        (changed(round=[a_round(explosive="TNX")]), "[1].explosive: explosive 'TNX' is unknown; did you mean 'tnt'"),
+        (changed(round=[a_round(explosive="Comp BB")]), "did you mean 'comp_b'?"),
+        (changed(round=[a_round(casing="STEEL_M108")]), "did you mean 'steel_m107'?"),
         (changed(round=[a_round(profile="TUBE")]), "did you mean 'tube'?"),
         (changed(round=[a_round(Explosive="tnt")]), 'Explosive: unknown key (did you mean "explosive"?)'),
         (changed(round=[a_round(ignition=[{"station": "NOSE"}])]), '(did you mean "nose"?)'),

@@ -165,11 +165,11 @@ class RoundTable(Table):
     explosive: Annotated[
         Annotated[str, Tag("<name>")] | Annotated[ExplosiveTable, Tag("<table>")], Discriminator(name_or_table)
     ]
-    """A built-in name, a file, or a table."""
+    """A built-in name (any of a substance's names), a file, or a table."""
     casing: Annotated[
         Annotated[str, Tag("<name>")] | Annotated[CasingTable, Tag("<table>")], Discriminator(name_or_table)
     ]
-    """A built-in name, a file, or a table."""
+    """A built-in name (any of a substance's names), a file, or a table."""
     expected: ExpectedTable | None = Field(
         default=None, json_schema_extra={"inline": '{ casing = "34.5 kg", charge = "6.86 kg" }'}
     )
