@@ -156,7 +156,7 @@ def test_lines_and_arcs_of_a_polyline_come_back_exactly(tmp_path):
         ('width="420mm" height="120mm" viewBox="-10 -60 420 120"', "", {}),
         ('width="42cm" viewBox="0 0 420 120"', "translate(10 60)", {"axis": "y = 60"}),
         (f'width="420mm" viewBox="0 0 {420 * K90} {120 * K90}"', f"scale({K90}) translate(10 60)", {}),
-        (f'width="{420 * 72 / 25.4}pt" height="{120 * 72 / 25.4}pt" viewBox="0 0 420 120"', "matrix(1 0 0 1 10 60)", {}),
+        (f'width="{420 * 72 / 25.4}pt" viewBox="0 0 420 120"', "matrix(1 0 0 1 10 60)", {}),
         ('width="1587px" height="453px" viewBox="0 0 420 120"', "translate(10 60)", {"unit": "1 mm"}),
         ("", f"scale({K90})", {"unit": "0.28222222 mm"}),
         ('width="120mm" height="420mm" viewBox="-60 -10 120 420"', "rotate(90)", {}),
@@ -289,7 +289,7 @@ def test_a_gap_within_the_tolerance_is_closed_and_said(tmp_path):
         ("a.svg", b'<svg xmlns="http://www.w3.org/2000/svg" width="20px"/>', "pixels have no length; needed: unit"),
         ("a.svg", b'<svg xmlns="http://www.w3.org/2000/svg" width="20mm"/>', "without the viewBox they scale"),
         ("a.svg", b'<svg xmlns="http://www.w3.org/2000/svg" width="9mm" height="9mm" viewBox="0 0 9 9"/>', "no path"),
-        ("a.svg", b'<svg width="9mm" height="9mm" viewBox="0 0 9 3" preserveAspectRatio="none"/>', "stretched, 1 mm a unit"),
+        ("a.svg", b'<svg width="9mm" height="9mm" viewBox="0 0 9 3" preserveAspectRatio="none"/>', "1 mm a unit"),
     ],
 )  # fmt: skip
 def test_files_that_are_no_drawings(tmp_path, name, data, message):
