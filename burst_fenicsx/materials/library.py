@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import fields
 from pathlib import Path
 
 from burst_fenicsx.data import DATA_DIRECTORY, Table, nearest_name, read_toml
@@ -12,32 +13,9 @@ __all__ = ["casing_names", "explosive_names", "gurney_range", "load_casing", "lo
 
 EXPLOSIVES = DATA_DIRECTORY / "explosives.toml"
 CASINGS = DATA_DIRECTORY / "casings.toml"
-EXPLOSIVE_KEYS = (
-    "density",
-    "detonation_velocity",
-    "heat_of_detonation",
-    "sound_speed",
-    "hugoniot_slope",
-    "shear_modulus",
-    "shear_strength",
-    "gurney",
-    "jwl",
-    "source",
-    "critical_energy",
-    "critical_energy_source",
-)
-CASING_KEYS = (
-    "density",
-    "elastic_modulus",
-    "poisson_ratio",
-    "shear_strength",
-    "tensile_strength",
-    "shear_softening_strain",
-    "tensile_softening_strain",
-    "softening_length",
-    "source",
-)
-JWL_KEYS = ("A", "B", "R1", "R2", "omega", "E0")
+JWL_KEYS = tuple(item.name for item in fields(JonesWilkinsLee))
+EXPLOSIVE_KEYS = (*(item.name for item in fields(Explosive) if item.name != "name"), "gurney")
+CASING_KEYS = tuple(item.name for item in fields(CasingMaterial) if item.name != "name")
 
 
 def explosive_names() -> tuple[str, ...]:
