@@ -42,8 +42,8 @@ def mesh_round(
     Parameters
     ----------
     cased_round : Round
-        With a profile (meshed with `cell_size`) or a mesh file (see `read_gmsh`; in metres, base at its
-        lowest z).
+        With a profile (meshed with `cell_size`) or a mesh file (see `read_gmsh`; in its `mesh_unit`, base
+        at its lowest z).
     cell_size : float
         Edge of the mean cell (m); of no concern to a mesh file.
     round_index : int
@@ -65,7 +65,7 @@ def mesh_round(
     if cased_round.profile is not None and cased_round.mesh_file is None:
         return mesh_profile(cased_round.profile, cell_size, **place_and_index, cuts=cuts)
     if cased_round.mesh_file is not None and cased_round.profile is None:
-        return read_gmsh(cased_round.mesh_file, **place_and_index)
+        return read_gmsh(cased_round.mesh_file, unit=cased_round.mesh_unit, **place_and_index)
     found = "both" if cased_round.profile is not None else "neither"
     raise InputError(f"{where}: found {found} of profile and mesh file; exactly one is expected")
 
