@@ -8,9 +8,9 @@ from contextlib import ExitStack, contextmanager
 from typing import TYPE_CHECKING
 
 from fragfield.case.checks.bounds import outside_soft
+from fragfield.case.checks.map_size import given_on_map
 from fragfield.errors import EXIT_FAULT, InputError, exit_code_of, message_of
 from fragfield.files.run_directory import STAGES
-from fragfield.case.checks.map_size import given_on_map
 from fragfield.pipeline.arena import read_arena
 from fragfield.pipeline.job import Job
 from fragfield.pipeline.parallel import Team
