@@ -15,7 +15,7 @@ from pathlib import Path
 
 from fragfield_base.cores import affinity, cores
 
-__all__ = ["OURS", "check_variables", "is_launched", "own_environment", "settle", "surroundings"]
+__all__ = ["OURS", "check_variables", "is_launched", "own_environment", "settle", "settle_child", "surroundings"]
 
 OURS = Path(__file__).resolve().parent.parent
 """The folder that holds the packages of this program."""
@@ -55,6 +55,7 @@ _LAUNCHES = (
     ("PMIX_RANK", ("PMIX_NAMESPACE",)),
 )
 """Variables that hold the rank, each with those of which its launcher sets one at least beside it."""
+_SIZES = ("OMPI_COMM_WORLD_SIZE", "PMI_SIZE")
 _FORCED = {
     "HDF5_USE_FILE_LOCKING": "FALSE",  # files are written whole, then read: some file systems have no locks
     "MATPLOTLIBRC": os.devnull,
@@ -95,6 +96,15 @@ def settle(error: type[Exception]) -> None:
         os.environ.setdefault("NUMBA_NUM_THREADS", str(cores()))
 
 
+def settle_child(error: type[Exception]) -> None:
+    """As `settle`, in a process that this program has started by `multiprocessing`, which hands on all variables."""
+    known = own_environment()
+    os.environ.clear()
+    os.environ.update(known)
+    os.chdir("/")
+    settle(error)
+
+
 def surroundings() -> dict[str, list[str]]:
     """Variables that were `ignored`, and those that were `kept` with their values; empty where nothing was settled."""
     return {key: list(value) for key, value in _found.items() if value}
@@ -114,7 +124,12 @@ def check_variables(error: type[Exception]) -> None:
 
 
 def is_launched(error: type[Exception]) -> bool:
-    """Whether an MPI launcher has started this process; `error` for a rank that none has given."""
+    """Whether an MPI launcher has started this process beside others; `error` for a rank that none has given.
+
+    One rank alone needs no launcher, which would let MPI begin but once: a script of two commands would lose one.
+    """
+    if any(os.environ.get(name) == "1" for name in _SIZES):
+        return False
     launched = any(name in os.environ and any(one in os.environ for one in others) for name, others in _LAUNCHES)
     for name, others in () if launched else _LAUNCHES:
         if name in os.environ:

@@ -154,7 +154,7 @@ def _entry(name_or_path: str | Path, library: Path, kind: str, keys: tuple[str, 
     """Name and table of an entry of the library or of a user's file."""
     text = str(name_or_path)
     file, _, wanted = text.partition("#")
-    if not file.endswith(".toml"):
+    if not file.lower().endswith(".toml"):
         content = read_toml(library)
         if text not in content:
             raise InputError(f"{kind} '{text}' is unknown; {nearest_name(text, content)}; or a path that ends in .toml")
