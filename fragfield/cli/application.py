@@ -22,6 +22,7 @@ __all__ = [
     "Out",
     "Overwrite",
     "Profile",
+    "ProgressFile",
     "Quiet",
     "Resume",
     "Scheduler",
@@ -99,6 +100,10 @@ Resume = Annotated[bool, typer.Option("--resume", help="Continue an interrupted 
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace another case's run in DIR.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress and no warnings; the result alone.")]
 Json = Annotated[bool, typer.Option("--json", help="One JSON object on stdout, and nothing else.")]
+ProgressFile = Annotated[
+    Path | None,
+    typer.Option("--progress-file", metavar="FILE", help="Keep the progress there as JSON, for another program."),
+]
 Profile = Annotated[
     bool, typer.Option("--profile", help="Time the parts of the burst; a table here and in the report's annex.")
 ]

@@ -13,7 +13,7 @@ from fragfield.cli.guard import give, guarded, print_paths
 from fragfield.errors import InputError
 from fragfield_base.paths import absolute
 
-__all__ = ["compare", "info", "new", "view"]
+__all__ = ["compare", "info", "new", "open_pages", "view"]
 
 
 @app.command()
@@ -52,7 +52,9 @@ def info(
 def new(
     name: Annotated[Path, typer.Argument(parser=file_path, metavar="NAME", help="The file to write: NAME.toml.")],
     round_: Annotated[str, typer.Option("--round", metavar="PROFILE", help="Built-in contour of the round.")] = "m107",
-    explosive: Annotated[str, typer.Option("--explosive", metavar="NAME", help="Built-in explosive.")] = "tnt",
+    explosive: Annotated[
+        str, typer.Option("--explosive", metavar="NAME", help="Built-in explosive, by any of its names.")
+    ] = "tnt",
     casing: Annotated[
         str | None, typer.Option("--casing", metavar="NAME", help="Built-in casing material; default: the round's.")
     ] = None,
@@ -106,3 +108,22 @@ def compare(
         if out is not None:
             done.write(out)
         give(done.found, json=json, show=print_comparison)
+
+
+@app.command("app")
+def open_pages(
+    case: Annotated[
+        Path | None, typer.Argument(metavar="[CASE | RUN]", help="A case file, a run, or a folder; default: this one.")
+    ] = None,
+    port: Annotated[int, typer.Option("--port", min=0, max=65535, metavar="N", help="Default: a free one.")] = 0,
+    host: Annotated[
+        str, typer.Option("--host", metavar="ADDRESS", help="Address to listen at; in a container 0.0.0.0.")
+    ] = "127.0.0.1",
+    browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Open the default browser.")] = True,
+    language: Annotated[str, typer.Option("--language", metavar="en|de", help="Language of the pages.")] = "",
+) -> None:
+    """Work on a case in the browser: draw the round, arrange the site, run, read the result; all on this machine."""
+    with guarded(json=False, quiet=False):
+        from fragfield.app.server import serve
+
+        serve(case, host=host, port=port, browser=browser, language=language)

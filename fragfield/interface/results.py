@@ -161,6 +161,18 @@ class Run:
 
         return {name: what for name, (file, what, _) in TABLES.items() if (self.path / file).is_file()}
 
+    def write_tables(self, path: str | os.PathLike[str]) -> Path:
+        """Write all tables into one workbook (.xlsx), the first sheet of which says what they are.
+
+        Raises
+        ------
+        InputError
+            Another ending, openpyxl is not installed, or the file cannot be written.
+        """
+        from fragfield.interface.workbook import write_workbook
+
+        return write_workbook(self, Path(path))
+
     def table(self, name: str) -> Table:
         """A table by its name, with `to_numpy` and `to_pandas`; raises InputError for another name."""
         from fragfield.interface.tables import read_table

@@ -8,6 +8,7 @@ from contextlib import ExitStack, contextmanager
 from typing import TYPE_CHECKING
 
 from fragfield.case.checks.bounds import outside_soft
+from fragfield.case.checks.map_size import given_on_map
 from fragfield.errors import EXIT_FAULT, InputError, exit_code_of, message_of
 from fragfield.files.run_directory import STAGES
 from fragfield.pipeline.arena import read_arena
@@ -105,8 +106,10 @@ def _enter(options: RunOptions, stage: Stage, held: ExitStack) -> Case:
     else:
         if directory.complete(STAGES["break-up"]):
             raise InputError(f"{directory.path}: holds fragments of its own break-up; fly others with another --out")
-        if read_arena(options.fragments, case) is None:  # refuses one that does not fit, before anything is removed
+        # refuse what does not fit the case, before anything is removed
+        if read_arena(options.fragments, case) is None:
             flight.Fragments.read(options.fragments)
+            given_on_map(case, options.fragments)
     directory.make()
     if stage.name != "report":
         held.enter_context(directory.locked())
