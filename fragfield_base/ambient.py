@@ -69,6 +69,7 @@ _ALONE = {
     "OMPI_MCA_ess_singleton_isolated": "1",
     "OMPI_MCA_pml": "ob1",
 }
+_INSTALLED = ("site-packages", "dist-packages")
 _found: dict[str, list[str]] = {}
 
 
@@ -91,7 +92,7 @@ def settle(error: type[Exception]) -> None:
         _forget_filters()
     check_variables(error)
     _found["kept"] = [f"{name}={os.environ[name]}" for name in sorted(_KEPT) if os.environ.get(name)]
-    os.environ.update(_FORCED if launched else _FORCED | _ALONE)
+    os.environ.update(_with_program(_FORCED if launched else _FORCED | _ALONE))
     if cores() < affinity():  # numba counts the cores alone, not the time that a container has of them
         os.environ.setdefault("NUMBA_NUM_THREADS", str(cores()))
 
@@ -148,7 +149,15 @@ def own_environment() -> dict[str, str]:
         if (_is_valid(name) if name in _KEPT else not _is_dropped(name, launched=False))
         and not _OF_A_JOB.fullmatch(name)
     }
-    return known | _FORCED | _ALONE
+    return _with_program(known | _FORCED | _ALONE)
+
+
+def _with_program(variables: dict[str, str]) -> dict[str, str]:
+    """Variables by which another Python finds this program, also in a source tree that is known by the folder alone."""
+    named = variables.get("PYTHONPATH", os.environ.get("PYTHONPATH", ""))
+    if OURS.name in _INSTALLED or str(OURS) in named.split(os.pathsep):
+        return variables
+    return {**variables, "PYTHONPATH": os.pathsep.join(filter(None, (str(OURS), named)))}
 
 
 def _is_valid(name: str) -> bool:

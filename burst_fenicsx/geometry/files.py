@@ -38,7 +38,7 @@ def load_profile(name_or_path: str | Path) -> Profile:
         The name is unknown, the file cannot be read, or its content is not a sound profile.
     """
     text = str(name_or_path)
-    if text.lower().endswith(".toml"):
+    if text.endswith(".toml"):
         path = Path(text)
     elif text in profile_names():
         path = PROFILES / f"{text}.toml"

@@ -146,10 +146,8 @@ def _described(dataset: Any, band: int | None) -> dict[str, Any]:  # noqa: ANN40
 def _refuse_contradictions(path: Path, inside: dict[str, Any], whole: dict[str, Any]) -> None:
     """Refuse a file beside the map that says otherwise than the map itself; it may say what the map does not."""
     for name, stated in inside.items():
-        if stated is not None and whole[name] != stated and not (stated != stated and whole[name] != whole[name]):
-            raise InputError(
-                f"{path}: its {name} differs from that in {path.name}.aux.xml beside it; remove one of the two"
-            )
+        if stated is not None and whole[name] != stated and not (stated != stated and whole[name] != whole[name]):  # noqa: PLR0124
+            raise InputError(f"{path}: its {name} differs from that in {path.name}.aux.xml beside it; remove one of the two")
 
 
 def _raster(path: Path, form: str, dataset: Any, number: int, found: dict[str, Any]) -> Raster:  # noqa: ANN401
@@ -206,9 +204,7 @@ def _crs(dataset: Any) -> Any:  # noqa: ANN401
 def _check_world_file(path: Path, affine: tuple[float, ...] | None) -> None:
     """Refuse a world file that lies elsewhere than the map says; without a position in the map GDAL takes the file's."""
     if path.with_suffix(".tfwx").is_file():
-        raise InputError(
-            f"{path}: {path.stem}.tfwx beside it: the map was fitted, not rectified; rectify and export it"
-        )
+        raise InputError(f"{path}: {path.stem}.tfwx beside it: the map was fitted, not rectified; rectify and export it")
     for beside in (path.with_suffix(suffix) for suffix in _WORLD_FILES):
         if not beside.is_file() or affine is None:
             continue
@@ -219,9 +215,7 @@ def _check_world_file(path: Path, affine: tuple[float, ...] | None) -> None:
         corner = (a, b, c - 0.5 * (a + b), d, e, f - 0.5 * (d + e))
         size = math.sqrt(abs(affine[0] * affine[4] - affine[1] * affine[3]))
         if max(abs(one - other) for one, other in zip(corner, affine, strict=True)) > _APART * size:
-            raise InputError(
-                f"{path}: its position differs from that in {beside.name} beside it; remove one of the two"
-            )
+            raise InputError(f"{path}: its position differs from that in {beside.name} beside it; remove one of the two")
 
 
 def _refuse_missing_blocks(path: Path, dataset: Any, number: int) -> None:  # noqa: ANN401

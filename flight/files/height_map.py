@@ -179,17 +179,17 @@ def _resampled(raster: Raster, plane: Plane) -> Grid:
     return Grid(heights, (float(x[1] - x[0]), float(y[1] - y[0])), (float(x[0]), float(y[0])), {"notes": notes})
 
 
-def _nodes(raster: Raster, plane: Plane, down: slice, across: slice) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """X and y of nodes over a window of the raster; one of them is x = y = 0."""
+def _nodes(
+    raster: Raster, plane: Plane, down: slice, across: slice
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """x and y of nodes over a window of the raster; one of them is x = y = 0."""
     column, row = (float(value) for value in plane.to_pixels(0.0, 0.0))
     near_x, near_y = plane.from_pixels(column + np.array([0.0, 1.0, 0.0]), row + np.array([0.0, 0.0, 1.0]))
     along, up = (np.array([near_x[k] - near_x[0], near_y[k] - near_y[0]]) for k in (1, 2))
     steps = float(np.hypot(*along)), float(np.hypot(*up))
     if abs(along[0]) < abs(along[1]):
         steps = steps[::-1]
-    edge_x, edge_y = np.meshgrid(
-        np.linspace(across.start, across.stop - 1, 33), np.linspace(down.start, down.stop - 1, 33)
-    )
+    edge_x, edge_y = np.meshgrid(np.linspace(across.start, across.stop - 1, 33), np.linspace(down.start, down.stop - 1, 33))
     ends = []
     for values, step in zip(plane.from_pixels(edge_x, edge_y), steps, strict=True):
         low, high = max(np.nanmin(values), -FARTHEST), min(np.nanmax(values), FARTHEST)

@@ -193,10 +193,7 @@ def _own_grid(raster: Raster, unit: float, zero: tuple[float, float], words: dic
 
 
 def _without_earth(
-    raster: Raster,
-    crs: Any,
-    site: tuple[float, float] | None,
-    earth: tuple[float, float, float] | None,  # noqa: ANN401
+    raster: Raster, crs: Any, site: tuple[float, float] | None, earth: tuple[float, float, float] | None  # noqa: ANN401
 ) -> Plane:
     """The plane of a map that does not say where on Earth it lies."""
     if earth is not None and abs(math.remainder(earth[2] - _EAST, 360.0)) > 1e-6:
@@ -229,11 +226,7 @@ class _Position:
 
 
 def _position(
-    raster: Raster,
-    crs: Any,
-    unit: float,
-    site: tuple[float, float] | None,
-    earth: tuple[float, float, float] | None,  # noqa: ANN401
+    raster: Raster, crs: Any, unit: float, site: tuple[float, float] | None, earth: tuple[float, float, float] | None  # noqa: ANN401
 ) -> _Position:
     """Where x = y = 0 lies on a map with a coordinate system; two positions must agree."""
     given = None if site is None else (site[0] / unit, site[1] / unit)
@@ -241,9 +234,7 @@ def _position(
         if given is None and crs.is_geographic:
             rows, columns = raster.shape
             x, y = raster.coordinates(0.5 * (columns - 1), 0.5 * (rows - 1))
-            return _Position(
-                (x, y), f"x = y = 0 is the centre of the map, {y:.6f}, {x:.6f} degrees, no place was given"
-            )
+            return _Position((x, y), f"x = y = 0 is the centre of the map, {y:.6f}, {x:.6f} degrees, no place was given")
         x, y = given or (0.0, 0.0)
         return _Position((x, y), f"x = y = 0 at {x * unit:.10g}, {y * unit:.10g} m of the map's grid")
     moved = _from_wgs84(raster.path, crs, earth, needed=given is None)

@@ -14,7 +14,7 @@ from pydantic import ValidationError
 from tomlkit.exceptions import TOMLKitError
 
 from fragfield.case import Case
-from fragfield.case.load import case_from_document
+from fragfield.case.load import case_from_document, read_document
 from fragfield.case.messages import explain
 from fragfield.case.write import tables_to_toml
 from fragfield.errors import InputError
@@ -23,6 +23,7 @@ from fragfield_base.writing import write_text
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+
     from pathlib import Path
 
     from fragfield.app.workspace import Workspace
@@ -113,9 +114,9 @@ class CaseDocument:
         """The value at a place, `default` where there is none."""
         found: Any = self.tables
         for step in path:
-            if (isinstance(found, dict) and step in found) or (
-                isinstance(found, list) and isinstance(step, int) and 0 <= step < len(found)
-            ):
+            if isinstance(found, dict) and step in found:
+                found = found[step]
+            elif isinstance(found, list) and isinstance(step, int) and 0 <= step < len(found):
                 found = found[step]
             else:
                 return default
@@ -123,7 +124,7 @@ class CaseDocument:
 
     def set(self, path: Steps, value: object) -> None:
         """Put a value at a place, None to remove it; tables on the way are made, comments stay."""
-        if not path or (self.get(path) == value and type(self.get(path)) is type(value)):
+        if not path or self.get(path) == value and type(self.get(path)) is type(value):
             return
         wanted = self.tables
         _put(wanted, path, value)

@@ -87,7 +87,9 @@ def _contents(profile: Profile, left: float, middle: float, scale: float) -> Ite
     yield _area(profile.cavity, (profile.charge_front, profile.charge_end), left, middle, scale, "charge")
 
 
-def _area(contour: Contour, between: tuple[float, float], left: float, middle: float, scale: float, kind: str) -> str:
+def _area(
+    contour: Contour, between: tuple[float, float], left: float, middle: float, scale: float, kind: str
+) -> str:
     corners = [station for station in contour.stations if between[0] < station < between[1]]
     stations = np.unique([*np.linspace(*between, _SAMPLES), *corners])
     across, along = scale * contour.radius(stations), left + scale * stations

@@ -164,9 +164,7 @@ def field_input(
         element = word_input(label, shown(value), options, take, free=bool(choices), placeholder=default)
     else:
         element = ui.input(label, value=shown(value), on_change=take, autocomplete=list(known.choices) or None)
-        element.props(
-            f'stack-label autocapitalize=off spellcheck=false placeholder="{_quoted(default or _for_example(page, known))}"'
-        )
+        element.props(f'stack-label autocapitalize=off spellcheck=false placeholder="{_quoted(default or _for_example(page, known))}"')
     element.props("outlined dense hide-hint")
     element.props["hint"] = known.help or None
     page.bind(path, element)
@@ -197,7 +195,7 @@ def word_input(
 
 
 def _for_example(page: CasePage, known: Field) -> str:
-    words = [f"{word}" for word in known.choices]
+    words = [f'{word}' for word in known.choices]
     example = known.example or ""
     return page.texts("form.example", value=" / ".join([*words, example])) if words or example else ""
 

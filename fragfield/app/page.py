@@ -124,9 +124,7 @@ class CasePage:
         with ui.element("header").classes("head"):
             with ui.element("div").classes("head-line"):
                 ui.link("fragfield", self.address("start")).classes("brand")
-                self._title = ui.label(case.name if case is not None else str(self.session.space.folder)).classes(
-                    "case-name"
-                )
+                self._title = ui.label(case.name if case is not None else str(self.session.space.folder)).classes("case-name")
                 if case is not None:
                     self._state = ui.label("").classes("state").props("role=status")
                     self._save = ui.button(texts("case.save"), on_click=self._save_case).props("dense no-caps id=save")

@@ -49,15 +49,15 @@ def serve(
         import nicegui  # noqa: F401
         import uvicorn
     except ModuleNotFoundError as error:
-        raise InputError(f"app: needs {error.name}, which is not installed: pip install 'fragfield[app]'") from None
+        raise InputError(
+            f"app: needs {error.name}, which is not installed: pip install 'fragfield[app]'"
+        ) from None
     listener = _listening(host, port)
     port = listener.getsockname()[1]
     token = secrets.token_urlsafe(24)
     page = "result" if run else ("round" if case else "start")
     query = {key: value for key, value in (("case", case), ("run", run), ("token", token)) if value}
-    address = (
-        f"http://{'127.0.0.1' if host in ('0.0.0.0', '::') else host}:{port}/{page}?{urlencode(query, quote_via=quote)}"
-    )
+    address = f"http://{'127.0.0.1' if host in ('0.0.0.0', '::') else host}:{port}/{page}?{urlencode(query, quote_via=quote)}"
     app = application(Session(space, language), token=token, port=port, hosts=() if _is_local(host) else ("*",))
     config = uvicorn.Config(app, log_level="error", access_log=False, ws_max_size=1 << 24, lifespan="on")
     print(f"fragfield app: {space.folder}\n{address}\nCtrl-C ends it; runs go on.", flush=True)  # noqa: T201 - the address is the result
@@ -103,7 +103,5 @@ def _listening(host: str, port: int) -> socket.socket:
         listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         listener.bind((host, port))
     except (OSError, OverflowError) as error:
-        raise InputError(
-            f"app: {host}:{port} cannot be listened at ({getattr(error, 'strerror', None) or error})"
-        ) from None
+        raise InputError(f"app: {host}:{port} cannot be listened at ({getattr(error, 'strerror', None) or error})") from None
     return listener

@@ -63,7 +63,7 @@ def _origin(case: CaseDocument) -> tuple[float, float]:
 
 
 def _here(case: CaseDocument, latitude: float, longitude: float) -> tuple[float, float] | None:
-    """X and y of a place on Earth (radians)."""
+    """x and y of a place on Earth (radians)."""
     site = site_in(case)
     if site is None:
         return None
@@ -171,18 +171,12 @@ def _shape(table: str, entry: dict[str, Any], name: str, marks: list[tuple[float
         if length and width:
             along = 0.5 * length * np.array([math.cos(turn), math.sin(turn)])
             across = 0.5 * width * np.array([-math.sin(turn), math.cos(turn)])
-            points = (
-                np.array(marks[0]) + np.array([along + across, across - along, -along - across, along - across])
-            ).tolist()
+            points = (np.array(marks[0]) + np.array([along + across, across - along, -along - across, along - across])).tolist()
             closed = True
     elif kind == "area":
         closed = True
     width = (_value(entry.get("width", "6 m"), "m") or 6.0) if kind == "road" else 0.0
-    return (
-        [{"kind": table, "sort": kind, "name": name, "points": points, "closed": closed, "width": width}]
-        if points
-        else []
-    )
+    return [{"kind": table, "sort": kind, "name": name, "points": points, "closed": closed, "width": width}] if points else []
 
 
 def _terrain(case: CaseDocument, shapes: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
@@ -197,10 +191,7 @@ def _terrain(case: CaseDocument, shapes: Sequence[dict[str, Any]]) -> list[dict[
     seen = [Shape(one["kind"], "", np.array(one["points"])) for one in shapes]
     reach = np.array([[-150.0, -150.0], [150.0, 150.0]])
     lines = terrain_lines(ground, extent_of([*seen, Shape("round", "", reach)]))
-    return [
-        {"kind": "terrain", "name": one.name, "points": np.round(one.points, 1).tolist(), "closed": False}
-        for one in lines
-    ]
+    return [{"kind": "terrain", "name": one.name, "points": np.round(one.points, 1).tolist(), "closed": False} for one in lines]
 
 
 def exported(case: CaseDocument) -> str:
@@ -215,11 +206,7 @@ def exported(case: CaseDocument) -> str:
         if one.get("closed") and len(ring) > 2:
             geometry: dict[str, Any] = {"type": "Polygon", "coordinates": [[*ring, ring[0]]]}
         else:
-            geometry = (
-                {"type": "Point", "coordinates": ring[0]}
-                if len(ring) == 1
-                else {"type": "LineString", "coordinates": ring}
-            )
+            geometry = {"type": "Point", "coordinates": ring[0]} if len(ring) == 1 else {"type": "LineString", "coordinates": ring}
         properties = {"name": one["name"], "table": one["kind"], "kind": one.get("sort", "")}
         features.append({"type": "Feature", "geometry": geometry, "properties": properties})
     return json.dumps({"type": "FeatureCollection", "features": features}, indent=1)

@@ -199,9 +199,7 @@ def _ignited_at_once(rounds: Sequence[RoundTable]) -> bool:
 def tnt_equivalents() -> dict[str, tuple[float, str]]:
     """Factor for peak incident overpressure and its source, by built-in name of the explosive."""
     factors = substances_with("explosive", "tnt_equivalent", "pressure")
-    return {
-        name: (factor, substance("explosive", name).groups["tnt_equivalent"].source) for name, factor in factors.items()
-    }
+    return {name: (factor, substance("explosive", name).groups["tnt_equivalent"].source) for name, factor in factors.items()}
 
 
 def tnt_equivalent(explosive: str) -> tuple[float, str]:

@@ -27,7 +27,7 @@ def slope(x: np.ndarray, y: np.ndarray) -> Heights:
 
 
 def north_up(cell: float = CELL, half: float = HALF) -> tuple[np.ndarray, np.ndarray]:
-    """X and y of the centres of pixels, the northernmost row first."""
+    """x and y of the centres of pixels, the northernmost row first."""
     along = np.arange(-half, half + 0.5 * cell, cell)
     x, y = np.meshgrid(along, along[::-1])
     return x, y
@@ -76,7 +76,7 @@ def write(
 def degrees(
     step: float = CELL / 111_000.0, half: float = HALF, turned: float = 0.0
 ) -> tuple[np.ndarray, np.ndarray, Any]:
-    """X and y of the pixels of a map in degrees about EARTH, by geodesics, and its transform; `turned`: of longitude."""
+    """x and y of the pixels of a map in degrees about EARTH, by geodesics, and its transform; `turned`: of longitude."""
     from pyproj import Geod
     from rasterio.transform import Affine
 
@@ -273,10 +273,7 @@ def holes_by_the_lowest_number(folder: Path):
     heights = slope(*north_up()).astype("f4")
     heights[scattered_holes(heights.shape)] = np.finfo("f4").min
     keys = (1024, 1), (1025, 1), (3072, 32632)
-    return plain_tiff(folder / "h.tif", heights, *keys, hole="-3.40282346638529e+38"), {
-        **ON_GRID,
-        "holes": "neighbours",
-    }
+    return plain_tiff(folder / "h.tif", heights, *keys, hole="-3.40282346638529e+38"), {**ON_GRID, "holes": "neighbours"}
 
 
 @_form

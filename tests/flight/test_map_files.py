@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from flight import FlightWarning, Fragments, HeightMap, hazard_distance
+from flight import FlightWarning, Fragments, HeightMap, InputError, hazard_distance
 from tests.flight.maps import CELL, FORMS, HALF, SITE, slope
 
 if TYPE_CHECKING:

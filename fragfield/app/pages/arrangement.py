@@ -34,9 +34,7 @@ def content(page: CasePage) -> None:
                 with ui.element("h3"):
                     ui.label(f"{texts('arrangement.attitude')}: {name}")
                 form(page, ("round", index), only=("attitude", "azimuth", "base", "position", "axis"))
-                with ui.expansion(
-                    texts("arrangement.initiation"), value=page.focus.startswith(f"round[{index + 1}].i")
-                ).classes("folded"):
+                with ui.expansion(texts("arrangement.initiation"), value=page.focus.startswith(f"round[{index + 1}].i")).classes("folded"):
                     form(page, ("round", index), only=("ignition", "initiation"))
             with ui.element("h2"):
                 ui.label(texts("arrangement.planes"))
@@ -71,9 +69,7 @@ def _stack(page: CasePage) -> None:
             ui.navigate.reload()
 
     options = {name: texts(f"arrangement.{name}") for name in _STACKS}
-    ui.toggle(options, value=now if now in options else None, on_change=lambda event: choose(event.value)).props(
-        "no-caps dense"
-    )
+    ui.toggle(options, value=now if now in options else None, on_change=lambda event: choose(event.value)).props("no-caps dense")
     if now != "single":
         form(page, ("stack",), without=("arrangement",))
 
@@ -89,9 +85,7 @@ def _facts(page: CasePage, found: dict[str, Any] | None) -> str:
     if gap := arranged["min_clearance"]:
         distance = number(1e3 * gap["clearance"], 4)
         first, second = gap["rounds"]
-        rows.append(
-            (texts("arrangement.clear"), texts("arrangement.between", distance=distance, first=first, second=second))
-        )
+        rows.append((texts("arrangement.clear"), texts("arrangement.between", distance=distance, first=first, second=second)))
     if contents := found.get("contents"):
         rows.append((texts("run.neq"), f"{number(contents['explosive'], 3)} kg (TNT {number(contents['tnt'], 3)} kg)"))
     from burst_fenicsx.symmetry import symmetry_words
@@ -108,7 +102,5 @@ def _round_row(page: CasePage, entry: dict[str, Any]) -> str:
     texts = page.texts
     place = ", ".join(number(1e3 * value, 4) for value in entry["position"])
     delays = entry["delays"]
-    time = (
-        texts("arrangement.initiated_at", time=number(1e6 * delays[0], 3)) if delays else texts("arrangement.by_shock")
-    )
+    time = texts("arrangement.initiated_at", time=number(1e6 * delays[0], 3)) if delays else texts("arrangement.by_shock")
     return f"<tr><th>{escape(entry['name'])}</th><td>({place}) mm</td><td>{escape(time)}</td></tr>"

@@ -147,9 +147,7 @@ def _spread(page: CasePage, found: Mapping[str, Any]) -> str:
         bars.append(f'<div class="stage"><span>{escape(name)}</span><div class="bar"><div style="width:{share:.1f}%"></div></div>'
                     f'<span class="detail">{escape(page.texts("confidence.share", share=f"{share:.0f}"))}</span></div>')  # fmt: skip
     title = escape(page.texts("confidence.tornado"))
-    return f"<p>{escape(words)}</p>" + (
-        f'<h3>{title}</h3><div class="stages tornado">{"".join(bars)}</div>' if bars else ""
-    )
+    return f"<p>{escape(words)}</p>" + (f'<h3>{title}</h3><div class="stages tornado">{"".join(bars)}</div>' if bars else "")
 
 
 def _cells(summary: Mapping[str, Any]) -> None:
@@ -162,15 +160,8 @@ def _cells(summary: Mapping[str, Any]) -> None:
             known.row(one).value if known is not None and one is not None else number(one)
             for one in (entry["values"][0], entry["uncertainty"])
         )
-        rows.append(
-            f"<tr><th>{escape(known.label if known else name)}</th><td>{escape(value)}</td><td>± {escape(error)}</td><td>{escape(entry['kind'])}</td></tr>"
-        )
-    ui.html(
-        f'<div class="table-box"><table class="facts">{"".join(rows)}</table></div>'
-        if rows
-        else '<p class="meaning">–</p>',
-        sanitize=False,
-    )
+        rows.append(f"<tr><th>{escape(known.label if known else name)}</th><td>{escape(value)}</td><td>± {escape(error)}</td><td>{escape(entry['kind'])}</td></tr>")
+    ui.html(f'<div class="table-box"><table class="facts">{"".join(rows)}</table></div>' if rows else '<p class="meaning">–</p>', sanitize=False)
 
 
 def sign(path: Path, who: str) -> dict[str, str]:
@@ -203,9 +194,7 @@ def _signature(page: CasePage, run: str, path: Path) -> None:
         ui.label(texts("confidence.unsigned")).classes("note")
     else:
         entry, holds = signed
-        ui.label(texts("confidence.signed", when=entry["when"], who=entry["who"], hash=entry["sha256"])).classes(
-            "note"
-        ).props("data-box=signed")
+        ui.label(texts("confidence.signed", when=entry["when"], who=entry["who"], hash=entry["sha256"])).classes("note").props("data-box=signed")
         if not holds:
             ui.label(texts("confidence.broken")).classes("fault")
 
@@ -214,9 +203,7 @@ def _signature(page: CasePage, run: str, path: Path) -> None:
             if page.case.is_draft:
                 page.case.save()
             commands = [["report", page.case.name, "--out", run]]
-            start_job(
-                page.session.space, title=texts("confidence.write"), case=page.case.name, run=run, commands=commands
-            )
+            start_job(page.session.space, title=texts("confidence.write"), case=page.case.name, run=run, commands=commands)
 
         if page.attempt(act):
             ui.navigate.to(page.address("run"))
@@ -245,9 +232,7 @@ def _compare(page: CasePage) -> None:
             return
         place.clear()
         try:
-            done = await threads.io_bound(
-                fragfield.compare_runs, *(space.inside(chosen[key]) for key in ("first", "second"))
-            )
+            done = await threads.io_bound(fragfield.compare_runs, *(space.inside(chosen[key]) for key in ("first", "second")))
         except (fragfield.InputError, InputError, OSError) as error:
             with place:
                 ui.label(message_of(error)).classes("fault")
@@ -261,15 +246,10 @@ def _compare(page: CasePage) -> None:
                 table = done.table(name)
                 head = "".join(f"<th>{escape(column)}</th>" for column in table.columns[:7])
                 rows = "".join(
-                    "<tr>"
-                    + "".join(f"<td>{escape(_cell(table[column][row]))}</td>" for column in table.columns[:7])
-                    + "</tr>"
+                    "<tr>" + "".join(f"<td>{escape(_cell(table[column][row]))}</td>" for column in table.columns[:7]) + "</tr>"
                     for row in range(min(len(table), 12))
                 )
-                ui.html(
-                    f'<h3>{escape(name)}</h3><div class="table-box"><table class="facts"><thead><tr>{head}</tr></thead>{rows}</table></div>',
-                    sanitize=False,
-                )
+                ui.html(f'<h3>{escape(name)}</h3><div class="table-box"><table class="facts"><thead><tr>{head}</tr></thead>{rows}</table></div>', sanitize=False)
 
     def choose(key: str, value: str) -> Any:  # noqa: ANN401 - a coroutine
         chosen[key] = value
@@ -277,9 +257,7 @@ def _compare(page: CasePage) -> None:
 
     with ui.element("div").classes("form"):
         for key in ("first", "second"):
-            ui.select(
-                names, label=texts(f"confidence.{key}"), on_change=lambda event, key=key: choose(key, event.value)
-            ).props("outlined dense")
+            ui.select(names, label=texts(f"confidence.{key}"), on_change=lambda event, key=key: choose(key, event.value)).props("outlined dense")
     place.move(target_index=-1)
 
 

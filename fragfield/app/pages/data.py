@@ -70,9 +70,7 @@ def content(page: CasePage) -> None:
             ui.navigate.to(page.address("run"))
 
     with ui.element("div").classes("choices"):
-        ui.select(
-            files, value=files[0], label=texts("data.file"), on_change=lambda event: chosen.update(file=event.value)
-        ).props("outlined dense")
+        ui.select(files, value=files[0], label=texts("data.file"), on_change=lambda event: chosen.update(file=event.value)).props("outlined dense")
         ui.button(texts("data.check"), on_click=check).props("no-caps outline data-act=check-file")
     place.move(target_index=-1)
 
@@ -90,9 +88,7 @@ def _held(page: CasePage, case: Case, path: Path) -> tuple[str, str]:
     table = "".join(f"<tr><th>{escape(name)}</th><td>{escape(value)}</td></tr>" for name, value in rows)
     warnings = "".join(f'<p class="warning">{escape(words)}</p>' for words in found["warnings"])
     read = read_arena(path, case)
-    return f'<table class="facts">{table}</table>{warnings}', "" if read is None else _polar(
-        read[0], texts("data.polar")
-    )
+    return f'<table class="facts">{table}</table>{warnings}', "" if read is None else _polar(read[0], texts("data.polar"))
 
 
 def _polar(table: Any, title: str) -> str:  # noqa: ANN401 - an arena table
@@ -104,13 +100,9 @@ def _polar(table: Any, title: str) -> str:  # noqa: ANN401 - an arena table
         start, end = (math.radians(float(table.zones[one])) for one in (zone, zone + 1))
         reach = 150.0 * math.sqrt(count / most)  # areas as numbers
         for side in (-1.0, 1.0):
-            corners = [
-                (reach * math.cos(turn), side * reach * math.sin(turn)) for turn in (start, 0.5 * (start + end), end)
-            ]
+            corners = [(reach * math.cos(turn), side * reach * math.sin(turn)) for turn in (start, 0.5 * (start + end), end)]
             points = "0,0 " + " ".join(f"{x:.1f},{y:.1f}" for x, y in corners)
-            parts.append(
-                f'<polygon class="charge" points="{points}"><title>{table.zones[zone]:g}–{table.zones[zone + 1]:g}°: {count:.4g}</title></polygon>'
-            )
+            parts.append(f'<polygon class="charge" points="{points}"><title>{table.zones[zone]:g}–{table.zones[zone + 1]:g}°: {count:.4g}</title></polygon>')
     marks = "".join(
         f'<path class="extension" d="M0 0L{158 * math.cos(math.radians(turn)):.1f} {-158 * math.sin(math.radians(turn)):.1f}"/>'
         f'<text class="small" x="{168 * math.cos(math.radians(turn)):.1f}" y="{4 - 168 * math.sin(math.radians(turn)):.1f}">{turn}°</text>'

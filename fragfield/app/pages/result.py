@@ -135,10 +135,7 @@ def _html_table(heads: list[str], rows: list[tuple[str, ...]]) -> None:
     """A table of cells that are HTML already."""
     head = "".join(f"<th>{escape(one)}</th>" for one in heads)
     body = "".join(f"<tr>{''.join(f'<td>{cell}</td>' for cell in row)}</tr>" for row in rows)
-    ui.html(
-        f'<div class="table-box"><table class="facts"><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>',
-        sanitize=False,
-    )
+    ui.html(f'<div class="table-box"><table class="facts"><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>', sanitize=False)
 
 
 def _map(page: CasePage, run: str, path: Path) -> None:
@@ -146,9 +143,7 @@ def _map(page: CasePage, run: str, path: Path) -> None:
     if page.document is not None:
         with ui.element("div").classes("choices"):
             ui.link(page.texts("result.move"), page.address("site"))
-            ui.button(page.texts("result.fly_again"), on_click=lambda: _fly_again(page, run)).props(
-                "no-caps outline dense data-act=fly"
-            )
+            ui.button(page.texts("result.fly_again"), on_click=lambda: _fly_again(page, run)).props("no-caps outline dense data-act=fly")
     _framed(page, run, path, "map.html")
 
 
@@ -172,9 +167,7 @@ def _figures(page: CasePage, run: str, path: Path) -> None:
         for picture in pictures:
             with ui.element("figure").classes("card").style("margin:0"):
                 address = f"/files/{quote(run)}/figures/{quote(picture.name)}"
-                ui.element("img").props(f'src="{address}" alt="{escape(picture.stem)}" loading=lazy').style(
-                    "width:100%"
-                )
+                ui.element("img").props(f'src="{address}" alt="{escape(picture.stem)}" loading=lazy').style("width:100%")
                 ui.link(picture.stem.replace("_", " "), address, new_tab=True)
 
 
@@ -193,9 +186,7 @@ def _numbers(summary: Mapping[str, Any]) -> None:
     rows: list[tuple[str, ...]] = []
     for one in QUANTITIES.values():
         if "[]" not in one.path:
-            rows += [
-                (escape(one.stage), escape(row.name), escape(row.value), escape(row.note)) for row in one.rows(summary)
-            ]
+            rows += [(escape(one.stage), escape(row.name), escape(row.value), escape(row.note)) for row in one.rows(summary)]
     _html_table(["", "", "", ""], rows)
 
 

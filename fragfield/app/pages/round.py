@@ -52,9 +52,9 @@ def content(page: CasePage) -> None:
         _RoundEditor(page, index).build()
 
     if len(names) > 1:
-        ui.select(
-            names, value=chosen, label=texts("page.round"), on_change=lambda event: show.refresh(event.value)
-        ).props("outlined dense")
+        ui.select(names, value=chosen, label=texts("page.round"), on_change=lambda event: show.refresh(event.value)).props(
+            "outlined dense"
+        )
     show(chosen)
 
 
@@ -71,9 +71,7 @@ def drawn_round(case: CaseDocument, index: int) -> Round:
     profile, folder = entry.get("profile"), case.path.parent
     where = f"round[{index + 1}].profile"
     try:
-        shape = (
-            profile_from_table(profile, where) if isinstance(profile, dict) else load_profile(_located(profile, folder))
-        )
+        shape = profile_from_table(profile, where) if isinstance(profile, dict) else load_profile(_located(profile, folder))
         return Round(
             str(entry.get("name", "")), load_explosive(_located(entry.get("explosive"), folder)),
             load_casing(_located(entry.get("casing"), folder)), profile=shape,
@@ -134,9 +132,7 @@ class _RoundEditor:
                       on_change=lambda event: self._count(diameters=event.value)).props("no-caps dense")  # fmt: skip
             ui.toggle({False: texts("round.from_nose"), True: texts("round.from_base")}, value=self.table.from_base,
                       on_change=lambda event: self._count(from_base=event.value)).props("no-caps dense")  # fmt: skip
-            ui.select(list(_UNITS), value=self.table.unit, label=texts("round.unit"), on_change=self._unit).props(
-                "dense outlined"
-            )
+            ui.select(list(_UNITS), value=self.table.unit, label=texts("round.unit"), on_change=self._unit).props("dense outlined")
         self._tables()
 
     @ui.refreshable_method
@@ -144,11 +140,7 @@ class _RoundEditor:
         texts, table = self.page.texts, self.table
         assert table is not None
         across = texts("round.diameter" if table.diameters else "round.radius")
-        heads = (
-            f"{texts('round.station')} ({table.unit})",
-            f"{across} ({table.unit})",
-            f"{texts('round.arc')} ({table.unit})",
-        )
+        heads = (f"{texts('round.station')} ({table.unit})", f"{across} ({table.unit})", f"{texts('round.arc')} ({table.unit})")
         for name in ("outer", "cavity"):
             with ui.element("h3"):
                 ui.label(texts(f"round.{name}"))
@@ -255,9 +247,7 @@ class _RoundEditor:
         self.sources = ui.label("").classes("meaning")
 
     def _official(self) -> None:
-        with ui.expansion(self.page.texts("round.official"), value=self.page.focus.startswith("official")).classes(
-            "folded"
-        ):
+        with ui.expansion(self.page.texts("round.official"), value=self.page.focus.startswith("official")).classes("folded"):
             form(self.page, ("official",))
         with ui.expansion(self.page.texts("round.more")).classes("folded"):
             form(self.page, self.path, only=("mesh",))
@@ -278,11 +268,7 @@ class _RoundEditor:
         self.picture.classes(remove="stale")
         self.picture.set_content(round_svg(item, texts("round.drawing")))
         self.facts.set_content(_facts_table(self.page, facts, self._expected()))
-        words = (
-            f"{name}: {source}"
-            for name, source in ((item.explosive.name, item.explosive.source), (item.casing.name, item.casing.source))
-            if source
-        )
+        words = (f"{name}: {source}" for name, source in ((item.explosive.name, item.explosive.source), (item.casing.name, item.casing.source)) if source)
         self.sources.set_text(" ".join(words))
 
     def _expected(self) -> dict[str, float]:
@@ -308,9 +294,7 @@ def _facts_table(page: CasePage, facts: dict[str, float], expected: dict[str, fl
         (texts("fact.centre"), f"{number(1e3 * facts['centre'], 4)} mm", texts("fact.from_nose")),
         (texts("fact.size"), f"{number(1e3 * facts['length'], 4)} × ⌀ {number(1e3 * facts['diameter'], 4)} mm", ""),
     ]
-    cells = "".join(
-        f"<tr><th>{_escaped(name)}</th><td>{_escaped(value)}</td><td>{note}</td></tr>" for name, value, note in rows
-    )
+    cells = "".join(f"<tr><th>{_escaped(name)}</th><td>{_escaped(value)}</td><td>{note}</td></tr>" for name, value, note in rows)
     return f'<table class="facts">{cells}</table>'
 
 

@@ -279,24 +279,17 @@ class _Queue:
                 ui.label(job.title).style("font-weight:600")
                 ui.label(texts(f"job.{job.state}")).classes("state")
                 if job.state in ("queued", "running"):
-                    ui.button(texts("run.cancel"), on_click=lambda: cancel(job)).props(
-                        "dense outline no-caps data-act=cancel"
-                    )
+                    ui.button(texts("run.cancel"), on_click=lambda: cancel(job)).props("dense outline no-caps data-act=cancel")
                 if job.state == "done":
                     ui.link(texts("run.to_result"), self.page.address("result", run=job.run))
                 if not job.is_live:
-                    ui.button(texts("form.remove"), on_click=lambda: (forget(job), self.look())).props(
-                        "dense flat no-caps"
-                    )
+                    ui.button(texts("form.remove"), on_click=lambda: (forget(job), self.look())).props("dense flat no-caps")
             if job.is_live:
                 _stages(job)
             elif job.state == "failed":
                 ui.label(texts("job.code", code="–" if job.code is None else job.code)).classes("fault")
             if job.state != "done" and (words := job.words()):
-                with (
-                    ui.expansion(texts("run.log"), value=job.state == "failed").classes("folded"),
-                    ui.element("pre").classes("words"),
-                ):
+                with ui.expansion(texts("run.log"), value=job.state == "failed").classes("folded"), ui.element("pre").classes("words"):
                     ui.label(words)
 
 
@@ -310,16 +303,10 @@ def _stages(job: Job) -> None:
             share = 1.0 if index < at else float(now.get("share", 0.0)) if index == at else 0.0
             with ui.element("div").classes("stage"):
                 ui.label(name)
-                with (
-                    ui.element("div")
-                    .classes("bar")
-                    .props(
-                        f'role=progressbar aria-valuenow={100 * share:.0f} aria-valuemin=0 aria-valuemax=100 aria-label="{name}"'
-                    )
+                with ui.element("div").classes("bar").props(
+                    f'role=progressbar aria-valuenow={100 * share:.0f} aria-valuemin=0 aria-valuemax=100 aria-label="{name}"'
                 ):
                     ui.element("div").style(f"width:{100 * share:.1f}%")
                 if index == at and share < 1.0:
                     left = now.get("seconds_left")
-                    ui.label(f"{now.get('detail', '')} {'' if left is None else duration(left)}".strip()).classes(
-                        "detail"
-                    )
+                    ui.label(f"{now.get('detail', '')} {'' if left is None else duration(left)}".strip()).classes("detail")

@@ -95,13 +95,8 @@ class _Site:
     async def judged(self) -> None:
         """Rules by mass as circles, and the whole map, after a change."""
         found = await run.io_bound(checked, self.page)
-        rules = [
-            one for one in (found or {}).get("rules", []) if one["distance"] is not None and one["use"] == "siting"
-        ]
-        self.circles = [
-            {"name": f"{one['name']}, {metres(one['distance'])}", "radius": one["distance"], "kind": one["hazard"]}
-            for one in rules
-        ]
+        rules = [one for one in (found or {}).get("rules", []) if one["distance"] is not None and one["use"] == "siting"]
+        self.circles = [{"name": f"{one['name']}, {metres(one['distance'])}", "radius": one["distance"], "kind": one["hazard"]} for one in rules]
         self.rules.set_content(_rules_table(self.page, (found or {}).get("rules", [])))
         self.draw()
 
@@ -172,9 +167,7 @@ def _exchange(page: CasePage, site: _Site) -> None:
         return
 
     def export() -> None:
-        page.attempt(
-            lambda: ui.download.content(exported(page.case), f"{page.case.path.stem}.geojson", "application/geo+json")
-        )
+        page.attempt(lambda: ui.download.content(exported(page.case), f"{page.case.path.stem}.geojson", "application/geo+json"))
 
     async def take(event: UploadEventArguments) -> None:
         data = await event.file.read()

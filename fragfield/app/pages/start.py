@@ -22,21 +22,7 @@ if TYPE_CHECKING:
 __all__ = ["content", "make_case"]
 
 _TEMPLATES = ("single", "workshop", "arena", "drawing")
-_UPLOADS = (
-    ".toml",
-    ".csv",
-    ".asc",
-    ".tif",
-    ".tiff",
-    ".png",
-    ".jpg",
-    ".geojson",
-    ".kml",
-    ".xlsx",
-    ".ods",
-    ".txt",
-    ".msh",
-)
+_UPLOADS = (".toml", ".csv", ".asc", ".tif", ".tiff", ".png", ".jpg", ".geojson", ".kml", ".xlsx", ".ods", ".txt", ".msh")
 
 
 def content(page: CasePage) -> None:
@@ -80,9 +66,7 @@ def _new(page: CasePage) -> None:
     def make() -> None:
         def write() -> None:
             name = make_case(page, chosen["template"], chosen["name"])
-            ui.navigate.to(
-                f"/{'site' if chosen['template'] == 'workshop' else 'data' if chosen['template'] == 'arena' else 'round'}?{urlencode({'case': name})}"
-            )
+            ui.navigate.to(f"/{'site' if chosen['template'] == 'workshop' else 'data' if chosen['template'] == 'arena' else 'round'}?{urlencode({'case': name})}")
 
         page.attempt(write)
 

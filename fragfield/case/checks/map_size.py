@@ -11,9 +11,10 @@ from fragfield.case.conversion.surroundings import bearing_of, direction_words, 
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
-    from pathlib import Path
 
     from numpy.typing import NDArray
+
+    from pathlib import Path
 
     from flight import Fragments
     from fragfield.case.schema import Case

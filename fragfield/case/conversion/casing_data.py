@@ -10,6 +10,7 @@ from fragfield_base.inputs import show
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from fragfield.case.schema import Case
     from fragfield.case.tables.break_up import BreakUpTable
     from fragfield_base.substances import Substance
 
@@ -57,7 +58,7 @@ def _refusal(break_up: BreakUpTable, law: object, lacking: list[str], casings: l
     names = [show(one.name) for one in casings if any(one.value("break_up", key) is None for key in lacking)]
     given = break_up.model_fields_set
     remaining = [f"break_up.mean_mass = {show(one)}" for one in _remaining(casings, given) if one != law]
-    keys = " and ".join([f"break_up.{key}" for key in lacking])
+    keys = ' and '.join([f"break_up.{key}" for key in lacking])
     return (
         f"break_up.mean_mass: {show(law) if law != _FILE else law} needs {' and '.join(lacking)}, of which the casing "
         f"{' and '.join(names)} has no data; allowed: {' or '.join([f'with {keys} given', *remaining])}, or the mean "
