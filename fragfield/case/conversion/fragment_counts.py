@@ -27,6 +27,7 @@ from flight.files.text_tables import read_columns
 from fragfield.case.tables.break_up import FragmentCountsTable
 from fragfield.errors import InputError, nearest
 from fragfield_base.inputs import with_unit
+from fragfield_base.paths import absolute
 from fragfield_base.reading import read_text
 from transition.errors import InputError as BreakUpInputError
 from transition.law.fragment_counts import FragmentCounts
@@ -64,7 +65,7 @@ def with_counts(case: Case, source: str, folder: Path) -> Case:
     if part.counts is not None and part.counts.source == part.mean_mass:
         return case
     try:
-        counts = read_counts(folder / str(part.mean_mass), str(part.mean_mass))
+        counts = read_counts(absolute(str(part.mean_mass), InputError, folder), str(part.mean_mass))
     except (FlightInputError, BreakUpInputError, InputError) as error:
         raise InputError(f"{source}: break_up.mean_mass: {error}") from None
     mass = None if counts.mass is None else [with_unit(one, "kg") for one in counts.mass]
