@@ -203,8 +203,7 @@ CASES = {
     "github.com/harung1993/dollardollar/issues/55": (
         ARENA + "0;90;3;1,500;800\n90;180;4;2,250;900\n",
         {},
-        "'1,500' is 1.500 or 1500, and no number of the table shows which; say which: --decimal point or "
-        "--decimal comma",
+        "'1,500' is 1.500 or 1500, and no number of the table shows which; say which: --decimal point or",
     ),
     "the same, answered": (ARENA + "0;90;3;1,500;800\n90;180;4;2,250;900\n", {"decimal": "comma"}, {"mass": 0.0135}),
     "github.com/dbeaver/dbeaver/issues/7839": (
@@ -362,6 +361,18 @@ CASES = {
         {"pieces": 2.0, "most_mass_deg": [150.0, 155.0]},
     ),
     "of four rounds": (ARENA + NUMBERS, {"number_of_rounds": 4.0}, {"pieces": 1.75}),
+    "rounds above the table": (
+        "Anzahl der Versuche: 3\n" + ARENA + NUMBERS,
+        {},
+        "'Anzahl der Versuche: 3' stands above the table: its numbers are of one round, or of all; say which: --rounds 1",
+    ),
+    "rounds in a comment": ("# rounds = 4\n" + ARENA + NUMBERS, {}, {"pieces": 1.75}),
+    "groups of columns": (
+        ";Zone;;;Masse;v\nNr.;von;bis;Anzahl;Mittel (g);Mittel (m/s)\n1;0;90;3;1,5;800\n2;90;180;4;2,25;900,5\n",
+        {"columns": {"mean_mass": "5", "mean_speed": "6"}},
+        TWO,
+    ),
+    "lines of an instrument": ("Operator;Smith\nDatum;03.05.2024\n" + ARENA + NUMBERS, {}, TWO),
     "percent": (ARENA + "0;90;3 %;1,5;800\n90;180;4;2,25;900\n", {}, "'3 %' is not a number"),
     "below the limit of a scale": (
         ARENA + "0;90;3;<0,1;800\n90;180;4;2,25;900\n",
