@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Layout", "lay_out"]
 
+_SAMPLE = 1000  # rows
 _SUM = re.compile(
     r"(?:zwischen|gesamt)?summe\b.*|(?:sub ?|grand )?totals?\b.*|sum|gesamt|insgesamt|gesamtanzahl|somme\b.*|totaux|"
     r"mittelwert|mittel|mean|average|moyenne|durchschnitt"
@@ -87,14 +88,13 @@ def lay_out(sheet: Sheet, *, decimal: str | None = None, rows: str | None = None
     kept = _of_lines(sheet, rows)
     width = max(len(row.cells) for row in kept)
     # Of two signs the one that makes numbers of more cells shows where the table stands; which is right comes after.
-    likely = max(
-        ("point", "comma"), key=lambda sign: sum(Numbers(sign).is_number(c) for row in kept for c in row.cells)
-    )
+    some = [cell for row in kept[:_SAMPLE] for cell in row.cells]
+    likely = max(("point", "comma"), key=lambda sign: sum(map(Numbers(sign).is_number, some)))
     trial = Numbers(decimal if decimal in ("point", "comma") else likely)
     first, last = _rows_of_numbers(sheet, kept, trial)
     names, own, units, used, guesses = _heads(kept[:first], width)
     body = kept[first : last + 1]
-    between = [row for row in body if not _is_data(row, trial, 1)]
+    between = [row for row in body if not _is_data(row, trial, 1, ranges=True)]
     dropped = [f"line {row.line}: {_shown(row)}" for row in kept[last + 1 :]]
     body, sums = _without_sums(body, trial)
     dropped += sums
@@ -106,6 +106,7 @@ def lay_out(sheet: Sheet, *, decimal: str | None = None, rows: str | None = None
         )  # fmt: skip
     if not body:
         raise InputError(f"{sheet.path}: no row of numbers but sums")
+    _refuse_beyond_names(sheet, own, body)
     sign, guess = decimal_of(sheet, body, decimal)
     filled = [Row(row.line, [*row.cells, *[""] * (width - len(row.cells))]) for row in body]
     found = [*sheet.guesses, *guesses, *([guess] if guess is not None and not sheet.name else [])]
@@ -114,6 +115,18 @@ def lay_out(sheet: Sheet, *, decimal: str | None = None, rows: str | None = None
         found.append(Guess("above the table", "; ".join(map(repr, above[:6])), "not read"))
     found.append(Guess("rows", f"{len(body)}, from line {body[0].line} to {body[-1].line}", "those with numbers"))
     return Layout(sheet, names, own, units, filled, Numbers(sign), found, dropped, rows is not None, above)
+
+
+def _refuse_beyond_names(sheet: Sheet, names: Sequence[str], rows: Sequence[Row]) -> None:
+    """Refuse rows with more cells than there are names: as where commas stand between cells and before decimals."""
+    named = max((at + 1 for at, name in enumerate(names) if name), default=0)
+    row = next((row for row in rows if any(cell != "" for cell in row.cells[named:])), None)
+    if not named or row is None:
+        return
+    what = f"{sheet.place(row.line)}: {len(_filled(row))} cells below {named} name{'' if named == 1 else 's'}"
+    if named == 1 and not sheet.name:
+        raise QuestionError(f"{what}: two columns, or one with decimal commas", "separator", ("comma", "semicolon"))
+    raise InputError(f"{what}; name every column, and export the table with semicolons where decimals have commas")
 
 
 def _of_lines(sheet: Sheet, rows: str | None) -> list[Row]:
@@ -137,11 +150,15 @@ def _filled(row: Row) -> list[Cell]:
     return [cell for cell in row.cells if cell != ""]
 
 
-def _is_data(row: Row, numbers: Numbers, width: int) -> bool:
-    """Whether more than half of a row's cells are numbers, ranges or dates, and not far fewer than others have."""
+def _is_data(row: Row, numbers: Numbers, width: int, *, ranges: bool = False) -> bool:
+    """Whether more than half of a row's cells are numbers, ranges or dates, and not far fewer than others have.
+
+    One of them must be a number, unless `ranges` will do: those alone are names of columns as well.
+    """
     cells = _filled(row)
     held = sum(isinstance(one, Refused) or numbers.is_number(one) or numbers.interval(one) is not None for one in cells)
-    return 2 * len(cells) > width and 2 * held > len(cells) and any(numbers.is_number(one) for one in cells)
+    whole = 2 * len(cells) > width and 2 * held > len(cells)
+    return whole and (ranges or any(numbers.is_number(one) for one in cells))
 
 
 def _rows_of_numbers(sheet: Sheet, rows: Sequence[Row], numbers: Numbers) -> tuple[int, int]:
