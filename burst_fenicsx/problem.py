@@ -8,12 +8,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from enum import IntEnum
-from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, get_args
 
+from burst_fenicsx.errors import InputError
 from fragfield_base.inputs import (
     Bounds,
     Density,
-    EnergyPerMass,
     EnergyRange,
     OnlyWith,
     PositiveLength,
@@ -56,10 +56,11 @@ Quadrature = Literal["one_point", "full"]
 Interface = Literal["sliding", "shared"]
 Geometry = Literal["3d", "axisymmetric"]
 Symmetry = Literal["auto", "off"]
-OutputInterval = Annotated[
-    Time, Bounds(1e-9, 0.1, "shorter than a step, or longer than any burst", usual=(1e-7, 1e-3))
-]  # fmt: skip
+OutputInterval = Annotated[Time, Bounds(1e-9, 0.1, "shorter than a step, or longer than any burst", usual=(1e-7, 1e-3))]
 
+_BondStrength = Annotated[
+    Pressure, Bounds(0.0, 1e12, "stronger than any solid", usual=(0.0, 1e9)), OnlyWith("charge_casing", ("sliding",))
+]
 _NO_END = OnlyWith("end_time", (None,))
 
 
@@ -114,10 +115,18 @@ class Explosive:
     """Density of the charge."""
     detonation_velocity: Annotated[Speed, Bounds(500.0, 1.2e4, "detonation fronts", usual=(2000.0, 1e4))]
     """Speed D of the steady detonation front."""
-    heat_of_detonation: Annotated[EnergyPerMass, Bounds(1e5, 3e7, "heats of explosives", usual=(1e6, 1e7))]
-    """Heat Q of detonation; the Landau models need more than D^2 / 16."""
-    sound_speed: Annotated[Speed, Bounds(50.0, 1e4, "speeds of sound of explosives", usual=(500.0, 5000.0))]
-    """Bulk sound speed of the unreacted charge: c0 of its shocks, U = c0 + s u."""
+    heat_of_detonation: Annotated[
+        float | None,
+        Quantity("J/kg", "4.52 MJ/kg", above=0.0),
+        Bounds(1e5, 3e7, "heats of explosives", usual=(1e6, 1e7)),
+    ] = None
+    """Heat Q of detonation; the Landau models need it, more than D^2 / 16."""
+    sound_speed: Annotated[
+        float | None,
+        Quantity("m/s", "2570 m/s", above=0.0),
+        Bounds(50.0, 1e4, "speeds of sound of explosives", usual=(500.0, 5000.0)),
+    ] = None
+    """Bulk sound speed of the unreacted charge: c0 of its shocks, U = c0 + s u. The burst needs it."""
     hugoniot_slope: Annotated[float, Bounds(1.0, 5.0, "published fits have 1.4 to 2.2", usual=(1.2, 2.6))] = 1.9
     """s of the same; published fits have 1.4 to 2.2."""
     shear_modulus: Annotated[PositivePressure, Bounds(1e4, 1e12, "moduli of solids", usual=(1e7, 2e10))] = 3.5e9
@@ -141,10 +150,27 @@ class Explosive:
         """
         return 0.6 / (self.hugoniot_slope - 0.6)
 
+    @property
+    def models(self) -> tuple[ProductModel, ...]:
+        """Models of the products for which it has the constants."""
+        return tuple(model for model in get_args(ProductModel) if not self.lacks(model))
+
+    def lacks(self, products: ProductModel) -> tuple[str, ...]:
+        """Constants that the burst needs with these products and that it has not."""
+        needed = ("jwl" if products == "jwl" else "heat_of_detonation", "sound_speed")
+        return tuple(key for key in needed if getattr(self, key) is None)
+
+    def known(self, key: Literal["heat_of_detonation", "sound_speed"]) -> float:
+        """A constant that may be left out, where it is needed; raises InputError where it is left out."""
+        value = getattr(self, key)
+        if value is None:
+            raise InputError(f"explosive '{self.name}': {key} is missing; the burst needs it")
+        return float(value)
+
     def shock_speed(self, pressure: float) -> float:
         """Speed U (m/s) of a plane shock of that pressure (Pa) in the unreacted charge: P = rho0 U u, U = c0 + s u."""
-        steep = 4.0 * self.hugoniot_slope * pressure / self.density
-        return 0.5 * (self.sound_speed + (self.sound_speed**2 + steep) ** 0.5)
+        sound = self.known("sound_speed")
+        return 0.5 * (sound + (sound**2 + 4.0 * self.hugoniot_slope * pressure / self.density) ** 0.5)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -217,6 +243,7 @@ class Round:
     axis: tuple[float, float, float] = (0.0, 0.0, 1.0)
     ignition: tuple[IgnitionPoint, ...] = ()
     initiation: ShockInitiation | None = None  # initiated by shock as well as by its points
+    mesh_unit: str = "m"  # of the mesh file's numbers
 
 
 @dataclass(frozen=True)
@@ -281,17 +308,9 @@ class ContactSettings:
 
     charge_casing: Interface = "sliding"
     """Charge bonded to the casing until it has reacted, then sliding; or shared nodes, which never slip."""
-    cohesion: Annotated[
-        Pressure,
-        Bounds(0.0, 1e12, "stronger than any solid", usual=(0.0, 1e9)),
-        OnlyWith("charge_casing", ("sliding",)),
-    ] = 5e6
+    cohesion: _BondStrength = 5e6
     """Shear stress at which the bond of the unreacted charge breaks without pressure on it."""
-    tensile_strength: Annotated[
-        Pressure,
-        Bounds(0.0, 1e12, "stronger than any solid", usual=(0.0, 1e9)),
-        OnlyWith("charge_casing", ("sliding",)),
-    ] = 5e6
+    tensile_strength: _BondStrength = 5e6
     """Tension at which the bond of the unreacted charge breaks."""
     friction_angle: float = 20.0
     """Of the unreacted charge on the casing, where their bond is broken; products have no friction (degrees)."""
@@ -358,10 +377,8 @@ class BurstSettings:
 
     cell_size: Annotated[
         PositiveLength,
-        Bounds(
-            1e-4, 0.5, "cells below 0.1 mm need years, above 0.5 m no casing has one", usual=(5e-4, 0.02)
-        ),
-    ]  # fmt: skip
+        Bounds(1e-4, 0.5, "cells below 0.1 mm need years, above 0.5 m no casing has one", usual=(5e-4, 0.02)),
+    ]
     """Target edge length of the cells; the only mesh parameter."""
     geometry: Geometry = "3d"
     """Hexahedra, or rings of a round's meridian."""

@@ -31,7 +31,6 @@ __all__ = [
     "Direction",
     "Energy",
     "EnergyPerArea",
-    "EnergyPerMass",
     "EnergyRange",
     "Entries",
     "FrictionAngle",
@@ -324,7 +323,8 @@ class Quantity(Parsed):
 
     def describe(self) -> dict[str, Any]:
         """For the generated reference, and for forms."""
-        return {"type": "string", "unit": self.symbol, "allowed": self.allowed, "examples": [self.example]}
+        words = {"words": list(self.words)} if self.words else {}
+        return {"type": "string", "unit": self.symbol, "allowed": self.allowed, "examples": [self.example], **words}
 
 
 @dataclass(frozen=True)
@@ -435,7 +435,6 @@ Density = Annotated[float, Quantity("kg/m^3", "1.63 g/cm^3", above=0.0)]
 Pressure = Annotated[float, Quantity("Pa", "800 MPa", minimum=0.0)]
 PositivePressure = Annotated[float, Quantity("Pa", "3.5 GPa", above=0.0)]
 Energy = Annotated[float, Quantity("J", "79 J", above=0.0)]
-EnergyPerMass = Annotated[float, Quantity("J/kg", "4.52 MJ/kg", above=0.0)]
 EnergyPerArea = Annotated[float, Quantity("J/m^2", "14.7e4 J/m^2", above=0.0)]
 EnergyRange = Annotated[
     tuple[float, float], Vector(2, Quantity("J/m^2", "1.4 MJ/m^2", above=0.0), '["1.4 MJ/m^2", "1.8 MJ/m^2"]')

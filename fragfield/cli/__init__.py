@@ -6,7 +6,6 @@ what it needs, so `fragfield fly` works without dolfinx.
 
 from __future__ import annotations
 
-import os
 import signal
 import sys
 from contextlib import suppress
@@ -29,12 +28,9 @@ def main() -> None:
         if signal.getsignal(number) is not signal.SIG_IGN:  # as in the background, or by nohup
             signal.signal(number, interrupt)
     sys.unraisablehook = interrupt_again
-    # PETSc would take SIGHUP for itself, and end the process at once.
-    os.environ["PETSC_OPTIONS"] = f"{os.environ.get('PETSC_OPTIONS', '')} -no_signal_handler".strip()
     try:
         try:
-            prepare_process()
-            app()
+            app(prepare_process())
         finally:
             sys.stdout.flush()
     except KeyboardInterrupt:  # before or after the guarded part

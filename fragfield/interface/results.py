@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from fragfield.errors import InputError, nearest
 from fragfield.files.run_directory import STAGES, RunDirectory
 from fragfield.interface.case import Case
+from fragfield_base.paths import absolute
 
 if TYPE_CHECKING:
     import os
@@ -51,7 +52,7 @@ class Run:
     """
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
-        self.path = Path(path)
+        self.path = absolute(path, InputError)
         self._directory = RunDirectory(self.path)
 
     @cached_property
