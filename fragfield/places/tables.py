@@ -171,7 +171,7 @@ def _check_distances(path: Path, features: Sequence[Feature], site: Site) -> Non
     if np.abs(every).max() > 360.0:
         at = int(np.argmax(np.abs(every).max(axis=1)))
         raise InputError(
-            f"{features[owners[at]].where}: found the position {longitude[at]:g}, {latitude[at]:g}, as of a grid; allowed: "
+            f"{features[owners[at]].where}: found {longitude[at]:g}, {latitude[at]:g}, as of a grid; allowed: "
             "longitude and latitude in degrees (WGS 84), or the name of the grid as crs of a GeoJSON"
         )
     on_earth = np.abs(latitude) <= 90.0
