@@ -14,15 +14,17 @@ from fragfield.errors import InputError
 from fragfield_base.reading import read_bytes
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
     from pathlib import Path
 
     from fragfield.case.tables.round import ContourTable
     from fragfield.contours.pieces import Pieces
 
-__all__ = ["KINDS", "profile_of_contour"]
+__all__ = ["KINDS", "is_of_file", "profile_of_contour"]
 
-KINDS = (".dxf", ".svg", ".csv", ".tsv", ".txt")
+KINDS = (".dxf", ".svg", ".csv", ".tsv", ".txt", ".xlsx", ".ods")
 """Endings of the files that are read."""
+_MARK = "(SHA-256 "
 _DIGITS = 6  # of a millimetre
 _MOST_POINTS = 2000
 
@@ -52,6 +54,9 @@ def profile_of_contour(table: ContourTable, path: Path) -> dict[str, Any]:
         from fragfield.contours.table import section_of_table
 
         section, words = section_of_table(table, path)
+    length = float(section.outer.stations[-1])
+    if not 1e-3 <= length <= 20.0:
+        raise InputError(f"{path}: the round is {length:.4g} m long; allowed: 1 mm to 20 m; give its unit")
     outer, cavity = _points(path, section.outer, "outer contour"), _points(path, section.cavity, "cavity")
     shift = outer["points"][0][0]
     if shift:  # rounding alone
@@ -59,11 +64,15 @@ def profile_of_contour(table: ContourTable, path: Path) -> dict[str, Any]:
     made: dict[str, Any] = {
         "name": path.stem,
         "unit": "mm",
-        "source": f"{path.name} (SHA-256 {digest}...): {'; '.join(words)}",
+        "source": f"{path.name} {_MARK}{digest}...): {'; '.join(words)}",
         "notes": "; ".join(section.notes),
         "outer": outer,
         "cavity": cavity,
     }
+    if table.charge_front is None and cavity["points"][0][0] == 0.0:
+        made["notes"] = "; ".join(
+            [*section.notes, "the charge fills the cavity up to the open nose: give charge_front"]
+        )
     front = cavity["points"][0][0] if table.charge_front is None else round(1e3 * table.charge_front, _DIGITS)
     made["charge"] = {"front": front}
     if isinstance(table.fuze, str):
@@ -75,12 +84,17 @@ def profile_of_contour(table: ContourTable, path: Path) -> dict[str, Any]:
     return made
 
 
+def is_of_file(profile: Mapping[str, Any]) -> bool:
+    """Whether a profile's tables are from a file that was read here."""
+    return _MARK in str(profile.get("source", ""))
+
+
 def _of_drawing(table: ContourTable, path: Path) -> tuple[Section, list[str]]:
     from fragfield.contours.dxf import read_dxf
     from fragfield.contours.svg import read_svg
 
     read = read_dxf if path.suffix.casefold() == ".dxf" else read_svg
-    sheet = read(path, unit=table.unit, layers=table.layers, tolerance=table.tolerance)
+    sheet = read(path, unit=table.unit_length, layers=table.layers, tolerance=table.tolerance)
     near = table.gap
     extent = float(np.ptp(sheet.points, axis=0).max())
     if not 1e-3 <= extent <= 20.0:

@@ -13,6 +13,7 @@ import numpy as np
 from fragfield.case.messages import marks_of
 from fragfield.case.tables.exposed import AreaTable, ExposedBuildingTable, PersonTable, RoadTable
 from fragfield.case.tables.ground import BarricadeTable, WallTable
+from fragfield.case.tables.round import length_of
 from fragfield.errors import InputError
 from fragfield.places.polygons import box_around, convex_parts
 from fragfield_base.inputs import Quantity, show
@@ -294,8 +295,9 @@ def _measure(value: object, unit: str | None, quantity: Quantity, table: PlacesT
         except UnitError as fault:
             raise InputError(f"{where}: {fault}") from None
         return text
-    if unit is None and quantity.symbol == "m" and table.unit is not None:
-        return f"{number * table.unit:.10g} m"
+    length = length_of(table.unit)
+    if unit is None and quantity.symbol == "m" and length is not None:
+        return f"{number * length:.10g} m"
     if unit is None:
         name = f"{where.rpartition(': ')[2]}_{quantity.symbol.replace('^', '')}"
         raise InputError(

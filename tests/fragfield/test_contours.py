@@ -324,6 +324,11 @@ def test_a_table_of_diameters_from_the_nose_and_from_the_base(tmp_path):
     there = tables_of(tmp_path / "b.csv")
     for name in ("outer", "cavity"):
         assert there[name]["points"] == pytest.approx(np.array(here[name]["points"]), abs=1e-5)
+    (tmp_path / "c.csv").write_text(TABLE.replace(".", ",").replace("outer diameter", "Außendurchmesser"), "cp1252")
+    german = tables_of(tmp_path / "c.csv")
+    assert german["outer"] == here["outer"]
+    assert "encoding: cp1252" in german["notes"]
+    assert "decimal sign: comma" in german["notes"]
     assert "nose at the narrower end" in here["source"]
     assert "stations from the base" in there["source"]
 
@@ -335,7 +340,8 @@ def test_a_table_of_diameters_from_the_nose_and_from_the_base(tmp_path):
         ("outer diameter", "outer", "neither diameter nor radius"),
         ("inner diameter", "thickness", "no column of the inner"),
         ("331.819", "131.819", "line 5: the station turns back"),
-        ("77.51", "77,51", "'77,51'; decimals need a point"),
+        ("77.51", "77,51", "decimal signs contradict each other: '77,51' in line 4"),
+        ("77.51", "x", "line 4, column inner diameter .mm.: 'x' is not a number"),
         ("0;56;40", "0;92;40", "both ends are about as wide, 92 and 90.3 mm"),
     ],
 )
