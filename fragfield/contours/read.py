@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from fragfield.case.tables.round import ContourTable
     from fragfield.contours.pieces import Pieces
 
-__all__ = ["KINDS", "is_of_file", "profile_of_contour"]
+__all__ = ["KINDS", "casing_volume", "is_of_file", "profile_of_contour"]
 
 KINDS = (".dxf", ".svg", ".csv", ".tsv", ".txt", ".xlsx", ".ods")
 """Endings of the files that are read."""
@@ -29,8 +29,8 @@ _DIGITS = 6  # of a millimetre
 _MOST_POINTS = 2000
 
 
-def profile_of_contour(table: ContourTable, path: Path) -> dict[str, Any]:
-    """The profile's tables, in millimetres, of a contour file.
+def profile_of_contour(table: ContourTable, path: Path) -> tuple[dict[str, Any], float]:
+    """The profile's tables, in millimetres, of a contour file, and the unit of its numbers (m).
 
     Parameters
     ----------
@@ -49,11 +49,11 @@ def profile_of_contour(table: ContourTable, path: Path) -> dict[str, Any]:
         raise InputError(f"{path}: found a file that ends in {kind or 'nothing'}; allowed: {', '.join(KINDS)}")
     digest = hashlib.sha256(read_bytes(path, InputError)).hexdigest()[:16]
     if kind in (".dxf", ".svg"):
-        section, words = _of_drawing(table, path)
+        section, words, unit = _of_drawing(table, path)
     else:
         from fragfield.contours.table import section_of_table
 
-        section, words = section_of_table(table, path)
+        section, words, unit = section_of_table(table, path)
     length = float(section.outer.stations[-1])
     if not 1e-3 <= length <= 20.0:
         raise InputError(f"{path}: the round is {length:.4g} m long; allowed: 1 mm to 20 m; give its unit")
@@ -81,7 +81,17 @@ def profile_of_contour(table: ContourTable, path: Path) -> dict[str, Any]:
         made["fuze"] = {"fill": "inert", "mass": table.fuze}
     if not made["notes"]:
         del made["notes"]
-    return made
+    return made, unit
+
+
+def casing_volume(profile: Mapping[str, Any]) -> float:
+    """Volume of the casing (m3) of a profile's tables of `profile_of_contour`."""
+    from burst_fenicsx.geometry import Contour
+
+    outer, cavity = (
+        Contour.from_points(profile[key]["points"], profile[key].get("arcs", ()), key) for key in ("outer", "cavity")
+    )
+    return 1e-9 * (outer.volume() - cavity.volume())  # of mm3
 
 
 def is_of_file(profile: Mapping[str, Any]) -> bool:
@@ -89,7 +99,7 @@ def is_of_file(profile: Mapping[str, Any]) -> bool:
     return _MARK in str(profile.get("source", ""))
 
 
-def _of_drawing(table: ContourTable, path: Path) -> tuple[Section, list[str]]:
+def _of_drawing(table: ContourTable, path: Path) -> tuple[Section, list[str], float]:
     from fragfield.contours.dxf import read_dxf
     from fragfield.contours.svg import read_svg
 
@@ -127,7 +137,7 @@ def _of_drawing(table: ContourTable, path: Path) -> tuple[Section, list[str]]:
     ]
     if sheet.ignored:
         section.notes.append(f"no contour: {counted(sheet.ignored)}")
-    return section, words
+    return section, words, sheet.unit
 
 
 def _points(path: Path, pieces: Pieces, name: str) -> dict[str, Any]:

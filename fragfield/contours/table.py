@@ -47,8 +47,8 @@ class _Column(NamedTuple):
     factor: float  # of its numbers, to metres; to radii where they are diameters
 
 
-def section_of_table(table: ContourTable, path: Path) -> tuple[Section, list[str]]:
-    """Outer contour and cavity of a table, and how it was read, in words.
+def section_of_table(table: ContourTable, path: Path) -> tuple[Section, list[str], float]:
+    """Outer contour and cavity of a table, how it was read, in words, and the unit of its stations (m).
 
     Parameters
     ----------
@@ -97,7 +97,7 @@ def section_of_table(table: ContourTable, path: Path) -> tuple[Section, list[str
         parts = with_cones([np.array(pair) for pair in pairwise(line)], table.tolerance)
         contours.append(fitted(parts, table.tolerance))
     read = "; ".join(f'"{column.name}" {_words(column)}' for _, column in columns.values())
-    return Section(contours[0], contours[1], concluded), [read, words]
+    return Section(contours[0], contours[1], concluded), [read, words], columns["station"][1].factor
 
 
 def _words(column: _Column) -> str:

@@ -93,7 +93,7 @@ def convert(
     if kind not in contours.KINDS:
         allowed = ", ".join([*contours.KINDS, *_MAPS])
         raise InputError(f"{path}: found a file that ends in {kind or 'nothing'}; allowed: {allowed}")
-    made = contours.profile_of_contour(_table(ContourTable, {"file": path.name, **values}), path)
+    made, _ = contours.profile_of_contour(_table(ContourTable, {"file": path.name, **values}), path)
     return Converted("profile", made, [note for key in ("source", "notes") if (note := made.get(key))])
 
 

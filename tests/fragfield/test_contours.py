@@ -23,7 +23,7 @@ FINE = 2e-4  # of the volumes, with a tolerance of 0.01 mm
 
 
 def tables_of(path, **options):
-    return profile_of_contour(ContourTable(file=path.name, **(CHARGE | options)), path)
+    return profile_of_contour(ContourTable(file=path.name, **(CHARGE | options)), path)[0]
 
 
 def assert_shell(tables, exact=FINE):
@@ -356,7 +356,7 @@ def test_a_step_in_radius_becomes_a_short_cone_of_the_same_volume(tmp_path):
         corners = [(0, 20), (100, 20), (100, 40), (300, 40), (300, 0), (290, 0), (290, 30), (0, 10)]
         document.modelspace().add_lwpolyline(corners, close=True)
 
-    tables = profile_of_contour(ContourTable(file="a", nose="left"), write_dxf(tmp_path / "a.dxf", stepped))
+    tables = profile_of_contour(ContourTable(file="a", nose="left"), write_dxf(tmp_path / "a.dxf", stepped))[0]
     assert tables["outer"]["points"] == [[0, 20], [99.99, 20], [100.01, 40], [300, 40]]
     profile = profile_from_table(tables, where="step")
     exact = math.pi * 1e-9 * (20**2 * 100 + 40**2 * 200)
