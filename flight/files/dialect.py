@@ -35,7 +35,11 @@ _MARKS = (
     (codecs.BOM_UTF16_LE, "utf-16"),
     (codecs.BOM_UTF16_BE, "utf-16"),
 )
-_USUAL = frozenset("äöüÄÖÜßéèêëàâçîïôùûœÉÈÀÇåøæÅØÆñáíóúÁÍÓÚ°²³µ±×·–—’‘“”„«»Øø½€§…\xa0")
+_USUAL = {
+    **dict.fromkeys("äöüßéèêàç°²³µ", 1.0), **dict.fromkeys("ÄÖÜÉÈÀÇâëïîôùûœ", 0.8),
+    **dict.fromkeys("åøæÅØÆñáíóúÁÍÓÚ±×·–—’‘“”„«»½€§…\xa0", 0.5),
+}  # fmt: skip
+"""Letters and signs that names and units of columns have, by how usual they are."""
 _SPACES = "\xa0\u202f\u2009"  # that stand between thousands
 _NUMBER = re.compile(r"[-+−]?(?:\d[\d.,'’ \xa0\u202f\u2009]*|[.,]\d+)(?:[eE][-+−]?\d+)?")
 
@@ -124,12 +128,10 @@ def _of_one_byte(data: bytes) -> tuple[str, Guess]:
     best, likeness = ENCODINGS[0], -1.0
     for name in ENCODINGS:
         try:
-            score = sum(
-                count * (bytes([byte]).decode(name) in _USUAL) for byte, count in beyond.items()
-            ) / sum(beyond.values())  # fmt: skip
             data.decode(name)
         except UnicodeDecodeError:
             continue
+        score = sum(number * _USUAL.get(bytes([byte]).decode(name), 0.0) for byte, number in beyond.items())
         if score > likeness + 1e-9:
             best, likeness = name, score
     return data.decode(best), Guess(
@@ -141,7 +143,10 @@ def split_line(line: str, separator: str) -> list[str]:
     """Cells of a line, quotes taken off."""
     if separator == " ":
         return line.split()
-    return [cell.strip() for cell in next(csv.reader([line], delimiter=separator), [])]
+    try:
+        return [cell.strip() for cell in next(csv.reader([line], delimiter=separator), [])]
+    except csv.Error as error:
+        raise InputError(f"no table: {error}") from None
 
 
 def dialect_of(text: str, encoding: Guess, separator: str | None = None) -> Dialect:
@@ -177,7 +182,7 @@ def _separator(rows: Sequence[str]) -> Guess:
         fitting = heads or fitting
     if len(fitting) > 1 and " " in fitting and len({len(split_line(rows[0], mark)) for mark in fitting}) == 1:
         fitting = [mark for mark in fitting if mark != " "]
-    if len(fitting) > 1:
+    if len(fitting) > 1 and any(map(str.isdigit, "".join(rows))):
         names = " and ".join(SEPARATORS[mark] for mark in fitting)
         raise InputError(f"{names} divide its rows equally well; say which: --separator")
     count = len(split_line(rows[-1], fitting[0]))

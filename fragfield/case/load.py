@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import logging
 import tomllib
 from functools import partial
 from pathlib import Path
@@ -20,7 +21,7 @@ from fragfield.case.conversion.exposed_sites import resolved_exposed
 from fragfield.case.conversion.fragment_counts import check_counts, with_counts
 from fragfield.case.conversion.placing import base_faults, on_base
 from fragfield.case.conversion.stack import expanded, stacked_names
-from fragfield.case.conversion.surroundings import altitude_of
+from fragfield.case.conversion.surroundings import altitude_of, site_of
 from fragfield.case.conversion.turned import origin_faults
 from fragfield.case.messages import explain, join_faults
 from fragfield.case.schema import Case
@@ -32,6 +33,7 @@ from fragfield.case.tables.round import (
     JwlTable,
     RoundTable,
 )
+from fragfield.case.tables.site import PlacesTable
 from fragfield.case.tables.stack import resolved_plane
 from fragfield.errors import InputError
 from fragfield.files.stamped import MOST_CASE
@@ -48,6 +50,8 @@ if TYPE_CHECKING:
 
 Material = ExplosiveTable | CasingTable
 Loaded = TypeVar("Loaded")
+
+_log = logging.getLogger(__name__)
 
 __all__ = ["MOST_DEPTH", "case_from_document", "named_material", "read_document", "read_resolved"]
 
@@ -79,6 +83,8 @@ def read_resolved(path: Path) -> Case:
 def case_from_document(document: Mapping[str, Any], *, source: str, folder: Path, burst: bool = True) -> Case:
     """Check and resolve the tables of a case; see `fragfield.case.load_case`."""
     case = _validated(document, source)
+    if case.site is not None and case.site.places is not None:
+        case = _validated(_with_places(document, case, source, folder), source)
     of_attitude = [*attitude_faults(case), *base_faults(case)]
     case = with_axes(case)
     _raise(source, [*of_attitude, *check_case(case, burst=burst)])
@@ -91,6 +97,26 @@ def case_from_document(document: Mapping[str, Any], *, source: str, folder: Path
     check_counts(case, source)
     _raise(source, list(dict.fromkeys(stage_faults(case))))
     return case
+
+
+def _with_places(document: Mapping[str, Any], case: Case, source: str, folder: Path) -> dict[str, Any]:
+    """The tables of a case with those of its map of places in place of `site.places`."""
+    from fragfield.places.tables import tables_of_places
+
+    site = site_of(case)
+    assert site is not None
+    assert case.site is not None
+    places = case.site.places
+    table = PlacesTable(file=places) if isinstance(places, str) else places
+    assert table is not None
+    try:
+        made, notes = tables_of_places(table, folder / table.file, site, case.flight.origin)
+    except InputError as fault:
+        raise InputError(f"{source}: site.places: {fault}") from None
+    for note in notes:
+        _log.warning("site.places: %s", note)
+    changed = {**document, "site": {key: value for key, value in document["site"].items() if key != "places"}}
+    return changed | {key: [*document.get(key, []), *entries] for key, entries in made.items()}
 
 
 def _raise(source: str, faults: list[str]) -> None:

@@ -21,6 +21,7 @@ from fragfield.case.conversion.placing import first_alike
 from fragfield.case.conversion.stages import break_up_settings, burst_settings
 from fragfield.case.tables.flight import CylinderTable
 from fragfield.checking.cost import expected_cost
+from fragfield.checking.substances import substances_of, waiting_on_estimates, yield_stress
 from fragfield.hazard.arrangement import arrangement, arrangement_warnings, with_images
 from fragfield.hazard.contents import contents_of
 from fragfield.hazard.prescribed import official_part
@@ -28,7 +29,6 @@ from fragfield.hazard.rules import rules_for
 from fragfield.pipeline.arena import read_arena
 from fragfield.pipeline.attitudes import attitudes_of
 from transition.law.mean_mass import gurney_coefficient, gurney_speed
-from fragfield_base.substances import graded
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -104,6 +104,7 @@ def check_report(case: Case) -> dict[str, Any]:
         "expected": expected,
         "warnings": [
             *_warnings(case, settings, described, expected),
+            *waiting_on_estimates(rounds),
             *_mean_mass_warnings(case, rounds, described),
             *check_numbers(case, break_up_settings(case), margin=1.0),
         ],
@@ -144,8 +145,7 @@ def _round(entry: Round, settings: BurstSettings, mesh: CellMesh, times: int) ->
     meshed = part_volumes(mesh)
     density = {Part.CASING: entry.casing.density, Part.CHARGE: entry.explosive.density}
     found: dict[str, Any] = {"name": entry.name}
-    for kind, material in (("explosive", entry.explosive), ("casing", entry.casing)):
-        found[kind] = {"name": material.name, "grades": graded(material.source)}
+    found |= substances_of(entry)
     in_mesh = {"casing_mass": times * meshed[Part.CASING] * density[Part.CASING]}
     in_mesh["charge_mass"] = times * meshed[Part.CHARGE] * density[Part.CHARGE]
     exact = dict(in_mesh)
@@ -266,7 +266,7 @@ def _mean_mass_warnings(case: Case, rounds: Sequence[Round], described: Sequence
         return
     for index, number in Counter(first_alike(case)).items():
         entry, found = rounds[index], described[index]
-        casing = entry.casing.density, 2.0 * entry.casing.shear_strength  # Tresca
+        casing = entry.casing.density, yield_stress(entry.casing)
         filling = entry.explosive.name, entry.explosive.density
         texts = list(outside_data(found["outer_diameter"], found["charge_ratio"], casing, filling))
         if texts:

@@ -106,7 +106,10 @@ def _half(
             Curve(np.column_stack([sign * (one.points[:, 0] - nose), one.points[:, 1]]), one.layer) for one in line
         ]
         here = lambda at: place(np.array([nose + sign * at[0], at[1]]))  # noqa: E731
-        made.append(_monotone(name, stations, tolerance, near, here))
+        try:
+            made.append(_monotone(name, stations, tolerance, near, here))
+        except InputError as fault:
+            raise InputError(f"{fault}{_loose_words(chains, near, place)}") from None
     pieces = [fitted(one, tolerance) for one in made]
     return Section(pieces[0], pieces[1], list(_mended(joined, chains)))
 
@@ -127,8 +130,8 @@ def _two_lines(chains: Sequence[Chain], near: float, place: Callable[[Array], st
     listed = "; ".join(f"{_kind(one)} on {one.layers} from {place(one.points[0])}" for one in chains)
     if len(chains) > 2 or (len(chains) == 2 and any(one.closed for one in chains)):
         raise InputError(
-            f"found {len(chains)} outlines ({listed}){_loose_words(chains, near, place)}; allowed: the outline of the "
-            "casing, or its outer and its inner line; choose them by layers"
+            f"found {len(chains)} outlines ({listed}); allowed: the outline of the casing, or its outer and its "
+            f"inner line; choose them by layers{_loose_words(chains, near, place)}"
         )
     if len(chains) == 2:
         one, other = sorted(chains, key=lambda chain: float(chain.points[:, 1].max()))
@@ -157,8 +160,8 @@ def _loose_words(chains: Sequence[Chain], near: float, place: Callable[[Array], 
     apart = np.hypot(ends[:, None, 0] - ends[None, :, 0], ends[:, None, 1] - ends[None, :, 1])
     np.fill_diagonal(apart, np.inf)
     one, other = np.unravel_index(int(np.argmin(apart)), apart.shape)
-    gap = float(apart[one, other])
-    return f", with a gap of {1e3 * gap:.4g} mm at {place(ends[one])} (gaps up to {1e3 * near:g} mm are closed)"
+    where, closed = place(ends[one]), f"up to {1e3 * near:g} mm are closed"
+    return f"; the nearest loose ends are {1e3 * float(apart[one, other]):.4g} mm apart, at {where} ({closed})"
 
 
 def _split(chain: Chain, near: float) -> tuple[list[Curve], list[Curve]]:
@@ -243,7 +246,7 @@ def _trimmed(parts: list[Array], near: float) -> list[Array]:
 
 
 def with_cones(parts: Sequence[Array], half: float) -> list[Array]:
-    """Smooth parts that follow each other, every step in radius as a cone about its station, of `half` its length (m)."""
+    """Smooth parts that follow each other, every step in radius as a cone about its station, `half` its length."""
     made: list[Array] = []
     for part in parts:
         if part[-1, 0] > part[0, 0]:

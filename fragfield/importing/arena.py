@@ -18,7 +18,7 @@ from flight.files.dialect import Guess
 from fragfield.errors import InputError
 from fragfield.importing.columns import Columns, columns_by_name
 from fragfield.importing.matrix import Matrix, matrix_of
-from fragfield.importing.other_tables import needed
+from fragfield.importing.other_tables import needed, refuse_sum
 from fragfield.importing.sheet import QuestionError
 
 if TYPE_CHECKING:
@@ -142,6 +142,7 @@ def _of_zones(columns: Columns, matrix: Matrix | None, options: ArenaOptions) ->
     if matrix is None:
         needed(columns, "number")
         number = np.nan_to_num(columns.values("number"))
+        refuse_sum(columns, number)
         low, high, words = _groups(columns, number)
         mean, more = _mean_mass(columns, number, low, high)
         guesses += [*words, *more]

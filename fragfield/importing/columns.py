@@ -186,7 +186,10 @@ class Columns:
         place = f"{self.layout.sheet.path}: {name} ({self._title(at)})"
         known = [one for one in heads if one.unit]
         for head in sorted(known, key=lambda one: one.name not in quantity.names):
-            if head.unit.casefold() in ("grad", "gr") or unit_of(head.unit, quantity, place, name) is not None:
+            if (
+                head.unit.casefold() in ("grad", "gr")
+                or unit_of(head.unit, quantity, place, GROUPS[quantity.unit]) is not None
+            ):
                 return head.unit, "in the column's name"
         return "", ""
 

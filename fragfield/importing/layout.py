@@ -49,6 +49,8 @@ class Layout:
         Of the sheet and of the layout.
     dropped : list of str
         What was left out, in words.
+    are_given : bool
+        Whether the caller has said which lines count.
     """
 
     sheet: Sheet
@@ -59,6 +61,7 @@ class Layout:
     numbers: Numbers
     guesses: list[Guess]
     dropped: list[str]
+    are_given: bool = False
 
 
 def lay_out(sheet: Sheet, *, decimal: str | None = None, rows: str | None = None) -> Layout:
@@ -104,7 +107,7 @@ def lay_out(sheet: Sheet, *, decimal: str | None = None, rows: str | None = None
     filled = [Row(row.line, [*row.cells, *[""] * (width - len(row.cells))]) for row in body]
     found = [*sheet.guesses, *guesses, *([guess] if guess is not None and not sheet.name else [])]
     found.append(Guess("rows", f"{len(body)}, from line {body[0].line} to {body[-1].line}", "those with numbers"))
-    return Layout(sheet, names, own, units, filled, Numbers(sign), found, dropped)
+    return Layout(sheet, names, own, units, filled, Numbers(sign), found, dropped, rows is not None)
 
 
 def _of_lines(sheet: Sheet, rows: str | None) -> list[Row]:

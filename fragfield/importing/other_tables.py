@@ -11,6 +11,7 @@ from flight.drag import Drag
 from flight.errors import InputError as FlightInputError
 from flight.fragments import Fragments, check_possible
 from fragfield.errors import InputError
+from fragfield.importing.sheet import QuestionError
 from fragfield_base.inputs import with_unit
 
 if TYPE_CHECKING:
@@ -57,6 +58,18 @@ def whole(columns: Columns, name: str) -> NDArray[np.float64]:
     return values
 
 
+def refuse_sum(columns: Columns, number: NDArray[np.float64]) -> None:
+    """Refuse a last row that counts as many as all others together: it adds them up, without a name that says so."""
+    if columns.layout.are_given or len(number) < 3 or not number[-1] > 0.0:
+        return
+    if abs(number[:-1].sum() - number[-1]) < 1e-9 * number[-1]:
+        rows = columns.layout.rows
+        raise QuestionError(
+            f"{columns.place(rows[-1], 'number')}: {number[-1]:g} is the sum of all rows above it, as in a row of sums;"
+            " give the lines that count", "rows", [f"{max(rows[0].line - 1, 1)}:{rows[-2].line}"],
+        )  # fmt: skip
+
+
 def pit_columns(columns: Columns) -> dict[str, NDArray[np.float64]]:
     """Columns of a file that `break_up.mean_mass` names: groups of mass, numbers above masses, or pieces."""
     if "mass_above" in columns:
@@ -65,7 +78,9 @@ def pit_columns(columns: Columns) -> dict[str, NDArray[np.float64]]:
     if "mass_group" in columns or "mass_from" in columns:
         low, high = _groups(columns)
         needed(columns, "number")
-        found = {"mass_from_kg": low, "mass_to_kg": high, "number": np.nan_to_num(columns.values("number"))}
+        number = np.nan_to_num(columns.values("number"))
+        refuse_sum(columns, number)
+        found = {"mass_from_kg": low, "mass_to_kg": high, "number": number}
         for name in ("total_mass", "mass"):
             if name in columns and "mass_kg" not in found:
                 found["mass_kg"] = np.nan_to_num(columns.values(name))

@@ -214,10 +214,10 @@ def _check_choices(
 def _casing(case: str | os.PathLike[str] | None, mass: str | float | None) -> float | None:
     """Mass of the casing (kg), of a case or as given."""
     if case is not None:
+        from fragfield.case import load_case
         from fragfield.case.conversion.placing import masses_of
-        from fragfield.interface.case import Case
 
-        values = Case.from_toml(case).values
+        values = load_case(Path(case), burst=False)
         if not values.round:
             raise InputError(f"{case}: has no [[round]], so that the mass of its casing is not known")
         return float(masses_of(values.round[0]).casing)

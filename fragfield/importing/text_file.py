@@ -51,6 +51,8 @@ def read_text_file(path: Path, encoding: str | None = None, separator: str | Non
         dialect = dialect_of(text, found, mark)
     except FlightInputError as error:
         what = str(error).split(";")[0]
+        if "--separator" not in str(error):
+            raise InputError(f"{path}: {what}") from None
         raise QuestionError(f"{path}: {what}", "separator", list(SEPARATOR_NAMES)) from None
     guesses = [found, Guess("separator", SEPARATORS[dialect.separator.value], dialect.separator.reason)]
     rows, comments = _rows(path, text, dialect.separator.value, dialect.skip)

@@ -64,7 +64,8 @@ GROUPS: dict[Kind, dict[str, dict[str, str]]] = {
 """By kind and group: the values it may hold, with their units."""
 _RANGES = ("gurney", "critical_energy")  # smallest and largest
 _WORDS = ("shear_softening_strain", "tensile_softening_strain", "softening_length")  # or "none"
-_GRADED = re.compile(rf"(?:^| )(\w+) \(({'|'.join(GRADES)})\): ")
+_TITLES = {name: "JWL" if name == "jwl" else name.capitalize() for groups in GROUPS.values() for name in groups}
+_GRADED = re.compile(rf"(?:^| )({'|'.join(_TITLES.values())}) \(({'|'.join(GRADES)})\): ")
 _HEAD = ("name", "aliases", "composition", "note")
 
 
@@ -110,10 +111,7 @@ class Substance:
     def sources(self, *names: str) -> str:
         """Sources of these groups, each with its grade."""
         found = [(name, self.groups[name]) for name in names if name in self.groups]
-        titles = {"jwl": "JWL"}
-        return " ".join(
-            f"{titles.get(name, name.capitalize())} ({group.grade}): {group.source}" for name, group in found
-        )
+        return " ".join(f"{_TITLES[name]} ({group.grade}): {group.source}" for name, group in found)
 
 
 def graded(source: str) -> str:

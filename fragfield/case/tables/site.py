@@ -6,15 +6,24 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated
 
-from pydantic import Field
+from pydantic import Discriminator, Field, Tag
 
-from fragfield.case.tables.base import Table
+from fragfield.case.tables.base import Table, name_or_table
 from fragfield_base.inputs import Quantity, Vector, degrees
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-__all__ = ["DocumentTable", "Latitude", "Longitude", "OfficialTable", "OnEarth", "SiteTable", "check_official"]
+__all__ = [
+    "DocumentTable",
+    "Latitude",
+    "Longitude",
+    "OfficialTable",
+    "PlacesTable",
+    "OnEarth",
+    "SiteTable",
+    "check_official",
+]
 
 
 @dataclass(frozen=True)
@@ -56,6 +65,24 @@ OnEarth = Annotated[
 ]
 
 
+class PlacesTable(Table):
+    """People, roads, areas, buildings, barricades and walls from a map; each becomes an [[exposed]] or [[obstacle]]."""
+
+    file: str = Field(min_length=1)
+    """GeoJSON (.geojson, .json) or KML (.kml, .kmz)."""
+    kind: str = Field(default="kind", min_length=1)
+    """Property that says what a place is; without it the folder of a KML, or the shape."""
+    kinds: dict[str, str] | None = Field(
+        default=None, json_schema_extra={"inline": '{ Wohnhaus = "building", Point = "person", Baum = "ignore" }'}
+    )
+    """What its words mean: person, road, area, building, barricade, wall or ignore; also those of shapes: Point,
+    LineString, Polygon."""
+    unit: Annotated[float | None, Quantity("m", "1 m", above=0.0)] = None
+    """Unit of heights and widths that have none in the map; left out: such are refused."""
+    building_height: Annotated[float | None, Quantity("m", "6 m", above=0.0)] = None
+    """Height of buildings that have none in the map; left out: such are refused."""
+
+
 class SiteTable(Table):
     """Where `flight.origin` lies and how the axes are turned; with it, distances are written as maps."""
 
@@ -65,6 +92,11 @@ class SiteTable(Table):
     """East positive; 190 degrees is -170 degrees."""
     bearing: Annotated[float, Quantity("rad", "90 deg", minimum=-_TURN, maximum=_TURN)]
     """Of +x, clockwise from north: with 90 degrees x points east and y north."""
+    places: (
+        Annotated[Annotated[str, Tag("<name>")] | Annotated[PlacesTable, Tag("<table>")], Discriminator(name_or_table)]
+        | None
+    ) = None
+    """A map of people, roads, areas, buildings and obstacles: a file, or a table that says how it is read."""
 
 
 _FARTHEST = 20e3  # m
