@@ -14,7 +14,14 @@ from fragfield_base.substances import is_substance, read_substance, substance, s
 if TYPE_CHECKING:
     from fragfield_base.substances import Kind, Substance
 
-__all__ = ["burst_explosive_names", "casing_names", "explosive_names", "load_casing", "load_explosive", "load_substance"]
+__all__ = [
+    "burst_explosive_names",
+    "casing_names",
+    "explosive_names",
+    "load_casing",
+    "load_explosive",
+    "load_substance",
+]
 
 EXPLOSIVE_KEYS = (
     "density",

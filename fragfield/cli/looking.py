@@ -47,7 +47,9 @@ def info(
 def new(
     name: Annotated[Path, typer.Argument(metavar="NAME", help="The file to write: NAME.toml.")],
     round_: Annotated[str, typer.Option("--round", metavar="PROFILE", help="Built-in contour of the round.")] = "m107",
-    explosive: Annotated[str, typer.Option("--explosive", metavar="NAME", help="Built-in explosive, by any of its names.")] = "tnt",
+    explosive: Annotated[
+        str, typer.Option("--explosive", metavar="NAME", help="Built-in explosive, by any of its names.")
+    ] = "tnt",
     casing: Annotated[
         str | None, typer.Option("--casing", metavar="NAME", help="Built-in casing material; default: the round's.")
     ] = None,
