@@ -97,7 +97,7 @@ PIT = "# rounds = 2\nmass_above_g;number\n0.5;1880\n2;1470\n8;885\n32;330\n128;4
 
 @pytest.mark.parametrize("page", GUIDE)
 def test_every_case_file_is_read(page, tmp_path):
-    """Whole ones as they stand; parts of one over a tube, beside the fragments of two such tubes; an explosive alone."""
+    """Whole ones as they stand; parts of one over a tube, beside the fragments of two such tubes; and an explosive."""
     (tmp_path / "pit.csv").write_text(PIT, encoding="utf-8")
     for number, block in enumerate(block for block in blocks(page) if block.language == "toml"):
         named = re.match(r"# (\w+\.toml)\n", block.text)
