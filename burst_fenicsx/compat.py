@@ -79,7 +79,7 @@ def create_quadrilateral_mesh(comm: MPI.Comm, cells: np.ndarray, nodes: np.ndarr
 
 
 def create_hexahedral_mesh(
-    comm: MPI.Comm, cells: np.ndarray, nodes: np.ndarray, destination: np.ndarray, twins: np.ndarray | None = None
+    comm: MPI.Comm, cells: np.ndarray, nodes: np.ndarray, destination: np.ndarray, pairs: np.ndarray | None = None
 ) -> Any:
     """Distribute a mesh of trilinear hexahedra.
 
@@ -91,7 +91,7 @@ def create_hexahedral_mesh(
     cells : (m, 8) int64, nodes in tensor-product order (x fastest), all on rank 0, none elsewhere.
     nodes : (n, 3) float64 places (m), all on rank 0, none elsewhere.
     destination : (m,) int32, rank of every cell, on rank 0.
-    twins : (pairs, 2) int64, coincident nodes, on rank 0; none by default.
+    pairs : (pairs, 2) int64, coincident nodes, on rank 0; none by default.
 
     Returns
     -------
@@ -104,7 +104,7 @@ def create_hexahedral_mesh(
     """
     cells = np.ascontiguousarray(cells.reshape(-1, 8), dtype=np.int64)
     nodes = np.ascontiguousarray(nodes.reshape(-1, 3), dtype=np.float64)
-    places = _merged(cells, twins)
+    places = _merged(cells, pairs)
     partitioner = _partitioner(places, np.asarray(destination, dtype=np.int32))
     created = _create(comm, cells, nodes, "hexahedron", partitioner)
     expected = comm.bcast(_count_used(cells) if comm.rank == 0 else None, root=0)
@@ -121,17 +121,17 @@ def _count_used(cells: np.ndarray) -> int:
     return int(used.sum())
 
 
-def _merged(cells: np.ndarray, twins: np.ndarray | None) -> np.ndarray:
+def _merged(cells: np.ndarray, pairs: np.ndarray | None) -> np.ndarray:
     """Cells by places: the nodes of each set of coincident ones replaced by the lowest of the set."""
-    if twins is None or len(twins) == 0 or len(cells) == 0:
+    if pairs is None or len(pairs) == 0 or len(cells) == 0:
         return cells
-    place = np.arange(max(int(cells.max()), int(twins.max())) + 1)
+    place = np.arange(max(int(cells.max()), int(pairs.max())) + 1)
     while True:
-        lowest = np.minimum(place[twins[:, 0]], place[twins[:, 1]])
-        if (place[twins] == lowest[:, None]).all():
+        lowest = np.minimum(place[pairs[:, 0]], place[pairs[:, 1]])
+        if (place[pairs] == lowest[:, None]).all():
             return place[cells]
         for side in range(2):
-            np.minimum.at(place, twins[:, side], lowest)
+            np.minimum.at(place, pairs[:, side], lowest)
 
 
 def _partitioner(cells: np.ndarray, destination: np.ndarray) -> Callable[..., Any]:

@@ -56,10 +56,11 @@ Quadrature = Literal["one_point", "full"]
 Interface = Literal["sliding", "shared"]
 Geometry = Literal["3d", "axisymmetric"]
 Symmetry = Literal["auto", "off"]
-OutputInterval = Annotated[
-    Time, Bounds(1e-9, 0.1, "shorter than a step, or longer than any burst", usual=(1e-7, 1e-3))
-]  # fmt: skip
+OutputInterval = Annotated[Time, Bounds(1e-9, 0.1, "shorter than a step, or longer than any burst", usual=(1e-7, 1e-3))]
 
+_BondStrength = Annotated[
+    Pressure, Bounds(0.0, 1e12, "stronger than any solid", usual=(0.0, 1e9)), OnlyWith("charge_casing", ("sliding",))
+]
 _NO_END = OnlyWith("end_time", (None,))
 
 
@@ -242,6 +243,7 @@ class Round:
     axis: tuple[float, float, float] = (0.0, 0.0, 1.0)
     ignition: tuple[IgnitionPoint, ...] = ()
     initiation: ShockInitiation | None = None  # initiated by shock as well as by its points
+    mesh_unit: str = "m"  # of the mesh file's numbers
 
 
 @dataclass(frozen=True)
@@ -306,17 +308,9 @@ class ContactSettings:
 
     charge_casing: Interface = "sliding"
     """Charge bonded to the casing until it has reacted, then sliding; or shared nodes, which never slip."""
-    cohesion: Annotated[
-        Pressure,
-        Bounds(0.0, 1e12, "stronger than any solid", usual=(0.0, 1e9)),
-        OnlyWith("charge_casing", ("sliding",)),
-    ] = 5e6
+    cohesion: _BondStrength = 5e6
     """Shear stress at which the bond of the unreacted charge breaks without pressure on it."""
-    tensile_strength: Annotated[
-        Pressure,
-        Bounds(0.0, 1e12, "stronger than any solid", usual=(0.0, 1e9)),
-        OnlyWith("charge_casing", ("sliding",)),
-    ] = 5e6
+    tensile_strength: _BondStrength = 5e6
     """Tension at which the bond of the unreacted charge breaks."""
     friction_angle: float = 20.0
     """Of the unreacted charge on the casing, where their bond is broken; products have no friction (degrees)."""
@@ -383,10 +377,8 @@ class BurstSettings:
 
     cell_size: Annotated[
         PositiveLength,
-        Bounds(
-            1e-4, 0.5, "cells below 0.1 mm need years, above 0.5 m no casing has one", usual=(5e-4, 0.02)
-        ),
-    ]  # fmt: skip
+        Bounds(1e-4, 0.5, "cells below 0.1 mm need years, above 0.5 m no casing has one", usual=(5e-4, 0.02)),
+    ]
     """Target edge length of the cells; the only mesh parameter."""
     geometry: Geometry = "3d"
     """Hexahedra, or rings of a round's meridian."""

@@ -323,7 +323,8 @@ class Quantity(Parsed):
 
     def describe(self) -> dict[str, Any]:
         """For the generated reference, and for forms."""
-        return {"type": "string", "unit": self.symbol, "allowed": self.allowed, "examples": [self.example]}
+        words = {"words": list(self.words)} if self.words else {}
+        return {"type": "string", "unit": self.symbol, "allowed": self.allowed, "examples": [self.example], **words}
 
 
 @dataclass(frozen=True)

@@ -163,7 +163,9 @@ def needs_a_run(text: str) -> bool:
 
 
 @pytest.mark.dolfinx
-@pytest.mark.parametrize("page", ["guide/installation.md", "guide/first_run.md", "guide/cookbook.md"])
+@pytest.mark.parametrize(
+    "page", ["guide/installation.md", "guide/first_run.md", "guide/cookbook.md", "guide/your_test_data.md"]
+)
 def test_what_is_marked_runs(page, tmp_path):
     assert run_page(page, tmp_path, slow=False) > 0
 

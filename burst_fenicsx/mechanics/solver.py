@@ -116,7 +116,7 @@ class BurstSolver:
             # Cells of the shortest steps end one with every substep, those of twice the step with every second, ...
             min_level = self.levels.highest - _halvings(substep + 1)
             if min_level == 0:
-                self.leakage.update(self.fields.nodes.position, self.time)
+                self.leakage.update(self.fields.nodes.position)
             self.add_forces(step, min_level)
             self.ledger.add(self._totals.energy, self._totals.released)
             velocity_step = step

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import logging
 import tomllib
 from functools import partial
 from pathlib import Path
@@ -12,6 +13,7 @@ from pydantic import ValidationError
 
 from fragfield.case.checks.consistency import check_case, check_charges
 from fragfield.case.checks.stage_limits import stage_faults
+from fragfield.case.checks.units_of_files import unit_faults
 from fragfield.case.conversion.attitude import attitude_faults, is_mixed, with_axes
 from fragfield.case.conversion.axisymmetry import check_geometry
 from fragfield.case.conversion.casing_data import with_casing_data
@@ -19,10 +21,19 @@ from fragfield.case.conversion.exposed_sites import resolved_exposed
 from fragfield.case.conversion.fragment_counts import check_counts, with_counts
 from fragfield.case.conversion.placing import base_faults, on_base
 from fragfield.case.conversion.stack import expanded, stacked_names
+from fragfield.case.conversion.surroundings import altitude_of, site_of
 from fragfield.case.conversion.turned import origin_faults
 from fragfield.case.messages import explain, join_faults
 from fragfield.case.schema import Case
-from fragfield.case.tables.round import CasingTable, ExplosiveTable, IgnitionTable, JwlTable, RoundTable
+from fragfield.case.tables.round import (
+    CasingTable,
+    ContourTable,
+    ExplosiveTable,
+    IgnitionTable,
+    JwlTable,
+    RoundTable,
+)
+from fragfield.case.tables.site import PlacesTable
 from fragfield.case.tables.stack import resolved_plane
 from fragfield.errors import InputError
 from fragfield.files.stamped import MOST_CASE
@@ -39,6 +50,8 @@ if TYPE_CHECKING:
 
 Material = ExplosiveTable | CasingTable
 Loaded = TypeVar("Loaded")
+
+_log = logging.getLogger(__name__)
 
 __all__ = ["MOST_DEPTH", "case_from_document", "named_material", "read_document", "read_resolved"]
 
@@ -70,6 +83,8 @@ def read_resolved(path: Path) -> Case:
 def case_from_document(document: Mapping[str, Any], *, source: str, folder: Path, burst: bool = True) -> Case:
     """Check and resolve the tables of a case; see `fragfield.case.load_case`."""
     case = _validated(document, source)
+    if case.site is not None and case.site.places is not None:
+        case = _validated(_with_places(document, case, source, folder), source)
     of_attitude = [*attitude_faults(case), *base_faults(case)]
     case = with_axes(case)
     _raise(source, [*of_attitude, *check_case(case, burst=burst)])
@@ -82,6 +97,26 @@ def case_from_document(document: Mapping[str, Any], *, source: str, folder: Path
     check_counts(case, source)
     _raise(source, list(dict.fromkeys(stage_faults(case))))
     return case
+
+
+def _with_places(document: Mapping[str, Any], case: Case, source: str, folder: Path) -> dict[str, Any]:
+    """The tables of a case with those of its map of places in place of `site.places`."""
+    from fragfield.places.tables import tables_of_places
+
+    site = site_of(case)
+    assert site is not None
+    assert case.site is not None
+    places = case.site.places
+    table = PlacesTable(file=places) if isinstance(places, str) else places
+    assert table is not None
+    try:
+        made, notes = tables_of_places(table, folder / table.file, site, case.flight.origin)
+    except InputError as fault:
+        raise InputError(f"{source}: site.places: {fault}") from None
+    for note in notes:
+        _log.warning("site.places: %s", note)
+    changed = {**document, "site": {key: value for key, value in document["site"].items() if key != "places"}}
+    return changed | {key: [*document.get(key, []), *entries] for key, entries in made.items()}
 
 
 def _raise(source: str, faults: list[str]) -> None:
@@ -114,7 +149,7 @@ def _resolved(case: Case, source: str, folder: Path) -> Case:
     for number, entry in enumerate(case.round, start=1):
         key = f"round[{number}]"
         rounds.append(_resolved_round(entry, source, key, folder))
-    case = _with_files(case, folder)
+    case = _with_altitude(_with_files(case, folder), source)
     rounds = [_with_location(partial(on_base, entry, case), source) for entry in rounds]
     rounds = _with_location(partial(expanded, case.model_copy(update={"round": rounds})), source)
     planes = [resolved_plane(entry) for entry in case.plane]
@@ -139,12 +174,25 @@ def _casings(case: Case, folder: Path) -> list[Substance]:
 def _with_files(case: Case, folder: Path) -> Case:
     """The case with the files of its flight as absolute paths."""
     flight: dict[str, Any] = {}
-    if isinstance(case.flight.drag, str) and case.flight.drag.endswith(".csv"):
+    if isinstance(case.flight.drag, str) and case.flight.drag.lower().endswith(".csv"):
         flight["drag"] = str((folder / case.flight.drag).resolve())
     if case.flight.ground.map is not None:
         place = str((folder / case.flight.ground.map).resolve())
         flight["ground"] = case.flight.ground.model_copy(update={"map": place})
     return case.model_copy(update={"flight": case.flight.model_copy(update=flight)}) if flight else case
+
+
+def _with_altitude(case: Case, source: str) -> Case:
+    """The case with the altitude of its air, which a map of heights may say."""
+    from flight import InputError as FlightInputError
+
+    if case.flight.air.model != "standard" or case.flight.air.altitude is not None:
+        return case
+    try:
+        air = case.flight.air.model_copy(update={"altitude": altitude_of(case)})
+    except FlightInputError as error:
+        raise InputError(f"{source}: flight.{error}") from None
+    return case.model_copy(update={"flight": case.flight.model_copy(update={"air": air})})
 
 
 def _resolved_round(entry: RoundTable, source: str, key: str, folder: Path) -> RoundTable:
@@ -160,7 +208,11 @@ def _resolved_round(entry: RoundTable, source: str, key: str, folder: Path) -> R
         changes["ignition"] = []
         front, end = _charge_of_mesh(entry.model_copy(update=changes), f"{source}: {key}.mesh")
     else:
-        changes["profile"], profile = _profile(entry.profile, f"{source}: {key}.profile", folder)
+        where, given = f"{source}: {key}.profile", entry.profile
+        if entry.contour is not None:
+            where, given = f"{source}: {key}.contour", _contour(entry.contour, f"{source}: {key}.contour", folder)
+            changes["contour"] = None
+        changes["profile"], profile = _profile(given, where, folder)
         front, end = profile.charge_front, profile.charge_end
     points = [IgnitionTable()] if entry.ignition is None else entry.ignition
     changes["ignition"] = [_placed(point, front, end) for point in points]
@@ -170,7 +222,11 @@ def _resolved_round(entry: RoundTable, source: str, key: str, folder: Path) -> R
                 f"{source}: {key}.ignition[{number}].station: found {point.station * 1e3:.6g} mm, outside the charge; "
                 f"allowed: {front * 1e3:.6g} mm to {end * 1e3:.6g} mm from the nose end"
             )
-    return entry.model_copy(update=changes)
+    made = entry.model_copy(update=changes)
+    if entry.profile is None:
+        name = "mesh" if entry.mesh is not None else "contour"
+        _raise(f"{source}: {key}.{name}", list(unit_faults(entry, made)))
+    return made
 
 
 def named_material(kind: str, name: str, *, where: str, folder: Path) -> Material:
@@ -235,6 +291,17 @@ def _profile(value: str | dict[str, Any] | None, where: str, folder: Path) -> tu
     profile = _with_location(partial(load_profile, _located(value, folder)), where)
     file = folder / value if value.endswith(".toml") else PROFILES / f"{value}.toml"
     return {"name": profile.name, **read_document(file)}, profile
+
+
+def _contour(value: str | ContourTable, where: str, folder: Path) -> dict[str, Any]:
+    """Tables of a profile from a drawing or a table of diameters."""
+    from fragfield.contours.read import profile_of_contour
+
+    table = ContourTable(file=value) if isinstance(value, str) else value
+    try:
+        return profile_of_contour(table, folder / table.file)
+    except InputError as fault:
+        raise InputError(f"{where}: {fault}") from None
 
 
 def _placed(point: IgnitionTable, front: float, end: float) -> IgnitionTable:

@@ -12,6 +12,7 @@ import numpy as np
 from fragfield.case import plain
 from fragfield.case.checks.bounds import outside_soft
 from fragfield.case.checks.fragment_numbers import check_numbers
+from fragfield.case.checks.map_size import given_on_map, map_warnings
 from fragfield.case.conversion.attitude import is_mixed
 from fragfield.case.conversion.axisymmetry import burst_geometry
 from fragfield.case.conversion.burst import burst_rounds
@@ -23,7 +24,6 @@ from fragfield.checking.cost import expected_cost
 from fragfield.checking.substances import substances_of, waiting_on_estimates, yield_stress
 from fragfield.hazard.arrangement import arrangement, arrangement_warnings, with_images
 from fragfield.hazard.contents import contents_of
-from fragfield.hazard.map_edge import map_warnings
 from fragfield.hazard.prescribed import official_part
 from fragfield.hazard.rules import rules_for
 from fragfield.pipeline.arena import read_arena
@@ -228,8 +228,7 @@ def _warnings(
 ) -> Iterator[str]:
     yield from outside_soft(case)
     yield from arrangement_warnings(case)
-    if case.flight.ground.map is not None:
-        yield from map_warnings(case, described)
+    yield from map_warnings(case)
     if settings.products == "landau":
         yield (
             'burst.products = "landau" starts from the pressure of an instantaneous explosion; with a '
@@ -335,7 +334,7 @@ def fragments_report(case: Case, path: Path) -> dict[str, Any]:
 
         fragments = Fragments.read(path)
         held = {"file": path.name, "number": len(fragments), "mass": float(fragments.mass.sum())}
-        return {"fragments": held, "warnings": []}
+        return {"fragments": held, "warnings": given_on_map(case, path)}
     table, recovered = found
     held = {"file": path.name, "number": float(table.number.sum()), "mass": table.total_mass}
     warnings = [recovered.warning] if recovered.warning else []

@@ -184,16 +184,35 @@ def _print_arrangement(console: Console, found: Mapping[str, Any]) -> None:
     console.print(f"contact: {inner}; {outer}")
 
 
+def _print_map(console: Console, ground: Mapping[str, Any]) -> None:
+    """A map of heights: extent, cell, holes, and how its file was read."""
+    (west, east), (south, north), (low, high) = ground["x"], ground["y"], ground["z"]
+    console.print(
+        f"ground: {ground['map']}, {ground['nodes'][0]} x {ground['nodes'][1]} nodes {ground['cell'][0]:.5g} m by "
+        f"{ground['cell'][1]:.5g} m apart, x {west:.6g} to {east:.6g} m, y {south:.6g} to {north:.6g} m, z {low:.4g} "
+        f"to {high:.4g} m; beyond it level at the height of its edge",
+        markup=False,
+    )
+    if not ground.get("format"):
+        return
+    holes = f"{ground['filled']} nodes, filled" if ground["filled"] else "none"
+    for label, words in (
+        ("format", ground["format"]), ("coordinate system", ground["crs"]), ("plan", ground["plan_unit"]),
+        ("position", ground["position"]), ("north", ground["north"]), ("heights", ground["height_unit"]),
+        ("datum of heights", f"{ground['vertical']}; z = 0 at {ground['datum']:.6g} m"), ("holes", holes),
+        *(("note", note) for note in ground["notes"]),
+    ):  # fmt: skip
+        console.print(f"  {label}: {words}", markup=False)
+
+
 def _print_surroundings(console: Console, found: Mapping[str, Any]) -> None:
     """Ground and obstacles of the flight."""
     ground = found["ground"]
     if "map" in ground:
-        (west, east), (south, north), (low, high) = ground["x"], ground["y"], ground["z"]
-        console.print(
-            f"ground: {ground['map']}, {ground['nodes'][0]} x {ground['nodes'][1]} nodes, x {west:g} to {east:g} m, "
-            f"y {south:g} to {north:g} m, z {low:.4g} to {high:.4g} m; beyond it level at the height of its edge",
-            markup=False,
-        )
+        _print_map(console, ground)
+    if (altitude := found.get("altitude")) is not None:
+        source = ", the map's height of z = 0" if altitude == ground.get("datum") else ""
+        console.print(f"air: standard atmosphere, z = 0 at {altitude:.6g} m above sea level{source}", markup=False)
     law = found["ricochet"]
     words = "none: fragments stay where they land"
     if law is not None:

@@ -16,6 +16,7 @@ from fragfield.cli.application import (
     Out,
     Overwrite,
     Profile,
+    ProgressFile,
     Quiet,
     Resolved,
     Resume,
@@ -28,7 +29,11 @@ from fragfield.errors import EXIT_NUMERICAL
 from fragfield.pipeline.parallel import launched_rank
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
     from fragfield.interface.results import Run
+    from fragfield.terminal.progress import Progress
 
 __all__ = ["break_up", "burst", "check", "fly", "report", "run"]
 
@@ -66,6 +71,7 @@ def run(
     threads: Threads = None,
     resume: Resume = False,
     overwrite: Overwrite = False,
+    progress_file: ProgressFile = None,
     quiet: Quiet = False,
     json: Json = False,
 ) -> None:
@@ -73,7 +79,7 @@ def run(
     with guarded(json=json, quiet=quiet):
         done = fragfield.run(
             case, out=out, cell_size=cell_size, set=settings or (), threads=threads, resume=resume,
-            overwrite=overwrite, progress=not quiet,
+            overwrite=overwrite, progress=_progress(progress_file, quiet=quiet),
         )  # fmt: skip
         _give_summary(done, json=json, flown=True)
 
@@ -122,23 +128,36 @@ def fly(
     fragments: FragmentsFile = None,
     settings: Settings = None,
     threads: Threads = None,
+    progress_file: ProgressFile = None,
     quiet: Quiet = False,
     json: Json = False,
 ) -> None:
     """Fly the fragments of a run, or of a file, to the ground."""
     with guarded(json=json, quiet=quiet):
         done = fragfield.run(
-            case, out=out, fragments=fragments, set=settings or (), threads=threads, progress=not quiet, only="fly"
-        )
+            case, out=out, fragments=fragments, set=settings or (), threads=threads, only="fly",
+            progress=_progress(progress_file, quiet=quiet),
+        )  # fmt: skip
         _give_summary(done, json=json, flown=True)
 
 
 @app.command()
-def report(case: CaseOrRun, out: Out = None, quiet: Quiet = False, json: Json = False) -> None:
+def report(
+    case: CaseOrRun, out: Out = None, progress_file: ProgressFile = None, quiet: Quiet = False, json: Json = False
+) -> None:
     """Write the report of a run, report.html."""
     with guarded(json=json, quiet=quiet):
-        done = fragfield.run(case, out=out, progress=not quiet, only="report")
+        done = fragfield.run(case, out=out, progress=_progress(progress_file, quiet=quiet), only="report")
         _give_summary(done, json=json, flown=False)
+
+
+def _progress(file: Path | None, *, quiet: bool) -> bool | Callable[[Progress], None]:
+    """What follows the progress of a run: a line on a terminal, or a file."""
+    if file is None:
+        return not quiet
+    from fragfield.terminal.progress import into_file
+
+    return into_file(file)
 
 
 def _give_summary(done: Run, *, json: bool, flown: bool) -> None:

@@ -123,7 +123,7 @@ STAGES: dict[str, Stage] = {
 _MOST_DIFFERENCES = 10
 SCRATCH = ".convergence"
 """Folder of a run's files with other cell sizes, which are removed; one that a killed run left goes as well."""
-_OWN_FILES = ("case.toml", "summary.json", "run.log")
+_OWN_FILES = ("case.toml", "summary.json", "run.log", "csv-metadata.json")
 
 
 @dataclass(frozen=True)

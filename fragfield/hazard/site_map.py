@@ -39,6 +39,7 @@ __all__ = [
     "VerdictStyle",
     "extent_of",
     "shapes_of",
+    "terrain_lines",
     "to_contours",
     "write_contours",
 ]
@@ -157,7 +158,7 @@ def shapes_of(
     ground = ground_of(case)
     if isinstance(ground, float):
         return shapes
-    return [*_terrain(ground, extent_of(shapes)), *shapes]
+    return [*terrain_lines(ground, extent_of(shapes)), *shapes]
 
 
 def extent_of(shapes: Sequence[Shape]) -> tuple[Array, Array]:
@@ -253,7 +254,7 @@ def _rounded(value: float | None) -> float | None:
     return None if value is None else float(f"{value:.4g}")
 
 
-def _terrain(ground: HeightMap, extent: tuple[Array, Array]) -> Iterator[Shape]:
+def terrain_lines(ground: HeightMap, extent: tuple[Array, Array]) -> Iterator[Shape]:
     """Lines of equal height, at round heights, around what is to be seen."""
     from contourpy import contour_generator
     from matplotlib.ticker import MaxNLocator

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from fragfield.case.checks.bounds import outside_soft
 from fragfield.errors import EXIT_FAULT, InputError, exit_code_of, message_of
 from fragfield.files.run_directory import STAGES
+from fragfield.case.checks.map_size import given_on_map
 from fragfield.pipeline.arena import read_arena
 from fragfield.pipeline.job import Job
 from fragfield.pipeline.parallel import Team
@@ -52,6 +53,7 @@ def run_chain(options: RunOptions, only: str | None = None) -> dict[str, Any]:
         As the stages raise them; what was written stays.
     """
     team = Team() if only == "report" else Team.join()
+    team.agree(f"{only or 'run'} {options.asked}")
     from_burst = only in (None, "burst")
     with ExitStack() as held:
         case, directory = _prepared(options, team, held, STAGES[only or "burst"])
@@ -101,7 +103,9 @@ def _enter(options: RunOptions, stage: Stage, held: ExitStack) -> Case:
     else:
         if directory.complete(STAGES["break-up"]):
             raise InputError(f"{directory.path}: holds fragments of its own break-up; fly others with another --out")
-        read_arena(options.fragments, case)  # refuses one that does not fit the case, before the directory is made
+        # refuse what does not fit the case, before the directory is made
+        if read_arena(options.fragments, case) is None:
+            given_on_map(case, options.fragments)
     directory.make()
     if stage.name != "report":
         held.enter_context(directory.locked())

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import json
 import sys
-from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
+import time
+from contextlib import ExitStack, contextmanager, suppress
+from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
+    from pathlib import Path
     from types import TracebackType
 
     from rich.progress import Progress as Bars
@@ -17,10 +20,11 @@ if TYPE_CHECKING:
     from burst_fenicsx import BurstProgress
     from flight import FlightProgress
 
-__all__ = ["COMPILING", "Progress", "ProgressReporter", "duration", "watching_compilation"]
+__all__ = ["COMPILING", "Progress", "ProgressReporter", "duration", "into_file", "watching_compilation"]
 
 COMPILING = "compiling kernels: once for this version on this machine"
 """What stands beside the stage meanwhile."""
+_BETWEEN = 0.25  # s between two writings of a file of progress
 
 
 @dataclass(frozen=True)
@@ -47,6 +51,26 @@ class Progress:
     def __str__(self) -> str:
         left = "" if self.seconds_left is None else f"   {duration(self.seconds_left)} left"
         return f"{self.stage} {100.0 * self.share:.0f} %{f'   {self.detail}' if self.detail else ''}{left}"
+
+
+def into_file(path: Path) -> Callable[[Progress], None]:
+    """What keeps the last progress in a file, as one JSON object, for another program to read.
+
+    It is replaced whole, a few times a second at most; one that cannot be written is left alone.
+    """
+    written = {"stage": "", "at": 0.0}
+
+    def follow(state: Progress) -> None:
+        now = time.monotonic()
+        if state.stage == written["stage"] and state.share < 1.0 and now - float(written["at"]) < _BETWEEN:
+            return
+        written.update(stage=state.stage, at=now)
+        draft = path.with_name(f"{path.name}.new")
+        with suppress(OSError):
+            draft.write_text(json.dumps(asdict(state)), encoding="utf-8")
+            draft.replace(path)
+
+    return follow
 
 
 class ProgressReporter:

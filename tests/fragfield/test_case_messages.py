@@ -42,7 +42,7 @@ from tests.fragfield.case_documents import CASE, a_round, changed, changed_burst
             ["5 mm into round[1]"],
         ),
         (changed(round=[a_round(position=["0 mm", "0 mm", "-2 mm"])]), ["2 mm below the ground"]),
-        (changed(round=[a_round(mesh="x.msh")]), ["round[1].profile: found both profile and mesh"]),
+        (changed(round=[a_round(mesh="x.msh")]), ["round[1].profile: found profile and mesh; allowed: one"]),
         (changed(round=[a_round(profile="tub")]), ["round[1].profile", "did you mean 'tube'"]),
         (changed(round=[a_round(profile=3)]), ["round[1].profile: found 3; allowed: a name, a file, or a table"]),
         (changed(round=[a_round(explosive="tmt")]), ["round[1].explosive", "did you mean 'tnt'"]),

@@ -32,7 +32,6 @@ if TYPE_CHECKING:
 __all__ = ["check_case", "check_charges"]
 
 _MOST_STATES = 100_000
-_SAME_DIRECTION = 1e-9  # rad
 
 
 def check_case(case: Case, *, burst: bool = True) -> list[str]:
@@ -65,7 +64,6 @@ def check_case(case: Case, *, burst: bool = True) -> list[str]:
     faults += choice_faults(case)
     faults += _flight(case.flight)
     faults += _ground(case.flight.ground)
-    faults += _together(case)
     for number, surface in enumerate(case.witness, start=1):
         faults += _witness(f"witness[{number}]", surface)
     faults += _break_up(case.break_up)
@@ -133,9 +131,12 @@ def _unique(key: str, names: Sequence[str]) -> Iterator[str]:
 
 
 def _round(key: str, entry: RoundTable) -> Iterator[str]:
-    if (entry.profile is None) == (entry.mesh is None):
-        found = "neither" if entry.profile is None else "both"
-        yield f"{key}.profile: found {found} profile and mesh; allowed: one of the two"
+    given = [name for name in ("profile", "contour", "mesh") if getattr(entry, name) is not None]
+    if len(given) != 1:
+        found = " and ".join(given) or "none of profile, contour and mesh"
+        yield f"{key}.profile: found {found}; allowed: one of the three"
+    if entry.mesh_unit is not None and entry.mesh is None:
+        yield f"{key}.mesh_unit: found without mesh; allowed: only with it"
     if not any(entry.axis):
         yield f"{key}.axis: found [0, 0, 0]; allowed: a vector from base to nose, for example [0, 0, 1]"
     if entry.ignition is not None and not entry.ignition and entry.initiation is None:
@@ -167,18 +168,6 @@ def _ground(ground: GroundTable) -> Iterator[str]:
             f"flight.ground.height: found {ground.height:g} m together with a map; allowed: one of the two; "
             "datum shifts the map"
         )
-
-
-def _together(case: Case) -> Iterator[str]:
-    """Tables that do not go together."""
-    ground = case.flight.ground
-    if ground.map is not None and case.site is not None:
-        off_east = math.remainder(case.site.bearing - 0.5 * math.pi, 2.0 * math.pi)
-        if abs(off_east) > _SAME_DIRECTION:
-            yield (
-                f"site.bearing: found {math.degrees(case.site.bearing):g} deg together with flight.ground.map; "
-                "allowed: 90 deg, since +x points east on a map of heights"
-            )
 
 
 def _rising(key: str, values: Sequence[float]) -> Iterator[str]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from pydantic import Discriminator, Field, Tag
 
@@ -23,6 +23,7 @@ from fragfield_base.inputs import (
 
 __all__ = [
     "CasingTable",
+    "ContourTable",
     "ExpectedTable",
     "ExplosiveTable",
     "IgnitionTable",
@@ -116,6 +117,35 @@ class ExpectedTable(Table):
     """Mass of the charge."""
 
 
+class ContourTable(Table):
+    """A contour of the casing from a drawing or a table of diameters, in place of a profile."""
+
+    file: str = Field(min_length=1)
+    """A section in DXF or SVG, half of it or both halves, or a table of diameters or radii (.csv)."""
+    unit: Annotated[
+        float | None,
+        Quantity("m", "1 mm", above=0.0),
+        Bounds(1e-9, 1e3, "from nanometres to kilometres"),
+    ] = None
+    """Length of one unit of the file; left out: as the file says, and refused where it does not."""
+    layers: list[str] | None = Field(default=None, min_length=1)
+    """Layers (DXF), or labels or names of groups (SVG), that hold the outline of the casing; left out: all."""
+    axis: str | None = None
+    """The axis in units of the file, such as "y = 0" or "x = 12.5"; left out: the centre line, or where it is clear."""
+    nose: Literal["left", "right", "top", "bottom", "first", "last"] | None = None
+    """Side of the nose, in a table its "first" or "last" station; left out: the narrower end."""
+    tolerance: Annotated[float, Quantity("m", "0.01 mm", above=0.0), Bounds(1e-7, 1e-3, "a wall has millimetres")] = (
+        1e-5
+    )
+    """By which lines and arcs may be off the curves of the drawing."""
+    gap: Annotated[float, Quantity("m", "0.1 mm", above=0.0), Bounds(1e-6, 5e-3, "a wall has millimetres")] = 1e-4
+    """Gaps up to this one are closed; larger ones are refused."""
+    charge_front: Annotated[float | None, Quantity("m", "80 mm", minimum=0.0)] = None
+    """Station up to which the charge fills the cavity, from its base end; left out: it fills all of it."""
+    fuze: Annotated[float | str | None, Quantity("kg", "1.2 kg", above=0.0, words=("void",))] = None
+    """Mass of what fills the cavity before the charge, or "void"."""
+
+
 class RoundTable(Table):
     """One cased charge in space."""
 
@@ -123,8 +153,15 @@ class RoundTable(Table):
     """A name of its own."""
     profile: ProfileValue | None = None
     """Contours: a built-in name, a profile file, or the profile's tables themselves."""
+    contour: (
+        Annotated[Annotated[str, Tag("<name>")] | Annotated[ContourTable, Tag("<table>")], Discriminator(name_or_table)]
+        | None
+    ) = None
+    """A drawing or a table of diameters, instead of a profile: a file, or a table that says how it is read."""
     mesh: str | None = None
     """A gmsh file of hexahedra with the physical groups "charge" and "casing", instead of a profile."""
+    mesh_unit: Literal["m", "cm", "mm", "in"] | None = None
+    """Unit of the numbers in the mesh file, which names none; left out: m."""
     explosive: Annotated[
         Annotated[str, Tag("<name>")] | Annotated[ExplosiveTable, Tag("<table>")], Discriminator(name_or_table)
     ]

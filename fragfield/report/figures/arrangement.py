@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from fragfield.case.tables.stack import PlaneTable
     from fragfield.report.reading.run_files import RunFiles
 
-__all__ = ["arrangement_figure"]
+__all__ = ["arrangement_figure", "outlines"]
 
 _STATIONS, _AROUND = 41, 36  # of a round's surface
 _MOST_NAMED = 4
@@ -62,6 +62,15 @@ def arrangement_figure(run: RunFiles) -> Figure | None:
     elevation.set_xlabel("x (m)")
     elevation.legend(loc="upper center", bbox_to_anchor=(0.5, -0.3 * 3.0 / height), ncols=2)
     return figure
+
+
+def outlines(case: Case, vertical: int) -> Iterator[tuple[str, NDArray[np.float64], bool]]:
+    """Name, outline (n, 2) in m and whether it is an image, of every round seen along an axis.
+
+    `vertical` is the axis that points upwards there: 1 from above, 2 along +y.
+    """
+    for name, surface, image in _bodies(case):
+        yield name, _hull(surface[:, [0, vertical]]), image
 
 
 def _bodies(case: Case) -> Iterator[tuple[str, NDArray[np.float64], bool]]:

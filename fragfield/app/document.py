@@ -1,0 +1,286 @@
+"""A case file that is being edited: its text with comments, its draft on disk, and what is wrong in it."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+import tomllib
+from contextlib import suppress
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import tomlkit
+from pydantic import ValidationError
+from tomlkit.exceptions import TOMLKitError
+
+from fragfield.case import Case
+from fragfield.case.load import case_from_document, read_document
+from fragfield.case.messages import explain
+from fragfield.case.write import tables_to_toml
+from fragfield.errors import InputError
+from fragfield_base.reading import read_text
+from fragfield_base.writing import write_text
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from pathlib import Path
+
+    from fragfield.app.workspace import Workspace
+
+    Steps = Sequence[str | int]
+
+__all__ = ["CaseDocument", "Fault", "steps_of"]
+
+_KEY = re.compile(r"^[a-z_][a-z_0-9]*(\[\d+\])?(\.[a-z_][a-z_0-9]*(\[\d+\])?)*")
+_MOST = 1 << 22
+_AND_MORE = re.compile(r"^and \d+ more$")
+
+
+@dataclass(frozen=True)
+class Fault:
+    """What the loader of the command line says of the case: the key, as messages write it, and the message."""
+
+    key: str
+    message: str
+
+
+def steps_of(key: str) -> tuple[str | int, ...]:
+    """Steps of a key as messages write it: `round[2].casing` is ("round", 1, "casing")."""
+    steps: list[str | int] = []
+    for part in key.split("."):
+        name, _, number = part.partition("[")
+        steps.append(name)
+        if number:
+            steps.append(int(number.rstrip("]")) - 1)
+    return tuple(steps)
+
+
+@dataclass
+class CaseDocument:
+    """One case file and its draft.
+
+    The file changes when it is saved; every change in between is in the draft, which stands in the application's own
+    folder and is taken up again after the application was killed. `version` counts the changes of this process.
+    """
+
+    space: Workspace
+    name: str
+    version: int = 0
+    pages: dict[str, tuple[float, float]] = field(default_factory=dict)
+    """Windows that show it: by their id, when they were opened and when they last said so (s)."""
+    _text: str = ""
+    _saved: str = ""
+
+    def __post_init__(self) -> None:
+        self.path = self.space.inside(self.name)
+        self._draft = self.space.state(f"drafts/{hashlib.sha256(self.name.encode()).hexdigest()[:16]}.toml")
+        self._saved = self._text = self._read()
+        with suppress(OSError, InputError):
+            if self._draft.is_file():
+                self._text = read_text(self._draft, InputError, most=_MOST)
+        self._checked: tuple[int, Case | None, list[Fault]] | None = None
+
+    def _read(self) -> str:
+        if not self.path.is_file():
+            raise InputError(f"{self.name}: no such case file")
+        return read_text(self.path, InputError, most=_MOST)
+
+    @property
+    def text(self) -> str:
+        """The draft, or the file where nothing was changed."""
+        return self._text
+
+    @property
+    def is_draft(self) -> bool:
+        """Whether something is not saved."""
+        return self._text != self._saved
+
+    @property
+    def changed_on_disk(self) -> bool:
+        """Whether another program has written the file since it was read."""
+        with suppress(InputError):
+            return self._read() != self._saved
+        return True
+
+    @property
+    def tables(self) -> dict[str, Any]:
+        """The tables as the file has them; empty where the text is not TOML."""
+        with suppress(ValueError, RecursionError):
+            return tomllib.loads(self._text)
+        return {}
+
+    def get(self, path: Steps, default: Any = None) -> Any:  # noqa: ANN401 - any value of a table
+        """The value at a place, `default` where there is none."""
+        found: Any = self.tables
+        for step in path:
+            if isinstance(found, dict) and step in found:
+                found = found[step]
+            elif isinstance(found, list) and isinstance(step, int) and 0 <= step < len(found):
+                found = found[step]
+            else:
+                return default
+        return found
+
+    def set(self, path: Steps, value: object) -> None:
+        """Put a value at a place, None to remove it; tables on the way are made, comments stay."""
+        if not path or self.get(path) == value and type(self.get(path)) is type(value):
+            return
+        wanted = self.tables
+        _put(wanted, path, value)
+        self.replace(_with_comments(self._text, path, value, wanted))
+
+    def replace(self, text: str) -> None:
+        """Take another text for the whole, and keep it in the draft."""
+        if len(text) > _MOST:
+            raise InputError(f"{self.name}: found {len(text)} characters; allowed: at most {_MOST}")
+        if text == self._text:
+            return
+        self._text, self.version = text, self.version + 1
+        if self.is_draft:
+            write_text(self._draft, text, InputError)
+        else:
+            self._draft.unlink(missing_ok=True)
+
+    def save(self) -> None:
+        """Write the draft into the file."""
+        write_text(self.path, self._text, InputError)
+        self._saved, self.version = self._text, self.version + 1
+        self._draft.unlink(missing_ok=True)
+
+    def reload(self) -> None:
+        """Take the file as it stands on disk, and drop the draft."""
+        self._saved = self._text = self._read()
+        self.version += 1
+        self._draft.unlink(missing_ok=True)
+
+    def resolved(self) -> Case | None:
+        """The case as the command line resolves it; None where it has faults."""
+        return self._check()[0]
+
+    def faults(self) -> list[Fault]:
+        """What the command line would refuse, in its own words."""
+        return self._check()[1]
+
+    def _check(self) -> tuple[Case | None, list[Fault]]:
+        if self._checked is None or self._checked[0] != self.version:
+            version = self.version
+            self._checked = (version, *_judged(self._text, self.path))
+        return self._checked[1:]
+
+
+def _judged(text: str, path: Path) -> tuple[Case | None, list[Fault]]:
+    try:
+        tables = tomllib.loads(text)
+    except (ValueError, RecursionError) as error:
+        return None, [Fault("", f"{path.name}: not valid TOML: {error}")]
+    tables.setdefault("title", path.stem)
+    try:
+        return case_from_document(tables, source=path.name, folder=path.parent), []
+    except InputError as error:
+        lines = _lines(str(error), path.name)
+    if any(_AND_MORE.match(line) for line in lines):  # the command line shows the first of them; a form all
+        with suppress(InputError):
+            try:
+                Case.model_validate(tables)
+            except ValidationError as error:
+                lines = explain(error, Case)
+    return None, [_fault(line) for line in lines]
+
+
+def _lines(message: str, source: str) -> list[str]:
+    """Faults in a message of the loader, see `fragfield.case.messages.join_faults`."""
+    first, *rest = message.split("\n")
+    first = first.removeprefix(f"{source}: ")
+    return [line.strip() for line in rest] if rest and first.endswith(" faults") else [" ".join([first, *rest])]
+
+
+def _fault(line: str) -> Fault:
+    found = _KEY.match(line)
+    key = found[0] if found is not None and line[found.end() :][:1] in (":", " ", "=", "") else ""
+    return Fault(key, line.removeprefix(key).removeprefix(":").strip() if key else line)
+
+
+def _put(node: Any, path: Steps, value: object) -> None:  # noqa: ANN401 - tables and lists
+    """Put a value into plain tables, or tables of tomlkit."""
+    *way, last = path
+    for step, following in zip(way, path[1:], strict=True):
+        there = step < len(node) if isinstance(node, list) else step in node
+        if not there:
+            if value is None:
+                return
+            empty: Any = [] if isinstance(following, int) else {}
+            if isinstance(node, list):
+                node.append(empty)
+            else:
+                node[step] = empty
+        node = node[step]
+        if not isinstance(node, (dict, list)):
+            raise InputError(f"{step}: holds a value, it has no {following}")
+    if value is None:
+        if isinstance(node, list):
+            del node[int(last)]
+        else:
+            node.pop(last, None)
+    elif isinstance(node, list) and last == len(node):
+        node.append(value)
+    else:
+        node[last] = value
+
+
+def _with_comments(text: str, path: Steps, value: object, wanted: dict[str, Any]) -> str:
+    """The text with a value changed: by as little as possible, so that comments stay.
+
+    What tomlkit makes is read again: where it is not what was meant, only the table at the top is written whole, and
+    at the very last all of them.
+    """
+    with suppress(TOMLKitError, ValueError, TypeError, KeyError, IndexError, AttributeError):
+        document = tomlkit.parse(text)
+        _put_kept(document, path, value)
+        made = document.as_string()
+        if tomllib.loads(made) == wanted:
+            return made
+    with suppress(TOMLKitError, ValueError, TypeError, KeyError, IndexError, AttributeError):
+        document = tomlkit.parse(text)
+        top = str(path[0])
+        document.pop(top, None)
+        rest = tables_to_toml({top: wanted[top]}) if top in wanted else ""
+        made = f"{document.as_string().rstrip()}\n\n{rest}"
+        if tomllib.loads(made) == wanted:
+            return made
+    return tables_to_toml(wanted)
+
+
+def _put_kept(document: Any, path: Steps, value: object) -> None:  # noqa: ANN401 - tomlkit's tables
+    """As `_put`, with new tables as TOML has them with heads, and lists of tables as `[[name]]`."""
+    node, way = document, list(path)
+    while len(way) > 1:
+        step, following = way.pop(0), way[0]
+        there = step < len(node) if isinstance(node, list) else step in node
+        if not there:
+            if value is None:
+                return
+            empty = tomlkit.aot() if isinstance(following, int) else tomlkit.table()
+            if isinstance(node, list):
+                node.append(empty)
+            else:
+                node[step] = empty
+        node = node[step]
+    last = way[0]
+    if value is None:
+        del node[last]
+    elif isinstance(node, list) and last == len(node):
+        node.append(_as_item(value) if isinstance(node, tomlkit.items.AoT) else value)
+    elif isinstance(value, dict):
+        node[last] = _as_item(value)
+    else:
+        node[last] = value
+
+
+def _as_item(value: object) -> Any:  # noqa: ANN401 - tomlkit's item
+    if not isinstance(value, dict):
+        return value
+    table = tomlkit.table()
+    for key, entry in value.items():
+        table[key] = _as_item(entry) if isinstance(entry, dict) else entry
+    return table

@@ -1,0 +1,231 @@
+"""What all pages of a case share: heading, navigation, saving, faults at their fields, and news of other pages."""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING
+from urllib.parse import urlencode
+
+from nicegui import run, ui
+
+from fragfield.app.document import Fault, steps_of
+from fragfield.app.texts import LANGUAGES, texts_in
+from fragfield.case.messages import key_path
+from fragfield.errors import InputError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from nicegui.element import Element
+
+    from fragfield.app.document import CaseDocument
+    from fragfield.app.session import Session
+    from fragfield.app.texts import Texts
+
+__all__ = ["PAGES", "CasePage", "page_of"]
+
+PAGES = ("start", "round", "arrangement", "site", "data", "run", "result", "confidence")
+"""Names of the pages, in order; `/name` is the address of each."""
+_OF_TABLE = {
+    "round": "round", "official": "round", "stack": "arrangement", "plane": "arrangement", "site": "site",
+    "exposed": "site", "obstacle": "site", "document": "confidence", "uncertainty": "confidence",
+}  # fmt: skip
+_ON_ARRANGEMENT = ("position", "base", "attitude", "azimuth", "axis", "ignition", "initiation")
+_TICK, _ALIVE = 0.4, 3.0  # s: between looks at the case, after which a page that says nothing is closed
+
+
+def page_of(key: str) -> str:
+    """The page that has the field of a key."""
+    top, *rest = [step for step in steps_of(key) if isinstance(step, str)] or [""]
+    if top == "round" and rest and rest[0] in _ON_ARRANGEMENT:
+        return "arrangement"
+    if top == "flight" and rest and rest[0] == "ground":
+        return "site"
+    return _OF_TABLE.get(top, "run")
+
+
+class CasePage:
+    """One page in one browser window: what it shows of a case, and its fields.
+
+    Parameters
+    ----------
+    session : Session
+        Of the application.
+    name : str
+        One of `PAGES`.
+    document : CaseDocument, optional
+        The case; the first page has none.
+    focus : str
+        Key of the field to go to.
+    """
+
+    def __init__(self, session: Session, name: str, document: CaseDocument | None, focus: str = "") -> None:
+        self.session, self.name, self.document, self.focus = session, name, document, focus
+        self.texts: Texts = texts_in(session.language)
+        self._inputs: dict[str, Element] = {}
+        self._seen = self._own = document.version if document is not None else 0
+        self._listeners: list[Callable[[], object]] = []
+        self._shown = -1
+        self._head()
+
+    @property
+    def case(self) -> CaseDocument:
+        """The case; only pages of one ask for it."""
+        assert self.document is not None
+        return self.document
+
+    def address(self, name: str, **query: str) -> str:
+        """Address of a page of the same case."""
+        words = {"case": self.document.name} if self.document is not None else {}
+        return f"/{name}?{urlencode(words | query)}" if words or query else f"/{name}"
+
+    def change(self, path: Sequence[str | int], value: object) -> bool:
+        """Put a value into the case, None to remove it; says why where that cannot be kept."""
+        return self.attempt(lambda: self.case.set(path, value))
+
+    def attempt(self, act: Callable[[], object]) -> bool:
+        """Do something to the case; an InputError is shown, and False returned."""
+        try:
+            act()
+        except (InputError, OSError) as error:
+            ui.notify(str(error), type="negative", multi_line=True, timeout=8000)
+            return False
+        if self.document is not None:
+            self._own = self.document.version
+        return True
+
+    def bind(self, path: Sequence[str | int], element: Element) -> None:
+        """Let an element show the faults of a key."""
+        key = key_path(path)
+        element.props["data-key"] = key
+        self._inputs[key] = element
+
+    def unbind(self, above: str) -> None:
+        """Forget the elements of the keys that begin so: their part of the page is built again."""
+        self._inputs = {key: one for key, one in self._inputs.items() if not key.startswith(above)}
+
+    def follow(self, listener: Callable[[], object]) -> None:
+        """Call something after the case has changed and was judged, and once at the beginning."""
+        self._listeners.append(listener)
+
+    def start(self) -> None:
+        """Begin to look at the case; called when the page is built."""
+        if self.document is None:
+            return
+        ui.timer(_TICK, self._tick)
+        ui.timer(0.05, self._tick, once=True)
+        if self.focus:
+            ui.run_javascript(f"setTimeout(() => fragfield.focus({self.focus!r}), 300)")
+
+    def _head(self) -> None:
+        texts, case = self.texts, self.document
+        ui.colors(primary="#16365c", secondary="#56616d", negative="#a3301a", positive="#1f5c8a", warning="#9a5b00")
+        ui.page_title(f"{texts(f'page.{self.name}')} · {case.name if case else 'fragfield'}")
+        with ui.element("header").classes("head"):
+            with ui.element("div").classes("head-line"):
+                ui.link("fragfield", self.address("start")).classes("brand")
+                self._title = ui.label(case.name if case is not None else str(self.session.space.folder)).classes("case-name")
+                if case is not None:
+                    self._state = ui.label("").classes("state").props("role=status")
+                    self._save = ui.button(texts("case.save"), on_click=self._save_case).props("dense no-caps id=save")
+                    self._drop = ui.button(texts("case.drop"), on_click=self._drop_draft).props("dense flat no-caps")
+                ui.select(LANGUAGES, value=texts.language, on_change=lambda event: self._speak(event.value)).props(
+                    f'dense borderless options-dense aria-label="{texts("page.language")}"'
+                ).classes("language")
+            if case is not None:
+                with ui.element("nav").props(f'aria-label="{texts("page.pages")}"'):
+                    for number, name in enumerate(PAGES, start=1):
+                        link = ui.link(f"{number} {texts(f'page.{name}')}", self.address(name))
+                        link.props(f'accesskey="{number}"' + (' aria-current="page"' if name == self.name else ""))
+        if case is not None:
+            self._news = ui.element("div").classes("news").props("role=status")
+            self._faults = ui.element("div").classes("faults").props("role=alert")
+
+    def _speak(self, language: str) -> None:
+        self.attempt(lambda: self.session.speak(language))
+        ui.navigate.reload()
+
+    def _save_case(self) -> None:
+        if self.attempt(self.case.save):
+            ui.notify(self.texts("case.saved", name=self.case.name), type="positive")
+
+    def _drop_draft(self) -> None:
+        if self.attempt(self.case.reload):
+            ui.navigate.reload()
+
+    async def _tick(self) -> None:
+        case, client = self.case, ui.context.client
+        if not client.has_socket_connection:
+            return
+        now = time.monotonic()
+        tab = client.tab_id or client.id
+        case.pages[tab] = (case.pages.get(tab, (now, now))[0], now)
+        for other in [other for other, (_, seen) in case.pages.items() if now - seen > _ALIVE]:
+            del case.pages[other]
+        if case.version != self._own and case.version != self._seen:
+            self._seen = self._own = case.version
+            ui.navigate.reload()  # another page changed the case
+            return
+        self._seen = case.version
+        self._show_news(first=tab == min(case.pages, key=lambda one: case.pages[one][0]))
+        if self._shown != case.version:
+            version = case.version
+            faults = await run.io_bound(case.faults)
+            if version != case.version:
+                return  # judged again at the next look
+            self._shown = version
+            self._show_faults(faults)
+            for listener in self._listeners:
+                found = listener()
+                if hasattr(found, "__await__"):
+                    await found
+
+    def _show_news(self, *, first: bool) -> None:
+        """Whether the case is saved, open elsewhere, or was changed by another program."""
+        case, texts = self.case, self.texts
+        self._state.set_text(texts("case.draft") if case.is_draft else texts("case.unchanged"))
+        self._save.set_enabled(case.is_draft)
+        self._drop.set_visibility(case.is_draft)
+        news = [] if first else [texts("case.twice")]
+        if case.changed_on_disk:
+            news.append(texts("case.changed_on_disk"))
+        if news != getattr(self, "_told", None):
+            self._told = news
+            self._news.clear()
+            with self._news:
+                for words in news:
+                    ui.label(words).classes("warning")
+                if case.changed_on_disk:
+                    ui.button(texts("case.read_again"), on_click=self._drop_draft).props("dense flat no-caps")
+
+    def _show_faults(self, faults: Sequence[Fault]) -> None:
+        """Put every fault at its field; those of no field of this page are listed above it."""
+        at: dict[str, list[str]] = {}
+        elsewhere: list[Fault] = []
+        for fault in faults:
+            key = self._nearest(fault.key)
+            if key:
+                at.setdefault(key, []).append(fault.message if key == fault.key else f"{fault.key}: {fault.message}")
+            else:
+                elsewhere.append(fault)
+        for key, element in self._inputs.items():
+            words = "; ".join(at.get(key, [])) or None
+            if hasattr(element, "error"):
+                element.error = words
+            else:
+                element.classes(*(("has-fault",) if words else ()), remove="" if words else "has-fault")
+        self._faults.clear()
+        with self._faults:
+            if faults:
+                ui.label(self.texts("case.faults", number=len(faults))).classes("fault-count")
+            for fault in elsewhere[:12]:
+                with ui.element("div").classes("fault"):
+                    if fault.key:
+                        ui.link(fault.key, self.address(page_of(fault.key), key=fault.key))
+                    ui.label(fault.message)
+
+    def _nearest(self, key: str) -> str:
+        """The bound key at or above a key."""
+        while key and key not in self._inputs:
+            key = key.rpartition(".")[0] if "." in key else (key.partition("[")[0] if "[" in key else "")
+        return key

@@ -1,0 +1,51 @@
+"""The pages of the application, one module each."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from nicegui import ui
+
+from fragfield.app.page import PAGES, CasePage
+from fragfield.app.texts import texts_in
+from fragfield.errors import InputError
+
+if TYPE_CHECKING:
+    from fragfield.app.session import Session
+
+__all__ = ["add_pages"]
+
+
+def add_pages(session: Session) -> None:
+    """Make the addresses of all pages."""
+    ui.add_head_html('<link rel="stylesheet" href="/static/app.css">', shared=True)
+    ui.add_body_html('<script src="/static/app.js"></script><script src="/static/map.js"></script>', shared=True)
+    for name in PAGES:
+        _add(session, name)
+
+    @ui.page("/")
+    def first() -> None:
+        ui.navigate.to("/start")
+
+
+def _add(session: Session, name: str) -> None:
+    from importlib import import_module
+
+    @ui.page(f"/{name}")
+    def show(case: str = "", key: str = "", run: str = "") -> None:
+        content = import_module(f"fragfield.app.pages.{name}").content
+        try:
+            document = session.open(case) if case else None
+        except InputError as error:
+            page = CasePage(session, "start", None)
+            with ui.element("div").classes("content"):
+                ui.label(str(error)).classes("fault")
+                ui.link(texts_in(session.language)("page.start"), "/start")
+            return
+        if document is None and name != "start" and not run:
+            ui.navigate.to("/start")
+            return
+        page = CasePage(session, name, document, key)
+        with ui.element("div").classes(f"content page-{name}"):
+            content(page, run) if name == "result" else content(page)
+        page.start()

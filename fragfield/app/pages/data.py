@@ -1,0 +1,113 @@
+"""Page 5, test data: a table of a test, held against the case, and flown in place of a burst."""
+
+from __future__ import annotations
+
+import math
+from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from nicegui import run, ui
+
+import fragfield
+from fragfield.app.jobs import start_job
+from fragfield.errors import message_of
+from fragfield.numbers import number
+
+if TYPE_CHECKING:
+    from fragfield.app.page import CasePage
+    from fragfield.case import Case
+
+__all__ = ["content"]
+
+_KINDS = (".csv", ".xlsx", ".ods", ".h5")
+
+
+def content(page: CasePage) -> None:
+    """Build the page."""
+    texts, folder = page.texts, page.case.path.parent
+    with ui.element("h2"):
+        ui.label(texts("data.title"))
+    ui.label(texts("data.form")).classes("meaning")
+    files = sorted(one.name for one in folder.iterdir() if one.suffix in _KINDS and one.is_file())
+    if not files:
+        ui.label(texts("data.none")).classes("meaning")
+        return
+    chosen = {"file": files[0]}
+    place = ui.element("div")
+
+    async def check() -> None:
+        place.clear()
+        case = page.case.resolved()
+        if case is None:
+            ui.notify(texts("run.no_cost"), type="warning")
+            return
+        try:
+            words, picture = await run.io_bound(_held, page, case, folder / chosen["file"])
+        except (fragfield.InputError, OSError) as error:
+            with place:
+                ui.label(message_of(error)).classes("fault")
+            return
+        with place:
+            ui.html(words, sanitize=False)
+            if picture:
+                with ui.element("h3"):
+                    ui.label(texts("data.polar"))
+                ui.html(picture, sanitize=False).classes("picture").style("max-width:36rem")
+            ui.button(texts("data.fly"), on_click=fly).props("no-caps data-act=fly-file")
+
+    def fly() -> None:
+        def act() -> None:
+            if page.case.is_draft:
+                page.case.save()
+            file = page.session.space.name_of(folder / chosen["file"])
+            target = f"{page.session.space.run_of(page.case.name)}_{Path(file).stem}"
+            title = texts("data.fly_title", name=page.case.name, file=chosen["file"])
+            commands = [["fly", page.case.name, "--fragments", file, "--out", target], ["report", target]]
+            start_job(page.session.space, title=title, case=page.case.name, run=target, commands=commands)
+
+        if page.attempt(act):
+            ui.navigate.to(page.address("run"))
+
+    with ui.element("div").classes("choices"):
+        ui.select(files, value=files[0], label=texts("data.file"), on_change=lambda event: chosen.update(file=event.value)).props("outlined dense")
+        ui.button(texts("data.check"), on_click=check).props("no-caps outline data-act=check-file")
+    place.move(target_index=-1)
+
+
+def _held(page: CasePage, case: Case, path: Path) -> tuple[str, str]:
+    """What a file of fragments holds, in words of the command line, and its polar plot."""
+    from fragfield.checking.check import fragments_report
+    from fragfield.pipeline.arena import read_arena
+
+    texts, found = page.texts, fragments_report(case, path)
+    held = found["fragments"]
+    rows = [(texts("data.number"), number(held["number"], 5)), (texts("data.mass"), f"{number(held['mass'], 4)} kg")]
+    if recovered := held.get("recovered"):
+        rows.append((texts("data.recovered"), recovered["words"]))
+    table = "".join(f"<tr><th>{escape(name)}</th><td>{escape(value)}</td></tr>" for name, value in rows)
+    warnings = "".join(f'<p class="warning">{escape(words)}</p>' for words in found["warnings"])
+    read = read_arena(path, case)
+    return f'<table class="facts">{table}</table>{warnings}', "" if read is None else _polar(read[0], texts("data.polar"))
+
+
+def _polar(table: Any, title: str) -> str:  # noqa: ANN401 - an arena table
+    """Number of fragments by polar zone, the nose on the right: both halves of a section along the axis."""
+    counts = [float(table.number[table.zone == zone].sum()) for zone in range(len(table.zones) - 1)]
+    most = max(counts, default=0.0) or 1.0
+    parts = []
+    for zone, count in enumerate(counts):
+        start, end = (math.radians(float(table.zones[one])) for one in (zone, zone + 1))
+        reach = 150.0 * math.sqrt(count / most)  # areas as numbers
+        for side in (-1.0, 1.0):
+            corners = [(reach * math.cos(turn), side * reach * math.sin(turn)) for turn in (start, 0.5 * (start + end), end)]
+            points = "0,0 " + " ".join(f"{x:.1f},{y:.1f}" for x, y in corners)
+            parts.append(f'<polygon class="charge" points="{points}"><title>{table.zones[zone]:g}–{table.zones[zone + 1]:g}°: {count:.4g}</title></polygon>')
+    marks = "".join(
+        f'<path class="extension" d="M0 0L{158 * math.cos(math.radians(turn)):.1f} {-158 * math.sin(math.radians(turn)):.1f}"/>'
+        f'<text class="small" x="{168 * math.cos(math.radians(turn)):.1f}" y="{4 - 168 * math.sin(math.radians(turn)):.1f}">{turn}°</text>'
+        for turn in range(0, 181, 30)
+    )
+    pattern = ('<defs><pattern id="dots" width="7" height="7" patternUnits="userSpaceOnUse"><rect width="7" height="7" fill="#f6ead2"/>'
+               '<circle cx="2" cy="2" r="0.9" fill="#7a4b00"/></pattern></defs>')  # fmt: skip
+    return f'<svg viewBox="-190 -180 380 350" role="img" aria-label="{escape(title)}">{pattern}{marks}{"".join(parts)}</svg>'

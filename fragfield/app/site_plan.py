@@ -1,0 +1,266 @@
+"""What the map of the site shows of a draft, which may still have faults, and where a dragged mark is written."""
+
+from __future__ import annotations
+
+import json
+import math
+import xml.etree.ElementTree as ET
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from pydantic import TypeAdapter, ValidationError
+
+from fragfield.app.fields import shown
+from fragfield.case.conversion.exposed_sites import outline_of
+from fragfield.case.tables.ground import ObstacleTable
+from fragfield.errors import InputError
+from fragfield_base.units import UnitError, read_measure
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from flight.hazard.site import Site
+    from fragfield.app.document import CaseDocument
+
+__all__ = ["exported", "imported", "move", "plan_of", "site_in"]
+
+_OBSTACLES: TypeAdapter[Any] = TypeAdapter(ObstacleTable)
+_KML = "{http://www.opengis.net/kml/2.2}"
+_MOST_IMPORTED = 500
+_POINTS = {"exposed": ("points", "points_on_earth"), "obstacle": ("start", "end", "centre")}
+
+
+def _value(text: object, unit: str) -> float | None:
+    """A value of the draft in SI; None for what is none."""
+    try:
+        measure = read_measure(shown(text))
+    except UnitError:
+        return None
+    return measure.value if measure.is_of(unit) and math.isfinite(measure.value) else None
+
+
+def _pair(entry: object, unit: str = "m") -> tuple[float, float] | None:
+    if not isinstance(entry, list) or len(entry) != 2:
+        return None
+    first, second = (_value(one, unit) for one in entry)
+    return None if first is None or second is None else (first, second)
+
+
+def site_in(case: CaseDocument) -> Site | None:
+    """Where on Earth the draft stands; None where it does not say, or not soundly."""
+    from flight.errors import InputError as FlightInputError
+    from flight.hazard.site import Site
+
+    values = [_value(case.get(("site", name)), "rad") for name in ("latitude", "longitude", "bearing")]
+    try:
+        return Site(*(math.degrees(one) for one in values)) if None not in values else None  # type: ignore[arg-type]
+    except FlightInputError:
+        return None
+
+
+def _origin(case: CaseDocument) -> tuple[float, float]:
+    return _pair(case.get(("flight", "origin"))) or (0.0, 0.0)
+
+
+def _here(case: CaseDocument, latitude: float, longitude: float) -> tuple[float, float] | None:
+    """x and y of a place on Earth (radians)."""
+    site = site_in(case)
+    if site is None:
+        return None
+    x, y = site.offsets(math.degrees(longitude), math.degrees(latitude))[0]
+    origin = _origin(case)
+    return round(float(x) + origin[0], 3), round(float(y) + origin[1], 3)
+
+
+def _on_earth(case: CaseDocument, x: float, y: float) -> tuple[float, float] | None:
+    """Latitude and longitude (degrees) of a place."""
+    site = site_in(case)
+    if site is None:
+        return None
+    origin = _origin(case)
+    away, along = x - origin[0], y - origin[1]
+    longitude, latitude = site.coordinates(math.degrees(math.atan2(along, away)), math.hypot(away, along))[0]
+    return float(latitude), float(longitude)
+
+
+Handle = tuple[tuple[str | int, ...], tuple[float, float]]
+"""Place in the case, and where it is drawn (m)."""
+
+
+def _handles(case: CaseDocument, table: str, index: int, entry: dict[str, Any]) -> Iterator[Handle]:
+    """The marks of an entry: its position, or the points of its line."""
+    at = (table, index)
+    if table == "obstacle":
+        for name in _POINTS["obstacle"]:
+            if (pair := _pair(entry.get(name))) is not None:
+                yield (*at, name), pair
+        return
+    if (pair := _pair(entry.get("position"))) is not None:
+        yield (*at, "position"), pair
+    latitude, longitude = (_value(entry.get(name), "rad") for name in ("latitude", "longitude"))
+    if latitude is not None and longitude is not None and (found := _here(case, latitude, longitude)):
+        yield (*at, "latitude"), found
+    for name, unit in (("points", "m"), ("points_on_earth", "rad")):
+        points = entry.get(name)
+        for number, point in enumerate(points if isinstance(points, list) else []):
+            pair = _pair(point, unit)
+            here = _here(case, *pair) if pair is not None and unit == "rad" else pair
+            if here is not None:
+                yield (*at, name, number), here
+
+
+def move(case: CaseDocument, path: Sequence[str | int], x: float, y: float) -> None:
+    """Write where a mark was dragged to, in metres or on Earth, as the case had it.
+
+    Raises
+    ------
+    InputError
+        The case has no such place any more.
+    """
+    here = [f"{x:.2f} m", f"{y:.2f} m"]
+    name = path[2] if len(path) > 2 else ""
+    if case.get(path) is None or not (math.isfinite(x) and math.isfinite(y)):
+        raise InputError("the place was changed in another window meanwhile")
+    if name in ("latitude", "points_on_earth"):
+        earth = _on_earth(case, x, y)
+        if earth is None:
+            raise InputError("site: needed to move a place that is given by latitude and longitude")
+        words = [f"{degrees:.7f} deg" for degrees in earth]
+        if name == "latitude":
+            case.set(path, words[0])
+            case.set((*path[:2], "longitude"), words[1])
+            return
+        here = words
+    case.set(path, here)
+
+
+def plan_of(case: CaseDocument, circles: Sequence[dict[str, Any]], background: dict[str, Any] | None) -> dict[str, Any]:
+    """What the map draws: shapes, marks to drag, circles about the origin, terrain, north (degrees from +x)."""
+    tables, shapes, handles = case.tables, [], []
+    for table in ("obstacle", "exposed"):
+        entries = tables.get(table)
+        for index, entry in enumerate(entries if isinstance(entries, list) else []):
+            if not isinstance(entry, dict):
+                continue
+            marks = list(_handles(case, table, index, entry))
+            name = str(entry.get("name", f"{table} {index + 1}"))
+            handles += [{"path": list(path), "at": list(at), "name": name, "table": table} for path, at in marks]
+            shapes += _shape(table, entry, name, [at for _, at in marks])
+    for index, entry in enumerate(tables.get("round") if isinstance(tables.get("round"), list) else []):
+        position = entry.get("position") if isinstance(entry, dict) else None
+        place = _pair(position[:2]) if isinstance(position, list) and len(position) == 3 else (0.0, 0.0)
+        if place is not None:
+            shapes.append({"kind": "round", "name": str(entry.get("name", index + 1)), "points": [list(place)]})
+    site = site_in(case)
+    return {
+        "shapes": [*_terrain(case, shapes), *shapes], "handles": handles, "circles": list(circles),
+        "origin": list(_origin(case)), "north": None if site is None else site.bearing, "background": background,
+    }  # fmt: skip
+
+
+def _shape(table: str, entry: dict[str, Any], name: str, marks: list[tuple[float, float]]) -> list[dict[str, Any]]:
+    kind, points, closed = str(entry.get("kind", "person")), [list(at) for at in marks], False
+    if table == "obstacle":
+        try:
+            points, closed = outline_of(_OBSTACLES.validate_python(entry)).tolist(), True
+        except ValidationError:
+            pass
+    elif kind == "building" and marks:
+        length, width = (_value(entry.get(key), "m") for key in ("length", "width"))
+        turn = _value(entry.get("azimuth", "0 deg"), "rad") or 0.0
+        if length and width:
+            along = 0.5 * length * np.array([math.cos(turn), math.sin(turn)])
+            across = 0.5 * width * np.array([-math.sin(turn), math.cos(turn)])
+            points = (np.array(marks[0]) + np.array([along + across, across - along, -along - across, along - across])).tolist()
+            closed = True
+    elif kind == "area":
+        closed = True
+    width = (_value(entry.get("width", "6 m"), "m") or 6.0) if kind == "road" else 0.0
+    return [{"kind": table, "sort": kind, "name": name, "points": points, "closed": closed, "width": width}] if points else []
+
+
+def _terrain(case: CaseDocument, shapes: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Lines of equal height around what is drawn, of a case without faults."""
+    from fragfield.case.conversion.surroundings import ground_of
+    from fragfield.hazard.site_map import Shape, extent_of, terrain_lines
+
+    resolved = case.resolved() if case.get(("flight", "ground", "map")) else None
+    ground = ground_of(resolved) if resolved is not None else 0.0
+    if isinstance(ground, float):
+        return []
+    seen = [Shape(one["kind"], "", np.array(one["points"])) for one in shapes]
+    reach = np.array([[-150.0, -150.0], [150.0, 150.0]])
+    lines = terrain_lines(ground, extent_of([*seen, Shape("round", "", reach)]))
+    return [{"kind": "terrain", "name": one.name, "points": np.round(one.points, 1).tolist(), "closed": False} for one in lines]
+
+
+def exported(case: CaseDocument) -> str:
+    """The places of the draft as GeoJSON (RFC 7946); raises InputError without a place on Earth."""
+    if site_in(case) is None:
+        raise InputError("site: missing; GeoJSON needs latitude, longitude and bearing")
+    features = []
+    for one in plan_of(case, [], None)["shapes"]:
+        if one["kind"] == "terrain":
+            continue
+        ring = [[round(pair[1], 8), round(pair[0], 8)] for x, y in one["points"] if (pair := _on_earth(case, x, y))]
+        if one.get("closed") and len(ring) > 2:
+            geometry: dict[str, Any] = {"type": "Polygon", "coordinates": [[*ring, ring[0]]]}
+        else:
+            geometry = {"type": "Point", "coordinates": ring[0]} if len(ring) == 1 else {"type": "LineString", "coordinates": ring}
+        properties = {"name": one["name"], "table": one["kind"], "kind": one.get("sort", "")}
+        features.append({"type": "Feature", "geometry": geometry, "properties": properties})
+    return json.dumps({"type": "FeatureCollection", "features": features}, indent=1)
+
+
+def imported(name: str, data: bytes) -> list[dict[str, Any]]:
+    """Exposed places of a GeoJSON or KML file: points are persons, lines roads, polygons areas.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, or has no places.
+    """
+    try:
+        found = list(_kml(data) if name.lower().endswith(".kml") else _geojson(json.loads(data)))
+    except (ValueError, KeyError, TypeError, IndexError, AttributeError, RecursionError, ET.ParseError):
+        raise InputError(f"{name[:80]}: cannot be read as GeoJSON or KML") from None
+    if not 0 < len(found) <= _MOST_IMPORTED:
+        raise InputError(f"{name[:80]}: found {len(found)} places; allowed: 1 to {_MOST_IMPORTED}")
+    made = []
+    for number, (title, kind, places) in enumerate(found, start=1):
+        words = [[f"{latitude:.8f} deg", f"{longitude:.8f} deg"] for longitude, latitude in places]
+        entry: dict[str, Any] = {"name": title or f"place {number}"}
+        if kind == "Point":
+            entry |= {"latitude": words[0][0], "longitude": words[0][1]}
+        else:
+            area = kind == "Polygon"
+            ring = words[:-1] if area and words[0] == words[-1] else words
+            entry |= {"kind": "area" if area else "road", "points_on_earth": ring}
+        made.append(entry)
+    return made
+
+
+Places = list[tuple[float, float]]
+
+
+def _geojson(found: dict[str, Any]) -> Iterator[tuple[str, str, Places]]:
+    for feature in found["features"] if found.get("type") == "FeatureCollection" else [found]:
+        geometry, properties = feature["geometry"], feature.get("properties") or {}
+        kind, places = geometry["type"], geometry["coordinates"]
+        if properties.get("table", "exposed") != "exposed" or kind not in ("Point", "LineString", "Polygon"):
+            continue
+        listed = [places] if kind == "Point" else places[0] if kind == "Polygon" else places
+        yield str(properties.get("name") or ""), kind, [(float(one[0]), float(one[1])) for one in listed]
+
+
+def _kml(data: bytes) -> Iterator[tuple[str, str, Places]]:
+    if b"<!DOCTYPE" in data or b"<!ENTITY" in data:
+        raise ValueError("entities")
+    for mark in ET.fromstring(data).iter(f"{_KML}Placemark"):
+        for kind in ("Point", "LineString", "Polygon"):
+            shape = mark.find(f".//{_KML}{kind}")
+            words = None if shape is None else shape.findtext(f".//{_KML}coordinates")
+            if words:
+                places = [tuple(float(value) for value in one.split(",")[:2]) for one in words.split()]
+                yield (mark.findtext(f"{_KML}name") or "").strip(), kind, places  # type: ignore[misc]
+                break

@@ -1,0 +1,150 @@
+"""The folder that the application works in: its cases, its runs, and paths that stay within it."""
+
+from __future__ import annotations
+
+import json
+import re
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from fragfield.errors import InputError
+from fragfield.files.run_directory import RunDirectory
+from fragfield_base.writing import write_text
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+__all__ = ["STATE", "Listed", "Workspace", "safe_name"]
+
+STATE = ".fragfield"
+"""Folder within it for drafts, jobs and settings; it may be deleted when nothing runs."""
+_MOST_LISTED = 60
+_NOT_IN_A_NAME = re.compile(r"[^\w.-]+")
+
+
+def safe_name(name: str, ending: str) -> str:
+    """The name of a new file: without folders and odd signs, with its ending; raises InputError where none is left."""
+    stem = _NOT_IN_A_NAME.sub("_", name.strip()).strip("._-")[:80]
+    stem = stem.removesuffix(ending).strip("._-")
+    if not stem:
+        raise InputError(f'name: found "{name}"; allowed: a name with letters or digits')
+    return stem + ending
+
+
+@dataclass(frozen=True)
+class Listed:
+    """A case or a run as the first page lists it."""
+
+    name: str
+    changed: float
+    state: str = ""
+
+
+@dataclass(frozen=True)
+class Workspace:
+    """A folder (absolute, resolved) whose files the pages may read and write, and none outside of it."""
+
+    folder: Path
+
+    @classmethod
+    def of(cls, given: Path | None) -> tuple[Workspace, str, str]:
+        """The workspace of what `fragfield app` was given, with the names of the case and of the run to be shown.
+
+        Raises
+        ------
+        InputError
+            There is no such file or folder.
+        """
+        place = (given or Path()).resolve()
+        if not place.exists():
+            raise InputError(f"{given}: no such case file or run directory")
+        if place.is_file():
+            return cls(place.parent), place.name, ""
+        if not (place / "case.toml").is_file() or not (place / "run.log").exists():
+            return cls(place), "", ""
+        folder = place.parent.parent if place.parent.name == "runs" else place.parent
+        space = cls(folder)
+        name = str(place.relative_to(folder))
+        case = next((one.name for one in space.cases() if Path(one.name).stem == place.name), "")
+        return space, case, name
+
+    def inside(self, name: str) -> Path:
+        """Path of a file or folder by its name relative to the workspace.
+
+        Raises
+        ------
+        InputError
+            It lies outside, also by way of a link, or among the application's own files.
+        """
+        with suppress(OSError, ValueError, RuntimeError):  # a name of zeros, or links in a ring
+            path = (self.folder / name).resolve()
+            within = path.is_relative_to(self.folder) and path != self.folder
+            if name and within and STATE not in path.relative_to(self.folder).parts:
+                return path
+        raise InputError(f'found the path "{name[:200]}"; allowed: a file in the folder {self.folder}')
+
+    def name_of(self, path: Path) -> str:
+        """Name of a path relative to the workspace."""
+        return str(path.relative_to(self.folder))
+
+    def state(self, name: str) -> Path:
+        """Path of one of the application's own files; its folder is made."""
+        path = self.folder / STATE / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        return path
+
+    def cases(self) -> list[Listed]:
+        """Case files in the folder and one level below, the last changed first."""
+        found = [*self.folder.glob("*.toml"), *self.folder.glob("cases/*.toml")]
+        listed = [Listed(self.name_of(path), path.stat().st_mtime) for path in found if _is_case(path)]
+        return sorted(listed, key=lambda one: -one.changed)[:_MOST_LISTED]
+
+    def runs(self) -> list[Listed]:
+        """Run directories in the folder and in `runs`, the last changed first."""
+        listed = [
+            Listed(self.name_of(path), (path / "case.toml").stat().st_mtime, _state_of(path)) for path in self._runs()
+        ]
+        return sorted(listed, key=lambda one: -one.changed)[:_MOST_LISTED]
+
+    def _runs(self) -> Iterator[Path]:
+        for pattern in ("runs/*/case.toml", "*/case.toml"):
+            for path in self.folder.glob(pattern):
+                if not path.is_symlink() and path.parent.resolve().is_relative_to(self.folder):
+                    yield path.parent
+
+    def run_of(self, case: str) -> str:
+        """Name of the run directory of a case, as `fragfield run` names it."""
+        return str(Path("runs") / Path(case).stem)
+
+    def settings(self) -> dict[str, Any]:
+        """What the user chose for the application itself, such as the language."""
+        with suppress(OSError, ValueError):
+            found = json.loads(self.state("settings.json").read_text(encoding="utf-8"))
+            return found if isinstance(found, dict) else {}
+        return {}
+
+    def keep(self, **settings: object) -> None:
+        """Keep some settings."""
+        write_text(self.state("settings.json"), json.dumps({**self.settings(), **settings}), InputError)
+
+
+def _is_case(path: Path) -> bool:
+    """Whether a file looks like a case: it has one of its tables."""
+    with suppress(OSError):
+        if path.is_file() and path.stat().st_size < 1 << 20:
+            text = path.read_text(encoding="utf-8", errors="replace")
+            return re.search(r"^\s*\[+(burst|round|flight|hazard)\]+", text, re.MULTILINE) is not None
+    return False
+
+
+def _state_of(path: Path) -> str:
+    """Which of a run's stages is done last: a word of the command line, or empty."""
+    from fragfield.files.run_directory import STAGES
+
+    done = ""
+    for name, stage in STAGES.items():
+        if RunDirectory(path).file(stage.result).is_file():
+            done = name
+    return done
