@@ -10,6 +10,7 @@ import typer
 import fragfield
 from fragfield.cli.application import CaseOrRun, Html, Json, Quiet, Window, app
 from fragfield.cli.guard import give, guarded, print_paths
+from fragfield.cli.streams import to_stdout
 
 __all__ = ["compare", "info", "new", "open_pages", "view"]
 
@@ -112,4 +113,10 @@ def open_pages(
     with guarded(json=False, quiet=False):
         from fragfield.app.server import serve
 
-        serve(case, host=host, port=port, browser=browser, language=language)
+        serve(case, announce=_announce, host=host, port=port, browser=browser, language=language)
+
+
+def _announce(words: str) -> None:
+    """Print the address at once: the command goes on."""
+    with to_stdout():
+        typer.echo(words)
