@@ -93,8 +93,9 @@ def settle(error: type[Exception]) -> None:
     check_variables(error)
     _found["kept"] = [f"{name}={os.environ[name]}" for name in sorted(_KEPT) if os.environ.get(name)]
     os.environ.update(_with_program(_FORCED if launched else _FORCED | _ALONE))
-    if cores() < affinity():  # numba counts the cores alone, not the time that a container has of them
-        os.environ.setdefault("NUMBA_NUM_THREADS", str(cores()))
+    if cores() < affinity():  # libraries count the cores alone, not the time that a container has of them
+        for name in ("NUMBA_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
+            os.environ.setdefault(name, str(cores()))
 
 
 def settle_child(error: type[Exception]) -> None:
