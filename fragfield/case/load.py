@@ -19,7 +19,7 @@ from fragfield.case.conversion.axisymmetry import check_geometry
 from fragfield.case.conversion.casing_data import with_casing_data
 from fragfield.case.conversion.exposed_sites import resolved_exposed
 from fragfield.case.conversion.fragment_counts import check_counts, with_counts
-from fragfield.case.conversion.placing import base_faults, on_base
+from fragfield.case.conversion.placing import base_faults, masses_of, on_base
 from fragfield.case.conversion.stack import expanded, stacked_names
 from fragfield.case.conversion.surroundings import altitude_of, site_of
 from fragfield.case.conversion.turned import origin_faults
@@ -35,6 +35,7 @@ from fragfield.case.tables.round import (
 )
 from fragfield.case.tables.site import PlacesTable
 from fragfield.case.tables.stack import resolved_plane
+from fragfield.contours.read import casing_volume, profile_of_contour
 from fragfield.errors import InputError
 from fragfield.files.stamped import MOST_CASE
 from fragfield.terminal.visible_text import hidden_in, visible
@@ -212,7 +213,10 @@ def _resolved_round(entry: RoundTable, source: str, key: str, folder: Path) -> R
     else:
         where, given = f"{source}: {key}.profile", entry.profile
         if entry.contour is not None:
-            where, given = f"{source}: {key}.contour", _contour(entry.contour, f"{source}: {key}.contour", folder)
+            where = f"{source}: {key}.contour"
+            given, unit = _contour(entry.contour, where, folder)
+            casing = changes.get("casing", entry.casing)
+            _raise(where, list(unit_faults(entry, casing.density * casing_volume(given), unit)))
             changes["contour"] = None
         changes["profile"], profile = _profile(given, where, folder)
         front, end = profile.charge_front, profile.charge_end
@@ -225,9 +229,13 @@ def _resolved_round(entry: RoundTable, source: str, key: str, folder: Path) -> R
                 f"allowed: {front * 1e3:.6g} mm to {end * 1e3:.6g} mm from the nose end"
             )
     made = entry.model_copy(update=changes)
-    if entry.profile is None:
-        name = "mesh" if entry.mesh is not None else "contour"
-        _raise(f"{source}: {key}.{name}", list(unit_faults(entry, made)))
+    if entry.mesh is not None:
+        from burst_fenicsx.data import LENGTH_UNITS
+
+        _raise(
+            f"{source}: {key}.mesh",
+            list(unit_faults(entry, masses_of(made).casing, LENGTH_UNITS[made.mesh_unit or "m"])),
+        )
     return made
 
 
@@ -305,10 +313,8 @@ def _profile(value: str | dict[str, Any] | None, where: str, folder: Path) -> tu
     return {"name": profile.name, **read_document(file)}, profile
 
 
-def _contour(value: str | ContourTable, where: str, folder: Path) -> dict[str, Any]:
-    """Tables of a profile from a drawing or a table of diameters."""
-    from fragfield.contours.read import profile_of_contour
-
+def _contour(value: str | ContourTable, where: str, folder: Path) -> tuple[dict[str, Any], float]:
+    """Tables of a profile from a drawing or a table of diameters, and the unit of its file (m)."""
     table = ContourTable(file=value) if isinstance(value, str) else value
     try:
         return profile_of_contour(table, absolute(table.file, InputError, folder))

@@ -10,6 +10,7 @@ import typer
 import fragfield
 from fragfield.cli.application import CaseOrRun, Html, Json, Quiet, Window, app, file_path
 from fragfield.cli.guard import give, guarded, print_paths
+from fragfield.cli.streams import to_stdout
 from fragfield.errors import InputError
 from fragfield_base.paths import absolute, start_folder
 
@@ -129,4 +130,11 @@ def open_pages(
     with guarded(json=False, quiet=False):
         from fragfield.app.server import serve
 
-        serve(case or start_folder(InputError), host=host, port=port, browser=browser, language=language)
+        start = case or start_folder(InputError)
+        serve(start, announce=_announce, host=host, port=port, browser=browser, language=language)
+
+
+def _announce(words: str) -> None:
+    """Print the address at once: the command goes on."""
+    with to_stdout():
+        typer.echo(words)

@@ -72,11 +72,11 @@ def import_(
         typer.Option("--rows", metavar="LINES", help="Lines of the table with its names: 3:18 or 3:18,22:30."),
     ] = None,
     rounds: Annotated[
-        float,
+        float | None,
         typer.Option(
             "--rounds", metavar="N", help="Rounds that the numbers are of together; 0.25: a quarter of the azimuth."
         ),
-    ] = 1.0,
+    ] = None,
     zone_width: Annotated[
         float,
         typer.Option("--zone-width", metavar="DEGREES", help="Of the zones that single pieces are put into."),

@@ -13,6 +13,7 @@ import numpy as np
 from fragfield.case.messages import marks_of
 from fragfield.case.tables.exposed import AreaTable, ExposedBuildingTable, PersonTable, RoadTable
 from fragfield.case.tables.ground import BarricadeTable, WallTable
+from fragfield.case.tables.round import length_of
 from fragfield.errors import InputError
 from fragfield.places.polygons import box_around, convex_parts
 from fragfield_base.inputs import Quantity, show
@@ -171,7 +172,7 @@ def _check_distances(path: Path, features: Sequence[Feature], site: Site) -> Non
     if np.abs(every).max() > 360.0:
         at = int(np.argmax(np.abs(every).max(axis=1)))
         raise InputError(
-            f"{features[owners[at]].where}: found the position {longitude[at]:g}, {latitude[at]:g}, as of a grid; allowed: "
+            f"{features[owners[at]].where}: found {longitude[at]:g}, {latitude[at]:g}, as of a grid; allowed: "
             "longitude and latitude in degrees (WGS 84), or the name of the grid as crs of a GeoJSON"
         )
     on_earth = np.abs(latitude) <= 90.0
@@ -294,8 +295,9 @@ def _measure(value: object, unit: str | None, quantity: Quantity, table: PlacesT
         except UnitError as fault:
             raise InputError(f"{where}: {fault}") from None
         return text
-    if unit is None and quantity.symbol == "m" and table.unit is not None:
-        return f"{number * table.unit:.10g} m"
+    length = length_of(table.unit)
+    if unit is None and quantity.symbol == "m" and length is not None:
+        return f"{number * length:.10g} m"
     if unit is None:
         name = f"{where.rpartition(': ')[2]}_{quantity.symbol.replace('^', '')}"
         raise InputError(

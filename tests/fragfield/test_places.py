@@ -171,7 +171,7 @@ PERSON = [feature("Point", at(50, 0), name="clerk", kind="person")]
     [
         (swapped(PLACES[:5]), OPTIONS, r"6.4e.03 km from the site .* and 0.02 km as latitude, longitude: they, or those"),  # noqa: E501
         ([feature("Point", [7.0, 53.0], kind="person")], {}, r"feature 1: lies 167 km from the site.*up to 100 km"),
-        ([feature("Point", [395000.0, 5706000.0], kind="person")], {}, "position 395000, 5.706e.06, as of a grid in metres"),  # noqa: E501
+        ([feature("Point", [395000.0, 5706000.0], kind="person")], {}, "found 395000, 5.706e.06, as of a grid"),
         ([feature("Point", [7.0, 95.0], kind="person")], {}, "found the latitude 95; allowed: -90 to 90"),
         (PLACES, {"unit": "1 m"}, r'known kind by the property "kind".*: "Halle" \(1\), "Point" \(1\), "Baum"|"Halle"'),
         (PERSON, {"kind": "use"}, r'no known kind by the property "use".*"Point" \(1\).*kinds = { "Point" = "person" }'),  # noqa: E501
