@@ -15,7 +15,7 @@ from pathlib import Path
 
 from fragfield_base.cores import affinity, cores
 
-__all__ = ["OURS", "check_variables", "is_launched", "own_environment", "settle", "surroundings"]
+__all__ = ["OURS", "check_variables", "is_launched", "own_environment", "settle", "settle_child", "surroundings"]
 
 OURS = Path(__file__).resolve().parent.parent
 """The folder that holds the packages of this program."""
@@ -55,6 +55,7 @@ _LAUNCHES = (
     ("PMIX_RANK", ("PMIX_NAMESPACE",)),
 )
 """Variables that hold the rank, each with those of which its launcher sets one at least beside it."""
+_SIZES = ("OMPI_COMM_WORLD_SIZE", "PMI_SIZE")
 _FORCED = {
     "HDF5_USE_FILE_LOCKING": "FALSE",  # files are written whole, then read: some file systems have no locks
     "MATPLOTLIBRC": os.devnull,
@@ -68,6 +69,7 @@ _ALONE = {
     "OMPI_MCA_ess_singleton_isolated": "1",
     "OMPI_MCA_pml": "ob1",
 }
+_INSTALLED = ("site-packages", "dist-packages")
 _found: dict[str, list[str]] = {}
 
 
@@ -90,9 +92,18 @@ def settle(error: type[Exception]) -> None:
         _forget_filters()
     check_variables(error)
     _found["kept"] = [f"{name}={os.environ[name]}" for name in sorted(_KEPT) if os.environ.get(name)]
-    os.environ.update(_FORCED if launched else _FORCED | _ALONE)
+    os.environ.update(_with_program(_FORCED if launched else _FORCED | _ALONE))
     if cores() < affinity():  # numba counts the cores alone, not the time that a container has of them
         os.environ.setdefault("NUMBA_NUM_THREADS", str(cores()))
+
+
+def settle_child(error: type[Exception]) -> None:
+    """As `settle`, in a process that this program has started by `multiprocessing`, which hands on all variables."""
+    known = own_environment()
+    os.environ.clear()
+    os.environ.update(known)
+    os.chdir("/")
+    settle(error)
 
 
 def surroundings() -> dict[str, list[str]]:
@@ -114,7 +125,12 @@ def check_variables(error: type[Exception]) -> None:
 
 
 def is_launched(error: type[Exception]) -> bool:
-    """Whether an MPI launcher has started this process; `error` for a rank that none has given."""
+    """Whether an MPI launcher has started this process beside others; `error` for a rank that none has given.
+
+    One rank alone needs no launcher, which would let MPI begin but once: a script of two commands would lose one.
+    """
+    if any(os.environ.get(name) == "1" for name in _SIZES):
+        return False
     launched = any(name in os.environ and any(one in os.environ for one in others) for name, others in _LAUNCHES)
     for name, others in () if launched else _LAUNCHES:
         if name in os.environ:
@@ -133,7 +149,15 @@ def own_environment() -> dict[str, str]:
         if (_is_valid(name) if name in _KEPT else not _is_dropped(name, launched=False))
         and not _OF_A_JOB.fullmatch(name)
     }
-    return known | _FORCED | _ALONE
+    return _with_program(known | _FORCED | _ALONE)
+
+
+def _with_program(variables: dict[str, str]) -> dict[str, str]:
+    """Variables by which another Python finds this program, also in a source tree that is known by the folder alone."""
+    named = variables.get("PYTHONPATH", os.environ.get("PYTHONPATH", ""))
+    if OURS.name in _INSTALLED or str(OURS) in named.split(os.pathsep):
+        return variables
+    return {**variables, "PYTHONPATH": os.pathsep.join(filter(None, (str(OURS), named)))}
 
 
 def _is_valid(name: str) -> bool:

@@ -188,6 +188,7 @@ class HeightMap:
         if height_unit is not None and height_unit not in HEIGHT_UNITS:
             raise InputError(f"{path}: height_unit is {height_unit!r}{nearest(str(height_unit), HEIGHT_UNITS)}")
         grid = read_grid(path, site, earth, band, height_unit)
+        _check_heights(grid.heights, 0.0, str(path))
         if datum == "site":
             zero = _height_at_site(grid, path, site)
         else:
@@ -224,7 +225,9 @@ class HeightMap:
         edge = np.minimum(*distances)
         return edge if self.beyond is None else self._known(origin, turn, edge)
 
-    def _known(self, origin: tuple[float, float], turn: NDArray[np.float64], edge: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _known(
+        self, origin: tuple[float, float], turn: NDArray[np.float64], edge: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
         """Distances (m), up to `edge`, before the ground is a hole that reaches the edge."""
         assert self.beyond is not None
         rows, columns = self.heights.shape
@@ -287,9 +290,7 @@ class HeightMap:
         )
 
 
-def _check_position(
-    path: Path, site: tuple[float, float] | None, earth: tuple[float, float, float] | None
-) -> None:
+def _check_position(path: Path, site: tuple[float, float] | None, earth: tuple[float, float, float] | None) -> None:
     for name, found, size, unit in (("site", site, 2, "m"), ("earth", earth, 3, "degrees")):
         values = None if found is None else real_array(str(path), name, found, unit)
         if values is not None and (values.shape != (size,) or not np.isfinite(values).all()):
@@ -323,9 +324,7 @@ def _check_heights(grid: NDArray[np.float64], datum: float | None, name: str) ->
         )
 
 
-def _fill(
-    grid: NDArray[np.float64], holes: str | float, name: str
-) -> tuple[int, NDArray[np.bool_] | None]:
+def _fill(grid: NDArray[np.float64], holes: str | float, name: str) -> tuple[int, NDArray[np.bool_] | None]:
     """Fill the holes in place; returns their number, and which nodes belong to holes that reach the edge."""
     missing = ~np.isfinite(grid)
     number = int(missing.sum())

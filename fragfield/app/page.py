@@ -124,7 +124,9 @@ class CasePage:
         with ui.element("header").classes("head"):
             with ui.element("div").classes("head-line"):
                 ui.link("fragfield", self.address("start")).classes("brand")
-                self._title = ui.label(case.name if case is not None else str(self.session.space.folder)).classes("case-name")
+                self._title = ui.label(case.name if case is not None else str(self.session.space.folder)).classes(
+                    "case-name"
+                )
                 if case is not None:
                     self._state = ui.label("").classes("state").props("role=status")
                     self._save = ui.button(texts("case.save"), on_click=self._save_case).props("dense no-caps id=save")
@@ -189,8 +191,8 @@ class CasePage:
         news = [] if first else [texts("case.twice")]
         if case.changed_on_disk:
             news.append(texts("case.changed_on_disk"))
-        if news != getattr(self, "_told", None):
-            self._told = news
+        if news != getattr(self, "_known", None):
+            self._known = news
             self._news.clear()
             with self._news:
                 for words in news:

@@ -74,7 +74,7 @@ def write_new_case(
     InputError
         A name is unknown, or there is such a file, or it cannot be written.
     """
-    path = path if path.suffix == ".toml" else path.with_name(f"{path.name}.toml")
+    path = path if path.suffix.lower() == ".toml" else path.with_name(f"{path.name}.toml")
     if path.exists() or path.is_symlink():
         raise InputError(f"{path}: is there already; nothing was written, choose another name")
     chosen = _chosen(profile, explosive, casing, stack, lying=lying)

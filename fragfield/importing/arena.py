@@ -32,6 +32,7 @@ if TYPE_CHECKING:
 
 __all__ = ["WANTED", "ArenaOptions", "arena_table", "is_arena"]
 
+_SNAP = 0.02  # degrees by which rounded radians may miss 180
 WANTED = (
     "zone_from", "zone_to", "zone", "mass_from", "mass_to", "mass_group", "number", "mean_mass", "total_mass", "mass",
     "mean_speed", "max_speed",
@@ -280,6 +281,7 @@ def _mean_mass(columns: Columns, number: Array, low: Array, high: Array) -> tupl
 
 def _edges(columns: Columns, start: Array, end: Array, options: ArenaOptions) -> tuple[Array, NDArray[np.int64]]:
     """Edges of all zones, and the zone of every row; without rows, zones are refused or empty."""
+    start, end = (np.where(np.abs(one - 180.0) < _SNAP, 180.0, one) for one in (start, end))
     bad = ~((start >= 0.0) & (end <= 180.0) & (start < end))
     path = columns.layout.sheet.path
     if bad.any():

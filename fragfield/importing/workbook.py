@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import datetime as dt
+import xml.parsers.expat as expat
 import zipfile
 from itertools import zip_longest
 from typing import TYPE_CHECKING, Any
@@ -103,6 +104,8 @@ def _checked_archive(path: Path) -> str:
             for entry in entries:
                 if entry.filename.endswith((".xml", ".rels")) and _has_entities(archive, entry):
                     raise InputError(f"{path}: {entry.filename} declares a document type, which no spreadsheet writes")
+    except InputError:
+        raise
     except FileNotFoundError:
         raise InputError(f"{path}: no such file") from None
     except OSError as fault:
@@ -117,6 +120,21 @@ def _checked_archive(path: Path) -> str:
     if "content.xml" in names:
         return "ods"
     raise InputError(f"{path}: an archive, but no workbook in XLSX or ODS")
+
+
+def _check_whole(path: Path) -> None:
+    """Refuse a cut or damaged content.xml, of which odfpy would read the first part in silence."""
+    parser = expat.ParserCreate()
+
+    def refuse(*_: object) -> None:
+        raise InputError(f"{path}: content.xml declares entities, which no spreadsheet writes")
+
+    parser.EntityDeclHandler = refuse
+    try:
+        with zipfile.ZipFile(path) as archive, archive.open("content.xml") as file:
+            parser.ParseFile(file)
+    except (expat.ExpatError, zipfile.BadZipFile) as fault:
+        raise InputError(f"{path}: damaged: content.xml is no whole XML ({fault})") from None
 
 
 def _has_entities(archive: zipfile.ZipFile, entry: zipfile.ZipInfo) -> bool:
@@ -205,6 +223,7 @@ def _ods(path: Path) -> dict[str, list[Row]]:
         from odf.table import Table
     except ModuleNotFoundError:
         raise InputError(f"{path}: reading ODS needs odfpy, which is not installed: {_INSTALL}") from None
+    _check_whole(path)
     try:
         document = load(str(path))
         return {

@@ -1,4 +1,4 @@
-"""Explosives and casings: one TOML file each in the folders beside this module, every value once, with source and grade.
+"""Explosives and casings: one TOML file each in the folders beside this module, each value once, with source and grade.
 
 A file has `name` (as text shows it), `aliases`, `composition`, perhaps `note`, and groups of values. Each group names
 its `source` and its `grade`, and in `checked` what its values were compared with. Numbers are in SI. A value that is
@@ -30,7 +30,7 @@ Kind = Literal["explosive", "casing"]
 FOLDERS = {"explosive": Path(__file__).parent / "explosives", "casing": Path(__file__).parent / "casings"}
 GRADES = {
     "published": "read in the source that is named",
-    "second hand": "as others print it, or as an independent public text confirms it; the source itself was not at hand",
+    "second hand": "as others print it, or an independent public text confirms it; the source itself was not at hand",
     "memory": "from memory of the source that is named; no text was at hand to confirm it",
     "recalculated": "follows from other values of the file, as its source says; a test repeats it",
     "estimate": "a judgement, or the value of a related substance",
@@ -172,7 +172,7 @@ def read_substance(
     name : str, optional
         What outputs call it; left out: the file's own `name`.
     error : type
-        Raised where a key is unknown, a group lacks source or grade, or a value is no number; with file and key.
+        Raised where a key is unknown, a group lacks source or grade, or a value is not a number; with file and key.
     """
     groups: dict[str, Group] = {}
     allowed = GROUPS[kind]
@@ -215,7 +215,7 @@ def _group(table: object, units: Mapping[str, str], where: str, error: type[Exce
 def _check(key: str, value: object, where: str, error: type[Exception]) -> None:
     if key in _WORDS and value == "none":
         return
-    numbers = value if key in _RANGES and isinstance(value, list) else [value]
+    numbers: list[Any] = value if key in _RANGES and isinstance(value, list) else [value]
     sound = all(isinstance(one, (int, float)) and not isinstance(one, bool) and math.isfinite(one) for one in numbers)
     if not sound or (key in _RANGES and (not isinstance(value, list) or len(numbers) != 2)):
         raise error(f"{where}: found {value!r}; needed: {'two numbers' if key in _RANGES else 'a number'} in SI")

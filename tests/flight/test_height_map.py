@@ -213,7 +213,9 @@ def test_an_array_is_read_as_what_it_is() -> None:
     masked = np.ma.masked_equal([[1.0, 2.0, 3.0], [4.0, -9999.0, 6.0], [7.0, 8.0, 9.0]], -9999.0)
     with pytest.raises(InputError, match="1 of 9 nodes have no height"):
         HeightMap(masked, 10.0)
-    with pytest.raises(InputError, match=r"1 of 9 heights are beyond -9500 to 9500 m, the first is -9999 m; nodes with"):
+    with pytest.raises(
+        InputError, match=r"1 of 9 heights are beyond -9500 to 9500 m, the first is -9999 m; nodes with"
+    ):
         HeightMap(masked.data, 10.0)
     for height in (7001.0, -2501.0):
         with pytest.raises(InputError, match=r"beyond -500 to 9000 m"):
