@@ -187,7 +187,7 @@ PERSON = [feature("Point", at(50, 0), name="clerk", kind="person")]
         ([feature("Point", at(50, 0), kind="person", max_hits=-1)], {}, r"exposed\[1\].max_hits: found -1"),
         ([], {}, "found no feature with a place in it"),
         ('{"type": "Topology"}', {}, 'found the type "Topology"; allowed: a FeatureCollection'),
-        ('{"type": "Point", "coordinates": [NaN, 1]}', {}, "NaN is no number of JSON"),
+        ('{"type": "Point", "coordinates": [NaN, 1]}', {}, "NaN is not JSON"),
         ('{"type": "Feature"}\n{"type": "Feature"}', {}, "one feature a line is no GeoJSON"),
         ("[" * 9999, {}, "not a GeoJSON: nested too deep|not JSON"),
         ('{"type": "FeatureCollection", "features": [], "crs": null}', {}, "crs: found null; allowed: the name of a"),
