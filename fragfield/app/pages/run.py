@@ -68,7 +68,7 @@ def checked(page: CasePage) -> dict[str, Any] | None:
 
     try:
         return check_report(case)
-    except (fragfield.InputError, InputError) as error:
+    except fragfield.InputError as error:
         return {"refused": str(error), "warnings": []}
 
 
