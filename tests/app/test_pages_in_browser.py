@@ -160,7 +160,7 @@ def test_a_place_is_dragged_and_moved_by_keys(application):
     assert y == pytest.approx(-80.0, abs=0.02)
 
 
-def test_a_second_window_is_told_and_a_fault_leads_to_its_field(application):
+def test_a_second_window_says_so_and_a_fault_leads_to_its_field(application):
     with_cases(application.folder, *SITE)
     application.start()
     first = application.page(f"/run?case={SITE[0]}")

@@ -1,4 +1,4 @@
-"""Jobs: one after the other, ended as their commands end, and recorded though nobody looks."""
+"""Jobs: one after the other, ended as their commands end, and recorded without a page that looks."""
 
 from __future__ import annotations
 
