@@ -138,8 +138,8 @@ install_debian_packages() {
 
 # --- pip ----------------------------------------------------------------------------------------------------
 
-create_venv() {  # one on the same interpreter is kept: others may be working in it
-    if grep -qx "home = ${python%/*}" "$venv/pyvenv.cfg" 2>/dev/null &&
+create_venv() {  # one made here on the same interpreter is kept: others may be working in it; its scripts hold its path
+    if grep -qx "home = ${python%/*}" "$venv/pyvenv.cfg" 2>/dev/null && grep -qF " $venv" "$venv/pyvenv.cfg" &&
         grep -qx "version = $python_version" "$venv/pyvenv.cfg"; then return 0; fi
     say "virtual environment .venv on $python ($python_version)"
     "$python" -m venv --clear --system-site-packages "$venv" || refuse "cannot create $venv." \
@@ -166,7 +166,7 @@ for one in distributions():
 
 pip_install() {  # pinned, also while pip builds a package; the path is relative since pip splits it at spaces
     PIP_CONSTRAINT=.venv/constraints.txt${PIP_CONSTRAINT:+ $PIP_CONSTRAINT} \
-        "$venv/bin/python" -m pip install --quiet --no-user --disable-pip-version-check "$@"
+        "$venv/bin/python" -m pip install --quiet --no-user --use-pep517 --disable-pip-version-check "$@"
 }
 
 # h5py must share its HDF5 with dolfinx: PyPI's wheel brings another one, with which both fail. Serial, as Debian's;
@@ -197,7 +197,7 @@ set_up() {
     write_constraints >"$venv/constraints.txt"
     install_h5py
     say "Python packages, pinned by constraints/ (2 GB, a few minutes)"
-    pip_install --editable ./flight --editable ".[view,terrain,tables,drawings,test,lint,docs]" || refuse \
+    pip_install --editable ./flight --editable ".[view,app,terrain,tables,drawings,test,lint,docs]" || refuse \
         "pip could not install the Python packages; its reason stands above." \
         "No network? pip needs https://pypi.org or a mirror (PIP_INDEX_URL); behind a proxy set https_proxy." \
         "Certificates? PIP_CERT names the file to trust. Disk full? About 2 GB are needed here."

@@ -73,7 +73,7 @@ class AssembledBurst:
             standing,
             settings,
             fuze_density=self.fuze_density,
-            axial_part=self.surfaces.cell_slice[distributed.cell],
+            axial_slice=self.surfaces.cell_slice[distributed.cell],
             leakage=self.leakage.factor,
             lengths=mesh.lengths,
             element=geometry.element,

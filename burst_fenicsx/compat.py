@@ -17,8 +17,6 @@ if TYPE_CHECKING:
 
 __all__ = [
     "add_ghosts",
-    "add_to_owners",
-    "blocked_vector",
     "cell_space",
     "cells_dofmap",
     "create_hexahedral_mesh",
@@ -30,7 +28,6 @@ __all__ = [
     "renumber_nodes",
     "renumbered_map",
     "renumbered_space",
-    "send_to_ghosts",
     "shared_nodes",
     "vector_space",
 ]
@@ -79,7 +76,7 @@ def create_quadrilateral_mesh(comm: MPI.Comm, cells: np.ndarray, nodes: np.ndarr
 
 
 def create_hexahedral_mesh(
-    comm: MPI.Comm, cells: np.ndarray, nodes: np.ndarray, destination: np.ndarray, twins: np.ndarray | None = None
+    comm: MPI.Comm, cells: np.ndarray, nodes: np.ndarray, destination: np.ndarray, pairs: np.ndarray | None = None
 ) -> Any:
     """Distribute a mesh of trilinear hexahedra.
 
@@ -91,7 +88,7 @@ def create_hexahedral_mesh(
     cells : (m, 8) int64, nodes in tensor-product order (x fastest), all on rank 0, none elsewhere.
     nodes : (n, 3) float64 places (m), all on rank 0, none elsewhere.
     destination : (m,) int32, rank of every cell, on rank 0.
-    twins : (pairs, 2) int64, coincident nodes, on rank 0; none by default.
+    pairs : (pairs, 2) int64, coincident nodes, on rank 0; none by default.
 
     Returns
     -------
@@ -104,7 +101,7 @@ def create_hexahedral_mesh(
     """
     cells = np.ascontiguousarray(cells.reshape(-1, 8), dtype=np.int64)
     nodes = np.ascontiguousarray(nodes.reshape(-1, 3), dtype=np.float64)
-    places = _merged(cells, twins)
+    places = _merged(cells, pairs)
     partitioner = _partitioner(places, np.asarray(destination, dtype=np.int32))
     created = _create(comm, cells, nodes, "hexahedron", partitioner)
     expected = comm.bcast(_count_used(cells) if comm.rank == 0 else None, root=0)
@@ -121,17 +118,17 @@ def _count_used(cells: np.ndarray) -> int:
     return int(used.sum())
 
 
-def _merged(cells: np.ndarray, twins: np.ndarray | None) -> np.ndarray:
+def _merged(cells: np.ndarray, pairs: np.ndarray | None) -> np.ndarray:
     """Cells by places: the nodes of each set of coincident ones replaced by the lowest of the set."""
-    if twins is None or len(twins) == 0 or len(cells) == 0:
+    if pairs is None or len(pairs) == 0 or len(cells) == 0:
         return cells
-    place = np.arange(max(int(cells.max()), int(twins.max())) + 1)
+    place = np.arange(max(int(cells.max()), int(pairs.max())) + 1)
     while True:
-        lowest = np.minimum(place[twins[:, 0]], place[twins[:, 1]])
-        if (place[twins] == lowest[:, None]).all():
+        lowest = np.minimum(place[pairs[:, 0]], place[pairs[:, 1]])
+        if (place[pairs] == lowest[:, None]).all():
             return place[cells]
         for side in range(2):
-            np.minimum.at(place, twins[:, side], lowest)
+            np.minimum.at(place, pairs[:, side], lowest)
 
 
 def _partitioner(cells: np.ndarray, destination: np.ndarray) -> Callable[..., Any]:
@@ -339,21 +336,6 @@ def index_map(comm: MPI.Comm, owned: int, ghosts: np.ndarray, owners: np.ndarray
         return cpp.common.IndexMap(comm, owned, ghosts, owners, _MAP_TAG)
 
 
-def blocked_vector(items: Any, block: int) -> Any:
-    """Vector with `block` entries an item, one behind the other, over an index map."""
-    return la.vector(items, block)
-
-
 def add_ghosts(vector: Any) -> None:
     """Add what the ghosts of a vector hold to their owners (reverse scatter)."""
     vector.scatter_reverse(la.InsertMode.add if _MODERN else la.ScatterMode.add)
-
-
-def add_to_owners(function: Any) -> None:
-    """Add what ghosts hold to their owners (reverse scatter)."""
-    add_ghosts(function.x)
-
-
-def send_to_ghosts(function: Any) -> None:
-    """Copy the owners' values to the ghosts (forward scatter)."""
-    function.x.scatter_forward()

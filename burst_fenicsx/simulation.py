@@ -40,7 +40,6 @@ _HISTORY_INTERVAL = 1e-6
 _PROGRESS_SECONDS = 0.2
 # Checkpoints are kept at outputs, the first at once and then not more often than this: no more than that is lost.
 _CHECKPOINT_SECONDS = 30.0
-_RADII = ("radii_time", "radii_casing", "radii_charge")  # what the segments' state at rupture is read from
 
 
 @dataclass(frozen=True)
@@ -78,7 +77,7 @@ class Simulation(AssembledBurst):
     Attributes
     ----------
     writes_series : whether burst.xdmf and what else is for visualisation alone are written.
-    radii : times (s) with the outer radii of casings and charges. acceleration_complete : when it was (s).
+    acceleration_complete : when it was (s).
     """
 
     writes_series = True
@@ -97,7 +96,6 @@ class Simulation(AssembledBurst):
         self.out_dir = out_dir
         self.provenance = provenance
         self.on_progress = on_progress
-        self.radii: list[tuple[float, np.ndarray, np.ndarray]] = []
         self._series: TimeSeries | None = None
         self._writing = Background()
         self._resumed_at: float | None = None
@@ -119,7 +117,6 @@ class Simulation(AssembledBurst):
     def resume(self) -> None:
         """Go on from the checkpoint."""
         records = read_checkpoint(self.checkpoint_path, self.solver, self.key)
-        self.radii = list(zip(*(records[name] for name in _RADII), strict=True))
         self.interpenetration.largest = records["passed_through"]
         self.exposures.values[:] = records["exposure"]
         complete = float(records["acceleration_complete"])
@@ -172,15 +169,8 @@ class Simulation(AssembledBurst):
             self.clocks.stepping += clock.perf_counter() - began
 
     def _record(self) -> None:
-        radii = self.measures.outer_radii()
-        entry = self.ledger.record(
-            self.fields,
-            self.solver.time,
-            self.solver.time_step,
-            self.measures.outer_diameter(radii),
-            self.contact,
-        )
-        self.radii.append((entry.time, radii, self.leakage.radii(self.fields.nodes.position)))
+        diameter = self.measures.outer_diameter(self.measures.outer_radii())
+        self.ledger.record(self.fields, self.solver.time, self.solver.time_step, diameter, self.contact)
 
     def _acceleration_is_complete(self) -> bool:
         """Note when the casing's kinetic energy has stopped growing; end the run there unless an end was given."""
@@ -254,10 +244,11 @@ class Simulation(AssembledBurst):
     def _write_checkpoint(self) -> None:
         self._writing.wait()  # whoever resumes from here needs the outputs before it
         self._checkpoint_at = clock.perf_counter()
-        records = {name: np.array(column) for name, column in zip(_RADII, zip(*self.radii, strict=True), strict=True)}
-        records["passed_through"] = self.interpenetration.largest
-        records["acceleration_complete"] = np.array(self.acceleration_complete or np.nan)
-        records["exposure"] = self.exposures.values
+        records = {
+            "passed_through": self.interpenetration.largest,
+            "acceleration_complete": np.array(self.acceleration_complete or np.nan),
+            "exposure": self.exposures.values,
+        }
         write_checkpoint(self.checkpoint_path, self.solver, self.provenance, self.key, records)
 
     def _report_progress(self, end: float, began: float) -> None:
@@ -285,7 +276,7 @@ class Simulation(AssembledBurst):
         """Write the snapshot and give the summary, of all rounds; collective."""
         whole = self.completion
         along = self.measures.rounds()
-        records = whole.records(round_records(self, self.radii, *self.measures.segment_masses_and_speeds()))
+        records = whole.records(round_records(self, *self.measures.segment_masses_and_speeds()))
         along = whole.measures(along)
         nodes, cells = snapshot_fields(self.fields)
         self._to_world(nodes)

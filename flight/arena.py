@@ -18,7 +18,8 @@ import numpy as np
 
 from flight.arguments import real_array, require_number
 from flight.errors import InputError
-from flight.files.text_tables import column_names, read_columns, write_columns
+from flight.files.foreign import foreign_words
+from flight.files.text_tables import column_names, in_columns_of, read_columns, write_columns
 from flight.fragments import Fragments
 from flight.shape import DEFAULT_SHAPE_FACTOR
 from fragfield_base.mass_groups import group_outside
@@ -139,10 +140,7 @@ class ArenaTable:
         width : float
             Of a zone (degrees), a whole fraction of 180.
         """
-        require_number("arena", "width", width, "degrees")
-        count = round(180.0 / width) if width > 0.0 else 0
-        if count < 1 or abs(count * width - 180.0) > 1e-9:
-            raise InputError(f"arena: zones of {width} degrees, needed: a whole fraction of 180, such as 5 or 10")
+        _zones_of(width)
         if not realisations or not any(len(one) for one in realisations):
             raise InputError("arena: no fragment to put into a table")
         together = Fragments.concatenate(list(realisations))
@@ -155,24 +153,42 @@ class ArenaTable:
         speed = np.linalg.norm(together.velocity, axis=1)
         cosine = np.clip((together.velocity * mine).sum(axis=1) / np.maximum(speed, 1e-300), -1.0, 1.0)
         polar = np.degrees(np.arccos(cosine))
-        zone = np.minimum((polar / width).astype(np.int64), count - 1)
-        group = np.maximum(0, np.floor(PER_OCTAVE * np.log2(together.mass / LIGHTEST)).astype(np.int64) + 1)
+        return cls.of_pieces(together.mass, polar, speed, len(realisations) * rounds, width=width)
+
+    @classmethod
+    def of_pieces(
+        cls, mass: ArrayLike, polar: ArrayLike, speed: ArrayLike, rounds: float = 1.0, *, width: float = 5.0
+    ) -> ArenaTable:
+        """Mean of one round from pieces one by one.
+
+        Parameters
+        ----------
+        mass, polar, speed : (n,)
+            Mass (kg), angle from the nose (degrees, 0 to 180) and speed at launch (m/s).
+        rounds : float
+            That all pieces together are of; a part of one where a part of the azimuth was caught.
+        width : float
+            Of a zone (degrees), a whole fraction of 180.
+        """
+        count = _zones_of(width)
+        mass, speed = np.asarray(mass, dtype=np.float64), np.asarray(speed, dtype=np.float64)
+        zone = np.minimum((np.asarray(polar, dtype=np.float64) / width).astype(np.int64), count - 1)
+        group = np.maximum(0, np.floor(PER_OCTAVE * np.log2(mass / LIGHTEST)).astype(np.int64) + 1)
         key, inverse = np.unique(zone * 10_000 + group, return_inverse=True)
         numbers = np.bincount(inverse).astype(np.float64)
-        mass = np.bincount(inverse, weights=together.mass)
-        moment = np.bincount(inverse, weights=together.mass * speed)
+        total = np.bincount(inverse, weights=mass)
+        moment = np.bincount(inverse, weights=mass * speed)
         largest = np.zeros(len(key))
         np.maximum.at(largest, inverse, speed)
         groups = key % 10_000
         low = np.where(groups > 0, LIGHTEST * 2.0 ** ((groups - 1) / PER_OCTAVE), 0.0)
         high = LIGHTEST * 2.0 ** (groups / PER_OCTAVE)
-        tests = len(realisations) * rounds
-        rows = (key // 10_000, low, high, numbers / tests, mass / numbers, moment / mass, largest)
-        return cls._filled(np.arange(count + 1) * width, *rows)
+        rows = (key // 10_000, low, high, numbers / rounds, total / numbers, moment / total, largest)
+        return cls.of_rows(np.arange(count + 1) * width, *rows)
 
     @classmethod
-    def _filled(cls, zones: Array, zone: NDArray[np.int64], *columns: Array) -> ArenaTable:
-        """With one empty row for every zone without fragments, and numbers as the file prints them."""
+    def of_rows(cls, zones: Array, zone: NDArray[np.int64], *columns: Array) -> ArenaTable:
+        """Of columns from mass_from on; zones without rows get an empty one, numbers are those that the file prints."""
         missing = np.setdiff1d(np.arange(len(zones) - 1), zone)
         zone = np.concatenate([zone, missing])
         order = np.argsort(zone, kind="stable")
@@ -247,7 +263,7 @@ class ArenaTable:
         )  # fmt: skip
 
     def write(self, path: Path, provenance: Mapping[str, str] | None = None) -> Path:
-        """Write the file; `provenance` entries become head lines."""
+        """Write the file; `provenance` goes into the metadata beside it."""
         columns: list[NDArray[Any]] = [
             self.zones[self.zone], self.zones[self.zone + 1], self.mass_from, self.mass_to, self.number, self.mass,
             self.speed, self.max_speed,
@@ -261,13 +277,16 @@ class ArenaTable:
         Raises
         ------
         InputError
-            A column is missing, zones leave a gap or overlap, or a value is not possible, such as a mean mass outside
-            its own group of mass; the message names the file.
+            A column is missing (any unit of its dimension will do), zones leave a gap or overlap, or a value is not
+            possible, such as a mean mass outside its own group of mass; the message names the file.
         """
-        table = read_columns(path)
+        table = in_columns_of(path, read_columns(path, "arena"), COLUMNS)
         missing = [name for name in COLUMNS[:-1] if name not in table]
         if missing:
-            raise InputError(f"{path}: column {', '.join(missing)} missing; needed: {', '.join(COLUMNS)}")
+            raise InputError(
+                f"{path}: column {', '.join(missing)} missing; found {', '.join(table)}; needed: {', '.join(COLUMNS)}"
+                f"{foreign_words(path, 'arena', names=True)}"
+            )
         starts, ends = table["zone_from_deg"], table["zone_to_deg"]
         zones = np.unique(np.round(np.concatenate([starts, ends]), 9))
         zone = np.searchsorted(zones, np.round(starts, 9))
@@ -296,6 +315,15 @@ class ArenaTable:
             )  # fmt: skip
         except InputError as error:
             raise InputError(f"{path}: {error}") from None
+
+
+def _zones_of(width: float) -> int:
+    """Number of zones of a width (degrees)."""
+    require_number("arena", "width", width, "degrees")
+    count = round(180.0 / width) if width > 0.0 else 0
+    if count < 1 or abs(count * width - 180.0) > 1e-9:
+        raise InputError(f"arena: zones of {width} degrees, needed: a whole fraction of 180, such as 5 or 10")
+    return count
 
 
 def is_arena_file(path: Path) -> bool:

@@ -12,6 +12,7 @@ import numpy as np
 
 from flight.arguments import require_number
 from flight.errors import InputError, nearest
+from flight.files.foreign import foreign_words
 from flight.files.text_tables import line_of_row, read_columns
 from flight.scene.tables import evaluate_pieces, monotone_pieces
 from fragfield_base.reading import read_text
@@ -108,9 +109,12 @@ class Drag:
 
     @classmethod
     def _from_file(cls, path: Path, name: str) -> Drag:
-        columns = read_columns(path)
+        columns = read_columns(path, "drag")
         if set(columns) != {"mach", "cd"}:
-            raise InputError(f"{path}: columns are {', '.join(columns)}; a drag table has mach, cd")
+            raise InputError(
+                f"{path}: columns are {', '.join(columns)}; a drag table has mach, cd"
+                f"{foreign_words(path, 'drag', names=True)}"
+            )
         lines = read_text(path, InputError).splitlines()
         fault = _fault(columns["mach"], columns["cd"])
         if fault is not None:

@@ -17,7 +17,6 @@ from flight.rows import (
     RICOCHETS,
     Status,
     Trajectories,
-    flat_columns,
     to_pandas,
 )
 
@@ -157,23 +156,22 @@ class FlightResult:
             write_table(self.hits, folder / "hits.h5", "hits", names, stamp),
         ]
         if csv:
-            written.append(write_columns(folder / "landing.csv", flat_columns(self.landing), stamp))
-            columns = files.named_columns(self.hits, "witness", names)
+            written.append(write_columns(folder / "landing.csv", files.csv_columns(self.landing), stamp))
+            columns = files.csv_columns(self.hits, "witness", names)
             written.append(write_columns(folder / "witness.csv", columns, stamp))
         if self.obstacles:
             names = [obstacle.name for obstacle in self.obstacles]
             written.append(write_table(self.obstacle_hits, folder / "obstacle_hits.h5", "obstacle_hits", names, stamp))
             if csv:
-                columns = files.named_columns(self.obstacle_hits, "obstacle", names)
                 first = np.cumsum([0, *(len(obstacle.faces) for obstacle in self.obstacles)])
                 faces = [face for obstacle in self.obstacles for face in obstacle.faces]
                 face = Labels(faces, first[self.obstacle_hits["obstacle"]] + self.obstacle_hits["face"])
-                labels = {"name": columns.pop("name"), "face_name": face}
-                written.append(write_columns(folder / "obstacle_hits.csv", {**labels, **columns}, stamp))
+                columns = files.csv_columns(self.obstacle_hits, "obstacle", names, face)
+                written.append(write_columns(folder / "obstacle_hits.csv", columns, stamp))
         if self.contacts is not None:
             written.append(write_table(self.contacts, folder / "contacts.h5", "contacts", (), stamp))
             if csv:
-                written.append(write_columns(folder / "contacts.csv", flat_columns(self.contacts), stamp))
+                written.append(write_columns(folder / "contacts.csv", files.csv_columns(self.contacts), stamp))
         if len(self.trajectories):
             written += files.write_trajectories(self.trajectories, self.landing, folder / "trajectories.xdmf", stamp)
         return written

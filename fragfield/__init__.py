@@ -10,10 +10,12 @@ From Python::
 
 `fragfield.open` reads a run directory that is there. Every name is loaded when it is first used: neither dolfinx nor
 MPI, matplotlib or pandas come with the import. The guide's page "Python" has examples.
+`fragfield.import_table` reads tables of tests as people have them.
 
-Errors: `InputError` for what the caller can mend, `NumericalStop` for a computation that was ended because it left its
-bounds, `NotDeterminedError` for a distance that was asked for and is not determined. Their messages are those of
-the command line, where they are the exit codes 2, 3 and 3.
+Errors: `InputError` for what the caller can mend, `QuestionError` among them where a table of a test has two
+meanings, `NumericalStop` for a computation that was ended because it left its bounds, `NotDeterminedError` for a
+distance that was asked for and is not determined. Their messages are those of the command line, where they are the exit
+codes 2, 2, 3 and 3.
 """
 
 from __future__ import annotations
@@ -25,8 +27,11 @@ from fragfield_base.lazy_names import lazy_names
 
 if TYPE_CHECKING:
     from fragfield.errors import NotDeterminedError
+    from fragfield.importing.sheet import QuestionError
+    from fragfield.importing.table import ImportedTable, import_table
     from fragfield.interface.case import Case
     from fragfield.interface.checking import CheckResult, check
+    from fragfield.interface.converting import Converted, convert
     from fragfield.interface.hazard import HazardDistance
     from fragfield.interface.limit import Limit, run_limit
     from fragfield.interface.results import Run, open  # noqa: A004 - as h5py.File has its `open`
@@ -39,13 +44,16 @@ if TYPE_CHECKING:
 __all__ = [
     "Case",
     "CheckResult",
+    "Converted",
     "Comparison",
     "HazardDistance",
+    "ImportedTable",
     "InputError",
     "Limit",
     "NotDeterminedError",
     "NumericalStop",
     "Progress",
+    "QuestionError",
     "Run",
     "Sweep",
     "Table",
@@ -53,6 +61,8 @@ __all__ = [
     "__version__",
     "check",
     "compare_runs",
+    "convert",
+    "import_table",
     "open",
     "run",
     "run_limit",
@@ -64,8 +74,11 @@ __getattr__, __dir__ = lazy_names(
     __name__,
     {
         "fragfield.errors": "NotDeterminedError",
+        "fragfield.importing.sheet": "QuestionError",
+        "fragfield.importing.table": "ImportedTable import_table",
         "fragfield.interface.case": "Case",
         "fragfield.interface.checking": "CheckResult check",
+        "fragfield.interface.converting": "Converted convert",
         "fragfield.interface.hazard": "HazardDistance",
         "fragfield.interface.limit": "Limit run_limit",
         "fragfield.interface.results": "Run open",

@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
-from fragfield.cli import main
+import sys
 
 __all__: list[str] = []
 
 if __name__ == "__main__":
+    # Python looks for modules in the working folder first: none of them is run, unless the program lies there.
+    if not sys.flags.safe_path and not __file__.startswith(f"{sys.path[0]}/"):
+        del sys.path[0]
+    from fragfield.cli import main
+
     main()

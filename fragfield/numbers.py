@@ -7,17 +7,15 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from fragfield_base.inputs import Measured
-from fragfield_base.names import value_for
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-__all__ = ["UNKNOWN", "Row", "explosive_title", "number", "of_case", "row"]
+__all__ = ["UNKNOWN", "Row", "number", "of_case", "row"]
 
 UNKNOWN = "not computed"
 SPACE, NARROW_SPACE = "\u00a0", "\u202f"
 """No-break spaces: a value and its unit stay on one line."""
-_EXPLOSIVES = {"tnt": "TNT", "comp_b": "Composition B"}
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 # SI unit -> (largest factor first) practical units; a value takes the first in which it is at least 1.
@@ -60,11 +58,6 @@ def number(value: float | int | None, digits: int = 4) -> str:
         mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
         return f"{_minus(mantissa)}{NARROW_SPACE}×{NARROW_SPACE}10{str(int(exponent)).translate(_RAISED)}"
     return _minus(f"{value:,.{max(0, digits - 1 - size)}f}")
-
-
-def explosive_title(name: str) -> str:
-    """Name of an explosive as text shows it: built-in ones by their usual name, others as the case has them."""
-    return value_for(name, _EXPLOSIVES) or name
 
 
 def _minus(text: str) -> str:

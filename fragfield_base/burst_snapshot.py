@@ -12,7 +12,6 @@ __all__ = [
     "ALONG_COLUMNS",
     "CASING",
     "CHARGE",
-    "EXPANSION_ARRAYS",
     "FORMAT",
     "FORMAT_VERSION",
     "FUZE",
@@ -39,8 +38,6 @@ ROUND_ATTRIBUTES = (
     "explosive_density", "detonation_velocity", "gurney_velocity", "position", "axis",
 )  # fmt: skip
 """Attributes of /rounds/<i>, SI; `position` is the centre of the base plane."""
-EXPANSION_ARRAYS = ("time", "station", "outer_radius")
-"""Datasets of /rounds/<i>/expansion."""
 ALONG_COLUMNS = ("station", "mean_speed", "max_speed", "outer_diameter", "casing_mass")
 """Columns of /rounds/<i>/along, by axial station."""
 
@@ -49,8 +46,7 @@ ALONG_COLUMNS = ("station", "mean_speed", "max_speed", "outer_diameter", "casing
 class SegmentRecord:
     """A segment of a casing: stations from the nose end (m), initial volume-mean radii and wall (m), masses (kg).
 
-    `speed` (m/s) is the mass-weighted one at the end of the burst; `rupture_radius` and `rupture_wall` (m) are the
-    casing's when the leakage radius is reached, or NaN where it never was.
+    `speed` (m/s) is the mass-weighted one at the end of the burst.
     """
 
     name: str
@@ -63,8 +59,6 @@ class SegmentRecord:
     casing_mass: float
     charge_mass: float
     speed: float
-    rupture_radius: float
-    rupture_wall: float
 
 
 SEGMENT_COLUMNS = tuple(SegmentRecord.__dataclass_fields__)

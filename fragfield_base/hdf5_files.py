@@ -20,15 +20,15 @@ import stat
 import struct
 import subprocess
 from contextlib import contextmanager
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO
 
 from fragfield_base.interruption import Interruption
-from fragfield_base.own_process import run_script
+from fragfield_base.own_process import run_function
 from fragfield_base.writing import refuse_link, replacing
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+    from pathlib import Path
 
     import h5py
 
@@ -91,7 +91,7 @@ def reading(path: Path, error: type[Exception], advice: str = "") -> Iterator[h5
     check_sound(path, error, advice)
     end = f"; {advice}" if advice else ""
     try:
-        file = h5py.File(path, "r")
+        file = h5py.File(path, "r", locking=False)  # sealed or probed: nobody changes it, and some have no locks
     except _READING_FAULTS as found:
         raise error(f"{path}: cut off, or not an HDF5 file ({found}){end}") from None
     with file:
@@ -153,7 +153,7 @@ def _fault_of(path: Path) -> str | None:
 def _probed(path: Path) -> str | None:
     """Have a process of its own look through a file that is not sealed; what is wrong with it."""
     try:
-        done = run_script(Path(__file__).with_name("probe.py"), str(path), timeout=60)
+        done = run_function("fragfield_base.probe", "probe", str(path.absolute()), timeout=60)
     except subprocess.TimeoutExpired:
         return "cut off, or not an HDF5 file that can be read in a minute"
     if done.returncode == 0:

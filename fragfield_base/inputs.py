@@ -31,7 +31,6 @@ __all__ = [
     "Direction",
     "Energy",
     "EnergyPerArea",
-    "EnergyPerMass",
     "EnergyRange",
     "Entries",
     "FrictionAngle",
@@ -436,7 +435,6 @@ Density = Annotated[float, Quantity("kg/m^3", "1.63 g/cm^3", above=0.0)]
 Pressure = Annotated[float, Quantity("Pa", "800 MPa", minimum=0.0)]
 PositivePressure = Annotated[float, Quantity("Pa", "3.5 GPa", above=0.0)]
 Energy = Annotated[float, Quantity("J", "79 J", above=0.0)]
-EnergyPerMass = Annotated[float, Quantity("J/kg", "4.52 MJ/kg", above=0.0)]
 EnergyPerArea = Annotated[float, Quantity("J/m^2", "14.7e4 J/m^2", above=0.0)]
 EnergyRange = Annotated[
     tuple[float, float], Vector(2, Quantity("J/m^2", "1.4 MJ/m^2", above=0.0), '["1.4 MJ/m^2", "1.8 MJ/m^2"]')

@@ -1,17 +1,17 @@
-"""Names: the nearest of those that are allowed, for messages, and those of explosives as people write them."""
+"""Names: the nearest of those that are allowed, for messages, and those of substances as people write them."""
 
 from __future__ import annotations
 
 import re
 from difflib import get_close_matches
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Iterable
 
-    Value = TypeVar("Value")
+    from fragfield_base.substances import Kind
 
-__all__ = ["explosive_key", "names_allowed", "nearest_name", "value_for"]
+__all__ = ["names_allowed", "nearest_name", "plain_key", "substance_key", "substance_title"]
 
 
 def nearest_name(name: str, allowed: Iterable[str], *, likeness: float = 0.5) -> str | None:
@@ -31,12 +31,25 @@ def names_allowed(name: object, valid: Iterable[str]) -> str:
     return f"{hint} (allowed: {', '.join(names)})"
 
 
-def explosive_key(name: str) -> str:
-    """Letters and digits of the name, lower case, "composition" as "comp": "comp_b" and "Composition B" are one."""
+def plain_key(name: str) -> str:
+    """Letters and digits of a name, lower case, "composition" as "comp": "comp_b" and "Composition B" are one."""
     return re.sub(r"[^a-z0-9]", "", name.casefold()).replace("composition", "comp")
 
 
-def value_for(name: str, values: Mapping[str, Value]) -> Value | None:
-    """The value of an explosive in a table by name, whichever way both are written; None where it is not in it."""
-    wanted = explosive_key(name)
-    return next((value for known, value in values.items() if explosive_key(known) == wanted), None)
+def substance_key(name: str, kind: Kind = "explosive") -> str:
+    """The built-in name of a substance, however its name is written; letters and digits of one that is not built in.
+
+    Every look-up of an explosive or a casing by its name goes through here.
+    """
+    from fragfield_base.substances import aliases
+
+    key = plain_key(name)
+    return aliases(kind).get(key, key)
+
+
+def substance_title(name: str, kind: Kind = "explosive") -> str:
+    """Name of a substance as text shows it: of a built-in one its usual name, of others the one given."""
+    from fragfield_base.substances import substance, substance_names
+
+    key = substance_key(name, kind)
+    return substance(kind, key).title if key in substance_names(kind) else name

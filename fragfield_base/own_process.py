@@ -1,29 +1,39 @@
-"""Runs a script in a separate process, where a file of unknown origin may crash, hang or fill its reader."""
+"""Runs a function in a separate process, where a file or a library may crash, hang or fill its reader.
+
+Each begins as the command line does: free of its surroundings, see `fragfield_base.ambient`.
+"""
 
 from __future__ import annotations
 
-import os
 import subprocess
 import sys
-from typing import TYPE_CHECKING
+from typing import Any
 
-if TYPE_CHECKING:
-    from pathlib import Path
+from fragfield_base.ambient import own_environment
 
-__all__ = ["run_script"]
+__all__ = ["run_function", "start_function"]
 
-_LAUNCHERS = ("OMPI_", "PMI_", "PMIX_", "SLURM_", "PRTE_", "MPI_")
+_FOLDER = "/"
 
 
-def run_script(script: Path, *arguments: str, timeout: float | None = None) -> subprocess.CompletedProcess[bytes]:
-    """Run a Python file with this interpreter and wait for its end.
+def start_function(module: str, name: str, *arguments: str, **streams: Any) -> subprocess.Popen[bytes]:
+    """Start `sys.exit(module.name(*arguments))` by this interpreter; `streams` are those of Popen."""
+    return subprocess.Popen(
+        _command(module, name, arguments), stdin=subprocess.DEVNULL, env=own_environment(), cwd=_FOLDER, **streams
+    )
+
+
+def run_function(
+    module: str, name: str, *arguments: str, timeout: float | None = None
+) -> subprocess.CompletedProcess[bytes]:
+    """Run a function by this interpreter and wait for its end.
 
     Parameters
     ----------
-    script : Path
-        What runs; its folder is no place of modules.
+    module, name : str
+        What runs; its result is the exit code.
     arguments : str
-        Its arguments.
+        Its arguments; files by absolute paths.
     timeout : float, optional
         Seconds after which it is ended.
 
@@ -37,9 +47,16 @@ def run_script(script: Path, *arguments: str, timeout: float | None = None) -> s
     subprocess.TimeoutExpired
         It ran longer.
     """
-    # A launcher's variables would make MPI start in the child.
-    environment = {key: value for key, value in os.environ.items() if not key.startswith(_LAUNCHERS)}
-    command = [sys.executable, "-P", str(script), *arguments]
     return subprocess.run(
-        command, stdin=subprocess.DEVNULL, capture_output=True, timeout=timeout, env=environment, check=False
+        _command(module, name, arguments), stdin=subprocess.DEVNULL, capture_output=True, timeout=timeout,
+        env=own_environment(), cwd=_FOLDER, check=False,
+    )  # fmt: skip
+
+
+def _command(module: str, name: str, arguments: tuple[str, ...]) -> list[str]:
+    code = (
+        "import sys; arguments = sys.argv[1:]; sys.argv[1:] = []; "
+        "from fragfield_base.ambient import settle; settle(RuntimeError); "
+        f"from {module} import {name}; sys.exit({name}(*arguments))"
     )
+    return [sys.executable, "-P", *(["-s"] if sys.flags.no_user_site else []), "-c", code, *arguments]

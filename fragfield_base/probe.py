@@ -1,6 +1,6 @@
-"""Checks an HDF5 file of unknown origin in a separate process that may crash: `python probe.py FILE`.
+"""Checks an HDF5 file of unknown origin, in a separate process that may crash.
 
-Prints what is wrong and ends with 1, or ends with 0. Refused are links (they may lead to other files or in circles),
+Refused are links (they may lead to other files or in circles),
 data outside of the file, filters that load code, and data larger than the file or the memory can hold.
 """
 
@@ -15,6 +15,8 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     import h5py
 
+__all__ = ["probe"]
+
 _SECONDS = 50
 _MOST_OBJECTS = 200_000
 _DEFLATE = 1040  # no deflated data is smaller than this share
@@ -22,14 +24,21 @@ _SMALL = 1 << 26
 _FILTERS = {1, 2, 3, 4}  # deflate, shuffle, checksum, szip
 
 
-def main(path: str) -> str | None:
-    """What is wrong with a file, None if nothing is."""
+def probe(path: str) -> None:
+    """Print what is wrong with a file and end the process with 1, or with 0 if nothing is."""
+    if (fault := _fault(path)) is not None:
+        sys.stdout.write(fault + "\n")
+        sys.stdout.flush()
+    os._exit(0 if fault is None else 1)  # a damaged file may still crash HDF5 on its way out
+
+
+def _fault(path: str) -> str | None:
     resource.setrlimit(resource.RLIMIT_CPU, (_SECONDS, _SECONDS))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     import h5py
 
     try:
-        with h5py.File(path, "r") as file:
+        with h5py.File(path, "r", locking=False) as file:
             return _looked_through(file, Path(path).stat().st_size)
     except RecursionError:
         return "groups nested too deep"
@@ -91,12 +100,3 @@ def _fault_of(data: h5py.Dataset, size: int) -> str | None:
     if _bytes(data) > most:
         return f"declares {_bytes(data)} bytes, which a file of {size} bytes cannot hold"
     return None
-
-
-if __name__ == "__main__":
-    found = main(sys.argv[1])
-    if found is not None:
-        sys.stdout.write(found + "\n")
-        sys.stdout.flush()
-        os._exit(1)  # a damaged file may still crash HDF5 on its way out
-    os._exit(0)

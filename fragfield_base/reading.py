@@ -6,7 +6,7 @@ import os
 import stat
 from pathlib import Path
 
-__all__ = ["MOST_TEXT", "read_text"]
+__all__ = ["MOST_TEXT", "read_bytes", "read_text"]
 
 MOST_TEXT = 1 << 31
 """Bytes of a table or map of heights; what is read needs several times as much memory."""
@@ -26,6 +26,15 @@ def read_text(path: Path, error: type[Exception], *, most: int = MOST_TEXT, advi
     advice : str
         What to do then; the end of the message.
     """
+    try:
+        return read_bytes(path, error, most=most, advice=advice).decode("utf-8-sig")
+    except UnicodeDecodeError as fault:
+        end = f"; {advice}" if advice else ""
+        raise error(f"{path}: not text in UTF-8 ({fault.reason} at byte {fault.start}){end}") from None
+
+
+def read_bytes(path: Path, error: type[Exception], *, most: int = MOST_TEXT, advice: str = "") -> bytes:
+    """Content of a regular file; parameters as of `read_text`."""
     end = f"; {advice}" if advice else ""
     try:
         # Not waiting: to open a pipe would last until somebody writes to it.
@@ -38,10 +47,8 @@ def read_text(path: Path, error: type[Exception], *, most: int = MOST_TEXT, advi
                 raise error(f"{path}: not a regular file{end}")
             if found.st_size > most:
                 raise error(f"{path}: {found.st_size} bytes; allowed: at most {most}{end}")
-            return stream.read(most + 1).decode("utf-8-sig")
+            return stream.read(most + 1)
     except FileNotFoundError:
         raise error(f"{path}: no such file{end}") from None
     except OSError as fault:
         raise error(f"{path}: cannot be read ({fault.strerror or fault}){end}") from None
-    except UnicodeDecodeError as fault:
-        raise error(f"{path}: not text in UTF-8 ({fault.reason} at byte {fault.start}){end}") from None

@@ -73,7 +73,7 @@ _OTHER: dict[Powers, dict[str, float]] = {
     _LENGTH: {
         "in": _INCH, "inch": _INCH, "inches": _INCH, "ft": _FOOT, "foot": _FOOT, "feet": _FOOT, "yd": 0.9144,
         "yard": 0.9144, "mi": 1609.344, "mile": 1609.344, "nmi": 1852.0, "nautical_mile": 1852.0, "thou": 1e-3 * _INCH,
-        "micron": 1e-6, "angstrom": 1e-10,
+        "micron": 1e-6, "angstrom": 1e-10, "survey_foot": 1200.0 / 3937.0, "us_ft": 1200.0 / 3937.0,
     },
     _AREA: {"ha": 1e4, "hectare": 1e4, "acre": 4046.8726098742513},
     _VOLUME: {"cc": 1e-6, "gallon": 231.0 * _INCH**3},

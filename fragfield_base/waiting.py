@@ -12,6 +12,8 @@ import time
 from contextlib import suppress
 from pathlib import Path
 
+from fragfield_base.cores import affinity, cores
+
 __all__ = ["let_threads_sleep"]
 
 _NAMES = {"OMP_WAIT_POLICY", "GOMP_SPINCOUNT", "KMP_BLOCKTIME"}
@@ -32,18 +34,12 @@ def let_threads_sleep() -> None:
 
 def _cores_are_shared() -> bool:
     """Whether the threads of this process, of the other ranks here and of other work are more than the cores."""
-    cores = _cores()
-    threads = _whole("NUMBA_NUM_THREADS") or _whole("OMP_NUM_THREADS") or cores
-    if cores < (os.cpu_count() or 1):  # bound to cores of its own, as ranks are
-        return threads > cores
+    available = cores()
+    threads = _whole("NUMBA_NUM_THREADS") or _whole("OMP_NUM_THREADS") or available
+    if affinity() < (os.cpu_count() or 1):  # bound to cores of its own, as ranks are
+        return threads > available
     ranks = max(1, *(_whole(name) for name in _LOCAL_RANKS))
-    return ranks * threads + max(_others_running() - (ranks - 1), 0) > cores
-
-
-def _cores() -> int:
-    with suppress(AttributeError):  # of Linux
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
+    return ranks * threads + max(_others_running() - (ranks - 1), 0) > available
 
 
 def _whole(name: str) -> int:

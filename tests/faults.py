@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import os
 import signal
+import warnings
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 from unittest import mock
@@ -70,7 +71,9 @@ def at_every_call(work: Callable[[], None], prepare: Callable[[], None], check: 
     number = 0
     while True:
         prepare()
-        child = os.fork()
+        with warnings.catch_warnings():  # other threads of this process wait: the child writes a file and ends
+            warnings.filterwarnings("ignore", r".*multi-threaded, use of fork\(\)", DeprecationWarning)
+            child = os.fork()
         if child == 0:
             try:
                 with killed_at_call(number):

@@ -214,3 +214,14 @@ def test_tests_run_side_by_side_on_up_to_four_cores(machine: Machine, cores: int
     python.write_text(python.read_text().replace(pip, '*"-m pytest"*) echo "called $*" ;;'))
     done = machine.run("test", *arguments.split())
     assert done.stdout.splitlines()[-1] == f"called {called}", done.stdout + done.stderr
+
+
+def test_an_environment_made_elsewhere_is_made_again(machine: Machine) -> None:
+    """One copied along with the folder: its scripts start the Python of the old place."""
+    machine.dolfinx("0.9.0")
+    folder = machine.project / ".venv"
+    folder.mkdir()
+    for place, made in (("/elsewhere/.venv", True), (folder, False)):
+        command = f"command = {machine.tools}/python3 -m venv {place}"
+        (folder / "pyvenv.cfg").write_text(f"home = {machine.tools}\nversion = 3.12.1\n{command}\n")
+        assert ("setup: virtual environment" in machine.run().stdout) == made

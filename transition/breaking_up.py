@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from operator import index
@@ -11,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fragfield_base.cores import cores
 from transition.casing import casing_of
 from transition.cells.cell_points import POINTS_PER_FRAGMENT, lightest_that_matters
 from transition.cells.points import MaterialPoints
@@ -126,7 +126,7 @@ class BreakUp:
 
     def many(self, seed: int, numbers: Sequence[int], threads: int | None = None) -> list[Fragments]:
         """`fragments` of many realisations, on threads (default: all cores); the result does not depend on them."""
-        with ThreadPoolExecutor(threads or os.cpu_count() or 1) as pool:
+        with ThreadPoolExecutor(threads or cores()) as pool:
             return list(pool.map(lambda number: self.fragments(seed, number), numbers))
 
     def _base(self, broken: BrokenRound) -> NDArray[np.float64]:

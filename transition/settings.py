@@ -86,22 +86,24 @@ class BreakUpSettings:
     fracture_energy: Annotated[
         EnergyPerArea, Bounds(1.0, 1e8, "metals have 1e3 to 1e6 J/m^2", usual=(1e3, 1e6)), _MOTT
     ] = 14.7e4  # fmt: skip
-    """Energy W of fracture per area."""
+    """Energy W of fracture per area; a case that leaves it out takes that of its casing."""
     critical_strain: Annotated[
         float, Bounds(1e-3, 5.0, "casings rupture at strains near 1", usual=(0.1, 1.5)), _RUPTURE
     ] = 0.75  # fmt: skip
-    """Strain at rupture; 0.5 to 1.0 for steel."""
+    """Strain at rupture, 0.5 to 1.0 for steel; a case that leaves it out takes that of its casing."""
     fracture_stress: Annotated[
         float,
         Quantity("Pa", "804 MPa", above=0.0),
         Bounds(1e5, 1e12, "stresses at fracture of solids", usual=(1e8, 3e9)),
         _MOTT_1947,
     ] = 804e6
-    """True stress at fracture P_F, for mean_mass = "mott_1947"; Mott's for a steel with 0.45 % of carbon."""
+    """True stress at fracture P_F, for mean_mass = "mott_1947"; Mott's for a steel with 0.45 % of carbon. A case that
+    leaves it out takes that of its casing."""
     fracture_gamma: Annotated[
         float, Bounds(1e-2, 1e5, "Mott found 67 for steel", usual=(10.0, 300.0)), _MOTT_1947
     ] = 67.0  # fmt: skip
-    """Sharpness gamma of the scatter of the strain at fracture, for mean_mass = "mott_1947"."""
+    """Sharpness gamma of the scatter of the strain at fracture, for mean_mass = "mott_1947"; a case that leaves it out
+    takes that of its casing."""
     velocity_source: Annotated[Literal["burst", "gurney"], _RUPTURE] = "burst"
     """Speed in Eq. 21: from the burst, or Eqs. 23-24."""
     sampler: Literal["quantile", "graded"] = "quantile"

@@ -61,7 +61,7 @@ def mesh_meridian(profile: Profile, cell_size: float) -> MeridianMesh:
     """Mesh the meridian of a profile.
 
     Columns run from the axis to the cavity's contour and on to the outer contour. In a solid end the boundary between
-    them runs on from the cavity's end to the share of the radius at which all columns are equally wide.
+    them runs on from the cavity's end to the fraction of the radius at which all columns are equally wide.
 
     Parameters
     ----------
@@ -130,10 +130,10 @@ def _radii(profile: Profile, stations: NDArray[np.float64], core: int, wall: int
     inner = cavity.radius(np.clip(stations, cavity.start, cavity.end))
     for end, solid in ((cavity.start, stations < cavity.start), (cavity.end, stations > cavity.end)):
         if solid.any():
-            share = float(cavity.radius(end) / profile.outer.radius(end))
+            fraction = float(cavity.radius(end) / profile.outer.radius(end))
             reach = np.clip(np.abs(stations[solid] - end) / profile.max_radius, 0.0, 1.0)
             blend = reach**2 * (3.0 - 2.0 * reach)
-            inner[solid] = outer[solid] * (share + blend * (core / (core + wall) - share))
+            inner[solid] = outer[solid] * (fraction + blend * (core / (core + wall) - fraction))
     within, beyond = np.arange(core + 1) / core, np.arange(1, wall + 1) / wall
     return np.concatenate([inner[:, None] * within, inner[:, None] + (outer - inner)[:, None] * beyond], axis=1)
 

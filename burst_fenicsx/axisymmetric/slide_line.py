@@ -49,7 +49,7 @@ class LineInterface(ChargeContacts):
         local = fields.mesh.local_node
         # A node that charge and line still share, at the rim of a fuze, is its own twin.
         of_node = np.arange(len(mesh.nodes))
-        of_node[mesh.twins[:, 1]] = mesh.twins[:, 0]
+        of_node[mesh.interface_pairs[:, 1]] = mesh.interface_pairs[:, 0]
         edges, cell_of_edge, covered = _line_edges(mesh)
         neighbour, end, sides = _smooth_groups(mesh.nodes, edges)
         group_node = np.full(len(sides), -1)
@@ -82,7 +82,7 @@ class LineInterface(ChargeContacts):
         count = len(groups)
         self.contacts = LineContacts(
             slave=slave,
-            share=np.bincount(slave, minlength=1)[slave].astype(float),
+            of_node=np.bincount(slave, minlength=1)[slave].astype(float),
             strength=parameters[:, CHARGE_PARAMETERS.index("unreacted_strength")].copy(),
             side=side,
             first_cell=first_cell,
@@ -118,7 +118,7 @@ class LineInterface(ChargeContacts):
 
 def meridian_contact(mesh: MeridianMesh, fields: BurstFields, settings: BurstSettings) -> ContactForces:
     """Contact of an axisymmetric burst: its slide line, where charge and casing have nodes of their own."""
-    interface = LineInterface(mesh, fields, settings.contact) if len(mesh.twins) else None
+    interface = LineInterface(mesh, fields, settings.contact) if len(mesh.interface_pairs) else None
     touched = np.zeros(len(fields.mass), dtype=bool)
     if interface is not None:
         touched[interface.nodes] = True

@@ -10,7 +10,7 @@ import numpy as np
 from mpi4py import MPI
 
 from burst_fenicsx.contact.collisions import CollidingSurfaces
-from burst_fenicsx.contact.planes import PlaneContact, PlaneImpulse, held_in_plane, nodes_at_planes
+from burst_fenicsx.contact.planes import PlaneContact, held_in_plane, nodes_at_planes
 from burst_fenicsx.contact.sliding import SlidingInterface
 from burst_fenicsx.contact.surfaces import OpenFaces, contact_surfaces
 from burst_fenicsx.kernels.vectors.rows import add_rows, clear_rows, place_rows, take_means, work_on_rows
@@ -23,14 +23,13 @@ if TYPE_CHECKING:
     from burst_fenicsx.meshing import HexahedralMesh
     from burst_fenicsx.problem import BurstSettings, TimeStep
 
-__all__ = ["PLANE_REACH", "ContactForces", "Penetrations", "max_squared_phase"]
+__all__ = ["ContactForces", "Penetrations", "max_squared_phase"]
 
 _SAFETY = 0.9  # fraction taken of the stability that the cells leave to contact
 _FIXED_STEP_CFL = 0.9  # a fixed step is taken to be this fraction of the stable one
 _PLANE_FRACTION = 0.4  # of the squared frequency, where planes are; the rest is the surfaces'
 _REACH = 1.0  # of the cell size: how far surfaces may approach between two searches
-PLANE_REACH = 6.0
-"""Of the cell size: distance from a plane within which nodes are looked after."""
+_PLANE_REACH = 2.0  # of the cell size: distance from a plane within which nodes are looked after
 
 
 @dataclass
@@ -87,7 +86,7 @@ class ContactForces:
     force : (nodes, 3) N, on this rank's nodes.
     friction, work : J so far, on this rank: heat of friction, and work of all contact forces on the nodes, action and
         reaction, from these forces and the nodes' own motion.
-    impulse : given by the planes.
+    plane_force, impulse : (3,) N and N s, of the planes on the nodes of all ranks: now, and so far.
     penetrations : the largest so far.
     eroded : (cells of the whole mesh,) bool, eroded cells of casings, whose faces nothing meets any more.
     """
@@ -113,7 +112,7 @@ class ContactForces:
         self.force = np.zeros_like(fields.nodes.force)
         self.friction = 0.0
         self.work = 0.0
-        self.impulse = PlaneImpulse(self.comm, fields)
+        self.plane_force, self.impulse = np.zeros(3), np.zeros(3)
         self.penetrations = Penetrations()
         self.eroded = np.zeros(cells, dtype=bool)
         self._nodes = np.flatnonzero(touched).astype(np.int32)
@@ -133,7 +132,7 @@ class ContactForces:
         surfaces = contact_surfaces(mesh) if contact.surfaces or settings.planes else None
         touched = [surfaces.node] if surfaces is not None else []
         interface, collisions, open_faces = None, None, None
-        if len(mesh.twins):
+        if len(mesh.interface_pairs):
             interface = SlidingInterface(mesh, fields, contact)
             touched.append(interface.numbers)
         if contact.surfaces and surfaces is not None:
@@ -149,7 +148,7 @@ class ContactForces:
                 rows = np.flatnonzero((local >= 0) & (local < own.owned_nodes))
                 rows = rows[np.argsort(interior[free][rows], kind="stable")]
                 outer = int(np.count_nonzero(~interior[free][rows]))
-                planes.append(PlaneContact(plane, fields, local[rows], outer, PLANE_REACH * size))
+                planes.append(PlaneContact(plane, fields, local[rows], outer, _PLANE_REACH * size))
         may_touch = np.zeros(len(own.node), dtype=bool)
         for numbers in touched:
             local = own.local_node(numbers)
@@ -259,18 +258,18 @@ class ContactForces:
         deepest.interior_collision = max(deepest.interior_collision, self.collisions.deepest_interior)
 
     def _push_from_planes(self, max_squared_frequency: float, step: float, velocity: np.ndarray) -> None:
-        """Forces of the planes, and what impulse they have given."""
+        """Forces of the planes, and the impulse that they have given, by the trapezoidal rule; collective."""
         if not self.planes:
             return
-        pushed = np.zeros((2, 3))
+        now = np.zeros(3)
         for plane in self.planes:
-            plane.add_forces(
-                max_squared_frequency * _PLANE_FRACTION, step, velocity, self.force, self.impulse.constants
-            )
-            pushed += plane.given
+            plane.add_forces(max_squared_frequency * _PLANE_FRACTION, step, velocity, self.force)
+            now += plane.given
             self.penetrations.plane = max(self.penetrations.plane, plane.deepest)
             self.penetrations.interior_plane = max(self.penetrations.interior_plane, plane.deepest_interior)
-        self.impulse.add(step, pushed)
+        now = self.comm.allreduce(now) if self.comm.size > 1 else now
+        self.impulse += 0.5 * step * (self.plane_force + now)
+        self.plane_force = now
 
     def set_level(self, level: int) -> None:
         """Contact takes 2^`level` steps in a longest one from now on; the levels of the nodes are known by then."""

@@ -6,21 +6,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from burst_fenicsx.kernels.contact.planes import PlaneLaw, PlaneState, push_from_plane
-from burst_fenicsx.kernels.vectors.exact import quantum, two_constants
-from burst_fenicsx.kernels.vectors.rows import largest_speed, sum_columns
+from burst_fenicsx.kernels.contact.planes import PlaneLaw, PlaneState, plane_sums, push_from_plane
+from burst_fenicsx.kernels.vectors.exact import quantum, rounding_constant
+from burst_fenicsx.kernels.vectors.rows import largest_speed
 from burst_fenicsx.meshing.mesh import outer_faces
 from burst_fenicsx.problem import Part
 
 if TYPE_CHECKING:
-    from mpi4py import MPI
-
     from burst_fenicsx.contact.surfaces import ContactSurfaces
     from burst_fenicsx.mechanics.fields import BurstFields
     from burst_fenicsx.meshing import HexahedralMesh
     from burst_fenicsx.problem import Mirror, RigidPlane
 
-__all__ = ["PlaneContact", "PlaneImpulse", "held_in_plane", "nodes_at_planes"]
+__all__ = ["PlaneContact", "held_in_plane", "nodes_at_planes"]
 
 _IN_PLANE = 1e-9  # m
 _LARGEST_FORCE = 2.0**57  # of a plane on a node, in quanta of the nodal forces: 64 times the largest force of a cell
@@ -28,7 +26,6 @@ _LARGEST_FORCE = 2.0**57  # of a plane on a node, in quanta of the nodal forces:
 # nodes are near: products that expand freely reach the detonation velocity.
 _FASTEST = 1e4
 _GROWTH = 2.0
-_NEAR_FRACTION = 1.0 / 6.0
 
 
 def nodes_at_planes(mesh: HexahedralMesh, surfaces: ContactSurfaces) -> tuple[np.ndarray, np.ndarray]:
@@ -70,13 +67,13 @@ class PlaneContact:
     fields : this rank's fields.
     nodes : local nodes of this rank's own that may meet it.
     on_surface : how many of them, the first, lie on a surface; the others are interior ones.
-    reach : distance (m) from the plane within which nodes are looked after now and then, and those within a fraction of
-        it in every step; beyond, none can meet it before one looks again.
+    reach : distance (m) from the plane within which nodes are looked after; beyond, none can meet it before one looks
+        again.
 
     Attributes
     ----------
     near : (k,) int32, the nodes of the state that are looked after. pushed : (k,) int32, their local numbers.
-    given : (2, 3) N, force that the plane gives now to this rank's nodes, in two exact bins, whose sum it is.
+    given : (3,) N, force that the plane gives now to this rank's nodes, an exact sum.
     energies : (2,) J, spring energy now and friction in the last step, exact, on this rank's nodes.
     deepest, deepest_interior : largest penetration now (m), of this rank's nodes and of the interior ones.
     """
@@ -91,7 +88,9 @@ class PlaneContact:
     ) -> None:
         self._on_surface = on_surface
         self._fields = fields
-        self._reach, self._near_reach = reach, _NEAR_FRACTION * reach
+        nodes_of_all = int(fields.mesh.domain.geometry.index_map().size_global)
+        self._rounding = rounding_constant(0.25 * nodes_of_all * _LARGEST_FORCE * quantum(fields.nodes.rounding))
+        self._reach = reach
         normal = np.asarray(plane.normal, dtype=float)
         self._normal = normal / np.linalg.norm(normal)
         self._level = float(self._normal @ np.asarray(plane.point, dtype=float))
@@ -104,96 +103,36 @@ class PlaneContact:
             stiffness=np.zeros(count),
             energies=np.zeros((count, 2)),
         )
-        self._all = np.arange(count, dtype=np.int32)
         self.look_again()
 
     def look_again(self) -> None:
         """Have the near nodes found again at the next step."""
         self.near = self.pushed = np.zeros(0, dtype=np.int32)
-        self._wider = np.zeros(0, dtype=np.int32)
-        self._fastest, self._travel, self._wider_travel = 0.0, np.inf, np.inf
-        self.given, self.energies = np.zeros((2, 3)), np.zeros(2)
+        self._fastest, self._travel = 0.0, np.inf
+        self.given, self.energies = np.zeros(3), np.zeros(2)
         self.deepest = self.deepest_interior = 0.0
 
     def _find_near(self, step: float) -> None:
-        """Find the near nodes again where others may have come near in this step (s): often, among those in reach."""
+        """Find the near nodes again where others may have met the plane in this step (s)."""
         self._travel += step * self._fastest
-        self._wider_travel += step * self._fastest
-        if self._travel <= self._near_reach:
+        if self._travel <= self._reach:
             return
-        # Those in reach must hold all that may come near until one looks for near ones again.
-        if self._wider_travel > self._reach - 2.0 * self._near_reach:
-            self._wider = self._nearer_than(self._reach, self._all)
-            fastest = largest_speed(self._fields.nodes.velocity, self.state.node)
-            self._fastest = max(_FASTEST, _GROWTH * fastest)
-            self._wider_travel = 0.0
-        self.near = self._nearer_than(self._near_reach, self._wider)
-        self.pushed = self.state.node[self.near]
-        self._travel = 0.0
+        nodes, node = self._fields.nodes, self.state.node
+        height = nodes.position.take(node, axis=0) @ self._normal - self._level
+        self.near = np.flatnonzero((height < self._reach) | (self.state.stiffness > 0.0)).astype(np.int32)
+        self.pushed = node[self.near]
+        self._fastest, self._travel = max(_FASTEST, _GROWTH * largest_speed(nodes.velocity, node)), 0.0
 
-    def _nearer_than(self, reach: float, among: np.ndarray) -> np.ndarray:
-        """Nodes `among` (k,) those of the state that are nearer to the plane than `reach` (m) or pushed by it."""
-        height = self._fields.nodes.position.take(self.state.node[among], axis=0) @ self._normal - self._level
-        nearer: np.ndarray = among[(height < reach) | (self.state.stiffness[among] > 0.0)]
-        return nearer
-
-    def add_forces(
-        self,
-        max_squared_frequency: float,
-        step: float,
-        velocity: np.ndarray,
-        force: np.ndarray,
-        bins: tuple[float, float],
-    ) -> None:
+    def add_forces(self, max_squared_frequency: float, step: float, velocity: np.ndarray, force: np.ndarray) -> None:
         """Add the plane's forces to `force` (nodes, 3) in N.
 
         `max_squared_frequency` is its stiffness over a node's mass (1/s2), `step` the step (s) that led here,
-        `velocity` (nodes, 3) the mean one over it (m/s) and `bins` the constants of exact sums of its forces, see
-        `exact.two_constants`.
+        and `velocity` (nodes, 3) the mean one over it (m/s).
         """
         self._find_near(step)
         law = PlaneLaw(self._normal, self._level, max_squared_frequency, step, self._friction)
         state, fields = self.state, self._fields
         push_from_plane(law, self.near, state, fields.mass, fields.nodes.position, velocity, force)
-        touching = self.near[state.stiffness[self.near] > 0.0]
-        depth = state.penetration[touching]
-        forces = state.stiffness[touching, None] * (depth[:, None] * self._normal - state.slip[touching])
-        coarse, fine = bins
-        rounded = (forces + coarse) - coarse
-        self.given = np.array([rounded.sum(axis=0), ((forces - rounded + fine) - fine).sum(axis=0)])
-        self.energies = sum_columns(state.energies, touching, fields.grid.rounding)
-        self.deepest = float(depth.max(initial=0.0))
-        self.deepest_interior = float(depth[touching >= self._on_surface].max(initial=0.0))
-
-
-class PlaneImpulse:
-    """Impulse that the planes have given to the nodes of all ranks, by the trapezoidal rule over contact's steps.
-
-    A rank's forces are summed in two exact bins: the sums do not depend on which rank has a node.
-
-    Parameters
-    ----------
-    comm : communicator. fields : this rank's fields.
-
-    Attributes
-    ----------
-    constants : of the two bins, see `exact.two_constants`.
-    total, force : impulse (3,) so far in N s, and force (3,) now in N.
-    """
-
-    def __init__(self, comm: MPI.Comm, fields: BurstFields) -> None:
-        self._comm = comm
-        largest = _LARGEST_FORCE * quantum(fields.nodes.rounding)
-        nodes = int(fields.mesh.domain.geometry.index_map().size_global)
-        self.constants = two_constants(largest, nodes)
-        self.total, self.force = np.zeros(3), np.zeros(3)
-
-    def add(self, step: float, force: np.ndarray) -> None:
-        """Add the step (s) that led here, at whose end this rank's nodes get the `force` (2, 3) in N; collective."""
-        now = (self._comm.allreduce(force) if self._comm.size > 1 else force).sum(axis=0)
-        self.total += 0.5 * step * (self.force + now)
-        self.force = now
-
-    def given(self) -> np.ndarray:
-        """Impulse (3,) in N s so far."""
-        return self.total.copy()
+        self.energies, self.given, self.deepest, self.deepest_interior = plane_sums(
+            self._normal, self._on_surface, self.near, state, fields.grid.rounding, self._rounding
+        )

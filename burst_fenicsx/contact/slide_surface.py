@@ -99,7 +99,7 @@ def make_contacts(
         contact=mine,
         slave=slave,
         row=group_row,
-        share=np.bincount(group_row)[group_row].astype(float),
+        of_node=np.bincount(group_row)[group_row].astype(float),
         cells=cells,
         strength=strength,
         area=np.zeros((count, 3)),

@@ -55,10 +55,10 @@ class SlidingInterface(ChargeContacts):
     def __init__(self, mesh: HexahedralMesh, fields: BurstFields, settings: ContactSettings) -> None:
         self.settings = settings
         self._comm = comm = fields.mesh.comm
-        pairs, owned = len(mesh.twins), fields.mesh.owned_nodes
+        pairs, owned = len(mesh.interface_pairs), fields.mesh.owned_nodes
         faces, cell, covered = interface_faces(mesh)
         # Rows: the pairs of coincident nodes, then the casing's other nodes on which the charge may come to lie.
-        solid_nodes = np.concatenate([mesh.twins[:, 1], np.setdiff1d(faces, mesh.twins[:, 1])])
+        solid_nodes = np.concatenate([mesh.interface_pairs[:, 1], np.setdiff1d(faces, mesh.interface_pairs[:, 1])])
         self._rows = rows = len(solid_nodes)
         row = np.full(len(mesh.nodes), -1, dtype=np.int32)
         row[solid_nodes] = np.arange(rows, dtype=np.int32)
@@ -68,8 +68,8 @@ class SlidingInterface(ChargeContacts):
         solid = fields.mesh.local_node(solid_nodes)
         # The charge's node at each row: the twin, or the node itself at the rim of a fuze, where it belongs to both.
         charge = np.where(np.isin(solid_nodes, mesh.cells[mesh.part == Part.CHARGE]), solid, -1).astype(np.int32)
-        charge[:pairs] = fields.mesh.local_node(mesh.twins[:, 0])
-        self.numbers = np.concatenate([mesh.twins[:, 0], solid_nodes])
+        charge[:pairs] = fields.mesh.local_node(mesh.interface_pairs[:, 0])
+        self.numbers = np.concatenate([mesh.interface_pairs[:, 0], solid_nodes])
         self._master_rows, self._masters = _own(solid, owned)
         slave_rows, _ = _own(charge[:pairs], owned)
         own = np.zeros(rows, dtype=bool)
@@ -93,7 +93,7 @@ class SlidingInterface(ChargeContacts):
         self._vectors = np.zeros((len(faces), 3))
 
         row[:] = -1
-        row[mesh.twins[:, 0]] = np.arange(pairs, dtype=np.int32)
+        row[mesh.interface_pairs[:, 0]] = np.arange(pairs, dtype=np.int32)
         self._cells, cell_rows = _attached(fields, row)
         self._cell_rows, first = np.unique(cell_rows, return_index=True)
         self._first_cell = np.append(first, len(cell_rows)).astype(np.int32)

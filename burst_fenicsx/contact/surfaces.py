@@ -62,7 +62,7 @@ class ContactSurfaces:
 
 def contact_surfaces(mesh: HexahedralMesh) -> ContactSurfaces:
     """Find the surfaces of all rounds of the whole mesh."""
-    split = len(mesh.twins) > 0
+    split = len(mesh.interface_pairs) > 0
     # A charge of its own nodes stays within its casing, see `sliding`; one of shared nodes is part of the round.
     faces, cell, behind = outer_faces(mesh, np.where(split & (mesh.part == Part.CHARGE), -1, mesh.round))
     outside, on_face = np.zeros(len(mesh.nodes), dtype=bool), np.zeros(len(mesh.nodes), dtype=bool)

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 __all__ = ["FORMAT", "read_checkpoint", "write_checkpoint"]
 
-FORMAT = "fragfield burst checkpoint 8"  # 7: arrays of each rank; 8: step control, contact
+FORMAT = "fragfield burst checkpoint 9"  # 8: step control, contact; 9: impulse of planes
 
 
 def _kept(solver: BurstSolver) -> Iterator[tuple[str, Any, tuple[str, ...]]]:
@@ -38,12 +38,11 @@ def _kept(solver: BurstSolver) -> Iterator[tuple[str, Any, tuple[str, ...]]]:
     yield "grid", state.grid, ("volume", "viscous", "stable")
     yield "solid", state.solid, ("stress", "shear_strain", "volume_strain", "hourglass", "eroded")
     yield "charge", state.charge, ("pressure", "burn_fraction", "energy", "ignition_time", "compression_from")
-    yield "leakage", solver.leakage, ("factor", "rupture_time")
+    yield "leakage", solver.leakage, ("factor",)
     yield "ledger", solver.ledger, ("sums", "released", "external_work", "damping")
     if contact is None:
         return
-    yield "contact", contact, ("friction", "work", "force", "eroded")
-    yield "impulse", contact.impulse, ("total", "force")
+    yield "contact", contact, ("friction", "work", "force", "eroded", "plane_force", "impulse")
     if contact.interface is not None:
         yield "interface", contact.interface.contacts, CONTACT_STATE
     yield "penetrations", contact.penetrations, tuple(item.name for item in fields(contact.penetrations))

@@ -14,7 +14,6 @@ from burst_fenicsx.errors import InputError
 from fragfield_base.burst_snapshot import (
     ALONG,
     ALONG_COLUMNS,
-    EXPANSION_ARRAYS,
     FORMAT,
     FORMAT_VERSION,
     ROUND_ATTRIBUTES,
@@ -33,23 +32,7 @@ if TYPE_CHECKING:
     from burst_fenicsx.records.measures import RoundMeasures
     from fragfield_base.burst_snapshot import SegmentRecord
 
-__all__ = ["ExpansionRecord", "RoundRecord", "write_snapshot"]
-
-
-@dataclass(frozen=True, eq=False)
-class ExpansionRecord:
-    """How a round's casing expands: what radius and rate at any hoop strain are read from.
-
-    Attributes
-    ----------
-    time : (n,) s, rising.
-    station : (bins,) centres of the station bins (m from the nose end).
-    outer_radius : (n, bins) azimuthal mean of the casing's outer radius (m); NaN where a bin has no node.
-    """
-
-    time: np.ndarray
-    station: np.ndarray
-    outer_radius: np.ndarray
+__all__ = ["RoundRecord", "write_snapshot"]
 
 
 @dataclass(frozen=True)
@@ -70,7 +53,6 @@ class RoundRecord:
     position: tuple[float, ...]
     axis: tuple[float, ...]
     segments: tuple[SegmentRecord, ...]
-    expansion: ExpansionRecord
 
 
 def write_snapshot(
@@ -128,5 +110,3 @@ def _write_round(group: h5py.Group, record: RoundRecord, measure: RoundMeasures)
     for name in ALONG_COLUMNS:
         along[name] = getattr(measure, name)
     group["along"] = along
-    for name in EXPANSION_ARRAYS:
-        group[f"expansion/{name}"] = getattr(record.expansion, name)

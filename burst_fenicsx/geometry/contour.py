@@ -93,7 +93,7 @@ class Contour:
         sign = np.sign(arc)
         ends = np.array([self.radii[index], self.radii[index + 1]])
         if np.any(sign * (ends - centre_radius) < -1e-9 * abs(arc)):
-            smallest = chord**2 / (2.0 * abs(self.radii[index + 1] - self.radii[index]))
+            smallest = chord**2 / (2.0 * (end - start))
             raise InputError(
                 f"{place} turns back along the axis; a radius of at least {_mm(smallest)} "
                 "keeps to one radius per station"

@@ -83,7 +83,7 @@ class ChargeState(NamedTuple):
     ignition_time: np.ndarray  # (cells,) s
     burn_rate: np.ndarray  # (cells,) 1/s, 2 D A / (3 V)
     compression_from: np.ndarray  # (cells,) s, when compression begins to burn the cell: not before a front is near
-    axial_part: np.ndarray  # (cells,) int32, row of the leakage factors
+    axial_slice: np.ndarray  # (cells,) int32, row of the leakage factors
     leakage: np.ndarray  # (parts,) factor on the products' pressure
 
 

@@ -1,53 +1,48 @@
-"""Explosives and casing materials by name or from a user's file of the same form."""
+"""Explosives and casing materials by name or from a user's file."""
 
 from __future__ import annotations
 
+from dataclasses import fields
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
-from burst_fenicsx.data import DATA_DIRECTORY, Table, nearest_name, read_toml
+from burst_fenicsx.data import Table, nearest_name, read_toml
 from burst_fenicsx.errors import InputError
 from burst_fenicsx.problem import CasingMaterial, Explosive, JonesWilkinsLee
+from fragfield_base.names import substance_key
+from fragfield_base.substances import is_substance, read_substance, substance, substance_names
 
-__all__ = ["casing_names", "explosive_names", "gurney_range", "load_casing", "load_explosive"]
+if TYPE_CHECKING:
+    from fragfield_base.substances import Kind, Substance
 
-EXPLOSIVES = DATA_DIRECTORY / "explosives.toml"
-CASINGS = DATA_DIRECTORY / "casings.toml"
-EXPLOSIVE_KEYS = (
-    "density",
-    "detonation_velocity",
-    "heat_of_detonation",
-    "sound_speed",
-    "hugoniot_slope",
-    "shear_modulus",
-    "shear_strength",
-    "gurney",
-    "jwl",
-    "source",
-    "critical_energy",
-    "critical_energy_source",
-)
-CASING_KEYS = (
-    "density",
-    "elastic_modulus",
-    "poisson_ratio",
-    "shear_strength",
-    "tensile_strength",
-    "shear_softening_strain",
-    "tensile_softening_strain",
-    "softening_length",
-    "source",
-)
-JWL_KEYS = ("A", "B", "R1", "R2", "omega", "E0")
+__all__ = [
+    "burst_explosive_names",
+    "casing_names",
+    "explosive_names",
+    "load_casing",
+    "load_explosive",
+    "load_substance",
+]
+
+JWL_KEYS = tuple(item.name for item in fields(JonesWilkinsLee))
+EXPLOSIVE_KEYS = (*(item.name for item in fields(Explosive) if item.name != "name"), "gurney")
+CASING_KEYS = tuple(item.name for item in fields(CasingMaterial) if item.name != "name")
+_SOURCES = ("charge", "heat", "jwl", "unreacted", "solid", "strength")
 
 
 def explosive_names() -> tuple[str, ...]:
     """Return the names of the built-in explosives."""
-    return tuple(sorted(read_toml(EXPLOSIVES)))
+    return substance_names("explosive")
+
+
+def burst_explosive_names() -> tuple[str, ...]:
+    """Return the names of those with data for a model of the burst."""
+    return tuple(name for name in explosive_names() if load_explosive(name).models)
 
 
 def casing_names() -> tuple[str, ...]:
     """Return the names of the built-in casing materials."""
-    return tuple(sorted(read_toml(CASINGS)))
+    return substance_names("casing")
 
 
 def load_explosive(name_or_path: str | Path) -> Explosive:
@@ -56,47 +51,36 @@ def load_explosive(name_or_path: str | Path) -> Explosive:
     Parameters
     ----------
     name_or_path : str or Path
-        A built-in name ("tnt", "comp_b"), or a file that ends in .toml and has the form of `data/explosives.toml`;
-        of a file with several tables "file.toml#name" takes one.
+        A built-in name or another name of it ("comp_b", "Composition B"), or a file that ends in .toml: of the form of
+        those in `fragfield_base/substances/explosives`, or tables of `EXPLOSIVE_KEYS`, of several of which
+        "file.toml#name" takes one.
 
     Raises
     ------
     InputError
         Unknown name; unreadable file; a key that is unknown, missing, of the wrong type or out of bounds.
     """
-    name, table = _entry(name_or_path, EXPLOSIVES, "explosive", EXPLOSIVE_KEYS)
+    name, table = _entry(name_or_path, "explosive", EXPLOSIVE_KEYS)
     jwl = None
     if "jwl" in table:
         constants = table.table("jwl", JWL_KEYS)
         jwl = JonesWilkinsLee(**{key: constants.number(key, above=0.0) for key in JWL_KEYS})
-    if "gurney" in table:
-        _range(table)
-    critical = None
-    if "critical_energy" in table:
-        low, high = table.numbers("critical_energy", 2)
-        if not 0.0 < low <= high:
-            raise table.fault("critical_energy", "two energies above 0 (J/m2), the smaller first, are expected")
-        critical = low, high
+    for key in ("gurney", "critical_energy"):
+        _range(table, key)
     return Explosive(
         name=name,
         density=table.number("density", above=0.0, unit="kg/m3"),
         detonation_velocity=table.number("detonation_velocity", above=0.0, unit="m/s"),
-        heat_of_detonation=table.number("heat_of_detonation", above=0.0, unit="J/kg"),
-        sound_speed=table.number("sound_speed", above=0.0, unit="m/s"),
+        heat_of_detonation=_optional(table, "heat_of_detonation", "J/kg"),
+        sound_speed=_optional(table, "sound_speed", "m/s"),
         jwl=jwl,
         shear_modulus=table.number("shear_modulus", Explosive.shear_modulus, above=0.0, unit="Pa"),
         shear_strength=table.number("shear_strength", Explosive.shear_strength, at_least=0.0, unit="Pa"),
         source=table.text("source", ""),
-        critical_energy=critical,
+        critical_energy=_range(table, "critical_energy"),
         critical_energy_source=table.text("critical_energy_source", ""),
         hugoniot_slope=table.number("hugoniot_slope", Explosive.hugoniot_slope, at_least=1.0),
     )
-
-
-def gurney_range(name_or_path: str | Path) -> tuple[float, float] | None:
-    """Return the range of printed Gurney velocities sqrt(2E) (m/s) of an explosive, None where its table has none."""
-    _, table = _entry(name_or_path, EXPLOSIVES, "explosive", EXPLOSIVE_KEYS)
-    return _range(table) if "gurney" in table else None
 
 
 def load_casing(name_or_path: str | Path) -> CasingMaterial:
@@ -105,15 +89,16 @@ def load_casing(name_or_path: str | Path) -> CasingMaterial:
     Parameters
     ----------
     name_or_path : str or Path
-        A built-in name ("steel_paper", "steel_m107", "copper"), or a file that ends in .toml and has the form of
-        `data/casings.toml`; of a file with several tables "file.toml#name" takes one.
+        A built-in name or another name of it ("steel_1045", "AISI 1045"), or a file that ends in .toml: of the form of
+        those in `fragfield_base/substances/casings`, or tables of `CASING_KEYS`, of several of which "file.toml#name"
+        takes one.
 
     Raises
     ------
     InputError
         Unknown name; unreadable file; a key that is unknown, missing, of the wrong type or out of bounds.
     """
-    name, table = _entry(name_or_path, CASINGS, "casing", CASING_KEYS)
+    name, table = _entry(name_or_path, "casing", CASING_KEYS)
     return CasingMaterial(
         name=name,
         density=table.number("density", above=0.0, unit="kg/m3"),
@@ -126,6 +111,26 @@ def load_casing(name_or_path: str | Path) -> CasingMaterial:
         softening_length=_softening_length(table),
         source=table.text("source", ""),
     )
+
+
+def load_substance(kind: Kind, name_or_path: str | Path) -> Substance | None:
+    """Return everything of a built-in substance or of a user's file of its form; None for a file of tables.
+
+    Raises
+    ------
+    InputError
+        Unknown name; unreadable file; a key that is unknown or a value of the wrong type.
+    """
+    text = str(name_or_path)
+    if text.partition("#")[0].lower().endswith(".toml"):
+        path = Path(text.partition("#")[0])
+        content = read_toml(path)
+        return read_substance(kind, content, str(path), error=InputError) if is_substance(content) else None
+    name = substance_key(text, kind)
+    if name not in substance_names(kind):
+        known = nearest_name(text, substance_names(kind))
+        raise InputError(f"{kind} '{text}' is unknown; {known}; or a path that ends in .toml")
+    return substance(kind, name)
 
 
 def _softening_length(table: Table) -> float | None:
@@ -143,22 +148,27 @@ def _softening(table: Table, key: str) -> float | None:
     return table.number(key, 0.5, above=0.0)
 
 
-def _range(table: Table) -> tuple[float, float]:
-    low, high = table.numbers("gurney", 2)
+def _optional(table: Table, key: str, unit: str) -> float | None:
+    return table.number(key, above=0.0, unit=unit) if key in table else None
+
+
+def _range(table: Table, key: str) -> tuple[float, float] | None:
+    if key not in table:
+        return None
+    low, high = table.numbers(key, 2)
     if not 0.0 < low <= high:
-        raise table.fault("gurney", "two speeds above 0 (m/s), the smaller first, are expected")
+        raise table.fault(key, "two numbers above 0, the smaller first, are expected")
     return low, high
 
 
-def _entry(name_or_path: str | Path, library: Path, kind: str, keys: tuple[str, ...]) -> tuple[str, Table]:
-    """Name and table of an entry of the library or of a user's file."""
+def _entry(name_or_path: str | Path, kind: Kind, keys: tuple[str, ...]) -> tuple[str, Table]:
+    """Name and values of a substance, or of a table in a user's file."""
     text = str(name_or_path)
+    found = load_substance(kind, text)
+    if found is not None:
+        file = text if text.lower().endswith(".toml") else f"{found.name}.toml"
+        return found.name, Table(_flat(found, keys), file, keys)
     file, _, wanted = text.partition("#")
-    if not file.endswith(".toml"):
-        content = read_toml(library)
-        if text not in content:
-            raise InputError(f"{kind} '{text}' is unknown; {nearest_name(text, content)}; or a path that ends in .toml")
-        return text, Table(content[text], f"{library.name} [{text}]", keys)
     content = read_toml(Path(file))
     if not wanted:
         if len(content) != 1:
@@ -168,3 +178,16 @@ def _entry(name_or_path: str | Path, library: Path, kind: str, keys: tuple[str, 
     if wanted not in content:
         raise InputError(f"{file}: no table [{wanted}]; {nearest_name(wanted, content)}")
     return wanted, Table(content[wanted], f"{file} [{wanted}]", keys)
+
+
+def _flat(found: Substance, keys: tuple[str, ...]) -> dict[str, Any]:
+    """The values of a substance that the burst takes, in one table."""
+    table: dict[str, Any] = {"source": found.sources(*_SOURCES)}
+    for name, group in found.groups.items():
+        if name in keys and name not in group.values:
+            table[name] = dict(group.values)  # the table jwl
+        else:
+            table |= {key: value for key, value in group.values.items() if key in keys}
+        if f"{name}_source" in keys:
+            table[f"{name}_source"] = group.source
+    return table

@@ -94,7 +94,6 @@ class AxialSlices:
     source : (slices,) the slice whose nodes stand for it: itself, or, in coarse meshes, the nearest that has any.
     rounding : constant (m) of `kernels.vectors.exact.quantise` for the sums over nodes, which ranks share.
     factor : (slices + 1,) factor on the products' pressure; the last entry is 1, for cells without a slice.
-    rupture_time : (slices,) time at which r_i first exceeded r_cr (s), infinite before.
     """
 
     settings: Leakage
@@ -108,7 +107,6 @@ class AxialSlices:
     source: np.ndarray
     rounding: float
     factor: np.ndarray
-    rupture_time: np.ndarray
 
     @classmethod
     def of_charges(
@@ -148,7 +146,6 @@ class AxialSlices:
             source=source,
             rounding=rounding,
             factor=np.ones(slices + 1),
-            rupture_time=np.full(slices, np.inf),
         )
 
     def radii(self, position: np.ndarray) -> np.ndarray:
@@ -160,14 +157,13 @@ class AxialSlices:
             moved = self.comm.allreduce(moved)
         return self.initial_radius + (moved / np.maximum(self.count, 1.0))[self.source]
 
-    def update(self, position: np.ndarray, time: float) -> None:
+    def update(self, position: np.ndarray) -> None:
         """Set the pressure factors, Eq. 7: alpha (r_cr/r_i)^beta once r_i > r_cr, 1 before."""
         if not self.settings.enabled or not len(self.initial_radius):
             return
         radii = self.radii(position)
         critical = self.settings.radius_ratio * self.initial_radius
         open_now = (radii > critical) & (self.count[self.source] > 0)
-        self.rupture_time[open_now] = np.minimum(self.rupture_time[open_now], time)
         vented = self.settings.alpha * (critical / np.maximum(radii, 1e-300)) ** self.settings.beta
         self.factor[:-1] = np.where(open_now, vented, 1.0)
 

@@ -20,6 +20,7 @@ from burst_fenicsx.kernels.geometry.shapes import folded_cells
 from burst_fenicsx.kernels.lanes import LANES
 from burst_fenicsx.kernels.state import ChargeState, Grid, Nodes, SolidState
 from burst_fenicsx.kernels.step.assembly import FULL_QUADRATURE, ONE_POINT, RINGS
+from burst_fenicsx.kernels.step.energies import elastic_energies, mean_speeds, node_terms
 from burst_fenicsx.kernels.step.levels import blocks_are_mixed, move_lanes
 from burst_fenicsx.kernels.vectors.exact import quantise, rounding_constant
 from burst_fenicsx.materials import laws
@@ -87,7 +88,7 @@ class BurstFields:
     functions : the state as dolfinx functions by name: velocity (m/s) and force (N), linear in the cells; stress (Pa),
         plastic_shear_strain, plastic_volumetric_strain, pressure (Pa), burn_fraction and products_energy (J/m3),
         constant in cells or, of solids with full quadrature, known at points. Ghost cells lag behind until they are
-        sent (`compat.send_to_ghosts`).
+        sent (`x.scatter_forward`).
     start : (local nodes, 3) initial positions (m).
     mass, inverse_mass : (local nodes,) lumped mass (kg) and its inverse, complete on every rank.
     cell_mass : (owned cells,) kg.
@@ -120,14 +121,12 @@ class BurstFields:
         now = self.element.volumes(self.nodes.position, self.mesh.dofmap)
         return np.where(self.eroded, self.blocks.by_cell(self.grid.volume), now)
 
-    def cell_velocities(self) -> np.ndarray:
-        """Mean of each cell's nodal velocities (cells, 3) in m/s."""
-        velocity, corners = self.nodes.velocity, self.mesh.dofmap.T
-        total: np.ndarray = velocity.take(corners[0], axis=0)
-        for nodes in corners[1:]:  # one corner after the other: no array of all corners
-            total += velocity.take(nodes, axis=0)
-        total /= len(corners)
-        return total
+    def casing_speeds(self) -> tuple[np.ndarray, np.ndarray]:
+        """Own cells of casings (k,), and the size of the mean of each one's nodal velocities (k,) in m/s."""
+        cells = np.flatnonzero(self.mesh.part == Part.CASING)
+        speed = np.empty(len(cells))
+        mean_speeds(self.nodes.velocity, self.mesh.dofmap, cells, speed)
+        return cells, speed
 
     def folded(self, cells: np.ndarray | slice = slice(None)) -> np.ndarray:
         """Whether a corner of each of the cells (cells,) is turned inside out; eroded ones are no cells any more."""
@@ -153,6 +152,15 @@ class BurstFields:
         modulus, poisson = self.solid.parameters[len(Part) * mesh.round[cells] + mesh.part[cells], :2].T
         return cells, modulus, poisson
 
+    def node_sums(self, half_step: float) -> np.ndarray:
+        """Kinetic energy (J), momentum and the sum of its sizes (kg m/s) of all nodes (5,); collective.
+
+        The velocities are brought on by `half_step` (s).
+        """
+        terms = np.empty((len(self.mass), 5))
+        node_terms(half_step, self.mass, self.inverse_mass, self.nodes.velocity, self.nodes.force, terms)
+        return self.mesh.node_sums(terms)
+
     def solid_sums(self) -> np.ndarray:
         """Elastic energy (J); mass (kg), momentum's size (kg m/s) and kinetic energy (J) of casings, (4,); collective.
 
@@ -160,22 +168,24 @@ class BurstFields:
         """
         mesh, terms = self.mesh, np.zeros((self.mesh.cells, 4))
         cells, modulus, poisson = self._elastic
-        stress = self.solid.stress[cells]
-        square = np.einsum("kpi,kpi,i->k", stress, stress, [1.0, 1.0, 1.0, 2.0, 2.0, 2.0])
-        trace = stress[..., 0] + stress[..., 1] + stress[..., 2]
-        twice = ((1.0 + poisson) * square - poisson * (trace**2).sum(axis=1)) / modulus
-        terms[cells, 0] = 0.5 * self.blocks.by_cell(self.grid.volume)[cells] * twice / stress.shape[1]
-        casing = mesh.part == Part.CASING
-        mass, (x, y, z) = self.cell_mass[casing], self.cell_velocities()[casing].T
-        speed = np.sqrt(x**2 + y**2 + z**2)
+        energy = np.empty(len(cells))
+        slot = self.blocks.slot_of_cell
+        elastic_energies(cells, self.solid.stress, modulus, poisson, self.grid.volume, slot, energy)
+        terms[cells, 0] = energy
+        casing, speed = self.casing_speeds()
+        mass = self.cell_mass[casing]
         terms[casing, 1:] = np.stack([mass, mass * speed, 0.5 * mass * speed**2], axis=1)
         return mesh.cell_sums(terms)
 
     def sums_by_charge(self, values: np.ndarray) -> np.ndarray:
         """Sums (rounds,) of the values (cells,) over the cells of each round's charge; collective."""
-        mesh = self.mesh
-        of_charge = (mesh.round[:, None] == np.arange(len(self.products))) & (mesh.part == Part.CHARGE)[:, None]
-        return mesh.cell_sums(of_charge * values[:, None])
+        return self.mesh.cell_sums(self.of_charge * values[:, None])
+
+    @cached_property
+    def of_charge(self) -> np.ndarray:
+        """Whether each of this rank's cells belongs to each round's charge (cells, rounds)."""
+        charge = self.mesh.part == Part.CHARGE
+        return np.column_stack([charge & (self.mesh.round == index) for index in range(len(self.products))])
 
     @property
     def eroded(self) -> np.ndarray:
@@ -230,7 +240,7 @@ def make_fields(
     settings: BurstSettings,
     *,
     fuze_density: Sequence[float],
-    axial_part: np.ndarray,
+    axial_slice: np.ndarray,
     leakage: np.ndarray,
     lengths: Sequence[float],
     element: Element = HEXAHEDRON,
@@ -241,7 +251,7 @@ def make_fields(
     ----------
     mesh, rounds, settings : the problem.
     fuze_density : of each round's fuze (kg/m3).
-    axial_part : (owned cells,) int32, row of `leakage`.
+    axial_slice : (owned cells,) int32, row of `leakage`.
     leakage : (slices + 1,) factors on the products' pressure, those of `AxialSlices`.
     lengths : of each round (m).
     element : the kind of the cells.
@@ -324,7 +334,7 @@ def make_fields(
             ignition_time=ignition,
             burn_rate=burn,
             compression_from=compression,
-            axial_part=axial_part.astype(np.int32),
+            axial_slice=axial_slice.astype(np.int32),
             leakage=leakage,
         ),
         rings=AxisymmetricState(_by_lanes(blocks.by_slot(1.0 / corner_mass))) if element.kind == RINGS else None,
@@ -373,8 +383,8 @@ def _nodal_masses(mesh: DistributedMesh, scratch: Any, cell_mass: np.ndarray, co
     for corner in range(corner_mass.shape[1]):
         masses = quantise(corner_mass[:, corner], rounding)
         values[:, 0] += np.bincount(mesh.dofmap[:, corner], weights=masses, minlength=len(values))
-    compat.add_to_owners(scratch)
-    compat.send_to_ghosts(scratch)
+    compat.add_ghosts(scratch.x)
+    scratch.x.scatter_forward()
     mass = values[:, 0].copy()
     values[:] = 0.0
     return mass

@@ -9,7 +9,6 @@ import numpy as np
 
 from burst_fenicsx.errors import NumericalStop
 from burst_fenicsx.kernels.constants import MIN_CONTACT_WORK, MIN_WORK
-from burst_fenicsx.problem import Part
 
 if TYPE_CHECKING:
     from mpi4py import MPI
@@ -117,14 +116,10 @@ class Ledger:
             If the energy balance is open, or contact has made or lost energy, by more than the tolerance.
         """
         # At the time of the positions, half a step after that of the velocities.
-        of_nodes = fields_now.mass[:, None] * fields_now.nodes.velocity + 0.5 * step * fields_now.nodes.force
-        x, y, z = of_nodes.T
-        square = x**2 + y**2 + z**2
-        terms = np.column_stack([0.5 * square * fields_now.inverse_mass, of_nodes, np.sqrt(square)])
-        kinetic, *momenta, size = fields_now.mesh.node_sums(terms)
+        kinetic, *momenta, size = fields_now.node_sums(0.5 * step)
         momentum = np.where(fields_now.element.momentum_is_conserved, momenta, 0.0)
         if contact is not None:
-            momentum -= contact.impulse.given()
+            momentum -= contact.impulse
         momentum -= self.balanced.T @ (self.balanced @ momentum)
         strain, mass, weighted, kinetic_casing = fields_now.solid_sums()
         of_contact = (contact.energy, contact.gain) if contact is not None else (0.0, 0.0)
@@ -193,10 +188,9 @@ class Ledger:
 
 def _energies_left(state: BurstFields) -> np.ndarray:
     """Work that each round's gas can still do (rounds,) in J, with the unreacted chemical energy; collective."""
-    mesh = state.mesh
-    energies = np.zeros(mesh.cells)
+    energies = np.zeros(state.mesh.cells)
     for index, products in enumerate(state.products):
-        own = np.flatnonzero((mesh.round == index) & (mesh.part == Part.CHARGE))
+        own = np.flatnonzero(state.of_charge[:, index])
         start = state.cell_mass[own] / products.density
         burnt = state.charge.burn_fraction[own]
         volume = state.grid.volume[state.blocks.slot_of_cell[own]] / start

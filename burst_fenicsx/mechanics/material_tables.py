@@ -98,7 +98,7 @@ def _charge_row(item: Round, settings: BurstSettings, model: Products) -> tuple[
     by_compression = 1.0 / (1.0 - model.cj_volume) if settings.burn == "time_or_compression" else 0.0
     return (
         explosive.density,
-        explosive.density * explosive.sound_speed**2,
+        explosive.density * explosive.known("sound_speed") ** 2,
         explosive.shear_modulus,
         explosive.shear_strength,
         settings.viscosity.linear,

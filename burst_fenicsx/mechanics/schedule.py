@@ -93,9 +93,7 @@ class Chunks:
         self._chunks = int(self._chunk[-1]) + 1 if cells else 0
         colour = _colour_chunks(self._chunk, dofmap, self._chunks)
         colours = int(colour.max()) + 1 if len(colour) else 0
-        # Neighbours are alike in work; the run of chunks that one thread takes comes from all over the body.
-        scattered = np.array([int(f"{k:032b}"[::-1], 2) for k in range(self._chunks)], dtype=np.int64)
-        self._chunk_order = np.lexsort((scattered, colour)).astype(np.int32)
+        self._chunk_order = np.argsort(colour, kind="stable").astype(np.int32)
         self._colour_offset = np.searchsorted(colour[self._chunk_order], np.arange(colours + 1)).astype(np.int32)
 
     def blocks(self, level: np.ndarray, highest: int = 0) -> Blocks:

@@ -116,7 +116,7 @@ class BurstSolver:
             # Cells of the shortest steps end one with every substep, those of twice the step with every second, ...
             min_level = self.levels.highest - _halvings(substep + 1)
             if min_level == 0:
-                self.leakage.update(self.fields.nodes.position, self.time)
+                self.leakage.update(self.fields.nodes.position)
             self.add_forces(step, min_level)
             self.ledger.add(self._totals.energy, self._totals.released)
             velocity_step = step
@@ -147,13 +147,13 @@ class BurstSolver:
         )
         if several:
             # Nodes that do not take part hold forces that have been used; those are cleared before they count again.
-            compat.add_to_owners(state.functions["force"])
+            compat.add_ghosts(state.functions["force"].x)
         if self.contact is not None and levels.contact_level >= min_level:
             fraction = 1.0 / 2**levels.contact_level
             active = self.burning.front_is_active(self.time)
             self.contact.add_forces(fraction * self.control.uncut_step, fraction * step, front_is_active=active)
         if several:
-            compat.send_to_ghosts(state.functions["force"])
+            state.functions["force"].x.scatter_forward()
         self.loads.add_forces(self.time)  # after the sum over ranks
         for constraint in self.constraints:
             constraint.apply(state.nodes.force)

@@ -134,7 +134,7 @@ def split_charges(mesh: _Mesh) -> _Mesh:
 
     Returns
     -------
-    The same mesh with the pairs in `twins`, in the order of the casing's nodes.
+    The same mesh with the pairs in `interface_pairs`, in the order of the casing's nodes.
     """
     charge = mesh.part == Part.CHARGE
     touches = {part: np.zeros(len(mesh.nodes), dtype=bool) for part in Part}
@@ -149,6 +149,6 @@ def split_charges(mesh: _Mesh) -> _Mesh:
         mesh,
         nodes=np.concatenate([mesh.nodes, mesh.nodes[shared]]),
         cells=cells,
-        twins=np.stack([own[shared], shared], axis=1),
+        interface_pairs=np.stack([own[shared], shared], axis=1),
         held=None if mesh.held is None else np.concatenate([mesh.held, mesh.held[shared]]),
     )

@@ -141,12 +141,12 @@ def distribute(
         if destination is None:
             destination = (np.arange(count, dtype=np.int64) * comm.size // max(count, 1)).astype(np.int32)
         names = (mesh.part, mesh.round, mesh.segment, mesh.station)
-        twins = mesh.twins
+        interface_pairs = mesh.interface_pairs
     else:
         cells, nodes = np.zeros((0, 8), dtype=np.int64), np.zeros((0, 3))
         destination = np.zeros(0, dtype=np.int32)
-        names, twins = None, None
-    domain = compat.create_hexahedral_mesh(comm, cells, nodes, destination, twins)
+        names, interface_pairs = None, None
+    domain = compat.create_hexahedral_mesh(comm, cells, nodes, destination, interface_pairs)
     part, of_round, segment, station = comm.bcast(names, root=0)
     topology = domain.topology
     owned = int(topology.index_map(topology.dim).size_local)
@@ -192,7 +192,7 @@ def _as_given(number: np.ndarray, own: np.ndarray) -> np.ndarray:
 
 
 def _span(dofmap: np.ndarray) -> float:
-    """How far apart the numbers of a cell's nodes lie, median over the cells: twins of split faces have far numbers."""
+    """How far apart the numbers of a cell's nodes lie, median over the cells: pairs at split faces have far numbers."""
     return float(np.median(dofmap.max(axis=1) - dofmap.min(axis=1))) if len(dofmap) else 0.0
 
 

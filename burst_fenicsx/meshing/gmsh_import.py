@@ -31,6 +31,7 @@ GROUPS = {"casing": Part.CASING, "charge": Part.CHARGE, "fuze": Part.FUZE}
 WALL_PIECES = 4  # automatic segments along the charge
 LARGEST_OFFSET = 0.05  # of the casing's centre from the axis, over the largest radius
 _SMALLEST, _LARGEST = 1e-3, 20.0  # m
+_USUAL = 0.02, 5.0  # m: of rounds, to guess a unit
 _MOST_CELLS = 50_000_000
 _MOST_BYTES = 1 << 34
 _FLAT = ("vertex", "line", "triangle", "quad")
@@ -193,8 +194,13 @@ def _check_numbers(points: NDArray[np.float64], cells: NDArray[np.int64], unit: 
         raise InputError(f"{int((~np.isfinite(used)).any(axis=1).sum())} nodes are not at finite places")
     extent = float(np.ptp(used, axis=0).max()) * LENGTH_UNITS[unit]
     if not _SMALLEST <= extent <= _LARGEST:
+        sizes = {other: extent * scale / LENGTH_UNITS[unit] for other, scale in LENGTH_UNITS.items()}
+        likely = " or ".join(
+            f"{other} ({size:.3g} m)" for other, size in sizes.items() if _USUAL[0] <= size <= _USUAL[1]
+        )
         raise InputError(
             f"the mesh is {extent:.3g} m large in the unit '{unit}'; allowed: {_SMALLEST:g} to {_LARGEST:g} m"
+            f"{f': the numbers of the file look like {likely}' if likely else ''}"
         )
     _, first, count = np.unique(np.sort(cells, axis=1), axis=0, return_index=True, return_counts=True)
     if (count > 1).any():

@@ -58,7 +58,7 @@ class CellMesh(ABC):
         The segments of each round.
     lengths : tuple of float
         The length of each round (m).
-    twins : numpy.ndarray, int64, shape (pairs, 2)
+    interface_pairs : numpy.ndarray, int64, shape (pairs, 2)
         Nodes that lie in the same place on both sides of a split face: the charge's and the casing's or fuze's.
     held : numpy.ndarray, uint8, shape (n,), or None
         Where rounds are cut at planes of symmetry: bit k is set for the nodes in plane k. None: nothing is cut.
@@ -74,7 +74,7 @@ class CellMesh(ABC):
     station: NDArray[np.float64]
     segments: tuple[tuple[Segment, ...], ...] = ()
     lengths: tuple[float, ...] = ()
-    twins: NDArray[np.int64] = field(default_factory=lambda: np.zeros((0, 2), dtype=np.int64))
+    interface_pairs: NDArray[np.int64] = field(default_factory=lambda: np.zeros((0, 2), dtype=np.int64))
     held: NDArray[np.uint8] | None = None
     held_normals: tuple[tuple[int, tuple[float, float, float]], ...] = ()
 
@@ -105,7 +105,7 @@ class CellMesh(ABC):
     def places(self) -> NDArray[np.int64]:
         """One number for each place (nodes,): a charge's node is named by its twin."""
         place = np.arange(len(self.nodes), dtype=np.int64)
-        place[self.twins[:, 0]] = self.twins[:, 1]
+        place[self.interface_pairs[:, 0]] = self.interface_pairs[:, 1]
         return place
 
 
@@ -178,7 +178,9 @@ def merge(meshes: Sequence[_Mesh]) -> _Mesh:
         station=np.concatenate([mesh.station for mesh in meshes]),
         segments=tuple(segments for mesh in meshes for segments in mesh.segments),
         lengths=tuple(length for mesh in meshes for length in mesh.lengths),
-        twins=np.concatenate([mesh.twins + offset for mesh, offset in zip(meshes, offsets, strict=True)]),
+        interface_pairs=np.concatenate(
+            [mesh.interface_pairs + offset for mesh, offset in zip(meshes, offsets, strict=True)]
+        ),
         held=_merged_held(meshes),
         held_normals=tuple(sorted({one for mesh in meshes for one in mesh.held_normals})),
     )

@@ -42,8 +42,8 @@ def mesh_round(
     Parameters
     ----------
     cased_round : Round
-        With a profile (meshed with `cell_size`) or a mesh file (see `read_gmsh`; in metres, base at its
-        lowest z).
+        With a profile (meshed with `cell_size`) or a mesh file (see `read_gmsh`; in its `mesh_unit`, base
+        at its lowest z).
     cell_size : float
         Edge of the mean cell (m); of no concern to a mesh file.
     round_index : int
@@ -65,7 +65,7 @@ def mesh_round(
     if cased_round.profile is not None and cased_round.mesh_file is None:
         return mesh_profile(cased_round.profile, cell_size, **place_and_index, cuts=cuts)
     if cased_round.mesh_file is not None and cased_round.profile is None:
-        return read_gmsh(cased_round.mesh_file, **place_and_index)
+        return read_gmsh(cased_round.mesh_file, unit=cased_round.mesh_unit, **place_and_index)
     found = "both" if cased_round.profile is not None else "neither"
     raise InputError(f"{where}: found {found} of profile and mesh file; exactly one is expected")
 
@@ -140,7 +140,7 @@ def mesh_profile(
         segments=(profile.segments,),
         lengths=(profile.length,),
     )
-    check_quality(quality(mesh, profile, share=0.5 ** len(cuts)), mesh.station, profile, cell_size)
+    check_quality(quality(mesh, profile, fraction=0.5 ** len(cuts)), mesh.station, profile, cell_size)
     return cut_mesh(mesh, cuts)
 
 
@@ -159,7 +159,7 @@ def _check_ends(profile: Profile) -> None:
 def _band_radii(profile: Profile, counts: GridCounts, outer: NDArray[np.float64]) -> NDArray[np.float64]:
     """Radius of the boundary between cavity and wall blocks at every layer boundary (m).
 
-    The cavity's contour where there is one. In a solid end it runs on from the cavity's end to the share of the outer
+    The cavity's contour where there is one. In a solid end it runs from the cavity's end to the fraction of the outer
     radius at which wall cells are as deep as the smallest within; the change takes one (largest) radius of length.
     """
     stations, cavity = counts.stations, profile.cavity
@@ -169,10 +169,10 @@ def _band_radii(profile: Profile, counts: GridCounts, outer: NDArray[np.float64]
     for end, solid in ((cavity.start, stations < cavity.start), (cavity.end, stations > cavity.end)):
         if not np.any(solid):
             continue
-        share = float(cavity.radius(end) / profile.outer.radius(end))
+        fraction = float(cavity.radius(end) / profile.outer.radius(end))
         reach = np.clip(np.abs(stations[solid] - end) / profile.max_radius, 0.0, 1.0)
         blend = reach**2 * (3.0 - 2.0 * reach)
-        inner[solid] = outer[solid] * (share + blend * (even - share))
+        inner[solid] = outer[solid] * (fraction + blend * (even - fraction))
     return inner
 
 

@@ -134,17 +134,17 @@ def edge_lengths(mesh: HexahedralMesh) -> tuple[NDArray[np.float64], NDArray[np.
     return shortest, longest
 
 
-def quality(mesh: HexahedralMesh, profile: Profile | None = None, share: float = 1.0) -> MeshQuality:
+def quality(mesh: HexahedralMesh, profile: Profile | None = None, fraction: float = 1.0) -> MeshQuality:
     """Return the figures of a mesh; with the profile of its (only) round also the errors of the masses.
 
-    `share` is that of the round which the mesh holds.
+    `fraction` is that of the round which the mesh holds.
     """
     scaled = scaled_jacobians(mesh)
     shortest, longest = edge_lengths(mesh)
     errors: dict[Part, float] = {}
     if profile is not None:
         exact = profile.volumes()
-        found = {part: volume / share for part, volume in part_volumes(mesh).items()}
+        found = {part: volume / fraction for part, volume in part_volumes(mesh).items()}
         for part, volume in ((Part.CASING, exact.casing), (Part.CHARGE, exact.charge), (Part.FUZE, exact.fuze)):
             if volume > 0.0 or part in found:
                 errors[part] = found.get(part, 0.0) / volume - 1.0 if volume > 0.0 else np.inf

@@ -85,7 +85,7 @@ class ShockExposures:
         self._floors = floors
         self._floor = floors[self._round]
         self._explosives = [item.explosive for item in rounds]
-        impedance = np.array([item.density * item.sound_speed for item in self._explosives])
+        impedance = np.array([item.density * item.known("sound_speed") for item in self._explosives])
         slope = np.array([item.hugoniot_slope * item.density for item in self._explosives])
         self._impedance = impedance[self._round]
         self._slope = slope[self._round]

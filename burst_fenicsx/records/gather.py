@@ -30,7 +30,7 @@ def output_fields(
     count = mesh.cells
     stress = state.solid.stress[:count].mean(axis=1)
     charge = mesh.part == Part.CHARGE
-    pressure = state.charge.pressure[:count] * state.charge.leakage[state.charge.axial_part]
+    pressure = state.charge.pressure[:count] * state.charge.leakage[state.charge.axial_slice]
     pressure = np.where(charge, pressure, -stress[:, :3].mean(axis=1))
     stress[charge, :3] -= pressure[charge, None]
     volume = state.blocks.by_cell(state.grid.volume)

@@ -170,8 +170,10 @@ class Measures:
     def _casing(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Casing cells of the whole mesh, their masses (kg) and speeds (m/s); collective."""
         state, cells = self._state, np.flatnonzero(self._mesh.part == Part.CASING)
-        speed = np.linalg.norm(state.cell_velocities(), axis=1)
-        mass, speed = state.mesh.all_cells(np.stack([state.cell_mass, speed], axis=1))[cells].T
+        own, speed = state.casing_speeds()
+        values = np.column_stack([state.cell_mass, np.zeros(state.mesh.cells)])
+        values[own, 1] = speed
+        mass, speed = state.mesh.all_cells(values)[cells].T
         return cells, mass, speed
 
     def rounds(self) -> list[RoundMeasures]:

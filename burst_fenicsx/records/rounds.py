@@ -1,4 +1,4 @@
-"""The rounds and segments as the break-up needs them: initial radii and walls, masses, speeds, state at rupture."""
+"""The rounds and segments as the break-up needs them: initial radii and walls, masses, speeds."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from burst_fenicsx.files.snapshot import ExpansionRecord, RoundRecord
+from burst_fenicsx.files.snapshot import RoundRecord
 from burst_fenicsx.kernels.constants import GURNEY_VOLUME
 from burst_fenicsx.materials.products.landau import LandauProducts
 from burst_fenicsx.problem import Part
@@ -17,18 +17,13 @@ if TYPE_CHECKING:
 
     from burst_fenicsx.assembled import AssembledBurst
 
-    Radii = Sequence[tuple[float, np.ndarray, np.ndarray]]
-
 __all__ = ["round_records"]
 
 
-def round_records(
-    run: AssembledBurst, radii: Radii, masses: Sequence[np.ndarray], speeds: Sequence[np.ndarray]
-) -> list[RoundRecord]:
+def round_records(run: AssembledBurst, masses: Sequence[np.ndarray], speeds: Sequence[np.ndarray]) -> list[RoundRecord]:
     """Describe every computed round of a finished run, cut ones as whole.
 
-    `radii` are times (s) with the outer radii of casings and charges (m) then; `masses` (kg) and `speeds` (m/s) are
-    those of the casing's segments, round by round.
+    `masses` (kg) and `speeds` (m/s) are those of the casing's segments, round by round.
     """
     mesh = run.mesh
     volume = mesh.volumes * run.part.multiplicity[mesh.round]
@@ -44,7 +39,6 @@ def round_records(
             whole = sum(by_part.values())
             inner = np.sqrt((whole - by_part[Part.CASING]) / (np.pi * length))
             outer = np.sqrt(whole / (np.pi * length))
-            rupture_radius, rupture_wall = _at_rupture(run, radii, index, segment.start, segment.end)
             segments.append(
                 SegmentRecord(
                     name=segment.name,
@@ -57,8 +51,6 @@ def round_records(
                     casing_mass=float(masses[index][number]),
                     charge_mass=by_part[Part.CHARGE] * item.explosive.density,
                     speed=float(speeds[index][number]),
-                    rupture_radius=rupture_radius,
-                    rupture_wall=rupture_wall,
                 )
             )
         products = run.fields.products[index]
@@ -84,40 +76,6 @@ def round_records(
                 position=tuple(item.position),
                 axis=tuple(item.axis),
                 segments=tuple(segments),
-                expansion=_expansion(run, radii, index),
             )
         )
     return records
-
-
-def _at_rupture(run: AssembledBurst, radii: Radii, index: int, start: float, end: float) -> tuple[float, float]:
-    """Outer radius and wall (m) of a segment when its charge first passed the leakage radius; not a number before."""
-    parts = run.settings.leakage.parts
-    surfaces = run.surfaces
-    charge = (run.mesh.round == index) & (run.mesh.part == Part.CHARGE)
-    if not charge.any() or not radii:
-        return float("nan"), float("nan")
-    inside = charge & (run.mesh.station >= start) & (run.mesh.station < end)
-    chosen = np.unique(surfaces.cell_slice[inside])
-    bins = (surfaces.bin_round == index) & (surfaces.bin_station >= start) & (surfaces.bin_station < end)
-    chosen = chosen[chosen < parts * len(run.rounds)]
-    if not len(chosen) or not bins.any():
-        return float("nan"), float("nan")
-    ruptured = run.leakage.rupture_time[chosen]
-    if not np.isfinite(ruptured).all():
-        return float("nan"), float("nan")
-    times = np.array([time for time, _, _ in radii])
-    outer = np.array([np.nanmean(casing[bins]) for _, casing, _ in radii])
-    inner = np.array([charge_radii[chosen].mean() for _, _, charge_radii in radii])
-    when = float(ruptured.mean())
-    radius = float(np.interp(when, times, outer))
-    return radius, radius - float(np.interp(when, times, inner))
-
-
-def _expansion(run: AssembledBurst, radii: Radii, index: int) -> ExpansionRecord:
-    """Outer radius of a round's casing by station bin over the whole burst."""
-    bins = run.surfaces.bin_round == index
-    station = run.surfaces.bin_station[bins]
-    time = np.array([entry[0] for entry in radii])
-    outer = np.array([casing[bins] for _, casing, _ in radii]).reshape(len(time), len(station))
-    return ExpansionRecord(time, station, outer)

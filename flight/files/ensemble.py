@@ -111,10 +111,10 @@ def ensemble_columns(found: EnsembleHazard) -> dict[str, dict[str, NDArray[Any]]
     directions = np.round(found.azimuth / 360.0 * len(expected.azimuth)).astype(int) % len(expected.azimuth)
     densities: dict[str, NDArray[Any]] = {}
     for kind, name in enumerate(KINDS):
-        densities[f"{name}_density"] = expected.density[kind]
+        densities[f"{name}_density_1_m2"] = expected.density[kind]
         if expected.density_low.size:
-            densities[f"{name}_density_low"] = expected.density_low[kind]
-            densities[f"{name}_density_high"] = expected.density_high[kind]
+            densities[f"{name}_density_low_1_m2"] = expected.density_low[kind]
+            densities[f"{name}_density_high_1_m2"] = expected.density_high[kind]
     tables: tuple[dict[str, NDArray[Any]], ...] = (
         {
             "realisation": np.arange(found.realisations),
@@ -133,7 +133,7 @@ def ensemble_columns(found: EnsembleHazard) -> dict[str, dict[str, NDArray[Any]]
             "distance_m": known * expected.by_direction[directions],
             "upper_m": known * expected.upper_by_direction[directions],
             **{
-                f"{name}_{key}": values
+                f"{name}_{key}{'_m' if name == 'max_throw' else ''}": values
                 for name, curve in found.by_sector.items()
                 for key, values in vars(curve).items()
             },

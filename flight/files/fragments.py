@@ -7,10 +7,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flight.errors import InputError, nearest
+from flight.files.foreign import foreign_words
 from flight.files.hdf5 import open_checked, put_texts, write_attributes
-from flight.files.text_tables import read_columns, write_columns
+from flight.files.text_tables import in_columns_of, read_columns, write_columns
 from fragfield_base.arrays import group_of, numbers, texts
 from fragfield_base.hdf5_files import creating
+from fragfield_base.names import nearest_name
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -64,6 +66,9 @@ def read(path: Path) -> tuple[dict[str, NDArray[np.float64]], list[str]]:
     """
     if path.suffix.lower() == ".csv":
         return _read_csv(path), []
+    words = "" if path.suffix.lower() in (".h5", ".hdf5") else foreign_words(path, names=True)
+    if words:
+        raise InputError(f"{path}: neither fragments in HDF5 (.h5) nor a .csv file{words}")
     with open_checked(path, FORMAT_NAME, FORMAT_VERSION) as file:
         group = group_of(file, "fragments")
         missing = [f"/fragments/{name}" for name in ARRAYS if group is None or name not in group]
@@ -91,11 +96,17 @@ def fragment_columns(arrays: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[An
 
 
 def _read_csv(path: Path) -> dict[str, NDArray[np.float64]]:
-    columns = read_columns(path)
+    columns = in_columns_of(path, read_columns(path), CSV_COLUMNS)
+    missing = [name for name in REQUIRED_COLUMNS if name not in columns]
+    if len(missing) == len(REQUIRED_COLUMNS) and not any(nearest_name(name, REQUIRED_COLUMNS) for name in columns):
+        raise InputError(
+            f"{path}: found the columns {', '.join(columns)}; needed: of fragments one by one "
+            f"{', '.join(REQUIRED_COLUMNS)}, of an arena table zone_from_deg, zone_to_deg and others"
+            f"{foreign_words(path, names=True)}"
+        )
     for name in columns:
         if name not in CSV_COLUMNS:
             raise InputError(f"{path}: unknown column {name!r}{nearest(name, CSV_COLUMNS)}")
-    missing = [name for name in REQUIRED_COLUMNS if name not in columns]
     if missing:
         raise InputError(f"{path}: column {', '.join(missing)} missing; found {', '.join(columns)}")
     zero = np.zeros_like(columns["mass_kg"])

@@ -10,7 +10,7 @@ import numpy as np
 from flight.errors import InputError
 from flight.files.hdf5 import write_attributes
 from flight.files.text_tables import Labels
-from flight.rows import flat_columns
+from flight.rows import Status, flat_columns
 from fragfield_base.hdf5_files import creating
 from fragfield_base.writing import write_text
 from fragfield_base.xdmf import quoted
@@ -22,16 +22,53 @@ if TYPE_CHECKING:
 
     from flight.rows import Trajectories
 
-__all__ = ["named_columns", "write_trajectories"]
+__all__ = ["csv_columns", "write_trajectories"]
 
 FORMAT_VERSION = 1
 PATHS_FORMAT = "fragfield trajectories"
 POLYLINE = 2  # XDMF's number of the cell type in a mixed topology
 
 
-def named_columns(hits: NDArray[Any], what: str, names: Sequence[str]) -> dict[str, NDArray[Any] | Labels]:
-    """Columns of a table of hits, first the name of what was hit: of the "witness" or "obstacle" of every row."""
-    return {"name": Labels(names, hits[what]), **flat_columns(hits)}
+_UNITS = {
+    "mass": "kg", "time": "s", "position": "m", "velocity": "m_s", "speed": "m_s", "energy": "J", "distance": "m",
+    "azimuth": "deg", "elevation": "deg", "angle": "deg", "before": "m_s", "after": "m_s", "lost": "J",
+}  # fmt: skip
+"""Unit in the name of a column, by the last word of the field."""
+_WORDS = {
+    "status": {one.value: one.name.lower().replace("_", " ") for one in Status},
+    "direction": {1: "outward or along the normal", -1: "inward or against the normal"},
+}
+"""Codes in words, by the last word of the field; their column follows that of the code."""
+
+
+def csv_columns(
+    table: NDArray[Any], what: str = "", names: Sequence[str] = (), faces: Labels | None = None
+) -> dict[str, NDArray[Any] | Labels]:
+    """Columns of a table of a flight, units in their names, codes followed by a column of words.
+
+    Parameters
+    ----------
+    table : structured array
+        Landings, hits or contacts.
+    what : str
+        Of hits: "witness" or "obstacle", the field that counts what was hit; its name becomes the first column.
+    names : sequence of str
+        Of what was hit.
+    faces : Labels, optional
+        Name of the face that each row hit, the second column.
+    """
+    columns: dict[str, NDArray[Any] | Labels] = {"name": Labels(names, table[what])} if what else {}
+    if faces is not None:
+        columns["face_name"] = faces
+    for field in table.dtype.names or ():
+        kind = field.rpartition("_")[2]
+        unit = f"_{_UNITS[kind]}" if kind in _UNITS else ""
+        columns |= {f"{name}{unit}": values for name, values in flat_columns(table[[field]]).items()}
+        if kind in _WORDS:
+            codes = list(_WORDS[kind])
+            which = np.searchsorted(np.sort(codes), table[field])
+            columns[f"{field}_text"] = Labels([_WORDS[kind][code] for code in sorted(codes)], which)
+    return columns
 
 
 def write_trajectories(

@@ -1,7 +1,10 @@
-"""CSV tables with a line of column names; lines that start with # carry provenance or a source.
+"""CSV tables with a line of column names: the one writer, and the one reader of arena, fragments, pit and drag tables.
 
-Tables are written with commas. Those that are read may have commas, semicolons or tabs between their cells: the line of
-column names shows which.
+Tables are written with commas and nothing above their column names, so that every program reads them; what they are and
+where they come from stands in `csv-metadata.json` beside them, for all tables of a folder (W3C, "CSV on the Web").
+Those that are read may have commas, semicolons or tabs between their cells, as the line of column names shows; lines
+that start with # are comments. A quantity may be in any unit that its column's name ends with, as `mean_mass_g` in
+place of `mean_mass_kg`. Any other form is for `fragfield import`, which the message names.
 """
 
 from __future__ import annotations
@@ -10,13 +13,16 @@ import hashlib
 import io
 import json
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from flight.errors import InputError
+from flight.files.foreign import foreign_words
 from fragfield_base.reading import read_text
-from fragfield_base.writing import csv_cell, replacing
+from fragfield_base.units import UnitError, read_measure
+from fragfield_base.writing import csv_cell, replacing, write_text
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -24,7 +30,13 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-__all__ = ["DELIMITERS", "Labels", "column_names", "line_of_row", "read_columns", "write_columns"]
+__all__ = [
+    "DELIMITERS", "METADATA", "Labels", "column_names", "converted", "in_columns_of", "line_of_row", "read_columns",
+    "write_columns",
+]  # fmt: skip
+
+METADATA = "csv-metadata.json"
+"""File beside the tables that says of each its columns and its provenance."""
 
 ROWS_AT_ONCE = 10_000  # so that the text of a million rows never stands in memory at once
 
@@ -59,9 +71,9 @@ class Labels:
 
 
 def write_columns(path: Path, columns: Mapping[str, NDArray[Any] | Labels], provenance: Mapping[str, str]) -> Path:
-    """Write equally long columns; every provenance entry becomes one line `# key = "JSON string"` at the head.
+    """Write equally long columns; where there is provenance it goes with the columns into the folder's `METADATA`.
 
-    A text of several lines (a case file) is not repeated there: its line has its number of lines and its SHA-256, which
+    A text of several lines (a case file) is not repeated there: it becomes its number of lines and its SHA-256, which
     those of the HDF5 file of the same table can be compared with.
 
     Whole numbers are written in full, others with ten significant digits, as "%.10g" does.
@@ -69,13 +81,33 @@ def write_columns(path: Path, columns: Mapping[str, NDArray[Any] | Labels], prov
     shown = [_column(column) for column in columns.values()]
     line = ",".join(_format(column) for column in shown) + "\n"
     with replacing(path, InputError) as file:
-        head = [f"# {key} = {json.dumps(_in_a_line(str(value)))}\n" for key, value in provenance.items()]
-        file.write("".join([*head, ",".join(map(csv_cell, columns)), "\n"]).encode())
+        file.write((",".join(map(csv_cell, columns)) + "\n").encode())
         for start in range(0, len(shown[0]), ROWS_AT_ONCE):
             rows = slice(start, start + ROWS_AT_ONCE)
             cells = zip(*(_cells(column, rows) for column in shown), strict=True)
             file.write("".join(map(line.__mod__, cells)).encode())
+    if provenance:
+        _describe(path, dict(zip(columns, shown, strict=True)), provenance)
     return path
+
+
+def _describe(path: Path, columns: Mapping[str, NDArray[Any] | Labels], provenance: Mapping[str, str]) -> None:
+    """Put a table's entry into the metadata of its folder, in place of an older one; entries without a file go."""
+    beside = path.with_name(METADATA)
+    try:
+        tables = json.loads(read_text(beside, InputError))["tables"]
+        kept = [one for one in tables if one["url"] != path.name and path.with_name(one["url"]).is_file()]
+    except (InputError, ValueError, KeyError, TypeError):
+        kept = []  # none yet, or not ours
+    kinds = [
+        {"titles": name, "datatype": {"%s": "string", "%d": "integer"}.get(_format(column), "double")}
+        for name, column in columns.items()
+    ]
+    notes = {key: _in_a_line(str(value)) for key, value in provenance.items()}
+    entry = {"url": path.name, "notes": [notes], "tableSchema": {"columns": kinds}}
+    tables = sorted([*kept, entry], key=lambda one: str(one["url"]))
+    text = json.dumps({"@context": "http://www.w3.org/ns/csvw", "tables": tables}, indent=1)
+    write_text(beside, text + "\n", InputError)
 
 
 def _in_a_line(text: str) -> str:
@@ -107,17 +139,32 @@ def _cells(column: NDArray[Any] | Labels, rows: slice) -> list[Any]:
     return [texts[number] for number in column.which[rows].tolist()]
 
 
-def read_columns(path: Path) -> dict[str, NDArray[np.float64]]:
+def read_columns(path: Path, kind: str = "") -> dict[str, NDArray[np.float64]]:
     """Read a table of numbers as one float64 array a column.
 
     Cells are separated by commas, semicolons or tabs, as in the line of column names; decimals have a point.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    kind : str
+        Of `fragfield import --kind`, for the message about a table of another form.
 
     Raises
     ------
     InputError
         No such file, no table in it, several or no delimiters in the column names, or a cell that is not a number (the
-        message names the line).
+        message names the line, and how a table of another form is converted).
     """
+    try:
+        return _read_columns(path)
+    except InputError as error:
+        words = foreign_words(path, kind)
+        raise InputError(f"{error}{words}") from None
+
+
+def _read_columns(path: Path) -> dict[str, NDArray[np.float64]]:
     text = read_text(path, InputError)
     lines = _table_lines(text)
     if not lines:
@@ -135,6 +182,60 @@ def read_columns(path: Path) -> dict[str, NDArray[np.float64]]:
     except ValueError:
         raise InputError(f"{path}: {_first_bad_line(body, names, delimiter)}") from None
     return {name: np.ascontiguousarray(table[:, i]) for i, name in enumerate(names)}
+
+
+def in_columns_of(
+    path: Path, columns: Mapping[str, NDArray[np.float64]], known: Sequence[str]
+) -> dict[str, NDArray[np.float64]]:
+    """Columns under the `known` names, converted where a name ends with another unit of the same dimension.
+
+    Raises
+    ------
+    InputError
+        One quantity stands in two columns; names that are not known stay as they are.
+    """
+    stems = {name.removesuffix(f"_{unit}"): (name, unit) for name in known if (unit := _unit_at_end(name))}
+    found: dict[str, NDArray[np.float64]] = {}
+    for column, values in columns.items():
+        unit = _unit_at_end(column)
+        name, wanted = stems.get(column.removesuffix(f"_{unit}"), (column, "")) if unit else (column, "")
+        if wanted and unit != wanted:
+            factor = _in_si(unit), _in_si(wanted)
+            if factor[0][1] == factor[1][1]:
+                values = converted(values, factor[0][0] / factor[1][0])
+            else:
+                name = column
+        if name in found:
+            raise InputError(f"{path}: {name} stands in two columns, in two units; allowed: one of them")
+        found[name] = values
+    return found
+
+
+def converted(values: NDArray[np.float64], factor: float) -> NDArray[np.float64]:
+    """Values in another unit, to 15 digits: 12.5 g is the very float of 0.0125 kg."""
+    if factor == 1.0:
+        return values
+    return np.array([float(f"{value:.15g}") for value in (values * factor).tolist()], dtype=np.float64)
+
+
+def _unit_at_end(column: str) -> str:
+    """Unit that a column's name ends with, as `m_s` of `speed_m_s`; empty where there is none."""
+    words = column.split("_")
+    for count in (2, 1):
+        unit = "_".join(words[-count:])
+        if len(words) > count and _in_si(unit)[0]:
+            return unit
+    return ""
+
+
+@lru_cache(maxsize=500)
+def _in_si(unit: str) -> tuple[float, object]:
+    """A unit as column names have it, in SI, with its dimension; (0, None) of what is no unit."""
+    try:
+        measure = read_measure(f"1 {unit.replace('_', '/')}")
+    except UnitError:
+        return 0.0, None
+    return measure.value, measure.powers
 
 
 def column_names(path: Path, head: str) -> tuple[list[str], str]:

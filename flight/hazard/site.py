@@ -14,7 +14,7 @@ from flight.errors import InputError
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["POINTS", "Site", "compass_point"]
+__all__ = ["POINTS", "Site", "compass_point", "longitude_of"]
 
 POINTS = ("N", "NNE", "NE", "ENE", "E", "ESE", "SE", "SSE", "S", "SSW", "SW", "WSW", "W", "WNW", "NW", "NNW")
 """The points of the compass, clockwise from north."""
@@ -25,6 +25,14 @@ def compass_point(bearing: float) -> str:
     return POINTS[math.floor(bearing / 22.5 + 0.5) % len(POINTS)]
 
 
+def longitude_of(angle: float) -> float:
+    """A longitude (degrees) above -180 and up to 180: the one rule, so that 190 is -170 wherever it is written."""
+    if -180.0 < angle <= 180.0:
+        return angle
+    turned = math.remainder(angle, 360.0)
+    return 180.0 if turned == -180.0 else turned
+
+
 @dataclass(frozen=True)
 class Site:
     """Where the origin of distances lies on Earth (WGS 84).
@@ -32,7 +40,7 @@ class Site:
     Attributes
     ----------
     latitude, longitude : float
-        Of the origin (degrees, north and east positive).
+        Of the origin (degrees, north and east positive); the longitude is kept as `longitude_of` turns it.
     bearing : float
         Of +x, clockwise from north (degrees).
 
@@ -54,6 +62,7 @@ class Site:
                 raise InputError(f"site: {name} is {getattr(self, name)}, needed: a finite number of degrees")
         if abs(self.latitude) > 89.0:
             raise InputError(f"site: latitude is {self.latitude} degrees, allowed: -89 to 89")
+        object.__setattr__(self, "longitude", longitude_of(self.longitude))
 
     def bearing_of(self, azimuth: ArrayLike) -> NDArray[np.float64]:
         """Bearings (degrees clockwise from north, 0 to 360) of azimuths (degrees from +x counter-clockwise)."""
@@ -70,10 +79,9 @@ class Site:
         """
         geodesic = _geodesic("contours on a map")
         mask = geodesic.LATITUDE | geodesic.LONGITUDE | geodesic.LONG_UNROLL
-        east = (self.longitude + 180.0) % 360.0 - 180.0
         pairs = np.broadcast_arrays(np.asarray(azimuth, dtype=np.float64), np.asarray(distance, dtype=np.float64))
         ends = (
-            geodesic.WGS84.Direct(self.latitude, east, self.bearing - float(turn), float(length), mask)
+            geodesic.WGS84.Direct(self.latitude, self.longitude, self.bearing - float(turn), float(length), mask)
             for turn, length in zip(*(values.ravel() for values in pairs), strict=True)
         )
         return np.array([(end["lon2"], end["lat2"]) for end in ends], dtype=np.float64).reshape(-1, 2)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 import time
 import warnings
 from typing import TYPE_CHECKING, Any
@@ -25,6 +24,7 @@ from flight.scene.height_map import HeightMap
 from flight.scene.ricochet import Ricochet
 from flight.scene.scene import Scene
 from flight.shape import DEFAULT_SHAPE_FACTOR, describe, shaped
+from fragfield_base.cores import cores
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -85,7 +85,8 @@ def fly(
     fragments : Fragments
         What flies; none may start below the ground.
     air : Air, "standard", "vacuum" or float
-        A float is a constant density (kg/m3).
+        A float is a constant density (kg/m3). "standard": the standard atmosphere, z = 0 at the altitude that a
+        `HeightMap` says (`datum`), else at sea level.
     drag : Drag, str, Path or float
         A table, the name of a built-in one, a .csv file, or a constant coefficient.
     gravity : float
@@ -143,11 +144,11 @@ def fly(
     scene.check(fragments, origin)
     fragments = fragments if shape is None else shaped(fragments, shape, seed)
     job = FlightJob(
-        fragments, _air(air), drag, gravity, wind, scene, witnesses, integrator, domain or Domain(), time_limit, origin,
-        fluence,
+        fragments, _air(air, ground), drag, gravity, wind, scene, witnesses, integrator, domain or Domain(), time_limit,
+        origin, fluence,
     )  # fmt: skip
     chosen = _chosen(sample, len(fragments), seed)
-    threads = threads or _cores()
+    threads = threads or cores()
     if contact is None or not contact.possible(fragments):
         flown = job.run(threads, on_progress, began)
         extremes, paths = flown.extremes, job.paths(chosen)
@@ -229,17 +230,14 @@ def _fly_in_contact(
     return result, joined.extremes
 
 
-def _air(value: Air | str | float) -> Air:
+def _air(value: Air | str | float, ground: float | HeightMap | None) -> Air:
     if isinstance(value, str):
-        names: dict[str, Air] = {"standard": StandardAtmosphere(), "vacuum": ConstantAir(0.0)}
+        altitude = ground.datum if isinstance(ground, HeightMap) else None
+        names: dict[str, Air] = {"standard": StandardAtmosphere(altitude or 0.0), "vacuum": ConstantAir(0.0)}
         if value not in names:
             raise InputError(f"air: unknown name {value!r}{nearest(value, names)}, or a density in kg/m3")
         return names[value]
     return ConstantAir(float(value)) if isinstance(value, int | float) else value
-
-
-def _cores() -> int:
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def _chosen(sample: int | ArrayLike, number: int, seed: int) -> NDArray[np.int64]:

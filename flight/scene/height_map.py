@@ -6,19 +6,26 @@ import math
 import warnings
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from flight.arguments import real_array, require_number
-from flight.errors import FlightWarning, InputError
+from flight.errors import FlightWarning, InputError, nearest
+from flight.scene.holes import fill_level
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from numpy.typing import ArrayLike, NDArray
 
+    from flight.files.height_map import Grid
     from flight.kernels.terrain import Terrain
 
 __all__ = ["HeightMap"]
+
+_LOWEST, _HIGHEST = -500.0, 9000.0  # m, of ground on Earth
+_SMALLEST = 10.0  # m, of a map
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -35,8 +42,15 @@ class HeightMap:
         x and y of heights[0, 0] (m).
     name : str
         For messages and reports.
+    datum : float or None
+        Height above sea level of z = 0 (m), of which a flight takes the air; None: not known, as at sea level.
     filled : int
         Nodes that had no height and were given one.
+    beyond : (rows, columns) bool or None
+        Filled nodes of holes that reach the map's edge; there the map counts as ended.
+    facts : mapping
+        How a file was read, in words: `format`, `crs`, `plan_unit`, `height_unit`, `vertical`, `north`, `position`,
+        and a list of `notes`; empty for an array.
 
     Notes
     -----
@@ -48,7 +62,10 @@ class HeightMap:
     step: tuple[float, float]
     corner: tuple[float, float] = (0.0, 0.0)
     name: str = "height map"
+    datum: float | None = None
     filled: int = field(default=0, repr=False)
+    beyond: NDArray[np.bool_] | None = None
+    facts: Mapping[str, Any] = field(default_factory=dict)
 
     def __init__(
         self,
@@ -56,10 +73,11 @@ class HeightMap:
         step: float | tuple[float, float],
         corner: tuple[float, float] = (0.0, 0.0),
         *,
+        datum: float | None = None,
         holes: Literal["refuse", "neighbours"] | float = "refuse",
         name: str = "height map",
     ) -> None:
-        """Take an array of heights; nodes that are not numbers are holes.
+        """Take an array of heights; nodes that are not numbers, and those a masked array masks, are holes.
 
         Parameters
         ----------
@@ -69,17 +87,24 @@ class HeightMap:
             Distance of the nodes (m), the same both ways or along x and y.
         corner : (2,) floats
             x and y of the first node of the first row (m).
+        datum : float, optional
+            Height above sea level of z = 0 (m).
         holes : "refuse", "neighbours" or float
-            What becomes of holes: an error, the mean of the neighbours from the rim inwards, or one height (m).
+            What becomes of holes: an error, each hole level at the lowest height on its rim, or one height (m).
         name : str
             For messages.
 
         Raises
         ------
         InputError
-            Not a grid of two by two nodes or more, or holes while `holes` is "refuse".
+            Not a grid of two by two nodes or more, smaller than 10 m, heights that are none on Earth, or holes while
+            `holes` is "refuse".
         """
+        if np.iscomplexobj(heights):
+            raise InputError(f"{name}: heights are complex; needed: metres as numbers")
         grid = real_array(name, "heights", heights, "m").copy()
+        if np.ma.isMaskedArray(heights):
+            grid[np.ma.getmaskarray(heights)] = np.nan
         if grid.ndim != 2 or min(grid.shape) < 2:
             raise InputError(f"{name}: heights have shape {grid.shape}, needed: two rows and two columns or more")
         steps = np.broadcast_to(real_array(name, "step", step, "m"), 2)
@@ -88,7 +113,20 @@ class HeightMap:
         position = real_array(name, "corner", corner, "m")
         if position.shape != (2,) or not np.isfinite(position).all():
             raise InputError(f"{name}: corner is {corner}, needed: two finite numbers (m)")
-        object.__setattr__(self, "filled", _fill(grid, holes, name))
+        if datum is not None:
+            require_number(name, "datum", datum, "m")
+        _check_heights(grid, datum, name)
+        filled, beyond = _fill(grid, holes, name)
+        lengths = [float(size * (number - 1)) for size, number in zip(steps, grid.shape[::-1], strict=True)]
+        if min(lengths) < _SMALLEST:
+            raise InputError(
+                f"{name}: the map measures {lengths[0]:.4g} m by {lengths[1]:.4g} m; needed: {_SMALLEST:g} m or more "
+                "both ways; are its coordinates metres?"
+            )
+        object.__setattr__(self, "datum", None if datum is None else float(datum))
+        object.__setattr__(self, "filled", filled)
+        object.__setattr__(self, "beyond", beyond)
+        object.__setattr__(self, "facts", {})
         object.__setattr__(self, "heights", grid)
         object.__setattr__(self, "step", (float(steps[0]), float(steps[1])))
         object.__setattr__(self, "corner", (float(corner[0]), float(corner[1])))
@@ -104,50 +142,63 @@ class HeightMap:
         cls,
         path: str | Path,
         *,
-        site: tuple[float, float] = (0.0, 0.0),
+        site: tuple[float, float] | None = None,
+        earth: tuple[float, float, float] | None = None,
         datum: float | Literal["site"] = 0.0,
         holes: Literal["refuse", "neighbours"] | float = "refuse",
+        band: int | None = None,
+        height_unit: Literal["m", "ft", "us_ft"] | None = None,
     ) -> HeightMap:
-        """Read an ESRI ASCII grid (.asc) or a GeoTIFF (.tif, .tiff; needs the extra `terrain`).
+        """Read an ESRI ASCII grid (.asc) or, with the extra `terrain`, a GeoTIFF (.tif), .hgt, .dt0 to .dt2 or .img.
 
         Parameters
         ----------
         path : path
-            The file; its coordinates must be metres, x towards east and y towards north.
-        site : (2,) floats
-            The map's coordinates (easting, northing) of x = y = 0 (m).
+            The file; what it says of units, scale, masks and coordinates is followed, or refused by name.
+        site : (2,) floats, optional
+            Easting and northing, in the map's grid, of x = y = 0 (m). Left out: by `earth`, else (0, 0), of a map in
+            degrees its centre.
+        earth : (3,) floats, optional
+            Latitude and longitude (WGS 84) of x = y = 0, and bearing of +x (degrees): x and y are then metres on the
+            ground from there. Without it +x is the map's grid east.
         datum : float or "site"
             The map's height of z = 0 (m); "site": its height at the site, so that the ground there is z = 0.
         holes : "refuse", "neighbours" or float
             As above; the one height is in z.
+        band : int, optional
+            Of a file with several.
+        height_unit : "m", "ft" or "us_ft", optional
+            Of a file that does not state it.
 
         Raises
         ------
         InputError
-            The file cannot be read, is not in metres, or has holes that are refused.
+            The file cannot be read as heights in metres, or has holes that are refused.
+
+        Notes
+        -----
+        A map is read up to 25 km from x = y = 0 along x and y. Its own nodes are kept where x and y are its own
+        coordinates, else heights are interpolated at nodes as far apart.
         """
         from flight.files.height_map import read_grid
+        from flight.files.raster import HEIGHT_UNITS
 
         path = Path(path)
-        position = real_array(str(path), "site", site, "m")
-        if position.shape != (2,) or not np.isfinite(position).all():
-            raise InputError(f"{path}: site is {site}, needed: two finite numbers (m)")
-        grid = read_grid(path)
-        corner = (grid.corner[0] - site[0], grid.corner[1] - site[1])
+        _check_position(path, site, earth)
+        if height_unit is not None and height_unit not in HEIGHT_UNITS:
+            raise InputError(f"{path}: height_unit is {height_unit!r}{nearest(str(height_unit), HEIGHT_UNITS)}")
+        grid = read_grid(path, site, earth, band, height_unit)
+        _check_heights(grid.heights, 0.0, str(path))
         if datum == "site":
-            hole = ~np.isfinite(grid.heights)  # elsewhere it does not matter here
-            raw = cls(np.where(hole, 0.0, grid.heights), grid.step, corner, name=str(path))
-            if not raw.contains(0.0, 0.0).all():
-                raise InputError(f"{path}: the site {site} lies off the map, {raw.extent(site)}")
-            zero = float(raw.at(0.0, 0.0))
-            if cls(hole, grid.step, corner).at(0.0, 0.0) > 0.0:
-                raise InputError(f"{path}: the map has a hole at the site {site}; give datum as a height (m)")
+            zero = _height_at_site(grid, path, site)
         else:
             require_number(str(path), 'datum other than "site"', datum, "m")
             zero = float(datum)
             if not math.isfinite(zero):
                 raise InputError(f'{path}: datum is {datum}, needed: a finite height (m) or "site"')
-        return cls(grid.heights - zero, grid.step, corner, holes=holes, name=str(path))
+        made = cls(grid.heights - zero, grid.step, grid.corner, datum=zero, holes=holes, name=str(path))
+        object.__setattr__(made, "facts", grid.facts)
+        return made
 
     @property
     def end(self) -> tuple[float, float]:
@@ -171,21 +222,46 @@ class HeightMap:
             with np.errstate(divide="ignore", invalid="ignore"):
                 along = np.where(way > 0.0, (high - start) / way, (low - start) / way)
             distances.append(np.where(np.abs(way) < 1e-12, np.inf, along))
-        return np.minimum(*distances)
+        edge = np.minimum(*distances)
+        return edge if self.beyond is None else self._known(origin, turn, edge)
+
+    def _known(
+        self, origin: tuple[float, float], turn: NDArray[np.float64], edge: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """Distances (m), up to `edge`, before the ground is a hole that reaches the edge."""
+        assert self.beyond is not None
+        rows, columns = self.heights.shape
+        reached = []
+        for one, end in zip(np.atleast_1d(turn), np.atleast_1d(edge), strict=True):
+            along = np.arange(0.0, end, 0.5 * min(self.step))
+            i = np.rint((origin[0] + along * np.cos(one) - self.corner[0]) / self.step[0]).astype(int)
+            j = np.rint((origin[1] + along * np.sin(one) - self.corner[1]) / self.step[1]).astype(int)
+            hidden = self.beyond[np.clip(j, 0, rows - 1), np.clip(i, 0, columns - 1)]
+            reached.append(along[np.argmax(hidden)] if hidden.any() else end)
+        return np.reshape(reached, np.shape(edge))
 
     def contains(self, x: ArrayLike, y: ArrayLike) -> NDArray[np.bool_]:
-        """Whether positions lie on the map, its edges included."""
+        """Whether positions lie on the map, its edges included, and not in a hole that reaches them."""
         x, y = np.asarray(x, dtype=np.float64), np.asarray(y, dtype=np.float64)
         (west, south), (east, north) = self.corner, self.end
-        return np.asarray((x >= west) & (x <= east) & (y >= south) & (y <= north))
+        inside = np.asarray((x >= west) & (x <= east) & (y >= south) & (y <= north))
+        if self.beyond is None:
+            return inside
+        i, j, _, _ = self._cells(x, y)
+        hidden = self.beyond[j, i] | self.beyond[j, i + 1] | self.beyond[j + 1, i] | self.beyond[j + 1, i + 1]
+        return np.asarray(inside & ~hidden)
 
-    def at(self, x: ArrayLike, y: ArrayLike) -> NDArray[np.float64]:
-        """Heights (m) at positions; off the map that of the nearest point of its edge."""
+    def _cells(self, x: ArrayLike, y: ArrayLike) -> tuple[Any, Any, Any, Any]:
+        """Columns and rows of the cells of positions, and fractions within them."""
         rows, columns = self.heights.shape
         u = np.clip((np.asarray(x, dtype=np.float64) - self.corner[0]) / self.step[0], 0.0, columns - 1.0)
         v = np.clip((np.asarray(y, dtype=np.float64) - self.corner[1]) / self.step[1], 0.0, rows - 1.0)
         i, j = np.clip(np.floor(u), 0, columns - 2).astype(int), np.clip(np.floor(v), 0, rows - 2).astype(int)
-        u, v, h = u - i, v - j, self.heights
+        return i, j, u - i, v - j
+
+    def at(self, x: ArrayLike, y: ArrayLike) -> NDArray[np.float64]:
+        """Heights (m) at positions; off the map that of the nearest point of its edge."""
+        (i, j, u, v), h = self._cells(x, y), self.heights
         return np.asarray(
             (1 - v) * ((1 - u) * h[j, i] + u * h[j, i + 1]) + v * ((1 - u) * h[j + 1, i] + u * h[j + 1, i + 1])
         )
@@ -214,14 +290,48 @@ class HeightMap:
         )
 
 
-def _fill(grid: NDArray[np.float64], holes: str | float, name: str) -> int:
-    """Fill the holes in place; returns their number."""
+def _check_position(path: Path, site: tuple[float, float] | None, earth: tuple[float, float, float] | None) -> None:
+    for name, found, size, unit in (("site", site, 2, "m"), ("earth", earth, 3, "degrees")):
+        values = None if found is None else real_array(str(path), name, found, unit)
+        if values is not None and (values.shape != (size,) or not np.isfinite(values).all()):
+            words = {2: "two finite numbers (m)", 3: "latitude, longitude and a bearing (degrees)"}[size]
+            raise InputError(f"{path}: {name} is {found}, needed: {words}")
+
+
+def _height_at_site(grid: Grid, path: Path, site: tuple[float, float] | None) -> float:
+    """The map's height at x = y = 0 (m)."""
+    place = "" if site is None else f" {site}"
+    hole = ~np.isfinite(grid.heights)  # elsewhere it does not matter here
+    raw = HeightMap(np.where(hole, 0.0, grid.heights), grid.step, grid.corner, name=str(path))
+    if not raw.contains(0.0, 0.0).all():
+        raise InputError(f"{path}: the site {site or (0.0, 0.0)} lies off the map, {raw.extent(site or (0.0, 0.0))}")
+    if HeightMap(hole, grid.step, grid.corner).at(0.0, 0.0) > 0.0:
+        raise InputError(f"{path}: the map has a hole at the site{place}; give datum as a height (m)")
+    return float(raw.at(0.0, 0.0))
+
+
+def _check_heights(grid: NDArray[np.float64], datum: float | None, name: str) -> None:
+    """Refuse heights that no ground on Earth has, as undeclared sentinels; of a map whose datum is not known too."""
+    low, high = (_LOWEST - _HIGHEST, _HIGHEST - _LOWEST) if datum is None else (_LOWEST, _HIGHEST)
+    zero = datum or 0.0
+    with np.errstate(invalid="ignore"):
+        wrong = (grid + zero < low) | (grid + zero > high)
+    if wrong.any():
+        first = float(grid[wrong][0]) + zero
+        raise InputError(
+            f"{name}: {int(wrong.sum())} of {grid.size} heights are beyond {low:g} to {high:g} m, the first is "
+            f"{first:.9g} m; nodes without a height must be declared as such (nodata, a mask, NaN)"
+        )
+
+
+def _fill(grid: NDArray[np.float64], holes: str | float, name: str) -> tuple[int, NDArray[np.bool_] | None]:
+    """Fill the holes in place; returns their number, and which nodes belong to holes that reach the edge."""
     missing = ~np.isfinite(grid)
     number = int(missing.sum())
     if isinstance(holes, str) and holes not in ("refuse", "neighbours"):
         raise InputError(f'{name}: holes is {holes!r}, allowed: "refuse", "neighbours" or a height (m)')
     if number == 0:
-        return 0
+        return 0, None
     share = f"{number} of {grid.size} nodes have no height ({100.0 * number / grid.size:.3g} %)"
     if holes == "refuse":
         row, column = (int(index) for index in np.argwhere(missing)[0])
@@ -231,26 +341,16 @@ def _fill(grid: NDArray[np.float64], holes: str | float, name: str) -> int:
         )
     if number == grid.size:
         raise InputError(f"{name}: no node has a height")
+    beyond = None
     if isinstance(holes, str):
-        _fill_from_rim(grid, missing)
-        words = "they were filled from their neighbours"
+        beyond = fill_level(grid)
+        words = "each hole was filled level at the lowest height on its rim"
+        if beyond is not None:
+            words += f"; {int(beyond.sum())} of them reach the map's edge and count as beyond it"
     else:
         if not math.isfinite(holes):
             raise InputError(f"{name}: holes is {holes}, needed: a finite height (m)")
         grid[missing] = holes
         words = f"they were set to {holes:g} m"
     warnings.warn(f"{name}: {share}; {words}", FlightWarning, stacklevel=4)
-    return number
-
-
-def _fill_from_rim(grid: NDArray[np.float64], missing: NDArray[np.bool_]) -> None:
-    """Give the holes, from the rim inwards, the mean of those of their eight neighbours that have a height."""
-    while missing.any():
-        known = np.pad(~missing, 1).astype(np.float64)
-        value = np.pad(np.where(missing, 0.0, grid), 1)
-        rows, columns = grid.shape
-        windows = [(slice(a, a + rows), slice(b, b + columns)) for a in range(3) for b in range(3)]
-        count, total = sum(known[w] for w in windows), sum(value[w] for w in windows)
-        rim = missing & (np.asarray(count) > 0)
-        grid[rim] = np.asarray(total)[rim] / np.asarray(count)[rim]
-        missing &= ~rim
+    return number, beyond

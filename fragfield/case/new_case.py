@@ -19,13 +19,16 @@ from fragfield.case.tables.stack import StackTable
 from fragfield.case.write import toml_value
 from fragfield.errors import InputError, nearest
 from fragfield_base.inputs import NumberOrWord, Quantity, Vector
+from fragfield_base.names import substance_key
 from fragfield_base.writing import write_text
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
     from pathlib import Path
 
     from pydantic.fields import FieldInfo
+
+    from fragfield_base.substances import Kind
 
 __all__ = ["commented_case", "write_new_case"]
 
@@ -71,7 +74,7 @@ def write_new_case(
     InputError
         A name is unknown, or there is such a file, or it cannot be written.
     """
-    path = path if path.suffix == ".toml" else path.with_name(f"{path.name}.toml")
+    path = path if path.suffix.lower() == ".toml" else path.with_name(f"{path.name}.toml")
     if path.exists() or path.is_symlink():
         raise InputError(f"{path}: is there already; nothing was written, choose another name")
     chosen = _chosen(profile, explosive, casing, stack, lying=lying)
@@ -88,12 +91,12 @@ def _chosen(
 ) -> dict[str, Any]:
     """The keys that are set, with the schema's own examples as values."""
     from burst_fenicsx.geometry.files import profile_names
-    from burst_fenicsx.materials.library import casing_names, explosive_names
+    from burst_fenicsx.materials.library import burst_explosive_names, casing_names
 
     _require("--round", profile, profile_names())
-    _require("--explosive", explosive, explosive_names())
+    explosive = _built_in("--explosive", explosive, "explosive", burst_explosive_names())
     casing = casing or _casing_for(profile, casing_names())
-    _require("--casing", casing, casing_names())
+    casing = _built_in("--casing", casing, "casing", casing_names())
     chosen: dict[str, Any] = {
         "title": f"{profile}, {explosive}" + (f", {stack}" if stack else ""),
         "seed": 1,
@@ -134,6 +137,13 @@ def _lying(profile: str) -> dict[str, Any]:
         "attitude": "lying",
         "azimuth": "90 deg",
     }
+
+
+def _built_in(option: str, name: str, kind: Kind, allowed: Sequence[str]) -> str:
+    """The built-in name of a substance, however it is written."""
+    key = substance_key(name, kind)
+    _require(option, key if key in allowed else name, allowed)
+    return key
 
 
 def _require(option: str, name: str, allowed: Iterable[str]) -> None:

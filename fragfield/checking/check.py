@@ -12,6 +12,7 @@ import numpy as np
 from fragfield.case import plain
 from fragfield.case.checks.bounds import outside_soft
 from fragfield.case.checks.fragment_numbers import check_numbers
+from fragfield.case.checks.map_size import given_on_map, map_warnings
 from fragfield.case.conversion.attitude import is_mixed
 from fragfield.case.conversion.axisymmetry import burst_geometry
 from fragfield.case.conversion.burst import burst_rounds
@@ -20,9 +21,10 @@ from fragfield.case.conversion.placing import first_alike
 from fragfield.case.conversion.stages import break_up_settings, burst_settings
 from fragfield.case.tables.flight import CylinderTable
 from fragfield.checking.cost import expected_cost
+from fragfield.checking.substances import substances_of, waiting_on_estimates, yield_stress
+from fragfield.contours.read import is_of_file
 from fragfield.hazard.arrangement import arrangement, arrangement_warnings, with_images
 from fragfield.hazard.contents import contents_of
-from fragfield.hazard.map_edge import map_warnings
 from fragfield.hazard.prescribed import official_part
 from fragfield.hazard.rules import rules_for
 from fragfield.pipeline.arena import read_arena
@@ -30,7 +32,7 @@ from fragfield.pipeline.attitudes import attitudes_of
 from transition.law.mean_mass import gurney_coefficient, gurney_speed
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
     from pathlib import Path
 
     from numpy.typing import NDArray
@@ -39,6 +41,7 @@ if TYPE_CHECKING:
     from burst_fenicsx.meshing.mesh import CellMesh
     from burst_fenicsx.problem import BurstSettings, Explosive, Mirror, Round
     from fragfield.case import Case
+    from fragfield.case.tables.round import RoundTable
 
 
 __all__ = ["check_report", "fragments_report", "witness_warnings"]
@@ -82,7 +85,10 @@ def check_report(case: Case) -> dict[str, Any]:
             meshed[key], qualities[key] = _meshed(rounds[index], settings, cuts)
             descriptions.setdefault(first[index], _round(rounds[index], settings, meshed[key], 1 << len(cuts)))
     of_round = [computed[source] for source in part.source.tolist()]
-    described = [{**descriptions[key], "name": entry.name} for (key, _), entry in zip(of_round, rounds, strict=True)]
+    described = [
+        {**descriptions[key], **_of_drawing(table, descriptions[key]), "name": table.name}
+        for (key, _), table in zip(of_round, case.round, strict=True)
+    ]
     cells = sum(qualities[key].cells for key in computed)
     expected = expected_cost(settings, rounds, described, [meshed[key] for key in of_round], computed_cells=cells)
     if is_mixed(case):
@@ -103,11 +109,25 @@ def check_report(case: Case) -> dict[str, Any]:
         "expected": expected,
         "warnings": [
             *_warnings(case, settings, described, expected),
+            *waiting_on_estimates(rounds),
             *_mean_mass_warnings(case, rounds, described),
             *check_numbers(case, break_up_settings(case), margin=1.0),
         ],
         **_prescribed(case, described),
     }
+
+
+def _of_drawing(table: RoundTable, found: Mapping[str, Any]) -> dict[str, Any]:
+    """How the contour of a round was read from a file, and the masses of its drawing with what ours differ by."""
+    made: dict[str, Any] = {}
+    if isinstance(table.profile, dict) and is_of_file(table.profile):
+        made["contour"] = {"source": table.profile["source"], "notes": table.profile.get("notes", "")}
+    if table.expected is not None:
+        masses = {key: getattr(table.expected, key) for key in ("casing", "charge")}
+        made["drawing"] = {
+            key: {"mass": mass, "deviation": found[f"{key}_mass"] / mass - 1.0} for key, mass in masses.items() if mass
+        }
+    return made
 
 
 def _prescribed(case: Case, described: Sequence[dict[str, Any]]) -> dict[str, Any]:
@@ -143,6 +163,7 @@ def _round(entry: Round, settings: BurstSettings, mesh: CellMesh, times: int) ->
     meshed = part_volumes(mesh)
     density = {Part.CASING: entry.casing.density, Part.CHARGE: entry.explosive.density}
     found: dict[str, Any] = {"name": entry.name}
+    found |= substances_of(entry)
     in_mesh = {"casing_mass": times * meshed[Part.CASING] * density[Part.CASING]}
     in_mesh["charge_mass"] = times * meshed[Part.CHARGE] * density[Part.CHARGE]
     exact = dict(in_mesh)
@@ -225,8 +246,7 @@ def _warnings(
 ) -> Iterator[str]:
     yield from outside_soft(case)
     yield from arrangement_warnings(case)
-    if case.flight.ground.map is not None:
-        yield from map_warnings(case, described)
+    yield from map_warnings(case)
     if settings.products == "landau":
         yield (
             'burst.products = "landau" starts from the pressure of an instantaneous explosion; with a '
@@ -264,7 +284,7 @@ def _mean_mass_warnings(case: Case, rounds: Sequence[Round], described: Sequence
         return
     for index, number in Counter(first_alike(case)).items():
         entry, found = rounds[index], described[index]
-        casing = entry.casing.density, 2.0 * entry.casing.shear_strength  # Tresca
+        casing = entry.casing.density, yield_stress(entry.casing)
         filling = entry.explosive.name, entry.explosive.density
         texts = list(outside_data(found["outer_diameter"], found["charge_ratio"], casing, filling))
         if texts:
@@ -332,7 +352,7 @@ def fragments_report(case: Case, path: Path) -> dict[str, Any]:
 
         fragments = Fragments.read(path)
         held = {"file": path.name, "number": len(fragments), "mass": float(fragments.mass.sum())}
-        return {"fragments": held, "warnings": []}
+        return {"fragments": held, "warnings": given_on_map(case, path)}
     table, recovered = found
     held = {"file": path.name, "number": float(table.number.sum()), "mass": table.total_mass}
     warnings = [recovered.warning] if recovered.warning else []

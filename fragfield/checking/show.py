@@ -15,6 +15,7 @@ from fragfield.hazard.contents import quantity_words
 from fragfield.hazard.prescribed import USES, official_note
 from fragfield.terminal.progress import duration
 from fragfield.terminal.show import OFFICIAL_LABELS, number_text, plain_console, stripped
+from fragfield_base.names import substance_title
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -74,8 +75,16 @@ def _print_found(console: Console, found: Mapping[str, Any]) -> None:
 def _print_burst(console: Console, found: Mapping[str, Any]) -> None:
     for names, entry in _alike(found["rounds"]):
         console.print(_round_table(_listed(names), entry))
+        if contour := entry.get("contour"):
+            console.print(f"contour: {contour['source']}", markup=False)
+            for note in filter(None, contour["notes"].split("; ")):
+                console.print(f"  note: {note}", markup=False)
         if entry.get("segments"):
             console.print(_segment_table(entry["segments"]))
+        for kind in ("explosive", "casing"):
+            name, grades = entry[kind]["name"], entry[kind]["grades"]
+            title = substance_title(name, kind) if grades else "values of the user's own"
+            console.print(f"{kind} {name}: {title}{f' ({grades})' if grades else ''}", markup=False)
     _print_arrangement(console, found["arrangement"])
     mesh, expected = found["mesh"], found["expected"]
     console.print(f"burst: {found['geometry']['choice']} ({found['geometry']['reason']})")
@@ -179,16 +188,35 @@ def _print_arrangement(console: Console, found: Mapping[str, Any]) -> None:
     console.print(f"contact: {inner}; {outer}")
 
 
+def _print_map(console: Console, ground: Mapping[str, Any]) -> None:
+    """A map of heights: extent, cell, holes, and how its file was read."""
+    (west, east), (south, north), (low, high) = ground["x"], ground["y"], ground["z"]
+    console.print(
+        f"ground: {ground['map']}, {ground['nodes'][0]} x {ground['nodes'][1]} nodes {ground['cell'][0]:.5g} m by "
+        f"{ground['cell'][1]:.5g} m apart, x {west:.6g} to {east:.6g} m, y {south:.6g} to {north:.6g} m, z {low:.4g} "
+        f"to {high:.4g} m; beyond it level at the height of its edge",
+        markup=False,
+    )
+    if not ground.get("format"):
+        return
+    holes = f"{ground['filled']} nodes, filled" if ground["filled"] else "none"
+    for label, words in (
+        ("format", ground["format"]), ("coordinate system", ground["crs"]), ("plan", ground["plan_unit"]),
+        ("position", ground["position"]), ("north", ground["north"]), ("heights", ground["height_unit"]),
+        ("datum of heights", f"{ground['vertical']}; z = 0 at {ground['datum']:.6g} m"), ("holes", holes),
+        *(("note", note) for note in ground["notes"]),
+    ):  # fmt: skip
+        console.print(f"  {label}: {words}", markup=False)
+
+
 def _print_surroundings(console: Console, found: Mapping[str, Any]) -> None:
     """Ground and obstacles of the flight."""
     ground = found["ground"]
     if "map" in ground:
-        (west, east), (south, north), (low, high) = ground["x"], ground["y"], ground["z"]
-        console.print(
-            f"ground: {ground['map']}, {ground['nodes'][0]} x {ground['nodes'][1]} nodes, x {west:g} to {east:g} m, "
-            f"y {south:g} to {north:g} m, z {low:.4g} to {high:.4g} m; beyond it level at the height of its edge",
-            markup=False,
-        )
+        _print_map(console, ground)
+    if (altitude := found.get("altitude")) is not None:
+        source = ", the map's height of z = 0" if altitude == ground.get("datum") else ""
+        console.print(f"air: standard atmosphere, z = 0 at {altitude:.6g} m above sea level{source}", markup=False)
     law = found["ricochet"]
     words = "none: fragments stay where they land"
     if law is not None:
@@ -233,6 +261,9 @@ def _round_table(title: str, entry: Mapping[str, Any]) -> Table:
     for label, key, factor, unit in _ROUND_ROWS:
         if key in entry:
             table.add_row(label, number_text(entry[key], factor), unit)
+    for key, known in entry.get("drawing", {}).items():
+        table.add_row(f"{key} mass of the drawing", number_text(known["mass"], 1.0), "kg")
+        table.add_row(f"{key} mass, contours against drawing", f"{round(known['deviation'] * 100, 2) + 0.0:+.2f}", "%")
     for key, error in entry["mass_error_of_mesh"].items():
         table.add_row(f"{key.replace('_', ' ')}, mesh against exact", f"{error * 100:+.3f}", "%")
     for volume, speed in entry.get("effective_gurney_constant", {}).items():

@@ -6,18 +6,17 @@ what it needs, so `fragfield fly` works without dolfinx.
 
 from __future__ import annotations
 
-import os
 import signal
 import sys
 from contextlib import suppress
 
-from fragfield.cli import computing, looking, studies
+from fragfield.cli import computing, drawings, looking, studies, tables
 from fragfield.cli.application import app
 from fragfield.cli.streams import finish_messages, prepare_process, silence
 from fragfield.errors import EXIT_INPUT, EXIT_INTERRUPTED, InputError, exit_code_of, interrupt, interrupt_again
 from fragfield_base.interruption import SIGNALS
 
-__all__ = ["app", "computing", "looking", "main", "studies"]
+__all__ = ["app", "computing", "drawings", "looking", "main", "studies", "tables"]
 
 
 def main() -> None:
@@ -29,12 +28,9 @@ def main() -> None:
         if signal.getsignal(number) is not signal.SIG_IGN:  # as in the background, or by nohup
             signal.signal(number, interrupt)
     sys.unraisablehook = interrupt_again
-    # PETSc would take SIGHUP for itself, and end the process at once.
-    os.environ["PETSC_OPTIONS"] = f"{os.environ.get('PETSC_OPTIONS', '')} -no_signal_handler".strip()
     try:
         try:
-            prepare_process()
-            app()
+            app(prepare_process())
         finally:
             sys.stdout.flush()
     except KeyboardInterrupt:  # before or after the guarded part

@@ -8,7 +8,9 @@ from typing import Annotated
 import typer
 
 import fragfield
-from fragfield.pipeline.parallel import launched_rank
+from fragfield.errors import InputError
+from fragfield.pipeline.parallel import launched_commands, launched_rank
+from fragfield_base.paths import absolute
 
 __all__ = [
     "CaseOrRun",
@@ -28,6 +30,7 @@ __all__ = [
     "Threads",
     "Window",
     "app",
+    "file_path",
 ]
 
 app = typer.Typer(
@@ -41,6 +44,16 @@ app = typer.Typer(
 
 _COLLECTIVE = ("run", "burst", "break-up", "fly")
 """Commands that compute on all ranks of an MPI launch."""
+
+
+def file_path(text: str) -> Path:
+    """A file or folder as it was typed, absolute; one that cannot be is refused once it is used."""
+    try:
+        return absolute(text, InputError)
+    except InputError:
+        if not text:
+            raise
+        return Path(text)
 
 
 def _show_version(wanted: bool) -> None:
@@ -57,13 +70,23 @@ def _common(
     ] = False,
 ) -> None:
     del version
-    if launched_rank() > 0 and context.invoked_subcommand not in _COLLECTIVE:
+    if context.invoked_subcommand in _COLLECTIVE:
+        return
+    if launched_commands() > 1:
+        raise InputError(
+            f"{context.invoked_subcommand}: found {launched_commands()} different commands in one MPI launch, of which "
+            "only that of rank 0 would be done; allowed: one launch each"
+        )
+    if launched_rank() > 0:
         raise typer.Exit  # the first rank does it alone
 
 
-CaseOrRun = Annotated[Path, typer.Argument(metavar="CASE_OR_RUN", help="A case file, or the directory of a run.")]
+CaseOrRun = Annotated[
+    Path, typer.Argument(parser=file_path, metavar="CASE_OR_RUN", help="A case file, or the directory of a run.")
+]
 Out = Annotated[
-    Path | None, typer.Option("--out", metavar="DIR", help="Run directory; default runs/NAME, or the run itself.")
+    Path | None,
+    typer.Option("--out", parser=file_path, metavar="DIR", help="Run directory; default runs/NAME, or the run itself."),
 ]
 CellSize = Annotated[
     str | None, typer.Option("--cell-size", metavar='"6 mm"', help="Replaces burst.cell_size; with its unit.")
@@ -79,7 +102,12 @@ Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress and no w
 Json = Annotated[bool, typer.Option("--json", help="One JSON object on stdout, and nothing else.")]
 ProgressFile = Annotated[
     Path | None,
-    typer.Option("--progress-file", metavar="FILE", help="Keep the progress there as JSON, for another program."),
+    typer.Option(
+        "--progress-file",
+        parser=file_path,
+        metavar="FILE",
+        help="Keep the progress there as JSON, for another program.",
+    ),
 ]
 Profile = Annotated[
     bool, typer.Option("--profile", help="Time the parts of the burst; a table here and in the report's annex.")
@@ -90,13 +118,19 @@ Resolved = Annotated[
 Drawing = Annotated[
     Path | None,
     typer.Option(
-        "--drawing", metavar="FILE", help="Write a dimensioned drawing of each different round: .svg or .png."
+        "--drawing",
+        parser=file_path,
+        metavar="FILE",
+        help="Write a dimensioned drawing of each different round: .svg or .png.",
     ),
 ]
 FragmentsFile = Annotated[
     Path | None,
     typer.Option(
-        "--fragments", metavar="FILE", help="Fly these fragments (.h5, .csv, or an arena table), not the run's."
+        "--fragments",
+        parser=file_path,
+        metavar="FILE",
+        help="Fly these fragments (.h5, .csv, or an arena table), not the run's.",
     ),
 ]
 Window = Annotated[

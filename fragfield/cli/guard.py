@@ -13,6 +13,7 @@ from fragfield.cli.streams import to_stdout
 from fragfield.errors import EXIT_FAULT, EXIT_INTERRUPTED, InputError, exit_code_of, message_of
 from fragfield.pipeline.parallel import launched_rank
 from fragfield.terminal.visible_text import visible
+from fragfield_base.paths import shown
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -28,7 +29,8 @@ def print_paths(found: dict[str, Any]) -> None:
 
 
 def give(found: dict[str, Any], *, json: bool, show: Callable[[dict[str, Any]], None]) -> None:
-    """Print a result: as one JSON object, or as text."""
+    """Print a result: as one JSON object, or as text; files by their names from the folder of the beginning."""
+    found = {key: value if key == "case" else shown(value) for key, value in found.items()}
     with to_stdout():
         if json:
             from json import dumps
@@ -80,11 +82,11 @@ def _print_message(message: str, *, json: bool, code: int = EXIT_INTERRUPTED) ->
     rank = launched_rank()
     if rank == 0 or code == EXIT_FAULT:  # which other ranks may not have met
         with suppress(OSError):
-            typer.echo(f"fragfield: {f'rank {rank}: ' if rank else ''}{visible(message)}", err=True)
+            typer.echo(f"fragfield: {f'rank {rank}: ' if rank else ''}{visible(shown(message))}", err=True)
     if rank > 0:
         return
     if json:
         from json import dumps
 
         with suppress(typer.Exit, InputError), to_stdout():
-            typer.echo(dumps({"error": {"message": message, "exit_code": code}}))
+            typer.echo(dumps({"error": {"message": shown(message), "exit_code": code}}))

@@ -8,9 +8,11 @@ from typing import Annotated
 import typer
 
 import fragfield
-from fragfield.cli.application import CaseOrRun, Html, Json, Quiet, Window, app
+from fragfield.cli.application import CaseOrRun, Html, Json, Quiet, Window, app, file_path
 from fragfield.cli.guard import give, guarded, print_paths
 from fragfield.cli.streams import to_stdout
+from fragfield.errors import InputError
+from fragfield_base.paths import absolute, start_folder
 
 __all__ = ["compare", "info", "new", "open_pages", "view"]
 
@@ -32,7 +34,10 @@ def view(case: CaseOrRun, window: Window = None, html: Html = False, quiet: Quie
 
 @app.command()
 def info(
-    path: Annotated[Path, typer.Argument(metavar="RUN_OR_FILE", help="The directory of a run, or one of its files.")],
+    path: Annotated[
+        Path,
+        typer.Argument(parser=file_path, metavar="RUN_OR_FILE", help="The directory of a run, or one of its files."),
+    ],
     quiet: Quiet = False,
     json: Json = False,
 ) -> None:
@@ -41,14 +46,16 @@ def info(
         from fragfield.files.info import describe
         from fragfield.terminal.show import print_info
 
-        give(describe(path), json=json, show=print_info)
+        give(describe(absolute(path, InputError)), json=json, show=print_info)
 
 
 @app.command()
 def new(
-    name: Annotated[Path, typer.Argument(metavar="NAME", help="The file to write: NAME.toml.")],
+    name: Annotated[Path, typer.Argument(parser=file_path, metavar="NAME", help="The file to write: NAME.toml.")],
     round_: Annotated[str, typer.Option("--round", metavar="PROFILE", help="Built-in contour of the round.")] = "m107",
-    explosive: Annotated[str, typer.Option("--explosive", metavar="NAME", help="Built-in explosive.")] = "tnt",
+    explosive: Annotated[
+        str, typer.Option("--explosive", metavar="NAME", help="Built-in explosive, by any of its names.")
+    ] = "tnt",
     casing: Annotated[
         str | None, typer.Option("--casing", metavar="NAME", help="Built-in casing material; default: the round's.")
     ] = None,
@@ -66,16 +73,23 @@ def new(
     with guarded(json=json, quiet=quiet):
         from fragfield.case.new_case import write_new_case
 
-        written = write_new_case(name, round_, explosive, casing=casing, stack=stack, lying=lying, every_key=every_key)
+        written = write_new_case(
+            absolute(name, InputError), round_, explosive, casing=casing, stack=stack, lying=lying, every_key=every_key
+        )
         give({"case": [str(written)]}, json=json, show=print_paths)
 
 
 @app.command()
 def compare(
-    run: Annotated[Path, typer.Argument(metavar="RUN", help="Directory of a run, such as that of a pair.")],
-    reference: Annotated[Path, typer.Argument(metavar="RUN", help="The reference run, such as the single round's.")],
+    run: Annotated[
+        Path, typer.Argument(parser=file_path, metavar="RUN", help="Directory of a run, such as that of a pair.")
+    ],
+    reference: Annotated[
+        Path, typer.Argument(parser=file_path, metavar="RUN", help="The reference run, such as the single round's.")
+    ],
     out: Annotated[
-        Path | None, typer.Option("--out", metavar="DIR", help="Write tables (CSV, JSON) and a picture there.")
+        Path | None,
+        typer.Option("--out", parser=file_path, metavar="DIR", help="Write tables (CSV, JSON) and a picture there."),
     ] = None,
     sector: Annotated[
         float | None,
@@ -100,7 +114,10 @@ def compare(
 @app.command("app")
 def open_pages(
     case: Annotated[
-        Path | None, typer.Argument(metavar="[CASE | RUN]", help="A case file, a run, or a folder; default: this one.")
+        Path | None,
+        typer.Argument(
+            parser=file_path, metavar="[CASE | RUN]", help="A case file, a run, or a folder; default: this one."
+        ),
     ] = None,
     port: Annotated[int, typer.Option("--port", min=0, max=65535, metavar="N", help="Default: a free one.")] = 0,
     host: Annotated[
@@ -113,7 +130,8 @@ def open_pages(
     with guarded(json=False, quiet=False):
         from fragfield.app.server import serve
 
-        serve(case, announce=_announce, host=host, port=port, browser=browser, language=language)
+        start = case or start_folder(InputError)
+        serve(start, announce=_announce, host=host, port=port, browser=browser, language=language)
 
 
 def _announce(words: str) -> None:

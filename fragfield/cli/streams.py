@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, TextIO
 import typer
 
 from fragfield.errors import EXIT_INPUT, InputError
+from fragfield_base.ambient import settle
+from fragfield_base.paths import leave_folder
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -17,15 +19,19 @@ if TYPE_CHECKING:
 __all__ = ["finish_messages", "prepare_process", "silence", "to_stdout"]
 
 _FEWEST_FILES, _MANY_FILES = 64, 1024
+_LEAST_STACK = 1 << 20  # bytes; the compiler and MPI need several hundred thousand
 
 
-def prepare_process() -> None:
-    """Open what is closed, let no letter fail, and take as many open files as are allowed.
+def prepare_process() -> list[str]:
+    """Open what is closed, let no letter fail, and keep this process from what it has not been given; its arguments.
+
+    Libraries see neither the arguments, nor the user's variables (`fragfield_base.ambient`), nor the working folder.
 
     Raises
     ------
     InputError
-        Fewer files may be open than MPI needs, which would end the process by itself.
+        A variable holds what it must not, or a limit is lower than what MPI needs, which would end the process by
+        itself.
     """
     # A file that is opened while a standard stream is closed would get its number, and what libraries write there.
     for number in range(3):
@@ -38,14 +44,23 @@ def prepare_process() -> None:
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="backslashreplace")  # names of a case in a terminal that knows ASCII alone
-    _take_files()
+    settle(InputError)
+    _check_limits()
+    leave_folder(InputError)
+    arguments = sys.argv[1:]
+    sys.argv[1:] = []
+    return arguments
 
 
-def _take_files() -> None:
+def _check_limits() -> None:
+    """Take as many open files as are allowed; refuse limits under which libraries end the process by themselves."""
     try:
         import resource
     except ModuleNotFoundError:  # not a system of this kind
         return
+    stack = resource.getrlimit(resource.RLIMIT_STACK)[0]
+    if stack != resource.RLIM_INFINITY and stack < _LEAST_STACK:
+        raise InputError(f"found ulimit -s {stack // 1024} (kB of stack); allowed: at least {_LEAST_STACK // 1024}")
     soft, most = resource.getrlimit(resource.RLIMIT_NOFILE)
     if soft == resource.RLIM_INFINITY or soft >= _MANY_FILES:
         return

@@ -8,13 +8,13 @@ from typing import Annotated, Any
 import typer
 
 import fragfield
-from fragfield.cli.application import CaseOrRun, CellSize, Json, Quiet, Scheduler, Settings, app
+from fragfield.cli.application import CaseOrRun, CellSize, Json, Quiet, Scheduler, Settings, app, file_path
 from fragfield.cli.guard import give, guarded
 from fragfield.errors import EXIT_NUMERICAL
 
 __all__ = ["limit", "sweep", "uncertainty", "warm_up"]
 
-Varied = Annotated[Path, typer.Argument(metavar="CASE", help="The case file that is varied.")]
+Varied = Annotated[Path, typer.Argument(parser=file_path, metavar="CASE", help="The case file that is varied.")]
 RunThreads = Annotated[
     int | None, typer.Option("--threads", min=1, metavar="N", help="Threads of each run; default 1.")
 ]
@@ -32,7 +32,8 @@ def sweep(
         list[str], typer.Argument(metavar="KEY=VALUE,...", help='Values of a key: burst.cell_size="8 mm,6 mm".')
     ],
     out: Annotated[
-        Path | None, typer.Option("--out", metavar="DIR", help="Folder for the runs; default runs/NAME_sweep.")
+        Path | None,
+        typer.Option("--out", parser=file_path, metavar="DIR", help="Folder for the runs; default runs/NAME_sweep."),
     ] = None,
     stage: Annotated[str, typer.Option("--stage", metavar="run|burst", help="The whole chain, or the burst.")] = "run",
     threads: RunThreads = None,
@@ -77,7 +78,8 @@ def limit(
     ] = None,
     every: Annotated[bool, typer.Option("--all", help="Compute every number of rounds, not by bisection.")] = False,
     out: Annotated[
-        Path | None, typer.Option("--out", metavar="DIR", help="Folder for the runs; default runs/NAME_limit.")
+        Path | None,
+        typer.Option("--out", parser=file_path, metavar="DIR", help="Folder for the runs; default runs/NAME_limit."),
     ] = None,
     threads: RunThreads = None,
     jobs: Jobs = None,
@@ -117,7 +119,10 @@ def uncertainty(
         int | None, typer.Option("--seed", min=0, metavar="N", help="Of points and samples; default the case's.")
     ] = None,
     out: Annotated[
-        Path | None, typer.Option("--out", metavar="DIR", help="Folder for the study; default runs/NAME_uncertainty.")
+        Path | None,
+        typer.Option(
+            "--out", parser=file_path, metavar="DIR", help="Folder for the study; default runs/NAME_uncertainty."
+        ),
     ] = None,
     cell_size: CellSize = None,
     settings: Settings = None,

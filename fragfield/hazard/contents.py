@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import tomllib
 from dataclasses import dataclass
 from functools import cache
-from importlib import resources
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from fragfield.case.conversion.placing import are_alike
-from fragfield_base.names import value_for
+from fragfield_base.names import substance_key, substance_title
+from fragfield_base.substances import substance, substances_with
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -198,10 +197,11 @@ def _ignited_at_once(rounds: Sequence[RoundTable]) -> bool:
 
 @cache
 def tnt_equivalents() -> dict[str, tuple[float, str]]:
-    """Factor for peak incident overpressure and its source, by explosive."""
-    text = (resources.files("fragfield") / "data" / "tnt_equivalents.toml").read_text(encoding="utf-8")
-    table: dict[str, Any] = tomllib.loads(text)
-    return {name: (entry["value"], table["source"][entry["source"]]) for name, entry in table["factor"].items()}
+    """Factor for peak incident overpressure and its source, by built-in name of the explosive."""
+    factors = substances_with("explosive", "tnt_equivalent", "pressure")
+    return {
+        name: (factor, substance("explosive", name).groups["tnt_equivalent"].source) for name, factor in factors.items()
+    }
 
 
 def tnt_equivalent(explosive: str) -> tuple[float, str]:
@@ -211,13 +211,13 @@ def tnt_equivalent(explosive: str) -> tuple[float, str]:
     long.
     """
     table = tnt_equivalents()
-    known = value_for(explosive, table)
+    known = table.get(substance_key(explosive))
     if known is None:
         strongest = max(table, key=lambda name: table[name][0])
         factor, source = table[strongest]
         return factor, (
-            f"{factor:g} for {explosive}, whose equivalent is not known: the largest known one, of {strongest} "
-            f"({source})"
+            f"{factor:g} for {explosive}, whose equivalent is not known: the largest known one, of "
+            f"{substance_title(strongest)} ({source})"
         )
     factor, source = known
     return factor, f"{factor:g} for {explosive} ({source})" if factor != 1.0 else ""

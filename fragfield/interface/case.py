@@ -13,6 +13,7 @@ from fragfield.case.load import case_from_document, read_document
 from fragfield.case.write import plain, to_toml
 from fragfield.errors import InputError
 from fragfield.files.run_directory import RunDirectory
+from fragfield_base.paths import absolute
 from fragfield_base.writing import write_text
 
 if TYPE_CHECKING:
@@ -60,7 +61,7 @@ class Case:
             raise InputError(f"{_SOURCE}: found a {type(given).__name__}; needed: a mapping of tables, or keywords")
         if twice := sorted(set(given) & set(more)):
             raise InputError(f"{_SOURCE}: {twice[0]} is given twice, in the tables and as a keyword; give it once")
-        self._fill(plain_tables({**given, **more}), _SOURCE, Path(folder), None)
+        self._fill(plain_tables({**given, **more}), _SOURCE, absolute(folder, InputError), None)
 
     @classmethod
     def from_toml(
@@ -90,7 +91,7 @@ class Case:
         InputError
             No such file, no TOML, or any fault in it; the message names file and key.
         """
-        where = Path(path)
+        where = absolute(path, InputError)
         document, source = set_document(where, set, cell_size=cell_size)
         made = cls.__new__(cls)
         made._fill(document, source, where.parent, where, burst=burst)
@@ -153,7 +154,7 @@ class Case:
 
     def write(self, path: str | os.PathLike[str]) -> Path:
         """Write the resolved case as a case file; raises InputError where it cannot be written."""
-        return write_text(Path(path), self.to_toml(), InputError)
+        return write_text(absolute(path, InputError), self.to_toml(), InputError)
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Case) and self.values == other.values
@@ -181,7 +182,7 @@ def case_of(
     if isinstance(target, Case):
         changes = read_settings(set, cell_size=cell_size)
         return target.changed(changes) if changes else target
-    path = Path(target)
+    path = absolute(target, InputError)
     if path.is_dir():
         stored = RunDirectory(path)
         stored.stored_case()  # says what is missing, in the words of a run directory

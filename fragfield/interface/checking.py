@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING, Any
 from fragfield.case.write import plain
 from fragfield.checking import check as checking
 from fragfield.checking.check import fragments_report
+from fragfield.errors import InputError
 from fragfield.interface.case import Case, case_of
+from fragfield_base.paths import absolute
 
 if TYPE_CHECKING:
     import os
@@ -50,7 +52,7 @@ class CheckResult:
         """
         from fragfield.checking.drawing import write_drawings
 
-        return write_drawings(self.case.values, Path(path))
+        return write_drawings(self.case.values, absolute(path, InputError))
 
     def __repr__(self) -> str:
         what = f"{self.found['mesh']['cells']} cells" if "mesh" in self.found else "no burst"
@@ -87,7 +89,7 @@ def check(
         The case is at fault, its mesh cannot be made, or the fragments do not fit it.
     """
     found = case_of(case, set=set, cell_size=cell_size, burst=fragments is None)
-    given = None if fragments is None else fragments_report(found.values, Path(fragments))
+    given = None if fragments is None else fragments_report(found.values, absolute(fragments, InputError))
     if found.values.burst is None and given is not None:
         return CheckResult(found, {"case": plain(found.values), **given})
     report = checking.check_report(found.values)

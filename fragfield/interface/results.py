@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from fragfield.errors import InputError, nearest
 from fragfield.files.run_directory import STAGES, RunDirectory
 from fragfield.interface.case import Case
+from fragfield_base.paths import absolute
 
 if TYPE_CHECKING:
     import os
@@ -51,7 +52,7 @@ class Run:
     """
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
-        self.path = Path(path)
+        self.path = absolute(path, InputError)
         self._directory = RunDirectory(self.path)
 
     @cached_property
@@ -159,6 +160,18 @@ class Run:
         from fragfield.interface.tables import TABLES
 
         return {name: what for name, (file, what, _) in TABLES.items() if (self.path / file).is_file()}
+
+    def write_tables(self, path: str | os.PathLike[str]) -> Path:
+        """Write all tables into one workbook (.xlsx), the first sheet of which says what they are.
+
+        Raises
+        ------
+        InputError
+            Another ending, openpyxl is not installed, or the file cannot be written.
+        """
+        from fragfield.interface.workbook import write_workbook
+
+        return write_workbook(self, absolute(path, InputError))
 
     def table(self, name: str) -> Table:
         """A table by its name, with `to_numpy` and `to_pandas`; raises InputError for another name."""

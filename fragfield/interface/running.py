@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import os
 import sys
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fragfield.errors import InputError, nearest
 from fragfield.interface.case import Case, case_of
+from fragfield_base.ambient import check_variables, is_launched
+from fragfield_base.paths import absolute
 from fragfield_base.waiting import let_threads_sleep
 
 if TYPE_CHECKING:
@@ -112,6 +113,8 @@ def options_of(
     burst: bool = True,
 ) -> RunOptions:
     """What the pipeline is asked for, by the arguments of `run`. A file is read later, by the first rank alone."""
+    check_variables(InputError)
+    is_launched(InputError)
     let_threads_sleep()
     if threads is not None:
         limit_threads(threads)
@@ -128,11 +131,12 @@ def options_of(
         if out is None:
             if found.path is None:
                 raise InputError('out: missing; a case made in Python needs a run directory, such as out="runs/first"')
-            out = Path("runs") / found.path.stem
+            out = absolute(f"runs/{found.path.stem}", InputError)
         case = out
     return RunOptions(
-        Path(case), None if out is None else Path(out), cell_size, threads, resume, overwrite, progress is False,
-        None if fragments is None else Path(fragments), set, profile=profile, made=made,
+        absolute(case, InputError), None if out is None else absolute(out, InputError), cell_size, threads, resume,
+        overwrite, progress is False, None if fragments is None else absolute(fragments, InputError), set,
+        profile=profile, made=made,
         follow=progress if callable(progress) else None,
     )  # fmt: skip
 

@@ -14,6 +14,7 @@ from fragfield.interface.case import Case
 from fragfield.interface.results import Run
 from fragfield.interface.results import open as open_run
 from fragfield.interface.study_files import setting_of, study_folder, table_of_rows, written_case
+from fragfield_base.paths import absolute
 
 if TYPE_CHECKING:
     import os
@@ -149,8 +150,9 @@ class Comparison:
         """Write comparison.json, the tables as CSV files and comparison.png into a folder."""
         from fragfield.studies.compare import write_comparison
 
-        write_comparison(self.found, Path(folder))
-        return Path(folder)
+        target = absolute(folder, InputError)
+        write_comparison(self.found, target)
+        return target
 
     def _rows(self) -> dict[str, list[dict[str, Any]]]:
         from fragfield.studies.compare.comparison import flat_tables
@@ -196,7 +198,7 @@ def compare_runs(
     """
     from fragfield.studies import compare
 
-    folders = [one.path if isinstance(one, Run) else Path(one) for one in (run, reference)]
+    folders = [one.path if isinstance(one, Run) else absolute(one, InputError) for one in (run, reference)]
     return Comparison(compare.compare_runs(*folders, sector=sector, all_round=all_round))
 
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from fragfield.errors import InputError
 from fragfield.interface.case import Case
 from fragfield.interface.tables import Table
+from fragfield_base.paths import absolute
 
 if TYPE_CHECKING:
     import os
@@ -22,18 +23,18 @@ def study_folder(
 ) -> tuple[Path, Path]:
     """The folder of the results, and where a case made in Python is written."""
     if out is None:
-        path = case.path if isinstance(case, Case) else Path(case)
+        path = case.path if isinstance(case, Case) else absolute(case, InputError)
         if path is None:
             raise InputError(f'out: missing; a case made in Python needs a folder, such as out="runs/first_{what}"')
         out = Path("runs") / f"{path.resolve().stem}_{what}"
-    folder = Path(out)
+    folder = absolute(out, InputError)
     return folder, folder.with_name(f"{folder.name}.toml")
 
 
 def written_case(case: Case | str | os.PathLike[str], file: Path) -> Path:
     """The file of a case; one made in Python is written."""
     if not isinstance(case, Case):
-        return Path(case)
+        return absolute(case, InputError)
     file.parent.mkdir(parents=True, exist_ok=True)
     case.write(file)
     return file

@@ -21,10 +21,11 @@ if TYPE_CHECKING:
 __all__ = ["TABLES", "Table", "read_table"]
 
 _SHOWN = 8  # columns in a line
+_UNITS = ("kg", "m", "m_s", "s", "J", "deg", "1_m2", "kg_m3")  # that names of columns end with
 
 
 class Table:
-    """Equally long columns with names; `table["distance"]` is one of them.
+    """Equally long columns with names that end with their units; `table["distance_m"]` or `table["distance"]` is one.
 
     Parameters
     ----------
@@ -48,8 +49,11 @@ class Table:
         return len(next(iter(self._columns.values()), ()))
 
     def __getitem__(self, column: str) -> NDArray[Any]:
-        """One column; raises InputError for a name that there is not."""
+        """One column, by its name with or without its unit; raises InputError for a name that there is not."""
         if column not in self._columns:
+            whole = [f"{column}_{unit}" for unit in _UNITS if f"{column}_{unit}" in self._columns]
+            if whole:
+                return self._columns[whole[0]]
             hint = nearest(str(column), self._columns)
             raise InputError(
                 f"table {self.name}: found no column {column!r}{hint}; allowed: {', '.join(self._columns)}"
@@ -95,32 +99,32 @@ def _fragments(folder: Path) -> Mapping[str, Any]:
 
 def _landing(folder: Path) -> Mapping[str, Any]:
     from flight.files.hdf5 import read_table
-    from flight.rows import flat_columns
+    from flight.files.results import csv_columns
 
-    return flat_columns(read_table(folder / "landing.h5", "landing")[0])
+    return csv_columns(read_table(folder / "landing.h5", "landing")[0])
 
 
 def _witness(folder: Path) -> Mapping[str, Any]:
     from flight.files.hdf5 import read_table
-    from flight.files.results import named_columns
+    from flight.files.results import csv_columns
 
     hits, names = read_table(folder / "hits.h5", "hits")
-    return named_columns(hits, "witness", names)
+    return csv_columns(hits, "witness", names)
 
 
 def _obstacle_hits(folder: Path) -> Mapping[str, Any]:
     from flight.files.hdf5 import read_table
-    from flight.files.results import named_columns
+    from flight.files.results import csv_columns
 
     hits, names = read_table(folder / "obstacle_hits.h5", "obstacle_hits")
-    return named_columns(hits, "obstacle", names)
+    return csv_columns(hits, "obstacle", names)
 
 
 def _contacts(folder: Path) -> Mapping[str, Any]:
     from flight.files.hdf5 import read_table
-    from flight.rows import flat_columns
+    from flight.files.results import csv_columns
 
-    return flat_columns(read_table(folder / "contacts.h5", "contacts")[0])
+    return csv_columns(read_table(folder / "contacts.h5", "contacts")[0])
 
 
 def _ensemble(name: str) -> Callable[[Path], Mapping[str, Any]]:

@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 import math
-import os
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fragfield.case import plain
 from fragfield.case.changes import Settings, load_case
+from fragfield.errors import InputError
 from fragfield.files.provenance import versions
 from fragfield.files.run_directory import RunDirectory
 from fragfield.version import __version__
+from fragfield_base.cores import cores
+from fragfield_base.paths import start_folder
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable
 
     from fragfield.case import Case
     from fragfield.case.conversion.turned import Turned
@@ -72,6 +75,16 @@ class RunOptions:
     made: Case | None = None
     follow: Callable[[Progress], object] | None = None
 
+    @property
+    def asked(self) -> str:
+        """What all ranks of a launch must have been given alike."""
+        made = "" if self.made is None else " with a case made in Python"
+        words = [f"{self.target}{made}", *(f"--{name}" for name in ("resume", "overwrite") if getattr(self, name))]
+        words += [f"--out {self.out}"] if self.out is not None else []
+        words += [f"--fragments {self.fragments}"] if self.fragments is not None else []
+        words += [f"--cell-size {self.cell_size}"] if self.cell_size is not None else []
+        return " ".join([*words, *(f"--set {one}" for one in _listed(self.settings))])
+
     def case(self, *, burst: bool = True) -> Case:
         """The resolved case of the file, or of the run directory; raises InputError."""
         if self.made is not None:
@@ -90,7 +103,9 @@ class RunOptions:
         """Where the run is written."""
         if self.out is not None:
             return RunDirectory(self.out)
-        return RunDirectory(self.target if self.target.is_dir() else Path("runs") / self.target.stem)
+        if self.target.is_dir():
+            return RunDirectory(self.target)
+        return RunDirectory(start_folder(InputError) / "runs" / self.target.stem)
 
     @property
     def source(self) -> RunDirectory:
@@ -132,7 +147,7 @@ class Job:
     @property
     def cores(self) -> int:
         """Threads of a rank."""
-        return self.options.threads or len(os.sched_getaffinity(0))
+        return self.options.threads or cores()
 
     def needed(self, stage: Stage) -> Path:
         """The stage's input file."""
@@ -151,6 +166,10 @@ class Job:
         self.noted.update(parts)  # the source has them where it is the target, too
         everything = {**summary, **earlier, **self.noted}
         self.target.write_summary({key: _finite(value) for key, value in everything.items()})
+
+
+def _listed(settings: Settings) -> list[str]:
+    return [f"{key}={value}" for key, value in settings.items()] if isinstance(settings, Mapping) else list(settings)
 
 
 def _finite(value: object) -> object:

@@ -8,10 +8,12 @@ import time
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 
+from fragfield.errors import InputError
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-__all__ = ["Team", "launched_rank", "launched_size"]
+__all__ = ["Team", "launched_commands", "launched_rank", "launched_size"]
 
 Shared = TypeVar("Shared")
 _RANK_VARIABLES = ("OMPI_COMM_WORLD_RANK", "PMI_RANK", "PMIX_RANK")
@@ -42,6 +44,12 @@ def launched_size() -> int:
     return int(importlib.import_module("mpi4py.MPI").COMM_WORLD.Get_size())
 
 
+def launched_commands() -> int:
+    """Number of different commands that one launch has started (`mpirun -n 1 ONE : -n 1 OTHER`), as far as it says."""
+    text = os.environ.get("OMPI_NUM_APP_CTX", "")
+    return int(text) if text.isdigit() else 1
+
+
 @dataclass(frozen=True)
 class Team:
     """The ranks that compute together; `comm` is an mpi4py communicator, None for one process."""
@@ -50,10 +58,19 @@ class Team:
 
     @classmethod
     def join(cls) -> Team:
-        """All ranks of the launch. MPI is loaded by name and only under a launcher: other commands start without it."""
-        if launched_size() < 2:
+        """All ranks of the launch; raises InputError where MPI knows of no others.
+
+        MPI is loaded by name and only under a launcher: other commands start without it.
+        """
+        if (started := launched_size()) < 2:
             return cls()
-        return cls(importlib.import_module("mpi4py.MPI").COMM_WORLD)
+        comm = importlib.import_module("mpi4py.MPI").COMM_WORLD
+        if comm.Get_size() == 1:
+            raise InputError(
+                f"found {started} ranks by the launcher's variables, and 1 by MPI: each would make the whole run; the "
+                "launcher belongs to another MPI than the one that dolfinx uses, or its variables were left from a run"
+            )
+        return cls(comm)
 
     @property
     def alone(self) -> Any:  # noqa: ANN401 - a communicator of mpi4py
@@ -74,6 +91,18 @@ class Team:
     def first(self) -> bool:
         """Whether this rank prints and writes."""
         return self.rank == 0
+
+    def agree(self, asked: str) -> None:
+        """Raise InputError, on all ranks, where they are asked for different things: all but one would be left out."""
+        if self.comm is None:
+            return
+        everywhere = self.comm.allgather(asked)
+        other = next((rank for rank, one in enumerate(everywhere) if one != everywhere[0]), None)
+        if other is not None:
+            raise InputError(
+                f"ranks of one MPI launch were given different commands: rank 0 {everywhere[0]}, rank {other} "
+                f"{everywhere[other]}; allowed: one command for all ranks, another launch for another"
+            )
 
     def broadcast(self, value: Shared | None = None) -> Shared:
         """Rank 0's value, on every rank; the others give none."""

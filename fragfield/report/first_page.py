@@ -7,12 +7,13 @@ from typing import TYPE_CHECKING
 
 from fragfield.hazard.certainty import basis_words, whole_metres
 from fragfield.hazard.recommended import parts_words
-from fragfield.numbers import Row, explosive_title, number
+from fragfield.numbers import Row, number
 from fragfield.report.blocks import Block, Card, Cards, Columns, Group, Paragraph, Points, Rows, Section, Signatures
 from fragfield.report.findings.reasons import reasons_against, reasons_for
 from fragfield.report.tables.attitudes import attitude_sentence
 from fragfield.report.tables.exposed_sites import verdict_table
 from fragfield.report.tables.rules import minimum_words, prescribed_table
+from fragfield_base.names import substance_title
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -96,7 +97,7 @@ def _rounds(run: RunFiles) -> Iterator[Row]:
         entry = next((one for one in (run.case.round if run.case else []) if one.name == item.name), None)
         named = getattr(entry, "casing", None)
         material = f" of {getattr(named, 'name', named)}" if named is not None else ""
-        fill = f"{explosive_title(str(item.attributes['explosive']))}, {charge} kg"
+        fill = f"{substance_title(str(item.attributes['explosive']))}, {charge} kg"
         profile = str(item.attributes.get("profile") or "")
         kinds.setdefault((profile, fill, f"{casing} kg{material}"), []).append(item.name)
     if not kinds:

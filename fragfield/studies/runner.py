@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-import os
 from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
+
+from fragfield_base.cores import cores
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-__all__ = ["Runs", "cores", "make_all", "runs_of"]
+__all__ = ["Runs", "make_all", "runs_of"]
 
 _WAIT = 0.2  # s; a wait without end would not see Ctrl-C on every system
 
@@ -46,11 +47,6 @@ def runs_of(scheduler: str | None, most: int, *, jobs: int | None = None, thread
     from fragfield.studies.processes import LocalRuns
 
     return LocalRuns(min(jobs or max(cores() // threads, 1), most), threads)
-
-
-def cores() -> int:
-    """Cores that this process may use."""
-    return len(os.sched_getaffinity(0))
 
 
 def make_all(

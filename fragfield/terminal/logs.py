@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, TextIO
 
 from fragfield.errors import InputError
 from fragfield.terminal.visible_text import visible
+from fragfield_base.paths import shown
 from fragfield_base.writing import append_text_file
 
 if TYPE_CHECKING:
@@ -32,7 +33,7 @@ class _Short(logging.Formatter):
     """Level and message, as shown on the terminal."""
 
     def format(self, record: logging.LogRecord) -> str:
-        return visible(f"{record.levelname.lower()}: {words_of(record)}")
+        return visible(shown(f"{record.levelname.lower()}: {words_of(record)}"))
 
 
 def words_of(record: logging.LogRecord) -> str:

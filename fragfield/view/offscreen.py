@@ -7,15 +7,15 @@ from __future__ import annotations
 
 import ctypes
 import os
-import subprocess
 import sys
 import tempfile
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fragfield.errors import InputError
+from fragfield_base.own_process import start_function
 
 if TYPE_CHECKING:
+    from pathlib import Path
     from types import TracebackType
 
 __all__ = [
@@ -27,6 +27,7 @@ __all__ = [
     "PictureUnavailableError",
     "display_available",
     "offscreen_fault",
+    "use_offscreen",
 ]
 
 VIEWS = {"picture_of_burst": "view_burst.html", "picture_of_fragments": "view_fragments.html"}
@@ -38,7 +39,6 @@ _WINDOWS = {
     "libOSMesa.so": "vtkOSOpenGLRenderWindow",
 }
 _CURE = "install libegl1 (Debian: apt-get install libegl1), then run `fragfield report` or `fragfield view` again"
-_DRAW = "import sys; from fragfield.view.show import draw; sys.exit(draw(*sys.argv[1:]))"
 DONE, FAULT, INPUT, UNAVAILABLE = 0, 1, 2, 3
 
 
@@ -55,22 +55,43 @@ def _loadable(name: str) -> bool:
 
 
 def display_available() -> bool:
-    """Whether a window can be opened (X or Wayland)."""
-    return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
+    """Whether a window can be opened: an X server answers and lets this user in (VTK asks no other on Linux).
+
+    The variable DISPLAY alone says little: it outlives its server, in `screen` and batch jobs for one.
+    """
+    if sys.platform == "darwin":
+        return True
+    if not os.environ.get("DISPLAY"):
+        return False
+    try:
+        library = ctypes.CDLL("libX11.so.6")
+    except OSError:
+        return False
+    library.XOpenDisplay.restype, library.XCloseDisplay.argtypes = ctypes.c_void_p, [ctypes.c_void_p]
+    if (display := library.XOpenDisplay(None)) is None:
+        return False
+    library.XCloseDisplay(display)
+    return True
 
 
 def offscreen_fault() -> str:
     """Why VTK cannot draw off-screen for lack of a library, with the cure; empty where there is one.
 
-    VTK is pointed to the library; a driver behind it may still be missing.
+    A driver behind the library may still be missing.
     """
-    library = next((name for name in _WINDOWS if _loadable(name)), None)
-    if library is None:
+    if _library() is None:
         return f"VTK needs libEGL or libOSMesa to draw without a window, neither of which is installed; {_CURE}"
-    if not display_available():
-        # Otherwise VTK asks for an X server first, and complains that there is none.
-        os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", _WINDOWS[library])
     return ""
+
+
+def use_offscreen() -> None:
+    """Point VTK, before it is loaded, to a library that needs no display, also where there is one or seems to be."""
+    if (library := _library()) is not None:
+        os.environ["VTK_DEFAULT_OPENGL_WINDOW"] = _WINDOWS[library]
+
+
+def _library() -> str | None:
+    return next((name for name in _WINDOWS if _loadable(name)), None)
 
 
 class PictureProcess:
@@ -89,8 +110,10 @@ class PictureProcess:
     def __init__(self, run: Path, folder: Path, what: str) -> None:
         self._fault = offscreen_fault()
         self._words = tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace")  # noqa: SIM115 - see __exit__
-        command = [sys.executable, "-c", "" if self._fault else _DRAW, str(run), str(folder), what]
-        self._process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=self._words, stderr=self._words)
+        places = [str(place.absolute()) for place in (run, folder)]
+        self._process = None if self._fault else start_function(
+            "fragfield.view.show", "draw", *places, what, stdout=self._words, stderr=self._words
+        )  # fmt: skip
 
     def __enter__(self) -> PictureProcess:
         return self
@@ -98,8 +121,9 @@ class PictureProcess:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
     ) -> None:
-        self._process.kill()
-        self._process.wait()
+        if self._process is not None:
+            self._process.kill()
+            self._process.wait()
         self._words.close()
 
     def finish(self) -> str:
@@ -110,6 +134,8 @@ class PictureProcess:
         InputError
             A file of the run is damaged, or a folder cannot be written.
         """
+        if self._process is None:
+            return self._fault
         code = self._process.wait()
         self._words.seek(0)
         words = self._words.read().strip()
@@ -119,5 +145,5 @@ class PictureProcess:
         if code == FAULT:
             raise RuntimeError(f"pictures could not be drawn: {words}")
         if code == DONE:
-            return self._fault
+            return ""
         return last if code == UNAVAILABLE else f"VTK fails to draw without a window here ({last}); {_CURE}"

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import logging
+import os
 import sys
 from pathlib import Path
 
@@ -16,10 +18,13 @@ from fragfield.view.offscreen import (
     PictureProcess,
     PictureUnavailableError,
     display_available,
+    use_offscreen,
 )
 from fragfield.view.scenes import final_burst, fragment_points, section
 
 __all__ = ["draw", "open_window", "view_run"]
+
+_log = logging.getLogger(__name__)
 
 
 def view_run(run_dir: Path | str, *, window: bool | None = None, html: bool = False) -> list[Path]:
@@ -49,9 +54,17 @@ def view_run(run_dir: Path | str, *, window: bool | None = None, html: bool = Fa
     run = read_run(Path(run_dir))
     if not run.nodes and not run.fragments:
         raise InputError(f"{run.folder}: nothing to show; run `fragfield burst` or `fragfield break-up` first")
-    if not html and (display_available() if window is None else window):
-        open_window(run)
-        return []
+    if not html and window is not False:
+        if display_available():
+            open_window(run)
+            return []
+        named = f"no X server answers at DISPLAY={os.environ['DISPLAY']}" if os.environ.get("DISPLAY") else ""
+        if window:
+            raise PictureUnavailableError(
+                f"no window can be opened: {named or 'DISPLAY is not set'}; allowed: --pictures"
+            )
+        if named:
+            _log.warning("%s: pictures are written instead of a window", named)
     with PictureProcess(run.folder, run.folder, "pages" if html else "pictures") as process:
         if fault := process.finish():
             raise PictureUnavailableError(fault)
@@ -85,6 +98,7 @@ def open_window(run: RunFiles) -> None:
 
 def draw(run: str, folder: str, what: str) -> int:
     """Draw pictures and pages of a run as `PictureProcess` asks; an exit code, and why on stderr."""
+    use_offscreen()
     from fragfield.view.interactive import interactive_fault, write_interactive_views
     from fragfield.view.pictures import write_pictures
 

@@ -160,7 +160,7 @@ def plain_inputs(distributed: DistributedMesh, mesh: CellMesh, leakage: AxialSli
     """What `make_fields` takes of rounds without fuze and axial parts."""
     return {
         "fuze_density": [3000.0] * len(mesh.lengths),
-        "axial_part": np.zeros(distributed.cells, dtype=np.int32),
+        "axial_slice": np.zeros(distributed.cells, dtype=np.int32),
         "leakage": leakage.factor,
         "lengths": mesh.lengths,
     }

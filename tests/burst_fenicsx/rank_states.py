@@ -94,7 +94,6 @@ def state(going: Simulation) -> dict[str, np.ndarray]:
     gathered |= {
         "leakage": going.leakage.factor,
         "initial_radius": going.leakage.initial_radius,
-        "rupture_time": going.leakage.rupture_time,
         "steps": np.array(going.solver.steps),
         "stable_step": np.array(going.solver.control.stable_step),
     }

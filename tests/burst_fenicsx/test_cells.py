@@ -217,7 +217,8 @@ def test_a_cell_moves_with_the_mean_of_its_nodes():
     slope = np.random.default_rng(8).normal(size=(3, 3)) * 1e4
     state.nodes.velocity[:] = state.start @ slope.T + [10.0, -20.0, 30.0]
     centres = state.start[state.mesh.dofmap].mean(axis=1)
-    np.testing.assert_allclose(state.cell_velocities(), centres @ slope.T + [10.0, -20.0, 30.0], rtol=1e-11, atol=1e-9)
+    expected = np.linalg.norm(centres @ slope.T + [10.0, -20.0, 30.0], axis=1)
+    np.testing.assert_allclose(state.casing_speeds()[1], expected, rtol=1e-11)
     inner = ~boundary_nodes(box((3, 3, 3), (3 * EDGE,) * 3))[state.mesh.node]
     before = state.volumes()
     state.nodes.position[inner] += 0.1 * EDGE
@@ -253,8 +254,7 @@ def test_the_impulse_of_planes_is_no_error_of_the_momentum():
     solver.ledger.energy_tolerance = np.inf
     mass = ELASTIC.density * EDGE**3
     for taken, error in (((3.0, 0.0, 4.0), 0.0), ((0.0, 0.0, 4.0), 0.6), ((3.0, 0.0, 0.0), 0.8)):
-        impulse = SimpleNamespace(given=lambda t=taken: mass * np.array(t))
-        contact = SimpleNamespace(energy=0.0, gain=0.0, impulse=impulse)
+        contact = SimpleNamespace(energy=0.0, gain=0.0, impulse=mass * np.array(taken))
         entry = solver.ledger.record(solver.fields, 0.0, 0.0, 0.0, contact)
         assert entry.momentum_error == pytest.approx(error, abs=1e-12)
     solver.fields.nodes.velocity[:] = 0.0

@@ -122,7 +122,7 @@ def test_the_order_of_cells_and_nodes_does_not_matter(tmp_path, monkeypatch):
 
     monkeypatch.setattr(geometries, "mesh_round", shuffled)
     _, moved, mixed = run(tmp_path)
-    # The charge's own nodes where it meets the casing come after those of the mesh, in the order of its twins.
+    # The charge's own nodes where it meets the casing come after those of the mesh, in the order of the pairs.
     count = len(kept["nodes"])
     np.testing.assert_allclose(moved[:count], still[kept["nodes"]], atol=1e-12)
     np.testing.assert_allclose(mixed[:count], velocity[kept["nodes"]], atol=1e-10 * np.abs(velocity).max())

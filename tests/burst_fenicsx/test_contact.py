@@ -9,9 +9,7 @@ import pytest
 
 pytest.importorskip("dolfinx")
 
-from burst_fenicsx.contact.exchange import CONTACT_FORCES
 from burst_fenicsx.contact.forces import Penetrations, max_squared_phase
-from burst_fenicsx.kernels.vectors.exact import quantise, rounding_constant
 from burst_fenicsx.mechanics.nodal_loads import NodalConstraint
 from burst_fenicsx.meshing import cell_volumes, merge
 from burst_fenicsx.meshing.cut import split_charges
@@ -172,28 +170,6 @@ def test_a_ball_bounces_as_hertz_says():
     assert energy(solver) == pytest.approx(0.5 * mass * speed**2, rel=0.02)
 
 
-def test_looking_after_near_nodes_alone_changes_nothing():
-    """A ball that comes from afar and bounces: the nodes near the plane are found in time, to the last bit."""
-    runs = []
-    for reach in (None, 1e3):
-        settings = replace(QUIET, cell_size=2e-3, planes=(MIRROR,))
-        solver = bodies([moved(ball(8, 0.01), (0.03, 0.0, 0.0))], [(-900.0, 0, 0)], settings, casing=SOFT)
-        plane, numbers = solver.contact.planes[0], []
-        if reach is not None:
-            plane._reach, plane._near_reach = 10.0 * reach, reach
-        while solver.time < 5e-5:
-            solver.step()
-            numbers.append(len(plane.near))
-        assert solver.contact.penetrations.plane > 0.0
-        runs.append((numbers, solver.fields.nodes.position.copy(), solver.contact.impulse.given()))
-    (few, position, impulse), (all_nodes, expected, expected_impulse) = runs
-    assert few[0] == 0
-    assert any(0 < number < len(expected) for number in few)
-    assert all_nodes[0] == len(expected)
-    np.testing.assert_array_equal(position, expected)
-    np.testing.assert_array_equal(impulse, expected_impulse)
-
-
 def test_a_ball_bounces_from_its_twin_as_from_a_mirror():
     """The plane of symmetry stands for the mirrored body: the same velocity to 1 %, and the twin's to round-off."""
     one = moved(ball(8, 0.03), (0.03001, 0.0, 0.0))
@@ -292,8 +268,8 @@ def test_merging_keeps_twins():
     """Pairs of split nodes are renumbered with their round."""
     one = split_charges(layered())
     both = merge([replace(one, segments=((),)), moved(one, (1.0, 0, 0), 1)])
-    first, second = both.nodes[both.twins[:, 0]], both.nodes[both.twins[:, 1]]
-    assert len(both.twins) == 2 * len(one.twins) > 0
+    first, second = both.nodes[both.interface_pairs[:, 0]], both.nodes[both.interface_pairs[:, 1]]
+    assert len(both.interface_pairs) == 2 * len(one.interface_pairs) > 0
     assert np.array_equal(first, second)
 
 
@@ -302,20 +278,6 @@ def test_springs_and_cells_together_stay_stable_and_use_nearly_all(cfl):
     """(omega dt)^2 of the cells, 4 c^2, and of the springs add up to less than 4: to nine tenths of what is left."""
     left = 4.0 - 4.0 * cfl**2
     assert 0.85 * left < max_squared_phase(TimeStep(cfl=cfl)) < 0.95 * left
-
-
-def test_contacts_of_many_kinds_on_one_node_are_summed_exactly():
-    """Forces of two hundred times the largest one of a cell: in any order the same to the last bit."""
-    largest = 3e4
-    rounding = CONTACT_FORCES * rounding_constant(largest)
-    values = np.random.default_rng(3).uniform(50.0, 200.0, 8) * largest
-    rounded = quantise(values, rounding)
-    np.testing.assert_allclose(rounded, values, rtol=0.0, atol=CONTACT_FORCES * largest / 2.0**50)
-    sums = {float(np.add.accumulate(np.random.default_rng(k).permutation(rounded))[-1]) for k in range(50)}
-    assert len(sums) == 1
-    assert sums.pop() < 4.0 * CONTACT_FORCES * largest
-    # A multiple of the cells' own quantum that is a power of two: sums with their forces are exact as well.
-    assert np.frexp(CONTACT_FORCES)[0] == 0.5
 
 
 def test_penetrations_of_the_interface_are_the_largest_so_far():

@@ -199,7 +199,7 @@ BAD = [
     ),
     (
         {"cavity": {"points": [[60, 25], [70, 60], [550, 60]], "arcs": [18.3, 0]}},
-        r"\[cavity\]: arc radius 18.3 mm .* turns back along the axis; a radius of at least 18.9286 mm",
+        r"\[cavity\]: arc radius 18.3 mm .* turns back along the axis; a radius of at least 66.25 mm",
     ),
     (
         {"outer": {"points": [[0, 30], [600, 30]], "arcs": [1e9]}},

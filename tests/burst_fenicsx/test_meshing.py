@@ -326,14 +326,15 @@ def test_geometry_meshing_and_library_need_arrays_only():
 
 
 def test_the_cell_behind_a_face_has_the_same_four_nodes():
-    """In a mesh whose nodes have random numbers, two of them twins of one place."""
+    """In a mesh whose nodes have random numbers, two of them interface_pairs of one place."""
     mesh = mesh_profile(load_profile("tube"), 25e-3)
     number = np.random.default_rng(6).permutation(len(mesh.nodes))
     cells = number[mesh.cells]
     twin = len(mesh.nodes)
     cells = np.where((cells == number[30]) & (np.arange(len(cells)) % 2 == 0)[:, None], twin, cells)
     place = np.append(np.arange(twin), number[30])
-    found = replace(mesh, cells=cells, nodes=np.zeros((twin + 1, 3)), twins=np.array([[twin, number[30]]])).neighbours
+    pairs = np.array([[twin, number[30]]])
+    found = replace(mesh, cells=cells, nodes=np.zeros((twin + 1, 3)), interface_pairs=pairs).neighbours
     corners = [[frozenset(place[cells[cell, side]].tolist()) for side in FACES] for cell in range(len(cells))]
     of_face = {}
     for cell, sides in enumerate(corners):

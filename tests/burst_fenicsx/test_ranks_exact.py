@@ -81,3 +81,5 @@ def test_contacts_of_one_node_are_summed_exactly_beyond_what_cells_can_give():
     orders = [random.permutation(len(pushes)) for _ in range(50)]
     assert len({_sum(pushes[order], cells) for order in orders}) > 1
     assert len({_sum(pushes[order], CONTACT_FORCES * cells) for order in orders}) == 1
+    # A multiple of the cells' own quantum that is a power of two: sums with their forces are exact as well.
+    assert np.frexp(CONTACT_FORCES)[0] == 0.5

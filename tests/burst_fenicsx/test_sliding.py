@@ -38,7 +38,7 @@ def layered():
 
 
 def ends(solver):
-    """Local nodes of the charge on the interface, and their twins of the casing."""
+    """Local nodes of the charge on the interface, and their interface_pairs of the casing."""
     interface = solver.contact.interface
     own = interface.contacts.contact
     order = np.argsort(interface.contacts.row[own])

@@ -67,17 +67,17 @@ def test_one_round_and_its_mirror_are_the_pair(pair, tmp_path):
     going, mirrored, summary = burst(tmp_path, [right()], replace(SHORT, planes=(MIRROR,)))
     assert mirrored["right"]["mean_initial_speed"] == pytest.approx(rounds["right"]["mean_initial_speed"], rel=0.01)
     assert mirrored["right"]["outer_diameter"] == pytest.approx(rounds["right"]["outer_diameter"], rel=0.01)
-    assert going.contact.impulse.given()[0] > 0.05 * going.ledger.entries[-1].mean_casing_speed
-    assert np.abs(going.contact.impulse.given()[1:]).max() < 1e-9 * going.contact.impulse.given()[0]
+    assert going.contact.impulse[0] > 0.05 * going.ledger.entries[-1].mean_casing_speed
+    assert np.abs(going.contact.impulse[1:]).max() < 1e-9 * going.contact.impulse[0]
     assert summary["momentum_error"] < 2e-3  # the impulse is a sum over steps of trapezoids
 
 
 def test_a_neighbour_that_is_in_the_way_lessens_the_venting(pair, tmp_path):
-    """Every charge has parts of its own; held back on one side, they open no earlier and vent less than when alone."""
+    """Every charge has parts of its own; held back on one side, they vent less than when alone."""
     stacked, _, _ = pair
     alone, _, _ = burst(tmp_path, [right()])
     parts = SHORT.leakage.parts
-    assert len(stacked.leakage.rupture_time) == 2 * parts
+    assert len(stacked.leakage.factor) == 2 * parts + 1
     lone = alone.leakage.radii(alone.fields.nodes.position)
     for index in range(2):
         own = slice(index * parts, (index + 1) * parts)
@@ -85,11 +85,6 @@ def test_a_neighbour_that_is_in_the_way_lessens_the_venting(pair, tmp_path):
         assert (radii < lone).all()
         assert radii.sum() < 0.99 * lone.sum()
         assert stacked.leakage.factor[:-1][own].sum() > alone.leakage.factor[:-1].sum() + 0.01
-        opened = np.isfinite(alone.leakage.rupture_time)
-        assert opened.any()
-        # The parts open near the time of the first touch: to a step the same or later.
-        step = stacked.ledger.entries[-1].time_step
-        assert (stacked.leakage.rupture_time[own][opened] > alone.leakage.rupture_time[opened] - step).all()
 
 
 def test_without_contact_of_surfaces_rounds_do_not_feel_each_other(pair, tmp_path, caplog):

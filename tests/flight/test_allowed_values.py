@@ -23,7 +23,7 @@ CLOUD = flight.Fragments([0.01, 0.02], (0.0, 0.0, 1.0), [(8.0, 0.0, 1.0), (0.0, 
 THIRD = flight.Fragments(0.01, (0.0, 0.0, 1.0), (8.0, 0.0, 1.0), round=2)
 LANDED = np.zeros(1, dtype=LANDING)
 LANDED["status"], LANDED["distance"] = Status.LANDED, 25.0
-FLAT = np.zeros((2, 2))
+FLAT = np.zeros((99, 99))
 BEAM, AIR = PolarField.of([CLOUD]), Retardation(flight.Drag.constant(1.0), 1.2, 340.0, 2600.0)
 
 

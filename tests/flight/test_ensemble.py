@@ -139,7 +139,7 @@ def test_files_hold_the_ensemble(basis: str, tmp_path: Path) -> None:
     assert table["max_throw_m"] == pytest.approx(found.throw, rel=1e-9)
     table = read_columns(tmp_path / "hazard_by_distance.csv")
     assert table["distance_m"] == pytest.approx(found.expected.radius, rel=1e-9)
-    assert table["normal_density_high"] == pytest.approx(found.expected.density_high[1], rel=1e-9)
+    assert table["normal_density_high_1_m2"] == pytest.approx(found.expected.density_high[1], rel=1e-9)
     assert table["probability"] == pytest.approx(hit_probability(found.expected.density[1]), rel=1e-9)
     table = read_columns(tmp_path / "hazard_by_sector.csv")
     assert table["azimuth_deg"].tolist() == [30.0 * i for i in range(12)]

@@ -7,11 +7,13 @@ from pathlib import Path
 
 import h5py
 import numpy as np
+import pandas as pd
 import pytest
 
 from flight import Cylinder, FlightResult, InputError, fly, to_pandas
 from flight.files.hdf5 import read_table
-from flight.files.text_tables import read_columns
+from flight.files.text_tables import METADATA
+from flight.rows import Status
 from tests.flight.clouds import cloud
 
 PROVENANCE = {"case": 'title = "a <b> & c"\n', "versions": json.dumps({"flight": "0.1.0"}), "seed": "3"}
@@ -41,20 +43,22 @@ def test_provenance_everywhere(written) -> None:
         with h5py.File(folder / name) as file:
             assert {key: file.attrs[key] for key in PROVENANCE} == PROVENANCE
     for name in ("landing.csv", "witness.csv"):
-        first = (folder / name).read_text().splitlines()[0]
-        assert json.loads(first.partition(" = ")[2]) == PROVENANCE["case"]
+        tables = json.loads((folder / METADATA).read_text())["tables"]
+        assert next(one for one in tables if one["url"] == name)["notes"] == [PROVENANCE]
     assert "title = &quot;a &lt;b&gt; &amp; c&quot;" in (folder / "trajectories.xdmf").read_text()
 
 
 def test_csv_copy(written) -> None:
     result, folder = written
-    columns = read_columns(folder / "landing.csv")
-    assert columns["distance"] == pytest.approx(result.landing["distance"], rel=1e-9)
-    assert columns["velocity_z"] == pytest.approx(result.landing["velocity"][:, 2], rel=1e-9)
-    lines = [line for line in (folder / "witness.csv").read_text().splitlines() if not line.startswith("#")]
-    assert lines[0].startswith("name,witness,fragment,round,segment")
-    assert len(lines) == 1 + len(result.hits)
-    assert lines[1].split(",")[0] in ("ring", "far")
+    landing, hits = (pd.read_csv(folder / f"{name}.csv") for name in ("landing", "witness"))
+    assert landing["distance_m"].to_numpy() == pytest.approx(result.landing["distance"], rel=1e-9)
+    assert landing["velocity_z_m_s"].to_numpy() == pytest.approx(result.landing["velocity"][:, 2], rel=1e-9)
+    words = [Status(code).name.lower().replace("_", " ") for code in result.landing["status"]]
+    assert landing["status_text"].tolist() == words
+    assert list(hits.columns[:5]) == ["name", "witness", "fragment", "round", "segment"]
+    assert len(hits) == len(result.hits)
+    assert set(hits["name"]) <= {"ring", "far"}
+    assert (hits["direction_text"].str.startswith("outward") == (hits["direction"] == 1)).all()
 
 
 def test_trajectories_open_in_vtk(written) -> None:

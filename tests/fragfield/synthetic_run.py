@@ -200,7 +200,6 @@ def _burst(folder: Path, mesh: dict[str, np.ndarray], names: list[str], places: 
         (name, float)
         for name in (
             "start", "end", "outer_radius", "wall_thickness", "charge_radius", "casing_mass", "charge_mass", "speed",
-            "rupture_radius", "rupture_wall",
         )
     ]  # fmt: skip
     along_names = ("station", "mean_speed", "max_speed", "outer_diameter", "casing_mass")
@@ -225,7 +224,7 @@ def _burst(folder: Path, mesh: dict[str, np.ndarray], names: list[str], places: 
             )  # fmt: skip
             rows = [
                 (label, kind, start, end, RADIUS, RADIUS - BORE, BORE, casing_mass * (end - start) / LENGTH,
-                 charge_mass * (end - start) / LENGTH, float(speed_at(np.array((start + end) / 2))), 0.116, 0.014)
+                 charge_mass * (end - start) / LENGTH, float(speed_at(np.array((start + end) / 2))))
                 for label, kind, start, end in SEGMENTS
             ]  # fmt: skip
             group["segments"] = np.array(rows, dtype=segment_type)

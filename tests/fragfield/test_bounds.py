@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import copy
 import math
-import tomllib
 
 import pytest
 from pydantic import BaseModel
@@ -166,15 +165,11 @@ def test_what_cannot_be_is_refused_with_the_key_and_the_reason(setting, words, t
 
 
 def test_a_jwl_rate_of_a_million_is_refused(tmp_path):
-    text = SHORT.replace('explosive = "tnt"', 'explosive = "mine.toml"')
-    tnt = tomllib.loads((ROOT / "burst_fenicsx" / "data" / "explosives.toml").read_text())
-    assert "tnt" in tnt
     document = {**BASE, "round": [{**BASE["round"][0], "explosive": _explosive(R1=1e6)}]}
     (tmp_path / "mine.toml").write_text(to_text(document))
     done = invoke("check", tmp_path / "mine.toml")
     assert done.exit_code == 2
     assert "round[1].explosive.jwl.R1: found 1e+06; allowed: 0.5 to 50 (published R1 are 3.5 to 7.5)" in done.stderr
-    assert text != SHORT
 
 
 def _explosive(**jwl):

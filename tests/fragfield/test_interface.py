@@ -5,12 +5,12 @@ from __future__ import annotations
 import json
 import shutil
 
+import pandas as pd
 import pytest
 
 import flight
 import fragfield
 from burst_fenicsx.errors import NumericalStop as BurstStop
-from flight.files.text_tables import read_columns
 from fragfield.errors import exit_code_of
 from fragfield.files.stamped import stamped_json
 from tests.fragfield.plain_reports import leave_out_pictures
@@ -113,7 +113,7 @@ def test_tables_are_those_of_the_csv_files(done):
         assert len(table) == len(table.to_numpy()) == len(table[table.columns[0]]) > 0
         assert table.to_numpy().dtype.names == table.columns
     assert run.table("landing")["distance"] == pytest.approx(
-        read_columns(run.path / "landing.csv")["distance"], rel=1e-9
+        pd.read_csv(run.path / "landing.csv")["distance_m"], rel=1e-9
     )
     assert set(run.table("witness")["name"]) == {"ring"}
     assert set(run.table("along")["round"]) == {"tube"}

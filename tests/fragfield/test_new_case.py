@@ -127,8 +127,9 @@ def test_a_file_that_is_there_stays(tmp_path):
     [
         (("--round", "m170"), '--round: found "m170" (did you mean "m107"?); allowed: copper_cylinder, generic_heavy'),
         (("--stack", "palet"), '--stack: found "palet" (did you mean "pallet"?); allowed: row, triangle, pallet'),
-        (("--explosive", "comp_a"), '--explosive: found "comp_a" (did you mean "comp_b"?); allowed: comp_b, tnt'),
-        (("--casing", "brass"), '--casing: found "brass"; allowed: copper, steel_m107, steel_paper'),
+        (("--explosive", "comp_a"), '--explosive: found "comp_a" (did you mean "comp_a3"?); allowed: anfo, comp_a3,'),
+        (("--explosive", "hmx"), '--explosive: found "hmx"; allowed: anfo, comp_a3,'),  # no data for the burst
+        (("--casing", "brass"), '--casing: found "brass"; allowed: al_6061_t6, cast_iron_ductile,'),
     ],
 )
 def test_an_unknown_name_is_refused_and_nothing_is_written(options, message, tmp_path):

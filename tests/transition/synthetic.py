@@ -37,7 +37,6 @@ class CasedTube:
     ends: tuple[float, ...] = (0.03, 0.15, 0.27)
     kinds: tuple[str, ...] = ("nose", "wall", "wall", "base")
     stretch: float = 1.9
-    rupture: tuple[float, float] = (np.nan, np.nan)
 
     def write(self, path: Path, **attributes: str) -> Path:
         """Write the snapshot."""
@@ -65,7 +64,6 @@ class CasedTube:
                 mass[steel].sum(),
                 mass[charge].sum(),
                 mass[steel] @ speed[steel] / mass[steel].sum(),
-                *self.rupture,
             )
         group["segments"] = table
 

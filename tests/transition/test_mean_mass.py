@@ -11,7 +11,7 @@ from tests.transition.synthetic import Tube
 from transition import BreakUp, BreakUpSettings, InputError
 from transition.law.mean_mass import (
     ASPECT_RATIO,
-    EXPLOSIVE_CONSTANTS,
+    explosive_constant,
     gurney_sarmousakis,
     mott_1947,
     mott_linfoot,
@@ -63,7 +63,7 @@ def test_law_of_1947_by_hand():
 def test_constants_of_the_explosives_are_those_in_ounces_and_inches():
     in_si = math.sqrt(28.349523125e-3) * 0.0254 ** (-7.0 / 6.0)
     for name, constant in (("TNT", 0.312), ("Composition B", 0.222)):
-        assert EXPLOSIVE_CONSTANTS[name] == pytest.approx(constant * in_si, rel=2e-3), name
+        assert explosive_constant(name, None) == pytest.approx(constant * in_si, rel=2e-3), name
 
 
 @pytest.mark.parametrize(

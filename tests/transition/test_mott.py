@@ -89,7 +89,7 @@ def test_gurney_sarmousakis_by_hand():
     assert gurney_sarmousakis(3.81, 0.018, 0.119) == pytest.approx(2.0 * 0.075861**2, rel=1e-4)
     assert gurney_sarmousakis(3.81, 0.018, 0.0) == float("inf")
     assert explosive_constant("comp_b", None) == explosive_constant("Composition B", None) == 2.71
-    with pytest.raises(InputError, match=r"explosive 'TNTX'; did you mean 'TNT'\? \(allowed: TNT, Composition B\)"):
+    with pytest.raises(InputError, match=r"explosive 'TNTX'; did you mean 'TNT'\? \(allowed: Composition B, TNT\)"):
         explosive_constant("TNTX", None)
     assert explosive_constant("anything", 3.0) == 3.0
 

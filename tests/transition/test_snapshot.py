@@ -24,7 +24,6 @@ def test_reads_what_the_burst_stage_writes(path):
     assert snapshot.provenance == {"case": "title = 'x'", "seed": "1"}
     assert [segment.kind for segment in snapshot.rounds[0].segments] == ["nose", "wall", "wall", "base"]
     assert snapshot.rounds[0].segments[1].name == "wall 1"
-    assert np.isnan(snapshot.rounds[0].segments[1].rupture_radius)
     assert snapshot.rounds[0].explosive == "TNT"
 
 

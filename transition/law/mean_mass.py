@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from typing import Literal
 
-from fragfield_base.names import value_for
+from fragfield_base.names import substance_key, substance_title
+from fragfield_base.substances import substances_with
 from transition.errors import InputError, nearest
 
 __all__ = [
     "ASPECT_RATIO",
-    "EXPLOSIVE_CONSTANTS",
     "PAPER_PREFACTOR",
     "explosive_constant",
     "gurney_coefficient",
@@ -23,9 +23,6 @@ __all__ = [
 
 PAPER_PREFACTOR = 0.3815  # the printed 381.5 of Eq. 21, read as grams
 ASPECT_RATIO = 1.6  # length over breadth of a piece: mean over three sets of recovered fragments (Felix et al. 2022)
-EXPLOSIVE_CONSTANTS = {"TNT": 3.81, "Composition B": 2.71}
-"""B of Gurney and Sarmousakis (kg^(1/2) m^(-7/6)): 0.312 and 0.222 oz^(1/2) in^(-7/6) from memory of UFC 3-340-02,
-whose table could not be read."""
 
 
 def mott_linfoot(
@@ -103,12 +100,13 @@ def explosive_constant(explosive: str, given: float | None) -> float:
     """B of Gurney and Sarmousakis: `given`, or that of the explosive by its name (kg^(1/2) m^(-7/6))."""
     if given is not None:
         return given
-    constant = value_for(explosive, EXPLOSIVE_CONSTANTS)
+    constants = substances_with("explosive", "fragmentation", "explosive_constant")
+    constant = constants.get(substance_key(explosive))
     if constant is not None:
-        return constant
+        return float(constant)
     raise InputError(
         f"break_up.mean_mass = 'gurney_sarmousakis': no constant is known for the explosive {explosive!r}"
-        f"{nearest(explosive, EXPLOSIVE_CONSTANTS)}; give break_up.explosive_constant in kg^(1/2) m^(-7/6)"
+        f"{nearest(explosive, map(substance_title, constants))}; give break_up.explosive_constant in kg^(1/2) m^(-7/6)"
     )
 
 

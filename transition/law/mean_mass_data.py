@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from fragfield_base.names import explosive_key
+from fragfield_base.names import substance_key
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -79,5 +79,5 @@ def outside_data(
     elif casing_yield is not None and not STEEL_YIELD[0] <= casing_yield <= STEEL_YIELD[1]:
         low, high = STEEL_YIELD
         yield f"yield strength {casing_yield / 1e6:.4g} MPa (data: steels of about {low / 1e6:g} to {high / 1e6:g} MPa)"
-    if explosive_key(explosive) not in {explosive_key(name) for name in EXPLOSIVES}:
+    if substance_key(explosive) not in {substance_key(name) for name in EXPLOSIVES}:
         yield f"explosive {explosive!r} (data: {', '.join(EXPLOSIVES)})"

@@ -130,7 +130,7 @@ def _measured(
 
     The kind is that of most of its mass. The outer radius is the mass-weighted mean of the outline; the wall of a
     "wall" follows from the casing's volume over the segment's length, that of an end piece from the segments of
-    the burst stage; so do radius and wall at rupture.
+    the burst stage.
     """
     whole = snapshot.casing[cells]
     mass = snapshot.mass[whole]
@@ -165,8 +165,6 @@ def _measured(
         casing_mass=float(mass.sum()),
         charge_mass=charge_mass,
         speed=float(mass @ speeds / mass.sum()),
-        rupture_radius=_weighted(shares, [g.rupture_radius for g in data.segments]),
-        rupture_wall=_weighted(shares, [g.rupture_wall for g in data.segments]),
     )
 
 

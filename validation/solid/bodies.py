@@ -112,7 +112,7 @@ def solver_on(mesh: HexahedralMesh, material: CasingMaterial, settings: BurstSet
         [item],
         settings,
         fuze_density=[material.density],
-        axial_part=np.zeros(distributed.cells, dtype=np.int32),
+        axial_slice=np.zeros(distributed.cells, dtype=np.int32),
         leakage=leakage.factor,
         lengths=mesh.lengths,
     )

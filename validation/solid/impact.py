@@ -71,7 +71,7 @@ def impact(values: Mapping[str, Any], core: int) -> Impact:
     gained = float(fields.mass @ velocity[:, 2]) - start_momentum
     return Impact(
         length=float(np.ptp(fields.nodes.position[:, 2])),
-        momentum_error=(gained - float(solver.contact.impulse.given()[2])) / abs(start_momentum),
+        momentum_error=(gained - float(solver.contact.impulse[2])) / abs(start_momentum),
         energy_error=energy(last) / energy(first) - 1.0,
         moving=last.kinetic / first.kinetic,
     )

@@ -39,7 +39,7 @@ class LineContacts(NamedTuple):
     """A contact for every group that the charge lies on: a node of the charge on one smooth line."""
 
     slave: np.ndarray  # (contacts,) int32 node of the charge
-    share: np.ndarray  # (contacts,) number of the node's contacts
+    of_node: np.ndarray  # (contacts,) number of the node's contacts
     strength: np.ndarray  # (contacts,) Pa, shear strength of the unreacted explosive
     side: np.ndarray  # (contacts, 2, 2) int32, the charge's own edges of the contact, -1 for none
     first_cell: np.ndarray  # (contacts + 1,) int32 into `cell`
@@ -136,7 +136,7 @@ def find_point(
             break
         beyond_end = 0 if s < 0.0 else 1
         onward = line.neighbour[edge, beyond_end]
-        if onward < 0 and contacts.share[c] < 1.5:
+        if onward < 0 and contacts.of_node[c] < 1.5:
             # A node that slides into a hollow corner goes on along the other side; one that began there has both.
             onward = line.across[edge, beyond_end]
         if onward < 0 or walk == _WALKS - 2:

@@ -202,12 +202,12 @@ def move(step: float, scratch: np.ndarray) -> None:
 def store_forces(
     stress: Symmetric,
     resistance: Vector,
-    share: float,
+    fraction: float,
     rounding: float,  # noqa: ARG001 - one rank sums in one order: nothing is rounded
     scratch: np.ndarray,
     lane: int,
 ) -> None:
-    """Nodal forces (N) times `share` in the place of the positions.
+    """Nodal forces (N) times `fraction` in the place of the positions.
 
     `stress` (Pa) with the viscous pressure taken off; `resistance` the generalised hourglass force (N).
     """
@@ -215,10 +215,10 @@ def store_forces(
     over = 1.0 / scratch[at.VOLUME * LANES + lane]
     hr, hz = over * scratch[_MODE_R * LANES + lane], over * scratch[_MODE_Z * LANES + lane]
     srr, stt, szz, _, _, srz = stress
-    qr, qz = share * resistance[0], share * resistance[2]
+    qr, qz = fraction * resistance[0], fraction * resistance[2]
     # The linear part of gamma acts like a stress, which need not be symmetric.
-    rr, rz, hoop = qr * hr - share * srr, qr * hz - share * srz, share * stt
-    zr, zz = qz * hr - share * srz, qz * hz - share * szz
+    rr, rz, hoop = qr * hr - fraction * srr, qr * hz - fraction * srz, fraction * stt
+    zr, zz = qz * hr - fraction * srz, qz * hz - fraction * szz
     _store(
         (
             rr * br[0] + rz * bz[0] - hoop * a[0] - qr,

@@ -72,16 +72,16 @@ def _share_force(c: int, line: SlideLine, contacts: LineContacts, force: np.ndar
         contacts.load[other] += contacts.weight[c, k]
         if contacts.stiffness[c] > 0.0:
             for i in range(2):
-                part = contacts.weight[c, k] * contacts.force[c, i]
-                force[other, 2 * i] -= part
-                force[node, 2 * i] += part
+                push = contacts.weight[c, k] * contacts.force[c, i]
+                force[other, 2 * i] -= push
+                force[node, 2 * i] += push
     if contacts.stiffness[c] > 0.0:
         for k in range(contacts.spread_count[c]):
             other = contacts.spread_over[c, k]
             for i in range(2):
-                part = contacts.spread[c, k] * contacts.pressing[c, i]
-                force[other, 2 * i] -= part
-                force[node, 2 * i] += part
+                push = contacts.spread[c, k] * contacts.pressing[c, i]
+                force[other, 2 * i] -= push
+                force[node, 2 * i] += push
 
 
 @block_kernel
@@ -99,7 +99,7 @@ def _press(
     """Force of a contact by its gap, its slip and the gas around its node; its energies."""
     node, edge, gap = contacts.slave[c], contacts.face[c], contacts.gap[c]
     nr, nz = contacts.normal[c, 0], contacts.normal[c, 1]
-    inverse_mass = contacts.share[c] / mass[node]
+    inverse_mass = contacts.of_node[c] / mass[node]
     for k in range(2):
         other, weight = line.edges[edge, k], contacts.weight[c, k]
         inverse_mass += weight * max(contacts.load[other], weight) / mass[other]

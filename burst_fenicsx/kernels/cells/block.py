@@ -68,10 +68,10 @@ def viscosity_and_step(
 
 
 @lane_function
-def _lower_limits(cell: int, stable: float, volume: float, share: float, limits: np.ndarray) -> None:
-    """Take a cell's stable step over `share` (s) and its volume (m3) into the smallest of `limits`."""
-    if stable < share * limits[0]:
-        limits[0] = stable / share
+def _lower_limits(cell: int, stable: float, volume: float, fraction: float, limits: np.ndarray) -> None:
+    """Take a cell's stable step over `fraction` (s) and its volume (m3) into the smallest of `limits`."""
+    if stable < fraction * limits[0]:
+        limits[0] = stable / fraction
     if not volume >= limits[1]:
         # Not a number must not be overwritten by the next cell.
         limits[1] = volume if volume == volume else -np.inf
@@ -133,17 +133,23 @@ def make_block(element: ModuleType, material: Any) -> Any:  # noqa: ANN401
         return count
 
     @block_kernel
-    def resist(share: float, rounding: float, scratch: np.ndarray) -> None:
+    def resist(fraction: float, rounding: float, scratch: np.ndarray) -> None:
         """Nodal forces of stress, artificial viscosity and hourglass control."""
         widest_vectors()
         for lane in range(LANES):
             resistance, power = resistance_of(scratch, lane)
             scratch[at.POWER * LANES + lane] = power
-            element.store_forces(total_stress(scratch, lane), resistance, share, rounding, scratch, lane)
+            element.store_forces(total_stress(scratch, lane), resistance, fraction, rounding, scratch, lane)
 
     @block_kernel
     def add_work(
-        block: int, step: float, share: float, grid: Grid, scratch: np.ndarray, energy: np.ndarray, limits: np.ndarray
+        block: int,
+        step: float,
+        fraction: float,
+        grid: Grid,
+        scratch: np.ndarray,
+        energy: np.ndarray,
+        limits: np.ndarray,
     ) -> None:
         """Add up the work of viscosity and hourglass control and find the limits."""
         slot = block * LANES
@@ -158,7 +164,7 @@ def make_block(element: ModuleType, material: Any) -> Any:  # noqa: ANN401
             grid.viscous[slot + lane] = viscous
             grid.stable[slot + lane] = stable
             grid.volume[slot + lane] = volume
-            _lower_limits(grid.cells[block, lane], stable, scratch[min_volume * LANES + lane], share, limits)
+            _lower_limits(grid.cells[block, lane], stable, scratch[min_volume * LANES + lane], fraction, limits)
         energy[1] += heat
         energy[2] += power
 
@@ -167,7 +173,7 @@ def make_block(element: ModuleType, material: Any) -> Any:  # noqa: ANN401
         block: int,
         step: float,
         time: float,
-        share: float,
+        fraction: float,
         nodes: Nodes,
         grid: Grid,
         state: Any,  # noqa: ANN401 - of the material
@@ -177,16 +183,16 @@ def make_block(element: ModuleType, material: Any) -> Any:  # noqa: ANN401
         energy: np.ndarray,
         limits: np.ndarray,
     ) -> None:
-        """Advance one block of cells by `step` to `time` (s) and add its nodal forces times `share`.
+        """Advance one block of cells by `step` to `time` (s) and add its nodal forces times `fraction`.
 
         Parameters
         ----------
-        share : `step` over the longest that any cell takes.
+        fraction : `step` over the longest that any cell takes.
         state : `SolidState` or `ChargeState`. rings : `AxisymmetricState` of rings, else None.
         eroded : that of `SolidState`.
         energy : (5,) J, added to: plastic, viscous and hourglass work of this step, work of the charge's pressure, and
             the part of it that the charge's own artificial viscosity turns to heat.
-        limits : (3,): smallest stable step over `share` (s), smallest volume (m3) and its cell; updated.
+        limits : (3,): smallest stable step over `fraction` (s), smallest volume (m3) and its cell; updated.
         """
         parameters = state.parameters[grid.material[block]]
         element.gather(block, nodes, grid, rings, scratch)
@@ -202,16 +208,16 @@ def make_block(element: ModuleType, material: Any) -> Any:  # noqa: ANN401
             add_point(point, scratch)
             store_point(block, point, grid, state, scratch)
         end_points(scratch)
-        next_dt = max(step, share * grid.longest)
+        next_dt = max(step, fraction * grid.longest)
         element.bound(next_dt, stiffen(step, next_dt, parameters, scratch) > 0, scratch)
         if any_eroded:
             clear_state(block, grid, parameters, state, eroded, scratch)
-        resist(share, nodes.rounding, scratch)
+        resist(fraction, nodes.rounding, scratch)
         if any_eroded:
             drop_forces(block, eroded, scratch)
         element.add_forces(grid.filled[block], grid.cells[block], grid.dofmap, scratch, nodes.force)
         store(block, step, parameters, grid, state, scratch, energy)
-        add_work(block, step, share, grid, scratch, energy, limits)
+        add_work(block, step, fraction, grid, scratch, energy, limits)
 
     return advance_block
 
@@ -225,7 +231,7 @@ def make_solid_block(element: ModuleType) -> Any:  # noqa: ANN401
             block: int,
             step: float,
             time: float,
-            share: float,
+            fraction: float,
             nodes: Nodes,
             grid: Grid,
             state: SolidState,
@@ -236,9 +242,9 @@ def make_solid_block(element: ModuleType) -> Any:  # noqa: ANN401
             limits: np.ndarray,
         ) -> None:
             if state.parameters[grid.material[block], _LAW] == number:
-                advance(block, step, time, share, nodes, grid, state, rings, eroded, scratch, energy, limits)
+                advance(block, step, time, fraction, nodes, grid, state, rings, eroded, scratch, energy, limits)
             else:
-                others(block, step, time, share, nodes, grid, state, rings, eroded, scratch, energy, limits)
+                others(block, step, time, fraction, nodes, grid, state, rings, eroded, scratch, energy, limits)
 
         return choose
 

@@ -80,7 +80,7 @@ def load(block: int, time: float, parameters: np.ndarray, grid: Grid, state: Cha
         scratch[at.CHARGE_BURN * LANES + lane] = burn
         scratch[at.CHARGE_OLD_PRESSURE * LANES + lane] = state.pressure[cell]
         scratch[at.CHARGE_ENERGY * LANES + lane] = state.energy[cell]
-        scratch[at.CHARGE_LEAKAGE * LANES + lane] = state.leakage[state.axial_part[cell]]
+        scratch[at.CHARGE_LEAKAGE * LANES + lane] = state.leakage[state.axial_slice[cell]]
         scratch[at.CHARGE_OLD_VOLUME * LANES + lane] = grid.volume[slot + lane]
     for k in range(6 * LANES):
         scratch[at.STRESS * LANES + k] = 0.0

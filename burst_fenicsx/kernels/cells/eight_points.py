@@ -237,7 +237,7 @@ def bound(step: float, needed: bool, scratch: np.ndarray) -> None:  # noqa: ARG0
 
 @lane_function
 def store_forces(
-    stress: Symmetric, resistance: Forces, share: float, rounding: float, scratch: np.ndarray, lane: int
+    stress: Symmetric, resistance: Forces, fraction: float, rounding: float, scratch: np.ndarray, lane: int
 ) -> None:
     """As `one_point.store_forces`, with the deviatoric forces of the points."""
     m1, m2, m3, m4, m5, m6, m7 = force_modes(stress, resistance, scratch, lane)
@@ -250,4 +250,4 @@ def store_forces(
         add_scaled(m6, 0.125, load_vector(scratch, at.POINTS_SUM + 15, lane)),
         add_scaled(m7, 0.125, load_vector(scratch, at.POINTS_SUM + 18, lane)),
     )
-    store_nodal_forces(modes, share, rounding, scratch, at.FORCE, lane)
+    store_nodal_forces(modes, fraction, rounding, scratch, at.FORCE, lane)

@@ -212,13 +212,13 @@ def _store_component(
     f5: float,
     f6: float,
     f7: float,
-    share: float,
+    fraction: float,
     rounding: float,
     scratch: np.ndarray,
     row: int,
     lane: int,
 ) -> None:
-    """Sum of the modes at the nodes: f_n = share times the sum over m of sign(m, n) F_m, rounded."""
+    """Sum of the modes at the nodes: f_n = fraction times the sum over m of sign(m, n) F_m, rounded."""
     a2, a3 = f2 - f3, f2 + f3
     a4, a5 = f4 - f5, f4 + f5
     a6, a7 = f6 - f7, f6 + f7
@@ -226,27 +226,29 @@ def _store_component(
     b1, b3 = f1 - a3, f1 + a3
     b4, b6 = a4 - a6, a4 + a6
     b5, b7 = a5 - a7, a5 + a7
-    # The share is a power of two, so its product is exact and rounding by one fused sum the same as `quantise`.
-    scratch[row * LANES + lane] = fma(share, b0 - b4, rounding) - rounding
-    scratch[(row + 3) * LANES + lane] = fma(share, b1 - b5, rounding) - rounding
-    scratch[(row + 6) * LANES + lane] = fma(share, b2 - b6, rounding) - rounding
-    scratch[(row + 9) * LANES + lane] = fma(share, b3 - b7, rounding) - rounding
-    scratch[(row + 12) * LANES + lane] = fma(share, b0 + b4, rounding) - rounding
-    scratch[(row + 15) * LANES + lane] = fma(share, b1 + b5, rounding) - rounding
-    scratch[(row + 18) * LANES + lane] = fma(share, b2 + b6, rounding) - rounding
-    scratch[(row + 21) * LANES + lane] = fma(share, b3 + b7, rounding) - rounding
+    # The fraction is a power of two, so its product is exact and rounding by one fused sum the same as `quantise`.
+    scratch[row * LANES + lane] = fma(fraction, b0 - b4, rounding) - rounding
+    scratch[(row + 3) * LANES + lane] = fma(fraction, b1 - b5, rounding) - rounding
+    scratch[(row + 6) * LANES + lane] = fma(fraction, b2 - b6, rounding) - rounding
+    scratch[(row + 9) * LANES + lane] = fma(fraction, b3 - b7, rounding) - rounding
+    scratch[(row + 12) * LANES + lane] = fma(fraction, b0 + b4, rounding) - rounding
+    scratch[(row + 15) * LANES + lane] = fma(fraction, b1 + b5, rounding) - rounding
+    scratch[(row + 18) * LANES + lane] = fma(fraction, b2 + b6, rounding) - rounding
+    scratch[(row + 21) * LANES + lane] = fma(fraction, b3 + b7, rounding) - rounding
 
 
 @lane_function
-def store_nodal_forces(modes: Modes, share: float, rounding: float, scratch: np.ndarray, row: int, lane: int) -> None:
-    """Transform the modes of the nodal forces (N) back, times `share`, and put them rounded as `gather` puts fields.
+def store_nodal_forces(
+    modes: Modes, fraction: float, rounding: float, scratch: np.ndarray, row: int, lane: int
+) -> None:
+    """Transform the modes of the nodal forces (N) back, times `fraction`, and put them rounded as `gather` puts fields.
 
     The transform is its own inverse times 8. `rounding` is the constant of `exact.quantise`.
     """
     f1, f2, f3, f4, f5, f6, f7 = modes
-    _store_component(f1[0], f2[0], f3[0], f4[0], f5[0], f6[0], f7[0], share, rounding, scratch, row, lane)
-    _store_component(f1[1], f2[1], f3[1], f4[1], f5[1], f6[1], f7[1], share, rounding, scratch, row + 1, lane)
-    _store_component(f1[2], f2[2], f3[2], f4[2], f5[2], f6[2], f7[2], share, rounding, scratch, row + 2, lane)
+    _store_component(f1[0], f2[0], f3[0], f4[0], f5[0], f6[0], f7[0], fraction, rounding, scratch, row, lane)
+    _store_component(f1[1], f2[1], f3[1], f4[1], f5[1], f6[1], f7[1], fraction, rounding, scratch, row + 1, lane)
+    _store_component(f1[2], f2[2], f3[2], f4[2], f5[2], f6[2], f7[2], fraction, rounding, scratch, row + 2, lane)
 
 
 @block_kernel

@@ -102,13 +102,13 @@ def move(step: float, scratch: np.ndarray) -> None:
         _move_component(2, middle, gradient, inverse, scratch, lane)
         xx, yy = scratch[at.RATE * LANES + lane], scratch[(at.RATE + 4) * LANES + lane]
         scratch[at.DILATATION * LANES + lane] = xx + yy + scratch[(at.RATE + 8) * LANES + lane]
-        place = cell_modes(scratch, at.POSITION, lane)
-        gradient, volume = cell_gradient(place)
+        position = cell_modes(scratch, at.POSITION, lane)
+        gradient, volume = cell_gradient(position)
         store_gradient(gradient, scratch, at.GRADIENT, lane)
-        store_vector(place[2], scratch, at.HOURGLASS_MODES, lane)
-        store_vector(place[4], scratch, at.HOURGLASS_MODES + 3, lane)
-        store_vector(place[5], scratch, at.HOURGLASS_MODES + 6, lane)
-        store_vector(place[6], scratch, at.HOURGLASS_MODES + 9, lane)
+        store_vector(position[2], scratch, at.HOURGLASS_MODES, lane)
+        store_vector(position[4], scratch, at.HOURGLASS_MODES + 3, lane)
+        store_vector(position[5], scratch, at.HOURGLASS_MODES + 6, lane)
+        store_vector(position[6], scratch, at.HOURGLASS_MODES + 9, lane)
         (xx, yy, zz), largest = squared_gradients(gradient)
         inverse = 1.0 / volume
         scratch[at.VOLUME * LANES + lane] = PER_CELL * volume
@@ -186,13 +186,13 @@ def _opposed(matrix: Matrix, factor: float, stress: Matrix) -> Matrix:
 
 @lane_function
 def store_forces(
-    stress: Symmetric, resistance: Forces, share: float, rounding: float, scratch: np.ndarray, lane: int
+    stress: Symmetric, resistance: Forces, fraction: float, rounding: float, scratch: np.ndarray, lane: int
 ) -> None:
-    """Put the nodal forces (N) of a stress (Pa) and of hourglass forces (N), times `share`, in place of the positions.
+    """Put the nodal forces (N) of a stress (Pa) and of hourglass forces (N) in place of the positions.
 
-    `rounding` is the constant of `exact.quantise`.
+    They are multiplied by `fraction`; `rounding` is the constant of `exact.quantise`.
     """
-    store_nodal_forces(force_modes(stress, resistance, scratch, lane), share, rounding, scratch, at.FORCE, lane)
+    store_nodal_forces(force_modes(stress, resistance, scratch, lane), fraction, rounding, scratch, at.FORCE, lane)
 
 
 @block_kernel

@@ -41,9 +41,9 @@ def _find_all(
     law: CollisionLaw, state: Collisions, position: np.ndarray, velocity: np.ndarray, mass: np.ndarray
 ) -> None:
     slaves = state.node.size
-    parts = slaves // _RUN + 1
-    for part in numba.prange(parts):
-        first, last = part * slaves // parts, (part + 1) * slaves // parts
+    runs = slaves // _RUN + 1
+    for run in numba.prange(runs):
+        first, last = run * slaves // runs, (run + 1) * slaves // runs
         _find_run(first, last, law, state, position, velocity, mass)
 
 

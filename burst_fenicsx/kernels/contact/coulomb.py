@@ -7,7 +7,7 @@ import numpy as np
 from burst_fenicsx.kernels.lanes import lane_function
 from burst_fenicsx.kernels.vectors.tensors import Vector
 
-__all__ = ["add_product", "coulomb_slip", "product", "trial_slip"]
+__all__ = ["add_product", "coulomb_slip", "pressed_spring", "product", "trial_slip"]
 
 
 @lane_function
@@ -48,3 +48,34 @@ def coulomb_slip(trial: float, limit: float, stiffness: float, old_stiffness: fl
     kept = limit / stiffness if stiffness * trial > limit else trial
     heat = 0.5 * (old_stiffness * old + limit) * (trial - kept) if stiffness * trial > limit else 0.0
     return kept, heat
+
+
+@lane_function
+def pressed_spring(
+    depth: float,
+    normal: Vector,
+    velocity: Vector,
+    step: float,
+    friction: float,
+    stiffness: float,
+    slip: Vector,
+    old_stiffness: float,
+) -> tuple[Vector, Vector, float, float]:
+    """Force (N) on a node behind a surface, its new slip (m), the spring's energy and friction's heat (J), Eqs. 13-14.
+
+    Parameters
+    ----------
+    depth : behind the surface (m). normal, velocity, step : as in `trial_slip`. friction : tangent of its angle.
+    stiffness : N/m, now. slip, old_stiffness : of the last step (m, N/m).
+    """
+    trial, length = trial_slip(slip, step, velocity, normal)
+    old = np.sqrt(product(slip, slip))
+    kept, heat = coulomb_slip(length, friction * stiffness * depth, stiffness, old_stiffness, old)
+    shrink = kept / length if kept < length else 1.0
+    slip = (shrink * trial[0], shrink * trial[1], shrink * trial[2])
+    force = (
+        stiffness * (depth * normal[0] - slip[0]),
+        stiffness * (depth * normal[1] - slip[1]),
+        stiffness * (depth * normal[2] - slip[2]),
+    )
+    return force, slip, 0.5 * stiffness * (depth * depth + kept * kept), heat

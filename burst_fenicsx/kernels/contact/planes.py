@@ -7,11 +7,12 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
-from burst_fenicsx.kernels.contact.coulomb import coulomb_slip, product, trial_slip
+from burst_fenicsx.kernels.contact.coulomb import pressed_spring
 from burst_fenicsx.kernels.lanes import kernel, parallel_kernel
+from burst_fenicsx.kernels.vectors.exact import quantise
 from burst_fenicsx.kernels.vectors.transposition import address, prefetch
 
-__all__ = ["PlaneLaw", "PlaneState", "push_from_plane"]
+__all__ = ["PlaneLaw", "PlaneState", "plane_sums", "push_from_plane"]
 
 _RUN = 256  # nodes that one call looks after
 _AHEAD, _NODE_BYTES = 16, np.uint64(24)  # nodes lie scattered: what comes later is fetched now
@@ -50,18 +51,40 @@ def push_from_plane(
     """Add the plane's forces (N) on the state's nodes `near` (k,) it to `force` (nodes, 3)."""
     nodes, stiffness = state.node, state.stiffness
     nx, ny, nz = law.normal[0], law.normal[1], law.normal[2]
-    parts = near.size // _RUN + 1
+    runs = near.size // _RUN + 1
     start = address(position)
-    for part in numba.prange(parts):
-        for place in range(part * near.size // parts, (part + 1) * near.size // parts):
-            k = near[place]
+    for run in numba.prange(runs):
+        for index in range(run * near.size // runs, (run + 1) * near.size // runs):
+            k = near[index]
             node = nodes[k]
-            prefetch(start + _NODE_BYTES * np.uint64(nodes[near[min(place + _AHEAD, near.size - 1)]]))
+            prefetch(start + _NODE_BYTES * np.uint64(nodes[near[min(index + _AHEAD, near.size - 1)]]))
             depth = law.level - position[node, 0] * nx - position[node, 1] * ny - position[node, 2] * nz
             if depth > 0.0:
                 _push_node(k, depth, law, state, mass, velocity, force)
             elif stiffness[k] > 0.0:
                 _release(k, state)
+
+
+@kernel
+def plane_sums(
+    normal: np.ndarray, interior: int, near: np.ndarray, state: PlaneState, work_rounding: float, force_rounding: float
+) -> tuple[np.ndarray, np.ndarray, float, float]:
+    """Energies (2,) in J, force (3,) in N, largest penetration (m) of all `near` nodes and of the `interior` ones.
+
+    The latter are those of the state from there on; energies and forces are rounded by `quantise`, so that the sums are
+    exact.
+    """
+    energies, force, deepest, within = np.zeros(2), np.zeros(3), 0.0, 0.0
+    for k in near:
+        if state.stiffness[k] > 0.0:
+            depth = state.penetration[k]
+            for i in range(2):
+                energies[i] += quantise(state.energies[k, i], work_rounding)
+            for i in range(3):
+                force[i] += quantise(state.stiffness[k] * (depth * normal[i] - state.slip[k, i]), force_rounding)
+            deepest = max(deepest, depth)
+            within = max(within, depth) if k >= interior else within
+    return energies, force, deepest, within
 
 
 @kernel
@@ -87,13 +110,11 @@ def _push_node(
     stiffness = law.stiffness * mass[node]
     old_slip = (state.slip[k, 0], state.slip[k, 1], state.slip[k, 2])
     v = (velocity[node, 0], velocity[node, 1], velocity[node, 2])
-    slip, length = trial_slip(old_slip, law.step, v, normal)
-    old, old_length = state.stiffness[k], np.sqrt(product(old_slip, old_slip))
-    kept, state.energies[k, 1] = coulomb_slip(length, law.friction * stiffness * depth, stiffness, old, old_length)
-    shrink = kept / length if kept < length else 1.0
-    state.energies[k, 0] = 0.5 * stiffness * (depth * depth + kept * kept)
+    push, slip, state.energies[k, 0], state.energies[k, 1] = pressed_spring(
+        depth, normal, v, law.step, law.friction, stiffness, old_slip, state.stiffness[k]
+    )
     state.penetration[k] = depth
     state.stiffness[k] = stiffness
     for i in range(3):
-        state.slip[k, i] = shrink * slip[i]
-        force[node, i] += stiffness * (depth * normal[i] - state.slip[k, i])
+        state.slip[k, i] = slip[i]
+        force[node, i] += push[i]

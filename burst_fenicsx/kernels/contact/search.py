@@ -75,15 +75,15 @@ def _fill_table(boxes: np.ndarray, cell: float, mask: int) -> tuple[np.ndarray, 
             for bucket in range(mask + 1):
                 offset[bucket + 1] += offset[bucket]
             entries = np.empty(offset[mask + 1], dtype=np.int32)
-            place = offset.copy()
+            next_entry = offset.copy()
         for face in range(boxes.shape[0]):
             for x in range(span[face, 0], span[face, 3] + 1):
                 for y in range(span[face, 1], span[face, 4] + 1):
                     for z in range(span[face, 2], span[face, 5] + 1):
                         bucket = _hash(x, y, z, mask)
                         if fill:
-                            entries[place[bucket]] = face
-                            place[bucket] += 1
+                            entries[next_entry[bucket]] = face
+                            next_entry[bucket] += 1
                         else:
                             offset[bucket + 1] += 1
     return offset, entries
@@ -147,18 +147,47 @@ def find_candidates(
     mask = 1
     while mask < 2 * boxes.shape[0]:
         mask *= 2
-    table = _fill_table(boxes, cell, mask - 1)
-    bounds = _bound_normals(table[0], table[1], bodies.face_round, areas)
-    first = np.zeros(active.size + 1, dtype=np.int64)
-    nothing = np.empty(0, dtype=np.int32)
-    # Counted first, then written: a list to grow in would take as long as the second look.
-    _look_up(position, bodies, areas, active, normals, boxes, cell, table, bounds, first, nothing)
+    offset, entries = _fill_table(boxes, cell, mask - 1)
+    whose, bound = _bound_normals(offset, entries, bodies.face_round, areas)
+    # Room for all faces of a node's bucket: a list to grow in, or to count them first, would take as long again.
+    first, bucket = np.zeros(active.size + 1, dtype=np.int64), np.empty(active.size, dtype=np.int64)
+    _find_buckets(position, active, normals, bodies.node_round, cell, whose, bound, bucket)
     for k in range(active.size):
-        first[k + 1] += first[k]
-    candidates = np.empty(first[-1], dtype=np.int32)
-    if candidates.size > 0:
-        _look_up(position, bodies, areas, active, normals, boxes, cell, table, bounds, first, candidates)
-    return first, candidates
+        first[k + 1] = first[k] + (offset[bucket[k] + 1] - offset[bucket[k]] if bucket[k] >= 0 else 0)
+    found, count = np.empty(first[-1], dtype=np.int32), np.zeros(active.size, dtype=np.int64)
+    _look_up(position, bodies, areas, active, normals, boxes, offset, entries, bucket, first, found, count)
+    total = 0
+    for k in range(active.size):
+        start, first[k] = first[k], total
+        for c in range(count[k]):
+            found[total + c] = found[start + c]
+        total += count[k]
+    first[-1] = total
+    return first, found[:total].copy()
+
+
+@parallel_kernel
+def _find_buckets(
+    position: np.ndarray,
+    active: np.ndarray,
+    normals: np.ndarray,
+    node_round: np.ndarray,
+    cell: float,
+    whose: np.ndarray,
+    bound: np.ndarray,
+    bucket: np.ndarray,
+) -> None:
+    """The bucket (active,) in which each active node looks for faces; -1 where the node is opposed to none of them."""
+    for k in numba.prange(active.size):
+        node = active[k]
+        px, py, pz = position[node, 0], position[node, 1], position[node, 2]
+        nx, ny, nz = normals[node, 0], normals[node, 1], normals[node, 2]
+        b = _hash(int(np.floor(px / cell)), int(np.floor(py / cell)), int(np.floor(pz / cell)), whose.size - 1)
+        opposed = min(nx * bound[b, 0], nx * bound[b, 3])
+        opposed += min(ny * bound[b, 1], ny * bound[b, 4])
+        opposed += min(nz * bound[b, 2], nz * bound[b, 5])
+        none = opposed >= (_OPPOSED + _SLACK) * np.sqrt(nx**2 + ny**2 + nz**2)
+        bucket[k] = -1 if whose[b] == node_round[node] and none else b
 
 
 @parallel_kernel
@@ -169,34 +198,26 @@ def _look_up(
     active: np.ndarray,
     normals: np.ndarray,
     boxes: np.ndarray,
-    cell: float,
-    table: tuple[np.ndarray, np.ndarray],
-    bounds: tuple[np.ndarray, np.ndarray],
+    offset: np.ndarray,
+    entries: np.ndarray,
+    bucket: np.ndarray,
     first: np.ndarray,
-    candidates: np.ndarray,
+    found: np.ndarray,
+    count: np.ndarray,
 ) -> None:
-    """Write each active node's faces into `candidates` from `first` on; without room there, their counts into `first`.
+    """Write each active node's faces into `found` from `first` on, and how many these are into `count`.
 
     The conditions stand here and not in a function: most faces fail them, and a call costs more than the look.
     """
     faces, face_round, within = bodies.faces, bodies.face_round, bodies.within
-    (offset, entries), (whose, bound) = table, bounds
-    mask, counts_only = offset.size - 2, candidates.size == 0
     for k in numba.prange(active.size):
+        if bucket[k] < 0:
+            continue
         node = active[k]
         px, py, pz = position[node, 0], position[node, 1], position[node, 2]
         nx, ny, nz = normals[node, 0], normals[node, 1], normals[node, 2]
-        own_round = bodies.node_round[node]
-        bucket = _hash(int(np.floor(px / cell)), int(np.floor(py / cell)), int(np.floor(pz / cell)), mask)
-        last = -1
-        count = 0
-        if whose[bucket] == own_round:
-            opposed = min(nx * bound[bucket, 0], nx * bound[bucket, 3])
-            opposed += min(ny * bound[bucket, 1], ny * bound[bucket, 4])
-            opposed += min(nz * bound[bucket, 2], nz * bound[bucket, 5])
-            if opposed >= (_OPPOSED + _SLACK) * np.sqrt(nx**2 + ny**2 + nz**2):
-                continue
-        for entry in range(offset[bucket], offset[bucket + 1]):
+        own_round, last, last_entry = bodies.node_round[node], -1, first[k]
+        for entry in range(offset[bucket[k]], offset[bucket[k] + 1]):
             face = entries[entry]
             # One branch for all six planes: which of them a face fails is anyone's guess.
             inside = (px >= boxes[face, 0]) & (px <= boxes[face, 3]) & (py >= boxes[face, 1]) & (py <= boxes[face, 4])
@@ -214,8 +235,6 @@ def _look_up(
                 own = (faces[face, 0] == node) | (faces[face, 1] == node)
                 if own | (faces[face, 2] == node) | (faces[face, 3] == node):
                     continue
-            if not counts_only:
-                candidates[first[k] + count] = face
-            count += 1
-        if counts_only:
-            first[k + 1] = count
+            found[last_entry] = face
+            last_entry += 1
+        count[k] = last_entry - first[k]

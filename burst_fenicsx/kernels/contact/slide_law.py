@@ -49,7 +49,7 @@ def around(
     """
     burnt, pressure, whole = 0.0, 0.0, 0.0
     for cell in cells:
-        vented = charge.leakage[charge.axial_part[cell]] * charge.pressure[cell]
+        vented = charge.leakage[charge.axial_slice[cell]] * charge.pressure[cell]
         burnt += quantise(charge.burn_fraction[cell], burnt_rounding)
         pressure += quantise(vented, pressure_rounding)
         whole += 1.0 if eroded[slot[cell]] == WHOLE else 0.0

@@ -57,7 +57,7 @@ class SlideContacts(NamedTuple):
     contact: np.ndarray  # (own contacts,) int32, those that this rank computes
     slave: np.ndarray  # (contacts,) int32 local node of the charge, -1 where this rank does not compute it
     row: np.ndarray  # (contacts,) int32 row of the charge's node among the interface nodes
-    share: np.ndarray  # (contacts,) number of the node's contacts
+    of_node: np.ndarray  # (contacts,) number of the node's contacts
     cells: np.ndarray  # (contacts,) number of the charge's cells around the node
     strength: np.ndarray  # (contacts,) Pa, shear strength of the unreacted explosive
     area: np.ndarray  # (contacts, 3) m2, four times the charge's own area vector of the contact, now
@@ -82,7 +82,7 @@ _SPEED, _MASS, _STATE, _CELLS = 0, 3, 4, 7
 _SPEEDS, _MASSES, _LOADS, _WEIGHT, _FORCE = 8, 20, 24, 28, 32
 # What `find_points` found, and the contact's state.
 _XI, _ETA, _GAP, _NORMAL, _BEYOND, _SIZE = 35, 36, 37, 38, 41, 42
-_SHARE, _STRENGTH, _AREA, _BONDED, _STIFFNESS, _SLIP, _OFF, _TALLY = 43, 44, 45, 48, 49, 50, 53, 54
+_OF_NODE, _STRENGTH, _AREA, _BONDED, _STIFFNESS, _SLIP, _OFF, _TALLY = 43, 44, 45, 48, 49, 50, 53, 54
 _ROWS = 57
 
 
@@ -189,7 +189,7 @@ def _load(
         work[_XI * LANES + lane], work[_ETA * LANES + lane] = contacts.point[c, 0], contacts.point[c, 1]
         work[_GAP * LANES + lane], work[_BEYOND * LANES + lane] = found[lane, GAP], found[lane, BEYOND]
         work[_SIZE * LANES + lane] = found[lane, SIZE]
-        work[_SHARE * LANES + lane], work[_STRENGTH * LANES + lane] = contacts.share[c], contacts.strength[c]
+        work[_OF_NODE * LANES + lane], work[_STRENGTH * LANES + lane] = contacts.of_node[c], contacts.strength[c]
         work[_BONDED * LANES + lane] = contacts.bonded[c]
         work[_STIFFNESS * LANES + lane] = contacts.stiffness[c]
         work[_OFF * LANES + lane] = 1.0 if contacts.off[c] != 0 else 0.0
@@ -219,7 +219,7 @@ def _press(law: SlideLaw, work: np.ndarray) -> None:
     """Force, state and energies of sixteen contacts."""
     widest_vectors()
     for lane in range(LANES):
-        inverse_mass = work[_SHARE * LANES + lane] / work[_MASS * LANES + lane]
+        inverse_mass = work[_OF_NODE * LANES + lane] / work[_MASS * LANES + lane]
         inverse_mass = _weigh(0, -1.0, -1.0, inverse_mass, work, lane)
         inverse_mass = _weigh(1, 1.0, -1.0, inverse_mass, work, lane)
         inverse_mass = _weigh(2, 1.0, 1.0, inverse_mass, work, lane)

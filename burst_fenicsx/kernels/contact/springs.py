@@ -8,7 +8,7 @@ import numba
 import numpy as np
 
 from burst_fenicsx.kernels.constants import EVEN_SHARING
-from burst_fenicsx.kernels.contact.coulomb import coulomb_slip, product, trial_slip
+from burst_fenicsx.kernels.contact.coulomb import pressed_spring
 from burst_fenicsx.kernels.lanes import kernel, parallel_kernel
 from burst_fenicsx.kernels.vectors.exact import quantise
 from burst_fenicsx.kernels.vectors.transposition import address, prefetch
@@ -110,15 +110,11 @@ def push_node(
     stiffness = 0.5 * law.max_squared_frequency * reduced / max(sharing, EVEN_SHARING)
     old_slip = (state.slip[node, 0], state.slip[node, 1], state.slip[node, 2])
     velocity, n = (relative[0], relative[1], relative[2]), (normal[0], normal[1], normal[2])
-    slip, length = trial_slip(old_slip, law.step, velocity, n)
-    old, old_length = state.stiffness[node], np.sqrt(product(old_slip, old_slip))
-    kept, state.energies[k, 1] = coulomb_slip(length, law.friction * stiffness * depth, stiffness, old, old_length)
-    shrink = kept / length if kept < length else 1.0
-    state.energies[k, 0] = 0.5 * stiffness * (depth * depth + kept * kept)
+    force, slip, state.energies[k, 0], state.energies[k, 1] = pressed_spring(
+        depth, n, velocity, law.step, law.friction, stiffness, old_slip, state.stiffness[node]
+    )
     for i in range(3):
-        state.slip[node, i] = shrink * slip[i]
-        state.push[k, i] = stiffness * (depth * normal[i] - state.slip[node, i])
-        state.normal[node, i] = normal[i]
+        state.slip[node, i], state.push[k, i], state.normal[node, i] = slip[i], force[i], n[i]
     state.push[k, 3] = reduced
     state.stiffness[node] = stiffness
     state.touching[node] = 1 + state.face_round[face]
@@ -140,11 +136,11 @@ def add_reactions(state: Collisions, mass: np.ndarray, rounding: float, load_rou
             other = state.faces[face, corner]
             for i in range(3):
                 # The node gets what the face's nodes give, to the last bit.
-                part = quantise(state.weight[k, corner] * state.push[k, i], rounding)
-                sums[other, i] -= part
-                sums[node, i] += part
-            share = state.weight[k, corner] * state.push[k, 3] / mass[other]
-            sums[other, 3] += quantise(share, load_rounding)
+                push = quantise(state.weight[k, corner] * state.push[k, i], rounding)
+                sums[other, i] -= push
+                sums[node, i] += push
+            load = state.weight[k, corner] * state.push[k, 3] / mass[other]
+            sums[other, 3] += quantise(load, load_rounding)
         sums[node, 3] += quantise(state.push[k, 3] / mass[node], load_rounding)
 
 

@@ -69,10 +69,10 @@ def bound_faces(
     bound: np.ndarray,
 ) -> None:
     """Bounds of the faces `near`, by which most candidates are rejected: see `Collisions.ball` and `bound`."""
-    parts = near.size // _RUN + 1
-    for part in numba.prange(parts):
+    runs = near.size // _RUN + 1
+    for run in numba.prange(runs):
         x = np.empty((4, 3))
-        for k in range(part * near.size // parts, (part + 1) * near.size // parts):
+        for k in range(run * near.size // runs, (run + 1) * near.size // runs):
             _bound_face(near[k], position, velocity, faces, x, ball, bound)
 
 

@@ -73,7 +73,7 @@ def add_element_forces(
     """Advance the cells of level `min_level` and higher to `time` (s); the forces of their nodes are set (N).
 
     The work is shared by so many `threads`. `step` is the macro step (s); a cell of level l advances by `step` / 2^l,
-    and its forces count for that share of it. `points` are those of the quadrature in each direction, `ONE_POINT` or
+    and its forces count for that fraction of it. `points` are those of the quadrature in each direction, `ONE_POINT` or
     `FULL_QUADRATURE`; the kernels of the other are not compiled. `moving` nodes, the first in order, belong to these
     cells. The stresses, pressures and histories in `solid` and `charge` are advanced in place. `totals` receives the
     sums and limits of every chunk.
@@ -84,8 +84,8 @@ def add_element_forces(
         # The body is a kernel of its own: numba loses what a parallel loop writes through a named tuple directly.
         for thread in numba.prange(threads):
             work = scratch[numba.get_thread_id()]
-            first = _share_begins(np.int64(thread), threads, chunks, schedule.active, min_level)
-            last = _share_begins(np.int64(thread) + 1, threads, chunks, schedule.active, min_level)
+            first = _piece_begins(np.int64(thread), threads, chunks, schedule.active, min_level)
+            last = _piece_begins(np.int64(thread) + 1, threads, chunks, schedule.active, min_level)
             for k in range(first, last):
                 _run_chunk(
                     chunks[k], step, time, min_level, element, nodes, grid, schedule, solid, charge, rings, totals, work
@@ -100,8 +100,8 @@ def _clear(rows: np.ndarray, values: np.ndarray) -> None:
 
 
 @kernel
-def _share_begins(thread: int, threads: int, chunks: np.ndarray, active: np.ndarray, min_level: int) -> int:
-    """First chunk of a thread's share of all blocks that take part; `active` as in `Schedule`."""
+def _piece_begins(thread: int, threads: int, chunks: np.ndarray, active: np.ndarray, min_level: int) -> int:
+    """First chunk of a thread's piece of all blocks that take part; `active` as in `Schedule`."""
     if thread == threads:
         return chunks.size
     whole = 0
@@ -110,7 +110,7 @@ def _share_begins(thread: int, threads: int, chunks: np.ndarray, active: np.ndar
     before = 0
     for k in range(chunks.size):
         own = active[chunks[k], min_level, 0] + active[chunks[k], min_level, 1]
-        # A chunk belongs to the share in which its middle lies.
+        # A chunk belongs to the piece in which its middle lies.
         if (2 * before + own) * threads >= 2 * thread * whole:
             return k
         before += own
@@ -143,32 +143,32 @@ def _run_chunk(
     first = schedule.first_solid[chunk]
     for block in range(first, first + schedule.active[chunk, min_level, 0]):
         level = grid.level[block]
-        share = 1.0 / (1 << level)
+        fraction = 1.0 / (1 << level)
         if len(element) == 1:  # known while compiling: the other branches are left out
             _advance_solid(
-                block, share * step, time, share, nodes, grid, solid, None, solid.eroded, work, energy, limits
+                block, fraction * step, time, fraction, nodes, grid, solid, None, solid.eroded, work, energy, limits
             )
         elif len(element) == 2:
             _advance_solid_rings(
-                block, share * step, time, share, nodes, grid, solid, rings, solid.eroded, work, energy, limits
+                block, fraction * step, time, fraction, nodes, grid, solid, rings, solid.eroded, work, energy, limits
             )
         else:
             _advance_solid_full(
-                block, share * step, time, share, nodes, grid, solid, None, solid.eroded, work, energy, limits
+                block, fraction * step, time, fraction, nodes, grid, solid, None, solid.eroded, work, energy, limits
             )
     totals.released[chunk] = 0.0
     first = schedule.first_charge[chunk]
     for block in range(first, first + schedule.active[chunk, min_level, 1]):
         level = grid.level[block]
-        share = 1.0 / (1 << level)
+        fraction = 1.0 / (1 << level)
         work_before, heat_before = energy[3], energy[4]
         if len(element) == 2:
             _advance_charge_rings(
-                block, share * step, time, share, nodes, grid, charge, rings, solid.eroded, work, energy, limits
+                block, fraction * step, time, fraction, nodes, grid, charge, rings, solid.eroded, work, energy, limits
             )
         else:
             _advance_charge(
-                block, share * step, time, share, nodes, grid, charge, None, solid.eroded, work, energy, limits
+                block, fraction * step, time, fraction, nodes, grid, charge, None, solid.eroded, work, energy, limits
             )
         owner = grid.material[block] // _PARTS
         totals.released[chunk, owner, 0] += energy[3] - work_before

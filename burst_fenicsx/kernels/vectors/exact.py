@@ -5,8 +5,6 @@ precision as long as they stay below 2^53 quanta, so their order cannot matter (
 Transactions on Computers 64, with one bin). The rounding takes one addition and one subtraction of a constant,
 1.5 * 2^52 quanta, near which doubles stand one quantum apart. A compiler that reorders sums would undo it; the options
 of `lanes` do not allow that.
-
-Where one bin is too coarse, what the first leaves of each term is rounded and summed in a second one.
 """
 
 from __future__ import annotations
@@ -15,9 +13,7 @@ import math
 
 from burst_fenicsx.kernels.lanes import kernel
 
-__all__ = ["quantise", "quantum", "rounding_constant", "two_constants"]
-
-_SMALLEST = 1e-280  # bound below which terms are rounded to nothing: their quanta would be no normal numbers
+__all__ = ["quantise", "quantum", "rounding_constant"]
 
 
 def rounding_constant(largest: float) -> float:
@@ -45,12 +41,3 @@ def quantum(rounding: float) -> float:
 def quantise(value: float, rounding: float) -> float:
     """Round `value`, a number or an array, to a multiple of the quantum that belongs to the constant `rounding`."""
     return (value + rounding) - rounding
-
-
-def two_constants(largest: float, count: int) -> tuple[float, float]:
-    """Constants of two bins for up to `count` terms of up to `largest`: both sums are exact.
-
-    The sum of both bins is that of the terms to about 2^-104 `count`^2 `largest`.
-    """
-    coarse = rounding_constant(max(0.25 * count * largest, _SMALLEST))
-    return coarse, rounding_constant(max(0.125 * count * quantum(coarse), _SMALLEST))

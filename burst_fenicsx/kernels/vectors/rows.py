@@ -36,22 +36,27 @@ def clear_rows(values: np.ndarray, rows: np.ndarray) -> None:
 
 
 @parallel_kernel
-def add_rows(share: float, source: np.ndarray, rows: np.ndarray, target: np.ndarray) -> None:
-    """Add `share` times the rows of `source` (n, 3) to the same rows of `target`; no row may be named twice."""
+def add_rows(fraction: float, source: np.ndarray, rows: np.ndarray, target: np.ndarray) -> None:
+    """Add `fraction` times the rows of `source` (n, 3) to the same rows of `target`; no row may be named twice."""
     source_start, target_start = address(source), address(target)
     for k in numba.prange(rows.size):
         later = _ROW_BYTES * np.uint64(rows[min(k + _AHEAD, rows.size - 1)])
         prefetch(source_start + later)
         prefetch(target_start + later)
         for i in range(3):
-            target[rows[k], i] += share * source[rows[k], i]
+            target[rows[k], i] += fraction * source[rows[k], i]
 
 
 @parallel_kernel
 def copy_motion(
-    position: np.ndarray, velocity: np.ndarray, at: np.ndarray, to: np.ndarray, places: np.ndarray, speeds: np.ndarray
+    position: np.ndarray,
+    velocity: np.ndarray,
+    at: np.ndarray,
+    to: np.ndarray,
+    positions: np.ndarray,
+    velocities: np.ndarray,
 ) -> None:
-    """Copy the rows `at` of `position` and `velocity` (n, 3) to the rows `to` of `places` and `speeds`."""
+    """Copy the rows `at` of `position` and `velocity` (n, 3) to the rows `to` of `positions` and `velocities`."""
     position_start, velocity_start = address(position), address(velocity)
     for k in numba.prange(at.size):
         later = _ROW_BYTES * np.uint64(at[min(k + _AHEAD, at.size - 1)])
@@ -59,8 +64,8 @@ def copy_motion(
         prefetch(velocity_start + later)
         row, target = np.uint64(at[k]), np.uint64(to[k])
         for i in range(3):
-            places[target, i] = position[row, i]
-            speeds[target, i] = velocity[row, i]
+            positions[target, i] = position[row, i]
+            velocities[target, i] = velocity[row, i]
 
 
 @parallel_kernel

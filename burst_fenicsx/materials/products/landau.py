@@ -116,7 +116,7 @@ def make(explosive: Explosive, model: str) -> LandauProducts:
     InputError
         If the heat of detonation is too small for the isentrope (Q <= D^2/16).
     """
-    rho, speed, heat = explosive.density, explosive.detonation_velocity, explosive.heat_of_detonation
+    rho, speed, heat = explosive.density, explosive.detonation_velocity, explosive.known("heat_of_detonation")
     inertia = rho * speed**2
     if model == "landau":
         p0, work = inertia / 8.0, rho * heat

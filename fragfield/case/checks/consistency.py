@@ -21,6 +21,7 @@ from fragfield_base.inputs import show
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
+    from burst_fenicsx.problem import ProductModel
     from fragfield.case.schema import Case
     from fragfield.case.tables.break_up import BreakUpTable
     from fragfield.case.tables.burst import BurstTable
@@ -31,7 +32,6 @@ if TYPE_CHECKING:
 __all__ = ["check_case", "check_charges"]
 
 _MOST_STATES = 100_000
-_SAME_DIRECTION = 1e-9  # rad
 
 
 def check_case(case: Case, *, burst: bool = True) -> list[str]:
@@ -64,7 +64,6 @@ def check_case(case: Case, *, burst: bool = True) -> list[str]:
     faults += choice_faults(case)
     faults += _flight(case.flight)
     faults += _ground(case.flight.ground)
-    faults += _together(case)
     for number, surface in enumerate(case.witness, start=1):
         faults += _witness(f"witness[{number}]", surface)
     faults += _break_up(case.break_up)
@@ -132,9 +131,12 @@ def _unique(key: str, names: Sequence[str]) -> Iterator[str]:
 
 
 def _round(key: str, entry: RoundTable) -> Iterator[str]:
-    if (entry.profile is None) == (entry.mesh is None):
-        found = "neither" if entry.profile is None else "both"
-        yield f"{key}.profile: found {found} profile and mesh; allowed: one of the two"
+    given = [name for name in ("profile", "contour", "mesh") if getattr(entry, name) is not None]
+    if len(given) != 1:
+        found = " and ".join(given) or "none of profile, contour and mesh"
+        yield f"{key}.profile: found {found}; allowed: one of the three"
+    if entry.mesh_unit is not None and entry.mesh is None:
+        yield f"{key}.mesh_unit: found without mesh; allowed: only with it"
     if not any(entry.axis):
         yield f"{key}.axis: found [0, 0, 0]; allowed: a vector from base to nose, for example [0, 0, 1]"
     if entry.ignition is not None and not entry.ignition and entry.initiation is None:
@@ -168,18 +170,6 @@ def _ground(ground: GroundTable) -> Iterator[str]:
         )
 
 
-def _together(case: Case) -> Iterator[str]:
-    """Tables that do not go together."""
-    ground = case.flight.ground
-    if ground.map is not None and case.site is not None:
-        off_east = math.remainder(case.site.bearing - 0.5 * math.pi, 2.0 * math.pi)
-        if abs(off_east) > _SAME_DIRECTION:
-            yield (
-                f"site.bearing: found {math.degrees(case.site.bearing):g} deg together with flight.ground.map; "
-                "allowed: 90 deg, since +x points east on a map of heights"
-            )
-
-
 def _rising(key: str, values: Sequence[float]) -> Iterator[str]:
     if any(after <= before for before, after in pairwise(values)):
         yield f"{key}: found {show(list(values))} (m); allowed: values that rise"
@@ -192,15 +182,22 @@ def _witness(key: str, surface: WitnessTable) -> Iterator[str]:
         yield f"{key}.top: found {surface.top:g} m; allowed: above bottom, {surface.bottom:g} m"
 
 
-def _products(key: str, products: str, explosive: ExplosiveTable) -> Iterator[str]:
-    if products == "jwl":
-        if explosive.jwl is None:
-            yield f'{key}.jwl: missing for "{explosive.name}"; burst.products = "jwl" needs A, B, R1, R2, omega and E0'
-        return
-    minimum = explosive.detonation_velocity**2 / 16.0
-    if not explosive.heat_of_detonation > minimum:
+def _products(key: str, products: ProductModel, explosive: ExplosiveTable) -> Iterator[str]:
+    """What the burst's model of the products needs of the explosive."""
+    for lack in explosive.lacks(products):
+        needs = " A, B, R1, R2, omega and E0" if lack == "jwl" else " it"
+        rest = [f"burst.products = {show(model)}" for model in explosive.models]
+        rest = rest or [
+            f"{key} as a table with it; without it there is no burst, only TNT equivalents and Gurney's speed"
+        ]
         yield (
-            f"{key}.heat_of_detonation: found Q = {explosive.heat_of_detonation / 1e6:.4g} MJ/kg for {explosive.name}; "
+            f'{key}.{lack}: missing for "{explosive.name}"; burst.products = {show(products)} needs{needs}; '
+            f"allowed: {' or '.join(rest)}"
+        )
+    heat, minimum = explosive.heat_of_detonation, explosive.detonation_velocity**2 / 16.0
+    if products != "jwl" and heat is not None and not heat > minimum:
+        yield (
+            f"{key}.heat_of_detonation: found Q = {heat / 1e6:.4g} MJ/kg for {explosive.name}; "
             f"allowed with burst.products = {show(products)}: more than D^2/16 = {minimum / 1e6:.4g} MJ/kg "
             f'(D = {explosive.detonation_velocity:g} m/s), or choose burst.products = "jwl"'
         )

@@ -28,12 +28,13 @@ _MARGIN = 4.0
 
 @dataclass(frozen=True)
 class SegmentMean:
-    """Casing mass and mean fragment mass (kg) that are expected of a segment; `exact`: whatever the burst gives."""
+    """Casing mass, mean fragment mass (kg) and Gurney speed (m/s) of a segment; `exact`: whatever the burst gives."""
 
     name: str
     mass: float
     mean: float
     exact: bool
+    speed: float
 
 
 def expected_means(item: Round, settings: BreakUpSettings) -> list[SegmentMean]:
@@ -64,7 +65,7 @@ def expected_means(item: Round, settings: BreakUpSettings) -> list[SegmentMean]:
             energy = settings.fracture_energy
             mean = mean_mass.mott_linfoot(settings.prefactor, item.casing.density, radius, energy, thin, speed)
         exact = isinstance(settings.mean_mass, float) or settings.mean_mass == "gurney_sarmousakis"
-        found.append(SegmentMean(segment.name, mass, min(mean, mass), exact))
+        found.append(SegmentMean(segment.name, mass, min(mean, mass), exact, speed))
     return found
 
 

@@ -11,6 +11,7 @@ import re
 from typing import TYPE_CHECKING
 
 from fragfield.case.checks.fragment_numbers import check_numbers
+from fragfield.case.checks.map_size import map_faults
 from fragfield.case.conversion.exposed_sites import exposed_sites_of
 from fragfield.case.conversion.placing import first_alike, masses_of
 from fragfield.case.conversion.stages import (
@@ -42,7 +43,10 @@ def stage_faults(case: Case) -> Iterator[str]:
     """Faults of a resolved case that its stages would find, as lines `key: ...`."""
     yield from _cells(case)
     yield from _break_up(case)
-    yield from _flight(case)
+    flown = list(_flight(case))
+    yield from flown
+    if not flown:
+        yield from map_faults(case)
     yield from _hazard(case)
 
 

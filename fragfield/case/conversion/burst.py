@@ -53,6 +53,7 @@ def burst_round(entry: RoundTable, key: str, made: dict[str, Profile] | None = N
         casing=_casing(entry.casing),
         profile=profile,
         mesh_file=Path(entry.mesh) if entry.mesh is not None else None,
+        mesh_unit=entry.mesh_unit or "m",
         position=entry.position,
         axis=entry.axis,
         ignition=tuple(

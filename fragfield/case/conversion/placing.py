@@ -135,7 +135,7 @@ def heights(body: Body, plane: PlaneTable) -> tuple[float, float]:
     return low - foot, high - foot
 
 
-_CONTENTS = {"profile", "mesh", "explosive", "casing"}
+_CONTENTS = {"profile", "mesh", "mesh_unit", "explosive", "casing"}
 
 
 @dataclass(frozen=True)

@@ -64,7 +64,7 @@ def flight_arguments(case: Case) -> dict[str, Any]:
     air = (
         flight.ConstantAir(table.air.density or 0.0, table.air.sound_speed)
         if table.air.model == "constant"
-        else flight.StandardAtmosphere(table.air.altitude)
+        else flight.StandardAtmosphere(table.air.altitude or 0.0)
     )
     adaptive = table.integrator.method == "adaptive"
     return {

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from fragfield.case.tables.ground import GroundTable
 
 __all__ = [
+    "altitude_of",
     "bearing_of",
     "check_surroundings",
     "describe_surroundings",
@@ -47,9 +48,29 @@ def ground_of(case: Case) -> float | HeightMap:
     if table.map is None:
         return table.height
     path = Path(table.map)
-    datum: float | Literal["site"] = "site" if isinstance(table.datum, str) else table.datum
+    # with the file's time, so that a new file is read again
     changed = path.stat().st_mtime_ns if path.is_file() else 0
-    return _read_map(path, table.site, datum, table.holes, changed)
+    return _read_map(path, table, _earth(case), changed)
+
+
+def _earth(case: Case) -> tuple[float, float, float] | None:
+    """Latitude and longitude of x = y = 0, and bearing of +x (degrees); None without [site]."""
+    site = site_of(case)
+    if site is None:
+        return None
+    x, y = case.flight.origin
+    if (x, y) == (0.0, 0.0):
+        return site.latitude, site.longitude, site.bearing
+    longitude, latitude = site.coordinates(math.degrees(math.atan2(-y, -x)), math.hypot(x, y))[0]
+    return float(latitude), float(longitude), site.bearing
+
+
+def altitude_of(case: Case) -> float:
+    """Altitude of z = 0 above sea level (m), of the standard atmosphere: as given, else by the map, else 0."""
+    if case.flight.air.altitude is not None:
+        return case.flight.air.altitude
+    ground = ground_of(case)
+    return 0.0 if isinstance(ground, float) else float(ground.datum or 0.0)
 
 
 def ground_height(case: Case, x: float, y: float) -> float:
@@ -82,6 +103,7 @@ def describe_surroundings(case: Case) -> dict[str, Any]:
         obstacles.append({**standing, "ricochet": entry.ricochet})
     return {
         "ground": described,
+        "altitude": altitude_of(case) if case.flight.air.model == "standard" else None,
         "ricochet": None if ricochet is None else asdict(ricochet),
         "obstacles": obstacles,
     }
@@ -91,21 +113,25 @@ def _map_extent(ground: HeightMap) -> dict[str, Any]:
     (west, south), (east, north) = ground.corner, ground.end
     heights = ground.heights
     lengths = {"x": [west, east], "y": [south, north], "z": [float(heights.min()), float(heights.max())]}
-    return {"map": ground.name, "nodes": [heights.shape[1], heights.shape[0]], "filled": ground.filled, **lengths}
+    nodes = {"nodes": [heights.shape[1], heights.shape[0]], "cell": list(ground.step), "filled": ground.filled}
+    return {"map": ground.name, **nodes, **lengths, "datum": ground.datum, **ground.facts}
 
 
 @lru_cache(maxsize=2)
 def _read_map(
     path: Path,
-    site: tuple[float, float],
-    datum: float | Literal["site"],
-    holes: Literal["refuse", "neighbours"],
-    changed: int,  # noqa: ARG001 - the file's time, so that a new file is read again
+    table: GroundTable,
+    earth: tuple[float, float, float] | None,
+    changed: int,  # noqa: ARG001
 ) -> HeightMap:
     from flight import HeightMap, InputError
 
+    datum: float | Literal["site"] = "site" if isinstance(table.datum, str) else table.datum
     try:
-        return HeightMap.read(path, site=site, datum=datum, holes=holes)
+        return HeightMap.read(
+            path, site=table.site, earth=earth, datum=datum, holes=table.holes, band=table.band,
+            height_unit=table.height_unit,
+        )  # fmt: skip
     except InputError as error:
         raise InputError(f"ground.map: {error}") from None
 

@@ -2,24 +2,15 @@
 
 from __future__ import annotations
 
-import math
 from typing import Annotated, Literal
 
 from pydantic import Field, Tag
 
 from fragfield.case.tables.base import Table, by_kind
-from fragfield_base.inputs import Angle, ArealDensity, Energy, Length, Offset, PositiveLength, Quantity, Vector, degrees
+from fragfield.case.tables.site import Latitude, Longitude, OnEarth
+from fragfield_base.inputs import Angle, ArealDensity, Energy, Length, Offset, PositiveLength, Quantity
 
 __all__ = ["AreaTable", "BarrierTable", "ExposedBuildingTable", "ExposedTable", "PersonTable", "RoadTable"]
-
-_LATITUDE = Quantity("rad", "51.5 deg", minimum=-degrees(89.0), maximum=degrees(89.0))
-_LONGITUDE = Quantity("rad", "7.25 deg", minimum=-2.0 * math.pi, maximum=2.0 * math.pi)
-Latitude = Annotated[float | None, _LATITUDE]
-Longitude = Annotated[float | None, _LONGITUDE]
-OnEarth = Annotated[
-    tuple[float, float],
-    Vector(2, Quantity("rad", "0 deg", minimum=-2.0 * math.pi, maximum=2.0 * math.pi), '["51.5 deg", "7.25 deg"]'),
-]
 
 
 class BarrierTable(Table):
@@ -66,9 +57,9 @@ class PersonTable(_TargetTable):
     """A person in the open."""
     position: Offset | None = None
     """x and y; or latitude and longitude."""
-    latitude: Latitude = None
+    latitude: Latitude | None = None
     """Instead of `position`, with a table [site]."""
-    longitude: Longitude = None
+    longitude: Longitude | None = None
     """Instead of `position`, with a table [site]."""
     extent: Annotated[float | None, Quantity("m", "5 m", above=0.0)] = None
     """Side of the square about the position in which fragments count; left out: a tenth of the distance, 1 to 5 m."""
@@ -107,9 +98,9 @@ class ExposedBuildingTable(_ExposedTable):
     """Name of an [[obstacle]] of kind "building" whose box this is; then it shields what lies behind it."""
     position: Offset | None = None
     """x and y of the centre of its plan; or latitude and longitude."""
-    latitude: Latitude = None
+    latitude: Latitude | None = None
     """Instead of `position`, with a table [site]."""
-    longitude: Longitude = None
+    longitude: Longitude | None = None
     """Instead of `position`, with a table [site]."""
     length: Annotated[float | None, Quantity("m", "12 m", above=0.0)] = None
     """Along `azimuth`."""

@@ -26,15 +26,21 @@ class GroundTable(Table):
     height: Annotated[Length, Bounds(-1e4, 1e4, "heights on Earth"), OnlyWith("map", (None,))] = 0.0
     """z of flat ground; a casing that the burst drives below it starts its flight on it."""
     map: str | None = None
-    """A map of heights instead of flat ground: an ESRI ASCII grid (.asc) or a GeoTIFF (.tif), +x east and +y north."""
-    site: Annotated[Offset, Bounds(-1e8, 1e8, "eastings and northings of any grid on Earth"), _MAP] = (0.0, 0.0)
-    """Easting and northing, on the map, of x = y = 0."""
+    """A map of heights instead of flat ground: an ESRI ASCII grid (.asc), a GeoTIFF (.tif), or .hgt, .dt2, .img."""
+    site: Annotated[Offset | None, Bounds(-1e8, 1e8, "eastings and northings of any grid on Earth"), _MAP] = None
+    """Easting and northing, on the map, of x = y = 0; left out: by [site], else (0, 0), in degrees its centre"""
     datum: Annotated[
         float | str, Quantity("m", "120 m", words=("site",)), Bounds(-1.2e4, 1e4, "heights on Earth"), _MAP
     ] = "site"
     """Height, on the map, of z = 0; "site": the map's height there, so that the ground at x = y = 0 is z = 0."""
     holes: Annotated[Literal["refuse", "neighbours"], _MAP] = "refuse"
-    """Nodes of the map without a height: an error, or filled from their neighbours and counted in a warning."""
+    """Nodes of the map without a height: an error, or each hole level at the lowest height on its rim."""
+    beyond: Annotated[Literal["refuse", "level"], _MAP] = "refuse"
+    """A map that ends within a fragment's reach: an error, or level ground beyond, and no distance that gets there."""
+    band: Annotated[int | None, Field(ge=1), _MAP] = None
+    """Which band of the file holds the heights, where it has several."""
+    height_unit: Annotated[Literal["m", "ft", "us_ft"] | None, _MAP] = None
+    """Unit of the map's heights, where the file does not state it."""
     ricochet: Surface = "soft_soil"
     """Kind of ground, off which fragments ricochet at grazing angles; "none": they stay where they land."""
     critical_angle_factor: Annotated[

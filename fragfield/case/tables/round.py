@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from pydantic import Discriminator, Field, Tag
 
@@ -20,9 +20,11 @@ from fragfield_base.inputs import (
     PositivePressure,
     Quantity,
 )
+from fragfield_base.units import read_measure
 
 __all__ = [
     "CasingTable",
+    "ContourTable",
     "ExpectedTable",
     "ExplosiveTable",
     "IgnitionTable",
@@ -30,6 +32,8 @@ __all__ = [
     "JwlTable",
     "RoundTable",
     "StandsOn",
+    "UnitOfFile",
+    "length_of",
 ]
 
 Attitude = Annotated[
@@ -44,6 +48,14 @@ SofteningStrain = Annotated[
 ProfileValue = Annotated[
     Annotated[str, Tag("<name>")] | Annotated[dict[str, Any], Tag("<table>")], Discriminator(name_or_table)
 ]
+
+
+UnitOfFile = Annotated[
+    float | str | None,
+    Quantity("m", "1 mm", above=0.0, words=("mm", "cm", "m", "in", "ft")),
+    Bounds(1e-9, 1e3, "from nanometres to kilometres"),
+]
+"""Length of one unit of a file: its name, or a length."""
 
 
 class JwlTable(Table, JonesWilkinsLee):
@@ -116,6 +128,41 @@ class ExpectedTable(Table):
     """Mass of the charge."""
 
 
+def length_of(unit: float | str | None) -> float | None:
+    """Length (m) of a `UnitOfFile`."""
+    return read_measure(unit).value if isinstance(unit, str) else unit
+
+
+class ContourTable(Table):
+    """A contour of the casing from a drawing or a table of diameters, in place of a profile."""
+
+    file: str = Field(min_length=1)
+    """A section in DXF or SVG, half of it or both halves, or a table of diameters or radii (.csv, .xlsx, .ods)."""
+    unit: UnitOfFile = None
+    """Length of one unit of the file; left out: as the file says, and refused where it does not."""
+    layers: list[str] | None = Field(default=None, min_length=1)
+    """Layers (DXF), or labels or names of groups (SVG), that hold the outline of the casing; left out: all."""
+    axis: str | None = None
+    """The axis in units of the file, such as "y = 0" or "x = 12.5"; left out: the centre line, or where it is clear."""
+    nose: Literal["left", "right", "top", "bottom", "first", "last"] | None = None
+    """Side of the nose, in a table its "first" or "last" station; left out: the narrower end."""
+    tolerance: Annotated[float, Quantity("m", "0.01 mm", above=0.0), Bounds(1e-7, 1e-3, "a wall has millimetres")] = (
+        1e-5
+    )
+    """By which lines and arcs may be off the curves of the drawing."""
+    gap: Annotated[float, Quantity("m", "0.1 mm", above=0.0), Bounds(1e-6, 5e-3, "a wall has millimetres")] = 1e-4
+    """Gaps up to this one are closed; larger ones are refused."""
+    charge_front: Annotated[float | None, Quantity("m", "80 mm", minimum=0.0)] = None
+    """Station up to which the charge fills the cavity, from its base end; left out: it fills all of it."""
+    fuze: Annotated[float | str | None, Quantity("kg", "1.2 kg", above=0.0, words=("void",))] = None
+    """Mass of what fills the cavity before the charge, or "void"."""
+
+    @property
+    def unit_length(self) -> float | None:
+        """Length of one unit of the file (m)."""
+        return length_of(self.unit)
+
+
 class RoundTable(Table):
     """One cased charge in space."""
 
@@ -123,16 +170,23 @@ class RoundTable(Table):
     """A name of its own."""
     profile: ProfileValue | None = None
     """Contours: a built-in name, a profile file, or the profile's tables themselves."""
+    contour: (
+        Annotated[Annotated[str, Tag("<name>")] | Annotated[ContourTable, Tag("<table>")], Discriminator(name_or_table)]
+        | None
+    ) = None
+    """A drawing or a table of diameters, instead of a profile: a file, or a table that says how it is read."""
     mesh: str | None = None
     """A gmsh file of hexahedra with the physical groups "charge" and "casing", instead of a profile."""
+    mesh_unit: Literal["m", "cm", "mm", "in"] | None = None
+    """Unit of the numbers in the mesh file, which names none; left out: m."""
     explosive: Annotated[
         Annotated[str, Tag("<name>")] | Annotated[ExplosiveTable, Tag("<table>")], Discriminator(name_or_table)
     ]
-    """A built-in name, a file, or a table."""
+    """A built-in name (any of a substance's names), a file, or a table."""
     casing: Annotated[
         Annotated[str, Tag("<name>")] | Annotated[CasingTable, Tag("<table>")], Discriminator(name_or_table)
     ]
-    """A built-in name, a file, or a table."""
+    """A built-in name (any of a substance's names), a file, or a table."""
     expected: ExpectedTable | None = Field(
         default=None, json_schema_extra={"inline": '{ casing = "34.5 kg", charge = "6.86 kg" }'}
     )

@@ -3,30 +3,100 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated
 
-from pydantic import Field
+from pydantic import Discriminator, Field, Tag
 
-from fragfield.case.tables.base import Table
-from fragfield_base.inputs import Quantity, degrees
+from fragfield.case.tables.base import Table, name_or_table
+from fragfield_base.inputs import Quantity, Vector, degrees
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-__all__ = ["DocumentTable", "OfficialTable", "SiteTable", "check_official"]
+__all__ = [
+    "DocumentTable",
+    "Latitude",
+    "Longitude",
+    "OfficialTable",
+    "PlacesTable",
+    "OnEarth",
+    "SiteTable",
+    "check_official",
+]
 
+
+@dataclass(frozen=True)
+class _East(Quantity):
+    """Marks a longitude: read from -360 to 360 degrees, kept above -180 and up to 180."""
+
+    def parse(self, value: object) -> float | str:
+        """Read a longitude."""
+        return _within_half_a_turn(super().parse(value))
+
+
+@dataclass(frozen=True)
+class _Place(Vector):
+    """Marks a latitude and a longitude."""
+
+    def parse(self, value: object) -> tuple[float, ...]:
+        """Read both."""
+        latitude, longitude = super().parse(value)
+        return latitude, float(_within_half_a_turn(longitude))
+
+
+def _within_half_a_turn(angle: float | str) -> float | str:
+    """The same longitude (rad) by the one rule of `flight.hazard.site`: the very float of its degrees."""
+    from flight.hazard.site import longitude_of
+
+    if isinstance(angle, str):
+        return angle
+    found = longitude_of(round(math.degrees(angle), 10))
+    return angle if found == round(math.degrees(angle), 10) else degrees(found)
+
+
+_TURN = 2.0 * math.pi
 _HIGHEST_LATITUDE = degrees(89.0)
+Latitude = Annotated[float, Quantity("rad", "51.5 deg", minimum=-_HIGHEST_LATITUDE, maximum=_HIGHEST_LATITUDE)]
+Longitude = Annotated[float, _East("rad", "7.25 deg", minimum=-_TURN, maximum=_TURN)]
+OnEarth = Annotated[
+    tuple[float, float],
+    _Place(2, Quantity("rad", "0 deg", minimum=-_TURN, maximum=_TURN), '["51.5 deg", "7.25 deg"]'),
+]
+
+
+class PlacesTable(Table):
+    """People, roads, areas, buildings, barricades and walls from a map; each becomes an [[exposed]] or [[obstacle]]."""
+
+    file: str = Field(min_length=1)
+    """GeoJSON (.geojson, .json) or KML (.kml, .kmz)."""
+    kind: str = Field(default="kind", min_length=1)
+    """Property that says what a place is; without it the folder of a KML, or the shape."""
+    kinds: dict[str, str] | None = Field(
+        default=None, json_schema_extra={"inline": '{ Wohnhaus = "building", Point = "person", Baum = "ignore" }'}
+    )
+    """What its words mean: person, road, area, building, barricade, wall or ignore; also those of shapes: Point,
+    LineString, Polygon."""
+    unit: Annotated[float | str | None, Quantity("m", "1 m", above=0.0, words=("m", "ft"))] = None
+    """Unit of heights and widths that have none in the map; left out: such are refused."""
+    building_height: Annotated[float | None, Quantity("m", "6 m", above=0.0)] = None
+    """Height of buildings that have none in the map; left out: such are refused."""
 
 
 class SiteTable(Table):
     """Where `flight.origin` lies and how the axes are turned; with it, distances are written as maps."""
 
-    latitude: Annotated[float, Quantity("rad", "51.5 deg", minimum=-_HIGHEST_LATITUDE, maximum=_HIGHEST_LATITUDE)]
+    latitude: Latitude
     """North positive, on WGS 84; to 89 degrees, since near a pole a contour has no map."""
-    longitude: Annotated[float, Quantity("rad", "7.25 deg", minimum=-2.0 * math.pi, maximum=2.0 * math.pi)]
-    """East positive."""
-    bearing: Annotated[float, Quantity("rad", "90 deg", minimum=-2.0 * math.pi, maximum=2.0 * math.pi)]
+    longitude: Longitude
+    """East positive; 190 degrees is -170 degrees."""
+    bearing: Annotated[float, Quantity("rad", "90 deg", minimum=-_TURN, maximum=_TURN)]
     """Of +x, clockwise from north: with 90 degrees x points east and y north."""
+    places: (
+        Annotated[Annotated[str, Tag("<name>")] | Annotated[PlacesTable, Tag("<table>")], Discriminator(name_or_table)]
+        | None
+    ) = None
+    """A map of people, roads, areas, buildings and obstacles: a file, or a table that says how it is read."""
 
 
 _FARTHEST = 20e3  # m

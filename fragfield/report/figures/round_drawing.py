@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fragfield.errors import InputError
-from fragfield.numbers import explosive_title, number
+from fragfield.numbers import number
 from fragfield.report.figures.drawing import COLUMN, GREY, INK, blank_figure
+from fragfield_base.names import substance_title
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -231,7 +232,7 @@ def _write_masses(sheet: _Sheet, item: Round) -> None:
     whole, ratio = number(sum(mass.values()), 4), number(mass["charge"] / mass["casing"], 3)
     lines = (
         f"casing {number(mass['casing'], 4)} kg ({item.casing.name}), charge {number(mass['charge'], 4)} kg",
-        f"({explosive_title(item.explosive.name)}){fuze}; whole {whole} kg, charge / casing {ratio}",
+        f"({substance_title(item.explosive.name)}){fuze}; whole {whole} kg, charge / casing {ratio}",
         "Lengths in mm, stations from the nose.",
     )
     for place, line in enumerate(lines):

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from fragfield_base.names import explosive_key
+from fragfield_base.names import substance_key
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -62,8 +62,8 @@ def _has_explosive(run: RunFiles, name: str) -> bool:
     """The same of an explosive, however its name is written."""
     rounds = run.case.round if run.case is not None else ()
     names = [item.explosive if isinstance(item.explosive, str) else item.explosive.name for item in rounds]
-    named = [explosive_key(one) for one in names]
-    return _has_burst(run) and (run.case is None or explosive_key(name) in named)
+    named = [substance_key(one) for one in names]
+    return _has_burst(run) and (run.case is None or substance_key(name) in named)
 
 
 _NAMED = {"profile": _has_profile, "explosive": _has_explosive, "products": _has_products}

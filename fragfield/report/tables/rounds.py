@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fragfield.case.tables.round import IgnitionTable
-from fragfield.numbers import explosive_title, number
+from fragfield.numbers import number
 from fragfield.quantities import shown
 from fragfield.report.blocks import Rows, Table
 from fragfield.report.figures.fragments import segment_laws
+from fragfield_base.names import substance_title
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -124,7 +125,7 @@ def _round_line(item: RoundTables, summary: dict[str, Any], *, balanced: bool) -
     share = summary.get("products_balance")
     return (
         item.name,
-        explosive_title(str(item.attributes["explosive"])),
+        substance_title(str(item.attributes["explosive"])),
         number(casing, 4),
         number(charge, 4),
         number(charge / casing, 3) if casing else "–",

@@ -17,10 +17,11 @@ from fragfield.files.run_directory import STAGES, RunDirectory
 from fragfield.pipeline.chain import run_chain
 from fragfield.pipeline.job import RunOptions
 from fragfield.pipeline.parallel import launched_size
-from fragfield.studies.runner import cores, make_all, runs_of
+from fragfield.studies.runner import make_all, runs_of
 from fragfield.studies.uncertainty.journal import Journal
 from fragfield.studies.uncertainty.plan import plan_study
 from fragfield.studies.uncertainty.results import write_results
+from fragfield_base.cores import cores
 from fragfield_base.locking import locked
 from fragfield_base.writing import write_text
 

@@ -110,23 +110,6 @@ def test_an_even_pressure_loads_the_line_evenly_wherever_the_charge_has_slid(sha
     assert np.abs(force.sum(axis=0)).max() < 1e-12 * np.abs(force).sum()
 
 
-def test_a_node_loaded_by_one_edge_alone_would_not_be_loaded_evenly():
-    """What the spreading is for: the shares of the edge under each node alone are off by a good part of the load."""
-    solver = ring_burst(bench("disc"), QUIET)
-    interface = solver.contact.interface
-    contacts = interface.contacts
-    slaves = np.unique(contacts.slave)
-    solver.fields.nodes.position[slaves, 0] *= np.where(solver.fields.start[slaves, 0] < LENGTH - 1e-9, 0.7, 1.0)
-    pressed(solver)
-    single = np.zeros(len(solver.fields.mass))
-    for k in range(2):
-        np.add.at(single, interface.line.edges[contacts.face, k], -contacts.weight[:, k] * contacts.pressing[:, 1])
-    exact = line_load(solver)[:, 2]
-    near = (solver.fields.start[:, 0] < 0.009) & (exact != 0.0)
-    assert near.sum() == 4
-    assert np.abs(single[near] / exact[near] - 1.0).max() > 0.3
-
-
 def gas_tube(held, density=7850.0):
     """Burnt products at rest in a tube, 10 mm in radius and 120 mm long, open at its upper end; the tube is longer."""
     cell = 2.5e-3

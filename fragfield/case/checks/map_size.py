@@ -1,0 +1,165 @@
+"""How large a map of heights must be: as far as a fragment may fly."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fragfield.case.conversion.surroundings import bearing_of, direction_words, ground_of
+from fragfield.errors import InputError
+from fragfield_base import errors
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
+    from flight import Fragments
+    from fragfield.case.schema import Case
+
+    Array = NDArray[np.float64]
+
+__all__ = ["farthest_flight", "farthest_throw", "given_on_map", "map_faults", "map_warnings"]
+
+_FASTER = 1.25  # than Gurney's speed: the fastest pieces of a wall, and those of a focus
+_ONE_IN = 100.0  # events, in one of which a piece as heavy as the heaviest is expected
+_ELEVATIONS = np.radians(np.arange(10.0, 51.0, 5.0))
+_STEPS, _LONGEST = 600, 120.0  # of a path, and its time (s)
+_LEVEL = "beyond its edge the ground is taken as level, and a distance that reaches there is not determined"
+_OTHER_ALTITUDE = 100.0  # m, between the air's altitude and the map's height, beyond which that is said
+
+
+def map_faults(case: Case, fragments: Fragments | None = None) -> Iterator[str]:
+    """A map that ends before the farthest throw of the rounds, or of given fragments, where that is refused."""
+    if case.flight.ground.beyond == "refuse":
+        yield from _short(case, fragments, 'allowed: beyond = "level" (see the guide, "Your map"), or a map')
+
+
+def map_warnings(case: Case, fragments: Fragments | None = None) -> Iterator[str]:
+    """A map that ends before the farthest throw, where level ground beyond it is allowed, and what else is doubtful."""
+    ground = ground_of(case)
+    if isinstance(ground, float):
+        return
+    if case.flight.ground.beyond == "level":
+        yield from _short(case, fragments, f"{_LEVEL}. A map that holds all is one")
+    air = case.flight.air
+    if air.model == "standard" and abs((air.altitude or 0.0) - (ground.datum or 0.0)) > _OTHER_ALTITUDE:
+        yield (
+            f"flight.air.altitude = {air.altitude or 0.0:g} m, and by the map z = 0 is at {ground.datum or 0.0:.4g} m; "
+            "left out, it is the map's"
+        )
+    yield from (f"flight.ground.map: {note}" for note in ground.facts.get("notes", ()) if note.endswith("?"))
+    if "no place was given" in ground.facts.get("position", ""):
+        yield f"flight.ground.map: {ground.facts['position']}; say where the rounds stand by a table [site]"
+
+
+def given_on_map(case: Case, path: Path) -> list[str]:
+    """Warnings for fragments of a file on the case's map; raises InputError where they may fly beyond it."""
+    from flight import Fragments
+
+    if case.flight.ground.map is None:
+        return []
+    fragments = Fragments.read(path)
+    for fault in map_faults(case, fragments):
+        raise InputError(fault)
+    return list(map_warnings(case, fragments))
+
+
+def _short(case: Case, fragments: Fragments | None, end: str) -> Iterator[str]:
+    ground = ground_of(case)
+    if isinstance(ground, float):
+        return
+    throw = farthest_throw(case) if fragments is None else farthest_flight(case, fragments)
+    if throw is None:
+        return
+    azimuth = np.arange(0.0, 360.0, 1.0)
+    reach = ground.reach(case.flight.origin, azimuth)
+    nearest = int(np.argmin(reach))
+    needed = 50.0 * math.ceil(throw / 50.0)
+    if reach[nearest] < throw:
+        (x, y), turn = case.flight.origin, float(azimuth[nearest])
+        yield (
+            f"flight.ground.map: ends {reach[nearest]:.0f} m from the rounds "
+            f"({direction_words(turn, bearing_of(case, turn), whole=True)}), and fragments may fly up to about "
+            f"{throw:.0f} m; {end} that reaches from {x - needed:.0f} to {x + needed:.0f} m along x and from "
+            f"{y - needed:.0f} to {y + needed:.0f} m along y"
+        )
+
+
+def farthest_throw(case: Case) -> float | None:
+    """Distance (m) that the heaviest and fastest fragment to be expected may fly; None without masses to go by.
+
+    Of every wall the piece of which one is expected in a hundred events by Mott's distribution, N(> m) = N0
+    exp(-sqrt(2 m / mean)), at most the wall itself, launched at `_FASTER` times Gurney's speed at the best elevation,
+    over level ground in the air, and with the drag, of the flight.
+    """
+    from fragfield.case.checks.fragment_numbers import expected_means
+    from fragfield.case.conversion.burst import burst_round
+    from fragfield.case.conversion.placing import first_alike
+    from fragfield.case.conversion.stages import break_up_settings
+
+    pieces = []
+    try:
+        settings = break_up_settings(case)
+        for index in set(first_alike(case)):
+            for one in expected_means(burst_round(case.round[index], f"round[{index + 1}]"), settings):
+                number = len(case.round) * _ONE_IN * one.mass / one.mean
+                heaviest = min(0.5 * one.mean * math.log(number) ** 2, one.mass)
+                pieces.append((heaviest, _FASTER * one.speed))
+    except errors.InputError:
+        return None  # faults of the break-up are reported as such
+    if not pieces:
+        return None
+    mass, speed = np.array(pieces).T
+    return float(_range(case, mass, speed).max())
+
+
+def farthest_flight(case: Case, fragments: Fragments) -> float:
+    """Distance (m) that given fragments may fly, each at the best elevation: of those that none outdoes in both."""
+    # the mass that with the case's shape factor has the fragment's area per mass
+    mass = fragments.mass * (fragments.shape_factor / case.flight.shape_factor) ** 2
+    order = np.lexsort((mass, fragments.speed))[::-1]
+    mass, speed = mass[order], fragments.speed[order]
+    front = np.concatenate([[True], mass[1:] > np.maximum.accumulate(mass)[:-1]])
+    return float(_range(case, mass[front], speed[front]).max())
+
+
+def _range(case: Case, mass: Array, speed: Array) -> Array:
+    """Largest horizontal ranges (n,) of fragments (kg, m/s) over `_ELEVATIONS`, by Heun's steps, back to launch height.
+
+    Steps grow with the time flown, as the path straightens.
+    """
+    from fragfield.case.conversion.stages import flight_arguments
+
+    flight = flight_arguments(case)
+    drag, air, gravity = flight["drag"], flight["air"], flight["gravity"]
+    area = (mass / case.flight.shape_factor) ** (2.0 / 3.0)
+    number, turn = len(_ELEVATIONS), np.tile(_ELEVATIONS, len(mass))
+    loading, launched = np.repeat(0.5 * area / mass, number), np.repeat(speed, number)
+    state = np.zeros((4, len(turn)))  # x, z and their speeds
+    state[2], state[3] = launched * np.cos(turn), launched * np.sin(turn)
+    times = _LONGEST * np.linspace(0.0, 1.0, _STEPS + 1) ** 3
+
+    mach = np.linspace(0.0, 10.0, 2001)
+    table = drag.at(mach)
+
+    def rate(now: Array) -> Array:
+        total = np.hypot(now[2], now[3])
+        height = np.maximum(now[1], 0.0)
+        slowing = loading * air.density(height) * np.interp(total / air.sound_speed(height), mach, table) * total
+        return np.stack([now[2], now[3], -slowing * now[2], -slowing * now[3] - gravity])
+
+    flying, reached = np.ones(len(turn), dtype=bool), np.zeros(len(turn))
+    for step in np.diff(times):
+        first = rate(state)
+        state = state + 0.5 * step * (first + rate(state + step * first))
+        down = flying & (state[1] < 0.0)
+        reached[down] = state[0][down]
+        flying &= ~down
+        if not flying.any():
+            break
+    reached[flying] = state[0][flying]
+    return np.asarray(reached.reshape(-1, number).max(axis=1))

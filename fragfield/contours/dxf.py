@@ -1,0 +1,250 @@
+"""Curves of a DXF drawing: blocks exploded, its unit, its centre lines; what is no contour is counted."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from functools import partial
+from io import BytesIO
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fragfield.contours.sheet import FINE, Curve, Sheet, is_axis_name, sampled
+from fragfield.errors import InputError
+from fragfield_base.names import nearest_name
+from fragfield_base.reading import read_bytes
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+    from pathlib import Path
+
+    from ezdxf.document import Drawing
+    from ezdxf.entities.dxfgfx import DXFGraphic
+
+__all__ = ["read_dxf"]
+
+# $INSUNITS of the DXF reference: name and metres.
+_UNITS = {
+    1: ("inches", 0.0254), 2: ("feet", 0.3048), 3: ("miles", 1609.344), 4: ("millimetres", 1e-3),
+    5: ("centimetres", 1e-2), 6: ("metres", 1.0), 7: ("kilometres", 1e3), 8: ("microinches", 2.54e-8),
+    9: ("mils", 2.54e-5), 10: ("yards", 0.9144), 11: ("angstroms", 1e-10), 12: ("nanometres", 1e-9),
+    13: ("microns", 1e-6), 14: ("decimetres", 0.1), 15: ("decametres", 10.0), 16: ("hectometres", 100.0),
+    17: ("gigametres", 1e9), 18: ("astronomical units", 149597870700.0), 19: ("light years", 9460730472580800.0),
+    20: ("parsecs", 3.0856775814913673e16), 21: ("US survey feet", 1200.0 / 3937.0),
+    22: ("US survey inches", 100.0 / 3937.0), 23: ("US survey yards", 3600.0 / 3937.0),
+    24: ("US survey miles", 6336000.0 / 3937.0),
+}  # fmt: skip
+_CURVES = ("LINE", "ARC", "CIRCLE", "ELLIPSE", "SPLINE", "LWPOLYLINE", "POLYLINE")
+_CENTRE = re.compile(r"CENT(ER|RE)|DASHDOT|STRICHPUNKT|MITTE|ACAD_ISO0[48]W|ACAD_ISO10W|AXES", re.IGNORECASE)
+_HIDDEN = re.compile(r"^(HIDDEN|DASHED|ACAD_ISO0[23]W|VERDECKT|PHANTOM)", re.IGNORECASE)
+_MOST_BYTES = 1 << 27
+_MOST_ENTITIES = 200_000
+_DEEPEST = 16
+_FLAT = 1e-6  # z over the extent that still is the plane of the sheet
+
+
+def read_dxf(path: Path, *, unit: float | None, layers: Sequence[str] | None, tolerance: float) -> Sheet:
+    """Curves of the model space of a DXF file.
+
+    Parameters
+    ----------
+    path : Path
+        Text or binary DXF of any release.
+    unit : float or None
+        Length of one unit of the file (m); None as its header says.
+    layers : sequence of str or None
+        Layers of the contour; None all.
+    tolerance : float
+        By which the contour may be off (m).
+
+    Raises
+    ------
+    InputError
+        No DXF, ezdxf missing, an unknown unit or layer, nothing that could be a contour, curves off the plane.
+    """
+    document = _opened(path)
+    found, notes = _unit(path, document, unit)
+    wanted = None if layers is None else _layers(path, document, layers)
+    ignored: Counter[str] = Counter()
+    present: Counter[str] = Counter()
+    curves: list[Curve] = []
+    axes: list[Curve] = []
+    for entity, layer in _entities(document, ignored):
+        kind = entity.dxftype()
+        if kind not in _CURVES:
+            ignored[kind] += 1
+            continue
+        if _is_off(document, entity, layer):
+            ignored["on a layer that is off or frozen, or invisible"] += 1
+            continue
+        line = _line_type(document, entity, layer)
+        pieces = [Curve(points * found, layer) for points in _points(path, entity, FINE * tolerance / found)]
+        if _CENTRE.search(line) or (is_axis_name(layer) and kind == "LINE"):
+            axes += [piece for piece in pieces if piece.is_straight]
+            continue
+        if _HIDDEN.search(line):
+            ignored[f"{kind} of line type {line}"] += 1
+            continue
+        present[layer] += len(pieces)
+        if wanted is None or layer.casefold() in wanted:
+            curves += pieces
+    if not curves:
+        raise InputError(f"{path}: {_nothing(document, present, ignored, layers)}")
+    return Sheet(curves, axes, found, dict(present), dict(ignored), notes)
+
+
+def _opened(path: Path) -> Drawing:
+    try:
+        from ezdxf import recover
+        from ezdxf.lldxf.const import DXFError
+    except ImportError:
+        raise InputError(
+            f"{path}: drawings need ezdxf: pip install 'fragfield[drawings]', or pip install ezdxf"
+        ) from None
+    data = read_bytes(path, InputError, most=_MOST_BYTES)
+    if re.match(rb"AC10\d\d", data):
+        raise InputError(f"{path}: found a DWG; allowed: a DXF, as which every program that writes DWG can save it")
+    try:
+        document, _ = recover.read(BytesIO(data))
+    except (DXFError, OSError, ValueError, KeyError, IndexError, AttributeError, TypeError, EOFError) as fault:
+        words = " ".join(str(fault).split())[:200] or type(fault).__name__
+        raise InputError(f"{path}: not a DXF that can be read ({words})") from None
+    return document
+
+
+def _unit(path: Path, document: Drawing, asked: float | None) -> tuple[float, list[str]]:
+    """Metres of a unit of the file, and how that is known."""
+    code = int(document.header.get("$INSUNITS", 0))
+    name, metres = _UNITS.get(code, ("", 0.0))
+    if asked is None and not name:
+        metric = document.header.get("$MEASUREMENT", None)
+        hint = {0: "; its $MEASUREMENT is imperial", 1: "; its $MEASUREMENT is metric"}.get(metric, "")
+        raise InputError(
+            f"{path}: the file names no unit ($INSUNITS is {code}{hint}), and its extent is {_extent_words(document)}; "
+            'needed: unit, the length of one unit of the file, such as "1 mm" or "1 in"'
+        )
+    if asked is None:
+        return metres, [f"unit {name}, by $INSUNITS"]
+    if name and abs(asked / metres - 1.0) > 1e-6:
+        return asked, [f"unit {1e3 * asked:g} mm as asked for, though $INSUNITS says {name}"]
+    return asked, [f"unit {1e3 * asked:g} mm"]
+
+
+def _extent_words(document: Drawing) -> str:
+    from ezdxf import bbox
+
+    box = bbox.extents(document.modelspace(), fast=True)
+    return f"{box.size.x:.6g} x {box.size.y:.6g}" if box.has_data else "nothing"
+
+
+def _layers(path: Path, document: Drawing, names: Sequence[str]) -> set[str]:
+    known = {layer.dxf.name for layer in document.layers} | {entity.dxf.layer for entity in document.modelspace()}
+    folded = {name.casefold() for name in known}
+    for name in names:
+        if name.casefold() not in folded:
+            close = nearest_name(name, known)
+            hint = f'; did you mean "{close}"?' if close else ""
+            raise InputError(f'{path}: layers: found "{name}"{hint}; allowed: {", ".join(sorted(known))}')
+    return {name.casefold() for name in names}
+
+
+def _entities(document: Drawing, ignored: Counter[str]) -> Iterator[tuple[DXFGraphic, str]]:
+    """Entities of the model space with their layers, those of blocks in place of their references."""
+    waiting: list[tuple[Any, str, int]] = [(one, one.dxf.layer, 0) for one in document.modelspace()]
+    waiting.reverse()
+    number = 0
+    while waiting:
+        entity, layer, depth = waiting.pop()
+        number += 1
+        if number > _MOST_ENTITIES:
+            raise InputError(f"more than {_MOST_ENTITIES} entities; allowed: a drawing of a round's contour")
+        if entity.dxftype() != "INSERT":
+            yield entity, layer
+            continue
+        block = entity.block()
+        if block is None or block.block.is_xref or depth >= _DEEPEST:
+            ignored["reference to a drawing or block that is not there"] += 1
+            continue
+        for single in entity.multi_insert() if entity.mcount > 1 else [entity]:
+            inner = list(
+                single.virtual_entities(skipped_entity_callback=lambda one, _: ignored.update([one.dxftype()]))
+            )
+            # What a block holds on layer 0 lies on the layer of its reference.
+            waiting += [(one, layer if one.dxf.layer == "0" else one.dxf.layer, depth + 1) for one in reversed(inner)]
+
+
+def _is_off(document: Drawing, entity: DXFGraphic, layer: str) -> bool:
+    if entity.dxf.get("invisible", 0):
+        return True
+    if layer not in document.layers:
+        return False
+    found = document.layers.get(layer)
+    return found.is_off() or found.is_frozen()
+
+
+def _line_type(document: Drawing, entity: DXFGraphic, layer: str) -> str:
+    name = str(entity.dxf.get("linetype", "BYLAYER"))
+    if name.upper() in ("BYLAYER", "BYBLOCK"):
+        return str(document.layers.get(layer).dxf.linetype) if layer in document.layers else ""
+    return name
+
+
+def _points(path: Path, entity: Any, deviation: float) -> Iterator[np.ndarray[Any, Any]]:  # noqa: ANN401 - ezdxf's
+    """Points of every smooth piece of an entity, in the file's units."""
+    kind = entity.dxftype()
+    if kind in ("LWPOLYLINE", "POLYLINE"):
+        if kind == "POLYLINE" and not (entity.is_2d_polyline or entity.is_3d_polyline):
+            raise InputError(
+                f"{path}: found a POLYLINE that is a mesh of faces on layer {entity.dxf.layer}; allowed: curves"
+            )
+        for piece in entity.virtual_entities():
+            yield from _points(path, piece, deviation)
+        return
+    where = f"{path}: found a {kind} on layer {entity.dxf.layer}"
+    try:
+        if kind == "LINE":
+            pieces = [[entity.dxf.start, entity.dxf.end]]
+        elif kind == "SPLINE":
+            pieces = list(_spline(entity, deviation))
+        else:
+            pieces = [list(entity.flattening(deviation))]
+    except (ValueError, ZeroDivisionError, IndexError) as fault:
+        raise InputError(f"{where} that cannot be computed ({fault})") from None
+    for points in pieces:
+        placed = np.array([tuple(point) for point in points], dtype=np.float64)
+        if not np.isfinite(placed).all():
+            raise InputError(f"{where} with coordinates that are no numbers")
+        placed = placed[np.concatenate([[True], (np.diff(placed, axis=0) != 0.0).any(axis=1)])]
+        if len(placed) < 2:
+            continue
+        if placed.shape[1] == 3 and np.ptp(placed[:, 2]) > _FLAT * np.ptp(placed, axis=0).max():
+            raise InputError(
+                f"{where} that leaves the plane of the sheet, z {placed[:, 2].min():g} to {placed[:, 2].max():g}; "
+                "allowed: a section drawn in x and y"
+            )
+        yield placed[:, :2]
+
+
+def _spline(entity: Any, deviation: float) -> Iterator[Any]:  # noqa: ANN401 - ezdxf's
+    """Points of a spline between its corners: knots as many together as its degree."""
+    curve = entity.construction_tool()
+    knots, many = np.unique(np.asarray(list(curve.knots()), dtype=np.float64), return_counts=True)
+    ends = np.unique([knots[0], *knots[many >= curve.degree], knots[-1]])
+    for start, end in pairwise(ends.tolist()):
+        yield sampled(partial(_between, curve, start, end), deviation)
+
+
+def _between(curve: Any, start: float, end: float, share: np.ndarray[Any, Any]) -> list[Any]:  # noqa: ANN401 - ezdxf's
+    return list(curve.points((start + (end - start) * share).tolist()))
+
+
+def _nothing(document: Drawing, present: Counter[str], ignored: Counter[str], layers: Sequence[str] | None) -> str:
+    listed = ", ".join(f"{number} {kind}" for kind, number in sorted(ignored.items())) or "nothing"
+    if present and layers is not None:
+        others = ", ".join(f"{name} ({number})" for name, number in sorted(present.items()))
+        return f"found no curve on the layers {', '.join(layers)}; allowed: layers with curves, {others}"
+    paper = sum(len(layout) for layout in document.layouts if layout.name != "Model")
+    hint = f"; {paper} entities lie in paper space, which is not read" if paper > 2 else ""
+    return f"found no line, arc, circle, ellipse, spline or polyline in the model space, only {listed}{hint}"

@@ -1,0 +1,374 @@
+"""`fragfield.import_table`: a table of a test, in any usual form, as a file that a case reads."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+import tempfile
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from flight.arena import ArenaTable
+from flight.drag import Drag
+from flight.errors import InputError as FlightInputError
+from flight.files.dialect import Guess
+from flight.files.text_tables import write_columns
+from flight.fragments import Fragments
+from fragfield.errors import InputError
+from fragfield.importing import arena, other_tables
+from fragfield.importing.columns import Columns, columns_by_name
+from fragfield.importing.layout import lay_out
+from fragfield.importing.names import GROUPS, QUANTITIES, plain
+from fragfield.importing.sheet import QuestionError
+from fragfield.importing.text_file import read_text_file
+from fragfield.importing.workbook import is_workbook, read_workbook
+from fragfield.version import __version__
+from fragfield_base.names import names_allowed
+from fragfield_base.units import UnitError, read_measure
+from fragfield_base.writing import write_bytes, write_text
+
+if TYPE_CHECKING:
+    import os
+    from collections.abc import Mapping
+
+    from fragfield.importing.layout import Layout
+    from fragfield.importing.sheet import Sheet
+
+__all__ = ["KINDS", "ImportedTable", "import_table", "open_sheet"]
+
+KINDS = {
+    "arena": "fragments of one round by polar zone and mass group: --fragments",
+    "pit": "fragments counted by mass: break_up.mean_mass",
+    "fragments": "fragments one by one: --fragments",
+    "drag": "drag coefficient over Mach number: flight.drag",
+    "walls": "upright walls: [[obstacle]]",
+}
+"""Kinds of tables, and where a case takes them."""
+
+
+@dataclass(frozen=True, repr=False)
+class ImportedTable:
+    """A table in our units, with all that was concluded on the way.
+
+    Attributes
+    ----------
+    kind : str
+        One of `KINDS`.
+    source : Path
+        The file that was read.
+    content : ArenaTable, Fragments, Drag, dict of columns (pit) or str (walls, as tables of a case file)
+        The table.
+    guesses : list of Guess
+        What was concluded of the file: `what`, `value`, `reason`.
+    dropped : list of str
+        Rows and columns that were left out.
+    summary : dict
+        Numbers to compare with the test's report: pieces, masses (kg), zones, speeds (m/s).
+    rounds : float
+        That the numbers of a pit test are of.
+    provenance : dict of str
+        Goes beside the file that is written.
+    """
+
+    kind: str
+    source: Path
+    content: Any
+    guesses: list[Guess]
+    dropped: list[str]
+    summary: dict[str, Any]
+    rounds: float = 1.0
+    provenance: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def default_name(self) -> str:
+        """Name of the file beside the source that `write` takes."""
+        return f"{self.source.stem}_{self.kind}{'.toml' if self.kind == 'walls' else '.csv'}"
+
+    def write(self, path: str | os.PathLike[str] | None = None) -> Path:
+        """Write the file that a case reads; without a path into the working folder under `default_name`.
+
+        Raises
+        ------
+        InputError
+            It would replace its own source, or cannot be written.
+        """
+        target = Path(self.default_name if path is None else path)
+        wanted = ".toml" if self.kind == "walls" else ".csv"
+        if target.suffix.lower() != wanted:
+            raise InputError(f"{target}: a table of the kind {self.kind} is written as {wanted}; name it so")
+        if target.resolve() == self.source.resolve():
+            raise InputError(f"{target}: is the file that was read; name another with --out")
+        try:
+            return self._write(target)
+        except FlightInputError as error:
+            raise InputError(str(error)) from None
+
+    def _write(self, target: Path) -> Path:
+        if self.kind == "walls":
+            return write_text(target, f"# from {self.source.name}\n\n{self.content}", InputError)
+        if isinstance(self.content, ArenaTable | Fragments):
+            return self.content.write(target, self.provenance)
+        if isinstance(self.content, Drag):
+            columns = {"mach": self.content.mach, "cd": self.content.coefficient}
+            return write_columns(target, columns, self.provenance)
+        write_columns(target, self.content, self.provenance)
+        if self.rounds != 1.0:  # a comment that our reader of pit tests takes the number from
+            write_bytes(target, f"# rounds = {self.rounds:.10g}\n".encode() + target.read_bytes(), InputError)
+        return target
+
+    def __repr__(self) -> str:
+        return f"<fragfield.ImportedTable {self.kind} of {self.source.name!r}: {self.summary['rows']} rows>"
+
+    def __str__(self) -> str:
+        lines = [f"{self.source.name}: {self.kind} ({KINDS[self.kind].partition(':')[0]})"]
+        lines += [f"  {guess}" for guess in self.guesses]
+        lines += [f"  left out: {one}" for one in self.dropped]
+        lines += [f"  {line}" for line in summary_lines(self.summary)]
+        return "\n".join(lines)
+
+
+def import_table(
+    path: str | os.PathLike[str], kind: str | None = None, *, columns: Mapping[str, str] | None = None,
+    units: Mapping[str, str] | None = None, encoding: str | None = None, separator: str | None = None,
+    decimal: str | None = None, sheet: str | None = None, rows: str | None = None,
+    number_of_rounds: float | None = None, zone_width: float = 5.0, zone_angle: str | None = None,
+    from_base: bool = False, empty_zones: bool = False, case: str | os.PathLike[str] | None = None,
+    casing_mass: str | float | None = None,
+) -> ImportedTable:  # fmt: skip
+    """Read a table of a test in any usual form: CSV in any dialect, XLSX, ODS.
+
+    Parameters
+    ----------
+    path : path
+        The file.
+    kind : str, optional
+        "arena", "pit", "fragments", "drag" or "walls"; left out: as its columns show.
+    columns : mapping
+        Column of a quantity, by its name in the file or its number from 1: `{"mass": "Masse (g)"}`.
+    units : mapping
+        Unit of a quantity, or of all masses, speeds, angles, lengths: `{"mass": "g"}`.
+    encoding, separator, decimal, sheet : str, optional
+        Of the file, where it does not show them: "cp1252"; "semicolon"; "point" or "comma"; a sheet's name.
+    rows : str, optional
+        Lines of the file that hold the table with its names: "3:18".
+    number_of_rounds : float, optional
+        That its numbers are of together; left out: one, or as a comment "# rounds = 4" says.
+    zone_width, zone_angle, from_base, empty_zones
+        Of arena tables: see `fragfield.importing.arena.ArenaOptions`.
+    case : path, optional
+        A case, with whose casing the mass is compared.
+    casing_mass : str or float, optional
+        The casing's mass, with its unit or in kg.
+
+    Raises
+    ------
+    InputError
+        The file is no table of this kind; `QuestionError` where something in it has two meanings that differ by a
+        factor: its `option` names the parameter that answers, `choices` the answers.
+    """
+    source = Path(path)
+    _check_choices(source, kind, columns or {}, units or {})
+    casing = _casing(case, casing_mass)
+    layout = lay_out(open_sheet(source, encoding, separator, sheet), decimal=decimal, rows=rows)
+    chosen, given = dict(columns or {}), dict(units or {})
+    kind = kind or _kind_of(layout, chosen)
+    rounds = _rounds(layout, number_of_rounds) if kind in ("arena", "pit") else 1.0
+    options = arena.ArenaOptions(rounds, zone_width, from_base, empty_zones, zone_angle)
+    content, guesses, dropped = _content(layout, kind, chosen, given, options)
+    summary = _summary(kind, content, len(layout.rows), casing)
+    provenance = {
+        "what": KINDS[kind].partition(":")[0],
+        "source": source.name,
+        "source_sha256": hashlib.sha256(source.read_bytes()).hexdigest(),
+        "concluded": "; ".join(map(str, guesses)),
+        "left out": "; ".join(dropped),
+        "program": "fragfield import",
+        "program_version": __version__,
+    }
+    return ImportedTable(kind, source, content, guesses, dropped, summary, rounds, provenance)
+
+
+def open_sheet(
+    path: Path, encoding: str | None = None, separator: str | None = None, sheet: str | None = None
+) -> Sheet:
+    """The cells of a file, before anything is concluded of their meaning; raises as `import_table`."""
+    return read_workbook(path, sheet) if is_workbook(path) else read_text_file(path, encoding, separator)
+
+
+_ROUNDS = re.compile(
+    r"(?:rounds?|tests?|shots?|schuss|schuesse|versuche?|sprengungen|sprengversuche|coups?|tirs?|essais?)\b"
+    r"\D{0,12}?(\d+(?:\.\d+)?)"
+)
+"""What a line above a table says of the rounds that it is of, as `plain` has it."""
+
+
+def _rounds(layout: Layout, given: float | None) -> float:
+    """Rounds that the numbers are of; a line above the table that names several has to be confirmed."""
+    if given is not None:
+        if not (np.isfinite(given) and given > 0.0):
+            raise InputError(f"{layout.sheet.path}: {given} rounds; needed: above zero")
+        return given
+    for line in layout.above:
+        if own := re.fullmatch(r"\s*rounds\s*[=:]\s*([\d.]+)\s*", line):
+            layout.guesses.append(Guess("rounds", own[1], f"the comment {line!r}"))
+            return _rounds(layout, float(own[1]))
+        said = re.search(r"(?:number of|anzahl(?: der)?|nombre de)\s+" + _ROUNDS.pattern, plain(line))
+        if said and float(said[1]) not in (0.0, 1.0):
+            raise QuestionError(
+                f"{layout.sheet.path}: {line!r} stands above the table: its numbers are of one round, or of all",
+                "rounds", ("1", said[1]),
+            )  # fmt: skip
+    return 1.0
+
+
+def _check_choices(path: Path, kind: str | None, columns: Mapping[str, str], units: Mapping[str, str]) -> None:
+    if kind is not None and kind not in KINDS:
+        raise InputError(f"{path}: kind {kind!r}{names_allowed(kind, KINDS)}")
+    for name in columns:
+        if name not in QUANTITIES:
+            raise InputError(f"{path}: column {name!r}{names_allowed(name, QUANTITIES)}")
+    known = [*GROUPS.values(), *(name for name, one in QUANTITIES.items() if one.unit)]
+    for name in units:
+        if name not in known:
+            raise InputError(f"{path}: unit of {name!r}{names_allowed(name, known)}")
+
+
+def _casing(case: str | os.PathLike[str] | None, mass: str | float | None) -> float | None:
+    """Mass of the casing (kg), of a case or as given."""
+    if case is not None:
+        from fragfield.case import load_case
+        from fragfield.case.conversion.placing import masses_of
+
+        values = load_case(Path(case), burst=False)
+        if not values.round:
+            raise InputError(f"{case}: has no [[round]], so that the mass of its casing is not known")
+        return float(masses_of(values.round[0]).casing)
+    if mass is None:
+        return None
+    if isinstance(mass, str):
+        try:
+            measure = read_measure(mass)
+        except UnitError as error:
+            raise InputError(f"casing mass: found {mass!r}, {error}; allowed: a mass such as 12.1 kg") from None
+        if not measure.is_of("kg"):
+            raise InputError(f"casing mass: found {mass!r}; allowed: a mass such as 12.1 kg")
+        mass = measure.value
+    if not (np.isfinite(mass) and mass > 0.0):
+        raise InputError(f"casing mass: found {mass} kg; needed: above zero")
+    return float(mass)
+
+
+def _kind_of(layout: Layout, chosen: Mapping[str, str]) -> str:
+    """The kind whose columns a table has."""
+
+    def has(kind: str, *names: str) -> bool:
+        wanted = arena.WANTED if kind == "arena" else other_tables.WANTED[kind]
+        found = columns_by_name(layout, [name for name in wanted if name in names or name in chosen], chosen)
+        return all(name in found for name in names)
+
+    if has("walls", "start_x", "start_y", "end_x", "end_y"):
+        return "walls"
+    if has("drag", "mach", "cd"):
+        return "drag"
+    if has("fragments", "vx", "vy", "vz") or has("fragments", "mean_speed", "azimuth", "elevation"):
+        return "fragments"
+    if has("arena", "zone") or has("arena", "zone_from"):
+        return "arena"
+    if any(has("pit", name) for name in ("mass_above", "mass_from", "mass_group", "mass")):
+        return "pit"
+    titles = [repr(one) for one in layout.names if one]
+    have = f"found the columns {', '.join(titles)}" if titles else "its columns have no names"
+    raise QuestionError(f"{layout.sheet.path}: the kind of table is not known: {have}", "kind", list(KINDS))
+
+
+def _content(
+    layout: Layout, kind: str, chosen: Mapping[str, str], units: Mapping[str, str], options: arena.ArenaOptions
+) -> tuple[Any, list[Guess], list[str]]:
+    if kind == "arena":
+        return arena.arena_table(layout, chosen, units, options)
+    wanted = other_tables.WANTED[kind]
+    columns = Columns(layout, columns_by_name(layout, wanted, chosen), units, chosen)
+    content: Any
+    if kind == "pit":
+        content = other_tables.pit_columns(columns)
+        _check_pit(layout.sheet.path, content, options.rounds)
+    elif kind == "fragments":
+        content = other_tables.fragment_table(columns)
+    elif kind == "drag":
+        content = other_tables.drag_table(columns)
+    else:
+        content = other_tables.walls_text(columns)[0]
+    dropped = [*layout.dropped, *(f"column {one!r}" for one in columns.unused())]
+    return content, [*layout.guesses, *columns.guesses], dropped
+
+
+def _check_pit(path: Path, content: Mapping[str, Any], rounds: float) -> None:
+    """Refuse what our own reader would refuse."""
+    from fragfield.case.conversion.fragment_counts import read_counts
+    from transition.errors import InputError as BreakUpInputError
+
+    with tempfile.TemporaryDirectory() as folder:
+        try:
+            read_counts(ImportedTable("pit", path, content, [], [], {}, rounds).write(Path(folder) / "pit.csv"))
+        except (InputError, FlightInputError, BreakUpInputError) as error:
+            message = str(error).replace(f"{Path(folder) / 'pit.csv'}: ", "").replace("pit.csv: ", "")
+            raise InputError(f"{path}: {message}") from None
+
+
+def _summary(kind: str, content: Any, rows: int, casing: float | None) -> dict[str, Any]:  # noqa: ANN401
+    found: dict[str, Any] = {"rows": rows}
+    if kind == "arena":
+        held = content.number > 0.0
+        speed = content.speed[held]
+        zones = content.by_zone()
+        at = int(np.argmax(zones["mass"]))
+        found |= {
+            "pieces": float(content.number.sum()), "mass": content.total_mass, "zones": len(content.zones) - 1,
+            "largest_mean_mass": float(content.mass[held].max(initial=0.0)),
+            "mean_speeds": [float(speed.min(initial=np.inf)), float(speed.max(initial=0.0))],
+            "most_mass_deg": [float(content.zones[at]), float(content.zones[at + 1])],
+        }  # fmt: skip
+    elif kind == "fragments":
+        speed = np.linalg.norm(content.velocity, axis=1)
+        found |= {
+            "pieces": len(content), "mass": float(content.mass.sum()), "largest_mass": float(content.mass.max()),
+            "speeds": [float(speed.min()), float(speed.max())],
+        }  # fmt: skip
+    elif kind == "drag":
+        found |= {"mach": [float(content.mach[0]), float(content.mach[-1])],
+                  "cd": [float(content.coefficient.min()), float(content.coefficient.max())]}  # fmt: skip
+    elif kind == "pit":
+        number = content.get("number", np.ones(rows))
+        if "mass_above_kg" in content:
+            found |= {"pieces": float(number.max()), "lightest": float(content["mass_above_kg"].min())}
+        else:
+            found["pieces"] = float(number.sum())
+            if "mass_kg" in content:
+                single = "mass_from_kg" not in content
+                found["mass"] = float((content["mass_kg"] * number).sum() if single else content["mass_kg"].sum())
+    if casing is not None and "mass" in found:
+        found |= {"casing_mass": casing, "recovered_fraction": found["mass"] / casing}
+    return found
+
+
+_LABELS = {
+    "rows": ("rows", "{:g}"), "pieces": ("pieces", "{:.10g}"), "mass": ("total mass", "{:.4g} kg"),
+    "zones": ("polar zones", "{:g}"), "largest_mean_mass": ("heaviest group, mean mass", "{:.4g} kg"),
+    "largest_mass": ("heaviest piece", "{:.4g} kg"), "mean_speeds": ("mean speeds", "{:.4g} to {:.4g} m/s"),
+    "speeds": ("speeds", "{:.4g} to {:.4g} m/s"), "lightest": ("lightest mass counted", "{:.4g} kg"),
+    "most_mass_deg": ("zone of the most mass", "{:g} to {:g} degrees from the nose"),
+    "mach": ("Mach numbers", "{:g} to {:g}"), "cd": ("drag coefficients", "{:g} to {:g}"),
+    "casing_mass": ("mass of the casing", "{:.4g} kg"), "recovered_fraction": ("of it recovered", "{:.1%}"),
+}  # fmt: skip
+
+
+def summary_lines(summary: Mapping[str, Any]) -> list[str]:
+    """A summary as lines of text."""
+    lines = []
+    for name, value in summary.items():
+        label, form = _LABELS[name]
+        lines.append(f"{label}: {form.format(*(value if isinstance(value, list) else [value]))}")
+    return lines

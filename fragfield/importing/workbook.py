@@ -1,0 +1,288 @@
+"""The sheet of a workbook, XLSX or ODS: values of cells; what a spreadsheet made of numbers is not taken for them."""
+
+from __future__ import annotations
+
+import datetime as dt
+import xml.parsers.expat as expat
+import zipfile
+from itertools import zip_longest
+from typing import TYPE_CHECKING, Any
+
+from flight.files.dialect import Guess
+from fragfield.errors import InputError
+from fragfield.importing.sheet import (
+    DATE,
+    MOST_BYTES,
+    MOST_COLUMNS,
+    Cell,
+    QuestionError,
+    Refused,
+    Row,
+    Sheet,
+    checked_size,
+    stripped,
+)  # fmt: skip
+from fragfield_base.names import names_allowed
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Mapping
+    from pathlib import Path
+
+__all__ = ["is_workbook", "read_workbook"]
+
+_MOST_UNPACKED = 1 << 28
+_MOST_ROWS = 1_048_576
+_LOST = "a date, what a spreadsheet makes of entries such as 3.5 or 5-10: the number is lost; enter it again as text"
+_UNCOMPUTED = "a formula without a value: open the workbook in a spreadsheet, let it compute, and save it"
+_INSTALL = "pip install fragfield[tables]"
+
+
+def is_workbook(path: Path) -> bool:
+    """Whether a file is a workbook, or is called one."""
+    if path.suffix.lower() in (".xlsx", ".xlsm", ".ods", ".xls", ".xlsb", ".fods"):
+        return True
+    try:
+        with path.open("rb") as file:
+            return file.read(4) in (b"PK\x03\x04", b"\xd0\xcf\x11\xe0")
+    except OSError:
+        return False
+
+
+def read_workbook(path: Path, sheet: str | None = None) -> Sheet:
+    """Read one sheet of a workbook.
+
+    Parameters
+    ----------
+    path : Path
+        XLSX or ODS.
+    sheet : str, optional
+        Its name, or its number from 1; needed where several sheets hold something.
+
+    Raises
+    ------
+    InputError
+        No such file or sheet, another format, an archive that unpacks to more than 256 MB, XML with a document type or
+        entities, or a library that is not installed. `QuestionError` where several sheets hold something.
+    """
+    kind = _checked_archive(path)
+    tables = _xlsx(path) if kind == "xlsx" else _ods(path)
+    filled = {name: rows for name, rows in tables.items() if rows}
+    name, reason = _chosen(path, filled, list(tables), sheet)
+    return Sheet(path, name, filled[name], [Guess("sheet", name, reason)])
+
+
+def _chosen(path: Path, filled: Mapping[str, list[Row]], names: list[str], sheet: str | None) -> tuple[str, str]:
+    if sheet is not None:
+        name = next((one for one in names if one == sheet), None)
+        if name is None and sheet.isdigit() and 1 <= int(sheet) <= len(names):
+            name = names[int(sheet) - 1]
+        if name is None:
+            raise InputError(f"{path}: sheet {sheet!r}{names_allowed(sheet, names)}")
+        if name not in filled:
+            raise InputError(f"{path}: sheet {name!r} is empty")
+        return name, "as given"
+    if not filled:
+        raise InputError(f"{path}: no cell of it holds anything")
+    if len(filled) > 1:
+        raise QuestionError(f"{path}: {len(filled)} sheets hold something", "sheet", [repr(one) for one in filled])
+    return next(iter(filled)), "the only one that holds anything"
+
+
+def _checked_archive(path: Path) -> str:
+    """Refuse what is no workbook, unpacks to too much, or has XML that refers to entities."""
+    try:
+        size = path.stat().st_size
+        if not path.is_file():
+            raise InputError(f"{path}: not a regular file")
+        if size > MOST_BYTES:
+            raise InputError(f"{path}: {size} bytes; allowed: at most {MOST_BYTES}")
+        with zipfile.ZipFile(path) as archive:
+            entries = archive.infolist()
+            if sum(entry.file_size for entry in entries) > _MOST_UNPACKED:
+                raise InputError(f"{path}: unpacks to more than {_MOST_UNPACKED} bytes; allowed: at most that")
+            names = {entry.filename for entry in entries}
+            for entry in entries:
+                if entry.filename.endswith((".xml", ".rels")) and _has_entities(archive, entry):
+                    raise InputError(f"{path}: {entry.filename} declares a document type, which no spreadsheet writes")
+    except InputError:
+        raise
+    except FileNotFoundError:
+        raise InputError(f"{path}: no such file") from None
+    except OSError as fault:
+        raise InputError(f"{path}: cannot be read ({fault.strerror or fault})") from None
+    except (zipfile.BadZipFile, RuntimeError, NotImplementedError, EOFError, ValueError) as fault:
+        with path.open("rb") as file:
+            old = file.read(4) == b"\xd0\xcf\x11\xe0"
+        what = "an old or encrypted Excel workbook; save it as .xlsx without a password" if old else str(fault)
+        raise InputError(f"{path}: not a workbook in XLSX or ODS ({what})") from None
+    if "xl/workbook.xml" in names:
+        return "xlsx"
+    if "content.xml" in names:
+        return "ods"
+    raise InputError(f"{path}: an archive, but no workbook in XLSX or ODS")
+
+
+def _check_whole(path: Path) -> None:
+    """Refuse a cut or damaged content.xml, of which odfpy would read the first part in silence."""
+    parser = expat.ParserCreate()
+
+    def refuse(*_: object) -> None:
+        raise InputError(f"{path}: content.xml declares entities, which no spreadsheet writes")
+
+    parser.EntityDeclHandler = refuse
+    try:
+        with zipfile.ZipFile(path) as archive, archive.open("content.xml") as file:
+            parser.ParseFile(file)
+    except (expat.ExpatError, zipfile.BadZipFile) as fault:
+        raise InputError(f"{path}: damaged: content.xml is no whole XML ({fault})") from None
+
+
+def _has_entities(archive: zipfile.ZipFile, entry: zipfile.ZipInfo) -> bool:
+    """A document type stands before the first element; XML in UTF-16, which would hide it, is refused as well."""
+    with archive.open(entry) as file:
+        head = file.read(1 << 16)
+    return b"<!DOCTYPE" in head or b"<!ENTITY" in head or head.startswith((b"\xff\xfe", b"\xfe\xff"))
+
+
+def _xlsx(path: Path) -> dict[str, list[Row]]:
+    """Visible sheets of an XLSX file: values as the spreadsheet computed them."""
+    try:
+        import openpyxl
+    except ModuleNotFoundError:
+        raise InputError(f"{path}: reading XLSX needs openpyxl, which is not installed: {_INSTALL}") from None
+    try:
+        values = openpyxl.load_workbook(path, read_only=True, data_only=True)
+        formulas = openpyxl.load_workbook(path, read_only=True, data_only=False)
+        try:
+            found: dict[str, list[Row]] = {}
+            for table in values.worksheets:
+                if table.sheet_state != "visible":
+                    continue
+                written = formulas[table.title]
+                for one in (table, written):
+                    one.reset_dimensions()  # what the file claims, which may be all of a sheet
+                both = zip(table.iter_rows(), written.iter_rows(), strict=False)
+                found[table.title] = _rows(path, (_paired(*pair) for pair in both))
+            return found
+        finally:
+            values.close()
+            formulas.close()
+    except InputError:
+        raise
+    except Exception as error:  # noqa: BLE001 - a damaged file ends in errors of many kinds
+        raise InputError(f"{path}: damaged, or not as spreadsheets write XLSX ({error})") from None
+
+
+def _paired(values: Iterable[Any], formulas: Iterable[Any]) -> Iterator[Cell]:
+    for value, formula in zip_longest(values, formulas):
+        held = None if value is None else value.value
+        written = None if formula is None else formula.value
+        if held is None and isinstance(written, str) and written.startswith("="):
+            yield Refused(written, _UNCOMPUTED)
+        else:
+            yield _cell(held)
+
+
+def _cell(value: object) -> Cell:
+    if value is None:
+        return ""
+    if isinstance(value, dt.datetime | dt.date | dt.time | dt.timedelta):
+        return Refused(str(value), _LOST)
+    if isinstance(value, bool):
+        return str(value)
+    if isinstance(value, int | float):
+        return float(value)
+    text = stripped(str(value))
+    return Refused(str(text), _LOST) if DATE.fullmatch(str(text)) else text
+
+
+def _rows(path: Path, lines: Iterable[Iterable[Cell]]) -> list[Row]:
+    rows: list[Row] = []
+    number = 0
+    for line, cells in enumerate(lines, 1):
+        kept: list[Cell] = []
+        for at, cell in enumerate(cells):
+            if cell == "":
+                continue
+            if at >= MOST_COLUMNS:
+                checked_size(path, 1, at + 1)
+            kept += [""] * (at - len(kept))
+            kept.append(cell)
+        if kept:
+            number += len(kept)
+            if number > MOST_COLUMNS:
+                checked_size(path, 1 + number // MOST_COLUMNS, MOST_COLUMNS)
+            rows.append(Row(line, kept))
+    return rows
+
+
+def _ods(path: Path) -> dict[str, list[Row]]:
+    """Sheets of an ODS file."""
+    try:
+        from odf.opendocument import load
+        from odf.table import Table
+    except ModuleNotFoundError:
+        raise InputError(f"{path}: reading ODS needs odfpy, which is not installed: {_INSTALL}") from None
+    _check_whole(path)
+    try:
+        document = load(str(path))
+        return {
+            str(table.getAttribute("name")): _rows(path, _ods_lines(path, table))
+            for table in document.spreadsheet.getElementsByType(Table)
+        }
+    except InputError:
+        raise
+    except Exception as error:  # noqa: BLE001 - a damaged file ends in errors of many kinds
+        raise InputError(f"{path}: damaged, or not as spreadsheets write ODS ({error})") from None
+
+
+def _ods_lines(path: Path, table: Any) -> Iterator[list[Cell]]:  # noqa: ANN401 - of odfpy
+    """Lines of a sheet; what is repeated stands once in the file, empty ends of sheets a million times."""
+    from odf.table import TableRow
+
+    line = 0
+    for row in table.getElementsByType(TableRow):
+        times = int(row.getAttribute("numberrowsrepeated") or 1)
+        cells = _ods_cells(path, row)
+        if not any(cell != "" for cell in cells):
+            cells = []
+            line += times
+            if line <= _MOST_ROWS:
+                yield from ([] for _ in range(times))
+            continue
+        line += times
+        checked_size(path, line, max(len(cells), 1))
+        for _ in range(times):
+            yield cells
+
+
+def _ods_cells(path: Path, row: Any) -> list[Cell]:  # noqa: ANN401 - of odfpy
+    cells: list[Cell] = []
+    waiting = 0
+    for child in row.childNodes:
+        name = child.qname[1] if hasattr(child, "qname") else ""
+        if name not in ("table-cell", "covered-table-cell"):
+            continue
+        times = int(child.getAttribute("numbercolumnsrepeated") or 1)
+        cell = "" if name == "covered-table-cell" else _ods_cell(child)
+        if cell == "":
+            waiting += times
+            continue
+        checked_size(path, 1, len(cells) + waiting + times)
+        cells += [""] * waiting + [cell] * times
+        waiting = 0
+    return cells
+
+
+def _ods_cell(cell: Any) -> Cell:  # noqa: ANN401 - of odfpy
+    from odf import teletype
+
+    kind = cell.getAttribute("valuetype")
+    if kind in ("float", "currency", "percentage"):
+        value = float(cell.getAttribute("value"))
+        return Refused(f"{100.0 * value:g} %", "a percentage") if kind == "percentage" else value
+    if kind in ("date", "time"):
+        return Refused(teletype.extractText(cell), _LOST)
+    if kind is None and cell.getAttribute("formula"):
+        return Refused(str(cell.getAttribute("formula")), _UNCOMPUTED)
+    return _cell(teletype.extractText(cell))

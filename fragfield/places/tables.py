@@ -1,0 +1,307 @@
+"""Features of a map as tables [[exposed]] and [[obstacle]]: kinds mapped, properties taken over, distances checked."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections import Counter
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fragfield.case.messages import marks_of
+from fragfield.case.tables.exposed import AreaTable, ExposedBuildingTable, PersonTable, RoadTable
+from fragfield.case.tables.ground import BarricadeTable, WallTable
+from fragfield.case.tables.round import length_of
+from fragfield.errors import InputError
+from fragfield.places.polygons import box_around, convex_parts
+from fragfield_base.inputs import Quantity, show
+from fragfield_base.names import nearest_name
+from fragfield_base.units import UnitError, read_measure
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+    from pathlib import Path
+
+    from pydantic import BaseModel
+
+    from flight.hazard.site import Site
+    from fragfield.case.tables.site import PlacesTable
+    from fragfield.places.feature import Array, Feature, Shape
+
+__all__ = ["read_places", "tables_of_places"]
+
+_FARTHEST = 100e3  # m
+_BEYOND = 5e3  # m: no fragment flies farther
+_LOOSE_BOX = 0.15  # by which the box around a building may be larger than its outline, unsaid
+_KINDS: dict[str, tuple[type[BaseModel], tuple[Shape, ...], str]] = {
+    "person": (PersonTable, ("Point",), "exposed"),
+    "road": (RoadTable, ("LineString",), "exposed"),
+    "area": (AreaTable, ("Polygon",), "exposed"),
+    "building": (ExposedBuildingTable, ("Polygon",), "exposed"),
+    "barricade": (BarricadeTable, ("LineString",), "obstacle"),
+    "wall": (WallTable, ("LineString",), "obstacle"),
+}
+"""Table, shapes on the map and list of the case of every kind."""
+_PLURALS = {"people": "person", "persons": "person"} | {f"{kind}s": kind for kind in _KINDS}
+_PLACED = {"name", "kind", "position", "latitude", "longitude", "points", "points_on_earth", "start", "end", "length",
+           "azimuth", "obstacle", "wall", "roof"}  # fmt: skip
+"""Keys that the map itself gives, or that are tables."""
+_SUFFIX = re.compile(r"^(.*?)[_ ]*[\[(]?\s*(mm|cm|km|m|ft|in|m2|m\^2|ft2|J|kJ)\s*[\])]?$")
+
+
+def read_places(path: Path) -> tuple[list[Feature], list[str]]:
+    """Features of a GeoJSON, KML or KMZ file; raises InputError for other endings and for faults in it."""
+    from fragfield.places.geojson import read_geojson
+    from fragfield.places.kml import read_kml
+
+    kind = path.suffix.casefold()
+    if kind in (".geojson", ".json"):
+        return read_geojson(path)
+    if kind in (".kml", ".kmz"):
+        return read_kml(path)
+    raise InputError(f"{path}: found a file that ends in {kind or 'nothing'}; allowed: .geojson, .json, .kml, .kmz")
+
+
+def tables_of_places(
+    table: PlacesTable, path: Path, site: Site, origin: tuple[float, float] = (0.0, 0.0)
+) -> tuple[dict[str, list[dict[str, Any]]], list[str]]:
+    """Tables `exposed` and `obstacle` of a file of places, as the case file has them, and what was done, in words.
+
+    Parameters
+    ----------
+    table : PlacesTable
+        How kinds and properties are read.
+    path : Path
+        The file.
+    site : Site
+        Where on Earth `origin` lies, and how the axes are turned.
+    origin : (2,) float
+        x and y (m) of the site.
+
+    Raises
+    ------
+    InputError
+        Faults of the file, kinds that are not known, shapes that a kind cannot have, sizes that are missing or have no
+        unit, places farther than 100 km, or at positions whose latitude and longitude are exchanged.
+    """
+    features, notes = read_places(path)
+    kinds = _kinds(path, features, table)
+    _check_distances(path, [one for one, kind in zip(features, kinds, strict=True) if kind != "ignore"], site)
+    made: dict[str, list[dict[str, Any]]] = {"exposed": [], "obstacle": []}
+    names: Counter[str] = Counter()
+    ignored = 0
+    for feature, kind in zip(features, kinds, strict=True):
+        if kind == "ignore":
+            ignored += 1
+            continue
+        model, shapes, where = _KINDS[kind]
+        if feature.shape not in shapes:
+            raise InputError(
+                f'{feature.where}: found a {feature.shape} as "{kind}"; allowed: a {shapes[0]}'
+                f"{'; a place that has an outline is an area or a building' if kind == 'person' else ''}"
+            )
+        rings = [np.round(site.offsets(*ring.T) + origin, 3) for ring in feature.rings]
+        if len(rings) > 1:
+            notes.append(f"{_title(feature)}: its {len(rings) - 1} holes count as part of it")
+        known = _values(feature, kind, model, table)
+        try:
+            placed = list(_placed(feature, kind, rings, table, known, notes))
+        except InputError as fault:
+            raise InputError(f"{feature.where}: {fault}") from None
+        for place in placed:
+            made[where].append({"name": _unique(feature, kind, names), "kind": kind, **place, **known})
+    if ignored:
+        notes.append(f"{ignored} places ignored by their kind")
+    return {key: entries for key, entries in made.items() if entries}, notes
+
+
+def _title(feature: Feature) -> str:
+    return feature.where.rpartition(": ")[2]
+
+
+def _unique(feature: Feature, kind: str, names: Counter[str]) -> str:
+    name = feature.name or kind
+    names[name] += 1
+    return name if feature.name and names[name] == 1 else f"{name} {names[name]}"
+
+
+def _kinds(path: Path, features: Sequence[Feature], table: PlacesTable) -> list[str]:
+    """Kind of every feature: by its property, its folder, or its shape, as `kinds` maps them."""
+    mapped = {key.casefold(): value for key, value in (table.kinds or {}).items()}
+    for key, kind in (table.kinds or {}).items():
+        if kind not in _KINDS and kind != "ignore":
+            close = nearest_name(kind, [*_KINDS, "ignore"])
+            hint = f'; did you mean "{close}"?' if close else ""
+            raise InputError(f'{path}: kinds."{key}": found "{kind}"{hint}; allowed: {", ".join([*_KINDS, "ignore"])}')
+    found: list[str] = []
+    unknown: Counter[str] = Counter()
+    for feature in features:
+        value = feature.properties.get(table.kind)
+        words = [str(value)] if value not in (None, "") else [*reversed(feature.folders), feature.shape]
+        kind = next((known for word in words if (known := _known(word.casefold(), mapped))), "")
+        if not kind:
+            unknown[words[0] if value not in (None, "") or feature.folders else feature.shape] += 1
+        found.append(kind)
+    if unknown:
+        listed = ", ".join(f'"{word}" ({number})' for word, number in unknown.most_common(8))
+        first = next(iter(unknown))
+        raise InputError(
+            f'{path}: found places of no known kind by the property "{table.kind}", their folder or shape: {listed}; '
+            f'allowed: {", ".join([*_KINDS, "ignore"])}; map them, as by kinds = {{ "{first}" = "person" }}, or name '
+            "another property as kind"
+        )
+    return found
+
+
+def _known(word: str, mapped: Mapping[str, str]) -> str:
+    """Kind that a word means; empty for none."""
+    if word in mapped:
+        return mapped[word]
+    return word if word in _KINDS else _PLURALS.get(word, "")
+
+
+def _check_distances(path: Path, features: Sequence[Feature], site: Site) -> None:
+    """Refuse what is no position on Earth, what lies far from the site, and exchanged latitudes and longitudes."""
+    if not features:
+        raise InputError(f"{path}: found only places that are ignored")
+    every = np.concatenate([ring for one in features for ring in one.rings])
+    owners = np.concatenate([[index] * sum(map(len, one.rings)) for index, one in enumerate(features)])
+    longitude, latitude = every.T
+    if np.abs(every).max() > 360.0:
+        at = int(np.argmax(np.abs(every).max(axis=1)))
+        raise InputError(
+            f"{features[owners[at]].where}: found {longitude[at]:g}, {latitude[at]:g}, as of a grid; allowed: "
+            "longitude and latitude in degrees (WGS 84), or the name of the grid as crs of a GeoJSON"
+        )
+    on_earth = np.abs(latitude) <= 90.0
+    away = _distances(site, longitude[on_earth], latitude[on_earth])
+    swapped = _distances(site, latitude, longitude) if np.abs(longitude).max() <= 90.0 else np.array([np.inf])
+    nearest = away.min(initial=np.inf)
+    if (not on_earth.all() or nearest > _BEYOND) and swapped.max() < min(_FARTHEST, 0.1 * nearest):
+        raise InputError(
+            f"{path}: its positions lie {_km(nearest)} from the site as longitude, latitude, and {_km(swapped.min())} "
+            "as latitude, longitude: they, or those of [site], are exchanged; allowed: longitude first"
+        )
+    if not on_earth.all():
+        at = int(np.flatnonzero(~on_earth)[0])
+        raise InputError(
+            f"{features[owners[at]].where}: found the latitude {latitude[at]:g}; allowed: -90 to 90, longitude first"
+        )
+    if away.max() > _FARTHEST:
+        at = int(np.argmax(away))
+        raise InputError(
+            f"{features[owners[at]].where}: lies {_km(away[at])} from the site, at longitude {longitude[at]:g}, "
+            f"latitude {latitude[at]:g}; allowed: up to {_km(_FARTHEST)}"
+        )
+
+
+def _distances(site: Site, longitude: Array, latitude: Array) -> Array:
+    return np.hypot(*site.offsets(longitude, latitude).T) if len(longitude) else np.zeros(0)
+
+
+def _km(distance: float) -> str:
+    return "not on Earth" if not math.isfinite(distance) else f"{1e-3 * distance:.3g} km"
+
+
+def _placed(
+    feature: Feature, kind: str, rings: Sequence[Array], table: PlacesTable, known: dict[str, Any], notes: list[str]
+) -> Iterator[dict[str, Any]]:
+    """Where a feature stands: one entry, or several of an outline that is not convex or a barricade with bends."""
+    line = rings[0]
+    if kind == "person":
+        yield {"position": _metres(line[0])}
+    elif kind == "road":
+        yield {"points": [_metres(point) for point in line]}
+    elif kind == "area":
+        parts = convex_parts(line)
+        if len(parts) > 1:
+            notes.append(f"{_title(feature)}: not convex, in {len(parts)} parts")
+        yield from ({"points": [_metres(point) for point in part]} for part in parts)
+    elif kind == "building":
+        if "height" not in known and table.building_height is not None:
+            known["height"] = f"{table.building_height:.10g} m"
+        if "height" not in known:
+            raise InputError(
+                'height: missing; needed: a property height with its unit, such as "6 m", or places.building_height'
+            )
+        (centre, length, width, turn), more = box_around(line)
+        if more > _LOOSE_BOX:
+            notes.append(f"{_title(feature)}: no rectangle; its box is {100.0 * more:.0f} % larger")
+        yield {
+            "position": _metres(centre),
+            "length": f"{length:.3f} m",
+            "width": f"{width:.3f} m",
+            "azimuth": f"{turn:.3f} deg",
+        }
+    else:
+        if "height" not in known:
+            raise InputError('height: missing; needed: a property height with its unit, such as "3 m"')
+        yield from ({"start": _metres(start), "end": _metres(end)} for start, end in pairwise(line))
+
+
+def _metres(point: Sequence[float] | Array) -> list[str]:
+    return [f"{round(float(value), 3) + 0.0:g} m" if abs(value) < 1e3 else f"{float(value):.3f} m" for value in point]
+
+
+def _values(feature: Feature, kind: str, model: type[BaseModel], table: PlacesTable) -> dict[str, Any]:
+    """Properties that are keys of the kind's table, with their units."""
+    made = {}
+    for name, value in feature.properties.items():
+        if value in (None, "") or isinstance(value, (dict, list, bool)):
+            continue
+        key, unit = _key_of(name, model)
+        if key is None or (key == "width" and kind == "building"):
+            continue
+        quantity = next((mark for mark in marks_of(model.model_fields[key]) if isinstance(mark, Quantity)), None)
+        where = f"{feature.where}: {name}"
+        if quantity is None:
+            made[key] = _plain(value, where, show_text=key == "ricochet")
+        else:
+            made[key] = _measure(value, unit, quantity, table, where)
+    return made
+
+
+def _key_of(name: str, model: type[BaseModel]) -> tuple[str | None, str | None]:
+    """Key of a table that a property is called, and the unit that its name ends with."""
+    plain = name.strip().casefold().replace(" ", "_")
+    keys = [key for key in model.model_fields if key not in _PLACED]
+    if plain in keys:
+        return plain, None
+    found = _SUFFIX.match(name.strip())
+    if found is not None and (key := found[1].casefold().replace(" ", "_")) in keys:
+        return key, found[2].replace("m2", "m^2").replace("ft2", "ft^2")
+    return None, None
+
+
+def _plain(value: object, where: str, *, show_text: bool) -> object:
+    if show_text:
+        return str(value)
+    try:
+        return float(str(value))
+    except ValueError:
+        raise InputError(f"{where}: found {show(value)}; allowed: a number") from None
+
+
+def _measure(value: object, unit: str | None, quantity: Quantity, table: PlacesTable, where: str) -> str:
+    """A value with its unit: its own, that of the property's name, or for lengths the one asked for."""
+    text = str(value).strip()
+    try:
+        number = float(text)
+    except ValueError:
+        try:
+            read_measure(text)
+        except UnitError as fault:
+            raise InputError(f"{where}: {fault}") from None
+        return text
+    length = length_of(table.unit)
+    if unit is None and quantity.symbol == "m" and length is not None:
+        return f"{number * length:.10g} m"
+    if unit is None:
+        name = f"{where.rpartition(': ')[2]}_{quantity.symbol.replace('^', '')}"
+        raise InputError(
+            f'{where}: found {text}, without a unit; allowed: such as "{quantity.example}"; give it there, in the name '
+            f"of the property as {name}, or for lengths as places.unit"
+        )
+    return f"{number:.10g} {unit}"

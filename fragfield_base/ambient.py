@@ -1,0 +1,216 @@
+"""What surrounds a process and is none of its input: variables, settings of the user's, the places of modules.
+
+Libraries read variables and files of their own, and some change results, pictures or how the process ends:
+`PETSC_OPTIONS`, `MPLBACKEND`, a `matplotlibrc`, a `string.py` in the working folder. `settle` is called once, before
+any library is loaded, by the command line and by every process that it starts. It drops what is not known to be
+harmless, checks what it keeps, and remembers both for the provenance.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import sys
+from pathlib import Path
+
+from fragfield_base.cores import affinity, cores
+
+__all__ = ["OURS", "check_variables", "is_launched", "own_environment", "settle", "settle_child", "surroundings"]
+
+OURS = Path(__file__).resolve().parent.parent
+"""The folder that holds the packages of this program."""
+_COUNT = (r"[1-9]\d{0,3}", "a whole number of 1 to 9999")
+_SPIN = (r"\d+|infinite|infinity", "a whole number, or infinite")
+_ANY = (r".*", "any text")
+_KEPT = {
+    "GOMP_SPINCOUNT": _SPIN,
+    "KMP_BLOCKTIME": _SPIN,
+    "MPLCONFIGDIR": _ANY,
+    "NUMBA_CACHE_DIR": _ANY,
+    "NUMBA_NUM_THREADS": _COUNT,
+    "OMP_NUM_THREADS": (r"[1-9]\d{0,3}(,[1-9]\d{0,3})*", "a whole number of 1 to 9999, or several"),
+    "OMP_PLACES": (
+        r"(threads|cores|ll_caches|numa_domains|sockets)(\([1-9]\d*\))?|\{[\d,:{}]+\}",
+        "threads, cores, sockets, or sets of numbers in braces",
+    ),
+    "OMP_PROC_BIND": (r"true|false|(primary|master|close|spread)(,(primary|master|close|spread))*", "true or false"),
+    "OMP_WAIT_POLICY": (r"active|passive", "active or passive"),
+    "OPENBLAS_NUM_THREADS": _COUNT,
+}
+"""Variables of libraries that are taken from the user, and their values: they decide on speed, on no result."""
+_DROPPED = re.compile(
+    r"(BLIS|CPL|DOLFINX|FFCX|GDAL|GMSH|GOMP|H5PY|HDF5|KMP|MATPLOTLIB|MKL|MPL|NPY|NUMBA|NUMEXPR|OGR|OMP|OPENBLAS|PETSC|"
+    r"PROJ|PYVISTA|SLEPC|TRAME|TYPER|VECLIB|VTK)_.*|MATPLOTLIBRC|MPL(BACKEND|CONFIGDIR)|TERMINAL_WIDTH|"
+    r"_TYPER.*|_FRAGFIELD.*|PYTHON(BREAKPOINT|INSPECT|STARTUP|WARNINGS)|SOURCE_DATE_EPOCH"
+)
+"""Variables of libraries that read them when they are loaded, and of Python."""
+_OF_MPI = re.compile(r"(FI|I_MPI|MPICH|MPIR_CVAR|OMPI|OPAL|ORTE|PMI|PMI2|PMIX|PRTE|PSM|PSM2|UCX)_.*")
+"""Variables of MPI and its launchers; those of a launch are kept, and nobody else needs any."""
+_OF_A_JOB = re.compile(r"SLURM_.*")
+_DATA = re.compile(r"(GDAL|PROJ)_(DATA|LIB|DRIVER_PATH)")
+"""Folders of data; an environment of conda's names its own."""
+_LAUNCHES = (
+    ("OMPI_COMM_WORLD_RANK", ("OMPI_COMM_WORLD_SIZE",)),
+    ("PMI_RANK", ("PMI_SIZE", "PMI_FD", "PMI_PORT")),
+    ("PMIX_RANK", ("PMIX_NAMESPACE",)),
+)
+"""Variables that hold the rank, each with those of which its launcher sets one at least beside it."""
+_SIZES = ("OMPI_COMM_WORLD_SIZE", "PMI_SIZE")
+_FORCED = {
+    "HDF5_USE_FILE_LOCKING": "FALSE",  # files are written whole, then read: some file systems have no locks
+    "MATPLOTLIBRC": os.devnull,
+    "MPLBACKEND": "agg",
+    "PETSC_OPTIONS": "-no_signal_handler",  # PETSc would take SIGHUP for itself, and end the process at once
+    "PYTHONSAFEPATH": "1",
+}
+_ALONE = {
+    # A single process needs no network, and no daemon of Open MPI's, which asks for ssh and for a temporary folder.
+    "OMPI_MCA_btl": "self",
+    "OMPI_MCA_ess_singleton_isolated": "1",
+    "OMPI_MCA_pml": "ob1",
+}
+_INSTALLED = ("site-packages", "dist-packages")
+_found: dict[str, list[str]] = {}
+
+
+def settle(error: type[Exception]) -> None:
+    """Free this process of its surroundings, and with it those that it starts.
+
+    Parameters
+    ----------
+    error : type
+        Raised, with one message, for a variable that is kept and holds what it must not, or a rank without a launcher.
+    """
+    if _found:
+        return
+    _arrange_modules()
+    launched = is_launched(error)
+    _found["ignored"] = sorted(name for name in os.environ if _is_dropped(name, launched=launched))
+    for name in _found["ignored"]:
+        del os.environ[name]
+    if "PYTHONWARNINGS" in _found["ignored"]:
+        _forget_filters()
+    check_variables(error)
+    _found["kept"] = [f"{name}={os.environ[name]}" for name in sorted(_KEPT) if os.environ.get(name)]
+    os.environ.update(_with_program(_FORCED if launched else _FORCED | _ALONE))
+    if cores() < affinity():  # numba counts the cores alone, not the time that a container has of them
+        os.environ.setdefault("NUMBA_NUM_THREADS", str(cores()))
+
+
+def settle_child(error: type[Exception]) -> None:
+    """As `settle`, in a process that this program has started by `multiprocessing`, which hands on all variables."""
+    known = own_environment()
+    os.environ.clear()
+    os.environ.update(known)
+    os.chdir("/")
+    settle(error)
+
+
+def surroundings() -> dict[str, list[str]]:
+    """Variables that were `ignored`, and those that were `kept` with their values; empty where nothing was settled."""
+    return {key: list(value) for key, value in _found.items() if value}
+
+
+def check_variables(error: type[Exception]) -> None:
+    """Raise `error` for a variable whose value its library would refuse in words of its own, or not survive.
+
+    An empty one is dropped: most shells' way to unset it.
+    """
+    for name, (_, allowed) in _KEPT.items():
+        value = os.environ.get(name)
+        if value == "":
+            del os.environ[name]
+        elif value is not None and not _is_valid(name):
+            raise error(f"{name}: found {value!r} in the environment; allowed: {allowed}, or to unset it")
+
+
+def is_launched(error: type[Exception]) -> bool:
+    """Whether an MPI launcher has started this process beside others; `error` for a rank that none has given.
+
+    One rank alone needs no launcher, which would let MPI begin but once: a script of two commands would lose one.
+    """
+    if any(os.environ.get(name) == "1" for name in _SIZES):
+        return False
+    launched = any(name in os.environ and any(one in os.environ for one in others) for name, others in _LAUNCHES)
+    for name, others in () if launched else _LAUNCHES:
+        if name in os.environ:
+            raise error(
+                f"{name}: found {os.environ[name]!r} in the environment, but no {' or '.join(others)}, which a "
+                "launcher of MPI sets with it: ranks would not know of each other; start by mpirun or srun, or unset it"
+            )
+    return launched
+
+
+def own_environment() -> dict[str, str]:
+    """Variables for a process that this one starts: as this one has them, without those of an MPI launch or a job."""
+    known = {
+        name: value
+        for name, value in os.environ.items()
+        if (_is_valid(name) if name in _KEPT else not _is_dropped(name, launched=False))
+        and not _OF_A_JOB.fullmatch(name)
+    }
+    return _with_program(known | _FORCED | _ALONE)
+
+
+def _with_program(variables: dict[str, str]) -> dict[str, str]:
+    """Variables by which another Python finds this program, also in a source tree that is known by the folder alone."""
+    named = variables.get("PYTHONPATH", os.environ.get("PYTHONPATH", ""))
+    if OURS.name in _INSTALLED or str(OURS) in named.split(os.pathsep):
+        return variables
+    return {**variables, "PYTHONPATH": os.pathsep.join(filter(None, (str(OURS), named)))}
+
+
+def _is_valid(name: str) -> bool:
+    return bool(re.fullmatch(_KEPT[name][0], os.environ[name], re.IGNORECASE | re.DOTALL))
+
+
+def _is_dropped(name: str, *, launched: bool) -> bool:
+    if name in _KEPT:
+        return False
+    if name in ("TMPDIR", "TEMP", "TMP"):
+        return not _has_room(os.environ[name])
+    if _DATA.fullmatch(name) and os.environ[name].startswith(f"{sys.prefix}{os.sep}"):
+        return False
+    return bool(_DROPPED.fullmatch(name)) or (not launched and bool(_OF_MPI.fullmatch(name)))
+
+
+def _has_room(folder: str) -> bool:
+    """Whether files can be made in a folder."""
+    try:
+        return Path(folder).is_absolute() and os.access(folder, os.W_OK | os.X_OK) and os.statvfs(folder).f_bavail > 0
+    except (OSError, ValueError):
+        return False
+
+
+def _arrange_modules() -> None:
+    """Look for modules in no folder that nobody has named, and in the user's own after those of the installation.
+
+    Dropped is the working folder, where a `string.py` of anybody's would be executed, unless this program lies there.
+    The user's packages (`~/.local`) may hold a numpy that is not the one for which dolfinx was built.
+    """
+    named = os.environ["PYTHONPATH"].split(os.pathsep) if "PYTHONPATH" in os.environ else []
+    wanted = [text for text in named if Path(text).is_absolute() or (text and Path(text).absolute() == OURS)]
+    try:
+        here = str(Path.cwd())
+    except OSError:
+        here = ""
+    late = getattr(sys.modules.get("site"), "USER_SITE", None)
+    kept = [  # the first is where a script lies or `python -m` began, then come those of PYTHONPATH
+        place
+        for number, place in enumerate(sys.path)
+        if number > len(named) or place not in ("", here) or place in (str(OURS), *wanted)
+    ]
+    after = [place for place in kept if place == late != str(OURS)]
+    sys.path[:] = [place for place in kept if place not in after] + after
+    if named:
+        os.environ["PYTHONPATH"] = os.pathsep.join(str(Path(text).absolute()) for text in wanted)
+
+
+def _forget_filters() -> None:
+    """Treat warnings as Python does by itself: with `error`, a library's deprecations would be faults."""
+    import warnings
+
+    sys.warnoptions.clear()
+    warnings.resetwarnings()
+    for category in (DeprecationWarning, PendingDeprecationWarning, ImportWarning, ResourceWarning):
+        warnings.simplefilter("ignore", category)
