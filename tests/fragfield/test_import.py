@@ -1,6 +1,6 @@
 """Tables of tests as people have them: the same fragments from every dialect, questions where two numbers may be meant.
 
-The small inputs are of kinds that public reports tell of; each has its source.
+The small inputs are of kinds that public reports describe; each has its source.
 """
 
 from __future__ import annotations
@@ -203,7 +203,7 @@ CASES = {
     "github.com/harung1993/dollardollar/issues/55": (
         ARENA + "0;90;3;1,500;800\n90;180;4;2,250;900\n",
         {},
-        "'1,500' is 1.500 or 1500, and no number of the table shows which; say which: --decimal point or",
+        "'1,500' is 1.500 or 1500, and no cell of the table shows which; say which: --decimal point or",
     ),
     "the same, answered": (ARENA + "0;90;3;1,500;800\n90;180;4;2,250;900\n", {"decimal": "comma"}, {"mass": 0.0135}),
     "github.com/dbeaver/dbeaver/issues/7839": (
@@ -553,7 +553,7 @@ def test_hostile_workbooks_are_refused_in_one_line(replaced, message, tmp_path):
 
 
 def test_a_cut_ods_is_refused_and_not_read_in_part(tmp_path, capsys):
-    """The library that reads ODS prints the first part and goes on with it."""
+    """The library that reads ODS prints the first part and continues."""
     ods(tmp_path / "t.ods")
     source = zipfile.ZipFile(io.BytesIO((tmp_path / "t.ods").read_bytes()))
     with zipfile.ZipFile(tmp_path / "t.ods", "w") as target:
