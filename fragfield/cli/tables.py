@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 import fragfield
-from fragfield.cli.application import Json, Quiet, app
+from fragfield.cli.application import Json, Quiet, app, file_path
 from fragfield.cli.guard import give, guarded, print_paths
 
 if TYPE_CHECKING:
@@ -19,7 +19,9 @@ __all__ = ["import_", "tables"]
 
 @app.command(name="import")
 def import_(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="Table of a test: CSV in any dialect, XLSX, ODS.")],
+    file: Annotated[
+        Path, typer.Argument(parser=file_path, metavar="FILE", help="Table of a test: CSV in any dialect, XLSX, ODS.")
+    ],
     kind: Annotated[
         str | None,
         typer.Option(
@@ -28,7 +30,9 @@ def import_(
     ] = None,
     out: Annotated[
         Path | None,
-        typer.Option("--out", metavar="FILE", help="File for the case; default: show only what was found."),
+        typer.Option(
+            "--out", parser=file_path, metavar="FILE", help="File for the case; default: show only what was found."
+        ),
     ] = None,
     column: Annotated[
         list[str] | None,
@@ -87,7 +91,7 @@ def import_(
     empty_zones: Annotated[bool, typer.Option("--empty-zones", help="Zones without a row hold no fragment.")] = False,
     case: Annotated[
         Path | None,
-        typer.Option("--case", metavar="CASE", help="Compare the mass with the casing of this case."),
+        typer.Option("--case", parser=file_path, metavar="CASE", help="Compare the mass with the casing of this case."),
     ] = None,
     casing_mass: Annotated[
         str | None,
@@ -134,10 +138,12 @@ def _show(found: dict[str, Any]) -> None:
 
 @app.command()
 def tables(
-    run: Annotated[Path, typer.Argument(metavar="RUN", help="The directory of a run.")],
+    run: Annotated[Path, typer.Argument(parser=file_path, metavar="RUN", help="The directory of a run.")],
     out: Annotated[
         Path | None,
-        typer.Option("--out", metavar="FILE", help="Workbook to write (.xlsx); default: NAME_tables.xlsx here."),
+        typer.Option(
+            "--out", parser=file_path, metavar="FILE", help="Workbook to write (.xlsx); default: NAME_tables.xlsx here."
+        ),
     ] = None,
     quiet: Quiet = False,
     json: Json = False,

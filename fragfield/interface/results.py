@@ -171,7 +171,7 @@ class Run:
         """
         from fragfield.interface.workbook import write_workbook
 
-        return write_workbook(self, Path(path))
+        return write_workbook(self, absolute(path, InputError))
 
     def table(self, name: str) -> Table:
         """A table by its name, with `to_numpy` and `to_pandas`; raises InputError for another name."""

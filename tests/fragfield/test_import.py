@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import io
 import json
+import os
 import zipfile
 
 import numpy as np
@@ -520,6 +521,14 @@ def test_a_sheet_by_name_beside_a_hidden_one(tmp_path):
     path = workbook(tmp_path / "t.xlsx", ("Daten", rows_), ("notes", rows_), change=hide)
     assert fragfield.import_table(path).summary["mass"] == pytest.approx(0.0135)
     assert fragfield.import_table(path, sheet="1").summary["mass"] == pytest.approx(0.0135)
+
+
+def test_a_workbook_by_another_name_and_a_pipe(tmp_path):
+    workbook(tmp_path / "t.xlsx", ("a", [HEAD, ["0-180", 3, 1.5, 800]])).rename(tmp_path / "t.csv")
+    assert fragfield.import_table(tmp_path / "t.csv").summary["mass"] == pytest.approx(0.0045)
+    os.mkfifo(tmp_path / "pipe.csv")
+    with pytest.raises(fragfield.InputError, match="not a regular file"):
+        fragfield.import_table(tmp_path / "pipe.csv")
 
 
 def packed(path, replaced):
