@@ -1,7 +1,7 @@
 """Files of the kinds that users of maps have reported trouble with: read right, or refused in one line.
 
-The source is the public report after which a file was made, a path on github.com unless it is an address; "own" ones are
-of the same kinds without a report.
+The source is the public report after which a file was made, a path on github.com unless it is an address; "own"
+ones are of the same kinds without a report.
 """
 
 from __future__ import annotations
