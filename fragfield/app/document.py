@@ -19,6 +19,7 @@ from fragfield.case.load import case_from_document
 from fragfield.case.messages import explain
 from fragfield.case.write import tables_to_toml, toml_value
 from fragfield.errors import InputError
+from fragfield_base import errors
 from fragfield_base.reading import read_text
 from fragfield_base.writing import write_text
 
@@ -187,7 +188,7 @@ def _judged(text: str, path: Path) -> tuple[Case | None, list[Fault]]:
     tables.setdefault("title", path.stem)
     try:
         return case_from_document(tables, source=path.name, folder=path.parent), []
-    except InputError as error:
+    except errors.InputError as error:  # of any stage
         lines = _lines(str(error), path.name)
     if any(_AND_MORE.match(line) for line in lines):  # the command line shows the first of them; a form all
         with suppress(InputError):

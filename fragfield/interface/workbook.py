@@ -108,7 +108,7 @@ def _rows(table: Table) -> Iterator[list[Any]]:
 
 
 def _cell(value: Any) -> Any:  # noqa: ANN401 - of an array or of JSON
-    """A value as a sheet holds it: no number where there is none, infinity as a word, texts that are no formulas."""
+    """A value as a sheet holds it: an empty cell for NaN, infinity as a word, texts that are no formulas."""
     value = value.item() if hasattr(value, "item") else value
     if isinstance(value, float) and not math.isfinite(value):
         return None if math.isnan(value) else "inf" if value > 0.0 else "-inf"
