@@ -30,9 +30,9 @@ VARIABLES = {
     "NPY_DISABLE_CPU_FEATURES": "AVX2", "HDF5_USE_FILE_LOCKING": "TRUE", "HDF5_PLUGIN_PATH": "HERE",
     "VTK_DEFAULT_OPENGL_WINDOW": "vtkXOpenGLRenderWindow", "PYVISTA_OFF_SCREEN": "false", "DISPLAY": ":987",
     "GMSH_VERBOSITY": "99", "PROJ_LIB": "HERE", "PROJ_NETWORK": "ON", "GDAL_DATA": "HERE", "PYTHONWARNINGS": "error",
-    "PYTHONPATH": "HERE/mine", "PYTHONUSERBASE": "HERE/user", "SOURCE_DATE_EPOCH": "0", "TMPDIR": "/nonexistent",
+    "PYTHONPATH": "HERE/mine", "PYTHONUSERBASE": "HERE/user", "SOURCE_DATE_EPOCH": "0", "TMPDIR": "/proc/none",
     "OMPI_MCA_btl": "nonsense", "OMPI_MCA_pml": "nonsense", "UCX_TLS": "nonsense", "FI_PROVIDER": "nonsense",
-    "TERMINAL_WIDTH": "wide", "GIT_DIR": "/nonexistent", "PATH": "HERE/bin", "LC_ALL": "C", "TZ": "Asia/Kathmandu",
+    "TERMINAL_WIDTH": "wide", "GIT_DIR": "/proc/none", "PATH": "HERE/bin", "LC_ALL": "C", "TZ": "Asia/Kathmandu",
     "HOME": "HERE/home", "XDG_CONFIG_HOME": "HERE/home/.config",
 }  # fmt: skip
 """Of libraries, of a user's settings, of a machine; HERE is the folder in which the command begins."""
