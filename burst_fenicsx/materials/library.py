@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 from burst_fenicsx.data import Table, nearest_name, read_toml
 from burst_fenicsx.errors import InputError
 from burst_fenicsx.problem import CasingMaterial, Explosive, JonesWilkinsLee
-from fragfield_base.names import substance_key
-from fragfield_base.substances import is_substance, read_substance, substance, substance_names
+from fragfield_base.substances import is_substance, read_substance, substance, substance_key, substance_names
 
 if TYPE_CHECKING:
     from fragfield_base.substances import Kind, Substance
@@ -122,7 +121,7 @@ def load_substance(kind: Kind, name_or_path: str | Path) -> Substance | None:
         Unknown name; unreadable file; a key that is unknown or a value of the wrong type.
     """
     text = str(name_or_path)
-    if text.partition("#")[0].endswith(".toml"):
+    if text.partition("#")[0].lower().endswith(".toml"):
         path = Path(text.partition("#")[0])
         content = read_toml(path)
         return read_substance(kind, content, str(path), error=InputError) if is_substance(content) else None
@@ -166,7 +165,7 @@ def _entry(name_or_path: str | Path, kind: Kind, keys: tuple[str, ...]) -> tuple
     text = str(name_or_path)
     found = load_substance(kind, text)
     if found is not None:
-        file = text if text.endswith(".toml") else f"{found.name}.toml"
+        file = text if text.lower().endswith(".toml") else f"{found.name}.toml"
         return found.name, Table(_flat(found, keys), file, keys)
     file, _, wanted = text.partition("#")
     content = read_toml(Path(file))
