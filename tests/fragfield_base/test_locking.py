@@ -14,7 +14,7 @@ from fragfield_base.locking import has_locks, locked
 def test_a_folder_is_held_by_one(tmp_path):
     with locked(tmp_path, InputError):
         assert has_locks(tmp_path)
-        with pytest.raises(InputError, match="another command .*is writing into it"), locked(tmp_path, InputError):
+        with pytest.raises(InputError, match=r"another command .*is writing into it"), locked(tmp_path, InputError):
             pass
     with locked(tmp_path, InputError):
         pass
