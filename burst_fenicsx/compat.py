@@ -17,8 +17,6 @@ if TYPE_CHECKING:
 
 __all__ = [
     "add_ghosts",
-    "add_to_owners",
-    "blocked_vector",
     "cell_space",
     "cells_dofmap",
     "create_hexahedral_mesh",
@@ -30,7 +28,6 @@ __all__ = [
     "renumber_nodes",
     "renumbered_map",
     "renumbered_space",
-    "send_to_ghosts",
     "shared_nodes",
     "vector_space",
 ]
@@ -339,21 +336,6 @@ def index_map(comm: MPI.Comm, owned: int, ghosts: np.ndarray, owners: np.ndarray
         return cpp.common.IndexMap(comm, owned, ghosts, owners, _MAP_TAG)
 
 
-def blocked_vector(items: Any, block: int) -> Any:
-    """Vector with `block` entries an item, one behind the other, over an index map."""
-    return la.vector(items, block)
-
-
 def add_ghosts(vector: Any) -> None:
     """Add what the ghosts of a vector hold to their owners (reverse scatter)."""
     vector.scatter_reverse(la.InsertMode.add if _MODERN else la.ScatterMode.add)
-
-
-def add_to_owners(function: Any) -> None:
-    """Add what ghosts hold to their owners (reverse scatter)."""
-    add_ghosts(function.x)
-
-
-def send_to_ghosts(function: Any) -> None:
-    """Copy the owners' values to the ghosts (forward scatter)."""
-    function.x.scatter_forward()

@@ -15,7 +15,7 @@ from pathlib import Path
 
 from fragfield_base.cores import affinity, cores
 
-__all__ = ["OURS", "check_variables", "is_launched", "own_environment", "settle", "surroundings"]
+__all__ = ["OURS", "check_variables", "is_launched", "own_environment", "settle", "settle_child", "surroundings"]
 
 OURS = Path(__file__).resolve().parent.parent
 """The folder that holds the packages of this program."""
@@ -38,6 +38,7 @@ _KEPT = {
     "OPENBLAS_NUM_THREADS": _COUNT,
 }
 """Variables of libraries that are taken from the user, and their values: they decide on speed, on no result."""
+_PLACES = ("MPLCONFIGDIR", "NUMBA_CACHE_DIR")
 _DROPPED = re.compile(
     r"(BLIS|CPL|DOLFINX|FFCX|GDAL|GMSH|GOMP|H5PY|HDF5|KMP|MATPLOTLIB|MKL|MPL|NPY|NUMBA|NUMEXPR|OGR|OMP|OPENBLAS|PETSC|"
     r"PROJ|PYVISTA|SLEPC|TRAME|TYPER|VECLIB|VTK)_.*|MATPLOTLIBRC|MPL(BACKEND|CONFIGDIR)|TERMINAL_WIDTH|"
@@ -45,7 +46,7 @@ _DROPPED = re.compile(
 )
 """Variables of libraries that read them when they are loaded, and of Python."""
 _OF_MPI = re.compile(r"(FI|I_MPI|MPICH|MPIR_CVAR|OMPI|OPAL|ORTE|PMI|PMI2|PMIX|PRTE|PSM|PSM2|UCX)_.*")
-"""Variables of MPI and its launchers; those of a launch are kept, and nobody else needs any."""
+"""Variables of MPI and its launchers; those of a launch are kept, and a single process needs none."""
 _OF_A_JOB = re.compile(r"SLURM_.*")
 _DATA = re.compile(r"(GDAL|PROJ)_(DATA|LIB|DRIVER_PATH)")
 """Folders of data; an environment of conda's names its own."""
@@ -55,6 +56,7 @@ _LAUNCHES = (
     ("PMIX_RANK", ("PMIX_NAMESPACE",)),
 )
 """Variables that hold the rank, each with those of which its launcher sets one at least beside it."""
+_SIZES = ("OMPI_COMM_WORLD_SIZE", "PMI_SIZE")
 _FORCED = {
     "HDF5_USE_FILE_LOCKING": "FALSE",  # files are written whole, then read: some file systems have no locks
     "MATPLOTLIBRC": os.devnull,
@@ -68,6 +70,7 @@ _ALONE = {
     "OMPI_MCA_ess_singleton_isolated": "1",
     "OMPI_MCA_pml": "ob1",
 }
+_INSTALLED = ("site-packages", "dist-packages")
 _found: dict[str, list[str]] = {}
 
 
@@ -89,10 +92,23 @@ def settle(error: type[Exception]) -> None:
     if "PYTHONWARNINGS" in _found["ignored"]:
         _forget_filters()
     check_variables(error)
+    for name in _PLACES:
+        if place := os.environ.get(name):  # the working folder is left
+            os.environ[name] = str(Path(place).absolute())
     _found["kept"] = [f"{name}={os.environ[name]}" for name in sorted(_KEPT) if os.environ.get(name)]
-    os.environ.update(_FORCED if launched else _FORCED | _ALONE)
-    if cores() < affinity():  # numba counts the cores alone, not the time that a container has of them
-        os.environ.setdefault("NUMBA_NUM_THREADS", str(cores()))
+    os.environ.update(_with_program(_FORCED if launched else _FORCED | _ALONE))
+    if cores() < affinity():  # libraries count the cores alone, not the time that a container has of them
+        for name in ("NUMBA_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
+            os.environ.setdefault(name, str(cores()))
+
+
+def settle_child(error: type[Exception]) -> None:
+    """As `settle`, in a process that this program has started by `multiprocessing`, which hands on all variables."""
+    known = own_environment()
+    os.environ.clear()
+    os.environ.update(known)
+    os.chdir("/")
+    settle(error)
 
 
 def surroundings() -> dict[str, list[str]]:
@@ -114,7 +130,12 @@ def check_variables(error: type[Exception]) -> None:
 
 
 def is_launched(error: type[Exception]) -> bool:
-    """Whether an MPI launcher has started this process; `error` for a rank that none has given."""
+    """Whether an MPI launcher has started this process beside others; `error` for a rank that none has given.
+
+    One rank alone needs no launcher, which would let MPI begin but once: a script of two commands would lose one.
+    """
+    if any(os.environ.get(name) == "1" for name in _SIZES):
+        return False
     launched = any(name in os.environ and any(one in os.environ for one in others) for name, others in _LAUNCHES)
     for name, others in () if launched else _LAUNCHES:
         if name in os.environ:
@@ -133,7 +154,15 @@ def own_environment() -> dict[str, str]:
         if (_is_valid(name) if name in _KEPT else not _is_dropped(name, launched=False))
         and not _OF_A_JOB.fullmatch(name)
     }
-    return known | _FORCED | _ALONE
+    return _with_program(known | _FORCED | _ALONE)
+
+
+def _with_program(variables: dict[str, str]) -> dict[str, str]:
+    """Variables by which another Python finds this program, also in a source tree that is known by the folder alone."""
+    named = variables.get("PYTHONPATH", os.environ.get("PYTHONPATH", ""))
+    if OURS.name in _INSTALLED or str(OURS) in named.split(os.pathsep):
+        return variables
+    return {**variables, "PYTHONPATH": os.pathsep.join(filter(None, (str(OURS), named)))}
 
 
 def _is_valid(name: str) -> bool:
@@ -159,9 +188,9 @@ def _has_room(folder: str) -> bool:
 
 
 def _arrange_modules() -> None:
-    """Look for modules in no folder that nobody has named, and in the user's own after those of the installation.
+    """Look for modules only in folders that were named, and in the user's own after those of the installation.
 
-    Dropped is the working folder, where a `string.py` of anybody's would be executed, unless this program lies there.
+    Dropped is the working folder, where any `string.py` would be executed, unless this program lies there.
     The user's packages (`~/.local`) may hold a numpy that is not the one for which dolfinx was built.
     """
     named = os.environ["PYTHONPATH"].split(os.pathsep) if "PYTHONPATH" in os.environ else []

@@ -9,11 +9,10 @@ import subprocess
 import sys
 from typing import Any
 
-from fragfield_base.ambient import OURS, own_environment
+from fragfield_base.ambient import own_environment
 
 __all__ = ["run_function", "start_function"]
 
-_INSTALLED = ("site-packages", "dist-packages")
 _FOLDER = "/"
 
 
@@ -55,10 +54,8 @@ def run_function(
 
 
 def _command(module: str, name: str, arguments: tuple[str, ...]) -> list[str]:
-    # A source tree from which the program runs may be known to this process alone, by its working folder.
-    found = "" if OURS.name in _INSTALLED else f"sys.path.insert(0, {str(OURS)!r}); "
     code = (
-        f"import sys; {found}arguments = sys.argv[1:]; sys.argv[1:] = []; "
+        "import sys; arguments = sys.argv[1:]; sys.argv[1:] = []; "
         "from fragfield_base.ambient import settle; settle(RuntimeError); "
         f"from {module} import {name}; sys.exit({name}(*arguments))"
     )

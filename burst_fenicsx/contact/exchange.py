@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
+from dolfinx import la
 from mpi4py import MPI
 
 from burst_fenicsx import compat
@@ -93,7 +94,7 @@ class Halo:
     def _vector(self, columns: int) -> tuple[Any, np.ndarray]:
         """Vector of dolfinx with so many columns, and its array (own and needed rows, columns)."""
         if columns not in self._vectors:
-            self._vectors[columns] = compat.blocked_vector(self._map, columns)
+            self._vectors[columns] = la.vector(self._map, columns)
         vector = self._vectors[columns]
         return vector, vector.array.reshape(-1, columns)
 

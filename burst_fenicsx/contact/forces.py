@@ -23,14 +23,13 @@ if TYPE_CHECKING:
     from burst_fenicsx.meshing import HexahedralMesh
     from burst_fenicsx.problem import BurstSettings, TimeStep
 
-__all__ = ["PLANE_REACH", "ContactForces", "Penetrations", "max_squared_phase"]
+__all__ = ["ContactForces", "Penetrations", "max_squared_phase"]
 
 _SAFETY = 0.9  # fraction taken of the stability that the cells leave to contact
 _FIXED_STEP_CFL = 0.9  # a fixed step is taken to be this fraction of the stable one
 _PLANE_FRACTION = 0.4  # of the squared frequency, where planes are; the rest is the surfaces'
 _REACH = 1.0  # of the cell size: how far surfaces may approach between two searches
-PLANE_REACH = 6.0
-"""Of the cell size: distance from a plane within which nodes are looked after."""
+_PLANE_REACH = 2.0  # of the cell size: distance from a plane within which nodes are looked after
 
 
 @dataclass
@@ -149,7 +148,7 @@ class ContactForces:
                 rows = np.flatnonzero((local >= 0) & (local < own.owned_nodes))
                 rows = rows[np.argsort(interior[free][rows], kind="stable")]
                 outer = int(np.count_nonzero(~interior[free][rows]))
-                planes.append(PlaneContact(plane, fields, local[rows], outer, PLANE_REACH * size))
+                planes.append(PlaneContact(plane, fields, local[rows], outer, _PLANE_REACH * size))
         may_touch = np.zeros(len(own.node), dtype=bool)
         for numbers in touched:
             local = own.local_node(numbers)

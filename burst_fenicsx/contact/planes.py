@@ -26,7 +26,6 @@ _LARGEST_FORCE = 2.0**57  # of a plane on a node, in quanta of the nodal forces:
 # nodes are near: products that expand freely reach the detonation velocity.
 _FASTEST = 1e4
 _GROWTH = 2.0
-_NEAR_FRACTION = 1.0 / 6.0
 
 
 def nodes_at_planes(mesh: HexahedralMesh, surfaces: ContactSurfaces) -> tuple[np.ndarray, np.ndarray]:
@@ -68,8 +67,8 @@ class PlaneContact:
     fields : this rank's fields.
     nodes : local nodes of this rank's own that may meet it.
     on_surface : how many of them, the first, lie on a surface; the others are interior ones.
-    reach : distance (m) from the plane within which nodes are looked after now and then, and those within a fraction of
-        it in every step; beyond, none can meet it before one looks again.
+    reach : distance (m) from the plane within which nodes are looked after; beyond, none can meet it before one looks
+        again.
 
     Attributes
     ----------
@@ -91,7 +90,7 @@ class PlaneContact:
         self._fields = fields
         nodes_of_all = int(fields.mesh.domain.geometry.index_map().size_global)
         self._rounding = rounding_constant(0.25 * nodes_of_all * _LARGEST_FORCE * quantum(fields.nodes.rounding))
-        self._reach, self._near_reach = reach, _NEAR_FRACTION * reach
+        self._reach = reach
         normal = np.asarray(plane.normal, dtype=float)
         self._normal = normal / np.linalg.norm(normal)
         self._level = float(self._normal @ np.asarray(plane.point, dtype=float))
@@ -104,38 +103,25 @@ class PlaneContact:
             stiffness=np.zeros(count),
             energies=np.zeros((count, 2)),
         )
-        self._all = np.arange(count, dtype=np.int32)
         self.look_again()
 
     def look_again(self) -> None:
         """Have the near nodes found again at the next step."""
         self.near = self.pushed = np.zeros(0, dtype=np.int32)
-        self._wider = np.zeros(0, dtype=np.int32)
-        self._fastest, self._travel, self._wider_travel = 0.0, np.inf, np.inf
+        self._fastest, self._travel = 0.0, np.inf
         self.given, self.energies = np.zeros(3), np.zeros(2)
         self.deepest = self.deepest_interior = 0.0
 
     def _find_near(self, step: float) -> None:
-        """Find the near nodes again where others may have come near in this step (s): often, among those in reach."""
+        """Find the near nodes again where others may have met the plane in this step (s)."""
         self._travel += step * self._fastest
-        self._wider_travel += step * self._fastest
-        if self._travel <= self._near_reach:
+        if self._travel <= self._reach:
             return
-        # Those in reach must hold all that may come near until one looks for near ones again.
-        if self._wider_travel > self._reach - 2.0 * self._near_reach:
-            self._wider = self._nearer_than(self._reach, self._all)
-            fastest = largest_speed(self._fields.nodes.velocity, self.state.node)
-            self._fastest = max(_FASTEST, _GROWTH * fastest)
-            self._wider_travel = 0.0
-        self.near = self._nearer_than(self._near_reach, self._wider)
-        self.pushed = self.state.node[self.near]
-        self._travel = 0.0
-
-    def _nearer_than(self, reach: float, among: np.ndarray) -> np.ndarray:
-        """Nodes `among` (k,) those of the state that are nearer to the plane than `reach` (m) or pushed by it."""
-        height = self._fields.nodes.position.take(self.state.node[among], axis=0) @ self._normal - self._level
-        nearer: np.ndarray = among[(height < reach) | (self.state.stiffness[among] > 0.0)]
-        return nearer
+        nodes, node = self._fields.nodes, self.state.node
+        height = nodes.position.take(node, axis=0) @ self._normal - self._level
+        self.near = np.flatnonzero((height < self._reach) | (self.state.stiffness > 0.0)).astype(np.int32)
+        self.pushed = node[self.near]
+        self._fastest, self._travel = max(_FASTEST, _GROWTH * largest_speed(nodes.velocity, node)), 0.0
 
     def add_forces(self, max_squared_frequency: float, step: float, velocity: np.ndarray, force: np.ndarray) -> None:
         """Add the plane's forces to `force` (nodes, 3) in N.

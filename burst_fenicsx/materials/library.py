@@ -2,46 +2,30 @@
 
 from __future__ import annotations
 
+from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from burst_fenicsx.data import Table, nearest_name, read_toml
 from burst_fenicsx.errors import InputError
 from burst_fenicsx.problem import CasingMaterial, Explosive, JonesWilkinsLee
-from fragfield_base.names import substance_key
-from fragfield_base.substances import is_substance, read_substance, substance, substance_names
+from fragfield_base.substances import is_substance, read_substance, substance, substance_key, substance_names
 
 if TYPE_CHECKING:
     from fragfield_base.substances import Kind, Substance
 
-__all__ = ["burst_explosive_names", "casing_names", "explosive_names", "load_casing", "load_explosive", "load_substance"]
+__all__ = [
+    "burst_explosive_names",
+    "casing_names",
+    "explosive_names",
+    "load_casing",
+    "load_explosive",
+    "load_substance",
+]
 
-EXPLOSIVE_KEYS = (
-    "density",
-    "detonation_velocity",
-    "heat_of_detonation",
-    "sound_speed",
-    "hugoniot_slope",
-    "shear_modulus",
-    "shear_strength",
-    "gurney",
-    "jwl",
-    "source",
-    "critical_energy",
-    "critical_energy_source",
-)
-CASING_KEYS = (
-    "density",
-    "elastic_modulus",
-    "poisson_ratio",
-    "shear_strength",
-    "tensile_strength",
-    "shear_softening_strain",
-    "tensile_softening_strain",
-    "softening_length",
-    "source",
-)
-JWL_KEYS = ("A", "B", "R1", "R2", "omega", "E0")
+JWL_KEYS = tuple(item.name for item in fields(JonesWilkinsLee))
+EXPLOSIVE_KEYS = (*(item.name for item in fields(Explosive) if item.name != "name"), "gurney")
+CASING_KEYS = tuple(item.name for item in fields(CasingMaterial) if item.name != "name")
 _SOURCES = ("charge", "heat", "jwl", "unreacted", "solid", "strength")
 
 
@@ -137,7 +121,7 @@ def load_substance(kind: Kind, name_or_path: str | Path) -> Substance | None:
         Unknown name; unreadable file; a key that is unknown or a value of the wrong type.
     """
     text = str(name_or_path)
-    if text.partition("#")[0].endswith(".toml"):
+    if text.partition("#")[0].lower().endswith(".toml"):
         path = Path(text.partition("#")[0])
         content = read_toml(path)
         return read_substance(kind, content, str(path), error=InputError) if is_substance(content) else None
@@ -181,7 +165,7 @@ def _entry(name_or_path: str | Path, kind: Kind, keys: tuple[str, ...]) -> tuple
     text = str(name_or_path)
     found = load_substance(kind, text)
     if found is not None:
-        file = text if text.endswith(".toml") else f"{found.name}.toml"
+        file = text if text.lower().endswith(".toml") else f"{found.name}.toml"
         return found.name, Table(_flat(found, keys), file, keys)
     file, _, wanted = text.partition("#")
     content = read_toml(Path(file))

@@ -88,7 +88,7 @@ class BurstFields:
     functions : the state as dolfinx functions by name: velocity (m/s) and force (N), linear in the cells; stress (Pa),
         plastic_shear_strain, plastic_volumetric_strain, pressure (Pa), burn_fraction and products_energy (J/m3),
         constant in cells or, of solids with full quadrature, known at points. Ghost cells lag behind until they are
-        sent (`compat.send_to_ghosts`).
+        sent (`x.scatter_forward`).
     start : (local nodes, 3) initial positions (m).
     mass, inverse_mass : (local nodes,) lumped mass (kg) and its inverse, complete on every rank.
     cell_mass : (owned cells,) kg.
@@ -383,8 +383,8 @@ def _nodal_masses(mesh: DistributedMesh, scratch: Any, cell_mass: np.ndarray, co
     for corner in range(corner_mass.shape[1]):
         masses = quantise(corner_mass[:, corner], rounding)
         values[:, 0] += np.bincount(mesh.dofmap[:, corner], weights=masses, minlength=len(values))
-    compat.add_to_owners(scratch)
-    compat.send_to_ghosts(scratch)
+    compat.add_ghosts(scratch.x)
+    scratch.x.scatter_forward()
     mass = values[:, 0].copy()
     values[:] = 0.0
     return mass

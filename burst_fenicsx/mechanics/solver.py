@@ -147,13 +147,13 @@ class BurstSolver:
         )
         if several:
             # Nodes that do not take part hold forces that have been used; those are cleared before they count again.
-            compat.add_to_owners(state.functions["force"])
+            compat.add_ghosts(state.functions["force"].x)
         if self.contact is not None and levels.contact_level >= min_level:
             fraction = 1.0 / 2**levels.contact_level
             active = self.burning.front_is_active(self.time)
             self.contact.add_forces(fraction * self.control.uncut_step, fraction * step, front_is_active=active)
         if several:
-            compat.send_to_ghosts(state.functions["force"])
+            state.functions["force"].x.scatter_forward()
         self.loads.add_forces(self.time)  # after the sum over ranks
         for constraint in self.constraints:
             constraint.apply(state.nodes.force)

@@ -15,7 +15,6 @@ import numpy as np
 from dolfinx import fem
 from mpi4py import MPI
 
-from burst_fenicsx import compat
 from burst_fenicsx.kernels.constants import BELOW_CONTACT, CONTACT_CANDIDATES, HIGHEST_LEVEL, LONGEST_STEP
 from burst_fenicsx.kernels.state import Motion
 from burst_fenicsx.kernels.step.assembly import move_nodes
@@ -131,12 +130,12 @@ class Subcycling:
             node_levels(mesh.all_dofmap, level, finest, coarsest)
             return
         self._of_cells.x.array[: mesh.cells] = level
-        compat.send_to_ghosts(self._of_cells)
+        self._of_cells.x.scatter_forward()
         node_levels(mesh.all_dofmap, self._of_cells.x.array.astype(np.int8), finest, coarsest)
         # Around the outer nodes of other ranks' cells some cells are missing here: their owner has them all.
         both = self._of_nodes.x.array.reshape(-1, 3)
         both[:, 0], both[:, 1] = finest, coarsest
-        compat.send_to_ghosts(self._of_nodes)
+        self._of_nodes.x.scatter_forward()
         finest[:], coarsest[:] = both[:, 0], both[:, 1]
 
     def set_levels(self, level: np.ndarray) -> None:

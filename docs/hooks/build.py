@@ -8,7 +8,7 @@ import re
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from docs.hooks import reference
+from docs.hooks import reference, substances
 from docs.hooks.mathematics import Mathematics
 
 if TYPE_CHECKING:
@@ -88,7 +88,7 @@ def _script(name: str) -> str:
 
 _MADE = {
     "api": reference.api_reference,
-    "built_in_tables": reference.built_in_tables,
+    "built_in_profiles": reference.built_in_profiles,
     "case_reference": reference.case_reference,
     "command_reference": reference.command_reference,
     "summary_reference": reference.summary_reference,
@@ -96,5 +96,9 @@ _MADE = {
     "citation": _citation,
     "gallery": gallery,
     "script": _script,
+    "substance_form": substances.substance_form,
+    "substance_grades": substances.substance_grades,
+    "substance_overview": substances.substance_overview,
+    "substance_values": substances.substance_values,
     "validation": lambda: _file("validation/README.md", {"](../docs/": "]("}),
 }

@@ -20,7 +20,8 @@ from fragfield.quantities import QUANTITIES, schema
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
-__all__ = ["api_reference", "built_in_tables", "case_reference", "command_reference", "summary_reference"]
+__all__ = ["api_reference", "built_in_profiles", "case_reference", "cell", "command_reference", "rows"]
+__all__ += ["summary_reference"]
 
 Schema = dict[str, Any]
 _SECTIONS = ("Parameters", "Attributes", "Returns", "Yields", "Raises", "Notes", "Examples")
@@ -28,14 +29,15 @@ _LIMITS = {"exclusiveMinimum": "greater than", "minimum": "at least", "exclusive
            "maximum": "at most"}  # fmt: skip
 
 
-def _cell(text: str) -> str:
+def cell(text: str) -> str:
     """A text for a table: one line, no bar splits it; angle brackets and dollars outside of code are shown."""
     parts = " ".join(text.split()).split("`")
     plain = [part if i % 2 else part.replace("<", "&lt;").replace("$", "&#36;") for i, part in enumerate(parts)]
     return "`".join(plain).replace("|", "\\|")
 
 
-def _rows(head: str, body: Iterable[Iterable[str]]) -> str:
+def rows(head: str, body: Iterable[Iterable[str]]) -> str:
+    """A table in Markdown; `head` has its titles between commas."""
     titles = head.split(", ")
     lines = [f"| {' | '.join(titles)} |", f"|{'---|' * len(titles)}"]
     return "\n".join([*lines, *(f"| {' | '.join(row)} |" for row in body)])
@@ -77,15 +79,15 @@ def _references(entry: Schema) -> tuple[list[str], bool]:
 
 def _table(table: Schema, path: str, title: str) -> str:
     required = table.get("required", [])
-    words = _cell(table["description"]) if path else "Keys that stand before the first table."
+    words = cell(table["description"]) if path else "Keys that stand before the first table."
     body = [
-        (f"`{key}`", _cell("; ".join([_allowed(entry), *filter(None, [entry.get("bounds")])])),
-         "needed" if key in required else _cell(_default(entry)),
-         _cell(entry.get("description") or f"See `{path}.{key}`."))
+        (f"`{key}`", cell("; ".join([_allowed(entry), *filter(None, [entry.get("bounds")])])),
+         "needed" if key in required else cell(_default(entry)),
+         cell(entry.get("description") or f"See `{path}.{key}`."))
         for key, entry in table["properties"].items()
         if path or not _references(entry)[0]
     ]  # fmt: skip
-    return f"{'###' if '.' in path else '##'} {title}\n\n{words}\n\n{_rows('key, value, default, meaning', body)}"
+    return f"{'###' if '.' in path else '##'} {title}\n\n{words}\n\n{rows('key, value, default, meaning', body)}"
 
 
 def _allowed(entry: Schema) -> str:
@@ -128,16 +130,13 @@ def _toml(value: Any) -> str:  # noqa: ANN401 - whatever a schema holds
     return f'"{value}"' if isinstance(value, str) else f"{value:.6g}"
 
 
-def built_in_tables() -> str:
-    """Built-in profiles, explosives and casing materials with their sources, as Markdown."""
+def built_in_profiles() -> str:
+    """Built-in profiles with their sources, as Markdown."""
     body = []
     for path in sorted((DATA_DIRECTORY / "profiles").glob("*.toml")):
         values = tomllib.loads(path.read_text(encoding="utf-8"))
-        body.append((f"`{path.stem}`", f"profile: {_cell(values.get('title', ''))}", _cell(values.get("source", ""))))
-    for kind, name in (("explosive", "explosives.toml"), ("casing", "casings.toml")):
-        values = tomllib.loads((DATA_DIRECTORY / name).read_text(encoding="utf-8"))
-        body += [(f"`{key}`", kind, _cell(table.get("source", ""))) for key, table in values.items()]
-    return _rows("name, what, source", body)
+        body.append((f"`{path.stem}`", cell(values.get("title", "")), cell(values.get("source", ""))))
+    return rows("name, what, source", body)
 
 
 # --- summary.json -------------------------------------------------------------------------------------------
@@ -151,10 +150,10 @@ def summary_reference() -> str:
         head = f"### {name}\n\n{schema()['properties'][name]['description']}\n\n" if name else ""
         body = [
             (f"`{one.path.removeprefix(f'{part}.')}`", one.unit,
-             _cell(". ".join(words for words in (one.label, one.note) if words)))
+             cell(". ".join(words for words in (one.label, one.note) if words)))
             for one in values
         ]  # fmt: skip
-        parts.append(f"{head}{_rows('key, unit, meaning', body)}")
+        parts.append(f"{head}{rows('key, unit, meaning', body)}")
     return "\n\n".join(parts)
 
 
@@ -167,7 +166,7 @@ def command_reference() -> str:
     parts = []
     for name, command in commands.items():
         body = [(f"`{_spelling(entry)}`", getattr(entry, "help", "") or "") for entry in command.params]
-        parts.append(f"## {name}\n\n{command.help or ''}\n\n{_rows('argument, meaning', body)}")
+        parts.append(f"## {name}\n\n{command.help or ''}\n\n{rows('argument, meaning', body)}")
     return "\n\n".join(parts)
 
 
@@ -213,18 +212,18 @@ def _documented(title: str, name: str, found: Any) -> str:  # noqa: ANN401 - wha
         elif section == "Notes":
             text = _prose(body)
         else:
-            text = _rows("name, meaning", [(_named(entry), _cell(words)) for entry, words in entries])
+            text = rows("name, meaning", [(_named(entry), cell(words)) for entry, words in entries])
         parts.append(f"**{section}**\n\n{text}")
     return "\n\n".join(parts)
 
 
 def _named(entry: str) -> str:
     name, colon, kind = entry.partition(" : ")
-    return f"`{name}`" + (f"<br>{_cell(kind)}" if colon else "")
+    return f"`{name}`" + (f"<br>{cell(kind)}" if colon else "")
 
 
 def _prose(body: str) -> str:
-    return "\n".join(_cell(line).replace("\\|", "|") for line in inspect.cleandoc(body).splitlines())
+    return "\n".join(cell(line).replace("\\|", "|") for line in inspect.cleandoc(body).splitlines())
 
 
 def _signature(found: Any) -> str:  # noqa: ANN401 - whatever a package has

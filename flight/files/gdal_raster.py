@@ -30,6 +30,8 @@ DRIVERS = {
 """GDAL's drivers and names by the ends of files' names."""
 _PREFIXES = ("GDAL_", "GTIFF_", "CPL_", "OGR_", "OSR_", "PROJ_", "VSI_", "TIFF_", "SRTMHGT_", "DTED_", "HFA_", "RIO_")
 _WORLD_FILES = (".tfw", ".tifw", ".tiffw", ".wld", ".TFW", ".WLD")
+_FEW, _MOST_PACKED = 1_000_000, 8000  # nodes that any file may have, and those in a byte of a packed one
+_MOST_BANDS = 1000
 _APART = 0.05  # of a pixel, by which two positions of one map differ
 
 
@@ -49,8 +51,8 @@ def own_environment() -> Iterator[None]:
             warnings.simplefilter("ignore")  # NotGeoreferencedWarning: refused below
             yield
     finally:
-        for name in ours:
-            os.environ.pop(name, None)
+        for name in [name for name in os.environ if name.startswith(_PREFIXES)]:
+            del os.environ[name]  # also what rasterio sets when it is imported
         os.environ.update(kept)
 
 
@@ -74,6 +76,7 @@ def read_gdal_raster(path: Path, band: int | None) -> Raster:
         driver, form = DRIVERS[path.suffix.lower()]
         try:
             with rasterio.Env(GDAL_PAM_ENABLED="NO"), rasterio.open(path, driver=driver) as dataset:
+                _refuse_too_many(path, dataset)
                 inside = _described(dataset, band)
             with rasterio.Env(GDAL_PAM_ENABLED="YES"), rasterio.open(path, driver=driver) as dataset:
                 number = _band(path, dataset, band)
@@ -89,6 +92,17 @@ def read_gdal_raster(path: Path, band: int | None) -> Raster:
     return raster
 
 
+def _refuse_too_many(path: Path, dataset: Any) -> None:  # noqa: ANN401
+    """Refuse a broken file that declares more heights or bands than it can hold, before they are looked for."""
+    if dataset.count > _MOST_BANDS:
+        raise InputError(f"{path}: has {dataset.count} bands; allowed: {_MOST_BANDS}")
+    number, size = dataset.height * dataset.width, path.stat().st_size
+    if number > _FEW and number > _MOST_PACKED * size:
+        raise InputError(
+            f"{path}: declares {dataset.height} x {dataset.width} heights, more than a file of {size} bytes can hold"
+        )
+
+
 def _last(error: BaseException) -> str:
     """The words of GDAL behind an error of rasterio, in one line."""
     while error.__cause__ is not None:
@@ -100,7 +114,7 @@ def _band(path: Path, dataset: Any, chosen: int | None) -> int:  # noqa: ANN401 
     """Number of the band with the heights; a band of transparency is none."""
     from rasterio.enums import ColorInterp
 
-    numbers = [number for number in dataset.indexes if dataset.colorinterp[number - 1] != ColorInterp.alpha]
+    numbers = [number for number, kind in enumerate(dataset.colorinterp, 1) if kind != ColorInterp.alpha]
     if chosen is not None:
         if chosen not in numbers:
             raise InputError(f"{path}: band {chosen} is chosen; allowed: {', '.join(map(str, numbers)) or 'none'}")
@@ -111,7 +125,7 @@ def _band(path: Path, dataset: Any, chosen: int | None) -> int:  # noqa: ANN401 
             f"gdal_translate GTIFF_DIR:1:{path.name} heights.tif"
         )
     if len(numbers) != 1:
-        names = [f"{number} {dataset.descriptions[number - 1] or ''}".strip() for number in numbers]
+        names = [f"{number} {dataset.descriptions[number - 1] or ''}".strip() for number in numbers[:8]]
         raise InputError(f"{path}: has {len(numbers)} bands ({', '.join(names)}); choose that of the heights: band = 1")
     return numbers[0]
 
@@ -135,7 +149,7 @@ def _described(dataset: Any, band: int | None) -> dict[str, Any]:  # noqa: ANN40
     many = index < dataset.count
     return {
         "transform": tuple(whole[:6]) if placed else None,
-        "coordinate system": dataset.crs.to_wkt() if dataset.crs else None,
+        "coordinate system": dataset.crs.to_wkt() if _on_earth(dataset.crs) else None,
         "nodata": None if nodata is None else float(nodata),
         "scale": dataset.scales[index] if many and dataset.scales[index] != 1.0 else None,
         "offset": dataset.offsets[index] if many and dataset.offsets[index] != 0.0 else None,
@@ -143,11 +157,18 @@ def _described(dataset: Any, band: int | None) -> dict[str, Any]:  # noqa: ANN40
     }
 
 
+def _on_earth(crs: Any) -> bool:  # noqa: ANN401
+    """Whether a coordinate system says more than that there are coordinates: GDAL makes one of a file without any."""
+    return bool(crs) and not crs.to_wkt().startswith(("LOCAL_CS", "ENGCRS"))
+
+
 def _refuse_contradictions(path: Path, inside: dict[str, Any], whole: dict[str, Any]) -> None:
     """Refuse a file beside the map that says otherwise than the map itself; it may say what the map does not."""
     for name, stated in inside.items():
-        if stated is not None and whole[name] != stated and not (stated != stated and whole[name] != whole[name]):  # noqa: PLR0124
-            raise InputError(f"{path}: its {name} differs from that in {path.name}.aux.xml beside it; remove one of the two")
+        if stated is not None and whole[name] != stated and not (stated != stated and whole[name] != whole[name]):
+            raise InputError(
+                f"{path}: its {name} differs from that in {path.name}.aux.xml beside it; remove one of the two"
+            )
 
 
 def _raster(path: Path, form: str, dataset: Any, number: int, found: dict[str, Any]) -> Raster:  # noqa: ANN401
@@ -169,6 +190,10 @@ def _raster(path: Path, form: str, dataset: Any, number: int, found: dict[str, A
     if Path(f"{path}.aux.xml").is_file():
         notes.append(f"read with {path.name}.aux.xml")
 
+    from rasterio.enums import ColorInterp
+
+    clear = [index for index, kind in enumerate(dataset.colorinterp, 1) if kind == ColorInterp.alpha]
+
     def read(rows: slice, columns: slice) -> NDArray[np.float64]:
         import rasterio
         from rasterio.windows import Window
@@ -177,11 +202,13 @@ def _raster(path: Path, form: str, dataset: Any, number: int, found: dict[str, A
         with own_environment(), rasterio.Env(GDAL_PAM_ENABLED="YES"):
             try:
                 with rasterio.open(path, driver=DRIVERS[path.suffix.lower()][0]) as again:
-                    values, mask = again.read(number, window=window), again.read_masks(number, window=window)
+                    values, mask = again.read(number, window=window), again.read_masks(number, window=window) != 0
+                    for index in clear:  # GDAL makes a mask of transparency of 8-bit bands alone
+                        mask &= again.read(index, window=window) != 0
             except Exception as error:  # noqa: BLE001 - as above
                 raise InputError(f"{path}: cannot be read as {form} ({_last(error)})") from None
         heights = holes_filled_with_nan(values, nodata)
-        heights[mask == 0] = np.nan
+        heights[~mask] = np.nan
         return heights * scale + offset
 
     crs, unit = _crs(dataset), found["unit"]
@@ -202,9 +229,11 @@ def _crs(dataset: Any) -> Any:  # noqa: ANN401
 
 
 def _check_world_file(path: Path, affine: tuple[float, ...] | None) -> None:
-    """Refuse a world file that lies elsewhere than the map says; without a position in the map GDAL takes the file's."""
+    """Refuse a world file that lies elsewhere than the map; of a map without a position GDAL takes the file's."""
     if path.with_suffix(".tfwx").is_file():
-        raise InputError(f"{path}: {path.stem}.tfwx beside it: the map was fitted, not rectified; rectify and export it")
+        raise InputError(
+            f"{path}: {path.stem}.tfwx beside it: the map was fitted, not rectified; rectify and export it"
+        )
     for beside in (path.with_suffix(suffix) for suffix in _WORLD_FILES):
         if not beside.is_file() or affine is None:
             continue
@@ -215,7 +244,9 @@ def _check_world_file(path: Path, affine: tuple[float, ...] | None) -> None:
         corner = (a, b, c - 0.5 * (a + b), d, e, f - 0.5 * (d + e))
         size = math.sqrt(abs(affine[0] * affine[4] - affine[1] * affine[3]))
         if max(abs(one - other) for one, other in zip(corner, affine, strict=True)) > _APART * size:
-            raise InputError(f"{path}: its position differs from that in {beside.name} beside it; remove one of the two")
+            raise InputError(
+                f"{path}: its position differs from that in {beside.name} beside it; remove one of the two"
+            )
 
 
 def _refuse_missing_blocks(path: Path, dataset: Any, number: int) -> None:  # noqa: ANN401

@@ -52,8 +52,9 @@ def read_grid(
     suffix = path.suffix.lower()
     if suffix != ".asc" and suffix not in DRIVERS:
         raise InputError(
-            f"{path}: a height map is an ESRI ASCII grid (.asc) or, with the extra terrain, a GeoTIFF (.tif, .tiff), an "
-            "SRTM tile (.hgt), DTED (.dt0, .dt1, .dt2) or Erdas Imagine (.img); gdal_translate makes a GeoTIFF of others"
+            f"{path}: a height map is an ESRI ASCII grid (.asc) or, with the extra terrain, a GeoTIFF (.tif, .tiff), "
+            "an SRTM tile (.hgt), DTED (.dt0, .dt1, .dt2) or Erdas Imagine (.img); gdal_translate makes a GeoTIFF of "
+            "others"
         )
     if not path.is_file():
         raise InputError(f"{path}: no such file")
@@ -64,8 +65,8 @@ def read_grid(
     else:
         raster = read_gdal_raster(path, band)
     with own_environment():
-        if raster.crs is None:
-            raster.crs = read_projection(path)
+        if raster.crs is None or raster.crs.is_engineering:
+            raster.crs = read_projection(path) or raster.crs
         factor, words = _height_unit(raster, height_unit)
         plane = plane_of(raster, site, earth)
         grid = (_of_own_grid if plane.own_grid and raster.affine[1] == raster.affine[3] == 0.0 else _resampled)(
@@ -107,7 +108,8 @@ def _window(raster: Raster, plane: Plane) -> tuple[slice, slice]:
     rows, columns = raster.shape
     column, row = (float(value) for value in plane.to_pixels(0.0, 0.0))
     if not (-_EDGE <= column <= columns - 1 + _EDGE and -_EDGE <= row <= rows - 1 + _EDGE):
-        (x0, x1), (y0, y1) = (sorted(ends) for ends in zip(raster.coordinates(0, 0), raster.coordinates(columns - 1, rows - 1), strict=True))  # fmt: skip
+        corners = raster.coordinates(0, 0), raster.coordinates(columns - 1, rows - 1)
+        (x0, x1), (y0, y1) = (sorted(ends) for ends in zip(*corners, strict=True))
         raise InputError(
             f"{raster.path}: {plane.words['position']} ({plane.words['crs']}) lies off the map, which reaches from "
             f"{x0:.10g} to {x1:.10g} and from {y0:.10g} to {y1:.10g} in its own coordinates"
@@ -117,7 +119,8 @@ def _window(raster: Raster, plane: Plane) -> tuple[slice, slice]:
     reached = plane.to_pixels(x, y)
     found = []
     for number, values in zip((columns, rows), reached, strict=True):
-        low, high = np.nanmin(values), np.nanmax(values)
+        values = values[np.isfinite(values)]
+        low, high = (values.min(), values.max()) if values.size else (0.0, 0.0)
         first, last = max(0, int(np.floor(low)) - 1), min(number, int(np.ceil(high)) + 2)
         found.append(slice(first, last))
     across, down = found
@@ -179,23 +182,24 @@ def _resampled(raster: Raster, plane: Plane) -> Grid:
     return Grid(heights, (float(x[1] - x[0]), float(y[1] - y[0])), (float(x[0]), float(y[0])), {"notes": notes})
 
 
-def _nodes(
-    raster: Raster, plane: Plane, down: slice, across: slice
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """x and y of nodes over a window of the raster; one of them is x = y = 0."""
+def _nodes(raster: Raster, plane: Plane, down: slice, across: slice) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """X and y of nodes over a window of the raster; one of them is x = y = 0."""
     column, row = (float(value) for value in plane.to_pixels(0.0, 0.0))
     near_x, near_y = plane.from_pixels(column + np.array([0.0, 1.0, 0.0]), row + np.array([0.0, 0.0, 1.0]))
     along, up = (np.array([near_x[k] - near_x[0], near_y[k] - near_y[0]]) for k in (1, 2))
     steps = float(np.hypot(*along)), float(np.hypot(*up))
     if abs(along[0]) < abs(along[1]):
         steps = steps[::-1]
-    edge_x, edge_y = np.meshgrid(np.linspace(across.start, across.stop - 1, 33), np.linspace(down.start, down.stop - 1, 33))
+    edge_x, edge_y = np.meshgrid(
+        np.linspace(across.start, across.stop - 1, 33), np.linspace(down.start, down.stop - 1, 33)
+    )
     ends = []
     for values, step in zip(plane.from_pixels(edge_x, edge_y), steps, strict=True):
         low, high = max(np.nanmin(values), -FARTHEST), min(np.nanmax(values), FARTHEST)
         ends.append(step * np.arange(int(np.floor(low / step)), int(np.ceil(high / step)) + 1))
-    if ends[0].size * ends[1].size > MOST_NODES:
-        raise InputError(f"{raster.path}: {ends[0].size} x {ends[1].size} nodes; allowed: {MOST_NODES}; cut the map")
+    number = (down.stop - down.start) * (across.stop - across.start)
+    if ends[0].size * ends[1].size > min(MOST_NODES, 4 * number + 10_000):  # a turned map fills half of its rectangle
+        raise InputError(f"{raster.path}: {number} nodes would become {ends[0].size} x {ends[1].size} along x and y")
     return ends[0], ends[1]
 
 

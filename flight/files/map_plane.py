@@ -152,9 +152,9 @@ def plane_of(raster: Raster, site: tuple[float, float] | None, earth: tuple[floa
     turned = f"grid north lies {abs(north):.2f} degrees {'east' if north >= 0.0 else 'west'} of true north there"
     words = {"crs": crs.name, "plan_unit": "degrees" if crs.is_geographic else unit_words(unit)}
     words["position"] = position.words
+    if mirrored:
+        raise InputError(f"{path}: the axes of {crs.name} make a mirrored map; project it (gdalwarp -t_srs)")
     if earth is None and not crs.is_geographic and abs(scale - 1.0) <= _FALSE_METRES:
-        if mirrored:
-            raise InputError(f"{path}: the axes of {crs.name} point west or south; give the place on Earth ([site])")
         words["north"] = f"+x is the map's grid east, {turned}; its metres are {scale:.5f} of those on the ground"
         return _own_grid(raster, unit, position.xy, words)
     bearing = earth[2] if earth is not None else _EAST if crs.is_geographic else east
@@ -163,7 +163,6 @@ def plane_of(raster: Raster, site: tuple[float, float] | None, earth: tuple[floa
         words["north"] += f"; {turned}, and its metres are {scale:.5f} of those on the ground: projected again"
     turn = math.radians(90.0 - bearing)
     cos, sin = math.cos(turn), math.sin(turn)
-    a, *_ = raster.affine
     middle, _ = raster.coordinates(0.5 * (raster.shape[1] - 1), 0.5 * (raster.shape[0] - 1))
 
     def to_pixels(x: Any, y: Any) -> tuple[Any, Any]:  # noqa: ANN401
@@ -193,7 +192,10 @@ def _own_grid(raster: Raster, unit: float, zero: tuple[float, float], words: dic
 
 
 def _without_earth(
-    raster: Raster, crs: Any, site: tuple[float, float] | None, earth: tuple[float, float, float] | None  # noqa: ANN401
+    raster: Raster,
+    crs: Any,  # noqa: ANN401
+    site: tuple[float, float] | None,
+    earth: tuple[float, float, float] | None,
 ) -> Plane:
     """The plane of a map that does not say where on Earth it lies."""
     if earth is not None and abs(math.remainder(earth[2] - _EAST, 360.0)) > 1e-6:
@@ -207,7 +209,12 @@ def _without_earth(
     words["north"] = "+x is the map's grid east" + ("" if earth is None else ", taken as true east")
     (rows, columns), (a, *_) = raster.shape, raster.affine
     corners = np.array([raster.coordinates(i, j) for i in (0, columns - 1) for j in (0, rows - 1)])
-    if crs is None and abs(a) < _LIKE_DEGREES and np.abs(corners).max() <= 360.0 and np.ptp(corners) < 20.0:
+    if (
+        crs is None
+        and abs(a) < _LIKE_DEGREES
+        and np.abs(corners).max() <= 360.0
+        and np.ptp(corners, axis=0).max() < 20.0
+    ):
         raise InputError(
             f"{raster.path}: cells of {abs(a):g} without a coordinate system, which look like degrees; put the map's "
             ".prj file beside it"
@@ -226,7 +233,11 @@ class _Position:
 
 
 def _position(
-    raster: Raster, crs: Any, unit: float, site: tuple[float, float] | None, earth: tuple[float, float, float] | None  # noqa: ANN401
+    raster: Raster,
+    crs: Any,  # noqa: ANN401
+    unit: float,
+    site: tuple[float, float] | None,
+    earth: tuple[float, float, float] | None,
 ) -> _Position:
     """Where x = y = 0 lies on a map with a coordinate system; two positions must agree."""
     given = None if site is None else (site[0] / unit, site[1] / unit)
@@ -234,7 +245,9 @@ def _position(
         if given is None and crs.is_geographic:
             rows, columns = raster.shape
             x, y = raster.coordinates(0.5 * (columns - 1), 0.5 * (rows - 1))
-            return _Position((x, y), f"x = y = 0 is the centre of the map, {y:.6f}, {x:.6f} degrees, no place was given")
+            return _Position(
+                (x, y), f"x = y = 0 is the centre of the map, {y:.6f}, {x:.6f} degrees, no place was given"
+            )
         x, y = given or (0.0, 0.0)
         return _Position((x, y), f"x = y = 0 at {x * unit:.10g}, {y * unit:.10g} m of the map's grid")
     moved = _from_wgs84(raster.path, crs, earth, needed=given is None)
@@ -277,8 +290,8 @@ def _axes(grid: Any, unit: float) -> tuple[float, float, bool, float]:  # noqa: 
     x, y = grid.transform(np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0]))
     to_grid = unit * np.array([[x[1] - x[0], x[2] - x[0]], [y[1] - y[0], y[2] - y[0]]])
     east, north = np.linalg.inv(to_grid).T
-    bearings = (math.degrees(math.atan2(one[0], one[1])) for one in (east, north))
-    return *bearings, bool(np.linalg.det(to_grid) < 0.0), math.sqrt(abs(float(np.linalg.det(to_grid))))
+    turned = [math.degrees(math.atan2(one[0], one[1])) for one in (east, north)]
+    return turned[0], turned[1], bool(np.linalg.det(to_grid) < 0.0), math.sqrt(abs(float(np.linalg.det(to_grid))))
 
 
 def _local(geodetic: Any, latitude: float, longitude: float) -> Any:  # noqa: ANN401

@@ -64,7 +64,7 @@ class Raster:
     notes: list[str] = field(default_factory=list)
 
     def coordinates(self, column: Any, row: Any) -> tuple[Any, Any]:  # noqa: ANN401 - numbers or arrays
-        """x and y of the centres of pixels."""
+        """X and y of the centres of pixels."""
         a, b, c, d, e, f = self.affine
         return a * column + b * row + c, d * column + e * row + f
 
@@ -102,7 +102,9 @@ def metres_of(path: Path, unit: str) -> float:
     except UnitError:
         measure = None
     if measure is None or not measure.is_of("m"):
-        raise InputError(f"{path}: heights in the unit {unit!r}, which is not known; allowed: m, ft, US survey foot, cm")
+        raise InputError(
+            f"{path}: heights in the unit {unit!r}, which is not known; allowed: m, ft, US survey foot, cm"
+        )
     return measure.value
 
 

@@ -2,7 +2,8 @@
 
 The largest throw follows each azimuth sector as an arc of a geodesic circle about the origin on WGS 84 (geodesics by
 GeographicLib, Karney 2013), the expected density a smooth line, with points every degree or closer: the chord then
-falls short of the arc by less than 0.004 % of the distance. Longitudes go on beyond 180 degrees rather than jump.
+falls short of the arc by less than 0.004 % of the distance. In the files a contour is cut where it crosses 180 degrees
+of longitude, and outlines run counter-clockwise.
 """
 
 from __future__ import annotations
@@ -17,6 +18,8 @@ from xml.etree import ElementTree as ET
 import numpy as np
 
 from flight.errors import InputError
+from flight.hazard.antimeridian import cut_line, cut_outline
+from flight.hazard.site import longitude_of
 from fragfield_base.writing import write_text
 
 if TYPE_CHECKING:
@@ -41,7 +44,9 @@ _LARGEST = "largest of all realisations"
 
 @dataclass(frozen=True, eq=False)
 class Contour:
-    """A closed line on the map: (k, 2) longitudes and latitudes, counter-clockwise, the first point again at the end.
+    """A closed line on the map: (k, 2) longitudes and latitudes, the first point again at the end.
+
+    Its longitudes go on beyond 180 degrees rather than jump.
 
     `properties` say what it is: name, quantity, statistic, realisations, largest distance (m), convergence. A line that
     is not `closed` stays open, and one point alone is a place. `folder` groups contours in a KML file. A `label` is
@@ -188,12 +193,20 @@ def write_kml(
 
 
 def _geometry(contour: Contour) -> dict[str, Any]:
-    places = [[round(x, 9), round(y, 9)] for x, y in contour.ring.tolist()]
-    if len(places) == 1:
-        return {"type": "Point", "coordinates": places[0]}
-    if contour.closed:
-        return {"type": "Polygon", "coordinates": [places]}
-    return {"type": "LineString", "coordinates": places}
+    parts = [[[round(x, 9), round(y, 9)] for x, y in part.tolist()] for part in _parts(contour)]
+    if len(contour.ring) == 1:
+        return {"type": "Point", "coordinates": parts[0][0]}
+    shape = "Polygon" if contour.closed else "LineString"
+    placed = [[part] for part in parts] if contour.closed else parts
+    if len(placed) == 1:
+        return {"type": shape, "coordinates": placed[0]}
+    return {"type": f"Multi{shape}", "coordinates": placed}
+
+
+def _parts(contour: Contour) -> list[NDArray[np.float64]]:
+    """A contour between -180 and 180 degrees of longitude, in parts where it crosses them."""
+    closed = contour.closed and len(contour.ring) > 1
+    return cut_outline(contour.ring) if closed else cut_line(contour.ring)
 
 
 def _simple_style(contour: Contour) -> dict[str, Any]:
@@ -219,19 +232,23 @@ def _placemark(folder: ET.Element, contour: Contour) -> None:
     _child(inside, "color", f"{round(255 * contour.opacity):02x}{blue}{green}{red}")
     _child(inside, "fill", "1" if contour.opacity > 0.0 else "0")
     _data(place, contour.properties)
-    if contour.label_at is not None:
+    parts = _parts(contour)
+    if contour.label_at is not None or len(parts) > 1:
         place = _child(place, "MultiGeometry")
-        _child(_child(place, "Point"), "coordinates", "{:.9f},{:.9f}".format(*contour.label_at))
-    if len(contour.ring) == 1:
-        boundary = _child(place, "Point")
-    elif contour.closed:
-        polygon = _child(place, "Polygon")
-        _child(polygon, "tessellate", "1")
-        boundary = _child(_child(polygon, "outerBoundaryIs"), "LinearRing")
-    else:
-        boundary = _child(place, "LineString")
-        _child(boundary, "tessellate", "1")
-    _child(boundary, "coordinates", " ".join(f"{x:.9f},{y:.9f}" for x, y in contour.ring))
+    if contour.label_at is not None:
+        x, y = contour.label_at
+        _child(_child(place, "Point"), "coordinates", f"{longitude_of(x):.9f},{y:.9f}")
+    for part in parts:
+        if len(part) == 1:
+            boundary = _child(place, "Point")
+        elif contour.closed:
+            polygon = _child(place, "Polygon")
+            _child(polygon, "tessellate", "1")
+            boundary = _child(_child(polygon, "outerBoundaryIs"), "LinearRing")
+        else:
+            boundary = _child(place, "LineString")
+            _child(boundary, "tessellate", "1")
+        _child(boundary, "coordinates", " ".join(f"{x:.9f},{y:.9f}" for x, y in part))
 
 
 def _child(parent: ET.Element, name: str, text: str | None = None) -> ET.Element:

@@ -144,8 +144,8 @@ def fly(
     scene.check(fragments, origin)
     fragments = fragments if shape is None else shaped(fragments, shape, seed)
     job = FlightJob(
-        fragments, _air(air, ground), drag, gravity, wind, scene, witnesses, integrator, domain or Domain(), time_limit, origin,
-        fluence,
+        fragments, _air(air, ground), drag, gravity, wind, scene, witnesses, integrator, domain or Domain(), time_limit,
+        origin, fluence,
     )  # fmt: skip
     chosen = _chosen(sample, len(fragments), seed)
     threads = threads or cores()

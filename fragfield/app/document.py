@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import hashlib
 import re
 import tomllib
@@ -14,16 +15,16 @@ from pydantic import ValidationError
 from tomlkit.exceptions import TOMLKitError
 
 from fragfield.case import Case
-from fragfield.case.load import case_from_document, read_document
+from fragfield.case.load import case_from_document
 from fragfield.case.messages import explain
-from fragfield.case.write import tables_to_toml
+from fragfield.case.write import tables_to_toml, toml_value
 from fragfield.errors import InputError
+from fragfield_base import errors
 from fragfield_base.reading import read_text
 from fragfield_base.writing import write_text
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
-
     from pathlib import Path
 
     from fragfield.app.workspace import Workspace
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
 __all__ = ["CaseDocument", "Fault", "steps_of"]
 
 _KEY = re.compile(r"^[a-z_][a-z_0-9]*(\[\d+\])?(\.[a-z_][a-z_0-9]*(\[\d+\])?)*")
+_PART = re.compile(r"^\[([a-z]+)\]:")
 _MOST = 1 << 22
 _AND_MORE = re.compile(r"^and \d+ more$")
 
@@ -71,6 +73,8 @@ class CaseDocument:
     """Windows that show it: by their id, when they were opened and when they last said so (s)."""
     _text: str = ""
     _saved: str = ""
+    _read_text: str | None = None
+    _read_tables: dict[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self.path = self.space.inside(self.name)
@@ -106,17 +110,24 @@ class CaseDocument:
     @property
     def tables(self) -> dict[str, Any]:
         """The tables as the file has them; empty where the text is not TOML."""
-        with suppress(ValueError, RecursionError):
-            return tomllib.loads(self._text)
-        return {}
+        return copy.deepcopy(self._parsed())
+
+    def _parsed(self) -> dict[str, Any]:
+        """The tables, read once for each text; they are not to be changed."""
+        if self._read_text != self._text:
+            self._read_text, self._read_tables = self._text, {}
+            with suppress(ValueError, RecursionError):
+                self._read_tables = tomllib.loads(self._text)
+        return self._read_tables
 
     def get(self, path: Steps, default: Any = None) -> Any:  # noqa: ANN401 - any value of a table
         """The value at a place, `default` where there is none."""
-        found: Any = self.tables
+        found: Any = self._parsed()
+        step: Any
         for step in path:
-            if isinstance(found, dict) and step in found:
-                found = found[step]
-            elif isinstance(found, list) and isinstance(step, int) and 0 <= step < len(found):
+            if (isinstance(found, dict) and step in found) or (
+                isinstance(found, list) and isinstance(step, int) and 0 <= step < len(found)
+            ):
                 found = found[step]
             else:
                 return default
@@ -124,7 +135,7 @@ class CaseDocument:
 
     def set(self, path: Steps, value: object) -> None:
         """Put a value at a place, None to remove it; tables on the way are made, comments stay."""
-        if not path or self.get(path) == value and type(self.get(path)) is type(value):
+        if not path or (self.get(path) == value and type(self.get(path)) is type(value)):
             return
         wanted = self.tables
         _put(wanted, path, value)
@@ -177,7 +188,7 @@ def _judged(text: str, path: Path) -> tuple[Case | None, list[Fault]]:
     tables.setdefault("title", path.stem)
     try:
         return case_from_document(tables, source=path.name, folder=path.parent), []
-    except InputError as error:
+    except errors.InputError as error:  # of any stage
         lines = _lines(str(error), path.name)
     if any(_AND_MORE.match(line) for line in lines):  # the command line shows the first of them; a form all
         with suppress(InputError):
@@ -198,14 +209,17 @@ def _lines(message: str, source: str) -> list[str]:
 def _fault(line: str) -> Fault:
     found = _KEY.match(line)
     key = found[0] if found is not None and line[found.end() :][:1] in (":", " ", "=", "") else ""
-    return Fault(key, line.removeprefix(key).removeprefix(":").strip() if key else line)
+    words = line.removeprefix(key).removeprefix(":").strip() if key else line
+    if (part := _PART.match(words)) is not None:  # of a file of contours: "round[1].profile [outer]: ..."
+        key, words = f"{key}.{part[1]}", words[part.end() :].strip()
+    return Fault(key, words)
 
 
 def _put(node: Any, path: Steps, value: object) -> None:  # noqa: ANN401 - tables and lists
     """Put a value into plain tables, or tables of tomlkit."""
     *way, last = path
     for step, following in zip(way, path[1:], strict=True):
-        there = step < len(node) if isinstance(node, list) else step in node
+        there = int(step) < len(node) if isinstance(node, list) else step in node
         if not there:
             if value is None:
                 return
@@ -234,6 +248,10 @@ def _with_comments(text: str, path: Steps, value: object, wanted: dict[str, Any]
     What tomlkit makes is read again: where it is not what was meant, only the table at the top is written whole, and
     at the very last all of them.
     """
+    made = _uncommented(text, path, value)
+    with suppress(ValueError):
+        if made and tomllib.loads(made) == wanted:
+            return made
     with suppress(TOMLKitError, ValueError, TypeError, KeyError, IndexError, AttributeError):
         document = tomlkit.parse(text)
         _put_kept(document, path, value)
@@ -251,12 +269,29 @@ def _with_comments(text: str, path: Steps, value: object, wanted: dict[str, Any]
     return tables_to_toml(wanted)
 
 
+def _uncommented(text: str, path: Steps, value: object) -> str:
+    """The text with the line `#key = default` of a table taken for the value, as a user would; empty without one."""
+    table = [step for step in path[:-1] if isinstance(step, str)]
+    number = next((step for step in path[:-1] if isinstance(step, int)), None)
+    if value is None or isinstance(value, dict) or len(path[:-1]) > len(table) + (number is not None):
+        return ""
+    name = re.escape(".".join(table))
+    head = rf"^\[{name}\]" if number is None else rf"^\[\[{name}\]\]"
+    heads = list(re.finditer(head, text, re.MULTILINE)) if table else []
+    if table and len(heads) <= (number or 0):
+        return ""
+    start = heads[number or 0].end() if table else 0
+    end = following.start() if (following := re.compile(r"^\[", re.MULTILINE).search(text, start)) else len(text)
+    line = re.compile(rf"^#{re.escape(str(path[-1]))} = .*$", re.MULTILINE).search(text, start, end)
+    return "" if line is None else f"{text[: line.start()]}{path[-1]} = {toml_value(value)}{text[line.end() :]}"
+
+
 def _put_kept(document: Any, path: Steps, value: object) -> None:  # noqa: ANN401 - tomlkit's tables
     """As `_put`, with new tables as TOML has them with heads, and lists of tables as `[[name]]`."""
     node, way = document, list(path)
     while len(way) > 1:
         step, following = way.pop(0), way[0]
-        there = step < len(node) if isinstance(node, list) else step in node
+        there = int(step) < len(node) if isinstance(node, list) else step in node
         if not there:
             if value is None:
                 return

@@ -1,4 +1,4 @@
-"""Dimensioned drawing of a round as SVG, quick enough to follow what is typed; the numbers are those of the report's."""
+"""Dimensioned drawing of a round as SVG, quick enough to follow what is typed; numbers as in the report."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from burst_fenicsx.geometry.contour import Contour
     from burst_fenicsx.problem import Round
 
-__all__ = ["round_facts", "round_svg"]
+__all__ = ["PATTERNS", "round_facts", "round_svg"]
 
 _WIDTH, _HEIGHT = 640.0, 330.0  # of the picture, in its own units
 _SIDE, _HEAD, _FOOT = 40.0, 52.0, 96.0  # beside, above and below the round
@@ -48,7 +48,7 @@ def round_svg(item: Round, title: str) -> str:
     item : Round
         With a profile.
     title : str
-        What readers that do not see it are told.
+        For readers that do not see it.
     """
     profile = item.profile
     assert profile is not None
@@ -65,11 +65,11 @@ def round_svg(item: Round, title: str) -> str:
     height = middle + scale * profile.max_radius + _FOOT
     return (
         f'<svg class="drawing" viewBox="0 0 {_WIDTH:g} {height:.0f}" role="img" aria-label="{escape(title)}">'
-        f"{_PATTERNS}{''.join(parts)}</svg>"
+        f"{PATTERNS}{''.join(parts)}</svg>"
     )
 
 
-_PATTERNS = (
+PATTERNS = (
     '<defs><pattern id="hatch" width="6" height="6" patternUnits="userSpaceOnUse" patternTransform="rotate(45)">'
     '<rect width="6" height="6" fill="#d3d8de"/><path d="M0 0V6" stroke="#5d6670"/></pattern>'
     '<pattern id="dots" width="7" height="7" patternUnits="userSpaceOnUse"><rect width="7" height="7" fill="#f6ead2"/>'
@@ -87,9 +87,7 @@ def _contents(profile: Profile, left: float, middle: float, scale: float) -> Ite
     yield _area(profile.cavity, (profile.charge_front, profile.charge_end), left, middle, scale, "charge")
 
 
-def _area(
-    contour: Contour, between: tuple[float, float], left: float, middle: float, scale: float, kind: str
-) -> str:
+def _area(contour: Contour, between: tuple[float, float], left: float, middle: float, scale: float, kind: str) -> str:
     corners = [station for station in contour.stations if between[0] < station < between[1]]
     stations = np.unique([*np.linspace(*between, _SAMPLES), *corners])
     across, along = scale * contour.radius(stations), left + scale * stations

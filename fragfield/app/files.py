@@ -19,10 +19,26 @@ __all__ = ["add_files"]
 
 _SHUT_OFF = (
     "sandbox allow-scripts allow-popups allow-downloads allow-modals; default-src 'none'; img-src 'self' data: blob:; "
-    "style-src 'unsafe-inline'; script-src 'unsafe-inline' 'unsafe-eval' blob:; font-src data:; worker-src blob:; connect-src data: blob:"
+    "style-src 'unsafe-inline'; script-src 'unsafe-inline' 'unsafe-eval' blob:; font-src data:; worker-src blob:; "
+    "connect-src data: blob:"
 )
 """A page that a run wrote may show itself, but ask for nothing and reach no other page."""
-_OPEN = (".html", ".svg", ".png", ".pdf", ".json", ".csv", ".txt", ".log", ".toml", ".geojson", ".kml", ".xlsx", ".h5", ".xdmf")
+_OPEN = (
+    ".html",
+    ".svg",
+    ".png",
+    ".pdf",
+    ".json",
+    ".csv",
+    ".txt",
+    ".log",
+    ".toml",
+    ".geojson",
+    ".kml",
+    ".xlsx",
+    ".h5",
+    ".xdmf",
+)
 
 
 def add_files(app: FastAPI, session: Session) -> None:

@@ -164,7 +164,8 @@ def field_input(
         element = word_input(label, shown(value), options, take, free=bool(choices), placeholder=default)
     else:
         element = ui.input(label, value=shown(value), on_change=take, autocomplete=list(known.choices) or None)
-        element.props(f'stack-label autocapitalize=off spellcheck=false placeholder="{_quoted(default or _for_example(page, known))}"')
+        element.props("stack-label autocapitalize=off spellcheck=false")
+        element.props["placeholder"] = default or _for_example(page, known)
     element.props("outlined dense hide-hint")
     element.props["hint"] = known.help or None
     page.bind(path, element)
@@ -185,7 +186,10 @@ def word_input(
 
     def show_default() -> None:
         """What holds where nothing is chosen."""
-        element.props["display-value"] = None if element.value else placeholder or None
+        if element.value:
+            element.props.pop("display-value", None)
+        else:
+            element.props["display-value"] = placeholder
         element.update()
 
     if placeholder and not free:
@@ -195,10 +199,5 @@ def word_input(
 
 
 def _for_example(page: CasePage, known: Field) -> str:
-    words = [f'{word}' for word in known.choices]
-    example = known.example or ""
-    return page.texts("form.example", value=" / ".join([*words, example])) if words or example else ""
-
-
-def _quoted(text: str) -> str:
-    return text.replace("\\", "\\\\").replace('"', '\\"')
+    words = [*known.choices, *([known.example] if known.example else [])]
+    return page.texts("form.example", value=" / ".join(words)) if words else ""

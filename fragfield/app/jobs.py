@@ -1,8 +1,8 @@
 """Runs as processes of their own, one after the other; they go on when a page or the application is closed.
 
-A job is a file: what to do, who does it, how it ended. Each has a process (`python -m fragfield.app.detached FILE`) that
-waits until the jobs before it have ended, runs the commands of the command line one by one, and records the end. The
-application only writes and reads these files, so that nothing is lost with it.
+A job is a file: what to do, who does it, how it ended. Each has a process (`fragfield.app.detached`) that waits until
+the jobs before it have ended, runs the commands of the command line one by one, and records the end. The application
+only writes and reads these files, so that nothing is lost with it.
 """
 
 from __future__ import annotations

@@ -11,7 +11,8 @@ from nicegui import run, ui
 from fragfield.app.document import Fault, steps_of
 from fragfield.app.texts import LANGUAGES, texts_in
 from fragfield.case.messages import key_path
-from fragfield.errors import InputError
+from fragfield.errors import message_of
+from fragfield_base import errors
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -87,8 +88,8 @@ class CasePage:
         """Do something to the case; an InputError is shown, and False returned."""
         try:
             act()
-        except (InputError, OSError) as error:
-            ui.notify(str(error), type="negative", multi_line=True, timeout=8000)
+        except (errors.InputError, OSError) as error:
+            ui.notify(message_of(error), type="negative", multi_line=True, timeout=8000)
             return False
         if self.document is not None:
             self._own = self.document.version
@@ -124,7 +125,9 @@ class CasePage:
         with ui.element("header").classes("head"):
             with ui.element("div").classes("head-line"):
                 ui.link("fragfield", self.address("start")).classes("brand")
-                self._title = ui.label(case.name if case is not None else str(self.session.space.folder)).classes("case-name")
+                self._title = ui.label(case.name if case is not None else str(self.session.space.folder)).classes(
+                    "case-name"
+                )
                 if case is not None:
                     self._state = ui.label("").classes("state").props("role=status")
                     self._save = ui.button(texts("case.save"), on_click=self._save_case).props("dense no-caps id=save")
@@ -189,8 +192,8 @@ class CasePage:
         news = [] if first else [texts("case.twice")]
         if case.changed_on_disk:
             news.append(texts("case.changed_on_disk"))
-        if news != getattr(self, "_told", None):
-            self._told = news
+        if news != getattr(self, "_known", None):
+            self._known = news
             self._news.clear()
             with self._news:
                 for words in news:

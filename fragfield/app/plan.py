@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fragfield.app.drawing import PATTERNS
 from fragfield.report.figures.arrangement import outlines
 
 if TYPE_CHECKING:
@@ -30,7 +31,7 @@ def plan_svg(case: Case, vertical: int, title: str) -> str:
     vertical : int
         Axis that points upwards in the picture.
     title : str
-        What readers that do not see it are told.
+        For readers that do not see it.
     """
     bodies = list(outlines(case, vertical))
     if not bodies:
@@ -53,8 +54,9 @@ def plan_svg(case: Case, vertical: int, title: str) -> str:
     parts = []
     if ground is not None:
         y = at(np.array([low[0], ground]))[1]
-        parts.append(f'<path class="ground" d="M0 {y:.1f}H{_WIDTH:g}"/><text class="small start" x="4" y="{y + 12:.1f}">'
-                     f"{escape(f'z = {ground:g} m')}</text>")  # fmt: skip
+        words = escape(f"z = {ground:g} m")
+        parts.append(f'<path class="ground" d="M0 {y:.1f}H{_WIDTH:g}"/>')
+        parts.append(f'<text class="small start" x="4" y="{y + 12:.1f}">{words}</text>')
     initiated = {entry.name for entry in case.round if entry.ignition}
     for name, outline, image in bodies:
         corners = " ".join(f"{x:.1f},{y:.1f}" for x, y in map(at, outline))
@@ -66,12 +68,10 @@ def plan_svg(case: Case, vertical: int, title: str) -> str:
             parts.append(f'<text class="small halo" x="{x:.1f}" y="{y - 8:.1f}">{escape(name)}</text>')
     bar = _round_length(0.25 * _WIDTH / scale)
     foot = height + 16
-    parts.append(f'<path class="dimension" d="M10 {foot - 4:.1f}v8M10 {foot:.1f}h{scale * bar:.1f}m0 -4v8"/>'
-                 f'<text class="small start" x="{16 + scale * bar:.1f}" y="{foot + 4:.1f}">{bar:g} m</text>')  # fmt: skip
-    return (f'<svg viewBox="0 0 {_WIDTH:g} {height + 30:.0f}" role="img" aria-label="{escape(title)}">'
-            f'<defs><pattern id="hatch" width="6" height="6" patternUnits="userSpaceOnUse" patternTransform="rotate(45)">'
-            f'<rect width="6" height="6" fill="#d3d8de"/><path d="M0 0V6" stroke="#5d6670"/></pattern></defs>'
-            f"{''.join(parts)}</svg>")  # fmt: skip
+    parts.append(f'<path class="dimension" d="M10 {foot - 4:.1f}v8M10 {foot:.1f}h{scale * bar:.1f}m0 -4v8"/>')
+    parts.append(f'<text class="small start" x="{16 + scale * bar:.1f}" y="{foot + 4:.1f}">{bar:g} m</text>')
+    head = f'<svg viewBox="0 0 {_WIDTH:g} {height + 30:.0f}" role="img" aria-label="{escape(title)}">'
+    return f"{head}{PATTERNS}{''.join(parts)}</svg>"
 
 
 def _ground(case: Case) -> float:

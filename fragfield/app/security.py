@@ -111,7 +111,8 @@ def _closed(send: Send) -> Send:
         if message["type"] == "http.response.start":
             own = {name.lower() for name, _ in message["headers"]}
             more = ((b"content-security-policy", _POLICY.encode()), (b"x-content-type-options", b"nosniff"),
-                    (b"referrer-policy", b"no-referrer"), (b"cross-origin-resource-policy", b"same-origin"))  # fmt: skip
+                    (b"referrer-policy", b"no-referrer"),
+                    (b"cross-origin-resource-policy", b"same-origin"))  # fmt: skip
             message["headers"] = [*message["headers"], *(one for one in more if one[0] not in own)]
         await send(message)
 

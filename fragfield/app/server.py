@@ -2,36 +2,45 @@
 
 from __future__ import annotations
 
+import logging
 import secrets
 import socket
 import threading
 import webbrowser
-from importlib import resources
+from contextlib import suppress
+from importlib import import_module, resources
 from typing import TYPE_CHECKING
 from urllib.parse import quote, urlencode
 
 from fragfield.app.security import Guard
 from fragfield.app.session import Session
 from fragfield.app.workspace import Workspace
-from fragfield.errors import InputError
+from fragfield.errors import InputError, message_of
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from pathlib import Path
 
     from fastapi import FastAPI
 
 __all__ = ["serve"]
 
+_ANY = ("0.0.0.0", "::")
+_BROWSER, _WARM_UP = 0.3, 2.0  # s after the start
+
 
 def serve(
-    given: Path | None, *, host: str = "127.0.0.1", port: int = 0, browser: bool = True, language: str = ""
-) -> None:
+    given: Path | None, *, announce: Callable[[str], object], host: str = "127.0.0.1", port: int = 0,
+    browser: bool = True, language: str = "",
+) -> None:  # fmt: skip
     """Show the pages until the command is interrupted.
 
     Parameters
     ----------
     given : Path, optional
         A case file, a run directory or a folder; left out: the working folder.
+    announce : callable
+        Given the address, before the server starts.
     host, port : str, int
         Address to listen at; port 0: a free one. Another host than this machine's is for containers.
     browser : bool
@@ -49,26 +58,36 @@ def serve(
         import nicegui  # noqa: F401
         import uvicorn
     except ModuleNotFoundError as error:
-        raise InputError(
-            f"app: needs {error.name}, which is not installed: pip install 'fragfield[app]'"
-        ) from None
+        raise InputError(f"app: needs {error.name}, which is not installed: pip install 'fragfield[app]'") from None
     listener = _listening(host, port)
     port = listener.getsockname()[1]
     token = secrets.token_urlsafe(24)
     page = "result" if run else ("round" if case else "start")
     query = {key: value for key, value in (("case", case), ("run", run), ("token", token)) if value}
-    address = f"http://{'127.0.0.1' if host in ('0.0.0.0', '::') else host}:{port}/{page}?{urlencode(query, quote_via=quote)}"
+    shown = "127.0.0.1" if host in _ANY else f"[{host}]" if ":" in host else host
+    address = f"http://{shown}:{port}/{page}?{urlencode(query, quote_via=quote)}"
     app = application(Session(space, language), token=token, port=port, hosts=() if _is_local(host) else ("*",))
     config = uvicorn.Config(app, log_level="error", access_log=False, ws_max_size=1 << 24, lifespan="on")
-    print(f"fragfield app: {space.folder}\n{address}\nCtrl-C ends it; runs go on.", flush=True)  # noqa: T201 - the address is the result
+    announce(f"fragfield app: {space.folder}\n{address}\nCtrl-C ends it; runs go on.")
+    later = [threading.Timer(_WARM_UP, _warm_up)]
     if browser:
-        threading.Timer(0.3, webbrowser.open, (address,)).start()
+        later.append(threading.Timer(_BROWSER, webbrowser.open, (address,)))
+    for timer in later:
+        timer.daemon = True
+        timer.start()
     try:
-        uvicorn.Server(config).run(sockets=[listener])
-    except KeyboardInterrupt:
-        pass  # how it is ended
+        with suppress(KeyboardInterrupt):  # how it is ended
+            uvicorn.Server(config).run(sockets=[listener])
     finally:
         listener.close()
+
+
+def _warm_up() -> None:
+    """Load what checks a case, while the first page is read."""
+    import_module("fragfield.checking.check")
+    import_module("burst_fenicsx.symmetry")
+    import_module("burst_fenicsx.meshing")
+    import_module("fragfield.interface.results")
 
 
 def application(session: Session, *, token: str, port: int, hosts: tuple[str, ...] = ()) -> FastAPI:
@@ -89,8 +108,38 @@ def application(session: Session, *, token: str, port: int, hosts: tuple[str, ..
         app, title="fragfield", favicon="🛡", tailwind=False, show_welcome_message=False, reconnect_timeout=10.0,
         language="de" if session.language == "de" else "en-US",
     )  # fmt: skip
+    _keep_faults(session)
     app.add_middleware(Guard, token=token, port=port, hosts=hosts)
     return app
+
+
+def _keep_faults(session: Session) -> None:
+    """Write tracebacks of faults of the program into a log, and say on the page where they are."""
+    from nicegui import app as pages
+    from nicegui import ui
+
+    log = session.space.state("app.log")
+    handler = logging.FileHandler(log, encoding="utf-8", errors="backslashreplace", delay=True)
+    handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(name)s: %(message)s"))
+    for name in ("nicegui", "uvicorn.error", "asyncio"):
+        logger = logging.getLogger(name)
+        logger.addHandler(handler)
+        logger.propagate = False
+
+    def words(error: Exception) -> str:
+        return f"{message_of(error)}; please report it with {log}"
+
+    def on_page(error: Exception) -> None:
+        with ui.element("div").classes("content"):
+            ui.label(words(error)).classes("fault")
+            ui.link("fragfield", "/start")
+
+    def in_event(error: Exception) -> None:
+        with suppress(RuntimeError):  # without a page
+            ui.notify(words(error), type="negative", multi_line=True, timeout=0, close_button="×")
+
+    pages.on_page_exception(on_page)
+    pages.on_exception(in_event)
 
 
 def _is_local(host: str) -> bool:
@@ -102,6 +151,9 @@ def _listening(host: str, port: int) -> socket.socket:
         listener = socket.socket(socket.AF_INET6 if ":" in host else socket.AF_INET)
         listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         listener.bind((host, port))
+        listener.listen(128)  # a browser that is quicker than the server waits
     except (OSError, OverflowError) as error:
-        raise InputError(f"app: {host}:{port} cannot be listened at ({getattr(error, 'strerror', None) or error})") from None
+        raise InputError(
+            f"app: {host}:{port} cannot be listened at ({getattr(error, 'strerror', None) or error})"
+        ) from None
     return listener

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import xml.etree.ElementTree as ET
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -63,7 +64,7 @@ def _origin(case: CaseDocument) -> tuple[float, float]:
 
 
 def _here(case: CaseDocument, latitude: float, longitude: float) -> tuple[float, float] | None:
-    """x and y of a place on Earth (radians)."""
+    """X and y of a place on Earth (radians)."""
     site = site_in(case)
     if site is None:
         return None
@@ -146,7 +147,8 @@ def plan_of(case: CaseDocument, circles: Sequence[dict[str, Any]], background: d
             name = str(entry.get("name", f"{table} {index + 1}"))
             handles += [{"path": list(path), "at": list(at), "name": name, "table": table} for path, at in marks]
             shapes += _shape(table, entry, name, [at for _, at in marks])
-    for index, entry in enumerate(tables.get("round") if isinstance(tables.get("round"), list) else []):
+    rounds = tables.get("round")
+    for index, entry in enumerate(rounds if isinstance(rounds, list) else []):
         position = entry.get("position") if isinstance(entry, dict) else None
         place = _pair(position[:2]) if isinstance(position, list) and len(position) == 3 else (0.0, 0.0)
         if place is not None:
@@ -161,22 +163,26 @@ def plan_of(case: CaseDocument, circles: Sequence[dict[str, Any]], background: d
 def _shape(table: str, entry: dict[str, Any], name: str, marks: list[tuple[float, float]]) -> list[dict[str, Any]]:
     kind, points, closed = str(entry.get("kind", "person")), [list(at) for at in marks], False
     if table == "obstacle":
-        try:
+        with suppress(ValidationError):
             points, closed = outline_of(_OBSTACLES.validate_python(entry)).tolist(), True
-        except ValidationError:
-            pass
     elif kind == "building" and marks:
         length, width = (_value(entry.get(key), "m") for key in ("length", "width"))
         turn = _value(entry.get("azimuth", "0 deg"), "rad") or 0.0
         if length and width:
             along = 0.5 * length * np.array([math.cos(turn), math.sin(turn)])
             across = 0.5 * width * np.array([-math.sin(turn), math.cos(turn)])
-            points = (np.array(marks[0]) + np.array([along + across, across - along, -along - across, along - across])).tolist()
+            points = (
+                np.array(marks[0]) + np.array([along + across, across - along, -along - across, along - across])
+            ).tolist()
             closed = True
     elif kind == "area":
         closed = True
     width = (_value(entry.get("width", "6 m"), "m") or 6.0) if kind == "road" else 0.0
-    return [{"kind": table, "sort": kind, "name": name, "points": points, "closed": closed, "width": width}] if points else []
+    return (
+        [{"kind": table, "sort": kind, "name": name, "points": points, "closed": closed, "width": width}]
+        if points
+        else []
+    )
 
 
 def _terrain(case: CaseDocument, shapes: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
@@ -191,7 +197,10 @@ def _terrain(case: CaseDocument, shapes: Sequence[dict[str, Any]]) -> list[dict[
     seen = [Shape(one["kind"], "", np.array(one["points"])) for one in shapes]
     reach = np.array([[-150.0, -150.0], [150.0, 150.0]])
     lines = terrain_lines(ground, extent_of([*seen, Shape("round", "", reach)]))
-    return [{"kind": "terrain", "name": one.name, "points": np.round(one.points, 1).tolist(), "closed": False} for one in lines]
+    return [
+        {"kind": "terrain", "name": one.name, "points": np.round(one.points, 1).tolist(), "closed": False}
+        for one in lines
+    ]
 
 
 def exported(case: CaseDocument) -> str:
@@ -206,14 +215,18 @@ def exported(case: CaseDocument) -> str:
         if one.get("closed") and len(ring) > 2:
             geometry: dict[str, Any] = {"type": "Polygon", "coordinates": [[*ring, ring[0]]]}
         else:
-            geometry = {"type": "Point", "coordinates": ring[0]} if len(ring) == 1 else {"type": "LineString", "coordinates": ring}
+            geometry = (
+                {"type": "Point", "coordinates": ring[0]}
+                if len(ring) == 1
+                else {"type": "LineString", "coordinates": ring}
+            )
         properties = {"name": one["name"], "table": one["kind"], "kind": one.get("sort", "")}
         features.append({"type": "Feature", "geometry": geometry, "properties": properties})
     return json.dumps({"type": "FeatureCollection", "features": features}, indent=1)
 
 
 def imported(name: str, data: bytes) -> list[dict[str, Any]]:
-    """Exposed places of a GeoJSON or KML file: points are persons, lines roads, polygons areas.
+    """Exposed sites of a GeoJSON or KML file: points are persons, lines roads, polygons areas.
 
     Raises
     ------

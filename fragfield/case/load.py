@@ -19,7 +19,7 @@ from fragfield.case.conversion.axisymmetry import check_geometry
 from fragfield.case.conversion.casing_data import with_casing_data
 from fragfield.case.conversion.exposed_sites import resolved_exposed
 from fragfield.case.conversion.fragment_counts import check_counts, with_counts
-from fragfield.case.conversion.placing import base_faults, on_base
+from fragfield.case.conversion.placing import base_faults, masses_of, on_base
 from fragfield.case.conversion.stack import expanded, stacked_names
 from fragfield.case.conversion.surroundings import altitude_of, site_of
 from fragfield.case.conversion.turned import origin_faults
@@ -35,9 +35,11 @@ from fragfield.case.tables.round import (
 )
 from fragfield.case.tables.site import PlacesTable
 from fragfield.case.tables.stack import resolved_plane
+from fragfield.contours.read import casing_volume, profile_of_contour
 from fragfield.errors import InputError
 from fragfield.files.stamped import MOST_CASE
 from fragfield.terminal.visible_text import hidden_in, visible
+from fragfield_base.paths import absolute
 from fragfield_base.reading import read_text
 
 if TYPE_CHECKING:
@@ -110,7 +112,7 @@ def _with_places(document: Mapping[str, Any], case: Case, source: str, folder: P
     table = PlacesTable(file=places) if isinstance(places, str) else places
     assert table is not None
     try:
-        made, notes = tables_of_places(table, folder / table.file, site, case.flight.origin)
+        made, notes = tables_of_places(table, absolute(table.file, InputError, folder), site, case.flight.origin)
     except InputError as fault:
         raise InputError(f"{source}: site.places: {fault}") from None
     for note in notes:
@@ -149,7 +151,7 @@ def _resolved(case: Case, source: str, folder: Path) -> Case:
     for number, entry in enumerate(case.round, start=1):
         key = f"round[{number}]"
         rounds.append(_resolved_round(entry, source, key, folder))
-    case = _with_altitude(_with_files(case, folder), source)
+    case = _with_altitude(_with_files(case, source, folder), source)
     rounds = [_with_location(partial(on_base, entry, case), source) for entry in rounds]
     rounds = _with_location(partial(expanded, case.model_copy(update={"round": rounds})), source)
     planes = [resolved_plane(entry) for entry in case.plane]
@@ -167,17 +169,18 @@ def _casings(case: Case, folder: Path) -> list[Substance]:
     """Casings that rounds name, with all that their files hold."""
     from burst_fenicsx.materials.library import load_substance
 
-    names = dict.fromkeys(_located(entry.casing, folder) for entry in case.round if isinstance(entry.casing, str))
+    named = [entry.casing for entry in case.round if isinstance(entry.casing, str)]
+    names = dict.fromkeys(_located(name, "casing", folder) for name in named)
     return [found for name in names if (found := load_substance("casing", name)) is not None]
 
 
-def _with_files(case: Case, folder: Path) -> Case:
+def _with_files(case: Case, source: str, folder: Path) -> Case:
     """The case with the files of its flight as absolute paths."""
     flight: dict[str, Any] = {}
     if isinstance(case.flight.drag, str) and case.flight.drag.lower().endswith(".csv"):
-        flight["drag"] = str((folder / case.flight.drag).resolve())
+        flight["drag"] = _file(case.flight.drag, f"{source}: flight.drag", folder)
     if case.flight.ground.map is not None:
-        place = str((folder / case.flight.ground.map).resolve())
+        place = _file(case.flight.ground.map, f"{source}: flight.ground.map", folder)
         flight["ground"] = case.flight.ground.model_copy(update={"map": place})
     return case.model_copy(update={"flight": case.flight.model_copy(update=flight)}) if flight else case
 
@@ -202,7 +205,7 @@ def _resolved_round(entry: RoundTable, source: str, key: str, folder: Path) -> R
         if isinstance(value, str)
     }
     if entry.mesh is not None:
-        changes["mesh"] = str((folder / entry.mesh).resolve())
+        changes["mesh"] = _file(entry.mesh, f"{source}: {key}.mesh", folder)
         if not Path(changes["mesh"]).is_file():
             raise InputError(f"{source}: {key}.mesh: no such file {changes['mesh']}")
         changes["ignition"] = []
@@ -210,7 +213,10 @@ def _resolved_round(entry: RoundTable, source: str, key: str, folder: Path) -> R
     else:
         where, given = f"{source}: {key}.profile", entry.profile
         if entry.contour is not None:
-            where, given = f"{source}: {key}.contour", _contour(entry.contour, f"{source}: {key}.contour", folder)
+            where = f"{source}: {key}.contour"
+            given, unit = _contour(entry.contour, where, folder)
+            casing = changes.get("casing", entry.casing)
+            _raise(where, list(unit_faults(entry, casing.density * casing_volume(given), unit)))
             changes["contour"] = None
         changes["profile"], profile = _profile(given, where, folder)
         front, end = profile.charge_front, profile.charge_end
@@ -223,9 +229,13 @@ def _resolved_round(entry: RoundTable, source: str, key: str, folder: Path) -> R
                 f"allowed: {front * 1e3:.6g} mm to {end * 1e3:.6g} mm from the nose end"
             )
     made = entry.model_copy(update=changes)
-    if entry.profile is None:
-        name = "mesh" if entry.mesh is not None else "contour"
-        _raise(f"{source}: {key}.{name}", list(unit_faults(entry, made)))
+    if entry.mesh is not None:
+        from burst_fenicsx.data import LENGTH_UNITS
+
+        _raise(
+            f"{source}: {key}.mesh",
+            list(unit_faults(entry, masses_of(made).casing, LENGTH_UNITS[made.mesh_unit or "m"])),
+        )
     return made
 
 
@@ -233,7 +243,7 @@ def named_material(kind: str, name: str, *, where: str, folder: Path) -> Materia
     """Table of an "explosive" or a "casing" of the library or of a user's file; raises InputError for another name."""
     from burst_fenicsx.materials.library import load_casing, load_explosive
 
-    located = _located(name, folder)
+    located = _located(name, where, folder)
     if kind == "explosive":
         return _as_table(_with_location(partial(load_explosive, located), where), ExplosiveTable)
     return _as_table(_with_location(partial(load_casing, located), where), CasingTable)
@@ -254,9 +264,18 @@ def _charge_of_mesh(entry: RoundTable, where: str) -> tuple[float, float]:
     return float(stations.min()), float(stations.max())
 
 
-def _located(name: str, folder: Path) -> str:
+def _located(name: str, where: str, folder: Path) -> str:
     """A built-in name as it is, a file's name relative to the case's folder."""
-    return str(folder / name) if name.partition("#")[0].endswith(".toml") else name
+    file, sign, part = name.partition("#")
+    return f"{_file(file, where, folder)}{sign}{part}" if file.lower().endswith(".toml") else name
+
+
+def _file(name: str, where: str, folder: Path) -> str:
+    """Absolute path of a file that a case names, relative to the case's folder; the only rule for all of them."""
+    try:
+        return str(absolute(name, InputError, folder).resolve())
+    except InputError as error:
+        raise InputError(f"{where}: {error}") from None
 
 
 def _with_location(load: Callable[[], Loaded], where: str = "") -> Loaded:
@@ -288,18 +307,17 @@ def _profile(value: str | dict[str, Any] | None, where: str, folder: Path) -> tu
     if isinstance(value, dict):
         return value, _with_location(partial(profile_from_table, value, where=where))
     assert value is not None  # checked before: a round has a profile or a mesh
-    profile = _with_location(partial(load_profile, _located(value, folder)), where)
-    file = folder / value if value.endswith(".toml") else PROFILES / f"{value}.toml"
+    located = _located(value, where, folder)
+    profile = _with_location(partial(load_profile, located), where)
+    file = Path(located) if value.lower().endswith(".toml") else PROFILES / f"{value}.toml"
     return {"name": profile.name, **read_document(file)}, profile
 
 
-def _contour(value: str | ContourTable, where: str, folder: Path) -> dict[str, Any]:
-    """Tables of a profile from a drawing or a table of diameters."""
-    from fragfield.contours.read import profile_of_contour
-
+def _contour(value: str | ContourTable, where: str, folder: Path) -> tuple[dict[str, Any], float]:
+    """Tables of a profile from a drawing or a table of diameters, and the unit of its file (m)."""
     table = ContourTable(file=value) if isinstance(value, str) else value
     try:
-        return profile_of_contour(table, folder / table.file)
+        return profile_of_contour(table, absolute(table.file, InputError, folder))
     except InputError as fault:
         raise InputError(f"{where}: {fault}") from None
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import islice
 from typing import TYPE_CHECKING, Any, get_args
 
 from pydantic import BaseModel, Tag
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
 __all__ = ["explain", "join_faults", "key_path", "marks_of", "tables_in"]
 
 _MOST_FAULTS = 12
+_MOST_EXPLAINED = 100  # to look for the nearest name takes a millisecond
 _KINDS = {
     "float_type": "a number without unit",
     "finite_number": "a finite number",
@@ -51,11 +53,14 @@ def key_path(location: Sequence[int | str]) -> str:
 
 
 def explain(error: ValidationError, model: type[BaseModel]) -> list[str]:
-    """One line per fault, `key: found ...; allowed: ...`, in the order of the schema."""
+    """One line per fault, `key: found ...; allowed: ...`, in the order of the schema; after many the key alone."""
     faults = error.errors(include_url=False)
-    meant = {_meant(fault["loc"], model) for fault in faults if fault["type"] == "extra_forbidden"}
+    beside = {fault["loc"][:-1] for fault in faults if fault["type"] == "missing"}
+    unknown = (one["loc"] for one in faults if one["type"] == "extra_forbidden" and one["loc"][:-1] in beside)
+    meant = {_meant(location, model) for location in islice(unknown, _MOST_EXPLAINED)}
     shown = [fault for fault in faults if not (fault["type"] == "missing" and fault["loc"] in meant)]
-    return [f"{key_path(fault['loc'])}: {_text(fault, model)}" for fault in shown]
+    explained = [f"{key_path(fault['loc'])}: {_text(fault, model)}" for fault in shown[:_MOST_EXPLAINED]]
+    return explained + [key_path(fault["loc"]) for fault in shown[_MOST_EXPLAINED:]]
 
 
 def _meant(location: tuple[int | str, ...], model: type[BaseModel]) -> tuple[int | str, ...]:

@@ -19,7 +19,7 @@ from fragfield.case.tables.stack import StackTable
 from fragfield.case.write import toml_value
 from fragfield.errors import InputError, nearest
 from fragfield_base.inputs import NumberOrWord, Quantity, Vector
-from fragfield_base.names import substance_key
+from fragfield_base.substances import substance_key
 from fragfield_base.writing import write_text
 
 if TYPE_CHECKING:
@@ -74,7 +74,7 @@ def write_new_case(
     InputError
         A name is unknown, or there is such a file, or it cannot be written.
     """
-    path = path if path.suffix == ".toml" else path.with_name(f"{path.name}.toml")
+    path = path if path.suffix.lower() == ".toml" else path.with_name(f"{path.name}.toml")
     if path.exists() or path.is_symlink():
         raise InputError(f"{path}: is there already; nothing was written, choose another name")
     chosen = _chosen(profile, explosive, casing, stack, lying=lying)

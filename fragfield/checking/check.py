@@ -22,6 +22,7 @@ from fragfield.case.conversion.stages import break_up_settings, burst_settings
 from fragfield.case.tables.flight import CylinderTable
 from fragfield.checking.cost import expected_cost
 from fragfield.checking.substances import substances_of, waiting_on_estimates, yield_stress
+from fragfield.contours.read import is_of_file
 from fragfield.hazard.arrangement import arrangement, arrangement_warnings, with_images
 from fragfield.hazard.contents import contents_of
 from fragfield.hazard.prescribed import official_part
@@ -31,7 +32,7 @@ from fragfield.pipeline.attitudes import attitudes_of
 from transition.law.mean_mass import gurney_coefficient, gurney_speed
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
     from pathlib import Path
 
     from numpy.typing import NDArray
@@ -40,6 +41,7 @@ if TYPE_CHECKING:
     from burst_fenicsx.meshing.mesh import CellMesh
     from burst_fenicsx.problem import BurstSettings, Explosive, Mirror, Round
     from fragfield.case import Case
+    from fragfield.case.tables.round import RoundTable
 
 
 __all__ = ["check_report", "fragments_report", "witness_warnings"]
@@ -83,7 +85,10 @@ def check_report(case: Case) -> dict[str, Any]:
             meshed[key], qualities[key] = _meshed(rounds[index], settings, cuts)
             descriptions.setdefault(first[index], _round(rounds[index], settings, meshed[key], 1 << len(cuts)))
     of_round = [computed[source] for source in part.source.tolist()]
-    described = [{**descriptions[key], "name": entry.name} for (key, _), entry in zip(of_round, rounds, strict=True)]
+    described = [
+        {**descriptions[key], **_of_drawing(table, descriptions[key]), "name": table.name}
+        for (key, _), table in zip(of_round, case.round, strict=True)
+    ]
     cells = sum(qualities[key].cells for key in computed)
     expected = expected_cost(settings, rounds, described, [meshed[key] for key in of_round], computed_cells=cells)
     if is_mixed(case):
@@ -110,6 +115,19 @@ def check_report(case: Case) -> dict[str, Any]:
         ],
         **_prescribed(case, described),
     }
+
+
+def _of_drawing(table: RoundTable, found: Mapping[str, Any]) -> dict[str, Any]:
+    """How the contour of a round was read from a file, and the masses of its drawing with what ours differ by."""
+    made: dict[str, Any] = {}
+    if isinstance(table.profile, dict) and is_of_file(table.profile):
+        made["contour"] = {"source": table.profile["source"], "notes": table.profile.get("notes", "")}
+    if table.expected is not None:
+        masses = {key: getattr(table.expected, key) for key in ("casing", "charge")}
+        made["drawing"] = {
+            key: {"mass": mass, "deviation": found[f"{key}_mass"] / mass - 1.0} for key, mass in masses.items() if mass
+        }
+    return made
 
 
 def _prescribed(case: Case, described: Sequence[dict[str, Any]]) -> dict[str, Any]:

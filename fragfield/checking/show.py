@@ -15,7 +15,7 @@ from fragfield.hazard.contents import quantity_words
 from fragfield.hazard.prescribed import USES, official_note
 from fragfield.terminal.progress import duration
 from fragfield.terminal.show import OFFICIAL_LABELS, number_text, plain_console, stripped
-from fragfield_base.names import substance_title
+from fragfield_base.substances import substance_title
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -75,6 +75,10 @@ def _print_found(console: Console, found: Mapping[str, Any]) -> None:
 def _print_burst(console: Console, found: Mapping[str, Any]) -> None:
     for names, entry in _alike(found["rounds"]):
         console.print(_round_table(_listed(names), entry))
+        if contour := entry.get("contour"):
+            console.print(f"contour: {contour['source']}", markup=False)
+            for note in filter(None, contour["notes"].split("; ")):
+                console.print(f"  note: {note}", markup=False)
         if entry.get("segments"):
             console.print(_segment_table(entry["segments"]))
         for kind in ("explosive", "casing"):
@@ -257,6 +261,9 @@ def _round_table(title: str, entry: Mapping[str, Any]) -> Table:
     for label, key, factor, unit in _ROUND_ROWS:
         if key in entry:
             table.add_row(label, number_text(entry[key], factor), unit)
+    for key, known in entry.get("drawing", {}).items():
+        table.add_row(f"{key} mass of the drawing", number_text(known["mass"], 1.0), "kg")
+        table.add_row(f"{key} mass, contours against drawing", f"{round(known['deviation'] * 100, 2) + 0.0:+.2f}", "%")
     for key, error in entry["mass_error_of_mesh"].items():
         table.add_row(f"{key.replace('_', ' ')}, mesh against exact", f"{error * 100:+.3f}", "%")
     for volume, speed in entry.get("effective_gurney_constant", {}).items():

@@ -9,14 +9,14 @@ from fragfield_base.substances import graded, substance, substance_names
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from burst_fenicsx.problem import CasingMaterial, Round
+    from burst_fenicsx.problem import CasingMaterial, Explosive, Round
 
 __all__ = ["substances_of", "waiting_on_estimates", "yield_stress"]
 
 
 def substances_of(entry: Round) -> dict[str, dict[str, str]]:
     """Name of a round's explosive and casing, with the grades of their values; of the user's own values none."""
-    materials = {"explosive": entry.explosive, "casing": entry.casing}
+    materials: dict[str, CasingMaterial | Explosive] = {"explosive": entry.explosive, "casing": entry.casing}
     return {kind: {"name": one.name, "grades": graded(one.source)} for kind, one in materials.items()}
 
 

@@ -10,13 +10,13 @@ import signal
 import sys
 from contextlib import suppress
 
-from fragfield.cli import computing, looking, studies, tables
+from fragfield.cli import computing, drawings, looking, studies, tables
 from fragfield.cli.application import app
 from fragfield.cli.streams import finish_messages, prepare_process, silence
 from fragfield.errors import EXIT_INPUT, EXIT_INTERRUPTED, InputError, exit_code_of, interrupt, interrupt_again
 from fragfield_base.interruption import SIGNALS
 
-__all__ = ["app", "computing", "looking", "main", "studies", "tables"]
+__all__ = ["app", "computing", "drawings", "looking", "main", "studies", "tables"]
 
 
 def main() -> None:

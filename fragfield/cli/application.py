@@ -102,7 +102,12 @@ Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress and no w
 Json = Annotated[bool, typer.Option("--json", help="One JSON object on stdout, and nothing else.")]
 ProgressFile = Annotated[
     Path | None,
-    typer.Option("--progress-file", metavar="FILE", help="Keep the progress there as JSON, for another program."),
+    typer.Option(
+        "--progress-file",
+        parser=file_path,
+        metavar="FILE",
+        help="Keep the progress there as JSON, for another program.",
+    ),
 ]
 Profile = Annotated[
     bool, typer.Option("--profile", help="Time the parts of the burst; a table here and in the report's annex.")

@@ -10,8 +10,9 @@ import typer
 import fragfield
 from fragfield.cli.application import CaseOrRun, Html, Json, Quiet, Window, app, file_path
 from fragfield.cli.guard import give, guarded, print_paths
+from fragfield.cli.streams import to_stdout
 from fragfield.errors import InputError
-from fragfield_base.paths import absolute
+from fragfield_base.paths import absolute, start_folder
 
 __all__ = ["compare", "info", "new", "open_pages", "view"]
 
@@ -52,7 +53,9 @@ def info(
 def new(
     name: Annotated[Path, typer.Argument(parser=file_path, metavar="NAME", help="The file to write: NAME.toml.")],
     round_: Annotated[str, typer.Option("--round", metavar="PROFILE", help="Built-in contour of the round.")] = "m107",
-    explosive: Annotated[str, typer.Option("--explosive", metavar="NAME", help="Built-in explosive, by any of its names.")] = "tnt",
+    explosive: Annotated[
+        str, typer.Option("--explosive", metavar="NAME", help="Built-in explosive, by any of its names.")
+    ] = "tnt",
     casing: Annotated[
         str | None, typer.Option("--casing", metavar="NAME", help="Built-in casing material; default: the round's.")
     ] = None,
@@ -111,7 +114,10 @@ def compare(
 @app.command("app")
 def open_pages(
     case: Annotated[
-        Path | None, typer.Argument(metavar="[CASE | RUN]", help="A case file, a run, or a folder; default: this one.")
+        Path | None,
+        typer.Argument(
+            parser=file_path, metavar="[CASE | RUN]", help="A case file, a run, or a folder; default: this one."
+        ),
     ] = None,
     port: Annotated[int, typer.Option("--port", min=0, max=65535, metavar="N", help="Default: a free one.")] = 0,
     host: Annotated[
@@ -124,4 +130,11 @@ def open_pages(
     with guarded(json=False, quiet=False):
         from fragfield.app.server import serve
 
-        serve(case, host=host, port=port, browser=browser, language=language)
+        start = case or start_folder(InputError)
+        serve(start, announce=_announce, host=host, port=port, browser=browser, language=language)
+
+
+def _announce(words: str) -> None:
+    """Print the address at once: the command goes on."""
+    with to_stdout():
+        typer.echo(words)

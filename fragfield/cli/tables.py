@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 import fragfield
-from fragfield.cli.application import Json, Quiet, app
+from fragfield.cli.application import Json, Quiet, app, file_path
 from fragfield.cli.guard import give, guarded, print_paths
 
 if TYPE_CHECKING:
@@ -19,7 +19,10 @@ __all__ = ["import_", "tables"]
 
 @app.command(name="import")
 def import_(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="Table of a test: CSV in any dialect, XLSX, ODS.")],
+    file: Annotated[
+        Path,
+        typer.Argument(parser=file_path, metavar="FILE", help="Table of a test: CSV in any dialect, XLSX, ODS."),
+    ],
     kind: Annotated[
         str | None,
         typer.Option(
@@ -28,7 +31,9 @@ def import_(
     ] = None,
     out: Annotated[
         Path | None,
-        typer.Option("--out", metavar="FILE", help="File for the case; default: show only what was found."),
+        typer.Option(
+            "--out", parser=file_path, metavar="FILE", help="File for the case; default: show only what was found."
+        ),
     ] = None,
     column: Annotated[
         list[str] | None,
@@ -67,11 +72,11 @@ def import_(
         typer.Option("--rows", metavar="LINES", help="Lines of the table with its names: 3:18 or 3:18,22:30."),
     ] = None,
     rounds: Annotated[
-        float,
+        float | None,
         typer.Option(
             "--rounds", metavar="N", help="Rounds that the numbers are of together; 0.25: a quarter of the azimuth."
         ),
-    ] = 1.0,
+    ] = None,
     zone_width: Annotated[
         float,
         typer.Option("--zone-width", metavar="DEGREES", help="Of the zones that single pieces are put into."),
@@ -87,7 +92,7 @@ def import_(
     empty_zones: Annotated[bool, typer.Option("--empty-zones", help="Zones without a row hold no fragment.")] = False,
     case: Annotated[
         Path | None,
-        typer.Option("--case", metavar="CASE", help="Compare the mass with the casing of this case."),
+        typer.Option("--case", parser=file_path, metavar="CASE", help="Compare the mass with the casing of this case."),
     ] = None,
     casing_mass: Annotated[
         str | None,
@@ -134,10 +139,12 @@ def _show(found: dict[str, Any]) -> None:
 
 @app.command()
 def tables(
-    run: Annotated[Path, typer.Argument(metavar="RUN", help="The directory of a run.")],
+    run: Annotated[Path, typer.Argument(parser=file_path, metavar="RUN", help="The directory of a run.")],
     out: Annotated[
         Path | None,
-        typer.Option("--out", metavar="FILE", help="Workbook to write (.xlsx); default: NAME_tables.xlsx here."),
+        typer.Option(
+            "--out", parser=file_path, metavar="FILE", help="Workbook to write (.xlsx); default: NAME_tables.xlsx here."
+        ),
     ] = None,
     quiet: Quiet = False,
     json: Json = False,
@@ -145,5 +152,5 @@ def tables(
     """Write all tables of a run into one workbook, the first sheet of which says what they are."""
     with guarded(json=json, quiet=quiet):
         found = fragfield.open(run)
-        written = found.write_tables(out or Path(f"{found.path.resolve().name}_tables.xlsx"))
+        written = found.write_tables(out or f"{found.path.resolve().name}_tables.xlsx")
         give({"workbook": [str(written)]}, json=json, show=print_paths)

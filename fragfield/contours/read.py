@@ -14,21 +14,23 @@ from fragfield.errors import InputError
 from fragfield_base.reading import read_bytes
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
     from pathlib import Path
 
     from fragfield.case.tables.round import ContourTable
     from fragfield.contours.pieces import Pieces
 
-__all__ = ["KINDS", "profile_of_contour"]
+__all__ = ["KINDS", "casing_volume", "is_of_file", "profile_of_contour"]
 
-KINDS = (".dxf", ".svg", ".csv", ".tsv", ".txt")
+KINDS = (".dxf", ".svg", ".csv", ".tsv", ".txt", ".xlsx", ".ods")
 """Endings of the files that are read."""
+_MARK = "(SHA-256 "
 _DIGITS = 6  # of a millimetre
 _MOST_POINTS = 2000
 
 
-def profile_of_contour(table: ContourTable, path: Path) -> dict[str, Any]:
-    """The profile's tables, in millimetres, of a contour file.
+def profile_of_contour(table: ContourTable, path: Path) -> tuple[dict[str, Any], float]:
+    """The profile's tables, in millimetres, of a contour file, and the unit of its numbers (m).
 
     Parameters
     ----------
@@ -47,11 +49,14 @@ def profile_of_contour(table: ContourTable, path: Path) -> dict[str, Any]:
         raise InputError(f"{path}: found a file that ends in {kind or 'nothing'}; allowed: {', '.join(KINDS)}")
     digest = hashlib.sha256(read_bytes(path, InputError)).hexdigest()[:16]
     if kind in (".dxf", ".svg"):
-        section, words = _of_drawing(table, path)
+        section, words, unit = _of_drawing(table, path)
     else:
         from fragfield.contours.table import section_of_table
 
-        section, words = section_of_table(table, path)
+        section, words, unit = section_of_table(table, path)
+    length = float(section.outer.stations[-1])
+    if not 1e-3 <= length <= 20.0:
+        raise InputError(f"{path}: the round is {length:.4g} m long; allowed: 1 mm to 20 m; give its unit")
     outer, cavity = _points(path, section.outer, "outer contour"), _points(path, section.cavity, "cavity")
     shift = outer["points"][0][0]
     if shift:  # rounding alone
@@ -59,11 +64,15 @@ def profile_of_contour(table: ContourTable, path: Path) -> dict[str, Any]:
     made: dict[str, Any] = {
         "name": path.stem,
         "unit": "mm",
-        "source": f"{path.name} (SHA-256 {digest}...): {'; '.join(words)}",
+        "source": f"{path.name} {_MARK}{digest}...): {'; '.join(words)}",
         "notes": "; ".join(section.notes),
         "outer": outer,
         "cavity": cavity,
     }
+    if table.charge_front is None and cavity["points"][0][0] == 0.0:
+        made["notes"] = "; ".join(
+            [*section.notes, "the charge fills the cavity up to the open nose: give charge_front"]
+        )
     front = cavity["points"][0][0] if table.charge_front is None else round(1e3 * table.charge_front, _DIGITS)
     made["charge"] = {"front": front}
     if isinstance(table.fuze, str):
@@ -72,15 +81,30 @@ def profile_of_contour(table: ContourTable, path: Path) -> dict[str, Any]:
         made["fuze"] = {"fill": "inert", "mass": table.fuze}
     if not made["notes"]:
         del made["notes"]
-    return made
+    return made, unit
 
 
-def _of_drawing(table: ContourTable, path: Path) -> tuple[Section, list[str]]:
+def casing_volume(profile: Mapping[str, Any]) -> float:
+    """Volume of the casing (m3) of a profile's tables of `profile_of_contour`."""
+    from burst_fenicsx.geometry import Contour
+
+    outer, cavity = (
+        Contour.from_points(profile[key]["points"], profile[key].get("arcs", ()), key) for key in ("outer", "cavity")
+    )
+    return 1e-9 * (outer.volume() - cavity.volume())  # of mm3
+
+
+def is_of_file(profile: Mapping[str, Any]) -> bool:
+    """Whether a profile's tables are from a file that was read here."""
+    return _MARK in str(profile.get("source", ""))
+
+
+def _of_drawing(table: ContourTable, path: Path) -> tuple[Section, list[str], float]:
     from fragfield.contours.dxf import read_dxf
     from fragfield.contours.svg import read_svg
 
     read = read_dxf if path.suffix.casefold() == ".dxf" else read_svg
-    sheet = read(path, unit=table.unit, layers=table.layers, tolerance=table.tolerance)
+    sheet = read(path, unit=table.unit_length, layers=table.layers, tolerance=table.tolerance)
     near = table.gap
     extent = float(np.ptp(sheet.points, axis=0).max())
     if not 1e-3 <= extent <= 20.0:
@@ -113,7 +137,7 @@ def _of_drawing(table: ContourTable, path: Path) -> tuple[Section, list[str]]:
     ]
     if sheet.ignored:
         section.notes.append(f"no contour: {counted(sheet.ignored)}")
-    return section, words
+    return section, words, sheet.unit
 
 
 def _points(path: Path, pieces: Pieces, name: str) -> dict[str, Any]:

@@ -11,7 +11,10 @@ import numpy as np
 from fragfield.contours.pieces import fitted
 from fragfield.contours.section import Section, with_cones
 from fragfield.errors import InputError
-from fragfield_base.reading import read_text
+from fragfield.importing.numbers import NotANumberError, Numbers, decimal_of
+from fragfield.importing.sheet import QuestionError
+from fragfield.importing.text_file import read_text_file
+from fragfield.importing.workbook import is_workbook, read_workbook
 from fragfield_base.units import UnitError, read_measure
 
 if TYPE_CHECKING:
@@ -21,6 +24,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fragfield.case.tables.round import ContourTable
+    from fragfield.importing.sheet import Cell, Row
 
     Array = NDArray[np.float64]
 
@@ -35,7 +39,6 @@ _BASE = re.compile(r"base|boden|heck|rear|tail")
 _NOSE = re.compile(r"nose|spitze|bug|front|tip")
 _UNIT = re.compile(r"[\[(]\s*([a-zA-Zµ.\"']+)\s*[\])]\s*$|[_ ](mm|cm|m|in|inch|inches|ft)$")
 _NARROW = 0.8  # of the other end's radius: then it is the nose
-_MOST_BYTES = 1 << 24
 
 
 class _Column(NamedTuple):
@@ -44,8 +47,8 @@ class _Column(NamedTuple):
     factor: float  # of its numbers, to metres; to radii where they are diameters
 
 
-def section_of_table(table: ContourTable, path: Path) -> tuple[Section, list[str]]:
-    """Outer contour and cavity of a table, and how it was read, in words.
+def section_of_table(table: ContourTable, path: Path) -> tuple[Section, list[str], float]:
+    """Outer contour and cavity of a table, how it was read, in words, and the unit of its stations (m).
 
     Parameters
     ----------
@@ -58,13 +61,13 @@ def section_of_table(table: ContourTable, path: Path) -> tuple[Section, list[str
     Raises
     ------
     InputError
-        Columns that are missing or do not say what they are, a cell that is no number, stations that do not rise or
+        Columns that are missing or do not say what they are, a cell that is not a number, stations that do not rise or
         fall throughout, ends that do not say which is the nose.
     """
-    names, rows = _rows(path)
+    names, rows, numbers, concluded = _rows(path)
     columns = {column.what: (number, column) for number, column in _columns(path, names, table)}
     values = {
-        what: np.array([_number(path, line, names[number], cells[number]) for line, cells in rows]) * column.factor
+        what: np.array([_number(path, row, names[number], number, numbers) for row in rows]) * column.factor
         for what, (number, column) in columns.items()
     }
     station, outer, inner = values["station"], values["outer"], values["inner"]
@@ -72,7 +75,7 @@ def section_of_table(table: ContourTable, path: Path) -> tuple[Section, list[str
     if not ((ways >= 0.0).all() or (ways <= 0.0).all()):
         turn = int(np.flatnonzero(ways != (1.0 if ways.sum() > 0.0 else -1.0))[0])
         raise InputError(
-            f"{path}: line {rows[turn + 1][0]}: the station turns back; allowed: stations that rise or fall throughout"
+            f"{path}: line {rows[turn + 1].line}: the station turns back; allowed: stations that rise, or that fall"
         )
     if ways.sum() < 0.0:
         station, outer, inner = station[::-1], outer[::-1], inner[::-1]
@@ -94,7 +97,7 @@ def section_of_table(table: ContourTable, path: Path) -> tuple[Section, list[str
         parts = with_cones([np.array(pair) for pair in pairwise(line)], table.tolerance)
         contours.append(fitted(parts, table.tolerance))
     read = "; ".join(f'"{column.name}" {_words(column)}' for _, column in columns.values())
-    return Section(contours[0], contours[1], []), [read, words]
+    return Section(contours[0], contours[1], concluded), [read, words], columns["station"][1].factor
 
 
 def _words(column: _Column) -> str:
@@ -114,24 +117,24 @@ def _hollow(radius: Array) -> NDArray[np.bool_]:
     return kept
 
 
-def _rows(path: Path) -> tuple[list[str], list[tuple[int, list[str]]]]:
-    """Column names, and lines with their cells."""
-    lines = [
-        (number, line)
-        for number, line in enumerate(read_text(path, InputError, most=_MOST_BYTES).splitlines(), start=1)
-        if line.strip() and not line.startswith("#")
-    ]
-    if len(lines) < 3:
-        raise InputError(f"{path}: found {len(lines)} lines; needed: a line of column names and two rows or more")
-    mark = next((mark for mark in (";", "\t", ",") if mark in lines[0][1]), ",")
-    rows = [(number, [cell.strip() for cell in line.split(mark)]) for number, line in lines]
-    names = rows[0][1]
-    for number, cells in rows[1:]:
-        if len(cells) != len(names):
-            raise InputError(
-                f"{path}: line {number} has {len(cells)} cells, and there are {len(names)} columns: {', '.join(names)}"
-            )
-    return names, rows[1:]
+def _rows(path: Path) -> tuple[list[str], list[Row], Numbers, list[str]]:
+    """Column names, lines with their cells, how their numbers are read, and what was concluded of the file."""
+    sheet = read_workbook(path) if is_workbook(path) else read_text_file(path)
+    if len(sheet.rows) < 3:
+        raise InputError(f"{path}: found {len(sheet.rows)} lines; needed: a line of column names and two rows or more")
+    names = [str(cell).strip() for cell in sheet.rows[0].cells]
+    rows = [row for row in sheet.rows[1:] if any(not _is_empty(cell) for cell in row.cells)]
+    try:
+        decimal, guess = decimal_of(sheet, rows, None)
+    except QuestionError:  # "146.800" throughout: no round has 146 thousand of any unit
+        points = any("." in cell for row in rows for cell in row.cells if isinstance(cell, str))
+        decimal, guess = "point" if points else "comma", None
+    words = [str(one) for one in [*sheet.guesses, guess] if one is not None and "utf-8" not in one.value]
+    return names, rows, Numbers(decimal), words
+
+
+def _is_empty(cell: Cell) -> bool:
+    return isinstance(cell, str) and cell.strip() in ("", "-", "–")
 
 
 def _columns(path: Path, names: Sequence[str], table: ContourTable) -> Iterator[tuple[int, _Column]]:
@@ -166,7 +169,7 @@ def _column(
     path: Path, what: Literal["station", "outer", "inner"], name: str, plain: str, table: ContourTable
 ) -> _Column:
     named = _UNIT.search(name.strip())
-    unit = table.unit
+    unit = table.unit_length
     if named is not None:
         try:
             own = read_measure(next(filter(None, named.groups()))).value
@@ -191,19 +194,16 @@ def _column(
     return _Column(what, name, 0.5 * unit if diameter else unit)
 
 
-def _number(path: Path, line: int, name: str, cell: str) -> float:
-    if not cell or cell in ("-", "–"):
+def _number(path: Path, row: Row, name: str, place: int, numbers: Numbers) -> float:
+    cell: Cell = row.cells[place] if place < len(row.cells) else ""
+    if _is_empty(cell):
         return float("nan")
     try:
-        value = float(cell)
-    except ValueError:
-        hint = "; decimals need a point" if "," in cell else ""
+        return numbers.value(cell)
+    except NotANumberError as fault:
         raise InputError(
-            f"{path}: line {line}, column {name}: found {cell!r}{hint}; allowed: a number, or nothing where it is solid"
+            f"{path}: line {row.line}, column {name}: {fault}; allowed: a number, or nothing where it is solid"
         ) from None
-    if not np.isfinite(value):
-        raise InputError(f"{path}: line {line}, column {name}: found {cell!r}; allowed: a finite number")
-    return value
 
 
 def _nose(path: Path, table: ContourTable, name: str, outer: Array) -> tuple[bool, str]:

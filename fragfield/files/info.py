@@ -59,7 +59,7 @@ def _directory(run: RunDirectory) -> dict[str, Any]:
 
 
 def _file(path: Path) -> dict[str, Any]:
-    if path.suffix not in (".h5", ".hdf5"):
+    if path.suffix.lower() not in (".h5", ".hdf5"):
         raise InputError(
             f"{path}: found a file that ends in {path.suffix!r}; allowed: a run directory or an HDF5 file (.h5)"
         )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import platform
 import subprocess
 from datetime import UTC, datetime
@@ -13,6 +14,7 @@ from typing import TYPE_CHECKING
 
 from fragfield.case.write import to_toml
 from fragfield.version import __version__
+from fragfield_base.ambient import surroundings
 
 if TYPE_CHECKING:
     from fragfield.case.schema import Case
@@ -64,8 +66,10 @@ def revision() -> str:
 
 
 def _git(root: Path, *arguments: str) -> str:
+    # A variable such as GIT_DIR would name another repository.
+    known = {name: value for name, value in os.environ.items() if not name.startswith("GIT_")}
     command = ["git", "-c", f"safe.directory={root}", "-C", str(root), *arguments]
-    return subprocess.run(command, capture_output=True, text=True, timeout=10, check=True).stdout.strip()
+    return subprocess.run(command, capture_output=True, text=True, timeout=10, check=True, env=known).stdout.strip()
 
 
 def provenance_of(case: Case) -> dict[str, str]:
@@ -79,7 +83,8 @@ def provenance_of(case: Case) -> dict[str, str]:
     Returns
     -------
     dict of str to str
-        `case` (TOML), `versions` (JSON), `seed`, `program`, `program_version`, `revision`, `platform` and `date` (UTC).
+        `case` (TOML), `versions` (JSON), `seed`, `program`, `program_version`, `revision`, `platform`, `environment`
+        (JSON: variables of libraries that the command line has ignored, and that it has kept) and `date` (UTC).
     """
     return {
         "case": to_toml(case),
@@ -89,5 +94,6 @@ def provenance_of(case: Case) -> dict[str, str]:
         "program_version": __version__,
         "revision": revision(),
         "platform": f"{platform.system()} {platform.machine()}, Python {platform.python_version()}",
+        "environment": json.dumps(surroundings(), sort_keys=True),
         "date": datetime.now(UTC).isoformat(timespec="seconds"),
     }

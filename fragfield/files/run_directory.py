@@ -285,8 +285,9 @@ class RunDirectory:
     def remove(self, stages: Sequence[Stage], *, clean: bool = False) -> None:
         """Remove what stages have written: results that no longer belong to the case must not stay beside new ones.
 
-        With `clean` the whole summary goes, damaged or not.
+        With `clean` the whole summary goes, damaged or not. Nothing is removed where what stays is damaged.
         """
+        summary = {} if clean else self.summary()
         names = [name for stage in stages for name in stage.files]
         name = ""
         try:
@@ -298,7 +299,6 @@ class RunDirectory:
                     self.file(name).unlink(missing_ok=True)
         except OSError as error:
             raise InputError(f"{self.file(name)}: cannot be removed ({error.strerror})") from None
-        summary = self.summary()
         parts = [part for stage in stages for part in stage.parts if part in summary]
         if parts:
             self.write_summary({key: value for key, value in summary.items() if key not in parts})

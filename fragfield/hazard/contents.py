@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fragfield.case.conversion.placing import are_alike
-from fragfield_base.names import substance_key, substance_title
-from fragfield_base.substances import substance, substances_with
+from fragfield_base.substances import substance, substance_key, substance_title, substances_with
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -199,7 +198,9 @@ def _ignited_at_once(rounds: Sequence[RoundTable]) -> bool:
 def tnt_equivalents() -> dict[str, tuple[float, str]]:
     """Factor for peak incident overpressure and its source, by built-in name of the explosive."""
     factors = substances_with("explosive", "tnt_equivalent", "pressure")
-    return {name: (factor, substance("explosive", name).groups["tnt_equivalent"].source) for name, factor in factors.items()}
+    return {
+        name: (factor, substance("explosive", name).groups["tnt_equivalent"].source) for name, factor in factors.items()
+    }
 
 
 def tnt_equivalent(explosive: str) -> tuple[float, str]:
@@ -214,8 +215,8 @@ def tnt_equivalent(explosive: str) -> tuple[float, str]:
         strongest = max(table, key=lambda name: table[name][0])
         factor, source = table[strongest]
         return factor, (
-            f"{factor:g} for {explosive}, whose equivalent is not known: the largest known one, of {substance_title(strongest)} "
-            f"({source})"
+            f"{factor:g} for {explosive}, whose equivalent is not known: the largest known one, of "
+            f"{substance_title(strongest)} ({source})"
         )
     factor, source = known
     return factor, f"{factor:g} for {explosive} ({source})" if factor != 1.0 else ""

@@ -32,6 +32,7 @@ if TYPE_CHECKING:
 
 __all__ = ["WANTED", "ArenaOptions", "arena_table", "is_arena"]
 
+_SNAP = 0.02  # degrees by which rounded radians may miss 180
 WANTED = (
     "zone_from", "zone_to", "zone", "mass_from", "mass_to", "mass_group", "number", "mean_mass", "total_mass", "mass",
     "mean_speed", "max_speed",
@@ -89,7 +90,7 @@ def arena_table(
     try:
         if matrix is None and "number" not in columns and "zone" in columns and "mass" in columns:
             table = _of_pieces(columns, options)
-            guesses.append(Guess("layout", "one row a piece", "an angle and a mass, no number"))
+            guesses.append(Guess("layout", "one row a piece", "an angle and a mass, but no count"))
         else:
             table, words = _of_zones(columns, matrix, options)
             guesses += words
@@ -280,6 +281,7 @@ def _mean_mass(columns: Columns, number: Array, low: Array, high: Array) -> tupl
 
 def _edges(columns: Columns, start: Array, end: Array, options: ArenaOptions) -> tuple[Array, NDArray[np.int64]]:
     """Edges of all zones, and the zone of every row; without rows, zones are refused or empty."""
+    start, end = (np.where(np.abs(one - 180.0) < _SNAP, 180.0, one) for one in (start, end))
     bad = ~((start >= 0.0) & (end <= 180.0) & (start < end))
     path = columns.layout.sheet.path
     if bad.any():

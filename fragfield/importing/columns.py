@@ -10,7 +10,7 @@ import numpy as np
 from flight.files.dialect import Guess
 from flight.files.text_tables import converted
 from fragfield.errors import InputError
-from fragfield.importing.names import GROUPS, QUANTITIES, is_unit, read_head, unit_of
+from fragfield.importing.names import GROUPS, QUANTITIES, SIDES, is_unit, read_head, unit_of
 from fragfield.importing.numbers import Interval, NotANumberError
 from fragfield.importing.sheet import QuestionError, Refused, letter
 from fragfield_base.names import names_allowed
@@ -111,7 +111,7 @@ class Columns:
         Raises
         ------
         InputError
-            A cell is no number; `QuestionError` where its unit is not known.
+            A cell is not a number; `QuestionError` where its unit is not known.
         """
         numbers, units = [], set()
         for row, cell in zip(self.layout.rows, self.cells(name), strict=True):
@@ -234,7 +234,7 @@ def columns_by_name(layout: Layout, wanted: Sequence[str], chosen: Mapping[str, 
             continue
         free = [one for one in wanted if one not in chosen]
         name = _meaning(title, layout.units[at], free)
-        if name is None and not any(head.name in _SIDES for head in read_head(layout.own[at])):
+        if name is None and not any(head.name in SIDES for head in read_head(layout.own[at])):
             name = _meaning(layout.own[at], layout.units[at], free)
         if name is None:
             continue
@@ -246,10 +246,6 @@ def columns_by_name(layout: Layout, wanted: Sequence[str], chosen: Mapping[str, 
             )  # fmt: skip
         index[name] = at
     return {name: index[name] for name in wanted if name in index}
-
-
-_SIDES = frozenset(["from", "to", "von", "bis", "de", "a", "min", "max", "lower", "upper", "unten", "oben"])
-"""Names of columns that mean something only with that of their group."""
 
 
 def _meaning(title: str, unit: str, wanted: Sequence[str]) -> str | None:

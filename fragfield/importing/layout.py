@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from flight.files.dialect import Guess
 from fragfield.errors import InputError
-from fragfield.importing.names import is_unit, plain
+from fragfield.importing.names import SIDES, is_unit, plain, read_head
 from fragfield.importing.numbers import Numbers, decimal_of
 from fragfield.importing.sheet import QuestionError, Refused, Row
 
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Layout", "lay_out"]
 
+_SAMPLE = 1000  # rows
 _SUM = re.compile(
     r"(?:zwischen|gesamt)?summe\b.*|(?:sub ?|grand )?totals?\b.*|sum|gesamt|insgesamt|gesamtanzahl|somme\b.*|totaux|"
     r"mittelwert|mittel|mean|average|moyenne|durchschnitt"
@@ -51,6 +52,8 @@ class Layout:
         What was left out, in words.
     are_given : bool
         Whether the caller has said which lines count.
+    above : list of str
+        Lines above the names, and comments.
     """
 
     sheet: Sheet
@@ -62,6 +65,7 @@ class Layout:
     guesses: list[Guess]
     dropped: list[str]
     are_given: bool = False
+    above: list[str] = field(default_factory=list)
 
 
 def lay_out(sheet: Sheet, *, decimal: str | None = None, rows: str | None = None) -> Layout:
@@ -84,14 +88,13 @@ def lay_out(sheet: Sheet, *, decimal: str | None = None, rows: str | None = None
     kept = _of_lines(sheet, rows)
     width = max(len(row.cells) for row in kept)
     # Of two signs the one that makes numbers of more cells shows where the table stands; which is right comes after.
-    likely = max(
-        ("point", "comma"), key=lambda sign: sum(Numbers(sign).is_number(c) for row in kept for c in row.cells)
-    )
+    some = [cell for row in kept[:_SAMPLE] for cell in row.cells]
+    likely = max(("point", "comma"), key=lambda sign: sum(map(Numbers(sign).is_number, some)))
     trial = Numbers(decimal if decimal in ("point", "comma") else likely)
     first, last = _rows_of_numbers(sheet, kept, trial)
-    names, own, units, guesses = _heads(kept[:first], width)
+    names, own, units, used, guesses = _heads(kept[:first], width)
     body = kept[first : last + 1]
-    between = [row for row in body if not _is_data(row, trial, 1)]
+    between = [row for row in body if not _is_data(row, trial, 1, ranges=True)]
     dropped = [f"line {row.line}: {_shown(row)}" for row in kept[last + 1 :]]
     body, sums = _without_sums(body, trial)
     dropped += sums
@@ -103,11 +106,27 @@ def lay_out(sheet: Sheet, *, decimal: str | None = None, rows: str | None = None
         )  # fmt: skip
     if not body:
         raise InputError(f"{sheet.path}: no row of numbers but sums")
+    _refuse_beyond_names(sheet, own, body)
     sign, guess = decimal_of(sheet, body, decimal)
     filled = [Row(row.line, [*row.cells, *[""] * (width - len(row.cells))]) for row in body]
     found = [*sheet.guesses, *guesses, *([guess] if guess is not None and not sheet.name else [])]
+    above = [*sheet.comments, *(_words(row) for row in kept[:first] if row.line not in used)]
+    if above:
+        found.append(Guess("above the table", "; ".join(map(repr, above[:6])), "not read"))
     found.append(Guess("rows", f"{len(body)}, from line {body[0].line} to {body[-1].line}", "those with numbers"))
-    return Layout(sheet, names, own, units, filled, Numbers(sign), found, dropped, rows is not None)
+    return Layout(sheet, names, own, units, filled, Numbers(sign), found, dropped, rows is not None, above)
+
+
+def _refuse_beyond_names(sheet: Sheet, names: Sequence[str], rows: Sequence[Row]) -> None:
+    """Refuse rows with more cells than there are names: as where commas stand between cells and before decimals."""
+    named = max((at + 1 for at, name in enumerate(names) if name), default=0)
+    row = next((row for row in rows if any(cell != "" for cell in row.cells[named:])), None)
+    if not named or row is None:
+        return
+    what = f"{sheet.place(row.line)}: {len(_filled(row))} cells below {named} name{'' if named == 1 else 's'}"
+    if named == 1 and not sheet.name:
+        raise QuestionError(f"{what}: two columns, or one with decimal commas", "separator", ("comma", "semicolon"))
+    raise InputError(f"{what}; name every column, and export the table with semicolons where decimals have commas")
 
 
 def _of_lines(sheet: Sheet, rows: str | None) -> list[Row]:
@@ -131,11 +150,15 @@ def _filled(row: Row) -> list[Cell]:
     return [cell for cell in row.cells if cell != ""]
 
 
-def _is_data(row: Row, numbers: Numbers, width: int) -> bool:
-    """Whether more than half of a row's cells are numbers, ranges or dates, and not far fewer than others have."""
+def _is_data(row: Row, numbers: Numbers, width: int, *, ranges: bool = False) -> bool:
+    """Whether more than half of a row's cells are numbers, ranges or dates, and not far fewer than others have.
+
+    One of them must be a number, unless `ranges` will do: those alone are names of columns as well.
+    """
     cells = _filled(row)
     held = sum(isinstance(one, Refused) or numbers.is_number(one) or numbers.interval(one) is not None for one in cells)
-    return 2 * len(cells) > width and 2 * held > len(cells) and any(numbers.is_number(one) for one in cells)
+    whole = 2 * len(cells) > width and 2 * held > len(cells)
+    return whole and (ranges or any(numbers.is_number(one) for one in cells))
 
 
 def _rows_of_numbers(sheet: Sheet, rows: Sequence[Row], numbers: Numbers) -> tuple[int, int]:
@@ -148,34 +171,50 @@ def _rows_of_numbers(sheet: Sheet, rows: Sequence[Row], numbers: Numbers) -> tup
     return held[0], held[-1]
 
 
-def _heads(rows: Sequence[Row], width: int) -> tuple[list[str], list[str], list[str], list[Guess]]:
-    """Names with those of their groups and alone, and units, from the rows above those of numbers."""
+def _heads(rows: Sequence[Row], width: int) -> tuple[list[str], list[str], list[str], set[int], list[Guess]]:
+    """Names with those of their groups and alone, units, and their lines, from the rows above those of numbers."""
     units = [""] * width
+    used: set[int] = set()
     guesses: list[Guess] = []
     heads = [row for row in rows if 2 * len(_filled(row)) >= min(width, 4) or len(_filled(row)) == width]
     if heads and heads[-1] is rows[-1] and len(heads) > 1 and _are_units(heads[-1]):
         units = [_bare(cell) for cell in _padded(heads[-1], width)]
         guesses.append(Guess("units", f"line {heads[-1].line}", "the row below the names holds units alone"))
+        used.add(heads[-1].line)
         heads = heads[:-1]
     if not heads:
         return (
             [""] * width,
             [""] * width,
             units,
+            used,
             [*guesses, Guess("names", "none", "no row of names above the numbers")],
         )
+    used.add(heads[-1].line)
     own = [str(_text(cell)) for cell in _padded(heads[-1], width)]
     names = list(own)
     guesses.append(Guess("names", f"line {heads[-1].line}", "the row above the numbers"))
     above = next((row for row in rows[::-1] if row.line == heads[-1].line - 1), None)
-    if above is not None and len(_filled(above)) > 1:
+    if above is not None and len(_filled(above)) > 1 and _need_groups(own) and not _has_refused(above):
         group = ""
         for at, cell in enumerate(_padded(above, width)):
             group = str(_text(cell)) or group
             if group and at < len(names) and names[at] != group:
                 names[at] = f"{group} {names[at]}".strip()
+        used.add(above.line)
         guesses.append(Guess("names", f"line {above.line}", "groups of columns above the names"))
-    return names, own, units, guesses
+    return names, own, units, used, guesses
+
+
+def _need_groups(names: Sequence[str]) -> bool:
+    """Whether names mean something only with those of the groups above them: "from", "to", ranges, two alike."""
+    known = [name for name in names if name]
+    alone = any(head.name in SIDES for name in known for head in read_head(name))
+    return alone or len(set(known)) < len(known) or any(name[0].isdigit() for name in known)
+
+
+def _has_refused(row: Row) -> bool:
+    return any(isinstance(cell, Refused) for cell in row.cells)
 
 
 def _padded(row: Row, width: int) -> list[Cell]:
@@ -209,6 +248,10 @@ def _without_sums(rows: list[Row], numbers: Numbers) -> tuple[list[Row], list[st
     return kept, dropped
 
 
+def _words(row: Row) -> str:
+    return " | ".join(str(_text(cell)) for cell in _filled(row))
+
+
 def _shown(row: Row) -> str:
-    text = " | ".join(str(_text(cell)) for cell in _filled(row))
+    text = _words(row)
     return repr(text if len(text) <= 60 else f"{text[:57]}...")

@@ -12,10 +12,12 @@ from typing import NamedTuple
 from fragfield.importing.sheet import QuestionError
 from fragfield_base.units import Measure, UnitError, read_measure
 
-__all__ = ["GROUPS", "QUANTITIES", "Head", "Quantity", "is_unit", "plain", "read_head", "unit_of"]
+__all__ = ["GROUPS", "QUANTITIES", "SIDES", "Head", "Quantity", "is_unit", "plain", "read_head", "unit_of"]
 
 GROUPS = {"kg": "mass", "m/s": "speed", "rad": "angle", "m": "length", "kg/m^3": "density"}
 """What `--unit GROUP=...` calls all quantities of one dimension."""
+SIDES = frozenset(("from", "to", "von", "bis", "de", "a", "min", "max", "lower", "upper", "unten", "oben"))
+"""Names of columns that mean something only with that of their group."""
 _LIKELY = {"kg": ("g", "kg", "grain"), "m/s": ("m/s", "ft/s"), "rad": ("deg", "rad"), "m": ("m", "mm", "ft")}
 
 

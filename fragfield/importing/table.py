@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import re
 import tempfile
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -13,18 +14,20 @@ import numpy as np
 from flight.arena import ArenaTable
 from flight.drag import Drag
 from flight.errors import InputError as FlightInputError
+from flight.files.dialect import Guess
 from flight.files.text_tables import write_columns
 from flight.fragments import Fragments
 from fragfield.errors import InputError
 from fragfield.importing import arena, other_tables
 from fragfield.importing.columns import Columns, columns_by_name
 from fragfield.importing.layout import lay_out
-from fragfield.importing.names import GROUPS, QUANTITIES
+from fragfield.importing.names import GROUPS, QUANTITIES, plain
 from fragfield.importing.sheet import QuestionError
 from fragfield.importing.text_file import read_text_file
 from fragfield.importing.workbook import is_workbook, read_workbook
 from fragfield.version import __version__
 from fragfield_base.names import names_allowed
+from fragfield_base.paths import absolute
 from fragfield_base.units import UnitError, read_measure
 from fragfield_base.writing import write_bytes, write_text
 
@@ -32,7 +35,6 @@ if TYPE_CHECKING:
     import os
     from collections.abc import Mapping
 
-    from flight.files.dialect import Guess
     from fragfield.importing.layout import Layout
     from fragfield.importing.sheet import Sheet
 
@@ -94,7 +96,7 @@ class ImportedTable:
         InputError
             It would replace its own source, or cannot be written.
         """
-        target = Path(self.default_name if path is None else path)
+        target = absolute(self.default_name if path is None else path, InputError)
         wanted = ".toml" if self.kind == "walls" else ".csv"
         if target.suffix.lower() != wanted:
             raise InputError(f"{target}: a table of the kind {self.kind} is written as {wanted}; name it so")
@@ -132,9 +134,10 @@ class ImportedTable:
 def import_table(
     path: str | os.PathLike[str], kind: str | None = None, *, columns: Mapping[str, str] | None = None,
     units: Mapping[str, str] | None = None, encoding: str | None = None, separator: str | None = None,
-    decimal: str | None = None, sheet: str | None = None, rows: str | None = None, number_of_rounds: float = 1.0,
-    zone_width: float = 5.0, zone_angle: str | None = None, from_base: bool = False, empty_zones: bool = False,
-    case: str | os.PathLike[str] | None = None, casing_mass: str | float | None = None,
+    decimal: str | None = None, sheet: str | None = None, rows: str | None = None,
+    number_of_rounds: float | None = None, zone_width: float = 5.0, zone_angle: str | None = None,
+    from_base: bool = False, empty_zones: bool = False, case: str | os.PathLike[str] | None = None,
+    casing_mass: str | float | None = None,
 ) -> ImportedTable:  # fmt: skip
     """Read a table of a test in any usual form: CSV in any dialect, XLSX, ODS.
 
@@ -152,8 +155,8 @@ def import_table(
         Of the file, where it does not show them: "cp1252"; "semicolon"; "point" or "comma"; a sheet's name.
     rows : str, optional
         Lines of the file that hold the table with its names: "3:18".
-    number_of_rounds : float
-        That its numbers are of together.
+    number_of_rounds : float, optional
+        That its numbers are of together; left out: one, or as a comment "# rounds = 4" says.
     zone_width, zone_angle, from_base, empty_zones
         Of arena tables: see `fragfield.importing.arena.ArenaOptions`.
     case : path, optional
@@ -167,13 +170,14 @@ def import_table(
         The file is no table of this kind; `QuestionError` where something in it has two meanings that differ by a
         factor: its `option` names the parameter that answers, `choices` the answers.
     """
-    source = Path(path)
-    _check_choices(source, kind, columns or {}, units or {}, number_of_rounds)
+    source = absolute(path, InputError)
+    _check_choices(source, kind, columns or {}, units or {})
     casing = _casing(case, casing_mass)
     layout = lay_out(open_sheet(source, encoding, separator, sheet), decimal=decimal, rows=rows)
     chosen, given = dict(columns or {}), dict(units or {})
     kind = kind or _kind_of(layout, chosen)
-    options = arena.ArenaOptions(number_of_rounds, zone_width, from_base, empty_zones, zone_angle)
+    rounds = _rounds(layout, number_of_rounds) if kind in ("arena", "pit") else 1.0
+    options = arena.ArenaOptions(rounds, zone_width, from_base, empty_zones, zone_angle)
     content, guesses, dropped = _content(layout, kind, chosen, given, options)
     summary = _summary(kind, content, len(layout.rows), casing)
     provenance = {
@@ -185,7 +189,7 @@ def import_table(
         "program": "fragfield import",
         "program_version": __version__,
     }
-    return ImportedTable(kind, source, content, guesses, dropped, summary, number_of_rounds, provenance)
+    return ImportedTable(kind, source, content, guesses, dropped, summary, rounds, provenance)
 
 
 def open_sheet(
@@ -195,9 +199,33 @@ def open_sheet(
     return read_workbook(path, sheet) if is_workbook(path) else read_text_file(path, encoding, separator)
 
 
-def _check_choices(
-    path: Path, kind: str | None, columns: Mapping[str, str], units: Mapping[str, str], rounds: float
-) -> None:
+_ROUNDS = re.compile(
+    r"(?:rounds?|tests?|shots?|schuss|schuesse|versuche?|sprengungen|sprengversuche|coups?|tirs?|essais?)\b"
+    r"\D{0,12}?(\d+(?:\.\d+)?)"
+)
+"""What a line above a table says of the rounds that it is of, as `plain` has it."""
+
+
+def _rounds(layout: Layout, given: float | None) -> float:
+    """Rounds that the numbers are of; a line above the table that names several has to be confirmed."""
+    if given is not None:
+        if not (np.isfinite(given) and given > 0.0):
+            raise InputError(f"{layout.sheet.path}: {given} rounds; needed: above zero")
+        return given
+    for line in layout.above:
+        if own := re.fullmatch(r"\s*rounds\s*[=:]\s*([\d.]+)\s*", line):
+            layout.guesses.append(Guess("rounds", own[1], f"the comment {line!r}"))
+            return _rounds(layout, float(own[1]))
+        said = re.search(r"(?:number of|anzahl(?: der)?|nombre de)\s+" + _ROUNDS.pattern, plain(line))
+        if said and float(said[1]) not in (0.0, 1.0):
+            raise QuestionError(
+                f"{layout.sheet.path}: {line!r} stands above the table: its numbers are of one round, or of all",
+                "rounds", ("1", said[1]),
+            )  # fmt: skip
+    return 1.0
+
+
+def _check_choices(path: Path, kind: str | None, columns: Mapping[str, str], units: Mapping[str, str]) -> None:
     if kind is not None and kind not in KINDS:
         raise InputError(f"{path}: kind {kind!r}{names_allowed(kind, KINDS)}")
     for name in columns:
@@ -207,8 +235,6 @@ def _check_choices(
     for name in units:
         if name not in known:
             raise InputError(f"{path}: unit of {name!r}{names_allowed(name, known)}")
-    if not (np.isfinite(rounds) and rounds > 0.0):
-        raise InputError(f"{path}: {rounds} rounds; needed: above zero")
 
 
 def _casing(case: str | os.PathLike[str] | None, mass: str | float | None) -> float | None:
@@ -217,7 +243,7 @@ def _casing(case: str | os.PathLike[str] | None, mass: str | float | None) -> fl
         from fragfield.case import load_case
         from fragfield.case.conversion.placing import masses_of
 
-        values = load_case(Path(case), burst=False)
+        values = load_case(absolute(case, InputError), burst=False)
         if not values.round:
             raise InputError(f"{case}: has no [[round]], so that the mass of its casing is not known")
         return float(masses_of(values.round[0]).casing)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import datetime as dt
+import xml.parsers.expat as expat
 import zipfile
 from itertools import zip_longest
 from typing import TYPE_CHECKING, Any
@@ -41,6 +42,8 @@ def is_workbook(path: Path) -> bool:
     if path.suffix.lower() in (".xlsx", ".xlsm", ".ods", ".xls", ".xlsb", ".fods"):
         return True
     try:
+        if not path.is_file():
+            return False
         with path.open("rb") as file:
             return file.read(4) in (b"PK\x03\x04", b"\xd0\xcf\x11\xe0")
     except OSError:
@@ -103,6 +106,8 @@ def _checked_archive(path: Path) -> str:
             for entry in entries:
                 if entry.filename.endswith((".xml", ".rels")) and _has_entities(archive, entry):
                     raise InputError(f"{path}: {entry.filename} declares a document type, which no spreadsheet writes")
+    except InputError:
+        raise
     except FileNotFoundError:
         raise InputError(f"{path}: no such file") from None
     except OSError as fault:
@@ -119,6 +124,21 @@ def _checked_archive(path: Path) -> str:
     raise InputError(f"{path}: an archive, but no workbook in XLSX or ODS")
 
 
+def _check_whole(path: Path) -> None:
+    """Refuse a cut or damaged content.xml, of which odfpy would read the first part in silence."""
+    parser = expat.ParserCreate()
+
+    def refuse(*_: object) -> None:
+        raise InputError(f"{path}: content.xml declares entities, which no spreadsheet writes")
+
+    parser.EntityDeclHandler = refuse
+    try:
+        with zipfile.ZipFile(path) as archive, archive.open("content.xml") as file:
+            parser.ParseFile(file)
+    except (expat.ExpatError, zipfile.BadZipFile) as fault:
+        raise InputError(f"{path}: damaged: content.xml is no whole XML ({fault})") from None
+
+
 def _has_entities(archive: zipfile.ZipFile, entry: zipfile.ZipInfo) -> bool:
     """A document type stands before the first element; XML in UTF-16, which would hide it, is refused as well."""
     with archive.open(entry) as file:
@@ -133,22 +153,19 @@ def _xlsx(path: Path) -> dict[str, list[Row]]:
     except ModuleNotFoundError:
         raise InputError(f"{path}: reading XLSX needs openpyxl, which is not installed: {_INSTALL}") from None
     try:
-        values = openpyxl.load_workbook(path, read_only=True, data_only=True)
-        formulas = openpyxl.load_workbook(path, read_only=True, data_only=False)
-        try:
+        with path.open("rb") as one, path.open("rb") as other:  # whatever the file is called
+            values = openpyxl.load_workbook(one, read_only=True, data_only=True)
+            formulas = openpyxl.load_workbook(other, read_only=True, data_only=False)
             found: dict[str, list[Row]] = {}
             for table in values.worksheets:
                 if table.sheet_state != "visible":
                     continue
                 written = formulas[table.title]
-                for one in (table, written):
-                    one.reset_dimensions()  # what the file claims, which may be all of a sheet
+                for sheet in (table, written):
+                    sheet.reset_dimensions()  # what the file claims, which may be all of a sheet
                 both = zip(table.iter_rows(), written.iter_rows(), strict=False)
                 found[table.title] = _rows(path, (_paired(*pair) for pair in both))
             return found
-        finally:
-            values.close()
-            formulas.close()
     except InputError:
         raise
     except Exception as error:  # noqa: BLE001 - a damaged file ends in errors of many kinds
@@ -205,6 +222,7 @@ def _ods(path: Path) -> dict[str, list[Row]]:
         from odf.table import Table
     except ModuleNotFoundError:
         raise InputError(f"{path}: reading ODS needs odfpy, which is not installed: {_INSTALL}") from None
+    _check_whole(path)
     try:
         document = load(str(path))
         return {

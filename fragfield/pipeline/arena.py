@@ -30,31 +30,26 @@ def read_arena(path: Path | None, case: Case) -> tuple[ArenaTable, RecoveredMass
     Raises
     ------
     InputError
-        The table cannot be read, or its mass is not that of the case's rounds.
+        The table cannot be read, its mass is not that of the case's rounds, or the case has planes of symmetry: give
+        every round its own place.
     """
     from flight.arena import ArenaTable, is_arena_file
 
     if path is None or not is_arena_file(path):
         return None
+    if any(plane.kind == "symmetry" for plane in case.plane):
+        raise InputError(
+            "arena tables and planes of symmetry: give every round its own table [[round]] with its position"
+        )
     table = ArenaTable.read(path)
     recovered = recovered_mass(case, table, str(path))
     return table.scaled(recovered.factor), recovered
 
 
 def arena_realisation(table: ArenaTable, case: Case, number: int) -> Fragments:
-    """Fragments of all rounds of a case, each alone; of a case without rounds one upright round 1 m up.
-
-    Raises
-    ------
-    InputError
-        The case has planes of symmetry: give every round its own place.
-    """
+    """Fragments of all rounds of a case, each alone; of a case without rounds one upright round 1 m up."""
     from flight import Fragments
 
-    if any(plane.kind == "symmetry" for plane in case.plane):
-        raise InputError(
-            "arena tables and planes of symmetry: give every round its own table [[round]] with its position"
-        )
     places = [(one.position, one.axis) for one in case.round] or [((*case.flight.origin, 1.0), (0.0, 0.0, 1.0))]
     if number == 0 and len(places) > 1:
         _log.warning(

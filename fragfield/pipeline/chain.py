@@ -8,9 +8,9 @@ from contextlib import ExitStack, contextmanager
 from typing import TYPE_CHECKING
 
 from fragfield.case.checks.bounds import outside_soft
+from fragfield.case.checks.map_size import given_on_map
 from fragfield.errors import EXIT_FAULT, InputError, exit_code_of, message_of
 from fragfield.files.run_directory import STAGES
-from fragfield.case.checks.map_size import given_on_map
 from fragfield.pipeline.arena import read_arena
 from fragfield.pipeline.job import Job
 from fragfield.pipeline.parallel import Team
@@ -18,6 +18,7 @@ from fragfield.pipeline.stages import perform
 from fragfield.terminal.logs import logged
 from fragfield.terminal.progress import ProgressReporter
 from fragfield.terminal.visible_text import visible
+from fragfield_base.hdf5_files import check_sound
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -97,14 +98,17 @@ def _warn_of_values(case: Case, team: Team) -> None:
 
 def _enter(options: RunOptions, stage: Stage, held: ExitStack) -> Case:
     """Read the case and make the directory ready for one stage after the burst."""
+    import flight
+
     case, directory, source = options.case(burst=False), options.directory, options.source
     if options.fragments is None:
         _check_inputs(case, source, stage)
     else:
         if directory.complete(STAGES["break-up"]):
             raise InputError(f"{directory.path}: holds fragments of its own break-up; fly others with another --out")
-        # refuse what does not fit the case, before the directory is made
+        # refuse what does not fit the case, before anything is removed
         if read_arena(options.fragments, case) is None:
+            flight.Fragments.read(options.fragments)
             given_on_map(case, options.fragments)
     directory.make()
     if stage.name != "report":
@@ -119,6 +123,21 @@ def _check_inputs(case: Case, source: RunDirectory, stage: Stage) -> None:
         raise InputError(f"{source.file(stage.needs)}: no such file; run `fragfield {maker}` first")
     if source.exists:
         source.check_upstream(case, stage)
+    if stage.needs:
+        _read_inputs(source, stage)
+
+
+def _read_inputs(source: RunDirectory, stage: Stage) -> None:
+    """Read the files that a stage needs, and refuse a damaged one, before anything is removed."""
+    import flight
+    import transition
+    from flight.files.ensemble import read_fragment_ensemble
+
+    {"break-up": transition.Snapshot.read, "fly": flight.Fragments.read}[stage.name](source.file(stage.needs))
+    if stage.name == "fly" and (others := source.file("ensemble_fragments.h5")).is_file():
+        read_fragment_ensemble(others)
+    if stage.name == "fly" and (burst := source.file("burst_snapshot.h5")).is_file():  # of its single round
+        check_sound(burst, InputError)
 
 
 def _prepared(options: RunOptions, team: Team, held: ExitStack, stage: Stage) -> tuple[Case, RunDirectory]:

@@ -13,6 +13,7 @@ import numpy as np
 from fragfield.case.messages import marks_of
 from fragfield.case.tables.exposed import AreaTable, ExposedBuildingTable, PersonTable, RoadTable
 from fragfield.case.tables.ground import BarricadeTable, WallTable
+from fragfield.case.tables.round import length_of
 from fragfield.errors import InputError
 from fragfield.places.polygons import box_around, convex_parts
 from fragfield_base.inputs import Quantity, show
@@ -171,7 +172,7 @@ def _check_distances(path: Path, features: Sequence[Feature], site: Site) -> Non
     if np.abs(every).max() > 360.0:
         at = int(np.argmax(np.abs(every).max(axis=1)))
         raise InputError(
-            f"{features[owners[at]].where}: found the position {longitude[at]:g}, {latitude[at]:g}, as of a grid; allowed: "
+            f"{features[owners[at]].where}: found {longitude[at]:g}, {latitude[at]:g}, as of a grid; allowed: "
             "longitude and latitude in degrees (WGS 84), or the name of the grid as crs of a GeoJSON"
         )
     on_earth = np.abs(latitude) <= 90.0
@@ -180,8 +181,8 @@ def _check_distances(path: Path, features: Sequence[Feature], site: Site) -> Non
     nearest = away.min(initial=np.inf)
     if (not on_earth.all() or nearest > _BEYOND) and swapped.max() < min(_FARTHEST, 0.1 * nearest):
         raise InputError(
-            f"{path}: its positions lie {_km(nearest)} from the site as longitude, latitude, and {_km(swapped.min())} "
-            "as latitude, longitude: they, or those of [site], are exchanged; allowed: longitude first"
+            f"{path}: its positions {_away(nearest)} as longitude, latitude, and {_away(float(swapped.min()))} as "
+            "latitude, longitude: they, or those of [site], are exchanged; allowed: longitude first"
         )
     if not on_earth.all():
         at = int(np.flatnonzero(~on_earth)[0])
@@ -200,8 +201,12 @@ def _distances(site: Site, longitude: Array, latitude: Array) -> Array:
     return np.hypot(*site.offsets(longitude, latitude).T) if len(longitude) else np.zeros(0)
 
 
+def _away(distance: float) -> str:
+    return f"lie {_km(distance)} from the site" if math.isfinite(distance) else "are not on Earth"
+
+
 def _km(distance: float) -> str:
-    return "not on Earth" if not math.isfinite(distance) else f"{1e-3 * distance:.3g} km"
+    return f"{1e-3 * distance:.3g} km"
 
 
 def _placed(
@@ -294,8 +299,9 @@ def _measure(value: object, unit: str | None, quantity: Quantity, table: PlacesT
         except UnitError as fault:
             raise InputError(f"{where}: {fault}") from None
         return text
-    if unit is None and quantity.symbol == "m" and table.unit is not None:
-        return f"{number * table.unit:.10g} m"
+    length = length_of(table.unit)
+    if unit is None and quantity.symbol == "m" and length is not None:
+        return f"{number * length:.10g} m"
     if unit is None:
         name = f"{where.rpartition(': ')[2]}_{quantity.symbol.replace('^', '')}"
         raise InputError(

@@ -19,7 +19,8 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
-from fragfield.errors import EXIT_DONE, EXIT_FAULT, EXIT_INTERRUPTED, exit_code_of, message_of
+from fragfield.errors import EXIT_DONE, EXIT_FAULT, EXIT_INTERRUPTED, InputError, exit_code_of, message_of
+from fragfield_base.ambient import settle_child
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -175,6 +176,7 @@ def _why_ended(code: int) -> str:
 def _prepare(threads: int, parent: int) -> None:
     """In a new process: a session of its own, its threads, and an end with the process that gives the work."""
     os.setsid()
+    settle_child(InputError)
     os.environ["NUMBA_NUM_THREADS"] = os.environ["OMP_NUM_THREADS"] = str(threads)  # read when numba is loaded
     os.dup2(2, 1)  # what a library prints is no result of the command
     signal.signal(signal.SIGTERM, _interrupt)

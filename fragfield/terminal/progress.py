@@ -58,13 +58,14 @@ def into_file(path: Path) -> Callable[[Progress], None]:
 
     It is replaced whole, a few times a second at most; one that cannot be written is left alone.
     """
-    written = {"stage": "", "at": 0.0}
+    last = ("", 0.0)
 
     def follow(state: Progress) -> None:
+        nonlocal last
         now = time.monotonic()
-        if state.stage == written["stage"] and state.share < 1.0 and now - float(written["at"]) < _BETWEEN:
+        if state.stage == last[0] and state.share < 1.0 and now - last[1] < _BETWEEN:
             return
-        written.update(stage=state.stage, at=now)
+        last = (state.stage, now)
         draft = path.with_name(f"{path.name}.new")
         with suppress(OSError):
             draft.write_text(json.dumps(asdict(state)), encoding="utf-8")

@@ -1,4 +1,4 @@
-"""Explosives and casings: one TOML file each in the folders beside this module, every value once, with source and grade.
+"""Explosives and casings: one TOML file each in the folders beside this module, each value once, with source and grade.
 
 A file has `name` (as text shows it), `aliases`, `composition`, perhaps `note`, and groups of values. Each group names
 its `source` and its `grade`, and in `checked` what its values were compared with. Numbers are in SI. A value that is
@@ -23,14 +23,14 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
 __all__ = ["GRADES", "GROUPS", "Group", "Kind", "Substance", "aliases", "graded", "is_substance"]
-__all__ += ["read_substance", "substance", "substance_names", "substances_with"]
+__all__ += ["read_substance", "substance", "substance_key", "substance_title", "substance_names", "substances_with"]
 
 Kind = Literal["explosive", "casing"]
 
 FOLDERS = {"explosive": Path(__file__).parent / "explosives", "casing": Path(__file__).parent / "casings"}
 GRADES = {
     "published": "read in the source that is named",
-    "second hand": "as others print it, or as an independent public text confirms it; the source itself was not at hand",
+    "second hand": "as others print it, or an independent public text confirms it; the source itself was not at hand",
     "memory": "from memory of the source that is named; no text was at hand to confirm it",
     "recalculated": "follows from other values of the file, as its source says; a test repeats it",
     "estimate": "a judgement, or the value of a related substance",
@@ -150,6 +150,21 @@ def aliases(kind: Kind) -> Mapping[str, str]:
     return MappingProxyType(found)
 
 
+def substance_key(name: str, kind: Kind = "explosive") -> str:
+    """The built-in name of a substance, however its name is written; letters and digits of one that is not built in.
+
+    Every look-up of an explosive or a casing by its name goes through here.
+    """
+    key = plain_key(name)
+    return aliases(kind).get(key, key)
+
+
+def substance_title(name: str, kind: Kind = "explosive") -> str:
+    """Name of a substance as text shows it: of a built-in one its usual name, of others the one given."""
+    key = substance_key(name, kind)
+    return substance(kind, key).title if key in substance_names(kind) else name
+
+
 def substances_with(kind: Kind, group: str, key: str) -> dict[str, Any]:
     """By built-in name, the value of those that have it."""
     values = {name: substance(kind, name).value(group, key) for name in substance_names(kind)}
@@ -172,7 +187,7 @@ def read_substance(
     name : str, optional
         What outputs call it; left out: the file's own `name`.
     error : type
-        Raised where a key is unknown, a group lacks source or grade, or a value is no number; with file and key.
+        Raised where a key is unknown, a group lacks source or grade, or a value is not a number; with file and key.
     """
     groups: dict[str, Group] = {}
     allowed = GROUPS[kind]
@@ -215,7 +230,7 @@ def _group(table: object, units: Mapping[str, str], where: str, error: type[Exce
 def _check(key: str, value: object, where: str, error: type[Exception]) -> None:
     if key in _WORDS and value == "none":
         return
-    numbers = value if key in _RANGES and isinstance(value, list) else [value]
+    numbers: list[Any] = value if key in _RANGES and isinstance(value, list) else [value]
     sound = all(isinstance(one, (int, float)) and not isinstance(one, bool) and math.isfinite(one) for one in numbers)
     if not sound or (key in _RANGES and (not isinstance(value, list) or len(numbers) != 2)):
         raise error(f"{where}: found {value!r}; needed: {'two numbers' if key in _RANGES else 'a number'} in SI")

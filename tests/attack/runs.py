@@ -26,7 +26,9 @@ FILES = {
             "trajectories.xdmf", "hazard_by_distance.csv", "hazard_by_sector.csv"),
 }  # fmt: skip
 """What the stages write and is compared: every array to the last bit, every text but for its dates."""
-_DATED = re.compile(r'^# (date|revision) = .*$|<Information Name="(date|revision)"[^>]*>', re.MULTILINE)
+_DATED = re.compile(
+    r'^# (date|revision|environment) = .*$|<Information Name="(date|revision|environment)"[^>]*>', re.MULTILINE
+)
 _CLOCKS = ("wall_seconds", "seconds_per_cell_step", "peak_memory_bytes", "checksum", "versions", "phases", "seconds")
 
 

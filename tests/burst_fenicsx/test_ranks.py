@@ -63,18 +63,18 @@ for owner in (None, at_random):  # in runs of cells, and at random
     function = fem.Function(spread.vector_space)
     values = function.x.array.reshape(-1, 3)
     values[: spread.owned_nodes, 1] = spread.node[: spread.owned_nodes]
-    compat.send_to_ghosts(function)
+    function.x.scatter_forward()
     assert np.array_equal(values[:, 1], spread.node)
     values[:] = 1.0
-    compat.add_to_owners(function)
-    compat.send_to_ghosts(function)
+    compat.add_ghosts(function.x)
+    function.x.scatter_forward()
     copies = sum(comm.allgather(np.bincount(spread.node, minlength=len(mesh.nodes))))
     assert np.array_equal(values[:, 0], copies[spread.node])
     for points in (1, 8):
         function = fem.Function(spread.cell_space(6, points))
         values = function.x.array.reshape(-1, points, 6)
         values[: spread.cells] = spread.cell[:, None, None] + 0.1 * np.arange(points)[:, None]
-        compat.send_to_ghosts(function)
+        function.x.scatter_forward()
         assert np.array_equal(values[:, :, 5], spread.all_cell[:, None] + 0.1 * np.arange(points))
     assert comm.allreduce(spread.owned_nodes) == len(mesh.nodes)
 

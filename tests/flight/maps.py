@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import struct
 import warnings
 from typing import TYPE_CHECKING, Any
@@ -14,7 +13,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 UTM, SITE = "EPSG:32632", (500_000.0, 5_500_000.0)  # on the central meridian: grid north is true north
-EARTH = (49.6537, 9.0)  # latitude and longitude of SITE, to 10 m
+EARTH = (49.6537, 9.0)  # latitude and longitude of a place 130 m north of SITE
 SURVEY_FOOT = 1200.0 / 3937.0
 HEIGHT, SLOPE_X, SLOPE_Y = 300.0, 0.06, -0.03  # of the slope at the site (m), and along x and y
 HALF, CELL = 1500.0, 20.0
@@ -27,7 +26,7 @@ def slope(x: np.ndarray, y: np.ndarray) -> Heights:
 
 
 def north_up(cell: float = CELL, half: float = HALF) -> tuple[np.ndarray, np.ndarray]:
-    """x and y of the centres of pixels, the northernmost row first."""
+    """X and y of the centres of pixels, the northernmost row first."""
     along = np.arange(-half, half + 0.5 * cell, cell)
     x, y = np.meshgrid(along, along[::-1])
     return x, y
@@ -44,7 +43,7 @@ def metres(unit: float = 1.0, site: tuple[float, float] = SITE, cell: float = CE
 def write(
     path: Path, heights: Heights, transform: Any = None, crs: str | None = UTM, mask: Heights | None = None, **more: Any
 ) -> Path:
-    """Write a raster by rasterio; scales, offsets, units, tags, colorinterp and overviews are set after it is written."""
+    """Write a raster by rasterio; scales, offsets, units, tags and overviews are set after it is written."""
     import rasterio
 
     after = {name: more.pop(name) for name in ("scales", "offsets", "units", "tags", "overviews") if name in more}
@@ -76,7 +75,7 @@ def write(
 def degrees(
     step: float = CELL / 111_000.0, half: float = HALF, turned: float = 0.0
 ) -> tuple[np.ndarray, np.ndarray, Any]:
-    """x and y of the pixels of a map in degrees about EARTH, by geodesics, and its transform; `turned`: of longitude."""
+    """X and y of the pixels of a map in degrees about EARTH, by geodesics, and its transform, `turned` in longitude."""
     from pyproj import Geod
     from rasterio.transform import Affine
 
@@ -130,16 +129,6 @@ def scattered_holes(shape: tuple[int, int]) -> np.ndarray:
     return holes
 
 
-@contextlib.contextmanager
-def environment(monkeypatch: Any, **variables: str):
-    """Within variables of the environment."""
-    with monkeypatch.context() as patch:
-        for name, value in variables.items():
-            patch.setenv(name, value)
-        yield
-
-
-Form = "Callable[[Path], tuple[Path, dict[str, Any]]]"
 FORMS: dict[str, Callable[[Path], tuple[Path, dict[str, Any]]]] = {}
 """By name: writes the slope into a folder, and returns the file and the arguments of `HeightMap.read`."""
 
@@ -205,8 +194,11 @@ def turned_by_thirty_degrees(folder: Path):
     along = np.arange(-2.0 * HALF, 2.0 * HALF + 1.0, CELL)
     u, v = np.meshgrid(along, along[::-1])
     cos, sin = np.cos(np.pi / 6), np.sin(np.pi / 6)
-    turned = Affine.translation(*SITE) * Affine.rotation(30.0) * Affine.translation(along[0] - 10, along[-1] + 10)
-    return write(folder / "t.tif", slope(cos * u - sin * v, sin * u + cos * v).astype("f4"), turned * Affine.scale(CELL, -CELL)), ON_GRID  # fmt: skip
+    west, north = along[0] - 0.5 * CELL, along[-1] + 0.5 * CELL
+    corner = SITE[0] + cos * west - sin * north, SITE[1] + sin * west + cos * north
+    turned = Affine(cos * CELL, sin * CELL, corner[0], sin * CELL, -cos * CELL, corner[1])
+    heights = slope(cos * u - sin * v, sin * u + cos * v).astype("f4")
+    return write(folder / "t.tif", heights, turned), ON_GRID
 
 
 @_form
@@ -227,7 +219,9 @@ def degrees_from_0_to_360_in_an_esri_grid(folder: Path):
     path = folder / "d.asc"
     esri(path, slope(x, y), west=transform.c + 0.5 * transform.a, south=EARTH[0] - (len(y) // 2) * -transform.e)
     path.write_text(path.read_text().replace(f"cellsize {CELL!r}", f"dx {transform.a!r}\ndy {-transform.e!r}"))
-    (folder / "d.prj").write_text('GEOGCS["GCS_WGS_1984",DATUM["D_WGS_1984",SPHEROID["WGS_1984",6378137.0,298.257223563]],PRIMEM["Greenwich",0.0],UNIT["Degree",0.0174532925199433]]')  # fmt: skip
+    import pyproj
+
+    (folder / "d.prj").write_text(pyproj.CRS("EPSG:4326").to_wkt("WKT1_ESRI"))
     return path, {"earth": (*EARTH, 90.0)}
 
 
@@ -273,7 +267,10 @@ def holes_by_the_lowest_number(folder: Path):
     heights = slope(*north_up()).astype("f4")
     heights[scattered_holes(heights.shape)] = np.finfo("f4").min
     keys = (1024, 1), (1025, 1), (3072, 32632)
-    return plain_tiff(folder / "h.tif", heights, *keys, hole="-3.40282346638529e+38"), {**ON_GRID, "holes": "neighbours"}
+    return plain_tiff(folder / "h.tif", heights, *keys, hole="-3.40282346638529e+38"), {
+        **ON_GRID,
+        "holes": "neighbours",
+    }
 
 
 @_form

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from flight import FlightWarning, Fragments, HeightMap, InputError, hazard_distance
+from flight import FlightWarning, Fragments, HeightMap, hazard_distance
 from tests.flight.maps import CELL, FORMS, HALF, SITE, slope
 
 if TYPE_CHECKING:
@@ -51,8 +51,7 @@ def read(form: str, folder: Path) -> HeightMap:
 def test_one_slope_has_one_distance_in_every_form(form: str, tmp_path: Path) -> None:
     ground = read(form, tmp_path)
     found = distance(ground)
-    print(f"{form}: {found:.3f} m, expected {expected():.3f} m")
-    assert found == pytest.approx(expected(), rel=1e-3)
+    assert found == pytest.approx(expected(), rel=1e-3), f"{form}: {found:.3f} m for {expected():.3f} m"
     assert ground.datum == pytest.approx(slope(np.zeros(1), np.zeros(1))[0], abs=0.06)  # its air is that of the place
     if "holes" not in form:
         x, y = np.random.default_rng(2).uniform(-900.0, 900.0, (2, 500))

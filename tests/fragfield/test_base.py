@@ -58,7 +58,7 @@ def lowest(case: Case) -> list[float]:
     [
         ("", "", 0.0),
         ('[flight.ground]\nheight = "2 m"\n', PLANE, 2.0),
-        ('[flight.ground]\nmap = "slope.asc"\n', "", 0.2),  # 1 % of 20 m
+        ('[flight.ground]\nmap = "slope.asc"\nbeyond = "level"\n', "", 0.2),  # 1 % of 20 m
     ],
 )
 def test_a_round_stands_on_the_ground(tmp_path: Path, attitude: str, ground: str, more: str, height: float) -> None:

@@ -23,7 +23,7 @@ FINE = 2e-4  # of the volumes, with a tolerance of 0.01 mm
 
 
 def tables_of(path, **options):
-    return profile_of_contour(ContourTable(file=path.name, **(CHARGE | options)), path)
+    return profile_of_contour(ContourTable(file=path.name, **(CHARGE | options)), path)[0]
 
 
 def assert_shell(tables, exact=FINE):
@@ -84,7 +84,7 @@ def as_spline(document, corners):
 def as_chords(document, corners):
     """Arcs as chords of half a degree, as exporters write them, on the outer and the inner line alone."""
     space = document.modelspace()
-    for part in (corners[:4], corners[6:]):
+    for part in (corners[:4], corners[5:]):
         line = []
         for start, end in itertools.pairwise(part):
             line.append(start[:2])
@@ -239,6 +239,11 @@ def far_off(document, corners):
     polyline(document, [one._replace(x=one.x + 80.0, y=one.y + 35.0) for one in corners])
 
 
+def without_inner_wall(document, corners):
+    for start, end in itertools.pairwise(corners[:-3]):
+        document.modelspace().add_line(start[:2], end[:2])
+
+
 def without_hollow(document, corners):
     document.modelspace().add_lwpolyline([(0, 0), (0, 20), (400, 40), (400, 0)], close=True)
 
@@ -254,6 +259,7 @@ REFUSED = {
     "inclined axis": (inclined, {}, {}, r"centre line inclined .* turn the drawing"),
     "which end is the nose": (tube, {}, {}, r'about as wide, radii 40 and 40 mm; needed: nose.*"left" or "right"'),
     "no axis": (far_off, {}, {}, r'neither x = 0 nor y = 0 bounds the section; needed: axis.*"y = 61.2"'),
+    "inner wall missing": (without_inner_wall, {}, {}, r"inner line ends at \(331.819, 38.755\), neither"),
     "no cavity": (without_hollow, {}, {}, "found no cavity: the outline encloses no hollow"),
     "layer": (None, {}, {"layers": ["CASNG"]}, 'layers: found "CASNG"; did you mean "CASING"'),
     "axis in words": (None, {}, {"axis": "middle"}, r'axis: found "middle"; allowed: a line such as "y = 0"'),
@@ -324,6 +330,11 @@ def test_a_table_of_diameters_from_the_nose_and_from_the_base(tmp_path):
     there = tables_of(tmp_path / "b.csv")
     for name in ("outer", "cavity"):
         assert there[name]["points"] == pytest.approx(np.array(here[name]["points"]), abs=1e-5)
+    (tmp_path / "c.csv").write_text(TABLE.replace(".", ",").replace("outer diameter", "Außendurchmesser"), "cp1252")
+    german = tables_of(tmp_path / "c.csv")
+    assert german["outer"] == here["outer"]
+    assert "encoding: cp1252" in german["notes"]
+    assert "decimal sign: comma" in german["notes"]
     assert "nose at the narrower end" in here["source"]
     assert "stations from the base" in there["source"]
 
@@ -335,7 +346,8 @@ def test_a_table_of_diameters_from_the_nose_and_from_the_base(tmp_path):
         ("outer diameter", "outer", "neither diameter nor radius"),
         ("inner diameter", "thickness", "no column of the inner"),
         ("331.819", "131.819", "line 5: the station turns back"),
-        ("77.51", "77,51", "'77,51'; decimals need a point"),
+        ("77.51", "77,51", "decimal signs contradict each other: '77,51' in line 4"),
+        ("77.51", "x", "line 4, column inner diameter .mm.: 'x' is not a number"),
         ("0;56;40", "0;92;40", "both ends are about as wide, 92 and 90.3 mm"),
     ],
 )
@@ -350,7 +362,7 @@ def test_a_step_in_radius_becomes_a_short_cone_of_the_same_volume(tmp_path):
         corners = [(0, 20), (100, 20), (100, 40), (300, 40), (300, 0), (290, 0), (290, 30), (0, 10)]
         document.modelspace().add_lwpolyline(corners, close=True)
 
-    tables = profile_of_contour(ContourTable(file="a", nose="left"), write_dxf(tmp_path / "a.dxf", stepped))
+    tables = profile_of_contour(ContourTable(file="a", nose="left"), write_dxf(tmp_path / "a.dxf", stepped))[0]
     assert tables["outer"]["points"] == [[0, 20], [99.99, 20], [100.01, 40], [300, 40]]
     profile = profile_from_table(tables, where="step")
     exact = math.pi * 1e-9 * (20**2 * 100 + 40**2 * 200)

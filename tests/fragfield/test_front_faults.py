@@ -62,6 +62,7 @@ def test_mpi_is_asked_where_a_launcher_says_the_rank_alone(monkeypatch):
     for name in (*parallel._RANK_VARIABLES, *parallel._SIZE_VARIABLES, parallel._STEP_SIZE):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setenv("PMIX_RANK", "1")
+    monkeypatch.setenv("PMIX_NAMESPACE", "of a launcher")
     world = SimpleNamespace(Get_size=lambda: 2, Get_rank=lambda: 1)
     monkeypatch.setitem(sys.modules, "mpi4py.MPI", SimpleNamespace(COMM_WORLD=world))
     assert parallel.launched_size() == 2

@@ -1,12 +1,13 @@
 """Tables of tests as people have them: the same fragments from every dialect, questions where two numbers may be meant.
 
-The small inputs are of kinds that public reports tell of; each has its source.
+The small inputs are of kinds that public reports describe; each has its source.
 """
 
 from __future__ import annotations
 
 import io
 import json
+import os
 import zipfile
 
 import numpy as np
@@ -203,8 +204,7 @@ CASES = {
     "github.com/harung1993/dollardollar/issues/55": (
         ARENA + "0;90;3;1,500;800\n90;180;4;2,250;900\n",
         {},
-        "'1,500' is 1.500 or 1500, and no number of the table shows which; say which: --decimal point or "
-        "--decimal comma",
+        "'1,500' is 1.500 or 1500, and no cell of the table shows which; say which: --decimal point or",
     ),
     "the same, answered": (ARENA + "0;90;3;1,500;800\n90;180;4;2,250;900\n", {"decimal": "comma"}, {"mass": 0.0135}),
     "github.com/dbeaver/dbeaver/issues/7839": (
@@ -251,7 +251,7 @@ CASES = {
     "the same, without its name": (
         ARENA + NUMBERS + ";;7;2;900\n",
         {},
-        "7 is the sum of all rows above it, as of a row of sums",
+        "7 is the sum of all rows above it, as in a row of sums",
     ),
     "nowiknow.com/excel-has-bad-genes": (
         "zone;number;mean mass (g);speed (m/s)\n0-90;3;1.5;800\n3-May;4;2.25;900\n",
@@ -362,6 +362,34 @@ CASES = {
         {"pieces": 2.0, "most_mass_deg": [150.0, 155.0]},
     ),
     "of four rounds": (ARENA + NUMBERS, {"number_of_rounds": 4.0}, {"pieces": 1.75}),
+    "rounds above the table": (
+        "Anzahl der Versuche: 3\n" + ARENA + NUMBERS,
+        {},
+        "'Anzahl der Versuche: 3' stands above the table: its numbers are of one round, or of all; say which",
+    ),
+    "rounds in a comment": ("# rounds = 4\n" + ARENA + NUMBERS, {}, {"pieces": 1.75}),
+    "groups of columns": (
+        ";Zone;;;Masse;v\nNr.;von;bis;Anzahl;Mittel (g);Mittel (m/s)\n1;0;90;3;1,5;800\n2;90;180;4;2,25;900,5\n",
+        {"columns": {"mean_mass": "5", "mean_speed": "6"}},
+        TWO,
+    ),
+    "lines of an instrument": ("Operator;Smith\nDatum;03.05.2024\n" + ARENA + NUMBERS, {}, TWO),
+    "a zone without numbers": ("zone;N;mean mass (g);v (m/s)\n0-60;3;1,5;800\n60-90;;;\n90-180;4;2,25;900\n", {}, TWO),
+    "one column, decimal commas": (
+        "Masse (g)\n1,0\n1,1\n",
+        {},
+        "2 cells below 1 name: two columns, or one with decimal",
+    ),
+    "commas for everything": (
+        ARENA.replace(";", ",") + NUMBERS.replace(";", ","),
+        {},
+        "line 2: 6 cells below 5 names; name every column",
+    ),
+    "radians, rounded": (
+        ARENA + "0;1,5708;3;1,5;800\n1,5708;3,14159;4;2,25;900\n",
+        {},
+        {"mass": 0.0135, "zones": 2.0},
+    ),
     "percent": (ARENA + "0;90;3 %;1,5;800\n90;180;4;2,25;900\n", {}, "'3 %' is not a number"),
     "below the limit of a scale": (
         ARENA + "0;90;3;<0,1;800\n90;180;4;2,25;900\n",
@@ -495,6 +523,14 @@ def test_a_sheet_by_name_beside_a_hidden_one(tmp_path):
     assert fragfield.import_table(path, sheet="1").summary["mass"] == pytest.approx(0.0135)
 
 
+def test_a_workbook_by_another_name_and_a_pipe(tmp_path):
+    workbook(tmp_path / "t.xlsx", ("a", [HEAD, ["0-180", 3, 1.5, 800]])).rename(tmp_path / "t.csv")
+    assert fragfield.import_table(tmp_path / "t.csv").summary["mass"] == pytest.approx(0.0045)
+    os.mkfifo(tmp_path / "pipe.csv")
+    with pytest.raises(fragfield.InputError, match="not a regular file"):
+        fragfield.import_table(tmp_path / "pipe.csv")
+
+
 def packed(path, replaced):
     """A workbook with some of its parts replaced."""
     workbook(path, ("a", [HEAD, ["0-180", 3, 1.5, 800]]))
@@ -523,6 +559,19 @@ def test_hostile_workbooks_are_refused_in_one_line(replaced, message, tmp_path):
         fragfield.import_table(path)
     assert message in str(found.value)
     assert "\n" not in str(found.value)
+
+
+def test_a_cut_ods_is_refused_and_not_read_in_part(tmp_path, capsys):
+    """The library that reads ODS prints the first part and continues."""
+    ods(tmp_path / "t.ods")
+    source = zipfile.ZipFile(io.BytesIO((tmp_path / "t.ods").read_bytes()))
+    with zipfile.ZipFile(tmp_path / "t.ods", "w") as target:
+        for entry in source.namelist():
+            content = source.read(entry)
+            target.writestr(entry, content[: len(content) // 2] if entry == "content.xml" else content)
+    with pytest.raises(fragfield.InputError, match=r"damaged: content\.xml is no whole XML"):
+        fragfield.import_table(tmp_path / "t.ods")
+    assert capsys.readouterr().out == ""
 
 
 @pytest.mark.parametrize(

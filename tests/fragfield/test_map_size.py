@@ -8,13 +8,18 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 import flight
+from fragfield import check
 from fragfield.case import load_case
+from fragfield.case.checks import map_size
+from fragfield.case.checks.map_size import _ELEVATIONS, _range, farthest_throw, map_warnings
 from fragfield.case.conversion.stages import flight_arguments
 from fragfield.checking.check import check_report
-from fragfield.hazard import map_edge
-from fragfield.hazard.map_edge import _ELEVATIONS, _range, beyond_map_words, farthest_throw
+from fragfield.cli import app
+from fragfield.errors import InputError
+from fragfield.hazard.map_edge import beyond_map_words
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -34,6 +39,7 @@ base = "ground"
 [flight.ground]
 map = "level.asc"
 ricochet = "none"
+beyond = "level"
 """
 SITE = '[site]\nlatitude = "52 deg"\nlongitude = "7 deg"\nbearing = "90 deg"\n'
 
@@ -70,26 +76,46 @@ def test_check_names_the_size_that_a_map_must_have(tmp_path: Path) -> None:
     assert not any("flight.ground.map" in one for one in large), "a map of the size that is named is large enough"
 
 
+def test_a_map_that_is_too_small_is_refused_unless_the_case_says_how_it_goes_on(tmp_path: Path) -> None:
+    read(tmp_path, 500.0)
+    (tmp_path / "case.toml").write_text(CASE.replace('beyond = "level"', ""))
+    with pytest.raises(
+        InputError, match=r'flight\.ground\.map: ends 500 m from .* about \d+ m; allowed: beyond = "level"'
+    ):
+        load_case(tmp_path / "case.toml")
+    table = tmp_path / "own.csv"
+    case = tmp_path / "own.toml"
+    case.write_text(CASE[CASE.index("[flight.ground]") :].replace('beyond = "level"', ""))
+    table.write_text("mass_kg,vx_m_s,vy_m_s,vz_m_s\n0.01,300,0,100\n0.02,0,200,90\n")
+    assert check(case, fragments=table).warnings == []
+    table.write_text("mass_kg,vx_m_s,vy_m_s,vz_m_s\n0.01,300,0,100\n0.3,0,1200,900\n")
+    with pytest.raises(InputError, match=r"flight\.ground\.map: ends 500 m from the rounds"):
+        check(case, fragments=table)
+    done = CliRunner().invoke(app, ["fly", str(case), "--fragments", str(table), "--out", str(tmp_path / "out")])
+    assert done.exit_code == 2
+    assert "flight.ground.map: ends 500 m from the rounds" in done.stderr
+    assert not (tmp_path / "out").exists()
+
+
 @pytest.mark.parametrize("rounds", [1, 3])
 def test_the_farthest_throw_is_that_of_one_piece_in_a_hundred_events(monkeypatch, tmp_path: Path, rounds: int) -> None:
     """Of a wall of 20 kg and pieces of 10 g: 5 g times ln(100 x 2000)^2; one that is lighter than that flies whole."""
     case = read(tmp_path, 500.0)
     case = case.model_copy(update={"round": case.round * rounds})
-    walls = [SimpleNamespace(name="a", mean=0.01, mass=20.0), SimpleNamespace(name="b", mean=0.01, mass=0.3)]
+    walls = [SimpleNamespace(mean=0.01, mass=20.0, speed=1000.0), SimpleNamespace(mean=0.01, mass=0.3, speed=800.0)]
     seen = []
     monkeypatch.setattr("fragfield.case.checks.fragment_numbers.expected_means", lambda *_: walls)
-    monkeypatch.setattr(map_edge, "_range", lambda _, mass, speed: seen.extend([mass, speed]) or 2.0 * mass)
-    segments = [{"name": "a", "gurney_speed": 1000.0}, {"name": "b", "gurney_speed": 800.0}]
+    monkeypatch.setattr(map_size, "_range", lambda _, mass, speed: seen.extend([mass, speed]) or 2.0 * mass)
     heaviest = {1: 0.744941, 3: 0.885073}[rounds]  # 5 g times 12.20607^2, 13.30468^2
-    assert farthest_throw(case, [{"segments": segments}] * rounds) == pytest.approx(2.0 * heaviest, rel=1e-5)
+    assert farthest_throw(case) == pytest.approx(2.0 * heaviest, rel=1e-5)
     assert seen[0] == pytest.approx([heaviest, 0.3], rel=1e-5)
     assert seen[1] == pytest.approx([1250.0, 1000.0])
 
 
 @pytest.mark.parametrize(("throw", "warned"), [(499.0, False), (501.0, True)])
 def test_a_map_must_reach_as_far_as_the_farthest_throw(monkeypatch, tmp_path: Path, throw: float, warned: bool) -> None:
-    monkeypatch.setattr(map_edge, "farthest_throw", lambda *_: throw)
-    assert bool(list(map_edge.map_warnings(read(tmp_path, 500.0), []))) == warned
+    monkeypatch.setattr(map_size, "farthest_throw", lambda *_: throw)
+    assert bool(list(map_warnings(read(tmp_path, 500.0)))) == warned
 
 
 def test_a_distance_beyond_the_map_is_not_determined(tmp_path: Path) -> None:

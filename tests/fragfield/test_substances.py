@@ -1,4 +1,4 @@
-"""Substances at the front door: refused where a model lacks data, their grades in `check`, each casing run once."""
+"""Substances in a case: refused where a model lacks data, their grades in `check`, each casing run once."""
 
 from __future__ import annotations
 
@@ -53,7 +53,11 @@ def test_a_model_that_lacks_data_names_those_that_remain(tmp_path):
 @pytest.mark.parametrize(
     ("casing", "law", "message"),
     [
-        ("al_6061_t6", "mott", '"mott" needs critical_strain and fracture_energy, of which the casing "al_6061_t6" has'),
+        (
+            "al_6061_t6",
+            "mott",
+            '"mott" needs critical_strain and fracture_energy, of which the casing "al_6061_t6" has',
+        ),
         ("cast_iron_grey", "mott_1947", "needs critical_strain and fracture_stress and fracture_gamma"),
         ("steel_1020", "mott_1947", 'fracture_gamma given or break_up.mean_mass = "mott", or the mean mass itself'),
     ],
@@ -88,13 +92,16 @@ def test_what_earlier_casings_break_up_by_has_not_moved(tmp_path):
 
 def test_check_shows_the_grades_and_warns_of_estimates_that_matter(tmp_path):
     text = '[burst]\ncell_size = "12 mm"\n'
-    entry = '[[round]]\nname = "{}"\nprofile = "tube"\nexplosive = "C-4"\ncasing = "C45"\nposition = ["{} m", "0 m", "0 m"]\n'
+    entry = '[[round]]\nname = "{}"\nprofile = "tube"\nexplosive = "C-4"\ncasing = "C45"\n'
+    entry += 'position = ["{} m", "0 m", "0 m"]\n'
     text += entry.format("a", 0) + entry.format("b", 0.4)
     (tmp_path / "two.toml").write_text(text + 'ignition = []\ninitiation = { pressure = "5 GPa" }\n')
     done = invoke("check", tmp_path / "two.toml")
     assert done.exit_code == 0, done.stderr
     words = " ".join(done.stdout.split())
-    assert "explosive comp_c4: Composition C-4 (Charge memory, Heat recalculated, JWL memory, Unreacted estimate)" in words
+    assert (
+        "explosive comp_c4: Composition C-4 (Charge memory, Heat recalculated, JWL memory, Unreacted estimate)" in words
+    )
     assert "casing steel_1045: Steel AISI 1045 (Solid memory, Strength recalculated)" in words
     assert 'explosive "comp_c4": sound_speed and hugoniot_slope are estimates' in words
     assert "yield strength" not in words  # published mean masses are of this steel
@@ -104,7 +111,9 @@ def test_check_shows_the_grades_and_warns_of_estimates_that_matter(tmp_path):
 @pytest.mark.parametrize("casing", NEW)
 def test_every_new_casing_bursts_and_breaks_up(casing, tmp_path):
     pytest.importorskip("dolfinx")
-    text = '[burst]\ncell_size = "11 mm"\nend_time = "80 us"\n[[round]]\nname = "a"\nprofile = "tube"\nexplosive = "tnt"\n'
+    text = (
+        '[burst]\ncell_size = "11 mm"\nend_time = "80 us"\n[[round]]\nname = "a"\nprofile = "tube"\nexplosive = "tnt"\n'
+    )
     text += f'casing = "{casing}"\n[break_up]\nrealisations = 1\n'
     if substance("casing", casing).groups.get("break_up") is None:
         text += 'mean_mass = "5 g"\n'

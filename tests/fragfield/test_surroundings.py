@@ -10,9 +10,12 @@ import pytest
 from typer.testing import CliRunner
 
 from flight import Barricade, Building, Fragments, HeightMap, Wall
+from flight.hazard.site import Site, longitude_of
 from flight.scene.ricochet import KINDS
 from fragfield.case import load_case, read_resolved, to_toml
+from fragfield.case.checks.map_size import map_warnings
 from fragfield.case.conversion.stages import flight_arguments
+from fragfield.case.conversion.surroundings import describe_surroundings, site_of
 from fragfield.cli import app
 from fragfield.errors import InputError
 from fragfield.pipeline.ensemble import above_ground
@@ -153,10 +156,13 @@ def test_default_is_flat_soft_soil(folder) -> None:
             COLLISIONS.replace("[flight.collisions]", '[flight]\ncollisions = "of"'),
             'flight.collisions: found "of".*none',
         ),
-        (GROUND + SITE.replace("90 deg", "0 deg"), "site.bearing: found 0 deg together with .*map; allowed: 90 deg"),
+        (
+            GROUND + SITE.replace("90 deg", "0 deg"),
+            r"ground\.map: .* the bearing of \+x is 0 degrees; allowed: 90, since",
+        ),
         (
             GROUND + SITE.replace("90 deg", "89.99 deg"),
-            "site.bearing: found 89.99 deg together with .*; allowed: 90 deg",
+            r"ground\.map: .* the bearing of \+x is 89\.99 degrees; allowed: 90, since",
         ),
     ],
 )
@@ -169,8 +175,73 @@ def test_holes_are_refused_or_filled_by_word(folder, recwarn) -> None:
     write_map(folder, hole="-9999")
     with pytest.raises(InputError, match=r"flight\.ground\.map: .*1 of 1681 nodes have no height"):
         load(folder, GROUND)
-    with pytest.warns(UserWarning, match="1 of 1681 nodes have no height .*filled from their neighbours"):
+    with pytest.warns(
+        UserWarning,
+        match="1 of 1681 nodes have no height .*filled from their neighbours; 1 of them, in wide holes or at",
+    ):
         load(folder, GROUND + 'holes = "neighbours"')
+
+
+def test_the_air_is_that_of_the_maps_height(folder) -> None:
+    """Unless the case gives another; the resolved case holds the altitude, and flat ground is at sea level."""
+    text = (folder / "hill.asc").read_text().split("cellsize 50", 1)
+    heights = np.array(text[1].split("-9999", 1)[1].split(), dtype=float) + 2400.0
+    body = " ".join(f"{value:.4f}" for value in heights)
+    (folder / "hill.asc").write_text(f"{text[0]}cellsize 50\nNODATA_value -9999\n{body}\n")
+    case = load(folder, GROUND)
+    assert case.flight.air.altitude == pytest.approx(2500.0, abs=0.01)
+    assert flight_arguments(case)["air"].density(0.0) == pytest.approx(0.95695, rel=1e-4)  # US Standard, table I
+    assert read_resolved(written(folder, case)).flight.air.altitude == case.flight.air.altitude
+    given = load(folder, GROUND + '[flight.air]\naltitude = "100 m"\n')
+    assert given.flight.air.altitude == 100.0
+    assert any("flight.air.altitude = 100 m, and by the map z = 0 is at 2500 m" in one for one in map_warnings(given))
+    assert not list(map_warnings(case))
+    assert load(folder, GROUND + 'datum = "2450 m"\n').flight.air.altitude == 2450.0
+    assert load(folder, "").flight.air.altitude == 0.0
+
+
+def written(folder: Path, case) -> Path:
+    stored = folder / "stored.toml"
+    stored.write_text(to_toml(case))
+    return stored
+
+
+def test_a_map_finds_its_place_by_the_site(folder) -> None:
+    """A GeoTIFF on UTM and [site]: x and y are metres on the ground along the site's bearing, about flight.origin."""
+    pytest.importorskip("rasterio")
+    from tests.flight.maps import EARTH, north_up, slope, write
+    from tests.flight.maps import SITE as PLACE
+
+    write(folder / "hill.tif", slope(*north_up()).astype("f4"))
+    site = f'[site]\nlatitude = "{EARTH[0]} deg"\nlongitude = "{EARTH[1] - 360.0} deg"\nbearing = "0 deg"\n'
+    case = load(folder, f'{site}[flight]\norigin = ["100 m", "50 m"]\n[flight.ground]\nmap = "hill.tif"\n')
+    assert case.site.longitude == pytest.approx(np.radians(EARTH[1]), rel=1e-14)
+    ground = flight_arguments(case)["ground"]
+    east, north = np.array([300.0, -400.0]), np.array([250.0, 600.0])  # from the site, which is the origin
+    x, y = 100.0 + north, 50.0 - east  # +x points north
+    off = 5_500_000.0 - PLACE[1]
+    from pyproj import Proj
+
+    e0, n0 = Proj("EPSG:32632")(EARTH[1], EARTH[0])
+    expected = slope(e0 - PLACE[0] + east * 0.9996, n0 - PLACE[1] + off + north * 0.9996)
+    assert ground.at(x, y) + ground.datum == pytest.approx(expected, abs=0.1)
+    found = describe_surroundings(case)
+    assert found["ground"]["crs"] == "WGS 84 / UTM zone 32N"
+    assert found["altitude"] == pytest.approx(ground.datum)
+
+
+@pytest.mark.parametrize("degrees", [190.0, -170.0, -530.0 + 360.0])
+def test_a_longitude_is_written_one_way(folder, degrees: float) -> None:
+    """190 degrees east is -170 in the case, on the first page, in GeoJSON, KML and on the map's page."""
+    text = SITE.replace('"7 deg"', f'"{degrees} deg"')
+    text += '[[exposed]]\nname = "road"\nkind = "road"\n'
+    text += 'points_on_earth = [["52 deg", "190.001 deg"], ["52.001 deg", "-169.999 deg"]]\n'
+    case = load(folder, text)
+    assert case.site.longitude == load(folder, SITE.replace("7 deg", "-170 deg")).site.longitude < 0.0
+    assert site_of(case).longitude == -170.0 == Site(52.0, degrees, 90.0).longitude
+    assert 'longitude = "-2.96705972839036 rad"' in to_toml(case)
+    assert {round(x) for x, _ in case.exposed[0].points} == {69}
+    assert longitude_of(-180.0) == longitude_of(180.0) == longitude_of(540.0) == 180.0
 
 
 def test_flight_of_ones_own_fragments_to_the_report(folder) -> None:
@@ -206,11 +277,16 @@ def test_flight_of_ones_own_fragments_to_the_report(folder) -> None:
 @pytest.mark.dolfinx
 def test_check_shows_the_surroundings(folder) -> None:
     tube = (Path(__file__).parents[2] / "cases" / "tube.toml").read_text()
-    (folder / "tube.toml").write_text(tube.replace('cell_size = "6 mm"', 'cell_size = "12 mm"') + GROUND + OBSTACLES)
+    text = tube.replace('cell_size = "6 mm"', 'cell_size = "12 mm"') + GROUND + 'beyond = "level"\n' + OBSTACLES
+    (folder / "tube.toml").write_text(text)
     done = CliRunner().invoke(app, ["check", str(folder / "tube.toml")])
     assert done.exit_code == 0, done.stderr
     for words in (
-        "hill.asc, 41 x 41 nodes", "ricochet off the ground: asphalt, up to 18 degrees, where 0.52",
+        "hill.asc, 41 x 41 nodes 50 m by 50 m apart", "coordinate system: none in the file or beside it",
+        "north: +x is the map's grid east", "heights: metres, which the file does not state", "holes: none",
+        "datum of heights: not stated in the file; z = 0 at 100 m",
+        "air: standard atmosphere, z = 0 at 100 m above sea level, the map's height of z = 0",
+        "ricochet off the ground: asphalt, up to 18 degrees, where 0.52",
         "obstacle bank: barricade", "obstacle store: building", "ricochet as off concrete",
     ):  # fmt: skip
         assert words in done.stdout

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
+from contextlib import nullcontext
+from types import SimpleNamespace
 from typing import TYPE_CHECKING
 
 import h5py
@@ -10,7 +14,7 @@ import pytest
 
 from fragfield.errors import InputError
 from fragfield.report import read_run, write_report
-from fragfield.view import PictureUnavailableError, interactive, offscreen, offscreen_fault
+from fragfield.view import PictureUnavailableError, interactive, offscreen, offscreen_fault, show
 from fragfield.view.interactive import interactive_fault
 from fragfield.view.scenes import burst_at, burst_states, burst_times, cut, final_burst, middle_plane, section
 from fragfield.view.show import view_run
@@ -81,9 +85,23 @@ def test_missing_library_is_reported_and_the_report_goes_on(run, monkeypatch):
 )
 def test_an_end_of_the_drawing_process_is_reported(run, monkeypatch, child, kind, words):
     """A library without a driver ends VTK's process by a signal; errors of ours come as what they are."""
-    monkeypatch.setattr(offscreen, "_DRAW", f"import os; {child}")
+    command = [sys.executable, "-c", f"import os; {child}"]
+    monkeypatch.setattr(offscreen, "start_function", lambda *_, **streams: subprocess.Popen(command, **streams))
     with pytest.raises(kind, match=words):
         view_run(run, window=False)
+
+
+def test_a_display_that_answers_no_more_is_said(run, monkeypatch, caplog):
+    """A window that is asked for and cannot be is an error; pictures instead of one are announced."""
+    monkeypatch.setenv("DISPLAY", ":987")
+    with pytest.raises(PictureUnavailableError, match="no X server answers at DISPLAY=:987; allowed: --pictures"):
+        view_run(run, window=True)
+    monkeypatch.setattr(show, "PictureProcess", lambda *_: nullcontext(SimpleNamespace(finish=lambda: "")))
+    view_run(run)
+    assert "DISPLAY=:987: pictures are written instead of a window" in caplog.text
+    monkeypatch.delenv("DISPLAY")
+    with pytest.raises(PictureUnavailableError, match="no window can be opened: DISPLAY is not set"):
+        view_run(run, window=True)
 
 
 def test_series_ends_in_the_state_of_the_snapshot(run):

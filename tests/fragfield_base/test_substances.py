@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from fragfield_base.errors import InputError
-from fragfield_base.names import plain_key, substance_key, substance_title
+from fragfield_base.names import plain_key
 from fragfield_base.substances import (
     FOLDERS,
     GRADES,
@@ -17,7 +17,9 @@ from fragfield_base.substances import (
     graded,
     read_substance,
     substance,
+    substance_key,
     substance_names,
+    substance_title,
     substances_with,
 )
 
@@ -69,7 +71,11 @@ def test_a_name_of_two_substances_is_a_fault_of_the_files(monkeypatch):
     [
         ("[jwl]", "[jvl]", r"mine.toml: 'jvl' is unknown; did you mean 'jwl'\?"),
         ("omega = ", "omaga = ", r"mine.toml \[jwl\]: 'omaga' is unknown; did you mean 'omega'\?"),
-        ('grade = "published"', 'grade = "sure"', r"\[charge\]: grade: found 'sure' \(allowed: published, second hand,"),
+        (
+            'grade = "published"',
+            'grade = "sure"',
+            r"\[charge\]: grade: found 'sure' \(allowed: published, second hand,",
+        ),
         ('grade = "published"', "", r"\[charge\]: grade: found ''"),
         ("R1 = 4.2", 'R1 = "4.2"', r"\[jwl\]: R1: found '4.2'; needed: a number in SI"),
         ("R1 = 4.2", "R1 = nan", r"\[jwl\]: R1: found nan"),

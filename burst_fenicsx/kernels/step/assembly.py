@@ -84,8 +84,8 @@ def add_element_forces(
         # The body is a kernel of its own: numba loses what a parallel loop writes through a named tuple directly.
         for thread in numba.prange(threads):
             work = scratch[numba.get_thread_id()]
-            first = _share_begins(np.int64(thread), threads, chunks, schedule.active, min_level)
-            last = _share_begins(np.int64(thread) + 1, threads, chunks, schedule.active, min_level)
+            first = _piece_begins(np.int64(thread), threads, chunks, schedule.active, min_level)
+            last = _piece_begins(np.int64(thread) + 1, threads, chunks, schedule.active, min_level)
             for k in range(first, last):
                 _run_chunk(
                     chunks[k], step, time, min_level, element, nodes, grid, schedule, solid, charge, rings, totals, work
@@ -100,7 +100,7 @@ def _clear(rows: np.ndarray, values: np.ndarray) -> None:
 
 
 @kernel
-def _share_begins(thread: int, threads: int, chunks: np.ndarray, active: np.ndarray, min_level: int) -> int:
+def _piece_begins(thread: int, threads: int, chunks: np.ndarray, active: np.ndarray, min_level: int) -> int:
     """First chunk of a thread's piece of all blocks that take part; `active` as in `Schedule`."""
     if thread == threads:
         return chunks.size

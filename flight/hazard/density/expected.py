@@ -133,7 +133,7 @@ class Estimate:
         worst = int(np.argmax(larger))
         plain = float(larger[worst])
         crossed = self._cross_fitted(larger) if len(larger) > 1 and self.several else plain
-        middle = 0.5 * (math.exp(plain) + math.exp(crossed))
+        middle, correction = 0.5 * (math.exp(plain) + math.exp(crossed)), 0.5 * abs(math.exp(plain) - math.exp(crossed))
         error, upper = None, None
         each = np.full(len(larger), np.nan)
         if self.several:
@@ -142,7 +142,8 @@ class Estimate:
             near = larger >= plain - NEAR_WORST
             drawn = {d: self.draws_of(found, d) for d in np.flatnonzero(near | every_direction).tolist()}
             spread = _spread(np.max([drawn[d] for d in np.flatnonzero(near).tolist()], axis=0)) * factor
-            error, bound = middle * spread, _student(groups - 1)
+            # The correction for choosing the direction scatters by its own size; it leans to no side of the bound.
+            error, bound = math.hypot(middle * spread, correction), _student(groups - 1)
             upper = middle * math.exp(bound * spread)
             for d, draws in drawn.items():
                 each[d] = math.exp(larger[d] + bound * _spread(draws) * factor)
@@ -158,7 +159,7 @@ class Estimate:
             middle, upper, error, float(np.exp(found[0].max())), float(np.exp(found[1].max())), self.directions.basis,
             None if axisymmetric else float(self.directions.azimuth[worst]), self.count, len(self.sizes),
             None if axisymmetric else self.directions.kernel, self.directions.mirrors,
-            0.5 * abs(math.exp(plain) - math.exp(crossed)),
+            correction,
             self.directions.grid.width * np.arange(len(of_every)), reach[of_every], each[of_every],
             np.exp(self.radial.places[here]), mean, low, high,
         )  # fmt: skip

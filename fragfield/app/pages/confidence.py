@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import datetime
+import datetime as dt
 import hashlib
 import json
 from html import escape
@@ -15,6 +15,7 @@ from nicegui import ui
 import fragfield
 from fragfield.app.forms import form
 from fragfield.app.jobs import start_job
+from fragfield.app.markup import heading, shown_facts
 from fragfield.errors import InputError, message_of
 from fragfield.files.run_directory import RunDirectory
 from fragfield.hazard.certainty import metres
@@ -42,22 +43,17 @@ def content(page: CasePage) -> None:
     summary = _summary(path)
     with ui.element("div").classes("columns"):
         with ui.element("section"):
-            with ui.element("h2"):
-                ui.label(texts("confidence.uncertain"))
+            heading(texts("confidence.uncertain"))
             _uncertain(page, run, path)
-            with ui.element("h2"):
-                ui.label(texts("confidence.cells"))
+            heading(texts("confidence.cells"))
             _cells(summary)
-            with ui.element("h2"):
-                ui.label(texts("confidence.bearing"))
+            heading(texts("confidence.bearing"))
             evidence = ui.element("div")
         with ui.element("section"):
-            with ui.element("h2"):
-                ui.label(texts("confidence.document"))
+            heading(texts("confidence.document"))
             form(page, ("document",))
             _signature(page, run, path)
-            with ui.element("h2"):
-                ui.label(texts("confidence.compare"))
+            heading(texts("confidence.compare"))
             _compare(page)
 
     async def reasons() -> None:
@@ -74,7 +70,7 @@ def content(page: CasePage) -> None:
 def _summary(path: Path) -> dict[str, Any]:
     try:
         return RunDirectory(path).summary()
-    except (fragfield.InputError, InputError, OSError):
+    except (fragfield.InputError, OSError):
         return {}
 
 
@@ -87,7 +83,7 @@ def _reasons(path: Path) -> tuple[list[str], list[str]]:
     try:
         run = read_run(path)
         return reasons_for(run), reasons_against(run, findings(run))
-    except (fragfield.InputError, InputError, OSError) as error:
+    except (fragfield.InputError, OSError) as error:
         return [], [message_of(error)]
 
 
@@ -111,8 +107,9 @@ def _uncertain(page: CasePage, run: str, path: Path) -> None:
             ui.navigate.to(page.address("run"))
 
     with ui.element("div").classes("choices"):
-        ui.number(texts("confidence.samples"), value=chosen["samples"], min=8, max=100000, precision=0,
-                  on_change=lambda event: chosen.update(samples=int(event.value or _SAMPLES))).props("outlined dense")  # fmt: skip
+        box = ui.number(texts("confidence.samples"), value=chosen["samples"], min=8, max=100000, precision=0)
+        box.props("outlined dense")
+        box.on_value_change(lambda event: chosen.update(samples=int(event.value or _SAMPLES)))
         ui.button(texts("confidence.start"), on_click=start).props("no-caps outline data-act=sample")
     progress, outcome = ui.label("").classes("note"), ui.html("", sanitize=False)
 
@@ -144,10 +141,13 @@ def _spread(page: CasePage, found: Mapping[str, Any]) -> str:
     for row in sorted(distance.get("indices") or [], key=lambda one: -(one.get("total") or 0.0))[:12]:
         share = min(max(100.0 * float(row.get("total") or 0.0), 0.0), 100.0)
         name = str(row.get("label") or row.get("name") or row.get("key") or "")
-        bars.append(f'<div class="stage"><span>{escape(name)}</span><div class="bar"><div style="width:{share:.1f}%"></div></div>'
-                    f'<span class="detail">{escape(page.texts("confidence.share", share=f"{share:.0f}"))}</span></div>')  # fmt: skip
+        shown = escape(page.texts("confidence.share", share=f"{share:.0f}"))
+        bar = f'<div class="bar"><div style="width:{share:.1f}%"></div></div>'
+        bars.append(f'<div class="stage"><span>{escape(name)}</span>{bar}<span class="detail">{shown}</span></div>')
     title = escape(page.texts("confidence.tornado"))
-    return f"<p>{escape(words)}</p>" + (f'<h3>{title}</h3><div class="stages tornado">{"".join(bars)}</div>' if bars else "")
+    return f"<p>{escape(words)}</p>" + (
+        f'<h3>{title}</h3><div class="stages tornado">{"".join(bars)}</div>' if bars else ""
+    )
 
 
 def _cells(summary: Mapping[str, Any]) -> None:
@@ -160,8 +160,8 @@ def _cells(summary: Mapping[str, Any]) -> None:
             known.row(one).value if known is not None and one is not None else number(one)
             for one in (entry["values"][0], entry["uncertainty"])
         )
-        rows.append(f"<tr><th>{escape(known.label if known else name)}</th><td>{escape(value)}</td><td>± {escape(error)}</td><td>{escape(entry['kind'])}</td></tr>")
-    ui.html(f'<div class="table-box"><table class="facts">{"".join(rows)}</table></div>' if rows else '<p class="meaning">–</p>', sanitize=False)
+        rows.append((known.label if known else name, value, f"±\u00a0{error}", entry["kind"]))
+    shown_facts(rows)
 
 
 def sign(path: Path, who: str) -> dict[str, str]:
@@ -171,7 +171,7 @@ def sign(path: Path, who: str) -> dict[str, str]:
         raise InputError(f"{path.name}: has no report.html to sign")
     if not who.strip():
         raise InputError("document.prepared_by: missing; the name of who signs")
-    when = datetime.datetime.now(datetime.UTC).strftime("%Y-%m-%d %H:%M UTC")
+    when = dt.datetime.now(dt.UTC).strftime("%Y-%m-%d %H:%M UTC")
     found = {"who": who, "when": when, "sha256": hashlib.sha256(report.read_bytes()).hexdigest(),
              "case_sha256": hashlib.sha256((path / "case.toml").read_bytes()).hexdigest()}  # fmt: skip
     write_text(path.with_name(f"{path.name}.{_SIGNATURE}"), json.dumps(found, indent=1) + "\n", InputError)
@@ -194,7 +194,9 @@ def _signature(page: CasePage, run: str, path: Path) -> None:
         ui.label(texts("confidence.unsigned")).classes("note")
     else:
         entry, holds = signed
-        ui.label(texts("confidence.signed", when=entry["when"], who=entry["who"], hash=entry["sha256"])).classes("note").props("data-box=signed")
+        ui.label(texts("confidence.signed", when=entry["when"], who=entry["who"], hash=entry["sha256"])).classes(
+            "note"
+        ).props("data-box=signed")
         if not holds:
             ui.label(texts("confidence.broken")).classes("fault")
 
@@ -203,7 +205,9 @@ def _signature(page: CasePage, run: str, path: Path) -> None:
             if page.case.is_draft:
                 page.case.save()
             commands = [["report", page.case.name, "--out", run]]
-            start_job(page.session.space, title=texts("confidence.write"), case=page.case.name, run=run, commands=commands)
+            start_job(
+                page.session.space, title=texts("confidence.write"), case=page.case.name, run=run, commands=commands
+            )
 
         if page.attempt(act):
             ui.navigate.to(page.address("run"))
@@ -232,24 +236,23 @@ def _compare(page: CasePage) -> None:
             return
         place.clear()
         try:
-            done = await threads.io_bound(fragfield.compare_runs, *(space.inside(chosen[key]) for key in ("first", "second")))
-        except (fragfield.InputError, InputError, OSError) as error:
+            done = await threads.io_bound(
+                fragfield.compare_runs, *(space.inside(chosen[key]) for key in ("first", "second"))
+            )
+        except (fragfield.InputError, OSError) as error:
             with place:
                 ui.label(message_of(error)).classes("fault")
             return
         with place:
-            with ui.element("h3"):
-                ui.label(texts("confidence.differ"))
+            heading(texts("confidence.differ"), 3)
             for line in done.found["differences"][:40] or [texts("confidence.same")]:
                 ui.label(str(line)).classes("meaning")
             for name in done.tables[:4]:
                 table = done.table(name)
-                head = "".join(f"<th>{escape(column)}</th>" for column in table.columns[:7])
-                rows = "".join(
-                    "<tr>" + "".join(f"<td>{escape(_cell(table[column][row]))}</td>" for column in table.columns[:7]) + "</tr>"
-                    for row in range(min(len(table), 12))
-                )
-                ui.html(f'<h3>{escape(name)}</h3><div class="table-box"><table class="facts"><thead><tr>{head}</tr></thead>{rows}</table></div>', sanitize=False)
+                columns = table.columns[:7]
+                rows = [tuple(_cell(table[column][row]) for column in columns) for row in range(min(len(table), 12))]
+                heading(name, 3)
+                shown_facts(rows, columns)
 
     def choose(key: str, value: str) -> Any:  # noqa: ANN401 - a coroutine
         chosen[key] = value
@@ -257,7 +260,9 @@ def _compare(page: CasePage) -> None:
 
     with ui.element("div").classes("form"):
         for key in ("first", "second"):
-            ui.select(names, label=texts(f"confidence.{key}"), on_change=lambda event, key=key: choose(key, event.value)).props("outlined dense")
+            ui.select(
+                names, label=texts(f"confidence.{key}"), on_change=lambda event, key=key: choose(key, event.value)
+            ).props("outlined dense")
     place.move(target_index=-1)
 
 

@@ -11,6 +11,7 @@ from nicegui import run, ui
 
 import fragfield
 from fragfield.app.jobs import start_job
+from fragfield.app.markup import facts, heading
 from fragfield.errors import message_of
 from fragfield.numbers import number
 
@@ -26,8 +27,7 @@ _KINDS = (".csv", ".xlsx", ".ods", ".h5")
 def content(page: CasePage) -> None:
     """Build the page."""
     texts, folder = page.texts, page.case.path.parent
-    with ui.element("h2"):
-        ui.label(texts("data.title"))
+    heading(texts("data.title"))
     ui.label(texts("data.form")).classes("meaning")
     files = sorted(one.name for one in folder.iterdir() if one.suffix in _KINDS and one.is_file())
     if not files:
@@ -51,8 +51,7 @@ def content(page: CasePage) -> None:
         with place:
             ui.html(words, sanitize=False)
             if picture:
-                with ui.element("h3"):
-                    ui.label(texts("data.polar"))
+                heading(texts("data.polar"), 3)
                 ui.html(picture, sanitize=False).classes("picture").style("max-width:36rem")
             ui.button(texts("data.fly"), on_click=fly).props("no-caps data-act=fly-file")
 
@@ -70,7 +69,9 @@ def content(page: CasePage) -> None:
             ui.navigate.to(page.address("run"))
 
     with ui.element("div").classes("choices"):
-        ui.select(files, value=files[0], label=texts("data.file"), on_change=lambda event: chosen.update(file=event.value)).props("outlined dense")
+        ui.select(
+            files, value=files[0], label=texts("data.file"), on_change=lambda event: chosen.update(file=event.value)
+        ).props("outlined dense")
         ui.button(texts("data.check"), on_click=check).props("no-caps outline data-act=check-file")
     place.move(target_index=-1)
 
@@ -85,10 +86,9 @@ def _held(page: CasePage, case: Case, path: Path) -> tuple[str, str]:
     rows = [(texts("data.number"), number(held["number"], 5)), (texts("data.mass"), f"{number(held['mass'], 4)} kg")]
     if recovered := held.get("recovered"):
         rows.append((texts("data.recovered"), recovered["words"]))
-    table = "".join(f"<tr><th>{escape(name)}</th><td>{escape(value)}</td></tr>" for name, value in rows)
     warnings = "".join(f'<p class="warning">{escape(words)}</p>' for words in found["warnings"])
     read = read_arena(path, case)
-    return f'<table class="facts">{table}</table>{warnings}', "" if read is None else _polar(read[0], texts("data.polar"))
+    return f"{facts(rows)}{warnings}", "" if read is None else _polar(read[0], texts("data.polar"))
 
 
 def _polar(table: Any, title: str) -> str:  # noqa: ANN401 - an arena table
@@ -96,18 +96,16 @@ def _polar(table: Any, title: str) -> str:  # noqa: ANN401 - an arena table
     counts = [float(table.number[table.zone == zone].sum()) for zone in range(len(table.zones) - 1)]
     most = max(counts, default=0.0) or 1.0
     parts = []
+    for degrees in range(0, 181, 30):
+        x, y = math.cos(math.radians(degrees)), -math.sin(math.radians(degrees))
+        parts.append(f'<path class="extension" d="M0 0L{158 * x:.1f} {158 * y:.1f}"/>')
+        parts.append(f'<text class="small" x="{168 * x:.1f}" y="{4 + 168 * y:.1f}">{degrees}°</text>')
     for zone, count in enumerate(counts):
-        start, end = (math.radians(float(table.zones[one])) for one in (zone, zone + 1))
+        low, high = float(table.zones[zone]), float(table.zones[zone + 1])
         reach = 150.0 * math.sqrt(count / most)  # areas as numbers
         for side in (-1.0, 1.0):
-            corners = [(reach * math.cos(turn), side * reach * math.sin(turn)) for turn in (start, 0.5 * (start + end), end)]
-            points = "0,0 " + " ".join(f"{x:.1f},{y:.1f}" for x, y in corners)
-            parts.append(f'<polygon class="charge" points="{points}"><title>{table.zones[zone]:g}–{table.zones[zone + 1]:g}°: {count:.4g}</title></polygon>')
-    marks = "".join(
-        f'<path class="extension" d="M0 0L{158 * math.cos(math.radians(turn)):.1f} {-158 * math.sin(math.radians(turn)):.1f}"/>'
-        f'<text class="small" x="{168 * math.cos(math.radians(turn)):.1f}" y="{4 - 168 * math.sin(math.radians(turn)):.1f}">{turn}°</text>'
-        for turn in range(0, 181, 30)
-    )
-    pattern = ('<defs><pattern id="dots" width="7" height="7" patternUnits="userSpaceOnUse"><rect width="7" height="7" fill="#f6ead2"/>'
-               '<circle cx="2" cy="2" r="0.9" fill="#7a4b00"/></pattern></defs>')  # fmt: skip
-    return f'<svg viewBox="-190 -180 380 350" role="img" aria-label="{escape(title)}">{pattern}{marks}{"".join(parts)}</svg>'
+            turns = [math.radians(turn) for turn in (low, 0.5 * (low + high), high)]
+            corners = " ".join(f"{reach * math.cos(one):.1f},{side * reach * math.sin(one):.1f}" for one in turns)
+            words = f"<title>{low:g}–{high:g}°: {count:.4g}</title>"
+            parts.append(f'<polygon class="zone" points="0,0 {corners}">{words}</polygon>')
+    return f'<svg viewBox="-190 -180 380 350" role="img" aria-label="{escape(title)}">{"".join(parts)}</svg>'

@@ -12,7 +12,7 @@ from nicegui import ui
 
 import fragfield
 from fragfield.app.jobs import start_job
-from fragfield.errors import InputError
+from fragfield.app.markup import Raw, heading, shown_facts
 from fragfield.hazard.certainty import metres, whole_metres
 from fragfield.hazard.recommended import parts_words
 from fragfield.hazard.verdict import criterion_words
@@ -39,8 +39,8 @@ def content(page: CasePage, run: str = "") -> None:
     with ui.element("div").classes("choices"):
         if names:
             options = names if not chosen or chosen in names else [chosen, *names]
-            ui.select(options, value=chosen or None, label=texts("result.run"),
-                      on_change=lambda event: ui.navigate.to(page.address("result", run=event.value))).props("outlined dense")  # fmt: skip
+            box = ui.select(options, value=chosen or None, label=texts("result.run")).props("outlined dense")
+            box.on_value_change(lambda event: ui.navigate.to(page.address("result", run=event.value)))
     if not chosen:
         ui.label(texts("result.none")).classes("meaning")
         return
@@ -48,7 +48,7 @@ def content(page: CasePage, run: str = "") -> None:
         path = space.inside(chosen)
         found = fragfield.open(path)
         summary = found.summary
-    except (fragfield.InputError, InputError) as error:
+    except fragfield.InputError as error:
         ui.label(str(error)).classes("fault")
         return
     parts: dict[str, Callable[[], object]] = {
@@ -98,8 +98,7 @@ def _decision(page: CasePage, run: str, path: Path, summary: Mapping[str, Any]) 
     texts, hazard = page.texts, summary.get("hazard") or {}
     with ui.element("div").classes("columns"):
         with ui.element("section"):
-            with ui.element("h2"):
-                ui.label(texts("result.recommended"))
+            heading(texts("result.recommended"))
             if hazard.get("determined"):
                 ui.label(f"{whole_metres(hazard['recommended'])} m").classes("number").props("data-box=recommended")
                 ui.label(parts_words(hazard)).classes("meaning")
@@ -109,33 +108,25 @@ def _decision(page: CasePage, run: str, path: Path, summary: Mapping[str, Any]) 
             for words in (summary.get("minimum") or {}).get("words", ()):
                 ui.label(words).classes("note")
         with ui.element("section"):
-            with ui.element("h2"):
-                ui.label(texts("result.verdicts"))
+            heading(texts("result.verdicts"))
             _verdicts(page, summary.get("exposed") or [])
-    with ui.element("h2"):
-        ui.label(texts("result.report"))
+    heading(texts("result.report"))
     _framed(page, run, path, "report.html")
 
 
 def _verdicts(page: CasePage, exposed: list[Mapping[str, Any]]) -> None:
     texts = page.texts
-    rows = []
+    rows: list[tuple[str, ...]] = []
     for entry in exposed:
         verdict = entry["verdict"]
-        mark = f'<span class="verdict {verdict.replace(" ", "-")}">{escape(texts("verdict." + verdict.replace(" ", "_")))}</span>'
-        rows.append((escape(entry["name"]), mark, escape(criterion_words(entry)), metres(entry["distance"])))
+        words = escape(texts("verdict." + verdict.replace(" ", "_")))
+        mark = Raw(f'<span class="verdict {verdict.replace(" ", "-")}">{words}</span>')
+        rows.append((entry["name"], mark, criterion_words(entry), metres(entry["distance"])))
     if not rows:
         ui.label(texts("result.no_places")).classes("meaning")
         return
     heads = [texts(f"result.{name}") for name in ("place", "verdict", "criterion", "distance")]
-    _html_table(heads, rows)
-
-
-def _html_table(heads: list[str], rows: list[tuple[str, ...]]) -> None:
-    """A table of cells that are HTML already."""
-    head = "".join(f"<th>{escape(one)}</th>" for one in heads)
-    body = "".join(f"<tr>{''.join(f'<td>{cell}</td>' for cell in row)}</tr>" for row in rows)
-    ui.html(f'<div class="table-box"><table class="facts"><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>', sanitize=False)
+    shown_facts(rows, heads)
 
 
 def _map(page: CasePage, run: str, path: Path) -> None:
@@ -143,7 +134,9 @@ def _map(page: CasePage, run: str, path: Path) -> None:
     if page.document is not None:
         with ui.element("div").classes("choices"):
             ui.link(page.texts("result.move"), page.address("site"))
-            ui.button(page.texts("result.fly_again"), on_click=lambda: _fly_again(page, run)).props("no-caps outline dense data-act=fly")
+            ui.button(page.texts("result.fly_again"), on_click=lambda: _fly_again(page, run)).props(
+                "no-caps outline dense data-act=fly"
+            )
     _framed(page, run, path, "map.html")
 
 
@@ -167,7 +160,9 @@ def _figures(page: CasePage, run: str, path: Path) -> None:
         for picture in pictures:
             with ui.element("figure").classes("card").style("margin:0"):
                 address = f"/files/{quote(run)}/figures/{quote(picture.name)}"
-                ui.element("img").props(f'src="{address}" alt="{escape(picture.stem)}" loading=lazy').style("width:100%")
+                ui.element("img").props(f'src="{address}" alt="{escape(picture.stem)}" loading=lazy').style(
+                    "width:100%"
+                )
                 ui.link(picture.stem.replace("_", " "), address, new_tab=True)
 
 
@@ -186,8 +181,8 @@ def _numbers(summary: Mapping[str, Any]) -> None:
     rows: list[tuple[str, ...]] = []
     for one in QUANTITIES.values():
         if "[]" not in one.path:
-            rows += [(escape(one.stage), escape(row.name), escape(row.value), escape(row.note)) for row in one.rows(summary)]
-    _html_table(["", "", "", ""], rows)
+            rows += [(one.stage, row.name, row.value, row.note) for row in one.rows(summary)]
+    shown_facts(rows, ["", "", "", ""])
 
 
 def _tables(page: CasePage, found: Any) -> None:  # noqa: ANN401 - a run
@@ -202,16 +197,16 @@ def _tables(page: CasePage, found: Any) -> None:  # noqa: ANN401 - a run
         place.clear()
         try:
             table = await threads.io_bound(found.table, name)
-        except (fragfield.InputError, InputError) as error:
+        except fragfield.InputError as error:
             with place:
                 ui.label(str(error)).classes("fault")
             return
         columns = [table[column] for column in table.columns]
         flat = [(column, values) for column, values in zip(table.columns, columns, strict=True) if values.ndim == 1]
-        rows = [tuple(escape(_cell(values[row])) for _, values in flat) for row in range(min(len(table), _MOST_ROWS))]
+        rows = [tuple(_cell(values[row]) for _, values in flat) for row in range(min(len(table), _MOST_ROWS))]
         with place:
             ui.label(texts("result.rows", shown=len(rows), number=len(table))).classes("note")
-            _html_table([column for column, _ in flat], rows)
+            shown_facts(rows, [column for column, _ in flat])
 
     ui.select(names, label=texts("result.table"), on_change=lambda event: show(event.value)).props("outlined dense")
     place.move(target_index=-1)

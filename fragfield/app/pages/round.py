@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tomllib
+from html import escape
 from typing import TYPE_CHECKING, Any
 
 from nicegui import ui
@@ -10,11 +11,12 @@ from nicegui import ui
 from burst_fenicsx.errors import InputError as BurstInputError
 from burst_fenicsx.geometry import load_profile, profile_from_table
 from burst_fenicsx.geometry.files import PROFILES, profile_names
-from burst_fenicsx.materials.library import casing_names, explosive_names, load_casing, load_explosive
+from burst_fenicsx.materials.library import burst_explosive_names, casing_names, load_casing, load_explosive
 from burst_fenicsx.problem import Round
 from fragfield.app.contour import ContourTable, from_case, to_case
 from fragfield.app.drawing import round_facts, round_svg
 from fragfield.app.forms import field_input, form
+from fragfield.app.markup import Raw, facts, heading
 from fragfield.errors import InputError
 from fragfield.numbers import number
 from fragfield_base.units import UnitError, read_measure
@@ -52,9 +54,9 @@ def content(page: CasePage) -> None:
         _RoundEditor(page, index).build()
 
     if len(names) > 1:
-        ui.select(names, value=chosen, label=texts("page.round"), on_change=lambda event: show.refresh(event.value)).props(
-            "outlined dense"
-        )
+        ui.select(
+            names, value=chosen, label=texts("page.round"), on_change=lambda event: show.refresh(event.value)
+        ).props("outlined dense")
     show(chosen)
 
 
@@ -71,7 +73,9 @@ def drawn_round(case: CaseDocument, index: int) -> Round:
     profile, folder = entry.get("profile"), case.path.parent
     where = f"round[{index + 1}].profile"
     try:
-        shape = profile_from_table(profile, where) if isinstance(profile, dict) else load_profile(_located(profile, folder))
+        shape = (
+            profile_from_table(profile, where) if isinstance(profile, dict) else load_profile(_located(profile, folder))
+        )
         return Round(
             str(entry.get("name", "")), load_explosive(_located(entry.get("explosive"), folder)),
             load_casing(_located(entry.get("casing"), folder)), profile=shape,
@@ -101,11 +105,9 @@ class _RoundEditor:
         with ui.element("div").classes("columns drawing-first"):
             with ui.element("section"):
                 self._shape()
-                with ui.element("h2"):
-                    ui.label(texts("round.materials"))
+                heading(texts("round.materials"))
                 self._materials()
-                with ui.element("h2"):
-                    ui.label(texts("round.expected"))
+                heading(texts("round.expected"))
                 ui.label(texts("round.expected_why")).classes("meaning")
                 with ui.element("div").classes("form"):
                     for key in ("casing", "charge"):
@@ -118,8 +120,7 @@ class _RoundEditor:
 
     def _shape(self) -> None:
         texts, page = self.page.texts, self.page
-        with ui.element("h2"):
-            ui.label(texts("round.contour"))
+        heading(texts("round.contour"))
         field_input(page, (*self.path, "name"))
         kinds = {"own": texts("round.own"), "ready": texts("round.ready")}
         value = "own" if self.table is not None else "ready"
@@ -132,7 +133,9 @@ class _RoundEditor:
                       on_change=lambda event: self._count(diameters=event.value)).props("no-caps dense")  # fmt: skip
             ui.toggle({False: texts("round.from_nose"), True: texts("round.from_base")}, value=self.table.from_base,
                       on_change=lambda event: self._count(from_base=event.value)).props("no-caps dense")  # fmt: skip
-            ui.select(list(_UNITS), value=self.table.unit, label=texts("round.unit"), on_change=self._unit).props("dense outlined")
+            ui.select(list(_UNITS), value=self.table.unit, label=texts("round.unit"), on_change=self._unit).props(
+                "dense outlined"
+            )
         self._tables()
 
     @ui.refreshable_method
@@ -140,10 +143,13 @@ class _RoundEditor:
         texts, table = self.page.texts, self.table
         assert table is not None
         across = texts("round.diameter" if table.diameters else "round.radius")
-        heads = (f"{texts('round.station')} ({table.unit})", f"{across} ({table.unit})", f"{texts('round.arc')} ({table.unit})")
+        heads = (
+            f"{texts('round.station')} ({table.unit})",
+            f"{across} ({table.unit})",
+            f"{texts('round.arc')} ({table.unit})",
+        )
         for name in ("outer", "cavity"):
-            with ui.element("h3"):
-                ui.label(texts(f"round.{name}"))
+            heading(texts(f"round.{name}"), 3)
             with ui.element("div").classes("contour").props(f'role=table aria-label="{texts(f"round.{name}")}"') as box:
                 for head in heads:
                     ui.label(head).classes("head-cell")
@@ -157,12 +163,12 @@ class _RoundEditor:
             ui.button(texts("round.add_point"), icon="add", on_click=lambda _, name=name: self._add(name)).props(
                 "dense flat no-caps"
             )
-        with ui.element("h3"):
-            ui.label(texts("round.charge"))
+        heading(texts("round.charge"), 3)
         with ui.element("div").classes("form"):
             self._single("front", f"{texts('round.front')} ({table.unit})")
-            ui.select({"": texts("round.full"), "inert": texts("round.inert"), "void": texts("round.void")}, value=table.fill,
-                      label=texts("round.fill"), on_change=lambda event: self._put("fill", event.value)).props("outlined dense")  # fmt: skip
+            fills = {"": texts("round.full"), "inert": texts("round.inert"), "void": texts("round.void")}
+            fill = ui.select(fills, value=table.fill, label=texts("round.fill"))
+            fill.props("outlined dense").on_value_change(lambda event: self._put("fill", event.value))
             self._single("mass", f"{texts('round.fuze_mass')} (kg)")
 
     def _cell(self, name: str, row: int, column: int, value: str, head: str) -> None:
@@ -238,7 +244,7 @@ class _RoundEditor:
 
     def _materials(self) -> None:
         with ui.element("div").classes("form"):
-            for key, names in (("explosive", explosive_names()), ("casing", casing_names())):
+            for key, names in (("explosive", burst_explosive_names()), ("casing", casing_names())):
                 place = (*self.path, key)
                 if isinstance(self.page.case.get(place), dict):
                     form(self.page, place)
@@ -247,7 +253,9 @@ class _RoundEditor:
         self.sources = ui.label("").classes("meaning")
 
     def _official(self) -> None:
-        with ui.expansion(self.page.texts("round.official"), value=self.page.focus.startswith("official")).classes("folded"):
+        with ui.expansion(self.page.texts("round.official"), value=self.page.focus.startswith("official")).classes(
+            "folded"
+        ):
             form(self.page, ("official",))
         with ui.expansion(self.page.texts("round.more")).classes("folded"):
             form(self.page, self.path, only=("mesh",))
@@ -259,16 +267,17 @@ class _RoundEditor:
             item = drawn_round(self.page.case, self.index)
         except InputError as error:
             self.picture.classes("stale")
-            self.facts.set_content("")
-            with self.facts:
-                pass
-            self.facts.set_content(f'<p class="fault" role="alert">{_escaped(str(error))}</p>')
+            self.facts.set_content(f'<p class="fault" role="alert">{escape(str(error))}</p>')
             return
-        facts = round_facts(item)
+        numbers = round_facts(item)
         self.picture.classes(remove="stale")
         self.picture.set_content(round_svg(item, texts("round.drawing")))
-        self.facts.set_content(_facts_table(self.page, facts, self._expected()))
-        words = (f"{name}: {source}" for name, source in ((item.explosive.name, item.explosive.source), (item.casing.name, item.casing.source)) if source)
+        self.facts.set_content(_facts_table(self.page, numbers, self._expected()))
+        words = (
+            f"{name}: {source}"
+            for name, source in ((item.explosive.name, item.explosive.source), (item.casing.name, item.casing.source))
+            if source
+        )
         self.sources.set_text(" ".join(words))
 
     def _expected(self) -> dict[str, float]:
@@ -284,18 +293,17 @@ class _RoundEditor:
         return found
 
 
-def _facts_table(page: CasePage, facts: dict[str, float], expected: dict[str, float]) -> str:
+def _facts_table(page: CasePage, found: dict[str, float], expected: dict[str, float]) -> str:
     texts = page.texts
-    rows = [(texts(f"fact.{key}"), f"{number(facts[key], 4)} kg", _difference(texts, facts[key], expected.get(key)))
+    rows = [(texts(f"fact.{key}"), f"{number(found[key], 4)} kg", _difference(texts, found[key], expected.get(key)))
             for key in ("casing", "charge", "fuze", "whole")]  # fmt: skip
     rows += [
-        (texts("fact.ratio"), number(facts["ratio"], 4), ""),
-        (texts("fact.fuze_density"), f"{number(facts['fuze_density'], 4)} kg/m³" if facts["fuze_density"] else "–", ""),
-        (texts("fact.centre"), f"{number(1e3 * facts['centre'], 4)} mm", texts("fact.from_nose")),
-        (texts("fact.size"), f"{number(1e3 * facts['length'], 4)} × ⌀ {number(1e3 * facts['diameter'], 4)} mm", ""),
+        (texts("fact.ratio"), number(found["ratio"], 4), ""),
+        (texts("fact.fuze_density"), f"{number(found['fuze_density'], 4)} kg/m³" if found["fuze_density"] else "–", ""),
+        (texts("fact.centre"), f"{number(1e3 * found['centre'], 4)} mm", texts("fact.from_nose")),
+        (texts("fact.size"), f"{number(1e3 * found['length'], 4)} × ⌀ {number(1e3 * found['diameter'], 4)} mm", ""),
     ]
-    cells = "".join(f"<tr><th>{_escaped(name)}</th><td>{_escaped(value)}</td><td>{note}</td></tr>" for name, value, note in rows)
-    return f'<table class="facts">{cells}</table>'
+    return facts(rows)
 
 
 def _difference(texts: Any, mass: float, wanted: float | None) -> str:  # noqa: ANN401 - texts
@@ -304,10 +312,4 @@ def _difference(texts: Any, mass: float, wanted: float | None) -> str:  # noqa: 
     off = mass / wanted - 1.0
     kind = "good" if abs(off) <= _TOLERANCE else "bad"
     sign = "✓" if kind == "good" else "✗"
-    return f'<span class="{kind}">{sign} {off:+.2%} {_escaped(texts("fact.of_drawing"))}</span>'.replace("-", "−")
-
-
-def _escaped(text: str) -> str:
-    from html import escape
-
-    return escape(text)
+    return Raw(f'<span class="{kind}">{sign} {off:+.2%} {escape(texts("fact.of_drawing"))}</span>'.replace("-", "−"))

@@ -11,6 +11,7 @@ from nicegui import ui
 import fragfield
 from fragfield.app.forms import entries_form, form
 from fragfield.app.jobs import cancel, forget, jobs_of, start_job
+from fragfield.app.markup import facts, heading
 from fragfield.app.page import page_of
 from fragfield.case.changes import load_case
 from fragfield.errors import InputError
@@ -36,20 +37,16 @@ def content(page: CasePage) -> None:
     texts = page.texts
     with ui.element("div").classes("columns"):
         with ui.element("section"):
-            with ui.element("h2"):
-                ui.label(texts("run.settings"))
+            heading(texts("run.settings"))
             _presets(page)
             _tables(page)
         with ui.element("section"):
-            with ui.element("h2"):
-                ui.label(texts("run.findings"))
-            findings = ui.element("div").props("role=status data-box=findings")
-            with ui.element("h2"):
-                ui.label(texts("run.cost"))
+            heading(texts("run.findings"))
+            findings = ui.element("div").props("role=status")
+            heading(texts("run.cost"))
             cost = ui.html("", sanitize=False)
             starter = _Starter(page)
-            with ui.element("h2"):
-                ui.label(texts("run.queue"))
+            heading(texts("run.queue"))
             queue = _Queue(page)
 
     async def judged() -> None:
@@ -71,7 +68,7 @@ def checked(page: CasePage) -> dict[str, Any] | None:
 
     try:
         return check_report(case)
-    except (fragfield.InputError, InputError) as error:
+    except fragfield.InputError as error:
         return {"refused": str(error), "warnings": []}
 
 
@@ -82,6 +79,7 @@ def _show_findings(page: CasePage, box: Any, found: dict[str, Any] | None) -> No
         rows += [("error", "", found["refused"])] if "refused" in found else []
         rows += [("warning", _key_of(words), words) for words in found["warnings"]]
     box.clear()
+    box.props("data-box=findings")  # known from now on
     with box:
         for severity, key, words in rows[:60]:
             with ui.element("div").classes("finding"):
@@ -101,8 +99,6 @@ def _key_of(warning: str) -> str:
 
 def _cost(page: CasePage, found: dict[str, Any]) -> str:
     """What is computed, and how long it may take: the estimate, and what the last run of this name took."""
-    from html import escape
-
     texts = page.texts
     if "refused" in found:
         return ""
@@ -111,7 +107,7 @@ def _cost(page: CasePage, found: dict[str, Any]) -> str:
         (texts("run.geometry"), f"{found['geometry']['choice']} ({found['geometry']['reason']})"),
         (texts("run.cells"), number(mesh["cells"])),
         (texts("run.memory"), f"{expected['memory_bytes'] / 1e9:.2g} GB"),
-        (texts("run.burst_time"), texts("run.burst_time_is", time=duration(expected["core_seconds"]))),
+        (texts("run.burst_time"), texts("run.burst_time_is", time=duration(max(expected["core_seconds"], 1.0)))),
         (texts("run.also"), texts("run.also_is")),
     ]
     last = _last_time(page)
@@ -119,8 +115,7 @@ def _cost(page: CasePage, found: dict[str, Any]) -> str:
         rows.append((texts("run.last"), last))
     if contents := found.get("contents"):
         rows.append((texts("run.neq"), f"{number(contents['explosive'], 3)} kg"))
-    cells = "".join(f"<tr><th>{escape(name)}</th><td>{escape(value)}</td></tr>" for name, value in rows)
-    return f'<table class="facts">{cells}</table>'
+    return facts(rows)
 
 
 def _last_time(page: CasePage) -> str:
@@ -153,7 +148,8 @@ def _presets(page: CasePage) -> None:
         if not diameter:
             ui.notify(texts("run.no_preset"), type="warning")
             return
-        if all([page.change(path, value) for path, value in preset_values(name, diameter).items()]):
+        kept = [page.change(path, value) for path, value in preset_values(name, diameter).items()]
+        if all(kept):
             ui.navigate.reload()
 
     with ui.element("div").classes("choices"):
@@ -272,6 +268,10 @@ class _Queue:
             if not jobs:
                 ui.label(self.page.texts("run.no_jobs")).classes("note")
 
+    def _forget(self, job: Job) -> None:
+        forget(job)
+        self.look()
+
     def _job(self, job: Job) -> None:
         texts = self.page.texts
         with ui.element("div").classes(f"job {job.state}").props(f"data-state={job.state}"):
@@ -279,17 +279,22 @@ class _Queue:
                 ui.label(job.title).style("font-weight:600")
                 ui.label(texts(f"job.{job.state}")).classes("state")
                 if job.state in ("queued", "running"):
-                    ui.button(texts("run.cancel"), on_click=lambda: cancel(job)).props("dense outline no-caps data-act=cancel")
+                    ui.button(texts("run.cancel"), on_click=lambda: cancel(job)).props(
+                        "dense outline no-caps data-act=cancel"
+                    )
                 if job.state == "done":
                     ui.link(texts("run.to_result"), self.page.address("result", run=job.run))
                 if not job.is_live:
-                    ui.button(texts("form.remove"), on_click=lambda: (forget(job), self.look())).props("dense flat no-caps")
+                    ui.button(texts("form.remove"), on_click=lambda: self._forget(job)).props("dense flat no-caps")
             if job.is_live:
                 _stages(job)
             elif job.state == "failed":
                 ui.label(texts("job.code", code="–" if job.code is None else job.code)).classes("fault")
             if job.state != "done" and (words := job.words()):
-                with ui.expansion(texts("run.log"), value=job.state == "failed").classes("folded"), ui.element("pre").classes("words"):
+                with (
+                    ui.expansion(texts("run.log"), value=job.state == "failed").classes("folded"),
+                    ui.element("pre").classes("words"),
+                ):
                     ui.label(words)
 
 
@@ -303,10 +308,14 @@ def _stages(job: Job) -> None:
             share = 1.0 if index < at else float(now.get("share", 0.0)) if index == at else 0.0
             with ui.element("div").classes("stage"):
                 ui.label(name)
-                with ui.element("div").classes("bar").props(
-                    f'role=progressbar aria-valuenow={100 * share:.0f} aria-valuemin=0 aria-valuemax=100 aria-label="{name}"'
+                with (
+                    ui.element("div")
+                    .classes("bar")
+                    .props(f'role=progressbar aria-valuenow={100 * share:.0f} aria-label="{name}"')
                 ):
                     ui.element("div").style(f"width:{100 * share:.1f}%")
                 if index == at and share < 1.0:
                     left = now.get("seconds_left")
-                    ui.label(f"{now.get('detail', '')} {'' if left is None else duration(left)}".strip()).classes("detail")
+                    ui.label(f"{now.get('detail', '')} {'' if left is None else duration(left)}".strip()).classes(
+                        "detail"
+                    )

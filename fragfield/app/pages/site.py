@@ -1,14 +1,14 @@
-"""Page 4, the site: a map on which people, roads, buildings and barricades are dragged; rules by mass before any run."""
+"""Page 4, the site: a map on which people, roads, buildings and barricades are dragged; rules by mass."""
 
 from __future__ import annotations
 
-from html import escape
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
 from nicegui import run, ui
 
 from fragfield.app.forms import entries_form, field_input, form
+from fragfield.app.markup import facts, heading
 from fragfield.app.pages.run import checked
 from fragfield.app.site_plan import exported, imported, move, plan_of, site_in
 from fragfield.hazard.certainty import metres
@@ -23,14 +23,24 @@ __all__ = ["content"]
 _NEW: dict[str, tuple[str, dict[str, Any]]] = {
     "person": ("exposed", {"position": ["60 m", "60 m"]}),
     "road": ("exposed", {"kind": "road", "points": [["-150 m", "-120 m"], ["150 m", "-120 m"]], "width": "6 m"}),
-    "area": ("exposed", {"kind": "area", "points": [["80 m", "-60 m"], ["140 m", "-60 m"], ["140 m", "0 m"], ["80 m", "0 m"]]}),
-    "building": ("exposed", {"kind": "building", "position": ["-100 m", "60 m"], "length": "12 m", "width": "8 m",
-                             "height": "4 m"}),
+    "area": (
+        "exposed",
+        {"kind": "area", "points": [["80 m", "-60 m"], ["140 m", "-60 m"], ["140 m", "0 m"], ["80 m", "0 m"]]},
+    ),
+    "building": (
+        "exposed",
+        {"kind": "building", "position": ["-100 m", "60 m"], "length": "12 m", "width": "8 m", "height": "4 m"},
+    ),
     "wall": ("obstacle", {"kind": "wall", "start": ["-10 m", "20 m"], "end": ["10 m", "20 m"], "height": "3 m"}),
-    "barricade": ("obstacle", {"kind": "barricade", "start": ["-15 m", "-20 m"], "end": ["15 m", "-20 m"], "height": "4 m"}),
-    "obstacle_building": ("obstacle", {"kind": "building", "centre": ["-60 m", "-20 m"], "length": "14 m", "width": "10 m",
-                                       "height": "5 m"}),
-}  # fmt: skip
+    "barricade": (
+        "obstacle",
+        {"kind": "barricade", "start": ["-15 m", "-20 m"], "end": ["15 m", "-20 m"], "height": "4 m"},
+    ),
+    "obstacle_building": (
+        "obstacle",
+        {"kind": "building", "centre": ["-60 m", "-20 m"], "length": "14 m", "width": "10 m", "height": "5 m"},
+    ),
+}
 """What is added to the map, by the name of its button: table and first values."""
 _PICTURES = (".png", ".jpg", ".jpeg")
 
@@ -41,8 +51,7 @@ def content(page: CasePage) -> None:
     site = _Site(page)
     with ui.element("div").classes("columns wide-left"):
         with ui.element("section"):
-            with ui.element("h2"):
-                ui.label(texts("site.title"))
+            heading(texts("site.title"))
             ui.html('<div id="site-map"></div>', sanitize=False)
             ui.label(texts("site.drag")).classes("note")
             with ui.element("div").classes("choices").props(f'role=group aria-label="{texts("site.add")}"'):
@@ -51,18 +60,14 @@ def content(page: CasePage) -> None:
                         f"dense outline no-caps data-add={name}"
                     )
             _exchange(page, site)
-            with ui.element("h2"):
-                ui.label(texts("site.rules"))
+            heading(texts("site.rules"))
             site.rules = ui.html("", sanitize=False)
         with ui.element("section"):
-            with ui.element("h2"):
-                ui.label(texts("site.exposed"))
+            heading(texts("site.exposed"))
             site.lists()
-            with ui.element("h2"):
-                ui.label(texts("site.earth"))
+            heading(texts("site.earth"))
             form(page, ("site",))
-            with ui.element("h2"):
-                ui.label(texts("site.ground"))
+            heading(texts("site.ground"))
             _ground(page)
             _background(page, site)
     ui.on("moved", site.moved)
@@ -79,10 +84,9 @@ class _Site:
 
     @ui.refreshable_method
     def lists(self) -> None:
-        """Forms of the exposed places and of the obstacles."""
+        """Forms of the exposed sites and of the obstacles."""
         entries_form(self.page, ("exposed",), changed=self.draw)
-        with ui.element("h2"):
-            ui.label(self.page.texts("site.obstacles"))
+        heading(self.page.texts("site.obstacles"))
         entries_form(self.page, ("obstacle",), changed=self.draw)
 
     def draw(self) -> None:
@@ -95,8 +99,13 @@ class _Site:
     async def judged(self) -> None:
         """Rules by mass as circles, and the whole map, after a change."""
         found = await run.io_bound(checked, self.page)
-        rules = [one for one in (found or {}).get("rules", []) if one["distance"] is not None and one["use"] == "siting"]
-        self.circles = [{"name": f"{one['name']}, {metres(one['distance'])}", "radius": one["distance"], "kind": one["hazard"]} for one in rules]
+        rules = [
+            one for one in (found or {}).get("rules", []) if one["distance"] is not None and one["use"] == "siting"
+        ]
+        self.circles = [
+            {"name": f"{one['name']}, {metres(one['distance'])}", "radius": one["distance"], "kind": one["hazard"]}
+            for one in rules
+        ]
         self.rules.set_content(_rules_table(self.page, (found or {}).get("rules", [])))
         self.draw()
 
@@ -126,13 +135,11 @@ class _Site:
 
 
 def _rules_table(page: CasePage, rules: list[dict[str, Any]]) -> str:
-    rows = "".join(
-        f"<tr><td>{escape(one['name'])}</td><td>{escape(one['hazard'])}, {escape(one['use'])}</td>"
-        f"<td>{metres(one['distance']) if one['distance'] is not None else escape(one['reason'])}</td></tr>"
+    rows = [
+        (one["name"], f"{one['hazard']}, {one['use']}", metres(one["distance"]) if one["distance"] else one["reason"])
         for one in rules
-    )
-    heads = "".join(f"<th>{escape(page.texts(f'site.{name}'))}</th>" for name in ("rule", "hazard", "distance"))
-    return f'<div class="table-box"><table class="facts"><thead><tr>{heads}</tr></thead><tbody>{rows}</tbody></table></div>'
+    ]
+    return facts(rows, [page.texts(f"site.{name}") for name in ("rule", "hazard", "distance")])
 
 
 def _ground(page: CasePage) -> None:
@@ -153,8 +160,9 @@ def _ground(page: CasePage) -> None:
             extent.set_text("")
             return
         (west, south), (east, north) = ground.corner, ground.end
-        extent.set_text(page.texts("site.terrain", west=f"{west:.0f}", east=f"{east:.0f}", south=f"{south:.0f}", north=f"{north:.0f}",
-                                   low=f"{ground.heights.min():.1f}", high=f"{ground.heights.max():.1f}"))  # fmt: skip
+        values = {"west": west, "east": east, "south": south, "north": north, "low": ground.heights.min(),
+                  "high": ground.heights.max()}  # fmt: skip
+        extent.set_text(page.texts("site.terrain", **{name: f"{value:.0f}" for name, value in values.items()}))
 
     page.follow(judged)
 
@@ -167,7 +175,9 @@ def _exchange(page: CasePage, site: _Site) -> None:
         return
 
     def export() -> None:
-        page.attempt(lambda: ui.download.content(exported(page.case), f"{page.case.path.stem}.geojson", "application/geo+json"))
+        page.attempt(
+            lambda: ui.download.content(exported(page.case), f"{page.case.path.stem}.geojson", "application/geo+json")
+        )
 
     async def take(event: UploadEventArguments) -> None:
         data = await event.file.read()
@@ -199,7 +209,8 @@ def _background(page: CasePage, site: _Site) -> None:
     kept = space.settings().get("background", {})
     chosen = {"file": "", "width": 500.0, **kept.get(page.case.name, {})}
 
-    def keep() -> None:
+    def keep(**change: object) -> None:
+        chosen.update(change)
         now = {**space.settings().get("background", {}), page.case.name: chosen}
         if not chosen["file"]:
             now.pop(page.case.name)
@@ -207,7 +218,8 @@ def _background(page: CasePage, site: _Site) -> None:
         site.draw()
 
     with ui.element("div").classes("form"):
-        ui.select({"": texts("site.background_none"), **{name: name for name in pictures}}, value=chosen["file"],
-                  label=texts("site.background"), on_change=lambda event: (chosen.update(file=event.value), keep())).props("outlined dense")  # fmt: skip
-        ui.number(texts("site.background_width"), value=chosen["width"], min=1.0, max=1e5,
-                  on_change=lambda event: (chosen.update(width=float(event.value or 500.0)), keep())).props("outlined dense")  # fmt: skip
+        options = {"": texts("site.background_none"), **{name: name for name in pictures}}
+        box = ui.select(options, value=chosen["file"], label=texts("site.background")).props("outlined dense")
+        box.on_value_change(lambda event: keep(file=event.value))
+        width = ui.number(texts("site.background_width"), value=chosen["width"], min=1.0, max=1e5)
+        width.props("outlined dense").on_value_change(lambda event: keep(width=float(event.value or 500.0)))

@@ -1,13 +1,14 @@
-"""Page 1, the start: recent cases and runs, a new case from a template, and files from elsewhere."""
+"""Page 1, the start: recent cases and runs, a new case from a template, and files to be brought in."""
 
 from __future__ import annotations
 
-import datetime
+import datetime as dt
 from typing import TYPE_CHECKING
 from urllib.parse import urlencode
 
 from nicegui import ui
 
+from fragfield.app.markup import heading
 from fragfield.app.security import MOST_UPLOADED
 from fragfield.app.workspace import safe_name
 from fragfield.errors import InputError
@@ -22,14 +23,29 @@ if TYPE_CHECKING:
 __all__ = ["content", "make_case"]
 
 _TEMPLATES = ("single", "workshop", "arena", "drawing")
-_UPLOADS = (".toml", ".csv", ".asc", ".tif", ".tiff", ".png", ".jpg", ".geojson", ".kml", ".xlsx", ".ods", ".txt", ".msh")
+_NEXT = {"workshop": "site", "arena": "data"}
+"""The page that a new case is opened on; the others on that of the round."""
+_UPLOADS = (
+    ".toml",
+    ".csv",
+    ".asc",
+    ".tif",
+    ".tiff",
+    ".png",
+    ".jpg",
+    ".geojson",
+    ".kml",
+    ".xlsx",
+    ".ods",
+    ".txt",
+    ".msh",
+)
 
 
 def content(page: CasePage) -> None:
     """Build the page."""
     texts, space = page.texts, page.session.space
-    with ui.element("h1"):
-        ui.label(texts("start.title"))
+    heading(texts("start.title"), 1)
     ui.label(texts("start.purpose", folder=str(space.folder))).classes("meaning")
     with ui.element("div").classes("columns"):
         with ui.element("section"):
@@ -37,11 +53,9 @@ def content(page: CasePage) -> None:
             _upload(page)
         with ui.element("section"):
             cases, runs = space.cases(), space.runs()
-            with ui.element("h2"):
-                ui.label(texts("start.cases"))
+            heading(texts("start.cases"))
             _listed(page, cases, "case", "/round")
-            with ui.element("h2"):
-                ui.label(texts("start.runs"))
+            heading(texts("start.runs"))
             _listed(page, runs, "run", "/result")
 
 
@@ -50,7 +64,7 @@ def _listed(page: CasePage, found: list[Listed], key: str, place: str) -> None:
         for one in found:
             with ui.element("li"):
                 ui.link(one.name, f"{place}?{urlencode({key: one.name})}")
-                when = datetime.datetime.fromtimestamp(one.changed, datetime.UTC).astimezone()
+                when = dt.datetime.fromtimestamp(one.changed, dt.UTC).astimezone()
                 done = page.texts("start.done", stage=one.state) if one.state else ""
                 ui.label(" · ".join(part for part in (f"{when:%Y-%m-%d %H:%M}", done) if part)).classes("note")
         if not found:
@@ -59,14 +73,14 @@ def _listed(page: CasePage, found: list[Listed], key: str, place: str) -> None:
 
 def _new(page: CasePage) -> None:
     texts = page.texts
-    with ui.element("h2"):
-        ui.label(texts("start.new"))
+    heading(texts("start.new"))
     chosen = {"template": "single", "name": ""}
 
     def make() -> None:
         def write() -> None:
             name = make_case(page, chosen["template"], chosen["name"])
-            ui.navigate.to(f"/{'site' if chosen['template'] == 'workshop' else 'data' if chosen['template'] == 'arena' else 'round'}?{urlencode({'case': name})}")
+            place = _NEXT.get(chosen["template"], "round")
+            ui.navigate.to(f"/{place}?{urlencode({'case': name})}")
 
         page.attempt(write)
 
@@ -103,8 +117,7 @@ def make_case(page: CasePage, template: str, name: str) -> str:
 
 def _upload(page: CasePage) -> None:
     texts = page.texts
-    with ui.element("h2"):
-        ui.label(texts("start.upload"))
+    heading(texts("start.upload"))
     ui.label(texts("start.upload_what", most=MOST_UPLOADED >> 20)).classes("meaning")
 
     async def take(event: UploadEventArguments) -> None:

@@ -187,7 +187,9 @@ def _products(key: str, products: ProductModel, explosive: ExplosiveTable) -> It
     for lack in explosive.lacks(products):
         needs = " A, B, R1, R2, omega and E0" if lack == "jwl" else " it"
         rest = [f"burst.products = {show(model)}" for model in explosive.models]
-        rest = rest or [f"{key} as a table with it; without it there is no burst, only TNT equivalents and Gurney's speed"]
+        rest = rest or [
+            f"{key} as a table with it; without it there is no burst, only TNT equivalents and Gurney's speed"
+        ]
         yield (
             f'{key}.{lack}: missing for "{explosive.name}"; burst.products = {show(products)} needs{needs}; '
             f"allowed: {' or '.join(rest)}"

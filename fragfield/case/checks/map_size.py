@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fragfield.case.conversion.surroundings import bearing_of, direction_words, ground_of
+from fragfield.errors import InputError
+from fragfield_base import errors
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+    from pathlib import Path
 
     from numpy.typing import NDArray
-
-    from pathlib import Path
 
     from flight import Fragments
     from fragfield.case.schema import Case
@@ -27,13 +28,14 @@ _FASTER = 1.25  # than Gurney's speed: the fastest pieces of a wall, and those o
 _ONE_IN = 100.0  # events, in one of which a piece as heavy as the heaviest is expected
 _ELEVATIONS = np.radians(np.arange(10.0, 51.0, 5.0))
 _STEPS, _LONGEST = 600, 120.0  # of a path, and its time (s)
+_LEVEL = "beyond its edge the ground is taken as level, and a distance that reaches there is not determined"
 _OTHER_ALTITUDE = 100.0  # m, between the air's altitude and the map's height, beyond which that is said
 
 
 def map_faults(case: Case, fragments: Fragments | None = None) -> Iterator[str]:
     """A map that ends before the farthest throw of the rounds, or of given fragments, where that is refused."""
     if case.flight.ground.beyond == "refuse":
-        yield from _short(case, fragments, 'else beyond = "level"')
+        yield from _short(case, fragments, 'allowed: beyond = "level" (see the guide, "Your map"), or a map')
 
 
 def map_warnings(case: Case, fragments: Fragments | None = None) -> Iterator[str]:
@@ -42,7 +44,7 @@ def map_warnings(case: Case, fragments: Fragments | None = None) -> Iterator[str
     if isinstance(ground, float):
         return
     if case.flight.ground.beyond == "level":
-        yield from _short(case, fragments, "a distance that reaches there is not determined")
+        yield from _short(case, fragments, f"{_LEVEL}. A map that holds all is one")
     air = case.flight.air
     if air.model == "standard" and abs((air.altitude or 0.0) - (ground.datum or 0.0)) > _OTHER_ALTITUDE:
         yield (
@@ -55,9 +57,8 @@ def map_warnings(case: Case, fragments: Fragments | None = None) -> Iterator[str
 
 
 def given_on_map(case: Case, path: Path) -> list[str]:
-    """Warnings for fragments of a file on the case's map; raises InputError where they may fly beyond it, as refused."""
+    """Warnings for fragments of a file on the case's map; raises InputError where they may fly beyond it."""
     from flight import Fragments
-    from fragfield.errors import InputError
 
     if case.flight.ground.map is None:
         return []
@@ -69,8 +70,10 @@ def given_on_map(case: Case, path: Path) -> list[str]:
 
 def _short(case: Case, fragments: Fragments | None, end: str) -> Iterator[str]:
     ground = ground_of(case)
+    if isinstance(ground, float):
+        return
     throw = farthest_throw(case) if fragments is None else farthest_flight(case, fragments)
-    if isinstance(ground, float) or throw is None:
+    if throw is None:
         return
     azimuth = np.arange(0.0, 360.0, 1.0)
     reach = ground.reach(case.flight.origin, azimuth)
@@ -79,10 +82,10 @@ def _short(case: Case, fragments: Fragments | None, end: str) -> Iterator[str]:
     if reach[nearest] < throw:
         (x, y), turn = case.flight.origin, float(azimuth[nearest])
         yield (
-            f"flight.ground.map: found a map that ends {reach[nearest]:.0f} m from the rounds "
+            f"flight.ground.map: ends {reach[nearest]:.0f} m from the rounds "
             f"({direction_words(turn, bearing_of(case, turn), whole=True)}), and fragments may fly up to about "
-            f"{throw:.0f} m; allowed: one that reaches from {x - needed:.0f} to {x + needed:.0f} m along x and from "
-            f"{y - needed:.0f} to {y + needed:.0f} m along y; beyond its edge the ground would be taken as level: {end}"
+            f"{throw:.0f} m; {end} that reaches from {x - needed:.0f} to {x + needed:.0f} m along x and from "
+            f"{y - needed:.0f} to {y + needed:.0f} m along y"
         )
 
 
@@ -98,12 +101,16 @@ def farthest_throw(case: Case) -> float | None:
     from fragfield.case.conversion.placing import first_alike
     from fragfield.case.conversion.stages import break_up_settings
 
-    settings, pieces = break_up_settings(case), []
-    for index in set(first_alike(case)):
-        for one in expected_means(burst_round(case.round[index], f"round[{index + 1}]"), settings):
-            number = len(case.round) * _ONE_IN * one.mass / one.mean
-            heaviest = min(0.5 * one.mean * math.log(number) ** 2, one.mass)
-            pieces.append((heaviest, _FASTER * one.speed))
+    pieces = []
+    try:
+        settings = break_up_settings(case)
+        for index in set(first_alike(case)):
+            for one in expected_means(burst_round(case.round[index], f"round[{index + 1}]"), settings):
+                number = len(case.round) * _ONE_IN * one.mass / one.mean
+                heaviest = min(0.5 * one.mean * math.log(number) ** 2, one.mass)
+                pieces.append((heaviest, _FASTER * one.speed))
+    except errors.InputError:
+        return None  # faults of the break-up are reported as such
     if not pieces:
         return None
     mass, speed = np.array(pieces).T

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from fragfield.errors import InputError
 from fragfield_base.inputs import show
@@ -10,7 +10,6 @@ from fragfield_base.inputs import show
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from fragfield.case.schema import Case
     from fragfield.case.tables.break_up import BreakUpTable
     from fragfield_base.substances import Substance
 
@@ -37,20 +36,11 @@ def with_casing_data(break_up: BreakUpTable, casings: list[Substance], source: s
     """
     law = _FILE if break_up.mean_mass_is_file else break_up.mean_mass
     needed = _NEEDED.get(law, ()) if isinstance(law, str) else ()
-    found: dict[str, Any] = {}
-    for key in needed:
-        if key in break_up.model_fields_set:
-            continue
-        values = {one.name: one.value("break_up", key) for one in casings}
-        if len(set(values.values())) > 1 and None not in values.values():
-            raise InputError(
-                f"{source}: break_up.{key}: missing, and the casings differ in it: {_listed(values)}; give one for all rounds"
-            )
-        found |= {key: value for value in values.values()}
-    lacking = [key for key, value in found.items() if value is None]
-    if lacking:
+    values = {key: _of_casings(key, casings, source) for key in needed if key not in break_up.model_fields_set}
+    lacking = [key for key, value in values.items() if value is None]
+    if casings and lacking:
         raise InputError(f"{source}: {_refusal(break_up, law, lacking, casings)}")
-    changes = {key: value for key, value in found.items() if value != getattr(break_up, key)}
+    changes = {key: value for key, value in values.items() if casings and value != getattr(break_up, key)}
     return break_up.model_copy(update=changes) if changes else break_up
 
 
@@ -58,7 +48,7 @@ def _refusal(break_up: BreakUpTable, law: object, lacking: list[str], casings: l
     names = [show(one.name) for one in casings if any(one.value("break_up", key) is None for key in lacking)]
     given = break_up.model_fields_set
     remaining = [f"break_up.mean_mass = {show(one)}" for one in _remaining(casings, given) if one != law]
-    keys = ' and '.join([f"break_up.{key}" for key in lacking])
+    keys = " and ".join([f"break_up.{key}" for key in lacking])
     return (
         f"break_up.mean_mass: {show(law) if law != _FILE else law} needs {' and '.join(lacking)}, of which the casing "
         f"{' and '.join(names)} has no data; allowed: {' or '.join([f'with {keys} given', *remaining])}, or the mean "
@@ -74,5 +64,14 @@ def _remaining(casings: list[Substance], given: set[str]) -> Iterator[str]:
             yield law
 
 
-def _listed(values: dict[str, Any]) -> str:
-    return ", ".join(f"{value:g} of {name}" for name, value in values.items())
+def _of_casings(key: str, casings: list[Substance], source: str) -> float | None:
+    """The one value of all casings; None where one of them has none."""
+    values = {one.name: one.value("break_up", key) for one in casings}
+    if None in values.values():
+        return None
+    if len(set(values.values())) > 1:
+        listed = ", ".join(f"{value:g} of {name}" for name, value in values.items())
+        raise InputError(
+            f"{source}: break_up.{key}: missing, and the casings differ in it: {listed}; give one for all rounds"
+        )
+    return next(iter(values.values()), None)

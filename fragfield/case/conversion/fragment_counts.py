@@ -1,7 +1,7 @@
 """Files of fragments counted by mass, as `break_up.mean_mass` names them: a table of the case, and its check.
 
 A file is CSV with a line of column names (commas, semicolons or tabs; lines with # are comments) and has one of four
-forms; UNIT is kg, g, mg, lb, oz or grain.
+forms; UNIT is any of mass, as kg, g, mg, lb, oz, grain.
 
 - Groups: mass_from_UNIT, mass_to_UNIT, number, and, where they were weighed, mass_UNIT (of all pieces of the group). A
   last mass_to of inf is a group without an upper end.
@@ -23,10 +23,12 @@ import numpy as np
 
 from flight.arena import ArenaTable
 from flight.errors import InputError as FlightInputError
-from flight.files.text_tables import read_columns
+from flight.files.foreign import foreign_words
+from flight.files.text_tables import in_columns_of, read_columns
 from fragfield.case.tables.break_up import FragmentCountsTable
 from fragfield.errors import InputError, nearest
 from fragfield_base.inputs import with_unit
+from fragfield_base.paths import absolute
 from fragfield_base.reading import read_text
 from transition.errors import InputError as BreakUpInputError
 from transition.law.fragment_counts import FragmentCounts
@@ -41,10 +43,9 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
     Groups = tuple[Array, Array, Array | None]
 
-__all__ = ["UNITS", "check_counts", "counts_of", "read_counts", "with_counts"]
+__all__ = ["check_counts", "counts_of", "read_counts", "with_counts"]
 
-UNITS = {"kg": 1.0, "g": 1e-3, "mg": 1e-6, "lb": 0.45359237, "oz": 0.028349523125, "grain": 64.79891e-6}
-"""Units of mass that the names of columns end with, in kg."""
+_MASSES = ("mass_from_kg", "mass_to_kg", "mass_above_kg", "mass_kg")
 _FORMS = "mass_from_g, mass_to_g, number or mass_above_g, number or mass_g or the columns of an arena table"
 _ROUNDS = re.compile(r"^#\s*rounds\s*[=:]\s*(\S+)\s*$")
 _PER_OCTAVE = 8  # groups into which single pieces are put: the fit differs by less than 1 % of its standard error
@@ -64,7 +65,7 @@ def with_counts(case: Case, source: str, folder: Path) -> Case:
     if part.counts is not None and part.counts.source == part.mean_mass:
         return case
     try:
-        counts = read_counts(folder / str(part.mean_mass), str(part.mean_mass))
+        counts = read_counts(absolute(str(part.mean_mass), InputError, folder), str(part.mean_mass))
     except (FlightInputError, BreakUpInputError, InputError) as error:
         raise InputError(f"{source}: break_up.mean_mass: {error}") from None
     mass = None if counts.mass is None else [with_unit(one, "kg") for one in counts.mass]
@@ -119,20 +120,20 @@ def read_counts(path: Path, name: str | None = None) -> FragmentCounts:
         or leave a gap, numbers that are no counts; the message names the file.
     """
     name = path.name if name is None else name
-    columns = read_columns(path)
+    read = read_columns(path, "pit")
+    columns = in_columns_of(path, read, _MASSES)
     rounds = _rounds(path)
     if "zone_from_deg" in columns:
         edges, number, mass = _of_arena(path, ArenaTable.read(path))
         return _counts(path, name, (edges, number * rounds, None if mass is None else mass * rounds), rounds)
-    masses = {column: unit for column in columns if (unit := _unit_of(column))}
-    kinds = {column.rpartition("_")[0] for column in masses}
-    units = set(masses.values())
-    if unknown := set(columns) - set(masses) - {"number"}:
+    if unknown := set(columns) - {*_MASSES, "number"}:
         column = min(unknown)
-        raise InputError(f"{path}: unknown column {column!r}{nearest(column, _known_columns())}; needed: {_FORMS}")
-    if len(units) > 1:
-        raise InputError(f"{path}: masses in {' and '.join(sorted(units))}; allowed: one unit")
-    values = {column.rpartition("_")[0]: UNITS[unit] * columns[column] for column, unit in masses.items()}
+        raise InputError(
+            f"{path}: unknown column {column!r}{nearest(column, [*_MASSES, 'number'])}; needed: {_FORMS}"
+            f"{foreign_words(path, 'pit', names=True)}"
+        )
+    values = {name.removesuffix("_kg"): column for name, column in columns.items() if name != "number"}
+    kinds = set(values)
     if kinds == {"mass"}:
         return _counts(path, name, _of_pieces(path, values["mass"], columns.get("number")), rounds)
     if "number" in columns and kinds == {"mass_above"}:
@@ -140,7 +141,7 @@ def read_counts(path: Path, name: str | None = None) -> FragmentCounts:
     if "number" in columns and kinds in ({"mass_from", "mass_to"}, {"mass_from", "mass_to", "mass"}):
         found = _of_groups(path, values["mass_from"], values["mass_to"], columns["number"], values.get("mass"))
         return _counts(path, name, found, rounds)
-    raise InputError(f"{path}: found columns {', '.join(columns)}; needed: {_FORMS}, with kg, g, mg, lb, oz or grain")
+    raise InputError(f"{path}: found columns {', '.join(read)}; needed: {_FORMS}, in any unit of mass")
 
 
 def _counts(path: Path, name: str, groups: Groups, rounds: float) -> FragmentCounts:
@@ -151,16 +152,6 @@ def _counts(path: Path, name: str, groups: Groups, rounds: float) -> FragmentCou
         )
     except BreakUpInputError as error:
         raise InputError(str(error).replace(f"{name}:", f"{path}:", 1)) from None
-
-
-def _unit_of(column: str) -> str:
-    kind, _, unit = column.rpartition("_")
-    return unit if unit in UNITS and kind in ("mass", "mass_from", "mass_to", "mass_above") else ""
-
-
-def _known_columns() -> list[str]:
-    kinds = ("mass", "mass_from", "mass_to", "mass_above")
-    return ["number", *(f"{kind}_{unit}" for kind in kinds for unit in UNITS)]
 
 
 def _rounds(path: Path) -> float:

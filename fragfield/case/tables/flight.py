@@ -63,7 +63,7 @@ class AirTable(Table):
         Bounds(-500.0, 8e4, "the atmosphere is tabulated up to 84.9 km", usual=(-500.0, 6000.0)),
         OnlyWith("model", ("standard",)),
     ] = None
-    """Altitude of z = 0 above sea level, for model = "standard"; left out: the map's height of z = 0, without a map 0."""
+    """Altitude of z = 0 above sea level, for model = "standard"; left out: the map's height of z = 0, else 0."""
     density: Annotated[
         float | None,
         Quantity("kg/m^3", "1.225 kg/m^3", minimum=0.0),

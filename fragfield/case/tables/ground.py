@@ -28,15 +28,15 @@ class GroundTable(Table):
     map: str | None = None
     """A map of heights instead of flat ground: an ESRI ASCII grid (.asc), a GeoTIFF (.tif), or .hgt, .dt2, .img."""
     site: Annotated[Offset | None, Bounds(-1e8, 1e8, "eastings and northings of any grid on Earth"), _MAP] = None
-    """Easting and northing, on the map's grid, of x = y = 0; left out: by [site], else (0, 0), in degrees its centre."""
+    """Easting and northing, on the map, of x = y = 0; left out: by [site], else (0, 0), in degrees its centre"""
     datum: Annotated[
         float | str, Quantity("m", "120 m", words=("site",)), Bounds(-1.2e4, 1e4, "heights on Earth"), _MAP
     ] = "site"
     """Height, on the map, of z = 0; "site": the map's height there, so that the ground at x = y = 0 is z = 0."""
     holes: Annotated[Literal["refuse", "neighbours"], _MAP] = "refuse"
-    """Nodes of the map without a height: an error, or each hole level at the lowest height on its rim, with a warning."""
+    """Nodes of the map without a height: an error, or filled from their neighbours, where holes are narrow."""
     beyond: Annotated[Literal["refuse", "level"], _MAP] = "refuse"
-    """A map that ends within a fragment's reach: an error, or level ground beyond it, and no distance that gets there."""
+    """A map that ends within a fragment's reach: an error, or level ground beyond, and no distance that gets there."""
     band: Annotated[int | None, Field(ge=1), _MAP] = None
     """Which band of the file holds the heights, where it has several."""
     height_unit: Annotated[Literal["m", "ft", "us_ft"] | None, _MAP] = None

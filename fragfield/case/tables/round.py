@@ -20,6 +20,7 @@ from fragfield_base.inputs import (
     PositivePressure,
     Quantity,
 )
+from fragfield_base.units import read_measure
 
 __all__ = [
     "CasingTable",
@@ -31,6 +32,8 @@ __all__ = [
     "JwlTable",
     "RoundTable",
     "StandsOn",
+    "UnitOfFile",
+    "length_of",
 ]
 
 Attitude = Annotated[
@@ -45,6 +48,14 @@ SofteningStrain = Annotated[
 ProfileValue = Annotated[
     Annotated[str, Tag("<name>")] | Annotated[dict[str, Any], Tag("<table>")], Discriminator(name_or_table)
 ]
+
+
+UnitOfFile = Annotated[
+    float | str | None,
+    Quantity("m", "1 mm", above=0.0, words=("mm", "cm", "m", "in", "ft")),
+    Bounds(1e-9, 1e3, "from nanometres to kilometres"),
+]
+"""Length of one unit of a file: its name, or a length."""
 
 
 class JwlTable(Table, JonesWilkinsLee):
@@ -117,16 +128,17 @@ class ExpectedTable(Table):
     """Mass of the charge."""
 
 
+def length_of(unit: float | str | None) -> float | None:
+    """Length (m) of a `UnitOfFile`."""
+    return read_measure(unit).value if isinstance(unit, str) else unit
+
+
 class ContourTable(Table):
     """A contour of the casing from a drawing or a table of diameters, in place of a profile."""
 
     file: str = Field(min_length=1)
-    """A section in DXF or SVG, half of it or both halves, or a table of diameters or radii (.csv)."""
-    unit: Annotated[
-        float | None,
-        Quantity("m", "1 mm", above=0.0),
-        Bounds(1e-9, 1e3, "from nanometres to kilometres"),
-    ] = None
+    """A section in DXF or SVG, half of it or both halves, or a table of diameters or radii (.csv, .xlsx, .ods)."""
+    unit: UnitOfFile = None
     """Length of one unit of the file; left out: as the file says, and refused where it does not."""
     layers: list[str] | None = Field(default=None, min_length=1)
     """Layers (DXF), or labels or names of groups (SVG), that hold the outline of the casing; left out: all."""
@@ -144,6 +156,11 @@ class ContourTable(Table):
     """Station up to which the charge fills the cavity, from its base end; left out: it fills all of it."""
     fuze: Annotated[float | str | None, Quantity("kg", "1.2 kg", above=0.0, words=("void",))] = None
     """Mass of what fills the cavity before the charge, or "void"."""
+
+    @property
+    def unit_length(self) -> float | None:
+        """Length of one unit of the file (m)."""
+        return length_of(self.unit)
 
 
 class RoundTable(Table):

@@ -77,7 +77,7 @@ class PlacesTable(Table):
     )
     """What its words mean: person, road, area, building, barricade, wall or ignore; also those of shapes: Point,
     LineString, Polygon."""
-    unit: Annotated[float | None, Quantity("m", "1 m", above=0.0)] = None
+    unit: Annotated[float | str | None, Quantity("m", "1 m", above=0.0, words=("m", "ft"))] = None
     """Unit of heights and widths that have none in the map; left out: such are refused."""
     building_height: Annotated[float | None, Quantity("m", "6 m", above=0.0)] = None
     """Height of buildings that have none in the map; left out: such are refused."""

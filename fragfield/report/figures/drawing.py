@@ -75,10 +75,12 @@ _STYLE = {
 
 @contextmanager
 def drawing_style() -> Iterator[None]:
-    """Draw with the report's settings, without a display and without touching the caller's settings."""
+    """Draw with the report's settings alone: without a display, and neither taking nor touching those of the caller."""
     import matplotlib as mpl
 
-    with mpl.rc_context(_STYLE):
+    with mpl.rc_context():
+        mpl.rcdefaults()  # a matplotlibrc of the user's may set any other
+        mpl.rcParams.update(_STYLE)
         yield
 
 

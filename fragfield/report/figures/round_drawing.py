@@ -10,7 +10,7 @@ import numpy as np
 from fragfield.errors import InputError
 from fragfield.numbers import number
 from fragfield.report.figures.drawing import COLUMN, GREY, INK, blank_figure
-from fragfield_base.names import substance_title
+from fragfield_base.substances import substance_title
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -262,9 +262,7 @@ def centre_of_mass(item: Round) -> float:
     section = profile.section(stations)
     charge, inner = section.charge_radius**2, section.inner_radius**2
     casing = item.casing.density * (section.outer_radius**2 - inner)
-    line_mass = half * weights * (
-        casing + item.explosive.density * charge + profile.fuze_density * (inner - charge)
-    )
+    line_mass = half * weights * (casing + item.explosive.density * charge + profile.fuze_density * (inner - charge))
     return float((line_mass * stations).sum() / line_mass.sum())
 
 

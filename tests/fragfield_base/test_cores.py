@@ -1,0 +1,53 @@
+"""Cores that a process may use: by affinity, and by the quotas of control groups of both versions."""
+
+from __future__ import annotations
+
+import os
+
+import pytest
+
+from fragfield_base import cores as module
+
+
+def written(folder, files):
+    for name, text in files.items():
+        path = folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text)
+    return folder
+
+
+@pytest.mark.parametrize(
+    ("groups", "files", "granted"),
+    [
+        ("0::/\n", {"cpu.max": "max 100000\n"}, None),
+        ("0::/\n", {"cpu.max": "250000 100000\n"}, 2.5),  # docker run --cpus 2.5, groups of its own
+        ("0::/pod/one\n", {"pod/cpu.max": "150000 100000\n", "pod/one/cpu.max": "max 100000\n"}, 1.5),
+        ("0::/pod/one\n", {"pod/cpu.max": "400000 100000\n", "pod/one/cpu.max": "200000 100000\n"}, 2.0),
+        ("0::/../../host/one\n", {"cpu.max": "300000 100000\n"}, 3.0),  # names of the host's, which are not there
+        ("4:cpu,x:/a\n", {"cpu,x/a/cpu.cfs_quota_us": "50000", "cpu,x/a/cpu.cfs_period_us": "100000"}, 0.5),
+        ("4:cpu,cpuacct:/docker/x\n", {"cpu/cpu.cfs_quota_us": "400000", "cpu/cpu.cfs_period_us": "100000"}, 4.0),
+        ("4:cpu:/\n", {"cpu/cpu.cfs_quota_us": "-1", "cpu/cpu.cfs_period_us": "100000"}, None),
+        ("9:memory:/a\n4:cpu:/a\n0::/a\n", {"unified/a/cpu.max": "100000 50000"}, 2.0),  # both versions
+        ("0::/\n", {"cpu.max": "nonsense"}, None),
+        ("0::/\n", {"cpu.max": "100000 0\n"}, None),
+        ("", {}, None),
+    ],
+)  # fmt: skip
+def test_quota_of_control_groups(tmp_path, groups, files, granted):
+    mounted = written(tmp_path / "mounted", files)
+    (tmp_path / "groups").write_text(groups)
+    assert module.quota.__wrapped__(tmp_path / "groups", mounted) == granted
+
+
+def test_no_control_groups(tmp_path):
+    assert module.quota.__wrapped__(tmp_path / "none", tmp_path) is None
+
+
+@pytest.mark.parametrize(
+    ("allowed", "granted", "cores"), [(8, None, 8), (8, 2.5, 2), (8, 0.5, 1), (2, 16.0, 2), (1, 1.0, 1)]
+)
+def test_cores_are_the_fewer_of_both_and_at_least_one(monkeypatch, allowed, granted, cores):
+    monkeypatch.setattr(os, "sched_getaffinity", lambda _: set(range(allowed)))
+    monkeypatch.setattr(module, "quota", lambda: granted)
+    assert module.cores() == cores
