@@ -27,6 +27,9 @@ if TYPE_CHECKING:
 __all__ = ["exported", "imported", "move", "plan_of", "site_in"]
 
 _OBSTACLES: TypeAdapter[Any] = TypeAdapter(ObstacleTable)
+_LINES = ("road", "wall", "barricade")
+_PLACED = ("latitude", "longitude", "length", "width", "azimuth")
+"""What the shape on the map says of a building; of a road its width is kept."""
 _POINTS = {"exposed": ("points", "points_on_earth"), "obstacle": ("start", "end", "centre")}
 
 
@@ -203,24 +206,33 @@ def _terrain(case: CaseDocument, shapes: Sequence[dict[str, Any]]) -> list[dict[
 
 
 def exported(case: CaseDocument) -> str:
-    """The places of the draft as GeoJSON (RFC 7946); raises InputError without a place on Earth."""
+    """The places of the draft as GeoJSON (RFC 7946), in the form that `imported` takes; raises InputError off Earth."""
     if site_in(case) is None:
         raise InputError("site: missing; GeoJSON needs latitude, longitude and bearing")
     features = []
-    for one in plan_of(case, [], None)["shapes"]:
-        if one["kind"] not in ("exposed", "obstacle"):
-            continue
-        ring = [[round(pair[1], 8), round(pair[0], 8)] for x, y in one["points"] if (pair := _on_earth(case, x, y))]
-        if one.get("closed") and len(ring) > 2:
-            geometry: dict[str, Any] = {"type": "Polygon", "coordinates": [[*ring, ring[0]]]}
-        else:
-            geometry = (
-                {"type": "Point", "coordinates": ring[0]}
-                if len(ring) == 1
-                else {"type": "LineString", "coordinates": ring}
+    for table in ("obstacle", "exposed"):
+        entries = case.get((table,), [])
+        for index, entry in enumerate(entries if isinstance(entries, list) else []):
+            marks = [at for _, at in _handles(case, table, index, entry)] if isinstance(entry, dict) else []
+            if not marks:  # without a place of its own, such as the box of an obstacle
+                continue
+            kind = str(entry.get("kind", "wall" if table == "obstacle" else "person"))
+            shape = "Point" if kind == "person" else "LineString" if kind in _LINES else "Polygon"
+            drawn = marks if shape != "Polygon" else _shape(table, entry, "", marks)[0]["points"]
+            ring = [[round(pair[1], 8), round(pair[0], 8)] for x, y in drawn if (pair := _on_earth(case, x, y))]
+            places: Any = ring[0] if shape == "Point" else [[*ring, ring[0]]] if shape == "Polygon" else ring
+            known = {
+                key: value
+                for key, value in entry.items()
+                if not isinstance(value, (list, dict)) and (kind in _LINES or key not in _PLACED)
+            }
+            features.append(
+                {
+                    "type": "Feature",
+                    "geometry": {"type": shape, "coordinates": places},
+                    "properties": {**known, "kind": kind},
+                }
             )
-        properties = {"name": one["name"], "table": one["kind"], "kind": one.get("sort", "")}
-        features.append({"type": "Feature", "geometry": geometry, "properties": properties})
     return json.dumps({"type": "FeatureCollection", "features": features}, indent=1)
 
 
