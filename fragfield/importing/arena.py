@@ -188,6 +188,12 @@ def _zones(columns: Columns, options: ArenaOptions) -> tuple[Array, Array, list[
         end = np.array([math.nan if one is None else one.high for one in ranges])
         return _down(start), _down(end), []
     angles = _down(columns.values("zone", "deg"))
+    each = np.unique(angles)
+    if len(each) > 1 and each[0] in (0.0, 1.0) and each[-1] < 100.0 and (np.diff(each) == 1.0).all():
+        raise InputError(
+            f"{path}: zone: found {each[0]:g}, {each[1]:g}, ... {each[-1]:g}, numbers of zones as it seems, not angles;"
+            " needed: their edges, in two columns or as ranges such as 5-10"
+        )
     edges, reason = _edges_of_angles(angles, options.zone_angle)
     if edges is None:
         raise QuestionError(f"{path}: zone: one angle a zone, {reason}", "zone-angle", ("from", "centre", "to"))

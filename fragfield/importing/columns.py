@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -248,12 +249,18 @@ def columns_by_name(layout: Layout, wanted: Sequence[str], chosen: Mapping[str, 
     return {name: index[name] for name in wanted if name in index}
 
 
+_PART = re.compile(r"%|‰|percent|prozent|pourcent|fraction|anteil", re.IGNORECASE)
+"""What a column is called that holds parts of a whole; numbers "per degree" have a stroke in their name."""
+
+
 def _meaning(title: str, unit: str, wanted: Sequence[str]) -> str | None:
     """The quantity that a column's name means; its unit, if any, must fit."""
+    if _PART.search(f"{title} {unit}"):
+        return None
     for head in read_head(title):
         for name in wanted:
             quantity = QUANTITIES[name]
-            if head.name not in quantity.names:
+            if head.name not in quantity.names or (not quantity.unit and "/" in title):
                 continue
             text = head.unit or unit
             try:

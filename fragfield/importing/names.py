@@ -74,9 +74,10 @@ _ASKED = {"grad?": ("deg", "gon"), "gr?": ("g", "grain"), "mg?": ("mg", "g")}
 @lru_cache(maxsize=4096)
 def _measure(unit: str) -> Measure | None:
     try:
-        return read_measure(f"1 {unit}")
+        found = read_measure(f"1 {unit}")
     except UnitError:
         return None
+    return found if any(found.powers) else None
 
 
 def is_unit(text: str) -> bool:

@@ -41,7 +41,7 @@ def needed(columns: Columns, *names: str) -> None:
     if missing:
         titles = [repr(one) for one in columns.layout.names if one]
         have = f"found the columns {', '.join(titles)}" if titles else "found no names of columns"
-        example = columns.layout.names[0] if titles and len(missing) == 1 else "..."
+        example = "NAME" if titles else "1"
         raise InputError(
             f"{columns.layout.sheet.path}: {', '.join(missing)} missing; {have}; say which: "
             + " ".join(f'--column {name}="{example}"' for name in missing)

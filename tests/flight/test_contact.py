@@ -366,5 +366,5 @@ def test_contacts_are_written_and_read_back(tmp_path: Path) -> None:
     assert read_table(tmp_path / "contacts.h5", "contacts")[0].tobytes() == result.contacts.tobytes()
     columns = read_columns(tmp_path / "contacts.csv")
     assert columns["energy_lost_J"] == pytest.approx(result.contacts["energy_lost"], rel=1e-9)
-    assert columns["second_position_y"] == pytest.approx(result.contacts["second_position"][:, 1], rel=1e-9)
+    assert columns["second_position_y_m"] == pytest.approx(result.contacts["second_position"][:, 1], rel=1e-9)
     assert "contacts.h5" not in {path.name for path in fly(stack(4)).write(tmp_path / "without")}

@@ -390,6 +390,18 @@ CASES = {
         {},
         {"mass": 0.0135, "zones": 2.0},
     ),
+    "numbers per degree": (ARENA.replace("Anzahl", "N/°") + NUMBERS, {}, "number missing; found the columns"),
+    "numbers in per cent": (ARENA.replace("Anzahl", "Anzahl (%)") + NUMBERS, {}, "number missing; found the columns"),
+    "masses in per cent, by the row of units": (
+        "zone from;zone to;number;mean mass;speed\n°;°;1;%;m/s\n" + NUMBERS,
+        {},
+        "mean_mass missing; found the columns",
+    ),
+    "numbers of zones": (
+        "Zone;Anzahl;mittlere Masse (g);v (m/s)\n1;3;1,5;800\n2;4;2,25;900\n",
+        {"units": {"angle": "deg"}},
+        "found 1, 2, ... 2, numbers of zones as it seems, not angles",
+    ),
     "percent": (ARENA + "0;90;3 %;1,5;800\n90;180;4;2,25;900\n", {}, "'3 %' is not a number"),
     "below the limit of a scale": (
         ARENA + "0;90;3;<0,1;800\n90;180;4;2,25;900\n",

@@ -121,7 +121,7 @@ def test_tables_are_those_of_the_csv_files(done):
         fragfield.InputError, match=r"found 'landings' \(did you mean \"landing\"\?\); allowed: history"
     ):
         run.table("landings")
-    with pytest.raises(fragfield.InputError, match=r"found no column 'distanc' \(did you mean \"distance\"\?\)"):
+    with pytest.raises(fragfield.InputError, match=r"found no column 'distanc' \(did you mean \"distance_m\"\?\)"):
         run.table("landing")["distanc"]
     with pytest.raises(
         fragfield.InputError, match=r"obstacle_hits.h5: no such file, which holds the table obstacle_hit"
