@@ -38,6 +38,7 @@ _KEPT = {
     "OPENBLAS_NUM_THREADS": _COUNT,
 }
 """Variables of libraries that are taken from the user, and their values: they decide on speed, on no result."""
+_PLACES = ("MPLCONFIGDIR", "NUMBA_CACHE_DIR")
 _DROPPED = re.compile(
     r"(BLIS|CPL|DOLFINX|FFCX|GDAL|GMSH|GOMP|H5PY|HDF5|KMP|MATPLOTLIB|MKL|MPL|NPY|NUMBA|NUMEXPR|OGR|OMP|OPENBLAS|PETSC|"
     r"PROJ|PYVISTA|SLEPC|TRAME|TYPER|VECLIB|VTK)_.*|MATPLOTLIBRC|MPL(BACKEND|CONFIGDIR)|TERMINAL_WIDTH|"
@@ -91,6 +92,9 @@ def settle(error: type[Exception]) -> None:
     if "PYTHONWARNINGS" in _found["ignored"]:
         _forget_filters()
     check_variables(error)
+    for name in _PLACES:
+        if place := os.environ.get(name):  # the working folder is left
+            os.environ[name] = str(Path(place).absolute())
     _found["kept"] = [f"{name}={os.environ[name]}" for name in sorted(_KEPT) if os.environ.get(name)]
     os.environ.update(_with_program(_FORCED if launched else _FORCED | _ALONE))
     if cores() < affinity():  # libraries count the cores alone, not the time that a container has of them

@@ -212,7 +212,7 @@ def _fault(line: str) -> Fault:
     words = line.removeprefix(key).removeprefix(":").strip() if key else line
     if (part := _PART.match(words)) is not None:  # of a file of contours: "round[1].profile [outer]: ..."
         key, words = f"{key}.{part[1]}", words[part.end() :].strip()
-    return Fault(key, words)
+    return Fault(key, words or "not allowed; the reason is given when there are fewer faults")
 
 
 def _put(node: Any, path: Steps, value: object) -> None:  # noqa: ANN401 - tables and lists

@@ -12,10 +12,10 @@ from pathlib import Path
 
 import pytest
 
-from fragfield.app.page import PAGES
 from fragfield.case import load_case
 from tests.app.conftest import ROOT
 
+PAGES = ("start", "round", "arrangement", "site", "data", "run", "result", "confidence")
 pytestmark = [pytest.mark.slow, pytest.mark.cores]
 SITE = ("m107_pair_site.toml", "m107_pair_site.asc")
 
