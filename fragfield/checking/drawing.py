@@ -25,7 +25,7 @@ def write_drawings(case: Case, path: Path) -> list[Path]:
         The file's ending is none of .svg and .png, there are no rounds, one is a mesh, or it cannot be written.
     """
     from fragfield.report.figures.drawing import drawing_style, to_bytes
-    from fragfield.report.figures.round_drawing import draw_round, drawn_rounds
+    from fragfield.report.figures.round_drawing import draw_round, drawn_rounds, expected_masses
     from fragfield_base.writing import write_bytes
 
     kind = path.suffix.lower().lstrip(".")
@@ -35,9 +35,9 @@ def write_drawings(case: Case, path: Path) -> list[Path]:
         raise InputError("--drawing: found a case without [[round]]; allowed: a case with a round")
     different = drawn_rounds(case)
     written = []
-    for number, item in enumerate(different, start=1):
+    for number, (item, expected) in enumerate(zip(different, expected_masses(case), strict=True), start=1):
         target = path if len(different) == 1 else path.with_name(f"{path.stem}_{number}{path.suffix}")
         with drawing_style():
-            (drawn,) = to_bytes(draw_round(item), kind)
+            (drawn,) = to_bytes(draw_round(item, expected), kind)
         written.append(write_bytes(target, drawn, InputError))
     return written

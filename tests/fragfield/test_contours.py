@@ -9,6 +9,7 @@ import random
 
 import ezdxf
 import numpy as np
+import openpyxl
 import pytest
 from ezdxf.math import Matrix44
 
@@ -335,6 +336,11 @@ def test_a_table_of_diameters_from_the_nose_and_from_the_base(tmp_path):
     assert german["outer"] == here["outer"]
     assert "encoding: cp1252" in german["notes"]
     assert "decimal sign: comma" in german["notes"]
+    book = openpyxl.Workbook()
+    for line in TABLE.splitlines():
+        book.active.append([float(cell) if cell[:1].isdigit() else cell or None for cell in line.split(";")])
+    book.save(tmp_path / "d.xlsx")
+    assert tables_of(tmp_path / "d.xlsx")["cavity"] == here["cavity"]
     assert "nose at the narrower end" in here["source"]
     assert "stations from the base" in there["source"]
 

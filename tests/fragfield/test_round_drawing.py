@@ -83,6 +83,16 @@ def test_drawing_names_lengths_diameters_walls_and_masses():
     assert any("casing 34.53 kg (steel_m107), charge 6.863 kg" in text for text in words)
 
 
+def test_drawing_compares_the_masses_with_those_of_the_rounds_own_drawing():
+    item = m107()
+    with drawing_style():
+        words = [text.get_text() for text in draw_round(item, {"casing": 34.0, "charge": 6.863}).axes[0].texts]
+    (line,) = (text for text in words if text.startswith("By its drawing: "))
+    masses = round_masses(item)
+    assert f"casing 34 kg ({100.0 * (masses['casing'] / 34.0 - 1.0):+.2f} %)" in line
+    assert "charge 6.863 kg (" in line
+
+
 @pytest.mark.parametrize("kind", ["svg", "png"])
 def test_check_writes_the_drawing_before_anything_is_computed(tmp_path, kind):
     case = tmp_path / "case.toml"

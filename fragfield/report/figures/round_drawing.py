@@ -13,7 +13,7 @@ from fragfield.report.figures.drawing import COLUMN, GREY, INK, blank_figure
 from fragfield_base.substances import substance_title
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
 
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from fragfield.case import Case
     from fragfield.report.reading.run_files import RunFiles
 
-__all__ = ["centre_of_mass", "draw_round", "drawn_rounds", "round_drawing", "round_masses"]
+__all__ = ["centre_of_mass", "draw_round", "drawn_rounds", "expected_masses", "round_drawing", "round_masses"]
 
 _HEIGHT = 4.1  # inches of the round at most
 _LEFT, _RIGHT = 1.35, 1.0  # inches beside it for dimensions
@@ -71,14 +71,24 @@ def drawn_rounds(case: Case) -> list[Round]:
     return [rounds[index] for index in dict.fromkeys(first_alike(case))] if rounds else []
 
 
+def expected_masses(case: Case) -> list[dict[str, float]]:
+    """Masses (kg) of casing and charge that the drawings of `drawn_rounds` give, as far as the case has them."""
+    from fragfield.case.conversion.placing import first_alike
+
+    tables = [case.round[index].expected for index in dict.fromkeys(first_alike(case))] if case.round else []
+    return [{} if table is None else {key: mass for key, mass in table if mass is not None} for table in tables]
+
+
 def round_drawing(run: RunFiles, number: int) -> Figure | None:
     """The drawing of a run's different round of that number; None where there is none, or it has no contour."""
     rounds = drawn_rounds(run.case) if run.case is not None else []
-    return draw_round(rounds[number]) if number < len(rounds) and rounds[number].profile is not None else None
+    if run.case is None or number >= len(rounds) or rounds[number].profile is None:
+        return None
+    return draw_round(rounds[number], expected_masses(run.case)[number])
 
 
-def draw_round(item: Round) -> Figure:
-    """The drawing of a round with a profile.
+def draw_round(item: Round, expected: Mapping[str, float] | None = None) -> Figure:
+    """The drawing of a round with a profile, with the masses (kg) that its own drawing gives as `expected`.
 
     Raises
     ------
@@ -100,7 +110,7 @@ def draw_round(item: Round) -> Figure:
     _draw_lengths(sheet, profile)
     _draw_diameters(sheet, profile)
     _draw_walls(sheet, item)
-    _write_masses(sheet, item)
+    _write_masses(sheet, item, expected or {})
     return figure
 
 
@@ -223,16 +233,21 @@ def _wall_stations(profile: Profile) -> list[float]:
     return [float(at) for at in stations[::step]]
 
 
-def _write_masses(sheet: _Sheet, item: Round) -> None:
-    """Below the drawing: masses, and in what units it is."""
+def _write_masses(sheet: _Sheet, item: Round, expected: Mapping[str, float]) -> None:
+    """Below the drawing: masses, what they differ from those expected by, and in what units it is."""
     profile = item.profile
     assert profile is not None
     mass = round_masses(item)
     fuze = f", fuze {number(mass['fuze'], 3)} kg" if mass["fuze"] else ""
     whole, ratio = number(sum(mass.values()), 4), number(mass["charge"] / mass["casing"], 3)
+    known = [
+        f"{key} {number(value, 4)} kg ({round(100.0 * (mass[key] / value - 1.0), 2) + 0.0:+.2f} %)"
+        for key, value in expected.items()
+    ]
     lines = (
         f"casing {number(mass['casing'], 4)} kg ({item.casing.name}), charge {number(mass['charge'], 4)} kg",
         f"({substance_title(item.explosive.name)}){fuze}; whole {whole} kg, charge / casing {ratio}",
+        *([f"By its drawing: {', '.join(known)}"] if known else []),
         "Lengths in mm, stations from the nose.",
     )
     for place, line in enumerate(lines):
