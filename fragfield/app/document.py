@@ -19,6 +19,7 @@ from fragfield.case.load import case_from_document
 from fragfield.case.messages import explain
 from fragfield.case.write import tables_to_toml, toml_value
 from fragfield.errors import InputError
+from fragfield_base import errors
 from fragfield_base.reading import read_text
 from fragfield_base.writing import write_text
 
@@ -187,7 +188,7 @@ def _judged(text: str, path: Path) -> tuple[Case | None, list[Fault]]:
     tables.setdefault("title", path.stem)
     try:
         return case_from_document(tables, source=path.name, folder=path.parent), []
-    except InputError as error:
+    except errors.InputError as error:  # of any stage
         lines = _lines(str(error), path.name)
     if any(_AND_MORE.match(line) for line in lines):  # the command line shows the first of them; a form all
         with suppress(InputError):
@@ -211,7 +212,7 @@ def _fault(line: str) -> Fault:
     words = line.removeprefix(key).removeprefix(":").strip() if key else line
     if (part := _PART.match(words)) is not None:  # of a file of contours: "round[1].profile [outer]: ..."
         key, words = f"{key}.{part[1]}", words[part.end() :].strip()
-    return Fault(key, words)
+    return Fault(key, words or "not allowed; the reason is given when there are fewer faults")
 
 
 def _put(node: Any, path: Steps, value: object) -> None:  # noqa: ANN401 - tables and lists

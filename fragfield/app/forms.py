@@ -186,7 +186,10 @@ def word_input(
 
     def show_default() -> None:
         """What holds where nothing is chosen."""
-        element.props["display-value"] = None if element.value else placeholder or None
+        if element.value:
+            element.props.pop("display-value", None)
+        else:
+            element.props["display-value"] = placeholder
         element.update()
 
     if placeholder and not free:

@@ -11,7 +11,8 @@ from nicegui import run, ui
 from fragfield.app.document import Fault, steps_of
 from fragfield.app.texts import LANGUAGES, texts_in
 from fragfield.case.messages import key_path
-from fragfield.errors import InputError
+from fragfield.errors import message_of
+from fragfield_base import errors
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -87,8 +88,8 @@ class CasePage:
         """Do something to the case; an InputError is shown, and False returned."""
         try:
             act()
-        except (InputError, OSError) as error:
-            ui.notify(str(error), type="negative", multi_line=True, timeout=8000)
+        except (errors.InputError, OSError) as error:
+            ui.notify(message_of(error), type="negative", multi_line=True, timeout=8000)
             return False
         if self.document is not None:
             self._own = self.document.version

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import json
 import math
-import xml.etree.ElementTree as ET
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from pydantic import TypeAdapter, ValidationError
 
+import fragfield
 from fragfield.app.fields import shown
 from fragfield.case.conversion.exposed_sites import outline_of
 from fragfield.case.tables.ground import ObstacleTable
@@ -19,6 +19,7 @@ from fragfield_base.units import UnitError, read_measure
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
+    from pathlib import Path
 
     from flight.hazard.site import Site
     from fragfield.app.document import CaseDocument
@@ -26,8 +27,9 @@ if TYPE_CHECKING:
 __all__ = ["exported", "imported", "move", "plan_of", "site_in"]
 
 _OBSTACLES: TypeAdapter[Any] = TypeAdapter(ObstacleTable)
-_KML = "{http://www.opengis.net/kml/2.2}"
-_MOST_IMPORTED = 500
+_LINES = ("road", "wall", "barricade")
+_PLACED = ("latitude", "longitude", "length", "width", "azimuth")
+"""What the shape on the map says of a building; of a road its width is kept."""
 _POINTS = {"exposed": ("points", "points_on_earth"), "obstacle": ("start", "end", "centre")}
 
 
@@ -204,76 +206,45 @@ def _terrain(case: CaseDocument, shapes: Sequence[dict[str, Any]]) -> list[dict[
 
 
 def exported(case: CaseDocument) -> str:
-    """The places of the draft as GeoJSON (RFC 7946); raises InputError without a place on Earth."""
+    """The places of the draft as GeoJSON (RFC 7946), in the form that `imported` takes; raises InputError off Earth."""
     if site_in(case) is None:
         raise InputError("site: missing; GeoJSON needs latitude, longitude and bearing")
     features = []
-    for one in plan_of(case, [], None)["shapes"]:
-        if one["kind"] == "terrain":
-            continue
-        ring = [[round(pair[1], 8), round(pair[0], 8)] for x, y in one["points"] if (pair := _on_earth(case, x, y))]
-        if one.get("closed") and len(ring) > 2:
-            geometry: dict[str, Any] = {"type": "Polygon", "coordinates": [[*ring, ring[0]]]}
-        else:
-            geometry = (
-                {"type": "Point", "coordinates": ring[0]}
-                if len(ring) == 1
-                else {"type": "LineString", "coordinates": ring}
+    for table in ("obstacle", "exposed"):
+        entries = case.get((table,), [])
+        for index, entry in enumerate(entries if isinstance(entries, list) else []):
+            marks = [at for _, at in _handles(case, table, index, entry)] if isinstance(entry, dict) else []
+            if not marks:  # without a place of its own, such as the box of an obstacle
+                continue
+            kind = str(entry.get("kind", "wall" if table == "obstacle" else "person"))
+            shape = "Point" if kind == "person" else "LineString" if kind in _LINES else "Polygon"
+            drawn = marks if shape != "Polygon" else _shape(table, entry, "", marks)[0]["points"]
+            ring = [[round(pair[1], 8), round(pair[0], 8)] for x, y in drawn if (pair := _on_earth(case, x, y))]
+            places: Any = ring[0] if shape == "Point" else [[*ring, ring[0]]] if shape == "Polygon" else ring
+            known = {
+                key: value
+                for key, value in entry.items()
+                if not isinstance(value, (list, dict)) and (kind in _LINES or key not in _PLACED)
+            }
+            features.append(
+                {
+                    "type": "Feature",
+                    "geometry": {"type": shape, "coordinates": places},
+                    "properties": {**known, "kind": kind},
+                }
             )
-        properties = {"name": one["name"], "table": one["kind"], "kind": one.get("sort", "")}
-        features.append({"type": "Feature", "geometry": geometry, "properties": properties})
     return json.dumps({"type": "FeatureCollection", "features": features}, indent=1)
 
 
-def imported(name: str, data: bytes) -> list[dict[str, Any]]:
-    """Exposed sites of a GeoJSON or KML file: points are persons, lines roads, polygons areas.
+def imported(case: CaseDocument, path: Path) -> tuple[dict[str, list[dict[str, Any]]], list[str]]:
+    """Tables [[exposed]] and [[obstacle]] of a map (GeoJSON, KML, KMZ), and how it was read, as `fragfield convert`.
 
     Raises
     ------
     InputError
-        The file cannot be read, or has no places.
+        The map cannot be read, or the draft has no place on Earth.
     """
-    try:
-        found = list(_kml(data) if name.lower().endswith(".kml") else _geojson(json.loads(data)))
-    except (ValueError, KeyError, TypeError, IndexError, AttributeError, RecursionError, ET.ParseError):
-        raise InputError(f"{name[:80]}: cannot be read as GeoJSON or KML") from None
-    if not 0 < len(found) <= _MOST_IMPORTED:
-        raise InputError(f"{name[:80]}: found {len(found)} places; allowed: 1 to {_MOST_IMPORTED}")
-    made = []
-    for number, (title, kind, places) in enumerate(found, start=1):
-        words = [[f"{latitude:.8f} deg", f"{longitude:.8f} deg"] for longitude, latitude in places]
-        entry: dict[str, Any] = {"name": title or f"place {number}"}
-        if kind == "Point":
-            entry |= {"latitude": words[0][0], "longitude": words[0][1]}
-        else:
-            area = kind == "Polygon"
-            ring = words[:-1] if area and words[0] == words[-1] else words
-            entry |= {"kind": "area" if area else "road", "points_on_earth": ring}
-        made.append(entry)
-    return made
-
-
-Places = list[tuple[float, float]]
-
-
-def _geojson(found: dict[str, Any]) -> Iterator[tuple[str, str, Places]]:
-    for feature in found["features"] if found.get("type") == "FeatureCollection" else [found]:
-        geometry, properties = feature["geometry"], feature.get("properties") or {}
-        kind, places = geometry["type"], geometry["coordinates"]
-        if properties.get("table", "exposed") != "exposed" or kind not in ("Point", "LineString", "Polygon"):
-            continue
-        listed = [places] if kind == "Point" else places[0] if kind == "Polygon" else places
-        yield str(properties.get("name") or ""), kind, [(float(one[0]), float(one[1])) for one in listed]
-
-
-def _kml(data: bytes) -> Iterator[tuple[str, str, Places]]:
-    if b"<!DOCTYPE" in data or b"<!ENTITY" in data:
-        raise ValueError("entities")
-    for mark in ET.fromstring(data).iter(f"{_KML}Placemark"):
-        for kind in ("Point", "LineString", "Polygon"):
-            shape = mark.find(f".//{_KML}{kind}")
-            words = None if shape is None else shape.findtext(f".//{_KML}coordinates")
-            if words:
-                places = [tuple(float(value) for value in one.split(",")[:2]) for one in words.split()]
-                yield (mark.findtext(f"{_KML}name") or "").strip(), kind, places  # type: ignore[misc]
-                break
+    site = {name: case.get(("site", name)) for name in ("latitude", "longitude", "bearing")}
+    found = fragfield.convert(path, set={name: value for name, value in site.items() if value is not None})
+    tables = {name: entries for name, entries in found.tables.items() if name in ("exposed", "obstacle")}
+    return tables, found.notes

@@ -70,7 +70,7 @@ def content(page: CasePage) -> None:
 def _summary(path: Path) -> dict[str, Any]:
     try:
         return RunDirectory(path).summary()
-    except (fragfield.InputError, InputError, OSError):
+    except (fragfield.InputError, OSError):
         return {}
 
 
@@ -83,7 +83,7 @@ def _reasons(path: Path) -> tuple[list[str], list[str]]:
     try:
         run = read_run(path)
         return reasons_for(run), reasons_against(run, findings(run))
-    except (fragfield.InputError, InputError, OSError) as error:
+    except (fragfield.InputError, OSError) as error:
         return [], [message_of(error)]
 
 
@@ -239,7 +239,7 @@ def _compare(page: CasePage) -> None:
             done = await threads.io_bound(
                 fragfield.compare_runs, *(space.inside(chosen[key]) for key in ("first", "second"))
             )
-        except (fragfield.InputError, InputError, OSError) as error:
+        except (fragfield.InputError, OSError) as error:
             with place:
                 ui.label(message_of(error)).classes("fault")
             return

@@ -12,6 +12,7 @@ from nicegui import run, ui
 import fragfield
 from fragfield.app.jobs import start_job
 from fragfield.app.markup import facts, heading
+from fragfield.app.workspace import safe_name
 from fragfield.errors import message_of
 from fragfield.numbers import number
 
@@ -21,7 +22,12 @@ if TYPE_CHECKING:
 
 __all__ = ["content"]
 
-_KINDS = (".csv", ".xlsx", ".ods", ".h5")
+_KINDS = (".csv", ".txt", ".tsv", ".xlsx", ".ods", ".h5")
+_CHOICES = {
+    "encoding": ("utf-8", "cp1252", "mac_roman"), "separator": ("comma", "semicolon", "tab", "bar", "space"),
+    "decimal": ("point", "comma"), "kind": ("arena", "pit", "fragments", "drag", "walls"),
+}  # fmt: skip
+"""What may be said of a table that does not show it, see `fragfield.import_table`."""
 
 
 def content(page: CasePage) -> None:
@@ -34,6 +40,8 @@ def content(page: CasePage) -> None:
         ui.label(texts("data.none")).classes("meaning")
         return
     chosen = {"file": files[0]}
+    _importer(page, folder, files)
+    heading(texts("data.held"))
     place = ui.element("div")
 
     async def check() -> None:
@@ -73,6 +81,62 @@ def content(page: CasePage) -> None:
             files, value=files[0], label=texts("data.file"), on_change=lambda event: chosen.update(file=event.value)
         ).props("outlined dense")
         ui.button(texts("data.check"), on_click=check).props("no-caps outline data-act=check-file")
+    place.move(target_index=-1)
+
+
+def _importer(page: CasePage, folder: Path, files: list[str]) -> None:
+    """A table as a test has it, in any usual form: what was found in it, questions, and the file that a case reads."""
+    texts = page.texts
+    chosen: dict[str, Any] = {"file": files[0]}
+    place = ui.element("div")
+
+    async def read() -> None:
+        place.clear()
+        options = {key: value for key, value in chosen.items() if key != "file" and value not in (None, "")}
+        casing = page.case.path if not page.case.faults() and not page.case.is_draft else None
+        try:
+            found = await run.io_bound(fragfield.import_table, folder / chosen["file"], case=casing, **options)
+        except (fragfield.InputError, OSError) as error:
+            with place:
+                ui.label(message_of(error)).classes("fault")
+                _answers(error)
+            return
+        with place:
+            with ui.element("pre").classes("words").props("data-box=imported"):
+                ui.label(str(found))
+            name = f"{safe_name(Path(chosen['file']).stem, '')}_{found.kind}{Path(found.default_name).suffix}"
+            ui.button(texts("data.write", name=name), on_click=lambda: write(found, name)).props(
+                "no-caps outline dense data-act=write-table"
+            )
+
+    def _answers(error: Exception) -> None:
+        """Answers to a question of the importer, as buttons."""
+        option, answers = getattr(error, "option", ""), getattr(error, "choices", ())
+        if option in (*_CHOICES, "sheet", "zone_angle"):
+            with ui.element("div").classes("choices"):
+                for answer in list(answers)[:12]:
+                    ui.button(str(answer), on_click=lambda _, answer=answer: answered(option, str(answer))).props(
+                        "dense outline no-caps"
+                    )
+
+    def answered(option: str, answer: str) -> Any:  # noqa: ANN401 - a coroutine
+        chosen[option] = answer
+        return read()
+
+    def write(found: Any, name: str) -> None:  # noqa: ANN401 - an imported table
+        if page.attempt(lambda: found.write(page.session.space.inside(name))):
+            ui.navigate.reload()
+
+    with ui.element("div").classes("form"):
+        ui.select(files, value=files[0], label=texts("data.file")).props("outlined dense").on_value_change(
+            lambda event: chosen.update(file=event.value)
+        )
+        for key, words in _CHOICES.items():
+            box = ui.select(list(words), label=texts(f"data.{key}"), clearable=True).props("outlined dense stack-label")
+            box.on_value_change(lambda event, key=key: chosen.update({key: event.value}))
+        rounds = ui.number(texts("data.rounds"), min=1e-3, max=1e4).props("outlined dense stack-label")
+        rounds.on_value_change(lambda event: chosen.update(number_of_rounds=event.value))
+    ui.button(texts("data.read"), on_click=read).props("no-caps outline data-act=read-table")
     place.move(target_index=-1)
 
 

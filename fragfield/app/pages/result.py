@@ -13,7 +13,6 @@ from nicegui import ui
 import fragfield
 from fragfield.app.jobs import start_job
 from fragfield.app.markup import Raw, heading, shown_facts
-from fragfield.errors import InputError
 from fragfield.hazard.certainty import metres, whole_metres
 from fragfield.hazard.recommended import parts_words
 from fragfield.hazard.verdict import criterion_words
@@ -49,7 +48,7 @@ def content(page: CasePage, run: str = "") -> None:
         path = space.inside(chosen)
         found = fragfield.open(path)
         summary = found.summary
-    except (fragfield.InputError, InputError) as error:
+    except fragfield.InputError as error:
         ui.label(str(error)).classes("fault")
         return
     parts: dict[str, Callable[[], object]] = {
@@ -198,7 +197,7 @@ def _tables(page: CasePage, found: Any) -> None:  # noqa: ANN401 - a run
         place.clear()
         try:
             table = await threads.io_bound(found.table, name)
-        except (fragfield.InputError, InputError) as error:
+        except fragfield.InputError as error:
             with place:
                 ui.label(str(error)).classes("fault")
             return

@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 from nicegui import ui
 
+import fragfield
 from burst_fenicsx.errors import InputError as BurstInputError
 from burst_fenicsx.geometry import load_profile, profile_from_table
 from burst_fenicsx.geometry.files import PROFILES, profile_names
-from burst_fenicsx.materials.library import casing_names, explosive_names, load_casing, load_explosive
+from burst_fenicsx.materials.library import burst_explosive_names, casing_names, load_casing, load_explosive
 from burst_fenicsx.problem import Round
 from fragfield.app.contour import ContourTable, from_case, to_case
 from fragfield.app.drawing import round_facts, round_svg
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
 
 __all__ = ["BARE", "content", "drawn_round"]
 
+_DRAWINGS = (".dxf", ".svg", ".csv", ".xlsx", ".ods")
 _UNITS = ("mm", "cm", "m", "in")
 # A cased charge to begin with, where there is none.
 BARE = {"unit": "mm", "outer": {"points": [[0, 20], [80, 40], [260, 40]]},
@@ -105,6 +107,7 @@ class _RoundEditor:
         with ui.element("div").classes("columns drawing-first"):
             with ui.element("section"):
                 self._shape()
+                self._from_file()
                 heading(texts("round.materials"))
                 self._materials()
                 heading(texts("round.expected"))
@@ -242,9 +245,38 @@ class _RoundEditor:
             self.page.change(place, {**tables, "title": f"after {name}"} if "title" in tables else tables)
         ui.navigate.reload()
 
+    def _from_file(self) -> None:
+        """The contour of a drawing or of a table of diameters in the folder, as `fragfield convert` reads it."""
+        texts, page = self.page.texts, self.page
+        folder = page.case.path.parent
+        files = sorted(one.name for one in folder.iterdir() if one.suffix.lower() in _DRAWINGS and one.is_file())
+        if not files:
+            return
+        chosen = {"file": files[0], "settings": ""}
+
+        def take() -> None:
+            def act() -> None:
+                settings = [one.strip() for one in chosen["settings"].split(",") if one.strip()]
+                found = fragfield.convert(folder / chosen["file"], set=settings)
+                page.case.set((*self.path, "profile"), found.tables)
+                ui.notify("\n".join(found.notes), type="positive", multi_line=True)
+
+            if page.attempt(act):
+                ui.navigate.reload()
+
+        with ui.expansion(texts("round.from_file")).classes("folded"):
+            with ui.element("div").classes("form"):
+                box = ui.select(files, value=files[0], label=texts("data.file")).props("outlined dense")
+                box.on_value_change(lambda event: chosen.update(file=event.value))
+                words = ui.input(texts("round.file_settings"), placeholder="unit=1 mm").props(
+                    "outlined dense stack-label"
+                )
+                words.on_value_change(lambda event: chosen.update(settings=event.value or ""))
+            ui.button(texts("round.take_file"), on_click=take).props("no-caps outline dense data-act=take-file")
+
     def _materials(self) -> None:
         with ui.element("div").classes("form"):
-            for key, names in (("explosive", explosive_names()), ("casing", casing_names())):
+            for key, names in (("explosive", burst_explosive_names()), ("casing", casing_names())):
                 place = (*self.path, key)
                 if isinstance(self.page.case.get(place), dict):
                     form(self.page, place)

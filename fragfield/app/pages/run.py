@@ -68,7 +68,7 @@ def checked(page: CasePage) -> dict[str, Any] | None:
 
     try:
         return check_report(case)
-    except (fragfield.InputError, InputError) as error:
+    except fragfield.InputError as error:
         return {"refused": str(error), "warnings": []}
 
 
@@ -107,7 +107,7 @@ def _cost(page: CasePage, found: dict[str, Any]) -> str:
         (texts("run.geometry"), f"{found['geometry']['choice']} ({found['geometry']['reason']})"),
         (texts("run.cells"), number(mesh["cells"])),
         (texts("run.memory"), f"{expected['memory_bytes'] / 1e9:.2g} GB"),
-        (texts("run.burst_time"), texts("run.burst_time_is", time=duration(expected["core_seconds"]))),
+        (texts("run.burst_time"), texts("run.burst_time_is", time=duration(max(expected["core_seconds"], 1.0)))),
         (texts("run.also"), texts("run.also_is")),
     ]
     last = _last_time(page)

@@ -11,7 +11,9 @@ from fragfield.app.forms import entries_form, field_input, form
 from fragfield.app.markup import facts, heading
 from fragfield.app.pages.run import checked
 from fragfield.app.site_plan import exported, imported, move, plan_of, site_in
+from fragfield.errors import InputError
 from fragfield.hazard.certainty import metres
+from fragfield_base.writing import write_bytes
 
 if TYPE_CHECKING:
     from nicegui.events import GenericEventArguments, UploadEventArguments
@@ -42,6 +44,7 @@ _NEW: dict[str, tuple[str, dict[str, Any]]] = {
     ),
 }
 """What is added to the map, by the name of its button: table and first values."""
+_MAPS = (".geojson", ".json", ".kml", ".kmz")
 _PICTURES = (".png", ".jpg", ".jpeg")
 
 
@@ -183,11 +186,15 @@ def _exchange(page: CasePage, site: _Site) -> None:
         data = await event.file.read()
 
         def act() -> None:
-            places = imported(event.file.name, data)
-            begin = len(page.case.get(("exposed",), []))
-            for number, entry in enumerate(places):
-                page.case.set(("exposed", begin + number), entry)
-            ui.notify(texts("site.imported", number=len(places)), type="positive")
+            ending = next((one for one in _MAPS if event.file.name.lower().endswith(one)), ".geojson")
+            kept = write_bytes(page.session.space.state(f"imported{ending}"), data, InputError)
+            tables, notes = imported(page.case, kept)
+            for name, entries in tables.items():
+                begin = len(page.case.get((name,), []))
+                for number, entry in enumerate(entries):
+                    page.case.set((name, begin + number), entry)
+            number = sum(map(len, tables.values()))
+            ui.notify("\n".join([texts("site.imported", number=number), *notes]), type="positive", multi_line=True)
 
         if page.attempt(act):
             site.lists.refresh()
@@ -196,7 +203,7 @@ def _exchange(page: CasePage, site: _Site) -> None:
     with ui.element("div").classes("choices"):
         ui.button(texts("site.export"), on_click=export).props("dense outline no-caps data-act=export")
         ui.upload(label=texts("site.import"), on_upload=take, auto_upload=True, max_file_size=1 << 22).props(
-            'flat bordered accept=".geojson,.json,.kml"'
+            'flat bordered accept=".geojson,.json,.kml,.kmz"'
         )
 
 

@@ -28,6 +28,10 @@ _NEXT = {"workshop": "site", "arena": "data"}
 _UPLOADS = (
     ".toml",
     ".csv",
+    ".tsv",
+    ".txt",
+    ".xlsx",
+    ".ods",
     ".asc",
     ".tif",
     ".tiff",
@@ -35,9 +39,9 @@ _UPLOADS = (
     ".jpg",
     ".geojson",
     ".kml",
-    ".xlsx",
-    ".ods",
-    ".txt",
+    ".kmz",
+    ".dxf",
+    ".svg",
     ".msh",
 )
 

@@ -48,7 +48,8 @@
     }, {passive: false});
     svg.addEventListener("pointerdown", event => {
       const mark = event.target.closest(".handle");
-      dragged = mark ? {mark: Number(mark.dataset.mark)} : {from: there(event)};
+      const at = there(event), held = mark && data.handles[Number(mark.dataset.mark)].at;
+      dragged = mark ? {mark: Number(mark.dataset.mark), off: [held[0] - at[0], held[1] - at[1]]} : {from: at};
       svg.setPointerCapture(event.pointerId);
       if (mark) { focused = mark.dataset.path; mark.focus(); }
     });
@@ -57,7 +58,7 @@
       readout(at);
       if (!dragged) return;
       if (dragged.from) { view.x += dragged.from[0] - at[0]; view.y += dragged.from[1] - at[1]; }
-      else { data.handles[dragged.mark].at = at; dragged.moved = true; }
+      else { data.handles[dragged.mark].at = [at[0] + dragged.off[0], at[1] + dragged.off[1]]; dragged.moved = true; }
       draw();
     });
     svg.addEventListener("pointerup", () => {
