@@ -136,8 +136,8 @@ def test_a_closed_standard_stream_gives_its_number_to_no_file(tmp_path):
     script = (
         "import os, sys\n"
         "from fragfield.cli.streams import prepare_process\n"
-        "prepare_process()\n"
-        "file = open(sys.argv[1], 'w')\n"
+        "(name,) = prepare_process()\n"
+        "file = open(name, 'w')\n"
         "os.write(1, b'of a library'); os.write(2, b'of a library')\n"
         "sys.stdout.write('x'); sys.stderr.write('y')\n"
         "sys.exit(0 if file.fileno() > 2 else 1)\n"
