@@ -28,7 +28,7 @@ from fragfield.numbers import SPACE, Row, row
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-__all__ = ["QUANTITIES", "Quantity", "quantity", "schema", "shown"]
+__all__ = ["QUANTITIES", "Quantity", "column_of", "quantity", "schema", "shown"]
 
 
 @dataclass(frozen=True)
@@ -82,6 +82,12 @@ class Quantity:
         value = self.of(summary)
         if value is not None and not isinstance(value, (dict, list)) and not (self.hide_zero and value == 0):
             yield self.row(value)
+
+
+def column_of(name: str, unit: str) -> str:
+    """Column of a value in a table: its name and unit, as `mean_initial_speed_m_s`."""
+    end = unit.replace("/", "_").replace("^", "")
+    return name if not end or name.endswith(f"_{end}") else f"{name}_{end}"
 
 
 def value_at(summary: Mapping[str, Any], path: str) -> Any:  # noqa: ANN401 - a value of JSON

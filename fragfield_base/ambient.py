@@ -38,6 +38,7 @@ _KEPT = {
     "OPENBLAS_NUM_THREADS": _COUNT,
 }
 """Variables of libraries that are taken from the user, and their values: they decide on speed, on no result."""
+_PLACES = ("MPLCONFIGDIR", "NUMBA_CACHE_DIR")
 _DROPPED = re.compile(
     r"(BLIS|CPL|DOLFINX|FFCX|GDAL|GMSH|GOMP|H5PY|HDF5|KMP|MATPLOTLIB|MKL|MPL|NPY|NUMBA|NUMEXPR|OGR|OMP|OPENBLAS|PETSC|"
     r"PROJ|PYVISTA|SLEPC|TRAME|TYPER|VECLIB|VTK)_.*|MATPLOTLIBRC|MPL(BACKEND|CONFIGDIR)|TERMINAL_WIDTH|"
@@ -45,7 +46,7 @@ _DROPPED = re.compile(
 )
 """Variables of libraries that read them when they are loaded, and of Python."""
 _OF_MPI = re.compile(r"(FI|I_MPI|MPICH|MPIR_CVAR|OMPI|OPAL|ORTE|PMI|PMI2|PMIX|PRTE|PSM|PSM2|UCX)_.*")
-"""Variables of MPI and its launchers; those of a launch are kept, and nobody else needs any."""
+"""Variables of MPI and its launchers; those of a launch are kept, and a single process needs none."""
 _OF_A_JOB = re.compile(r"SLURM_.*")
 _DATA = re.compile(r"(GDAL|PROJ)_(DATA|LIB|DRIVER_PATH)")
 """Folders of data; an environment of conda's names its own."""
@@ -91,10 +92,14 @@ def settle(error: type[Exception]) -> None:
     if "PYTHONWARNINGS" in _found["ignored"]:
         _forget_filters()
     check_variables(error)
+    for name in _PLACES:
+        if place := os.environ.get(name):  # the working folder is left
+            os.environ[name] = str(Path(place).absolute())
     _found["kept"] = [f"{name}={os.environ[name]}" for name in sorted(_KEPT) if os.environ.get(name)]
     os.environ.update(_with_program(_FORCED if launched else _FORCED | _ALONE))
-    if cores() < affinity():  # numba counts the cores alone, not the time that a container has of them
-        os.environ.setdefault("NUMBA_NUM_THREADS", str(cores()))
+    if cores() < affinity():  # libraries count the cores alone, not the time that a container has of them
+        for name in ("NUMBA_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
+            os.environ.setdefault(name, str(cores()))
 
 
 def settle_child(error: type[Exception]) -> None:
@@ -183,9 +188,9 @@ def _has_room(folder: str) -> bool:
 
 
 def _arrange_modules() -> None:
-    """Look for modules in no folder that nobody has named, and in the user's own after those of the installation.
+    """Look for modules only in folders that were named, and in the user's own after those of the installation.
 
-    Dropped is the working folder, where a `string.py` of anybody's would be executed, unless this program lies there.
+    Dropped is the working folder, where any `string.py` would be executed, unless this program lies there.
     The user's packages (`~/.local`) may hold a numpy that is not the one for which dolfinx was built.
     """
     named = os.environ["PYTHONPATH"].split(os.pathsep) if "PYTHONPATH" in os.environ else []

@@ -91,7 +91,7 @@ def reading(path: Path, error: type[Exception], advice: str = "") -> Iterator[h5
     check_sound(path, error, advice)
     end = f"; {advice}" if advice else ""
     try:
-        file = h5py.File(path, "r", locking=False)  # sealed or probed: nobody changes it, and some have no locks
+        file = h5py.File(path, "r", locking=False)  # some file systems have none
     except _READING_FAULTS as found:
         raise error(f"{path}: cut off, or not an HDF5 file ({found}){end}") from None
     with file:

@@ -108,8 +108,12 @@ def cache_root() -> Path | None:
     candidates = []
     if given := os.environ.get("NUMBA_CACHE_DIR"):
         candidates.append(Path(given))
-    with suppress(RuntimeError):  # no home
-        candidates.append(Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "fragfield")
+    if os.environ.get("XDG_CACHE_HOME", "").startswith("/"):  # its specification has a relative one ignored
+        candidates.append(Path(os.environ["XDG_CACHE_HOME"]) / "fragfield")
+    else:
+        with suppress(RuntimeError):  # no home
+            if Path.home().is_dir():
+                candidates.append(Path.home() / ".cache/fragfield")
     candidates.append(Path(tempfile.gettempdir()) / f"fragfield-{os.geteuid()}")
     for folder in candidates:
         if _made(folder) and is_private(folder) and os.access(folder, os.R_OK | os.W_OK | os.X_OK):

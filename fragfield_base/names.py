@@ -9,9 +9,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from fragfield_base.substances import Kind
-
-__all__ = ["names_allowed", "nearest_name", "plain_key", "substance_key", "substance_title"]
+__all__ = ["names_allowed", "nearest_name", "plain_key"]
 
 
 def nearest_name(name: str, allowed: Iterable[str], *, likeness: float = 0.5) -> str | None:
@@ -32,24 +30,8 @@ def names_allowed(name: object, valid: Iterable[str]) -> str:
 
 
 def plain_key(name: str) -> str:
-    """Letters and digits of a name, lower case, "composition" as "comp": "comp_b" and "Composition B" are one."""
-    return re.sub(r"[^a-z0-9]", "", name.casefold()).replace("composition", "comp")
+    """Letters and digits of a name, lower case, "composition" as "comp": "comp_b" and "Composition B" are one.
 
-
-def substance_key(name: str, kind: Kind = "explosive") -> str:
-    """The built-in name of a substance, however its name is written; letters and digits of one that is not built in.
-
-    Every look-up of an explosive or a casing by its name goes through here.
+    The one spelling by which `substances.substance_key` finds every substance.
     """
-    from fragfield_base.substances import aliases
-
-    key = plain_key(name)
-    return aliases(kind).get(key, key)
-
-
-def substance_title(name: str, kind: Kind = "explosive") -> str:
-    """Name of a substance as text shows it: of a built-in one its usual name, of others the one given."""
-    from fragfield_base.substances import substance, substance_names
-
-    key = substance_key(name, kind)
-    return substance(kind, key).title if key in substance_names(kind) else name
+    return re.sub(r"[^a-z0-9]", "", name.casefold()).replace("composition", "comp")

@@ -25,6 +25,7 @@ from fragfield.case import load_case
 from fragfield.case.schema import Case
 from fragfield.cli import app
 from fragfield_base.substances import is_substance
+from tests.fragfield.drawn_shells import write_dxf
 from tests.fragfield.short_run import invoke
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -92,6 +93,9 @@ def test_every_command_line_is_one_that_the_program_takes(page):
                 parse(arguments)
 
 
+PLACE = (
+    '{"type": "Feature", "properties": {"kind": "person"}, "geometry": {"type": "Point", "coordinates": [7, 51.501]}}'
+)
 PIT = "# rounds = 2\nmass_above_g;number\n0.5;1880\n2;1470\n8;885\n32;330\n128;47\n"
 
 
@@ -99,6 +103,8 @@ PIT = "# rounds = 2\nmass_above_g;number\n0.5;1880\n2;1470\n8;885\n32;330\n128;4
 def test_every_case_file_is_read(page, tmp_path):
     """Whole ones as they stand; parts of one over a tube, beside the fragments of two such tubes; and an explosive."""
     (tmp_path / "pit.csv").write_text(PIT, encoding="utf-8")
+    write_dxf(tmp_path / "shell.dxf")
+    (tmp_path / "places.geojson").write_text(PLACE, encoding="utf-8")
     for number, block in enumerate(block for block in blocks(page) if block.language == "toml"):
         named = re.match(r"# (\w+\.toml)\n", block.text)
         path = tmp_path / (named[1] if named else f"part_{number}.toml")
@@ -164,7 +170,14 @@ def needs_a_run(text: str) -> bool:
 
 @pytest.mark.dolfinx
 @pytest.mark.parametrize(
-    "page", ["guide/installation.md", "guide/first_run.md", "guide/cookbook.md", "guide/your_test_data.md"]
+    "page",
+    [
+        "guide/installation.md",
+        "guide/first_run.md",
+        "guide/cookbook.md",
+        "guide/your_test_data.md",
+        "guide/your_round_from_a_drawing.md",
+    ],
 )
 def test_what_is_marked_runs(page, tmp_path):
     assert run_page(page, tmp_path, slow=False) > 0

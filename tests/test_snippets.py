@@ -141,3 +141,27 @@ def test_the_readme_runs_a_case_to_the_number_of_its_summary(tmp_path):
     summary = json.loads((tmp_path / "runs" / "m107" / "summary.json").read_text(encoding="utf-8"))
     assert printed.startswith(str(names["run"].hazard.recommended))
     assert names["run"].hazard.recommended == summary["hazard"]["recommended"]
+
+
+@pytest.mark.dolfinx
+def test_a_map_of_the_guide_is_read_as_the_page_shows(tmp_path):
+    """Its case file, what `check` prints of the map, and the snippet, with a GeoTIFF in decimetres on UTM."""
+    pytest.importorskip("rasterio")
+    from tests.flight.maps import metres, north_up, slope, write
+
+    heights = np.rint(10.0 * slope(*north_up(half=2000.0))).astype("i2")
+    write(tmp_path / "terrain.tif", heights, metres(half=2000.0), scales=(0.1,))
+    parts = blocks("docs/guide/your_map.md")
+    (case,), (shown,), codes = ([text for kind, text in parts if kind == one] for one in ("toml", "output", "python"))
+    tube = (ROOT / "cases" / "tube.toml").read_text(encoding="utf-8")
+    (tmp_path / "case.toml").write_text(tube.replace('cell_size = "6 mm"', 'cell_size = "12 mm"') + case, "utf-8")
+    done = invoke("check", tmp_path / "case.toml")
+    assert done.exit_code == 0, done.stderr
+    printed = done.stdout[done.stdout.index("ground: ") : done.stdout.index("ricochet off")]
+    printed = printed.replace(f"{tmp_path}/", "")
+    assert NUMBER.sub("", printed) == NUMBER.sub("", shown)
+    ours, theirs = ([float(one) for one in NUMBER.findall(text)] for text in (printed, shown))
+    assert ours == pytest.approx(theirs, rel=1e-3)
+    names, said = run_snippets(codes, tmp_path)
+    assert "WGS 84 / UTM zone 32N" in said
+    assert names["ground"].datum == pytest.approx(float(re.search(r"z = 0 at ([\d.]+) m\n", shown)[1]), abs=0.06)

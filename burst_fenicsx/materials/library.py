@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 from burst_fenicsx.data import Table, nearest_name, read_toml
 from burst_fenicsx.errors import InputError
 from burst_fenicsx.problem import CasingMaterial, Explosive, JonesWilkinsLee
-from fragfield_base.names import substance_key
-from fragfield_base.substances import is_substance, read_substance, substance, substance_names
+from fragfield_base.substances import is_substance, read_substance, substance, substance_key, substance_names
 
 if TYPE_CHECKING:
     from fragfield_base.substances import Kind, Substance

@@ -12,7 +12,7 @@ import numpy as np
 
 from flight.arguments import real_array, require_number
 from flight.errors import FlightWarning, InputError, nearest
-from flight.scene.holes import fill_level
+from flight.scene.holes import fill_holes
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -47,7 +47,7 @@ class HeightMap:
     filled : int
         Nodes that had no height and were given one.
     beyond : (rows, columns) bool or None
-        Filled nodes of holes that reach the map's edge; there the map counts as ended.
+        Filled nodes of holes that are wide or reach the map's edge; there the map counts as ended.
     facts : mapping
         How a file was read, in words: `format`, `crs`, `plan_unit`, `height_unit`, `vertical`, `north`, `position`,
         and a list of `notes`; empty for an array.
@@ -90,7 +90,8 @@ class HeightMap:
         datum : float, optional
             Height above sea level of z = 0 (m).
         holes : "refuse", "neighbours" or float
-            What becomes of holes: an error, each hole level at the lowest height on its rim, or one height (m).
+            What becomes of holes: an error, the mean of the neighbours from the rim inwards, or one height (m). Of
+            neighbours, holes wider than 30 m and four nodes, and those that reach the edge, count as beyond the map.
         name : str
             For messages.
 
@@ -116,7 +117,7 @@ class HeightMap:
         if datum is not None:
             require_number(name, "datum", datum, "m")
         _check_heights(grid, datum, name)
-        filled, beyond = _fill(grid, holes, name)
+        filled, beyond = _fill(grid, holes, name, (float(steps[0]), float(steps[1])))
         lengths = [float(size * (number - 1)) for size, number in zip(steps, grid.shape[::-1], strict=True)]
         if min(lengths) < _SMALLEST:
             raise InputError(
@@ -228,7 +229,7 @@ class HeightMap:
     def _known(
         self, origin: tuple[float, float], turn: NDArray[np.float64], edge: NDArray[np.float64]
     ) -> NDArray[np.float64]:
-        """Distances (m), up to `edge`, before the ground is a hole that reaches the edge."""
+        """Distances (m), up to `edge`, before the ground is a hole that ends the map."""
         assert self.beyond is not None
         rows, columns = self.heights.shape
         reached = []
@@ -241,7 +242,7 @@ class HeightMap:
         return np.reshape(reached, np.shape(edge))
 
     def contains(self, x: ArrayLike, y: ArrayLike) -> NDArray[np.bool_]:
-        """Whether positions lie on the map, its edges included, and not in a hole that reaches them."""
+        """Whether positions lie on the map, its edges included, and not in a hole that ends it."""
         x, y = np.asarray(x, dtype=np.float64), np.asarray(y, dtype=np.float64)
         (west, south), (east, north) = self.corner, self.end
         inside = np.asarray((x >= west) & (x <= east) & (y >= south) & (y <= north))
@@ -324,8 +325,10 @@ def _check_heights(grid: NDArray[np.float64], datum: float | None, name: str) ->
         )
 
 
-def _fill(grid: NDArray[np.float64], holes: str | float, name: str) -> tuple[int, NDArray[np.bool_] | None]:
-    """Fill the holes in place; returns their number, and which nodes belong to holes that reach the edge."""
+def _fill(
+    grid: NDArray[np.float64], holes: str | float, name: str, step: tuple[float, float]
+) -> tuple[int, NDArray[np.bool_] | None]:
+    """Fill the holes in place; returns their number, and which nodes belong to holes that end the map."""
     missing = ~np.isfinite(grid)
     number = int(missing.sum())
     if isinstance(holes, str) and holes not in ("refuse", "neighbours"):
@@ -343,10 +346,10 @@ def _fill(grid: NDArray[np.float64], holes: str | float, name: str) -> tuple[int
         raise InputError(f"{name}: no node has a height")
     beyond = None
     if isinstance(holes, str):
-        beyond = fill_level(grid)
-        words = "each hole was filled level at the lowest height on its rim"
+        beyond = fill_holes(grid, step)
+        words = "they were filled from their neighbours"
         if beyond is not None:
-            words += f"; {int(beyond.sum())} of them reach the map's edge and count as beyond it"
+            words += f"; {int(beyond.sum())} of them, in wide holes or at the map's edge, count as beyond the map"
     else:
         if not math.isfinite(holes):
             raise InputError(f"{name}: holes is {holes}, needed: a finite height (m)")

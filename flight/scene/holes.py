@@ -1,4 +1,4 @@
-"""Holes of a map of heights: which nodes belong together, and the height that each hole is given."""
+"""Holes of a map of heights: filled from their rims, and which are too wide to be known by them."""
 
 from __future__ import annotations
 
@@ -11,48 +11,70 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-__all__ = ["fill_level"]
+    Indices = NDArray[np.int64]
+
+__all__ = ["fill_holes"]
 
 _AROUND = [(j, i) for j in (-1, 0, 1) for i in (-1, 0, 1) if (j, i) != (0, 0)]
+_NARROW, _NARROW_NODES = 30.0, 4  # m, and nodes: a hole as wide as one of them is known by its rim
 
 
-def fill_level(grid: NDArray[np.float64]) -> NDArray[np.bool_] | None:
-    """Fill every hole in place, level at the lowest height on its rim, so that it stops no fragment early.
+def fill_holes(grid: NDArray[np.float64], step: tuple[float, float]) -> NDArray[np.bool_] | None:
+    """Fill the holes in place: from the rim inwards the mean of those of eight neighbours that have a height.
 
     Parameters
     ----------
     grid : (rows, columns) float64
         Heights (m), not finite in holes; at least one node has a height.
+    step : (2,) floats
+        Distance of the columns and of the rows (m).
 
     Returns
     -------
     (rows, columns) bool or None
-        Nodes of holes that reach the map's edge: no height is known on their other side. None without such holes.
+        Nodes of holes that reach the map's edge, or are wider than 30 m and four nodes: what is filled in there is no
+        knowledge. None without such holes.
     """
     missing = ~np.isfinite(grid)
-    number = np.full(grid.shape, -1, dtype=np.int64)
+    beyond = _unknown(missing, step)
+    grid[missing] = 0.0
     j, i = np.nonzero(missing)
-    number[j, i] = np.arange(len(j))
-    hole = _components(len(j), list(_links(number, j, i)))
-    lowest = np.full(len(j), np.inf)
-    for down, across in _AROUND:
-        there = (j + down >= 0) & (j + down < grid.shape[0]) & (i + across >= 0) & (i + across < grid.shape[1])
-        height = grid[j[there] + down, i[there] + across]
-        np.fmin.at(lowest, hole[there], np.where(np.isfinite(height), height, np.inf))
-    grid[j, i] = lowest[hole]
-    at_edge = (j == 0) | (j == grid.shape[0] - 1) | (i == 0) | (i == grid.shape[1] - 1)
-    open_holes = np.zeros(len(j), dtype=bool)
-    open_holes[hole[at_edge]] = True
-    if not open_holes.any():
-        return None
-    beyond = np.zeros(grid.shape, dtype=bool)
-    beyond[j, i] = open_holes[hole]
+    while len(j):
+        total, count = np.zeros(len(j)), np.zeros(len(j))
+        for down, across in _AROUND:
+            there = (j + down >= 0) & (j + down < grid.shape[0]) & (i + across >= 0) & (i + across < grid.shape[1])
+            known = np.zeros(len(j), dtype=bool)
+            known[there] = ~missing[j[there] + down, i[there] + across]
+            total[known] += grid[j[known] + down, i[known] + across]
+            count += known
+        rim = count > 0
+        grid[j[rim], i[rim]] = total[rim] / count[rim]
+        missing[j[rim], i[rim]] = False
+        j, i = j[~rim], i[~rim]
     return beyond
 
 
-def _links(
-    number: NDArray[np.int64], j: NDArray[np.int64], i: NDArray[np.int64]
-) -> Iterator[tuple[NDArray[np.int64], NDArray[np.int64]]]:
+def _unknown(missing: NDArray[np.bool_], step: tuple[float, float]) -> NDArray[np.bool_] | None:
+    """Nodes of the holes that are too wide, or open to the edge."""
+    j, i = np.nonzero(missing)
+    number = np.full(missing.shape, -1, dtype=np.int64)
+    number[j, i] = np.arange(len(j))
+    hole = _components(len(j), list(_links(number, j, i)))
+    wide = np.zeros(len(j), dtype=bool)
+    for index, size, last in ((i, step[0], missing.shape[1] - 1), (j, step[1], missing.shape[0] - 1)):
+        low, high = np.full(len(j), last), np.zeros(len(j), dtype=np.int64)
+        np.minimum.at(low, hole, index)
+        np.maximum.at(high, hole, index)
+        nodes = high - low + 1
+        wide |= (low == 0) | (high == last) | ((nodes > _NARROW_NODES) & (nodes * size > _NARROW))
+    if not wide[hole].any():
+        return None
+    beyond = np.zeros(missing.shape, dtype=bool)
+    beyond[j, i] = wide[hole]
+    return beyond
+
+
+def _links(number: Indices, j: Indices, i: Indices) -> Iterator[tuple[Indices, Indices]]:
     """Pairs of neighbouring nodes of holes, each once."""
     for down, across in ((0, 1), (1, -1), (1, 0), (1, 1)):
         there = (j + down < number.shape[0]) & (i + across >= 0) & (i + across < number.shape[1])
@@ -60,7 +82,7 @@ def _links(
         yield np.flatnonzero(there)[other >= 0], other[other >= 0]
 
 
-def _components(size: int, links: list[tuple[NDArray[np.int64], NDArray[np.int64]]]) -> NDArray[np.int64]:
+def _components(size: int, links: list[tuple[Indices, Indices]]) -> Indices:
     """The first node of each node's hole: labels are lowered along the links and shortened until they stand."""
     label = np.arange(size)
     one, other = (np.concatenate(ends) for ends in zip(*links, strict=True))

@@ -19,7 +19,7 @@ from fragfield.case.tables.stack import StackTable
 from fragfield.case.write import toml_value
 from fragfield.errors import InputError, nearest
 from fragfield_base.inputs import NumberOrWord, Quantity, Vector
-from fragfield_base.names import substance_key
+from fragfield_base.substances import substance_key
 from fragfield_base.writing import write_text
 
 if TYPE_CHECKING:

@@ -15,7 +15,7 @@ from fragfield.hazard.contents import quantity_words
 from fragfield.hazard.prescribed import USES, official_note
 from fragfield.terminal.progress import duration
 from fragfield.terminal.show import OFFICIAL_LABELS, number_text, plain_console, stripped
-from fragfield_base.names import substance_title
+from fragfield_base.substances import substance_title
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import typer
 
 import fragfield
-from fragfield.cli.application import Json, Quiet, app
+from fragfield.cli.application import Json, Quiet, app, file_path
 from fragfield.cli.guard import give, guarded
 
 __all__ = ["convert"]
@@ -18,14 +18,19 @@ __all__ = ["convert"]
 def convert(
     file: Annotated[
         Path,
-        typer.Argument(metavar="FILE", help="Drawing (.dxf, .svg), table of diameters, or map (.geojson, .kml, .kmz)."),
+        typer.Argument(
+            parser=file_path,
+            metavar="FILE",
+            help="Drawing (.dxf, .svg), table of diameters, or map (.geojson, .kml, .kmz).",
+        ),
     ],
     settings: Annotated[
         list[str] | None,
         typer.Option("--set", metavar="KEY=VALUE", help="How it is read: a key of round.contour or site.places."),
     ] = None,
     out: Annotated[
-        Path | None, typer.Option("--out", metavar="FILE", help="File to write (.toml); default: show it.")
+        Path | None,
+        typer.Option("--out", parser=file_path, metavar="FILE", help="File to write (.toml); default: show it."),
     ] = None,
     quiet: Quiet = False,
     json: Json = False,

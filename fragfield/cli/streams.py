@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 __all__ = ["finish_messages", "prepare_process", "silence", "to_stdout"]
 
 _FEWEST_FILES, _MANY_FILES = 64, 1024
-_LEAST_STACK = 1 << 20  # bytes; the compiler and MPI need several hundred thousand
+_MIN_STACK = 1 << 20  # bytes; the compiler and MPI need several hundred thousand
 
 
 def prepare_process() -> list[str]:
@@ -59,8 +59,8 @@ def _check_limits() -> None:
     except ModuleNotFoundError:  # not a system of this kind
         return
     stack = resource.getrlimit(resource.RLIMIT_STACK)[0]
-    if stack != resource.RLIM_INFINITY and stack < _LEAST_STACK:
-        raise InputError(f"found ulimit -s {stack // 1024} (kB of stack); allowed: at least {_LEAST_STACK // 1024}")
+    if stack != resource.RLIM_INFINITY and stack < _MIN_STACK:
+        raise InputError(f"found ulimit -s {stack // 1024} (kB of stack); allowed: at least {_MIN_STACK // 1024}")
     soft, most = resource.getrlimit(resource.RLIMIT_NOFILE)
     if soft == resource.RLIM_INFINITY or soft >= _MANY_FILES:
         return

@@ -134,8 +134,9 @@ def _two_lines(chains: Sequence[Chain], near: float, place: Callable[[Array], st
             f"inner line; choose them by layers{_loose_words(chains, near, place)}"
         )
     if len(chains) == 2:
-        one, other = sorted(chains, key=lambda chain: float(chain.points[:, 1].max()))
-        return list(other.curves), list(one.curves)
+        inner, outer = sorted(chains, key=lambda chain: float(chain.points[:, 1].max()))
+        _check_ends(inner, outer, near, place, _loose_words(chains, near, place))
+        return list(outer.curves), list(inner.curves)
     (chain,) = chains
     ends = chain.points[[0, -1]]
     if not chain.closed and not np.all(ends[:, 1] == 0.0):
@@ -145,6 +146,17 @@ def _two_lines(chains: Sequence[Chain], near: float, place: Callable[[Array], st
             f"apart; allowed: gaps up to {1e3 * near:g} mm; close it, or draw its outer and its inner line"
         )
     return _split(chain, near)
+
+
+def _check_ends(inner: Chain, outer: Chain, near: float, place: Callable[[Array], str], loose: str) -> None:
+    """Refuse an inner line that ends within the casing: a part of it may be missing."""
+    ends = outer.points[[0, -1], 0]
+    for point in inner.points[[0, -1]]:
+        if point[1] != 0.0 and np.abs(ends - point[0]).min() > near:
+            raise InputError(
+                f"the inner line ends at {place(point)}, neither on the axis nor at an end of the casing{loose}; "
+                "allowed: a closed outline, or a line drawn on to the axis where the cavity ends"
+            )
 
 
 def _kind(chain: Chain) -> str:

@@ -61,7 +61,7 @@ def section_of_table(table: ContourTable, path: Path) -> tuple[Section, list[str
     Raises
     ------
     InputError
-        Columns that are missing or do not say what they are, a cell that is no number, stations that do not rise or
+        Columns that are missing or do not say what they are, a cell that is not a number, stations that do not rise or
         fall throughout, ends that do not say which is the nose.
     """
     names, rows, numbers, concluded = _rows(path)

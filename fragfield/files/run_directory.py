@@ -252,7 +252,7 @@ class RunDirectory:
     @contextmanager
     def locked(self) -> Iterator[None]:
         """Hold the directory for one command that writes into it; raises InputError where another one does."""
-        with locked(self.path, InputError):
+        with locked(self.path, InputError, warn=False):
             yield
 
     def _results(self, stages: Sequence[Stage] = tuple(STAGES.values())) -> list[str]:

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fragfield.case.conversion.placing import are_alike
-from fragfield_base.names import substance_key, substance_title
-from fragfield_base.substances import substance, substances_with
+from fragfield_base.substances import substance, substance_key, substance_title, substances_with
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

@@ -90,7 +90,7 @@ def arena_table(
     try:
         if matrix is None and "number" not in columns and "zone" in columns and "mass" in columns:
             table = _of_pieces(columns, options)
-            guesses.append(Guess("layout", "one row a piece", "an angle and a mass, no number"))
+            guesses.append(Guess("layout", "one row a piece", "an angle and a mass, but no count"))
         else:
             table, words = _of_zones(columns, matrix, options)
             guesses += words

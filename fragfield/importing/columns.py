@@ -111,7 +111,7 @@ class Columns:
         Raises
         ------
         InputError
-            A cell is no number; `QuestionError` where its unit is not known.
+            A cell is not a number; `QuestionError` where its unit is not known.
         """
         numbers, units = [], set()
         for row, cell in zip(self.layout.rows, self.cells(name), strict=True):

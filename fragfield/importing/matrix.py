@@ -58,7 +58,7 @@ def matrix_of(layout: Layout, units: Mapping[str, str]) -> Matrix | None:
     Raises
     ------
     InputError
-        A cell is no number. `QuestionError` where the unit or the mean masses of the groups are not said.
+        A cell is not a number. `QuestionError` where the unit or the mean masses of the groups are not said.
     """
     groups: dict[int, Interval] = {}
     titles: set[str] = set()

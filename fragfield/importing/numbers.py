@@ -34,7 +34,7 @@ _ABOVE = re.compile(
 
 
 class NotANumberError(ValueError):
-    """A cell is no number; the message follows the cell's place."""
+    """A cell is not a number; the message follows the cell's place."""
 
 
 class Interval(NamedTuple):
@@ -141,7 +141,7 @@ def decimal_of(sheet: Sheet, rows: Sequence[Row], decimal: str | None) -> tuple[
         line, cell = next((line, part) for line, part in cells if "." in part or "," in part)
         mark = "." if "." in cell else ","
         raise QuestionError(
-            f"{sheet.place(line)}: {cell!r} is {cell.replace(mark, '.')} or {cell.replace(mark, '')}, and no number of "
+            f"{sheet.place(line)}: {cell!r} is {cell.replace(mark, '.')} or {cell.replace(mark, '')}, and no cell of "
             "the table shows which",
             "decimal", ("point", "comma"),
         )  # fmt: skip

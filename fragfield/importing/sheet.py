@@ -47,7 +47,7 @@ class QuestionError(InputError):
 
 
 class Refused(NamedTuple):
-    """A cell that holds no number but what a spreadsheet made of one."""
+    """A cell that holds what a spreadsheet made of a number."""
 
     text: str
     reason: str

@@ -27,6 +27,7 @@ from fragfield.importing.text_file import read_text_file
 from fragfield.importing.workbook import is_workbook, read_workbook
 from fragfield.version import __version__
 from fragfield_base.names import names_allowed
+from fragfield_base.paths import absolute
 from fragfield_base.units import UnitError, read_measure
 from fragfield_base.writing import write_bytes, write_text
 
@@ -95,7 +96,7 @@ class ImportedTable:
         InputError
             It would replace its own source, or cannot be written.
         """
-        target = Path(self.default_name if path is None else path)
+        target = absolute(self.default_name if path is None else path, InputError)
         wanted = ".toml" if self.kind == "walls" else ".csv"
         if target.suffix.lower() != wanted:
             raise InputError(f"{target}: a table of the kind {self.kind} is written as {wanted}; name it so")
@@ -169,7 +170,7 @@ def import_table(
         The file is no table of this kind; `QuestionError` where something in it has two meanings that differ by a
         factor: its `option` names the parameter that answers, `choices` the answers.
     """
-    source = Path(path)
+    source = absolute(path, InputError)
     _check_choices(source, kind, columns or {}, units or {})
     casing = _casing(case, casing_mass)
     layout = lay_out(open_sheet(source, encoding, separator, sheet), decimal=decimal, rows=rows)
@@ -242,7 +243,7 @@ def _casing(case: str | os.PathLike[str] | None, mass: str | float | None) -> fl
         from fragfield.case import load_case
         from fragfield.case.conversion.placing import masses_of
 
-        values = load_case(Path(case), burst=False)
+        values = load_case(absolute(case, InputError), burst=False)
         if not values.round:
             raise InputError(f"{case}: has no [[round]], so that the mass of its casing is not known")
         return float(masses_of(values.round[0]).casing)

@@ -42,6 +42,8 @@ def is_workbook(path: Path) -> bool:
     if path.suffix.lower() in (".xlsx", ".xlsm", ".ods", ".xls", ".xlsb", ".fods"):
         return True
     try:
+        if not path.is_file():
+            return False
         with path.open("rb") as file:
             return file.read(4) in (b"PK\x03\x04", b"\xd0\xcf\x11\xe0")
     except OSError:
@@ -151,22 +153,19 @@ def _xlsx(path: Path) -> dict[str, list[Row]]:
     except ModuleNotFoundError:
         raise InputError(f"{path}: reading XLSX needs openpyxl, which is not installed: {_INSTALL}") from None
     try:
-        values = openpyxl.load_workbook(path, read_only=True, data_only=True)
-        formulas = openpyxl.load_workbook(path, read_only=True, data_only=False)
-        try:
+        with path.open("rb") as one, path.open("rb") as other:  # whatever the file is called
+            values = openpyxl.load_workbook(one, read_only=True, data_only=True)
+            formulas = openpyxl.load_workbook(other, read_only=True, data_only=False)
             found: dict[str, list[Row]] = {}
             for table in values.worksheets:
                 if table.sheet_state != "visible":
                     continue
                 written = formulas[table.title]
-                for one in (table, written):
-                    one.reset_dimensions()  # what the file claims, which may be all of a sheet
+                for sheet in (table, written):
+                    sheet.reset_dimensions()  # what the file claims, which may be all of a sheet
                 both = zip(table.iter_rows(), written.iter_rows(), strict=False)
                 found[table.title] = _rows(path, (_paired(*pair) for pair in both))
             return found
-        finally:
-            values.close()
-            formulas.close()
     except InputError:
         raise
     except Exception as error:  # noqa: BLE001 - a damaged file ends in errors of many kinds

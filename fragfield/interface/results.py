@@ -171,7 +171,8 @@ class Run:
         """
         from fragfield.interface.workbook import write_workbook
 
-        return write_workbook(self, absolute(path, InputError))
+        tables = {name: self.table(name) for name in self.tables}
+        return write_workbook(absolute(path, InputError), self.path, self.case.title, self.summary, tables)
 
     def table(self, name: str) -> Table:
         """A table by its name, with `to_numpy` and `to_pandas`; raises InputError for another name."""

@@ -14,10 +14,9 @@ from fragfield.quantities import QUANTITIES
 from fragfield_base.writing import harmless, replacing
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Mapping
     from pathlib import Path
 
-    from fragfield.interface.results import Run
     from fragfield.interface.tables import Table
 
 __all__ = ["write_workbook"]
@@ -27,8 +26,23 @@ _MOST_ROWS = 1_048_576 - 1  # of a sheet, below the names
 _UNITS = {"kg": "kg", "m": "m", "m_s": "m/s", "s": "s", "J": "J", "deg": "degrees", "1_m2": "1/m2", "kg_m3": "kg/m3"}
 
 
-def write_workbook(run: Run, path: Path) -> Path:
+def write_workbook(
+    path: Path, run_directory: Path, title: str, summary: Mapping[str, Any], tables: Mapping[str, Table]
+) -> Path:
     """Write every table of a run as a sheet of one workbook; returns its path.
+
+    Parameters
+    ----------
+    path : Path
+        The workbook.
+    run_directory : Path
+        The run's, whose files have its provenance.
+    title : str
+        Of its case.
+    summary : mapping
+        Its summary.json.
+    tables : mapping
+        Its tables by name.
 
     Raises
     ------
@@ -46,14 +60,13 @@ def write_workbook(run: Run, path: Path) -> Path:
     book = Workbook(write_only=True)
     front = book.create_sheet("about")
     front.column_dimensions["A"].width, front.column_dimensions["B"].width = 24, 90
-    tables = {name: run.table(name) for name in run.tables}
     if not tables:
-        raise InputError(f"{run.path}: holds no table yet; run a stage first")
-    for row in _about(run, tables):
+        raise InputError(f"{run_directory}: holds no table yet; run a stage first")
+    for row in _about(run_directory, title, tables):
         front.append(row)
-    summary = book.create_sheet("summary")
-    for row in _summary_rows(run):
-        summary.append(row)
+    results = book.create_sheet("summary")
+    for row in _summary_rows(summary):
+        results.append(row)
     for name, table in tables.items():
         sheet = book.create_sheet(name)
         sheet.freeze_panes = "A2"
@@ -65,12 +78,12 @@ def write_workbook(run: Run, path: Path) -> Path:
     return path
 
 
-def _about(run: Run, tables: dict[str, Table]) -> Iterator[list[Any]]:
+def _about(run_directory: Path, title: str, tables: Mapping[str, Table]) -> Iterator[list[Any]]:
     """What the workbook is, its sheets, units, and the provenance of the run."""
     from fragfield.interface.tables import TABLES
 
-    yield [harmless(run.case.title)]
-    yield ["directory", harmless(str(run.path))]
+    yield [harmless(title)]
+    yield ["directory", harmless(str(run_directory))]
     yield ["written", dt.datetime.now(dt.UTC).isoformat(timespec="seconds")]
     yield []
     yield ["sheet", "what it holds", "rows", "units in the names of its columns"]
@@ -82,8 +95,8 @@ def _about(run: Run, tables: dict[str, Table]) -> Iterator[list[Any]]:
         yield [name, TABLES[name][1] + cut, len(table), legend or "pure numbers, or SI"]
     yield []
     yield ["of the run", ""]
-    file = next(name for name in _STAMPED if (run.path / name).is_file())
-    stamp = dict(describe(run.path / file)["attributes"])
+    file = next(name for name in _STAMPED if (run_directory / name).is_file())
+    stamp = dict(describe(run_directory / file)["attributes"])
     case = str(stamp.pop("case", ""))
     for key, value in stamp.items():
         yield [key, harmless(str(value))]
@@ -93,10 +106,10 @@ def _about(run: Run, tables: dict[str, Table]) -> Iterator[list[Any]]:
         yield ["", harmless(line)]
 
 
-def _summary_rows(run: Run) -> Iterator[list[Any]]:
+def _summary_rows(summary: Mapping[str, Any]) -> Iterator[list[Any]]:
     yield ["key", "value", "unit", "meaning"]
     for one in QUANTITIES.values():
-        value = None if "[]" in one.path or one.path.startswith("case") else one.of(run.summary)
+        value = None if "[]" in one.path or one.path.startswith("case") else one.of(summary)
         if value is not None and not isinstance(value, dict | list):
             yield [one.path, _cell(value), one.unit, harmless(one.label)]
 
@@ -108,7 +121,7 @@ def _rows(table: Table) -> Iterator[list[Any]]:
 
 
 def _cell(value: Any) -> Any:  # noqa: ANN401 - of an array or of JSON
-    """A value as a sheet holds it: no number where there is none, infinity as a word, texts that are no formulas."""
+    """A value as a sheet holds it: an empty cell for NaN, infinity as a word, texts that are no formulas."""
     value = value.item() if hasattr(value, "item") else value
     if isinstance(value, float) and not math.isfinite(value):
         return None if math.isnan(value) else "inf" if value > 0.0 else "-inf"

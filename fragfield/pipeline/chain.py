@@ -19,6 +19,7 @@ from fragfield.terminal.logs import logged
 from fragfield.terminal.progress import ProgressReporter
 from fragfield.terminal.visible_text import visible
 from fragfield_base.hdf5_files import check_sound
+from fragfield_base.locking import has_locks
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -61,6 +62,7 @@ def run_chain(options: RunOptions, only: str | None = None) -> dict[str, Any]:
         reporter = held.enter_context(_working(options, team, directory, fresh=from_burst and not options.resume))
         if only != "report":
             _warn_of_values(case, team)
+            _warn_of_locks(directory, team)
         job = Job(case, directory if from_burst else options.source, directory, team, reporter, options)
         stages = _waiting(job) if only is None else [STAGES[only]]
         with _together(team):
@@ -94,6 +96,12 @@ def _warn_of_values(case: Case, team: Team) -> None:
     """Say in the log which values of the case are unusual; the report asks the case itself."""
     for words in outside_soft(case) if team.first else ():
         _log.warning("%s", words)
+
+
+def _warn_of_locks(directory: RunDirectory, team: Team) -> None:
+    """Say where nothing keeps a second command from writing into the directory."""
+    if team.first and not has_locks(directory.path):
+        _log.warning("%s: this file system has no locks; start no second run in it", directory.path)
 
 
 def _enter(options: RunOptions, stage: Stage, held: ExitStack) -> Case:

@@ -66,7 +66,7 @@ def positions(values: object, shape: Shape, where: str) -> Array:
             f"{where}: found positions that are no lists of numbers; allowed: longitude, latitude"
         ) from None
     if not np.isfinite(found).all():
-        raise InputError(f"{where}: found a position that is no number; allowed: longitude, latitude")
+        raise InputError(f"{where}: found a position that is not finite; allowed: longitude, latitude")
     if len(found) > 1:
         found = found[np.concatenate([[True], (np.diff(found, axis=0) != 0.0).any(axis=1)])]
     if shape == "Polygon" and len(found) > 1 and (found[0] == found[-1]).all():

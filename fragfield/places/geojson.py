@@ -66,7 +66,7 @@ def read_geojson(path: Path) -> tuple[list[Feature], list[str]]:
 
 
 def _no_constant(name: str) -> None:
-    raise ValueError(f"{name} is no number of JSON")
+    raise ValueError(f"{name} is not JSON")
 
 
 def _coordinates(path: Path, found: dict[str, Any]) -> tuple[Callable[[Array], Array], str]:

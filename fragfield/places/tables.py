@@ -181,8 +181,8 @@ def _check_distances(path: Path, features: Sequence[Feature], site: Site) -> Non
     nearest = away.min(initial=np.inf)
     if (not on_earth.all() or nearest > _BEYOND) and swapped.max() < min(_FARTHEST, 0.1 * nearest):
         raise InputError(
-            f"{path}: its positions lie {_km(nearest)} from the site as longitude, latitude, and {_km(swapped.min())} "
-            "as latitude, longitude: they, or those of [site], are exchanged; allowed: longitude first"
+            f"{path}: its positions {_away(nearest)} as longitude, latitude, and {_away(float(swapped.min()))} as "
+            "latitude, longitude: they, or those of [site], are exchanged; allowed: longitude first"
         )
     if not on_earth.all():
         at = int(np.flatnonzero(~on_earth)[0])
@@ -201,8 +201,12 @@ def _distances(site: Site, longitude: Array, latitude: Array) -> Array:
     return np.hypot(*site.offsets(longitude, latitude).T) if len(longitude) else np.zeros(0)
 
 
+def _away(distance: float) -> str:
+    return f"lie {_km(distance)} from the site" if math.isfinite(distance) else "are not on Earth"
+
+
 def _km(distance: float) -> str:
-    return "not on Earth" if not math.isfinite(distance) else f"{1e-3 * distance:.3g} km"
+    return f"{1e-3 * distance:.3g} km"
 
 
 def _placed(

@@ -13,7 +13,7 @@ from fragfield.report.findings.reasons import reasons_against, reasons_for
 from fragfield.report.tables.attitudes import attitude_sentence
 from fragfield.report.tables.exposed_sites import verdict_table
 from fragfield.report.tables.rules import minimum_words, prescribed_table
-from fragfield_base.names import substance_title
+from fragfield_base.substances import substance_title
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence

@@ -116,7 +116,7 @@ def logged(path: Path, *, fresh: bool) -> Iterator[None]:
 
 @contextmanager
 def to_stderr(*, quiet: bool) -> Iterator[None]:
-    """Show warnings on stderr, with `quiet` errors only; what libraries log (tifffile) is no message of ours."""
+    """Show warnings on stderr, with `quiet` errors only; what libraries log (rasterio) is no message of ours."""
     handler = logging.StreamHandler(sys.stderr)
     handler.setLevel(logging.ERROR if quiet else logging.WARNING)
     handler.setFormatter(_Short())

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
 __all__ = ["GRADES", "GROUPS", "Group", "Kind", "Substance", "aliases", "graded", "is_substance"]
-__all__ += ["read_substance", "substance", "substance_names", "substances_with"]
+__all__ += ["read_substance", "substance", "substance_key", "substance_title", "substance_names", "substances_with"]
 
 Kind = Literal["explosive", "casing"]
 
@@ -148,6 +148,21 @@ def aliases(kind: Kind) -> Mapping[str, str]:
             if other != name:
                 raise ValueError(f"{kind}s {other} and {name} are both called {text!r}")
     return MappingProxyType(found)
+
+
+def substance_key(name: str, kind: Kind = "explosive") -> str:
+    """The built-in name of a substance, however its name is written; letters and digits of one that is not built in.
+
+    Every look-up of an explosive or a casing by its name goes through here.
+    """
+    key = plain_key(name)
+    return aliases(kind).get(key, key)
+
+
+def substance_title(name: str, kind: Kind = "explosive") -> str:
+    """Name of a substance as text shows it: of a built-in one its usual name, of others the one given."""
+    key = substance_key(name, kind)
+    return substance(kind, key).title if key in substance_names(kind) else name
 
 
 def substances_with(kind: Kind, group: str, key: str) -> dict[str, Any]:

@@ -142,6 +142,15 @@ def test_shape_and_strength_decide(geometry, size, strain, across, eroded):
     assert state.eroded.sum() == eroded
 
 
+@pytest.mark.parametrize(("relative", "eroded"), [(1.95, False), (2.05, True)])
+def test_folded_metal_without_strength_is_eroded_from_twice_its_volume_on(relative, eroded):
+    solver, cell = drawn(2.8)
+    state = solver.fields
+    state.grid.volume[state.blocks.slot_of_cell[cell]] = relative * state.cell_mass[cell] / SOFT.density
+    solver.erode_metal()
+    assert bool(state.eroded[cell]) is eroded
+
+
 @pytest.mark.parametrize("geometry", GEOMETRIES)
 def test_metal_that_is_flattened_between_two_looks_is_eroded_in_its_step(geometry):
     """Without strength below a tenth of its volume; not with it."""

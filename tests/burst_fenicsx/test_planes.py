@@ -62,7 +62,7 @@ def test_no_node_reaches_a_plane_unseen(seen, speed):
         np.testing.assert_array_equal(force[:, 2] > 0.0, nodes.position[:, 2] < 0.0)
         numbers.append(len(plane.near))
     assert numbers[0] == 0
-    assert len(set(numbers)) > 50  # few at a time are looked after
+    assert len(set(numbers)) > 30  # few at a time are looked after
 
 
 @pytest.mark.parametrize(("speed", "steps"), [(100.0, 51), (1000.0, 6)])

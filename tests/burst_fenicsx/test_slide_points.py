@@ -133,4 +133,4 @@ def test_every_contact_begins_where_its_node_lies():
         np.testing.assert_allclose(place, nodes[row[c]], atol=1e-14)
     on_bend = np.bincount(row) == 2
     assert on_bend.sum() == COUNT + 1
-    assert (contacts.share == np.where(on_bend, 2.0, 1.0)[row]).all()
+    assert (contacts.of_node == np.where(on_bend, 2.0, 1.0)[row]).all()

@@ -12,6 +12,7 @@ pytest.importorskip("dolfinx")
 
 from burst_fenicsx.kernels.step.levels import node_levels, raise_levels
 from burst_fenicsx.mechanics.nodal_loads import NodalConstraint
+from burst_fenicsx.mechanics.schedule import Chunks
 from burst_fenicsx.problem import TimeStep
 from tests.burst_fenicsx.boxes import BARE, ELASTIC, box, burst, grid, run_until
 
@@ -210,3 +211,14 @@ def test_levels_are_raised_until_neighbours_differ_by_one_and_no_farther(seed):
     index = np.array(list(itertools.product(range(4), range(3), range(2))))
     apart = np.abs(index[:, None] - index[None]).max(axis=2)  # cells that share a node are one apart
     np.testing.assert_array_equal(level, (given[None] - apart).max(axis=1))
+
+
+def test_a_block_holds_cells_of_one_material_and_one_level():
+    """Every cell once, in 2,000 cells of six materials and three levels at random."""
+    random, count = np.random.default_rng(5), 2000
+    dofmap = np.arange(count, dtype=np.int32)[:, None] + np.arange(2, dtype=np.int32)
+    material, level = random.integers(0, 6, count).astype(np.int32), random.integers(0, 3, count).astype(np.int8)
+    blocks = Chunks(dofmap, material, np.array([False, True, False] * 2)).blocks(level, 2)
+    np.testing.assert_array_equal(np.sort(blocks.slots[1]), np.arange(count))
+    np.testing.assert_array_equal(material[blocks.cells], np.repeat(blocks.material[:, None], blocks.cells.shape[1], 1))
+    np.testing.assert_array_equal(level[blocks.cells], np.repeat(blocks.level[:, None], blocks.cells.shape[1], 1))

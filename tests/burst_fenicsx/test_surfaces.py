@@ -114,7 +114,7 @@ def test_every_contact_begins_at_its_own_corner_and_shares_its_node():
     )
     place = np.einsum("ck,cki->ci", weights, nodes[faces[contacts.face]])
     np.testing.assert_allclose(place, nodes[group_row], atol=1e-15)
-    np.testing.assert_array_equal(contacts.share, np.bincount(group_row)[group_row])
+    np.testing.assert_array_equal(contacts.of_node, np.bincount(group_row)[group_row])
     np.testing.assert_array_equal(contacts.strength, strength)
     assert (contacts.bonded == 1).all()
     assert (contacts.off == 0).all()

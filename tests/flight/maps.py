@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 UTM, SITE = "EPSG:32632", (500_000.0, 5_500_000.0)  # on the central meridian: grid north is true north
-EARTH = (49.6537, 9.0)  # latitude and longitude of SITE, to 10 m
+EARTH = (49.6537, 9.0)  # latitude and longitude of a place 130 m north of SITE
 SURVEY_FOOT = 1200.0 / 3937.0
 HEIGHT, SLOPE_X, SLOPE_Y = 300.0, 0.06, -0.03  # of the slope at the site (m), and along x and y
 HALF, CELL = 1500.0, 20.0

@@ -171,9 +171,13 @@ def test_holes(tmp_path) -> None:
     path.write_text(ASCII.replace("6", "-9999"))
     with pytest.raises(InputError, match=r"1 of 12 nodes have no height \(8.33 %\), the first in row 1 from the south"):
         HeightMap.read(path)
-    with pytest.warns(FlightWarning, match="1 of 12 nodes have no height .*; each hole was filled level at the lowest"):
+    with pytest.warns(FlightWarning, match="1 of 12 nodes have no height .*; they were filled from their neighbours"):
         ground = HeightMap.read(path, holes="neighbours")
-    assert (ground.filled, ground.heights[1, 1], ground.beyond) == (1, 1.0, None)
+    assert (ground.filled, ground.heights[1, 1], ground.beyond) == (
+        1,
+        pytest.approx(np.mean([1, 2, 3, 5, 7, 9, 10, 11])),
+        None,
+    )
     with pytest.warns(FlightWarning, match="they were set to 2.5 m"):
         assert HeightMap.read(path, holes=2.5).heights[1, 1] == 2.5
     with pytest.raises(InputError, match=r"the map has a hole at the site .*; give datum as a height"):
@@ -185,22 +189,54 @@ def test_holes(tmp_path) -> None:
         HeightMap([[0.0, 1.0], [2.0, 3.0]], 10.0, holes="ignore")
 
 
-def test_a_hole_is_level_at_the_lowest_height_on_its_rim() -> None:
-    """Two holes that touch at a corner are one; no filled node is above any height beside the hole."""
-    heights = np.add.outer(np.arange(9.0), 10.0 * np.arange(9.0))
-    heights[2:5, 2:5] = heights[5, 5] = heights[7, 1] = np.nan
-    with pytest.warns(FlightWarning, match="11 of 81"):
+def test_holes_are_filled_from_the_rim() -> None:
+    """Each ring has the mean of the neighbours that have a height, those of the ring before it among them."""
+    heights = np.tile(10.0 * np.arange(9.0), (9, 1))
+    heights[2:7, 2:5] = np.nan
+    with pytest.warns(FlightWarning, match="15 of 81 .*; they were filled from their neighbours$"):
         ground = HeightMap(heights, 5.0, holes="neighbours")
-    assert (ground.heights[2:5, 2:5] == 11.0).all()
-    assert (ground.heights[5, 5], ground.heights[7, 1]) == (11.0, 6.0)
+    assert ground.heights[4, 2] == 10.0
+    assert ground.heights[2, 3] == pytest.approx(30.0)
+    ring = ground.heights[3:6, 2:5].copy()
+    ring[1, 1] = np.nan
+    assert ground.heights[4, 3] == pytest.approx(np.nanmean(ring[:, [0, 2]]))
     assert ground.beyond is None
 
 
-def test_where_a_hole_reaches_the_edge_the_map_has_ended() -> None:
+@pytest.mark.parametrize(
+    ("hole", "step", "ended"),
+    [
+        ((slice(10, 14), slice(10, 14)), 50.0, False),  # four nodes
+        ((slice(10, 15), slice(10, 11)), 50.0, True),  # five nodes, 250 m
+        ((slice(10, 16), slice(10, 16)), 5.0, False),  # 30 m
+        ((slice(10, 11), slice(10, 17)), 5.0, True),  # 35 m
+        ((slice(0, 1), slice(10, 11)), 5.0, True),  # at the edge
+    ],
+)
+def test_a_wide_hole_and_one_at_the_edge_end_the_map(hole: tuple[slice, slice], step: float, ended: bool) -> None:
+    heights = np.zeros((21, 21))
+    heights[hole] = np.nan
+    with pytest.warns(FlightWarning, match="count as beyond the map" if ended else "neighbours$"):
+        ground = HeightMap(heights, step, holes="neighbours")
+    assert (ground.beyond is not None) == ended
+    if ended:
+        assert np.array_equal(ground.beyond, ~np.isfinite(heights))
+
+
+def test_holes_that_touch_at_a_corner_are_one() -> None:
+    heights = np.zeros((21, 21))
+    for at in range(6):
+        heights[5 + at, 5 + at] = np.nan  # 60 m along both axes
+    heights[15, 3] = np.nan
+    with pytest.warns(FlightWarning, match="7 of 441 .*; 6 of them, in wide holes"):
+        assert not HeightMap(heights, 10.0, holes="neighbours").beyond[15, 3]
+
+
+def test_where_a_hole_ends_the_map_its_reach_ends() -> None:
     heights = np.zeros((41, 41))
     heights[:, 31:] = np.nan  # from x = 110 m on
     heights[20, 25] = np.nan  # a hole inside ends nothing
-    with pytest.warns(FlightWarning, match="410 of them reach the map's edge and count as beyond it"):
+    with pytest.warns(FlightWarning, match="410 of them, in wide holes or at the map's edge, count as beyond the map"):
         ground = HeightMap(heights, 10.0, (-200.0, -200.0), holes="neighbours")
     assert ground.reach((0.0, 0.0), [0.0, 90.0, 180.0]) == pytest.approx([110.0, 200.0, 200.0], abs=6.0)
     assert ground.contains([90.0, 105.0, 150.0, -150.0, 55.0], 0.0).tolist() == [True, False, False, True, True]

@@ -84,7 +84,7 @@ def as_spline(document, corners):
 def as_chords(document, corners):
     """Arcs as chords of half a degree, as exporters write them, on the outer and the inner line alone."""
     space = document.modelspace()
-    for part in (corners[:4], corners[6:]):
+    for part in (corners[:4], corners[5:]):
         line = []
         for start, end in itertools.pairwise(part):
             line.append(start[:2])
@@ -239,6 +239,11 @@ def far_off(document, corners):
     polyline(document, [one._replace(x=one.x + 80.0, y=one.y + 35.0) for one in corners])
 
 
+def without_inner_wall(document, corners):
+    for start, end in itertools.pairwise(corners[:-3]):
+        document.modelspace().add_line(start[:2], end[:2])
+
+
 def without_hollow(document, corners):
     document.modelspace().add_lwpolyline([(0, 0), (0, 20), (400, 40), (400, 0)], close=True)
 
@@ -254,6 +259,7 @@ REFUSED = {
     "inclined axis": (inclined, {}, {}, r"centre line inclined .* turn the drawing"),
     "which end is the nose": (tube, {}, {}, r'about as wide, radii 40 and 40 mm; needed: nose.*"left" or "right"'),
     "no axis": (far_off, {}, {}, r'neither x = 0 nor y = 0 bounds the section; needed: axis.*"y = 61.2"'),
+    "inner wall missing": (without_inner_wall, {}, {}, r"inner line ends at \(331.819, 38.755\), neither"),
     "no cavity": (without_hollow, {}, {}, "found no cavity: the outline encloses no hollow"),
     "layer": (None, {}, {"layers": ["CASNG"]}, 'layers: found "CASNG"; did you mean "CASING"'),
     "axis in words": (None, {}, {"axis": "middle"}, r'axis: found "middle"; allowed: a line such as "y = 0"'),

@@ -179,14 +179,14 @@ def test_a_signal_that_a_library_turns_into_another_error_is_an_interruption(mon
 
 
 def test_what_libraries_log_is_no_message_of_a_command():
-    """Python itself shows it where no handler is; tifffile reports its troubles with a broken file so."""
+    """Python itself shows it where no handler is; rasterio reports what GDAL says of a broken file so."""
     script = (
         "import logging\n"
         "from fragfield.terminal.logs import to_stderr\n"
         "with to_stderr(quiet=False):\n"
-        "    logging.getLogger('tifffile').error('of a library')\n"
+        "    logging.getLogger('rasterio').error('of a library')\n"
         "    logging.getLogger('fragfield.some').warning('of ours')\n"
-        "logging.getLogger('tifffile').error('afterwards')\n"
+        "logging.getLogger('rasterio').error('afterwards')\n"
     )
     done = _python(script)
     assert done.stderr == "warning: of ours\nafterwards\n"

@@ -1,12 +1,13 @@
 """Tables of tests as people have them: the same fragments from every dialect, questions where two numbers may be meant.
 
-The small inputs are of kinds that public reports tell of; each has its source.
+The small inputs are of kinds that public reports describe; each has its source.
 """
 
 from __future__ import annotations
 
 import io
 import json
+import os
 import zipfile
 
 import numpy as np
@@ -203,7 +204,7 @@ CASES = {
     "github.com/harung1993/dollardollar/issues/55": (
         ARENA + "0;90;3;1,500;800\n90;180;4;2,250;900\n",
         {},
-        "'1,500' is 1.500 or 1500, and no number of the table shows which; say which: --decimal point or",
+        "'1,500' is 1.500 or 1500, and no cell of the table shows which; say which: --decimal point or",
     ),
     "the same, answered": (ARENA + "0;90;3;1,500;800\n90;180;4;2,250;900\n", {"decimal": "comma"}, {"mass": 0.0135}),
     "github.com/dbeaver/dbeaver/issues/7839": (
@@ -522,6 +523,14 @@ def test_a_sheet_by_name_beside_a_hidden_one(tmp_path):
     assert fragfield.import_table(path, sheet="1").summary["mass"] == pytest.approx(0.0135)
 
 
+def test_a_workbook_by_another_name_and_a_pipe(tmp_path):
+    workbook(tmp_path / "t.xlsx", ("a", [HEAD, ["0-180", 3, 1.5, 800]])).rename(tmp_path / "t.csv")
+    assert fragfield.import_table(tmp_path / "t.csv").summary["mass"] == pytest.approx(0.0045)
+    os.mkfifo(tmp_path / "pipe.csv")
+    with pytest.raises(fragfield.InputError, match="not a regular file"):
+        fragfield.import_table(tmp_path / "pipe.csv")
+
+
 def packed(path, replaced):
     """A workbook with some of its parts replaced."""
     workbook(path, ("a", [HEAD, ["0-180", 3, 1.5, 800]]))
@@ -553,7 +562,7 @@ def test_hostile_workbooks_are_refused_in_one_line(replaced, message, tmp_path):
 
 
 def test_a_cut_ods_is_refused_and_not_read_in_part(tmp_path, capsys):
-    """The library that reads ODS prints the first part and goes on with it."""
+    """The library that reads ODS prints the first part and continues."""
     ods(tmp_path / "t.ods")
     source = zipfile.ZipFile(io.BytesIO((tmp_path / "t.ods").read_bytes()))
     with zipfile.ZipFile(tmp_path / "t.ods", "w") as target:

@@ -169,7 +169,7 @@ PERSON = [feature("Point", at(50, 0), name="clerk", kind="person")]
 @pytest.mark.parametrize(
     ("places", "options", "message"),
     [
-        (swapped(PLACES[:5]), OPTIONS, r"6.4e.03 km from the site .* and 0.02 km as latitude, longitude: they, or those"),  # noqa: E501
+        (swapped(PLACES[:5]), OPTIONS, r"6.4e.03 km from the site as longitude, latitude, and lie 0.02 km .*: they, or those"),  # noqa: E501
         ([feature("Point", [7.0, 53.0], kind="person")], {}, r"feature 1: lies 167 km from the site.*up to 100 km"),
         ([feature("Point", [395000.0, 5706000.0], kind="person")], {}, "found 395000, 5.706e.06, as of a grid"),
         ([feature("Point", [7.0, 95.0], kind="person")], {}, "found the latitude 95; allowed: -90 to 90"),
@@ -187,7 +187,7 @@ PERSON = [feature("Point", at(50, 0), name="clerk", kind="person")]
         ([feature("Point", at(50, 0), kind="person", max_hits=-1)], {}, r"exposed\[1\].max_hits: found -1"),
         ([], {}, "found no feature with a place in it"),
         ('{"type": "Topology"}', {}, 'found the type "Topology"; allowed: a FeatureCollection'),
-        ('{"type": "Point", "coordinates": [NaN, 1]}', {}, "NaN is no number of JSON"),
+        ('{"type": "Point", "coordinates": [NaN, 1]}', {}, "NaN is not JSON"),
         ('{"type": "Feature"}\n{"type": "Feature"}', {}, "one feature a line is no GeoJSON"),
         ("[" * 9999, {}, "not a GeoJSON: nested too deep|not JSON"),
         ('{"type": "FeatureCollection", "features": [], "crs": null}', {}, "crs: found null; allowed: the name of a"),

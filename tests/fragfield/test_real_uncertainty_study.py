@@ -162,13 +162,13 @@ def test_real_samples_that_share_bursts(tmp_path):
     assert found["design"]["bursts"] == 3
     assert sorted(path.name for path in (out / "bursts").glob("*/burst_snapshot.h5")) == ["burst_snapshot.h5"] * 3
     rows = list(csv.DictReader((out / "samples.csv").open()))
-    assert len({row["front"] for row in rows}) == 3
+    assert len({row["front_m_s"] for row in rows}) == 3
     assert len({row["mean fragment mass"] for row in rows}) == 12
-    by_front = {row["front"]: row["mean_initial_speed"] for row in rows}
+    by_front = {row["front_m_s"]: row["mean_initial_speed_m_s"] for row in rows}
     speeds = [float(by_front[front]) for front in sorted(by_front, key=float)]
     assert speeds == sorted(speeds)
     assert speeds[0] < speeds[-1]
-    assert all(row["mean_initial_speed"] == by_front[row["front"]] for row in rows)
+    assert all(row["mean_initial_speed_m_s"] == by_front[row["front_m_s"]] for row in rows)
     assert "grid" in found["hazard"]["not_included"]  # three dimensions have no grid convergence unasked
     counts = [int(row["fragments"]) for row in sorted(rows, key=lambda row: float(row["mean fragment mass"]))]
     assert counts[0] > counts[-1]  # finer fragments are more of them

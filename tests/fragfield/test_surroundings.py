@@ -175,7 +175,10 @@ def test_holes_are_refused_or_filled_by_word(folder, recwarn) -> None:
     write_map(folder, hole="-9999")
     with pytest.raises(InputError, match=r"flight\.ground\.map: .*1 of 1681 nodes have no height"):
         load(folder, GROUND)
-    with pytest.warns(UserWarning, match="1 of 1681 nodes have no height .*filled level"):
+    with pytest.warns(
+        UserWarning,
+        match="1 of 1681 nodes have no height .*filled from their neighbours; 1 of them, in wide holes or at",
+    ):
         load(folder, GROUND + 'holes = "neighbours"')
 
 

@@ -151,8 +151,8 @@ def test_a_failed_run_is_reported_and_the_others_go_on(tmp_path, calls):
     rows = list(csv.DictReader((out / "sweep.csv").open()))
     assert [row["state"] for row in rows] == ["done", "failed", "done"]
     assert [row["burst.cell_size"] for row in rows] == ["12 mm", "15 mm", "20 mm"]
-    assert (rows[0]["mean_initial_speed"], rows[1]["mean_initial_speed"]) == ("1000.0", "")
-    assert (rows[0]["recommended_distance"], rows[0]["single_event_low"]) == ("115.0", "90.0")
+    assert (rows[0]["mean_initial_speed_m_s"], rows[1]["mean_initial_speed_m_s"]) == ("1000.0", "")
+    assert (rows[0]["recommended_distance_m"], rows[0]["single_event_low_m"]) == ("115.0", "90.0")
     assert rows[0]["wall_seconds"] == "12.5"
     assert rows[1]["message"] == "cell 7 is lost"
     stored = json.loads((out / "sweep.json").read_text())

@@ -25,7 +25,7 @@ SETTLED = (
 
 def settled(folder=None, **variables):
     """Variables, record and places of modules of a process that was settled with these variables, or its refusal."""
-    known = {"PATH": os.environ["PATH"], "HOME": "/nonexistent", **variables}
+    known = {"PATH": os.environ["PATH"], "HOME": "/proc/none", **variables}
     done = subprocess.run(
         [sys.executable, "-c", SETTLED, str(OURS)], env=known, cwd=folder, capture_output=True, text=True, check=False
     )
@@ -37,7 +37,7 @@ def test_variables_of_libraries_are_dropped_and_named():
         "PETSC_OPTIONS": "-help", "MPLBACKEND": "none", "MATPLOTLIBRC": "/x", "GMSH_X": "1", "OMP_DYNAMIC": "true",
         "NUMBA_OPT": "0", "NUMBA_DISABLE_JIT": "1", "HDF5_USE_FILE_LOCKING": "TRUE", "VTK_X": "1", "PYVISTA_X": "1",
         "OPENBLAS_CORETYPE": "Prescott", "PROJ_LIB": "/x", "PYTHONWARNINGS": "error", "TERMINAL_WIDTH": "wide",
-        "OMPI_MCA_btl": "none", "UCX_TLS": "none", "TMPDIR": "/nonexistent", "SOURCE_DATE_EPOCH": "0",
+        "OMPI_MCA_btl": "none", "UCX_TLS": "none", "TMPDIR": "/proc/none", "SOURCE_DATE_EPOCH": "0",
     }  # fmt: skip
     kept = {"NUMBA_NUM_THREADS": "2", "OMP_WAIT_POLICY": "passive", "OMP_NUM_THREADS": "4,2", "LANG": "de_DE"}
     variables, record, _ = settled(**hostile, **kept)
@@ -105,7 +105,7 @@ def test_no_modules_of_the_working_folder_and_those_of_the_user_last(tmp_path):
     named.mkdir()
     here = {"PYTHONPATH": f".:{named}:", "PYTHONUSERBASE": str(tmp_path / "user")}
     variables, _, places = settled(folder=tmp_path, **here)
-    assert variables["PYTHONPATH"] == str(named)
+    assert variables["PYTHONPATH"].split(os.pathsep) == [str(OURS), str(named)]
     assert variables["PYTHONSAFEPATH"] == "1"
     assert not {"", str(tmp_path)} & set(places)
     assert str(named) in places
@@ -122,3 +122,8 @@ def test_a_process_of_its_own_is_settled(monkeypatch):
     assert done.returncode == 0, done.stderr
     assert not [line for line in lines if line.startswith(("OMPI_COMM", "SLURM", "NUMBA_NUM"))]
     assert {"MPLBACKEND=agg", "OMPI_MCA_pml=ob1", "/"} <= set(lines)
+
+
+def test_a_folder_of_a_cache_is_absolute(tmp_path):
+    variables, _, _ = settled(folder=tmp_path, NUMBA_CACHE_DIR="cache", XDG_CACHE_HOME="other")
+    assert variables["NUMBA_CACHE_DIR"] == str(tmp_path / "cache")

@@ -30,7 +30,7 @@ def test_a_tilde_is_a_home_and_a_name_is_relative_to_the_beginning(tmp_path, mon
     ("name", "words"),
     [
         ("", "an empty name"),
-        ("~nobody-of-this-name/x", "no such home; a name with a tilde: ./~nobody-of-this-name/x"),
+        ("~unknown-user/x", "no such home; a name with a tilde: ./~unknown-user/x"),
         (b"a\xff.toml", "not UTF-8; allowed: rename it"),
         ("a\0b", "the character NUL"),
         ("loop/x.toml", "a loop of symbolic links"),

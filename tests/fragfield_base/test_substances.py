@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from fragfield_base.errors import InputError
-from fragfield_base.names import plain_key, substance_key, substance_title
+from fragfield_base.names import plain_key
 from fragfield_base.substances import (
     FOLDERS,
     GRADES,
@@ -17,7 +17,9 @@ from fragfield_base.substances import (
     graded,
     read_substance,
     substance,
+    substance_key,
     substance_names,
+    substance_title,
     substances_with,
 )
 

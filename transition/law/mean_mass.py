@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 from typing import Literal
 
-from fragfield_base.names import substance_key, substance_title
-from fragfield_base.substances import substances_with
+from fragfield_base.substances import substance_key, substance_title, substances_with
 from transition.errors import InputError, nearest
 
 __all__ = [

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from fragfield_base.names import substance_key
+from fragfield_base.substances import substance_key
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

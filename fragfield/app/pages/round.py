@@ -12,7 +12,7 @@ import fragfield
 from burst_fenicsx.errors import InputError as BurstInputError
 from burst_fenicsx.geometry import load_profile, profile_from_table
 from burst_fenicsx.geometry.files import PROFILES, profile_names
-from burst_fenicsx.materials.library import casing_names, explosive_names, load_casing, load_explosive
+from burst_fenicsx.materials.library import burst_explosive_names, casing_names, load_casing, load_explosive
 from burst_fenicsx.problem import Round
 from fragfield.app.contour import ContourTable, from_case, to_case
 from fragfield.app.drawing import round_facts, round_svg
@@ -276,7 +276,7 @@ class _RoundEditor:
 
     def _materials(self) -> None:
         with ui.element("div").classes("form"):
-            for key, names in (("explosive", explosive_names()), ("casing", casing_names())):
+            for key, names in (("explosive", burst_explosive_names()), ("casing", casing_names())):
                 place = (*self.path, key)
                 if isinstance(self.page.case.get(place), dict):
                     form(self.page, place)

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 __all__ = ["unit_faults"]
 
 _LIMITS = 1e-3, 1e3  # kg: no casing that bursts is lighter or heavier
-_USUAL = 0.03, 600.0  # kg: from small grenades to bombs
+_USUAL = 0.03, 600.0  # kg: from the smallest shells to bombs
 _MUCH = 25.0  # times: masses that differ by less are no matter of units
 _UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254}
 

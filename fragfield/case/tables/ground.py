@@ -34,7 +34,7 @@ class GroundTable(Table):
     ] = "site"
     """Height, on the map, of z = 0; "site": the map's height there, so that the ground at x = y = 0 is z = 0."""
     holes: Annotated[Literal["refuse", "neighbours"], _MAP] = "refuse"
-    """Nodes of the map without a height: an error, or each hole level at the lowest height on its rim."""
+    """Nodes of the map without a height: an error, or filled from their neighbours, where holes are narrow."""
     beyond: Annotated[Literal["refuse", "level"], _MAP] = "refuse"
     """A map that ends within a fragment's reach: an error, or level ground beyond, and no distance that gets there."""
     band: Annotated[int | None, Field(ge=1), _MAP] = None

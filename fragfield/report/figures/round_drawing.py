@@ -10,7 +10,7 @@ import numpy as np
 from fragfield.errors import InputError
 from fragfield.numbers import number
 from fragfield.report.figures.drawing import COLUMN, GREY, INK, blank_figure
-from fragfield_base.names import substance_title
+from fragfield_base.substances import substance_title
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence

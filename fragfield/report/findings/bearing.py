@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from fragfield_base.names import substance_key
+from fragfield_base.substances import substance_key
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping

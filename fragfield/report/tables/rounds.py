@@ -12,7 +12,7 @@ from fragfield.numbers import number
 from fragfield.quantities import shown
 from fragfield.report.blocks import Rows, Table
 from fragfield.report.figures.fragments import segment_laws
-from fragfield_base.names import substance_title
+from fragfield_base.substances import substance_title
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

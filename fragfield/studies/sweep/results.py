@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from fragfield.errors import InputError
 from fragfield.hazard.certainty import whole_metres
 from fragfield.hazard.recommended import not_included_words
-from fragfield.quantities import shown
+from fragfield.quantities import column_of, shown
 from fragfield.studies.sweep.plan import labels_of
 from fragfield_base.writing import csv_table, write_text
 
@@ -41,7 +41,9 @@ def results_of(summary: Mapping[str, Any]) -> dict[str, Any]:
 def write_tables(found: Mapping[str, Any], folder: Path) -> None:
     """Write sweep.json and sweep.csv, one row a run; raises InputError where they cannot be written."""
     write_text(folder / "sweep.json", json.dumps(found, indent=1, allow_nan=False) + "\n", InputError)
-    table = [["run", *found["keys"], "state", "exit_code", *results_of({}), "message"]]
+    units = {one.name: one.unit for one in shown("sweep")}
+    results = [column_of(name, units.get(name, "")) for name in results_of({})]
+    table = [["run", *found["keys"], "state", "exit_code", *results, "message"]]
     for row in found["runs"]:
         values = [row["name"], *(row["values"][key] for key in found["keys"]), row["state"], row["exit_code"]]
         table.append([*values, *row["results"].values(), row["message"]])

@@ -12,7 +12,7 @@ from fragfield.files.stamped import read_stamped_json, stamped_json
 from fragfield.hazard.prescribed import minimum_part
 from fragfield.hazard.recommended import recommended_of
 from fragfield.hazard.site_map import write_contours
-from fragfield.quantities import shown
+from fragfield.quantities import column_of, shown
 from fragfield.studies.uncertainty.indices import Analysis, analyse
 from fragfield.studies.uncertainty.sample import results_of_summary
 from fragfield.studies.uncertainty.spread import spread_of, without_statistical_error
@@ -186,8 +186,11 @@ def _write_samples(study: Study, rows: Mapping[int, Mapping[str, Any]], folder: 
     sites = [site["name"] for row in rows.values() for site in (row.get("results") or {}).get("exposed") or []]
     names = list(dict.fromkeys(sites))
     results = ["distance", "standard_error", *(one.name for one in shown("uncertainty"))]
-    heads = ["sample", *(entry.name for entry in study.inputs), "state", *results]
-    heads += [f"{site}: {what}" for site in names for what in _SITE]
+    units = {"distance": "m", "standard_error": "m", "density": "1/m^2"}
+    units |= {one.name: one.unit for one in shown("uncertainty")}
+    columns = [column_of(name, units.get(name, "")) for name in results]
+    heads = ["sample", *(column_of(entry.name, entry.unit) for entry in study.inputs), "state", *columns]
+    heads += [f"{site}: {column_of(what, units.get(what, ''))}" for site in names for what in _SITE]
     table: list[list[Any]] = [heads]
     for number in range(study.samples):
         row = rows.get(number)

@@ -185,7 +185,7 @@ def test_a_node_slides_through_a_hollow_corner_and_one_that_began_there_has_both
     at = start[contacts.slave]
     corner = np.flatnonzero((np.abs(at[:, 0] - 0.02) < 1e-9) & (np.abs(at[:, 2] - 0.01) < 1e-9))
     assert len(corner) == 2
-    assert (contacts.share[corner] == 2.0).all()
+    assert (contacts.of_node[corner] == 2.0).all()
     (c,) = np.flatnonzero((np.abs(at[:, 0] - 0.02) < 1e-9) & (np.abs(at[:, 2] - 0.015) < 1e-9))
     node = contacts.slave[c]
     pressed(solver)
