@@ -188,8 +188,10 @@ def test_nonsense_in_every_field_of_a_page_is_no_fault_of_the_program(applicatio
     for name in ("round", "arrangement", "site", "run", "confidence"):
         page = application.page(f"/{name}?case={SITE[0]}")
         page.wait_for_timeout(1500)
-        for fold in page.locator(".q-expansion-item:not(.q-expansion-item--expanded) > div > .q-item").all()[:12]:
-            fold.click()
+        closed = page.locator(".q-expansion-item:not(.q-expansion-item--expanded) > div > .q-item")
+        for _ in range(min(closed.count(), 12)):
+            closed.first.click()
+            page.wait_for_timeout(400)
         page.wait_for_timeout(1000)
         for box in page.locator("input[data-key]:visible").all():
             if not box.evaluate("e => e.closest('.q-select') !== null"):

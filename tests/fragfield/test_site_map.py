@@ -12,7 +12,7 @@ from flight.hazard.contours import write_geojson, write_kml
 from fragfield.case import load_case
 from fragfield.case.conversion.surroundings import ground_of, site_of
 from fragfield.hazard.arrangement import image_names
-from fragfield.hazard.site_map import VERDICTS, Shape, _terrain, to_contours
+from fragfield.hazard.site_map import VERDICTS, Shape, terrain_lines, to_contours
 from tests.fragfield.short_run import ROOT
 
 KML = "{http://www.opengis.net/kml/2.2}"
@@ -25,7 +25,7 @@ def site():
 
 def test_lines_of_terrain_have_the_height_of_the_ground(site):
     ground = ground_of(site)
-    lines = list(_terrain(ground, (np.array([-200.0, -200.0]), np.array([300.0, 200.0]))))
+    lines = list(terrain_lines(ground, (np.array([-200.0, -200.0]), np.array([300.0, 200.0]))))
     assert len({line.properties["height_m"] for line in lines}) >= 4
     for line in lines:
         height = ground.at(line.points[:, 0], line.points[:, 1])
