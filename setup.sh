@@ -10,8 +10,8 @@
 set -eu
 
 supported_dolfinx="0.5 0.9 0.10 0.11"
-apt_packages="python3-dolfinx-real python3-h5py python3-h5py-mpi python3-venv openmpi-bin ca-certificates gcc libc6-dev
-libegl1 libgl1 libglu1-mesa libxrender1 libxcursor1 libxfixes3 libxft2 libfontconfig1 libxinerama1"
+apt_packages="python3-dolfinx-real python3-h5py python3-h5py-mpi python3-rasterio python3-pyproj proj-bin python3-venv openmpi-bin
+ca-certificates gcc libc6-dev libegl1 libgl1 libglu1-mesa libxrender1 libxcursor1 libxfixes3 libxft2 libfontconfig1 libxinerama1"
 
 say() { printf 'setup: %s\n' "$*"; }
 

@@ -5,7 +5,9 @@ from __future__ import annotations
 import contextlib
 import math
 import os
+import sys
 import warnings
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -56,6 +58,17 @@ def own_environment() -> Iterator[None]:
         os.environ.update(kept)
 
 
+def _refuse_second_libraries(path: Path) -> None:
+    """Refuse PyPI's rasterio once dolfinx is loaded: the libraries that its wheel brings break beside dolfinx's."""
+    found = None if "rasterio" in sys.modules or "dolfinx" not in sys.modules else find_spec("rasterio")
+    if found is not None and found.origin and Path(found.origin).parent.with_name("rasterio.libs").is_dir():
+        raise InputError(
+            f"{path}: found rasterio from PyPI beside dolfinx, whose libraries do not go together; needed: both from one "
+            "place: pip uninstall rasterio pyproj, then apt-get install python3-rasterio python3-pyproj proj-bin, or "
+            "conda install -c conda-forge rasterio pyproj"
+        )
+
+
 def read_gdal_raster(path: Path, band: int | None) -> Raster:
     """One band of a raster.
 
@@ -65,6 +78,7 @@ def read_gdal_raster(path: Path, band: int | None) -> Raster:
         rasterio is not installed, or the file is no single band of heights with a position.
     """
     with own_environment():
+        _refuse_second_libraries(path)
         try:
             import rasterio
         except ModuleNotFoundError:

@@ -112,7 +112,7 @@ def _horizontal(path: Path, crs: Any) -> Any:  # noqa: ANN401
         return _horizontal(path, crs.sub_crs_list[0])
     if not (crs.is_projected or crs.is_geographic or crs.is_engineering):
         raise InputError(f"{path}: coordinate system {crs.name} ({crs.type_name}), needed: a projected one or degrees")
-    return crs.to_2d()
+    return crs.to_2d() if hasattr(crs, "to_2d") else crs  # pyproj before 3.6
 
 
 def plane_of(raster: Raster, site: tuple[float, float] | None, earth: tuple[float, float, float] | None) -> Plane:

@@ -6,15 +6,18 @@ ones are of the same kinds without a report.
 
 from __future__ import annotations
 
+import sys
 import warnings
 from dataclasses import dataclass, field
 from pathlib import Path
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
 
 from flight import FlightWarning, HeightMap, InputError
+from flight.files.gdal_raster import read_gdal_raster
 from tests.flight.maps import (  # fmt: skip
     CELL,
     EARTH,
@@ -378,3 +381,16 @@ def test_a_geotiff_that_is_cut_or_flipped_is_finite_or_refused(tmp_path: Path) -
             refused += 1
         assert said.startswith(f"{path}: ")
     assert 80 < refused < 285
+
+
+def test_a_second_set_of_libraries_is_refused_beside_dolfinx(tmp_path, monkeypatch):
+    """PyPI's wheel, known by its folder of libraries, crashes the process once dolfinx is loaded."""
+    (tmp_path / "rasterio.libs").mkdir()
+    wheel = SimpleNamespace(origin=str(tmp_path / "rasterio" / "__init__.py"))
+    monkeypatch.setattr("flight.files.gdal_raster.find_spec", lambda _: wheel)
+    monkeypatch.setitem(sys.modules, "dolfinx", SimpleNamespace())
+    monkeypatch.delitem(sys.modules, "rasterio")
+    with pytest.raises(
+        InputError, match=r"m\.tif: found rasterio from PyPI beside dolfinx.*apt-get install python3-rasterio"
+    ):
+        read_gdal_raster(tmp_path / "m.tif", None)
