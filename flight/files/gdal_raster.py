@@ -63,9 +63,9 @@ def _refuse_second_libraries(path: Path) -> None:
     found = None if "rasterio" in sys.modules or "dolfinx" not in sys.modules else find_spec("rasterio")
     if found is not None and found.origin and Path(found.origin).parent.with_name("rasterio.libs").is_dir():
         raise InputError(
-            f"{path}: found rasterio from PyPI beside dolfinx, whose libraries do not go together; needed: both from one "
-            "place: pip uninstall rasterio pyproj, then apt-get install python3-rasterio python3-pyproj proj-bin, or "
-            "conda install -c conda-forge rasterio pyproj"
+            f"{path}: found rasterio from PyPI beside dolfinx, whose libraries do not go together; needed: both from "
+            "one place: pip uninstall rasterio pyproj, then apt-get install python3-rasterio python3-pyproj proj-bin, "
+            "or conda install -c conda-forge rasterio pyproj"
         )
 
 
