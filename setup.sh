@@ -210,6 +210,10 @@ set_up() {
     printf '%s\n' "$stamp" >"$venv/.stamp"
 }
 
+browser() {  # Chromium, for the tests of the application and pictures of pages; without it those tests are skipped
+    if [ "$origin" = debian ] && ! command -v chromium >/dev/null; then apt_packages=chromium && install_debian_packages; fi
+}
+
 # --- running ------------------------------------------------------------------------------------------------
 
 act=${1:-install}
@@ -269,6 +273,7 @@ case $act in
         ;;
     attack) exec "$bin/python" -m tests.attack "$@" ;;
     validate)
+        browser
         "$bin/python" -m pytest -m slow
         exec "$bin/python" -m validation "$@"
         ;;
@@ -276,6 +281,7 @@ case $act in
     docs)
         if [ "${1:-}" = pictures ]; then
             shift
+            browser
             "$bin/python" docs/hooks/first_page.py
         fi
         "$bin/python" -m mkdocs build --strict "$@"

@@ -296,7 +296,7 @@ def _axes(grid: Any, unit: float) -> tuple[float, float, bool, float]:  # noqa: 
 
 def _local(geodetic: Any, latitude: float, longitude: float) -> Any:  # noqa: ANN401
     """Azimuthal equidistant projection about a place, on the ellipsoid of a coordinate system."""
-    from pyproj.crs import ProjectedCRS
+    from pyproj.crs.crs import ProjectedCRS
     from pyproj.crs.coordinate_operation import AzimuthalEquidistantConversion
 
     return ProjectedCRS(AzimuthalEquidistantConversion(latitude, longitude), geodetic_crs=geodetic)

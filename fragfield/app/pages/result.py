@@ -208,7 +208,19 @@ def _tables(page: CasePage, found: Any) -> None:  # noqa: ANN401 - a run
             ui.label(texts("result.rows", shown=len(rows), number=len(table))).classes("note")
             shown_facts(rows, [column for column, _ in flat])
 
+    async def workbook() -> None:
+        name = f"{found.path.name}_tables.xlsx"
+        file = page.session.space.state(name)
+        try:
+            await threads.io_bound(found.write_tables, file)
+        except fragfield.InputError as error:
+            ui.notify(str(error), type="negative")
+            return
+        ui.download.content(file.read_bytes(), name)
+        file.unlink()
+
     ui.select(names, label=texts("result.table"), on_change=lambda event: show(event.value)).props("outlined dense")
+    ui.button(texts("result.workbook"), on_click=workbook).props("outline no-caps")
     place.move(target_index=-1)
 
 
