@@ -176,3 +176,31 @@ def _expected(run):
 def _burst(run):
     """Name, size and time of every file that a burst writes."""
     return {one.name: (one.stat().st_size, one.stat().st_mtime_ns) for one in run.glob("burst*") if one.is_file()}
+
+
+def test_uncertainty_with_sixty_samples(application):
+    """A shell at the cells of the quick preset, its run sampled from page 8, to the shares of the inputs."""
+    application.start()
+    page = new_case(application, "One round (M107, TNT)", "one")
+    page.goto(f"{application.base}/run?case=one.toml")
+    page.wait_for_selector("[data-box=findings]")
+    page.locator("[data-preset=quick]").click()
+    page.wait_for_function("document.querySelector('[data-key=\"burst.cell_size\"]')?.value === '12 mm'")
+    page.wait_for_selector("[data-box=findings]")
+    page.locator("[data-act=start]").click()
+    run_to_its_end(page, 400)
+    page.goto(f"{application.base}/confidence?case=one.toml")
+    assert page.get_by_role("spinbutton", name="Samples").input_value() == "60"
+    page.locator("[data-act=sample]").click()
+    page.wait_for_url("**/run?**")
+    page.wait_for_selector("[data-box=queue] > .job:nth-child(2)")
+    run_to_its_end(page, 900)
+    page.goto(f"{application.base}/confidence?case=one.toml")
+    wait_for(page, "60 of 60", at="body")
+    folder = application.folder / "runs" / "one_uncertainty"
+    indices = json.loads((folder / "uncertainty.json").read_text(encoding="utf-8"))["distance"]["indices"]
+    largest = max(indices, key=lambda one: one["total"])
+    first = page.locator(".tornado .stage").first.inner_text()
+    assert largest["name"] in first
+    assert f"{100.0 * largest['total']:.0f} %" in first
+    assert page.locator(".tornado .stage").count() == min(len(indices), 12)
