@@ -12,8 +12,12 @@ import os
 import re
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING, cast
 
 from fragfield_base.cores import affinity, cores
+
+if TYPE_CHECKING:
+    from types import ModuleType
 
 __all__ = ["OURS", "check_variables", "is_launched", "own_environment", "settle", "settle_child", "surroundings"]
 
@@ -209,6 +213,8 @@ def _arrange_modules() -> None:
     sys.path[:] = [place for place in kept if place not in after] + after
     if named:
         os.environ["PYTHONPATH"] = os.pathsep.join(str(Path(text).absolute()) for text in wanted)
+    # For terminals of Windows alone; numba, where it finds it, lets it end our output, JSON too, with a colour code.
+    cast("dict[str, ModuleType | None]", sys.modules).setdefault("colorama", None)
 
 
 def _forget_filters() -> None:

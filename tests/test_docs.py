@@ -25,6 +25,7 @@ from fragfield.case import load_case
 from fragfield.case.schema import Case
 from fragfield.cli import app
 from fragfield_base.substances import is_substance
+from tests.flight.maps import metres, north_up, slope, write
 from tests.fragfield.drawn_shells import write_dxf
 from tests.fragfield.short_run import invoke
 
@@ -104,6 +105,7 @@ def test_every_case_file_is_read(page, tmp_path):
     """Whole ones as they stand; parts of one over a tube, beside the fragments of two such tubes; and an explosive."""
     (tmp_path / "pit.csv").write_text(PIT, encoding="utf-8")
     write_dxf(tmp_path / "shell.dxf")
+    write(tmp_path / "terrain.tif", slope(*north_up(half=2000.0)), metres(half=2000.0))
     (tmp_path / "places.geojson").write_text(PLACE, encoding="utf-8")
     for number, block in enumerate(block for block in blocks(page) if block.language == "toml"):
         named = re.match(r"# (\w+\.toml)\n", block.text)

@@ -68,7 +68,7 @@ def read_projection(path: Path) -> Any:  # noqa: ANN401 - pyproj's CRS, None wit
             text = read_text(beside, InputError, most=1 << 20)
             pyproj = _pyproj(path)
             try:
-                return pyproj.CRS.from_user_input(text.strip())
+                return pyproj.CRS.from_wkt(text.strip())  # other forms are searched for by parts of names
             except pyproj.exceptions.CRSError:
                 raise InputError(
                     f"{path}: {beside.name} beside it is not understood as a coordinate system; write it as WKT: "
@@ -296,8 +296,8 @@ def _axes(grid: Any, unit: float) -> tuple[float, float, bool, float]:  # noqa: 
 
 def _local(geodetic: Any, latitude: float, longitude: float) -> Any:  # noqa: ANN401
     """Azimuthal equidistant projection about a place, on the ellipsoid of a coordinate system."""
-    from pyproj.crs.crs import ProjectedCRS
     from pyproj.crs.coordinate_operation import AzimuthalEquidistantConversion
+    from pyproj.crs.crs import ProjectedCRS
 
     return ProjectedCRS(AzimuthalEquidistantConversion(latitude, longitude), geodetic_crs=geodetic)
 

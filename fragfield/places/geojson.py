@@ -92,7 +92,11 @@ def _coordinates(path: Path, found: dict[str, Any]) -> tuple[Callable[[Array], A
             f"{path}: crs: found {name}, which needs pyproj: pip install 'fragfield[terrain]', or a file in WGS 84"
         ) from None
     try:
-        turn = pyproj.Transformer.from_crs(name, "EPSG:4326", always_xy=True)
+        system = pyproj.CRS.from_user_input(name)
+        # A name alone is searched for, and a part of another name is found.
+        if ":" not in name and system.name.casefold() != name.casefold():
+            raise pyproj.exceptions.CRSError(name)
+        turn = pyproj.Transformer.from_crs(system, "EPSG:4326", always_xy=True)
     except pyproj.exceptions.CRSError:
         raise InputError(
             f'{path}: crs: found "{name}"; allowed: a coordinate system that pyproj knows, such as EPSG:25832'

@@ -90,7 +90,9 @@ def degrees(
 
 def esri(path: Path, heights: Heights, *, west: float, south: float, cell: float = CELL, nodata: str = "-9999") -> Path:
     """Write an ESRI grid, of the centre of its lower left cell."""
-    head = f"ncols {heights.shape[1]}\nnrows {heights.shape[0]}\nxllcenter {west!r}\nyllcenter {south!r}\n"
+    head = (
+        f"ncols {heights.shape[1]}\nnrows {heights.shape[0]}\nxllcenter {float(west)!r}\nyllcenter {float(south)!r}\n"
+    )
     rows = "\n".join(" ".join(f"{value:.4f}" for value in row) for row in heights)
     path.write_text(f"{head}cellsize {cell!r}\nNODATA_value {nodata}\n{rows}\n")
     return path
@@ -218,7 +220,9 @@ def degrees_from_0_to_360_in_an_esri_grid(folder: Path):
     x, y, transform = degrees(turned=360.0)
     path = folder / "d.asc"
     esri(path, slope(x, y), west=transform.c + 0.5 * transform.a, south=EARTH[0] - (len(y) // 2) * -transform.e)
-    path.write_text(path.read_text().replace(f"cellsize {CELL!r}", f"dx {transform.a!r}\ndy {-transform.e!r}"))
+    path.write_text(
+        path.read_text().replace(f"cellsize {CELL!r}", f"dx {float(transform.a)!r}\ndy {float(-transform.e)!r}")
+    )
     import pyproj
 
     (folder / "d.prj").write_text(pyproj.CRS("EPSG:4326").to_wkt("WKT1_ESRI"))

@@ -74,4 +74,4 @@ def test_the_distribution_lists_every_folder_of_the_package() -> None:
     folder = ROOT / "flight"
     listed = tomllib.loads((folder / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["setuptools"]["packages"]
     there = {".".join(("flight", *path.parent.relative_to(folder).parts)) for path in folder.rglob("__init__.py")}
-    assert set(listed) == there | {"fragfield_base"}
+    assert set(listed) == there | {"fragfield_base", "fragfield_base.substances"}

@@ -290,7 +290,7 @@ def test_a_key_in_the_wrong_table_is_sent_to_its_own():
     # Several kinds of a table have the key: each table is named once.
     _refused(
         "burst.kind: unknown key (a key of this name belongs to plane.kind or obstacle.kind or witness.kind or "
-        "exposed.kind)",
+        "exposed.kind or site.places.kind)",
         burst={"kind": "3d"},
     )
 

@@ -95,7 +95,7 @@ def _snapshot(profile, reference, position, speed, cells, part, segment, mass, g
             SegmentRecord(
                 item.name, item.kind, item.start, item.end, float(section.outer_radius.mean()),
                 float(section.wall.mean()), float(section.charge_radius.mean()), float(mass[own].sum()),
-                float(mass[charge].sum()), float(mass[own] @ cell_speed[own] / mass[own].sum()), np.nan, np.nan,
+                float(mass[charge].sum()), float(mass[own] @ cell_speed[own] / mass[own].sum()),
             )
         )  # fmt: skip
     data = RoundData(
