@@ -35,7 +35,7 @@ usage: sh setup.sh [ACT] [ARGUMENT...]
   attack     generated cases, damaged files, signals and full disks for 30 minutes; arguments: MINUTES SEED
   validate   the slow tests and the validation cases; arguments go to python -m validation
   bench      the benchmarks; arguments go to python -m benchmarks
-  docs       the documentation, into build/docs; arguments go to mkdocs build; "pictures": first README's picture of a report
+  docs       the documentation, into build/docs; arguments go to mkdocs build; "pictures": first README's pictures of a report and a page
   help       this text
 
 Each act sets up first what is missing; a set-up that is complete costs no time.
@@ -283,6 +283,7 @@ case $act in
             shift
             browser
             "$bin/python" docs/hooks/first_page.py
+            "$bin/python" docs/hooks/application_page.py
         fi
         "$bin/python" -m mkdocs build --strict "$@"
         say "the documentation is build/docs/index.html"

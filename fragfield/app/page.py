@@ -202,14 +202,14 @@ class CasePage:
                     ui.button(texts("case.read_again"), on_click=self._drop_draft).props("dense flat no-caps")
 
     def _show_faults(self, faults: Sequence[Fault]) -> None:
-        """Put every fault at its field; those of no field of this page are listed above it."""
+        """Put every fault at its field; those of no field, or of one in a closed part, are listed above the page."""
         at: dict[str, list[str]] = {}
         elsewhere: list[Fault] = []
         for fault in faults:
             key = self._nearest(fault.key)
             if key:
                 at.setdefault(key, []).append(fault.message if key == fault.key else f"{fault.key}: {fault.message}")
-            else:
+            if not key or not _is_seen(self._inputs[key]):
                 elsewhere.append(fault)
         for key, element in self._inputs.items():
             words = "; ".join(at.get(key, [])) or None
@@ -232,3 +232,9 @@ class CasePage:
         while key and key not in self._inputs:
             key = key.rpartition(".")[0] if "." in key else (key.partition("[")[0] if "[" in key else "")
         return key
+
+
+def _is_seen(element: Element) -> bool:
+    """Whether an element has room for words, and no part of the page that holds it is closed."""
+    folds = [one for one in element.ancestors() if isinstance(one, ui.expansion)]
+    return hasattr(element, "error") and all(one.value for one in folds)

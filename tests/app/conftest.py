@@ -51,7 +51,7 @@ class Application:
         """A new page of a browser that has the token."""
         context = self.browser.new_context(viewport={"width": width, "height": 900})
         page = context.new_page()
-        page.set_default_timeout(90_000)
+        page.set_default_timeout(int(os.environ.get("FRAGFIELD_PAGE_TIMEOUT", "90000")))
         page.on("request", lambda request: self._seen(request.url))
         page.on("pageerror", lambda error: self.errors.append(str(error)))
         page.goto(self.address)
@@ -62,6 +62,25 @@ class Application:
     def _seen(self, address: str) -> None:
         if not address.startswith((self.base, "data:", "blob:", self.base.replace("http", "ws"))):
             self.foreign.add(address)
+
+
+def wait_for(page, words, *, at):
+    """Until a part of the page holds words."""
+    page.wait_for_function("([at, words]) => document.querySelector(at)?.innerText.includes(words)", arg=[at, words])
+
+
+def with_cases(folder, *names):
+    """Put cases of this repository into a folder."""
+    for name in names:
+        shutil.copy(ROOT / "cases" / name, folder)
+
+
+def small(folder: Path) -> str:
+    """A case that is computed in seconds."""
+    with_cases(folder, "tube.toml")
+    path = folder / "tube.toml"
+    path.write_text(path.read_text(encoding="utf-8").replace('"6 mm"', '"14 mm"'), encoding="utf-8")
+    return path.name
 
 
 @pytest.fixture(scope="session")

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import json
-import shutil
 import subprocess
 import sys
 import urllib.error
 import urllib.request
-from pathlib import Path
 
 import pytest
 
 from fragfield.case import load_case
-from tests.app.conftest import ROOT
+from tests.app.conftest import ROOT, small, wait_for, with_cases
 
 PAGES = ("start", "round", "arrangement", "site", "data", "run", "result", "confidence")
 pytestmark = [pytest.mark.slow, pytest.mark.cores]
@@ -26,24 +24,6 @@ UNNAMED = """
     )).map(e => e.outerHTML.slice(0, 150))
 """
 """Inputs and buttons for which a reader of the screen has no name."""
-
-
-def wait_for(page, words, *, at):
-    """Until a part of the page holds words."""
-    page.wait_for_function("([at, words]) => document.querySelector(at)?.innerText.includes(words)", arg=[at, words])
-
-
-def with_cases(folder, *names):
-    for name in names:
-        shutil.copy(ROOT / "cases" / name, folder)
-
-
-def small(folder: Path) -> str:
-    """A case that is computed in seconds."""
-    with_cases(folder, "tube.toml")
-    path = folder / "tube.toml"
-    path.write_text(path.read_text(encoding="utf-8").replace('"6 mm"', '"14 mm"'), encoding="utf-8")
-    return path.name
 
 
 def test_own_round_from_a_drawing_to_a_signed_report(application):

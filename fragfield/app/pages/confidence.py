@@ -33,6 +33,8 @@ __all__ = ["content", "is_signed", "sign"]
 
 _SAMPLES = 60
 _SIGNATURE = "signature.json"
+_COMPARED = ("distances", "places", "casing", "by_zone")
+"""Tables of a comparison that fit a page; `fragfield compare` writes all."""
 
 
 def content(page: CasePage) -> None:
@@ -247,10 +249,10 @@ def _compare(page: CasePage) -> None:
             heading(texts("confidence.differ"), 3)
             for line in done.found["differences"][:40] or [texts("confidence.same")]:
                 ui.label(str(line)).classes("meaning")
-            for name in done.tables[:4]:
+            for name in (one for one in _COMPARED if one in done.tables):
                 table = done.table(name)
                 columns = table.columns[:7]
-                rows = [tuple(_cell(table[column][row]) for column in columns) for row in range(min(len(table), 12))]
+                rows = [tuple(_cell(table[column][row]) for column in columns) for row in range(len(table))]
                 heading(name, 3)
                 shown_facts(rows, columns)
 

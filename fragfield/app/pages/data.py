@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import math
 from html import escape
 from pathlib import Path
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
     from fragfield.app.page import CasePage
     from fragfield.case import Case
 
-__all__ = ["content"]
+__all__ = ["content", "take_answer"]
 
 _KINDS = (".csv", ".txt", ".tsv", ".xlsx", ".ods", ".h5")
 _CHOICES = {
@@ -28,6 +29,7 @@ _CHOICES = {
     "decimal": ("point", "comma"), "kind": ("arena", "pit", "fragments", "drag", "walls"),
 }  # fmt: skip
 """What may be said of a table that does not show it, see `fragfield.import_table`."""
+_MOST_ANSWERS = 12
 
 
 def content(page: CasePage) -> None:
@@ -88,11 +90,12 @@ def _importer(page: CasePage, folder: Path, files: list[str]) -> None:
     """A table as a test has it, in any usual form: what was found in it, questions, and the file that a case reads."""
     texts = page.texts
     chosen: dict[str, Any] = {"file": files[0]}
+    answers: dict[str, Any] = {}
     place = ui.element("div")
 
     async def read() -> None:
         place.clear()
-        options = {key: value for key, value in chosen.items() if key != "file" and value not in (None, "")}
+        options = {key: value for key, value in chosen.items() if key != "file" and value not in (None, "")} | answers
         casing = page.case.path if not page.case.faults() and not page.case.is_draft else None
         try:
             found = await run.io_bound(fragfield.import_table, folder / chosen["file"], case=casing, **options)
@@ -111,17 +114,27 @@ def _importer(page: CasePage, folder: Path, files: list[str]) -> None:
 
     def _answers(error: Exception) -> None:
         """Answers to a question of the importer, as buttons."""
-        option, answers = getattr(error, "option", ""), getattr(error, "choices", ())
-        if option in (*_CHOICES, "sheet", "zone_angle"):
-            with ui.element("div").classes("choices"):
-                for answer in list(answers)[:12]:
-                    ui.button(str(answer), on_click=lambda _, answer=answer: answered(option, str(answer))).props(
-                        "dense outline no-caps"
-                    )
+        option, choices = getattr(error, "option", ""), getattr(error, "choices", ())
+        named = {one: one for one in choices[:_MOST_ANSWERS]}
+        if option == "empty-zones":
+            named = {"": texts("data.nothing_fell")}
+        with ui.element("div").classes("choices"):
+            for answer, words in named.items():
+                ui.button(words, on_click=lambda _, answer=answer: answered(option, answer)).props(
+                    "dense outline no-caps data-box=answer"
+                )
 
     def answered(option: str, answer: str) -> Any:  # noqa: ANN401 - a coroutine
-        chosen[option] = answer
+        take_answer(answers, option, answer)
         return read()
+
+    def say(key: str, value: object) -> None:
+        """What is said of the table; answers were for the file that was chosen, and for what was not said."""
+        chosen[key] = value
+        if key == "file":
+            answers.clear()
+        else:
+            answers.pop(key, None)
 
     def write(found: Any, name: str) -> None:  # noqa: ANN401 - an imported table
         if page.attempt(lambda: found.write(page.session.space.inside(name))):
@@ -129,15 +142,28 @@ def _importer(page: CasePage, folder: Path, files: list[str]) -> None:
 
     with ui.element("div").classes("form"):
         ui.select(files, value=files[0], label=texts("data.file")).props("outlined dense").on_value_change(
-            lambda event: chosen.update(file=event.value)
+            lambda event: say("file", event.value)
         )
         for key, words in _CHOICES.items():
             box = ui.select(list(words), label=texts(f"data.{key}"), clearable=True).props("outlined dense stack-label")
-            box.on_value_change(lambda event, key=key: chosen.update({key: event.value}))
+            box.on_value_change(lambda event, key=key: say(key, event.value))
         rounds = ui.number(texts("data.rounds"), min=1e-3, max=1e4).props("outlined dense stack-label")
-        rounds.on_value_change(lambda event: chosen.update(number_of_rounds=event.value))
+        rounds.on_value_change(lambda event: say("number_of_rounds", event.value))
     ui.button(texts("data.read"), on_click=read).props("no-caps outline data-act=read-table")
     place.move(target_index=-1)
+
+
+def take_answer(answers: dict[str, Any], option: str, answer: str) -> None:
+    """Keep an answer to a question of `fragfield.import_table` as the argument that it is."""
+    if option in ("unit", "column"):
+        quantity, _, value = answer.partition("=")
+        answers[f"{option}s"] = {**answers.get(f"{option}s", {}), quantity: value.strip('"')}
+    elif option == "rounds":
+        answers["number_of_rounds"] = float(answer)
+    elif option == "empty-zones":
+        answers["empty_zones"] = True
+    else:
+        answers[option.replace("-", "_")] = ast.literal_eval(answer) if option == "sheet" else answer
 
 
 def _held(page: CasePage, case: Case, path: Path) -> tuple[str, str]:
