@@ -169,11 +169,6 @@ def _slenderness(points: Array, axis: Axis) -> float:
     return float(np.ptp(points[:, axis.along]) / max(2.0 * radius, 1e-300))
 
 
-def _middle_words(points: Array, unit: float) -> str:
-    x, y = (0.5 * (points.min(axis=0) + points.max(axis=0)) / unit).tolist()
-    return f'axis = "y = {y:.6g}" or axis = "x = {x:.6g}" (the middles of the drawing)'
-
-
 def find_nose(path: object, curves: Sequence[Curve], axis: Axis, asked: str | None) -> tuple[float, float, str]:
     """Position of the nose end along the axis (m), the sign with which stations run from there, and how it is known.
 
