@@ -178,7 +178,8 @@ def needs_a_run(text: str) -> bool:
         "guide/first_run.md",
         "guide/cookbook.md",
         "guide/your_test_data.md",
-        "guide/your_round_from_a_drawing.md",
+        "guide/rounds.md",
+        "guide/your_sites.md",
     ],
 )
 def test_what_is_marked_runs(page, tmp_path):
@@ -220,7 +221,7 @@ def test_the_page_on_python_prints_what_it_shows(tmp_path):
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     printed = done.stdout.split(END)
-    assert len(shown) > 10
+    assert len(shown) > 8
     for number, text in shown:
         ours = [re.sub(r" +", " ", line) for line in printed[number].strip().splitlines()]
         theirs = [re.sub(r" +", " ", line) for line in text.strip().splitlines()]
