@@ -242,7 +242,7 @@ class _RoundEditor:
         with fold(texts("round.from_file"), opened=bool(files) and page.case.get(self.place) == BARE):
             if files:
                 with box("form"):
-                    choose(texts("data.file"), files, files[0], lambda name: chosen.update(file=name))
+                    choose(texts("form.file"), files, files[0], lambda name: chosen.update(file=name))
                     ui.input(
                         texts("round.file_settings"), placeholder="unit=1 mm",
                         on_change=lambda event: chosen.update(settings=event.value or ""),
