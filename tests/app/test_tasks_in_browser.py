@@ -12,7 +12,7 @@ from burst_fenicsx.geometry import load_profile
 from fragfield.app.directions import Directions
 from fragfield.app.texts import texts_in
 from fragfield.case import load_case
-from tests.app.conftest import small, wait_for
+from tests.app.conftest import PATIENCE, small, wait_for
 from tests.fragfield.drawn_shells import write_dxf
 from tests.fragfield.short_run import invoke
 
@@ -51,7 +51,7 @@ def choose(page, label, word):
 
 def run_to_its_end(page, seconds):
     """Follow the newest job of page 6, whose log is the message of a failure."""
-    page.wait_for_selector("[data-box=queue] > .job:first-child:is(.done, .failed)", timeout=1000 * seconds)
+    page.wait_for_selector("[data-box=queue] > .job:first-child:is(.done, .failed)", timeout=1000 * seconds * PATIENCE)
     newest = page.locator("[data-box=queue] > .job").first
     assert newest.get_attribute("data-state") == "done", newest.inner_text()
     return newest
@@ -72,8 +72,9 @@ def test_own_round_from_a_drawing_to_a_signed_pdf(application, tmp_path_factory)
     wait_for(page, "260", at="table.facts")
     page.get_by_label("How it is read").fill("charge_front=50 mm, fuze=0.192 kg")
     page.locator("[data-act=take-file]").click()
-    wait_for(page, "⌀ 105", at="table.facts")
-    page.get_by_role("button", name="Diameters").click()
+    wait_for(page, "383.4 × ⌀ 104.8 mm", at="table.facts")
+    assert "nose left, the narrower end" in page.locator(".q-notification").inner_text()
+    page.get_by_role("button", name="Diameters", exact=True).click()
     page.wait_for_function("document.querySelectorAll('[data-cell^=outer-]').length > 12")
     widest = max(page.locator("[data-cell^=outer-][data-cell$='-1']").all(), key=lambda one: float(one.input_value()))
     assert float(widest.input_value()) == pytest.approx(2e3 * load_profile("m1_105").max_radius, abs=0.01)
