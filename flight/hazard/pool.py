@@ -15,7 +15,7 @@ from flight.hazard.density.density_counts import DensityGroups, density_counts
 from flight.hazard.density.expected import DRAWS, Estimate, expected_distance
 from flight.hazard.density.sectors import Tally, tally
 from flight.hazard.ensemble import EnsembleHazard
-from flight.result import Status
+from flight.rows import Status
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

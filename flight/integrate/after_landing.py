@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from flight.result import Status
+from flight.rows import Status
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -18,7 +18,8 @@ from flight.integrate.contact import Contact, Encounters
 from flight.integrate.integrator import Adaptive, Domain, FixedStep
 from flight.integrate.job import FlightJob, FlightProgress
 from flight.integrate.legs import legs_between
-from flight.result import FlightResult, Status
+from flight.result import FlightResult
+from flight.rows import Status
 from flight.scene.air import Air, ConstantAir, StandardAtmosphere
 from flight.scene.height_map import HeightMap
 from flight.scene.ricochet import Ricochet
