@@ -176,10 +176,14 @@ def needs_a_run(text: str) -> bool:
         "guide/first_run.md",
         "guide/cookbook.md",
         "guide/your_test_data.md",
-        "guide/your_round_from_a_drawing.md",
+        "guide/rounds.md",
+        "guide/your_sites.md",
     ],
 )
 def test_what_is_marked_runs(page, tmp_path):
+    """Beside the drawing and the map of sites that the pages name."""
+    write_dxf(tmp_path / "shell.dxf")
+    (tmp_path / "places.geojson").write_text(PLACE, encoding="utf-8")
     assert run_page(page, tmp_path, slow=False) > 0
 
 
