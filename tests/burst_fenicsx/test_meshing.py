@@ -68,7 +68,7 @@ def check_closed(mesh):
     assert triangles == pytest.approx(cell_volumes(mesh).sum(), rel=1e-9)
 
 
-@pytest.mark.parametrize("cell_size", [12e-3, 8e-3, 6e-3])
+@pytest.mark.parametrize("cell_size", [12e-3, 8e-3])
 @pytest.mark.parametrize("name", profile_names())
 def test_built_in_rounds_have_good_cells_and_true_masses(name, cell_size):
     profile = load_profile(name)
