@@ -33,7 +33,6 @@ def flown(**given):
 
 ABOVE_ZERO = {
     "radius of a cylinder": lambda v: flight.Cylinder(radius=v),
-    "radius of a domain": lambda v: flight.Domain(radius=v),
     "width of a panel": lambda v: flight.Panel((0, 0, 0), (1, 0, 0), v, 2.0),
     "height of a panel": lambda v: flight.Panel((0, 0, 0), (1, 0, 0), 2.0, v),
     "height of a wall": lambda v: flight.Wall((0, 0), (1, 0), v),
