@@ -13,8 +13,7 @@ from burst_fenicsx.meshing import mesh_profile
 from burst_fenicsx.meshing.disc import equal_area_factor
 from burst_fenicsx.meshing.sizing import grid_counts
 from fragfield.case.conversion.clearance import Hull, clearance, min_clearance, near_pairs, placed_body
-from fragfield.case.conversion.patterns import across_horizontally, pallet, row, triangle
-from fragfield.errors import InputError
+from fragfield.case.conversion.stack import across_horizontally, pallet, row, triangle
 
 RADIUS, LENGTH = 0.0775, 0.3
 
@@ -87,20 +86,6 @@ def test_a_pallet_counts_along_x_then_y_then_z():
 )
 def test_across_a_lying_round_is_one_direction_whichever_way_it_points(axis, across):
     assert across_horizontally(axis) == pytest.approx(across, abs=1e-15)
-
-
-@pytest.mark.parametrize(
-    ("make", "part"),
-    [
-        (lambda: row(0, 0.1), "found 0 rounds"),
-        (lambda: row(2, 0.0), "pitch of 0.0 m"),
-        (lambda: pallet((2, 2, 1), (0.1, np.nan, 0.0)), "pitch of nan m"),
-        (lambda: triangle(2, 0.1, (0, 1, 1)), "vertical or horizontal"),
-    ],
-)
-def test_a_stack_that_is_none_is_refused(make, part):
-    with pytest.raises(InputError, match=part):
-        make()
 
 
 # ---- clear distances with closed forms
