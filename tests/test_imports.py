@@ -54,26 +54,6 @@ def test_every_public_name_is_loaded_when_it_is_used(name: str) -> None:
         _ = package.nothing
 
 
-def test_fragments_fly_without_dolfinx(tmp_path: Path) -> None:
-    """`fragfield fly` in an interpreter that refuses to import the finite-element packages."""
-    code = f"""
-import sys
-class Refuse:
-    def find_spec(self, name, path=None, target=None):
-        if name.partition(".")[0] in {sorted(PARALLEL | {"burst_fenicsx"})!r}:
-            raise ImportError(f"{{name}} is refused here")
-sys.meta_path.insert(0, Refuse())
-import flight
-fragments = flight.Fragments(mass=[0.01, 0.02], position=(0.0, 0.0, 1.0), velocity=(800.0, 0.0, 100.0))
-result = flight.fly(fragments)
-print(len(result.landing))
-import fragfield.cli
-"""
-    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    assert done.stdout.split() == ["2"]
-
-
 def imported_modules(package: str, root: Path = ROOT) -> dict[str, set[str]]:
     """Modules of a package and those of it that each names in an import, wherever: in functions, for types alone."""
     files = {

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from flight import Cylinder, FlightResult, InputError, fly, to_pandas
+from flight import Cylinder, FlightResult, InputError, fly
 from flight.files.hdf5 import read_table
 from flight.files.text_tables import METADATA
 from flight.result import Status
@@ -107,12 +107,3 @@ def test_messages(written, tmp_path) -> None:
         result.write(cut / "below")
     with pytest.raises(InputError, match="no witness 'rng'; did you mean 'ring'"):
         result.hits_on("rng")
-
-
-def test_pandas_where_present(written) -> None:
-    pytest.importorskip("pandas")
-    result, _ = written
-    frame = to_pandas(result.landing)
-    assert [len(table) for table in result.to_pandas()] == [len(result.landing), len(result.hits)]
-    assert len(frame) == len(result.landing)
-    assert "position_x" in frame

@@ -255,17 +255,6 @@ def test_messages(argument: dict[str, object], message: str) -> None:
         fly(one, **argument)  # type: ignore[arg-type]
 
 
-def test_settings_messages() -> None:
-    with pytest.raises(InputError, match="tolerance is 1"):
-        Adaptive(1.0)
-    with pytest.raises(InputError, match="fixed step is 0"):
-        FixedStep(0.0)
-    with pytest.raises(InputError, match="radius is -1"):
-        Domain(radius=-1.0)
-    with pytest.raises(InputError, match=r"floor 5\.0 m is not below ceiling 1\.0 m"):
-        Domain(floor=5.0, ceiling=1.0)
-
-
 def test_progress_is_reported_to_the_end() -> None:
     seen = []
     fly(cloud(5000), on_progress=seen.append)

@@ -64,14 +64,6 @@ def test_in_a_triangle_neighbours_are_one_pitch_apart(base, axis):
     assert places @ np.array(axis) == pytest.approx(np.zeros(len(places)), abs=1e-15), "across the axis"
 
 
-def test_lying_rounds_are_piled_and_standing_ones_are_not():
-    assert triangle(2, 0.2, (0, 1, 0)) == pytest.approx(np.array([[-0.1, 0, 0], [0.1, 0, 0], [0, 0, 0.03**0.5]]))
-    height = 0.03**0.5
-    assert triangle(2, 0.2, (0, 0, 1)) == pytest.approx(
-        np.array([[-0.1, -height / 3, 0], [0.1, -height / 3, 0], [0, 2 * height / 3, 0]])
-    )
-
-
 def test_a_pallet_counts_along_x_then_y_then_z():
     places = pallet((2, 4, 3), (0.2, 0.3, 0.7))
     assert places.shape == (24, 3)

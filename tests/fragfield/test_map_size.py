@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 import flight
 from fragfield import check
@@ -16,9 +15,9 @@ from fragfield.case import load_case
 from fragfield.case.checks import map_size
 from fragfield.case.checks.map_size import _range, farthest_throw, map_warnings
 from fragfield.checking.check import check_report
-from fragfield.cli import app
 from fragfield.errors import InputError
 from fragfield.hazard.map_edge import beyond_map_words
+from tests.fragfield.short_run import invoke
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -88,7 +87,7 @@ def test_a_map_that_is_too_small_is_refused_unless_the_case_says_how_it_goes_on(
     table.write_text("mass_kg,vx_m_s,vy_m_s,vz_m_s\n0.01,300,0,100\n0.3,0,1200,900\n")
     with pytest.raises(InputError, match=r"flight\.ground\.map: ends 500 m from the rounds"):
         check(case, fragments=table)
-    done = CliRunner().invoke(app, ["fly", str(case), "--fragments", str(table), "--out", str(tmp_path / "out")])
+    done = invoke("fly", str(case), "--fragments", str(table), "--out", str(tmp_path / "out"))
     assert done.exit_code == 2
     assert "flight.ground.map: ends 500 m from the rounds" in done.stderr
     assert not (tmp_path / "out").exists()

@@ -12,7 +12,6 @@ import pytest
 from flight.scene.plan import signed_area
 from fragfield.case import load_case
 from fragfield.case.conversion.exposed_sites import describe_exposed
-from fragfield.case.conversion.surroundings import site_of
 from fragfield.case.tables.site import PlacesTable
 from fragfield.errors import InputError
 from fragfield.places.polygons import box_around, convex_parts
@@ -244,8 +243,3 @@ def test_convex_parts_cover_an_outline_and_the_box_holds_it():
     assert (length, width, math.radians(azimuth)) == pytest.approx((40.0, 9.0, 2.0))
     assert centre == pytest.approx(tuple(np.array([20.0, 4.5]) @ rotation))
     assert more == pytest.approx(0.0, abs=1e-9)
-
-
-def test_the_site_of_the_tests_is_where_they_think(tmp_path):
-    case = case_of(tmp_path, PERSON)
-    assert site_of(case).offsets(*np.array(at(50, 0))) == pytest.approx(np.array([[50.0, 0.0]]), abs=0.005)
