@@ -109,7 +109,7 @@ def test_an_arena_table_with_semicolons_is_known_as_one(tmp_path):
         ("mach cd\n0 1\n", "no delimiter in the line of column names, 'mach cd'; allowed between cells: comma, semico"),
         ("mach;cd\n0;1\n1,5;2\n", "line 3, column mach: '1,5' is not a number; decimals need a point"),
         ("mach,cd\n0;1\n", "line 2 has 1 cells, the 2 columns are mach, cd; it holds semicolon, the column names com"),
-        ("mach\tcd\n0\tone\n", "line 2, column cd: 'one' is not a number$"),
+        ("mach\tcd\n0\tone\n", "line 2, column cd: 'one' is not a number;"),
     ],
 )
 def test_a_delimiter_that_does_not_fit_is_refused_in_words(tmp_path, text, words):

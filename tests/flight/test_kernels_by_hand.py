@@ -16,9 +16,8 @@ from flight.hazard.criteria import Criteria
 from flight.kernels import motion
 from flight.kernels.cells import cells_of, home
 from flight.kernels.collision import _closing
-from flight.kernels.events import ending
+from flight.kernels.events import IN_FLIGHT, LANDED, LEFT_DOMAIN, Limits, ending
 from flight.kernels.fluence import _cell_of, _nearest
-from flight.kernels.limits import IN_FLIGHT, LANDED, LEFT_DOMAIN, Limits
 from flight.kernels.motion import LANES, ROWS, Surroundings, accelerate, take_step
 from flight.kernels.roots import STACK_SHAPE, sign_changes
 from flight.kernels.surfaces import PIECES_SHAPE

@@ -13,7 +13,7 @@ from burst_fenicsx.meshing import mesh_profile
 from burst_fenicsx.meshing.disc import equal_area_factor
 from burst_fenicsx.meshing.sizing import grid_counts
 from fragfield.case.conversion.clearance import Hull, clearance, min_clearance, near_pairs, placed_body
-from fragfield.case.conversion.patterns import across_horizontally, pallet, row, triangle
+from fragfield.case.conversion.stack import across_horizontally, pallet, row, triangle
 
 RADIUS, LENGTH = 0.0775, 0.3
 
