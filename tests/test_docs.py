@@ -196,7 +196,7 @@ def test_the_first_run_as_written(tmp_path):
     assert run_page("guide/first_run.md", tmp_path, slow=True) > 0
     assert (tmp_path / "runs" / "first" / "report.html").is_file()
     assert (tmp_path / "runs" / "staged" / "report.html").is_file()
-    assert list((tmp_path / "runs" / "first" / "figures").glob("*.png"))
+    assert list((tmp_path / "runs" / "first" / "figures").glob("*.svg"))
     assert run_page("guide/output.md", tmp_path, slow=True) == 1
 
 
