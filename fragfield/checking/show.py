@@ -119,11 +119,11 @@ def _print_burst(console: Console, found: Mapping[str, Any]) -> None:
 
 
 def _print_stack(console: Console, stack: Mapping[str, Any]) -> None:
-    """Which rounds of a large stack need be computed together, and what the whole costs."""
+    """A block that stands for a large stack, and what the whole costs."""
     block, size = stack["block"], " x ".join(str(count) for count in stack["counts"])
     console.print(
-        f"computed together: a casing feels the rounds next to it alone; {size} rounds have corner, edge and inner "
-        f"rounds as the whole has ({block['memory_bytes'] / 1e9:.2g} GB, {_about(block['core_seconds'])} on one core)"
+        f"computed together: a casing feels the rounds next to it alone; a block of {size} rounds has corner, edge and "
+        f"inner rounds as the whole ({block['memory_bytes'] / 1e9:.2g} GB, {_about(block['core_seconds'])} on one core)"
     )
     for cost, what in ((stack["threads"], "cores of this machine"), (stack["ranks"], "ranks")):
         console.print(

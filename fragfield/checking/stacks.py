@@ -1,8 +1,8 @@
-"""Large stacks: which rounds need be computed together, and the cost on many ranks.
+"""Large stacks: a block of them that stands for the whole, and the cost on many ranks.
 
-In rows and pallets of M107 with gaps of 0 to 1 calibre the speeds of a round's casing, by mass and by side, change by
-less than 0.6 % with rounds that do not stand next to it: the one between stops what comes from there. Three rounds
-along each axis therefore have a corner, an edge and an inner round as in the whole. See docs/theory/symmetry.md.
+Up to the end of the burst a casing feels the rounds next to it alone, which keep from it what comes from beyond
+(docs/theory/symmetry.md). Four rounds along each axis have corner, edge and inner rounds as the whole, and planes of
+symmetry that cut none of them.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 __all__ = ["RANKS", "block_of", "on_cores"]
 
-_ALONG = 3  # rounds along an axis of a block
+_ALONG = 4  # rounds along an axis of a block
 RANKS = 64
 _EFFICIENCY = 0.82  # of two ranks that have a round each, `benchmarks/README.md`; more have not been measured
 
