@@ -95,12 +95,15 @@ def check_report(case: Case) -> dict[str, Any]:
     expected = expected_cost(settings, rounds, described, [meshed[key] for key in of_round], computed_cells=cells)
     if is_mixed(case):
         expected["attitudes"] = attitudes_of(case)
-    if settings.geometry != "axisymmetric" and (block := block_of(case)) is not None:
-        expected["stack"] = _stack(expected, *block)
+    arranged = arrangement(case)
+    if (nearest := arranged["min_clearance"]) is not None:
+        block = block_of(case, nearest["clearance"], described[0]["outer_diameter"])
+        if block is not None:
+            expected["stack"] = _stack(expected, *block)
     return {
         "case": plain(case),
         "rounds": described,
-        "arrangement": arrangement(case),
+        "arrangement": arranged,
         "geometry": {"choice": settings.geometry, "reason": burst_geometry(case).reason},
         "mesh": {
             "cells": cells,

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from burst_fenicsx.meshing.mesh import CellMesh
     from burst_fenicsx.problem import BurstSettings, Round
 
-__all__ = ["BYTES_AT_START", "expected_cost"]
+__all__ = ["BYTES_AT_START", "EXPANSION_AT_END", "expected_cost"]
 
 # Fitted to ten bursts: tube with 9 mm cells and the 155 mm projectile with 3, 4, 6, 8 and 12 mm to 120 us, M107 with 8,
 # 10, 12 and 14 mm until it gained less than 1 % in 10 us; the estimate was 0.6 to 1.2 times their steps. The finer the
@@ -26,7 +26,7 @@ _THINNING = 8.5
 # Where cells take steps of their own, the mean one over the time in which a wave runs through the mean cell, by the
 # projectile with 3 and 8 mm cells (0.35 and 0.29).
 _OWN_STEP = 0.32
-_EXPANSION_AT_END = 2.9
+EXPANSION_AT_END = 2.9
 _BYTES_PER_CELL = 1_300.0  # of one process, by the same bursts
 BYTES_AT_START = 255e6
 # Time of a core, within a factor of two from machine to machine; what contact adds is that of a M107 with 8 mm cells.
@@ -49,7 +49,7 @@ class _Shell:
     @property
     def complete(self) -> float:
         """Time (s) at which acceleration may be complete."""
-        return self.start + (_EXPANSION_AT_END - 1.0) / self.growth
+        return self.start + (EXPANSION_AT_END - 1.0) / self.growth
 
     def stretched(self, end: float) -> float:
         """Integral of the expansion, 1 before the start, over the time to `end` (s)."""

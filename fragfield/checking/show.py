@@ -121,13 +121,16 @@ def _print_burst(console: Console, found: Mapping[str, Any]) -> None:
 def _print_stack(console: Console, stack: Mapping[str, Any]) -> None:
     """A block that stands for a large stack, and what the whole costs."""
     block, size = stack["block"], " x ".join(str(count) for count in stack["counts"])
-    console.print(
-        f"computed together: a casing feels the rounds next to it alone; a block of {size} rounds has corner, edge and "
-        f"inner rounds as the whole ({block['memory_bytes'] / 1e9:.2g} GB, {_about(block['core_seconds'])} on one core)"
+    words = (
+        f"a casing feels the rounds next to it alone; a block of {size} has corner, edge and inner rounds as the whole"
     )
-    for cost, what in ((stack["threads"], "cores of this machine"), (stack["ranks"], "ranks")):
+    if stack["rounds"] == 1:
+        words = "the rounds are accelerated before they meet; one stands for all"
+    cost = f"{block['memory_bytes'] / 1e9:.2g} GB, {_about(block['core_seconds'])} on one core"
+    console.print(f"computed together: {words} ({cost})")
+    for found, what in ((stack["threads"], "cores of this machine"), (stack["ranks"], "ranks")):
         console.print(
-            f"the whole on {cost['cores']} {what}: {_about(cost['seconds'])}, {cost['memory_bytes'] / 1e9:.2g} GB"
+            f"the whole on {found['cores']} {what}: {_about(found['seconds'])}, {found['memory_bytes'] / 1e9:.2g} GB"
         )
 
 

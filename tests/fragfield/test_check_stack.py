@@ -171,6 +171,8 @@ def test_the_expected_steps_are_those_of_bursts_that_were_run(name, size, steps)
         ({"stack": {"arrangement": "pallet", "counts": [2, 3, 9], "gap": "21.7 mm"}}, [2, 3, 4]),
         ({"stack": _row(5)}, [4, 1, 1]),
         ({"stack": _row(4)}, None),
+        ({"stack": _row(2, "290 mm")}, None),
+        ({"stack": _row(2, "300 mm")}, [1, 1, 1]),
         ({"stack": {"arrangement": "triangle", "count": 5, "gap": "21.7 mm"}}, None),
         ({"stack": _row(5, delays=["0 us"] * 4 + ["9 us"])}, None),
         ({"stack": _row(5, initiated=[1]), "round": {"initiation": SHOCK}}, None),
@@ -195,7 +197,7 @@ def test_the_cost_of_a_large_stack_on_threads_ranks_and_of_its_block():
     assert 1.0 < ranks["cores"] * ranks["seconds"] / expected["core_seconds"] < 1.3
     assert ranks["memory_bytes"] > 2.0 * expected["memory_bytes"] == 2.0 * stack["threads"]["memory_bytes"]
     text = check_text(whole)
-    assert "a block of 4 x 4 x 1 rounds" in text
+    assert "a block of 4 x 4 x 1 has" in text
     assert "64 ranks" in text
     assert "under 1 s on one core" in text
 
