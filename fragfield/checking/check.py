@@ -92,7 +92,10 @@ def check_report(case: Case) -> dict[str, Any]:
         for (key, _), table in zip(of_round, case.round, strict=True)
     ]
     cells = sum(qualities[key].cells for key in computed)
-    expected = expected_cost(settings, rounds, described, [meshed[key] for key in of_round], computed_cells=cells)
+    symmetry = part.summary()
+    expected = expected_cost(
+        settings, rounds, described, [meshed[key] for key in of_round], computed_cells=cells, share=symmetry["share"]
+    )
     if is_mixed(case):
         expected["attitudes"] = attitudes_of(case)
     arranged = arrangement(case)
@@ -112,7 +115,7 @@ def check_report(case: Case) -> dict[str, Any]:
             "max_aspect_ratio": max(one.max_aspect_ratio for one in qualities.values()),
             "min_edge": min(one.min_edge for one in qualities.values()),
         },
-        "symmetry": part.summary(),
+        "symmetry": symmetry,
         "expected": expected,
         "warnings": [
             *_warnings(case, settings, described, expected),

@@ -27,8 +27,10 @@ _THINNING = 8.5
 # projectile with 3 and 8 mm cells (0.35 and 0.29).
 _OWN_STEP = 0.32
 EXPANSION_AT_END = 2.9
-_BYTES_PER_CELL = 1_300.0  # of one process, by the same bursts
-BYTES_AT_START = 255e6
+# Memory of one process, by rows of one to four M107 with 6 and 8 mm cells, whole and as quarters (within a twentieth).
+# Images of what symmetry leaves are joined to the whole at every output.
+_BYTES_PER_CELL, _BYTES_PER_CELL_OF_WHOLE = 2_450.0, 1_050.0
+BYTES_AT_START = 272e6
 # Time of a core, within a factor of two from machine to machine; what contact adds is that of a M107 with 8 mm cells.
 _SECONDS_PER_CELL_STEP = 0.3e-6
 _BONDS, _SURFACES = 0.1, 0.7  # shares that bonds and the search for surfaces that meet add
@@ -64,6 +66,7 @@ def expected_cost(
     meshes: Sequence[CellMesh],
     *,
     computed_cells: int | None = None,
+    share: float = 1.0,
 ) -> dict[str, Any]:
     """Estimate what a burst will cost.
 
@@ -79,6 +82,8 @@ def expected_cost(
         Of each round, or of its computed part.
     computed_cells : int, optional
         Number of cells that are computed, where rounds are images of others; left out: those of all meshes.
+    share : float
+        Their fraction of the whole.
 
     Returns
     -------
@@ -108,21 +113,21 @@ def expected_cost(
     step = settings.time_step.fixed or (max(own, together) if subcycles else together)
     cells = sum(len(mesh.cells) for mesh in meshes) if computed_cells is None else computed_cells
     steps = math.ceil(end / step)
-    memory = BYTES_AT_START + _BYTES_PER_CELL * cells
+    memory = (_BYTES_PER_CELL + _BYTES_PER_CELL_OF_WHOLE / share) * cells
     contact, rings = settings.contact, settings.geometry == "axisymmetric"
-    share = 1.0 + _BONDS * (contact.charge_casing == "sliding") + _SURFACES * (contact.surfaces and not rings)
-    seconds = _SECONDS_PER_CELL_STEP * share * steps * cells
+    dearer = 1.0 + _BONDS * (contact.charge_casing == "sliding") + _SURFACES * (contact.surfaces and not rings)
+    seconds = _SECONDS_PER_CELL_STEP * dearer * steps * cells
     return {
         "stable_time_step": min(stable),
         "mean_time_step": step,
         "end_time": end,
         "steps": steps,
         "cell_steps": steps * cells,
-        "memory_bytes": memory,
+        "memory_bytes": BYTES_AT_START + memory,
         "core_seconds": seconds,
         "per_round": {
             "cells": cells / len(rounds),
-            "memory_bytes": _BYTES_PER_CELL * cells / len(rounds),
+            "memory_bytes": memory / len(rounds),
             "core_seconds": seconds / len(rounds),
         },
     }
