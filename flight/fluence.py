@@ -114,10 +114,9 @@ class PolarGrid:
     @cached_property
     def edges(self) -> NDArray[np.float64]:
         """Edges of the fine distance cells (r + 1,) in m."""
-        ends = [
-            self.cell * (number + np.arange(1, parts + 1) / parts) for number, parts in enumerate(self.parts.tolist())
-        ]
-        return np.concatenate([[0.0], *ends])
+        cell = np.repeat(np.arange(self.cells), self.parts)
+        part = np.arange(1, len(cell) + 1) - self.first[cell]
+        return np.concatenate([[0.0], self.cell * (cell + part / self.parts[cell])])
 
     @property
     def shape(self) -> tuple[int, int]:
