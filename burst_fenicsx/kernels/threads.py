@@ -64,7 +64,7 @@ def on_threads(
 ) -> tuple[Any, Callable[..., Any]]:
     """Call the kernel `piece(first, last, *arguments)`, each of numba's threads for its part of a range of `count`.
 
-    A piece may not raise: nobody would learn of it.
+    A piece may not raise: what it raises is lost.
     """
     called = piece.get_call_type(typing_context, (types.intp, types.intp, *arguments.types), {})
     loop = typing_context.resolve_value_type(_loop)
