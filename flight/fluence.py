@@ -122,10 +122,9 @@ class PolarGrid:
     @cached_property
     def edges(self) -> NDArray[np.float64]:
         """Edges of the fine distance cells (r + 1,) in m."""
-        ends = [
-            self.cell * (number + np.arange(1, parts + 1) / parts) for number, parts in enumerate(self.parts.tolist())
-        ]
-        return np.concatenate([[0.0], *ends])
+        number = np.repeat(np.arange(self.cells), self.parts)
+        within = np.arange(1, len(number) + 1) - self.first[number]
+        return np.concatenate([[0.0], self.cell * (number + within / self.parts[number])])
 
     @property
     def shape(self) -> tuple[int, int]:
