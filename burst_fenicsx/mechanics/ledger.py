@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Entry", "Ledger"]
 
-_LEAST_FOR_A_STOP = 0.05
+_MIN_WORK_FOR_A_STOP = 0.05
 """Of the largest charge's chemical energy: an error that would be within the tolerance with so much work stops nothing.
 
 In coarse cells the front's first contact with the wall is one impact of a whole row of cells: contact makes or loses
@@ -66,7 +66,7 @@ class Ledger:
     Attributes
     ----------
     energy_tolerance : an error above this, of the balance or of contact alone, stops the run, once it is above this
-        too as a share of `_LEAST_FOR_A_STOP`.
+        too as a share of `_MIN_WORK_FOR_A_STOP`.
     min_work : J, `MIN_WORK` of the chemical energy.
     sums : (5,) J: plastic, viscous, hourglass, work of the charge, its own viscous heat, of this rank.
     released : (rounds, 2) J: work and own viscous heat of each round's charge, of this rank.
@@ -161,7 +161,7 @@ class Ledger:
             outer_diameter=diameter,
         )
         self.entries.append(entry)
-        allowed = self.energy_tolerance * _LEAST_FOR_A_STOP * self.chemical_energies.max(initial=0.0)  # J
+        allowed = self.energy_tolerance * _MIN_WORK_FOR_A_STOP * self.chemical_energies.max(initial=0.0)  # J
         if not (entry.energy_error <= self.energy_tolerance or abs(stored - gain - supplied) <= allowed):
             raise NumericalStop(
                 f"the energy ledger is open by {100 * entry.energy_error:.6g} % of the work done "
