@@ -6,6 +6,7 @@ import json
 import pickle
 import shutil
 import tempfile
+import time
 import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -91,8 +92,6 @@ def flown_parts(case: Case, burst: Burst, threads: int = 1) -> dict[str, Any]:
         Of summary.json: `burst`, `hazard` without what the surroundings add, of `break_up` and `flight` the number of
         `fragments` and `wall_seconds`, and `exposed`.
     """
-    import time
-
     import transition
     from fragfield.case.conversion.stages import break_up_settings
     from fragfield.files.run_directory import RunDirectory
