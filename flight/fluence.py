@@ -114,9 +114,9 @@ class PolarGrid:
     @cached_property
     def edges(self) -> NDArray[np.float64]:
         """Edges of the fine distance cells (r + 1,) in m."""
-        cell = np.repeat(np.arange(self.cells), self.parts)
-        part = np.arange(1, len(cell) + 1) - self.first[cell]
-        return np.concatenate([[0.0], self.cell * (cell + part / self.parts[cell])])
+        number = np.repeat(np.arange(self.cells), self.parts)
+        within = np.arange(1, len(number) + 1) - self.first[number]
+        return np.concatenate([[0.0], self.cell * (number + within / self.parts[number])])
 
     @property
     def shape(self) -> tuple[int, int]:

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from fragfield.terminal.progress import Progress, ProgressReporter
     from fragfield.view.offscreen import PictureProcess
 
-__all__ = ["Job", "RunOptions"]
+__all__ = ["Job", "RunOptions", "finite"]
 
 
 @dataclass(frozen=True)
@@ -169,21 +169,21 @@ class Job:
         earlier = {key: value for key, value in self.source.summary().items() if key not in summary}
         self.noted.update(parts)  # the source has them where it is the target, too
         everything = {**summary, **earlier, **self.noted}
-        self.target.write_summary({key: _finite(value) for key, value in everything.items()})
+        self.target.write_summary({key: finite(value) for key, value in everything.items()})
 
 
 def _listed(settings: Settings) -> list[str]:
     return [f"{key}={value}" for key, value in settings.items()] if isinstance(settings, Mapping) else list(settings)
 
 
-def _finite(value: object) -> object:
+def finite(value: object) -> object:
     """JSON has no NaN and no infinity: what was never reached is null."""
     if hasattr(value, "tolist"):
         value = value.tolist()
     if isinstance(value, dict):
-        return {str(key): _finite(entry) for key, entry in value.items()}
+        return {str(key): finite(entry) for key, entry in value.items()}
     if isinstance(value, (list, tuple)):
-        return [_finite(entry) for entry in value]
+        return [finite(entry) for entry in value]
     if isinstance(value, float) and not math.isfinite(value):
         return None
     return value

@@ -38,7 +38,12 @@ def test_a_sweep_gives_its_runs_and_one_table(calls, tmp_path):
     made, codes = calls
     codes += [0, 3]
     found = fragfield.run_sweep(
-        TUBE, {"burst.cell_size": ["12 mm", "15 mm"], "seed": [7]}, out=tmp_path / "out", jobs=1, progress=False
+        TUBE,
+        {"burst.cell_size": ["12 mm", "15 mm"], "seed": [7]},
+        out=tmp_path / "out",
+        jobs=1,
+        keep_runs=True,
+        progress=False,
     )
     assert len(made) == 2
     table = found.table
@@ -59,7 +64,11 @@ def test_a_case_made_in_python_is_swept_from_its_file(calls, tmp_path):
         fragfield.run_sweep(case, {"burst.cell_size": "12 mm"}, out=tmp_path / "out")
     found = fragfield.run_sweep(case, {"burst.cell_size": ["12 mm"]}, out=tmp_path / "out", progress=False)
     assert fragfield.Case.from_toml(tmp_path / "out.toml") == case
-    assert found.runs[0].case.values.seed == 11
+    assert found.runs == []
+    again = fragfield.run_sweep(
+        case, {"burst.cell_size": ["12 mm"]}, out=tmp_path / "two", keep_runs=True, progress=False
+    )
+    assert again.runs[0].case.values.seed == 11
     made = fragfield.Case(title="made", burst={"cell_size": "9 mm"}, round=[
         {"name": "a", "profile": "tube", "explosive": "tnt", "casing": "steel_paper", "position": ["0 m", "0 m", "1 m"]}
     ])  # fmt: skip
