@@ -48,25 +48,11 @@ def require_number(
     owner: str, name: str, value: object, unit: str, *, above: float | None = None, low: float | None = None,
     high: float | None = None, below: float | None = None, finite: bool = False,
 ) -> None:  # fmt: skip
-    """Refuse a value that is not a number, or beyond its bounds.
+    """Refuse a value that is not a number, or beyond its bounds: InputError with what was found and what is needed.
 
-    Parameters
-    ----------
-    owner, name : str
-        What has the value, and what it is called, in messages: "witness ring", "radius".
-    value : object
-        The value.
-    unit : str
-        "m", "kg/m3", ..., or "" for a plain number.
-    above, low, high, below : float, optional
-        Bounds, the first and the last exclusive. With any of them the value must be finite.
-    finite : bool
-        Refuse NaN and infinity without bounds too.
-
-    Raises
-    ------
-    InputError
-        With owner, name, what was found and what is needed.
+    `owner` has the value and `name` is what it is called, in messages: "witness ring", "radius"; `unit` is "" for a
+    plain number. Of the bounds `above` and `below` are exclusive; with any of them, or `finite`, the value must be
+    finite.
     """
     single = np.ndim(value) == 0 if isinstance(value, np.ndarray | np.generic) else True
     kind = np.asarray(value).dtype.kind if isinstance(value, int | float | np.ndarray | np.generic) else ""

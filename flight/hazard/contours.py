@@ -137,15 +137,9 @@ def smooth_outline(
     """Azimuths (degrees) and distances (m) of a smooth line around distances by direction (k,), as of `outline`.
 
     Where few directions see past a barricade, distances jump from one direction to the next, within the kernel over
-    which they were estimated. The line follows the mean, over half the kernel, of the largest distance within half
-    the kernel: it is nowhere nearer than the distance in its direction, and nowhere beyond the largest of all.
-
-    Parameters
-    ----------
-    distance : (k,) float64
-        In k directions evenly around, from azimuth 0 (m).
-    kernel : float or None
-        Half-width of the azimuth kernel of the estimate (degrees); None over all azimuths.
+    which they were estimated. The line follows the mean, over half the kernel, of the largest distance within half the
+    kernel: it is nowhere nearer than the distance in its direction, and nowhere beyond the largest of all. `kernel` is
+    the half-width of the azimuth kernel of the estimate (degrees); None over all azimuths.
     """
     if kernel is None or len(distance) < 3:
         return outline(distance)
