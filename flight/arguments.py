@@ -69,14 +69,14 @@ def require_number(
 
 
 def _allowed(above: float | None, low: float | None, high: float | None, below: float | None) -> str:
-    lower = None if above is None and low is None else f"above {_word(above)}" if low is None else _word(low)
     if high is None and below is None:
-        return f"needed: {'a finite number' if lower is None else lower if low is None else f'{lower} or more'}"
-    return f"allowed: {lower} to {_word(high)}" if below is None else f"allowed: {lower} to below {_word(below)}"
-
-
-def _word(bound: float | None) -> str:
-    return "zero" if bound == 0.0 else f"{bound:g}"
+        if above is None and low is None:
+            return "needed: a finite number"
+        bound = above if low is None else low
+        word = "zero" if bound == 0.0 else f"{bound:g}"
+        return f"needed: above {word}" if low is None else f"needed: {word} or more"
+    lower = f"above {above:g}" if low is None else f"{low:g}"
+    return f"allowed: {lower} to {high:g}" if below is None else f"allowed: {lower} to below {below:g}"
 
 
 def number_of_parts(owner: str, name: str, width: float, whole: float) -> int:
