@@ -45,19 +45,23 @@ class Status(IntEnum):
     STOPPED = 6  # by a wall, a barricade or a building
 
 
+_MOTION = (
+    ("mass", "f8"),  # kg
+    ("initial_speed", "f8"),  # m/s
+    ("time", "f8"),  # s
+    ("position", "f8", 3),  # m
+    ("velocity", "f8", 3),  # m/s
+    ("speed", "f8"),  # m/s
+    ("energy", "f8"),  # J
+)
+
 LANDING = np.dtype(
     [
         ("fragment", "i8"),  # row in the fragments flown
         ("status", "i1"),  # Status
         ("round", "i4"),
         ("segment", "i4"),
-        ("mass", "f8"),  # kg
-        ("initial_speed", "f8"),  # m/s
-        ("time", "f8"),  # s; of the first impact on the ground or the end, as all that follows
-        ("position", "f8", 3),  # m
-        ("velocity", "f8", 3),  # m/s
-        ("speed", "f8"),  # m/s
-        ("energy", "f8"),  # J
+        *_MOTION,  # at the first impact on the ground, or at the end; as all that follows
         ("distance", "f8"),  # horizontal, from the origin (m)
         ("azimuth", "f8"),  # of the place seen from the origin (degrees, 0 to 360)
         ("angle", "f8"),  # of the path below the horizontal (degrees)
@@ -79,13 +83,7 @@ HITS = np.dtype(
         ("round", "i4"),
         ("segment", "i4"),
         ("direction", "i1"),  # 1 outward or along the normal, -1 against
-        ("mass", "f8"),  # kg
-        ("initial_speed", "f8"),  # m/s
-        ("time", "f8"),  # s
-        ("position", "f8", 3),  # m
-        ("velocity", "f8", 3),  # m/s
-        ("speed", "f8"),  # m/s
-        ("energy", "f8"),  # J
+        *_MOTION,
         ("azimuth", "f8"),  # of the place seen from the cylinder's axis, or from the origin (degrees, 0 to 360)
         ("elevation", "f8"),  # of the velocity above the horizontal (degrees)
     ]
@@ -129,13 +127,7 @@ OBSTACLE_HITS = np.dtype(
         ("round", "i4"),
         ("segment", "i4"),
         ("stopped", "i1"),  # 1 it stayed there, 0 it was turned off
-        ("mass", "f8"),  # kg
-        ("initial_speed", "f8"),  # m/s
-        ("time", "f8"),  # s
-        ("position", "f8", 3),  # m
-        ("velocity", "f8", 3),  # m/s, at the impact
-        ("speed", "f8"),  # m/s
-        ("energy", "f8"),  # J
+        *_MOTION,  # at the impact
     ]
 )
 

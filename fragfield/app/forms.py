@@ -100,11 +100,12 @@ def entries_form(page: CasePage, path: tuple[str | int, ...], *, changed: Callab
                     "dense flat"
                 )
             page.bind(place, part)
-        for kind in kinds or ("",):
-            what = texts(f"kind.{kind}") if kind else texts.label(".".join(names_of(path)))
-            ui.button(texts("form.add", what=what), icon="add", on_click=lambda _, kind=kind: add(kind)).props(
-                "dense outline"
-            )
+        with box("choices"):
+            for kind in kinds or ("",):
+                what = texts(f"kind.{kind}") if kind else texts.label(".".join(names_of(path)))
+                ui.button(texts("form.add", what=what), icon="add", on_click=lambda _, kind=kind: add(kind)).props(
+                    "dense outline"
+                )
 
     def add(kind: str) -> None:
         entries = page.case.get(path, [])

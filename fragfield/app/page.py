@@ -213,8 +213,8 @@ class CasePage:
         if self._shown != case.version:
             version = case.version
             faults = await run.io_bound(case.faults)
-            if version != case.version:
-                return  # judged again at the next look
+            if faults is None or version != case.version:  # the server ends, or it is judged again at the next look
+                return
             self._shown = version
             self._show_faults(faults)
             for listener in self._listeners:

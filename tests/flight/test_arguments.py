@@ -9,7 +9,6 @@ import flight
 from flight.arena import ArenaTable, is_arena_file
 from flight.fluence import PolarGrid
 from flight.hazard import Criteria
-from flight.hazard.density.density_counts import DensityGroups
 from flight.hazard.density.directions import Directions
 from flight.hazard.exposed import Prism
 from flight.hazard.site import Site
@@ -17,8 +16,6 @@ from flight.hazard.tp12 import effective_number
 from flight.scene.walls import StoppingWall
 
 ONE = flight.Fragments(0.01, (0.0, 0.0, 1.0), (800.0, 0.0, 100.0))
-FLOWN = flight.FlightResult(np.zeros(0, flight.LANDING), np.zeros(0, flight.HITS), None, ())
-GROUPS = DensityGroups(Directions(PolarGrid()))
 SQUARE = [(0.0, 0.0), (4.0, 0.0), (4.0, 4.0), (0.0, 4.0)]
 HEAT = "zone_from_deg;zone_to_deg;mass_from_kg;mass_to_kg;number;mean_mass_kg;mean_speed_m_s\n0;180;0;1;3;0.01;900\n"
 

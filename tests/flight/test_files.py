@@ -59,6 +59,7 @@ def test_csv_copy(written) -> None:
     assert len(hits) == len(result.hits)
     assert set(hits["name"]) <= {"ring", "far"}
     assert (hits["direction_text"].str.startswith("outward") == (hits["direction"] == 1)).all()
+    assert [len(table) for table in result.to_pandas()] == [len(result.landing), len(result.hits)]
 
 
 def test_trajectories_open_in_vtk(written) -> None:

@@ -63,7 +63,7 @@ def content(page: CasePage, run: str = "") -> None:
 
 def _when_seen(tabs: ui.tabs, build: Callable[[], None]) -> None:
     """Build a part when it is first looked at."""
-    place = box()
+    place = box().style("width:100%")
 
     def show() -> None:
         if (tabs.value or "decision") == build.__name__ and not place.default_slot.children:
@@ -150,19 +150,20 @@ class _Parts:
 
         def show(azimuth: object) -> None:
             if isinstance(azimuth, (int, float)) and math.isfinite(azimuth):
+                for one in chosen:  # each follows the other
+                    one.set_value(azimuth)
                 picture.set_content(known.svg(azimuth, texts))
                 values.set_content(facts(known.facts(azimuth, texts)))
 
+        chosen: list[Any] = []
         if known.differ:
+            label, limits = texts("result.azimuth"), {"min": 0, "max": 360, "value": known.deciding}
             with box("choices"):
-                ui.number(
-                    texts("result.azimuth"), value=known.deciding, min=0, max=360, step=5,
-                    on_change=lambda event: show(event.value),
-                ).props("data-key=azimuth")  # fmt: skip
-                act(texts("result.deciding"), "deciding", lambda: chosen.set_value(known.deciding))
-                chosen = ui.slider(
-                    min=0, max=360, step=1, value=known.deciding, on_change=lambda event: show(event.value)
-                ).props(f'aria-label="{texts("result.azimuth")}"').style("width:18rem")  # fmt: skip
+                chosen += [ui.number(label, **limits).props("data-key=azimuth").style("min-width:22rem"),
+                           ui.slider(**limits).props(f'aria-label="{label}"').style("max-width:18rem")]  # fmt: skip
+                act(texts("result.deciding"), "deciding", lambda: show(known.deciding))
+            for one in chosen:
+                one.on_value_change(lambda event: show(event.value))
         else:
             note(texts("result.alike"), "meaning")
         with box("columns"):

@@ -23,6 +23,7 @@ from fragfield.numbers import number
 from fragfield_base.units import UnitError, read_measure
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from pathlib import Path
 
     from fragfield.app.document import CaseDocument
@@ -60,7 +61,7 @@ def content(page: CasePage) -> None:
     @ui.refreshable
     def show(index: int) -> None:
         page.unbind("round[")
-        _RoundEditor(page, index).build()
+        _RoundEditor(page, index, lambda: show.refresh(index)).build()
 
     if len(names) > 1:
         choose(texts("page.round"), names, chosen, show.refresh)
@@ -92,9 +93,10 @@ def _located(name: object, folder: Path) -> str:
 
 
 class _RoundEditor:
-    """The editor of one round."""
+    """The editor of one round; `again` builds it once more, of another profile."""
 
-    def __init__(self, page: CasePage, index: int) -> None:
+    def __init__(self, page: CasePage, index: int, again: Callable[[], object]) -> None:
+        self.again = again
         self.page, self.texts, self.index, self.path = page, page.texts, index, ("round", index)
         self.place = (*self.path, "profile")
         profile = page.case.get(self.place)
@@ -224,7 +226,7 @@ class _RoundEditor:
             tables.pop("notes", None)
             tables |= {"title": f"after {name}"} if "title" in tables else {}
         self.page.change(self.place, tables)
-        ui.navigate.reload()
+        self.again()
 
     def _from_file(self) -> None:
         """The contour of a drawing or of a table of diameters, as `fragfield convert` reads it."""
@@ -236,18 +238,21 @@ class _RoundEditor:
             settings = [one.strip() for one in chosen["settings"].split(",") if one.strip()]
             found = fragfield.convert(page.folder / chosen["file"], set=settings)
             page.case.set(self.place, found.tables)
-            ui.notify("\n".join(found.notes), type="positive", multi_line=True)
-            ui.navigate.reload()
+            ui.notify("\n".join(found.notes), type="positive", multi_line=True, timeout=0, close_button="×")
+
+        def act_on_file() -> None:
+            if page.attempt(take):
+                self.again()
 
         with fold(texts("round.from_file"), opened=bool(files) and page.case.get(self.place) == BARE):
             if files:
                 with box("form"):
-                    choose(texts("data.file"), files, files[0], lambda name: chosen.update(file=name))
+                    choose(texts("form.file"), files, files[0], lambda name: chosen.update(file=name))
                     ui.input(
                         texts("round.file_settings"), placeholder="unit=1 mm",
                         on_change=lambda event: chosen.update(settings=event.value or ""),
                     )  # fmt: skip
-                act(texts("round.take_file"), "take-file", lambda: page.attempt(take))
+                act(texts("round.take_file"), "take-file", act_on_file)
             upload(page, texts("start.choose"), _DRAWINGS, lambda name, data: keep_file(page, name, data, _DRAWINGS))
 
     def _materials(self) -> None:

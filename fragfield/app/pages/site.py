@@ -211,7 +211,7 @@ def _background(page: CasePage, site: _Site) -> None:
         options = {"": texts("site.background_none"), **{name: name for name in pictures}}
         file = kept.get("file", "")
         with box("form"):
-            choose(texts("data.file"), options, file if file in options else "", lambda name: site.keep(file=name))
+            choose(texts("form.file"), options, file if file in options else "", lambda name: site.keep(file=name))
             for key, example in (("low", "-250, -180"), ("high", "250, 180"), ("width", "500 m")):
                 ui.input(
                     texts(f"site.background_{key}"), value=kept.get(key, ""), placeholder=example,
