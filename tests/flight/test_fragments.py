@@ -96,7 +96,7 @@ def test_fragments_are_turned_and_moved_as_one(some: Fragments) -> None:
     assert back.position == pytest.approx(some.position, abs=1e-12)
     assert back.velocity == pytest.approx(some.velocity, abs=1e-9)
     assert same(some.translated((0.0, 0.0, 0.0)), some)
-    with pytest.raises(InputError, match=r"the axis is .*, needed: a direction"):
+    with pytest.raises(InputError, match=r"axis is .*, needed: a direction"):
         some.rotated((0.0, 0.0, 0.0), 10.0)
 
 
