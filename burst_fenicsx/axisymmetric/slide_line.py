@@ -121,7 +121,7 @@ class LineContactForces(ContactForces):
 
     interface: LineInterface | None
 
-    def __init__(self, *arguments: Any, **named: Any) -> None:  # noqa: ANN401 - those of `ContactForces`
+    def __init__(self, *arguments: Any, **named: Any) -> None:
         super().__init__(*arguments, **named)
         self._sums, self._deepest = np.zeros(2), np.zeros(2)
 

@@ -76,7 +76,7 @@ class SolidState(NamedTuple):
     stress: np.ndarray  # (cells, points, 6) Pa
     shear_strain: np.ndarray  # (cells, points), equivalent plastic shear strain
     volume_strain: np.ndarray  # (cells, points), plastic volumetric strain
-    hourglass: np.ndarray  # (blocks, 12 LANES) N, stored elastic hourglass forces
+    hourglass: np.ndarray  # (blocks, `STORED_ROWS` of the element LANES) N, stored elastic hourglass forces
     softening_scale: np.ndarray  # (slots,) inverse factor on the limit strains: cell's length over the reference
     eroded: np.ndarray  # (slots,) int8, of the cells of all materials, see `cells.erosion`
 

@@ -189,9 +189,7 @@ class Ledger:
 def _energies_left(state: BurstFields) -> np.ndarray:
     """Work that each round's gas can still do (rounds,) in J, with the unreacted chemical energy; collective."""
     energies = np.zeros(state.mesh.cells)
-    for index, products in enumerate(state.products):
-        own = np.flatnonzero(state.of_charge[:, index])
-        start = state.cell_mass[own] / products.density
+    for (own, start), products in zip(state.start_volumes, state.products, strict=True):
         burnt = state.charge.burn_fraction[own]
         volume = state.grid.volume[state.blocks.slot_of_cell[own]] / start
         left = products.remaining_work(volume, state.charge.energy[own])

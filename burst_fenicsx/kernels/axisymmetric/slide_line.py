@@ -25,7 +25,7 @@ from burst_fenicsx.kernels.axisymmetric.line_points import (
 )
 from burst_fenicsx.kernels.axisymmetric.line_pressure import spread_pressure
 from burst_fenicsx.kernels.contact.slide_law import SlideLaw, around, slide
-from burst_fenicsx.kernels.lanes import block_kernel, kernel
+from burst_fenicsx.kernels.lanes import inlined_kernel, kernel
 from burst_fenicsx.kernels.state import ChargeState, Grid, Nodes, SolidState
 from burst_fenicsx.kernels.vectors.exact import quantise
 
@@ -87,7 +87,7 @@ def act_on_line(
             nodes.force[node, i] += fraction * force[node, i]
 
 
-@block_kernel
+@inlined_kernel
 def _work(half_step: float, contact: LineContact, velocity: np.ndarray, rounding: float) -> float:
     """Work (J) of the forces as they are now in half a step (s) at the velocities (nodes, 3) in m/s, exact."""
     force, total = contact.force, 0.0
@@ -133,7 +133,7 @@ def add_line_forces(
         _share_force(c, line, contacts, force)
 
 
-@block_kernel
+@inlined_kernel
 def _share_force(c: int, line: SlideLine, contacts: LineContacts, force: np.ndarray) -> None:
     """Give a contact's force to its node and the opposite to the line: to each what the others lose."""
     node, edge = contacts.slave[c], contacts.face[c]
@@ -154,7 +154,7 @@ def _share_force(c: int, line: SlideLine, contacts: LineContacts, force: np.ndar
                 force[node, 2 * i] += push
 
 
-@block_kernel
+@inlined_kernel
 def _press(
     c: int,
     law: SlideLaw,
@@ -199,7 +199,7 @@ def _press(
     contacts.force[c, 1] = -stiffness * (gap * nz + slip * nr)
 
 
-@block_kernel
+@inlined_kernel
 def _ring_area(c: int, contacts: LineContacts, position: np.ndarray, nr: float, nz: float) -> float:
     """The contact's share of the charge's surface, projected on the normal (m2): what a pressure there acts on.
 
