@@ -134,9 +134,10 @@ class LineContactForces(ContactForces):
         """As `ContactForces.in_substeps`."""
         state, interface = self._fields, self.interface
         assert interface is not None
-        max_squared_frequency = self._max_squared_phase / stable_for**2 if stable_for > 0.0 else 0.0
+        fraction = 1.0 / 2**level
+        max_squared_frequency = self._max_squared_phase / (fraction * stable_for) ** 2 if stable_for > 0.0 else 0.0
         return LineContact(
-            slide_law(interface.settings, max_squared_frequency, step), level, front_until, interface.line,
+            slide_law(interface.settings, max_squared_frequency, fraction * step), level, front_until, interface.line,
             interface.contacts, state.blocks.slot_of_cell, state.mass, self.force, self._faster, self._last_position,
             self._own_velocity, self._sums, self._deepest,
         )  # fmt: skip

@@ -189,12 +189,6 @@ class BurstFields:
         charge = self.mesh.part == Part.CHARGE
         return np.column_stack([charge & (self.mesh.round == index) for index in range(len(self.products))])
 
-    @cached_property
-    def start_volumes(self) -> list[tuple[np.ndarray, np.ndarray]]:
-        """Cells of each round's charge on this rank, and their volumes (m3) at the products' initial density."""
-        own = [np.flatnonzero(of_round) for of_round in self.of_charge.T]
-        return [(cells, self.cell_mass[cells] / item.density) for cells, item in zip(own, self.products, strict=True)]
-
     @property
     def eroded(self) -> np.ndarray:
         """Whether each of this rank's cells has been eroded, metal or crushed products (cells,)."""

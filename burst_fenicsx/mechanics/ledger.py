@@ -189,7 +189,9 @@ class Ledger:
 def _energies_left(state: BurstFields) -> np.ndarray:
     """Work that each round's gas can still do (rounds,) in J, with the unreacted chemical energy; collective."""
     energies = np.zeros(state.mesh.cells)
-    for (own, start), products in zip(state.start_volumes, state.products, strict=True):
+    for index, products in enumerate(state.products):
+        own = np.flatnonzero(state.of_charge[:, index])
+        start = state.cell_mass[own] / products.density
         burnt = state.charge.burn_fraction[own]
         volume = state.grid.volume[state.blocks.slot_of_cell[own]] / start
         left = products.remaining_work(volume, state.charge.energy[own])

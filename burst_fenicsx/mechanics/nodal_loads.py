@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -9,7 +10,7 @@ import numpy as np
 from burst_fenicsx.kernels.state import HeldNodes
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable
 
     from burst_fenicsx.mechanics.fields import BurstFields
     from burst_fenicsx.mechanics.ledger import Ledger
@@ -30,7 +31,8 @@ class NodalConstraint:
         self.direction = np.asarray(direction, dtype=float)
 
 
-def held_nodes(constraints: Sequence[NodalConstraint]) -> HeldNodes:
+@lru_cache(maxsize=1)  # of the solver that steps
+def held_nodes(constraints: tuple[NodalConstraint, ...]) -> HeldNodes:
     """The nodes of all constraints, one after the other, as the kernels take them."""
     nodes = [item.nodes for item in constraints]
     return HeldNodes(

@@ -79,17 +79,9 @@ class BurstSolver:
         self.burning = BurningTimes(fields)
         self.loads = NodalLoads(fields, settings.damping, external)
         self.levels = Subcycling(fields, contact)
+        self._in_substeps = contact is not None and contact.acts_in_substeps
         self.control = StepControl(fields, settings.time_step, self.levels, self.burning, self.loads)
         self.add_forces(0.0)
-
-    @property
-    def constraints(self) -> tuple[NodalConstraint, ...]:
-        """Nodes that may not move along a direction."""
-        return self._constraints
-
-    @constraints.setter
-    def constraints(self, constraints: tuple[NodalConstraint, ...]) -> None:
-        self._constraints, self._held = constraints, held_nodes(constraints)
 
     def step(self, until: float = np.inf) -> None:
         """Advance by one macro step, not beyond the time `until` (s).
@@ -119,7 +111,9 @@ class BurstSolver:
 
         Those between two at which contact acts, or ranks sum forces, are made by one call of the kernels.
         """
-        begin, substeps, at_once = self.time, 2**self.levels.highest, self._substeps_at_once
+        begin, substeps = self.time, 2**self.levels.highest
+        several, of_contact = self.fields.mesh.comm.size > 1, 0 if self._in_substeps else self.levels.contact_level
+        at_once = 1 if several else 2 ** (self.levels.highest - of_contact)
         velocity_step = 0.5 * (self.time_step + step)
         self._totals.clear()
         for substep in range(at_once, substeps + 1, at_once):
@@ -149,14 +143,14 @@ class BurstSolver:
             # Nodes that do not take part hold forces that have been used; those are cleared before they count again.
             compat.add_ghosts(state.functions["force"].x)
         contact_is_due = substep % 2 ** (levels.highest - levels.contact_level) == 0
-        if self.contact is not None and contact_is_due and not self.contact.acts_in_substeps:
+        if self.contact is not None and not self._in_substeps and contact_is_due:
             fraction = 1.0 / 2**levels.contact_level
             active = self.time < self.burning.front_until
             self.contact.add_forces(fraction * self.control.uncut_step, fraction * step, front_is_active=active)
         if several:
             state.functions["force"].x.scatter_forward()
         self.loads.add_forces(self.time)  # after the sum over ranks
-        hold_rows(state.nodes.force, *self._held)
+        hold_rows(state.nodes.force, *held_nodes(self.constraints))
         if substep == 2**levels.highest:
             self.control.take_stable_step(self._totals.stable_step)
 
@@ -164,26 +158,16 @@ class BurstSolver:
         self, first: int, last: int, begin: float, duration: float, step: float, velocity_step: float
     ) -> None:
         """Cells and nodes by halves of the substeps, see `kernels.step.assembly.advance_halves`."""
-        state, contact, level = self.fields, None, self.levels.contact_level
-        if self.contact is not None and self.contact.acts_in_substeps:
-            fraction = 1.0 / 2**level
-            stable_for, front_until = fraction * self.control.uncut_step, self.burning.front_until
-            contact = self.contact.in_substeps(stable_for, fraction * step, level, front_until)
+        state, level, along = self.fields, self.levels.contact_level, None
+        if self.contact is not None and self._in_substeps:
+            along = self.contact.in_substeps(self.control.uncut_step, step, level, self.burning.front_until)
         advance_halves(
             numba.get_num_threads(), first, last, begin, duration, step, velocity_step, state.kind, state.nodes,
-            self.levels.motion, self._held, state.grid, state.blocks.schedule, state.solid, state.charge, state.rings,
-            contact, self._totals, self._scratch,
+            self.levels.motion, held_nodes(self.constraints), state.grid, state.blocks.schedule, state.solid,
+            state.charge, state.rings, along, self._totals, self._scratch,
         )  # fmt: skip
-        if self.contact is not None and self.contact.acts_in_substeps:
+        if self.contact is not None and self._in_substeps:
             self.contact.take_sums()
-
-    @property
-    def _substeps_at_once(self) -> int:
-        """Substeps between two at which ranks sum forces, or contact acts that the kernels do not take along."""
-        if self.fields.mesh.comm.size > 1:
-            return 1
-        of_contact = 0 if self.contact is not None and self.contact.acts_in_substeps else self.levels.contact_level
-        return int(2 ** (self.levels.highest - of_contact))
 
     def choose_levels(self) -> None:
         """Choose the cells' steps again; collective.

@@ -8,7 +8,7 @@ import re
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from docs.hooks import reference, substances
+from docs.hooks import reference, substances, tables
 from docs.hooks.mathematics import Mathematics
 
 if TYPE_CHECKING:
@@ -95,10 +95,14 @@ _MADE = {
     "changelog": lambda: _file("CHANGELOG.md", {"](docs/": "](", "](validation/README.md)": "](validation.md)"}),
     "citation": _citation,
     "gallery": gallery,
+    "published_rules": tables.published_rules,
+    "ricochet_kinds": tables.ricochet_kinds,
+    "run_tables": tables.run_tables,
     "script": _script,
     "substance_form": substances.substance_form,
     "substance_grades": substances.substance_grades,
     "substance_overview": substances.substance_overview,
     "substance_values": substances.substance_values,
+    "uncertain_inputs": tables.uncertain_inputs,
     "validation": lambda: _file("validation/README.md", {"](../docs/": "]("}),
 }

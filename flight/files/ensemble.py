@@ -4,7 +4,8 @@ ensemble.h5 holds, beside provenance and the criteria as attributes:
 
 /expected
     the hazard distance (`flight.hazard.ExpectedDistance`): numbers as attributes, by direction, and the density over
-    distance in the direction that decides (radius, density, density_low, density_high);
+    distance in the direction that decides (radius, density, density_low, density_high), in every direction without its
+    certainty (density_by_direction);
 /without_ricochet
     the same without what follows the first impact on the ground, where fragments ricochet;
 /counts
@@ -18,7 +19,7 @@ ensemble.h5 holds, beside provenance and the criteria as attributes:
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import MISSING, dataclass, fields
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
@@ -185,7 +186,7 @@ def _expected(file: h5py.File | h5py.Group, name: str) -> ExpectedDistance:
             values[entry.name] = _expected(group, entry.name) if entry.name in group else None
         elif entry.name in group:
             values[entry.name] = group[entry.name][...]
-        else:
+        elif entry.default_factory is MISSING:  # an array that earlier versions did not write keeps its default
             value = group.attrs.get(entry.name)
             values[entry.name] = value.item() if isinstance(value, np.generic) else value
     values["mirrors"] = tuple(float(one) for one in np.atleast_1d(values["mirrors"]))

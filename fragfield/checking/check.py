@@ -21,6 +21,7 @@ from fragfield.case.conversion.placing import first_alike
 from fragfield.case.conversion.stages import break_up_settings, burst_settings
 from fragfield.case.tables.flight import CylinderTable
 from fragfield.checking.cost import expected_cost
+from fragfield.checking.stacks import RANKS, block_of, on_cores
 from fragfield.checking.substances import substances_of, waiting_on_estimates, yield_stress
 from fragfield.contours.read import is_of_file
 from fragfield.hazard.arrangement import arrangement, arrangement_warnings, with_images
@@ -29,6 +30,7 @@ from fragfield.hazard.prescribed import official_part
 from fragfield.hazard.rules import rules_for
 from fragfield.pipeline.arena import read_arena
 from fragfield.pipeline.attitudes import attitudes_of
+from fragfield_base.cores import cores
 from transition.law.mean_mass import gurney_coefficient, gurney_speed
 
 if TYPE_CHECKING:
@@ -93,6 +95,8 @@ def check_report(case: Case) -> dict[str, Any]:
     expected = expected_cost(settings, rounds, described, [meshed[key] for key in of_round], computed_cells=cells)
     if is_mixed(case):
         expected["attitudes"] = attitudes_of(case)
+    if settings.geometry != "axisymmetric" and (block := block_of(case)) is not None:
+        expected["stack"] = _stack(expected, *block)
     return {
         "case": plain(case),
         "rounds": described,
@@ -114,6 +118,18 @@ def check_report(case: Case) -> dict[str, Any]:
             *check_numbers(case, break_up_settings(case), margin=1.0),
         ],
         **_prescribed(case, described),
+    }
+
+
+def _stack(expected: Mapping[str, Any], block: Case, counts: tuple[int, ...]) -> dict[str, Any]:
+    """Cost of a large stack on many cores and ranks, and its block that need be computed together."""
+    own = check_report(block)["expected"]
+    return {
+        "counts": list(counts),
+        "rounds": len(block.round),
+        "block": {"memory_bytes": own["memory_bytes"], "core_seconds": own["core_seconds"]},
+        "threads": on_cores(expected, cores(), ranks=False),
+        "ranks": on_cores(expected, RANKS, ranks=True),
     }
 
 

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from burst_fenicsx.meshing.mesh import CellMesh
     from burst_fenicsx.problem import BurstSettings, Round
 
-__all__ = ["expected_cost"]
+__all__ = ["BYTES_AT_START", "expected_cost"]
 
 # Fitted to ten bursts: tube with 9 mm cells and the 155 mm projectile with 3, 4, 6, 8 and 12 mm to 120 us, M107 with 8,
 # 10, 12 and 14 mm until it gained less than 1 % in 10 us; the estimate was 0.6 to 1.2 times their steps. The finer the
@@ -28,7 +28,7 @@ _THINNING = 8.5
 _OWN_STEP = 0.32
 _EXPANSION_AT_END = 2.9
 _BYTES_PER_CELL = 1_300.0  # of one process, by the same bursts
-_BYTES_AT_START = 255e6
+BYTES_AT_START = 255e6
 # Time of a core, within a factor of two from machine to machine; what contact adds is that of a M107 with 8 mm cells.
 _SECONDS_PER_CELL_STEP = 0.3e-6
 _BONDS, _SURFACES = 0.1, 0.7  # shares that bonds and the search for surfaces that meet add
@@ -108,7 +108,7 @@ def expected_cost(
     step = settings.time_step.fixed or (max(own, together) if subcycles else together)
     cells = sum(len(mesh.cells) for mesh in meshes) if computed_cells is None else computed_cells
     steps = math.ceil(end / step)
-    memory = _BYTES_AT_START + _BYTES_PER_CELL * cells
+    memory = BYTES_AT_START + _BYTES_PER_CELL * cells
     contact, rings = settings.contact, settings.geometry == "axisymmetric"
     share = 1.0 + _BONDS * (contact.charge_casing == "sliding") + _SURFACES * (contact.surfaces and not rings)
     seconds = _SECONDS_PER_CELL_STEP * share * steps * cells

@@ -100,7 +100,7 @@ def _print_burst(console: Console, found: Mapping[str, Any]) -> None:
     console.print(
         f"expected: about {expected['steps']} steps of a cell, {expected['mean_time_step'] * 1e9:.3g} ns on average, "
         f"to {expected['end_time'] * 1e6:.3g} us, {expected['memory_bytes'] / 1e9:.2g} GB, "
-        f"about {duration(expected['core_seconds'])} on one core"
+        f"{_about(expected['core_seconds'])} on one core"
     )
     if number := expected.get("attitudes"):
         console.print(
@@ -113,7 +113,27 @@ def _print_burst(console: Console, found: Mapping[str, Any]) -> None:
             f"per round: {each['cells']:.0f} cells, {each['memory_bytes'] / 1e9:.2g} GB, "
             f"{duration(each['core_seconds'])} on one core"
         )
+    if stack := expected.get("stack"):
+        _print_stack(console, stack)
     _print_prescribed(console, found)
+
+
+def _print_stack(console: Console, stack: Mapping[str, Any]) -> None:
+    """Which rounds of a large stack need be computed together, and what the whole costs."""
+    block, size = stack["block"], " x ".join(str(count) for count in stack["counts"])
+    console.print(
+        f"computed together: a casing feels the rounds next to it alone; {size} rounds have corner, edge and inner "
+        f"rounds as the whole has ({block['memory_bytes'] / 1e9:.2g} GB, {_about(block['core_seconds'])} on one core)"
+    )
+    for cost, what in ((stack["threads"], "cores of this machine"), (stack["ranks"], "ranks")):
+        console.print(
+            f"the whole on {cost['cores']} {what}: {_about(cost['seconds'])}, {cost['memory_bytes'] / 1e9:.2g} GB"
+        )
+
+
+def _about(seconds: float) -> str:
+    words = duration(seconds)
+    return words if words.startswith("under") else f"about {words}"
 
 
 def _print_prescribed(console: Console, found: Mapping[str, Any]) -> None:

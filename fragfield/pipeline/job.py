@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from fragfield.files.run_directory import Stage
     from fragfield.pipeline.parallel import Team
     from fragfield.terminal.progress import Progress, ProgressReporter
+    from fragfield.view.offscreen import PictureProcess
 
 __all__ = ["Job", "RunOptions"]
 
@@ -131,6 +132,8 @@ class Job:
         What was asked for.
     attitude : Turned, optional
         The one attitude in which an arrangement of mixed attitudes is flown; left out: all.
+    pictures : PictureProcess, optional
+        Draws burst and fragments for the report while these fly.
     noted : dict
         What has been put into summary.json.
     """
@@ -142,6 +145,7 @@ class Job:
     reporter: ProgressReporter
     options: RunOptions
     attitude: Turned | None = None
+    pictures: PictureProcess | None = None
     noted: dict[str, Any] = field(default_factory=dict)
 
     @property

@@ -171,6 +171,11 @@ def test_the_worst_direction_is_that_of_the_smoothed_field() -> None:
     assert found.by_direction[np.argmin(np.abs(found.azimuth - 180.0))] < 0.8 * found.distance
     assert found.by_direction.max() == pytest.approx(found.distance)
     assert found.upper_by_direction.max() == pytest.approx(found.upper)
+    assert found.density_by_direction.shape == (2, len(found.azimuth), len(found.radius))
+    there = found.density_by_direction[:, found.azimuth == found.direction][:, 0]
+    assert there == pytest.approx(found.density, rel=1e-6)
+    ahead = found.density_by_direction[:, np.argmin(np.abs(found.azimuth - 180.0))]
+    assert (ahead.sum(axis=1) < 0.8 * there.sum(axis=1)).all()
 
 
 def test_the_worst_of_equal_directions_is_corrected_for_its_choice() -> None:

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numba
 import numpy as np
 
-from burst_fenicsx.kernels.lanes import kernel, parallel_kernel
+from burst_fenicsx.kernels.lanes import kernel
+from burst_fenicsx.kernels.threads import on_threads
 
 __all__ = ["Bodies", "face_boxes", "find_candidates", "node_normals"]
 
@@ -33,10 +33,10 @@ class Bodies(NamedTuple):
         return self._replace(faces=self.faces[faces], face_round=self.face_round[faces], within=self.within[faces])
 
 
-@parallel_kernel
+@kernel
 def face_boxes(position: np.ndarray, faces: np.ndarray, reach: np.ndarray, boxes: np.ndarray) -> None:
     """Boxes (faces, 6) of quadrilaterals, low then high corner (m), widened by each one's `reach` (m)."""
-    for face in numba.prange(faces.shape[0]):
+    for face in range(faces.shape[0]):
         for i in range(3):
             low, high = np.inf, -np.inf
             for k in range(4):
@@ -155,7 +155,8 @@ def find_candidates(
     for k in range(active.size):
         first[k + 1] = first[k] + (offset[bucket[k] + 1] - offset[bucket[k]] if bucket[k] >= 0 else 0)
     found, count = np.empty(first[-1], dtype=np.int32), np.zeros(active.size, dtype=np.int64)
-    _look_up(position, bodies, areas, active, normals, boxes, offset, entries, bucket, first, found, count)
+    shared = position, bodies, areas, active, normals, boxes, offset, entries, bucket, first, found, count
+    on_threads(active.size, _look_up, shared)
     total = 0
     for k in range(active.size):
         start, first[k] = first[k], total
@@ -166,7 +167,7 @@ def find_candidates(
     return first, found[:total].copy()
 
 
-@parallel_kernel
+@kernel
 def _find_buckets(
     position: np.ndarray,
     active: np.ndarray,
@@ -178,7 +179,7 @@ def _find_buckets(
     bucket: np.ndarray,
 ) -> None:
     """The bucket (active,) in which each active node looks for faces; -1 where the node is opposed to none of them."""
-    for k in numba.prange(active.size):
+    for k in range(active.size):
         node = active[k]
         px, py, pz = position[node, 0], position[node, 1], position[node, 2]
         nx, ny, nz = normals[node, 0], normals[node, 1], normals[node, 2]
@@ -190,8 +191,10 @@ def _find_buckets(
         bucket[k] = -1 if whose[b] == node_round[node] and none else b
 
 
-@parallel_kernel
+@kernel
 def _look_up(
+    start: int,
+    stop: int,
     position: np.ndarray,
     bodies: Bodies,
     areas: np.ndarray,
@@ -210,7 +213,7 @@ def _look_up(
     The conditions stand here and not in a function: most faces fail them, and a call costs more than the look.
     """
     faces, face_round, within = bodies.faces, bodies.face_round, bodies.within
-    for k in numba.prange(active.size):
+    for k in range(start, stop):
         if bucket[k] < 0:
             continue
         node = active[k]

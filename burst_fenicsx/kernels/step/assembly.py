@@ -16,8 +16,9 @@ from burst_fenicsx.kernels.cells import charge as charge_cells
 from burst_fenicsx.kernels.cells import eight_points, one_point
 from burst_fenicsx.kernels.cells.block import make_block, make_solid_block
 from burst_fenicsx.kernels.cells.layout import SCRATCH_ROWS
-from burst_fenicsx.kernels.lanes import LANES, kernel, parallel_kernel, widest_vectors
+from burst_fenicsx.kernels.lanes import LANES, kernel, widest_vectors
 from burst_fenicsx.kernels.state import ChargeState, Grid, HeldNodes, Motion, Nodes, Schedule, SolidState, Totals
+from burst_fenicsx.kernels.threads import on_threads
 from burst_fenicsx.kernels.vectors.rows import hold_rows
 from burst_fenicsx.problem import Part
 
@@ -53,7 +54,7 @@ def make_scratch(threads: int) -> np.ndarray:
     return room[first : first + threads * doubles].reshape(threads, doubles)
 
 
-@parallel_kernel
+@kernel
 def advance_halves(
     threads: int,
     first: int,
@@ -95,22 +96,23 @@ def advance_halves(
                 hold_rows(nodes.force, held.direction, held.first, held.node)
             moving = motion.moving[_min_level(substep, highest)]
             interval = step if substep > 0 else velocity_step
-            _move_nodes(moving, motion, interval, step, substep, nodes)
+            if len(element) == 2:  # rings are advanced by one thread; known while compiling
+                _move_nodes(0, moving, motion, interval, step, substep, nodes)
+            else:
+                on_threads(moving, _move_nodes, (motion, interval, step, substep, nodes))
             continue
         min_level, time = _min_level(substep + 1, highest), begin + duration * ((substep + 1) / (1 << highest))
-        _clear(motion.order[: motion.moving[min_level]], nodes.force)
+        if len(element) == 2:
+            _clear(0, motion.moving[min_level], motion.order, nodes.force)
+        else:
+            on_threads(motion.moving[min_level], _clear, (motion.order, nodes.force))
         for colour in range(schedule.colour_offset.size - 1):
             chunks = schedule.chunk[schedule.colour_offset[colour] : schedule.colour_offset[colour + 1]]
-            # The body is a kernel of its own: numba loses what a parallel loop writes through a named tuple directly.
-            for thread in numba.prange(threads):
-                work = scratch[numba.get_thread_id()]
-                one = _piece_begins(np.int64(thread), threads, chunks, schedule.active, min_level)
-                end = _piece_begins(np.int64(thread) + 1, threads, chunks, schedule.active, min_level)
-                for k in range(one, end):
-                    _run_chunk(
-                        chunks[k], step, time, min_level, element, nodes, grid, schedule, solid, charge, rings, totals,
-                        work,
-                    )  # fmt: skip
+            cells = element, nodes, grid, schedule, solid, charge, rings, totals, scratch
+            if len(element) == 2:
+                _run_pieces(0, threads, threads, chunks, step, time, min_level, *cells)
+            else:
+                on_threads(threads, _run_pieces, (threads, chunks, step, time, min_level, *cells))
         if contact is not None and min_level <= contact.level:
             act_on_line(time, contact, nodes, grid, solid, charge)
 
@@ -128,9 +130,36 @@ def _min_level(substep: int, highest: int) -> int:
     return level
 
 
-@parallel_kernel
-def _clear(rows: np.ndarray, values: np.ndarray) -> None:
-    for k in numba.prange(rows.size):
+@kernel
+def _run_pieces(
+    start: int,
+    stop: int,
+    threads: int,
+    chunks: np.ndarray,
+    step: float,
+    time: float,
+    min_level: int,
+    element: tuple[int, ...],
+    nodes: Nodes,
+    grid: Grid,
+    schedule: Schedule,
+    solid: SolidState,
+    charge: ChargeState,
+    rings: AxisymmetricState | None,
+    totals: Totals,
+    scratch: np.ndarray,
+) -> None:
+    """Run the pieces of a colour's `chunks` from `start` to `stop`, of so many `threads`."""
+    work = scratch[numba.get_thread_id()]
+    first = _piece_begins(start, threads, chunks, schedule.active, min_level)
+    last = _piece_begins(stop, threads, chunks, schedule.active, min_level)
+    for k in range(first, last):
+        _run_chunk(chunks[k], step, time, min_level, element, nodes, grid, schedule, solid, charge, rings, totals, work)
+
+
+@kernel
+def _clear(first: int, last: int, rows: np.ndarray, values: np.ndarray) -> None:
+    for k in range(first, last):
         for i in range(3):
             values[rows[k], i] = 0.0
 
@@ -215,8 +244,10 @@ def _run_chunk(
     totals.smallest[chunk] = int(limits[2])
 
 
-@parallel_kernel
-def _move_nodes(moving: int, motion: Motion, velocity_step: float, step: float, substep: int, nodes: Nodes) -> None:
+@kernel
+def _move_nodes(
+    first: int, last: int, motion: Motion, velocity_step: float, step: float, substep: int, nodes: Nodes
+) -> None:
     """Semi-implicit Euler (Eq. 3): first the velocity, v += dt F/m, then with the new velocity x += dt v.
 
     Each node moves on by its own step, `step` / 2^level. Where it belongs to cells of twice that, its mean velocity
@@ -224,7 +255,7 @@ def _move_nodes(moving: int, motion: Motion, velocity_step: float, step: float, 
 
     Parameters
     ----------
-    moving : how many nodes move, the first in order. motion : their levels and masses.
+    first, last : which nodes move, in order. motion : their levels and masses.
     velocity_step : interval of the velocity update (s). step : macro step (s).
     substep : how many of the shortest steps of the macro step have gone by.
     nodes : positions, velocities and mean velocities are advanced under the forces, the resultants of Eq. 2.
@@ -232,7 +263,7 @@ def _move_nodes(moving: int, motion: Motion, velocity_step: float, step: float, 
     order, levels, has_coarser_cell, inverse_mass = motion[:4]
     highest = motion.moving.size - 1
     position, velocity, force, mean = nodes.position, nodes.velocity, nodes.force, nodes.mean
-    for k in numba.prange(moving):
+    for k in range(first, last):
         node, level = np.uint64(order[k]), levels[k]  # unsigned: no code for negative ones
         own, push = step / (1 << level), velocity_step * inverse_mass[k]
         x = velocity[node, 0] + push * force[node, 0]

@@ -49,6 +49,8 @@ class ExpectedDistance:
         5 and 95 % of the bootstrap's draws: the certainty of the mean, not the scatter of single events.
     without_ricochet : ExpectedDistance or None
         The same of what fragments do before their first impact on the ground; None where they stay there.
+    density_by_direction : (2, k, j) float32
+        The expected densities in every direction of `azimuth`; empty over all azimuths, or where not asked for.
     """
 
     distance: float
@@ -71,6 +73,7 @@ class ExpectedDistance:
     density_low: Array = field(default_factory=lambda: np.zeros((2, 0)))
     density_high: Array = field(default_factory=lambda: np.zeros((2, 0)))
     without_ricochet: ExpectedDistance | None = None
+    density_by_direction: NDArray[np.float32] = field(default_factory=lambda: np.zeros((2, 0, 0), np.float32))
 
     def __repr__(self) -> str:
         bound = "no upper bound" if self.upper is None else f"upper bound (95 %) {self.upper:.4g} m"

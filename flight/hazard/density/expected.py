@@ -128,7 +128,8 @@ class Estimate:
         """Distances, bound and curves."""
         number = np.einsum("dc,kcr->kdr", self.weights, self.total) / self.count  # (2, d, r)
         here = self.everywhere
-        found = self._through(self._density(self._smoothed(number, here), here), here)  # (2, d)
+        densities = self._density(self._smoothed(number, here), here)  # (2, d, j)
+        found = self._through(densities, here)  # (2, d)
         larger = found.max(axis=0)
         worst = int(np.argmax(larger))
         plain = float(larger[worst])
@@ -155,6 +156,7 @@ class Estimate:
         axisymmetric = self.directions.axisymmetric
         reach = np.minimum(np.exp(larger), middle)
         of_every = np.zeros(1, dtype=np.int64) if axisymmetric else self.directions.of_every
+        shown = of_every[:0] if axisymmetric or not every_direction else of_every
         return ExpectedDistance(
             middle, upper, error, float(np.exp(found[0].max())), float(np.exp(found[1].max())), self.directions.basis,
             None if axisymmetric else float(self.directions.azimuth[worst]), self.count, len(self.sizes),
@@ -162,6 +164,7 @@ class Estimate:
             correction,
             self.directions.grid.width * np.arange(len(of_every)), reach[of_every], each[of_every],
             np.exp(self.radial.places[here]), mean, low, high,
+            density_by_direction=densities[:, shown].astype(np.float32),
         )  # fmt: skip
 
     def _where_none(self, drawn: dict[int, Array]) -> tuple[float, float]:

@@ -52,9 +52,10 @@ def write_results(
     text = stamped_json(found)
     write_text(folder / RESULT, text, InputError)
     try:
+        nominal.make()
         write_text(nominal.file(RESULT), text, InputError)
         _renew(nominal, found)
-    except InputError:  # a run that may only be read
+    except InputError:  # a run that may only be read, or is signed
         if not nominal.path.is_dir():
             raise
     return found
