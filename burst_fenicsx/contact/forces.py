@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from burst_fenicsx.contact.charge_contacts import ChargeContacts
+    from burst_fenicsx.kernels.axisymmetric.slide_line import LineContact
     from burst_fenicsx.mechanics.fields import BurstFields
     from burst_fenicsx.meshing import HexahedralMesh
     from burst_fenicsx.problem import BurstSettings, TimeStep
@@ -207,6 +208,22 @@ class ContactForces:
         if self.collisions is not None and self.eroded.any():
             opened = self._open_faces.opened(self.eroded) if self._open_faces is not None else None
             self.collisions.drop_faces(self.eroded, opened)
+
+    @property
+    def acts_in_substeps(self) -> bool:
+        """Whether the kernels take contact along through the substeps, in place of `add_forces`."""
+        return False
+
+    def in_substeps(self, stable_for: float, step: float, level: int, front_until: float) -> LineContact:
+        """Contact as the kernels take it along, its steps of a level.
+
+        `stable_for` and `step` are those of `add_forces` times 2^`level`; until the time `front_until` (s) a front is
+        active.
+        """
+        raise NotImplementedError
+
+    def take_sums(self) -> None:
+        """Take over what the kernels have added up in the substeps."""
 
     def add_forces(self, stable_for: float, step: float, *, front_is_active: bool) -> None:
         """Add the forces on this rank's own nodes to the resultant, times the fraction of contact's step; collective.

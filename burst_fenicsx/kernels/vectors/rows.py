@@ -179,15 +179,19 @@ def _work_on_some(
 
 
 @kernel
-def hold_rows(values: np.ndarray, rows: np.ndarray, direction: np.ndarray) -> None:
-    """Take what the rows of `values` (n, 3) have along a unit vector (3,) away; no row may be named twice."""
-    x, y, z = direction[0], direction[1], direction[2]
-    for k in range(rows.size):
-        row = rows[k]
-        along = x * values[row, 0] + y * values[row, 1] + z * values[row, 2]
-        values[row, 0] -= along * x
-        values[row, 1] -= along * y
-        values[row, 2] -= along * z
+def hold_rows(values: np.ndarray, directions: np.ndarray, first: np.ndarray, rows: np.ndarray) -> None:
+    """Take what rows of `values` (n, 3) have along unit vectors (k, 3) away, one direction after the other.
+
+    Those of direction i are `rows`[first[i]:first[i + 1]], each of them once.
+    """
+    for i in range(directions.shape[0]):
+        x, y, z = directions[i, 0], directions[i, 1], directions[i, 2]
+        for k in range(first[i], first[i + 1]):
+            row = rows[k]
+            along = x * values[row, 0] + y * values[row, 1] + z * values[row, 2]
+            values[row, 0] -= along * x
+            values[row, 1] -= along * y
+            values[row, 2] -= along * z
 
 
 @kernel
