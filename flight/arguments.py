@@ -48,25 +48,11 @@ def require_number(
     owner: str, name: str, value: object, unit: str, *, above: float | None = None, low: float | None = None,
     high: float | None = None, below: float | None = None, finite: bool = False,
 ) -> None:  # fmt: skip
-    """Refuse a value that is not a number, or beyond its bounds.
+    """Refuse a value that is not a number, or beyond its bounds: InputError with what was found and what is needed.
 
-    Parameters
-    ----------
-    owner, name : str
-        What has the value, and what it is called, in messages: "witness ring", "radius".
-    value : object
-        The value.
-    unit : str
-        "m", "kg/m3", ..., or "" for a plain number.
-    above, low, high, below : float, optional
-        Bounds, the first and the last exclusive. With any of them the value must be finite.
-    finite : bool
-        Refuse NaN and infinity without bounds too.
-
-    Raises
-    ------
-    InputError
-        With owner, name, what was found and what is needed.
+    `owner` has the value and `name` is what it is called, in messages: "witness ring", "radius"; `unit` is "" for a
+    plain number. Of the bounds `above` and `below` are exclusive; with any of them, or `finite`, the value must be
+    finite.
     """
     single = np.ndim(value) == 0 if isinstance(value, np.ndarray | np.generic) else True
     kind = np.asarray(value).dtype.kind if isinstance(value, int | float | np.ndarray | np.generic) else ""
@@ -83,14 +69,14 @@ def require_number(
 
 
 def _allowed(above: float | None, low: float | None, high: float | None, below: float | None) -> str:
-    lower = None if above is None and low is None else f"above {_word(above)}" if low is None else _word(low)
     if high is None and below is None:
-        return f"needed: {'a finite number' if lower is None else lower if low is None else f'{lower} or more'}"
-    return f"allowed: {lower} to {_word(high)}" if below is None else f"allowed: {lower} to below {_word(below)}"
-
-
-def _word(bound: float | None) -> str:
-    return "zero" if bound == 0.0 else f"{bound:g}"
+        if above is None and low is None:
+            return "needed: a finite number"
+        bound = above if low is None else low
+        word = "zero" if bound == 0.0 else f"{bound:g}"
+        return f"needed: above {word}" if low is None else f"needed: {word} or more"
+    lower = f"above {above:g}" if low is None else f"{low:g}"
+    return f"allowed: {lower} to {high:g}" if below is None else f"allowed: {lower} to below {below:g}"
 
 
 def number_of_parts(owner: str, name: str, width: float, whole: float) -> int:

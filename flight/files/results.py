@@ -46,16 +46,8 @@ def csv_columns(
 ) -> dict[str, NDArray[Any] | Labels]:
     """Columns of a table of a flight, units in their names, codes followed by a column of words.
 
-    Parameters
-    ----------
-    table : structured array
-        Landings, hits or contacts.
-    what : str
-        Of hits: "witness" or "obstacle", the field that counts what was hit; its name becomes the first column.
-    names : sequence of str
-        Of what was hit.
-    faces : Labels, optional
-        Name of the face that each row hit, the second column.
+    Of hits, `what` is "witness" or "obstacle", the field that counts what was hit: its name, of `names`, becomes the
+    first column; `faces`, the name of the face that each row hit, the second.
     """
     columns: dict[str, NDArray[Any] | Labels] = {"name": Labels(names, table[what])} if what else {}
     if faces is not None:

@@ -142,14 +142,8 @@ def _cells(column: NDArray[Any] | Labels, rows: slice) -> list[Any]:
 def read_columns(path: Path, kind: str = "") -> dict[str, NDArray[np.float64]]:
     """Read a table of numbers as one float64 array a column.
 
-    Cells are separated by commas, semicolons or tabs, as in the line of column names; decimals have a point.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    kind : str
-        Of `fragfield import --kind`, for the message about a table of another form.
+    Cells are separated by commas, semicolons or tabs, as in the line of column names; decimals have a point. `kind` is
+    that of `fragfield import --kind`, for the message about a table of another form.
 
     Raises
     ------
@@ -248,17 +242,8 @@ def _in_si(unit: str) -> tuple[float, object]:
 def column_names(path: Path, head: str) -> tuple[list[str], str]:
     """Column names of a table, and the delimiter between its cells.
 
-    Parameters
-    ----------
-    path : Path
-        The file, for messages.
-    head : str
-        Its first line that is neither empty nor a comment.
-
-    Raises
-    ------
-    InputError
-        The line holds several of `DELIMITERS`, or none of them between words.
+    `head` is its first line that is neither empty nor a comment. Raises InputError where it holds several of
+    `DELIMITERS`, or none of them between words.
     """
     found = [mark for mark in DELIMITERS if mark in head]
     allowed = "comma, semicolon or tab"

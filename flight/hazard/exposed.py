@@ -145,24 +145,10 @@ def surfaces_of(prisms: Sequence[Prism]) -> list[Witness]:
 def count_exposed(
     result: FlightResult, prisms: Sequence[Prism], first: int, start: Array, speed: Array, *, ricochet: bool = True
 ) -> NDArray[Any]:
-    """Count one flight at every prism.
+    """Count one flight at every prism: (p,) array of dtype COUNTS.
 
-    Parameters
-    ----------
-    result : FlightResult
-        Of a flight whose witnesses from index `first` on are `surfaces_of(prisms)`.
-    prisms : sequence of Prism
-        The places.
-    first : int
-        Index of the first prism's first surface.
-    start, speed : (n, 3), (n,) float64
-        Where the fragments flown began (m), and how fast (m/s).
-    ricochet : bool
-        Whether what fragments do after their first impact on the ground counts.
-
-    Returns
-    -------
-    (p,) structured array of dtype COUNTS
+    The witnesses of the flight from index `first` on are `surfaces_of(prisms)`; its fragments began at `start` (n, 3)
+    (m) with `speed` (n,) (m/s). `ricochet`: what they do after their first impact on the ground counts.
     """
     counts = np.zeros(len(prisms), dtype=COUNTS)
     rows = result.hits[result.hits["witness"] >= first]

@@ -164,23 +164,8 @@ def beam_distance(
     """Distance of a single round in its worst polar zone, by the paper's procedure with counted fragments.
 
     An arena test reports fragments by polar zone; here every fragment of the zone counts with its own mass and speed,
-    in place of a Mott law and one speed. Zones are moved in steps of a degree, so that none cuts a beam in two.
-
-    Parameters
-    ----------
-    field : PolarField
-        Fragments of the round.
-    retardation : Retardation
-        Drag, air and shape factor (2600 kg/m3 for single shells).
-    criteria : Criteria
-        Energy and acceptable density.
-    width : float
-        Of a zone (degrees), from 1 to 180.
-
-    Raises
-    ------
-    InputError
-        A width outside that range.
+    in place of a Mott law and one speed. Zones, `width` wide (degrees, from 1 to 180), are moved in steps of a degree,
+    so that none cuts a beam in two. The paper's shape factor in `retardation` is 2600 kg/m3 for single shells.
     """
     require_number("beam distance", "width", width, "degrees", low=1.0, high=180.0)
     reach = retardation.reach(field.mass, field.speed, criteria.energy)
@@ -306,27 +291,13 @@ def procedure(
 def stack_distance(
     field: PolarField, number: float, criteria: Criteria, *, density: float = 1.225, gravity: float = STANDARD_GRAVITY
 ) -> StackDistance:
-    """Distance of a stack by the paper's suggested procedure (p. 13-14).
+    """Distance of a stack by the paper's suggested procedure (p. 13-14), of air of `density` (kg/m3).
 
-    Perpendicular to the rounds' axes N_E times the single round's fragments, with k = 4740 kg/m3 and C_D = 1.28. Of the
-    zones of 10 degrees that hold the perpendicular the worst counts. The paper takes the initial speed from Gurney's
-    formula and the Mott law from an arena test; here both are those of the fragments given.
-
-    Parameters
-    ----------
-    field : PolarField
-        Fragments of the single round.
-    number : float
-        N_E, see `effective_number`.
-    criteria : Criteria
-        Energy and acceptable density.
-    density, gravity : float
-        Of the air (kg/m3), and in m/s2.
-
-    Raises
-    ------
-    InputError
-        The number is not above zero, or the zones hold too few fragments for a Mott law.
+    Perpendicular to the rounds' axes N_E (`number`, see `effective_number`) times the single round's fragments, with k
+    = 4740 kg/m3 and C_D = 1.28. Of the zones of 10 degrees that hold the perpendicular the worst counts. The paper
+    takes the initial speed from Gurney's formula and the Mott law from an arena test; here both are those of the
+    fragments given. Raises InputError where the number is not above zero, or the zones hold too few fragments for a
+    Mott law.
     """
     require_number("stack rule", "effective number", number, "", above=0.0)
     drag = Drag.constant(SUPERSONIC_DRAG)  # for which the speed of sound is of no meaning

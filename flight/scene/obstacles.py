@@ -135,19 +135,8 @@ def pack_obstacles(
 ) -> NDArray[np.float64]:
     """Rows (n, 43) for the kernels.
 
-    Parameters
-    ----------
-    obstacles : sequence of Wall, Barricade or Building
-        What stands there.
-    lowest : float or None
-        Lowest ground (z, m); None: no ground.
-    ground : callable
-        Height of the ground at (x, y); None where there is none.
-
-    Raises
-    ------
-    InputError
-        An obstacle has no ground to stand on, or does not stand out of it.
+    `lowest` is the lowest ground (z, m), None without ground, and `ground` gives its height at (x, y). Raises
+    InputError for an obstacle that has no ground to stand on, or does not stand out of it.
     """
     rows = np.zeros((len(obstacles), COLUMNS))
     for row, obstacle in zip(rows, obstacles, strict=True):
@@ -183,17 +172,7 @@ def depth_in(rows: NDArray[np.float64], position: NDArray[np.float64]) -> NDArra
 
 
 def count_by_face(obstacles: Sequence[Obstacle], hits: NDArray[Any], energy: float = 79.0) -> list[dict[str, Any]]:
-    """Hits on each obstacle by face, as in summary.json.
-
-    Parameters
-    ----------
-    obstacles : sequence
-        As flown.
-    hits : structured array of dtype OBSTACLE_HITS
-        `FlightResult.obstacle_hits`.
-    energy : float
-        Of a hazardous hit (J).
-    """
+    """Hits (OBSTACLE_HITS) on each obstacle by face, as in summary.json; hazardous from `energy` (J) on."""
     table = []
     for index, obstacle in enumerate(obstacles):
         mine = hits[hits["obstacle"] == index]

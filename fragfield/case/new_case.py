@@ -164,20 +164,10 @@ def _value(model: type[BaseModel], name: str) -> object:
 
 
 def commented_case(chosen: Mapping[str, Any], *, every_key: bool = False) -> str:
-    """A case file with comments.
+    """A case file (TOML) with comments, in which the keys of `chosen`, tables as a file has them, are set.
 
-    Parameters
-    ----------
-    chosen : mapping
-        Tables of the case as the file has them: these keys are set.
-    every_key : bool
-        Show the sub-tables of its tables too, as "[burst.leakage]".
-
-    Returns
-    -------
-    str
-        TOML. Keys that are not chosen stand with their defaults behind a `#` without a space, in the units of their
-        examples.
+    The others stand with their defaults behind a `#` without a space, in the units of their examples. `every_key`: the
+    sub-tables of its tables too, as "[burst.leakage]".
     """
     lines: list[str] = []
     further = []

@@ -92,15 +92,21 @@ def check_report(case: Case) -> dict[str, Any]:
         for (key, _), table in zip(of_round, case.round, strict=True)
     ]
     cells = sum(qualities[key].cells for key in computed)
-    expected = expected_cost(settings, rounds, described, [meshed[key] for key in of_round], computed_cells=cells)
+    symmetry = part.summary()
+    expected = expected_cost(
+        settings, rounds, described, [meshed[key] for key in of_round], computed_cells=cells, share=symmetry["share"]
+    )
     if is_mixed(case):
         expected["attitudes"] = attitudes_of(case)
-    if settings.geometry != "axisymmetric" and (block := block_of(case)) is not None:
-        expected["stack"] = _stack(expected, *block)
+    arranged = arrangement(case)
+    if (nearest := arranged["min_clearance"]) is not None:
+        block = block_of(case, nearest["clearance"], described[0]["outer_diameter"])
+        if block is not None:
+            expected["stack"] = _stack(expected, *block)
     return {
         "case": plain(case),
         "rounds": described,
-        "arrangement": arrangement(case),
+        "arrangement": arranged,
         "geometry": {"choice": settings.geometry, "reason": burst_geometry(case).reason},
         "mesh": {
             "cells": cells,
@@ -109,7 +115,7 @@ def check_report(case: Case) -> dict[str, Any]:
             "max_aspect_ratio": max(one.max_aspect_ratio for one in qualities.values()),
             "min_edge": min(one.min_edge for one in qualities.values()),
         },
-        "symmetry": part.summary(),
+        "symmetry": symmetry,
         "expected": expected,
         "warnings": [
             *_warnings(case, settings, described, expected),

@@ -1,8 +1,8 @@
-"""Large stacks: which rounds need be computed together, and the cost on many ranks.
+"""Large stacks: a block of them that stands for the whole, and the cost on many ranks.
 
-In rows and pallets of M107 with gaps of 0 to 1 calibre the speeds of a round's casing, by mass and by side, change by
-less than 0.6 % with rounds that do not stand next to it: the one between stops what comes from there. Three rounds
-along each axis therefore have a corner, an edge and an inner round as in the whole. See docs/theory/symmetry.md.
+Up to the end of the burst a casing feels the rounds next to it alone, which keep from it what comes from beyond
+(docs/theory/symmetry.md). Four rounds along each axis have corner, edge and inner rounds as the whole, and planes of
+symmetry that cut none of them.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fragfield.case.conversion.placing import first_alike
-from fragfield.checking.cost import BYTES_AT_START
+from fragfield.checking.cost import BYTES_AT_START, EXPANSION_AT_END
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -21,18 +21,21 @@ if TYPE_CHECKING:
 
 __all__ = ["RANKS", "block_of", "on_cores"]
 
-_ALONG = 3  # rounds along an axis of a block
+_ALONG = 4  # rounds along an axis of a block
 RANKS = 64
 _EFFICIENCY = 0.82  # of two ranks that have a round each, `benchmarks/README.md`; more have not been measured
 
 
-def block_of(case: Case) -> tuple[Case, tuple[int, ...]] | None:
+def block_of(case: Case, clearance: float, diameter: float) -> tuple[Case, tuple[int, ...]] | None:
     """The smallest block of a row or a pallet in which every round stands as in the whole.
 
     Parameters
     ----------
     case : Case
         Resolved, with a burst.
+    clearance, diameter : float
+        Smallest clear distance of two rounds, and their diameter (m): casings farther apart are accelerated before they
+        meet, and one round stands for all.
 
     Returns
     -------
@@ -47,11 +50,12 @@ def block_of(case: Case) -> tuple[Case, tuple[int, ...]] | None:
     places = np.round([entry.position for entry in rounds], 6)
     levels = [np.unique(along, return_inverse=True) for along in places.T]
     counts = [len(values) for values, _ in levels]
-    if int(np.prod(counts)) != len(rounds) or max(counts) <= _ALONG:
+    along = _ALONG if clearance < (EXPANSION_AT_END - 1.0) * diameter else 1
+    if int(np.prod(counts)) != len(rounds) or max(counts) <= along:
         return None
-    inside = np.all([place < _ALONG for _, place in levels], axis=0)
+    inside = np.all([place < along for _, place in levels], axis=0)
     within = [entry for entry, kept in zip(rounds, inside.tolist(), strict=True) if kept]
-    return case.model_copy(update={"round": within}), tuple(min(count, _ALONG) for count in counts)
+    return case.model_copy(update={"round": within}), tuple(min(count, along) for count in counts)
 
 
 def on_cores(expected: Mapping[str, Any], cores: int, *, ranks: bool) -> dict[str, Any]:

@@ -41,23 +41,11 @@ _FLAT = 1e-6  # z over the extent that still is the plane of the sheet
 
 
 def read_dxf(path: Path, *, unit: float | None, layers: Sequence[str] | None, tolerance: float) -> Sheet:
-    """Curves of the model space of a DXF file.
+    """Curves of the model space of a DXF file, text or binary of any release.
 
-    Parameters
-    ----------
-    path : Path
-        Text or binary DXF of any release.
-    unit : float or None
-        Length of one unit of the file (m); None as its header says.
-    layers : sequence of str or None
-        Layers of the contour; None all.
-    tolerance : float
-        By which the contour may be off (m).
-
-    Raises
-    ------
-    InputError
-        No DXF, ezdxf missing, an unknown unit or layer, nothing that could be a contour, curves off the plane.
+    `unit` is the length of one unit of the file (m), None as its header says; `layers` those of the contour, None all;
+    `tolerance` that by which the contour may be off (m). Raises InputError: no DXF, ezdxf missing, an unknown unit or
+    layer, nothing that could be a contour, curves off the plane.
     """
     document = _opened(path)
     found, notes = _unit(path, document, unit)

@@ -32,18 +32,9 @@ _DEGREE = math.pi / 180.0
 
 
 class Columns:
-    """Quantities of a table.
+    """Quantities of a table: numbers of their columns (`index`), and what the caller said.
 
-    Parameters
-    ----------
-    layout : Layout
-        The table.
-    index : mapping
-        Number of the column of every quantity.
-    units : mapping
-        Units that the caller gives, by quantity or by group (`GROUPS`).
-    chosen : mapping
-        Columns that the caller gives.
+    `units` are by quantity or by group (`GROUPS`), `chosen` columns by quantity.
     """
 
     def __init__(
@@ -251,19 +242,8 @@ def _angle(text: str, reason: str, largest: float) -> tuple[str, str]:
 def columns_by_name(layout: Layout, wanted: Sequence[str], chosen: Mapping[str, str]) -> dict[str, int]:
     """Number of the column of each wanted quantity that the table has.
 
-    Parameters
-    ----------
-    layout : Layout
-        The table.
-    wanted : sequence of str
-        Quantities of a kind of table.
-    chosen : mapping
-        Of the caller: names, numbers from 1 or letters of columns, by quantity.
-
-    Raises
-    ------
-    InputError
-        A chosen column is not there; `QuestionError` where two columns may be meant.
+    `chosen` holds names, numbers from 1 or letters of columns, by quantity. Raises InputError for a chosen column that
+    is not there, `QuestionError` where two columns may be meant.
     """
     path = layout.sheet.path
     index = {name: _column(layout, name, text) for name, text in chosen.items() if name in wanted}

@@ -69,16 +69,7 @@ def tables_of_places(
 ) -> tuple[dict[str, list[dict[str, Any]]], list[str]]:
     """Tables `exposed` and `obstacle` of a file of places, as the case file has them, and what was done, in words.
 
-    Parameters
-    ----------
-    table : PlacesTable
-        How kinds and properties are read.
-    path : Path
-        The file.
-    site : Site
-        Where on Earth `origin` lies, and how the axes are turned.
-    origin : (2,) float
-        x and y (m) of the site.
+    `site` says where on Earth `origin`, x and y (m), lies and how the axes are turned.
 
     Raises
     ------

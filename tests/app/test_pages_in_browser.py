@@ -40,7 +40,7 @@ def test_a_case_from_the_pages_runs_by_the_command_line_to_the_same_summary(appl
     page = application.page(f"/run?case={name}")
     page.wait_for_selector("[data-box=findings]")
     page.locator('[data-key="seed"]').fill("17")
-    page.wait_for_timeout(1500)
+    page.wait_for_timeout(1500 * PATIENCE)
     page.locator("[data-act=start]").click()
     page.wait_for_selector("[data-state=done]", timeout=500_000 * PATIENCE)
     assert load_case(application.folder / name).seed == 17
@@ -79,7 +79,7 @@ def test_every_page_fits_and_names_its_fields(application, width):
     for name in PAGES:
         page.goto(f"{application.base}/{name}" + ("" if name == "start" else f"?case={SITE[0]}"))
         page.wait_for_selector(".content")
-        page.wait_for_timeout(1500)
+        page.wait_for_timeout(1500 * PATIENCE)
         assert page.evaluate("document.documentElement.scrollWidth") <= width, name
         assert page.evaluate(WIDER) == [], name
         unnamed = page.evaluate(UNNAMED)
@@ -92,7 +92,7 @@ def test_a_place_is_dragged_and_moved_by_keys(application):
     page = application.page(f"/site?case={SITE[0]}")
     mark = page.locator("#site-map .handle[aria-label^=sentry]")
     mark.wait_for()
-    page.wait_for_timeout(1500)
+    page.wait_for_timeout(1500 * PATIENCE)
     box = mark.bounding_box()
     page.mouse.move(box["x"] + 7, box["y"] + 7)
     page.mouse.down()
@@ -101,7 +101,7 @@ def test_a_place_is_dragged_and_moved_by_keys(application):
     page.wait_for_function("document.querySelector('.state').innerText.includes('not saved')")
     mark.focus()
     page.keyboard.press("Shift+ArrowUp")
-    page.wait_for_timeout(1500)
+    page.wait_for_timeout(1500 * PATIENCE)
     page.locator("#save").click()
     page.wait_for_function("document.querySelector('.state').innerText === 'saved'")
     case = load_case(application.folder / SITE[0])
@@ -115,7 +115,8 @@ def test_a_picture_lies_below_the_map_by_its_corners(application):
     application.start()
     page = application.page(f"/site?case={SITE[0]}")
     page.wait_for_selector("#site-map .handle")
-    page.locator("input[type=file]").last.set_input_files(ROOT / "docs" / "pictures" / "attitudes.png")
+    with page.expect_navigation():
+        page.locator("input[type=file]").last.set_input_files(ROOT / "docs" / "pictures" / "attitudes.png")
     page.get_by_role("combobox", name="File").click()
     page.locator(".q-menu .q-item").get_by_text("attitudes.png", exact=True).click()
     picture = page.locator("#site-map image")
@@ -124,7 +125,7 @@ def test_a_picture_lies_below_the_map_by_its_corners(application):
     wait_for(page, "allowed: x and y", at=".page-site")
     page.locator("[data-key=background-high]").fill("100, 100")
     page.wait_for_function("document.querySelector('#site-map image')?.getAttribute('width') > 0")
-    page.wait_for_timeout(1500)
+    page.wait_for_timeout(1500 * PATIENCE)
     x, y, width, height = (float(picture.get_attribute(name)) for name in ("x", "y", "width", "height"))
     assert width / height == pytest.approx(1.5)
     mark = page.locator("#site-map .handle[aria-label^=sentry]")
@@ -154,15 +155,15 @@ def test_a_second_window_says_so_and_a_fault_leads_to_its_field(application):
     first.wait_for_selector("[data-box=findings]")
     second = application.page(f"/round?case={SITE[0]}")
     wait_for(second, "open in another window", at=".news")
-    first.wait_for_timeout(1200)
+    first.wait_for_timeout(1200 * PATIENCE)
     assert "another window" not in first.locator(".news").inner_text()
     second.goto(f"{application.base}/site?case={SITE[0]}")
     second.goto(f"{application.base}/confidence?case={SITE[0]}")
     second.locator('[data-key="document.number"]').fill("N-2")
-    first.wait_for_timeout(3000)
+    first.wait_for_timeout(3000 * PATIENCE)
     first.locator('[data-key="burst.cell_size"]').first.fill("6")
     first.wait_for_function("document.body.innerText.includes('without a unit')")
-    second.wait_for_timeout(3000)  # it is shown again, with the fault of the other window
+    second.wait_for_timeout(3000 * PATIENCE)  # it is shown again, with the fault of the other window
     second.locator(".faults a", has_text="burst.cell_size").click()
     second.wait_for_url("**/run?**")
     second.wait_for_function("document.activeElement?.dataset.key === 'burst.cell_size'")
@@ -174,16 +175,16 @@ def test_nonsense_in_every_field_of_a_page_is_no_fault_of_the_program(applicatio
     application.start()
     for name in ("round", "arrangement", "site", "run", "confidence"):
         page = application.page(f"/{name}?case={SITE[0]}")
-        page.wait_for_timeout(1500)
+        page.wait_for_timeout(1500 * PATIENCE)
         closed = page.locator(".q-expansion-item:not(.q-expansion-item--expanded) > div > .q-item")
         for _ in range(min(closed.count(), 12)):
             closed.first.click()
-            page.wait_for_timeout(400)
-        page.wait_for_timeout(1000)
+            page.wait_for_timeout(400 * PATIENCE)
+        page.wait_for_timeout(1000 * PATIENCE)
         for box in page.locator("input[data-key]:visible").all():
             if not box.evaluate("e => e.closest('.q-select') !== null"):
                 box.fill("\u202e]] {17} \\ ' nonsense")
-        page.wait_for_timeout(1500)
+        page.wait_for_timeout(1500 * PATIENCE)
         assert "fault of the program" not in page.locator("body").inner_text()
         page.close()
     assert "nonsense" in next((application.folder / ".fragfield" / "drafts").iterdir()).read_text(encoding="utf-8")
@@ -201,7 +202,7 @@ def test_the_browser_is_closed_and_the_run_is_stopped_and_resumed(application):
     page.context.close()
     page = application.page(f"/run?case={name}")
     page.wait_for_selector(".bar")
-    page.wait_for_timeout(3000)
+    page.wait_for_timeout(3000 * PATIENCE)
     page.locator("[data-act=cancel]").click()
     page.wait_for_selector("[data-state=stopped]", timeout=120_000 * PATIENCE)
     page.reload()

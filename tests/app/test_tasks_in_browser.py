@@ -62,8 +62,8 @@ def test_own_round_from_a_drawing_to_a_signed_pdf(application, tmp_path_factory)
     drawing = write_dxf(tmp_path_factory.mktemp("drawings") / "M1 half section.dxf")
     application.start()
     page = application.page()
-    page.locator("input[type=file]").set_input_files(drawing)
-    page.wait_for_function("document.querySelector('.q-uploader__file') === null")
+    with page.expect_navigation():  # the page is shown again, with the file in the folder
+        page.locator("input[type=file]").set_input_files(drawing)
     assert (application.folder / "M1_half_section.dxf").read_bytes() == drawing.read_bytes()
     page.get_by_text("A round of my own drawing").click()
     page.locator("[data-key=new-name]").fill("Mein Geschoß")
@@ -75,7 +75,7 @@ def test_own_round_from_a_drawing_to_a_signed_pdf(application, tmp_path_factory)
     wait_for(page, "383.4 × ⌀ 104.8 mm", at="table.facts")
     assert "nose left, the narrower end" in page.locator(".q-notification").inner_text()
     page.get_by_role("button", name="Diameters", exact=True).click()
-    page.wait_for_function("document.querySelectorAll('[data-cell^=outer-]').length > 12")
+    page.wait_for_function("document.querySelector('[data-cell=outer-1-1]').value === '104.8'")
     widest = max(page.locator("[data-cell^=outer-][data-cell$='-1']").all(), key=lambda one: float(one.input_value()))
     assert float(widest.input_value()) == pytest.approx(2e3 * load_profile("m1_105").max_radius, abs=0.01)
     value = widest.input_value()
@@ -86,7 +86,7 @@ def test_own_round_from_a_drawing_to_a_signed_pdf(application, tmp_path_factory)
     name = "Mein_Geschoß.toml"
     page.goto(f"{application.base}/confidence?case={name}")
     page.locator('[data-key="document.prepared_by"]').fill("A. Person")
-    page.wait_for_timeout(1000)
+    page.wait_for_timeout(1000 * PATIENCE)
     page.goto(f"{application.base}/run?case={name}")
     page.wait_for_selector("[data-box=findings]")
     page.locator("[data-preset=quick]").click()
@@ -168,14 +168,14 @@ def heights(path):
 def drag(page, name, right, down):
     """Drag the first mark of a place on the map, by pixels."""
     page.locator(f"#site-map .handle[aria-label^='{name}']").first.scroll_into_view_if_needed()
-    page.wait_for_timeout(1500)
+    page.wait_for_timeout(1500 * PATIENCE)
     box = page.locator(f"#site-map .handle[aria-label^='{name}']").first.bounding_box()
     x, y = box["x"] + 0.5 * box["width"], box["y"] + 0.5 * box["height"]
     page.mouse.move(x, y)
     page.mouse.down()
     page.mouse.move(x + right, y + down, steps=5)
     page.mouse.up()
-    page.wait_for_timeout(1500)
+    page.wait_for_timeout(1500 * PATIENCE)
 
 
 def verdicts(page):
@@ -314,7 +314,7 @@ def test_two_runs_are_compared(application):
     page = application.page("/confidence?case=tube.toml")
     page.get_by_text("✓").or_(page.get_by_text("✗")).first.wait_for()  # the evidence, last to come
     choose(page, "Run", "runs/tube")
-    page.wait_for_timeout(1500)
+    page.wait_for_timeout(1500 * PATIENCE)
     choose(page, "Reference", "runs/other")
     page.get_by_role("heading", name="distances", exact=True).wait_for()
     assert page.get_by_text("break_up.dimension: reference 3, run 2").count() == 1

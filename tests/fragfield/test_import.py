@@ -356,7 +356,7 @@ CASES = {
     "an empty mass": (
         ARENA + "0;90;3;;800\n90;180;4;2,25;900\n",
         {},
-        "line 2, cell 4 (mittlere Masse (g)): empty; needed: mean_mass of every row with fragments",
+        "line 2, cell 4 (mittlere Masse (g)): empty; needed: mean_mass in every row",
     ),
     "a million columns": ("x;" * 1_000_000 + "\n", {}, "no table: field larger than field limit"),
     "two thousand columns": (

@@ -16,7 +16,7 @@ from fragfield.case.checks import map_size
 from fragfield.case.checks.map_size import _range, farthest_throw, map_warnings
 from fragfield.checking.check import check_report
 from fragfield.errors import InputError
-from fragfield.hazard.map_edge import beyond_map_words
+from fragfield.hazard.certainty import beyond_map_words
 from tests.fragfield.short_run import invoke
 
 if TYPE_CHECKING:

@@ -71,16 +71,9 @@ class Tally:
 
 
 def tally(landing: FlightResult | NDArray[Any], energy: float = 79.0, *, sector_width: float = 5.0) -> Tally:
-    """Count the landed fragments of one realisation.
+    """Count the landed fragments of one realisation, hazardous ones from `energy` (J) on.
 
-    Parameters
-    ----------
-    landing : FlightResult or structured array of dtype LANDING
-        Only rows that landed count.
-    energy : float
-        Of a hazardous fragment (J).
-    sector_width : float
-        Width of a sector (degrees), a whole fraction of 360; the first is centred on azimuth 0.
+    `sector_width` (degrees) is a whole fraction of 360; the first sector is centred on azimuth 0.
     """
     rows = landing.landing if isinstance(landing, FlightResult) else landing
     landed = rows["status"] == Status.LANDED  # columns one by one: a table of a million rows has 171 MB
@@ -123,20 +116,9 @@ SECTOR_HITS = np.dtype(
 
 
 def sector_hits(hits: NDArray[Any], criteria: Criteria | None = None, *, sector_width: float = 5.0) -> NDArray[Any]:
-    """Hits on a witness surface by azimuth sector.
+    """Hits on one witness surface by azimuth sector: (s,) array of dtype SECTOR_HITS; by default 79 J is hazardous.
 
-    Parameters
-    ----------
-    hits : structured array of dtype HITS
-        Crossings of one surface.
-    criteria : Criteria, optional
-        What counts as hazardous; default 79 J.
-    sector_width : float
-        Width of a sector (degrees), a whole fraction of 360; the first is centred on azimuth 0.
-
-    Returns
-    -------
-    (s,) structured array of dtype SECTOR_HITS
+    `sector_width` (degrees) is a whole fraction of 360; the first sector is centred on azimuth 0.
     """
     criteria = criteria or Criteria()
     sector, sectors = sectors_of(hits["azimuth"], sector_width)

@@ -33,15 +33,7 @@ _MOST_STATES = 100_000
 
 
 def check_case(case: Case, *, burst: bool = True) -> list[str]:
-    """Faults that show before names are resolved.
-
-    Parameters
-    ----------
-    case : Case
-        As read.
-    burst : bool
-        Whether the case must describe a burst.
-    """
+    """Faults of a case as read, that show before names are resolved; `burst`: it must describe one."""
     faults = list(outside_hard(case))
     if faults:
         return faults  # the checks below would stumble over such numbers

@@ -87,14 +87,8 @@ def _times(factor: float) -> str:
 def unit_faults(given: RoundTable, mass: float, unit: float) -> Iterator[str]:
     """Faults of a round from a mesh file or a drawing: a mass of the casing that another unit makes plausible.
 
-    Parameters
-    ----------
-    given : RoundTable
-        The round as the case has it.
-    mass : float
-        Of its casing, by its mesh or its contours (kg).
-    unit : float
-        In which the file's numbers were read (m).
+    `mass` (kg) is that of its casing by its mesh or its contours, `unit` (m) that in which the file's numbers were
+    read.
     """
     low, high = _LIMITS
     inside = low <= mass <= high

@@ -103,14 +103,7 @@ def check_counts(case: Case, source: str) -> None:
 
 
 def read_counts(path: Path, name: str | None = None) -> FragmentCounts:
-    """Read a file of counted fragments.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    name : str, optional
-        What messages and results call it; default: the name of the file.
+    """Read a file of counted fragments; messages and results call it `name`, by default the name of the file.
 
     Raises
     ------
