@@ -161,15 +161,15 @@ class Ledger:
             outer_diameter=diameter,
         )
         self.entries.append(entry)
-        allowed = self.energy_tolerance * _MIN_WORK_FOR_A_STOP * self.chemical_energies.max(initial=0.0)  # J
-        if not (entry.energy_error <= self.energy_tolerance or abs(stored - gain - supplied) <= allowed):
+        enough = _MIN_WORK_FOR_A_STOP * self.chemical_energies.max(initial=0.0)
+        if not abs(stored - gain - supplied) / max(scale, enough) <= self.energy_tolerance:
             raise NumericalStop(
                 f"the energy ledger is open by {100 * entry.energy_error:.6g} % of the work done "
                 f"(allowed {100 * self.energy_tolerance:.6g} %): the cells hold {stored - gain:.6g} J, "
                 f"the charge gave {supplied:.6g} J",
                 time,
             )
-        if not (entry.contact_error <= self.energy_tolerance or abs(gain) <= allowed):
+        if not min(entry.contact_error, abs(gain) / max(scale, enough)) <= self.energy_tolerance:
             raise NumericalStop(
                 f"contact has {'made' if gain > 0.0 else 'lost'} {100 * entry.contact_error:.6g} % of the work done "
                 f"(allowed {100 * self.energy_tolerance:.6g} %): the work of its forces, its springs and friction "
