@@ -13,7 +13,7 @@ from burst_fenicsx.contact.collisions import CollidingSurfaces
 from burst_fenicsx.contact.planes import PlaneContact, held_in_plane, nodes_at_planes
 from burst_fenicsx.contact.sliding import SlidingInterface
 from burst_fenicsx.contact.surfaces import OpenFaces, contact_surfaces
-from burst_fenicsx.kernels.vectors.rows import add_rows, clear_rows, place_rows, take_means, work_on_rows
+from burst_fenicsx.kernels.vectors.rows import place_rows, take_means, work_on_rows
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -221,22 +221,22 @@ class ContactForces:
             return
         max_squared_frequency = self._max_squared_phase / stable_for**2
         with self._mean_velocities(step) as velocity:
-            self._accumulate_work(step, velocity)
-            clear_rows(self.force, self._pushed)
+            self._accumulate_work(step, velocity)  # and clear the forces
             self._join(max_squared_frequency, step, velocity, front_is_active=front_is_active)
             self._collide(max_squared_frequency, step, velocity)
             self._push_from_planes(max_squared_frequency, step, velocity)
             self._find_pushed()
-            self._accumulate_work(step, velocity)
+            self._accumulate_work(step, velocity, self._fields.nodes.force)
         for part in self._parts:
             self.friction += part.energies[1]
-        add_rows(self._fraction, self.force, self._pushed, self._fields.nodes.force)
 
-    def _accumulate_work(self, step: float, velocity: np.ndarray) -> None:
-        """Add the work of the forces as they are now in half of a step (s) at the mean velocities (nodes, 3) in it."""
-        if step > 0.0:
-            rounding = self._fields.grid.rounding
-            self.work += work_on_rows(0.5 * step, self.force, self._pushed, velocity, rounding)
+    def _accumulate_work(self, step: float, velocity: np.ndarray, resultant: np.ndarray | None = None) -> None:
+        """Add the work of the forces as they are now in half of a step (s) at the mean velocities (nodes, 3) in it.
+
+        The forces are added to the `resultant` (nodes, 3) in N, or cleared for those to come.
+        """
+        rounding = self._fields.grid.rounding
+        self.work += work_on_rows(0.5 * step, self.force, self._pushed, velocity, rounding, self._fraction, resultant)
 
     def _join(self, max_squared_frequency: float, step: float, velocity: np.ndarray, *, front_is_active: bool) -> None:
         """Forces of the bonds; `velocity` (nodes, 3) m/s, the mean over the step."""

@@ -97,6 +97,7 @@ _MADE = {
     "gallery": gallery,
     "published_rules": tables.published_rules,
     "ricochet_kinds": tables.ricochet_kinds,
+    "run_tables": tables.run_tables,
     "script": _script,
     "substance_form": substances.substance_form,
     "substance_grades": substances.substance_grades,

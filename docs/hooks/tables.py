@@ -1,4 +1,4 @@
-"""Tables made from the program's own lists: published rules, kinds of ricochet, default uncertain inputs."""
+"""Tables made from the program's own lists: rules, kinds of ricochet, tables of a run, default uncertain inputs."""
 
 from __future__ import annotations
 
@@ -10,11 +10,12 @@ from docs.hooks.reference import cell, rows
 from flight.scene.ricochet import KINDS
 from fragfield.hazard.contents import Contents
 from fragfield.hazard.rules import LEFT_OUT, rules_for
+from fragfield.interface.tables import TABLES
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-__all__ = ["published_rules", "ricochet_kinds", "uncertain_inputs"]
+__all__ = ["published_rules", "ricochet_kinds", "run_tables", "uncertain_inputs"]
 
 
 def published_rules() -> str:
@@ -28,15 +29,22 @@ def published_rules() -> str:
 
 def ricochet_kinds() -> str:
     """Nominal law of every kind of ground, with its standing."""
-    body = [[f"`{name}`", *(f"{value:g}" for value in (law.critical_angle, law.speed_kept, law.departure, law.roughness)),
-             cell(law.source)] for name, law in KINDS.items()]  # fmt: skip
+    body = []
+    for name, law in KINDS.items():
+        numbers = (law.critical_angle, law.speed_kept, law.departure, law.roughness)
+        body.append([f"`{name}`", *(f"{value:g}" for value in numbers), cell(law.source)])
     return rows("kind, $a_c$ (degrees), $k$, $r$, $q$ (degrees), standing", body)
+
+
+def run_tables() -> str:
+    """Every table of a run."""
+    return rows("table, what", [(f"`{name}`", cell(what)) for name, (_, what, _) in TABLES.items()])
 
 
 def uncertain_inputs() -> str:
     """The default uncertain inputs with distribution and source."""
     text = (files("fragfield") / "data" / "uncertain_inputs.toml").read_text(encoding="utf-8")
-    body = [[cell(name), cell(_distribution(entry)), cell(entry["source"])]
+    body = [[cell(name), cell(_distribution(entry)), cell(entry["source"].replace("{label}", "counted fragments"))]
             for name, entry in _entries(tomllib.loads(text))]  # fmt: skip
     return rows("input, distribution, source", body)
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from flight.errors import InputError
 from flight.files.geo_keys import refuse_other_units
-from flight.files.raster import Raster, holes_filled_with_nan, metres_of
+from flight.files.raster import INSTALL, Raster, holes_filled_with_nan, metres_of
 from fragfield_base.reading import read_text
 
 if TYPE_CHECKING:
@@ -64,8 +64,7 @@ def _refuse_second_libraries(path: Path) -> None:
     if found is not None and found.origin and Path(found.origin).parent.with_name("rasterio.libs").is_dir():
         raise InputError(
             f"{path}: found rasterio from PyPI beside dolfinx, whose libraries do not go together; needed: both from "
-            "one place: pip uninstall rasterio pyproj, then apt-get install python3-rasterio python3-pyproj proj-bin, "
-            "or conda install -c conda-forge rasterio pyproj"
+            f"one place: pip uninstall rasterio pyproj, then {INSTALL}"
         )
 
 
@@ -83,9 +82,8 @@ def read_gdal_raster(path: Path, band: int | None) -> Raster:
             import rasterio
         except ModuleNotFoundError:
             raise InputError(
-                f"{path}: reading {DRIVERS[path.suffix.lower()][1]} needs rasterio and pyproj; install them by: pip "
-                "install 'fragfield[terrain]' (flight alone: pip install 'fragfield-flight[terrain]'), or convert the "
-                "file to .asc"
+                f"{path}: reading {DRIVERS[path.suffix.lower()][1]} needs rasterio and pyproj; install them by: "
+                f"{INSTALL}; or convert the file to .asc"
             ) from None
         driver, form = DRIVERS[path.suffix.lower()]
         try:

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flight.errors import InputError
-from flight.files.raster import unit_words
+from flight.files.raster import INSTALL, unit_words
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -81,10 +81,7 @@ def _pyproj(path: Path) -> Any:  # noqa: ANN401
     try:
         import pyproj
     except ModuleNotFoundError:
-        raise InputError(
-            f"{path}: its coordinate system needs pyproj; install it by: pip install 'fragfield[terrain]' (flight "
-            "alone: pip install 'fragfield-flight[terrain]')"
-        ) from None
+        raise InputError(f"{path}: its coordinate system needs pyproj; install it by: {INSTALL}") from None
     return pyproj
 
 

@@ -20,6 +20,7 @@ import numpy as np
 from flight.arguments import real_array, require_numbers
 from flight.errors import InputError
 from flight.result import Status
+from flight.scene.plan import signed_area
 from flight.scene.targets import Panel, Polygon
 
 if TYPE_CHECKING:
@@ -84,7 +85,7 @@ class Prism:
         require_numbers("exposed", self, {"bottom": "m", "top": "m", "energy": "J", "height": "m"})
         if corners.ndim != 2 or corners.shape[1] != 2 or len(corners) < 3 or not np.isfinite(corners).all():
             raise InputError(f"exposed: corners have shape {corners.shape}, needed (k, 2) with k of 3 or more, finite")
-        area = _area(corners)
+        area = signed_area(corners)
         if not abs(area) > 1e-9:
             raise InputError("exposed: the corners enclose no area")
         if not self.top > self.bottom:
@@ -94,7 +95,7 @@ class Prism:
     @property
     def area(self) -> float:
         """Of its plan (m2)."""
-        return _area(self.corners)
+        return signed_area(self.corners)
 
     @property
     def volume(self) -> float:
@@ -257,11 +258,6 @@ def _inside(
     status = ends["status"] == Status.LANDED
     landed = (kind >= 2) & (depth > 0) & status[group] & (struck >= prism.energy)
     return lengths[lengths > 0.0], int(landed.sum())
-
-
-def _area(corners: Array) -> float:
-    x, y = corners.T
-    return 0.5 * float(np.dot(x, np.roll(y, -1)) - np.dot(y, np.roll(x, -1)))
 
 
 def _offset(corners: Array, distance: float) -> Array:

@@ -215,15 +215,17 @@ def _fault(line: str) -> Fault:
     return Fault(key, words or "not allowed; the reason is given when there are fewer faults")
 
 
-def _put(node: Any, path: Steps, value: object) -> None:  # noqa: ANN401 - tables and lists
-    """Put a value into plain tables, or tables of tomlkit."""
+def _put(node: Any, path: Steps, value: object, *, kept: bool = False) -> None:  # noqa: ANN401 - tables and lists
+    """Put a value into plain tables; with `kept` into those of tomlkit, new ones as a file has them with heads."""
     *way, last = path
     for step, following in zip(way, path[1:], strict=True):
         there = int(step) < len(node) if isinstance(node, list) else step in node
         if not there:
             if value is None:
                 return
-            empty: Any = [] if isinstance(following, int) else {}
+            listed = isinstance(following, int)
+            plain: Any = [] if listed else {}
+            empty = plain if not kept else tomlkit.aot() if listed else tomlkit.table()
             if isinstance(node, list):
                 node.append(empty)
             else:
@@ -237,9 +239,9 @@ def _put(node: Any, path: Steps, value: object) -> None:  # noqa: ANN401 - table
         else:
             node.pop(last, None)
     elif isinstance(node, list) and last == len(node):
-        node.append(value)
+        node.append(_as_item(value) if isinstance(node, tomlkit.items.AoT) else value)
     else:
-        node[last] = value
+        node[last] = _as_item(value) if kept else value
 
 
 def _with_comments(text: str, path: Steps, value: object, wanted: dict[str, Any]) -> str:
@@ -254,7 +256,7 @@ def _with_comments(text: str, path: Steps, value: object, wanted: dict[str, Any]
             return made
     with suppress(TOMLKitError, ValueError, TypeError, KeyError, IndexError, AttributeError):
         document = tomlkit.parse(text)
-        _put_kept(document, path, value)
+        _put(document, path, value, kept=True)
         made = document.as_string()
         if tomllib.loads(made) == wanted:
             return made
@@ -284,32 +286,6 @@ def _uncommented(text: str, path: Steps, value: object) -> str:
     end = following.start() if (following := re.compile(r"^\[", re.MULTILINE).search(text, start)) else len(text)
     line = re.compile(rf"^#{re.escape(str(path[-1]))} = .*$", re.MULTILINE).search(text, start, end)
     return "" if line is None else f"{text[: line.start()]}{path[-1]} = {toml_value(value)}{text[line.end() :]}"
-
-
-def _put_kept(document: Any, path: Steps, value: object) -> None:  # noqa: ANN401 - tomlkit's tables
-    """As `_put`, with new tables as TOML has them with heads, and lists of tables as `[[name]]`."""
-    node, way = document, list(path)
-    while len(way) > 1:
-        step, following = way.pop(0), way[0]
-        there = int(step) < len(node) if isinstance(node, list) else step in node
-        if not there:
-            if value is None:
-                return
-            empty = tomlkit.aot() if isinstance(following, int) else tomlkit.table()
-            if isinstance(node, list):
-                node.append(empty)
-            else:
-                node[step] = empty
-        node = node[step]
-    last = way[0]
-    if value is None:
-        del node[last]
-    elif isinstance(node, list) and last == len(node):
-        node.append(_as_item(value) if isinstance(node, tomlkit.items.AoT) else value)
-    elif isinstance(value, dict):
-        node[last] = _as_item(value)
-    else:
-        node[last] = value
 
 
 def _as_item(value: object) -> Any:  # noqa: ANN401 - tomlkit's item

@@ -16,11 +16,12 @@ if TYPE_CHECKING:
     from burst_fenicsx.geometry import Profile
     from burst_fenicsx.geometry.contour import Contour
     from burst_fenicsx.problem import Round
+    from fragfield.app.texts import Texts
 
 __all__ = ["PATTERNS", "round_facts", "round_svg"]
 
-_WIDTH, _HEIGHT = 640.0, 330.0  # of the picture, in its own units
-_SIDE, _HEAD, _FOOT = 40.0, 52.0, 96.0  # beside, above and below the round
+_WIDTHS = {False: 640.0, True: 350.0}  # of the picture, in its own units; narrow: of a telephone
+_HEIGHT, _SIDE, _FOOT = 182.0, 40.0, 96.0  # of the round, beside and below it
 _SAMPLES = 120  # stations of a contour
 _ROOM = 46.0  # that the text of a length needs
 
@@ -40,110 +41,137 @@ def round_facts(item: Round) -> dict[str, float]:
     }
 
 
-def round_svg(item: Round, title: str) -> str:
+def round_svg(item: Round, centre: float, texts: Texts, *, narrow: bool = False) -> str:
     """The section of a round along its axis, nose to the left, with lengths, diameters, walls and centre of mass.
 
     Parameters
     ----------
     item : Round
         With a profile.
-    title : str
-        For readers that do not see it.
+    centre : float
+        Station of its centre of mass (m).
+    texts : Texts
+        Words of the drawing.
+    narrow : bool
+        For a telephone: fewer texts fit beside each other.
     """
-    profile = item.profile
-    assert profile is not None
-    scale = min((_WIDTH - 2.0 * _SIDE) / profile.length, (_HEIGHT - _HEAD - _FOOT) / (2.0 * profile.max_radius))
-    left, middle = 0.5 * (_WIDTH - scale * profile.length), _HEAD + scale * profile.max_radius
-    parts = [
-        _area(profile.outer, (0.0, profile.length), left, middle, scale, "casing"),
-        *_contents(profile, left, middle, scale),
-        _line(left - 12, middle, left + scale * profile.length + 12, middle, "axis"),
-        *_lengths(profile, left, middle, scale),
-        *_walls(profile, left, middle, scale),
-        *_centre(centre_of_mass(item), left, middle, scale),
-    ]
-    height = middle + scale * profile.max_radius + _FOOT
-    return (
-        f'<svg class="drawing" viewBox="0 0 {_WIDTH:g} {height:.0f}" role="img" aria-label="{escape(title)}">'
-        f"{PATTERNS}{''.join(parts)}</svg>"
-    )
+    assert item.profile is not None
+    return _Section(item.profile, texts, _WIDTHS[narrow]).svg(centre, "narrow" if narrow else "wide")
 
 
 PATTERNS = (
-    '<defs><pattern id="hatch" width="6" height="6" patternUnits="userSpaceOnUse" patternTransform="rotate(45)">'
+    '<svg width="0" height="0" style="position:absolute" aria-hidden="true"><defs>'
+    '<pattern id="hatch" width="6" height="6" patternUnits="userSpaceOnUse" patternTransform="rotate(45)">'
     '<rect width="6" height="6" fill="#d3d8de"/><path d="M0 0V6" stroke="#5d6670"/></pattern>'
     '<pattern id="dots" width="7" height="7" patternUnits="userSpaceOnUse"><rect width="7" height="7" fill="#f6ead2"/>'
     '<circle cx="2" cy="2" r="0.9" fill="#7a4b00"/></pattern>'
     '<pattern id="cross" width="8" height="8" patternUnits="userSpaceOnUse"><rect width="8" height="8" fill="#dcebf2"/>'
-    '<path d="M0 0L8 8M8 0L0 8" stroke="#3d8fa6" stroke-width="0.7"/></pattern></defs>'
+    '<path d="M0 0L8 8M8 0L0 8" stroke="#3d8fa6" stroke-width="0.7"/></pattern></defs></svg>'
 )
+"""Fills of all drawings, once in every page."""
 
 
-def _contents(profile: Profile, left: float, middle: float, scale: float) -> Iterator[str]:
-    """Charge, and before it fuze or void."""
-    if profile.fuze is not None:
-        kind = "fuze" if profile.fuze.fill == "inert" else "void"
-        yield _area(profile.cavity, (profile.cavity.start, profile.charge_front), left, middle, scale, kind)
-    yield _area(profile.cavity, (profile.charge_front, profile.charge_end), left, middle, scale, "charge")
+class _Section:
+    """A round in its picture: where its stations and radii are drawn."""
 
+    def __init__(self, profile: Profile, texts: Texts, width: float) -> None:
+        self.profile, self.texts, self.width = profile, texts, width
+        self.scale = min((width - 2.0 * _SIDE) / profile.length, 0.5 * _HEIGHT / profile.max_radius)
+        self.left = 0.5 * (width - self.scale * profile.length)
+        self.diameters = self._diameters()
+        self.head = 20.0 + 16.0 * len(self.diameters)  # above the round
+        self.middle = self.head + 16.0 + self.scale * profile.max_radius
+        self.base = self.middle + self.scale * profile.max_radius
 
-def _area(contour: Contour, between: tuple[float, float], left: float, middle: float, scale: float, kind: str) -> str:
-    corners = [station for station in contour.stations if between[0] < station < between[1]]
-    stations = np.unique([*np.linspace(*between, _SAMPLES), *corners])
-    across, along = scale * contour.radius(stations), left + scale * stations
-    upper = [f"{x:.1f},{middle - y:.1f}" for x, y in zip(along, across, strict=True)]
-    lower = [f"{x:.1f},{middle + y:.1f}" for x, y in zip(along[::-1], across[::-1], strict=True)]
-    return f'<polygon class="{kind}" points="{" ".join([*upper, *lower])}"/>'
+    def svg(self, centre: float, kind: str) -> str:
+        """The whole picture."""
+        title, start = escape(self.texts("round.drawing")), self.left - 12
+        parts = [
+            self._area(self.profile.outer, (0.0, self.profile.length), "casing"),
+            *self._contents(),
+            _line(start, self.middle, self.left + self.scale * self.profile.length + 12, self.middle, "axis"),
+            *self._lengths(),
+            *self._walls(),
+            *self._centre(centre),
+        ]
+        size = f'viewBox="0 0 {self.width:g} {self.base + _FOOT:.0f}" role="img"'
+        return f'<svg class="drawing {kind}" {size} aria-label="{title}">{"".join(parts)}</svg>'
 
+    def _x(self, station: float) -> float:
+        return self.left + self.scale * station
 
-def _lengths(profile: Profile, left: float, middle: float, scale: float) -> Iterator[str]:
-    """Below the round: its segments, charge and fuze, and the whole length; above it the largest diameters."""
-    base = middle + scale * profile.max_radius
-    taken = 0.0  # up to which the first line of texts is full: the next goes below
-    for segment in profile.segments:
-        start, end = left + scale * segment.start, left + scale * segment.end
-        yield _line(end, middle, end, base + 18, "extension")
-        yield from _dimension(start, end, base + 18, "")
-        free = 0.5 * (start + end) - 0.5 * _ROOM > taken
-        yield _text(0.5 * (start + end), base + (29 if free else 41), _mm(segment.end - segment.start), "small")
-        if end - start > max(_ROOM, 5.0 * len(segment.name)):
-            yield _text(0.5 * (start + end), base + 41, segment.name, "small")
-        taken = 0.5 * (start + end) + 0.5 * _ROOM if free else 0.0
-    front, end = left + scale * profile.charge_front, left + scale * profile.charge_end
-    yield from _dimension(front, end, base + 54, f"charge {_mm(profile.charge_end - profile.charge_front)}")
-    if profile.fuze is not None and profile.charge_front > profile.cavity.start:
-        start = left + scale * profile.cavity.start
-        yield from _dimension(start, front, base + 54, _mm(profile.charge_front - profile.cavity.start))
-    yield from _dimension(left, left + scale * profile.length, base + 76, f"length {_mm(profile.length)}")
-    widest = profile.outer.max_radius
-    stations = np.linspace(profile.charge_front, profile.charge_end, 401)
-    yield _text(
-        0.5 * _WIDTH, 15, f"⌀ {_mm(2.0 * widest)}, charge ⌀ {_mm(2.0 * float(profile.cavity.radius(stations).max()))}, "
-        f"nose ⌀ {_mm(2.0 * profile.outer.radii[0])}, base ⌀ {_mm(2.0 * profile.outer.radii[-1])}", "label",
-    )  # fmt: skip
+    def _diameters(self) -> list[str]:
+        """The largest diameters and those of the ends, in lines that fit."""
+        profile, texts = self.profile, self.texts
+        stations = np.linspace(profile.charge_front, profile.charge_end, 401)
+        charge = float(profile.cavity.radius(stations).max())
+        ends = [(texts("drawing.nose"), profile.outer.radii[0]), (texts("drawing.base"), profile.outer.radii[-1])]
+        named = [("", profile.outer.max_radius), (texts("drawing.charge"), charge), *ends]
+        words = [f"{name} ⌀ {_mm(2.0 * radius)}".strip() for name, radius in named]
+        return [", ".join(words)] if self.width > 500.0 else [", ".join(words[:2]), ", ".join(words[2:])]
 
+    def _contents(self) -> Iterator[str]:
+        """Charge, and before it fuze or void."""
+        profile = self.profile
+        if profile.fuze is not None:
+            kind = "fuze" if profile.fuze.fill == "inert" else "void"
+            yield self._area(profile.cavity, (profile.cavity.start, profile.charge_front), kind)
+        yield self._area(profile.cavity, (profile.charge_front, profile.charge_end), "charge")
 
-def _walls(profile: Profile, left: float, middle: float, scale: float) -> Iterator[str]:
-    """Above the round: the thickness of the wall in the middle of each segment of the wall."""
-    low, high, last = profile.cavity.start, profile.cavity.end, -_ROOM
-    for segment in profile.segments:
-        station = 0.5 * (segment.start + segment.end)
-        if segment.kind != "wall" or not low < station < high:
-            continue
-        section, x = profile.section(station), left + scale * station
-        outer, inner = (middle - scale * float(radius) for radius in (section.outer_radius, section.inner_radius))
-        yield _line(x, inner, x, outer, "wall")
-        if x - last > 1.5 * _ROOM:
-            yield _line(x, outer, x, 40, "extension")
-            yield _text(x, 36, f"wall {_mm(float(section.wall))}", "small")
-            last = x
+    def _area(self, contour: Contour, between: tuple[float, float], kind: str) -> str:
+        corners = [station for station in contour.stations if between[0] < station < between[1]]
+        stations = np.unique([*np.linspace(*between, _SAMPLES), *corners])
+        across, along = self.scale * contour.radius(stations), self.left + self.scale * stations
+        upper = [f"{x:.1f},{self.middle - y:.1f}" for x, y in zip(along, across, strict=True)]
+        lower = [f"{x:.1f},{self.middle + y:.1f}" for x, y in zip(along[::-1], across[::-1], strict=True)]
+        return f'<polygon class="{kind}" points="{" ".join([*upper, *lower])}"/>'
 
+    def _lengths(self) -> Iterator[str]:
+        """Below the round: its segments, charge and fuze, and the whole length; above it the largest diameters."""
+        profile, base = self.profile, self.base
+        taken = 0.0  # up to which the first line of texts is full: the next goes below
+        for segment in profile.segments:
+            start, end = self._x(segment.start), self._x(segment.end)
+            middle = 0.5 * (start + end)
+            yield _line(end, self.middle, end, base + 18, "extension")
+            yield from _dimension(start, end, base + 18, "")
+            free = middle - 0.5 * _ROOM > taken
+            yield _text(middle, base + (29 if free else 41), _mm(segment.end - segment.start), "small")
+            if end - start > max(_ROOM, 5.0 * len(segment.name)):
+                yield _text(middle, base + 41, segment.name, "small")
+            taken = middle + 0.5 * _ROOM if free else 0.0
+        front, end, charge = self._x(profile.charge_front), self._x(profile.charge_end), self.texts("drawing.charge")
+        yield from _dimension(front, end, base + 54, f"{charge} {_mm(profile.charge_end - profile.charge_front)}")
+        if profile.fuze is not None and profile.charge_front > profile.cavity.start:
+            start = self._x(profile.cavity.start)
+            yield from _dimension(start, front, base + 54, _mm(profile.charge_front - profile.cavity.start))
+        length = f"{self.texts('drawing.length')} {_mm(profile.length)}"
+        yield from _dimension(self.left, self._x(profile.length), base + 76, length)
+        for line, words in enumerate(self.diameters):
+            yield _text(0.5 * self.width, 15 + 16 * line, words, "label")
 
-def _centre(station: float, left: float, middle: float, scale: float) -> Iterator[str]:
-    x = left + scale * station
-    yield f'<circle class="centre" cx="{x:.1f}" cy="{middle:.1f}" r="5"/>'
-    yield _line(x - 5, middle, x + 5, middle, "wall") + _line(x, middle - 5, x, middle + 5, "wall")
-    yield _text(x + 8, middle - 8, f"centre of mass {_mm(station)}", "small start halo")
+    def _walls(self) -> Iterator[str]:
+        """Above the round: the thickness of the wall in the middle of each segment of the wall."""
+        low, high, last = self.profile.cavity.start, self.profile.cavity.end, -_ROOM
+        for segment in self.profile.segments:
+            station = 0.5 * (segment.start + segment.end)
+            if segment.kind != "wall" or not low < station < high:
+                continue
+            section, x = self.profile.section(station), self._x(station)
+            radii = (section.outer_radius, section.inner_radius)
+            outer, inner = (self.middle - self.scale * float(radius) for radius in radii)
+            yield _line(x, inner, x, outer, "wall")
+            if x - last > 1.7 * _ROOM:
+                yield _line(x, outer, x, self.head + 4, "extension")
+                yield _text(x, self.head, f"{self.texts('drawing.wall')} {_mm(float(section.wall))}", "small")
+                last = x
+
+    def _centre(self, station: float) -> Iterator[str]:
+        x, y = self._x(station), self.middle
+        yield f'<circle class="centre" cx="{x:.1f}" cy="{y:.1f}" r="5"/>'
+        yield _line(x - 5, y, x + 5, y, "wall") + _line(x, y - 5, x, y + 5, "wall")
+        side, kind = (-8, "end") if x > 0.6 * self.width else (8, "start")
+        yield _text(x + side, y - 8, f"{self.texts('drawing.centre')} {_mm(station)}", f"small {kind} halo")
 
 
 def _dimension(start: float, end: float, y: float, words: str) -> Iterator[str]:

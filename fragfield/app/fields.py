@@ -24,8 +24,8 @@ class Field:
 
     Attributes
     ----------
-    name : str
-        The key.
+    name, key : str
+        The key in its table, and from the top of the file, with the table's kind: "exposed[road].width".
     kind : str
         "text", "number", "value" (any TOML value), "choice", "switch", "table" or "tables" (a list of tables).
     meaning, allowed, why, bounds, unit, example : str
@@ -41,6 +41,7 @@ class Field:
     """
 
     name: str
+    key: str
     kind: str
     meaning: str = ""
     allowed: str = ""
@@ -52,13 +53,6 @@ class Field:
     default: str = ""
     needed: bool = False
     only_with: Mapping[str, Any] | None = field(default=None, hash=False)
-
-    @property
-    def help(self) -> str:
-        """Everything that is known of it, in sentences."""
-        bounds = f"{self.bounds} ({self.why})" if self.bounds and self.why else self.bounds
-        parts = [self.meaning, self.allowed and f"Allowed: {self.allowed}.", bounds and f"Bounds: {bounds}."]
-        return " ".join(part for part in parts if part)
 
     def applies(self, table: Mapping[str, Any], defaults: Mapping[str, str]) -> bool:
         """Whether it is read with what the table says of the other key."""
@@ -94,8 +88,11 @@ def fields_of(path: tuple[str, ...], kind: str = "") -> tuple[Field, ...]:
     """
     table = _tables(path)
     chosen = next((one for one in table if kind and _kind(one) == kind), table[0])
-    needed = chosen.get("required", [])
-    return tuple(_field(name, entry, needed=name in needed) for name, entry in chosen["properties"].items())
+    needed, place = chosen.get("required", []), ".".join(path) + (f"[{kind}]" if kind else "")
+    return tuple(
+        _field(name, f"{place}.{name}".removeprefix("."), entry, needed=name in needed)
+        for name, entry in chosen["properties"].items()
+    )
 
 
 def kinds_of(path: tuple[str, ...]) -> tuple[str, ...]:
@@ -130,7 +127,7 @@ def _choices(entry: Mapping[str, Any]) -> list[dict[str, Any]]:
     return [] if entry.get("type") == "null" else [dict(entry)]
 
 
-def _field(name: str, entry: Mapping[str, Any], *, needed: bool) -> Field:
+def _field(name: str, key: str, entry: Mapping[str, Any], *, needed: bool) -> Field:
     parts = _choices(entry)
     known: dict[str, Any] = {}
     for part in parts:  # what an alternative says, then the field itself
@@ -139,6 +136,7 @@ def _field(name: str, entry: Mapping[str, Any], *, needed: bool) -> Field:
     words = [*known.get("words", []), *(str(word) for part in parts for word in part.get("enum", []))]
     return Field(
         name,
+        key,
         _sort(entry, parts, words),
         meaning=" ".join(str(entry.get("description", "")).split()),
         allowed=str(known.get("allowed", "")),

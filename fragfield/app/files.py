@@ -23,22 +23,8 @@ _SHUT_OFF = (
     "connect-src data: blob:"
 )
 """A page that a run wrote may show itself, but ask for nothing and reach no other page."""
-_OPEN = (
-    ".html",
-    ".svg",
-    ".png",
-    ".pdf",
-    ".json",
-    ".csv",
-    ".txt",
-    ".log",
-    ".toml",
-    ".geojson",
-    ".kml",
-    ".xlsx",
-    ".h5",
-    ".xdmf",
-)
+_OPEN = (".html", ".svg", ".png", ".jpg", ".jpeg", ".pdf", ".json", ".csv", ".txt", ".log", ".toml", ".geojson", ".kml",
+         ".xlsx", ".h5", ".xdmf")  # fmt: skip
 
 
 def add_files(app: FastAPI, session: Session) -> None:
@@ -50,7 +36,7 @@ def add_files(app: FastAPI, session: Session) -> None:
             path = session.space.inside(name)
         except InputError as error:
             return PlainTextResponse(str(error), status_code=404)
-        if not path.is_file() or path.suffix not in _OPEN:
+        if not path.is_file() or path.suffix.lower() not in _OPEN:
             return PlainTextResponse(f"{name[:200]}: no such file", status_code=404)
         headers = {"content-security-policy": _SHUT_OFF, "cache-control": "no-cache"}
         if request.query_params.get("save"):

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 from nicegui import ui
 
 from fragfield.app.fields import Field, fields_of, kinds_of, read_field, shown
+from fragfield.app.markup import box, fold, note
 from fragfield.case.messages import key_path
 
 if TYPE_CHECKING:
@@ -17,7 +18,9 @@ if TYPE_CHECKING:
 
     from fragfield.app.page import CasePage
 
-__all__ = ["entries_form", "field_input", "form", "names_of", "word_input"]
+__all__ = ["entries_form", "field_input", "folded", "form", "names_of"]
+
+_TABLES = ("table", "tables")
 
 
 def names_of(path: Sequence[str | int]) -> tuple[str, ...]:
@@ -46,66 +49,63 @@ def form(
     kind : str
         Of tables of several kinds, that one.
     """
-    fields = [
-        one for one in fields_of(names_of(path), kind) if (one.name in only or not only) and one.name not in without
-    ]
-    if only:
-        fields.sort(key=lambda one: list(only).index(one.name))
+    known = {one.name: one for one in fields_of(names_of(path), kind)}
+    fields = [known[name] for name in (only or known) if name not in without]
     table, defaults = page.case.get(path, {}), {one.name: one.default for one in fields}
     table = table if isinstance(table, dict) else {}
-    with ui.element("div").classes("form"):
+    with box("form"):
         for one in fields:
-            if one.kind not in ("table", "tables") and (one.name in table or one.applies(table, defaults)):
+            if one.kind not in _TABLES and (one.name in table or one.applies(table, defaults)):
                 field_input(page, (*path, one.name), one)
     for one in fields:
-        if one.kind in ("table", "tables"):
-            _folded(page, (*path, one.name), one)
+        if one.kind in _TABLES:
+            folded(page, (*path, one.name), one)
 
 
-def _folded(page: CasePage, path: tuple[str | int, ...], entry: Field) -> None:
-    """A sub-table, or a list of them, that opens where it is set or where a fault is."""
-    key = key_path(path)
-    opened = page.focus.startswith(key) or page.case.get(path) not in (None, {}, [])
-    with ui.expansion(page.texts.label(entry.name), value=opened).classes("folded") as fold:
-        if entry.meaning:
-            ui.label(entry.meaning).classes("meaning")
-        place = ui.element("div")
-    page.bind(path, fold)
+def folded(page: CasePage, path: tuple[str | int, ...], entry: Field, *, without: Collection[str] = ()) -> None:
+    """A sub-table, or a list of them, that opens where it is set or where a fault is; built when it is opened."""
+    opened = page.focus.startswith(key_path(path)) or (len(path) > 1 and page.case.get(path) not in (None, {}, []))
+    with fold(page.texts.label(entry.key), opened=opened) as part:
+        if words := page.texts.meaning(entry):
+            note(words, "meaning")
+        place = box()
+    page.bind(path, part)
 
     def build() -> None:
-        if fold.value and not place.default_slot.children:
+        if part.value and not place.default_slot.children:
             with place:
                 if entry.kind == "tables":
                     entries_form(page, path)
                 else:
-                    form(page, path)
+                    form(page, path, without=without)
 
-    fold.on_value_change(build)
+    part.on_value_change(build)
     build()
 
 
 def entries_form(page: CasePage, path: tuple[str | int, ...], *, changed: Callable[[], object] | None = None) -> None:
     """A list of tables: each with its form, to be added and removed."""
-    kinds = kinds_of(names_of(path))
+    kinds, texts = kinds_of(names_of(path)), page.texts
 
     @ui.refreshable
     def show() -> None:
         entries = page.case.get(path, [])
         for number, entry in enumerate(entries if isinstance(entries, list) else []):
             place = (*path, number)
-            kind = str(entry.get("kind", "")) if isinstance(entry, dict) else ""
-            name = str(entry.get("name", "")) if isinstance(entry, dict) else ""
-            title = " · ".join(part for part in (name or f"{number + 1}", kind) if part)
-            key = key_path(place)
-            with ui.expansion(title, value=page.focus.startswith(key) or len(entries) == 1).classes("folded") as fold:
+            kind, name = (str(entry.get(key, "")) if isinstance(entry, dict) else "" for key in ("kind", "name"))
+            title = " · ".join([name or f"{number + 1}", *([texts(f"kind.{kind}")] if kind in kinds else [])])
+            with fold(title, opened=page.focus.startswith(key_path(place)) or len(entries) == 1) as part:
                 form(page, place, without=("kind",) if kinds else (), kind=kind)
-                ui.button(page.texts("form.remove"), icon="delete", on_click=lambda _, at=place: again(at, None)).props(
-                    "dense flat no-caps"
+                ui.button(texts("form.remove"), icon="delete", on_click=lambda _, at=place: again(at, None)).props(
+                    "dense flat"
                 )
-            page.bind(place, fold)
-        for kind in kinds or ("",):
-            label = page.texts("form.add", what=page.texts.label(kind or str(path[-1])))
-            ui.button(label, icon="add", on_click=lambda _, kind=kind: add(kind)).props("dense outline no-caps")
+            page.bind(place, part)
+        with box("choices"):
+            for kind in kinds or ("",):
+                what = texts(f"kind.{kind}") if kind else texts.label(".".join(names_of(path)))
+                ui.button(texts("form.add", what=what), icon="add", on_click=lambda _, kind=kind: add(kind)).props(
+                    "dense outline"
+                )
 
     def add(kind: str) -> None:
         entries = page.case.get(path, [])
@@ -147,33 +147,33 @@ def field_input(
         Called after every change.
     """
     known = entry or next(one for one in fields_of(names_of(path[:-1])) if one.name == path[-1])
-    value = page.case.get(path)
-    label = page.texts.label(known.name) + (" *" if known.needed else "")
+    value, texts = page.case.get(path), page.texts
+    label = texts.label(known.key) + (" *" if known.needed else "")
 
     def take(event: ValueChangeEventArguments) -> None:
-        text = event.value
-        new = None if text is None else read_field(known, str(text))
+        new = None if event.value is None else read_field(known, str(event.value))
         if isinstance(page.case.get(path), dict) and isinstance(new, str) and new.startswith("{"):
             return
         if page.change(path, new) and changed is not None:
             changed()
 
-    default = page.texts("form.default", value=known.default) if known.default else ""
+    default = texts("form.default", value=known.default) if known.default else ""
     if known.kind in ("choice", "switch") or choices:
-        options = list(choices or known.choices) if known.kind != "switch" else ["true", "false"]
-        element = word_input(label, shown(value), options, take, free=bool(choices), placeholder=default)
+        options = ["true", "false"] if known.kind == "switch" else list(choices or known.choices)
+        element = _word_input(label, shown(value), options, take, free=bool(choices), placeholder=default)
     else:
         element = ui.input(label, value=shown(value), on_change=take, autocomplete=list(known.choices) or None)
-        element.props("stack-label autocapitalize=off spellcheck=false")
-        element.props["placeholder"] = default or _for_example(page, known)
-    element.props("outlined dense hide-hint")
-    element.props["hint"] = known.help or None
+        element.props("autocapitalize=off spellcheck=false")
+        examples = " / ".join([*known.choices, *([known.example] if known.example else [])])
+        element.props["placeholder"] = default or (texts("form.example", value=examples) if examples else "")
+    element.props("hide-hint")
+    element.props["hint"] = texts.help(known) or None
     page.bind(path, element)
     return element
 
 
-def word_input(
-    label: str, value: str, options: list[str], take: Callable[..., object], *, free: bool, placeholder: str = ""
+def _word_input(
+    label: str, value: str, options: list[str], take: Callable[..., object], *, free: bool, placeholder: str
 ) -> ui.select:
     """A choice among words; with `free` others may be typed; empty: the default."""
     if value and value not in options:
@@ -182,7 +182,6 @@ def word_input(
         options, label=label, value=value or None, on_change=take, clearable=True, with_input=free,
         new_value_mode="add-unique" if free else None,
     )  # fmt: skip
-    element.props("stack-label options-dense")
 
     def show_default() -> None:
         """What holds where nothing is chosen."""
@@ -196,8 +195,3 @@ def word_input(
         element.on_value_change(show_default)
         show_default()
     return element
-
-
-def _for_example(page: CasePage, known: Field) -> str:
-    words = [*known.choices, *([known.example] if known.example else [])]
-    return page.texts("form.example", value=" / ".join(words)) if words else ""

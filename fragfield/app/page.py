@@ -9,13 +9,18 @@ from urllib.parse import urlencode
 from nicegui import run, ui
 
 from fragfield.app.document import Fault, steps_of
+from fragfield.app.jobs import start_job
+from fragfield.app.markup import box, note
 from fragfield.app.texts import LANGUAGES, texts_in
 from fragfield.case.messages import key_path
 from fragfield.errors import message_of
+from fragfield.files.signature import refuse_signed
 from fragfield_base import errors
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
+    from pathlib import Path
+    from typing import Any
 
     from nicegui.element import Element
 
@@ -75,6 +80,11 @@ class CasePage:
         assert self.document is not None
         return self.document
 
+    @property
+    def folder(self) -> Path:
+        """Where the case stands, else the folder of the application."""
+        return self.document.path.parent if self.document is not None else self.session.space.folder
+
     def address(self, name: str, **query: str) -> str:
         """Address of a page of the same case."""
         words = {"case": self.document.name} if self.document is not None else {}
@@ -94,6 +104,37 @@ class CasePage:
         if self.document is not None:
             self._own = self.document.version
         return True
+
+    async def ask(
+        self, place: Element, question: Callable[..., Any], *words: object,
+        refused: Callable[[Exception], object] | None = None, **options: object,
+    ) -> Any:  # noqa: ANN401 - the answer  # fmt: skip
+        """Answer of a function, from a thread; a refusal is shown in a place of the page, and None returned."""
+        place.clear()
+        try:
+            return await run.io_bound(question, *words, **options)
+        except (errors.InputError, OSError) as error:
+            with place:
+                note(message_of(error), "fault")
+                if refused is not None:
+                    refused(error)
+            return None
+
+    def queue(self, title: str, target: str, *commands: Sequence[str], result: str = "") -> None:
+        """Save the case and queue commands of the command line that write into `target`; then go to the queue.
+
+        A signed run is refused here as by the commands. `result` is the run to be shown then, where it is another.
+        """
+
+        def start() -> None:
+            refuse_signed(self.session.space.folder / target)
+            if self.case.is_draft:
+                self.case.save()
+            words = [list(one) for one in commands]
+            start_job(self.session.space, title=title, case=self.case.name, run=result or target, commands=words)
+
+        if self.attempt(start):
+            ui.navigate.to(self.address("run"))
 
     def bind(self, path: Sequence[str | int], element: Element) -> None:
         """Let an element show the faults of a key."""
@@ -122,18 +163,16 @@ class CasePage:
         texts, case = self.texts, self.document
         ui.colors(primary="#16365c", secondary="#56616d", negative="#a3301a", positive="#1f5c8a", warning="#9a5b00")
         ui.page_title(f"{texts(f'page.{self.name}')} · {case.name if case else 'fragfield'}")
-        with ui.element("header").classes("head"):
-            with ui.element("div").classes("head-line"):
+        with box("head", "header"):
+            with box("head-line"):
                 ui.link("fragfield", self.address("start")).classes("brand")
-                self._title = ui.label(case.name if case is not None else str(self.session.space.folder)).classes(
-                    "case-name"
-                )
+                note(case.name if case is not None else str(self.session.space.folder), "case-name")
                 if case is not None:
-                    self._state = ui.label("").classes("state").props("role=status")
-                    self._save = ui.button(texts("case.save"), on_click=self._save_case).props("dense no-caps id=save")
-                    self._drop = ui.button(texts("case.drop"), on_click=self._drop_draft).props("dense flat no-caps")
+                    self._state = note("", "state").props("role=status")
+                    self._save = ui.button(texts("case.save"), on_click=self._save_case).props("dense id=save")
+                    self._drop = ui.button(texts("case.drop"), on_click=self._drop_draft).props("dense flat")
                 ui.select(LANGUAGES, value=texts.language, on_change=lambda event: self._speak(event.value)).props(
-                    f'dense borderless options-dense aria-label="{texts("page.language")}"'
+                    f'borderless aria-label="{texts("page.language")}"', remove="outlined"
                 ).classes("language")
             if case is not None:
                 with ui.element("nav").props(f'aria-label="{texts("page.pages")}"'):
@@ -141,8 +180,8 @@ class CasePage:
                         link = ui.link(f"{number} {texts(f'page.{name}')}", self.address(name))
                         link.props(f'accesskey="{number}"' + (' aria-current="page"' if name == self.name else ""))
         if case is not None:
-            self._news = ui.element("div").classes("news").props("role=status")
-            self._faults = ui.element("div").classes("faults").props("role=alert")
+            self._news = box("news").props("role=status")
+            self._faults = box("faults").props("role=alert")
 
     def _speak(self, language: str) -> None:
         self.attempt(lambda: self.session.speak(language))
@@ -174,8 +213,8 @@ class CasePage:
         if self._shown != case.version:
             version = case.version
             faults = await run.io_bound(case.faults)
-            if version != case.version:
-                return  # judged again at the next look
+            if faults is None or version != case.version:  # the server ends, or it is judged again at the next look
+                return
             self._shown = version
             self._show_faults(faults)
             for listener in self._listeners:
@@ -197,9 +236,9 @@ class CasePage:
             self._news.clear()
             with self._news:
                 for words in news:
-                    ui.label(words).classes("warning")
+                    note(words, "warning")
                 if case.changed_on_disk:
-                    ui.button(texts("case.read_again"), on_click=self._drop_draft).props("dense flat no-caps")
+                    ui.button(texts("case.read_again"), on_click=self._drop_draft).props("dense flat")
 
     def _show_faults(self, faults: Sequence[Fault]) -> None:
         """Put every fault at its field; those of no field, or of one in a closed part, are listed above the page."""
@@ -220,9 +259,9 @@ class CasePage:
         self._faults.clear()
         with self._faults:
             if faults:
-                ui.label(self.texts("case.faults", number=len(faults))).classes("fault-count")
+                note(self.texts("case.faults", number=len(faults)), "fault-count")
             for fault in elsewhere[:12]:
-                with ui.element("div").classes("fault"):
+                with box("fault"):
                     if fault.key:
                         ui.link(fault.key, self.address(page_of(fault.key), key=fault.key))
                     ui.label(fault.message)

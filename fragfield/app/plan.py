@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fragfield.app.drawing import PATTERNS
 from fragfield.report.figures.arrangement import outlines
 
 if TYPE_CHECKING:
@@ -15,7 +14,7 @@ if TYPE_CHECKING:
 
     from fragfield.case import Case
 
-__all__ = ["plan_svg"]
+__all__ = ["plan_svg", "round_length"]
 
 _WIDTH, _MOST_HEIGHT, _ROOM = 560.0, 420.0, 0.15
 _MOST_NAMED = 24
@@ -66,12 +65,12 @@ def plan_svg(case: Case, vertical: int, title: str) -> str:
             parts.append(f'<circle class="initiated" cx="{x:.1f}" cy="{y:.1f}" r="4"/>')
         if not image and len(case.round) <= _MOST_NAMED:
             parts.append(f'<text class="small halo" x="{x:.1f}" y="{y - 8:.1f}">{escape(name)}</text>')
-    bar = _round_length(0.25 * _WIDTH / scale)
+    bar = round_length(0.25 * _WIDTH / scale)
     foot = height + 16
     parts.append(f'<path class="dimension" d="M10 {foot - 4:.1f}v8M10 {foot:.1f}h{scale * bar:.1f}m0 -4v8"/>')
     parts.append(f'<text class="small start" x="{16 + scale * bar:.1f}" y="{foot + 4:.1f}">{bar:g} m</text>')
     head = f'<svg viewBox="0 0 {_WIDTH:g} {height + 30:.0f}" role="img" aria-label="{escape(title)}">'
-    return f"{head}{PATTERNS}{''.join(parts)}</svg>"
+    return f"{head}{''.join(parts)}</svg>"
 
 
 def _ground(case: Case) -> float:
@@ -80,7 +79,7 @@ def _ground(case: Case) -> float:
     return ground_height(case, *np.mean([entry.position[:2] for entry in case.round], axis=0))
 
 
-def _round_length(length: float) -> float:
+def round_length(length: float) -> float:
     """The largest of 1, 2 and 5 times a power of ten that is no longer."""
     power = 10.0 ** np.floor(np.log10(length))
     return float(max(factor * power for factor in (1.0, 2.0, 5.0) if factor * power <= length))

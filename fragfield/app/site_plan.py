@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
@@ -18,13 +19,13 @@ from fragfield.errors import InputError
 from fragfield_base.units import UnitError, read_measure
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
     from pathlib import Path
 
     from flight.hazard.site import Site
     from fragfield.app.document import CaseDocument
 
-__all__ = ["exported", "imported", "move", "plan_of", "site_in"]
+__all__ = ["background_of", "exported", "imported", "move", "plan_of", "site_in"]
 
 _OBSTACLES: TypeAdapter[Any] = TypeAdapter(ObstacleTable)
 _LINES = ("road", "wall", "barricade")
@@ -137,7 +138,48 @@ def move(case: CaseDocument, path: Sequence[str | int], x: float, y: float) -> N
     case.set(path, here)
 
 
-def plan_of(case: CaseDocument, circles: Sequence[dict[str, Any]], background: dict[str, Any] | None) -> dict[str, Any]:
+def background_of(case: CaseDocument, given: Mapping[str, str]) -> dict[str, Any]:
+    """Where a picture lies below the map: `low` and `high`, its corners (m), or its `width` (m) about the origin.
+
+    Parameters
+    ----------
+    case : CaseDocument
+        With its place on Earth, where corners are given by latitude and longitude.
+    given : mapping
+        Texts: "low" and "high", two lengths or angles each with a comma between; else "width". Numbers are in metres.
+
+    Raises
+    ------
+    InputError
+        A text is no such value, or the corners are not lower left and upper right.
+    """
+    if not given.get("low") and not given.get("high"):
+        width = _value(_metres(given.get("width") or "500 m"), "m")
+        if width is None or width <= 0.0:
+            raise InputError(f'width: found "{given["width"]}"; allowed: a length above 0 m, for example "500 m"')
+        return {"width": width}
+    low, high = (_corner(case, key, given.get(key, "")) for key in ("low", "high"))
+    if not (low[0] < high[0] and low[1] < high[1]):
+        raise InputError(f"corners: found {low} and {high} m; allowed: lower left, then upper right")
+    return {"low": low, "high": high}
+
+
+def _metres(text: str) -> str:
+    return f"{text} m" if re.fullmatch(r"\s*[-+]?[\d.]+\s*", text) else text
+
+
+def _corner(case: CaseDocument, key: str, text: str) -> tuple[float, float]:
+    parts = [_metres(part) for part in text.split(",")]
+    corner = _pair(parts) or ((pair := _pair(parts, "rad")) and _here(case, *pair))
+    if not corner:
+        raise InputError(
+            f'{key}: found "{text}"; allowed: x and y, for example "-250, -180", or with [site] latitude and '
+            'longitude, for example "51.5 deg, 7.25 deg"'
+        )
+    return corner
+
+
+def plan_of(case: CaseDocument, circles: Sequence[dict[str, Any]]) -> dict[str, Any]:
     """What the map draws: shapes, marks to drag, circles about the origin, terrain, north (degrees from +x)."""
     tables, shapes, handles = case.tables, [], []
     for table in ("obstacle", "exposed"):
@@ -158,7 +200,7 @@ def plan_of(case: CaseDocument, circles: Sequence[dict[str, Any]], background: d
     site = site_in(case)
     return {
         "shapes": [*_terrain(case, shapes), *shapes], "handles": handles, "circles": list(circles),
-        "origin": list(_origin(case)), "north": None if site is None else site.bearing, "background": background,
+        "origin": list(_origin(case)), "north": None if site is None else site.bearing,
     }  # fmt: skip
 
 
@@ -173,18 +215,13 @@ def _shape(table: str, entry: dict[str, Any], name: str, marks: list[tuple[float
         if length and width:
             along = 0.5 * length * np.array([math.cos(turn), math.sin(turn)])
             across = 0.5 * width * np.array([-math.sin(turn), math.cos(turn)])
-            points = (
-                np.array(marks[0]) + np.array([along + across, across - along, -along - across, along - across])
-            ).tolist()
-            closed = True
+            corners = np.array([along + across, across - along, -along - across, along - across])
+            points, closed = (np.array(marks[0]) + corners).tolist(), True
     elif kind == "area":
         closed = True
     width = (_value(entry.get("width", "6 m"), "m") or 6.0) if kind == "road" else 0.0
-    return (
-        [{"kind": table, "sort": kind, "name": name, "points": points, "closed": closed, "width": width}]
-        if points
-        else []
-    )
+    shape = {"kind": table, "sort": kind, "name": name, "points": points, "closed": closed, "width": width}
+    return [shape] if points else []
 
 
 def _terrain(case: CaseDocument, shapes: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
@@ -221,18 +258,10 @@ def exported(case: CaseDocument) -> str:
             drawn = marks if shape != "Polygon" else _shape(table, entry, "", marks)[0]["points"]
             ring = [[round(pair[1], 8), round(pair[0], 8)] for x, y in drawn if (pair := _on_earth(case, x, y))]
             places: Any = ring[0] if shape == "Point" else [[*ring, ring[0]]] if shape == "Polygon" else ring
-            known = {
-                key: value
-                for key, value in entry.items()
-                if not isinstance(value, (list, dict)) and (kind in _LINES or key not in _PLACED)
-            }
-            features.append(
-                {
-                    "type": "Feature",
-                    "geometry": {"type": shape, "coordinates": places},
-                    "properties": {**known, "kind": kind},
-                }
-            )
+            known = {key: value for key, value in entry.items()
+                     if not isinstance(value, (list, dict)) and (kind in _LINES or key not in _PLACED)}  # fmt: skip
+            geometry = {"type": shape, "coordinates": places}
+            features.append({"type": "Feature", "geometry": geometry, "properties": {**known, "kind": kind}})
     return json.dumps({"type": "FeatureCollection", "features": features}, indent=1)
 
 

@@ -1,10 +1,15 @@
-"""Texts of the pages, from one file, in English and German."""
+"""Texts of the pages, and what the fields of a case mean, in English and German."""
 
 from __future__ import annotations
 
+import re
 import tomllib
 from functools import cache
 from importlib import resources
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from fragfield.app.fields import Field
 
 __all__ = ["LANGUAGES", "Texts", "texts_in"]
 
@@ -12,19 +17,46 @@ LANGUAGES = {"en": "English", "de": "Deutsch"}
 
 
 class Texts:
-    """Texts in one language; a text that it lacks is shown in English, a name that no language has is a fault."""
+    """Texts in one language; what it lacks is shown in English, a name that no language has is a fault.
+
+    In English the words for fields are those of the inputs' metadata; other languages have a table of them.
+    """
 
     def __init__(self, language: str) -> None:
         self.language = language
-        self._texts = {name: words.get(language, words["en"]) for name, words in _all().items()}
+        groups = _read("texts").items()
+        self._texts = {f"{group}.{name}": words.get(language, words["en"])
+                       for group, table in groups for name, words in table.items()}  # fmt: skip
+        self._words = _read(f"fields_{language}")
 
     def __call__(self, name: str, /, **values: object) -> str:
         """A text with its places filled in."""
         return self._texts[name].format(**values) if values else self._texts[name]
 
+    def _field(self, key: str) -> list[str] | None:
+        known = self._words.get("fields", {})
+        return known.get(key) or known.get(re.sub(r"\[\w+\]", "", key))
+
     def label(self, key: str) -> str:
-        """Label of a key of the case file: its translation, else the key in words."""
-        return self._texts.get(f"key.{key}", key.replace("_", " "))
+        """Label of a field by its key, as `Field.key` has it."""
+        name = key.rpartition(".")[2]
+        return (self._field(key) or [self._texts.get(f"key.{name}", name.replace("_", " "))])[0]
+
+    def meaning(self, entry: Field) -> str:
+        """What a field means."""
+        return (self._field(entry.key) or ["", entry.meaning])[1]
+
+    def help(self, entry: Field) -> str:
+        """Everything that is known of a field, in sentences."""
+        allowed, bounds, why = entry.allowed, entry.bounds, self._words.get("reasons", {}).get(entry.why, entry.why)
+        for phrase, own in self._words.get("phrases", {}).items():
+            allowed, bounds = allowed.replace(phrase, own), bounds.replace(phrase, own)
+        parts = [self.meaning(entry)]
+        if allowed:
+            parts.append(f"{self('form.allowed')}: {allowed}.")
+        if bounds:
+            parts.append(f"{self('form.bounds')}: {bounds} ({why})." if why else f"{self('form.bounds')}: {bounds}.")
+        return " ".join(part for part in parts if part)
 
 
 @cache
@@ -33,8 +65,6 @@ def texts_in(language: str) -> Texts:
     return Texts(language if language in LANGUAGES else "en")
 
 
-@cache
-def _all() -> dict[str, dict[str, str]]:
-    source = resources.files("fragfield.app") / "texts.toml"
-    tables = tomllib.loads(source.read_text(encoding="utf-8"))
-    return {f"{group}.{name}": words for group, table in tables.items() for name, words in table.items()}
+def _read(name: str) -> dict[str, dict[str, Any]]:
+    file = resources.files("fragfield.app") / f"{name}.toml"
+    return tomllib.loads(file.read_text(encoding="utf-8")) if file.is_file() else {}

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal, get_args, get_origin
 from pydantic import BaseModel
 from pydantic_core import PydanticUndefined
 
-from fragfield.case.messages import marks_of, tables_in
+from fragfield.case.messages import mark_of, marks_of, tables_in
 from fragfield.case.schema import Case
 from fragfield.case.tables.burst import BurstTable
 from fragfield.case.tables.flight import HazardTable
@@ -281,20 +281,12 @@ def _choices(field: FieldInfo) -> list[str]:
     return [f"One of {', '.join(words)}."] if len(words) > 1 else []
 
 
-def _quantity(field: FieldInfo) -> Quantity | None:
-    return next((mark for mark in marks_of(field) if isinstance(mark, Quantity)), None)
-
-
-def _vector(field: FieldInfo) -> Vector | None:
-    return next((mark for mark in marks_of(field) if isinstance(mark, Vector)), None)
-
-
 def _default(default: object, field: FieldInfo) -> str:
     """A default as the file has it, values with a dimension in the unit of the field's example."""
-    vector = _vector(field)
+    vector = mark_of(field, Vector)
     if vector is not None and vector.component is not None and isinstance(default, tuple):
         return toml_value([f"{component:g} {vector.component.symbol}" for component in default])
-    quantity = _quantity(field)
+    quantity = mark_of(field, Quantity)
     if isinstance(default, BaseModel):
         return "{}"  # the table, with all of its keys left out
     if quantity is None or not isinstance(default, float):
@@ -312,9 +304,9 @@ def _example(field: FieldInfo) -> str | None:
     """An example as the file has it, None where the schema has none."""
     if (inline := _inline(field)) is not None:
         return inline
-    quantity = _quantity(field)
+    quantity = mark_of(field, Quantity)
     if quantity is not None and get_origin(field.annotation) is not list:
         plain = not any(get_origin(part) is list for part in get_args(field.annotation))
         return toml_value(quantity.example) if plain else None
-    vector = _vector(field)
+    vector = mark_of(field, Vector)
     return vector.example if vector is not None else None

@@ -34,7 +34,7 @@ class Signature:
 
 
 def sign(folder: Path, who: str) -> Signature:
-    """Sign the report of a run; raises InputError where it has none, is signed already, or nobody is named."""
+    """Sign the report of a run; raises InputError where it has none, is signed already, or no name is given."""
     refuse_signed(folder)
     if missing := [name for name in _SIGNED if not (folder / name).is_file()]:
         raise InputError(f"{folder}: has no {missing[0]} to sign; run `fragfield report {folder}` first")

@@ -7,8 +7,8 @@ from collections import Counter
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from flight.files.dialect import Guess
 from fragfield.errors import InputError
+from fragfield.importing.dialect import Guess
 from fragfield.importing.names import SIDES, is_unit, plain, read_head
 from fragfield.importing.numbers import Numbers, decimal_of
 from fragfield.importing.sheet import QuestionError, Refused, Row

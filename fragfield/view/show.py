@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 from fragfield.errors import InputError
+from fragfield.files.signature import refuse_signed
 from fragfield.report.figures.drawing import SPEED_MAP
 from fragfield.report.reading.run_files import RunFiles, read_run
 from fragfield.view.offscreen import (
@@ -47,7 +48,7 @@ def view_run(run_dir: Path | str, *, window: bool | None = None, html: bool = Fa
     Raises
     ------
     InputError
-        Nothing to look at: neither the burst nor the break-up has been run.
+        Nothing to look at: neither the burst nor the break-up has been run; or the run is signed, and not for a window.
     PictureUnavailableError
         VTK cannot draw here, or a package that the pages need is missing.
     """
@@ -65,6 +66,7 @@ def view_run(run_dir: Path | str, *, window: bool | None = None, html: bool = Fa
             )
         if named:
             _log.warning("%s: pictures are written instead of a window", named)
+    refuse_signed(run.folder)
     with PictureProcess(run.folder, run.folder, "pages" if html else "pictures") as process:
         if fault := process.finish():
             raise PictureUnavailableError(fault)

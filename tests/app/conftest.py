@@ -16,6 +16,8 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 CHROMIUM = shutil.which("chromium")
+PATIENCE = float(os.environ.get("FRAGFIELD_PAGE_PATIENCE", "1"))
+"""Factor on every time that is waited for, for a machine that does other things as well."""
 
 
 @dataclass
@@ -51,7 +53,7 @@ class Application:
         """A new page of a browser that has the token."""
         context = self.browser.new_context(viewport={"width": width, "height": 900})
         page = context.new_page()
-        page.set_default_timeout(int(os.environ.get("FRAGFIELD_PAGE_TIMEOUT", "90000")))
+        page.set_default_timeout(90_000 * PATIENCE)
         page.on("request", lambda request: self._seen(request.url))
         page.on("pageerror", lambda error: self.errors.append(str(error)))
         page.goto(self.address)

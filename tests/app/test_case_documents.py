@@ -14,8 +14,7 @@ from burst_fenicsx.geometry.files import PROFILES, profile_names
 from fragfield.app.contour import from_case, number_of, to_case
 from fragfield.app.document import CaseDocument, steps_of
 from fragfield.app.fields import fields_of, kinds_of, read_field
-from fragfield.app.site_plan import exported, imported, move, plan_of
-from fragfield.app.texts import LANGUAGES, _all, texts_in
+from fragfield.app.site_plan import background_of, exported, imported, move, plan_of
 from fragfield.app.workspace import STATE, Workspace, safe_name
 from fragfield.case import load_case
 from fragfield.case.messages import tables_in
@@ -194,11 +193,30 @@ def test_a_mark_is_moved_where_it_stands_on_the_map_and_on_earth(space):
     for number, path in enumerate(marked):
         x = 123.0 + 30.0 * number
         move(case, path, x, -45.5)
-        marks = {tuple(one["path"]): one["at"] for one in plan_of(case, [], None)["handles"]}
+        marks = {tuple(one["path"]): one["at"] for one in plan_of(case, [])["handles"]}
         assert marks[path] == pytest.approx((x, -45.5), abs=0.01)
     assert case.faults() == []
     with pytest.raises(InputError, match="changed in another window"):
         move(case, ("exposed", 40, "position"), 0.0, 0.0)
+
+
+def test_a_picture_lies_by_its_corners_or_its_width(space):
+    case = CaseDocument(space, "m107_pair_site.toml")
+    assert background_of(case, {}) == {"width": 500.0}
+    assert background_of(case, {"width": "0.2 km"}) == {"width": 200.0}
+    assert background_of(case, {"low": "-250, -180", "high": "0.25 km,180"}) == {
+        "low": (-250, -180),
+        "high": (250, 180),
+    }
+    latitude, longitude = (case.resolved().site.model_dump()[name] for name in ("latitude", "longitude"))
+    found = background_of(case, {"low": f"{latitude} rad, {longitude} rad", "high": "1 km, 1 km"})
+    assert found["low"] == pytest.approx((0.0, 0.0), abs=0.01)
+    for given, message in (
+        ({"low": "1, 2"}, 'high: found ""; allowed: x and y'), ({"low": "1, x", "high": "2, 2"}, 'low: found "1, x"'),
+        ({"low": "5, 5", "high": "2, 9"}, "corners: found"), ({"width": "-1"}, 'width: found "-1"'),
+    ):  # fmt: skip
+        with pytest.raises(InputError, match=message):
+            background_of(case, given)
 
 
 def test_places_go_out_as_geojson_and_come_back(space):
@@ -226,14 +244,6 @@ def test_names_of_new_files_are_plain():
     assert safe_name(" ../../Mein Geschoß 1.toml", ".toml") == "Mein_Geschoß_1.toml"
     with pytest.raises(InputError, match="letters or digits"):
         safe_name("../..", ".toml")
-
-
-def test_every_text_is_there_in_every_language():
-    for name, words in _all().items():
-        assert set(words) == set(LANGUAGES), name
-        places = [sorted(part.split("}")[0] for part in text.split("{")[1:]) for text in words.values()]
-        assert places[0] == places[1], name
-    assert texts_in("de")("case.save") == "Speichern"
 
 
 def test_steps_of_a_key():

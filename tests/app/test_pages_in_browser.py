@@ -8,10 +8,12 @@ import sys
 import urllib.error
 import urllib.request
 
+import openpyxl
 import pytest
 
+import fragfield
 from fragfield.case import load_case
-from tests.app.conftest import ROOT, small, wait_for, with_cases
+from tests.app.conftest import PATIENCE, ROOT, small, wait_for, with_cases
 
 PAGES = ("start", "round", "arrangement", "site", "data", "run", "result", "confidence")
 pytestmark = [pytest.mark.slow, pytest.mark.cores]
@@ -24,55 +26,12 @@ UNNAMED = """
     )).map(e => e.outerHTML.slice(0, 150))
 """
 """Inputs and buttons for which a reader of the screen has no name."""
-
-
-def test_own_round_from_a_drawing_to_a_signed_report(application):
-    """The server is killed while the run goes; the run and the draft are there afterwards."""
-    application.start()
-    page = application.page()
-    page.get_by_text("A round of my own drawing").click()
-    page.locator("[data-key=new-name]").fill("Mein Geschoß")
-    page.locator("#make").click()
-    page.wait_for_url("**/round?**")
-    wait_for(page, "260", at="table.facts")
-    page.get_by_role("button", name="Diameters").click()
-    page.wait_for_function("document.querySelector('[data-cell=outer-2-1]').value === '80'")
-    page.locator("[data-cell=outer-2-1]").fill("85,5")
-    wait_for(page, "85.50 mm", at="table.facts")
-    page.locator("[data-cell=outer-2-1]").fill("wide")
-    page.wait_for_selector(".contour.has-fault")
-    page.locator("[data-cell=outer-2-1]").fill("85")
-    page.wait_for_selector(".contour.has-fault", state="detached")
-    case = "?case=Mein_Gescho%C3%9F.toml"
-    page.goto(f"{application.base}/confidence{case}")
-    page.locator('[data-key="document.prepared_by"]').fill("A. Person")
-    page.wait_for_timeout(1000)
-    page.goto(f"{application.base}/run{case}")
-    page.wait_for_selector("[data-box=findings]")
-    page.locator("[data-preset=quick]").click()
-    page.wait_for_function("document.querySelector('[data-key=\"burst.cell_size\"]')?.value.startsWith('6.')")
-    page.wait_for_selector("[data-box=findings]")
-    page.locator("[data-act=start]").click()
-    page.wait_for_selector("[data-state=running]")
-    application.stop(kill=True)  # and nothing is lost
-    page.close()
-    application.start()
-    page = application.page(f"/run{case}")
-    page.wait_for_selector("[data-state=done]", timeout=500_000)
-    page.goto(f"{application.base}/result{case}")
-    summary = json.loads((application.folder / "runs" / "Mein_Geschoß" / "summary.json").read_text(encoding="utf-8"))
-    assert (
-        page.locator("[data-box=recommended]")
-        .inner_text()
-        .startswith(f"{-int(-summary['hazard']['recommended'] // 1)}")
-    )
-    page.goto(f"{application.base}/confidence{case}")
-    page.locator("[data-act=sign]").click()
-    wait_for(page, "A. Person", at="[data-box=signed]")
-    printed = application.folder / "report.pdf"
-    alone = application.page(f"/files/{'runs/Mein_Gescho%C3%9F'}/report.html")
-    alone.pdf(path=str(printed))
-    assert printed.read_bytes().startswith(b"%PDF")
+WIDER = """
+    [...document.querySelectorAll('.picture, .form, .table-box, .contour')]
+        .filter(e => e.scrollWidth > e.clientWidth + 1)
+        .map(e => e.outerHTML.slice(0, 150))
+"""
+"""Parts that scroll sideways."""
 
 
 def test_a_case_from_the_pages_runs_by_the_command_line_to_the_same_summary(application):
@@ -81,9 +40,9 @@ def test_a_case_from_the_pages_runs_by_the_command_line_to_the_same_summary(appl
     page = application.page(f"/run?case={name}")
     page.wait_for_selector("[data-box=findings]")
     page.locator('[data-key="seed"]').fill("17")
-    page.wait_for_timeout(1500)
+    page.wait_for_timeout(1500 * PATIENCE)
     page.locator("[data-act=start]").click()
-    page.wait_for_selector("[data-state=done]", timeout=500_000)
+    page.wait_for_selector("[data-state=done]", timeout=500_000 * PATIENCE)
     assert load_case(application.folder / name).seed == 17
     command = [sys.executable, "-m", "fragfield", "run", name, "--out", "other", "--quiet"]
     subprocess.run(command, cwd=application.folder, check=True, env={"PYTHONPATH": str(ROOT), "PATH": "/usr/bin:/bin"})
@@ -92,6 +51,16 @@ def test_a_case_from_the_pages_runs_by_the_command_line_to_the_same_summary(appl
         for run in ("runs/tube", "other")
     )
     assert _results(ours) == _results(theirs)
+    page.goto(f"{application.base}/result?case={name}")
+    page.get_by_role("tab", name="Tables").click()
+    with page.expect_download() as saved:
+        page.locator("[data-act=workbook]").click()
+    assert saved.value.suggested_filename == "tube_tables.xlsx"
+    saved.value.save_as(application.folder / "tables.xlsx")
+    book = openpyxl.load_workbook(application.folder / "tables.xlsx")
+    run = fragfield.open(application.folder / "runs" / "tube")
+    assert set(run.tables) < set(book.sheetnames)
+    assert book["fragments"].max_row == 1 + len(run.table("fragments"))
 
 
 def _results(summary):
@@ -110,8 +79,9 @@ def test_every_page_fits_and_names_its_fields(application, width):
     for name in PAGES:
         page.goto(f"{application.base}/{name}" + ("" if name == "start" else f"?case={SITE[0]}"))
         page.wait_for_selector(".content")
-        page.wait_for_timeout(1500)
+        page.wait_for_timeout(1500 * PATIENCE)
         assert page.evaluate("document.documentElement.scrollWidth") <= width, name
+        assert page.evaluate(WIDER) == [], name
         unnamed = page.evaluate(UNNAMED)
         assert unnamed == [], name
 
@@ -122,7 +92,7 @@ def test_a_place_is_dragged_and_moved_by_keys(application):
     page = application.page(f"/site?case={SITE[0]}")
     mark = page.locator("#site-map .handle[aria-label^=sentry]")
     mark.wait_for()
-    page.wait_for_timeout(1500)
+    page.wait_for_timeout(1500 * PATIENCE)
     box = mark.bounding_box()
     page.mouse.move(box["x"] + 7, box["y"] + 7)
     page.mouse.down()
@@ -131,13 +101,51 @@ def test_a_place_is_dragged_and_moved_by_keys(application):
     page.wait_for_function("document.querySelector('.state').innerText.includes('not saved')")
     mark.focus()
     page.keyboard.press("Shift+ArrowUp")
-    page.wait_for_timeout(1500)
+    page.wait_for_timeout(1500 * PATIENCE)
     page.locator("#save").click()
     page.wait_for_function("document.querySelector('.state').innerText === 'saved'")
     case = load_case(application.folder / SITE[0])
     x, y = case.exposed[0].position
     assert x > 55.0
     assert y == pytest.approx(-80.0, abs=0.02)
+
+
+def test_a_picture_lies_below_the_map_by_its_corners(application):
+    with_cases(application.folder, *SITE)
+    application.start()
+    page = application.page(f"/site?case={SITE[0]}")
+    page.wait_for_selector("#site-map .handle")
+    with page.expect_navigation():
+        page.locator("input[type=file]").last.set_input_files(ROOT / "docs" / "pictures" / "attitudes.png")
+    page.get_by_role("combobox", name="File").click()
+    page.locator(".q-menu .q-item").get_by_text("attitudes.png", exact=True).click()
+    picture = page.locator("#site-map image")
+    picture.wait_for(state="attached")
+    page.locator("[data-key=background-low]").fill("-200, -100")
+    wait_for(page, "allowed: x and y", at=".page-site")
+    page.locator("[data-key=background-high]").fill("100, 100")
+    page.wait_for_function("document.querySelector('#site-map image')?.getAttribute('width') > 0")
+    page.wait_for_timeout(1500 * PATIENCE)
+    x, y, width, height = (float(picture.get_attribute(name)) for name in ("x", "y", "width", "height"))
+    assert width / height == pytest.approx(1.5)
+    mark = page.locator("#site-map .handle[aria-label^=sentry]")
+    place = load_case(application.folder / SITE[0]).exposed[0].position
+    assert float(mark.get_attribute("cx")) == pytest.approx(x + width * (place[0] + 200.0) / 300.0, abs=0.1)
+    assert float(mark.get_attribute("cy")) == pytest.approx(y + height * (100.0 - place[1]) / 200.0, abs=0.1)
+
+
+def test_the_pages_speak_german(application):
+    with_cases(application.folder, *SITE)
+    application.start("--language", "de")
+    page = application.page(f"/run?case={SITE[0]}")
+    field = page.get_by_role("textbox", name="Zellgröße *").first
+    field.focus()
+    page.get_by_text("Angestrebte Kantenlänge der Zellen; die einzige Größe des Netzes.").first.wait_for()
+    folds = " ".join(page.locator(".folded").all_inner_texts())
+    assert all(word in folds for word in ("Zerlegung", "Splitterbildung", "Flug", "Gefährdung", "Zählflächen"))
+    page.goto(f"{application.base}/site?case={SITE[0]}")
+    page.get_by_role("textbox", name="Geographische Breite *").first.wait_for()
+    assert page.locator("#site-map svg").get_attribute("aria-label") == "Karte des Geländes"
 
 
 def test_a_second_window_says_so_and_a_fault_leads_to_its_field(application):
@@ -147,15 +155,15 @@ def test_a_second_window_says_so_and_a_fault_leads_to_its_field(application):
     first.wait_for_selector("[data-box=findings]")
     second = application.page(f"/round?case={SITE[0]}")
     wait_for(second, "open in another window", at=".news")
-    first.wait_for_timeout(1200)
+    first.wait_for_timeout(1200 * PATIENCE)
     assert "another window" not in first.locator(".news").inner_text()
     second.goto(f"{application.base}/site?case={SITE[0]}")
     second.goto(f"{application.base}/confidence?case={SITE[0]}")
     second.locator('[data-key="document.number"]').fill("N-2")
-    first.wait_for_timeout(3000)
+    first.wait_for_timeout(3000 * PATIENCE)
     first.locator('[data-key="burst.cell_size"]').first.fill("6")
     first.wait_for_function("document.body.innerText.includes('without a unit')")
-    second.wait_for_timeout(3000)  # it is shown again, with the fault of the other window
+    second.wait_for_timeout(3000 * PATIENCE)  # it is shown again, with the fault of the other window
     second.locator(".faults a", has_text="burst.cell_size").click()
     second.wait_for_url("**/run?**")
     second.wait_for_function("document.activeElement?.dataset.key === 'burst.cell_size'")
@@ -167,16 +175,16 @@ def test_nonsense_in_every_field_of_a_page_is_no_fault_of_the_program(applicatio
     application.start()
     for name in ("round", "arrangement", "site", "run", "confidence"):
         page = application.page(f"/{name}?case={SITE[0]}")
-        page.wait_for_timeout(1500)
+        page.wait_for_timeout(1500 * PATIENCE)
         closed = page.locator(".q-expansion-item:not(.q-expansion-item--expanded) > div > .q-item")
         for _ in range(min(closed.count(), 12)):
             closed.first.click()
-            page.wait_for_timeout(400)
-        page.wait_for_timeout(1000)
+            page.wait_for_timeout(400 * PATIENCE)
+        page.wait_for_timeout(1000 * PATIENCE)
         for box in page.locator("input[data-key]:visible").all():
             if not box.evaluate("e => e.closest('.q-select') !== null"):
                 box.fill("\u202e]] {17} \\ ' nonsense")
-        page.wait_for_timeout(1500)
+        page.wait_for_timeout(1500 * PATIENCE)
         assert "fault of the program" not in page.locator("body").inner_text()
         page.close()
     assert "nonsense" in next((application.folder / ".fragfield" / "drafts").iterdir()).read_text(encoding="utf-8")
@@ -194,16 +202,16 @@ def test_the_browser_is_closed_and_the_run_is_stopped_and_resumed(application):
     page.context.close()
     page = application.page(f"/run?case={name}")
     page.wait_for_selector(".bar")
-    page.wait_for_timeout(3000)
+    page.wait_for_timeout(3000 * PATIENCE)
     page.locator("[data-act=cancel]").click()
-    page.wait_for_selector("[data-state=stopped]", timeout=120_000)
+    page.wait_for_selector("[data-state=stopped]", timeout=120_000 * PATIENCE)
     page.reload()
     page.wait_for_selector("[data-box=findings]")
     page.locator("[data-act=resume]").click()
-    page.wait_for_selector("[data-state=running], [data-state=done]", timeout=120_000)
+    page.wait_for_selector("[data-state=running], [data-state=done]", timeout=120_000 * PATIENCE)
     if page.locator("[data-act=cancel]").count():
         page.locator("[data-act=cancel]").click()
-        page.wait_for_selector("[data-state=running]", state="detached", timeout=120_000)
+        page.wait_for_selector("[data-state=running]", state="detached", timeout=120_000 * PATIENCE)
 
 
 def test_who_has_no_token_gets_nothing(application):

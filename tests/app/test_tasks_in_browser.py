@@ -8,8 +8,13 @@ from pathlib import Path
 
 import pytest
 
+from burst_fenicsx.geometry import load_profile
+from fragfield.app.directions import Directions
+from fragfield.app.texts import texts_in
 from fragfield.case import load_case
-from tests.app.conftest import wait_for
+from tests.app.conftest import PATIENCE, small, wait_for
+from tests.fragfield.drawn_shells import write_dxf
+from tests.fragfield.short_run import invoke
 
 pytestmark = [pytest.mark.slow, pytest.mark.cores]
 
@@ -46,10 +51,81 @@ def choose(page, label, word):
 
 def run_to_its_end(page, seconds):
     """Follow the newest job of page 6, whose log is the message of a failure."""
-    page.wait_for_selector("[data-box=queue] > .job:first-child:is(.done, .failed)", timeout=1000 * seconds)
+    page.wait_for_selector("[data-box=queue] > .job:first-child:is(.done, .failed)", timeout=1000 * seconds * PATIENCE)
     newest = page.locator("[data-box=queue] > .job").first
     assert newest.get_attribute("data-state") == "done", newest.inner_text()
     return newest
+
+
+def test_own_round_from_a_drawing_to_a_signed_pdf(application, tmp_path_factory):
+    """A DXF of the 105 mm M1 is brought in, drawn, run while the server is killed, read, signed and printed."""
+    drawing = write_dxf(tmp_path_factory.mktemp("drawings") / "M1 half section.dxf")
+    application.start()
+    page = application.page()
+    with page.expect_navigation():  # the page is shown again, with the file in the folder
+        page.locator("input[type=file]").set_input_files(drawing)
+    assert (application.folder / "M1_half_section.dxf").read_bytes() == drawing.read_bytes()
+    page.get_by_text("A round of my own drawing").click()
+    page.locator("[data-key=new-name]").fill("Mein Geschoß")
+    page.locator("#make").click()
+    page.wait_for_url("**/round?**")
+    wait_for(page, "260", at="table.facts")
+    page.get_by_label("How it is read").fill("charge_front=50 mm, fuze=0.192 kg")
+    page.locator("[data-act=take-file]").click()
+    wait_for(page, "383.4 × ⌀ 104.8 mm", at="table.facts")
+    assert "nose left, the narrower end" in page.locator(".q-notification").inner_text()
+    page.get_by_role("button", name="Diameters", exact=True).click()
+    page.wait_for_function("document.querySelector('[data-cell=outer-1-1]').value === '104.8'")
+    widest = max(page.locator("[data-cell^=outer-][data-cell$='-1']").all(), key=lambda one: float(one.input_value()))
+    assert float(widest.input_value()) == pytest.approx(2e3 * load_profile("m1_105").max_radius, abs=0.01)
+    value = widest.input_value()
+    widest.fill("wide")
+    page.wait_for_selector(".contour.has-fault")
+    widest.fill(value.replace(".", ","))
+    page.wait_for_selector(".contour.has-fault", state="detached")
+    name = "Mein_Geschoß.toml"
+    page.goto(f"{application.base}/confidence?case={name}")
+    page.locator('[data-key="document.prepared_by"]').fill("A. Person")
+    page.wait_for_timeout(1000 * PATIENCE)
+    page.goto(f"{application.base}/run?case={name}")
+    page.wait_for_selector("[data-box=findings]")
+    page.locator("[data-preset=quick]").click()
+    page.wait_for_function("document.querySelector('[data-key=\"burst.cell_size\"]')?.value.startsWith('8')")
+    page.wait_for_selector("[data-box=findings]")
+    page.locator("[data-act=start]").click()
+    page.wait_for_selector("[data-state=running]")
+    application.stop(kill=True)  # and nothing is lost
+    page.close()
+    application.start()
+    page = application.page(f"/run?case={name}")
+    run_to_its_end(page, 500)
+    run = application.folder / "runs" / "Mein_Geschoß"
+    assert load_case(run / "case.toml").round[0].profile["charge"]["front"] == pytest.approx(50.0)
+    page.goto(f"{application.base}/result?case={name}")
+    shown = page.locator("[data-box=recommended]").inner_text()
+    assert int(re.sub(r"\D", "", shown)) == -int(-_summary(run)["hazard"]["recommended"] // 1)
+    page.goto(f"{application.base}/confidence?case={name}")
+    page.locator("[data-act=sign]").click()
+    wait_for(page, "A. Person", at="[data-box=signed]")
+    printed = application.folder / "report.pdf"
+    alone = application.page("/files/runs/Mein_Gescho%C3%9F/report.html")
+    alone.pdf(path=str(printed))
+    assert printed.read_bytes().startswith(b"%PDF")
+    assert len(re.findall(rb"/Type\s*/Page\b", printed.read_bytes())) > 3
+    signed = {file: file.read_bytes() for file in run.rglob("*") if file.is_file()}
+    for words in (("run", "--overwrite"), ("fly",), ("report",)):  # locked for the command line
+        done = invoke(words[0], application.folder / name, "--out", run, *words[1:])
+        assert done.exit_code == 2
+        assert "was signed by A. Person" in done.stderr
+    page.goto(f"{application.base}/run?case={name}")  # and for the pages
+    page.wait_for_selector("[data-box=findings]")
+    page.locator("[data-act=again]").click()
+    page.get_by_text("was signed by A. Person").wait_for()
+    assert {file: file.read_bytes() for file in run.rglob("*") if file.is_file()} == signed
+    page.goto(f"{application.base}/confidence?case={name}")
+    page.locator("[data-act=withdraw]").click()
+    page.locator("[data-act=sign]").wait_for()
+    assert not (run / "signature.json").exists()
 
 
 def test_an_arena_table_with_decimal_commas_is_imported_and_flown(application):
@@ -92,14 +168,14 @@ def heights(path):
 def drag(page, name, right, down):
     """Drag the first mark of a place on the map, by pixels."""
     page.locator(f"#site-map .handle[aria-label^='{name}']").first.scroll_into_view_if_needed()
-    page.wait_for_timeout(1500)
+    page.wait_for_timeout(1500 * PATIENCE)
     box = page.locator(f"#site-map .handle[aria-label^='{name}']").first.bounding_box()
     x, y = box["x"] + 0.5 * box["width"], box["y"] + 0.5 * box["height"]
     page.mouse.move(x, y)
     page.mouse.down()
     page.mouse.move(x + right, y + down, steps=5)
     page.mouse.up()
-    page.wait_for_timeout(1500)
+    page.wait_for_timeout(1500 * PATIENCE)
 
 
 def verdicts(page):
@@ -142,6 +218,7 @@ def test_four_shells_at_a_workshop_on_terrain(application):
     assert len(case.round) == 4
     assert [one.kind for one in case.obstacle] == ["building", "barricade"]
     assert Path(case.flight.ground.map).name == "plain.asc"
+    _look_along(page, run, 40.0)
     burst, person, first = _burst(run), case.exposed[2].position, _summary(run)["exposed"][2]
     page.goto(f"{application.base}/site?case=four.toml")
     page.wait_for_selector("#site-map .handle")
@@ -163,6 +240,19 @@ def test_four_shells_at_a_workshop_on_terrain(application):
     moved = _summary(run)["exposed"][2]
     assert moved["distance"] > 100.0 + first["distance"]
     assert moved["expected_hits"]["upper"] < first["expected_hits"]["upper"]
+
+
+def _look_along(page, run, azimuth):
+    """The density along a chosen direction, as the run holds it."""
+    page.get_by_role("tab", name="Directions").click()
+    known = Directions.of(run)
+    assert known.differ
+    page.locator("[data-key=azimuth]").fill(f"{azimuth:g}")
+    for _, words in known.facts(azimuth, texts_in("en")):
+        wait_for(page, words, at=".q-tab-panel table.facts")
+    curve = page.locator(".q-tab-panel polyline.normal-curve").get_attribute("points")
+    assert curve in known.svg(azimuth, texts_in("en"))
+    assert curve not in known.svg(known.deciding, texts_in("en"))
 
 
 def _summary(run):
@@ -204,3 +294,31 @@ def test_uncertainty_with_sixty_samples(application):
     assert largest["name"] in first
     assert f"{100.0 * largest['total']:.0f} %" in first
     assert page.locator(".tornado .stage").count() == min(len(indices), 12)
+
+
+def test_two_runs_are_compared(application):
+    """Their inputs that differ stand first, then the results of both."""
+    application.start(small(application.folder))
+    path = application.folder / "tube.toml"
+    other = application.folder / "other.toml"
+    text = path.read_text(encoding="utf-8").replace('end_time = "120 us"', 'end_time = "120 us"\nconvergence = "off"')
+    path.write_text(text, encoding="utf-8")
+    other.write_text(text.replace("dimension = 2", "dimension = 3"), encoding="utf-8")
+    for name in ("tube", "other"):
+        page = application.page(f"/run?case={name}.toml")
+        page.wait_for_selector("[data-box=findings]")
+        page.locator("[data-act=start]").click()
+        page.wait_for_selector("[data-box=queue] > .job")
+        run_to_its_end(page, 300)
+        page.close()
+    page = application.page("/confidence?case=tube.toml")
+    page.get_by_text("✓").or_(page.get_by_text("✗")).first.wait_for()  # the evidence, last to come
+    choose(page, "Run", "runs/tube")
+    page.wait_for_timeout(1500 * PATIENCE)
+    choose(page, "Reference", "runs/other")
+    page.get_by_role("heading", name="distances", exact=True).wait_for()
+    assert page.get_by_text("break_up.dimension: reference 3, run 2").count() == 1
+    words = page.get_by_role("row").filter(has_text="Expected distance").inner_text().split("\t")
+    ratio = _expected(application.folder / "runs" / "tube") / _expected(application.folder / "runs" / "other")
+    assert float(words[6]) == pytest.approx(ratio, abs=6e-4)
+    assert ratio != 1.0

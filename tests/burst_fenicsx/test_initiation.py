@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import textwrap
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -204,44 +203,6 @@ def test_the_step_resolves_the_burn_once_the_charge_is_initiated():
     burning = (fields.charge.burn_fraction[: len(level)] < 1.0) & (light < solver.time + 3.0 * solver.time_step)
     assert burning.any()
     assert (solver.time_step / 2.0 ** level[burning] <= 0.25 / rate[burning]).all()
-
-
-@pytest.mark.mpi
-def test_two_ranks_find_the_same_sources(tmp_path, on_ranks):
-    """A struck bar whose charge is shared by ranks: the source and all ignition times to the last bit."""
-    expected = impact()
-    end = expected.arrival + 20.0 * CELL / expected.shock
-    solver = struck(0.6 * expected.pressure, 0.2e-6)
-    run(solver, end)
-    script = tmp_path / "ranks.py"
-    script.write_text(
-        textwrap.dedent(
-            """
-            import sys
-            from pathlib import Path
-            sys.path.insert(0, str(Path.cwd()))
-            import numpy as np
-            from mpi4py import MPI
-            from tests.burst_fenicsx.test_initiation import impact, run, struck
-
-            solver = struck(0.6 * impact().pressure, 0.2e-6, comm=MPI.COMM_WORLD)
-            run(solver, float(sys.argv[2]))
-            light = solver.fields.mesh.gather_cells(solver.fields.charge.ignition_time)
-            places = solver.fields.mesh.gather_nodes(solver.fields.nodes.position)
-            source = solver.initiation.sources[0]
-            everywhere = MPI.COMM_WORLD.allgather((source, solver.initiation.waiting))
-            assert all(item == everywhere[0] for item in everywhere)
-            if MPI.COMM_WORLD.rank == 0:
-                np.savez(sys.argv[1], light=light, places=places, source=[source.time, source.cell, *source.place])
-            """
-        )
-    )
-    found = tmp_path / "found.npz"
-    on_ranks(2, script, found, repr(float(end)))
-    two, mesh, one = np.load(found), solver.fields.mesh, solver.initiation.sources[0]
-    np.testing.assert_array_equal(two["source"], [one.time, one.cell, *one.place])
-    np.testing.assert_array_equal(two["light"], mesh.gather_cells(solver.fields.charge.ignition_time))
-    np.testing.assert_array_equal(two["places"], mesh.gather_nodes(solver.fields.nodes.position))
 
 
 @pytest.fixture(scope="module")

@@ -173,10 +173,6 @@ class Least:
         return [value, self.others.pop(0)]
 
 
-def on(comm, **rest):
-    return SimpleNamespace(fields=SimpleNamespace(mesh=SimpleNamespace(comm=comm)), **rest)
-
-
 def test_two_ranks_agree_on_the_minimum_and_on_the_burn():
     one = control()
     one._fields = SimpleNamespace(mesh=SimpleNamespace(comm=Least(2.0, 7.0)))

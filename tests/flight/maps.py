@@ -149,11 +149,6 @@ def float32_metres(folder: Path):
 
 
 @_form
-def int16_with_scale(folder: Path):
-    return write(folder / "s.tif", np.rint(10.0 * slope(*north_up())).astype("i2"), scales=(0.1,)), ON_GRID
-
-
-@_form
 def uint16_with_scale_and_offset(folder: Path):
     stored = np.rint((slope(*north_up()) + 500.0) / 0.05).astype("u2")
     return write(folder / "s.tif", stored, scales=(0.05,), offsets=(-500.0,)), ON_GRID
@@ -297,12 +292,6 @@ def pixel_is_point(folder: Path):
 
 
 @_form
-def tiles_with_overviews(folder: Path):
-    options = {"tiled": True, "blockxsize": 64, "blockysize": 64, "compress": "deflate", "predictor": 3}
-    return write(folder / "t.tif", slope(*north_up()).astype("f4"), overviews=[2, 4], **options), ON_GRID
-
-
-@_form
 def world_file_and_prj(folder: Path):
     path = write(folder / "w.tif", slope(*north_up()).astype("f4"), "none", None)
     corner = SITE[0] - HALF, SITE[1] + HALF
@@ -311,8 +300,3 @@ def world_file_and_prj(folder: Path):
 
     (folder / "w.prj").write_text(pyproj.CRS(UTM).to_wkt("WKT1_ESRI"))
     return path, ON_GRID
-
-
-@_form
-def erdas_imagine(folder: Path):
-    return write(folder / "e.img", slope(*north_up()).astype("f4"), driver="HFA"), ON_GRID

@@ -209,15 +209,6 @@ def test_kml_is_read_back(found: EnsembleHazard, tmp_path: Path) -> None:
         assert place.findtext(f"{KML}Style/{KML}LineStyle/{KML}color", "").startswith("ff")
 
 
-@pytest.mark.parametrize(
-    ("values", "message"),
-    [((89.5, 0.0, 0.0), "latitude is 89.5"), ((np.nan, 0.0, 0.0), "latitude is nan"), ((0, np.inf, 0), "longitude")],
-)
-def test_places_without_a_map_are_refused(values: tuple[float, float, float], message: str) -> None:
-    with pytest.raises(InputError, match=message):
-        Site(*values)
-
-
 def test_a_missing_library_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "geographiclib.geodesic", None)
     with pytest.raises(InputError, match="need geographiclib: pip install geographiclib"):

@@ -10,10 +10,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from flight import Cylinder, FlightResult, InputError, fly, to_pandas
+from flight import Cylinder, FlightResult, InputError, fly
 from flight.files.hdf5 import read_table
 from flight.files.text_tables import METADATA
-from flight.rows import Status
+from flight.result import Status
 from tests.flight.clouds import cloud
 
 PROVENANCE = {"case": 'title = "a <b> & c"\n', "versions": json.dumps({"flight": "0.1.0"}), "seed": "3"}
@@ -59,6 +59,7 @@ def test_csv_copy(written) -> None:
     assert len(hits) == len(result.hits)
     assert set(hits["name"]) <= {"ring", "far"}
     assert (hits["direction_text"].str.startswith("outward") == (hits["direction"] == 1)).all()
+    assert [len(table) for table in result.to_pandas()] == [len(result.landing), len(result.hits)]
 
 
 def test_trajectories_open_in_vtk(written) -> None:
@@ -107,12 +108,3 @@ def test_messages(written, tmp_path) -> None:
         result.write(cut / "below")
     with pytest.raises(InputError, match="no witness 'rng'; did you mean 'ring'"):
         result.hits_on("rng")
-
-
-def test_pandas_where_present(written) -> None:
-    pytest.importorskip("pandas")
-    result, _ = written
-    frame = to_pandas(result.landing)
-    assert [len(table) for table in result.to_pandas()] == [len(result.landing), len(result.hits)]
-    assert len(frame) == len(result.landing)
-    assert "position_x" in frame

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from flight import LANDING, Cylinder, Fragments, InputError, Panel, Status, fly
-from flight.hazard.criteria import Criteria, hit_probability
+from flight.hazard.criteria import hit_probability
 from flight.hazard.density.sectors import by_azimuth, density_on, tally
 
 LIMIT = 1.0 / 55.7
@@ -75,15 +75,3 @@ def test_table_by_azimuth() -> None:
     assert (table[18]["hits"], table[36]["hits"], table[36]["hazardous_hits"]) == (1, 1, 0)
     assert sum(row["hits"] for row in table) == 5
     assert table[1]["mean_initial_speed"] == 0.0
-
-
-def test_messages() -> None:
-    with pytest.raises(InputError, match=r"sector width is 7\.0 degrees"):
-        tally(landed([1.0], [0.0]), sector_width=7.0)
-
-
-def test_criteria_messages() -> None:
-    with pytest.raises(InputError, match="density is 0"):
-        Criteria(density=0.0)
-    with pytest.raises(InputError, match="energy is nan"):
-        Criteria(energy=np.nan)

@@ -4,16 +4,20 @@ from __future__ import annotations
 
 import functools
 import warnings
+from functools import cache
 from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
 
-from flight import FlightWarning, Fragments, HeightMap, hazard_distance
+from flight import FlightWarning, Fragments, HeightMap, fly, hazard, hazard_distance
+from flight.hazard import DensityGroups, Directions, PolarGrid, density_counts, expected_distance
 from tests.flight.maps import CELL, FORMS, HALF, SITE, slope
 
 if TYPE_CHECKING:
     from pathlib import Path
+
+    from flight.hazard import ExpectedDistance
 
 rasterio = pytest.importorskip("rasterio")
 pytest.importorskip("pyproj")
@@ -78,3 +82,62 @@ def test_only_what_is_within_25_km_is_read(tmp_path: Path) -> None:
     assert ground.corner[0] == pytest.approx(-25_500.0, abs=501.0)
     assert ground.end[0] == pytest.approx(25_500.0, abs=501.0)
     assert any("those within 25 km" in note for note in ground.facts["notes"])
+
+
+# --- A distance that lies on a map of heights is that of a larger map, whatever the ground does beyond
+
+STEP, FAR = 10.0, 1000.0
+REALISATIONS, NUMBER = 16, 1000
+
+
+def ground(kind: str, half: float) -> HeightMap:
+    """A square map of this half-width (m), the same within it whatever its size."""
+    x = np.arange(-half, half + 0.5 * STEP, STEP)
+    across, along = np.meshgrid(x, x)
+    away = np.hypot(across, along)
+    heights = {
+        "level": 0.0 * away,
+        "falls": -0.15 * away,
+        "hills": 8.0 * (np.sin(across / 60.0 + 0.4) * np.cos(along / 60.0) - np.sin(0.4)),
+    }[kind]
+    return HeightMap(heights, STEP, (-half, -half))
+
+
+def burst(number: int) -> Fragments:
+    """Fragments near the horizontal, masses by Mott's law of 12 g."""
+    generator = np.random.default_rng(number)
+    mass = 0.006 * generator.exponential(1.0, NUMBER) ** 2 + 2e-4
+    up = np.radians(generator.normal(0.0, 12.0, NUMBER))
+    around, speed = generator.uniform(0.0, 2.0 * np.pi, NUMBER), generator.normal(1050.0, 120.0, NUMBER)
+    velocity = np.stack([np.cos(up) * np.cos(around), np.cos(up) * np.sin(around), np.sin(up)], axis=1)
+    return Fragments(mass, (0.0, 0.0, 1.0), speed[:, None] * velocity)
+
+
+@cache
+def found(kind: str, half: float) -> ExpectedDistance:
+    grid = PolarGrid.of(72, 10.0, 10.0, 2.0 * FAR)
+    near, groups = hazard.Criteria().fluence_grid(grid), DensityGroups(Directions(grid, "worst_direction", 10.0))
+    for number in range(REALISATIONS):
+        groups.add(*density_counts(fly(burst(number), ground=ground(kind, half), fluence=near, sample=0)))
+    return expected_distance(groups, hazard.Criteria().density)
+
+
+@pytest.mark.parametrize("half", [100.0, 200.0])
+@pytest.mark.parametrize("kind", ["falls", "hills"])
+def test_a_distance_on_the_map_is_that_of_a_larger_map(kind: str, half: float) -> None:
+    small, large = found(kind, half), found(kind, FAR)
+    assert small.upper is not None
+    assert large.upper is not None
+    reach = ground(kind, half).reach((0.0, 0.0), small.azimuth)
+    if (np.fmax(small.by_direction, small.upper_by_direction) <= reach).all():
+        assert small.distance == pytest.approx(large.distance, rel=2e-3)
+        assert small.upper >= 0.995 * large.upper  # one draw in twenty of the bootstrap may see what lies beyond
+    else:
+        assert half < 200.0, "on the larger of the two maps the distance is determined"
+        assert large.upper > half or kind == "falls", "level ground in place of falling gives the larger distance"
+
+
+def test_over_level_ground_the_edge_changes_nothing() -> None:
+    small, large = found("level", 80.0), found("level", FAR)
+    assert small.distance == pytest.approx(large.distance, rel=1e-6)
+    assert small.upper == pytest.approx(large.upper, rel=1e-6)

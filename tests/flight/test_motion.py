@@ -211,6 +211,8 @@ def test_start_at_the_edges() -> None:
     outside = Fragments(0.1, (200.0, 0.0, 5.0), (1.0, 0.0, 0.0))
     end = fly(outside, domain=Domain(radius=100.0)).landing[0]
     assert (end["status"], end["time"], end["position"][0]) == (Status.LEFT_DOMAIN, 0.0, 200.0)
+    with pytest.raises(InputError, match=r"radius is 0\.0 m, needed: above zero"):
+        Domain(radius=0.0)
     assert len(fly(cloud(5).select([])).landing) == 0
 
 
@@ -253,17 +255,6 @@ def test_messages(argument: dict[str, object], message: str) -> None:
     one = Fragments(0.1, (0.0, 0.0, 1.0), (1.0, 0.0, 0.0))
     with pytest.raises(InputError, match=message):
         fly(one, **argument)  # type: ignore[arg-type]
-
-
-def test_settings_messages() -> None:
-    with pytest.raises(InputError, match="tolerance is 1"):
-        Adaptive(1.0)
-    with pytest.raises(InputError, match="fixed step is 0"):
-        FixedStep(0.0)
-    with pytest.raises(InputError, match="radius is -1"):
-        Domain(radius=-1.0)
-    with pytest.raises(InputError, match=r"floor 5\.0 m is not below ceiling 1\.0 m"):
-        Domain(floor=5.0, ceiling=1.0)
 
 
 def test_progress_is_reported_to_the_end() -> None:

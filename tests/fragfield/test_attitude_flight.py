@@ -134,15 +134,6 @@ def test_an_exposed_site_meets_its_worst_attitude(mixed, envelope):
     )
 
 
-def test_the_upright_attitude_of_the_curve_is_the_upright_run(mixed, envelope):
-    job = _job(mixed, few=True)
-    upright = job.case.round[0].model_copy(update={"attitude": None})
-    job = replace(job, case=job.case.model_copy(update={"round": [upright]}))
-    alone = fly_all(job, _fragments(mixed)).hazard.expected
-    assert envelope.curve[0]["expected"] == alone.distance
-    assert envelope.curve[0]["upper"] == alone.upper
-
-
 def test_the_envelope_does_not_depend_on_threads(mixed, envelope):
     again = fly_all(_job(mixed, threads=1), _fragments(mixed))
     assert again.curve == envelope.curve
@@ -164,18 +155,6 @@ def test_the_envelope_does_not_depend_on_ranks(on_ranks, mixed, envelope, tmp_pa
     hazard = json.loads(on_ranks(2, script))
     assert hazard["attitude"]["curve"] == envelope.curve
     assert hazard["upper"] == envelope.hazard.expected.upper
-
-
-def test_a_roll_does_not_change_an_axisymmetric_arrangement(mixed):
-    """Its fragments are turned about its axis at random anyway: the same distance within twice the errors."""
-    job = _job(mixed)
-    found = []
-    for roll in (0.0, 70.0):
-        turned = Arrangement(job.case).turned(60.0, roll)
-        found.append(fly_all(replace(job, attitude=turned), _fragments(mixed)).hazard.expected)
-    assert found[0].mirrors == found[1].mirrors
-    error = np.hypot(*(one.standard_error for one in found))
-    assert abs(found[0].distance - found[1].distance) < 2.0 * error
 
 
 def test_fragments_of_a_file_are_not_turned(mixed, tmp_path):

@@ -16,7 +16,7 @@ from fragfield.case.schema import Case
 from fragfield.errors import InputError
 from fragfield_base.inputs import UNIT_BOUNDS, Bounds, OnlyWith, Quantity, Vector
 from fragfield_base.units import DIMENSIONS
-from tests.attack.cases import BASE, to_text
+from tests.attack.cases import BASE
 from tests.fragfield.short_run import ROOT, SHORT, invoke
 
 CASES = sorted((ROOT / "cases").glob("*.toml"))
@@ -133,11 +133,7 @@ def test_the_ready_cases_are_usual(path):
     ("setting", "words"),
     [
         ('hazard.energy="1e30 J"', "hazard.energy: found 1e+30 J; allowed: 0.001 to 1e+08 J (79 J injures"),
-        ('break_up.mean_mass="1e-12 kg"', "break_up.mean_mass: found 1e-12 kg; allowed: "),
-        ('flight.shape_factor="2.6 kg/m3"', "flight.shape_factor: found 2.6 kg/m^3; allowed: 50 to 100000 kg/m^3"),
         ("burst.viscosity.linear=inf", "burst.viscosity.linear: found inf; allowed: 0 to 10"),
-        ("burst.leakage.parts=1000000000", "burst.leakage.parts: found 1e+09; allowed: 1 to 10000"),
-        ('flight.collisions={distance="1e9 m"}', "flight.collisions.distance: found 1e+09 m; allowed: "),
         ('flight.shape={model="box",ratios=[1e300,1.0,1.0]}', "flight.shape.ratios: found 1e+300; allowed: "),
         ("round.0.axis=[0,0,1e-300]", "round[1].axis: found [0.0, 0.0, 1e-300]; allowed: a direction"),
         ('round.0.ignition=[{station="nose",delay="50 us"}]', "delay: found 5e-05 s; allowed: below burst.end_time"),
@@ -162,22 +158,6 @@ def test_what_cannot_be_is_refused_with_the_key_and_the_reason(setting, words, t
     assert done.exit_code == 2, done.stderr
     assert str(path) in done.stderr
     assert words in done.stderr
-
-
-def test_a_jwl_rate_of_a_million_is_refused(tmp_path):
-    document = {**BASE, "round": [{**BASE["round"][0], "explosive": _explosive(R1=1e6)}]}
-    (tmp_path / "mine.toml").write_text(to_text(document))
-    done = invoke("check", tmp_path / "mine.toml")
-    assert done.exit_code == 2
-    assert "round[1].explosive.jwl.R1: found 1e+06; allowed: 0.5 to 50 (published R1 are 3.5 to 7.5)" in done.stderr
-
-
-def _explosive(**jwl):
-    constants = {"A": "371 GPa", "B": "3.2 GPa", "R1": 4.15, "R2": 0.95, "omega": 0.3, "E0": "7 GJ/m^3"}
-    return {
-        "name": "TNT", "density": "1630 kg/m^3", "detonation_velocity": "6930 m/s",
-        "heat_of_detonation": "4.5 MJ/kg", "sound_speed": "2500 m/s", "jwl": {**constants, **jwl},
-    }  # fmt: skip
 
 
 @pytest.mark.parametrize(

@@ -67,7 +67,7 @@ from tests.fragfield.case_documents import CASE, a_round, changed, changed_burst
         (changed(flight={"collisions": {"distnace": "5 m"}}), ["collisions.distnace", '"distance"']),
         (changed(flight={"drag": "sphre"}), ["flight.drag", "sphere"]),
         (changed(flight={"drag": [1]}), ["flight.drag: found [1]; allowed: a name, a file, or a number"]),
-        (changed(break_up={"segments": ["2 cm", "1 cm"]}), ["break_up.segments", "rise"]),
+        (changed(break_up={"segments": ["2 cm", "2 cm"]}), ["break_up.segments", "rise"]),
         (changed(break_up={"dimension": 4}), ["break_up.dimension: found 4", '2, 3 or "mixed"']),
         (changed(seed=-1), ["seed: found -1; allowed: 0 to 9.22337e+18"]),
         (changed(burst={"cell_size": "9 mm", "products": "jwl"},
@@ -108,13 +108,6 @@ def test_several_faults_are_reported_together():
     assert [line.split(":")[0].strip() for line in lines[1:]] == ["seed", "burst.cell_size", "flight.gravity"]
 
 
-def test_rounds_side_by_side_may_touch_where_they_do_not_push_each_other():
-    both = [a_round(), a_round(name="b", position=["155 mm", "0 mm", "0 mm"])]
-    apart = {**CASE["burst"], "contact": {"surfaces": False}}
-    case = case_from_document(changed(burst=apart, round=both), source="my.toml", folder=Path())
-    assert len(case.round) == 2
-
-
 def test_a_stack_end_to_end_may_touch_and_a_tilted_round_may_not_reach_in():
     on_top = [a_round(), a_round(name="b", position=["0 mm", "0 mm", "300 mm"])]
     assert len(case_from_document(changed(round=on_top), source="my.toml", folder=Path()).round) == 2
@@ -139,23 +132,11 @@ def test_a_file_that_is_no_case_is_refused(content, part, tmp_path):
     ("document", "part"),
     [
         (changed(round=[a_round(explosive="TNX")]), "[1].explosive: explosive 'TNX' is unknown; did you mean 'tnt'"),
-        (changed(round=[a_round(explosive="Comp BB")]), "did you mean 'comp_b'?"),
-        (changed(round=[a_round(casing="STEEL_M108")]), "did you mean 'steel_m107'?"),
-        (changed(round=[a_round(profile="TUBE")]), "did you mean 'tube'?"),
         (changed(round=[a_round(Explosive="tnt")]), 'Explosive: unknown key (did you mean "explosive"?)'),
-        (changed(round=[a_round(ignition=[{"station": "NOSE"}])]), '(did you mean "nose"?)'),
-        (changed(round=[a_round(casing={"name": "x", "Poisson_Ratio": 0.3})]), '(did you mean "poisson_ratio"?)'),
         (changed(Burst={}), 'Burst: unknown key (did you mean "burst"?)'),
         (changed_burst({"products": "LANDAU_CJ"}), 'found "LANDAU_CJ" (did you mean "landau_cj"?)'),
-        (changed(stack={"arrangement": "PALLET", "gap": "1 mm"}), 'found "PALLET" (did you mean "pallet"?)'),
-        (changed(stack={"arrangement": "row", "gap": "1 mm", "round": "A"}), 'found "A" (did you mean "a"?)'),
-        (changed(break_up={"prefactor": "PAPER"}), 'found "PAPER" (did you mean "paper"?)'),
-        (changed(break_up={"mean_mass": "MOTT"}), '(did you mean "mott"?)'),
         (changed(flight={"drag": "SPHERE"}), "unknown table 'SPHERE'; did you mean 'sphere'?"),
-        (changed(flight={"air": {"model": "STANDARD"}}), '(did you mean "standard"?)'),
-        (changed(flight={"ground": {"ricochet": "SAND"}}), '(did you mean "sand"?)'),
         (changed(obstacle=[{"name": "w", "kind": "WALL"}]), 'found kind = "WALL" (did you mean "wall"?)'),
-        (changed(witness=[{"name": "r", "kind": "CYLINDER"}]), 'found kind = "CYLINDER" (did you mean "cylinder"?)'),
     ],
 )  # fmt: skip
 def test_a_name_in_another_case_gets_the_right_one_suggested(document, part):

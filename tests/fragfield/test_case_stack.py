@@ -379,24 +379,3 @@ def test_half_a_pair_against_a_plane_stands_where_the_whole_pair_does():
     assert plane == Mirror(plane.name, (0.0, 0.0, 0.0), (1.0, 0.0, 0.0))
     reflected = np.array(alone.position) * [-1, 1, 1]
     assert reflected == pytest.approx(pair.round[0].position, abs=1e-9)
-
-
-def test_ready_stacks_are_those_they_claim_to_be():
-    cases = Path(__file__).parents[2] / "cases"
-    pair, single, row, pallet, mirrored = (
-        load_case(cases / f"m107_{name}.toml") for name in ("pair", "comp_b", "row4", "pallet_2x4", "pair_mirrored")
-    )
-    assert pair.round[1].position[0] - pair.round[0].position[0] == pytest.approx(WIDTH + 0.0217)
-    assert [len(case.round) for case in (pair, single, row, pallet, mirrored)] == [2, 1, 4, 8, 1]
-    for case in (pair, row, pallet, mirrored):
-        assert case.witness == single.witness, "tables are divided row by row"
-        assert case.flight == single.flight
-        assert case.break_up == single.break_up
-        assert (case.burst.stop, case.burst.end_time) == (single.burst.stop, single.burst.end_time)
-    ring, panels = single.witness
-    assert (ring.radius, ring.bottom, ring.top) == (7.62, None, None)
-    assert (panels.radius, panels.top - panels.bottom) == (7.62, pytest.approx(2.4))
-    assert (row.burst.cell_size, pallet.burst.cell_size) == (0.008, 0.008)
-    (deck,) = burst_settings(pallet).planes
-    assert isinstance(deck, RigidPlane)
-    assert {entry.position[2] for entry in pallet.round} == {deck.point[2]}

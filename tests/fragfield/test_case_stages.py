@@ -137,12 +137,6 @@ def test_damping_and_tolerance_reach_the_burst(tmp_path):
     assert (settings.damping, settings.energy_tolerance) == (250.0, 0.031)
 
 
-@pytest.mark.parametrize("stations", [["10 cm", "10 cm"], ["10 cm", "20 cm", "20 cm"], ["20 cm", "10 cm"]])
-def test_stations_that_do_not_rise_are_refused(reached, stations):
-    with pytest.raises(InputError, match=r"break_up.segments: found .*allowed: values that rise"):
-        reached(break_up={"segments": stations})
-
-
 def test_heights_of_wind_that_do_not_rise_are_refused(reached):
     wind = {
         "model": "profile",

@@ -128,14 +128,6 @@ def test_the_cost_of_a_stack_is_that_of_its_rounds():
     }
 
 
-def test_bonds_add_the_nodes_at_which_charge_and_casing_meet():
-    bonded, shared = (
-        check_report(_case(burst={"contact": {"charge_casing": kind}}))["mesh"] for kind in ("sliding", "shared")
-    )
-    assert bonded["cells"] == shared["cells"]
-    assert bonded["nodes"] > shared["nodes"]
-
-
 def test_rounds_that_wait_for_the_shock_lengthen_the_burst():
     """Without an end of its own the burst goes on until the last round of the chain has expanded."""
     waiting = {"initiation": SHOCK}

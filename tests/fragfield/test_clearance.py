@@ -13,8 +13,7 @@ from burst_fenicsx.meshing import mesh_profile
 from burst_fenicsx.meshing.disc import equal_area_factor
 from burst_fenicsx.meshing.sizing import grid_counts
 from fragfield.case.conversion.clearance import Hull, clearance, min_clearance, near_pairs, placed_body
-from fragfield.case.conversion.patterns import across_horizontally, pallet, row, triangle
-from fragfield.errors import InputError
+from fragfield.case.conversion.stack import across_horizontally, pallet, row, triangle
 
 RADIUS, LENGTH = 0.0775, 0.3
 
@@ -65,14 +64,6 @@ def test_in_a_triangle_neighbours_are_one_pitch_apart(base, axis):
     assert places @ np.array(axis) == pytest.approx(np.zeros(len(places)), abs=1e-15), "across the axis"
 
 
-def test_lying_rounds_are_piled_and_standing_ones_are_not():
-    assert triangle(2, 0.2, (0, 1, 0)) == pytest.approx(np.array([[-0.1, 0, 0], [0.1, 0, 0], [0, 0, 0.03**0.5]]))
-    height = 0.03**0.5
-    assert triangle(2, 0.2, (0, 0, 1)) == pytest.approx(
-        np.array([[-0.1, -height / 3, 0], [0.1, -height / 3, 0], [0, 2 * height / 3, 0]])
-    )
-
-
 def test_a_pallet_counts_along_x_then_y_then_z():
     places = pallet((2, 4, 3), (0.2, 0.3, 0.7))
     assert places.shape == (24, 3)
@@ -87,20 +78,6 @@ def test_a_pallet_counts_along_x_then_y_then_z():
 )
 def test_across_a_lying_round_is_one_direction_whichever_way_it_points(axis, across):
     assert across_horizontally(axis) == pytest.approx(across, abs=1e-15)
-
-
-@pytest.mark.parametrize(
-    ("make", "part"),
-    [
-        (lambda: row(0, 0.1), "found 0 rounds"),
-        (lambda: row(2, 0.0), "pitch of 0.0 m"),
-        (lambda: pallet((2, 2, 1), (0.1, np.nan, 0.0)), "pitch of nan m"),
-        (lambda: triangle(2, 0.1, (0, 1, 1)), "vertical or horizontal"),
-    ],
-)
-def test_a_stack_that_is_none_is_refused(make, part):
-    with pytest.raises(InputError, match=part):
-        make()
 
 
 # ---- clear distances with closed forms

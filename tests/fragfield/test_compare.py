@@ -9,22 +9,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 from flight.hazard.density.sectors import SECTOR_HITS
-from fragfield.cli import app
 from fragfield.errors import InputError
 from fragfield.files.stamped import stamped_toml
 from fragfield.studies.compare import compare_runs
 from fragfield.studies.compare.witness import Estimates, compare_hits, estimate, sectors_together
 from tests.fragfield import synthetic_run
+from tests.fragfield.short_run import invoke
 from tests.fragfield.synthetic_run import write_run
 
 NOT_INCLUDED = "grid (no other cell size gave a distance), inputs (no study of uncertain inputs)"
-
-
-def _invoke(*arguments):
-    return CliRunner().invoke(app, [str(argument) for argument in arguments])
 
 
 @pytest.fixture(scope="module")
@@ -150,7 +145,7 @@ def test_other_witness_surfaces_are_refused_by_name(old, new, message, runs, sin
     text = (single / "case.toml").read_text().rpartition("\n# checksum")[0]
     assert old in text
     (single / "case.toml").write_text(stamped_toml(text.replace(old, new)))
-    done = _invoke("compare", runs[0], single)
+    done = invoke("compare", runs[0], single)
     assert done.exit_code == 2
     assert "the witness surfaces differ; needed: the same in both cases" in done.stderr
     assert message in done.stderr
@@ -159,11 +154,11 @@ def test_other_witness_surfaces_are_refused_by_name(old, new, message, runs, sin
 
 def test_what_is_no_run_is_refused(runs, tmp_path):
     for folder, message in ((tmp_path / "none", "no such run directory"), (tmp_path, "it contains no case.toml")):
-        done = _invoke("compare", runs[0], folder)
+        done = invoke("compare", runs[0], folder)
         assert done.exit_code == 2
         assert message in done.stderr
     empty = Path(shutil.copytree(write_run(tmp_path / "begun", stages=0), tmp_path / "empty"))
-    done = _invoke("compare", empty, runs[0])
+    done = invoke("compare", empty, runs[0])
     assert "nothing to compare, its summary.json has no results; run `fragfield run` first" in done.stderr
 
 
@@ -174,7 +169,7 @@ def test_a_burst_alone_has_its_casings_compared(runs, tmp_path):
     assert not found["witness"]
     assert not found["distances"]
     assert f"{burst} has no flight: only the casings are compared" in found["notes"]
-    assert "written" not in _invoke("compare", runs[0], burst).stdout
+    assert "written" not in invoke("compare", runs[0], burst).stdout
 
 
 def test_with_one_realisation_there_are_ratios_without_errors(runs, tmp_path, monkeypatch):
@@ -194,11 +189,11 @@ def test_with_one_realisation_there_are_ratios_without_errors(runs, tmp_path, mo
         assert {one[kind]["reference_error"] for one in found["by_distance"]} == {None}
     assert found["notes"][0] == "the seeds differ, 1 and 5"
     assert f"{single} has one realisation of the break-up: no standard errors" in found["notes"]
-    assert _invoke("compare", runs[0], single, "--out", tmp_path / "out").exit_code == 0
+    assert invoke("compare", runs[0], single, "--out", tmp_path / "out").exit_code == 0
 
 
 def test_the_comparison_is_printed_and_written(runs, tmp_path):
-    done = _invoke("compare", *runs, "--out", tmp_path / "out", "--sector", "45")
+    done = invoke("compare", *runs, "--out", tmp_path / "out", "--sector", "45")
     assert done.exit_code == 0, done.stderr
     for part in (
         "witness ring, sectors of 45 degrees",
@@ -218,6 +213,6 @@ def test_the_comparison_is_printed_and_written(runs, tmp_path):
 
 
 def test_a_comparison_does_not_go_into_a_run(runs):
-    done = _invoke("compare", *runs, "--out", runs[0])
+    done = invoke("compare", *runs, "--out", runs[0])
     assert done.exit_code == 2
     assert "holds a run; a comparison needs a folder of its own" in done.stderr

@@ -52,13 +52,6 @@ def _with(job, asked):
     return replace(job, case=job.case.model_copy(update={"burst": burst}))
 
 
-@pytest.fixture
-def flown():
-    return SimpleNamespace(
-        hazard=SimpleNamespace(counts=SimpleNamespace(hazardous=np.full((20, 4), 5.0))), attitude=None, flights=20
-    )
-
-
 def _stub(monkeypatch, values, made):
     """Other sizes that give a function of the size in place of a burst."""
 
@@ -89,7 +82,7 @@ FLOWN = SimpleNamespace(
         ({"lean": True}, "not computed for the runs of a sweep"),
     ],
 )  # fmt: skip
-def test_a_run_without_convergence_says_why(job, flown, change, words):
+def test_a_run_without_convergence_says_why(job, change, words):
     if "geometry" in change:
         job.source.burst["geometry"] = change["geometry"]
     if "off" in change:
@@ -97,7 +90,7 @@ def test_a_run_without_convergence_says_why(job, flown, change, words):
     if "fragments" in change:
         job = replace(job, options=replace(job.options, fragments=job.target.path / "fragments.h5"))
     job = replace(job, options=replace(job.options, lean="lean" in change))
-    found = convergence_of(job, flown, HEADLINE)
+    found = convergence_of(job, FLOWN, HEADLINE)
     assert set(found) == {"reason"}
     assert found["reason"].startswith("no grid convergence: ")
     assert words in found["reason"]
@@ -105,10 +98,10 @@ def test_a_run_without_convergence_says_why(job, flown, change, words):
     assert words in not_included_words(recommended_of(HEADLINE, found))
 
 
-def test_a_manufactured_burst_gives_its_order_and_limit(job, flown, monkeypatch):
+def test_a_manufactured_burst_gives_its_order_and_limit(job, monkeypatch):
     made = []
     _stub(monkeypatch, lambda size: 1000.0 + 1e6 * size**2, made)  # 1009 at 3 mm
-    found = convergence_of(_with(job, "final"), flown, HEADLINE)
+    found = convergence_of(_with(job, "final"), FLOWN, HEADLINE)
     assert [1e3 * size for size, _ in made] == pytest.approx([6.0, 3.0 * 2**0.5, 3.0 / 2**0.5])
     assert found["sizes"] == sorted(found["sizes"])
     assert len(found["sizes"]) == 4
@@ -133,13 +126,13 @@ def test_a_manufactured_burst_gives_its_order_and_limit(job, flown, monkeypatch)
         ("final", "3d", [2.0, 2**0.5]),
     ],
 )
-def test_the_case_alone_decides_sizes_and_realisations(job, flown, monkeypatch, asked, geometry, factors):
+def test_the_case_alone_decides_sizes_and_realisations(job, monkeypatch, asked, geometry, factors):
     made = []
     _stub(monkeypatch, lambda size: 1009.0 + size, made)
     job.source.burst["geometry"] = geometry
     for realisations, number in ((20, 20), (module._MOST + 30, module._MOST)):
         made.clear()
-        found = convergence_of(_with(job, asked), flown, {**HEADLINE, "realisations": realisations})
+        found = convergence_of(_with(job, asked), FLOWN, {**HEADLINE, "realisations": realisations})
         assert [size / 0.003 for size, _ in made] == pytest.approx(factors)
         assert {count for _, count in made} == {number}
         assert len(found["sizes"]) == 1 + len(factors)
@@ -151,43 +144,33 @@ def test_an_unknown_preset_is_refused_with_those_that_exist():
         load_case(ROOT / "cases" / "m107_tnt.toml", ["burst.convergence=auto"])
 
 
-def test_sizes_count_by_the_number_of_cells(job, flown, monkeypatch):
+def test_sizes_count_by_the_number_of_cells(job, monkeypatch):
     made = []
     _stub(monkeypatch, lambda size: 1009.0 + size, made)
-    flat = convergence_of(_with(job, "final"), flown, HEADLINE)
+    flat = convergence_of(_with(job, "final"), FLOWN, HEADLINE)
     assert flat["representative_sizes"] == pytest.approx(flat["sizes"], rel=1e-3)
     job.source.burst["geometry"] = "3d"  # the stub's cells are as many as in two dimensions
-    solid = convergence_of(_with(job, "final"), flown, HEADLINE)
+    solid = convergence_of(_with(job, "final"), FLOWN, HEADLINE)
     assert solid["representative_sizes"][1:] == pytest.approx([0.003 * 2 ** (1 / 3), 0.003 * 4 ** (1 / 3)], rel=1e-3)
 
 
-def test_a_size_that_fails_is_reported_and_the_others_count(job, flown, monkeypatch):
+def test_a_size_that_fails_is_reported_and_the_others_count(job, monkeypatch):
     made = []
     _stub(monkeypatch, lambda size: ValueError("6 mm: no layer") if size > 0.005 else 1009.0 + size, made)
-    found = convergence_of(job, flown, HEADLINE)
+    found = convergence_of(job, FLOWN, HEADLINE)
     assert len(found["sizes"]) == 2
     assert found["reason"] == "6 mm: no layer"
     _stub(monkeypatch, lambda size: ValueError(f"{1e3 * size:.3g} mm: no layer"), made)
-    found = convergence_of(job, flown, HEADLINE)
+    found = convergence_of(job, FLOWN, HEADLINE)
     assert found["reason"] == "6 mm: no layer; 4.24 mm: no layer"
     assert recommended_of(HEADLINE, found)["not_included"]["grid"] == found["reason"]
 
 
-def test_a_run_without_a_distance_has_no_convergence_of_it(job, flown, monkeypatch):
+def test_a_run_without_a_distance_has_no_convergence_of_it(job, monkeypatch):
     _stub(monkeypatch, lambda size: 1009.0 + size, [])
-    found = convergence_of(job, flown, {"realisations": 20, "determined": False})
+    found = convergence_of(job, FLOWN, {"realisations": 20, "determined": False})
     assert "expected_distance" not in found["quantities"]
     assert "mean_initial_speed" in found["quantities"]
-
-
-def test_another_size_changes_the_cells_and_leaves_out_what_is_not_needed(job):
-    case = with_cells(job.case, 0.012, 7, "axisymmetric")
-    assert (case.burst.cell_size, case.burst.convergence, case.burst.geometry) == (0.012, "off", "axisymmetric")
-    assert (case.break_up.realisations, case.hazard.max_realisations) == (7, 7)
-    assert (case.witness, case.exposed, case.flight.trajectories) == ([], [], 0)
-    assert (case.seed, case.round, case.hazard.energy) == (job.case.seed, job.case.round, job.case.hazard.energy)
-    assert case.burst.products == job.case.burst.products
-    assert job.case.witness  # the run's own case is as it was
 
 
 @pytest.mark.parametrize("error", [InputError("the mesh cannot be made"), KeyboardInterrupt()])

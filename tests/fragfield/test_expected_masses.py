@@ -13,7 +13,7 @@ from fragfield.case.conversion.placing import masses_of
 from fragfield.case.load import case_from_document, read_document
 from fragfield.errors import InputError
 from fragfield.studies.uncertainty.plan import _bare
-from tests.fragfield.short_run import ROOT, invoke
+from tests.fragfield.short_run import ROOT
 
 M107 = {"casing": 34.53, "charge": 6.863}  # kg, of the drawing
 TABLES = read_document(PROFILES / "m107.toml")
@@ -75,21 +75,6 @@ def test_diameters_given_for_radii_are_named():
     assert text.count("4 times as much (were diameters given for radii?)") == 2
 
 
-def test_inches_for_millimetres_are_named():
-    tables = {**copy.deepcopy(TABLES), "unit": "mm"}
-    tables = {key: tables[key] for key in ("unit", "outer", "cavity", "charge")}
-    small = copy.deepcopy(tables)
-    for contour in ("outer", "cavity"):
-        small[contour]["points"] = [[x / 25.4, r / 25.4] for x, r in tables[contour]["points"]]
-        small[contour].pop("arcs", None)
-        tables[contour].pop("arcs", None)
-    small["charge"] = {"front": small["cavity"]["points"][0][0]}
-    tables["charge"] = {"front": tables["cavity"]["points"][0][0]}
-    true = masses_of(_case(tables).round[0])
-    with pytest.raises(InputError, match=r"1\.639e\+04 times less \(were inches read as millimetres\?\)"):
-        _case(small, {"charge": f"{true.charge} kg"})
-
-
 @pytest.mark.parametrize(
     ("factor", "words"),
     [
@@ -127,16 +112,6 @@ def test_a_study_of_uncertainty_varies_densities_and_expects_no_mass():
     }
     case = case_from_document(document, source="case.toml", folder=ROOT)
     assert "expected" not in _bare(case, case.uncertainty)["round"][0]
-
-
-def test_a_new_case_asks_for_them(tmp_path):
-    done = invoke("new", tmp_path / "mine.toml")
-    assert done.exit_code == 0, done.stderr
-    text = (tmp_path / "mine.toml").read_text()
-    assert '#expected = { casing = "34.5 kg", charge = "6.86 kg" }' in text
-    (tmp_path / "mine.toml").write_text(text.replace("#expected", "expected"))
-    done = invoke("check", tmp_path / "mine.toml")
-    assert done.exit_code == 0, done.stderr
 
 
 @pytest.mark.parametrize(

@@ -18,13 +18,10 @@ from fragfield.case.load import case_from_document, read_resolved
 from fragfield.case.write import to_toml
 from fragfield.checking.check import check_report
 from fragfield.errors import InputError
-from fragfield.report.findings.findings import findings
-from fragfield.report.reading.run_files import RunFiles
 from fragfield.studies.uncertainty.defaults import default_inputs
 from fragfield.studies.uncertainty.plan import plan_study
 from fragfield_base.errors import InputError as AnyInputError
 from fragfield_base.units import read_measure
-from tests.datasets import same_data
 from tests.fragfield.short_run import SHORT, invoke
 from transition.law.count_fit import SegmentMasses, fit_counts
 from transition.law.mott import MottLaw
@@ -250,26 +247,6 @@ def test_samples_of_a_study_vary_the_fitted_mean_mass(case_with_pit):
     assert spread == pytest.approx(fit_counts(counts_of(case.break_up.counts)).factor, rel=0.01)
 
 
-TEST = {
-    "source": "pit.csv", "pieces": 900.0, "rounds": 1.0, "what": "900 pieces above 1 g", "scale": 1.1, "mean": 0.015,
-    "standard_error": 0.05, "curvature_error": 0.05, "chi_square": 9.0, "degrees_of_freedom": 8, "probability": 0.34,
-    "recovered_fraction": 0.93, "fraction_in_range": 0.96, "mass_margin": 1.0,
-    "edges": [1e-3, 4e-3], "number": [500.0, 400.0], "expected": [510.0, 390.0],
-}  # fmt: skip
-
-
-def stated(test, **part):
-    mean_mass = {
-        "law": "fitted",
-        "factor": 1.0513,
-        "factor_source": "fitted",
-        "outside_data": [],
-        "test": {**TEST, **test},
-    }
-    run = RunFiles(Path("x"), summary={"break_up": {"mean_mass": {**mean_mass, **part}}})
-    return [(item.weight, item.text) for item in findings(run) if "pit.csv" in item.text], run
-
-
 @pytest.fixture
 def short_counted(tmp_path, whole_run):
     """A short case with counts of a round that breaks into 60 g pieces, and its run directory with the burst."""
@@ -307,13 +284,43 @@ def test_a_run_breaks_up_by_its_file_and_goes_on_without_it(short_counted, quick
     assert json.loads(done.stdout)["break_up"]["mean_mass"] == part["mean_mass"]
 
 
-@pytest.mark.dolfinx
-@pytest.mark.mpi
-def test_two_ranks_break_up_by_the_file_as_one(short_counted, mpirun, tmp_path):
-    case, folder = short_counted
-    other = Path(shutil.copytree(folder, tmp_path / "ranks"))
-    done = invoke("break-up", case, "--out", folder)
-    assert done.exit_code == 0, done.stderr
-    mpirun(2, "-m", "fragfield", "break-up", case, "--out", other)
-    for name in ("fragments.h5", "ensemble_fragments.h5"):
-        assert same_data(other / name, folder / name) > 5, name
+# --- How well the mean fragment mass is known: what the case says of it, `check`, and the report's findings
+
+CASES = Path(__file__).parents[2] / "cases"
+CYLINDER = CASES.parent / "validation" / "copper_cylinder" / "case.toml"
+
+
+def test_the_case_reaches_the_law_of_1947():
+    changes = {"break_up.mean_mass": "mott_1947", "break_up.mean_mass_factor": 1.3,
+               "break_up.fracture_stress": "700 MPa", "break_up.fracture_gamma": 50.0}  # fmt: skip
+    settings = break_up_settings(load_changed_case(CASES / "m107_tnt.toml", changes))
+    assert (settings.mean_mass, settings.mean_mass_factor) == ("mott_1947", 1.3)
+    assert (settings.fracture_stress, settings.fracture_gamma) == (700e6, 50.0)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"break_up.mean_mass_factor": 0.5}, "break_up.mean_mass_factor: found 0.5"),
+        ({"break_up.fracture_stress": "0 MPa"}, "break_up.fracture_stress: found"),
+    ],
+)
+def test_what_contradicts_or_has_no_meaning_is_refused(changes, message):
+    with pytest.raises(InputError) as caught:
+        load_changed_case(CASES / "m107_tnt.toml", changes)
+    assert message in str(caught.value)
+
+
+def test_check_warns_where_no_data_are_near():
+    near = check_report(load_case(CASES / "m107_tnt.toml"))["warnings"]
+    assert not any("published mean masses" in line for line in near)
+    (warning,) = (line for line in check_report(load_case(CYLINDER))["warnings"] if "published mean masses" in line)
+    assert warning.startswith(
+        "round[1] (cylinder): no published mean masses of fragments are close: outer diameter 30.6 mm"
+    )
+    assert "casing of 8960 kg/m3 (data: steel). No published scatter covers it: measure the mean mass" in warning
+
+
+def test_check_does_not_warn_where_the_mean_mass_is_given():
+    case = load_changed_case(CYLINDER, {"break_up.mean_mass": "3 g"})
+    assert not any("published mean masses" in line for line in check_report(case)["warnings"])

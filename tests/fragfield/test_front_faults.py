@@ -18,11 +18,9 @@ from fragfield.errors import exit_code_of, message_of
 from fragfield.interface.running import options_of
 from fragfield.pipeline import parallel
 from fragfield.pipeline.stages import recorded_warnings
-from fragfield.report.blocks import Finding
 from fragfield.report.findings.burst import ledger_findings
-from fragfield.report.findings.hazard import break_up_findings, flight_findings
 from fragfield.report.reading.run_files import RunFiles
-from tests.fragfield.short_run import ROOT, SHORT
+from tests.fragfield.short_run import ROOT
 
 UNITS = pint.UnitRegistry()
 
@@ -94,20 +92,6 @@ def test_a_quantity_of_another_dimension_is_refused_with_its_key():
         fragfield.Case(tables)
 
 
-@pytest.mark.parametrize(("count", "refused"), [(1000, False), (1001, True)])
-def test_a_stack_has_one_limit(count, refused):
-    document = {
-        "burst": {"cell_size": "20 mm", "contact": {"surfaces": False}},
-        "round": [{"name": "t", "profile": "tube", "explosive": "tnt", "casing": "steel_paper"}],
-        "stack": {"arrangement": "row", "count": count, "gap": "10 mm"},
-    }
-    if refused:
-        with pytest.raises(fragfield.InputError, match=r"stack\.count: found 1001; allowed: 1 to 1000"):
-            case_from_document(document, source="case.toml", folder=ROOT)
-        return
-    assert len(case_from_document(document, source="case.toml", folder=ROOT).round) == count
-
-
 @pytest.mark.parametrize(
     ("error", "code"),
     [
@@ -150,39 +134,6 @@ def test_a_ledger_is_stopped_at_its_tolerance_and_never_above_5_percent(toleranc
     contact = {"contact_error": error, "contact_error_at_end": error, "contact": {"gain": 1.0}}
     (found,) = ledger_findings(_run("burst", tolerance, **contact))
     assert (found.weight, words in found.text) == (weight, True)
-
-
-def test_words_of_findings():
-    (less,) = break_up_findings(_run("break_up", mass_error=-0.08))
-    assert less.text.endswith(
-        "8 % less mass than the casing (the graded sampler drops the heaviest, which fly farthest)."
-    )
-    (more,) = break_up_findings(_run("break_up", mass_error=0.08))
-    assert more == Finding("warning", "Fragments hold 8 % more mass than the casing.")
-    beyond = flight_findings(_run("flight", above_drag_table=3, fragments=10, landed=10, drag="sphere"))
-    assert any("the end of the drag table “sphere”; its last coefficient" in one.text for one in beyond)
-
-
-def test_maps_are_written_by_the_one_writer(tmp_path, monkeypatch):
-    """A link planted under the name of an output is refused, and what it points to stays."""
-    from fragfield.report import map_page
-
-    precious = tmp_path / "precious"
-    precious.write_text("mine")
-    target = tmp_path / "map.html"
-    target.symlink_to(precious)
-    monkeypatch.setattr(map_page, "map_data", lambda _: {"shapes": []})
-    run = RunFiles(tmp_path, summary={"title": "t"})
-    with pytest.raises(fragfield.InputError, match="is a symbolic link"):
-        map_page.write_map(run, target, identity="", written="now")
-    assert precious.read_text() == "mine"
-
-
-def test_every_run_has_findings(tmp_path):
-    """The documented key stands in the summary of a burst that warned of nothing."""
-    (tmp_path / "mine.toml").write_text(SHORT)
-    run = fragfield.run(tmp_path / "mine.toml", out=tmp_path / "run", only="burst", progress=False)
-    assert isinstance(run.summary["findings"], list)
 
 
 @pytest.mark.parametrize(

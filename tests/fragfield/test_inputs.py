@@ -8,7 +8,6 @@ from typing import Annotated, ClassVar, Literal
 import pytest
 from pydantic import ValidationError
 
-from burst_fenicsx.problem import BurstSettings, Leakage
 from fragfield.case import Case
 from fragfield.case.checks.bounds import choice_faults, not_read, outside_hard, outside_soft
 from fragfield.case.messages import explain
@@ -106,20 +105,6 @@ def test_the_stage_refuses_the_same(values, message):
     with pytest.raises(InputError, match=message):
         check_inputs(Stage(**values), "stage", InputError)
     check_inputs(Stage(), "stage", InputError)
-
-
-def test_forms_get_all_of_it_from_the_schema_of_the_case():
-    tables = Case.model_json_schema()["$defs"]
-    ratio = tables["LeakageTable"]["properties"]["radius_ratio"]
-    assert ratio["default"] == Leakage.radius_ratio
-    assert (ratio["low"], ratio["high"], ratio["usual"]) == (1.0, 20.0, (1.59, 2.1))
-    assert ratio["why"].startswith("published radii")
-    assert ratio["only_with"] == {"key": "enabled", "values": (True,), "without": ()}
-    size = tables["BurstTable"]["properties"]["cell_size"]
-    assert (size["unit"], size["examples"], size["bounds"]) == ("m", ["6 mm"], "0.0001 to 0.5 m")
-    assert set(BurstSettings.__dataclass_fields__) - set(tables["BurstTable"]["properties"]) == {
-        "output_interval", "nodal_stress", "planes",
-    }  # fmt: skip
 
 
 def test_an_example_and_a_limit_of_another_dimension_cannot_stand_in_a_table():

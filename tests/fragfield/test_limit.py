@@ -191,18 +191,6 @@ def test_resumed_search_computes_nothing_twice_and_writes_its_table(case_file, c
     assert json.loads((folder / "limit.json").read_text(encoding="utf-8"))["limit"]["rounds"] == 5
 
 
-def test_another_case_in_the_folder_is_refused_before_anything_runs(case_file, computed):
-    folder = case_file.parent / "runs"
-    arguments = ("stack.count=1..3", "--distance", "90 m", "--out", folder)
-    assert invoke("limit", case_file, *arguments).exit_code == 0
-    number = len(computed[0])
-    case_file.write_text(ROW.replace("20 mm", "30 mm"), encoding="utf-8")
-    done = invoke("limit", case_file, *arguments, "--resume")
-    assert done.exit_code == 2
-    assert "holds the run of another case" in done.stderr
-    assert len(computed[0]) == number
-
-
 @pytest.mark.parametrize("kind", ["fails", "not determined"])
 def test_a_run_that_fails_or_has_no_distance_counts_as_not_met(case_file, computed, kind):
     _, law = computed

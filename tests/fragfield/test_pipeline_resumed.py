@@ -42,17 +42,6 @@ def test_a_stage_into_another_folder_leaves_the_run_alone(run_copy, tmp_path):
 
 
 @pytest.mark.dolfinx
-def test_a_burst_of_another_case_is_not_broken_up(run_copy, short_case):
-    changed = short_case.with_name("denser.toml")
-    changed.write_text(SHORT.replace('"tnt"', '"comp_b"'))
-    done = invoke("break-up", changed, "--out", run_copy)
-    assert done.exit_code == 2
-    assert "burst_snapshot.h5 does not belong to this case" in done.stderr
-    assert 'round[1].explosive.name: stored "tnt", now "comp_b"' in done.stderr
-    assert (run_copy / "landing.h5").is_file()
-
-
-@pytest.mark.dolfinx
 def test_resume_goes_on_with_the_first_missing_stage(run_copy, short_case, quick_report):
     kept = (run_copy / "burst_snapshot.h5").stat().st_mtime_ns
     (run_copy / "landing.h5").unlink()
@@ -64,15 +53,6 @@ def test_resume_goes_on_with_the_first_missing_stage(run_copy, short_case, quick
     assert "burst: begins" in log[0]
     assert "burst: begins" not in log[1]
     assert "fly: begins" in log[1]
-
-
-@pytest.mark.dolfinx
-def test_resume_refuses_another_case_and_names_the_keys(run_copy, short_case):
-    for stage in ("run", "burst"):
-        done = invoke(stage, short_case, "--cell-size", "11 mm", "--out", run_copy, "--resume")
-        assert done.exit_code == 2
-        assert '  burst.cell_size: stored "0.012 m", now "0.011 m"' in done.stderr
-        assert "--resume continues the same case only" in done.stderr
 
 
 @pytest.mark.dolfinx

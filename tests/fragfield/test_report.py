@@ -22,7 +22,7 @@ from fragfield.report.figures.drawing import drawing_style, to_bytes
 from fragfield.report.sections import sections
 from fragfield.view import offscreen_fault
 from fragfield.view.interactive import interactive_fault
-from tests.fragfield.synthetic_run import REALISATIONS, write_run
+from tests.fragfield.synthetic_run import write_run
 from tests.fragfield.test_compare import NOT_INCLUDED
 
 if TYPE_CHECKING:
@@ -132,11 +132,6 @@ def test_page_needs_nothing_else(html, page):
     assert "@import" not in style[1]
 
 
-@pytest.mark.skipif(not VIEWS, reason=str(interactive_fault() or offscreen_fault()))
-def test_interactive_views_lie_beside_the_page(run):
-    assert all((run / name).is_file() for name in VIEWS)
-
-
 def test_every_figure_is_there_once(page, run):
     assert [attributes["id"] for attributes in page.all("figure")] == [f"figure-{name}" for name in FIGURES]
     images = [attributes["src"] for attributes in page.all("img")]
@@ -165,16 +160,6 @@ def test_numbers_are_those_of_the_summary(page, summary):
     assert f"{words} {parts['randomness']:.1f} m; not included: {NOT_INCLUDED}." in texts
     low, high = hazard["single_event"]["low"], hazard["single_event"]["high"]
     assert f"{round(low):,}\u00a0–\u00a0{round(high):,}" in texts
-
-
-def test_one_distance_is_to_keep_and_others_are_named_for_what_they_are(page, summary):
-    hazard = summary["hazard"]
-    order = [page.text.index(words) for words in ("Recommended distance", "Single events: median", "Largest throw")]
-    assert order == sorted(order)
-    assert page.text.count("no distance to keep") == 2
-    assert f"worst direction, azimuth {hazard['direction_deg']:g}°, smoothed over ±10°" in page.text
-    assert f"{REALISATIONS} realisations fix the expected distance to" in page.text
-    assert "worst sector" not in page.text.lower()
 
 
 def test_a_distance_that_is_not_determined_is_said_in_place_of_a_number(tmp_path):
@@ -209,23 +194,6 @@ def test_the_tilt_of_the_realisations_stands_below_the_distance(tmp_path):
 def test_title_is_shown_as_text(html, page):
     assert "<rounds>" not in html
     assert "Two <rounds> & a gap" in page.text
-
-
-def test_inputs_and_their_units_are_shown(page):
-    for text in ("cell size", "12 mm", "0.012 m", "4.52 MJ/kg", "120 µs", "Rounds “round A”, “round B”"):
-        assert text in page.text, text
-
-
-def test_densities_agree_with_the_flight(run):
-    """The curve's distances are those that the flight's own assessment put into the summary."""
-    files = read_run(run)
-    found = files.ensemble
-    assert found is not None
-    assert found.realisations == REALISATIONS
-    stored, headline = files.part("hazard"), found.headline
-    assert headline is not None
-    assert headline["without_ricochet"].items() <= stored["without_ricochet"].items()
-    assert {name: stored[name] for name in headline if name != "without_ricochet"}.items() <= headline.items()
 
 
 def outline(folder: Path) -> tuple[list[str], list[str], str]:
@@ -263,12 +231,6 @@ def test_missing_stages_are_said(tmp_path, stages, missing, figures):
     assert (f"Not yet run: {missing}." in words) == bool(missing)
     for stage in ("burst", "break-up", "flight"):
         assert (f"the stage “{stage}” has not been run" in words) == (stage in missing.split(", "))
-
-
-def test_page_of_a_part_says_so(tmp_path):
-    page = Page(write_report(write_run(tmp_path / "run", stages=0)).read_text(encoding="utf-8"))
-    assert "incomplete: burst, break-up, flight not run" in page.text
-    assert [attributes["id"] for attributes in page.all("figure")] == ["figure-drawing_1", "figure-arrangement"]
 
 
 def test_flight_of_fragments_from_elsewhere(tmp_path):

@@ -40,12 +40,6 @@ def _complete(run, *names):
         run.write_summary({**run.summary(), **{part: {"from": name} for part in STAGES[name].parts}})
 
 
-def test_a_new_directory_is_made_with_the_resolved_case(case, tmp_path):
-    run = RunDirectory(tmp_path / "a" / "b")
-    run.claim(case)
-    assert run.stored_case() == case
-
-
 def test_a_summary_in_another_folder_keeps_what_was_noted_before(case, tmp_path):
     """Of the source come the earlier stages' parts, of this one all parts, whichever is noted last."""
     source, target = RunDirectory(tmp_path / "source"), RunDirectory(tmp_path / "target")
@@ -96,14 +90,6 @@ def test_overwrite_replaces_the_other_run_and_nothing_else(case, other, tmp_path
     run.claim(other, overwrite=True)
     assert run.stored_case() == other
     assert sorted(path.name for path in tmp_path.iterdir()) == ["case.toml", "notes.txt"]
-
-
-def test_resume_keeps_what_is_there(case, tmp_path):
-    run = RunDirectory(tmp_path)
-    run.claim(case)
-    _complete(run, "burst", "break-up")
-    run.claim(case, resume=True)
-    assert [stage.name for stage in STAGES.values() if run.complete(stage)] == ["burst", "break-up"]
 
 
 def test_a_folder_with_other_things_is_refused(case, tmp_path):

@@ -14,6 +14,7 @@ from tests.fragfield.short_run import invoke
 
 COMMANDS = (
     ("run", "--overwrite"), ("run", "--resume"), ("burst", "--overwrite"), ("break-up",), ("fly",), ("report",),
+    ("view", "--html"),
 )  # fmt: skip
 
 

@@ -8,7 +8,6 @@ from dataclasses import fields
 
 import pytest
 
-from fragfield.case.conversion.stages import break_up_settings
 from fragfield.case.load import case_from_document
 from fragfield.case.messages import marks_of
 from fragfield.errors import InputError
@@ -174,16 +173,6 @@ def test_cells_that_make_no_mesh(size, words):
     assert bool(message) == bool(words)
 
 
-def test_check_says_so_and_names_file_and_key(tmp_path):
-    path = tmp_path / "mine.toml"
-    path.write_text(SHORT)
-    done = invoke("check", path, "--set", "break_up.critical_strain=7")
-    assert done.exit_code == 2
-    assert f"{path} with --set break_up.critical_strain=7: break_up.critical_strain: found 7" in done.stderr
-    done = invoke("check", path, "--set", 'break_up={mean_mass="5 kg",segments=["1 mm"]}')
-    assert done.exit_code == 0, done.stderr
-
-
 def test_check_warns_of_segments_lighter_than_a_given_mean_mass(tmp_path):
     path = tmp_path / "mine.toml"
     path.write_text(SHORT.replace('profile = "tube"', 'profile = "m107"'))
@@ -198,8 +187,3 @@ def test_a_witness_at_fault_is_named_by_its_key():
     panel = {"name": "p", "kind": "panel", "centre": ["1 m", "0 m", "1 m"], "normal": [0, 0, 1], "width": "1 m"}
     document["witness"] = [{"name": "ring", "radius": "5 m"}, {**panel, "height": "1 m"}]
     assert _refusal(document).startswith('case.toml: witness[2]: "p": up [0.0, 0.0, 1.0] is along the normal')
-
-
-def test_settings_of_a_loaded_case_are_built_again_without_a_fault():
-    case = case_from_document(copy.deepcopy(BASE), source="case.toml", folder=ROOT)
-    assert break_up_settings(case).critical_strain == case.break_up.critical_strain

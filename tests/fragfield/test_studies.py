@@ -11,8 +11,9 @@ import pytest
 import fragfield
 import fragfield.studies.uncertainty as package
 from fragfield.files.stamped import stamped_toml
+from tests.fragfield.short_run import invoke
 from tests.fragfield.synthetic_run import write_run
-from tests.fragfield.test_sweep import TUBE, _invoke, calls
+from tests.fragfield.test_sweep import TUBE, calls
 
 __all__ = ["calls"]  # the fixture, for pytest
 
@@ -79,7 +80,7 @@ def test_a_comparison_has_tables_and_writes_them(tmp_path):
         found.table("by_azimut")
     assert str(found).startswith(f"{one} over {other}")
     assert (found.write(tmp_path / "out") / "comparison.json").is_file()
-    done = _invoke("compare", one, other, "--json")
+    done = invoke("compare", one, other, "--json")
     assert done.exit_code == 0, done.stderr
     assert json.loads(done.stdout) == json.loads(json.dumps({k: v for k, v in found.found.items() if k != "files"}))
 
@@ -96,7 +97,7 @@ def test_a_study_of_uncertainty_passes_what_is_asked_and_gives_the_distance(tmp_
     assert found.spread == (90.2, 110.0, 133.4)
     assert found.effects["total"][0] == 0.7
     assert str(found).splitlines()[0] == "recommended distance 142 m"
-    done = _invoke("uncertainty", TUBE, "--out", tmp_path / "study", "--samples", "8", "--json")
+    done = invoke("uncertainty", TUBE, "--out", tmp_path / "study", "--samples", "8", "--json")
     assert done.exit_code == 0, done.stderr
     assert json.loads(done.stdout) == FOUND
     monkeypatch.setattr(

@@ -6,7 +6,7 @@ import json
 
 import pytest
 
-from burst_fenicsx.materials.library import burst_explosive_names, casing_names, explosive_names
+from burst_fenicsx.materials.library import burst_explosive_names, explosive_names
 from fragfield.case import load_case, to_toml
 from fragfield.case.load import case_from_document
 from fragfield.errors import InputError
@@ -127,7 +127,3 @@ def test_every_new_casing_bursts_and_breaks_up(casing, tmp_path):
     assert burst["energy_error"] < 0.03
     assert pieces["mass"] == pytest.approx(burst["casing_mass"], rel=1e-9)
     assert pieces["fragments"] > 100
-
-
-def test_new_casings_are_those_beside_the_earlier_ones():
-    assert set(NEW) == set(casing_names()) - {"steel_paper", "steel_m107", "copper"}

@@ -14,15 +14,14 @@ from contextlib import suppress
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
 
 from fragfield.case import load_case, load_changed_case, read_resolved
-from fragfield.cli import app
 from fragfield.errors import InputError
 from fragfield.files.run_directory import RunDirectory
 from fragfield.studies.processes import LocalRuns
 from fragfield.studies.sweep import plan_sweep
 from tests.fragfield.run_tasks import answer
+from tests.fragfield.short_run import invoke
 
 ROOT = Path(__file__).parents[2]
 TUBE, PAIR = ROOT / "cases" / "tube.toml", ROOT / "cases" / "m107_pair.toml"
@@ -36,10 +35,6 @@ SUMMARY = {
                "not_included": {"grid": "not computed for the runs of a sweep"},
                "single_event": {"median": 108.0, "low": 90.0, "high": 130.0}, "largest_throw": 700.0},
 }  # fmt: skip
-
-
-def _invoke(*arguments):
-    return CliRunner().invoke(app, [str(argument) for argument in arguments])
 
 
 @pytest.fixture
@@ -119,7 +114,7 @@ def test_values_are_read_as_in_a_case_file(setting, values):
     ],
 )  # fmt: skip
 def test_what_cannot_run_is_refused_before_anything_runs(settings, message, tmp_path, calls):
-    done = _invoke("sweep", TUBE, *settings, "--out", tmp_path / "out")
+    done = invoke("sweep", TUBE, *settings, "--out", tmp_path / "out")
     assert done.exit_code == 2
     assert message in done.stderr
     assert not calls[0]
@@ -139,7 +134,7 @@ def test_a_failed_run_is_reported_and_the_others_go_on(tmp_path, calls):
     made, codes = calls
     codes += [0, 3, 0]
     out = tmp_path / "out"
-    done = _invoke("sweep", TUBE, "burst.cell_size=12 mm,15 mm,20 mm", "--out", out, "--jobs", "1")
+    done = invoke("sweep", TUBE, "burst.cell_size=12 mm,15 mm,20 mm", "--out", out, "--jobs", "1")
     assert done.exit_code == 3, done.stderr
     assert len(made) == 3
     assert made[0] == {"stage": "run", "case_file": str(out / "cell_size_12_mm.toml"),
@@ -173,17 +168,17 @@ def test_a_run_whose_distance_is_not_determined_is_done_and_says_so(tmp_path, ca
         return 0, ""
 
     monkeypatch.setattr(LocalRuns, "call", call)
-    done = _invoke("sweep", TUBE, "burst.cell_size=12 mm,15 mm", "--out", tmp_path / "out", "--json")
+    done = invoke("sweep", TUBE, "burst.cell_size=12 mm,15 mm", "--out", tmp_path / "out", "--json")
     found = json.loads(done.stdout)
     assert (done.exit_code, found["exit_code"]) == (3, 3)
     for row in found["runs"]:
         assert (row["state"], row["exit_code"], row["message"]) == ("done", 3, reason)
         assert row["results"]["recommended_distance"] is None
         assert row["results"]["mean_initial_speed"] == 1000.0
-    kept = _invoke("sweep", TUBE, "burst.cell_size=12 mm,15 mm", "--out", tmp_path / "out", "--json", "--resume")
+    kept = invoke("sweep", TUBE, "burst.cell_size=12 mm,15 mm", "--out", tmp_path / "out", "--json", "--resume")
     assert kept.exit_code == 3, kept.output
     assert [(row["state"], row["exit_code"]) for row in json.loads(kept.stdout)["runs"]] == [("kept", 3)] * 2
-    done = _invoke("sweep", TUBE, "burst.cell_size=12 mm", "--out", tmp_path / "other")
+    done = invoke("sweep", TUBE, "burst.cell_size=12 mm", "--out", tmp_path / "other")
     assert "not determined" in done.stdout
 
 
@@ -191,15 +186,15 @@ def test_resume_keeps_finished_runs_of_the_same_case(tmp_path, calls):
     made, codes = calls
     codes += [0, 3]
     arguments = ("sweep", TUBE, "burst.cell_size=12 mm,15 mm", "--out", tmp_path / "out", "--json", "--jobs", "1")
-    assert _invoke(*arguments).exit_code == 3
-    done = _invoke(*arguments, "--resume")
+    assert invoke(*arguments).exit_code == 3
+    done = invoke(*arguments, "--resume")
     assert done.exit_code == 0
     assert [row["state"] for row in json.loads(done.stdout)["runs"]] == ["kept", "done"]
     assert len(made) == 3
     assert made[-1]["resume"]
-    more = _invoke("sweep", TUBE, "burst.cell_size=12 mm,20 mm", "--out", tmp_path / "out", "--json", "--resume")
+    more = invoke("sweep", TUBE, "burst.cell_size=12 mm,20 mm", "--out", tmp_path / "out", "--json", "--resume")
     assert [row["state"] for row in json.loads(more.stdout)["runs"]] == ["kept", "done"]
-    _invoke(*arguments)  # without it all is made again
+    invoke(*arguments)  # without it all is made again
     assert len(made) == 6
 
 
@@ -208,28 +203,28 @@ def test_runs_of_another_case_are_refused_or_replaced(tmp_path, calls):
     case = tmp_path / "case.toml"
     case.write_text(TUBE.read_text())
     arguments = ("sweep", case, "burst.cell_size=12 mm", "--out", tmp_path / "out")
-    assert _invoke(*arguments).exit_code == 0
+    assert invoke(*arguments).exit_code == 0
     case.write_text(TUBE.read_text().replace("seed = 1", "seed = 2"))
     for option in ((), ("--resume",)):
-        done = _invoke(*arguments, *option)
+        done = invoke(*arguments, *option)
         assert done.exit_code == 2
         assert "holds the run of another case; use another --out, or --overwrite" in done.stderr
         assert "seed: stored 1, now 2" in done.stderr
     assert len(made) == 1
-    assert _invoke(*arguments, "--overwrite").exit_code == 0
+    assert invoke(*arguments, "--overwrite").exit_code == 0
     assert made[-1]["overwrite"]
 
 
 def test_a_sweep_has_a_folder_of_its_own(tmp_path, calls):
     (tmp_path / "case.toml").touch()
-    done = _invoke("sweep", TUBE, "seed=1,2", "--out", tmp_path)
+    done = invoke("sweep", TUBE, "seed=1,2", "--out", tmp_path)
     assert done.exit_code == 2
     assert f"{tmp_path}: holds a run; a sweep needs a folder of its own" in done.stderr
 
 
 def test_a_sweep_does_not_run_under_mpirun(tmp_path, calls, monkeypatch):
     monkeypatch.setenv("PMI_SIZE", "2")
-    done = _invoke("sweep", TUBE, "seed=1,2", "--out", tmp_path / "out")
+    done = invoke("sweep", TUBE, "seed=1,2", "--out", tmp_path / "out")
     assert done.exit_code == 2
     assert "it does not run under mpirun" in done.stderr
 
@@ -296,7 +291,7 @@ def test_so_many_runs_go_side_by_side(tmp_path, calls, monkeypatch, jobs, most):
 
     monkeypatch.setattr(LocalRuns, "call", call)
     sizes = ",".join(f"{size} mm" for size in (12, 13, 14, 15, 16))
-    done = _invoke("sweep", TUBE, f"burst.cell_size={sizes}", "--out", tmp_path / "out", "--jobs", jobs, "--json")
+    done = invoke("sweep", TUBE, f"burst.cell_size={sizes}", "--out", tmp_path / "out", "--jobs", jobs, "--json")
     rows = json.loads(done.stdout)["runs"]
     assert [row["state"] for row in rows] == ["done"] * 5
     assert [row["values"]["burst.cell_size"] for row in rows] == sizes.split(",")
@@ -348,13 +343,13 @@ def test_real_bursts_of_which_one_stops(tmp_path):
         tmp_path / "out",
         "--json",
     )
-    done = _invoke(*arguments)
+    done = invoke(*arguments)
     assert done.exit_code == 3, done.stderr
     sound, stopped = json.loads(done.stdout)["runs"]
     assert (sound["state"], sound["exit_code"], stopped["state"], stopped["exit_code"]) == ("done", 0, "failed", 3)
     assert "the energy ledger is open by" in stopped["message"]
     assert sound["results"]["mean_initial_speed"] > 0.0
     assert sound["results"]["recommended_distance"] is None
-    again = json.loads(_invoke(*arguments, "--resume").stdout)["runs"]
+    again = json.loads(invoke(*arguments, "--resume").stdout)["runs"]
     assert [row["state"] for row in again] == ["kept", "failed"]
     assert again[0]["results"] == sound["results"]

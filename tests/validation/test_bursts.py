@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from dataclasses import replace
 
 import h5py
@@ -11,12 +10,11 @@ import pytest
 
 from validation.axisymmetric import study as axisymmetric
 from validation.colliding_tubes.study import REFERENCE as COLLIDING
-from validation.colliding_tubes.study import Metal, counted_metal, reference_shares
-from validation.copper_cylinder.streak import Streak, streak
+from validation.colliding_tubes.study import Metal, counted_metal
+from validation.copper_cylinder.streak import streak
 from validation.paper_3_2 import study as paper_3_2
 from validation.paper_3_2.ring import HITS, Ring
 from validation.rows import Rows
-from validation.runs import ROOT, StudyError
 from validation.stack_trends import study as stacks
 from validation.steel_tubes.study import Along, gurney_speed
 
@@ -63,14 +61,6 @@ def test_the_slit_sees_the_radius_at_a_fixed_station(series):
         assert record.speed_at(displacement, 2e-3) == pytest.approx(seen, rel=2e-3)
 
 
-def test_a_record_that_ends_too_early_or_is_none_is_refused(tmp_path):
-    time = np.arange(0.0, 20e-3 / 1400.0, 0.3e-6)
-    with pytest.raises(StudyError, match="speed at 19 mm needs it to 21 mm"):
-        Streak(time, 1400.0 * time).speed_at(19e-3, 2e-3)
-    with pytest.raises(StudyError, match="no time series of a burst"):
-        streak(tmp_path / "burst", 0.2, LENGTH)
-
-
 # --- steel tubes --------------------------------------------------------------------------------------------
 
 
@@ -87,11 +77,6 @@ def test_the_middle_of_a_tube_is_weighted_by_mass():
 
 
 # --- colliding tubes ----------------------------------------------------------------------------------------
-
-
-def test_the_references_shares_are_those_of_the_nearest_size():
-    assert reference_shares(5e-3) == [0.278, 0.567]
-    assert reference_shares(3.5e-3) == reference_shares(3.75e-3) == [0.290, 0.565]
 
 
 def test_shares_count_either_side_of_the_plane_by_mass():
@@ -123,7 +108,6 @@ def test_the_counted_metal_is_the_middle_of_the_casing_and_x_leads_away_from_the
 # --- stacks -------------------------------------------------------------------------------------------------
 
 SINGLE = stacks.Focus(share=20 / 180, half_angle=45.0, place=0.0, fastest=1000.0)
-TEXT = (ROOT / stacks.REFERENCE["case"]).read_text(encoding="utf-8")
 
 
 def focus(share=0.25, half_angle=30.0, place=0.0, fastest=1500.0):
@@ -191,64 +175,6 @@ def test_delays_of_either_round_mirror_each_other_and_move_the_focus_to_the_late
 def test_longer_rows_have_more_gaps_to_a_round_and_no_more():
     assert found(stacks.check_counts, {2: focus(0.24), 3: focus(0.28), 4: focus(0.30)}) == []
     assert len(found(stacks.check_counts, {2: focus(0.24), 3: focus(0.33), 4: focus(0.32)})) == 2
-
-
-def test_the_case_is_written_with_other_numbers():
-    text = stacks.varied(TEXT, count=3, gap=0.155, delays=[0.0, 1e-5, 0.0], end=1.3e-4)
-    case = tomllib.loads(text)
-    assert case["stack"] == {
-        "arrangement": "row", "count": 3, "gap": "155 mm", "delays": ["0 us", "10 us", "0 us"],
-    }  # fmt: skip
-    assert case["burst"]["end_time"] == "130 us"
-    with pytest.raises(StudyError, match="must have 'count = 2' once"):
-        stacks.varied(text, count=2, gap=0.1, delays=[0.0, 0.0], end=1e-4)
-
-
-class MadeUp:
-    """In place of runs: every burst is the same even metal, every distance grows with the inclination."""
-
-    def __init__(self, folder):
-        self.folder, self.names = folder, []
-        self.even = snapshot(folder / "burst_snapshot.h5", np.arange(1800) * 0.2 + 0.1)
-
-    def burst(self, name, case, size, changes=None, geometry="axisymmetric"):
-        """As `Runs.burst`."""
-        self.names.append(name)
-        return self.folder, {"max_initial_speed": 800.0}
-
-    def hazard(self, name, case, size, changes):
-        """As `Runs.hazard`."""
-        attitude = changes["round.*.attitude"]
-        lean = float(attitude.split()[0]) if attitude.endswith("deg") else 0.0
-        self.names.append(name)
-        curve = [{"inclination_deg": one, "expected": 100.0 + one, "standard_error": 1.0} for one in (0.0, 90.0, 180.0)]
-        known = {"curve": curve, "worst_inclination_deg": 180.0}
-        return {"expected": 100.0 + lean, "standard_error": 1.0, "attitude": known}
-
-
-def test_the_study_of_stacks_judges_every_arrangement(tmp_path):
-    runs, rows = MadeUp(tmp_path), Rows("stack_trends", quick=True)
-    stacks.study(runs, rows)
-    assert len(set(runs.names)) == len(runs.names) == 6
-    by_name = {row.quantity: row for row in rows}
-    assert by_name["fastest of the focus (99 % of the mass) over the single round's largest"].ours == pytest.approx(
-        1.25
-    )
-    assert by_name["row of 3 over 2: mass within 10 deg, ratio"].ours == pytest.approx(1.0)
-    assert rows.sound
-
-
-def test_the_study_of_attitudes_shows_cells_leans_and_the_envelope(tmp_path):
-    from validation.attitudes import study as attitudes
-
-    runs, rows = MadeUp(tmp_path), Rows("attitudes", quick=True)
-    attitudes.study(runs, rows)
-    by_name = {row.quantity: row for row in rows}
-    assert by_name["TNT: distance leaning 6 degrees"].error == pytest.approx(0.06)
-    lying = by_name["Comp B: distance lying, beside the worst attitude (180 degrees from upright)"]
-    assert (lying.ours, lying.reference) == (190.0, 280.0)
-    assert {"profile:m107", "explosive:comp_b"} <= set(lying.subjects)
-    assert (tmp_path / "attitudes.png").is_file()
 
 
 # --- the pair and the meridian -------------------------------------------------------------------------------

@@ -22,12 +22,10 @@ from transition.law.mean_mass_data import (
 )
 from transition.law.mott import MottLaw
 from validation.m107_1944 import study as m107
-from validation.m107_1944.counts import FOOT, Counts, count, falling_through, prescribed
-from validation.mean_mass.data import REFERENCE, above_a_cut, fit_numbers, fit_shells, from_recovery, measured
-from validation.mean_mass.scatter import LAWS, computed, ratios, scatter
-from validation.mean_mass.study import check_laws
+from validation.m107_1944.counts import count, falling_through, prescribed
+from validation.mean_mass.data import above_a_cut, fit_numbers, from_recovery, measured
+from validation.mean_mass.scatter import LAWS, scatter
 from validation.paper_3_1.study import number_rows
-from validation.polar_zones.zones import REFERENCE as PANELS
 from validation.polar_zones.zones import deciding_scatter, sample_of, zones_of
 from validation.rows import Rows
 
@@ -61,19 +59,6 @@ def test_mean_of_all_pieces_from_what_was_recovered(cut):
     assert from_recovery(len(kept), float(kept.sum()), float(mass.sum())) == pytest.approx(2.0 * MU, rel=3e-3)
 
 
-def test_two_measurements_of_the_75_mm_shell_agree():
-    """Pit tests of 1938 and the tables of 1944: 3.5 and 3.7 g."""
-    mean = {casing.name: casing.mean for casing in measured() if casing.geometry == "75 mm M48"}
-    assert set(mean) == {"75 mm M48", "75 mm M48, pit"}
-    assert mean["75 mm M48, pit"] == pytest.approx(mean["75 mm M48"], rel=0.1)
-
-
-def test_the_m107_is_that_of_the_table_that_came_another_way():
-    (shell,) = (one for one in REFERENCE["shell"] if one["name"] == "155 mm M107")
-    np.testing.assert_array_equal(shell["number"], m107.TABLE.number)
-    assert pytest.approx(1e3 * fit_shells()["155 mm M107"].mean, rel=0.1) == 2e3 * 7.5e-3  # that table's own fit
-
-
 def test_bounds_of_the_program_are_those_of_the_data():
     casings = measured()
     diameters = [casing.outer_diameter for casing in casings]
@@ -97,22 +82,6 @@ def test_stated_factor_is_that_of_the_law(law):
     bias, deviation = math.log(found.bias), math.log(found.deviation)
     whole = math.hypot(bias, deviation * math.sqrt(1.0 - 1.0 / found.geometries))
     assert found.factor == pytest.approx(math.exp(whole), rel=1e-9)
-
-
-def test_a_geometry_counts_once():
-    casings = measured()
-    found = ratios("mott", casings)
-    own = [computed("mott", casing) / casing.mean for casing in casings if casing.geometry == "cylinder"]
-    assert len(own) == 9
-    assert found["cylinder"] == pytest.approx(math.prod(own) ** (1.0 / 9.0), rel=1e-12)
-
-
-def test_all_laws_are_judged_by_the_factor_that_results_state():
-    rows = Rows("mean_mass")
-    check_laws(rows, measured())
-    assert rows.sound
-    assert sum("the factor that results state" in row.quantity for row in rows) == len(LAWS)
-    assert {row.quantity for row in rows} >= {f"mott: mean mass, {name}" for name in REFERENCE["shown"]}
 
 
 # --- panels of the 75 mm M48 ------------------------------------------------------------------------------------------
@@ -165,20 +134,6 @@ def test_the_limit_of_a_board_gives_the_number_asked_for(round_of_tube):
     assert np.median(angle) == pytest.approx(90.0 + math.degrees(math.atan(0.3)), abs=1.0)
 
 
-def test_the_default_stands_in_the_reference_of_the_check():
-    zones = PANELS["zones"]
-    # The densities times the solid angles are the percentages of the perforations at 15 ft.
-    for name in ("side", "base", "nose"):
-        zone = zones[name]
-        solid = 2.0 * math.pi * (math.cos(math.radians(zone["from"])) - math.cos(math.radians(zone["to"])))
-        share = 100.0 * 100.0 * zone["density"][0] * solid / PANELS["boards"]["number"][0]
-        assert share == pytest.approx(PANELS["percent"][name], abs=0.6)
-    spherical = [number / (4.0 * math.pi) / 100.0 for number in PANELS["boards"]["number"]]
-    for board, ratio in enumerate(PANELS["peak"]["over_mean"]):
-        assert PANELS["peak"]["density"][board] / spherical[board + 1] == pytest.approx(ratio, abs=0.06)
-    assert BreakUpSettings().direction_scatter == pytest.approx(math.radians(6.0), rel=1e-12)
-
-
 # --- M107 of 1944 -----------------------------------------------------------------------------------------------------
 
 
@@ -210,41 +165,6 @@ def test_counts_follow_the_law_of_constant_drag_in_whatever_direction():
         assert counts.speed[row] == pytest.approx(speed[hazardous][0], rel=1e-4)
     assert counts.fragments == 400.0
     assert counts.initial_speed == pytest.approx(1000.0)
-
-
-def _as_the_table(number=1.0, speed=1.0):
-    far = np.arange(30.0, 112.0, 2.0)
-    places = np.concatenate([m107.TABLE.distance, far])
-    of_far = np.interp(far, m107.TABLE.distance, m107.TABLE.number)
-    numbers = number * np.concatenate([m107.TABLE.number, of_far])
-    return Counts(
-        places, numbers, speed * np.interp(places, m107.TABLE.distance, m107.TABLE.speed), 1760.0, 15e-3, 1067.0
-    )
-
-
-def test_the_tables_own_numbers_have_no_error():
-    """Among them the distance of 62 to 63 m, which follows from the table's densities."""
-    rows = Rows("m107_1944")
-    m107.check(rows, "table", _as_the_table(), ("flight",))
-    *counted, distance = rows
-    assert [row.error for row in counted] == pytest.approx([0.0] * 2 * len(m107.REFERENCE["compared_ft"]))
-    assert distance.ours == pytest.approx(62.5, abs=1.5)
-    few = _as_the_table()
-    few.number[0], few.speed[0] = 0.0, np.nan  # nothing hazardous gets so far
-    rows = Rows("m107_1944")
-    m107.check(rows, "none", few, ("flight",))
-    assert rows[0].ours == 0.0
-    assert len(rows) == len(counted)
-
-
-def test_the_prescribed_law_flown_agrees_with_the_table():
-    """The flight's drag against a measurement: 10 % on the rows of 20 to 150 ft, 5 % on the distance of 62 to 63 m."""
-    found = count(prescribed(m107.REFERENCE, m107.SEED, realisations=4), m107.TABLE, m107.REFERENCE)
-    rows = m107.TABLE.gates(20.0 * FOOT, 150.0 * FOOT)
-    assert len(rows) == 7
-    assert found.number[rows] == pytest.approx(m107.TABLE.number[rows], rel=0.10)
-    assert found.speed[rows] == pytest.approx(m107.TABLE.speed[rows], rel=0.10)
-    assert 59.0 < found.hazardous_distance(m107.REFERENCE["hazard"]["density"]) < 66.0
 
 
 def test_a_density_falls_through_the_limit_for_the_last_time():

@@ -77,10 +77,6 @@ def test_coarse_cells_judge_nothing_but_verification():
     assert not rows.sound
 
 
-def test_a_row_has_the_subjects_of_its_case_and_its_own():
-    assert rows_of().compare("speed", 1.0, 1.0, "test", "", "profile:m107").subjects == ("burst", "profile:m107")
-
-
 BURST = {"energy_error_at_outputs": 0.004, "contact_error_at_end": 0.009, "lost_cells": 0}
 
 

@@ -2,71 +2,15 @@
 
 from __future__ import annotations
 
-import tomllib
 from pathlib import Path
 
 import pytest
 
 from fragfield.case import load_case
 from fragfield.files.run_directory import RunDirectory
-from validation.paper_3_2.study import REFERENCE as PAIR
-from validation.runs import ROOT, Runs, StudyError, changed_case, snapshot_of
-from validation.sensitivities.study import REFERENCE as VARIED
-from validation.sensitivities.study import changes_of
-from validation.steel_tubes.study import REFERENCE as TUBES
-from validation.steel_tubes.study import tube_of
+from validation.runs import ROOT, Runs, StudyError, changed_case
 
 CASE = "cases/m107_pair.toml"
-
-
-def test_the_cases_of_the_pair_exist():
-    assert all((ROOT / case).is_file() for case, _, _ in PAIR["forms"].values())
-
-
-@pytest.mark.parametrize(
-    ("name", "value"), [(name, value) for name, table in VARIED["parameters"].items() for value in table["values"]]
-)
-def test_a_variation_changes_what_it_names_and_nothing_else(name, value):
-    case = ROOT / VARIED["case"]
-    base, changed = (tomllib.loads(changed_case(case, changes)) for changes in ({}, changes_of(name, value)))
-    keys = {key.replace(".*.", ".0.") for key in VARIED["parameters"][name]["keys"]}
-    assert set(_differing(base, changed)) == keys
-
-
-def _differing(one, other, path=""):
-    if isinstance(one, dict) and isinstance(other, dict):
-        for key in one.keys() | other.keys():
-            yield from _differing(one.get(key), other.get(key), f"{path}.{key}" if path else key)
-    elif isinstance(one, list) and isinstance(other, list) and len(one) == len(other):
-        for number, (first, second) in enumerate(zip(one, other, strict=True)):
-            yield from _differing(first, second, f"{path}.{number}")
-    elif one != other:
-        yield path
-
-
-@pytest.mark.parametrize("ratio", TUBES["charge_ratios"])
-def test_the_tubes_have_the_mass_ratio_asked_for(ratio):
-    from fragfield.case.conversion.burst import burst_rounds
-    from fragfield.case.load import case_from_document
-
-    text = changed_case(ROOT / TUBES["case"], tube_of(ratio))
-    (item,) = burst_rounds(case_from_document(tomllib.loads(text), source="tube", folder=ROOT))
-    volumes = item.profile.volumes()
-    found = volumes.charge * item.explosive.density / (volumes.casing * item.casing.density)
-    assert found == pytest.approx(ratio, rel=1e-9)
-
-
-@pytest.mark.parametrize(
-    ("key", "message"),
-    [
-        ("burst.leakage.radius", r'burst.leakage.radius: unknown key \(did you mean "radius_ratio"\?\)'),
-        ("round.3.name", "round.3.name: there is no entry 3"),
-        ("seed.first", "seed.first: seed holds a value, it has no first"),
-    ],
-)
-def test_a_key_that_no_case_has_is_refused(key, message):
-    with pytest.raises(StudyError, match=message):
-        changed_case(ROOT / "cases" / "m107_tnt.toml", {key: 1})
 
 
 @pytest.fixture
@@ -130,10 +74,3 @@ def test_a_finished_run_of_the_same_case_is_kept_and_one_of_an_earlier_version_m
     (folder / "case.toml").write_text("key_of_an_earlier_version = 1\n", encoding="utf-8")
     runs.run("pair", CASE, "8 mm", stage="burst")
     assert len(made) == 3
-
-
-def test_what_is_no_snapshot_is_refused(tmp_path):
-    with pytest.raises(StudyError, match="no snapshot of a burst"), snapshot_of(tmp_path / "none.h5"):
-        pass
-    with pytest.raises(StudyError, match=r"there is no case cases/none\.toml"):
-        Runs(tmp_path).run("none", "cases/none.toml", "8 mm")

@@ -6,16 +6,15 @@ added in order, see `springs`. Both surfaces of a pair take their turn as nodes 
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 
 from burst_fenicsx.kernels.contact.springs import CollisionLaw, Collisions, push_node, slacken, weigh_corners
 from burst_fenicsx.kernels.geometry.bilinear import bound_faces, closest_point
-from burst_fenicsx.kernels.lanes import kernel, parallel_kernel
+from burst_fenicsx.kernels.lanes import kernel
+from burst_fenicsx.kernels.threads import on_threads
 
 __all__ = ["find_contacts"]
 
-_RUN = 64  # nodes that one call looks after
 _ENTRY = 1.5  # a node newly met lies no deeper than it can have come in this many steps
 _DEEPEST = 0.5  # of the face's initial edge: a node that lies deeper has lost its face
 _OFF_RIM = 1.5  # of its depth: a node farther from the face than this is not under it
@@ -33,22 +32,11 @@ def find_contacts(
 ) -> None:
     """Find each node's face and the force between them (N) into `state`; places and speeds (nodes, 3), `mass` kg."""
     bound_faces(position, velocity, state.faces, state.near, state.ball, state.bound)
-    _find_all(law, state, position, velocity, mass)
-
-
-@parallel_kernel
-def _find_all(
-    law: CollisionLaw, state: Collisions, position: np.ndarray, velocity: np.ndarray, mass: np.ndarray
-) -> None:
-    slaves = state.node.size
-    runs = slaves // _RUN + 1
-    for run in numba.prange(runs):
-        first, last = run * slaves // runs, (run + 1) * slaves // runs
-        _find_run(first, last, law, state, position, velocity, mass)
+    on_threads(state.node.size, _find_some, (law, state, position, velocity, mass))
 
 
 @kernel
-def _find_run(
+def _find_some(
     start: int,
     stop: int,
     law: CollisionLaw,

@@ -4,17 +4,16 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numba
 import numpy as np
 
 from burst_fenicsx.kernels.contact.coulomb import pressed_spring
-from burst_fenicsx.kernels.lanes import kernel, parallel_kernel
+from burst_fenicsx.kernels.lanes import kernel
+from burst_fenicsx.kernels.threads import on_threads
 from burst_fenicsx.kernels.vectors.exact import quantise
 from burst_fenicsx.kernels.vectors.transposition import address, prefetch
 
-__all__ = ["PlaneLaw", "PlaneState", "plane_sums", "push_from_plane"]
+__all__ = ["PlaneLaw", "PlaneState", "nodes_near", "plane_sums", "push_from_plane"]
 
-_RUN = 256  # nodes that one call looks after
 _AHEAD, _NODE_BYTES = 16, np.uint64(24)  # nodes lie scattered: what comes later is fetched now
 
 
@@ -38,7 +37,22 @@ class PlaneState(NamedTuple):
     energies: np.ndarray  # (nodes, 2) J: stored, friction in this step
 
 
-@parallel_kernel
+@kernel
+def nodes_near(normal: np.ndarray, level: float, state: PlaneState, position: np.ndarray) -> np.ndarray:
+    """The state's nodes (k,) int32 that lie below a `level` (m) along the plane's normal, or touch the plane."""
+    near, count = np.empty(state.node.size, dtype=np.int32), 0
+    start = address(position)
+    for k in range(state.node.size):
+        node = state.node[k]
+        prefetch(start + _NODE_BYTES * np.uint64(state.node[min(k + _AHEAD, state.node.size - 1)]))
+        height = position[node, 0] * normal[0] + position[node, 1] * normal[1] + position[node, 2] * normal[2]
+        if height < level or state.stiffness[k] > 0.0:
+            near[count] = k
+            count += 1
+    return near[:count].copy()
+
+
+@kernel
 def push_from_plane(
     law: PlaneLaw,
     near: np.ndarray,
@@ -49,20 +63,33 @@ def push_from_plane(
     force: np.ndarray,
 ) -> None:
     """Add the plane's forces (N) on the state's nodes `near` (k,) it to `force` (nodes, 3)."""
+    on_threads(near.size, _push_some, (law, near, state, mass, position, velocity, force))
+
+
+@kernel
+def _push_some(
+    first: int,
+    last: int,
+    law: PlaneLaw,
+    near: np.ndarray,
+    state: PlaneState,
+    mass: np.ndarray,
+    position: np.ndarray,
+    velocity: np.ndarray,
+    force: np.ndarray,
+) -> None:
     nodes, stiffness = state.node, state.stiffness
     nx, ny, nz = law.normal[0], law.normal[1], law.normal[2]
-    runs = near.size // _RUN + 1
     start = address(position)
-    for run in numba.prange(runs):
-        for index in range(run * near.size // runs, (run + 1) * near.size // runs):
-            k = near[index]
-            node = nodes[k]
-            prefetch(start + _NODE_BYTES * np.uint64(nodes[near[min(index + _AHEAD, near.size - 1)]]))
-            depth = law.level - position[node, 0] * nx - position[node, 1] * ny - position[node, 2] * nz
-            if depth > 0.0:
-                _push_node(k, depth, law, state, mass, velocity, force)
-            elif stiffness[k] > 0.0:
-                _release(k, state)
+    for index in range(first, last):
+        k = near[index]
+        node = nodes[k]
+        prefetch(start + _NODE_BYTES * np.uint64(nodes[near[min(index + _AHEAD, near.size - 1)]]))
+        depth = law.level - position[node, 0] * nx - position[node, 1] * ny - position[node, 2] * nz
+        if depth > 0.0:
+            _push_node(k, depth, law, state, mass, velocity, force)
+        elif stiffness[k] > 0.0:
+            _release(k, state)
 
 
 @kernel

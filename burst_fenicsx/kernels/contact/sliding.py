@@ -14,7 +14,6 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numba
 import numpy as np
 
 from burst_fenicsx.kernels.constants import OFF_EDGE
@@ -29,8 +28,9 @@ from burst_fenicsx.kernels.contact.slide_points import (
     SlideSurface,
     find_points,
 )
-from burst_fenicsx.kernels.lanes import LANES, block_kernel, kernel, lane_function, parallel_kernel, widest_vectors
+from burst_fenicsx.kernels.lanes import LANES, block_kernel, kernel, lane_function, widest_vectors
 from burst_fenicsx.kernels.state import ChargeState
+from burst_fenicsx.kernels.threads import on_threads
 from burst_fenicsx.kernels.vectors.exact import quantise
 from burst_fenicsx.kernels.vectors.tensors import Vector, load_vector, store_vector
 
@@ -86,7 +86,7 @@ _OF_NODE, _STRENGTH, _AREA, _BONDED, _STIFFNESS, _SLIP, _OFF, _TALLY = 43, 44, 4
 _ROWS = 57
 
 
-@parallel_kernel
+@kernel
 def attached_state(
     first: np.ndarray,
     cells: np.ndarray,
@@ -101,13 +101,29 @@ def attached_state(
 
     The cells of row k are `cells` from `first[k]` to `first[k + 1]`.
     """
-    for k in numba.prange(rows.size):
+    on_threads(rows.size, _attached_some, (first, cells, rows, charge, eroded, slot, rounding, total))
+
+
+@kernel
+def _attached_some(
+    start: int,
+    stop: int,
+    first: np.ndarray,
+    cells: np.ndarray,
+    rows: np.ndarray,
+    charge: ChargeState,
+    eroded: np.ndarray,
+    slot: np.ndarray,
+    rounding: tuple[float, float],
+    total: np.ndarray,
+) -> None:
+    for k in range(start, stop):
         chosen = cells[first[k] : first[k + 1]]
         burnt, pressure, whole = around(chosen, charge, eroded, slot, rounding[0], rounding[1])
         total[rows[k], 0], total[rows[k], 1], total[rows[k], 2] = burnt, pressure, whole
 
 
-@parallel_kernel
+@kernel
 def find_slide_forces(
     law: SlideLaw,
     surface: SlideSurface,
@@ -121,16 +137,14 @@ def find_slide_forces(
     `attached` (rows, 3) are the sums of `attached_state`; `casing` are the casing's interface nodes by row, `charge`
     this rank's nodes.
     """
-    count = contacts.contact.size
-    runs = (count + _RUN - 1) // _RUN
-    for run in numba.prange(runs):
-        chosen = contacts.contact[run * _RUN : min((run + 1) * _RUN, count)]
-        _slide_run(chosen, law, surface, contacts, attached, casing, charge)
+    runs = (contacts.contact.size + _RUN - 1) // _RUN
+    on_threads(runs, _slide_runs, (law, surface, contacts, attached, casing, charge))
 
 
 @kernel
-def _slide_run(
-    chosen: np.ndarray,
+def _slide_runs(
+    start: int,
+    stop: int,
     law: SlideLaw,
     surface: SlideSurface,
     contacts: SlideContacts,
@@ -138,20 +152,21 @@ def _slide_run(
     casing: NodeMotion,
     charge: NodeMotion,
 ) -> None:
-    """Do the `chosen` contacts (k,)."""
-    face, found = np.empty(chosen.size, dtype=np.int32), np.empty((chosen.size, 6))
+    face, found = np.empty(_RUN, dtype=np.int32), np.empty((_RUN, 6))
     work, lanes = np.zeros(_ROWS * LANES), np.zeros((4, LANES), dtype=np.int64)
-    for k in range(chosen.size):
-        face[k] = contacts.face[chosen[k]]
-    find_points(
-        chosen, contacts.slave, charge.position, charge.velocity, surface, casing.position, face, contacts.point, found,
-        work[: POINT_ROWS * LANES], lanes,
-    )  # fmt: skip
-    for first in range(0, chosen.size, LANES):
-        some = chosen[first : first + min(LANES, chosen.size - first)]
-        _load(some, face[first:], found[first:], surface.faces, contacts, attached, casing, charge, work)
-        _press(law, work)
-        _store(some, face[first:], contacts, work)
+    for run in range(start, stop):
+        chosen = contacts.contact[run * _RUN : min((run + 1) * _RUN, contacts.contact.size)]
+        for k in range(chosen.size):
+            face[k] = contacts.face[chosen[k]]
+        find_points(
+            chosen, contacts.slave, charge.position, charge.velocity, surface, casing.position, face, contacts.point,
+            found, work[: POINT_ROWS * LANES], lanes,
+        )  # fmt: skip
+        for first in range(0, chosen.size, LANES):
+            some = chosen[first : first + min(LANES, chosen.size - first)]
+            _load(some, face[first:], found[first:], surface.faces, contacts, attached, casing, charge, work)
+            _press(law, work)
+            _store(some, face[first:], contacts, work)
 
 
 @block_kernel

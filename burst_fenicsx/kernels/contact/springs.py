@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numba
 import numpy as np
 
 from burst_fenicsx.kernels.constants import EVEN_SHARING
 from burst_fenicsx.kernels.contact.coulomb import pressed_spring
-from burst_fenicsx.kernels.lanes import kernel, parallel_kernel
+from burst_fenicsx.kernels.lanes import kernel
+from burst_fenicsx.kernels.threads import on_threads
 from burst_fenicsx.kernels.vectors.exact import quantise
 from burst_fenicsx.kernels.vectors.transposition import address, prefetch
 
@@ -144,11 +144,24 @@ def add_reactions(state: Collisions, mass: np.ndarray, rounding: float, load_rou
         sums[node, 3] += quantise(state.push[k, 3] / mass[node], load_rounding)
 
 
-@parallel_kernel
+@kernel
 def take_reactions(sums: np.ndarray, rows: np.ndarray, local: np.ndarray, load: np.ndarray, force: np.ndarray) -> None:
     """Give the sums (nodes, 4) of the surface nodes `rows` to `load` (nodes,) and to the rows `local` of `force`."""
+    on_threads(rows.size, _take_some, (sums, rows, local, load, force))
+
+
+@kernel
+def _take_some(
+    first: int,
+    last: int,
+    sums: np.ndarray,
+    rows: np.ndarray,
+    local: np.ndarray,
+    load: np.ndarray,
+    force: np.ndarray,
+) -> None:
     start = address(force)
-    for k in numba.prange(rows.size):
+    for k in range(first, last):
         prefetch(start + _NODE_BYTES * np.uint64(local[min(k + _AHEAD, local.size - 1)]))
         load[rows[k]] = sums[rows[k], 3]
         for i in range(3):

@@ -6,15 +6,14 @@ along all four normals is in front of the face, and one so far below them is at 
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 
-from burst_fenicsx.kernels.lanes import kernel, parallel_kernel
+from burst_fenicsx.kernels.lanes import kernel
+from burst_fenicsx.kernels.threads import on_threads
 
 __all__ = ["bound_faces", "closest_point"]
 
 _NEWTON_STEPS = 4
-_RUN = 64  # faces that share scratch
 _ROUND_OFF = 1e-9  # of a face's size: much more than the rounding of its corners' places
 
 
@@ -59,7 +58,7 @@ def closest_point(x: float, y: float, z: float, corner: np.ndarray, result: np.n
     result[5], result[6], result[7] = nx * inverse, ny * inverse, nz * inverse
 
 
-@parallel_kernel
+@kernel
 def bound_faces(
     position: np.ndarray,
     velocity: np.ndarray,
@@ -69,11 +68,23 @@ def bound_faces(
     bound: np.ndarray,
 ) -> None:
     """Bounds of the faces `near`, by which most candidates are rejected: see `Collisions.ball` and `bound`."""
-    runs = near.size // _RUN + 1
-    for run in numba.prange(runs):
-        x = np.empty((4, 3))
-        for k in range(run * near.size // runs, (run + 1) * near.size // runs):
-            _bound_face(near[k], position, velocity, faces, x, ball, bound)
+    on_threads(near.size, _bound_some, (near, position, velocity, faces, ball, bound))
+
+
+@kernel
+def _bound_some(
+    first: int,
+    last: int,
+    near: np.ndarray,
+    position: np.ndarray,
+    velocity: np.ndarray,
+    faces: np.ndarray,
+    ball: np.ndarray,
+    bound: np.ndarray,
+) -> None:
+    x = np.empty((4, 3))
+    for k in range(first, last):
+        _bound_face(near[k], position, velocity, faces, x, ball, bound)
 
 
 @kernel

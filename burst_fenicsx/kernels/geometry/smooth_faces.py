@@ -2,18 +2,25 @@
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 
-from burst_fenicsx.kernels.lanes import parallel_kernel
+from burst_fenicsx.kernels.lanes import kernel
+from burst_fenicsx.kernels.threads import on_threads
 
 __all__ = ["face_vectors", "group_vectors"]
 
 
-@parallel_kernel
+@kernel
 def face_vectors(position: np.ndarray, faces: np.ndarray, chosen: np.ndarray, vectors: np.ndarray) -> None:
     """Area vectors (m2) of the `chosen` of `faces` (faces, 4) into `vectors` (faces, 3)."""
-    for k in numba.prange(chosen.size):
+    on_threads(chosen.size, _face_vectors, (position, faces, chosen, vectors))
+
+
+@kernel
+def _face_vectors(
+    first: int, last: int, position: np.ndarray, faces: np.ndarray, chosen: np.ndarray, vectors: np.ndarray
+) -> None:
+    for k in range(first, last):
         face = chosen[k]
         a, b, c, d = faces[face, 0], faces[face, 1], faces[face, 2], faces[face, 3]
         x1, x2 = position[c, 0] - position[a, 0], position[d, 0] - position[b, 0]
@@ -24,12 +31,25 @@ def face_vectors(position: np.ndarray, faces: np.ndarray, chosen: np.ndarray, ve
         vectors[face, 2] = 0.5 * (x1 * y2 - y1 * x2)
 
 
-@parallel_kernel
+@kernel
 def group_vectors(
     first_face: np.ndarray, face: np.ndarray, chosen: np.ndarray, vectors: np.ndarray, total: np.ndarray
 ) -> None:
     """Sum the faces' area vectors (m2) over each of the `chosen` groups into `total` (groups, 3)."""
-    for k in numba.prange(chosen.size):
+    on_threads(chosen.size, _group_vectors, (first_face, face, chosen, vectors, total))
+
+
+@kernel
+def _group_vectors(
+    first: int,
+    last: int,
+    first_face: np.ndarray,
+    face: np.ndarray,
+    chosen: np.ndarray,
+    vectors: np.ndarray,
+    total: np.ndarray,
+) -> None:
+    for k in range(first, last):
         group = chosen[k]
         x, y, z = 0.0, 0.0, 0.0
         for at in range(first_face[group], first_face[group + 1]):

@@ -15,8 +15,9 @@ from burst_fenicsx.kernels.cells import charge as charge_cells
 from burst_fenicsx.kernels.cells import eight_points, one_point
 from burst_fenicsx.kernels.cells.block import make_block, make_solid_block
 from burst_fenicsx.kernels.cells.layout import SCRATCH_ROWS
-from burst_fenicsx.kernels.lanes import LANES, kernel, parallel_kernel, widest_vectors
+from burst_fenicsx.kernels.lanes import LANES, kernel, widest_vectors
 from burst_fenicsx.kernels.state import ChargeState, Grid, Motion, Nodes, Schedule, SolidState, Totals
+from burst_fenicsx.kernels.threads import on_threads
 from burst_fenicsx.problem import Part
 
 __all__ = [
@@ -52,7 +53,7 @@ def make_scratch(threads: int) -> np.ndarray:
     return room[first : first + threads * doubles].reshape(threads, doubles)
 
 
-@parallel_kernel
+@kernel
 def add_element_forces(
     threads: int,
     step: float,
@@ -78,23 +79,43 @@ def add_element_forces(
     cells. The stresses, pressures and histories in `solid` and `charge` are advanced in place. `totals` receives the
     sums and limits of every chunk.
     """
-    _clear(motion.order[:moving], nodes.force)
+    on_threads(moving, _clear, (motion.order, nodes.force))
     for colour in range(schedule.colour_offset.size - 1):
         chunks = schedule.chunk[schedule.colour_offset[colour] : schedule.colour_offset[colour + 1]]
-        # The body is a kernel of its own: numba loses what a parallel loop writes through a named tuple directly.
-        for thread in numba.prange(threads):
-            work = scratch[numba.get_thread_id()]
-            first = _piece_begins(np.int64(thread), threads, chunks, schedule.active, min_level)
-            last = _piece_begins(np.int64(thread) + 1, threads, chunks, schedule.active, min_level)
-            for k in range(first, last):
-                _run_chunk(
-                    chunks[k], step, time, min_level, element, nodes, grid, schedule, solid, charge, rings, totals, work
-                )
+        shared = threads, chunks, step, time, min_level, element, nodes, grid, schedule, solid, charge, rings, totals
+        on_threads(threads, _run_pieces, (*shared, scratch))
 
 
-@parallel_kernel
-def _clear(rows: np.ndarray, values: np.ndarray) -> None:
-    for k in numba.prange(rows.size):
+@kernel
+def _run_pieces(
+    start: int,
+    stop: int,
+    threads: int,
+    chunks: np.ndarray,
+    step: float,
+    time: float,
+    min_level: int,
+    element: tuple[int, ...],
+    nodes: Nodes,
+    grid: Grid,
+    schedule: Schedule,
+    solid: SolidState,
+    charge: ChargeState,
+    rings: AxisymmetricState | None,
+    totals: Totals,
+    scratch: np.ndarray,
+) -> None:
+    """Run the pieces of a colour's `chunks` from `start` to `stop`, of so many `threads`."""
+    work = scratch[numba.get_thread_id()]
+    first = _piece_begins(start, threads, chunks, schedule.active, min_level)
+    last = _piece_begins(stop, threads, chunks, schedule.active, min_level)
+    for k in range(first, last):
+        _run_chunk(chunks[k], step, time, min_level, element, nodes, grid, schedule, solid, charge, rings, totals, work)
+
+
+@kernel
+def _clear(first: int, last: int, rows: np.ndarray, values: np.ndarray) -> None:
+    for k in range(first, last):
         for i in range(3):
             values[rows[k], i] = 0.0
 
@@ -180,7 +201,7 @@ def _run_chunk(
     totals.smallest[chunk] = int(limits[2])
 
 
-@parallel_kernel
+@kernel
 def move_nodes(
     moving: int,
     order: np.ndarray,
@@ -209,7 +230,28 @@ def move_nodes(
     force : (nodes, 3) N, the resultant of Eq. 2.
     velocity, position, mean : (nodes, 3) m/s, m and m/s, in place.
     """
-    for k in numba.prange(moving):
+    shared = order, levels, has_coarser_cell, inverse_mass, velocity_step, step, substep, highest, force, velocity
+    on_threads(moving, _move_some, (*shared, position, mean))
+
+
+@kernel
+def _move_some(
+    first: int,
+    last: int,
+    order: np.ndarray,
+    levels: np.ndarray,
+    has_coarser_cell: np.ndarray,
+    inverse_mass: np.ndarray,
+    velocity_step: float,
+    step: float,
+    substep: int,
+    highest: int,
+    force: np.ndarray,
+    velocity: np.ndarray,
+    position: np.ndarray,
+    mean: np.ndarray,
+) -> None:
+    for k in range(first, last):
         node, level = np.uint64(order[k]), levels[k]  # unsigned: no code for negative ones
         own, push = step / (1 << level), velocity_step * inverse_mass[k]
         x = velocity[node, 0] + push * force[node, 0]

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 
-from burst_fenicsx.kernels.lanes import parallel_kernel
+from burst_fenicsx.kernels.lanes import kernel
 
 __all__ = ["elastic_energies", "mean_speeds", "node_terms"]
 
 
-@parallel_kernel
+@kernel
 def node_terms(
     half_step: float,
     mass: np.ndarray,
@@ -23,7 +22,7 @@ def node_terms(
 
     The velocities (nodes, 3) in m/s are brought on by `half_step` (s) under the `force` (nodes, 3) in N.
     """
-    for node in numba.prange(mass.size):
+    for node in range(mass.size):
         square = 0.0
         for i in range(3):
             momentum = mass[node] * velocity[node, i] + half_step * force[node, i]
@@ -32,7 +31,7 @@ def node_terms(
         terms[node, 0], terms[node, 4] = 0.5 * square * inverse_mass[node], np.sqrt(square)
 
 
-@parallel_kernel
+@kernel
 def elastic_energies(
     cells: np.ndarray,
     stress: np.ndarray,
@@ -47,7 +46,7 @@ def elastic_energies(
     `stress` (cells, points, 6) Pa, `volume` (slots,) m3, `slot` (cells,).
     """
     points = stress.shape[1]
-    for k in numba.prange(cells.size):
+    for k in range(cells.size):
         twice, cell = 0.0, cells[k]
         for point in range(points):
             xx, yy, zz = stress[cell, point, 0], stress[cell, point, 1], stress[cell, point, 2]
@@ -57,11 +56,11 @@ def elastic_energies(
         energy[k] = 0.5 * volume[slot[cell]] * twice / (modulus[k] * points)
 
 
-@parallel_kernel
+@kernel
 def mean_speeds(velocity: np.ndarray, dofmap: np.ndarray, cells: np.ndarray, speed: np.ndarray) -> None:
     """Sizes `speed` (k,) in m/s of the means of the velocities at the corners of the `cells` (k,)."""
     corners = dofmap.shape[1]
-    for k in numba.prange(cells.size):
+    for k in range(cells.size):
         square = 0.0
         for i in range(3):
             total = 0.0

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 
-from burst_fenicsx.kernels.lanes import LANES, kernel, parallel_kernel
+from burst_fenicsx.kernels.lanes import LANES, kernel
 
 __all__ = ["blocks_are_mixed", "colour_groups", "move_lanes", "node_levels", "raise_levels"]
 
@@ -60,14 +59,14 @@ def blocks_are_mixed(
         mixed[block] = highest > level[block]
 
 
-@parallel_kernel
+@kernel
 def move_lanes(source: np.ndarray, blocks: np.ndarray, old: np.ndarray, new: np.ndarray) -> None:
     """Move rows of lanes, (blocks, rows LANES), to the given `blocks` (k,) of `new`.
 
     `source` (slots,) int32 is the old slot of each of the new ones.
     """
     rows = old.shape[1] // LANES
-    for k in numba.prange(blocks.size):
+    for k in range(blocks.size):
         block = np.uint64(blocks[k])
         for lane in range(LANES):
             slot = np.uint64(source[block * LANES + lane])

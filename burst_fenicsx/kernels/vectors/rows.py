@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 
-from burst_fenicsx.kernels.lanes import kernel, parallel_kernel
+from burst_fenicsx.kernels.lanes import kernel
+from burst_fenicsx.kernels.threads import on_threads
 from burst_fenicsx.kernels.vectors.exact import quantise
 from burst_fenicsx.kernels.vectors.transposition import address, prefetch
 
 __all__ = [
-    "add_rows",
     "clear_rows",
     "copy_motion",
     "hold_rows",
+    "largest_in_column",
     "largest_speed",
     "place_rows",
     "sum_columns",
@@ -23,31 +23,25 @@ __all__ = [
 
 # Rows lie scattered: the one that comes so many later is fetched now.
 _AHEAD, _ROW_BYTES = 16, np.uint64(24)
+_RUN = 256  # rows of which one sum, or one largest value, is made at a time
 
 
-@parallel_kernel
+@kernel
 def clear_rows(values: np.ndarray, rows: np.ndarray) -> None:
     """Set the rows of `values` (n, m) to zero."""
+    on_threads(rows.size, _clear_some, (values, rows))
+
+
+@kernel
+def _clear_some(first: int, last: int, values: np.ndarray, rows: np.ndarray) -> None:
     start, size = address(values), np.uint64(8 * values.shape[1])
-    for k in numba.prange(rows.size):
+    for k in range(first, last):
         prefetch(start + size * np.uint64(rows[min(k + _AHEAD, rows.size - 1)]))
         for i in range(values.shape[1]):
             values[rows[k], i] = 0.0
 
 
-@parallel_kernel
-def add_rows(fraction: float, source: np.ndarray, rows: np.ndarray, target: np.ndarray) -> None:
-    """Add `fraction` times the rows of `source` (n, 3) to the same rows of `target`; no row may be named twice."""
-    source_start, target_start = address(source), address(target)
-    for k in numba.prange(rows.size):
-        later = _ROW_BYTES * np.uint64(rows[min(k + _AHEAD, rows.size - 1)])
-        prefetch(source_start + later)
-        prefetch(target_start + later)
-        for i in range(3):
-            target[rows[k], i] += fraction * source[rows[k], i]
-
-
-@parallel_kernel
+@kernel
 def copy_motion(
     position: np.ndarray,
     velocity: np.ndarray,
@@ -57,8 +51,22 @@ def copy_motion(
     velocities: np.ndarray,
 ) -> None:
     """Copy the rows `at` of `position` and `velocity` (n, 3) to the rows `to` of `positions` and `velocities`."""
+    on_threads(at.size, _copy_some, (position, velocity, at, to, positions, velocities))
+
+
+@kernel
+def _copy_some(
+    first: int,
+    last: int,
+    position: np.ndarray,
+    velocity: np.ndarray,
+    at: np.ndarray,
+    to: np.ndarray,
+    positions: np.ndarray,
+    velocities: np.ndarray,
+) -> None:
     position_start, velocity_start = address(position), address(velocity)
-    for k in numba.prange(at.size):
+    for k in range(first, last):
         later = _ROW_BYTES * np.uint64(at[min(k + _AHEAD, at.size - 1)])
         prefetch(position_start + later)
         prefetch(velocity_start + later)
@@ -68,18 +76,18 @@ def copy_motion(
             velocities[target, i] = velocity[row, i]
 
 
-@parallel_kernel
+@kernel
 def place_rows(source: np.ndarray, rows: np.ndarray, target: np.ndarray) -> None:
     """Copy `source` (n, m) to the given rows of `target` (k, m)."""
     start, size = address(target), np.uint64(8 * target.shape[1])
-    for k in numba.prange(rows.size):
+    for k in range(rows.size):
         prefetch(start + size * np.uint64(rows[min(k + _AHEAD, rows.size - 1)]))
         row = np.uint64(rows[k])
         for i in range(source.shape[1]):
             target[row, i] = source[k, i]
 
 
-@parallel_kernel
+@kernel
 def take_means(
     rows: np.ndarray, position: np.ndarray, step: float, last: np.ndarray, own: np.ndarray, velocity: np.ndarray
 ) -> None:
@@ -88,7 +96,7 @@ def take_means(
     The rows' velocities are kept in `own` (k, 3), and `last` becomes their present `position` (n, 3).
     """
     position_start, velocity_start = address(position), address(velocity)
-    for k in numba.prange(rows.size):
+    for k in range(rows.size):
         later = _ROW_BYTES * np.uint64(rows[min(k + _AHEAD, rows.size - 1)])
         prefetch(position_start + later)
         prefetch(velocity_start + later)
@@ -109,31 +117,72 @@ def sum_columns(values: np.ndarray, rows: np.ndarray, rounding: float) -> np.nda
     return sums
 
 
-@parallel_kernel
-def work_on_rows(half_step: float, force: np.ndarray, rows: np.ndarray, velocity: np.ndarray, rounding: float) -> float:
+@kernel
+def largest_in_column(values: np.ndarray, column: int, rows: np.ndarray) -> float:
+    """Largest of a column of the `rows` of `values` (n, m), and of zero."""
+    largest = 0.0
+    for row in rows:
+        largest = max(largest, values[row, column])
+    return largest
+
+
+@kernel
+def work_on_rows(
+    half_step: float,
+    force: np.ndarray,
+    rows: np.ndarray,
+    velocity: np.ndarray,
+    rounding: float,
+    fraction: float,
+    target: np.ndarray | None,
+) -> float:
     """Work (J) in half a step (s) of the rows of `force` (n, 3) in N at the `velocity` (n, 3) in m/s of the same rows.
 
-    No row may be named twice. Each row's work is rounded by `quantise`: the sum is exact, in whatever order.
+    No row may be named twice. Each row's work is rounded by `quantise`: the sum is exact, in whatever order. On the
+    way `fraction` of the forces is added to the same rows of `target`; where there is none, the forces are cleared.
     """
+    work = np.empty(rows.size // _RUN + 1)
+    on_threads(work.size, _work_on_some, (half_step, force, rows, velocity, rounding, fraction, target, work))
+    return work.sum()
+
+
+@kernel
+def _work_on_some(
+    first: int,
+    last: int,
+    half_step: float,
+    force: np.ndarray,
+    rows: np.ndarray,
+    velocity: np.ndarray,
+    rounding: float,
+    fraction: float,
+    target: np.ndarray | None,
+    work: np.ndarray,
+) -> None:
     force_start, velocity_start = address(force), address(velocity)
-    total = 0.0
-    for k in numba.prange(rows.size):
-        later = _ROW_BYTES * np.uint64(rows[min(k + _AHEAD, rows.size - 1)])
-        prefetch(force_start + later)
-        prefetch(velocity_start + later)
-        row = rows[k]
-        power = 0.0
-        for i in range(3):
-            power += force[row, i] * velocity[row, i]
-        total += quantise(half_step * power, rounding)
-    return total
+    for run in range(first, last):
+        total = 0.0
+        for k in range(run * _RUN, min((run + 1) * _RUN, rows.size)):
+            later = _ROW_BYTES * np.uint64(rows[min(k + _AHEAD, rows.size - 1)])
+            prefetch(force_start + later)
+            prefetch(velocity_start + later)
+            row = np.uint64(rows[k])
+            power = 0.0
+            for i in range(3):
+                power += force[row, i] * velocity[row, i]
+                if target is None:
+                    force[row, i] = 0.0
+                else:
+                    target[row, i] += fraction * force[row, i]
+            total += quantise(half_step * power, rounding)
+        work[run] = total
 
 
-@parallel_kernel
+@kernel
 def hold_rows(values: np.ndarray, rows: np.ndarray, direction: np.ndarray) -> None:
     """Take what the rows of `values` (n, 3) have along a unit vector (3,) away; no row may be named twice."""
     x, y, z = direction[0], direction[1], direction[2]
-    for k in numba.prange(rows.size):
+    for k in range(rows.size):
         row = rows[k]
         along = x * values[row, 0] + y * values[row, 1] + z * values[row, 2]
         values[row, 0] -= along * x
@@ -141,13 +190,21 @@ def hold_rows(values: np.ndarray, rows: np.ndarray, direction: np.ndarray) -> No
         values[row, 2] -= along * z
 
 
-@parallel_kernel
+@kernel
 def largest_speed(velocity: np.ndarray, nodes: np.ndarray) -> float:
     """Largest speed (m/s) among the given nodes."""
-    largest = 0.0
+    squares = np.empty(nodes.size // _RUN + 1)
+    on_threads(squares.size, _largest_squares, (velocity, nodes, squares))
+    return np.sqrt(squares.max())
+
+
+@kernel
+def _largest_squares(first: int, last: int, velocity: np.ndarray, nodes: np.ndarray, squares: np.ndarray) -> None:
     start = address(velocity)
-    for k in numba.prange(nodes.size):
-        prefetch(start + _ROW_BYTES * np.uint64(nodes[min(k + _AHEAD, nodes.size - 1)]))
-        node = nodes[k]
-        largest = max(largest, velocity[node, 0] ** 2 + velocity[node, 1] ** 2 + velocity[node, 2] ** 2)
-    return np.sqrt(largest)
+    for run in range(first, last):
+        largest = 0.0
+        for k in range(run * _RUN, min((run + 1) * _RUN, nodes.size)):
+            prefetch(start + _ROW_BYTES * np.uint64(nodes[min(k + _AHEAD, nodes.size - 1)]))
+            node = nodes[k]
+            largest = max(largest, velocity[node, 0] ** 2 + velocity[node, 1] ** 2 + velocity[node, 2] ** 2)
+        squares[run] = largest

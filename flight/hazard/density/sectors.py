@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from flight.arguments import require_number
+from flight.arguments import number_of_parts
 from flight.errors import InputError
 from flight.hazard.criteria import SHALLOWEST, Criteria
 from flight.result import FlightResult, Status
@@ -106,10 +106,7 @@ def sectors_of(azimuth: NDArray[np.float64], width: float) -> tuple[NDArray[np.i
     InputError
         The width (degrees) is not a whole fraction of 360.
     """
-    require_number("hazard", "sector_width", width, "degrees")
-    count = round(360.0 / width) if width > 0.0 else 0
-    if count < 1 or abs(count * width - 360.0) > 1e-9:
-        raise InputError(f"hazard: sector width is {width} degrees, needed: a whole fraction of 360, such as 5")
+    count = number_of_parts("hazard", "sector_width", width, 360.0)
     return np.floor(azimuth / width + 0.5).astype(np.int64) % count, count
 
 

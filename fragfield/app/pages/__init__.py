@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from importlib import import_module
 from typing import TYPE_CHECKING
 
 from nicegui import ui
 
+from fragfield.app.drawing import PATTERNS
+from fragfield.app.markup import box, note, set_defaults
 from fragfield.app.page import PAGES, CasePage
-from fragfield.app.texts import texts_in
 from fragfield.errors import InputError
 
 if TYPE_CHECKING:
@@ -18,7 +20,9 @@ __all__ = ["add_pages"]
 
 def add_pages(session: Session) -> None:
     """Make the addresses of all pages."""
+    set_defaults()
     ui.add_head_html('<link rel="stylesheet" href="/static/app.css">', shared=True)
+    ui.add_body_html(PATTERNS, shared=True)
     ui.add_body_html('<script src="/static/app.js"></script><script src="/static/map.js"></script>', shared=True)
     for name in PAGES:
         _add(session, name)
@@ -29,8 +33,6 @@ def add_pages(session: Session) -> None:
 
 
 def _add(session: Session, name: str) -> None:
-    from importlib import import_module
-
     @ui.page(f"/{name}")
     def show(case: str = "", key: str = "", run: str = "") -> None:
         content = import_module(f"fragfield.app.pages.{name}").content
@@ -38,14 +40,14 @@ def _add(session: Session, name: str) -> None:
             document = session.open(case) if case else None
         except InputError as error:
             page = CasePage(session, "start", None)
-            with ui.element("div").classes("content"):
-                ui.label(str(error)).classes("fault")
-                ui.link(texts_in(session.language)("page.start"), "/start")
+            with box("content"):
+                note(str(error), "fault")
+                ui.link(page.texts("page.start"), "/start")
             return
         if document is None and name != "start" and not run:
             ui.navigate.to("/start")
             return
         page = CasePage(session, name, document, key)
-        with ui.element("div").classes(f"content page-{name}"):
+        with box(f"content page-{name}"):
             content(page, run) if name == "result" else content(page)
         page.start()

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import datetime as dt
-import hashlib
 import json
+from functools import partial
 from html import escape
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
@@ -14,14 +13,14 @@ from nicegui import ui
 
 import fragfield
 from fragfield.app.forms import form
-from fragfield.app.jobs import start_job
-from fragfield.app.markup import heading, shown_facts
-from fragfield.errors import InputError, message_of
+from fragfield.app.markup import act, box, choose, heading, html, note, shown_facts
+from fragfield.app.pages.result import cell_words
+from fragfield.errors import message_of
 from fragfield.files.run_directory import RunDirectory
+from fragfield.files.signature import SIGNATURE, read_signature, sign
 from fragfield.hazard.certainty import metres
 from fragfield.numbers import number
 from fragfield.quantities import QUANTITIES
-from fragfield_base.writing import write_text
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -29,10 +28,9 @@ if TYPE_CHECKING:
 
     from fragfield.app.page import CasePage
 
-__all__ = ["content", "is_signed", "sign"]
+__all__ = ["content"]
 
 _SAMPLES = 60
-_SIGNATURE = "signature.json"
 _COMPARED = ("distances", "places", "casing", "by_zone")
 """Tables of a comparison that fit a page; `fragfield compare` writes all."""
 
@@ -43,15 +41,15 @@ def content(page: CasePage) -> None:
     run = space.run_of(page.case.name)
     path = space.folder / run
     summary = _summary(path)
-    with ui.element("div").classes("columns"):
-        with ui.element("section"):
+    with box("columns"):
+        with box(tag="section"):
             heading(texts("confidence.uncertain"))
             _uncertain(page, run, path)
             heading(texts("confidence.cells"))
             _cells(summary)
             heading(texts("confidence.bearing"))
-            evidence = ui.element("div")
-        with ui.element("section"):
+            evidence = box()
+        with box(tag="section"):
             heading(texts("confidence.document"))
             form(page, ("document",))
             _signature(page, run, path)
@@ -59,12 +57,10 @@ def content(page: CasePage) -> None:
             _compare(page)
 
     async def reasons() -> None:
-        found = await threads.io_bound(_reasons, path) if summary else ([], [])
+        found = await threads.io_bound(_reasons, path) if summary else []
         with evidence:
-            for mark, words in [("✓", one) for one in found[0]] + [("✗", one) for one in found[1]]:
-                ui.label(f"{mark} {words}").classes("meaning")
-            if not summary:
-                ui.label(texts("result.none")).classes("meaning")
+            for words in found or [texts("result.none")]:
+                note(words, "meaning")
 
     ui.timer(0.1, reasons, once=True)
 
@@ -76,7 +72,7 @@ def _summary(path: Path) -> dict[str, Any]:
         return {}
 
 
-def _reasons(path: Path) -> tuple[list[str], list[str]]:
+def _reasons(path: Path) -> list[str]:
     """Reasons for and against, as on the report's first page."""
     from fragfield.report.findings.findings import findings
     from fragfield.report.findings.reasons import reasons_against, reasons_for
@@ -84,9 +80,10 @@ def _reasons(path: Path) -> tuple[list[str], list[str]]:
 
     try:
         run = read_run(path)
-        return reasons_for(run), reasons_against(run, findings(run))
+        against = [f"✗ {words}" for words in reasons_against(run, findings(run))]
+        return [f"✓ {words}" for words in reasons_for(run)] + against
     except (fragfield.InputError, OSError) as error:
-        return [], [message_of(error)]
+        return [message_of(error)]
 
 
 def _uncertain(page: CasePage, run: str, path: Path) -> None:
@@ -96,31 +93,25 @@ def _uncertain(page: CasePage, run: str, path: Path) -> None:
     folder = path.with_name(f"{path.name}_uncertainty")
 
     def start() -> None:
-        def act() -> None:
-            if not (path / "summary.json").is_file():
-                raise InputError(texts("confidence.no_run"))
-            target = f"{run}_uncertainty"
-            command = ["uncertainty", run, "--samples", str(chosen["samples"]), "--out", target]
-            command += ["--resume"] if folder.is_dir() else []
-            title = texts("confidence.title", name=page.case.name, samples=chosen["samples"])
-            start_job(page.session.space, title=title, case=page.case.name, run=run, commands=[command])
+        if not (path / "summary.json").is_file():
+            ui.notify(texts("confidence.no_run"), type="warning")
+            return
+        title = texts("confidence.title", name=page.case.name, samples=chosen["samples"])
+        command = ["uncertainty", run, "--samples", str(chosen["samples"]), "--out", f"{run}_uncertainty"]
+        command += ["--resume"] if folder.is_dir() else []
+        page.queue(title, f"{run}_uncertainty", command, result=run)
 
-        if page.attempt(act):
-            ui.navigate.to(page.address("run"))
-
-    with ui.element("div").classes("choices"):
-        box = ui.number(texts("confidence.samples"), value=chosen["samples"], min=8, max=100000, precision=0)
-        box.props("outlined dense")
-        box.on_value_change(lambda event: chosen.update(samples=int(event.value or _SAMPLES)))
-        ui.button(texts("confidence.start"), on_click=start).props("no-caps outline data-act=sample")
-    progress, outcome = ui.label("").classes("note"), ui.html("", sanitize=False)
+    with box("choices"):
+        samples = ui.number(texts("confidence.samples"), value=chosen["samples"], min=8, max=100000, precision=0)
+        samples.on_value_change(lambda event: chosen.update(samples=int(event.value or _SAMPLES)))
+        act(texts("confidence.start"), "sample", start, "outline")
+    progress, outcome = note(""), html()
 
     def look() -> None:
-        done = folder / "samples.jsonl"
+        done, found = folder / "samples.jsonl", folder / "uncertainty.json"
         if done.is_file():
             with done.open("rb") as lines:
                 progress.set_text(texts("confidence.progress", done=sum(1 for _ in lines), samples=chosen["samples"]))
-        found = folder / "uncertainty.json"
         if found.is_file():
             try:
                 outcome.set_content(_spread(page, json.loads(found.read_text(encoding="utf-8"))))
@@ -166,64 +157,34 @@ def _cells(summary: Mapping[str, Any]) -> None:
     shown_facts(rows)
 
 
-def sign(path: Path, who: str) -> dict[str, str]:
-    """Lock the report of a run with its hash; raises InputError where there is no report or no name."""
-    report = path / "report.html"
-    if not report.is_file():
-        raise InputError(f"{path.name}: has no report.html to sign")
-    if not who.strip():
-        raise InputError("document.prepared_by: missing; the name of who signs")
-    when = dt.datetime.now(dt.UTC).strftime("%Y-%m-%d %H:%M UTC")
-    found = {"who": who, "when": when, "sha256": hashlib.sha256(report.read_bytes()).hexdigest(),
-             "case_sha256": hashlib.sha256((path / "case.toml").read_bytes()).hexdigest()}  # fmt: skip
-    write_text(path.with_name(f"{path.name}.{_SIGNATURE}"), json.dumps(found, indent=1) + "\n", InputError)
-    return found
-
-
-def is_signed(path: Path) -> tuple[dict[str, str], bool] | None:
-    """The signature of a run's report and whether it still holds; None where there is none."""
-    try:
-        found = json.loads(path.with_name(f"{path.name}.{_SIGNATURE}").read_text(encoding="utf-8"))
-        return found, hashlib.sha256((path / "report.html").read_bytes()).hexdigest() == found["sha256"]
-    except (OSError, ValueError, KeyError, TypeError):
-        return None
-
-
 def _signature(page: CasePage, run: str, path: Path) -> None:
-    texts = page.texts
-    signed = is_signed(path)
-    if signed is None:
-        ui.label(texts("confidence.unsigned")).classes("note")
+    """Write the report again, sign it, or withdraw the signature; a signed run is locked."""
+    texts, signature = page.texts, read_signature(path)
+    if signature is None:
+        note(texts("confidence.unsigned"))
     else:
-        entry, holds = signed
-        ui.label(texts("confidence.signed", when=entry["when"], who=entry["who"], hash=entry["sha256"])).classes(
-            "note"
-        ).props("data-box=signed")
-        if not holds:
-            ui.label(texts("confidence.broken")).classes("fault")
+        digest = (signature.sha256 or {}).get("report.html", "")
+        note(texts("confidence.signed", when=signature.when, who=signature.who, hash=digest)).props("data-box=signed")
+        if changed := signature.changed(path):
+            note(texts("confidence.broken", names=", ".join(changed)), "fault")
 
-    def write_again() -> None:
-        def act() -> None:
-            if page.case.is_draft:
-                page.case.save()
-            commands = [["report", page.case.name, "--out", run]]
-            start_job(
-                page.session.space, title=texts("confidence.write"), case=page.case.name, run=run, commands=commands
-            )
-
-        if page.attempt(act):
-            ui.navigate.to(page.address("run"))
-
-    def lock() -> None:
-        if page.attempt(lambda: sign(path, str(page.case.get(("document", "prepared_by"), "")))):
+    def again(do: Any) -> None:  # noqa: ANN401 - an act
+        if page.attempt(do):
             ui.navigate.reload()
 
-    with ui.element("div").classes("choices"):
-        ui.button(texts("confidence.write"), on_click=write_again).props("no-caps outline dense data-act=report")
-        ui.button(texts("confidence.sign"), on_click=lock).props("no-caps dense data-act=sign")
+    def lock() -> None:
+        sign(path, str(page.case.get(("document", "prepared_by"), "")))
+
+    with box("choices"):
+        if signature is None:
+            command = ["report", page.case.name, "--out", run]
+            act(texts("confidence.write"), "report", lambda: page.queue(texts("confidence.write"), run, command))
+            act(texts("confidence.sign"), "sign", lambda: again(lock), "dense")
+        else:
+            act(texts("confidence.withdraw"), "withdraw", lambda: again((path / SIGNATURE).unlink))
         if (path / "report.html").is_file():
             ui.link(texts("result.alone", name="report.html"), f"/files/{quote(run)}/report.html", new_tab=True)
-    ui.label(texts("confidence.pdf")).classes("note")
+    note(texts("confidence.pdf"))
 
 
 def _compare(page: CasePage) -> None:
@@ -231,43 +192,27 @@ def _compare(page: CasePage) -> None:
     texts, space = page.texts, page.session.space
     names = [one.name for one in space.runs()]
     chosen: dict[str, str] = {}
-    place = ui.element("div")
 
-    async def show() -> None:
+    async def take(key: str, value: str) -> None:
+        chosen[key] = value
         if len(chosen) < 2:
             return
-        place.clear()
-        try:
-            done = await threads.io_bound(
-                fragfield.compare_runs, *(space.inside(chosen[key]) for key in ("first", "second"))
-            )
-        except (fragfield.InputError, OSError) as error:
-            with place:
-                ui.label(message_of(error)).classes("fault")
+        runs = (space.inside(chosen[name]) for name in ("first", "second"))
+        done = await page.ask(place, fragfield.compare_runs, *runs)
+        if done is None:
             return
         with place:
             heading(texts("confidence.differ"), 3)
             for line in done.found["differences"][:40] or [texts("confidence.same")]:
-                ui.label(str(line)).classes("meaning")
+                note(str(line), "meaning")
             for name in (one for one in _COMPARED if one in done.tables):
                 table = done.table(name)
                 columns = table.columns[:7]
-                rows = [tuple(_cell(table[column][row]) for column in columns) for row in range(len(table))]
+                rows = [tuple(cell_words(table[column][row]) for column in columns) for row in range(len(table))]
                 heading(name, 3)
                 shown_facts(rows, columns)
 
-    def choose(key: str, value: str) -> Any:  # noqa: ANN401 - a coroutine
-        chosen[key] = value
-        return show()
-
-    with ui.element("div").classes("form"):
+    with box("form"):
         for key in ("first", "second"):
-            ui.select(
-                names, label=texts(f"confidence.{key}"), on_change=lambda event, key=key: choose(key, event.value)
-            ).props("outlined dense")
-    place.move(target_index=-1)
-
-
-def _cell(value: Any) -> str:  # noqa: ANN401 - of a NumPy array
-    plain = value.item() if hasattr(value, "item") else value
-    return number(plain, 4) if isinstance(plain, float) else str(plain)
+            choose(texts(f"confidence.{key}"), names, None, partial(take, key))
+    place = box()

@@ -8,16 +8,16 @@ from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from nicegui import run, ui
+from nicegui import ui
 
 import fragfield
-from fragfield.app.jobs import start_job
-from fragfield.app.markup import facts, heading
+from fragfield.app.markup import act, box, choose, facts, files_in, heading, html, keep_file, note, upload
 from fragfield.app.workspace import safe_name
-from fragfield.errors import message_of
 from fragfield.numbers import number
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from fragfield.app.page import CasePage
     from fragfield.case import Case
 
@@ -34,123 +34,72 @@ _MOST_ANSWERS = 12
 
 def content(page: CasePage) -> None:
     """Build the page."""
-    texts, folder = page.texts, page.case.path.parent
+    texts, files = page.texts, files_in(page.folder, _KINDS)
     heading(texts("data.title"))
-    ui.label(texts("data.form")).classes("meaning")
-    files = sorted(one.name for one in folder.iterdir() if one.suffix in _KINDS and one.is_file())
-    if not files:
-        ui.label(texts("data.none")).classes("meaning")
-        return
-    chosen = {"file": files[0]}
-    _importer(page, folder, files)
-    heading(texts("data.held"))
-    place = ui.element("div")
-
-    async def check() -> None:
-        place.clear()
-        case = page.case.resolved()
-        if case is None:
-            ui.notify(texts("run.no_cost"), type="warning")
-            return
-        try:
-            words, picture = await run.io_bound(_held, page, case, folder / chosen["file"])
-        except (fragfield.InputError, OSError) as error:
-            with place:
-                ui.label(message_of(error)).classes("fault")
-            return
-        with place:
-            ui.html(words, sanitize=False)
-            if picture:
-                heading(texts("data.polar"), 3)
-                ui.html(picture, sanitize=False).classes("picture").style("max-width:36rem")
-            ui.button(texts("data.fly"), on_click=fly).props("no-caps data-act=fly-file")
-
-    def fly() -> None:
-        def act() -> None:
-            if page.case.is_draft:
-                page.case.save()
-            file = page.session.space.name_of(folder / chosen["file"])
-            target = f"{page.session.space.run_of(page.case.name)}_{Path(file).stem}"
-            title = texts("data.fly_title", name=page.case.name, file=chosen["file"])
-            commands = [["fly", page.case.name, "--fragments", file, "--out", target], ["report", target]]
-            start_job(page.session.space, title=title, case=page.case.name, run=target, commands=commands)
-
-        if page.attempt(act):
-            ui.navigate.to(page.address("run"))
-
-    with ui.element("div").classes("choices"):
-        ui.select(
-            files, value=files[0], label=texts("data.file"), on_change=lambda event: chosen.update(file=event.value)
-        ).props("outlined dense")
-        ui.button(texts("data.check"), on_click=check).props("no-caps outline data-act=check-file")
-    place.move(target_index=-1)
+    note(texts("data.form"), "meaning")
+    if files:
+        _importer(page, files)
+        heading(texts("data.held"))
+        _holder(page, files)
+    upload(page, texts("start.choose"), _KINDS, lambda name, data: keep_file(page, name, data, _KINDS))
 
 
-def _importer(page: CasePage, folder: Path, files: list[str]) -> None:
+def _importer(page: CasePage, files: list[str]) -> None:
     """A table as a test has it, in any usual form: what was found in it, questions, and the file that a case reads."""
     texts = page.texts
     chosen: dict[str, Any] = {"file": files[0]}
     answers: dict[str, Any] = {}
-    place = ui.element("div")
 
     async def read() -> None:
-        place.clear()
         options = {key: value for key, value in chosen.items() if key != "file" and value not in (None, "")} | answers
         casing = page.case.path if not page.case.faults() and not page.case.is_draft else None
-        try:
-            found = await run.io_bound(fragfield.import_table, folder / chosen["file"], case=casing, **options)
-        except (fragfield.InputError, OSError) as error:
-            with place:
-                ui.label(message_of(error)).classes("fault")
-                _answers(error)
+        table = page.folder / chosen["file"]
+        found = await page.ask(place, fragfield.import_table, table, case=casing, refused=asked, **options)
+        if found is None:
             return
         with place:
-            with ui.element("pre").classes("words").props("data-box=imported"):
+            with box("words", "pre").props("data-box=imported"):
                 ui.label(str(found))
             name = f"{safe_name(Path(chosen['file']).stem, '')}_{found.kind}{Path(found.default_name).suffix}"
-            ui.button(texts("data.write", name=name), on_click=lambda: write(found, name)).props(
-                "no-caps outline dense data-act=write-table"
-            )
+            act(texts("data.write", name=name), "write-table", lambda: write(found, name))
 
-    def _answers(error: Exception) -> None:
+    def asked(error: Exception) -> None:
         """Answers to a question of the importer, as buttons."""
         option, choices = getattr(error, "option", ""), getattr(error, "choices", ())
         named = {one: one for one in choices[:_MOST_ANSWERS]}
         if option == "empty-zones":
             named = {"": texts("data.nothing_fell")}
-        with ui.element("div").classes("choices"):
+        with box("choices"):
             for answer, words in named.items():
-                ui.button(words, on_click=lambda _, answer=answer: answered(option, answer)).props(
-                    "dense outline no-caps data-box=answer"
-                )
+                act(words, "answer", lambda _, answer=answer: answered(option, answer))
 
     def answered(option: str, answer: str) -> Any:  # noqa: ANN401 - a coroutine
         take_answer(answers, option, answer)
         return read()
 
-    def say(key: str, value: object) -> None:
+    def say(key: str) -> Callable[[object], None]:
         """What is said of the table; answers were for the file that was chosen, and for what was not said."""
-        chosen[key] = value
-        if key == "file":
-            answers.clear()
-        else:
+
+        def keep(value: object) -> None:
+            chosen[key] = value
+            if key == "file":
+                answers.clear()
             answers.pop(key, None)
 
+        return keep
+
     def write(found: Any, name: str) -> None:  # noqa: ANN401 - an imported table
-        if page.attempt(lambda: found.write(page.session.space.inside(name))):
+        if page.attempt(lambda: found.write(page.folder / name)):
             ui.navigate.reload()
 
-    with ui.element("div").classes("form"):
-        ui.select(files, value=files[0], label=texts("data.file")).props("outlined dense").on_value_change(
-            lambda event: say("file", event.value)
-        )
+    with box("form"):
+        choose(texts("data.file"), files, files[0], say("file"))
         for key, words in _CHOICES.items():
-            box = ui.select(list(words), label=texts(f"data.{key}"), clearable=True).props("outlined dense stack-label")
-            box.on_value_change(lambda event, key=key: say(key, event.value))
-        rounds = ui.number(texts("data.rounds"), min=1e-3, max=1e4).props("outlined dense stack-label")
-        rounds.on_value_change(lambda event: say("number_of_rounds", event.value))
-    ui.button(texts("data.read"), on_click=read).props("no-caps outline data-act=read-table")
-    place.move(target_index=-1)
+            choose(texts(f"data.{key}"), list(words), None, say(key)).props("clearable")
+        rounds = ui.number(texts("data.rounds"), min=1e-3, max=1e4)
+        rounds.on_value_change(lambda event: say("number_of_rounds")(event.value))
+    act(texts("data.read"), "read-table", read, "outline")
+    place = box()
 
 
 def take_answer(answers: dict[str, Any], option: str, answer: str) -> None:
@@ -164,6 +113,40 @@ def take_answer(answers: dict[str, Any], option: str, answer: str) -> None:
         answers["empty_zones"] = True
     else:
         answers[option.replace("-", "_")] = ast.literal_eval(answer) if option == "sheet" else answer
+
+
+def _holder(page: CasePage, files: list[str]) -> None:
+    """A file of fragments held against the case, and flown."""
+    texts, chosen = page.texts, {"file": files[0]}
+
+    async def check() -> None:
+        case = page.case.resolved()
+        if case is None:
+            ui.notify(texts("run.no_cost"), type="warning")
+            return
+        found = await page.ask(place, _held, page, case, page.folder / chosen["file"])
+        if found is None:
+            return
+        words, picture = found
+        with place:
+            html(words)
+            if picture:
+                heading(texts("data.polar"), 3)
+                html(picture, "picture").style("max-width:36rem")
+            act(texts("data.fly"), "fly-file", fly, "")
+
+    def fly() -> None:
+        file = page.session.space.name_of(page.folder / chosen["file"])
+        target = f"{page.session.space.run_of(page.case.name)}_{Path(file).stem}"
+        title = texts("data.fly_title", name=page.case.name, file=chosen["file"])
+        page.queue(
+            title, target, ["fly", page.case.name, "--fragments", file, "--out", target], ["report", target]
+        )  # fmt: skip
+
+    with box("choices"):
+        choose(texts("data.file"), files, files[0], lambda name: chosen.update(file=name))
+        act(texts("data.check"), "check-file", check, "outline")
+    place = box()
 
 
 def _held(page: CasePage, case: Case, path: Path) -> tuple[str, str]:

@@ -7,12 +7,11 @@ from html import escape
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
-from nicegui import run as threads
 from nicegui import ui
 
 import fragfield
-from fragfield.app.jobs import start_job
-from fragfield.app.markup import Raw, heading, shown_facts
+from fragfield.app.directions import Directions
+from fragfield.app.markup import Raw, act, box, choose, facts, heading, html, note, shown_facts
 from fragfield.hazard.certainty import metres, whole_metres
 from fragfield.hazard.recommended import parts_words
 from fragfield.hazard.verdict import criterion_words
@@ -25,7 +24,7 @@ if TYPE_CHECKING:
 
     from fragfield.app.page import CasePage
 
-__all__ = ["content"]
+__all__ = ["cell_words", "content"]
 
 _MOST_ROWS = 500
 
@@ -36,207 +35,219 @@ def content(page: CasePage, run: str = "") -> None:
     names = [one.name for one in space.runs()]
     own = space.run_of(page.document.name) if page.document is not None else ""
     chosen = run or (own if own in names else "")
-    with ui.element("div").classes("choices"):
-        if names:
-            options = names if not chosen or chosen in names else [chosen, *names]
-            box = ui.select(options, value=chosen or None, label=texts("result.run")).props("outlined dense")
-            box.on_value_change(lambda event: ui.navigate.to(page.address("result", run=event.value)))
+    if names:
+        options = names if not chosen or chosen in names else [chosen, *names]
+        with box("choices"):
+            choose(
+                texts("result.run"), options, chosen or None,
+                lambda name: ui.navigate.to(page.address("result", run=name)),
+            )  # fmt: skip
     if not chosen:
-        ui.label(texts("result.none")).classes("meaning")
+        note(texts("result.none"), "meaning")
         return
     try:
-        path = space.inside(chosen)
-        found = fragfield.open(path)
-        summary = found.summary
+        found = fragfield.open(space.inside(chosen))
+        part = _Parts(page, chosen, found)
     except fragfield.InputError as error:
-        ui.label(str(error)).classes("fault")
+        note(str(error), "fault")
         return
-    parts: dict[str, Callable[[], object]] = {
-        "decision": lambda: _decision(page, chosen, path, summary),
-        "map": lambda: _map(page, chosen, path),
-        "figures": lambda: _figures(page, chosen, path),
-        "view": lambda: _view(page, chosen, path),
-        "numbers": lambda: _numbers(summary),
-        "tables": lambda: _tables(page, found),
-        "files": lambda: _files(page, chosen, path),
-    }
+    parts = (part.decision, part.map, part.direction, part.figures, part.view, part.numbers, part.tables, part.files)
     with ui.tabs().props("no-caps align=left inline-label outside-arrows mobile-arrows") as tabs:
-        for name in parts:
-            ui.tab(name, texts(f"result.{name}"))
+        for build in parts:
+            ui.tab(build.__name__, texts(f"result.{build.__name__}"))
     with ui.tab_panels(tabs, value="decision", animated=False).style("width:100%").props("keep-alive=false"):
-        for name, build in parts.items():
-            with ui.tab_panel(name).style("padding:.6rem 0"):
-                _when_seen(tabs, name, build)
+        for build in parts:
+            with ui.tab_panel(build.__name__).style("padding:.6rem 0"):
+                _when_seen(tabs, build)
 
 
-def _when_seen(tabs: ui.tabs, name: str, build: Callable[[], object]) -> None:
+def _when_seen(tabs: ui.tabs, build: Callable[[], None]) -> None:
     """Build a part when it is first looked at."""
-    place = ui.element("div")
+    place = box().style("width:100%")
 
     def show() -> None:
-        if tabs.value == name and not place.default_slot.children:
+        if (tabs.value or "decision") == build.__name__ and not place.default_slot.children:
             with place:
                 build()
 
-    if name == "decision":
-        with place:
-            build()
+    show()
     tabs.on_value_change(show)
 
 
-def _framed(page: CasePage, run: str, path: Path, name: str) -> None:
-    if not (path / name).is_file():
-        ui.label(page.texts("result.no_file", name=name)).classes("meaning")
-        return
-    address = f"/files/{quote(run)}/{name}"
-    ui.link(page.texts("result.alone", name=name), address, new_tab=True)
-    ui.element("iframe").props(f'src="{address}" title="{name}" loading=lazy')
+class _Parts:
+    """What the page shows of a run, a method for each part."""
 
+    def __init__(self, page: CasePage, name: str, found: Any) -> None:  # noqa: ANN401 - a run
+        self.page, self.texts, self.name, self.run = page, page.texts, name, found
+        self.path: Path = found.path
+        self.summary: Mapping[str, Any] = found.summary
 
-def _decision(page: CasePage, run: str, path: Path, summary: Mapping[str, Any]) -> None:
-    """The recommended distance, the verdicts, what it is not to fall below; then the report itself."""
-    texts, hazard = page.texts, summary.get("hazard") or {}
-    with ui.element("div").classes("columns"):
-        with ui.element("section"):
-            heading(texts("result.recommended"))
-            if hazard.get("determined"):
-                ui.label(f"{whole_metres(hazard['recommended'])} m").classes("number").props("data-box=recommended")
-                ui.label(parts_words(hazard)).classes("meaning")
-            else:
-                ui.label(texts("result.undetermined")).classes("number")
-                ui.label(str(hazard.get("reason") or texts("result.not_computed"))).classes("fault")
-            for words in (summary.get("minimum") or {}).get("words", ()):
-                ui.label(words).classes("note")
-        with ui.element("section"):
-            heading(texts("result.verdicts"))
-            _verdicts(page, summary.get("exposed") or [])
-    heading(texts("result.report"))
-    _framed(page, run, path, "report.html")
+    def _address(self, file: str) -> str:
+        return f"/files/{quote(self.name)}/{quote(file)}"
 
+    def _framed(self, file: str) -> None:
+        if not (self.path / file).is_file():
+            note(self.texts("result.no_file", name=file), "meaning")
+            return
+        ui.link(self.texts("result.alone", name=file), self._address(file), new_tab=True)
+        ui.element("iframe").props(f'src="{self._address(file)}" title="{file}" loading=lazy')
 
-def _verdicts(page: CasePage, exposed: list[Mapping[str, Any]]) -> None:
-    texts = page.texts
-    rows: list[tuple[str, ...]] = []
-    for entry in exposed:
-        verdict = entry["verdict"]
-        words = escape(texts("verdict." + verdict.replace(" ", "_")))
-        mark = Raw(f'<span class="verdict {verdict.replace(" ", "-")}">{words}</span>')
-        rows.append((entry["name"], mark, criterion_words(entry), metres(entry["distance"])))
-    if not rows:
-        ui.label(texts("result.no_places")).classes("meaning")
-        return
-    heads = [texts(f"result.{name}") for name in ("place", "verdict", "criterion", "distance")]
-    shown_facts(rows, heads)
+    def decision(self) -> None:
+        """The recommended distance, the verdicts, what it is not to fall below; then the report itself."""
+        texts, hazard = self.texts, self.summary.get("hazard") or {}
+        with box("columns"):
+            with box(tag="section"):
+                heading(texts("result.recommended"))
+                if hazard.get("determined"):
+                    note(f"{whole_metres(hazard['recommended'])} m", "number").props("data-box=recommended")
+                    note(parts_words(hazard), "meaning")
+                else:
+                    note(texts("result.undetermined"), "number")
+                    note(str(hazard.get("reason") or texts("result.not_computed")), "fault")
+                for words in (self.summary.get("minimum") or {}).get("words", ()):
+                    note(words)
+            with box(tag="section"):
+                heading(texts("result.verdicts"))
+                self._verdicts()
+        heading(texts("result.report"))
+        self._framed("report.html")
 
+    def _verdicts(self) -> None:
+        texts, rows = self.texts, []
+        for entry in self.summary.get("exposed") or []:
+            verdict = entry["verdict"]
+            words = escape(texts("verdict." + verdict.replace(" ", "_")))
+            mark = Raw(f'<span class="verdict {verdict.replace(" ", "-")}">{words}</span>')
+            rows.append((entry["name"], mark, criterion_words(entry), metres(entry["distance"])))
+        if not rows:
+            note(texts("result.no_places"), "meaning")
+            return
+        shown_facts(rows, [texts(f"result.{name}") for name in ("place", "verdict", "criterion", "distance")])
 
-def _map(page: CasePage, run: str, path: Path) -> None:
-    """The map of the run; after a place was moved, flight and hazard alone are computed again."""
-    if page.document is not None:
-        with ui.element("div").classes("choices"):
-            ui.link(page.texts("result.move"), page.address("site"))
-            ui.button(page.texts("result.fly_again"), on_click=lambda: _fly_again(page, run)).props(
-                "no-caps outline dense data-act=fly"
-            )
-    _framed(page, run, path, "map.html")
+    def map(self) -> None:
+        """The map of the run; after a place was moved, flight and hazard alone are computed again."""
+        page, texts = self.page, self.texts
+        if page.document is not None:
+            case = page.document.name
+            commands = [[command, case, "--out", self.name] for command in ("fly", "report")]
+            title = texts("result.fly_title", name=case)
+            with box("choices"):
+                ui.link(texts("result.move"), page.address("site"))
+                act(texts("result.fly_again"), "fly", lambda: page.queue(title, self.name, *commands))
+        self._framed("map.html")
 
-
-def _fly_again(page: CasePage, run: str) -> None:
-    def act() -> None:
-        if page.case.is_draft:
-            page.case.save()
-        commands = [[name, page.case.name, "--out", run] for name in ("fly", "report")]
-        title = page.texts("result.fly_title", name=page.case.name)
-        start_job(page.session.space, title=title, case=page.case.name, run=run, commands=commands)
-
-    if page.attempt(act):
-        ui.navigate.to(page.address("run"))
-
-
-def _figures(page: CasePage, run: str, path: Path) -> None:
-    pictures = sorted((path / "figures").glob("*.svg")) if (path / "figures").is_dir() else []
-    if not pictures:
-        ui.label(page.texts("result.no_file", name="figures")).classes("meaning")
-    with ui.element("div").classes("cards"):
-        for picture in pictures:
-            with ui.element("figure").classes("card").style("margin:0"):
-                address = f"/files/{quote(run)}/figures/{quote(picture.name)}"
-                ui.element("img").props(f'src="{address}" alt="{escape(picture.stem)}" loading=lazy').style(
-                    "width:100%"
-                )
-                ui.link(picture.stem.replace("_", " "), address, new_tab=True)
-
-
-def _view(page: CasePage, run: str, path: Path) -> None:
-    there = [name for name in ("view_fragments.html", "view_burst.html") if (path / name).is_file()]
-    for name in there[:1]:
-        _framed(page, run, path, name)
-    for name in there[1:]:
-        ui.link(page.texts("result.alone", name=name), f"/files/{quote(run)}/{name}", new_tab=True)
-    if not there:
-        ui.label(page.texts("result.no_view")).classes("meaning")
-
-
-def _numbers(summary: Mapping[str, Any]) -> None:
-    """Every value of summary.json that the catalogue lists, by stage."""
-    rows: list[tuple[str, ...]] = []
-    for one in QUANTITIES.values():
-        if "[]" not in one.path:
-            rows += [(one.stage, row.name, row.value, row.note) for row in one.rows(summary)]
-    shown_facts(rows, ["", "", "", ""])
-
-
-def _tables(page: CasePage, found: Any) -> None:  # noqa: ANN401 - a run
-    texts = page.texts
-    names = {name: f"{name}: {what}" for name, what in found.tables.items()}
-    if not names:
-        ui.label(texts("result.not_computed")).classes("meaning")
-        return
-    place = ui.element("div")
-
-    async def show(name: str) -> None:
-        place.clear()
+    def direction(self) -> None:
+        """The density along a direction: that which decides, or another."""
+        texts = self.texts
         try:
-            table = await threads.io_bound(found.table, name)
-        except fragfield.InputError as error:
+            known = Directions.of(self.path)
+        except (fragfield.InputError, OSError) as error:
+            note(str(error), "fault")
+            return
+        if known is None:
+            note(texts("result.not_computed"), "meaning")
+            return
+
+        def show(azimuth: object) -> None:
+            if isinstance(azimuth, (int, float)) and math.isfinite(azimuth):
+                for one in chosen:  # each follows the other
+                    one.set_value(azimuth)
+                picture.set_content(known.svg(azimuth, texts))
+                values.set_content(facts(known.facts(azimuth, texts)))
+
+        chosen: list[Any] = []
+        if known.differ:
+            label, limits = texts("result.azimuth"), {"min": 0, "max": 360, "value": known.deciding}
+            with box("choices"):
+                chosen += [ui.number(label, **limits).props("data-key=azimuth").style("min-width:22rem"),
+                           ui.slider(**limits).props(f'aria-label="{label}"').style("max-width:18rem")]  # fmt: skip
+                act(texts("result.deciding"), "deciding", lambda: show(known.deciding))
+            for one in chosen:
+                one.on_value_change(lambda event: show(event.value))
+        else:
+            note(texts("result.alike"), "meaning")
+        with box("columns"):
+            with box(tag="section"):
+                picture = html(kind="picture")
+            with box(tag="section"):
+                values = html()
+        show(known.deciding)
+
+    def figures(self) -> None:
+        """The figures of the report."""
+        folder = self.path / "figures"
+        pictures = sorted(folder.glob("*.svg")) if folder.is_dir() else []
+        if not pictures:
+            note(self.texts("result.no_file", name="figures"), "meaning")
+        with box("cards"):
+            for picture in pictures:
+                with box("card", "figure").style("margin:0"):
+                    address = self._address(f"figures/{picture.name}")
+                    ui.element("img").props(f'src="{address}" alt="{escape(picture.stem)}" loading=lazy').style(
+                        "width:100%"
+                    )
+                    ui.link(picture.stem.replace("_", " "), address, new_tab=True)
+
+    def view(self) -> None:
+        """The pages in three dimensions."""
+        there = [name for name in ("view_fragments.html", "view_burst.html") if (self.path / name).is_file()]
+        for name in there[:1]:
+            self._framed(name)
+        for name in there[1:]:
+            ui.link(self.texts("result.alone", name=name), self._address(name), new_tab=True)
+        if not there:
+            note(self.texts("result.no_view"), "meaning")
+
+    def numbers(self) -> None:
+        """Every value of summary.json that the catalogue lists, by stage."""
+        rows: list[tuple[str, ...]] = []
+        for one in QUANTITIES.values():
+            if "[]" not in one.path:
+                rows += [(one.stage, row.name, row.value, row.note) for row in one.rows(self.summary)]
+        shown_facts(rows, ["", "", "", ""])
+
+    def tables(self) -> None:
+        """Every table, and all of them as a workbook."""
+        page, texts, found = self.page, self.texts, self.run
+        names = {name: f"{name}: {what}" for name, what in found.tables.items()}
+        if not names:
+            note(texts("result.not_computed"), "meaning")
+            return
+
+        async def show(name: str) -> None:
+            table = await page.ask(place, found.table, name)
+            if table is None:
+                return
+            columns = [(column, table[column]) for column in table.columns if table[column].ndim == 1]
+            rows = [tuple(cell_words(values[row]) for _, values in columns)
+                    for row in range(min(len(table), _MOST_ROWS))]  # fmt: skip
             with place:
-                ui.label(str(error)).classes("fault")
-            return
-        columns = [table[column] for column in table.columns]
-        flat = [(column, values) for column, values in zip(table.columns, columns, strict=True) if values.ndim == 1]
-        rows = [tuple(_cell(values[row]) for _, values in flat) for row in range(min(len(table), _MOST_ROWS))]
-        with place:
-            ui.label(texts("result.rows", shown=len(rows), number=len(table))).classes("note")
-            shown_facts(rows, [column for column, _ in flat])
+                note(texts("result.rows", shown=len(rows), number=len(table)))
+                shown_facts(rows, [column for column, _ in columns])
 
-    async def workbook() -> None:
-        name = f"{found.path.name}_tables.xlsx"
-        file = page.session.space.state(name)
-        try:
-            await threads.io_bound(found.write_tables, file)
-        except fragfield.InputError as error:
-            ui.notify(str(error), type="negative")
-            return
-        ui.download.content(file.read_bytes(), name)
-        file.unlink()
+        async def workbook() -> None:
+            name = f"{found.path.name}_tables.xlsx"
+            if await page.ask(place, found.write_tables, file := page.session.space.state(name)) is not None:
+                ui.download.content(file.read_bytes(), name)
+                file.unlink()
 
-    ui.select(names, label=texts("result.table"), on_change=lambda event: show(event.value)).props("outlined dense")
-    ui.button(texts("result.workbook"), on_click=workbook).props("outline no-caps")
-    place.move(target_index=-1)
+        choose(texts("result.table"), names, None, show)
+        act(texts("result.workbook"), "workbook", workbook)
+        place = box()
+
+    def files(self) -> None:
+        """Every file of the run."""
+        with box("list", "ul"):
+            for file in sorted(one for one in self.path.iterdir() if one.is_file() and not one.name.startswith(".")):
+                with box(tag="li"):
+                    ui.link(file.name, f"{self._address(file.name)}?save=1")
+                    note(f"{file.stat().st_size / 1e3:,.0f} kB")
+        note(self.texts("result.folder", path=str(self.path)))
 
 
-def _cell(value: Any) -> str:  # noqa: ANN401 - of a NumPy array
-    if isinstance(value, str):
-        return str(value)
-    plain = value.item()
+def cell_words(value: Any) -> str:  # noqa: ANN401 - of a NumPy array
+    """A value of a table as the pages show it."""
+    plain = value.item() if hasattr(value, "item") else value
     if isinstance(plain, float):
         return "–" if math.isnan(plain) else number(plain, 5)
     return plain.decode("utf-8", "replace") if isinstance(plain, bytes) else str(plain)
-
-
-def _files(page: CasePage, run: str, path: Path) -> None:
-    with ui.element("ul").classes("list"):
-        for file in sorted(one for one in path.iterdir() if one.is_file() and not one.name.startswith(".")):
-            with ui.element("li"):
-                ui.link(file.name, f"/files/{quote(run)}/{quote(file.name)}?save=1")
-                ui.label(f"{file.stat().st_size / 1e3:,.0f} kB").classes("note")
-    ui.label(page.texts("result.folder", path=str(path))).classes("note")

@@ -17,34 +17,42 @@ from burst_fenicsx.problem import Round
 from fragfield.app.contour import ContourTable, from_case, to_case
 from fragfield.app.drawing import round_facts, round_svg
 from fragfield.app.forms import field_input, form
-from fragfield.app.markup import Raw, facts, heading
+from fragfield.app.markup import Raw, act, box, choose, facts, files_in, fold, heading, html, keep_file, note, upload
 from fragfield.errors import InputError
 from fragfield.numbers import number
 from fragfield_base.units import UnitError, read_measure
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from pathlib import Path
 
     from fragfield.app.document import CaseDocument
     from fragfield.app.page import CasePage
+    from fragfield.app.texts import Texts
 
-__all__ = ["BARE", "content", "drawn_round"]
+__all__ = ["BARE", "OWN_ROUND", "content", "drawn_round"]
 
 _DRAWINGS = (".dxf", ".svg", ".csv", ".xlsx", ".ods")
 _UNITS = ("mm", "cm", "m", "in")
 # A cased charge to begin with, where there is none.
 BARE = {"unit": "mm", "outer": {"points": [[0, 20], [80, 40], [260, 40]]},
          "cavity": {"points": [[20, 10], [85, 32], [245, 32]]}, "charge": {}}  # fmt: skip
+OWN_ROUND = {"name": "round", "profile": BARE, "explosive": "tnt", "casing": "steel_paper", "attitude": "upright",
+             "position": ["0 m", "0 m", "1 m"]}  # fmt: skip
 _TOLERANCE = 0.01  # of the drawing's masses, as `round.expected` allows
 
 
 def content(page: CasePage) -> None:
     """Build the page."""
-    texts = page.texts
-    rounds = page.case.get(("round",), [])
+    texts, rounds = page.texts, page.case.get(("round",), [])
+
+    def first() -> None:
+        if page.change(("round", 0), OWN_ROUND):
+            ui.navigate.reload()
+
     if not isinstance(rounds, list) or not rounds:
-        ui.label(texts("round.none")).classes("meaning")
-        ui.button(texts("round.first"), on_click=lambda: _first(page)).props("no-caps")
+        note(texts("round.none"), "meaning")
+        act(texts("round.first"), "first-round", first, look="")
         return
     names = {index: str(entry.get("name", index + 1)) if isinstance(entry, dict) else str(index + 1)
              for index, entry in enumerate(rounds)}  # fmt: skip
@@ -53,20 +61,11 @@ def content(page: CasePage) -> None:
     @ui.refreshable
     def show(index: int) -> None:
         page.unbind("round[")
-        _RoundEditor(page, index).build()
+        _RoundEditor(page, index, lambda: show.refresh(index)).build()
 
     if len(names) > 1:
-        ui.select(
-            names, value=chosen, label=texts("page.round"), on_change=lambda event: show.refresh(event.value)
-        ).props("outlined dense")
+        choose(texts("page.round"), names, chosen, show.refresh)
     show(chosen)
-
-
-def _first(page: CasePage) -> None:
-    table = {"name": "round", "profile": dict(BARE), "explosive": "tnt", "casing": "steel_paper", "attitude": "upright",
-             "position": ["0 m", "0 m", "1 m"]}  # fmt: skip
-    if page.change(("round", 0), table):
-        ui.navigate.reload()
 
 
 def drawn_round(case: CaseDocument, index: int) -> Round:
@@ -94,108 +93,104 @@ def _located(name: object, folder: Path) -> str:
 
 
 class _RoundEditor:
-    """The editor of one round."""
+    """The editor of one round; `again` builds it once more, of another profile."""
 
-    def __init__(self, page: CasePage, index: int) -> None:
-        self.page, self.index, self.path = page, index, ("round", index)
-        profile = page.case.get((*self.path, "profile"))
-        self.table: ContourTable | None = from_case(profile) if isinstance(profile, dict) else None
+    def __init__(self, page: CasePage, index: int, again: Callable[[], object]) -> None:
+        self.again = again
+        self.page, self.texts, self.index, self.path = page, page.texts, index, ("round", index)
+        self.place = (*self.path, "profile")
+        profile = page.case.get(self.place)
+        self.own = isinstance(profile, dict)
+        self.table = from_case(profile) if self.own else ContourTable()
 
     def build(self) -> None:
         """Table on the left, drawing on the right; on a telephone the drawing first."""
-        texts = self.page.texts
-        with ui.element("div").classes("columns drawing-first"):
-            with ui.element("section"):
+        page, texts = self.page, self.texts
+        with box("columns drawing-first"):
+            with box(tag="section"):
                 self._shape()
                 self._from_file()
                 heading(texts("round.materials"))
                 self._materials()
                 heading(texts("round.expected"))
-                ui.label(texts("round.expected_why")).classes("meaning")
-                with ui.element("div").classes("form"):
+                note(texts("round.expected_why"), "meaning")
+                with box("form"):
                     for key in ("casing", "charge"):
-                        field_input(self.page, (*self.path, "expected", key), changed=self.draw)
-                self._official()
-            with ui.element("section").classes("beside"):
-                self.picture = ui.html("", sanitize=False).classes("picture")
-                self.facts = ui.html("", sanitize=False)
+                        field_input(page, (*self.path, "expected", key), changed=self.draw)
+                with fold(texts("round.official"), opened=page.focus.startswith("official")):
+                    form(page, ("official",))
+                with fold(texts("round.more")):
+                    form(page, self.path, only=("mesh",))
+            with box("beside", "section"):
+                self.picture, self.facts = html(kind="picture"), html()
         self.draw()
 
     def _shape(self) -> None:
-        texts, page = self.page.texts, self.page
+        texts, page, table = self.texts, self.page, self.table
         heading(texts("round.contour"))
         field_input(page, (*self.path, "name"))
-        kinds = {"own": texts("round.own"), "ready": texts("round.ready")}
-        value = "own" if self.table is not None else "ready"
-        ui.toggle(kinds, value=value, on_change=lambda event: self._switch(event.value)).props("no-caps dense")
-        if self.table is None:
-            field_input(page, (*self.path, "profile"), choices=profile_names(), changed=self.draw)
+        kinds = {True: texts("round.own"), False: texts("round.ready")}
+        ui.toggle(kinds, value=self.own, on_change=lambda event: self._switch(own=event.value))
+        if not self.own:
+            field_input(page, self.place, choices=profile_names(), changed=self.draw)
             return
-        with ui.element("div").classes("choices"):
-            ui.toggle({False: texts("round.radii"), True: texts("round.diameters")}, value=self.table.diameters,
-                      on_change=lambda event: self._count(diameters=event.value)).props("no-caps dense")  # fmt: skip
-            ui.toggle({False: texts("round.from_nose"), True: texts("round.from_base")}, value=self.table.from_base,
-                      on_change=lambda event: self._count(from_base=event.value)).props("no-caps dense")  # fmt: skip
-            ui.select(list(_UNITS), value=self.table.unit, label=texts("round.unit"), on_change=self._unit).props(
-                "dense outlined"
-            )
+        with box("choices"):
+            for name, words in (("diameters", ("radii", "diameters")), ("from_base", ("from_nose", "from_base"))):
+                options = dict(zip((False, True), (texts(f"round.{one}") for one in words), strict=True))
+                ui.toggle(
+                    options, value=getattr(table, name),
+                    on_change=lambda event, name=name: self._count(**{name: event.value}),
+                )  # fmt: skip
+            choose(texts("round.unit"), list(_UNITS), table.unit, lambda unit: self._put("unit", unit, again=True))
         self._tables()
 
     @ui.refreshable_method
     def _tables(self) -> None:
-        texts, table = self.page.texts, self.table
-        assert table is not None
-        across = texts("round.diameter" if table.diameters else "round.radius")
-        heads = (
-            f"{texts('round.station')} ({table.unit})",
-            f"{across} ({table.unit})",
-            f"{texts('round.arc')} ({table.unit})",
-        )
+        texts, table = self.texts, self.table
+        across = "round.diameter" if table.diameters else "round.radius"
+        heads = [f"{texts(one)} ({table.unit})" for one in ("round.station", across, "round.arc")]
         for name in ("outer", "cavity"):
             heading(texts(f"round.{name}"), 3)
-            with ui.element("div").classes("contour").props(f'role=table aria-label="{texts(f"round.{name}")}"') as box:
-                for head in heads:
-                    ui.label(head).classes("head-cell")
-                ui.label("")
+            with box("contour").props(f'role=table aria-label="{texts(f"round.{name}")}"') as contour:
+                for head in (*heads, ""):
+                    note(head, "head-cell")
                 for row, cells in enumerate(getattr(table, name)):
                     for column, cell in enumerate(cells):
                         self._cell(name, row, column, cell, heads[column])
                     with ui.button(icon="close", on_click=lambda _, at=(name, row): self._remove(*at)) as away:
                         away.props(f'flat dense round size=sm tabindex=-1 aria-label="{texts("form.remove")}"')
-            self.page.bind((*self.path, "profile", name), box)
+            self.page.bind((*self.place, name), contour)
             ui.button(texts("round.add_point"), icon="add", on_click=lambda _, name=name: self._add(name)).props(
-                "dense flat no-caps"
+                "dense flat"
             )
         heading(texts("round.charge"), 3)
-        with ui.element("div").classes("form"):
-            self._single("front", f"{texts('round.front')} ({table.unit})")
+        with box("form"):
+            self._single("front", f"{texts('round.front')} ({table.unit})", "charge")
             fills = {"": texts("round.full"), "inert": texts("round.inert"), "void": texts("round.void")}
-            fill = ui.select(fills, value=table.fill, label=texts("round.fill"))
-            fill.props("outlined dense").on_value_change(lambda event: self._put("fill", event.value))
-            self._single("mass", f"{texts('round.fuze_mass')} (kg)")
+            choose(texts("round.fill"), fills, table.fill, lambda fill: self._put("fill", fill))
+            self._single("mass", f"{texts('round.fuze_mass')} (kg)", "fuze")
 
     def _cell(self, name: str, row: int, column: int, value: str, head: str) -> None:
         if column == 2 and row == 0:
             ui.label("")
             return
-        box = ui.input(value=value, on_change=lambda event: self._type(name, row, column, event.value))
-        box.props(f'outlined dense inputmode=decimal data-cell="{name}-{row}-{column}" aria-label="{head}, {row + 1}"')
-        box.on("keydown.enter", lambda _: self._add(name, row + 1))
 
-    def _single(self, name: str, label: str) -> None:
-        assert self.table is not None
-        box = ui.input(label, value=getattr(self.table, name), on_change=lambda event: self._put(name, event.value))
-        box.props(f"outlined dense stack-label inputmode=decimal data-cell={name}")
-        place = ("charge", "front") if name == "front" else ("fuze", "mass")
-        self.page.bind((*self.path, "profile", *place[:1]), box)
+        def take(event: Any) -> None:  # noqa: ANN401 - of NiceGUI
+            getattr(self.table, name)[row][column] = event.value or ""
+            self._keep()
 
-    def _type(self, name: str, row: int, column: int, text: str | None) -> None:
-        getattr(self.table, name)[row][column] = text or ""
-        self._keep()
+        cell = ui.input(value=value, on_change=take).on("keydown.enter", lambda _: self._add(name, row + 1))
+        cell.props(f'inputmode=decimal data-cell="{name}-{row}-{column}" aria-label="{head}, {row + 1}"')
 
-    def _put(self, name: str, text: str | None) -> None:
+    def _single(self, name: str, label: str, key: str) -> None:
+        element = ui.input(label, value=getattr(self.table, name), on_change=lambda event: self._put(name, event.value))
+        self.page.bind((*self.place, key), element.props(f"inputmode=decimal data-cell={name}"))
+
+    def _put(self, name: str, text: str | None, *, again: bool = False) -> None:
         setattr(self.table, name, text or "")
         self._keep()
+        if again:
+            self._tables.refresh()
 
     def _add(self, name: str, row: int | None = None) -> None:
         rows = getattr(self.table, name)
@@ -209,108 +204,82 @@ class _RoundEditor:
         self._keep()
         self._tables.refresh()
 
-    def _count(self, *, diameters: bool | None = None, from_base: bool | None = None) -> None:
-        table = self.table
-        assert table is not None
-        self.table = from_case(
-            to_case(table, {}), diameters=table.diameters if diameters is None else diameters,
-            from_base=table.from_base if from_base is None else from_base,
-        )  # fmt: skip
-        self._tables.refresh()
-
-    def _unit(self, event: Any) -> None:  # noqa: ANN401 - of NiceGUI
-        assert self.table is not None
-        self.table.unit = event.value
-        self._keep()
+    def _count(self, **change: bool) -> None:
+        """Show the same contour as another drawing would give it."""
+        how = {"diameters": self.table.diameters, "from_base": self.table.from_base, **change}
+        self.table = from_case(to_case(self.table, {}), **how)
         self._tables.refresh()
 
     def _keep(self) -> None:
         """Put the table into the case, and draw it."""
-        assert self.table is not None
-        place = (*self.path, "profile")
-        before = self.page.case.get(place)
-        self.page.change(place, to_case(self.table, before if isinstance(before, dict) else {}))
+        before = self.page.case.get(self.place)
+        self.page.change(self.place, to_case(self.table, before if isinstance(before, dict) else {}))
         self.draw()
 
-    def _switch(self, kind: str) -> None:
+    def _switch(self, *, own: bool) -> None:
         """To an own contour, beginning with that of the ready profile, or to a ready profile."""
-        place = (*self.path, "profile")
-        if kind == "ready":
-            self.page.change(place, profile_names()[0])
-        else:
-            name = self.page.case.get(place)
+        name = self.page.case.get(self.place)
+        tables: Any = profile_names()[0]
+        if own:
             file = PROFILES / f"{name}.toml"
             tables = tomllib.loads(file.read_text(encoding="utf-8")) if file.is_file() else dict(BARE)
             tables.pop("notes", None)
-            self.page.change(place, {**tables, "title": f"after {name}"} if "title" in tables else tables)
-        ui.navigate.reload()
+            tables |= {"title": f"after {name}"} if "title" in tables else {}
+        self.page.change(self.place, tables)
+        self.again()
 
     def _from_file(self) -> None:
-        """The contour of a drawing or of a table of diameters in the folder, as `fragfield convert` reads it."""
-        texts, page = self.page.texts, self.page
-        folder = page.case.path.parent
-        files = sorted(one.name for one in folder.iterdir() if one.suffix.lower() in _DRAWINGS and one.is_file())
-        if not files:
-            return
-        chosen = {"file": files[0], "settings": ""}
+        """The contour of a drawing or of a table of diameters, as `fragfield convert` reads it."""
+        texts, page = self.texts, self.page
+        files = files_in(page.folder, _DRAWINGS)
+        chosen = {"file": files[0] if files else "", "settings": ""}
 
         def take() -> None:
-            def act() -> None:
-                settings = [one.strip() for one in chosen["settings"].split(",") if one.strip()]
-                found = fragfield.convert(folder / chosen["file"], set=settings)
-                page.case.set((*self.path, "profile"), found.tables)
-                ui.notify("\n".join(found.notes), type="positive", multi_line=True)
+            settings = [one.strip() for one in chosen["settings"].split(",") if one.strip()]
+            found = fragfield.convert(page.folder / chosen["file"], set=settings)
+            page.case.set(self.place, found.tables)
+            ui.notify("\n".join(found.notes), type="positive", multi_line=True, timeout=0, close_button="×")
 
-            if page.attempt(act):
-                ui.navigate.reload()
+        def act_on_file() -> None:
+            if page.attempt(take):
+                self.again()
 
-        with ui.expansion(texts("round.from_file")).classes("folded"):
-            with ui.element("div").classes("form"):
-                box = ui.select(files, value=files[0], label=texts("data.file")).props("outlined dense")
-                box.on_value_change(lambda event: chosen.update(file=event.value))
-                words = ui.input(texts("round.file_settings"), placeholder="unit=1 mm").props(
-                    "outlined dense stack-label"
-                )
-                words.on_value_change(lambda event: chosen.update(settings=event.value or ""))
-            ui.button(texts("round.take_file"), on_click=take).props("no-caps outline dense data-act=take-file")
+        with fold(texts("round.from_file"), opened=bool(files) and page.case.get(self.place) == BARE):
+            if files:
+                with box("form"):
+                    choose(texts("form.file"), files, files[0], lambda name: chosen.update(file=name))
+                    ui.input(
+                        texts("round.file_settings"), placeholder="unit=1 mm",
+                        on_change=lambda event: chosen.update(settings=event.value or ""),
+                    )  # fmt: skip
+                act(texts("round.take_file"), "take-file", act_on_file)
+            upload(page, texts("start.choose"), _DRAWINGS, lambda name, data: keep_file(page, name, data, _DRAWINGS))
 
     def _materials(self) -> None:
-        with ui.element("div").classes("form"):
+        with box("form"):
             for key, names in (("explosive", burst_explosive_names()), ("casing", casing_names())):
                 place = (*self.path, key)
                 if isinstance(self.page.case.get(place), dict):
                     form(self.page, place)
                 else:
                     field_input(self.page, place, choices=names, changed=self.draw)
-        self.sources = ui.label("").classes("meaning")
-
-    def _official(self) -> None:
-        with ui.expansion(self.page.texts("round.official"), value=self.page.focus.startswith("official")).classes(
-            "folded"
-        ):
-            form(self.page, ("official",))
-        with ui.expansion(self.page.texts("round.more")).classes("folded"):
-            form(self.page, self.path, only=("mesh",))
+        self.sources = note("", "meaning")
 
     def draw(self) -> None:
         """Draw the round as it stands in the draft, or say why it cannot be drawn."""
-        texts = self.page.texts
         try:
             item = drawn_round(self.page.case, self.index)
         except InputError as error:
             self.picture.classes("stale")
             self.facts.set_content(f'<p class="fault" role="alert">{escape(str(error))}</p>')
             return
-        numbers = round_facts(item)
         self.picture.classes(remove="stale")
-        self.picture.set_content(round_svg(item, texts("round.drawing")))
-        self.facts.set_content(_facts_table(self.page, numbers, self._expected()))
-        words = (
-            f"{name}: {source}"
-            for name, source in ((item.explosive.name, item.explosive.source), (item.casing.name, item.casing.source))
-            if source
-        )
-        self.sources.set_text(" ".join(words))
+        numbers = round_facts(item)
+        pictures = (round_svg(item, numbers["centre"], self.texts, narrow=narrow) for narrow in (False, True))
+        self.picture.set_content("".join(pictures))
+        self.facts.set_content(_facts_table(self.texts, numbers, self._expected()))
+        used = (item.explosive, item.casing)
+        self.sources.set_text(" ".join(f"{one.name}: {one.source}" for one in used if one.source))
 
     def _expected(self) -> dict[str, float]:
         given = self.page.case.get((*self.path, "expected"), {})
@@ -325,8 +294,7 @@ class _RoundEditor:
         return found
 
 
-def _facts_table(page: CasePage, found: dict[str, float], expected: dict[str, float]) -> str:
-    texts = page.texts
+def _facts_table(texts: Texts, found: dict[str, float], expected: dict[str, float]) -> str:
     rows = [(texts(f"fact.{key}"), f"{number(found[key], 4)} kg", _difference(texts, found[key], expected.get(key)))
             for key in ("casing", "charge", "fuze", "whole")]  # fmt: skip
     rows += [
@@ -338,10 +306,10 @@ def _facts_table(page: CasePage, found: dict[str, float], expected: dict[str, fl
     return facts(rows)
 
 
-def _difference(texts: Any, mass: float, wanted: float | None) -> str:  # noqa: ANN401 - texts
+def _difference(texts: Texts, mass: float, wanted: float | None) -> str:
     if wanted is None:
         return ""
     off = mass / wanted - 1.0
-    kind = "good" if abs(off) <= _TOLERANCE else "bad"
-    sign = "✓" if kind == "good" else "✗"
-    return Raw(f'<span class="{kind}">{sign} {off:+.2%} {escape(texts("fact.of_drawing"))}</span>'.replace("-", "−"))
+    kind, sign = ("good", "✓") if abs(off) <= _TOLERANCE else ("bad", "✗")
+    words = f"{sign} {off:+.2%} {escape(texts('fact.of_drawing'))}".replace("-", "−")
+    return Raw(f'<span class="{kind}">{words}</span>')

@@ -177,9 +177,6 @@ def test_a_mesh_that_is_too_fine_is_refused_and_a_coarse_one_has_three_cells_thr
         assert fine.station[inside].max() < segment.end + 1e-9
 
 
-CUT = RigidPlane("deck", (0.0, 0.0, -1.0), (0.0, 0.0, 3.0))
-
-
 @pytest.mark.parametrize(
     ("axis", "normal", "distance"),
     [
