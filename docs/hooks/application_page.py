@@ -70,7 +70,7 @@ def _photograph(page: Page, address: str) -> None:
     page.locator("#make").click()
     page.wait_for_url("**/round?**")
     page.locator("table.facts").first.wait_for()
-    page.get_by_role("button", name="Diameters").click()
+    page.get_by_role("button", name="Diameters", exact=True).click()
     page.wait_for_function("document.querySelector('[data-cell=outer-2-1]').value === '80'")
     page.mouse.move(0, 0)
     page.wait_for_timeout(1000)  # the marks of clicks fade
