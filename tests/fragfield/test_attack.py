@@ -134,7 +134,7 @@ def test_fragments_of_a_table_are_possible_or_refused(tmp_path_factory, text):
         assert (found.speed < 1e5).all()
 
 
-@settings(FEW, max_examples=40)  # each is looked through by a process of its own
+@settings(FEW, max_examples=20)  # each is looked through by a process of its own
 @given(data=st.data())
 def test_fragments_of_a_foreign_hdf5_file_are_possible_or_refused(tmp_path_factory, data):
     """Right and wrong types, shapes and numbers under the right names."""
