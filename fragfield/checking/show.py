@@ -110,8 +110,7 @@ def _print_burst(console: Console, found: Mapping[str, Any]) -> None:
     if len(found["rounds"]) > 1:
         each = expected["per_round"]
         console.print(
-            f"per round: {each['cells']:.0f} cells, {_gigabytes(each)}, "
-            f"{duration(each['core_seconds'])} on one core"
+            f"per round: {each['cells']:.0f} cells, {_gigabytes(each)}, {duration(each['core_seconds'])} on one core"
         )
     if stack := expected.get("stack"):
         _print_stack(console, stack)
@@ -129,9 +128,7 @@ def _print_stack(console: Console, stack: Mapping[str, Any]) -> None:
     cost = f"{_gigabytes(block)}, {_about(block['core_seconds'])} on one core"
     console.print(f"computed together: {words} ({cost})")
     for found, what in ((stack["threads"], "cores of this machine"), (stack["ranks"], "ranks")):
-        console.print(
-            f"the whole on {found['cores']} {what}: {_about(found['seconds'])}, {_gigabytes(found)}"
-        )
+        console.print(f"the whole on {found['cores']} {what}: {_about(found['seconds'])}, {_gigabytes(found)}")
 
 
 def _gigabytes(cost: Mapping[str, Any]) -> str:
