@@ -17,34 +17,17 @@ from typing import NamedTuple
 
 from fragfield_base.names import nearest_name
 
-__all__ = ["DIMENSIONS", "MOST_CHARACTERS", "Measure", "UnitError", "degrees", "dimension_words", "read_measure"]
+__all__ = [
+    "DIMENSIONS", "MOST_CHARACTERS", "TABLE", "Measure", "UnitError", "degrees", "dimension_words", "read_measure",
+    "with_article",
+]  # fmt: skip
 
 MOST_CHARACTERS = 120
 _MOST_DEPTH = 4
 
-DIMENSIONS = {
-    "m": "length",
-    "m^2": "area",
-    "m^3": "volume",
-    "s": "time",
-    "kg": "mass",
-    "m/s": "speed",
-    "m/s^2": "acceleration",
-    "kg/m^3": "density",
-    "kg/m^2": "mass per area",
-    "Pa": "pressure",
-    "J": "energy",
-    "J/kg": "energy per mass",
-    "J/m^2": "energy per area",
-    "J/m^3": "energy per volume",
-    "1/m^2": "number per area",
-    "rad": "angle",
-    "K": "temperature",
-    "W": "power",
-    "N": "force",
-    "1/s": "rate",
-}
-"""What a dimension is called in a message, by its SI unit. Pressure comes before energy per volume, which is alike."""
+TABLE = tomllib.loads(Path(__file__).with_name("units.toml").read_text(encoding="utf-8"))
+DIMENSIONS: dict[str, str] = {symbol: one["name"] for symbol, one in TABLE["dimensions"].items() if symbol}
+"""What a dimension is called in a message, by its SI unit."""
 
 Powers = tuple[int, int, int, int, int]
 """Powers of m, kg, s, rad and K."""
@@ -205,18 +188,17 @@ def _product(one: Powers, other: Powers, power: int) -> Powers:
 
 
 def _known_units() -> dict[str, tuple[float, Powers]]:
-    table = tomllib.loads(Path(__file__).with_name("units.toml").read_text(encoding="utf-8"))
     known: dict[str, tuple[float, Powers]] = {}
-    for dimension, units in table["with_prefix"].items():
+    for dimension, units in TABLE["with_prefix"].items():
         for name, factor in units.items():
             known |= {
                 f"{prefix}{name}": (float(f"{scale * factor:.15g}"), _powers_of(dimension))
-                for prefix, scale in table["prefixes"].items()
+                for prefix, scale in TABLE["prefixes"].items()
                 if (len(prefix) > 2) == (len(name) > 3) or name == "bar"  # "kilometre" and "km", no "kmetre"
             }
             known[name] = factor, _powers_of(dimension)
     known["kilogram"] = known["kg"]
-    for dimension, units in table["alone"].items():
+    for dimension, units in TABLE["alone"].items():
         known |= {name: (factor, _powers_of(dimension)) for name, factor in units.items()}
     return known
 
