@@ -6,7 +6,7 @@ For a convex body that tumbles without preference the mean presented area is a q
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,8 +16,6 @@ from flight.errors import InputError
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
-
-    from flight.fragments import Fragments
 
 __all__ = [
     "BOX_5_2_1_STEEL",
@@ -31,7 +29,6 @@ __all__ = [
     "Shape",
     "box_shape_factor",
     "describe",
-    "shaped",
 ]
 
 FORGED_STEEL_SHELL = 2600.0  # kg/m3; DDESB Technical Paper 12 (1975)
@@ -116,27 +113,14 @@ class Box:
 Shape = Mean | Lognormal | Box
 
 
-def shaped(fragments: Fragments, shape: Shape, seed: int = 0) -> Fragments:
-    """Fragments with the shape factors that a model gives them; `seed` of what is drawn.
-
-    Raises
-    ------
-    InputError
-        The shape is no model.
-    """
-    if not isinstance(shape, Shape):
-        raise InputError(f"shape is {shape!r}, allowed: flight.shape.Mean, Lognormal or Box")
-    return replace(fragments, shape_factor=shape.factors(len(fragments), seed))
-
-
-def describe(shape: Shape | None, fragments: Fragments) -> dict[str, Any]:
-    """What the summary says of the presented areas: model, and the shape factors (kg/m3) that were flown."""
+def describe(shape: Shape | None, factors: NDArray[np.float64]) -> dict[str, Any]:
+    """What the summary says of the presented areas: model, and the shape `factors` (n,) in kg/m3 that were flown."""
     known: dict[str, Any] = {"model": "as given"} if shape is None else {"model": type(shape).__name__.lower()}
     if isinstance(shape, Box):
         known |= {"ratios": list(shape.ratios)}
     if isinstance(shape, Lognormal):
         known |= {"spread": shape.spread}
-    low, middle, high = np.percentile(fragments.shape_factor, (5.0, 50.0, 95.0)) if len(fragments) else (0.0, 0.0, 0.0)
+    low, middle, high = np.percentile(factors, (5.0, 50.0, 95.0)) if len(factors) else (0.0, 0.0, 0.0)
     return {
         **known, "shape_factor_5_percent": float(low), "shape_factor_median": float(middle),
         "shape_factor_95_percent": float(high),
