@@ -204,6 +204,15 @@ class Simulation(AssembledBurst):
             )
 
     def _write_output(self) -> None:
+        if self.writes_series:
+            self._begin_state()
+        self.check_state()
+        due = self.comm.bcast(clock.perf_counter() - self._checkpoint_at >= _CHECKPOINT_SECONDS)  # by rank 0's clock
+        if self.solver.time > 0.0 and due:
+            self._write_checkpoint()
+
+    def _begin_state(self) -> None:
+        """Begin to write the state to the series; collective."""
         self._writing.wait()  # one state in memory besides the burst's own
         points, cells = output_fields(
             self.fields,
@@ -214,10 +223,6 @@ class Simulation(AssembledBurst):
             self._to_world(points, cells)
             if not self._series.times or self.solver.time > self._series.times[-1]:
                 self._writing.begin(partial(self._write_series, self._series, self.solver.time, points, cells))
-        self.check_state()
-        due = self.comm.bcast(clock.perf_counter() - self._checkpoint_at >= _CHECKPOINT_SECONDS)  # by rank 0's clock
-        if self.solver.time > 0.0 and due:
-            self._write_checkpoint()
 
     def _write_series(
         self, series: TimeSeries, time: float, points: dict[str, np.ndarray], cells: dict[str, np.ndarray]

@@ -16,10 +16,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from flight.arguments import real_array, require_number
+from flight.arguments import number_of_parts, real_array, require_number
 from flight.errors import InputError
-from flight.files.foreign import foreign_words
-from flight.files.text_tables import column_names, in_columns_of, read_columns, write_columns
+from flight.files.text_tables import column_names, import_hint, in_columns_of, read_columns, write_columns
 from flight.fragments import Fragments
 from flight.shape import DEFAULT_SHAPE_FACTOR
 from fragfield_base.mass_groups import group_outside
@@ -95,15 +94,13 @@ class ArenaTable:
         low, high = self.mass_from, self.mass_to
         bad = ~(np.isfinite(low) & (low >= 0.0) & (high >= low))
         if bad.any():
-            row = int(np.argmax(bad))
+            first = int(np.argmax(bad))
             raise InputError(
-                f"arena: the group of mass of row {row + 1} runs from {low[row]:g} to {high[row]:g} kg; allowed: "
-                "from 0 "
-                "or more upwards, to inf where it has no upper end"
+                f"arena: the group of mass of row {first + 1} runs from {low[first]:g} to {high[first]:g} kg; allowed: "
+                "from 0 or more upwards, to inf where it has no upper end"
             )
-        outside = group_outside(self.number, self.number * self.mass, low, high)
-        if outside is not None:
-            row = outside
+        row = group_outside(self.number, self.number * self.mass, low, high)
+        if row is not None:
             raise InputError(
                 f"arena: the mean mass of row {row + 1} is {self.mass[row]:g} kg, outside its own group of mass; "
                 f"allowed: {low[row]:g} to {high[row]:g} kg (0 to inf where no group is known)"
@@ -120,9 +117,7 @@ class ArenaTable:
 
     def scaled(self, factor: float) -> ArenaTable:
         """The same masses, directions and speeds with `factor` times as many fragments."""
-        require_number("arena", "factor", factor, "")
-        if not (np.isfinite(factor) and factor > 0.0):
-            raise InputError(f"arena: factor on the numbers is {factor}, needed: above zero")
+        require_number("arena", "factor on the numbers", factor, "", above=0.0)
         return self if factor == 1.0 else replace(self, number=self.number * factor)
 
     @classmethod
@@ -140,7 +135,7 @@ class ArenaTable:
         width : float
             Of a zone (degrees), a whole fraction of 180.
         """
-        _zones_of(width)
+        number_of_parts("arena", "width of the zones", width, 180.0)
         if not realisations or not any(len(one) for one in realisations):
             raise InputError("arena: no fragment to put into a table")
         together = Fragments.concatenate(list(realisations))
@@ -170,7 +165,7 @@ class ArenaTable:
         width : float
             Of a zone (degrees), a whole fraction of 180.
         """
-        count = _zones_of(width)
+        count = number_of_parts("arena", "width of the zones", width, 180.0)
         mass, speed = np.asarray(mass, dtype=np.float64), np.asarray(speed, dtype=np.float64)
         zone = np.minimum((np.asarray(polar, dtype=np.float64) / width).astype(np.int64), count - 1)
         group = np.maximum(0, np.floor(PER_OCTAVE * np.log2(mass / LIGHTEST)).astype(np.int64) + 1)
@@ -285,7 +280,7 @@ class ArenaTable:
         if missing:
             raise InputError(
                 f"{path}: column {', '.join(missing)} missing; found {', '.join(table)}; needed: {', '.join(COLUMNS)}"
-                f"{foreign_words(path, 'arena', names=True)}"
+                f"{import_hint(path, 'arena')}"
             )
         starts, ends = table["zone_from_deg"], table["zone_to_deg"]
         zones = np.unique(np.round(np.concatenate([starts, ends]), 9))
@@ -315,15 +310,6 @@ class ArenaTable:
             )  # fmt: skip
         except InputError as error:
             raise InputError(f"{path}: {error}") from None
-
-
-def _zones_of(width: float) -> int:
-    """Number of zones of a width (degrees)."""
-    require_number("arena", "width", width, "degrees")
-    count = round(180.0 / width) if width > 0.0 else 0
-    if count < 1 or abs(count * width - 180.0) > 1e-9:
-        raise InputError(f"arena: zones of {width} degrees, needed: a whole fraction of 180, such as 5 or 10")
-    return count
 
 
 def is_arena_file(path: Path) -> bool:

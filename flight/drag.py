@@ -12,8 +12,7 @@ import numpy as np
 
 from flight.arguments import require_number
 from flight.errors import InputError, nearest
-from flight.files.foreign import foreign_words
-from flight.files.text_tables import line_of_row, read_columns
+from flight.files.text_tables import import_hint, line_of_row, read_columns
 from flight.scene.tables import evaluate_pieces, monotone_pieces
 from fragfield_base.reading import read_text
 
@@ -69,18 +68,14 @@ class Drag:
         """The same table with every coefficient multiplied by a positive factor; raises InputError otherwise."""
         if factor == 1.0:
             return self
-        require_number("drag", "factor", factor, "")
-        if not (math.isfinite(factor) and factor > 0.0):
-            raise InputError(f"drag: factor is {factor}, needed: a positive number")
+        require_number("drag", "factor", factor, "", above=0.0)
         source = f"{self.source} (times {factor:g})" if self.source else ""
         return Drag(self.mach, self.coefficient * factor, f"{self.name} times {factor:g}", source)
 
     @classmethod
     def constant(cls, coefficient: float) -> Drag:
         """One coefficient at every Mach number."""
-        require_number("drag", "constant coefficient", coefficient, "")
-        if not (math.isfinite(coefficient) and coefficient >= 0.0):
-            raise InputError(f"drag: constant coefficient is {coefficient}, needed: zero or more")
+        require_number("drag", "constant coefficient", coefficient, "", low=0.0)
         return cls(np.zeros(1), np.array([float(coefficient)]), "constant")
 
     @classmethod
@@ -111,10 +106,8 @@ class Drag:
     def _from_file(cls, path: Path, name: str) -> Drag:
         columns = read_columns(path, "drag")
         if set(columns) != {"mach", "cd"}:
-            raise InputError(
-                f"{path}: columns are {', '.join(columns)}; a drag table has mach, cd"
-                f"{foreign_words(path, 'drag', names=True)}"
-            )
+            names = ", ".join(columns)
+            raise InputError(f"{path}: columns are {names}; a drag table has mach, cd{import_hint(path, 'drag')}")
         lines = read_text(path, InputError).splitlines()
         fault = _fault(columns["mach"], columns["cd"])
         if fault is not None:

@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from flight.arguments import require_number, require_numbers
-from flight.errors import InputError
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -56,21 +55,14 @@ class PolarGrid:
 
     def __post_init__(self) -> None:
         """Refuse grids without cells."""
-        require_numbers("hazard", self, {"sectors": "", "cuts": "", "cell": "m", "cells": ""})
-        if not (math.isfinite(self.cell) and self.cell > 0.0):
-            raise InputError(f"hazard: distance cells of {self.cell} m, needed: above zero")
-        if min(self.sectors, self.cuts, self.cells) < 1:
-            raise InputError(f"hazard: a grid of {self.sectors} sectors and {self.cells} cells, needed: 1 or more")
+        require_number("hazard", "distance_cell", self.cell, "m", above=0.0)
+        require_numbers("hazard", self, {"sectors": "", "cuts": "", "cells": ""}, low=1.0)
 
     @classmethod
     def of(cls, sectors: int = 72, kernel: float = 10.0, cell: float = 10.0, reach: float = REACH) -> PolarGrid:
         """A grid for a kernel of this half-width (degrees), up to a distance of at least `reach` (m)."""
-        for name, value, unit in (
-            ("sectors", sectors, ""),
-            ("kernel", kernel, "degrees"),
-            ("cell", cell, "m"),
-            ("reach", reach, "m"),
-        ):
+        given = {"sectors": (sectors, ""), "kernel": (kernel, "degrees"), "cell": (cell, "m"), "reach": (reach, "m")}
+        for name, (value, unit) in given.items():
             require_number("hazard", name, value, unit)
         cuts = max(1, math.ceil(360.0 / sectors / (kernel / PER_KERNEL) - 1e-9))
         if sectors * cuts % 2:
@@ -122,10 +114,9 @@ class PolarGrid:
     @cached_property
     def edges(self) -> NDArray[np.float64]:
         """Edges of the fine distance cells (r + 1,) in m."""
-        ends = [
-            self.cell * (number + np.arange(1, parts + 1) / parts) for number, parts in enumerate(self.parts.tolist())
-        ]
-        return np.concatenate([[0.0], *ends])
+        number = np.repeat(np.arange(self.cells), self.parts)
+        within = np.arange(1, len(number) + 1) - self.first[number]
+        return np.concatenate([[0.0], self.cell * (number + within / self.parts[number])])
 
     @property
     def shape(self) -> tuple[int, int]:

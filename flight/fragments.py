@@ -11,7 +11,7 @@ import numpy as np
 from flight.arguments import real_array
 from flight.errors import InputError
 from flight.files import fragments as files
-from flight.shape_factors import DEFAULT_SHAPE_FACTOR
+from flight.shape import DEFAULT_SHAPE_FACTOR
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -140,9 +140,9 @@ class Fragments:
 
     def rotated(self, axis: ArrayLike, angle_deg: float, about: ArrayLike = (0.0, 0.0, 0.0)) -> Fragments:
         """The same fragments turned about a direction (3,), right-handed by degrees, through the point `about` (m)."""
-        along, point = real_array("fragments", "axis", axis, ""), real_array("fragments", "about", about, "m")
-        if along.shape != (3,) or not float(np.linalg.norm(along)) > 0.0:
-            raise InputError(f"fragments: the axis is {along.tolist()}, needed: three components, not all zero")
+        along, point = real_array("fragments", "axis", axis, "", (3,)), real_array("fragments", "about", about, "m")
+        if not along.any():
+            raise InputError("fragments: axis is [0, 0, 0], needed: a direction")
         x, y, z = along / np.linalg.norm(along)
         cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
         angle = np.radians(angle_deg)

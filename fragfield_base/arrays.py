@@ -35,22 +35,9 @@ def numbers(
 ) -> NDArray[Any]:
     """Read an array of numbers.
 
-    Parameters
-    ----------
-    file, name
-        Where it lies.
-    error : type
-        Raised with `where`, the name, what was found and what is needed.
-    where : str
-        The file, for messages.
-    kind : "numbers" or "whole numbers"
-        Types that are allowed.
-    shape : tuple, optional
-        Lengths of the axes, None for any.
-    finite : bool
-        Refuse NaN and infinity.
-    minimum, maximum : float, optional
-        Bounds, inclusive.
+    Raises `error` with `where` (the file), the name, what was found and what is needed, unless its type is of `kind`
+    ("numbers" or "whole numbers"), its axes are as long as in `shape` (None: any), it is `finite` where that is asked
+    for, and within `minimum` and `maximum`, inclusive.
     """
     full = f"{file.name.rstrip('/')}/{name}"
     data = file.get(name)

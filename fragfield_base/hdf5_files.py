@@ -55,12 +55,7 @@ class _SealError(ValueError):
 def creating(path: Path, error: type[Exception]) -> Iterator[h5py.File]:
     """Make a new HDF5 file in memory; it is written, sealed, when the block ends without an error.
 
-    Parameters
-    ----------
-    path : Path
-        The file; an older one is replaced.
-    error : type
-        Raised, with one message, where it cannot be written.
+    An older file is replaced; raises `error`, with one message, where it cannot be written.
     """
     h5py = _library(path, error)
     refuse_link(path, error)
@@ -77,15 +72,8 @@ def creating(path: Path, error: type[Exception]) -> Iterator[h5py.File]:
 def reading(path: Path, error: type[Exception], advice: str = "") -> Iterator[h5py.File]:
     """Open an HDF5 file that may be damaged, or be of unknown origin; every fault ends in one message.
 
-    Parameters
-    ----------
-    path : Path
-        The file.
-    error : type
-        Raised for a file that is missing, damaged, larger than memory, or in which the block does not find what it
-        looks for. Errors of this class pass as they are.
-    advice : str
-        What to do then; the end of the message.
+    Raises `error` for a file that is missing, damaged, larger than memory, or in which the block does not find what it
+    looks for, with `advice` at the end; errors of this class pass as they are.
     """
     h5py = _library(path, error)
     check_sound(path, error, advice)

@@ -17,7 +17,7 @@ from types import UnionType
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
 
 from fragfield_base.names import names_allowed, nearest_name
-from fragfield_base.units import DIMENSIONS, UnitError, degrees, dimension_words, read_measure, with_article
+from fragfield_base.units import DIMENSIONS, TABLE, UnitError, degrees, dimension_words, read_measure, with_article
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -158,7 +158,7 @@ def _hint(value: object, words: tuple[str, ...]) -> str:
 
 
 class Measured:
-    """A value of a case with its SI unit, for tables."""
+    """A value of a case with its SI unit, for tables; pydantic would take a dataclass apart."""
 
     __slots__ = ("unit", "value")
 
@@ -446,29 +446,7 @@ Position = Annotated[tuple[float, float, float], Vector(3, Quantity("m", "0 mm")
 Offset = Annotated[tuple[float, float], Vector(2, Quantity("m", "0 mm"), '["0 mm", "5 mm"]')]
 Direction = Annotated[tuple[float, float, float], Vector(3, None, "[0, 0, 1]"), Bounds(-1e6, 1e6, "a direction")]
 
-UNIT_BOUNDS = {
-    "m": Bounds(-1e5, 1e5, "no fragment flies as far as 100 km"),
-    "m^2": Bounds(0.0, 1e4, "areas here are those of persons and fragments"),
-    "m^3": Bounds(0.0, 1e6, "volumes here are those of rounds and buildings"),
-    "s": Bounds(0.0, 1e5, "no flight lasts a day"),
-    "kg": Bounds(0.0, 1e5, "no round weighs more than 100 t"),
-    "m/s": Bounds(-2e4, 2e4, "twice the speed of any detonation front"),
-    "m/s^2": Bounds(0.0, 100.0, "ten times the Earth's gravity"),
-    "kg/m^3": Bounds(0.0, 2.5e4, "nothing is denser than osmium, 22 600 kg/m^3"),
-    "kg/m^2": Bounds(0.0, 1e6, "masses per area of walls and covers"),
-    "Pa": Bounds(-1e13, 1e13, "no pressure here exceeds 10 TPa"),
-    "J": Bounds(0.0, 1e12, "no fragment carries the energy of 200 t of TNT"),
-    "J/kg": Bounds(0.0, 1e8, "ten times the heat of any explosive"),
-    "J/m^2": Bounds(0.0, 1e9, "energies of fracture per area lie far below"),
-    "J/m^3": Bounds(0.0, 1e12, "ten times the energy of any explosive"),
-    "1/m^2": Bounds(0.0, 1e6, "one fragment on a square millimetre"),
-    "rad": Bounds(-100.0, 100.0, "sixteen turns"),
-    "K": Bounds(0.0, 1e4, "hotter than any air"),
-    "W": Bounds(0.0, 1e12, "powers here are small"),
-    "N": Bounds(0.0, 1e12, "forces here are small"),
-    "1/s": Bounds(0.0, 1e9, "faster than a step"),
-    "": Bounds(-1e9, 1e9, "larger pure numbers have no meaning here"),
-}
+UNIT_BOUNDS = {unit: Bounds(one["low"], one["high"], one["why"]) for unit, one in TABLE["dimensions"].items()}
 """Bounds of a value that has none of its own, by its SI unit; every unit has some. Empty: a pure number."""
 
 

@@ -18,7 +18,7 @@ from functools import cache, wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fragfield_base.waiting import let_threads_sleep
+from fragfield_base.cores import let_threads_sleep
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator

@@ -15,14 +15,8 @@ __all__ = ["lazy_names"]
 def lazy_names(package: str, homes: Mapping[str, str]) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
     """`__getattr__` and `__dir__` of a package.
 
-    A public name must not be that of a module of the package, which would take its place once it is loaded.
-
-    Parameters
-    ----------
-    package : str
-        Its name.
-    homes : mapping of str to str
-        Modules, and the names that each is the home of, with spaces between them; no name: the module itself.
+    `homes` has the names, with spaces between them, that each module is the home of; no name: the module itself. A
+    public name must not be that of a module of the package, which would take its place once it is loaded.
     """
     home = {name: module for module, names in homes.items() for name in names.split() or [module.rpartition(".")[2]]}
 

@@ -17,12 +17,7 @@ _ROUNDING = 1e-3  # of a mass as a test's table prints it
 def group_outside(number: ArrayLike, mass: ArrayLike, low: ArrayLike, high: ArrayLike) -> int | None:
     """First group whose pieces together are lighter or heavier than its ends allow; None where all fit.
 
-    Parameters
-    ----------
-    number, mass : (k,)
-        Pieces of each group, and what they weigh together (kg).
-    low, high : (k,)
-        Ends of the groups (kg); `high` may be infinite.
+    All (k,): pieces of each group, what they weigh together (kg), and its ends (kg), of which `high` may be infinite.
     """
     number, mass, low, high = (np.asarray(one, dtype=np.float64) for one in (number, mass, low, high))
     most = np.where(number > 0.0, np.where(number > 0.0, number, 1.0) * high, 0.0)

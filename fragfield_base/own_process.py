@@ -26,26 +26,10 @@ def start_function(module: str, name: str, *arguments: str, **streams: Any) -> s
 def run_function(
     module: str, name: str, *arguments: str, timeout: float | None = None
 ) -> subprocess.CompletedProcess[bytes]:
-    """Run a function by this interpreter and wait for its end.
+    """Run a function by this interpreter and wait for its end; its result is the exit code.
 
-    Parameters
-    ----------
-    module, name : str
-        What runs; its result is the exit code.
-    arguments : str
-        Its arguments; files by absolute paths.
-    timeout : float, optional
-        Seconds after which it is ended.
-
-    Returns
-    -------
-    subprocess.CompletedProcess
-        With what it wrote to its two streams.
-
-    Raises
-    ------
-    subprocess.TimeoutExpired
-        It ran longer.
+    Files among its arguments are absolute paths. Returned is what it wrote to its two streams; raises TimeoutExpired
+    after `timeout` (s).
     """
     return subprocess.run(
         _command(module, name, arguments), stdin=subprocess.DEVNULL, capture_output=True, timeout=timeout,

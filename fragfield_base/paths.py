@@ -39,14 +39,9 @@ def leave_folder(error: type[Exception]) -> None:
 def absolute(path: str | os.PathLike[str], error: type[Exception], folder: Path | None = None) -> Path:
     """The absolute path of a file or folder that somebody named; it need not exist.
 
-    Parameters
-    ----------
-    path : str or path
-        "~" and "~name" at its beginning are the home folders of the user and of that user.
-    error : type
-        Raised, with one message, for an empty name, one that is not UTF-8, an unknown home, a loop of links.
-    folder : Path, optional
-        What a relative name is relative to, such as the folder of a case file; left out: see `start_folder`.
+    "~" and "~name" at its beginning are the home folders of the user and of that user. A relative name is relative to
+    `folder`, such as that of a case file; left out: see `start_folder`. Raises `error`, with one message, for an empty
+    name, one that is not UTF-8, an unknown home, a loop of links.
     """
     text = os.fsdecode(path)
     if not text:

@@ -15,16 +15,8 @@ MOST_TEXT = 1 << 31
 def read_text(path: Path, error: type[Exception], *, most: int = MOST_TEXT, advice: str = "") -> str:
     """Text of a UTF-8 file, a byte-order mark left out.
 
-    Parameters
-    ----------
-    path : Path
-        The file.
-    error : type
-        Raised, with one message, where it is missing, no regular file, larger than `most` bytes, or not UTF-8.
-    most : int
-        Bytes that are read at most.
-    advice : str
-        What to do then; the end of the message.
+    Raises `error`, with one message that ends in `advice`, where it is missing, no regular file, larger than `most`
+    bytes, or not UTF-8.
     """
     try:
         return read_bytes(path, error, most=most, advice=advice).decode("utf-8-sig")

@@ -4,133 +4,36 @@
     product = factor { ("*" | "/" | " ") factor }, from left to right
     factor  = number | unit [ ("^" | "**") exponent ] | "(" product ")"
 
-The table of units is closed: a unit that is not in it is an error that names the nearest one.
+The table of units, units.toml, is closed: a unit that is not in it is an error that names the nearest one.
 """
 
 from __future__ import annotations
 
 import math
 import re
+import tomllib
+from pathlib import Path
 from typing import NamedTuple
 
 from fragfield_base.names import nearest_name
 
-__all__ = ["DIMENSIONS", "MOST_CHARACTERS", "Measure", "UnitError", "degrees", "dimension_words", "read_measure"]
+__all__ = [
+    "DIMENSIONS", "MOST_CHARACTERS", "TABLE", "Measure", "UnitError", "degrees", "dimension_words", "read_measure",
+    "with_article",
+]  # fmt: skip
 
 MOST_CHARACTERS = 120
 _MOST_DEPTH = 4
 
-DIMENSIONS = {
-    "m": "length",
-    "m^2": "area",
-    "m^3": "volume",
-    "s": "time",
-    "kg": "mass",
-    "m/s": "speed",
-    "m/s^2": "acceleration",
-    "kg/m^3": "density",
-    "kg/m^2": "mass per area",
-    "Pa": "pressure",
-    "J": "energy",
-    "J/kg": "energy per mass",
-    "J/m^2": "energy per area",
-    "J/m^3": "energy per volume",
-    "1/m^2": "number per area",
-    "rad": "angle",
-    "K": "temperature",
-    "W": "power",
-    "N": "force",
-    "1/s": "rate",
-}
-"""What a dimension is called in a message, by its SI unit. Pressure comes before energy per volume, which is alike."""
+TABLE = tomllib.loads(Path(__file__).with_name("units.toml").read_text(encoding="utf-8"))
+DIMENSIONS: dict[str, str] = {symbol: one["name"] for symbol, one in TABLE["dimensions"].items() if symbol}
+"""What a dimension is called in a message, by its SI unit."""
 
 Powers = tuple[int, int, int, int, int]
 """Powers of m, kg, s, rad and K."""
 
 _BASE = ("m", "kg", "s", "rad", "K")
 _NONE: Powers = (0, 0, 0, 0, 0)
-_LENGTH, _MASS, _TIME = (1, 0, 0, 0, 0), (0, 1, 0, 0, 0), (0, 0, 1, 0, 0)
-_ANGLE, _KELVIN = (0, 0, 0, 1, 0), (0, 0, 0, 0, 1)
-_AREA, _VOLUME, _SPEED = (2, 0, 0, 0, 0), (3, 0, 0, 0, 0), (1, 0, -1, 0, 0)
-_FORCE, _PRESSURE, _ENERGY, _POWER = (1, 1, -2, 0, 0), (-1, 1, -2, 0, 0), (2, 1, -2, 0, 0), (2, 1, -3, 0, 0)
-_INCH, _FOOT, _POUND, _GRAVITY = 0.0254, 0.3048, 0.45359237, 9.80665
-
-_METRIC: dict[Powers, dict[str, float]] = {
-    _LENGTH: {"m": 1.0, "meter": 1.0, "metre": 1.0},
-    _MASS: {"g": 1e-3, "gram": 1e-3},
-    _TIME: {"s": 1.0, "sec": 1.0, "second": 1.0},
-    _VOLUME: {"l": 1e-3, "L": 1e-3, "liter": 1e-3, "litre": 1e-3},
-    _FORCE: {"N": 1.0, "newton": 1.0},
-    _PRESSURE: {"Pa": 1.0, "pascal": 1.0, "bar": 1e5},
-    _ENERGY: {"J": 1.0, "joule": 1.0, "cal": 4.184, "calorie": 4.184},
-    _POWER: {"W": 1.0, "watt": 1.0},
-    _ANGLE: {"rad": 1.0, "radian": 1.0},
-    _KELVIN: {"K": 1.0, "kelvin": 1.0},
-    (0, 0, -1, 0, 0): {"Hz": 1.0, "hertz": 1.0},
-}
-"""Units that take a prefix."""
-_OTHER: dict[Powers, dict[str, float]] = {
-    _LENGTH: {
-        "in": _INCH, "inch": _INCH, "inches": _INCH, "ft": _FOOT, "foot": _FOOT, "feet": _FOOT, "yd": 0.9144,
-        "yard": 0.9144, "mi": 1609.344, "mile": 1609.344, "nmi": 1852.0, "nautical_mile": 1852.0, "thou": 1e-3 * _INCH,
-        "micron": 1e-6, "angstrom": 1e-10, "survey_foot": 1200.0 / 3937.0, "us_ft": 1200.0 / 3937.0,
-    },
-    _AREA: {"ha": 1e4, "hectare": 1e4, "acre": 4046.8726098742513},
-    _VOLUME: {"cc": 1e-6, "gallon": 231.0 * _INCH**3},
-    _MASS: {
-        "lb": _POUND, "lbs": _POUND, "pound": _POUND, "oz": _POUND / 16.0, "ounce": _POUND / 16.0,
-        "gr": _POUND / 7000.0, "grain": _POUND / 7000.0, "slug": _POUND * _GRAVITY / _FOOT, "stone": 14.0 * _POUND,
-        "t": 1e3, "tonne": 1e3, "ton": 2000.0 * _POUND, "short_ton": 2000.0 * _POUND, "long_ton": 2240.0 * _POUND,
-        "metric_ton": 1e3,
-    },
-    _TIME: {"min": 60.0, "minute": 60.0, "h": 3600.0, "hr": 3600.0, "hour": 3600.0, "day": 86400.0},
-    _SPEED: {
-        "mps": 1.0, "fps": _FOOT, "mph": 0.44704, "kph": 1.0 / 3.6, "kn": 1852.0 / 3600.0, "kt": 1852.0 / 3600.0,
-        "knot": 1852.0 / 3600.0,
-    },
-    (1, 0, -2, 0, 0): {"g_0": _GRAVITY, "g_n": _GRAVITY, "gravity": _GRAVITY},
-    _FORCE: {
-        "lbf": _POUND * _GRAVITY, "pound_force": _POUND * _GRAVITY, "force_pound": _POUND * _GRAVITY,
-        "kip": 1e3 * _POUND * _GRAVITY, "kgf": _GRAVITY,
-        "dyn": 1e-5, "dyne": 1e-5,
-    },
-    _PRESSURE: {
-        "psi": _POUND * _GRAVITY / _INCH**2, "ksi": 1e3 * _POUND * _GRAVITY / _INCH**2, "atm": 101325.0,
-        "torr": 101325.0 / 760.0, "mmHg": 133.322387415,
-    },
-    _ENERGY: {
-        "erg": 1e-7, "BTU": 1055.056, "Wh": 3.6e3, "kWh": 3.6e6, "ft_lb": _FOOT * _POUND * _GRAVITY,
-        "foot_pound": _FOOT * _POUND * _GRAVITY, "ton_TNT": 4.184e9,
-    },
-    _POWER: {"hp": 550.0 * _FOOT * _POUND * _GRAVITY},
-    _ANGLE: {
-        "deg": math.pi / 180.0, "degree": math.pi / 180.0, "°": math.pi / 180.0, "arcmin": math.pi / 10800.0,
-        "arcminute": math.pi / 10800.0, "arcsec": math.pi / 648000.0, "arcsecond": math.pi / 648000.0,
-        "gon": math.pi / 200.0, "grad": math.pi / 200.0, "turn": 2.0 * math.pi,
-        "revolution": 2.0 * math.pi,
-    },
-}  # fmt: skip
-_PREFIXES = {
-    "p": 1e-12, "pico": 1e-12, "n": 1e-9, "nano": 1e-9, "u": 1e-6, "µ": 1e-6, "μ": 1e-6, "micro": 1e-6, "m": 1e-3,
-    "milli": 1e-3, "c": 1e-2, "centi": 1e-2, "d": 1e-1, "deci": 1e-1, "da": 10.0, "deca": 10.0, "h": 1e2, "hecto": 1e2,
-    "k": 1e3, "kilo": 1e3, "M": 1e6, "mega": 1e6, "G": 1e9, "giga": 1e9, "T": 1e12, "tera": 1e12,
-}  # fmt: skip
-
-
-def _known_units() -> dict[str, tuple[float, Powers]]:
-    metric = {name: (factor, powers) for powers, units in _METRIC.items() for name, factor in units.items()}
-    known = {
-        f"{prefix}{name}": (float(f"{scale * factor:.15g}"), powers)
-        for name, (factor, powers) in metric.items()
-        for prefix, scale in _PREFIXES.items()
-        if (len(prefix) > 2) == (len(name) > 3) or name == "bar"  # "kilometre" and "km", no "kmetre"
-    }
-    known |= metric | {"kg": (1.0, _MASS), "kilogram": (1.0, _MASS)}
-    return known | {name: (factor, powers) for powers, units in _OTHER.items() for name, factor in units.items()}
-
-
-UNITS = _known_units()
-"""By name: the unit in SI, and its powers of m, kg, s, rad and K."""
 
 
 class UnitError(ValueError):
@@ -282,3 +185,30 @@ class _Reader:
 def _product(one: Powers, other: Powers, power: int) -> Powers:
     a, b, c, d, e = (mine + power * yours for mine, yours in zip(one, other, strict=True))
     return (a, b, c, d, e)
+
+
+def _known_units() -> dict[str, tuple[float, Powers]]:
+    known: dict[str, tuple[float, Powers]] = {}
+    for dimension, units in TABLE["with_prefix"].items():
+        for name, factor in units.items():
+            known |= {
+                f"{prefix}{name}": (float(f"{scale * factor:.15g}"), _powers_of(dimension))
+                for prefix, scale in TABLE["prefixes"].items()
+                if (len(prefix) > 2) == (len(name) > 3) or name == "bar"  # "kilometre" and "km", no "kmetre"
+            }
+            known[name] = factor, _powers_of(dimension)
+    known["kilogram"] = known["kg"]
+    for dimension, units in TABLE["alone"].items():
+        known |= {name: (factor, _powers_of(dimension)) for name, factor in units.items()}
+    return known
+
+
+UNITS: dict[str, tuple[float, Powers]] = {
+    "m": (1.0, (1, 0, 0, 0, 0)),
+    "kg": (1.0, (0, 1, 0, 0, 0)),
+    "s": (1.0, (0, 0, 1, 0, 0)),
+    "rad": (1.0, (0, 0, 0, 1, 0)),
+    "K": (1.0, (0, 0, 0, 0, 1)),
+}
+UNITS |= _known_units()
+"""By name: the unit in SI, and its powers of m, kg, s, rad and K."""

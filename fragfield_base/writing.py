@@ -71,16 +71,10 @@ def refuse_link(path: Path, error: type[Exception]) -> None:
 
 @contextmanager
 def replacing(path: Path, error: type[Exception], *, durable: bool = True) -> Iterator[BinaryIO]:
-    """Open a file to be written whole; it takes its name when the block ends without an error.
+    """Open a file to be written whole; it replaces an older one when the block ends without an error.
 
-    Parameters
-    ----------
-    path : Path
-        The file; an older one is replaced.
-    error : type
-        Raised, with one message, for every OSError.
-    durable : bool
-        Flush the folder as well, so that the new file is there after the machine has failed, not the older one.
+    Raises `error`, with one message, for every OSError. `durable`: the folder is flushed as well, so that the new file
+    is there after the machine has failed, not the older one.
     """
     refuse_link(path, error)
     draft = path.with_name(path.name + DRAFT)

@@ -28,6 +28,7 @@ from fragfield_base.substances import is_substance
 from tests.flight.maps import metres, north_up, slope, write
 from tests.fragfield.drawn_shells import write_dxf
 from tests.fragfield.short_run import invoke
+from tests.test_snippets import write_cookbook_test
 
 ROOT = Path(__file__).resolve().parent.parent
 DOCS = ROOT / "docs"
@@ -181,7 +182,8 @@ def needs_a_run(text: str) -> bool:
     ],
 )
 def test_what_is_marked_runs(page, tmp_path):
-    """Beside the drawing and the map of sites that the pages name."""
+    """Beside the drawing, the map of sites and the fragments that the pages name."""
+    write_cookbook_test(tmp_path)
     write_dxf(tmp_path / "shell.dxf")
     (tmp_path / "places.geojson").write_text(PLACE, encoding="utf-8")
     assert run_page(page, tmp_path, slow=False) > 0
@@ -194,13 +196,14 @@ def test_the_first_run_as_written(tmp_path):
     assert run_page("guide/first_run.md", tmp_path, slow=True) > 0
     assert (tmp_path / "runs" / "first" / "report.html").is_file()
     assert (tmp_path / "runs" / "staged" / "report.html").is_file()
-    assert list((tmp_path / "runs" / "first" / "figures").glob("*.png"))
+    assert list((tmp_path / "runs" / "first" / "figures").glob("*.svg"))
     assert run_page("guide/output.md", tmp_path, slow=True) == 1
 
 
 @pytest.mark.slow
 @pytest.mark.dolfinx
 def test_the_cookbook_as_written(tmp_path):
+    write_cookbook_test(tmp_path)
     assert run_page("guide/cookbook.md", tmp_path, slow=True) > 0
     assert (tmp_path / "runs" / "test" / "report.html").is_file()
 

@@ -32,6 +32,7 @@ def top_level_modules(statement: str) -> set[str]:
         ("from transition import *", (OURS - {"transition", "flight"}) | PARALLEL | PICTURES),
         ("import burst_fenicsx.problem, burst_fenicsx.errors", (OURS - {"burst_fenicsx"}) | PARALLEL | PICTURES),
         ("import burst_fenicsx.materials, burst_fenicsx.kernels", (OURS - {"burst_fenicsx"}) | PARALLEL | PICTURES),
+        ("import burst_fenicsx.geometry, burst_fenicsx.meshing", {"gmsh", "meshio", "scipy"} | PARALLEL | PICTURES),
         ("import fragfield.cli", (OURS - {"fragfield"}) | PARALLEL | PICTURES),
         ("import flight, transition, burst_fenicsx, fragfield.case, fragfield.checking.check", {"numba", "scipy"}),
     ],

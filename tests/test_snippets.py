@@ -43,18 +43,28 @@ def run_snippets(codes: list[str], folder: Path, **replaced: str) -> tuple[dict[
     return names, output.getvalue()
 
 
+def write_fragments(path: Path, generator: np.random.Generator) -> None:
+    """Fragments of a test, evenly over the upper half of the sphere."""
+    direction = generator.normal(size=(300, 3))
+    direction[:, 2] = np.abs(direction[:, 2])
+    direction /= np.linalg.norm(direction, axis=1, keepdims=True)
+    with path.open("w", newline="", encoding="utf-8") as file:
+        table = csv.writer(file)
+        table.writerow(["mass_kg", "vx_m_s", "vy_m_s", "vz_m_s", "x_m", "y_m", "z_m"])
+        rows = zip(generator.exponential(0.01, size=300), direction, strict=True)
+        table.writerows([mass, *(1000.0 * one), 0.0, 0.0, 1.5] for mass, one in rows)
+
+
+def write_cookbook_test(folder: Path) -> None:
+    """The file test.csv that the cookbook flies."""
+    write_fragments(folder / "test.csv", np.random.default_rng(1))
+
+
 def write_tests(folder: Path) -> None:
-    """Fragments of three tests, evenly over the upper half of the sphere."""
+    """Fragments of three tests."""
     generator = np.random.default_rng(2)
     for name in ("first", "second", "third"):
-        direction = generator.normal(size=(300, 3))
-        direction[:, 2] = np.abs(direction[:, 2])
-        direction /= np.linalg.norm(direction, axis=1, keepdims=True)
-        with (folder / f"{name}.csv").open("w", newline="", encoding="utf-8") as file:
-            table = csv.writer(file)
-            table.writerow(["mass_kg", "vx_m_s", "vy_m_s", "vz_m_s", "x_m", "y_m", "z_m"])
-            rows = zip(generator.exponential(0.01, size=300), direction, strict=True)
-            table.writerows([mass, *(1000.0 * one), 0.0, 0.0, 1.5] for mass, one in rows)
+        write_fragments(folder / f"{name}.csv", generator)
 
 
 def command(folder: Path, name: str, case: str, fragments: str) -> dict[str, object]:
@@ -76,11 +86,12 @@ def numbers_of(found) -> list[float | None]:
 
 
 def test_the_cookbook_flies_a_test_to_the_number_of_the_command(tmp_path):
-    """The fragments of the page, its case file and its snippet: one number, and the one that it shows."""
+    """Its case file and its snippet: one number, and the one that it shows."""
     parts = blocks("docs/guide/cookbook.md", "## Fly the fragments of a test")
     codes = [text for language, text in parts if language == "python"]
     (case,) = (text for language, text in parts if language == "toml")
     (shown,) = (text for language, text in parts if language == "output")
+    write_cookbook_test(tmp_path)
     names, printed = run_snippets(codes, tmp_path)
     hazard = command(tmp_path, "cookbook", case, "test.csv")
     assert numbers_of(names["found"]) == [hazard[key] for key in KEYS]

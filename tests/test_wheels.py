@@ -161,6 +161,7 @@ def test_neither_needs_an_h5py_of_its_own(wheels):
         assert all("extra ==" in line for line in needs)
 
 
+@pytest.mark.slow  # compiles its kernels
 def test_the_flight_alone_flies_a_table(index, tmp_path):
     """In an empty environment: neither dolfinx, MPI, HDF5 nor fragfield can be imported there."""
     python = environment(tmp_path / "venv", index, "fragfield-flight")
@@ -173,6 +174,7 @@ def test_the_flight_alone_flies_a_table(index, tmp_path):
     assert pip("check", python=python, cwd=tmp_path).strip() == "No broken requirements found."
 
 
+@pytest.mark.slow  # compiles all kernels
 @pytest.mark.dolfinx
 def test_the_whole_computes_a_case_beside_the_systems_dolfinx(index, tmp_path):
     """Installed by name with all that it needs; what the system has, dolfinx and h5py, is used from there."""

@@ -36,7 +36,7 @@ def picture(path: Path, columns: int = 1, *, rows: int = 1, height: float = 3.2,
         figure, axes = new_figure(rows, columns, width=WIDE, height=height, **grid)
         yield axes
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(to_bytes(figure, "png")[0])
+        path.write_bytes(to_bytes(figure, "png"))
 
 
 def keep_picture(path: Path) -> None:

@@ -5,7 +5,7 @@ The line and its contacts are built here from the mesh; `kernels.axisymmetric.sl
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from burst_fenicsx.axisymmetric.mesh import outer_edges
 from burst_fenicsx.contact.charge_contacts import ChargeContacts, slide_law
 from burst_fenicsx.contact.forces import ContactForces
 from burst_fenicsx.kernels.axisymmetric.line_points import SPREAD, LineContacts, SlideLine
-from burst_fenicsx.kernels.axisymmetric.slide_line import add_line_forces
+from burst_fenicsx.kernels.axisymmetric.slide_line import LineContact, add_line_forces
 from burst_fenicsx.kernels.cells.layout import CHARGE_PARAMETERS
 from burst_fenicsx.kernels.constants import SMOOTH
 from burst_fenicsx.problem import Part
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from burst_fenicsx.mechanics.fields import BurstFields
     from burst_fenicsx.problem import BurstSettings, ContactSettings
 
-__all__ = ["LineInterface", "meridian_contact"]
+__all__ = ["LineContactForces", "LineInterface", "meridian_contact"]
 
 _TIED = 2  # value of `off`: the node belongs to both sides
 
@@ -116,13 +116,47 @@ class LineInterface(ChargeContacts):
         )  # fmt: skip
 
 
+class LineContactForces(ContactForces):
+    """Contact of an axisymmetric burst: a slide line, on which the kernels act within the substeps."""
+
+    interface: LineInterface | None
+
+    def __init__(self, *arguments: Any, **named: Any) -> None:
+        super().__init__(*arguments, **named)
+        self._sums, self._deepest = np.zeros(2), np.zeros(2)
+
+    @property
+    def acts_in_substeps(self) -> bool:
+        """As `ContactForces.acts_in_substeps`."""
+        return self.interface is not None
+
+    def in_substeps(self, stable_for: float, step: float, level: int, front_until: float) -> LineContact:
+        """As `ContactForces.in_substeps`."""
+        state, interface = self._fields, self.interface
+        assert interface is not None
+        fraction = 1.0 / 2**level
+        max_squared_frequency = self._max_squared_phase / (fraction * stable_for) ** 2 if stable_for > 0.0 else 0.0
+        return LineContact(
+            slide_law(interface.settings, max_squared_frequency, fraction * step), level, front_until, interface.line,
+            interface.contacts, state.blocks.slot_of_cell, state.mass, self.force, self._faster, self._last_position,
+            self._own_velocity, self._sums, self._deepest,
+        )  # fmt: skip
+
+    def take_sums(self) -> None:
+        """As `ContactForces.take_sums`."""
+        self.work, self.friction = self.work + self._sums[0], self.friction + self._sums[1]
+        self._sums[:] = 0.0
+        for depth, front_is_active in zip(self._deepest, (True, False), strict=True):
+            self.penetrations.at_interface(float(depth), front_is_active=front_is_active)
+
+
 def meridian_contact(mesh: MeridianMesh, fields: BurstFields, settings: BurstSettings) -> ContactForces:
     """Contact of an axisymmetric burst: its slide line, where charge and casing have nodes of their own."""
     interface = LineInterface(mesh, fields, settings.contact) if len(mesh.interface_pairs) else None
     touched = np.zeros(len(fields.mass), dtype=bool)
     if interface is not None:
         touched[interface.nodes] = True
-    return ContactForces(fields, settings.time_step, len(mesh.cells), touched, interface=interface)
+    return LineContactForces(fields, settings.time_step, len(mesh.cells), touched, interface=interface)
 
 
 def _line_edges(mesh: MeridianMesh) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from burst_fenicsx.kernels.contact.slide_law import SlideLaw
-from burst_fenicsx.kernels.vectors.rows import sum_columns
+from burst_fenicsx.kernels.vectors.rows import largest_in_column, sum_columns
 
 if TYPE_CHECKING:
     from burst_fenicsx.kernels.axisymmetric.line_points import LineContacts
@@ -66,7 +66,7 @@ class ChargeContacts:
     @property
     def deepest(self) -> float:
         """Largest penetration in the last step (m) on this rank."""
-        return float(self.contacts.tally[self._own, 2].max(initial=0.0))
+        return float(largest_in_column(self.contacts.tally, 2, self._own))
 
     def counts(self) -> np.ndarray:
         """Contacts of this rank that are bonded, that touch without a bond, and that have left their surface."""

@@ -14,7 +14,7 @@ from burst_fenicsx.kernels.contact.springs import CollisionLaw, Collisions, add_
 from burst_fenicsx.kernels.geometry.boxes import are_inside, around_rounds, meet_others
 from burst_fenicsx.kernels.geometry.smooth_faces import face_vectors
 from burst_fenicsx.kernels.vectors.exact import rounding_constant
-from burst_fenicsx.kernels.vectors.rows import clear_rows, copy_motion, largest_speed, sum_columns
+from burst_fenicsx.kernels.vectors.rows import clear_rows, copy_motion, largest_in_column, largest_speed, sum_columns
 
 if TYPE_CHECKING:
     from burst_fenicsx.contact.surfaces import ContactSurfaces
@@ -290,12 +290,15 @@ class CollidingSurfaces:
     @property
     def deepest(self) -> float:
         """Largest penetration now (m), of this rank's nodes."""
-        return float(self.state.penetration[self.state.node].max(initial=0.0))
+        return self._deepest_of(self.state.node)
 
     @property
     def deepest_interior(self) -> float:
         """Largest penetration now (m), of this rank's interior nodes of casings."""
-        return float(self.state.penetration[self.state.node[self._on_surface :]].max(initial=0.0))
+        return self._deepest_of(self.state.node[self._on_surface :])
+
+    def _deepest_of(self, nodes: np.ndarray) -> float:
+        return float(largest_in_column(self.state.penetration.reshape(-1, 1), 0, nodes))
 
 
 def _bodies_of(surfaces: ContactSurfaces) -> Bodies:

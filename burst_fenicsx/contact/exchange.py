@@ -12,8 +12,6 @@ from burst_fenicsx import compat
 from burst_fenicsx.kernels.geometry.boxes import box_around, meet
 
 if TYPE_CHECKING:
-    from typing import Any
-
     from burst_fenicsx.contact.surfaces import ContactSurfaces
     from burst_fenicsx.meshing.distributed import DistributedMesh
 
@@ -22,6 +20,9 @@ __all__ = ["CONTACT_FORCES", "Halo", "NearFaces"]
 CONTACT_FORCES = 2.0**8
 """How much coarser contact's forces are rounded than those of cells: where walls collide, several contacts push one
 node, together by more than four times the largest force of a cell, up to which sums of the cells' terms are exact."""
+
+
+_COLUMNS = 7  # the most that is carried: positions, velocities and a load
 
 
 class Halo:
@@ -49,7 +50,6 @@ class Halo:
         self._own = np.flatnonzero(self._owner == comm.rank)
         self._number = np.empty(rows, dtype=np.int64)  # dolfinx counts rank by rank
         self._number[np.argsort(self._owner, kind="stable")] = np.arange(rows)
-        self._vectors: dict[int, Any] = {}
 
     def need(self, rows: np.ndarray) -> None:
         """Ask for rows from now on, each named once; those of one's own are always there. Collective."""
@@ -58,11 +58,12 @@ class Halo:
         self.needed = rows[self._owner[rows] != self._comm.rank].astype(np.int32)
         ghosts = self._number[self.needed]
         self._map = compat.index_map(self._comm, len(self._own), ghosts, self._owner[self.needed])
-        self._vectors = {}
-        self._asked = np.arange(len(self._own))
-        vector, values = self._vector(1)
-        values[len(self._own) :] = 1.0
-        compat.add_ghosts(vector)
+        # One vector carries all: ranks have to wait for each other where one is made.
+        self._vector = la.vector(self._map, _COLUMNS)
+        self._values = values = self._vector.array.reshape(-1, _COLUMNS)
+        values[:] = 0.0
+        values[len(self._own) :, 0] = 1.0
+        compat.add_ghosts(self._vector)
         self._asked = np.flatnonzero(values[: len(self._own), 0])
         self.asked = self._own[self._asked].astype(np.int32)
 
@@ -70,13 +71,15 @@ class Halo:
         """Bring the needed rows of arrays (rows, n) from their owners, together; of all that share rows."""
         if self._comm.size == 1:
             return
-        together = np.concatenate([values[self.asked] for values in arrays], axis=1)
-        vector, values = self._vector(together.shape[1])
-        values[self._asked] = together
-        vector.scatter_forward()
-        columns = np.cumsum([array.shape[1] for array in arrays])[:-1]
-        for array, received in zip(arrays, np.split(values[len(self._own) :], columns, axis=1), strict=True):
-            array[self.needed] = received
+        values, first = self._values, 0
+        for array in arrays:
+            values[self._asked, first : first + array.shape[1]] = array[self.asked]
+            first += array.shape[1]
+        self._vector.scatter_forward()
+        received, first = values[len(self._own) :], 0
+        for array in arrays:
+            array[self.needed] = received[:, first : first + array.shape[1]]
+            first += array.shape[1]
 
     def give(self, sums: np.ndarray) -> None:
         """Add what this rank has in the needed rows of `sums` (rows, n) to their owners' rows; of all that share rows.
@@ -85,18 +88,11 @@ class Halo:
         """
         if self._comm.size == 1:
             return
-        vector, values = self._vector(sums.shape[1])
+        values, columns = self._values, sums.shape[1]
         values[self._asked] = 0.0
-        values[len(self._own) :] = sums[self.needed]
-        compat.add_ghosts(vector)
-        sums[self.asked] += values[self._asked]
-
-    def _vector(self, columns: int) -> tuple[Any, np.ndarray]:
-        """Vector of dolfinx with so many columns, and its array (own and needed rows, columns)."""
-        if columns not in self._vectors:
-            self._vectors[columns] = la.vector(self._map, columns)
-        vector = self._vectors[columns]
-        return vector, vector.array.reshape(-1, columns)
+        values[len(self._own) :, :columns] = sums[self.needed]
+        compat.add_ghosts(self._vector)
+        sums[self.asked] += values[self._asked, :columns]
 
 
 class NearFaces:

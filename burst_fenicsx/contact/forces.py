@@ -13,12 +13,13 @@ from burst_fenicsx.contact.collisions import CollidingSurfaces
 from burst_fenicsx.contact.planes import PlaneContact, held_in_plane, nodes_at_planes
 from burst_fenicsx.contact.sliding import SlidingInterface
 from burst_fenicsx.contact.surfaces import OpenFaces, contact_surfaces
-from burst_fenicsx.kernels.vectors.rows import add_rows, clear_rows, place_rows, take_means, work_on_rows
+from burst_fenicsx.kernels.vectors.rows import place_rows, take_means, work_on_rows
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from burst_fenicsx.contact.charge_contacts import ChargeContacts
+    from burst_fenicsx.kernels.axisymmetric.slide_line import LineContact
     from burst_fenicsx.mechanics.fields import BurstFields
     from burst_fenicsx.meshing import HexahedralMesh
     from burst_fenicsx.problem import BurstSettings, TimeStep
@@ -208,6 +209,22 @@ class ContactForces:
             opened = self._open_faces.opened(self.eroded) if self._open_faces is not None else None
             self.collisions.drop_faces(self.eroded, opened)
 
+    @property
+    def acts_in_substeps(self) -> bool:
+        """Whether the kernels take contact along through the substeps, in place of `add_forces`."""
+        return False
+
+    def in_substeps(self, stable_for: float, step: float, level: int, front_until: float) -> LineContact:
+        """Contact as the kernels take it along, its steps of a level.
+
+        `stable_for` and `step` are those of `add_forces` times 2^`level`; until the time `front_until` (s) a front is
+        active.
+        """
+        raise NotImplementedError
+
+    def take_sums(self) -> None:
+        """Take over what the kernels have added up in the substeps."""
+
     def add_forces(self, stable_for: float, step: float, *, front_is_active: bool) -> None:
         """Add the forces on this rank's own nodes to the resultant, times the fraction of contact's step; collective.
 
@@ -221,22 +238,22 @@ class ContactForces:
             return
         max_squared_frequency = self._max_squared_phase / stable_for**2
         with self._mean_velocities(step) as velocity:
-            self._accumulate_work(step, velocity)
-            clear_rows(self.force, self._pushed)
+            self._accumulate_work(step, velocity)  # and clear the forces
             self._join(max_squared_frequency, step, velocity, front_is_active=front_is_active)
             self._collide(max_squared_frequency, step, velocity)
             self._push_from_planes(max_squared_frequency, step, velocity)
             self._find_pushed()
-            self._accumulate_work(step, velocity)
+            self._accumulate_work(step, velocity, self._fields.nodes.force)
         for part in self._parts:
             self.friction += part.energies[1]
-        add_rows(self._fraction, self.force, self._pushed, self._fields.nodes.force)
 
-    def _accumulate_work(self, step: float, velocity: np.ndarray) -> None:
-        """Add the work of the forces as they are now in half of a step (s) at the mean velocities (nodes, 3) in it."""
-        if step > 0.0:
-            rounding = self._fields.grid.rounding
-            self.work += work_on_rows(0.5 * step, self.force, self._pushed, velocity, rounding)
+    def _accumulate_work(self, step: float, velocity: np.ndarray, resultant: np.ndarray | None = None) -> None:
+        """Add the work of the forces as they are now in half of a step (s) at the mean velocities (nodes, 3) in it.
+
+        The forces are added to the `resultant` (nodes, 3) in N, or cleared for those to come.
+        """
+        rounding = self._fields.grid.rounding
+        self.work += work_on_rows(0.5 * step, self.force, self._pushed, velocity, rounding, self._fraction, resultant)
 
     def _join(self, max_squared_frequency: float, step: float, velocity: np.ndarray, *, front_is_active: bool) -> None:
         """Forces of the bonds; `velocity` (nodes, 3) m/s, the mean over the step."""

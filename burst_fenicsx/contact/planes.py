@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from burst_fenicsx.kernels.contact.planes import PlaneLaw, PlaneState, plane_sums, push_from_plane
+from burst_fenicsx.kernels.contact.planes import PlaneLaw, PlaneState, nodes_near, plane_sums, push_from_plane
 from burst_fenicsx.kernels.vectors.exact import quantum, rounding_constant
 from burst_fenicsx.kernels.vectors.rows import largest_speed
 from burst_fenicsx.meshing.mesh import outer_faces
@@ -118,8 +118,7 @@ class PlaneContact:
         if self._travel <= self._reach:
             return
         nodes, node = self._fields.nodes, self.state.node
-        height = nodes.position.take(node, axis=0) @ self._normal - self._level
-        self.near = np.flatnonzero((height < self._reach) | (self.state.stiffness > 0.0)).astype(np.int32)
+        self.near = nodes_near(self._normal, self._level + self._reach, self.state, nodes.position)
         self.pushed = node[self.near]
         self._fastest, self._travel = max(_FASTEST, _GROWTH * largest_speed(nodes.velocity, node)), 0.0
 

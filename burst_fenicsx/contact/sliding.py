@@ -15,7 +15,7 @@ from burst_fenicsx.kernels.contact.sliding import NodeMotion, add_slide_forces, 
 from burst_fenicsx.kernels.contact.springs import take_reactions
 from burst_fenicsx.kernels.geometry.smooth_faces import face_vectors, group_vectors
 from burst_fenicsx.kernels.vectors.exact import rounding_constant
-from burst_fenicsx.kernels.vectors.rows import clear_rows, copy_motion
+from burst_fenicsx.kernels.vectors.rows import clear_rows, copy_motion, hold_rows
 from burst_fenicsx.problem import Part
 
 if TYPE_CHECKING:
@@ -78,7 +78,7 @@ class SlidingInterface(ChargeContacts):
         # In the order of the contacts' own arrays, of which there are many; nodes are fetched ahead.
         mine = np.flatnonzero(slave >= 0).astype(np.int32)
         held = np.zeros(0, dtype=np.uint8) if mesh.held is None else mesh.held[solid_nodes[group_row]]
-        self._in_planes = [(np.flatnonzero(held >> bit & 1), np.asarray(normal)) for bit, normal in mesh.held_normals]
+        self._in_planes = [(np.flatnonzero(held >> bit & 1), np.array(normal)) for bit, normal in mesh.held_normals]
         of_round = np.zeros(len(mesh.nodes), dtype=np.int32)
         of_round[mesh.cells] = mesh.round[:, None]
         material = len(Part) * of_round[solid_nodes[group_row]] + Part.CHARGE
@@ -179,8 +179,9 @@ class SlidingInterface(ChargeContacts):
         surface's normal (`sides` 2). What presses on a node of half the mass is one side (`sides` 1).
         """
         for groups, normal in self._in_planes:
-            own = vectors[groups]
-            vectors[groups] = sides * (own - (own @ normal)[:, None] * normal)
+            hold_rows(vectors, groups, normal)
+            if sides != 1.0:
+                vectors[groups] *= sides
 
     def _sum_charge_state(self) -> None:
         """What the charge's cells around each contact's node are and how they press, see the kernel; collective."""

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 __all__ = ["FORMAT", "read_checkpoint", "write_checkpoint"]
 
-FORMAT = "fragfield burst checkpoint 9"  # 8: step control, contact; 9: impulse of planes
+FORMAT = "fragfield burst checkpoint 10"  # 9: impulse of planes; 10: stored forces of rings
 
 
 def _kept(solver: BurstSolver) -> Iterator[tuple[str, Any, tuple[str, ...]]]:

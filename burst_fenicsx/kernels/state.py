@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-__all__ = ["ChargeState", "Grid", "Motion", "Nodes", "Schedule", "SolidState", "Totals"]
+__all__ = ["ChargeState", "Grid", "HeldNodes", "Motion", "Nodes", "Schedule", "SolidState", "Totals"]
 
 
 class Nodes(NamedTuple):
@@ -58,6 +58,15 @@ class Motion(NamedTuple):
     level: np.ndarray  # (nodes,) int8, `Nodes.finest`
     has_coarser_cell: np.ndarray  # (nodes,) int8, whether the node belongs to cells of twice its step, not longer
     inverse_mass: np.ndarray  # (nodes,) 1/kg
+    moving: np.ndarray  # (levels,) how many nodes, the first in order, take steps of that level or shorter ones
+
+
+class HeldNodes(NamedTuple):
+    """Nodes that may not move along a direction (see `burst_fenicsx.mechanics.nodal_loads`)."""
+
+    direction: np.ndarray  # (directions, 3) unit vectors
+    first: np.ndarray  # (directions + 1,) into node
+    node: np.ndarray  # int64, of each direction, each of them once
 
 
 class SolidState(NamedTuple):
@@ -67,7 +76,7 @@ class SolidState(NamedTuple):
     stress: np.ndarray  # (cells, points, 6) Pa
     shear_strain: np.ndarray  # (cells, points), equivalent plastic shear strain
     volume_strain: np.ndarray  # (cells, points), plastic volumetric strain
-    hourglass: np.ndarray  # (blocks, 12 LANES) N, stored elastic hourglass forces
+    hourglass: np.ndarray  # (blocks, `STORED_ROWS` of the element LANES) N, stored elastic hourglass forces
     softening_scale: np.ndarray  # (slots,) inverse factor on the limit strains: cell's length over the reference
     eroded: np.ndarray  # (slots,) int8, of the cells of all materials, see `cells.erosion`
 
@@ -88,13 +97,18 @@ class ChargeState(NamedTuple):
 
 
 class Totals(NamedTuple):
-    """What each chunk adds up, reduced afterwards in a fixed order."""
+    """What each chunk adds up, reduced afterwards in a fixed order, and its limits in the last step."""
 
-    energy: np.ndarray  # (chunks, 5) J in this step: plastic, viscous, hourglass, charge's work, charge's viscous
-    released: np.ndarray  # (chunks, rounds, 2) J in this step: each charge's work, its own viscous heat
+    energy: np.ndarray  # (chunks, 5) J: plastic, viscous, hourglass, charge's work, charge's viscous
+    released: np.ndarray  # (chunks, rounds, 2) J: each charge's work, its own viscous heat
     stable_step: np.ndarray  # (chunks,) s
     smallest_volume: np.ndarray  # (chunks,) m3
     smallest: np.ndarray  # (chunks,) int32, the cell of the smallest volume
+
+    def clear(self) -> None:
+        """Begin the sums again."""
+        self.energy[:] = 0.0
+        self.released[:] = 0.0
 
     @classmethod
     def of_chunks(cls, chunks: int, rounds: int) -> Totals:

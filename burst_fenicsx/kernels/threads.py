@@ -49,8 +49,7 @@ def _call(
 
 
 @parallel_kernel
-def _loop(count: int, code: np.uint64, data: np.uint64) -> None:
-    threads = numba.get_num_threads()
+def _loop(threads: int, count: int, code: np.uint64, data: np.uint64) -> None:
     for number in numba.prange(threads):
         thread = np.int64(number)
         _call(code, thread * count // threads, (thread + 1) * count // threads, data)
@@ -69,7 +68,7 @@ def on_threads(
     """
     called = piece.get_call_type(typing_context, (types.intp, types.intp, *arguments.types), {})
     loop = typing_context.resolve_value_type(_loop)
-    loop_signature = loop.get_call_type(typing_context, (types.intp, types.uint64, types.uint64), {})
+    loop_signature = loop.get_call_type(typing_context, (types.intp, types.intp, types.uint64, types.uint64), {})
 
     def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:  # noqa: ARG001
         number, _, packed = values
@@ -89,7 +88,9 @@ def on_threads(
         context.call_conv.return_value(inner, context.get_dummy_value())
         places = function, cgutils.alloca_once_value(builder, packed)
         addresses = [builder.ptrtoint(place, ir.IntType(64)) for place in places]
-        _linked(context, loop, loop_signature)(builder, [number, *addresses])
+        # Numba's own function for kernels calls this one by an address, with which no kernel can be kept.
+        threads = cgutils.get_or_insert_function(builder.module, ir.FunctionType(number.type, []), "get_num_threads")
+        _linked(context, loop, loop_signature)(builder, [builder.call(threads, []), number, *addresses])
         return context.get_dummy_value()
 
     return types.none(types.intp, piece, arguments), generate

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -155,17 +156,28 @@ class AxialSlices:
         moved = np.bincount(self.slice_of_node, weights=terms, minlength=len(self.initial_radius))
         if self.comm.size > 1:
             moved = self.comm.allreduce(moved)
-        return self.initial_radius + (moved / np.maximum(self.count, 1.0))[self.source]
+        return self.initial_radius + (moved / self._weight)[self.source]
+
+    @cached_property
+    def _weight(self) -> np.ndarray:
+        """Weight of the nodes of each slice (slices,)."""
+        return np.maximum(self.count, 1.0)
+
+    @cached_property
+    def _critical(self) -> np.ndarray:
+        """Radii (slices,) m from which the slices vent; infinite where no node shows them."""
+        return np.where(self.count[self.source] > 0, self.settings.radius_ratio * self.initial_radius, np.inf)
 
     def update(self, position: np.ndarray) -> None:
         """Set the pressure factors, Eq. 7: alpha (r_cr/r_i)^beta once r_i > r_cr, 1 before."""
         if not self.settings.enabled or not len(self.initial_radius):
             return
         radii = self.radii(position)
-        critical = self.settings.radius_ratio * self.initial_radius
-        open_now = (radii > critical) & (self.count[self.source] > 0)
-        vented = self.settings.alpha * (critical / np.maximum(radii, 1e-300)) ** self.settings.beta
-        self.factor[:-1] = np.where(open_now, vented, 1.0)
+        opened = np.flatnonzero(radii > self._critical)
+        self.factor[:-1] = 1.0
+        if len(opened):
+            ratio = self._critical[opened] / radii[opened]
+            self.factor[opened] = self.settings.alpha * ratio**self.settings.beta
 
 
 def _nearest_with_nodes(count: np.ndarray, per_round: int) -> np.ndarray:

@@ -11,7 +11,9 @@ from dolfinx import fem
 from mpi4py import MPI
 
 from burst_fenicsx import compat
+from burst_fenicsx.kernels.axisymmetric import quadrilateral
 from burst_fenicsx.kernels.axisymmetric.quadrilateral import AxisymmetricState
+from burst_fenicsx.kernels.cells import one_point
 from burst_fenicsx.kernels.cells.erosion import WHOLE
 from burst_fenicsx.kernels.cells.hexahedron import hexahedron_volumes
 from burst_fenicsx.kernels.cells.layout import SOLID_PARAMETERS
@@ -276,6 +278,7 @@ def make_fields(
     largest_force = 0.5 * pressure * _largest(mesh, element.largest_faces(position[mesh.dofmap]))
 
     slot_volume = blocks.by_slot(volume)
+    stored_rows = quadrilateral.STORED_ROWS if element.kind == RINGS else one_point.STORED_ROWS
     reference = np.array([item.casing.softening_length or 0.0 for item in rounds])[mesh.round]
     own_length = element.lengths(position, mesh.dofmap, volume)
     inverse_scale = np.where(reference > 0.0, own_length / np.where(reference > 0.0, reference, 1.0), 1.0)
@@ -321,7 +324,7 @@ def make_fields(
             stress=of_cells["stress"],
             shear_strain=of_cells["plastic_shear_strain"],
             volume_strain=of_cells["plastic_volumetric_strain"],
-            hourglass=np.zeros((len(blocks.cells), 12 * LANES)),
+            hourglass=np.zeros((len(blocks.cells), stored_rows * LANES)),
             softening_scale=blocks.by_slot(inverse_scale),
             eroded=np.zeros(len(slot_volume), dtype=np.int8),
         ),

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from burst_fenicsx.kernels.vectors.rows import hold_rows
+from burst_fenicsx.kernels.state import HeldNodes
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -14,7 +15,7 @@ if TYPE_CHECKING:
     from burst_fenicsx.mechanics.fields import BurstFields
     from burst_fenicsx.mechanics.ledger import Ledger
 
-__all__ = ["NodalConstraint", "NodalLoads"]
+__all__ = ["NodalConstraint", "NodalLoads", "held_nodes"]
 
 
 class NodalConstraint:
@@ -29,9 +30,16 @@ class NodalConstraint:
         self.nodes = np.asarray(nodes, dtype=np.int64)
         self.direction = np.asarray(direction, dtype=float)
 
-    def apply(self, force: np.ndarray) -> None:
-        """Take the forces (nodes, 3) along the direction away."""
-        hold_rows(force, self.nodes, self.direction)
+
+@lru_cache(maxsize=1)  # of the solver that steps
+def held_nodes(constraints: tuple[NodalConstraint, ...]) -> HeldNodes:
+    """The nodes of all constraints, one after the other, as the kernels take them."""
+    nodes = [item.nodes for item in constraints]
+    return HeldNodes(
+        direction=np.array([item.direction for item in constraints]).reshape(-1, 3),
+        first=np.cumsum([0, *(len(some) for some in nodes)]),
+        node=np.concatenate([np.zeros(0, dtype=np.int64), *nodes]),
+    )
 
 
 class NodalLoads:

@@ -10,9 +10,10 @@ import numpy as np
 from burst_fenicsx import compat
 from burst_fenicsx.kernels.constants import STEPS_PER_CHOICE
 from burst_fenicsx.kernels.state import Totals
-from burst_fenicsx.kernels.step.assembly import add_element_forces, make_scratch
+from burst_fenicsx.kernels.step.assembly import advance_halves, make_scratch
+from burst_fenicsx.kernels.vectors.rows import hold_rows
 from burst_fenicsx.mechanics.erosion import check_cells, erode
-from burst_fenicsx.mechanics.nodal_loads import NodalLoads
+from burst_fenicsx.mechanics.nodal_loads import NodalLoads, held_nodes
 from burst_fenicsx.mechanics.step_control import BurningTimes, StepControl
 from burst_fenicsx.mechanics.subcycling import Subcycling
 
@@ -78,6 +79,7 @@ class BurstSolver:
         self.burning = BurningTimes(fields)
         self.loads = NodalLoads(fields, settings.damping, external)
         self.levels = Subcycling(fields, contact)
+        self._in_substeps = contact is not None and contact.acts_in_substeps
         self.control = StepControl(fields, settings.time_step, self.levels, self.burning, self.loads)
         self.add_forces(0.0)
 
@@ -105,60 +107,67 @@ class BurstSolver:
             self.control.choose_again = self.time
 
     def advance(self, step: float) -> None:
-        """All substeps of a macro step (s): nodes move, products vent at its end, forces follow."""
-        begin, substeps = self.time, 2**self.levels.highest
-        min_level, velocity_step = 0, 0.5 * (self.time_step + step)
-        for substep in range(substeps):
-            self.levels.move_nodes(velocity_step, step, substep, min_level)
-            if substep == 0:
-                self.loads.accumulate_work(self.ledger, 0.5 * step)
-            self.time = begin + step * ((substep + 1) / substeps)
-            # Cells of the shortest steps end one with every substep, those of twice the step with every second, ...
-            min_level = self.levels.highest - _halvings(substep + 1)
-            if min_level == 0:
-                self.leakage.update(self.fields.nodes.position)
-            self.add_forces(step, min_level)
-            self.ledger.add(self._totals.energy, self._totals.released)
-            velocity_step = step
+        """All substeps of a macro step (s): nodes move, products vent at its end, forces follow.
 
-    def add_forces(self, step: float, min_level: int = 0) -> None:
-        """Resultant at the new positions (Eq. 2) of the nodes of cells of level `min_level` and higher.
+        Those between two at which contact acts, or ranks sum forces, are made by one call of the kernels.
+        """
+        begin, substeps = self.time, 2**self.levels.highest
+        several, of_contact = self.fields.mesh.comm.size > 1, 0 if self._in_substeps else self.levels.contact_level
+        at_once = 1 if several else 2 ** (self.levels.highest - of_contact)
+        velocity_step = 0.5 * (self.time_step + step)
+        self._totals.clear()
+        for substep in range(at_once, substeps + 1, at_once):
+            self._advance_halves(2 * (substep - at_once), 2 * substep - 1, begin, step, step, velocity_step)
+            if substep == at_once:
+                self.loads.accumulate_work(self.ledger, 0.5 * step)
+            self.time = begin + step * (substep / substeps)
+            if substep == substeps:
+                self.leakage.update(self.fields.nodes.position)
+            self._add_forces(step, substep)
+        self.ledger.add(self._totals.energy, self._totals.released)
+
+    def add_forces(self, step: float) -> None:
+        """Resultant at the present positions (Eq. 2) of all nodes, at the end of a macro step (s); tallies the work."""
+        self._totals.clear()
+        self._add_forces(step, 2**self.levels.highest)
+
+    def _add_forces(self, step: float, substep: int) -> None:
+        """Resultant at the new positions (Eq. 2) of the nodes of cells that end a step with a substep.
 
         Element forces (Eq. 1), contact (Eqs. 12-18), external ones and damping, each with the fraction that its own
         step is of the macro step `step` (s).
         """
         state, levels, several = self.fields, self.levels, self.fields.mesh.comm.size > 1
-        add_element_forces(
-            numba.get_num_threads(),
-            step,
-            self.time,
-            min_level,
-            state.kind,
-            state.nodes,
-            levels.motion,
-            levels.moving[min_level],
-            state.grid,
-            state.blocks.schedule,
-            state.solid,
-            state.charge,
-            state.rings,
-            self._totals,
-            self._scratch,
-        )
+        self._advance_halves(2 * substep - 1, 2 * substep, self.time, 0.0, step, 0.0)
         if several:
             # Nodes that do not take part hold forces that have been used; those are cleared before they count again.
             compat.add_ghosts(state.functions["force"].x)
-        if self.contact is not None and levels.contact_level >= min_level:
+        contact_is_due = substep % 2 ** (levels.highest - levels.contact_level) == 0
+        if self.contact is not None and not self._in_substeps and contact_is_due:
             fraction = 1.0 / 2**levels.contact_level
-            active = self.burning.front_is_active(self.time)
+            active = self.time < self.burning.front_until
             self.contact.add_forces(fraction * self.control.uncut_step, fraction * step, front_is_active=active)
         if several:
             state.functions["force"].x.scatter_forward()
         self.loads.add_forces(self.time)  # after the sum over ranks
-        for constraint in self.constraints:
-            constraint.apply(state.nodes.force)
-        if min_level == 0:
+        hold_rows(state.nodes.force, *held_nodes(self.constraints))
+        if substep == 2**levels.highest:
             self.control.take_stable_step(self._totals.stable_step)
+
+    def _advance_halves(
+        self, first: int, last: int, begin: float, duration: float, step: float, velocity_step: float
+    ) -> None:
+        """Cells and nodes by halves of the substeps, see `kernels.step.assembly.advance_halves`."""
+        state, level, along = self.fields, self.levels.contact_level, None
+        if self.contact is not None and self._in_substeps:
+            along = self.contact.in_substeps(self.control.uncut_step, step, level, self.burning.front_until)
+        advance_halves(
+            numba.get_num_threads(), first, last, begin, duration, step, velocity_step, state.kind, state.nodes,
+            self.levels.motion, held_nodes(self.constraints), state.grid, state.blocks.schedule, state.solid,
+            state.charge, state.rings, along, self._totals, self._scratch,
+        )  # fmt: skip
+        if self.contact is not None and self._in_substeps:
+            self.contact.take_sums()
 
     def choose_levels(self) -> None:
         """Choose the cells' steps again; collective.
@@ -169,7 +178,7 @@ class BurstSolver:
         level = self.control.choose_levels(self.time)
         if level is None:
             return
-        self.levels.move_nodes(0.5 * self.time_step, 0.0, 0, 0)
+        self._advance_halves(0, 1, self.time, 0.0, 0.0, 0.5 * self.time_step)
         self.time_step = 0.0
         self.levels.set_levels(level)
         if self.contact is not None:
@@ -186,8 +195,3 @@ class BurstSolver:
     def check_cells(self) -> None:
         """Stop if a cell has turned inside out or anything is not a number; collective."""
         check_cells(self.fields, self._totals, self.control.stable_step, self.time)
-
-
-def _halvings(number: int) -> int:
-    """How often a number divides by two."""
-    return (number & -number).bit_length() - 1

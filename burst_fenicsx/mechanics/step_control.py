@@ -170,6 +170,7 @@ class BurningTimes:
         self.fastest: float = comm.allreduce(rate, op=MPI.MAX) if several else rate
         self.end: float = comm.allreduce(end, op=MPI.MAX) if several else end
 
-    def front_is_active(self, time: float) -> bool:
-        """Whether at a time (s) a detonation front runs or is being reflected from the casing."""
-        return time < self.end + REFLECTION_TIME
+    @property
+    def front_until(self) -> float:
+        """Time (s) until which a detonation front runs or is being reflected from the casing."""
+        return self.end + REFLECTION_TIME

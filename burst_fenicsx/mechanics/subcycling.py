@@ -17,7 +17,6 @@ from mpi4py import MPI
 
 from burst_fenicsx.kernels.constants import BELOW_CONTACT, CONTACT_CANDIDATES, HIGHEST_LEVEL, LONGEST_STEP
 from burst_fenicsx.kernels.state import Motion
-from burst_fenicsx.kernels.step.assembly import move_nodes
 from burst_fenicsx.kernels.step.levels import node_levels, raise_levels
 
 if TYPE_CHECKING:
@@ -41,7 +40,6 @@ class Subcycling:
     ----------
     contact : whether anything may touch.
     motion : how the nodes move.
-    moving : (levels,) how many nodes, the first of `motion.order`, take steps of that level or shorter ones.
     highest : level of the shortest steps. contact_level : of contact.
     step : the macro step that was chosen (s). cell_steps : steps of this rank's cells in a macro step.
     """
@@ -55,11 +53,11 @@ class Subcycling:
             level=np.zeros(nodes, dtype=np.int8),
             has_coarser_cell=np.zeros(nodes, dtype=np.int8),
             inverse_mass=fields.inverse_mass,
+            moving=np.array([nodes]),
         )
         # Of the cells around the nodes, by the levels that were looked at last.
         self._finest, self._coarsest = np.zeros(nodes, dtype=np.int8), np.zeros(nodes, dtype=np.int8)
         self._looked_at: np.ndarray | None = None
-        self.moving = np.array([nodes])
         self.highest = 0
         self.contact_level = 0
         self.step = 0.0
@@ -150,29 +148,8 @@ class Subcycling:
         self.highest = self._comm.allreduce(highest, op=MPI.MAX) if self._comm.size > 1 else highest
         order = np.argsort(-finest, kind="stable").astype(np.int32)
         has_coarser_cell = (self._coarsest < finest).astype(np.int8)
-        self.motion = Motion(order, finest[order], has_coarser_cell[order], self._fields.inverse_mass[order])
-        self.moving = np.array([np.count_nonzero(finest >= min_level) for min_level in range(self.highest + 1)])
+        moving = np.array([np.count_nonzero(finest >= min_level) for min_level in range(self.highest + 1)])
+        self.motion = Motion(order, finest[order], has_coarser_cell[order], self._fields.inverse_mass[order], moving)
         self.cell_steps = int((1 << level.astype(np.int64)).sum())
         nodes.mean[:] = nodes.velocity
         self._fields.regroup(level, self.highest)
-
-    def move_nodes(self, velocity_step: float, step: float, substep: int, min_level: int) -> None:
-        """Velocities, then positions (Eq. 3), of the nodes of cells of level `min_level` and higher.
-
-        Velocities belong to the midpoints of the steps, so they advance by `velocity_step` (s), half the last step
-        and half this one: Eq. 3 where steps are equal, and of second order where they are not (Belytschko et al. 2000,
-        box 6.1). `step` is the macro step (s), of which `substep` of the shortest steps have gone by.
-        """
-        nodes = self._fields.nodes
-        move_nodes(
-            self.moving[min_level],
-            *self.motion,
-            velocity_step,
-            step,
-            substep,
-            self.highest,
-            nodes.force,
-            nodes.velocity,
-            nodes.position,
-            nodes.mean,
-        )

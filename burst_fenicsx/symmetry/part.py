@@ -190,7 +190,7 @@ def _equation(normal: Sequence[float], point: Sequence[float] | Vector) -> str:
     """For example "x = 0 mm", or the normal where it is along no axis."""
     direction = _direction(normal)
     if direction in "xyz":
-        return f"{direction} = {1e3 * point['xyz'.index(direction)] + 0.0:.6g} mm"
+        return f"{direction} = {round(1e3 * point['xyz'.index(direction)], 6) + 0.0:.6g} mm"
     return f"normal {direction}"
 
 

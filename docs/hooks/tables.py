@@ -44,7 +44,7 @@ def run_tables() -> str:
 def uncertain_inputs() -> str:
     """The default uncertain inputs with distribution and source."""
     text = (files("fragfield") / "data" / "uncertain_inputs.toml").read_text(encoding="utf-8")
-    body = [[cell(name), cell(_distribution(entry)), cell(entry["source"])]
+    body = [[cell(name), cell(_distribution(entry)), cell(entry["source"].replace("{label}", "counted fragments"))]
             for name, entry in _entries(tomllib.loads(text))]  # fmt: skip
     return rows("input, distribution, source", body)
 

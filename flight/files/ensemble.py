@@ -69,18 +69,9 @@ def write_ensemble(
     folder: str | Path,
     provenance: Mapping[str, str] | None = None,
 ) -> list[Path]:
-    """Write ensemble.h5 and its CSV tables into a folder; return the paths.
+    """Write ensemble.h5 and its CSV tables into a folder that is there; return the paths.
 
-    Parameters
-    ----------
-    found : EnsembleHazard
-        Hazard over the realisations.
-    witnesses : mapping from a surface's name to (n, s) structured arrays of dtype SECTOR_HITS
-        Hits by realisation and sector.
-    folder : path
-        Where to; it must be there.
-    provenance : mapping
-        Goes into every file.
+    `witnesses` holds, by the name of a surface, the hits by realisation and sector: (n, s) arrays of dtype SECTOR_HITS.
     """
     folder, stamp = Path(folder), dict(provenance or {})
     path = folder / "ensemble.h5"

@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flight.errors import InputError, nearest
-from flight.files.foreign import foreign_words
 from flight.files.hdf5 import open_checked, put_texts, write_attributes
-from flight.files.text_tables import in_columns_of, read_columns, write_columns
+from flight.files.text_tables import import_hint, in_columns_of, read_columns, write_columns
 from fragfield_base.arrays import group_of, numbers, texts
 from fragfield_base.hdf5_files import creating
 from fragfield_base.names import nearest_name
@@ -28,19 +27,9 @@ ARRAYS = ("mass", "position", "velocity", "shape_factor", "round", "segment")
 
 REQUIRED_COLUMNS = ("mass_kg", "vx_m_s", "vy_m_s", "vz_m_s")
 CSV_COLUMNS = (
-    "id",
-    "round",
-    "segment",
-    "mass_kg",
-    "x_m",
-    "y_m",
-    "z_m",
-    "vx_m_s",
-    "vy_m_s",
-    "vz_m_s",
-    "speed_m_s",
+    "id", "round", "segment", "mass_kg", "x_m", "y_m", "z_m", "vx_m_s", "vy_m_s", "vz_m_s", "speed_m_s",
     "shape_factor_kg_m3",
-)
+)  # fmt: skip
 
 
 def write(
@@ -66,9 +55,8 @@ def read(path: Path) -> tuple[dict[str, NDArray[np.float64]], list[str]]:
     """
     if path.suffix.lower() == ".csv":
         return _read_csv(path), []
-    words = "" if path.suffix.lower() in (".h5", ".hdf5") else foreign_words(path, names=True)
-    if words:
-        raise InputError(f"{path}: neither fragments in HDF5 (.h5) nor a .csv file{words}")
+    if path.suffix.lower() not in (".h5", ".hdf5") and path.is_file() and not _is_hdf5(path):
+        raise InputError(f"{path}: neither fragments in HDF5 (.h5) nor a .csv file{import_hint(path)}")
     with open_checked(path, FORMAT_NAME, FORMAT_VERSION) as file:
         group = group_of(file, "fragments")
         missing = [f"/fragments/{name}" for name in ARRAYS if group is None or name not in group]
@@ -77,6 +65,11 @@ def read(path: Path) -> tuple[dict[str, NDArray[np.float64]], list[str]]:
         arrays = {name: numbers(group, name, InputError, str(path)) for name in ARRAYS}
         names = texts(file, "round_names", InputError, str(path)) if "round_names" in file else []
     return arrays, names
+
+
+def _is_hdf5(path: Path) -> bool:
+    with path.open("rb") as file:
+        return file.read(8) == b"\x89HDF\r\n\x1a\n"
 
 
 def fragment_columns(arrays: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
@@ -102,7 +95,7 @@ def _read_csv(path: Path) -> dict[str, NDArray[np.float64]]:
         raise InputError(
             f"{path}: found the columns {', '.join(columns)}; needed: of fragments one by one "
             f"{', '.join(REQUIRED_COLUMNS)}, of an arena table zone_from_deg, zone_to_deg and others"
-            f"{foreign_words(path, names=True)}"
+            f"{import_hint(path)}"
         )
     for name in columns:
         if name not in CSV_COLUMNS:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import math
 import os
+import struct
 import sys
 import warnings
 from importlib.util import find_spec
@@ -14,8 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flight.errors import InputError
-from flight.files.geo_keys import refuse_other_units
-from flight.files.raster import Raster, holes_filled_with_nan, metres_of
+from flight.files.raster import INSTALL, Raster, holes_filled_with_nan, metres_of
 from fragfield_base.reading import read_text
 
 if TYPE_CHECKING:
@@ -23,8 +23,10 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-__all__ = ["DRIVERS", "own_environment", "read_gdal_raster"]
+__all__ = ["DRIVERS", "own_environment", "read_gdal_raster", "read_geo_keys"]
 
+_DIRECTORY = 34735  # the TIFF tag of the keys, of short integers
+PLAN_UNIT, HEIGHT_UNIT = 3076, 4099  # ProjLinearUnitsGeoKey, VerticalUnitsGeoKey
 DRIVERS = {
     ".tif": ("GTiff", "GeoTIFF"), ".tiff": ("GTiff", "GeoTIFF"), ".hgt": ("SRTMHGT", "SRTM tile"),
     ".dt0": ("DTED", "DTED"), ".dt1": ("DTED", "DTED"), ".dt2": ("DTED", "DTED"), ".img": ("HFA", "Erdas Imagine"),
@@ -64,8 +66,7 @@ def _refuse_second_libraries(path: Path) -> None:
     if found is not None and found.origin and Path(found.origin).parent.with_name("rasterio.libs").is_dir():
         raise InputError(
             f"{path}: found rasterio from PyPI beside dolfinx, whose libraries do not go together; needed: both from "
-            "one place: pip uninstall rasterio pyproj, then apt-get install python3-rasterio python3-pyproj proj-bin, "
-            "or conda install -c conda-forge rasterio pyproj"
+            f"one place: pip uninstall rasterio pyproj, then {INSTALL}"
         )
 
 
@@ -83,9 +84,8 @@ def read_gdal_raster(path: Path, band: int | None) -> Raster:
             import rasterio
         except ModuleNotFoundError:
             raise InputError(
-                f"{path}: reading {DRIVERS[path.suffix.lower()][1]} needs rasterio and pyproj; install them by: pip "
-                "install 'fragfield[terrain]' (flight alone: pip install 'fragfield-flight[terrain]'), or convert the "
-                "file to .asc"
+                f"{path}: reading {DRIVERS[path.suffix.lower()][1]} needs rasterio and pyproj; install them by: "
+                f"{INSTALL}; or convert the file to .asc"
             ) from None
         driver, form = DRIVERS[path.suffix.lower()]
         try:
@@ -277,3 +277,53 @@ def _refuse_missing_blocks(path: Path, dataset: Any, number: int) -> None:  # no
                     f"{path}: leaves out the part from row {row * height}, column {column * width}, without a nodata "
                     "value; set one: gdal_edit.py -a_nodata"
                 )
+
+
+def read_geo_keys(path: Path) -> dict[int, int]:
+    """Keys that hold a short integer, of the first image; none where the file cannot be followed.
+
+    OGC GeoTIFF 1.1, section 7: a directory of four short integers a key, its value in the fourth where the second is 0.
+    """
+    with path.open("rb") as file:
+        head = file.read(16)
+        order = {b"II": "<", b"MM": ">"}.get(head[:2])
+        if order is None:
+            return {}
+        big = struct.unpack(f"{order}H", head[2:4])[0] == 43
+        count, entry, offset = ("Q", "HHQQ", head[8:16]) if big else ("H", "HHII", head[4:8])
+        try:
+            file.seek(struct.unpack(f"{order}{entry[-1]}", offset)[0])
+            (number,) = struct.unpack(f"{order}{count}", file.read(struct.calcsize(f"{order}{count}")))
+            size = struct.calcsize(f"{order}{entry}")
+            for _ in range(min(number, 1000)):
+                tag, _, length, place = struct.unpack(f"{order}{entry}", file.read(size))
+                if tag == _DIRECTORY and length >= 4:
+                    file.seek(place)
+                    values = struct.unpack(f"{order}{min(length, 4000)}H", file.read(2 * min(length, 4000)))
+                    keys = zip(*(values[start::4] for start in (4, 5, 7)), strict=False)
+                    return {key: value for key, inside, value in keys if inside == 0}
+        except (struct.error, OSError, ValueError, OverflowError):
+            return {}  # GDAL says what is wrong with it
+    return {}
+
+
+def refuse_other_units(path: Path, plan: float | None, height: float | None) -> None:
+    """Refuse a GeoTIFF whose own keys state other units than GDAL, which drops some of them and then says metres.
+
+    `plan` and `height` are the units that GDAL reports (m); None: not a unit of length, or none.
+    """
+    keys = read_geo_keys(path)
+    if not keys.keys() & {PLAN_UNIT, HEIGHT_UNIT}:
+        return
+    from pyproj.database import get_units_map
+
+    sizes = {int(unit.code): unit.conv_factor for unit in get_units_map(auth_name="EPSG", category="linear").values()}
+    for key, reported, what in ((PLAN_UNIT, plan, "coordinates"), (HEIGHT_UNIT, height, "heights")):
+        stated = keys.get(key)
+        if stated is None or reported is None:
+            continue
+        if stated not in sizes or abs(sizes[stated] / reported - 1.0) > 1e-9:
+            raise InputError(
+                f"{path}: its {what} are in the unit EPSG:{stated} by its GeoTIFF keys, and in units of "
+                f"{reported:.9g} m by its coordinate system; set it right: gdal_edit.py -a_srs"
+            )

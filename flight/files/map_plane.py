@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flight.errors import InputError
-from flight.files.raster import unit_words
+from flight.files.raster import INSTALL, unit_words
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -81,10 +81,7 @@ def _pyproj(path: Path) -> Any:  # noqa: ANN401
     try:
         import pyproj
     except ModuleNotFoundError:
-        raise InputError(
-            f"{path}: its coordinate system needs pyproj; install it by: pip install 'fragfield[terrain]' (flight "
-            "alone: pip install 'fragfield-flight[terrain]')"
-        ) from None
+        raise InputError(f"{path}: its coordinate system needs pyproj; install it by: {INSTALL}") from None
     return pyproj
 
 
@@ -118,19 +115,9 @@ def _horizontal(path: Path, crs: Any) -> Any:  # noqa: ANN401
 def plane_of(raster: Raster, site: tuple[float, float] | None, earth: tuple[float, float, float] | None) -> Plane:
     """The plane of a case on a raster.
 
-    Parameters
-    ----------
-    raster : Raster
-        Of a file.
-    site : (2,) floats or None
-        Easting and northing of x = y = 0 in the map's grid (m).
-    earth : (3,) floats or None
-        Latitude and longitude of x = y = 0 (WGS 84), and bearing of +x (degrees).
-
-    Raises
-    ------
-    InputError
-        The coordinate system is not understood, or does not go with what is given.
+    `site` is the easting and northing of x = y = 0 in the map's grid (m); `earth` its latitude and longitude (WGS 84)
+    and the bearing of +x (degrees). Raises InputError for a coordinate system that is not understood, or does not go
+    with them.
     """
     path = raster.path
     crs = None if raster.crs is None else _horizontal(path, raster.crs)

@@ -16,8 +16,13 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-__all__ = ["HEIGHT_UNITS", "MOST_NODES", "Raster", "holes_filled_with_nan", "metres_of", "unit_words"]
+__all__ = ["HEIGHT_UNITS", "INSTALL", "MOST_NODES", "Raster", "holes_filled_with_nan", "metres_of", "unit_words"]
 
+INSTALL = (
+    "apt-get install python3-rasterio python3-pyproj proj-bin, or conda install -c conda-forge rasterio pyproj: from "
+    "where dolfinx comes from (flight alone, without dolfinx: pip install 'fragfield-flight[terrain]')"
+)
+"""How the libraries of the extra `terrain` are installed: PyPI's wheels do not go together with dolfinx."""
 MOST_NODES = 200_000_000
 _HUGE = 1e30  # no height; what is beyond is a sentinel, of which programs print 6 to 18 digits
 _SINGLE = 1e-6  # relative: sentinels are stored in single precision and written with seven digits or more

@@ -10,7 +10,7 @@ import numpy as np
 from flight.errors import InputError
 from flight.files.hdf5 import write_attributes
 from flight.files.text_tables import Labels
-from flight.rows import Status, flat_columns
+from flight.result import Status, flat_columns
 from fragfield_base.hdf5_files import creating
 from fragfield_base.writing import write_text
 from fragfield_base.xdmf import quoted
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from flight.rows import Trajectories
+    from flight.result import Trajectories
 
 __all__ = ["csv_columns", "write_trajectories"]
 
@@ -46,16 +46,8 @@ def csv_columns(
 ) -> dict[str, NDArray[Any] | Labels]:
     """Columns of a table of a flight, units in their names, codes followed by a column of words.
 
-    Parameters
-    ----------
-    table : structured array
-        Landings, hits or contacts.
-    what : str
-        Of hits: "witness" or "obstacle", the field that counts what was hit; its name becomes the first column.
-    names : sequence of str
-        Of what was hit.
-    faces : Labels, optional
-        Name of the face that each row hit, the second column.
+    Of hits, `what` is "witness" or "obstacle", the field that counts what was hit: its name, of `names`, becomes the
+    first column; `faces`, the name of the face that each row hit, the second.
     """
     columns: dict[str, NDArray[Any] | Labels] = {"name": Labels(names, table[what])} if what else {}
     if faces is not None:

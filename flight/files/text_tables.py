@@ -12,6 +12,7 @@ from __future__ import annotations
 import hashlib
 import io
 import json
+import shlex
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
@@ -19,7 +20,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flight.errors import InputError
-from flight.files.foreign import foreign_words
 from fragfield_base.reading import read_text
 from fragfield_base.units import UnitError, read_measure
 from fragfield_base.writing import csv_cell, replacing, write_text
@@ -31,8 +31,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 __all__ = [
-    "DELIMITERS", "METADATA", "Labels", "column_names", "converted", "in_columns_of", "line_of_row", "read_columns",
-    "write_columns",
+    "DELIMITERS", "METADATA", "Labels", "column_names", "converted", "import_hint", "in_columns_of", "line_of_row",
+    "read_columns", "write_columns",
 ]  # fmt: skip
 
 METADATA = "csv-metadata.json"
@@ -142,14 +142,8 @@ def _cells(column: NDArray[Any] | Labels, rows: slice) -> list[Any]:
 def read_columns(path: Path, kind: str = "") -> dict[str, NDArray[np.float64]]:
     """Read a table of numbers as one float64 array a column.
 
-    Cells are separated by commas, semicolons or tabs, as in the line of column names; decimals have a point.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    kind : str
-        Of `fragfield import --kind`, for the message about a table of another form.
+    Cells are separated by commas, semicolons or tabs, as in the line of column names; decimals have a point. `kind` is
+    that of `fragfield import --kind`, for the message about a table of another form.
 
     Raises
     ------
@@ -160,8 +154,15 @@ def read_columns(path: Path, kind: str = "") -> dict[str, NDArray[np.float64]]:
     try:
         return _read_columns(path)
     except InputError as error:
-        words = foreign_words(path, kind)
-        raise InputError(f"{error}{words}") from None
+        raise InputError(f"{error}{import_hint(path, kind)}") from None
+
+
+def import_hint(path: Path, kind: str = "") -> str:
+    """End of a message about a table of another form: what converts it (`--kind`); empty where there is no file."""
+    if not path.is_file():
+        return ""
+    words = f"{shlex.quote(str(path))}{f' --kind {kind}' if kind else ''}"
+    return f"; another form is converted by: fragfield import {words} --out {shlex.quote(f'{path.stem}_converted.csv')}"
 
 
 def _read_columns(path: Path) -> dict[str, NDArray[np.float64]]:
@@ -241,17 +242,8 @@ def _in_si(unit: str) -> tuple[float, object]:
 def column_names(path: Path, head: str) -> tuple[list[str], str]:
     """Column names of a table, and the delimiter between its cells.
 
-    Parameters
-    ----------
-    path : Path
-        The file, for messages.
-    head : str
-        Its first line that is neither empty nor a comment.
-
-    Raises
-    ------
-    InputError
-        The line holds several of `DELIMITERS`, or none of them between words.
+    `head` is its first line that is neither empty nor a comment. Raises InputError where it holds several of
+    `DELIMITERS`, or none of them between words.
     """
     found = [mark for mark in DELIMITERS if mark in head]
     allowed = "comma, semicolon or tab"

@@ -11,6 +11,7 @@ from __future__ import annotations
 import json
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree as ET
@@ -18,8 +19,8 @@ from xml.etree import ElementTree as ET
 import numpy as np
 
 from flight.errors import InputError
-from flight.hazard.antimeridian import cut_line, cut_outline
 from flight.hazard.site import longitude_of
+from flight.scene.plan import clipped, signed_area
 from fragfield_base.writing import write_text
 
 if TYPE_CHECKING:
@@ -30,7 +31,16 @@ if TYPE_CHECKING:
     from flight.hazard.ensemble import EnsembleHazard
     from flight.hazard.site import Site
 
-__all__ = ["Contour", "contours_of", "outline", "smooth_outline", "write_geojson", "write_kml"]
+__all__ = [
+    "Contour",
+    "contours_of",
+    "cut_line",
+    "cut_outline",
+    "outline",
+    "smooth_outline",
+    "write_geojson",
+    "write_kml",
+]
 
 ARC_STEP = 1.0  # degrees between two points of an arc, at most
 _KML = "http://www.opengis.net/kml/2.2"
@@ -127,15 +137,9 @@ def smooth_outline(
     """Azimuths (degrees) and distances (m) of a smooth line around distances by direction (k,), as of `outline`.
 
     Where few directions see past a barricade, distances jump from one direction to the next, within the kernel over
-    which they were estimated. The line follows the mean, over half the kernel, of the largest distance within half
-    the kernel: it is nowhere nearer than the distance in its direction, and nowhere beyond the largest of all.
-
-    Parameters
-    ----------
-    distance : (k,) float64
-        In k directions evenly around, from azimuth 0 (m).
-    kernel : float or None
-        Half-width of the azimuth kernel of the estimate (degrees); None over all azimuths.
+    which they were estimated. The line follows the mean, over half the kernel, of the largest distance within half the
+    kernel: it is nowhere nearer than the distance in its direction, and nowhere beyond the largest of all. `kernel` is
+    the half-width of the azimuth kernel of the estimate (degrees); None over all azimuths.
     """
     if kernel is None or len(distance) < 3:
         return outline(distance)
@@ -274,3 +278,54 @@ def _texts(entries: Mapping[str, object]) -> Iterator[tuple[str, str]]:
 
 def _write(path: Path, text: str) -> Path:
     return write_text(path, text, InputError)
+
+
+def cut_outline(ring: NDArray[np.float64]) -> list[NDArray[np.float64]]:
+    """Parts of an outline between -180 and 180 degrees, each closed and counter-clockwise, as RFC 7946 (3.1.9) asks.
+
+    `ring` (k, 2) holds longitudes that do not jump, and latitudes (degrees), the first point again at the end.
+    """
+    parts = []
+    for shift in _turns(ring):
+        kept = ring[:-1] - (shift, 0.0)
+        for bound in (-180.0, 180.0):
+            kept = clipped(kept, 0, bound, -math.copysign(1.0, bound)) if len(kept) else kept
+        area = signed_area(kept - kept[0]) if len(kept) > 2 else 0.0  # it is small beside the longitudes
+        if area != 0.0:
+            kept = np.clip(kept if area > 0.0 else kept[::-1], -180.0, 180.0)  # rounding
+            parts.append(np.concatenate([kept, kept[:1]]))
+    return parts
+
+
+def cut_line(line: NDArray[np.float64]) -> list[NDArray[np.float64]]:
+    """Parts of a line between -180 and 180 degrees; a line of one point is that point there."""
+    if len(line) == 1:
+        return [line - (_turns(line)[0], 0.0)]
+    parts: list[list[NDArray[np.float64]]] = []
+    for shift in _turns(line):
+        last = None
+        for start, end in pairwise(line - (shift, 0.0)):
+            low, high = sorted((float(start[0]), float(end[0])))
+            if high <= -180.0 or low >= 180.0:
+                continue
+            first, after = _bounded(start, end), _bounded(end, start)
+            if last is None or not np.array_equal(last, first):
+                parts.append([first])
+            parts[-1].append(after)
+            last = after
+    return [np.array(part) for part in parts]
+
+
+def _turns(points: NDArray[np.float64]) -> list[float]:
+    """Whole turns (degrees) by which parts of points lie off -180 to 180."""
+    low, high = (math.floor((value + 180.0) / 360.0) for value in (points[:, 0].min(), points[:, 0].max()))
+    if high > low and points[:, 0].max() == 360.0 * high - 180.0:
+        high -= 1  # only touches
+    return [360.0 * turn for turn in range(low, high + 1)]
+
+
+def _bounded(point: NDArray[np.float64], other: NDArray[np.float64]) -> NDArray[np.float64]:
+    """A point, or where the line to the other one comes within -180 and 180 degrees."""
+    bound = min(max(float(point[0]), -180.0), 180.0)
+    share = 0.0 if bound == point[0] else (bound - point[0]) / (other[0] - point[0])
+    return np.array([bound, point[1] + share * (other[1] - point[1])])

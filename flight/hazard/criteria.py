@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from flight.arguments import real_array, require_number, require_numbers
-from flight.errors import InputError
 from flight.fluence import FluenceGrid
 
 if TYPE_CHECKING:
@@ -37,14 +36,8 @@ class Criteria:
 
     def __post_init__(self) -> None:
         """Refuse criteria that mean nothing."""
-        units = {"energy": "J", "density": "1/m2", "person_area": "m2", "person_height": "m"}
-        require_numbers("hazard", self, units)
-        for name in ("density", "person_area"):
-            if not (math.isfinite(getattr(self, name)) and getattr(self, name) > 0.0):
-                raise InputError(f"hazard: {name} is {getattr(self, name)}, needed: above zero")
-        for name in ("energy", "person_height"):
-            if not (math.isfinite(getattr(self, name)) and getattr(self, name) >= 0.0):
-                raise InputError(f"hazard: {name} is {getattr(self, name)}, needed: zero or more")
+        require_numbers("hazard", self, {"density": "1/m2", "person_area": "m2"}, above=0.0)
+        require_numbers("hazard", self, {"energy": "J", "person_height": "m"}, low=0.0)
 
     def fluence_grid(self, grid: PolarGrid) -> FluenceGrid:
         """What `flight.fly` counts for these criteria: paths of hazardous fragments below a person's height."""

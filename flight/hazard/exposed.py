@@ -20,6 +20,7 @@ import numpy as np
 from flight.arguments import real_array, require_numbers
 from flight.errors import InputError
 from flight.result import Status
+from flight.scene.plan import signed_area
 from flight.scene.targets import Panel, Polygon
 
 if TYPE_CHECKING:
@@ -84,7 +85,7 @@ class Prism:
         require_numbers("exposed", self, {"bottom": "m", "top": "m", "energy": "J", "height": "m"})
         if corners.ndim != 2 or corners.shape[1] != 2 or len(corners) < 3 or not np.isfinite(corners).all():
             raise InputError(f"exposed: corners have shape {corners.shape}, needed (k, 2) with k of 3 or more, finite")
-        area = _area(corners)
+        area = signed_area(corners)
         if not abs(area) > 1e-9:
             raise InputError("exposed: the corners enclose no area")
         if not self.top > self.bottom:
@@ -94,7 +95,7 @@ class Prism:
     @property
     def area(self) -> float:
         """Of its plan (m2)."""
-        return _area(self.corners)
+        return signed_area(self.corners)
 
     @property
     def volume(self) -> float:
@@ -144,24 +145,10 @@ def surfaces_of(prisms: Sequence[Prism]) -> list[Witness]:
 def count_exposed(
     result: FlightResult, prisms: Sequence[Prism], first: int, start: Array, speed: Array, *, ricochet: bool = True
 ) -> NDArray[Any]:
-    """Count one flight at every prism.
+    """Count one flight at every prism: (p,) array of dtype COUNTS.
 
-    Parameters
-    ----------
-    result : FlightResult
-        Of a flight whose witnesses from index `first` on are `surfaces_of(prisms)`.
-    prisms : sequence of Prism
-        The places.
-    first : int
-        Index of the first prism's first surface.
-    start, speed : (n, 3), (n,) float64
-        Where the fragments flown began (m), and how fast (m/s).
-    ricochet : bool
-        Whether what fragments do after their first impact on the ground counts.
-
-    Returns
-    -------
-    (p,) structured array of dtype COUNTS
+    The witnesses of the flight from index `first` on are `surfaces_of(prisms)`; its fragments began at `start` (n, 3)
+    (m) with `speed` (n,) (m/s). `ricochet`: what they do after their first impact on the ground counts.
     """
     counts = np.zeros(len(prisms), dtype=COUNTS)
     rows = result.hits[result.hits["witness"] >= first]
@@ -257,11 +244,6 @@ def _inside(
     status = ends["status"] == Status.LANDED
     landed = (kind >= 2) & (depth > 0) & status[group] & (struck >= prism.energy)
     return lengths[lengths > 0.0], int(landed.sum())
-
-
-def _area(corners: Array) -> float:
-    x, y = corners.T
-    return 0.5 * float(np.dot(x, np.roll(y, -1)) - np.dot(y, np.roll(x, -1)))
 
 
 def _offset(corners: Array, distance: float) -> Array:

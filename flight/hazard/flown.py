@@ -6,13 +6,13 @@ import warnings
 from typing import TYPE_CHECKING, Any, Literal
 
 from flight.arguments import require_number
-from flight.constants import STANDARD_GRAVITY
 from flight.errors import FlightWarning, InputError, NotDeterminedError, nearest
 from flight.fluence import PolarGrid
 from flight.fragments import Fragments
 from flight.hazard.criteria import Criteria
 from flight.hazard.density.directions import KERNEL, Directions
 from flight.hazard.pool import FlightCounts, PooledFlights
+from flight.scene.air import STANDARD_GRAVITY
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -108,9 +108,7 @@ def _check(events: Sequence[Fragments], by: str, kernel: float, arguments: dict[
         raise InputError("hazard_distance: there are no realisations; needed: one or more")
     if by not in _BASES:
         raise InputError(f"hazard_distance: by is {by!r}{nearest(by, _BASES)}")
-    require_number("hazard_distance", "kernel", kernel, "degrees")
-    if not NARROWEST <= kernel <= 180.0:
-        raise InputError(f"hazard_distance: kernel is {kernel} degrees, allowed: {NARROWEST:g} to 180")
+    require_number("hazard_distance", "kernel", kernel, "degrees", low=NARROWEST, high=180.0)
     if "fluence" in arguments:
         raise InputError("hazard_distance: fluence is its own; give criteria and kernel")
     if arguments["ground"] is None:

@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from flight.constants import STANDARD_GRAVITY
 from flight.hazard.density.density_counts import DensityGroups, density_counts
 from flight.hazard.density.expected import DRAWS, Estimate, expected_distance
 from flight.hazard.density.sectors import Tally, tally
 from flight.hazard.ensemble import EnsembleHazard
 from flight.result import Status
+from flight.scene.air import STANDARD_GRAVITY
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from flight.arguments import require_numbers
-from flight.constants import STANDARD_GRAVITY
-from flight.errors import InputError
+from flight.scene.air import STANDARD_GRAVITY
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -56,14 +55,8 @@ class Retardation:
 
     def __post_init__(self) -> None:
         """Refuse values that mean nothing."""
-        units = {"density": "kg/m3", "sound_speed": "m/s", "shape_factor": "kg/m3", "gravity": "m/s2"}
-        require_numbers("retardation", self, units)
-        for name, unit in units.items():
-            value = getattr(self, name)
-            zero = name in ("density", "gravity")
-            if not (math.isfinite(value) and (value > 0.0 or (zero and value == 0.0))):
-                needed = "zero or more" if zero else "above zero"
-                raise InputError(f"retardation: {name} is {value} {unit}, needed: {needed}")
+        require_numbers("retardation", self, {"density": "kg/m3", "gravity": "m/s2"}, low=0.0)
+        require_numbers("retardation", self, {"sound_speed": "m/s", "shape_factor": "kg/m3"}, above=0.0)
 
     @property
     def scale(self) -> float:

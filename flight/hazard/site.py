@@ -56,12 +56,9 @@ class Site:
 
     def __post_init__(self) -> None:
         """Refuse places that have no map."""
-        for name in ("latitude", "longitude", "bearing"):
-            require_number("site", name, getattr(self, name), "degrees")
-            if not math.isfinite(getattr(self, name)):
-                raise InputError(f"site: {name} is {getattr(self, name)}, needed: a finite number of degrees")
-        if abs(self.latitude) > 89.0:
-            raise InputError(f"site: latitude is {self.latitude} degrees, allowed: -89 to 89")
+        require_number("site", "latitude", self.latitude, "degrees", low=-89.0, high=89.0)
+        require_number("site", "longitude", self.longitude, "degrees", finite=True)
+        require_number("site", "bearing", self.bearing, "degrees", finite=True)
         object.__setattr__(self, "longitude", longitude_of(self.longitude))
 
     def bearing_of(self, azimuth: ArrayLike) -> NDArray[np.float64]:

@@ -21,12 +21,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from flight.arguments import require_number
-from flight.constants import STANDARD_GRAVITY
+from flight.arguments import real_array, require_number
 from flight.drag import Drag
 from flight.errors import InputError, nearest
 from flight.hazard.retardation import Retardation
-from flight.shape_factors import HEAVY_PIECES_OF_STACKS
+from flight.scene.air import STANDARD_GRAVITY
+from flight.shape import HEAVY_PIECES_OF_STACKS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -77,9 +77,7 @@ def effective_number(side: float, top: float, cover: str = "open") -> float:
     if cover not in COVERS:
         raise InputError(f"stack rule: cover is {cover!r}{nearest(cover, COVERS)}; allowed: {', '.join(COVERS)}")
     for name, value in (("side", side), ("top", top)):
-        require_number("stack rule", name, value, "")
-        if not (math.isfinite(value) and value >= 0.0):
-            raise InputError(f"stack rule: {name} is {value}, needed: zero or more rounds")
+        require_number("stack rule", name, value, "", low=0.0)
     number = COVERS[cover][0] * side + COVERS[cover][1] * top
     if not number > 0.0:
         raise InputError("stack rule: no round on the side and none on top")
@@ -114,11 +112,11 @@ class PolarField:
         InputError
             There is no fragment, or the axis has no length.
         """
-        along = np.asarray(axis, dtype=np.float64)
+        along = real_array("polar field", "axis", axis, "", (3,))
         if not realisations or not any(len(one) for one in realisations):
             raise InputError("polar field: no fragment")
-        if along.shape != (3,) or not float(np.linalg.norm(along)) > 0.0:
-            raise InputError(f"polar field: the axis is {along.tolist()}, needed: three components, not all zero")
+        if not along.any():
+            raise InputError("polar field: axis is [0, 0, 0], needed: a direction")
         mass = np.concatenate([one.mass for one in realisations])
         velocity = np.concatenate([one.velocity for one in realisations])
         speed = np.linalg.norm(velocity, axis=1)
@@ -166,27 +164,10 @@ def beam_distance(
     """Distance of a single round in its worst polar zone, by the paper's procedure with counted fragments.
 
     An arena test reports fragments by polar zone; here every fragment of the zone counts with its own mass and speed,
-    in place of a Mott law and one speed. Zones are moved in steps of a degree, so that none cuts a beam in two.
-
-    Parameters
-    ----------
-    field : PolarField
-        Fragments of the round.
-    retardation : Retardation
-        Drag, air and shape factor (2600 kg/m3 for single shells).
-    criteria : Criteria
-        Energy and acceptable density.
-    width : float
-        Of a zone (degrees), from 1 to 180.
-
-    Raises
-    ------
-    InputError
-        A width outside that range.
+    in place of a Mott law and one speed. Zones, `width` wide (degrees, from 1 to 180), are moved in steps of a degree,
+    so that none cuts a beam in two. The paper's shape factor in `retardation` is 2600 kg/m3 for single shells.
     """
-    require_number("beam distance", "width", width, "degrees")
-    if not 1.0 <= width <= 180.0:
-        raise InputError(f"beam distance: width is {width} degrees, allowed: 1 to 180")
+    require_number("beam distance", "width", width, "degrees", low=1.0, high=180.0)
     reach = retardation.reach(field.mass, field.speed, criteria.energy)
     order = np.argsort(-reach, kind="stable")
     reach, polar = reach[order], field.polar[order]
@@ -310,35 +291,17 @@ def procedure(
 def stack_distance(
     field: PolarField, number: float, criteria: Criteria, *, density: float = 1.225, gravity: float = STANDARD_GRAVITY
 ) -> StackDistance:
-    """Distance of a stack by the paper's suggested procedure (p. 13-14).
+    """Distance of a stack by the paper's suggested procedure (p. 13-14), of air of `density` (kg/m3).
 
-    Perpendicular to the rounds' axes N_E times the single round's fragments, with k = 4740 kg/m3 and C_D = 1.28. Of the
-    zones of 10 degrees that hold the perpendicular the worst counts. The paper takes the initial speed from Gurney's
-    formula and the Mott law from an arena test; here both are those of the fragments given.
-
-    Parameters
-    ----------
-    field : PolarField
-        Fragments of the single round.
-    number : float
-        N_E, see `effective_number`.
-    criteria : Criteria
-        Energy and acceptable density.
-    density, gravity : float
-        Of the air (kg/m3), and in m/s2.
-
-    Raises
-    ------
-    InputError
-        The number is not above zero, or the zones hold too few fragments for a Mott law.
+    Perpendicular to the rounds' axes N_E (`number`, see `effective_number`) times the single round's fragments, with k
+    = 4740 kg/m3 and C_D = 1.28. Of the zones of 10 degrees that hold the perpendicular the worst counts. The paper
+    takes the initial speed from Gurney's formula and the Mott law from an arena test; here both are those of the
+    fragments given. Raises InputError where the number is not above zero, or the zones hold too few fragments for a
+    Mott law.
     """
-    require_number("stack rule", "effective number", number, "")
-    if not (math.isfinite(number) and number > 0.0):
-        raise InputError(f"stack rule: effective number is {number}, needed: above zero")
-    drag = Drag.constant(SUPERSONIC_DRAG)
-    retardation = Retardation(
-        drag, density, 340.0, HEAVY_PIECES_OF_STACKS, gravity
-    )  # a constant C_D has no Mach number
+    require_number("stack rule", "effective number", number, "", above=0.0)
+    drag = Drag.constant(SUPERSONIC_DRAG)  # for which the speed of sound is of no meaning
+    retardation = Retardation(drag, density, 340.0, HEAVY_PIECES_OF_STACKS, gravity)
     found, fault = [], ""
     for low in np.arange(90.0 - ZONE_WIDTH, 90.0 + 0.5 * _STEP, _STEP).tolist():
         try:

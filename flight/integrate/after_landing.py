@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,10 +12,8 @@ from flight.result import Status
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from flight.kernels.limits import Limits
-    from flight.kernels.motion import Surroundings
-    from flight.kernels.terrain import Terrain
-    from flight.scene.scene import Scene
+    from flight.integrate.job import FlightJob
+    from flight.kernels.events import Limits
 
 __all__ = ["FlownChunk", "fly_chunk_to_end"]
 
@@ -59,28 +57,10 @@ class FlownChunk:
     ground: NDArray[np.float64]
 
 
-class ChunkFlight(Protocol):
-    """What flies a chunk once: `flight.integrate.job.FlightJob`."""
-
-    scene: Scene
-    around: Surroundings
-    terrain: Terrain
-    obstacles: NDArray[np.float64]
-
-    def fly(
-        self, arrays: list[NDArray[np.float64]], start: int, end: int, limits: Limits, buffers: dict[str, NDArray[Any]]
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Crossings and points of paths of the fragments start..end-1."""
-
-
 def fly_chunk_to_end(
-    job: ChunkFlight,
-    arrays: list[NDArray[np.float64]],
-    start: int,
-    end: int,
-    limits: Limits,
+    job: FlightJob, arrays: list[NDArray[np.float64]], start: int, end: int, limits: Limits,
     buffers: dict[str, NDArray[Any]],
-) -> FlownChunk:
+) -> FlownChunk:  # fmt: skip
     """Fly the fragments start..end-1, and on from every ricochet."""
     hits, path = job.fly(arrays, start, end, limits, buffers)
     outcome, status = buffers["outcome"][: end - start], buffers["status"][: end - start]
@@ -90,22 +70,12 @@ def fly_chunk_to_end(
     struck = np.ones((stopped.size, 11))
     struck[:, :7], struck[:, 7:9], struck[:, 9] = outcome[stopped, :7], outcome[stopped, 11:13], start + stopped
     still = np.zeros(end - start, dtype=np.int64)
-    return FlownChunk(
-        outcome,
-        status,
-        outcome[:, :7],
-        status,
-        outcome[:, 11:13].astype(np.int64),
-        still,
-        hits,
-        path,
-        struck,
-        np.zeros((0, 10)),
-    )
+    stopped_by = outcome[:, 11:13].astype(np.int64)
+    return FlownChunk(outcome, status, outcome[:, :7], status, stopped_by, still, hits, path, struck, np.zeros((0, 10)))
 
 
 def _fly_on(
-    job: ChunkFlight, arrays: list[NDArray[np.float64]], start: int, limits: Limits, buffers: dict[str, NDArray[Any]],
+    job: FlightJob, arrays: list[NDArray[np.float64]], start: int, limits: Limits, buffers: dict[str, NDArray[Any]],
     flown: tuple[NDArray[np.float64], NDArray[np.int8], NDArray[np.float64], NDArray[np.float64]],
 ) -> FlownChunk:  # fmt: skip
     """Let ricochet what has landed or struck, and fly on until all stay."""
@@ -119,11 +89,8 @@ def _fly_on(
     last, last_status = np.zeros((number, 7)), np.zeros(number, dtype=np.int8)
     stopped_by = np.full((number, 2), -1, dtype=np.int64)
     ricochets, contacts = np.zeros(number, dtype=np.int64), np.zeros(number, dtype=np.int64)
-    record, landed, surfaces = (
-        np.zeros((number, STRUCK_COLUMNS)),
-        np.zeros((number, GROUND_COLUMNS)),
-        job.scene.surfaces(),
-    )
+    record, landed = np.zeros((number, STRUCK_COLUMNS)), np.zeros((number, GROUND_COLUMNS))
+    surfaces = job.scene.surfaces()
     moving = np.arange(number)
     all_hits, all_paths, all_struck, all_ground = [hits], [path], [], []
     while True:
@@ -136,13 +103,8 @@ def _fly_on(
         moving = moving[:flying]
         if not flying:
             break
-        again = [
-            mass[start + moving],
-            shape_factor[start + moving],
-            last[moving, 1:4],
-            last[moving, 4:7],
-            np.column_stack([last[moving, 0], np.full(flying, np.inf), ricochets[moving] > 0]),
-        ]
+        clock = np.column_stack([last[moving, 0], np.full(flying, np.inf), ricochets[moving] > 0])
+        again = [mass[start + moving], shape_factor[start + moving], last[moving, 1:4], last[moving, 4:7], clock]
         again = [np.ascontiguousarray(array) for array in again]
         hits, path = job.fly(again, 0, flying, limits, buffers)
         outcome, status = buffers["outcome"][:flying], buffers["status"][:flying]

@@ -11,7 +11,7 @@ import numpy as np
 
 from flight.arguments import require_number, require_numbers
 from flight.errors import InputError, nearest
-from flight.rows import CONTACTS
+from flight.result import CONTACTS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
@@ -83,22 +83,10 @@ class Contact:
 
     def __post_init__(self) -> None:
         """Refuse what cannot be."""
-        for name, unit in (
-            ("density", "kg/m3"),
-            ("distance", "m"),
-            ("time_limit", "s"),
-            ("min_speed", "m/s"),
-            ("duration", "s"),
-        ):
-            value = getattr(self, name)
-            require_number("contact", name, value, unit)
-            if not (math.isfinite(value) and value > 0.0):
-                raise InputError(f"contact: {name} is {value} {unit}, needed: finite and above zero")
-        require_numbers("contact", self, {"restitution": "", "friction_angle_deg": "degrees"})
-        if not 0.0 <= self.restitution <= 1.0:
-            raise InputError(f"contact: restitution is {self.restitution}, allowed: 0 to 1")
-        if not 0.0 <= self.friction_angle_deg < 90.0:
-            raise InputError(f"contact: friction angle is {self.friction_angle_deg} degrees, allowed: 0 to below 90")
+        units = {"density": "kg/m3", "distance": "m", "time_limit": "s", "min_speed": "m/s", "duration": "s"}
+        require_numbers("contact", self, units, above=0.0)
+        require_number("contact", "restitution", self.restitution, "", low=0.0, high=1.0)
+        require_number("contact", "friction_angle_deg", self.friction_angle_deg, "degrees", low=0.0, below=90.0)
         if self.between not in ("all", "rounds"):
             raise InputError(f"contact: between is {self.between!r}{nearest(self.between, ('all', 'rounds'))}")
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import time
 import warnings
 from typing import TYPE_CHECKING, Any
@@ -10,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flight.arguments import real_array, require_number
-from flight.constants import STANDARD_GRAVITY
 from flight.drag import Drag
 from flight.errors import DragTableWarning, InputError, nearest
 from flight.fragments import Fragments
@@ -19,7 +17,7 @@ from flight.integrate.integrator import Adaptive, Domain, FixedStep
 from flight.integrate.job import FlightJob, FlightProgress
 from flight.integrate.legs import legs_between
 from flight.result import FlightResult, Status
-from flight.scene.air import Air, ConstantAir, StandardAtmosphere
+from flight.scene.air import STANDARD_GRAVITY, Air, ConstantAir, StandardAtmosphere
 from flight.scene.height_map import HeightMap
 from flight.scene.ricochet import Ricochet
 from flight.scene.scene import Scene
@@ -259,19 +257,11 @@ def _chosen(sample: int | ArrayLike, number: int, seed: int) -> NDArray[np.int64
 def _check(
     gravity: float, time_limit: float, origin: tuple[float, float], threads: int | None, integrator: Integrator
 ) -> None:
-    require_number("fly", "gravity", gravity, "m/s2")
-    require_number("fly", "time_limit", time_limit, "s")
-    if not math.isfinite(gravity):
-        raise InputError(f"gravity is {gravity}, needed: a finite number (m/s2)")
-    if not (math.isfinite(time_limit) and time_limit > 0.0):
-        raise InputError(f"time_limit is {time_limit} s, needed: finite and above zero")
-    position = real_array("fly", "origin", origin, "m")
-    if position.shape != (2,) or not np.isfinite(position).all():
-        raise InputError(f"origin is {origin}, needed: two finite numbers (m)")
+    require_number("fly", "gravity", gravity, "m/s2", finite=True)
+    require_number("fly", "time_limit", time_limit, "s", above=0.0)
+    real_array("fly", "origin", origin, "m", (2,))
     if threads is not None:
-        require_number("fly", "threads", threads, "")
-    if threads is not None and threads < 1:
-        raise InputError(f"threads is {threads}, needed: 1 or more")
+        require_number("fly", "threads", threads, "", low=1.0)
     if not isinstance(integrator, Adaptive | FixedStep):
         raise InputError(f"integrator is {integrator!r}, allowed: flight.Adaptive or flight.FixedStep")
 

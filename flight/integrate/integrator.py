@@ -27,9 +27,8 @@ class Adaptive:
 
     def __post_init__(self) -> None:
         """Refuse what cannot be stepped."""
-        require_numbers("integrator", self, {"tolerance": "", "longest_step": "s"})
-        if not 1e-14 <= self.tolerance <= 1e-2:
-            raise InputError(f"integrator: tolerance is {self.tolerance}, allowed: 1e-14 to 1e-2")
+        require_number("integrator", "tolerance", self.tolerance, "", low=1e-14, high=1e-2)
+        require_number("integrator", "longest_step", self.longest_step, "s")
         if not self.longest_step > 0.0:
             raise InputError(f"integrator: longest step is {self.longest_step} s, needed: above zero")
 
@@ -42,9 +41,7 @@ class FixedStep:
 
     def __post_init__(self) -> None:
         """Refuse what cannot be stepped."""
-        require_number("integrator", "step", self.step, "s")
-        if not (math.isfinite(self.step) and self.step > 0.0):
-            raise InputError(f"integrator: fixed step is {self.step} s, needed: above zero")
+        require_number("integrator", "step", self.step, "s", above=0.0)
 
 
 Integrator = Adaptive | FixedStep

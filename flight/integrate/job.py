@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from flight.drag import Drag
     from flight.fragments import Fragments
     from flight.integrate.integrator import Domain, Integrator
-    from flight.kernels.limits import Limits
+    from flight.kernels.events import Limits
     from flight.scene.air import Air
     from flight.scene.scene import Scene
     from flight.scene.targets import Witness
@@ -78,7 +78,7 @@ class FlightJob:
         origin: tuple[float, float], cells: FluenceGrid | None = None,
     ) -> None:  # fmt: skip
         from flight.kernels import events, motion, trajectory
-        from flight.kernels.limits import Limits
+        from flight.kernels.events import Limits
 
         self.trajectory, self.hit_columns = trajectory, events.HIT_COLUMNS
         self.fragments, self.witnesses, self.origin = fragments, tuple(witnesses), origin

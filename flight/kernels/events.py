@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from flight.kernels.compiling import inner_kernel
-from flight.kernels.limits import IN_FLIGHT, LANDED, LEFT_DOMAIN, STOPPED
 from flight.kernels.motion import (
     LANES,
     NEW,
@@ -32,12 +31,35 @@ from flight.kernels.terrain import cross_terrain
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from flight.kernels.limits import Limits
     from flight.kernels.terrain import Terrain
 
     Array = NDArray[np.float64]
 
-__all__ = ["HIT_COLUMNS", "ending", "ending_in_scene", "heights_of", "may_end", "outside", "record_hits"]
+__all__ = [
+    "HIT_COLUMNS", "IN_FLIGHT", "LANDED", "LEFT_DOMAIN", "NOT_A_NUMBER", "STEP_LIMIT", "STOPPED", "TIME_OUT", "Limits",
+    "ending", "ending_in_scene", "heights_of", "may_end", "outside", "record_hits",
+]  # fmt: skip
+
+# as in flight.result.Status
+IN_FLIGHT, LANDED, TIME_OUT, LEFT_DOMAIN, STEP_LIMIT, NOT_A_NUMBER, STOPPED = 0, 1, 2, 3, 4, 5, 6
+
+
+class Limits(NamedTuple):
+    """Where and when a flight ends, and how it is stepped. Units: m, s."""
+
+    ground: float  # height of flat ground, nan: none, or a map
+    origin_x: float
+    origin_y: float
+    domain_radius: float  # inf: none
+    ceiling: float  # inf: none
+    floor: float  # -inf: none
+    time_limit: float
+    tolerance: float  # relative, of the velocity over one step
+    fixed_step: float  # 0: adaptive
+    longest_step: float
+    most_steps: int
+    path_points: int  # recorded per step, 0: none
+
 
 # time, position (3), velocity (3), witness, fragment, sense of the crossing, and one that the caller fills
 HIT_COLUMNS = 11

@@ -19,7 +19,7 @@ from flight.kernels.terrain import height_at
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from flight.kernels.limits import Limits
+    from flight.kernels.events import Limits
     from flight.kernels.terrain import Terrain
 
     Array = NDArray[np.float64]

@@ -11,14 +11,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from flight.kernels.compiling import inner_kernel, kernel
-from flight.kernels.limits import LANDED, STOPPED, TIME_OUT
+from flight.kernels.events import LANDED, STOPPED, TIME_OUT
 from flight.kernels.obstacles import FIRST_FACE
 from flight.kernels.terrain import slope_at
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from flight.kernels.limits import Limits
+    from flight.kernels.events import Limits
     from flight.kernels.terrain import Terrain
 
     Array = NDArray[np.float64]

@@ -27,7 +27,7 @@ from flight.kernels.motion import (
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from flight.kernels.limits import Limits
+    from flight.kernels.events import Limits
     from flight.kernels.motion import Surroundings
 
     Array = NDArray[np.float64]

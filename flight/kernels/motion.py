@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from flight.constants import EARTH_RADIUS
 from flight.kernels.compiling import inner_kernel
+from flight.scene.air import EARTH_RADIUS
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

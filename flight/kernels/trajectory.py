@@ -7,10 +7,25 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from flight.kernels.compiling import inner_kernel, kernel
-from flight.kernels.events import HIT_COLUMNS, ending, ending_in_scene, heights_of, may_end, outside, record_hits
+from flight.kernels.events import (
+    HIT_COLUMNS,
+    IN_FLIGHT,
+    LANDED,
+    LEFT_DOMAIN,
+    NOT_A_NUMBER,
+    STEP_LIMIT,
+    STOPPED,
+    TIME_OUT,
+    Limits,
+    ending,
+    ending_in_scene,
+    heights_of,
+    may_end,
+    outside,
+    record_hits,
+)
 from flight.kernels.fluence import count_chord, count_path, highest_counted
 from flight.kernels.lanes import SMALLEST_FACTOR, load, move_lane, prepare, step_factors
-from flight.kernels.limits import IN_FLIGHT, LANDED, LEFT_DOMAIN, NOT_A_NUMBER, STEP_LIMIT, STOPPED, TIME_OUT, Limits
 from flight.kernels.motion import (
     LANES,
     MACH,

@@ -8,16 +8,16 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
-from flight.arguments import require_number, require_numbers
-from flight.constants import EARTH_RADIUS, STANDARD_GRAVITY
-from flight.errors import InputError
-from flight.scene.tables import evaluate_pieces, hermite_pieces
+from flight.arguments import require_number
+from flight.scene.tables import hermite_pieces
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["Air", "AirTable", "ConstantAir", "StandardAtmosphere", "VACUUM", "table_values"]
+__all__ = ["EARTH_RADIUS", "STANDARD_GRAVITY", "Air", "AirTable", "ConstantAir", "StandardAtmosphere", "VACUUM"]
 
+EARTH_RADIUS = 6_356_766.0  # m; of the geopotential altitude, US Standard Atmosphere 1976, section 1.2.5
+STANDARD_GRAVITY = 9.80665  # m/s2; the same section
 GAS_CONSTANT = 8314.32 / 28.9644  # J/(kg K); the 1976 value of R* over the molar mass
 RATIO_OF_HEATS = 1.4
 LAYER_BASE = np.array([0.0, 11e3, 20e3, 32e3, 47e3, 51e3, 71e3, 84.852e3])  # geopotential m, table 4
@@ -73,11 +73,8 @@ class ConstantAir:
 
     def __post_init__(self) -> None:
         """Refuse what is not air."""
-        require_numbers("air", self, {"density_everywhere": "kg/m3", "sound_speed_everywhere": "m/s"})
-        if not (math.isfinite(self.density_everywhere) and self.density_everywhere >= 0.0):
-            raise InputError(f"air: density is {self.density_everywhere} kg/m3, needed: zero or more")
-        if not (math.isfinite(self.sound_speed_everywhere) and self.sound_speed_everywhere > 0.0):
-            raise InputError(f"air: sound speed is {self.sound_speed_everywhere} m/s, needed: above zero")
+        require_number("air", "density_everywhere", self.density_everywhere, "kg/m3", low=0.0)
+        require_number("air", "sound_speed_everywhere", self.sound_speed_everywhere, "m/s", above=0.0)
 
     def density(self, height: ArrayLike) -> NDArray[np.float64]:
         """Density (kg/m3) at heights z (m)."""
@@ -107,9 +104,7 @@ class StandardAtmosphere:
 
     def __post_init__(self) -> None:
         """Refuse a site outside the atmosphere."""
-        require_number("air", "site_altitude", self.site_altitude, "m")
-        if not -5000.0 <= self.site_altitude <= 84_000.0:
-            raise InputError(f"air: site altitude is {self.site_altitude} m, allowed: -5000 to 84000")
+        require_number("air", "site_altitude", self.site_altitude, "m", low=-5000.0, high=84_000.0)
 
     def density(self, height: ArrayLike) -> NDArray[np.float64]:
         """Density (kg/m3) at heights z (m)."""
@@ -194,12 +189,3 @@ def _layer_bases() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         temperature.append(end)
         pressure.append(pressure[-1] * factor)
     return np.array(temperature), np.array(pressure)
-
-
-def table_values(table: AirTable, height: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Density (kg/m3) and sound speed (m/s) that the kernels read at heights z (m), for tests and plots."""
-    altitude = np.asarray(height, dtype=np.float64) + table.site_altitude
-    geopotential = EARTH_RADIUS * altitude / (EARTH_RADIUS + altitude)
-    entries = table.bottom + table.step * np.arange(len(table.pieces) + 1)
-    density = evaluate_pieces(entries, table.pieces[:, :4], geopotential)
-    return density, 1.0 / evaluate_pieces(entries, table.pieces[:, 4:], geopotential)

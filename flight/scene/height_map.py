@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import warnings
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -111,9 +110,7 @@ class HeightMap:
         steps = np.broadcast_to(real_array(name, "step", step, "m"), 2)
         if not (np.isfinite(steps).all() and (steps > 0.0).all()):
             raise InputError(f"{name}: step is {step}, needed: above zero (m)")
-        position = real_array(name, "corner", corner, "m")
-        if position.shape != (2,) or not np.isfinite(position).all():
-            raise InputError(f"{name}: corner is {corner}, needed: two finite numbers (m)")
+        real_array(name, "corner", corner, "m", (2,))
         if datum is not None:
             require_number(name, "datum", datum, "m")
         _check_heights(grid, datum, name)
@@ -185,7 +182,9 @@ class HeightMap:
         from flight.files.raster import HEIGHT_UNITS
 
         path = Path(path)
-        _check_position(path, site, earth)
+        for place, found, size, unit in (("site", site, 2, "m"), ("earth", earth, 3, "degrees")):
+            if found is not None:
+                real_array(str(path), place, found, unit, (size,))
         if height_unit is not None and height_unit not in HEIGHT_UNITS:
             raise InputError(f"{path}: height_unit is {height_unit!r}{nearest(str(height_unit), HEIGHT_UNITS)}")
         grid = read_grid(path, site, earth, band, height_unit)
@@ -193,10 +192,8 @@ class HeightMap:
         if datum == "site":
             zero = _height_at_site(grid, path, site)
         else:
-            require_number(str(path), 'datum other than "site"', datum, "m")
+            require_number(str(path), 'datum other than "site"', datum, "m", finite=True)
             zero = float(datum)
-            if not math.isfinite(zero):
-                raise InputError(f'{path}: datum is {datum}, needed: a finite height (m) or "site"')
         made = cls(grid.heights - zero, grid.step, grid.corner, datum=zero, holes=holes, name=str(path))
         object.__setattr__(made, "facts", grid.facts)
         return made
@@ -291,14 +288,6 @@ class HeightMap:
         )
 
 
-def _check_position(path: Path, site: tuple[float, float] | None, earth: tuple[float, float, float] | None) -> None:
-    for name, found, size, unit in (("site", site, 2, "m"), ("earth", earth, 3, "degrees")):
-        values = None if found is None else real_array(str(path), name, found, unit)
-        if values is not None and (values.shape != (size,) or not np.isfinite(values).all()):
-            words = {2: "two finite numbers (m)", 3: "latitude, longitude and a bearing (degrees)"}[size]
-            raise InputError(f"{path}: {name} is {found}, needed: {words}")
-
-
 def _height_at_site(grid: Grid, path: Path, site: tuple[float, float] | None) -> float:
     """The map's height at x = y = 0 (m)."""
     place = "" if site is None else f" {site}"
@@ -351,8 +340,7 @@ def _fill(
         if beyond is not None:
             words += f"; {int(beyond.sum())} of them, in wide holes or at the map's edge, count as beyond the map"
     else:
-        if not math.isfinite(holes):
-            raise InputError(f"{name}: holes is {holes}, needed: a finite height (m)")
+        require_number(name, "holes", holes, "m", finite=True)
         grid[missing] = holes
         words = f"they were set to {holes:g} m"
     warnings.warn(f"{name}: {share}; {words}", FlightWarning, stacklevel=4)

@@ -22,18 +22,9 @@ _NARROW, _NARROW_NODES = 30.0, 4  # m, and nodes: a hole as wide as one of them 
 def fill_holes(grid: NDArray[np.float64], step: tuple[float, float]) -> NDArray[np.bool_] | None:
     """Fill the holes in place: from the rim inwards the mean of those of eight neighbours that have a height.
 
-    Parameters
-    ----------
-    grid : (rows, columns) float64
-        Heights (m), not finite in holes; at least one node has a height.
-    step : (2,) floats
-        Distance of the columns and of the rows (m).
-
-    Returns
-    -------
-    (rows, columns) bool or None
-        Nodes of holes that reach the map's edge, or are wider than 30 m and four nodes: what is filled in there is no
-        knowledge. None without such holes.
+    `grid` (rows, columns) holds heights (m), not finite in holes, one at least finite; its columns and rows are `step`
+    (m) apart. Returned are the nodes of holes that reach the map's edge, or are wider than 30 m and four nodes, as what
+    is filled in there is no knowledge; None without such holes.
     """
     missing = ~np.isfinite(grid)
     beyond = _unknown(missing, step)

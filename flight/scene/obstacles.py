@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from flight.arguments import real_array, require_number
+from flight.arguments import real_array, require_number, require_numbers
 from flight.errors import InputError
 from flight.scene.ricochet import Ricochet
 
@@ -83,9 +83,7 @@ class Barricade(_AlongLine):
     def __post_init__(self) -> None:
         """Refuse what is not a bank."""
         _check(self, ("start", "end"), ("height", "crest_width"))
-        require_number(f"obstacle {self.name}", "slope", self.slope, "")
-        if not (math.isfinite(self.slope) and self.slope >= 0.0):
-            raise InputError(f"obstacle {self.name}: slope is {self.slope}, needed: zero (upright) or more")
+        require_number(f"obstacle {self.name}", "slope", self.slope, "", low=0.0)
         _direction(self)
 
     def sides(self, top: float, bottom: float) -> tuple[list[Face], NDArray[np.float64]]:
@@ -114,9 +112,7 @@ class Building:
     def __post_init__(self) -> None:
         """Refuse what is not a box."""
         _check(self, ("centre",), ("length", "width", "height"))
-        require_number(f"obstacle {self.name}", "azimuth", self.azimuth, "degrees")
-        if not math.isfinite(self.azimuth):
-            raise InputError(f"obstacle {self.name}: azimuth is {self.azimuth}, needed: degrees")
+        require_number(f"obstacle {self.name}", "azimuth", self.azimuth, "degrees", finite=True)
 
     @property
     def plan_centre(self) -> tuple[float, float]:
@@ -139,19 +135,8 @@ def pack_obstacles(
 ) -> NDArray[np.float64]:
     """Rows (n, 43) for the kernels.
 
-    Parameters
-    ----------
-    obstacles : sequence of Wall, Barricade or Building
-        What stands there.
-    lowest : float or None
-        Lowest ground (z, m); None: no ground.
-    ground : callable
-        Height of the ground at (x, y); None where there is none.
-
-    Raises
-    ------
-    InputError
-        An obstacle has no ground to stand on, or does not stand out of it.
+    `lowest` is the lowest ground (z, m), None without ground, and `ground` gives its height at (x, y). Raises
+    InputError for an obstacle that has no ground to stand on, or does not stand out of it.
     """
     rows = np.zeros((len(obstacles), COLUMNS))
     for row, obstacle in zip(rows, obstacles, strict=True):
@@ -187,17 +172,7 @@ def depth_in(rows: NDArray[np.float64], position: NDArray[np.float64]) -> NDArra
 
 
 def count_by_face(obstacles: Sequence[Obstacle], hits: NDArray[Any], energy: float = 79.0) -> list[dict[str, Any]]:
-    """Hits on each obstacle by face, as in summary.json.
-
-    Parameters
-    ----------
-    obstacles : sequence
-        As flown.
-    hits : structured array of dtype OBSTACLE_HITS
-        `FlightResult.obstacle_hits`.
-    energy : float
-        Of a hazardous hit (J).
-    """
+    """Hits (OBSTACLE_HITS) on each obstacle by face, as in summary.json; hazardous from `energy` (J) on."""
     table = []
     for index, obstacle in enumerate(obstacles):
         mine = hits[hits["obstacle"] == index]
@@ -229,25 +204,16 @@ def _tally(hits: NDArray[Any], energy: float) -> dict[str, Any]:
 
 
 def _check(obstacle: Obstacle, places: tuple[str, ...], lengths: tuple[str, ...]) -> None:
-    name = obstacle.name
+    owner = f"obstacle {obstacle.name}"
     for what in places:
-        value = getattr(obstacle, what)
-        array = real_array(f"obstacle {name}", what, value, "m")
-        if array.shape != (2,) or not np.isfinite(array).all():
-            raise InputError(f"obstacle {name}: {what} is {value}, needed: two finite numbers (m)")
-    for what in lengths:
-        value = getattr(obstacle, what)
-        require_number(f"obstacle {name}", what, value, "m")
-        if not (math.isfinite(value) and value > 0.0):
-            raise InputError(f"obstacle {name}: {what} is {value} m, needed: above zero")
+        real_array(owner, what, getattr(obstacle, what), "m", (2,))
+    require_numbers(owner, obstacle, dict.fromkeys(lengths, "m"), above=0.0)
     if obstacle.base is not None:
-        require_number(f"obstacle {name}", "base", obstacle.base, "m")
-    if obstacle.base is not None and not math.isfinite(obstacle.base):
-        raise InputError(f"obstacle {name}: base is {obstacle.base}, needed: a finite height (m), or None: the ground")
+        require_number(owner, "base", obstacle.base, "m", finite=True)
     try:
         Ricochet.of(obstacle.ricochet)
     except InputError as error:
-        raise InputError(f"obstacle {name}: {error}") from None
+        raise InputError(f"{owner}: {error}") from None
 
 
 def _direction(obstacle: Wall | Barricade) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:

@@ -34,7 +34,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from flight.arguments import require_number, require_numbers
+from flight.arguments import require_number
 from flight.errors import InputError, nearest
 
 if TYPE_CHECKING:
@@ -81,23 +81,15 @@ class Ricochet:
     def __post_init__(self) -> None:
         """Refuse what is no law."""
         what = f"ricochet {self.name}"
-        require_numbers(
-            what, self, {"critical_angle": "degrees", "speed_kept": "", "departure": "", "roughness": "degrees"}
-        )
-        if not 0.0 < self.critical_angle <= STEEPEST:
-            raise InputError(
-                f"{what}: critical_angle is {self.critical_angle} degrees, allowed: above 0 to {STEEPEST:g}"
-            )
-        if not 0.0 < self.speed_kept <= 1.0:
-            raise InputError(f"{what}: speed_kept is {self.speed_kept}, allowed: above 0 to 1")
+        require_number(what, "critical_angle", self.critical_angle, "degrees", above=0.0, high=STEEPEST)
+        require_number(what, "speed_kept", self.speed_kept, "", above=0.0, high=1.0)
+        require_number(what, "roughness", self.roughness, "degrees", low=0.0, high=ROUGHEST)
+        require_number(what, "departure", self.departure, "")
         if not 0.0 < self.departure * self.critical_angle <= STEEPEST:
             raise InputError(
                 f"{what}: departure is {self.departure}, allowed: above 0, and with the critical angle of "
                 f"{self.critical_angle:g} degrees at most {STEEPEST / self.critical_angle:.3g}"
             )
-
-        if not 0.0 <= self.roughness <= ROUGHEST:
-            raise InputError(f"{what}: roughness is {self.roughness} degrees, allowed: 0 to {ROUGHEST:g}")
 
     @classmethod
     def of(cls, value: Ricochet | str | None) -> Ricochet | None:
@@ -124,10 +116,9 @@ class Ricochet:
         A speed kept of more than 1 is 1, and angles end at 60 degrees, roughness at 20.
         """
         factors = {"critical_angle": critical_angle, "speed_kept": speed_kept, "departure": departure}
-        for name, factor in {**factors, "roughness": roughness}.items():
-            require_number(f"ricochet {self.name}", f"factor of {name}", factor, "")
-            if not (math.isfinite(factor) and (factor > 0.0 or (name == "roughness" and factor == 0.0))):
-                raise InputError(f"ricochet {self.name}: factor of {name} is {factor}, needed: above zero")
+        for name, factor in factors.items():
+            require_number(f"ricochet {self.name}", f"factor of {name}", factor, "", above=0.0)
+        require_number(f"ricochet {self.name}", "factor of roughness", roughness, "", low=0.0)
         if critical_angle == speed_kept == departure == roughness == 1.0:
             return self
         critical = min(critical_angle * self.critical_angle, STEEPEST)
@@ -142,9 +133,7 @@ class Ricochet:
 
         (0, 0) above the critical angle: embedded.
         """
-        require_number(f"ricochet {self.name}", "angle", angle, "degrees")
-        if not 0.0 <= angle <= 90.0:
-            raise InputError(f"ricochet {self.name}: angle is {angle} degrees, allowed: 0 to 90")
+        require_number(f"ricochet {self.name}", "angle", angle, "degrees", low=0.0, high=90.0)
         facet = math.hypot(angle, self.roughness)
         if facet > self.critical_angle:
             return 0.0, 0.0

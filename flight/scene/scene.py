@@ -78,9 +78,7 @@ class Scene:
     def check(self, fragments: Fragments, origin: tuple[float, float]) -> None:
         """Refuse what cannot be flown: fragments below the ground, off the map, in an obstacle; an origin in one."""
         if self.ground is not None and not isinstance(self.ground, HeightMap):
-            require_number("fly", "ground", self.ground, "m")
-        if isinstance(self.ground, float | int) and not math.isfinite(self.ground):
-            raise InputError(f"ground is {self.ground}, needed: a finite height (m), a flight.HeightMap, or None")
+            require_number("fly", "ground", self.ground, "m", finite=True)
         self.check_places(fragments.position, origin, "fragments")
         if isinstance(self.ground, HeightMap):
             height = self.ground.at(fragments.position[:, 0], fragments.position[:, 1])

@@ -37,10 +37,9 @@ class Cylinder:
 
     def __post_init__(self) -> None:
         """Refuse what is not a cylinder."""
-        require_numbers(f"witness {self.name}", self, {"radius": "m", "bottom": "m", "top": "m"})
-        if not (math.isfinite(self.radius) and self.radius > 0.0):
-            raise InputError(f"witness {self.name}: radius is {self.radius} m, needed: above zero")
-        _vector(self.name, "centre", self.centre, 2)
+        require_number(f"witness {self.name}", "radius", self.radius, "m", above=0.0)
+        require_numbers(f"witness {self.name}", self, {"bottom": "m", "top": "m"})
+        real_array(f"witness {self.name}", "centre", self.centre, "m", (2,))
         if not self.bottom < self.top:
             raise InputError(f"witness {self.name}: bottom {self.bottom} m is not below top {self.top} m")
 
@@ -63,13 +62,9 @@ class Panel:
 
     def __post_init__(self) -> None:
         """Refuse what is not a rectangle."""
-        for what in ("centre", "normal", "up"):
-            _vector(self.name, what, getattr(self, what), 3)
-        for what in ("width", "height"):
-            value = getattr(self, what)
-            require_number(f"witness {self.name}", what, value, "m")
-            if not (math.isfinite(value) and value > 0.0):
-                raise InputError(f"witness {self.name}: {what} is {value} m, needed: above zero")
+        for what, unit in (("centre", "m"), ("normal", ""), ("up", "")):
+            real_array(f"witness {self.name}", what, getattr(self, what), unit, (3,))
+        require_numbers(f"witness {self.name}", self, {"width": "m", "height": "m"}, above=0.0)
         self.axes()
 
     @property
@@ -196,12 +191,6 @@ def _grouped(rows: NDArray[np.float64], witnesses: Sequence[Witness]) -> NDArray
         made.append(rows[start:end])
         start = end
     return np.ascontiguousarray(np.concatenate(made))
-
-
-def _vector(witness: str, what: str, value: Sequence[float], size: int) -> None:
-    array = real_array(f"witness {witness}", what, value, "" if what in ("normal", "up") else "m")
-    if array.shape != (size,) or not np.isfinite(array).all():
-        raise InputError(f"witness {witness}: {what} is {value}, needed: {size} finite numbers")
 
 
 def _unit(witness: str, what: str, vector: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -94,10 +94,7 @@ class StoppingWall:
         """Refuse materials without a relation."""
         if self.material not in MATERIALS:
             raise InputError(f"wall: material is {self.material!r}, allowed: {' or '.join(MATERIALS)}")
-        require_numbers("wall", self, {"thickness": "m", "strength": "Pa"})
-        for name in ("thickness", "strength"):
-            if not (math.isfinite(getattr(self, name)) and getattr(self, name) > 0.0):
-                raise InputError(f"wall: {name} is {getattr(self, name)}, needed: above zero")
+        require_numbers("wall", self, {"thickness": "m", "strength": "Pa"}, above=0.0)
 
     def __call__(self, mass: Array, speed: Array) -> NDArray[np.bool_]:
         """Whether fragments of these masses (kg) and speeds (m/s) are shown to be stopped."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -82,14 +81,11 @@ class Wind:
         top: float = 1000.0,
     ) -> Wind:
         """Wind growing as (height above ground / reference height)^exponent up to `top` (m above ground)."""
-        for name, value, unit in (
-            ("speed", speed, "m/s"), ("towards_deg", towards_deg, "degrees"),
-            ("reference_height", reference_height, "m"), ("exponent", exponent, ""), ("ground", ground, "m"),
-            ("top", top, "m"),
-        ):  # fmt: skip
-            require_number("wind", name, value, unit)
-        if reference_height <= 0.0 or top <= 0.0 or not math.isfinite(exponent):
-            raise InputError(f"wind: reference height {reference_height} m and top {top} m must be above zero")
+        require_number("wind", "reference_height", reference_height, "m", above=0.0)
+        require_number("wind", "top", top, "m", above=0.0)
+        require_number("wind", "exponent", exponent, "", finite=True)
+        require_number("wind", "speed", speed, "m/s")
+        require_number("wind", "ground", ground, "m")
         rise = np.concatenate([[0.0], np.geomspace(min(0.1, 0.01 * top), top, 41)])
         return cls.profile(ground + rise, speed * (rise / reference_height) ** exponent, towards_deg)
 

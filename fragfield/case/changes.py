@@ -37,19 +37,9 @@ _AS_MESSAGES = re.compile(r"\[([1-9]\d{0,5})\]")  # "round[2].casing", entries c
 
 
 def load_changed_case(path: Path, changes: Mapping[str, Any]) -> Case:
-    """Read, check and resolve a case file with some of its values replaced; the title names them.
+    """Read, check and resolve a case file with some values replaced, as `changed_document`; the title names them.
 
-    Parameters
-    ----------
-    path : Path
-        The case file.
-    changes : mapping from dotted key to value
-        As `changed_document` takes them; keys that the file leaves out may be among them.
-
-    Raises
-    ------
-    InputError
-        As `load_case`: an unknown key with the nearest valid name, a value that is not allowed.
+    Raises InputError as `load_case`: an unknown key with the nearest valid name, a value that is not allowed.
     """
     document = read_document(path)
     words = ", ".join(f"{key} = {value}" for key, value in changes.items())

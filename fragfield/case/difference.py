@@ -31,19 +31,9 @@ def _flat(value: object, path: str = "") -> Iterator[tuple[str, Any]]:
 
 
 def differences(stored: Case, now: Case, within: Sequence[str] | None = None) -> list[str]:
-    """One line per key in which two resolved cases differ; titles, notes and sources do not count.
+    """Lines `key: stored 0.006 m, now 0.008 m`, one per key in which two resolved cases differ.
 
-    Parameters
-    ----------
-    stored, now : Case
-        Resolved cases.
-    within : sequence of str, optional
-        Only keys that are one of these or lie in one of these tables.
-
-    Returns
-    -------
-    list of str
-        Lines `key: stored 0.006 m, now 0.008 m`.
+    Titles, notes and sources do not count. `within`: only keys that are one of these or lie in one of these tables.
     """
     return document_differences(plain(stored, units=True), plain(now, units=True), within)
 

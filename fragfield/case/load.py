@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from pydantic import ValidationError
 
 from fragfield.case.checks.consistency import check_case, check_charges
+from fragfield.case.checks.expected_masses import unit_faults
 from fragfield.case.checks.stage_limits import stage_faults
-from fragfield.case.checks.units_of_files import unit_faults
 from fragfield.case.conversion.attitude import attitude_faults, is_mixed, with_axes
 from fragfield.case.conversion.axisymmetry import check_geometry
 from fragfield.case.conversion.casing_data import with_casing_data

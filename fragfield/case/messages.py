@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from itertools import islice
-from typing import TYPE_CHECKING, Any, get_args
+from typing import TYPE_CHECKING, Any, TypeVar, get_args
 
 from pydantic import BaseModel, Tag
 
@@ -17,7 +17,9 @@ if TYPE_CHECKING:
     from pydantic.fields import FieldInfo
     from pydantic_core import ErrorDetails
 
-__all__ = ["explain", "join_faults", "key_path", "marks_of", "tables_in"]
+Mark = TypeVar("Mark")
+
+__all__ = ["explain", "join_faults", "key_path", "mark_of", "marks_of", "tables_in"]
 
 _MOST_FAULTS = 12
 _MOST_EXPLAINED = 100  # to look for the nearest name takes a millisecond
@@ -159,6 +161,11 @@ def _needed(location: Sequence[int | str], model: type[BaseModel]) -> str:
     marks = [mark.allowed for mark in marks_of(field) if isinstance(mark, Parsed)]
     description = (field.description or "a value").rstrip(".")
     return "; ".join([description, *marks])
+
+
+def mark_of(field: FieldInfo, kind: type[Mark]) -> Mark | None:
+    """The first mark of a kind; None where there is none."""
+    return next((mark for mark in marks_of(field) if isinstance(mark, kind)), None)
 
 
 def marks_of(field: FieldInfo) -> Iterator[Any]:

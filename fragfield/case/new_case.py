@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal, get_args, get_origin
 from pydantic import BaseModel
 from pydantic_core import PydanticUndefined
 
-from fragfield.case.messages import marks_of, tables_in
+from fragfield.case.messages import mark_of, marks_of, tables_in
 from fragfield.case.schema import Case
 from fragfield.case.tables.burst import BurstTable
 from fragfield.case.tables.flight import HazardTable
@@ -164,20 +164,10 @@ def _value(model: type[BaseModel], name: str) -> object:
 
 
 def commented_case(chosen: Mapping[str, Any], *, every_key: bool = False) -> str:
-    """A case file with comments.
+    """A case file (TOML) with comments, in which the keys of `chosen`, tables as a file has them, are set.
 
-    Parameters
-    ----------
-    chosen : mapping
-        Tables of the case as the file has them: these keys are set.
-    every_key : bool
-        Show the sub-tables of its tables too, as "[burst.leakage]".
-
-    Returns
-    -------
-    str
-        TOML. Keys that are not chosen stand with their defaults behind a `#` without a space, in the units of their
-        examples.
+    The others stand with their defaults behind a `#` without a space, in the units of their examples. `every_key`: the
+    sub-tables of its tables too, as "[burst.leakage]".
     """
     lines: list[str] = []
     further = []
@@ -281,20 +271,12 @@ def _choices(field: FieldInfo) -> list[str]:
     return [f"One of {', '.join(words)}."] if len(words) > 1 else []
 
 
-def _quantity(field: FieldInfo) -> Quantity | None:
-    return next((mark for mark in marks_of(field) if isinstance(mark, Quantity)), None)
-
-
-def _vector(field: FieldInfo) -> Vector | None:
-    return next((mark for mark in marks_of(field) if isinstance(mark, Vector)), None)
-
-
 def _default(default: object, field: FieldInfo) -> str:
     """A default as the file has it, values with a dimension in the unit of the field's example."""
-    vector = _vector(field)
+    vector = mark_of(field, Vector)
     if vector is not None and vector.component is not None and isinstance(default, tuple):
         return toml_value([f"{component:g} {vector.component.symbol}" for component in default])
-    quantity = _quantity(field)
+    quantity = mark_of(field, Quantity)
     if isinstance(default, BaseModel):
         return "{}"  # the table, with all of its keys left out
     if quantity is None or not isinstance(default, float):
@@ -312,9 +294,9 @@ def _example(field: FieldInfo) -> str | None:
     """An example as the file has it, None where the schema has none."""
     if (inline := _inline(field)) is not None:
         return inline
-    quantity = _quantity(field)
+    quantity = mark_of(field, Quantity)
     if quantity is not None and get_origin(field.annotation) is not list:
         plain = not any(get_origin(part) is list for part in get_args(field.annotation))
         return toml_value(quantity.example) if plain else None
-    vector = _vector(field)
+    vector = mark_of(field, Vector)
     return vector.example if vector is not None else None

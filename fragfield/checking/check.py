@@ -21,6 +21,7 @@ from fragfield.case.conversion.placing import first_alike
 from fragfield.case.conversion.stages import break_up_settings, burst_settings
 from fragfield.case.tables.flight import CylinderTable
 from fragfield.checking.cost import expected_cost
+from fragfield.checking.stacks import RANKS, block_of, on_cores
 from fragfield.checking.substances import substances_of, waiting_on_estimates, yield_stress
 from fragfield.contours.read import is_of_file
 from fragfield.hazard.arrangement import arrangement, arrangement_warnings, with_images
@@ -29,6 +30,7 @@ from fragfield.hazard.prescribed import official_part
 from fragfield.hazard.rules import rules_for
 from fragfield.pipeline.arena import read_arena
 from fragfield.pipeline.attitudes import attitudes_of
+from fragfield_base.cores import cores
 from transition.law.mean_mass import gurney_coefficient, gurney_speed
 
 if TYPE_CHECKING:
@@ -90,13 +92,21 @@ def check_report(case: Case) -> dict[str, Any]:
         for (key, _), table in zip(of_round, case.round, strict=True)
     ]
     cells = sum(qualities[key].cells for key in computed)
-    expected = expected_cost(settings, rounds, described, [meshed[key] for key in of_round], computed_cells=cells)
+    symmetry = part.summary()
+    expected = expected_cost(
+        settings, rounds, described, [meshed[key] for key in of_round], computed_cells=cells, share=symmetry["share"]
+    )
     if is_mixed(case):
         expected["attitudes"] = attitudes_of(case)
+    arranged = arrangement(case)
+    if (nearest := arranged["min_clearance"]) is not None:
+        block = block_of(case, nearest["clearance"], described[0]["outer_diameter"])
+        if block is not None:
+            expected["stack"] = _stack(expected, *block)
     return {
         "case": plain(case),
         "rounds": described,
-        "arrangement": arrangement(case),
+        "arrangement": arranged,
         "geometry": {"choice": settings.geometry, "reason": burst_geometry(case).reason},
         "mesh": {
             "cells": cells,
@@ -105,7 +115,7 @@ def check_report(case: Case) -> dict[str, Any]:
             "max_aspect_ratio": max(one.max_aspect_ratio for one in qualities.values()),
             "min_edge": min(one.min_edge for one in qualities.values()),
         },
-        "symmetry": part.summary(),
+        "symmetry": symmetry,
         "expected": expected,
         "warnings": [
             *_warnings(case, settings, described, expected),
@@ -114,6 +124,18 @@ def check_report(case: Case) -> dict[str, Any]:
             *check_numbers(case, break_up_settings(case), margin=1.0),
         ],
         **_prescribed(case, described),
+    }
+
+
+def _stack(expected: Mapping[str, Any], block: Case, counts: tuple[int, ...]) -> dict[str, Any]:
+    """Cost of a large stack on many cores and ranks, and its block that need be computed together."""
+    own = check_report(block)["expected"]
+    return {
+        "counts": list(counts),
+        "rounds": len(block.round),
+        "block": {"memory_bytes": own["memory_bytes"], "core_seconds": own["core_seconds"]},
+        "threads": on_cores(expected, cores(), ranks=False),
+        "ranks": on_cores(expected, RANKS, ranks=True),
     }
 
 

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from burst_fenicsx.meshing.mesh import CellMesh
     from burst_fenicsx.problem import BurstSettings, Round
 
-__all__ = ["expected_cost"]
+__all__ = ["BYTES_AT_START", "EXPANSION_AT_END", "expected_cost"]
 
 # Fitted to ten bursts: tube with 9 mm cells and the 155 mm projectile with 3, 4, 6, 8 and 12 mm to 120 us, M107 with 8,
 # 10, 12 and 14 mm until it gained less than 1 % in 10 us; the estimate was 0.6 to 1.2 times their steps. The finer the
@@ -26,9 +26,11 @@ _THINNING = 8.5
 # Where cells take steps of their own, the mean one over the time in which a wave runs through the mean cell, by the
 # projectile with 3 and 8 mm cells (0.35 and 0.29).
 _OWN_STEP = 0.32
-_EXPANSION_AT_END = 2.9
-_BYTES_PER_CELL = 1_300.0  # of one process, by the same bursts
-_BYTES_AT_START = 255e6
+EXPANSION_AT_END = 2.9
+# Memory of one process, by rows of one to four M107 with 6 and 8 mm cells, whole and as quarters (within a twentieth).
+# Images of what symmetry leaves are joined to the whole at every output.
+_BYTES_PER_CELL, _BYTES_PER_CELL_OF_WHOLE = 2_450.0, 1_050.0
+BYTES_AT_START = 272e6
 # Time of a core, within a factor of two from machine to machine; what contact adds is that of a M107 with 8 mm cells.
 _SECONDS_PER_CELL_STEP = 0.3e-6
 _BONDS, _SURFACES = 0.1, 0.7  # shares that bonds and the search for surfaces that meet add
@@ -49,7 +51,7 @@ class _Shell:
     @property
     def complete(self) -> float:
         """Time (s) at which acceleration may be complete."""
-        return self.start + (_EXPANSION_AT_END - 1.0) / self.growth
+        return self.start + (EXPANSION_AT_END - 1.0) / self.growth
 
     def stretched(self, end: float) -> float:
         """Integral of the expansion, 1 before the start, over the time to `end` (s)."""
@@ -64,6 +66,7 @@ def expected_cost(
     meshes: Sequence[CellMesh],
     *,
     computed_cells: int | None = None,
+    share: float = 1.0,
 ) -> dict[str, Any]:
     """Estimate what a burst will cost.
 
@@ -79,6 +82,8 @@ def expected_cost(
         Of each round, or of its computed part.
     computed_cells : int, optional
         Number of cells that are computed, where rounds are images of others; left out: those of all meshes.
+    share : float
+        Their fraction of the whole.
 
     Returns
     -------
@@ -108,21 +113,21 @@ def expected_cost(
     step = settings.time_step.fixed or (max(own, together) if subcycles else together)
     cells = sum(len(mesh.cells) for mesh in meshes) if computed_cells is None else computed_cells
     steps = math.ceil(end / step)
-    memory = _BYTES_AT_START + _BYTES_PER_CELL * cells
+    memory = (_BYTES_PER_CELL + _BYTES_PER_CELL_OF_WHOLE / share) * cells
     contact, rings = settings.contact, settings.geometry == "axisymmetric"
-    share = 1.0 + _BONDS * (contact.charge_casing == "sliding") + _SURFACES * (contact.surfaces and not rings)
-    seconds = _SECONDS_PER_CELL_STEP * share * steps * cells
+    dearer = 1.0 + _BONDS * (contact.charge_casing == "sliding") + _SURFACES * (contact.surfaces and not rings)
+    seconds = _SECONDS_PER_CELL_STEP * dearer * steps * cells
     return {
         "stable_time_step": min(stable),
         "mean_time_step": step,
         "end_time": end,
         "steps": steps,
         "cell_steps": steps * cells,
-        "memory_bytes": memory,
+        "memory_bytes": BYTES_AT_START + memory,
         "core_seconds": seconds,
         "per_round": {
             "cells": cells / len(rounds),
-            "memory_bytes": _BYTES_PER_CELL * cells / len(rounds),
+            "memory_bytes": memory / len(rounds),
             "core_seconds": seconds / len(rounds),
         },
     }

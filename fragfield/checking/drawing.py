@@ -38,6 +38,6 @@ def write_drawings(case: Case, path: Path) -> list[Path]:
     for number, (item, expected) in enumerate(zip(different, expected_masses(case), strict=True), start=1):
         target = path if len(different) == 1 else path.with_name(f"{path.stem}_{number}{path.suffix}")
         with drawing_style():
-            (drawn,) = to_bytes(draw_round(item, expected), kind)
+            drawn = to_bytes(draw_round(item, expected), kind)
         written.append(write_bytes(target, drawn, InputError))
     return written

@@ -99,8 +99,8 @@ def _print_burst(console: Console, found: Mapping[str, Any]) -> None:
         console.print(line, markup=False)
     console.print(
         f"expected: about {expected['steps']} steps of a cell, {expected['mean_time_step'] * 1e9:.3g} ns on average, "
-        f"to {expected['end_time'] * 1e6:.3g} us, {expected['memory_bytes'] / 1e9:.2g} GB, "
-        f"about {duration(expected['core_seconds'])} on one core"
+        f"to {expected['end_time'] * 1e6:.3g} us, {_gigabytes(expected)}, "
+        f"{_about(expected['core_seconds'])} on one core"
     )
     if number := expected.get("attitudes"):
         console.print(
@@ -110,10 +110,35 @@ def _print_burst(console: Console, found: Mapping[str, Any]) -> None:
     if len(found["rounds"]) > 1:
         each = expected["per_round"]
         console.print(
-            f"per round: {each['cells']:.0f} cells, {each['memory_bytes'] / 1e9:.2g} GB, "
-            f"{duration(each['core_seconds'])} on one core"
+            f"per round: {each['cells']:.0f} cells, {_gigabytes(each)}, {duration(each['core_seconds'])} on one core"
         )
+    if stack := expected.get("stack"):
+        _print_stack(console, stack)
     _print_prescribed(console, found)
+
+
+def _print_stack(console: Console, stack: Mapping[str, Any]) -> None:
+    """A block that stands for a large stack, and what the whole costs."""
+    block, size = stack["block"], " x ".join(str(count) for count in stack["counts"])
+    words = (
+        f"a casing feels the rounds next to it alone; a block of {size} has corner, edge and inner rounds as the whole"
+    )
+    if stack["rounds"] == 1:
+        words = "the rounds are accelerated before they meet; one stands for all"
+    cost = f"{_gigabytes(block)}, {_about(block['core_seconds'])} on one core"
+    console.print(f"computed together: {words} ({cost})")
+    for found, what in ((stack["threads"], "cores of this machine"), (stack["ranks"], "ranks")):
+        console.print(f"the whole on {found['cores']} {what}: {_about(found['seconds'])}, {_gigabytes(found)}")
+
+
+def _gigabytes(cost: Mapping[str, Any]) -> str:
+    memory = cost["memory_bytes"] / 1e9
+    return f"{memory:.2g} GB" if memory < 99.5 else f"{memory:.0f} GB"
+
+
+def _about(seconds: float) -> str:
+    words = duration(seconds)
+    return words if words.startswith("under") else f"about {words}"
 
 
 def _print_prescribed(console: Console, found: Mapping[str, Any]) -> None:

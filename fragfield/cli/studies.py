@@ -41,13 +41,15 @@ def sweep(
     resume: ResumeRuns = False,
     overwrite: OverwriteRuns = False,
     scheduler: Scheduler = None,
+    keep_runs: Annotated[bool, typer.Option("--keep-runs", help="Keep a run directory of every run.")] = False,
     quiet: Quiet = False,
     json: Json = False,
 ) -> None:
     """Run a case for every combination of values, side by side, into one table.
 
-    Runs go as far as the flight and write no report, pictures and files for ParaView; `fragfield run CASE --out DIR
-    --resume` adds the report to one of them.
+    Of runs with an axisymmetric burst only the rows are kept, without --keep-runs. Others have run directories, as far
+    as the flight, without report, pictures and files for ParaView; `fragfield run CASE --out DIR --resume` adds the
+    report to one of them.
 
     A run that fails is recorded in the table and the others go on. Exit code 0 if all runs are done, 3 if one failed, 2
     if a key or a value is not allowed: then nothing runs.
@@ -57,7 +59,7 @@ def sweep(
 
         found = fragfield.run_sweep(
             case, values, out=out, stage=stage, threads=threads, jobs=jobs, resume=resume, overwrite=overwrite,
-            scheduler=scheduler, progress=not quiet,
+            scheduler=scheduler, keep_runs=keep_runs, progress=not quiet,
         ).found  # fmt: skip
         give(found, json=json, show=print_sweep)
     raise typer.Exit(found["exit_code"])

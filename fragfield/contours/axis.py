@@ -59,23 +59,10 @@ def turned(curves: Sequence[Curve], axis: Axis) -> list[Curve]:
 
 
 def find_axis(path: object, sheet: Sheet, asked: str | None, near: float) -> Axis:
-    """The axis of a section.
+    """The axis of a section: asked for as "y = 0" or "x = 12.5" in units of the file, or that of its centre lines.
 
-    Parameters
-    ----------
-    path : object
-        The file, for messages.
-    sheet : Sheet
-        Its curves and centre lines.
-    asked : str or None
-        "y = 0" or "x = 12.5" in units of the file.
-    near : float
-        Distance (m) within which points are one.
-
-    Raises
-    ------
-    InputError
-        Not of that form, a centre line that is inclined, or none or several that may be it.
+    Points within `near` (m) are one. Raises InputError for another form, a centre line that is inclined, or none or
+    several that may be it.
     """
     points = sheet.points
     if asked is not None:

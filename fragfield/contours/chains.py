@@ -85,21 +85,10 @@ def _cut(points: Array) -> list[Array]:
 
 
 def join(curves: Sequence[Curve], near: float, place: Callable[[Array], str]) -> Joined:
-    """Chains of curves above the axis, whose ends on it are not joined.
+    """Chains of curves above the axis (`above_axis`), whose ends on it are not joined.
 
-    Parameters
-    ----------
-    curves : sequence of Curve
-        As of `above_axis`.
-    near : float
-        Largest gap that is closed (m).
-    place : callable
-        A position as it stands in the drawing, for messages.
-
-    Raises
-    ------
-    InputError
-        Three ends or more meet in a point.
+    Gaps up to `near` (m) are closed; `place` gives a position as it stands in the drawing, for messages. Raises
+    InputError where three ends or more meet in a point.
     """
     single, doubles = _singles(curves, near)
     loops = [one for one in single if np.hypot(*(one.points[0] - one.points[-1])) <= near and one.length > 4.0 * near]

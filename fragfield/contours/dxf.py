@@ -25,16 +25,11 @@ if TYPE_CHECKING:
 
 __all__ = ["read_dxf"]
 
-# $INSUNITS of the DXF reference: name and metres.
+# $INSUNITS of the DXF reference in which a round may be drawn: name and metres.
 _UNITS = {
-    1: ("inches", 0.0254), 2: ("feet", 0.3048), 3: ("miles", 1609.344), 4: ("millimetres", 1e-3),
-    5: ("centimetres", 1e-2), 6: ("metres", 1.0), 7: ("kilometres", 1e3), 8: ("microinches", 2.54e-8),
-    9: ("mils", 2.54e-5), 10: ("yards", 0.9144), 11: ("angstroms", 1e-10), 12: ("nanometres", 1e-9),
-    13: ("microns", 1e-6), 14: ("decimetres", 0.1), 15: ("decametres", 10.0), 16: ("hectometres", 100.0),
-    17: ("gigametres", 1e9), 18: ("astronomical units", 149597870700.0), 19: ("light years", 9460730472580800.0),
-    20: ("parsecs", 3.0856775814913673e16), 21: ("US survey feet", 1200.0 / 3937.0),
-    22: ("US survey inches", 100.0 / 3937.0), 23: ("US survey yards", 3600.0 / 3937.0),
-    24: ("US survey miles", 6336000.0 / 3937.0),
+    1: ("inches", 0.0254), 2: ("feet", 0.3048), 4: ("millimetres", 1e-3), 5: ("centimetres", 1e-2), 6: ("metres", 1.0),
+    8: ("microinches", 2.54e-8), 9: ("mils", 2.54e-5), 10: ("yards", 0.9144), 13: ("microns", 1e-6),
+    14: ("decimetres", 0.1), 21: ("US survey feet", 1200.0 / 3937.0), 22: ("US survey inches", 100.0 / 3937.0),
 }  # fmt: skip
 _CURVES = ("LINE", "ARC", "CIRCLE", "ELLIPSE", "SPLINE", "LWPOLYLINE", "POLYLINE")
 _CENTRE = re.compile(r"CENT(ER|RE)|DASHDOT|STRICHPUNKT|MITTE|ACAD_ISO0[48]W|ACAD_ISO10W|AXES", re.IGNORECASE)
@@ -46,23 +41,11 @@ _FLAT = 1e-6  # z over the extent that still is the plane of the sheet
 
 
 def read_dxf(path: Path, *, unit: float | None, layers: Sequence[str] | None, tolerance: float) -> Sheet:
-    """Curves of the model space of a DXF file.
+    """Curves of the model space of a DXF file, text or binary of any release.
 
-    Parameters
-    ----------
-    path : Path
-        Text or binary DXF of any release.
-    unit : float or None
-        Length of one unit of the file (m); None as its header says.
-    layers : sequence of str or None
-        Layers of the contour; None all.
-    tolerance : float
-        By which the contour may be off (m).
-
-    Raises
-    ------
-    InputError
-        No DXF, ezdxf missing, an unknown unit or layer, nothing that could be a contour, curves off the plane.
+    `unit` is the length of one unit of the file (m), None as its header says; `layers` those of the contour, None all;
+    `tolerance` that by which the contour may be off (m). Raises InputError: no DXF, ezdxf missing, an unknown unit or
+    layer, nothing that could be a contour, curves off the plane.
     """
     document = _opened(path)
     found, notes = _unit(path, document, unit)

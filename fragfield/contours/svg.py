@@ -34,22 +34,10 @@ _ALIKE = 2e-3  # of the scales along x and y
 def read_svg(path: Path, *, unit: float | None, layers: Sequence[str] | None, tolerance: float) -> Sheet:
     """Curves of an SVG file.
 
-    Parameters
-    ----------
-    path : Path
-        The file.
-    unit : float or None
-        Length of one user unit (m): of a number in the coordinates of the file's outermost element. None: as its
-        `width`, `height` and `viewBox` say, in mm, cm, in, pt or pc; pixels have no length.
-    layers : sequence of str or None
-        Labels or names (id) of the groups or shapes of the contour; None all.
-    tolerance : float
-        By which the contour may be off (m).
-
-    Raises
-    ------
-    InputError
-        No SVG, svgelements missing, no scale, an unknown layer, nothing that could be a contour.
+    `unit` is the length (m) of a number in the coordinates of its outermost element; None: as its `width`, `height` and
+    `viewBox` say, in mm, cm, in, pt or pc; pixels have no length. `layers` are labels or names (id) of the groups or
+    shapes of the contour, None all; `tolerance` is that by which it may be off (m). Raises InputError: no SVG,
+    svgelements missing, no scale, an unknown layer, nothing that could be a contour.
     """
     try:
         from svgelements import SVG

@@ -50,13 +50,8 @@ class _Column(NamedTuple):
 def section_of_table(table: ContourTable, path: Path) -> tuple[Section, list[str], float]:
     """Outer contour and cavity of a table, how it was read, in words, and the unit of its stations (m).
 
-    Parameters
-    ----------
-    table : ContourTable
-        Its `unit` and `nose` ("first" or "last" station) are used.
-    path : Path
-        Rows of a station with outer and inner diameter or radius; an empty inner cell where the casing is solid, two
-        rows of one station for a step.
+    Rows hold a station with outer and inner diameter or radius; an empty inner cell where the casing is solid, two rows
+    of one station for a step. Of `table` the `unit` and the `nose` ("first" or "last" station) are used.
 
     Raises
     ------

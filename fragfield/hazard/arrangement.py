@@ -26,20 +26,11 @@ _SAME_HEIGHT = 1e-6  # of the ground in the burst and in flight (m)
 
 
 def arrangement(case: Case) -> dict[str, Any]:
-    """Rounds, smallest clear distance, planes and contact of a resolved case.
+    """Rounds, smallest clear distance, planes and contact of a resolved case with a burst; SI, angles in degrees.
 
-    Parameters
-    ----------
-    case : Case
-        Resolved, with a burst.
-
-    Returns
-    -------
-    dict
-        `attitude` (as `hazard.attitude` of summary.json), `rounds` (name, position, axis, number of ignition points,
-        first and last delay, `initiation`), `min_clearance` (two names and the clear distance, or None for a single
-        round), `planes` (name, kind, the nearest round and its clear distance), `surroundings` (of the flight) and
-        `contact`; SI, angles in degrees.
+    `attitude` (as `hazard.attitude` of summary.json), `rounds` (name, position, axis, number of ignition points, first
+    and last delay, `initiation`), `min_clearance` (two names and the clear distance, or None for a single round),
+    `planes` (name, kind, the nearest round and its clear distance), `surroundings` (of the flight) and `contact`.
     """
     from fragfield.case.conversion.stages import burst_settings
 

@@ -5,14 +5,20 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
-from fragfield.case.conversion.surroundings import direction_words
+import numpy as np
+
+from fragfield.case.conversion.surroundings import bearing_of, direction_words, ground_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from flight.hazard.density.distance import ExpectedDistance
+    from fragfield.case import Case
+
 __all__ = [
     "NOT_DETERMINED",
     "basis_words",
+    "beyond_map_words",
     "certainty",
     "is_determined",
     "margin_metres",
@@ -119,3 +125,26 @@ def single_words(hazard: Mapping[str, Any]) -> str:
     if not found:
         return NOT_DETERMINED
     return f"{rounded_metres(found['low'])} to {rounded_metres(found['high'])} m"
+
+
+def beyond_map_words(case: Case, expected: ExpectedDistance) -> str:
+    """Why a distance is not determined that reaches beyond the map, where the ground is not known; else empty.
+
+    `expected` is the distance of the flights of the resolved case.
+    """
+    ground = ground_of(case)
+    if isinstance(ground, float):
+        return ""
+    reach = ground.reach(case.flight.origin, expected.azimuth)
+    if expected.direction is None:  # one distance for every direction
+        reach = ground.reach(case.flight.origin, np.arange(360.0)).min(keepdims=True)
+    distance = np.fmax(expected.by_direction, expected.upper_by_direction)
+    farthest = int(np.argmax(distance - reach))
+    if not distance[farthest] > reach[farthest]:
+        return ""
+    turn = float(expected.azimuth[farthest])
+    where = "" if expected.direction is None else f", {direction_words(turn, bearing_of(case, turn), whole=True)}"
+    return (
+        f"over level ground beyond the map of heights it would be {distance[farthest]:.0f} m{where}, and the map ends "
+        f"{reach[farthest]:.0f} m from the rounds; take a larger map"
+    )

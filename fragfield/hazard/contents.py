@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fragfield.case.conversion.placing import are_alike
+from fragfield.case.conversion.placing import are_alike, mirrored
 from fragfield_base.substances import substance, substance_key, substance_title, substances_with
 
 if TYPE_CHECKING:
@@ -160,21 +160,12 @@ def _clearance(case: Case, profiles: Sequence[Profile]) -> float | None:
     from fragfield.case.conversion.clearance import min_clearance, placed_body
 
     placed = [
-        (profile, np.array(entry.position, dtype=np.float64), np.array(entry.axis, dtype=np.float64))
+        (np.array(entry.position, dtype=np.float64), np.array(entry.axis, dtype=np.float64), profile)
         for profile, entry in zip(profiles, case.round, strict=True)
     ]
-    for plane in case.plane:
-        if plane.kind == "symmetry":
-            normal, point = np.array(plane.normal), np.array(plane.point)
-            placed += [
-                (
-                    profile,
-                    position - 2.0 * float((position - point) @ normal) * normal,
-                    axis - 2.0 * float(axis @ normal) * normal,
-                )
-                for profile, position, axis in placed
-            ]
-    bodies: list[Body] = [placed_body(profile, position.tolist(), axis.tolist()) for profile, position, axis in placed]
+    bodies: list[Body] = [
+        placed_body(profile, place.tolist(), axis.tolist()) for place, axis, profile in mirrored(case, placed)
+    ]
     nearest = min_clearance(bodies)
     return None if nearest is None else max(nearest[2], 0.0)
 

@@ -40,20 +40,11 @@ _SHORT = ("density_normal", "density_ground", "expected_hits", "probability")  #
 
 
 def sum_bound(total: float, squares: float, largest: float, level: float = LEVEL) -> float:
-    """One-sided upper bound of the expected value of a sum of weights over independent rare events.
+    """One-sided upper bound, at `level`, of the expected value of a sum of weights over independent rare events.
 
-    Parameters
-    ----------
-    total, squares : float
-        Sum of the weights and of their squares, or an estimate of the sum's variance.
-    largest : float
-        No weight is larger.
-    level : float
-        Of the bound.
-
-    Notes
-    -----
-    Fay and Feuer 1997: (v + w^2) / (y + w) times the gamma quantile of shape (y + w)^2 / (v + w^2).
+    `total` and `squares` are the sums of the weights and of their squares (or an estimate of the sum's variance); no
+    weight is above `largest`. Fay and Feuer 1997: (v + w^2) / (y + w) times the gamma quantile of shape (y + w)^2 / (v
+    + w^2).
     """
     from scipy.special import gammaincinv
 

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from flight.scene.plan import contains
 from fragfield.hazard.exposed import ExposedSums, sum_bound
 from fragfield.hazard.verdict import part_of_criterion
 
@@ -165,7 +166,7 @@ def _piece(prism: Prism, origin: Array, grid: PolarGrid, kernel: float) -> _Piec
     steps = (np.arange(_ACROSS) + 0.5) / _ACROSS
     x, y = np.meshgrid(*(low[:, None] + (high - low)[:, None] * steps))
     points = np.column_stack([x.ravel(), y.ravel()])
-    points = points[_inside(corners, points)]
+    points = points[contains(corners, points)]
     distance = np.hypot(points[:, 0], points[:, 1])
     reach = grid.up_to(max(grid.reach, float(distance.max()) + grid.cell))
     turn, cell = reach.cells_of(np.degrees(np.arctan2(points[:, 1], points[:, 0]) + towards), distance)
@@ -181,14 +182,3 @@ def _piece(prism: Prism, origin: Array, grid: PolarGrid, kernel: float) -> _Piec
     summed = np.bincount(which.ravel(), weights=weight.ravel()).astype(np.float64)
     across = max(float(np.hypot(outer - inner, math.radians(grid.width) * outer).max()), prism.longest)
     return _Piece(both // len(reach.edges), both % len(reach.edges), summed, across)
-
-
-def _inside(corners: Array, points: Array) -> NDArray[np.bool_]:
-    """Whether points (n, 2) lie in a polygon (k, 2), by the even-odd rule (Shimrat 1962)."""
-    inside = np.zeros(len(points), dtype=bool)
-    x, y = points.T
-    for (ax, ay), (bx, by) in zip(corners.tolist(), np.roll(corners, -1, axis=0).tolist(), strict=True):
-        crosses = (ay > y) != (by > y)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            inside ^= crosses & (x < ax + (y - ay) * (bx - ax) / (by - ay))
-    return inside

@@ -52,20 +52,10 @@ def minimum_part(
     official: Mapping[str, Any] | None,
     rules: Sequence[Mapping[str, Any]],
 ) -> dict[str, Any]:
-    """The part `minimum` of summary.json: the distances not to go below.
+    """The part `minimum` of summary.json: the distances not to go below, of parts `hazard`, `official`, `rules.rules`.
 
-    Parameters
-    ----------
-    hazard, official : mapping
-        Parts of summary.json; `official` is None where the case has no such table.
-    rules : sequence of mapping
-        `rules.rules` of it; empty where there are none.
-
-    Returns
-    -------
-    dict
-        By use, "siting" and "disposal", `distance` (m; None where nothing is known), `by`, and `words`, sentences for
-        a reader.
+    By use, "siting" and "disposal", `distance` (m; None where nothing is known), `by`, and `words`, sentences for a
+    reader.
     """
     computed = hazard.get("recommended")
     part: dict[str, Any] = {}

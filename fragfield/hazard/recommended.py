@@ -54,10 +54,8 @@ def recommended_of(
 
     Parameters
     ----------
-    hazard : mapping
-        That part, with `determined`, `expected`, `upper` and `without_ricochet`.
-    convergence : mapping, optional
-        The part `convergence`.
+    hazard, convergence : mapping
+        Parts of summary.json.
     study : mapping, optional
         uncertainty.json of a study of this run.
 

@@ -91,13 +91,8 @@ def hazardous_fragment_distance(explosive: float) -> float | None:
 def rules_for(contents: Contents, official: OfficialTable | None = None) -> Iterator[Rule]:
     """Every rule, with its distance for these contents or the reason why it does not apply to them.
 
-    Parameters
-    ----------
-    contents : Contents
-        What stands there.
-    official : OfficialTable, optional
-        The round's own published distance: where it is there for so many rounds, rules for items whose distance is not
-        known do not apply.
+    Where the round's own published distance (`official`) is there for so many rounds, rules for items whose distance is
+    not known do not apply.
     """
     yield from _siting_fragments(contents, _known_item(contents, official))
     yield from _disposal(contents)

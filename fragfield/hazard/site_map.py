@@ -138,18 +138,9 @@ class Shape:
 def shapes_of(
     case: Case, found: EnsembleHazard, exposed: Sequence[Mapping[str, Any]], recommended: float | None
 ) -> list[Shape]:
-    """All shapes of a resolved case: terrain first, so that it is drawn below the rest.
+    """All shapes of a resolved case and its flights: terrain first, so that it is drawn below the rest.
 
-    Parameters
-    ----------
-    case : Case
-        Resolved.
-    found : EnsembleHazard
-        Of its flights.
-    exposed : sequence of dict
-        The entries `exposed` of summary.json.
-    recommended : float or None
-        `hazard.recommended` of it.
+    `exposed` are the entries of that name of summary.json, `recommended` is its `hazard.recommended` (m).
     """
     shapes = [*_distances(case, found), *_recommended(case, recommended), *_obstacles(case), *map(_exposed, exposed)]
     if case.round:

@@ -58,7 +58,7 @@ def tp12_part(case: Case, single: SingleRound) -> dict[str, Any]:
 def tp12_rules(case: Case, part: Mapping[str, Any]) -> Iterator[Rule]:
     """The same as rules beside the others; `part` from `tp12_part`."""
     from flight.hazard.tp12 import SUPERSONIC_DRAG
-    from flight.shape_factors import FORGED_STEEL_SHELL, HEAVY_PIECES_OF_STACKS
+    from flight.shape import FORGED_STEEL_SHELL, HEAVY_PIECES_OF_STACKS
 
     beam, stack, source = part["beam"], part["stack"] or {}, part["single_round"]
     criteria = (
@@ -127,7 +127,7 @@ def _counts(case: Case) -> tuple[int, int, int]:
 def _beam(case: Case, field: PolarField) -> BeamDistance:
     from flight.hazard.retardation import Retardation
     from flight.hazard.tp12 import beam_distance
-    from flight.shape_factors import FORGED_STEEL_SHELL
+    from flight.shape import FORGED_STEEL_SHELL
     from fragfield.case.conversion.stages import flight_arguments, hazard_criteria
 
     density, sound = _air(case)

@@ -14,11 +14,10 @@ import numpy as np
 
 from flight.arena import ArenaTable
 from flight.errors import InputError as FlightInputError
-from flight.files.dialect import Guess
 from fragfield.errors import InputError
 from fragfield.importing.columns import Columns, columns_by_name
+from fragfield.importing.dialect import Guess
 from fragfield.importing.matrix import Matrix, matrix_of
-from fragfield.importing.other_tables import needed, refuse_sum
 from fragfield.importing.sheet import QuestionError
 
 if TYPE_CHECKING:
@@ -109,10 +108,8 @@ def _hint(text: str) -> str:
 
 
 def _of_pieces(columns: Columns, options: ArenaOptions) -> ArenaTable:
-    needed(columns, "zone", "mass", "mean_speed")
-    polar, mass, speed = columns.values("zone", "deg"), columns.values("mass"), columns.values("mean_speed")
-    for name, values in (("zone", polar), ("mass", mass), ("mean_speed", speed)):
-        _refuse_empty(columns, name, values, np.ones(len(values), dtype=bool))
+    columns.require("zone", "mass", "mean_speed")
+    polar, mass, speed = columns.whole("zone", "deg"), columns.whole("mass"), columns.whole("mean_speed")
     bad = (polar < 0.0) | (polar > 180.0)
     if bad.any():
         row = columns.layout.rows[int(np.argmax(bad))]
@@ -126,24 +123,16 @@ def _of_pieces(columns: Columns, options: ArenaOptions) -> ArenaTable:
     return ArenaTable.of_pieces(mass, polar, speed, options.rounds, width=options.width)
 
 
-def _refuse_empty(columns: Columns, name: str, values: Array, needed: NDArray[np.bool_]) -> None:
-    bad = np.isnan(values) & needed
-    if bad.any():
-        row = columns.layout.rows[int(np.argmax(bad))]
-        more = f", and {int(bad.sum()) - 1} more" if bad.sum() > 1 else ""
-        raise InputError(f"{columns.place(row, name)}: empty{more}; needed: {name} of every row with fragments")
-
-
 def _of_zones(columns: Columns, matrix: Matrix | None, options: ArenaOptions) -> tuple[ArenaTable, list[Guess]]:
     """Rows of zones, with or without groups of mass, or with these in the columns."""
     start, end, guesses = _zones(columns, options)
-    needed(columns, "mean_speed")
+    columns.require("mean_speed")
     speed = _carried(columns, "mean_speed", start)
     largest = _carried(columns, "max_speed", start) if "max_speed" in columns else speed
     if matrix is None:
-        needed(columns, "number")
+        columns.require("number")
         number = np.nan_to_num(columns.values("number"))
-        refuse_sum(columns, number)
+        columns.refuse_sum(number)
         low, high, words = _groups(columns, number)
         mean, more = _mean_mass(columns, number, low, high)
         guesses += [*words, *more]
@@ -153,7 +142,7 @@ def _of_zones(columns: Columns, matrix: Matrix | None, options: ArenaOptions) ->
         guesses += matrix.guesses
     held = number > 0.0
     if matrix is None:
-        _refuse_empty(columns, "mean_speed", speed, held)
+        columns.refuse_empty("mean_speed", speed, held)
     elif (np.isnan(speed) & held).any():
         raise InputError(f"{columns.layout.sheet.path}: mean_speed: empty in a zone with fragments")
     if (number < 0.0).any():
@@ -173,11 +162,11 @@ def _zones(columns: Columns, options: ArenaOptions) -> tuple[Array, Array, list[
     """Edges of the zone of every row (degrees); an empty cell is of the zone above, as merged cells are."""
     path = columns.layout.sheet.path
     if "zone_from" in columns:
-        needed(columns, "zone_to")
+        columns.require("zone_to")
         columns.same_unit("zone_from", "zone_to")
         return _down(columns.values("zone_from", "deg")), _down(columns.values("zone_to", "deg")), []
     if "zone" not in columns:
-        needed(columns, "zone_from", "zone_to")
+        columns.require("zone_from", "zone_to")
     ranges = columns.intervals("zone", "deg")
     if any(ranges):
         cells = columns.cells("zone")
@@ -261,16 +250,16 @@ def _mean_mass(columns: Columns, number: Array, low: Array, high: Array) -> tupl
     held = number > 0.0
     if "mean_mass" in columns:
         mean = columns.values("mean_mass")
-        _refuse_empty(columns, "mean_mass", mean, held)
+        columns.refuse_empty("mean_mass", mean, held)
         return mean, []
     if "total_mass" in columns:
         total = columns.values("total_mass")
-        _refuse_empty(columns, "total_mass", total, held)
+        columns.refuse_empty("total_mass", total, held)
         return np.divide(total, number, out=np.zeros(len(total)), where=held), []
     if "mass" not in columns:
-        needed(columns, "mean_mass")
+        columns.require("mean_mass")
     mass = columns.values("mass")
-    _refuse_empty(columns, "mass", mass, held)
+    columns.refuse_empty("mass", mass, held)
     each = np.divide(mass, number, out=np.zeros(len(mass)), where=held)
     fits = [bool(((low <= one * (1 + 1e-9)) & (one <= high * (1 + 1e-9)))[held].all()) for one in (mass, each)]
     same = bool((number[held] == 1.0).all())

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from flight.files.dialect import Guess
 from flight.files.text_tables import converted
 from fragfield.errors import InputError
+from fragfield.importing.dialect import Guess
 from fragfield.importing.names import GROUPS, QUANTITIES, SIDES, is_unit, read_head, unit_of
 from fragfield.importing.numbers import Interval, NotANumberError
 from fragfield.importing.sheet import QuestionError, Refused, letter
@@ -32,18 +32,9 @@ _DEGREE = math.pi / 180.0
 
 
 class Columns:
-    """Quantities of a table.
+    """Quantities of a table: numbers of their columns (`index`), and what the caller said.
 
-    Parameters
-    ----------
-    layout : Layout
-        The table.
-    index : mapping
-        Number of the column of every quantity.
-    units : mapping
-        Units that the caller gives, by quantity or by group (`GROUPS`).
-    chosen : mapping
-        Columns that the caller gives.
+    `units` are by quantity or by group (`GROUPS`), `chosen` columns by quantity.
     """
 
     def __init__(
@@ -139,6 +130,44 @@ class Columns:
         largest = float(np.nanmax(np.abs(array), initial=0.0)) if not np.isnan(array).all() else 0.0
         return converted(array, self.factor(name, unit or QUANTITIES[name].unit, next(iter(units), ""), largest))
 
+    def whole(self, name: str, unit: str = "") -> Array:
+        """As `values`; raises InputError where a cell is empty."""
+        values = self.values(name, unit)
+        self.refuse_empty(name, values, np.ones(len(values), dtype=bool))
+        return values
+
+    def refuse_empty(self, name: str, values: Array, held: NDArray[np.bool_]) -> None:
+        """Refuse empty cells in the rows that hold something."""
+        bad = np.isnan(values) & held
+        if bad.any():
+            row = self.layout.rows[int(np.argmax(bad))]
+            more = f", and {int(bad.sum()) - 1} more" if bad.sum() > 1 else ""
+            which = "every row" if held.all() else "every row with fragments"
+            raise InputError(f"{self.place(row, name)}: empty{more}; needed: {name} in {which}")
+
+    def require(self, *names: str) -> None:
+        """Refuse a table that lacks quantities; the message has all its columns and how to name one."""
+        missing = [name for name in names if name not in self]
+        if missing:
+            titles = [repr(one) for one in self.layout.names if one]
+            have = f"found the columns {', '.join(titles)}" if titles else "found no names of columns"
+            options = " ".join(f'--column {name}="{"NAME" if titles else 1}"' for name in missing)
+            raise InputError(f"{self.layout.sheet.path}: {', '.join(missing)} missing; {have}; say which: {options}")
+
+    def refuse_sum(self, number: Array) -> None:
+        """Refuse a last row that counts as many as all others together: it adds them up, without a name that says so.
+
+        Raises QuestionError with the lines that count.
+        """
+        if self.layout.are_given or len(number) < 3 or not number[-1] > 0.0:
+            return
+        if abs(number[:-1].sum() - number[-1]) < 1e-9 * number[-1]:
+            rows = self.layout.rows
+            raise QuestionError(
+                f"{self.place(rows[-1], 'number')}: {number[-1]:g} is the sum of all rows above it, as in a row of "
+                "sums; give the lines that count", "rows", [f"{max(rows[0].line - 1, 1)}:{rows[-2].line}"],
+            )  # fmt: skip
+
     def same_unit(self, name: str, other: str) -> None:
         """Take the unit of another column, or what its values show of it, for one whose unit is not said."""
         mine = self._unit_text(name, "")[0].casefold()
@@ -213,19 +242,8 @@ def _angle(text: str, reason: str, largest: float) -> tuple[str, str]:
 def columns_by_name(layout: Layout, wanted: Sequence[str], chosen: Mapping[str, str]) -> dict[str, int]:
     """Number of the column of each wanted quantity that the table has.
 
-    Parameters
-    ----------
-    layout : Layout
-        The table.
-    wanted : sequence of str
-        Quantities of a kind of table.
-    chosen : mapping
-        Of the caller: names, numbers from 1 or letters of columns, by quantity.
-
-    Raises
-    ------
-    InputError
-        A chosen column is not there; `QuestionError` where two columns may be meant.
+    `chosen` holds names, numbers from 1 or letters of columns, by quantity. Raises InputError for a chosen column that
+    is not there, `QuestionError` where two columns may be meant.
     """
     path = layout.sheet.path
     index = {name: _column(layout, name, text) for name, text in chosen.items() if name in wanted}

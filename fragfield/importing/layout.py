@@ -7,8 +7,8 @@ from collections import Counter
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from flight.files.dialect import Guess
 from fragfield.errors import InputError
+from fragfield.importing.dialect import Guess
 from fragfield.importing.names import SIDES, is_unit, plain, read_head
 from fragfield.importing.numbers import Numbers, decimal_of
 from fragfield.importing.sheet import QuestionError, Refused, Row
@@ -71,19 +71,8 @@ class Layout:
 def lay_out(sheet: Sheet, *, decimal: str | None = None, rows: str | None = None) -> Layout:
     """Find the table of a sheet.
 
-    Parameters
-    ----------
-    sheet : Sheet
-        What was read.
-    decimal : str, optional
-        "point" or "comma".
-    rows : str, optional
-        Lines of the file that hold the table with its names, as "3:18" or "3:18,22:30".
-
-    Raises
-    ------
-    InputError
-        No row of numbers, or several tables one under another (`QuestionError`).
+    `decimal` is "point" or "comma", `rows` the lines of the file that hold the table with its names, as "3:18" or
+    "3:18,22:30". Raises InputError without a row of numbers, `QuestionError` for several tables one under another.
     """
     kept = _of_lines(sheet, rows)
     width = max(len(row.cells) for row in kept)

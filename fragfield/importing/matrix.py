@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from flight.files.dialect import Guess
 from flight.files.text_tables import converted
 from fragfield.errors import InputError
+from fragfield.importing.dialect import Guess
 from fragfield.importing.names import QUANTITIES, is_unit, plain, read_head, unit_of
 from fragfield.importing.numbers import Interval, NotANumberError
 from fragfield.importing.sheet import QuestionError

@@ -6,8 +6,8 @@ import math
 import re
 from typing import TYPE_CHECKING, NamedTuple
 
-from flight.files.dialect import Guess, decimal_marks
 from fragfield.errors import InputError
+from fragfield.importing.dialect import Guess, decimal_marks
 from fragfield.importing.names import is_unit
 from fragfield.importing.sheet import QuestionError, Refused
 

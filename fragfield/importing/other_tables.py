@@ -11,7 +11,6 @@ from flight.drag import Drag
 from flight.errors import InputError as FlightInputError
 from flight.fragments import Fragments, check_possible
 from fragfield.errors import InputError
-from fragfield.importing.sheet import QuestionError
 from fragfield_base.inputs import with_unit
 
 if TYPE_CHECKING:
@@ -35,69 +34,34 @@ WANTED = {
 """Quantities of each kind of table, as `arena.WANTED` of an arena table."""
 
 
-def needed(columns: Columns, *names: str) -> None:
-    """Refuse a table that lacks quantities; the message has all its columns and how to name one."""
-    missing = [name for name in names if name not in columns]
-    if missing:
-        titles = [repr(one) for one in columns.layout.names if one]
-        have = f"found the columns {', '.join(titles)}" if titles else "found no names of columns"
-        example = "NAME" if titles else "1"
-        raise InputError(
-            f"{columns.layout.sheet.path}: {', '.join(missing)} missing; {have}; say which: "
-            + " ".join(f'--column {name}="{example}"' for name in missing)
-        )
-
-
-def whole(columns: Columns, name: str) -> NDArray[np.float64]:
-    """Values of a quantity; raises InputError where a cell is empty."""
-    values = columns.values(name)
-    bad = np.isnan(values)
-    if bad.any():
-        row = columns.layout.rows[int(np.argmax(bad))]
-        raise InputError(f"{columns.place(row, name)}: empty; needed: {name} in every row")
-    return values
-
-
-def refuse_sum(columns: Columns, number: NDArray[np.float64]) -> None:
-    """Refuse a last row that counts as many as all others together: it adds them up, without a name that says so."""
-    if columns.layout.are_given or len(number) < 3 or not number[-1] > 0.0:
-        return
-    if abs(number[:-1].sum() - number[-1]) < 1e-9 * number[-1]:
-        rows = columns.layout.rows
-        raise QuestionError(
-            f"{columns.place(rows[-1], 'number')}: {number[-1]:g} is the sum of all rows above it, as in a row of sums;"
-            " give the lines that count", "rows", [f"{max(rows[0].line - 1, 1)}:{rows[-2].line}"],
-        )  # fmt: skip
-
-
 def pit_columns(columns: Columns) -> dict[str, NDArray[np.float64]]:
     """Columns of a file that `break_up.mean_mass` names: groups of mass, numbers above masses, or pieces."""
     if "mass_above" in columns:
-        needed(columns, "number")
-        return {"mass_above_kg": whole(columns, "mass_above"), "number": whole(columns, "number")}
+        columns.require("number")
+        return {"mass_above_kg": columns.whole("mass_above"), "number": columns.whole("number")}
     if "mass_group" in columns or "mass_from" in columns:
         low, high = _groups(columns)
-        needed(columns, "number")
+        columns.require("number")
         number = np.nan_to_num(columns.values("number"))
-        refuse_sum(columns, number)
+        columns.refuse_sum(number)
         found = {"mass_from_kg": low, "mass_to_kg": high, "number": number}
         for name in ("total_mass", "mass"):
             if name in columns and "mass_kg" not in found:
                 found["mass_kg"] = np.nan_to_num(columns.values(name))
         return found
-    needed(columns, "mass")
-    found = {"mass_kg": whole(columns, "mass")}
-    return found | ({"number": whole(columns, "number")} if "number" in columns else {})
+    columns.require("mass")
+    found = {"mass_kg": columns.whole("mass")}
+    return found | ({"number": columns.whole("number")} if "number" in columns else {})
 
 
 def _groups(columns: Columns) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     if "mass_group" not in columns:
-        needed(columns, "mass_from", "mass_to")
+        columns.require("mass_from", "mass_to")
         high = columns.values("mass_to")
         high[-1] = math.inf if np.isnan(high[-1]) else high[-1]
         if np.isnan(high).any():
-            whole(columns, "mass_to")
-        return whole(columns, "mass_from"), high
+            columns.whole("mass_to")
+        return columns.whole("mass_from"), high
     ranges = columns.intervals("mass_group", "kg")
     for row, one in zip(columns.layout.rows, ranges, strict=True):
         if one is None:
@@ -107,23 +71,23 @@ def _groups(columns: Columns) -> tuple[NDArray[np.float64], NDArray[np.float64]]
 
 def fragment_table(columns: Columns) -> Fragments:
     """Fragments one by one; their velocity as components, or as speed, azimuth from +x and elevation."""
-    needed(columns, "mass")
+    columns.require("mass")
     if {"vx", "vy", "vz"} & set(columns.index):
-        needed(columns, "vx", "vy", "vz")
-        velocity = np.column_stack([whole(columns, name) for name in ("vx", "vy", "vz")])
+        columns.require("vx", "vy", "vz")
+        velocity = np.column_stack([columns.whole(name) for name in ("vx", "vy", "vz")])
     else:
-        needed(columns, "mean_speed", "azimuth", "elevation")
-        speed, turn, rise = (whole(columns, name) for name in ("mean_speed", "azimuth", "elevation"))
+        columns.require("mean_speed", "azimuth", "elevation")
+        speed, turn, rise = (columns.whole(name) for name in ("mean_speed", "azimuth", "elevation"))
         velocity = speed[:, None] * np.column_stack(
             [np.cos(rise) * np.cos(turn), np.cos(rise) * np.sin(turn), np.sin(rise)]
         )
     zero = np.zeros(len(columns))
-    position = np.column_stack([whole(columns, name) if name in columns else zero for name in ("x", "y", "z")])
+    position = np.column_stack([columns.whole(name) if name in columns else zero for name in ("x", "y", "z")])
     more: dict[str, Any] = {
-        name: whole(columns, name) for name in ("shape_factor", "round", "segment") if name in columns
+        name: columns.whole(name) for name in ("shape_factor", "round", "segment") if name in columns
     }
     try:
-        found = Fragments(whole(columns, "mass"), position, velocity, **more)
+        found = Fragments(columns.whole("mass"), position, velocity, **more)
         check_possible(found, "fragments")
     except FlightInputError as error:
         raise InputError(f"{columns.layout.sheet.path}: {error}") from None
@@ -132,9 +96,9 @@ def fragment_table(columns: Columns) -> Fragments:
 
 def drag_table(columns: Columns) -> Drag:
     """Drag coefficient over Mach number."""
-    needed(columns, "mach", "cd")
+    columns.require("mach", "cd")
     try:
-        return Drag(whole(columns, "mach"), whole(columns, "cd"), columns.layout.sheet.path.name)
+        return Drag(columns.whole("mach"), columns.whole("cd"), columns.layout.sheet.path.name)
     except FlightInputError as error:
         raise InputError(f"{columns.layout.sheet.path}: {error}") from None
 
@@ -143,8 +107,8 @@ def walls_text(columns: Columns) -> tuple[str, Sequence[str]]:
     """Tables [[obstacle]] of a case file for upright walls, and their names."""
     import tomlkit
 
-    needed(columns, "start_x", "start_y", "end_x", "end_y", "height", "thickness")
-    values = {name: whole(columns, name) for name in WANTED["walls"] if name != "name"}
+    columns.require("start_x", "start_y", "end_x", "end_y", "height", "thickness")
+    values = {name: columns.whole(name) for name in WANTED["walls"] if name != "name"}
     names = columns.texts("name") if "name" in columns else [f"wall {at + 1}" for at in range(len(columns))]
     document, tables = tomlkit.document(), tomlkit.aot()
     for at, name in enumerate(names):

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
-    from flight.files.dialect import Guess
+    from fragfield.importing.dialect import Guess
 
 __all__ = ["MOST_BYTES", "MOST_CELLS", "MOST_COLUMNS", "Cell", "QuestionError", "Refused", "Row", "Sheet", "letter"]
 

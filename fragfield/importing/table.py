@@ -14,12 +14,12 @@ import numpy as np
 from flight.arena import ArenaTable
 from flight.drag import Drag
 from flight.errors import InputError as FlightInputError
-from flight.files.dialect import Guess
 from flight.files.text_tables import write_columns
 from flight.fragments import Fragments
 from fragfield.errors import InputError
 from fragfield.importing import arena, other_tables
 from fragfield.importing.columns import Columns, columns_by_name
+from fragfield.importing.dialect import Guess
 from fragfield.importing.layout import lay_out
 from fragfield.importing.names import GROUPS, QUANTITIES, plain
 from fragfield.importing.sheet import QuestionError

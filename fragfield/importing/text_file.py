@@ -6,9 +6,8 @@ import csv
 import io
 from typing import TYPE_CHECKING
 
-from flight.errors import InputError as FlightInputError
-from flight.files.dialect import COMMENT, SEPARATORS, Guess, decoded, dialect_of
 from fragfield.errors import InputError
+from fragfield.importing.dialect import COMMENT, SEPARATORS, Guess, decoded, dialect_of
 from fragfield.importing.sheet import (
     DATE,
     MOST_BYTES,
@@ -43,13 +42,13 @@ def read_text_file(path: Path, encoding: str | None = None, separator: str | Non
     data = read_bytes(path, InputError, most=MOST_BYTES)
     try:
         text, found = decoded(data, encoding)
-    except FlightInputError as error:
+    except InputError as error:
         raise InputError(f"{path}: {error}") from None
     text = text.replace("\r\n", "\n").replace("\r", "\n")
     mark = _mark(path, separator)
     try:
         dialect = dialect_of(text, found, mark)
-    except FlightInputError as error:
+    except InputError as error:
         what = str(error).split(";")[0]
         if "--separator" not in str(error):
             raise InputError(f"{path}: {what}") from None

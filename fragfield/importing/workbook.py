@@ -8,8 +8,8 @@ import zipfile
 from itertools import zip_longest
 from typing import TYPE_CHECKING, Any
 
-from flight.files.dialect import Guess
 from fragfield.errors import InputError
+from fragfield.importing.dialect import Guess
 from fragfield.importing.sheet import (
     DATE,
     MOST_BYTES,

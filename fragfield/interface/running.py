@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 from fragfield.errors import InputError, nearest
 from fragfield.interface.case import Case, case_of
 from fragfield_base.ambient import check_variables, is_launched
+from fragfield_base.cores import let_threads_sleep
 from fragfield_base.paths import absolute
-from fragfield_base.waiting import let_threads_sleep
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence

@@ -32,10 +32,10 @@ class Sweep:
     Attributes
     ----------
     path : Path
-        Holds a run directory for each run, sweep.csv and sweep.json.
+        Holds sweep.csv and sweep.json, and the run directories that are kept.
     found : dict
-        As `fragfield sweep --json` prints it: `keys`, `exit_code`, and `runs` with `name`, `directory`, `values`,
-        `state`, `message` and `results` each.
+        As `fragfield sweep --json` prints it: `keys`, `exit_code`, and `runs` with `name`, `directory` (None where none
+        is kept), `values`, `state`, `message` and `results` each.
     """
 
     path: Path
@@ -43,8 +43,9 @@ class Sweep:
 
     @property
     def runs(self) -> list[Run]:
-        """The runs that are done, in the order of the values."""
-        return [open_run(one["directory"]) for one in self.found["runs"] if one["state"] in ("done", "kept")]
+        """The runs that are done and have a run directory, in the order of the values."""
+        ended = [one for one in self.found["runs"] if one["state"] in ("done", "kept")]
+        return [open_run(one["directory"]) for one in ended if one["directory"] is not None]
 
     @property
     def failures(self) -> dict[str, str]:
@@ -77,6 +78,7 @@ def run_sweep(
     resume: bool = False,
     overwrite: bool = False,
     scheduler: str | None = None,
+    keep_runs: bool = False,
     progress: bool = True,
 ) -> Sweep:
     """Compute a case for every combination of values, side by side.
@@ -97,6 +99,8 @@ def run_sweep(
         Keep finished runs and continue unfinished ones; replace runs of another case.
     scheduler : str, optional
         Address of a dask scheduler, whose workers make the runs.
+    keep_runs : bool
+        Keep a run directory of every run, for `Sweep.runs`; left out: of those with a burst in three dimensions.
     progress : bool
         Lines on stderr while runs end.
 
@@ -113,7 +117,7 @@ def run_sweep(
     from fragfield.studies import sweep
 
     folder, file = study_folder(case, out, "sweep")
-    options = sweep.SweepOptions(folder, stage, threads, resume, overwrite, not progress, jobs, scheduler)
+    options = sweep.SweepOptions(folder, stage, threads, resume, overwrite, not progress, jobs, scheduler, keep_runs)
     settings = values if not hasattr(values, "items") else [setting_of(key, each) for key, each in values.items()]
     found = sweep.run_sweep(sweep.plan_sweep(written_case(case, file), list(settings)), options)
     return Sweep(folder, found)

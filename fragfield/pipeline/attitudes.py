@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from fragfield.case import Case
     from fragfield.pipeline.ensemble import FlownEnsemble
     from fragfield.pipeline.job import Job
+    from transition import BreakUp
 
 __all__ = ["INCLINATION", "ROLL", "attitudes_of", "coarse_attitudes", "flown_attitude", "fly_all", "fly_attitudes"]
 
@@ -47,7 +48,7 @@ def coarse_attitudes(arrangement: Arrangement) -> list[Key]:
     return list(dict.fromkeys(_key(arrangement, one, roll) for one in inclinations for roll in rolls))
 
 
-def fly_all(job: Job, realisations: Sequence[Fragments]) -> FlownEnsemble | None:
+def fly_all(job: Job, realisations: Sequence[Fragments], prepared: BreakUp | None = None) -> FlownEnsemble | None:
     """Fly realisations to the ground until they fix the hazard distance, and count what they do there.
 
     The realisations given are flown in any case. Where the burst's snapshot is at hand more are made, in batches, until
@@ -59,12 +60,14 @@ def fly_all(job: Job, realisations: Sequence[Fragments]) -> FlownEnsemble | None
         The case, the ranks, threads and progress.
     realisations : sequence of Fragments
         On rank 0; the others receive them.
+    prepared : BreakUp, optional
+        Makes more of them, instead of the burst's snapshot.
 
     Returns
     -------
     FlownEnsemble, or None on ranks other than 0
     """
-    source, flights = Realisations(job, realisations), Flights(job)
+    source, flights = Realisations(job, realisations, prepared), Flights(job)
     if job.attitude is None and is_mixed(job.case):
         return fly_attitudes(job, source, flights)
     one = EnsembleFlight(job, source, flights, job.attitude)

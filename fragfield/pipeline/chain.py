@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import sys
 from contextlib import ExitStack, contextmanager
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from fragfield.case.checks.bounds import outside_soft
@@ -18,6 +19,7 @@ from fragfield.pipeline.stages import perform
 from fragfield.terminal.logs import logged
 from fragfield.terminal.progress import ProgressReporter
 from fragfield.terminal.visible_text import visible
+from fragfield.view.offscreen import PictureProcess
 from fragfield_base.hdf5_files import check_sound
 from fragfield_base.locking import has_locks
 
@@ -67,6 +69,8 @@ def run_chain(options: RunOptions, only: str | None = None) -> dict[str, Any]:
         stages = _waiting(job) if only is None else [STAGES[only]]
         with _together(team):
             for stage in stages[: None if only else -1]:
+                if stage.name == "fly" and only is None and team.first and not options.lean:
+                    job = _with_pictures(job, held)
                 perform(job, stage)
         if only is not None:
             return directory.summary() if team.first else {}
@@ -78,6 +82,12 @@ def run_chain(options: RunOptions, only: str | None = None) -> dict[str, Any]:
             if not options.lean:
                 perform(job, stages[-1])
             return directory.summary()
+
+
+def _with_pictures(job: Job, held: ExitStack) -> Job:
+    """The job with a process that draws the pictures of burst and fragments while these fly."""
+    folder = job.target.path
+    return replace(job, pictures=held.enter_context(PictureProcess(folder, folder, "report")))
 
 
 def _waiting(job: Job) -> list[Stage]:

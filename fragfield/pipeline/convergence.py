@@ -26,7 +26,9 @@ if TYPE_CHECKING:
     from fragfield.pipeline.ensemble import FlownEnsemble
     from fragfield.pipeline.job import Job
 
-__all__ = ["convergence_of", "with_cells"]
+__all__ = ["OF_A_SWEEP", "convergence_of", "with_cells"]
+
+OF_A_SWEEP = "no grid convergence: not computed for the runs of a sweep"
 
 _ROOT = math.sqrt(2.0)
 _FACTORS = {"off": (), "quick": (2.0,), "standard": (_ROOT, 2.0), "final": (1.0 / _ROOT, _ROOT, 2.0)}
@@ -121,7 +123,7 @@ def _why_none(job: Job, burst: Mapping[str, Any]) -> str:
     if not burst or job.case.burst is None:
         return "no grid convergence: the burst is not part of this run"
     if job.options.lean:
-        return "no grid convergence: not computed for the runs of a sweep"
+        return OF_A_SWEEP
     asked = job.case.burst.convergence
     if asked == "off":
         return 'no grid convergence: burst.convergence = "off"'

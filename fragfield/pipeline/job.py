@@ -25,8 +25,9 @@ if TYPE_CHECKING:
     from fragfield.files.run_directory import Stage
     from fragfield.pipeline.parallel import Team
     from fragfield.terminal.progress import Progress, ProgressReporter
+    from fragfield.view.offscreen import PictureProcess
 
-__all__ = ["Job", "RunOptions"]
+__all__ = ["Job", "RunOptions", "finite"]
 
 
 @dataclass(frozen=True)
@@ -131,6 +132,8 @@ class Job:
         What was asked for.
     attitude : Turned, optional
         The one attitude in which an arrangement of mixed attitudes is flown; left out: all.
+    pictures : PictureProcess, optional
+        Draws burst and fragments for the report while these fly.
     noted : dict
         What has been put into summary.json.
     """
@@ -142,6 +145,7 @@ class Job:
     reporter: ProgressReporter
     options: RunOptions
     attitude: Turned | None = None
+    pictures: PictureProcess | None = None
     noted: dict[str, Any] = field(default_factory=dict)
 
     @property
@@ -165,21 +169,21 @@ class Job:
         earlier = {key: value for key, value in self.source.summary().items() if key not in summary}
         self.noted.update(parts)  # the source has them where it is the target, too
         everything = {**summary, **earlier, **self.noted}
-        self.target.write_summary({key: _finite(value) for key, value in everything.items()})
+        self.target.write_summary({key: finite(value) for key, value in everything.items()})
 
 
 def _listed(settings: Settings) -> list[str]:
     return [f"{key}={value}" for key, value in settings.items()] if isinstance(settings, Mapping) else list(settings)
 
 
-def _finite(value: object) -> object:
+def finite(value: object) -> object:
     """JSON has no NaN and no infinity: what was never reached is null."""
     if hasattr(value, "tolist"):
         value = value.tolist()
     if isinstance(value, dict):
-        return {str(key): _finite(entry) for key, entry in value.items()}
+        return {str(key): finite(entry) for key, entry in value.items()}
     if isinstance(value, (list, tuple)):
-        return [_finite(entry) for entry in value]
+        return [finite(entry) for entry in value]
     if isinstance(value, float) and not math.isfinite(value):
         return None
     return value

@@ -25,6 +25,8 @@ class Realisations:
         The case, its run directory and the ranks.
     given : sequence of Fragments
         The first realisations, on rank 0; on the others nothing. Collective.
+    prepared : BreakUp, optional
+        What makes more of them; left out: the snapshot in the run directory, where there is one.
 
     Attributes
     ----------
@@ -34,12 +36,12 @@ class Realisations:
         Table of an arena test, where that is flown.
     """
 
-    def __init__(self, job: Job, given: Sequence[Fragments]) -> None:
+    def __init__(self, job: Job, given: Sequence[Fragments], prepared: BreakUp | None = None) -> None:
         self.job = job
         # A list is sent to the other ranks, of an ensemble in a file its place: each rank reads what it flies.
         self._given = job.team.broadcast(given if job.team.first else None)
         self.count = len(self._given)
-        self._prepared: BreakUp | None = None
+        self._prepared = prepared
         snapshot = job.source.file("burst_snapshot.h5")
         self._snapshot = job.team.broadcast(snapshot if job.options.fragments is None and snapshot.is_file() else None)
         found = read_arena(job.options.fragments, job.case) if job.team.first else None
@@ -48,7 +50,7 @@ class Realisations:
     @property
     def more(self) -> bool:
         """Whether any number can be made."""
-        return self._snapshot is not None or self.arena is not None
+        return self._prepared is not None or self._snapshot is not None or self.arena is not None
 
     def of(self, numbers: Sequence[int]) -> list[Fragments]:
         """The fragments of these realisations; any rank may ask for its own once `prepare` has been called on all."""

@@ -16,7 +16,7 @@ from fragfield.errors import EXIT_FAULT, exit_code_of, message_of
 from fragfield.files.run_directory import SCRATCH
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
     from burst_fenicsx import BurstResult
     from flight import Fragments
@@ -50,8 +50,10 @@ class SingleRound:
     source: str
 
 
-def single_round(job: Job) -> SingleRound:
+def single_round(job: Job, realisations: Sequence[Fragments]) -> SingleRound:
     """Break up one round of the case alone: from the run's own burst where that is axisymmetric, else from another.
+
+    The run's own `realisations` are taken where they are those of an upright round.
 
     The other is the burst of one round in its meridian with the run's settings and cells, which takes seconds. The
     round is not tilted. On one rank.
@@ -65,8 +67,11 @@ def single_round(job: Job) -> SingleRound:
         if burst.get("geometry") == "axisymmetric" and own.is_file():
             from transition import Snapshot
 
-            with silent():
-                fragments = _fragments(job, job.case, Snapshot.read(own))
+            if job.case.break_up.tilt == 0.0 and len(realisations) >= REALISATIONS:
+                fragments = [realisations[number] for number in range(REALISATIONS)]
+            else:
+                with silent():
+                    fragments = _fragments(job, job.case, Snapshot.read(own))
             return SingleRound(PolarField.of(fragments, job.case.round[0].axis), "this run's burst")
         alone, reason = single_round_case(job.case)
         if alone is None:

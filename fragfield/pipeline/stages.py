@@ -101,7 +101,8 @@ def fly(job: Job, stage: Stage) -> None:
 
     _load_together(job)
     began = time.perf_counter()
-    flown = fly_all(job, _realisations(job, stage) if job.team.first else ())
+    realisations = _realisations(job, stage) if job.team.first else ()
+    flown = fly_all(job, realisations)
     seconds = time.perf_counter() - began
     if flown is None:
         job.team.broadcast()
@@ -131,7 +132,7 @@ def fly(job: Job, stage: Stage) -> None:
         for entry in flown.first.by_face(criteria.energy)
     ]
     own = job.options.fragments is None and bool(job.case.round)
-    rules = rules_of(job.case, job.source.summary(), single_round(job)) if own else None
+    rules = rules_of(job.case, job.source.summary(), single_round(job, realisations)) if own else None
     official = official_part(job.case)
     convergence = convergence_of(job, flown, headline)  # of one rank, while the others wait
     job.team.broadcast()
@@ -208,7 +209,7 @@ def report(job: Job, stage: Stage) -> None:
     """The report of whatever the run directory holds: report.html."""
     from fragfield.report import write_report
 
-    write_report(job.source.path, job.target.file(stage.result))
+    write_report(job.source.path, job.target.file(stage.result), drawing=job.pictures)
 
 
 _STAGE_FUNCTIONS: dict[str, Callable[[Job, Stage], None]] = {

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from flight.files.raster import INSTALL
 from fragfield.errors import InputError
 from fragfield.places.feature import MOST_BYTES, Feature, positions
 from fragfield_base.reading import read_text
@@ -88,9 +89,7 @@ def _coordinates(path: Path, found: dict[str, Any]) -> tuple[Callable[[Array], A
     try:
         import pyproj
     except ImportError:
-        raise InputError(
-            f"{path}: crs: found {name}, which needs pyproj: pip install 'fragfield[terrain]', or a file in WGS 84"
-        ) from None
+        raise InputError(f"{path}: crs: found {name}, which needs pyproj: {INSTALL}; or a file in WGS 84") from None
     try:
         system = pyproj.CRS.from_user_input(name)
         # A name alone is searched for, and a part of another name is found.

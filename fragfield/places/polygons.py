@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from flight.scene.plan import signed_area
 from fragfield.errors import InputError
 
 if TYPE_CHECKING:
@@ -14,19 +15,13 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["Box", "area_of", "box_around", "convex_parts"]
+__all__ = ["Box", "box_around", "convex_parts"]
 
 Box = tuple[tuple[float, float], float, float, float]
 """Centre, length, width (m) and direction of the length from +x (degrees)."""
 _ALIKE = 1e-3  # of the area: by which a convex hull may be larger
 _NEAR = 0.02  # m: a corner nearer to the line between its neighbours is none
 _MOST = 2000  # corners
-
-
-def area_of(corners: Array) -> float:
-    """Area (m2), positive where the corners run counter-clockwise."""
-    x, y = corners.T
-    return 0.5 * float(np.dot(x, np.roll(y, -1)) - np.dot(y, np.roll(x, -1)))
 
 
 def _hull(corners: Array) -> Array:
@@ -56,7 +51,7 @@ def box_around(corners: Array) -> tuple[Box, float]:
         if best is None or length * width < best[0] * (1.0 - 1e-9):
             best = length * width, ((float(centre[0]), float(centre[1])), length, width, turn % 180.0)
     assert best is not None
-    return best[1], best[0] / max(abs(area_of(corners)), 1e-9) - 1.0
+    return best[1], best[0] / max(abs(signed_area(corners)), 1e-9) - 1.0
 
 
 def convex_parts(corners: Array) -> list[Array]:
@@ -68,9 +63,9 @@ def convex_parts(corners: Array) -> list[Array]:
         The outline has no area or crosses itself.
     """
     hull = _hull(corners)
-    if abs(area_of(hull)) <= abs(area_of(corners)) * (1.0 + _ALIKE):
+    if abs(signed_area(hull)) <= abs(signed_area(corners)) * (1.0 + _ALIKE):
         return [hull]
-    ring = corners if area_of(corners) > 0.0 else corners[::-1]
+    ring = corners if signed_area(corners) > 0.0 else corners[::-1]
     ring = ring[_bends(ring)]
     if _crosses(ring):
         raise InputError("found an outline that crosses itself; allowed: a simple one")

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fragfield.case.messages import marks_of
+from fragfield.case.messages import mark_of
 from fragfield.case.tables.exposed import AreaTable, ExposedBuildingTable, PersonTable, RoadTable
 from fragfield.case.tables.ground import BarricadeTable, WallTable
 from fragfield.case.tables.round import length_of
@@ -69,16 +69,7 @@ def tables_of_places(
 ) -> tuple[dict[str, list[dict[str, Any]]], list[str]]:
     """Tables `exposed` and `obstacle` of a file of places, as the case file has them, and what was done, in words.
 
-    Parameters
-    ----------
-    table : PlacesTable
-        How kinds and properties are read.
-    path : Path
-        The file.
-    site : Site
-        Where on Earth `origin` lies, and how the axes are turned.
-    origin : (2,) float
-        x and y (m) of the site.
+    `site` says where on Earth `origin`, x and y (m), lies and how the axes are turned.
 
     Raises
     ------
@@ -258,7 +249,7 @@ def _values(feature: Feature, kind: str, model: type[BaseModel], table: PlacesTa
         key, unit = _key_of(name, model)
         if key is None or (key == "width" and kind == "building"):
             continue
-        quantity = next((mark for mark in marks_of(model.model_fields[key]) if isinstance(mark, Quantity)), None)
+        quantity = mark_of(model.model_fields[key], Quantity)
         where = f"{feature.where}: {name}"
         if quantity is None:
             made[key] = _plain(value, where, show_text=key == "ricochet")

@@ -36,7 +36,13 @@ __all__ = ["write_page", "write_report"]
 _MIME = {"svg": "image/svg+xml", "png": "image/png"}
 
 
-def write_report(run_dir: Path | str, path: Path | str | None = None, *, pictures: bool = True) -> Path:
+def write_report(
+    run_dir: Path | str,
+    path: Path | str | None = None,
+    *,
+    pictures: bool = True,
+    drawing: PictureProcess | None = None,
+) -> Path:
     """Write the report of a run, whole or in part.
 
     Parameters
@@ -48,6 +54,8 @@ def write_report(run_dir: Path | str, path: Path | str | None = None, *, picture
     pictures : bool
         Draw the burst and the fragments by VTK; where VTK cannot draw, the report says so and goes on. Beside the
         page go interactive views of both, where trame-vtk is installed.
+    drawing : PictureProcess, optional
+        Has begun to draw them beside the page; left out: it is started.
 
     Returns
     -------
@@ -62,7 +70,7 @@ def write_report(run_dir: Path | str, path: Path | str | None = None, *, picture
     run = read_run(Path(run_dir))
     target = Path(path) if path is not None else run.folder / "report.html"
     folder = target.parent / "figures"
-    with PictureProcess(run.folder, target.parent, "report") if pictures else nullcontext() as process:
+    with (drawing or PictureProcess(run.folder, target.parent, "report")) if pictures else nullcontext() as process:
         illustrator = _Illustrator(run, folder, process)
         return _write(
             run, illustrator, target, lambda: sections(run, illustrator.draw, illustrator.picture),
@@ -102,7 +110,7 @@ def _write(
 
 
 class _Illustrator:
-    """Draws each figure once, and keeps it as PNG and SVG beside the page; pictures are drawn by another process."""
+    """Draws each figure once, and keeps it as SVG beside the page; pictures are drawn by another process."""
 
     def __init__(self, run: RunFiles, folder: Path, process: PictureProcess | None) -> None:
         self.run = run
@@ -118,8 +126,8 @@ class _Illustrator:
         if drawn is None:
             return []
         self.count += 1
-        self.files |= {self.folder / f"{name}.{kind}": data for kind, data in drawn.items()}
-        return [Illustration(name, title, caption, image=_uri(drawn["svg"], "svg"))]
+        self.files[self.folder / f"{name}.svg"] = drawn
+        return [Illustration(name, title, caption, image=_uri(drawn, "svg"))]
 
     def picture(self, name: str, title: str, caption: str) -> list[Block]:
         if self.process is None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING, Literal
 
 if TYPE_CHECKING:
@@ -97,7 +98,7 @@ class Table:
     """Number of newspaper columns for long tables."""
     kind: str = "table"
 
-    @property
+    @cached_property
     def worded(self) -> tuple[bool, ...]:
         """By column, whether it holds words, which are broken and begin at the left."""
         return tuple(any(len(line[place]) > _LONGEST_NUMBER for line in self.lines) for place in range(len(self.head)))

@@ -43,8 +43,9 @@ def perform(request: dict[str, Any]) -> tuple[int, str]:
     Parameters
     ----------
     request : dict
-        `stage`, `case_file`, `out`, `resume`, `overwrite` and `threads`. A request of the stage "sample" has keys of
-        its own, see `fragfield.studies.uncertainty.sample`, and its results as message.
+        `stage`, `case_file`, `out`, `resume`, `overwrite` and `threads`. Requests of the stages "sample" and "row" have
+        keys of their own, see `fragfield.studies.uncertainty.sample` and `fragfield.studies.sweep.row`, and their
+        results as message.
     """
     from fragfield.pipeline.chain import run_chain
     from fragfield.pipeline.job import RunOptions
@@ -54,6 +55,10 @@ def perform(request: dict[str, Any]) -> tuple[int, str]:
         from fragfield.studies.uncertainty.sample import perform_sample
 
         return perform_sample(request)
+    if request["stage"] == "row":
+        from fragfield.studies.sweep.row import perform_row
+
+        return perform_row(request)
     asked = RunOptions(
         Path(request["case_file"]), Path(request["out"]), resume=request["resume"], overwrite=request["overwrite"],
         quiet=True, threads=request["threads"], lean=True,

@@ -163,8 +163,10 @@ class ProgressReporter:
 
 
 def duration(seconds: float) -> str:
-    """A time as people read it: 42 s, 3 min 20 s, 2 h 5 min."""
-    whole = max(round(seconds), 0)
+    """A time as people read it: under 1 s, 42 s, 3 min 20 s, 2 h 5 min."""
+    whole = round(seconds)
+    if whole < 1:
+        return "under 1 s"
     if whole < 60:
         return f"{whole} s"
     if whole < 3600:

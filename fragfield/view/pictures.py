@@ -37,7 +37,7 @@ def write_pictures(run: RunFiles, folder: Path, *, wide: bool) -> None:
         drawn["picture_of_fragments"] = fragments_figure(run, WIDE if wide else COLUMN)
     with drawing_style():
         for name, figure in drawn.items():
-            write_bytes(folder / f"{name}.png", to_bytes(figure, "png")[0], InputError)
+            write_bytes(folder / f"{name}.png", to_bytes(figure, "png"), InputError)
 
 
 @dataclass(frozen=True)

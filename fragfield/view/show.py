@@ -105,7 +105,7 @@ def draw(run: str, folder: str, what: str) -> int:
     from fragfield.view.pictures import write_pictures
 
     try:
-        files = read_run(Path(run))
+        files = read_run(Path(run), pictured=True)
         if what != "pages":
             write_pictures(files, Path(folder) / "figures", wide=what == "pictures")
         if what == "pages" or (what == "report" and not interactive_fault()):

@@ -174,20 +174,10 @@ def substances_with(kind: Kind, group: str, key: str) -> dict[str, Any]:
 def read_substance(
     kind: Kind, content: Mapping[str, Any], where: str, *, name: str | None = None, error: type[Exception] = InputError
 ) -> Substance:
-    """What a substance's file holds.
+    """What the document of a substance's file, `where`, holds; outputs call it `name`, by default the file's own.
 
-    Parameters
-    ----------
-    kind : "explosive" or "casing"
-        Which groups it may have.
-    content : mapping
-        The document.
-    where : str
-        File, for messages.
-    name : str, optional
-        What outputs call it; left out: the file's own `name`.
-    error : type
-        Raised where a key is unknown, a group lacks source or grade, or a value is not a number; with file and key.
+    Raises `error` where a key is unknown, a group that the kind does not have, lacks source or grade, or a value is not
+    a number; with file and key.
     """
     groups: dict[str, Group] = {}
     allowed = GROUPS[kind]

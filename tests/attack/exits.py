@@ -17,6 +17,8 @@ from collections import Counter
 from contextlib import suppress
 from pathlib import Path
 
+import numba
+
 from tests.faults import failing_call
 from tests.fragfield.short_run import environment
 
@@ -63,7 +65,12 @@ def _ended(status: int, words: str) -> tuple[str, bool]:
 
 
 def _attack(run: Path, folder: Path, verb: str, seed: int, trials: int) -> None:
-    """In the parent: faults one after the other. A child returns from here into a command that meets its fault."""
+    """In the parent: faults one after the other. A child returns from here into a command that meets its fault.
+
+    GNU OpenMP, by which numba shares loops, ends a copy of a process that has used it; numba's own threads do not. No
+    command of the program is such a copy: its processes are started afresh.
+    """
+    numba.config.THREADING_LAYER = "workqueue"
     generator, ends, wrong = random.Random(seed), Counter[str](), 0
     work = folder / "faulty"
     with failing_call(-1) as seen, suppress(SystemExit):  # loads all, and counts

@@ -29,15 +29,21 @@ CELL, STEP = 0.01, 1e-7
 
 
 def test_work_on_rows_is_force_times_way():
-    """Half a step of the rows named, and of no others; rounded, the same in any order."""
+    """Half a step of the rows named, and of no others; rounded, the same in any order; the forces are passed on."""
     random = np.random.default_rng(2)
-    force, velocity = random.normal(size=(9, 3)), random.normal(size=(9, 3))
+    force, velocity, resultant = random.normal(size=(3, 9, 3))
     rows = np.array([7, 1, 4, 0], dtype=np.int32)
     expected = 0.5e-3 * (force[rows] * velocity[rows]).sum()
-    assert work_on_rows(0.5e-3, force, rows, velocity, 0.0) == pytest.approx(expected, rel=1e-12)
-    rounding = rounding_constant(1.0)
-    one, other = (work_on_rows(0.5e-3, force, order, velocity, rounding) for order in (rows, rows[::-1].copy()))
+    before, passed = resultant.copy(), 0.25 * force[rows]
+    work = work_on_rows(0.5e-3, force, rows, velocity, 0.0, 0.25, resultant)
+    assert work == pytest.approx(expected, rel=1e-12)
+    before[rows] += passed
+    np.testing.assert_array_equal(resultant, before)
+    rounding, again = rounding_constant(1.0), force.copy()
+    one = work_on_rows(0.5e-3, force, rows, velocity, rounding, 1.0, None)
+    other = work_on_rows(0.5e-3, again, rows[::-1].copy(), velocity, rounding, 1.0, None)
     assert one == other == pytest.approx(expected, rel=1e-9)
+    assert np.flatnonzero(force.any(axis=1)).tolist() == [2, 3, 5, 6, 8]
 
 
 def thrown_at_a_wall():

@@ -50,6 +50,14 @@ def test_an_entry_of_the_ledger_has_every_sum_in_its_place(min_work):
     assert allowed < found == pytest.approx(100.0 * entry.energy_error, rel=1e-5)
     ledger.energy_tolerance = 1.1 * entry.energy_error
     ledger.record(*now)
+    # An error stops a run once it is above the tolerance of a twentieth of the charge's energy too.
+    ledger.energy_tolerance = 0.5 * min(entry.energy_error, entry.contact_error)
+    for wrong in sorted((opened, 256.0)):
+        ledger.chemical_energies = np.array([20.0 * 0.999 * wrong / ledger.energy_tolerance])
+        with pytest.raises(NumericalStop):
+            ledger.record(*now)
+    ledger.chemical_energies = np.array([20.0 * 1.001 * max(opened, 256.0) / ledger.energy_tolerance, 0.0])
+    assert ledger.record(*now).energy_error == entry.energy_error
     for place in range(4):  # the products' own viscous heat is part of their work
         before, ledger.sums[place] = ledger.sums[place], np.nan
         with pytest.raises(NumericalStop):

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -68,7 +66,7 @@ def check_closed(mesh):
     assert triangles == pytest.approx(cell_volumes(mesh).sum(), rel=1e-9)
 
 
-@pytest.mark.parametrize("cell_size", [12e-3, 8e-3, 6e-3])
+@pytest.mark.parametrize("cell_size", [12e-3, 8e-3])
 @pytest.mark.parametrize("name", profile_names())
 def test_built_in_rounds_have_good_cells_and_true_masses(name, cell_size):
     profile = load_profile(name)
@@ -172,12 +170,6 @@ def test_void_front_has_no_cells_and_no_loose_nodes():
     assert max(abs(error) for error in found.mass_errors.values()) < 1e-3
     assert found.cells == pytest.approx((profile.casing_volume + profile.charge_volume) / 8e-3**3, rel=0.1)
     check_closed(mesh)
-
-
-def test_numbering_runs_from_nose_to_base():
-    mesh = mesh_profile(load_profile("m107"), 8e-3)
-    assert np.all(np.diff(mesh.station) >= 0)
-    assert np.all(np.diff(mesh.nodes[:, 2]) <= 1e-15)
 
 
 def test_mesh_is_its_own_mirror_image():
@@ -314,15 +306,6 @@ def test_tips_and_steep_contours_are_refused():
     step = Contour.from_points([(0.1, 0.006), (0.101, 0.045), (0.3, 0.045)])
     with pytest.raises(InputError, match=r"scaled Jacobian 0\.\d+ at station 100.5 mm; at least 0.2 is needed"):
         mesh_profile(Profile("steep", outer, step, 0.1), 5e-3)
-
-
-def test_geometry_meshing_and_library_need_arrays_only():
-    program = (
-        "import sys, burst_fenicsx.geometry, burst_fenicsx.meshing, burst_fenicsx.materials.library\n"
-        "print([name for name in ('dolfinx', 'mpi4py', 'gmsh', 'meshio', 'scipy', 'pyvista') if name in sys.modules])"
-    )
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "[]"
 
 
 def test_the_cell_behind_a_face_has_the_same_four_nodes():

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from burst_fenicsx.errors import InputError
-from burst_fenicsx.files.output import SIX_COMPONENTS, TimeSeries
+from burst_fenicsx.files.output import TimeSeries
 
 TIMES = (0.0, 1.0e-6 / 3.0, 1.2e-4)
 
@@ -109,19 +109,6 @@ def test_killed_run_keeps_its_outputs(tmp_path: Path) -> None:
     np.testing.assert_allclose(reader.read()["pressure"], state(1, 64, 27)[1]["pressure"], rtol=1e-6)
 
 
-def test_six_components_become_the_symmetric_matrix(tmp_path: Path) -> None:
-    """The order of the six is the stated one."""
-    points, cells = box()
-    six = np.tile(np.arange(6.0), (len(cells), 1))
-    series = TimeSeries(tmp_path / "burst", cells)
-    series.write(0.0, points, cell_data={"stress": six})
-    with h5py.File(tmp_path / "burst" / "0000.h5") as file:
-        matrix = file["cell/stress"][0].reshape(3, 3)
-    for value, (row, column) in enumerate(SIX_COMPONENTS):
-        i, j = "xyz".index(row), "xyz".index(column)
-        assert matrix[i, j] == matrix[j, i] == value
-
-
 def test_resume_continues_from_the_checkpoint(tmp_path: Path) -> None:
     """Outputs after the checkpoint go; the rest equals a run that was never interrupted."""
     import pyvista
@@ -208,25 +195,3 @@ def test_quadrilaterals_of_a_meridian_are_read_back(tmp_path: Path) -> None:
     np.testing.assert_array_equal(grid.cell_connectivity.reshape(-1, 4), cells)
     np.testing.assert_allclose(grid.point_data["velocity"], 3.0 * points)
     assert grid.compute_cell_sizes()["Area"] == pytest.approx([4.0, 4.0])
-
-
-@pytest.mark.parametrize("kind", ["hexahedron", "quad"])
-def test_meshio_reads_the_series(tmp_path: Path, kind: str) -> None:
-    """Every output with its time, cells and fields, through meshio's reader of time series."""
-    meshio = pytest.importorskip("meshio")
-    points = np.array([[x, y, z] for z in (0.0, 1.0) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))])
-    cells = np.arange(8)[None, :] if kind == "hexahedron" else np.array([[0, 1, 2, 3], [4, 5, 6, 7]])
-    part = np.arange(len(cells))
-    series = TimeSeries(tmp_path / "burst", cells)
-    series.write(0.0, points, {"velocity": points}, {"part": part})
-    series.write(2e-6, points, {"velocity": 3.0 * points}, {"part": part})
-    with meshio.xdmf.TimeSeriesReader(str(tmp_path / "burst.xdmf")) as reader:
-        found, blocks = reader.read_points_cells()
-        assert reader.num_steps == 2
-        time, at_points, at_cells = reader.read_data(1)
-    np.testing.assert_allclose(found, points)
-    assert [block.type for block in blocks] == [kind]
-    np.testing.assert_array_equal(blocks[0].data, cells)
-    assert time == 2e-6
-    np.testing.assert_allclose(at_points["velocity"], 3.0 * points)
-    np.testing.assert_array_equal(at_cells["part"][0], part)

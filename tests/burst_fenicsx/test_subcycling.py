@@ -81,7 +81,7 @@ def test_levels_follow_the_cells_and_differ_by_one_at_most():
     np.testing.assert_array_equal(motion.inverse_mass, fields.inverse_mass[motion.order])
     mixed = [finest[fields.mesh.dofmap[cells]].max() for cells in fields.blocks.cells] > fields.blocks.level
     np.testing.assert_array_equal(fields.grid.mixed, mixed)
-    assert [int((finest >= min_level).sum()) for min_level in range(cycles.highest + 1)] == list(cycles.moving)
+    assert [int((finest >= min_level).sum()) for min_level in range(cycles.highest + 1)] == list(motion.moving)
     assert cycles.cell_steps == (2 ** level.astype(int)).sum()
 
 

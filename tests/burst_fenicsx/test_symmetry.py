@@ -10,7 +10,7 @@ import pytest
 from burst_fenicsx.meshing import cell_volumes, merge, mesh_round
 from burst_fenicsx.problem import IgnitionPoint, Mirror, RigidPlane, ShockInitiation
 from burst_fenicsx.symmetry import smallest_part, symmetry_words
-from fragfield.case.conversion.patterns import pallet, row, triangle
+from fragfield.case.conversion.stack import pallet, row, triangle
 from tests.burst_fenicsx.tubes import SETTINGS, tube
 
 AUTO = replace(SETTINGS, symmetry="auto")

@@ -9,7 +9,6 @@ import flight
 from flight.arena import ArenaTable, is_arena_file
 from flight.fluence import PolarGrid
 from flight.hazard import Criteria
-from flight.hazard.density.density_counts import DensityGroups
 from flight.hazard.density.directions import Directions
 from flight.hazard.exposed import Prism
 from flight.hazard.site import Site
@@ -17,8 +16,6 @@ from flight.hazard.tp12 import effective_number
 from flight.scene.walls import StoppingWall
 
 ONE = flight.Fragments(0.01, (0.0, 0.0, 1.0), (800.0, 0.0, 100.0))
-FLOWN = flight.FlightResult(np.zeros(0, flight.LANDING), np.zeros(0, flight.HITS), None, ())
-GROUPS = DensityGroups(Directions(PolarGrid()))
 SQUARE = [(0.0, 0.0), (4.0, 0.0), (4.0, 4.0), (0.0, 4.0)]
 HEAT = "zone_from_deg;zone_to_deg;mass_from_kg;mass_to_kg;number;mean_mass_kg;mean_speed_m_s\n0;180;0;1;3;0.01;900\n"
 
@@ -112,7 +109,7 @@ def test_an_arena_table_with_semicolons_is_known_as_one(tmp_path):
         ("mach cd\n0 1\n", "no delimiter in the line of column names, 'mach cd'; allowed between cells: comma, semico"),
         ("mach;cd\n0;1\n1,5;2\n", "line 3, column mach: '1,5' is not a number; decimals need a point"),
         ("mach,cd\n0;1\n", "line 2 has 1 cells, the 2 columns are mach, cd; it holds semicolon, the column names com"),
-        ("mach\tcd\n0\tone\n", "line 2, column cd: 'one' is not a number$"),
+        ("mach\tcd\n0\tone\n", "line 2, column cd: 'one' is not a number;"),
     ],
 )
 def test_a_delimiter_that_does_not_fit_is_refused_in_words(tmp_path, text, words):

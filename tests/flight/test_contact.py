@@ -285,9 +285,9 @@ def test_nothing_meets_below_the_ground() -> None:
 @pytest.mark.parametrize(
     ("argument", "message"),
     [
-        ({"density": 0.0}, r"contact: density is 0\.0 kg/m3, needed: finite and above zero"),
+        ({"density": 0.0}, r"contact: density is 0\.0 kg/m3, needed: above zero"),
         ({"restitution": 1.2}, "restitution is 1.2, allowed: 0 to 1"),
-        ({"friction_angle_deg": 90.0}, "friction angle is 90.0 degrees"),
+        ({"friction_angle_deg": 90.0}, "friction_angle_deg is 90.0 degrees, allowed: 0 to below 90"),
         ({"distance": math.inf}, "distance is inf m"),
         ({"between": "round"}, r"contact: between is 'round'.*'rounds'"),
     ],

@@ -13,7 +13,7 @@ import pytest
 from flight import Cylinder, FlightResult, InputError, fly
 from flight.files.hdf5 import read_table
 from flight.files.text_tables import METADATA
-from flight.rows import Status
+from flight.result import Status
 from tests.flight.clouds import cloud
 
 PROVENANCE = {"case": 'title = "a <b> & c"\n', "versions": json.dumps({"flight": "0.1.0"}), "seed": "3"}
@@ -59,6 +59,7 @@ def test_csv_copy(written) -> None:
     assert len(hits) == len(result.hits)
     assert set(hits["name"]) <= {"ring", "far"}
     assert (hits["direction_text"].str.startswith("outward") == (hits["direction"] == 1)).all()
+    assert [len(table) for table in result.to_pandas()] == [len(result.landing), len(result.hits)]
 
 
 def test_trajectories_open_in_vtk(written) -> None:

@@ -16,21 +16,17 @@ from flight.hazard.criteria import Criteria
 from flight.kernels import motion
 from flight.kernels.cells import cells_of, home
 from flight.kernels.collision import _closing
-from flight.kernels.events import ending
+from flight.kernels.events import IN_FLIGHT, LANDED, LEFT_DOMAIN, Limits, ending
 from flight.kernels.fluence import _cell_of, _nearest
-from flight.kernels.limits import IN_FLIGHT, LANDED, LEFT_DOMAIN, Limits
 from flight.kernels.motion import LANES, ROWS, Surroundings, accelerate, take_step
 from flight.kernels.roots import STACK_SHAPE, sign_changes
 from flight.kernels.surfaces import PIECES_SHAPE
-from flight.kernels.terrain import Terrain
 from flight.scene.air import ConstantAir
 
 NOWHERE = Limits(
     ground=math.nan, origin_x=0.0, origin_y=0.0, domain_radius=math.inf, ceiling=math.inf, floor=-math.inf,
     time_limit=1e9, tolerance=1e-6, fixed_step=0.0, longest_step=1.0, most_steps=100, path_points=0,
 )  # fmt: skip
-FLAT = Terrain(np.zeros((0, 0)), 0.0, 0.0, 1.0, 1.0, np.zeros(0), np.zeros((0, 3), dtype=np.int64), 0.0)
-MAP = Terrain(np.zeros((3, 4)), -20.0, -10.0, 20.0, 15.0, np.zeros(0), np.zeros((0, 3), dtype=np.int64), 0.0)
 """From -20 to 40 m along x and from -10 to 20 m along y."""
 
 

@@ -12,8 +12,7 @@ import pygeoif
 import pytest
 import xmlschema
 
-from flight.hazard.antimeridian import cut_line, cut_outline
-from flight.hazard.contours import Contour, write_geojson, write_kml
+from flight.hazard.contours import Contour, cut_line, cut_outline, write_geojson, write_kml
 from flight.hazard.site import Site
 
 if TYPE_CHECKING:

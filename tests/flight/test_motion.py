@@ -211,6 +211,8 @@ def test_start_at_the_edges() -> None:
     outside = Fragments(0.1, (200.0, 0.0, 5.0), (1.0, 0.0, 0.0))
     end = fly(outside, domain=Domain(radius=100.0)).landing[0]
     assert (end["status"], end["time"], end["position"][0]) == (Status.LEFT_DOMAIN, 0.0, 200.0)
+    with pytest.raises(InputError, match=r"radius is 0\.0 m, needed: above zero"):
+        Domain(radius=0.0)
     assert len(fly(cloud(5).select([])).landing) == 0
 
 

@@ -311,7 +311,7 @@ def test_files(tmp_path) -> None:
     [
         (lambda: Wall((0, 0), (0, 0), 2.0), r"obstacle wall: start and end are both \(0, 0\); they must differ"),
         (lambda: Wall((0, 0), (1, 0), 2.0, 0.0), "thickness is 0.0 m, needed: above zero"),
-        (lambda: Wall((0, 0), (1, math.nan), 2.0), "end is .*, needed: two finite numbers"),
+        (lambda: Wall((0, 0), (1, math.nan), 2.0), "end is .*, needed: 2 finite numbers"),
         (lambda: Barricade((0, 0), (1, 0), -2.0), "height is -2.0 m"),
         (lambda: Barricade((0, 0), (1, 0), 2.0, slope=-1.0), "slope is -1.0"),
         (lambda: Building((0, 0), 1.0, 0.0, 1.0), "width is 0.0 m"),

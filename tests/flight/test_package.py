@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import doctest
-import json
 import math
 import os
 import subprocess
@@ -16,31 +15,6 @@ import pytest
 import flight
 
 ROOT = Path(flight.__file__).parent.parent
-
-PROBE = """
-import json, sys
-before = set(sys.modules)
-import numpy
-import flight
-print(json.dumps(sorted({name.split(".")[0] for name in set(sys.modules) - before})))
-"""
-
-
-def test_import_is_alone() -> None:
-    done = subprocess.run(
-        [sys.executable, "-c", PROBE],
-        capture_output=True,
-        text=True,
-        check=True,
-        cwd=ROOT,
-        env={"PYTHONPATH": str(ROOT)},
-    )
-    modules = json.loads(done.stdout)
-    assert "flight" in modules  # the probe has seen the import
-    for name in ("dolfinx", "mpi4py", "petsc4py", "burst_fenicsx", "transition", "fragfield", "numba", "scipy",
-    "pyvista",
-                 "vtk", "matplotlib", "pandas", "h5py"):  # fmt: skip
-        assert name not in modules
 
 
 def test_flying_needs_no_other_of_ours() -> None:

@@ -8,7 +8,8 @@ from scipy.interpolate import PchipInterpolator
 
 from flight import ConstantAir, Drag, InputError, StandardAtmosphere, Wind
 from flight.drag import BUILT_IN
-from flight.scene.air import table_values
+from flight.scene.air import EARTH_RADIUS
+from flight.scene.tables import evaluate_pieces
 
 # US Standard Atmosphere 1976, table I: geometric altitude (m), temperature (K), pressure (Pa), density (kg/m3), sound
 # (m/s)
@@ -39,7 +40,11 @@ def test_standard_atmosphere_as_tabulated(row: tuple[float, ...]) -> None:
 def test_kernel_table_follows_the_atmosphere() -> None:
     air = StandardAtmosphere(site_altitude=300.0)
     height = np.random.default_rng(0).uniform(-5000.0, 84_000.0, 20_000)
-    density, sound = table_values(air.table(), height)
+    table, altitude = air.table(), height + air.site_altitude
+    geopotential = EARTH_RADIUS * altitude / (EARTH_RADIUS + altitude)
+    entries = table.bottom + table.step * np.arange(len(table.pieces) + 1)
+    density = evaluate_pieces(entries, table.pieces[:, :4], geopotential)
+    sound = 1.0 / evaluate_pieces(entries, table.pieces[:, 4:], geopotential)
     assert np.abs(density / air.density(height) - 1.0).max() < 1e-9
     assert np.abs(sound / air.sound_speed(height) - 1.0).max() < 1e-10
 

@@ -20,7 +20,7 @@ from flight.hazard.tp12 import (
     solid_angle,
     stack_distance,
 )
-from flight.shape_factors import FORGED_STEEL_SHELL, HEAVY_PIECES_OF_STACKS
+from flight.shape import FORGED_STEEL_SHELL, HEAVY_PIECES_OF_STACKS
 
 PRINTED_AIR = 1.196  # kg/m3: that with which the paper's L1 = 247 and 369 m/kg^(1/3) both come out
 CRITERIA = Criteria()

@@ -13,7 +13,7 @@ from burst_fenicsx.meshing import mesh_profile
 from burst_fenicsx.meshing.disc import equal_area_factor
 from burst_fenicsx.meshing.sizing import grid_counts
 from fragfield.case.conversion.clearance import Hull, clearance, min_clearance, near_pairs, placed_body
-from fragfield.case.conversion.patterns import across_horizontally, pallet, row, triangle
+from fragfield.case.conversion.stack import across_horizontally, pallet, row, triangle
 
 RADIUS, LENGTH = 0.0775, 0.3
 
@@ -128,7 +128,7 @@ def test_spheres_of_arcs():
     half = np.sqrt(radius**2 - tip**2)
     ball = _profile([(0.0, tip), (2 * half, tip)], [radius])
     random = np.random.default_rng(5)
-    for _ in range(20):
+    for _ in range(8):
         way, one, other = random.normal(size=(3, 3))
         way, one, other = (vector / np.linalg.norm(vector) for vector in (way, one, other))
         if max(abs(way @ one), abs(way @ other)) > 0.95:

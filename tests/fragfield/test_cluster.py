@@ -161,7 +161,7 @@ def test_a_real_sweep_on_a_cluster_of_which_one_worker_is_killed(cluster, tmp_pa
     thread = threading.Thread(target=kill)
     thread.start()
     words = ["sweep", str(case), "burst.leakage.radius_ratio=1.6,1.7,1.8,1.9", "seed=1,2", "--out", str(out), "--json"]
-    done = CliRunner().invoke(app, [*words, "--scheduler", cluster.scheduler_address])
+    done = CliRunner().invoke(app, [*words, "--keep-runs", "--scheduler", cluster.scheduler_address])
     thread.join()
     assert killed
     assert done.exit_code in (0, 3), done.output

@@ -229,7 +229,7 @@ def test_a_script_under_mpirun(tmp_path, mpirun):
         'sys.stdout.write(f\'rank {rank}: {len(run.landing)} {again.stages["burst"] if rank == 0 else ""}\\n\')\n'
     )
     printed = sorted(mpirun(2, script).stdout.splitlines())
-    assert list((tmp_path / "run" / "figures").glob("*.png"))
+    assert list((tmp_path / "run" / "figures").glob("*.svg"))
     number = len(fragfield.open(tmp_path / "run").landing)
     assert printed[0].split() == ["rank", "0:", str(number), "True"]
     assert printed[1].split() == ["rank", "1:", str(number)]

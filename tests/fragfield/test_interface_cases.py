@@ -40,14 +40,6 @@ def test_the_import_is_cheap_and_every_name_is_there():
         _ = fragfield.rum
 
 
-def test_no_submodule_hides_a_name_of_the_interface():
-    """`import fragfield.x` sets an attribute of the package, which would be found before the function."""
-    from pathlib import Path
-
-    names = {path.stem if path.is_file() else path.name for path in Path(fragfield.__file__).parent.iterdir()}
-    assert not names & set(fragfield.__all__)
-
-
 def test_a_case_of_a_dict_is_the_case_of_the_file(tmp_path):
     (tmp_path / "tube.toml").write_text(RINGS)
     read = fragfield.Case.from_toml(tmp_path / "tube.toml")

@@ -9,11 +9,12 @@ import zipfile
 import numpy as np
 import pytest
 
+from flight.scene.plan import signed_area
 from fragfield.case import load_case
 from fragfield.case.conversion.exposed_sites import describe_exposed
 from fragfield.case.tables.site import PlacesTable
 from fragfield.errors import InputError
-from fragfield.places.polygons import area_of, box_around, convex_parts
+from fragfield.places.polygons import box_around, convex_parts
 from fragfield.places.tables import tables_of_places
 
 LATITUDE, LONGITUDE = 51.5, 7.0
@@ -74,7 +75,7 @@ def test_every_kind_of_place_of_a_geojson(tmp_path, caplog):
     assert exposed["B 12"].points == pytest.approx(np.array([(-50.0, 80.0), (50.0, 80.0)]), abs=0.01)
     assert exposed["B 12"].width == pytest.approx(6.096)
     parts = [np.array(exposed[name].points) for name in yard]
-    assert sum(area_of(part) for part in parts) == pytest.approx(60 * 60 - 30 * 40, rel=1e-3)
+    assert sum(signed_area(part) for part in parts) == pytest.approx(60 * 60 - 30 * 40, rel=1e-3)
     hall = exposed["hall"]
     assert hall.position == pytest.approx((0.0, 225.0), abs=0.01)
     assert (hall.length, hall.width, hall.height) == pytest.approx((40.0, 30.0, 7.5), abs=0.02)
@@ -234,7 +235,7 @@ def test_convex_parts_cover_an_outline_and_the_box_holds_it():
         turn = np.sort(dice.uniform(0.0, 2.0 * np.pi, 15))
         outline = dice.uniform(20.0, 90.0, 15)[:, None] * np.column_stack([np.cos(turn), np.sin(turn)])
         parts = convex_parts(outline)
-        assert sum(map(area_of, parts)) == pytest.approx(area_of(outline), rel=2e-3)
+        assert sum(map(signed_area, parts)) == pytest.approx(signed_area(outline), rel=2e-3)
         assert 1 < len(parts) <= 9
     corners = np.array([[0.0, 0.0], [40.0, 0.0], [40.0, 9.0], [0.0, 9.0]])
     rotation = np.array([[math.cos(2.0), math.sin(2.0)], [-math.sin(2.0), math.cos(2.0)]])

@@ -16,6 +16,7 @@ from fragfield.hazard.recommended import NORMAL_95, not_included_words, parts_of
 from fragfield.hazard.rules import rules_for
 from fragfield.report import read_run
 from fragfield.report.tables.rules import minimum_words, prescribed_table
+from tests.fragfield.plain_reports import draw_nothing
 from tests.fragfield.short_run import RINGS, ROOT, invoke
 
 OFFICIAL = '\n[official]\nhazardous_fragment_distance = "{hazardous}"\nsource = "Authority, table 1, p. 7"\n'
@@ -181,7 +182,9 @@ def test_check_shows_official_distances_quantity_and_rules(tmp_path):
 def run(tmp_path_factory):
     folder = tmp_path_factory.mktemp("official")
     (folder / "case.toml").write_text(RINGS + OFFICIAL.format(hazardous="9 km"), encoding="utf-8")
-    done = invoke("run", folder / "case.toml", "--out", folder / "run")
+    with pytest.MonkeyPatch.context() as patch:
+        draw_nothing(patch)
+        done = invoke("run", folder / "case.toml", "--out", folder / "run")
     assert done.exit_code in (0, 3), done.stderr
     return folder / "run", done.stdout
 

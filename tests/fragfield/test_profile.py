@@ -51,7 +51,7 @@ def test_a_profile_changes_no_result(timed):
 
 def test_terminal_and_annex_show_the_parts(timed, quick_report):
     _, printed, folder, plain = timed
-    assert re.search(r"time of the stepping\n.*\n(.+\n)*element forces +\d+\.\d\d +\d+\.\d +\d+", printed)
+    assert re.search(r"time of the stepping\n.*\n(.+\n)*element forces and motion +\d+\.\d\d +\d+\.\d +\d+", printed)
     for run, there in ((folder, True), (plain, False)):
         assert invoke("report", run).exit_code == 0
         page = (run / "report.html").read_text()

@@ -75,7 +75,7 @@ def test_real_samples_and_their_files(real_study):
     for text in (page, report):
         assert "Effect of each input on the expected distance" in text
         assert "Published radii at which casings vent" in text
-    assert (out / "figures" / "uncertainty_tornado.png").is_file()
+    assert (out / "figures" / "uncertainty_tornado.svg").is_file()
     assert printed["distance"]["spread"]["high"] > printed["distance"]["spread"]["low"] > 0.0
 
 

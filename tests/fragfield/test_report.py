@@ -8,6 +8,7 @@ import math
 import re
 from html.parser import HTMLParser
 from typing import TYPE_CHECKING
+from unittest.mock import MagicMock
 from xml.etree import ElementTree as ET
 
 import h5py
@@ -16,7 +17,7 @@ import pytest
 
 from fragfield.errors import InputError
 from fragfield.files.stamped import stamped_toml
-from fragfield.report import read_run, write_report
+from fragfield.report import assemble, read_run, write_report
 from fragfield.report.figures.burst import speed_along_round
 from fragfield.report.figures.drawing import drawing_style, to_bytes
 from fragfield.report.sections import sections
@@ -147,9 +148,8 @@ def test_every_figure_is_there_once(page, run):
         links = {value for item in root.iter() for key, value in item.attrib.items() if key.endswith("href")}
         assert all(link.startswith(("#", "data:")) for link in links)
     for name in FIGURES:
-        assert (run / "figures" / f"{name}.png").read_bytes().startswith(b"\x89PNG")
-        if not name.startswith("picture"):
-            assert b"<svg" in (run / "figures" / f"{name}.svg").read_bytes()
+        kind, mark = ("png", b"\x89PNG") if name.startswith("picture") else ("svg", b"<svg")
+        assert mark in (run / "figures" / f"{name}.{kind}").read_bytes()
 
 
 def test_numbers_are_those_of_the_summary(page, summary):
@@ -289,8 +289,18 @@ def test_report_may_be_written_elsewhere_and_figures_repeat(tmp_path):
     with drawing_style():
         figure = speed_along_round(read_run(folder))
         assert figure is not None
-        again = to_bytes(figure, "svg")[0]
+        again = to_bytes(figure, "svg")
     assert (tmp_path / "out" / "figures" / "speed_along_round.svg").read_bytes() == again
+
+
+def test_pictures_that_were_begun_before_the_report_are_waited_for(tmp_path, monkeypatch):
+    monkeypatch.setattr(assemble, "PictureProcess", None)  # no other is started
+    drawing = MagicMock()
+    drawing.__enter__.return_value = drawing
+    drawing.finish.return_value = "drawn nowhere"
+    page = Page(write_report(write_run(tmp_path / "run"), drawing=drawing).read_text(encoding="utf-8"))
+    drawing.finish.assert_called_once_with()
+    assert page.text.count("drawn nowhere") == 2
 
 
 def test_damaged_and_foreign_input_is_named(tmp_path):

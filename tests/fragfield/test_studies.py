@@ -11,8 +11,9 @@ import pytest
 import fragfield
 import fragfield.studies.uncertainty as package
 from fragfield.files.stamped import stamped_toml
+from tests.fragfield.short_run import invoke
 from tests.fragfield.synthetic_run import write_run
-from tests.fragfield.test_sweep import TUBE, _invoke, calls
+from tests.fragfield.test_sweep import TUBE, calls
 
 __all__ = ["calls"]  # the fixture, for pytest
 
@@ -37,7 +38,12 @@ def test_a_sweep_gives_its_runs_and_one_table(calls, tmp_path):
     made, codes = calls
     codes += [0, 3]
     found = fragfield.run_sweep(
-        TUBE, {"burst.cell_size": ["12 mm", "15 mm"], "seed": [7]}, out=tmp_path / "out", jobs=1, progress=False
+        TUBE,
+        {"burst.cell_size": ["12 mm", "15 mm"], "seed": [7]},
+        out=tmp_path / "out",
+        jobs=1,
+        keep_runs=True,
+        progress=False,
     )
     assert len(made) == 2
     table = found.table
@@ -58,7 +64,11 @@ def test_a_case_made_in_python_is_swept_from_its_file(calls, tmp_path):
         fragfield.run_sweep(case, {"burst.cell_size": "12 mm"}, out=tmp_path / "out")
     found = fragfield.run_sweep(case, {"burst.cell_size": ["12 mm"]}, out=tmp_path / "out", progress=False)
     assert fragfield.Case.from_toml(tmp_path / "out.toml") == case
-    assert found.runs[0].case.values.seed == 11
+    assert found.runs == []
+    again = fragfield.run_sweep(
+        case, {"burst.cell_size": ["12 mm"]}, out=tmp_path / "two", keep_runs=True, progress=False
+    )
+    assert again.runs[0].case.values.seed == 11
     made = fragfield.Case(title="made", burst={"cell_size": "9 mm"}, round=[
         {"name": "a", "profile": "tube", "explosive": "tnt", "casing": "steel_paper", "position": ["0 m", "0 m", "1 m"]}
     ])  # fmt: skip
@@ -79,7 +89,7 @@ def test_a_comparison_has_tables_and_writes_them(tmp_path):
         found.table("by_azimut")
     assert str(found).startswith(f"{one} over {other}")
     assert (found.write(tmp_path / "out") / "comparison.json").is_file()
-    done = _invoke("compare", one, other, "--json")
+    done = invoke("compare", one, other, "--json")
     assert done.exit_code == 0, done.stderr
     assert json.loads(done.stdout) == json.loads(json.dumps({k: v for k, v in found.found.items() if k != "files"}))
 
@@ -96,7 +106,7 @@ def test_a_study_of_uncertainty_passes_what_is_asked_and_gives_the_distance(tmp_
     assert found.spread == (90.2, 110.0, 133.4)
     assert found.effects["total"][0] == 0.7
     assert str(found).splitlines()[0] == "recommended distance 142 m"
-    done = _invoke("uncertainty", TUBE, "--out", tmp_path / "study", "--samples", "8", "--json")
+    done = invoke("uncertainty", TUBE, "--out", tmp_path / "study", "--samples", "8", "--json")
     assert done.exit_code == 0, done.stderr
     assert json.loads(done.stdout) == FOUND
     monkeypatch.setattr(

@@ -1,10 +1,11 @@
-"""A sweep: its plan, its directories, what it keeps, and its table when runs fail."""
+"""A sweep: its plan, its rows and directories, what it keeps, and its table when runs fail."""
 
 from __future__ import annotations
 
 import csv
 import json
 import os
+import pickle
 import signal
 import subprocess
 import sys
@@ -18,10 +19,11 @@ import pytest
 from fragfield.case import load_case, load_changed_case, read_resolved
 from fragfield.errors import InputError
 from fragfield.files.run_directory import RunDirectory
-from fragfield.studies.processes import LocalRuns
+from fragfield.studies.processes import LocalRuns, perform
 from fragfield.studies.sweep import plan_sweep
+from fragfield.studies.sweep.results import results_of
 from tests.fragfield.run_tasks import answer
-from tests.fragfield.short_run import invoke
+from tests.fragfield.short_run import RINGS, invoke
 
 ROOT = Path(__file__).parents[2]
 TUBE, PAIR = ROOT / "cases" / "tube.toml", ROOT / "cases" / "m107_pair.toml"
@@ -39,11 +41,14 @@ SUMMARY = {
 
 @pytest.fixture
 def calls(monkeypatch):
-    """Runs that are remembered and leave a finished directory; a code in the list makes one fail."""
+    """Runs that are remembered and give a row or leave a finished directory; a code in the list makes one fail."""
     made, codes = [], []
 
     def call(_worker, request):
         made.append(request)
+        if request["stage"] == "row":
+            code = codes.pop(0) if codes else 0
+            return code, "cell 7 is lost" if code else json.dumps({"results": results_of(SUMMARY), "message": ""})
         out = Path(request["out"])
         out.mkdir(exist_ok=True)
         RunDirectory(out).write_case(read_resolved(Path(request["case_file"])))
@@ -130,16 +135,21 @@ def test_a_name_is_opened_where_a_key_goes_into_its_table():
     assert gaps[0] - gaps[1] == pytest.approx(0.04 - 0.0217)
 
 
-def test_a_failed_run_is_reported_and_the_others_go_on(tmp_path, calls):
+@pytest.mark.parametrize("keep", [["--keep-runs"], []], ids=["directories", "rows"])
+def test_a_failed_run_is_reported_and_the_others_go_on(tmp_path, calls, keep):
     made, codes = calls
     codes += [0, 3, 0]
     out = tmp_path / "out"
-    done = invoke("sweep", TUBE, "burst.cell_size=12 mm,15 mm,20 mm", "--out", out, "--jobs", "1")
+    done = invoke("sweep", TUBE, "burst.cell_size=12 mm,15 mm,20 mm", "--out", out, "--jobs", "1", *keep)
     assert done.exit_code == 3, done.stderr
     assert len(made) == 3
-    assert made[0] == {"stage": "run", "case_file": str(out / "cell_size_12_mm.toml"),
-                       "out": str(out / "cell_size_12_mm"), "resume": False, "overwrite": False}  # fmt: skip
-    assert read_resolved(out / "cell_size_15_mm.toml").burst.cell_size == pytest.approx(0.015)
+    if keep:
+        assert made[0] == {"stage": "run", "case_file": str(out / "cell_size_12_mm.toml"),
+                           "out": str(out / "cell_size_12_mm"), "resume": False, "overwrite": False}  # fmt: skip
+        assert read_resolved(out / "cell_size_15_mm.toml").burst.cell_size == pytest.approx(0.015)
+    else:
+        assert (made[0]["of"], pickle.loads(pickle.dumps(made[0]["case"])).burst.cell_size) == ("run", 0.012)
+        assert sorted(path.name for path in out.iterdir()) == ["sweep.csv", "sweep.json"]
     assert "cell_size_15_mm failed (exit code 3): cell 7 is lost" in done.stdout
     for text in ("115", "110 ± 3.0", "90 to 130", "700", "do not include grid (not computed for the runs of a sweep)"):
         assert text in done.stdout, text
@@ -168,7 +178,7 @@ def test_a_run_whose_distance_is_not_determined_is_done_and_says_so(tmp_path, ca
         return 0, ""
 
     monkeypatch.setattr(LocalRuns, "call", call)
-    done = invoke("sweep", TUBE, "burst.cell_size=12 mm,15 mm", "--out", tmp_path / "out", "--json")
+    done = invoke("sweep", TUBE, "burst.cell_size=12 mm,15 mm", "--out", tmp_path / "out", "--json", "--keep-runs")
     found = json.loads(done.stdout)
     assert (done.exit_code, found["exit_code"]) == (3, 3)
     for row in found["runs"]:
@@ -178,41 +188,79 @@ def test_a_run_whose_distance_is_not_determined_is_done_and_says_so(tmp_path, ca
     kept = invoke("sweep", TUBE, "burst.cell_size=12 mm,15 mm", "--out", tmp_path / "out", "--json", "--resume")
     assert kept.exit_code == 3, kept.output
     assert [(row["state"], row["exit_code"]) for row in json.loads(kept.stdout)["runs"]] == [("kept", 3)] * 2
-    done = invoke("sweep", TUBE, "burst.cell_size=12 mm", "--out", tmp_path / "other")
+    done = invoke("sweep", TUBE, "burst.cell_size=12 mm", "--out", tmp_path / "other", "--keep-runs")
     assert "not determined" in done.stdout
 
 
-def test_resume_keeps_finished_runs_of_the_same_case(tmp_path, calls):
+@pytest.mark.parametrize("keep", [["--keep-runs"], []], ids=["directories", "rows"])
+def test_resume_keeps_finished_runs_of_the_same_case(tmp_path, calls, keep):
     made, codes = calls
     codes += [0, 3]
-    arguments = ("sweep", TUBE, "burst.cell_size=12 mm,15 mm", "--out", tmp_path / "out", "--json", "--jobs", "1")
+    options = ("--out", tmp_path / "out", "--json", "--jobs", "1", *keep)
+    arguments = ("sweep", TUBE, "burst.cell_size=12 mm,15 mm", *options)
     assert invoke(*arguments).exit_code == 3
     done = invoke(*arguments, "--resume")
     assert done.exit_code == 0
     assert [row["state"] for row in json.loads(done.stdout)["runs"]] == ["kept", "done"]
     assert len(made) == 3
-    assert made[-1]["resume"]
-    more = invoke("sweep", TUBE, "burst.cell_size=12 mm,20 mm", "--out", tmp_path / "out", "--json", "--resume")
+    assert not keep or made[-1]["resume"]
+    more = invoke("sweep", TUBE, "burst.cell_size=12 mm,20 mm", *options, "--resume")
     assert [row["state"] for row in json.loads(more.stdout)["runs"]] == ["kept", "done"]
     invoke(*arguments)  # without it all is made again
     assert len(made) == 6
 
 
-def test_runs_of_another_case_are_refused_or_replaced(tmp_path, calls):
+@pytest.mark.parametrize("keep", [["--keep-runs"], []], ids=["directories", "rows"])
+def test_runs_of_another_case_are_refused_or_replaced(tmp_path, calls, keep):
     made, _ = calls
     case = tmp_path / "case.toml"
     case.write_text(TUBE.read_text())
-    arguments = ("sweep", case, "burst.cell_size=12 mm", "--out", tmp_path / "out")
+    arguments = ("sweep", case, "burst.cell_size=12 mm", "--out", tmp_path / "out", *keep)
     assert invoke(*arguments).exit_code == 0
     case.write_text(TUBE.read_text().replace("seed = 1", "seed = 2"))
     for option in ((), ("--resume",)):
         done = invoke(*arguments, *option)
         assert done.exit_code == 2
-        assert "holds the run of another case; use another --out, or --overwrite" in done.stderr
-        assert "seed: stored 1, now 2" in done.stderr
+        words = ["run of another case; use another --out, or --overwrite", "seed: stored 1, now 2"]
+        if not keep:
+            words = [
+                f"{tmp_path / 'out' / 'sweep.json'}: holds the run cell_size_12_mm of another case; use another --out"
+            ]
+        assert all(one in done.stderr for one in words), done.stderr
     assert len(made) == 1
     assert invoke(*arguments, "--overwrite").exit_code == 0
-    assert made[-1]["overwrite"]
+    assert not keep or made[-1]["overwrite"]
+
+
+@pytest.mark.parametrize("text", ["{", "[]", '{"runs": [1]}', '{"runs": {"name": "x"}}'])
+def test_a_damaged_table_is_named(tmp_path, calls, text):
+    (tmp_path / "sweep.json").write_text(text)
+    done = invoke("sweep", TUBE, "burst.cell_size=12 mm", "--out", tmp_path, "--resume")
+    assert (done.exit_code, calls[0]) == (2, [])
+    assert f"{tmp_path / 'sweep.json'}: is no table of a sweep; remove it, or use another --out" in done.stderr
+
+
+@pytest.mark.dolfinx
+def test_a_row_has_the_numbers_of_its_run_and_a_burst_is_made_once(tmp_path, monkeypatch):
+    from burst_fenicsx import run_burst
+
+    bursts, simulate = [], run_burst.simulate
+    monkeypatch.setattr(
+        "burst_fenicsx.simulate", lambda *asked, **options: bursts.append(1) or simulate(*asked, **options)
+    )
+    (tmp_path / "short.toml").write_text(RINGS)
+    rows = [
+        perform({"stage": "row", "of": "run", "threads": 1, "case": one.case})
+        for one in plan_sweep(tmp_path / "short.toml", ["flight.drag_factor=1,1.1"]).runs
+    ]
+    assert [code for code, _ in rows] == [0, 0], rows
+    assert len(bursts) == 1
+    whole = {"stage": "run", "case_file": str(tmp_path / "short.toml"), "out": str(tmp_path / "run"), "threads": 1}
+    assert perform({**whole, "resume": False, "overwrite": False}) == (0, "")
+    found, other = (json.loads(message)["results"] for _, message in rows)
+    wanted = results_of(RunDirectory(tmp_path / "run").summary())
+    assert {**found, "wall_seconds": 0.0} == {**wanted, "wall_seconds": 0.0}
+    assert other["largest_throw"] < found["largest_throw"]
 
 
 def test_a_sweep_has_a_folder_of_its_own(tmp_path, calls):
@@ -309,7 +357,7 @@ def test_an_interruption_is_passed_on_once_and_waited_for(tmp_path):
         "signal.signal(signal.SIGINT, signal.default_int_handler)\n"  # a shell's background processes ignore it
         "processes.LocalRuns.__init__.__defaults__ = (wait_for_interruption,)\n"
         f"plan = plan_sweep(Path({str(TUBE)!r}), ['burst.cell_size=12 mm,15 mm,20 mm'])\n"
-        f"run_sweep(plan, SweepOptions(Path({str(out)!r}), jobs=2))\n"
+        f"run_sweep(plan, SweepOptions(Path({str(out)!r}), jobs=2, keep_runs=True))\n"
     )
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     process = subprocess.Popen([sys.executable, "-c", code], stderr=subprocess.PIPE, text=True, env=environment)

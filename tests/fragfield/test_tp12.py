@@ -4,17 +4,23 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+import transition
 from fragfield.case import load_case
-from fragfield.files.run_directory import SCRATCH
+from fragfield.case.conversion.stages import break_up_settings
+from fragfield.files.run_directory import SCRATCH, RunDirectory
 from fragfield.hazard.rules import rules_of
 from fragfield.hazard.tp12 import BEAM, STACK, stack_counts, tp12_part, tp12_rules
-from fragfield.pipeline.single_round import SingleRound, single_round_case
+from fragfield.pipeline.job import Job, RunOptions
+from fragfield.pipeline.parallel import Team
+from fragfield.pipeline.single_round import REALISATIONS, SingleRound, single_round, single_round_case
 from fragfield.report import read_run
 from fragfield.report.tables.rules import rule_tables
+from fragfield.terminal.progress import ProgressReporter
 from tests.fragfield.plain_reports import draw_nothing
 from tests.fragfield.short_run import invoke
 
@@ -166,6 +172,26 @@ def test_drag_and_air_of_the_case_count(tmp_path):
     smooth = tp12_part(case_of(tmp_path, *rounds, tail="[flight]\ndrag = 0.6\n"), single())
     assert smooth["beam"]["distance"] > usual["beam"]["distance"]
     assert smooth["stack"] == usual["stack"]  # the paper's own C_D
+
+
+@pytest.mark.dolfinx
+def test_the_single_round_is_that_of_the_runs_own_realisations_unless_they_are_tilted(tmp_path):
+    path, folder = tmp_path / "case.toml", RunDirectory(tmp_path / "run")
+    path.write_text(BURST.format(hazard="") + tube("a", 0.0), encoding="utf-8")
+    assert invoke("burst", path, "--out", folder.path).exit_code in (0, 3)
+    job = Job(load_case(path), folder, folder, Team(), ProgressReporter(enabled=False), RunOptions(path))
+    broken = transition.BreakUp(folder.file("burst_snapshot.h5"), break_up_settings(job.case))
+    own, others = (broken.many(seed, range(REALISATIONS)) for seed in (job.case.seed, 99))
+    tilted = job.case.break_up.model_copy(update={"tilt": 0.2})
+    tilted_job = replace(job, case=job.case.model_copy(update={"break_up": tilted}))
+
+    def speeds(job, realisations):
+        return single_round(job, realisations).field.speed
+
+    again = speeds(job, own[:-1])  # too few
+    assert np.array_equal(speeds(job, own), again)
+    assert not np.array_equal(speeds(job, others), again)
+    assert np.array_equal(speeds(tilted_job, others), again)
 
 
 @pytest.mark.dolfinx

@@ -9,7 +9,7 @@ import pytest
 from burst_fenicsx.data import DATA_DIRECTORY
 from burst_fenicsx.materials.library import casing_names
 from fragfield.case import differences, load_case, read_resolved, to_toml
-from fragfield.case.checks.uncertain_inputs import target_of
+from fragfield.case.checks.uncertain_inputs import unit_of_key
 from fragfield.case.load import case_from_document, read_document
 from fragfield.errors import InputError
 from fragfield.studies.uncertainty.inputs import inputs_of
@@ -76,7 +76,7 @@ def test_faults_name_key_found_and_allowed(changes, message):
      ("break_up.prefactor", ""), ("flight.drag", ""), ("burst.products", None), ("round.0.casing", None)],
 )  # fmt: skip
 def test_units_of_keys(key, unit):
-    assert target_of(key).unit == unit
+    assert unit_of_key(key) == unit
 
 
 def test_a_resolved_case_keeps_the_table(tmp_path):

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from fragfield_base import waiting
+from fragfield_base import cores
 from tests.fragfield.short_run import ROOT
 
 NAMES = ("OMP_WAIT_POLICY", "GOMP_SPINCOUNT", "KMP_BLOCKTIME")
@@ -32,7 +32,7 @@ def idle(monkeypatch):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setattr(os, "sched_getaffinity", lambda _: set(range(8)))
     monkeypatch.setattr(os, "cpu_count", lambda: 8)
-    monkeypatch.setattr(waiting, "_others_running", lambda: 0)
+    monkeypatch.setattr(cores, "_others_running", lambda: 0)
     return monkeypatch
 
 
@@ -54,18 +54,18 @@ def idle(monkeypatch):
 def test_threads_sleep_where_there_are_more_than_free_cores(idle, variables, others, policy):
     for name, value in variables.items():
         idle.setenv(name, value)
-    idle.setattr(waiting, "_others_running", lambda: others)
-    waiting.let_threads_sleep()
+    idle.setattr(cores, "_others_running", lambda: others)
+    cores.let_threads_sleep()
     assert os.environ.get("OMP_WAIT_POLICY") == policy
 
 
 @pytest.mark.parametrize(("threads", "policy"), [("2", None), ("3", "passive")])
 def test_ranks_that_are_bound_to_cores_have_those_alone(idle, threads, policy):
     idle.setattr(os, "sched_getaffinity", lambda _: {0, 1})
-    idle.setattr(waiting, "_others_running", lambda: 20)
+    idle.setattr(cores, "_others_running", lambda: 20)
     idle.setenv("OMPI_COMM_WORLD_LOCAL_SIZE", "4")
     idle.setenv("NUMBA_NUM_THREADS", threads)
-    waiting.let_threads_sleep()
+    cores.let_threads_sleep()
     assert os.environ.get("OMP_WAIT_POLICY") == policy
 
 
@@ -75,7 +75,7 @@ def test_what_else_runs_is_seen_at_once_and_no_longer(idle):
     idle.setattr(os, "getloadavg", lambda: (50.0, 50.0, 50.0))
     busy = [subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in range(3)]
     try:
-        assert 3 <= max(waiting._others_running() for _ in range(20)) < 50
+        assert 3 <= max(cores._others_running() for _ in range(20)) < 50
     finally:
         for process in busy:
             process.kill()
@@ -86,7 +86,7 @@ def test_without_a_count_of_running_threads_it_is_the_load(idle):
     idle.undo()
     idle.setattr(os, "getloadavg", lambda: (5.6, 0.0, 0.0))
     idle.setattr(Path, "read_text", lambda *_, **__: "nothing of the kind")
-    assert waiting._others_running() == 6
+    assert cores._others_running() == 6
 
 
 @pytest.mark.parametrize(

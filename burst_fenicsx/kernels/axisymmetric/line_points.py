@@ -12,7 +12,7 @@ import numpy as np
 
 from burst_fenicsx.kernels.constants import OFF_EDGE
 from burst_fenicsx.kernels.contact.slide_law import has_left
-from burst_fenicsx.kernels.lanes import block_kernel, lane_function
+from burst_fenicsx.kernels.lanes import inlined_kernel, lane_function
 
 __all__ = ["SPREAD", "LineContacts", "SlideLine", "boundary_vectors", "edge_weight", "find_point", "relative_velocity"]
 
@@ -63,7 +63,7 @@ class LineContacts(NamedTuple):
     load: np.ndarray  # (nodes,) sum of the weights with which contacts lie on a node
 
 
-@block_kernel
+@inlined_kernel
 def relative_velocity(c: int, line: SlideLine, contacts: LineContacts, velocity: np.ndarray) -> tuple[float, float]:
     """Velocity (r, z) in m/s of a contact's node relative to the point of the edge on which it lies."""
     node, edge = contacts.slave[c], contacts.face[c]
@@ -81,7 +81,7 @@ def edge_weight(near: float, far: float) -> float:
     return 2.0 * np.pi / 6.0 * (2.0 * near + far)
 
 
-@block_kernel
+@inlined_kernel
 def boundary_vectors(position: np.ndarray, line: SlideLine) -> None:
     """Sum the edges' normals times their lengths over each group, into `line.vector`."""
     for group in range(line.sides.shape[0]):
@@ -97,7 +97,7 @@ def boundary_vectors(position: np.ndarray, line: SlideLine) -> None:
         line.vector[group, 0], line.vector[group, 1] = r, z
 
 
-@block_kernel
+@inlined_kernel
 def find_point(
     c: int, step: float, line: SlideLine, contacts: LineContacts, position: np.ndarray, velocity: np.ndarray
 ) -> None:

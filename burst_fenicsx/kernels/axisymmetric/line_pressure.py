@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from burst_fenicsx.kernels.axisymmetric.line_points import SPREAD, LineContacts, SlideLine, edge_weight
-from burst_fenicsx.kernels.lanes import block_kernel
+from burst_fenicsx.kernels.lanes import inlined_kernel
 
 __all__ = ["spread_pressure"]
 
@@ -18,7 +18,7 @@ _MOST_EDGES = 24  # of the line under one edge of the charge
 _GAUSS = 0.5 / np.sqrt(3.0)
 
 
-@block_kernel
+@inlined_kernel
 def spread_pressure(line: SlideLine, contacts: LineContacts, position: np.ndarray) -> None:
     """Find over which nodes of the line, and in which shares, the pressure of every node of the charge is spread."""
     for c in range(contacts.slave.size):
@@ -38,7 +38,7 @@ def spread_pressure(line: SlideLine, contacts: LineContacts, position: np.ndarra
             _add_spread(c, line.edges[contacts.face[c], 1], contacts.weight[c, 1], contacts)
 
 
-@block_kernel
+@inlined_kernel
 def _spread_span(c: int, d: int, line: SlideLine, contacts: LineContacts, position: np.ndarray) -> None:
     """Spread over the line the shares of an edge of the charge between two contacts."""
     a, b = contacts.slave[c], contacts.slave[d]
@@ -78,7 +78,7 @@ def _spread_span(c: int, d: int, line: SlideLine, contacts: LineContacts, positi
         edge, s, t = line.neighbour[edge, 1], 0.0, to
 
 
-@block_kernel
+@inlined_kernel
 def _leads_on(edge: int, last: int, line: SlideLine) -> bool:
     """Whether the line leads from an edge on to another over so few that pressure is spread over them."""
     for _ in range(_MOST_EDGES):
@@ -90,7 +90,7 @@ def _leads_on(edge: int, last: int, line: SlideLine) -> bool:
     return False
 
 
-@block_kernel
+@inlined_kernel
 def _add_spread(c: int, node: int, weight: float, contacts: LineContacts) -> None:
     """Add a weight to a node's share of the pressure of a contact."""
     count = contacts.spread_count[c]

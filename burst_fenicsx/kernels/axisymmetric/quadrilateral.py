@@ -24,6 +24,7 @@ from burst_fenicsx.kernels.cells.one_point import resist_mode
 from burst_fenicsx.kernels.constants import MOST_DAMPED
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function, widest_vectors
 from burst_fenicsx.kernels.state import Grid, Nodes
+from burst_fenicsx.kernels.vectors.nodal_values import make_gather
 from burst_fenicsx.kernels.vectors.tensors import (
     Matrix,
     Symmetric,
@@ -37,6 +38,7 @@ from burst_fenicsx.kernels.vectors.tensors import (
 )
 
 __all__ = [
+    "STORED_ROWS",
     "AxisymmetricState",
     "Four",
     "add_forces",
@@ -56,8 +58,8 @@ __all__ = [
 Four = tuple[float, float, float, float]
 
 
-# Rows of the scratch besides those of `cells.rows`. Nodal values: four rows of radial, then four of axial ones.
-_VELOCITY = at.POSITION + 8
+# Rows of the scratch besides those of `cells.layout`.
+_VELOCITY = at.POSITION + 12
 _BR, _BZ, _A = at.GRADIENT, at.GRADIENT + 4, at.GRADIENT + 8  # m2
 _INVERSE_SHARE = at.GRADIENT + 12  # inverse of the cell's share of its nodes' masses, 4 rows, 1/kg
 _MODE_R, _MODE_Z = at.HOURGLASS_MODES, at.HOURGLASS_MODES + 1  # hourglass mode of the positions, m
@@ -70,6 +72,11 @@ class AxisymmetricState(NamedTuple):
 
     inverse_share: np.ndarray  # (blocks, 4 LANES) 1/kg, inverse of each cell's share of its nodes' masses
 
+
+_gather, _gather_means = make_gather(corners=4)
+
+STORED_ROWS = 3
+"""Numbers of elastic hourglass forces that a cell stores: those of its one mode."""
 
 _SIXTH, _TWELFTH = 2.0 * np.pi / 6.0, 2.0 * np.pi / 12.0
 
@@ -121,6 +128,25 @@ def _load(scratch: np.ndarray, row: int, lane: int) -> Four:
 
 
 @lane_function
+def _load_nodes(scratch: np.ndarray, row: int, lane: int) -> tuple[Four, Four]:
+    """Radial and axial components of nodal values."""
+    return (
+        (
+            scratch[row * LANES + lane],
+            scratch[(row + 3) * LANES + lane],
+            scratch[(row + 6) * LANES + lane],
+            scratch[(row + 9) * LANES + lane],
+        ),
+        (
+            scratch[(row + 2) * LANES + lane],
+            scratch[(row + 5) * LANES + lane],
+            scratch[(row + 8) * LANES + lane],
+            scratch[(row + 11) * LANES + lane],
+        ),
+    )
+
+
+@lane_function
 def _store(v: Four, scratch: np.ndarray, row: int, lane: int) -> None:
     scratch[row * LANES + lane], scratch[(row + 1) * LANES + lane] = v[0], v[1]
     scratch[(row + 2) * LANES + lane], scratch[(row + 3) * LANES + lane] = v[2], v[3]
@@ -129,20 +155,14 @@ def _store(v: Four, scratch: np.ndarray, row: int, lane: int) -> None:
 @block_kernel
 def gather(block: int, nodes: Nodes, grid: Grid, element: AxisymmetricState, scratch: np.ndarray) -> None:
     """Gather positions and velocities of a block's nodes, mean ones over the cells' step, and the cells' masses."""
-    level, dofmap = grid.level[block], grid.dofmap
+    cells, rows = grid.cells[block], scratch[_VELOCITY * LANES :]
+    _gather(cells, grid.dofmap, nodes.position, scratch[at.POSITION * LANES :])
+    if grid.mixed[block]:
+        _gather_means(cells, grid.dofmap, grid.level[block], nodes.finest, nodes.velocity, nodes.mean, rows)
+    else:
+        _gather(cells, grid.dofmap, nodes.velocity, rows)
     for lane in range(LANES):
-        cell = np.uint64(grid.cells[block, lane])
         scratch[at.MASS * LANES + lane] = grid.mass[block * LANES + lane]
-        for n in range(4):
-            node = np.uint64(dofmap[cell, n])
-            scratch[(at.POSITION + n) * LANES + lane] = nodes.position[node, 0]
-            scratch[(at.POSITION + 4 + n) * LANES + lane] = nodes.position[node, 2]
-            if nodes.finest[node] > level:
-                scratch[(_VELOCITY + n) * LANES + lane] = nodes.mean[node, 0]
-                scratch[(_VELOCITY + 4 + n) * LANES + lane] = nodes.mean[node, 2]
-            else:
-                scratch[(_VELOCITY + n) * LANES + lane] = nodes.velocity[node, 0]
-                scratch[(_VELOCITY + 4 + n) * LANES + lane] = nodes.velocity[node, 2]
     for k in range(4 * LANES):
         scratch[_INVERSE_SHARE * LANES + k] = element.inverse_share[block, k]
 
@@ -158,8 +178,7 @@ def move(step: float, scratch: np.ndarray) -> None:
     """
     widest_vectors()
     for lane in range(LANES):
-        r, z = _load(scratch, at.POSITION, lane), _load(scratch, at.POSITION + 4, lane)
-        vr, vz = _load(scratch, _VELOCITY, lane), _load(scratch, _VELOCITY + 4, lane)
+        (r, z), (vr, vz) = _load_nodes(scratch, at.POSITION, lane), _load_nodes(scratch, _VELOCITY, lane)
         h = 0.5 * step
         middle_r = (r[0] - h * vr[0], r[1] - h * vr[1], r[2] - h * vr[2], r[3] - h * vr[3])
         middle_z = (z[0] - h * vz[0], z[1] - h * vz[1], z[2] - h * vz[2], z[3] - h * vz[3])
@@ -207,7 +226,7 @@ def store_forces(
     scratch: np.ndarray,
     lane: int,
 ) -> None:
-    """Nodal forces (N) times `fraction` in the place of the positions.
+    """Nodal forces (N) times `fraction` in the place of the positions: four rows of radial, four of axial ones.
 
     `stress` (Pa) with the viscous pressure taken off; `resistance` the generalised hourglass force (N).
     """
@@ -277,16 +296,14 @@ def set_stiffness(fraction: float, modulus: float, step: float, scratch: np.ndar
 
 @lane_function
 def may_exceed(coefficient: float, per_step: float, scratch: np.ndarray, lane: int) -> bool:  # noqa: ARG001
-    """Yes: the limit costs little."""
-    return True
+    """No: the limit costs so little that it is set at once, for a step of inverse `per_step` (1/s)."""
+    scratch[at.COEFFICIENT_LIMIT * LANES + lane] = per_step / scratch[_GAMMA_SQUARE * LANES + lane]
+    return False
 
 
 @block_kernel
-def bound(step: float, needed: bool, scratch: np.ndarray) -> None:  # noqa: ARG001
-    """Find the hourglass coefficient that the step (s) lets each cell bear."""
-    per_step = 1.0 / step if step > 0.0 else np.inf
-    for lane in range(LANES):
-        scratch[at.COEFFICIENT_LIMIT * LANES + lane] = per_step / scratch[_GAMMA_SQUARE * LANES + lane]
+def bound(step: float, needed: bool, scratch: np.ndarray) -> None:
+    """Nothing: see `may_exceed`."""
 
 
 @lane_function

@@ -11,6 +11,8 @@ alone drives a jet.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from burst_fenicsx.kernels.axisymmetric.line_points import (
@@ -23,10 +25,78 @@ from burst_fenicsx.kernels.axisymmetric.line_points import (
 )
 from burst_fenicsx.kernels.axisymmetric.line_pressure import spread_pressure
 from burst_fenicsx.kernels.contact.slide_law import SlideLaw, around, slide
-from burst_fenicsx.kernels.lanes import block_kernel, kernel
-from burst_fenicsx.kernels.state import ChargeState
+from burst_fenicsx.kernels.lanes import inlined_kernel, kernel
+from burst_fenicsx.kernels.state import ChargeState, Grid, Nodes, SolidState
+from burst_fenicsx.kernels.vectors.exact import quantise
 
-__all__ = ["add_line_forces"]
+__all__ = ["LineContact", "act_on_line", "add_line_forces"]
+
+
+class LineContact(NamedTuple):
+    """Contact of a meridian as it acts in the substeps of a macro step, see `contact.ContactForces`."""
+
+    law: SlideLaw  # of contact's step; without stiffness (its frequency 0) nothing acts yet
+    level: int  # of contact's step, the macro step over 2^level
+    front_until: float  # s, until which a front runs or is being reflected
+    line: SlideLine
+    contacts: LineContacts
+    slot: np.ndarray  # (cells,) int32
+    mass: np.ndarray  # (nodes,) kg
+    force: np.ndarray  # (nodes, 3) N, those of contact
+    faster: np.ndarray  # int32, nodes that take several steps in one of contact
+    last_position: np.ndarray  # (faster, 3) m, where they were at the last one
+    own_velocity: np.ndarray  # (faster, 3) m/s, room for theirs
+    sums: np.ndarray  # (2,) J so far: work of the forces, heat of friction
+    deepest: np.ndarray  # (2,) m so far: penetration while a front runs, and after it
+
+
+@kernel
+def act_on_line(
+    time: float, contact: LineContact, nodes: Nodes, grid: Grid, solid: SolidState, charge: ChargeState
+) -> None:
+    """Add the forces of contact at `time` (s), at the end of one of its steps, to those of the nodes (N)."""
+    law, force, velocity = contact.law, contact.force, nodes.velocity
+    if not law.max_squared_frequency > 0.0:
+        return
+    if law.step > 0.0:
+        for k in range(contact.faster.size):  # mean velocities over the step, in place of their own
+            node = contact.faster[k]
+            for i in range(3):
+                contact.own_velocity[k, i] = velocity[node, i]
+                velocity[node, i] = (nodes.position[node, i] - contact.last_position[k, i]) / law.step
+                contact.last_position[k, i] = nodes.position[node, i]
+    contact.sums[0] += _work(0.5 * law.step, contact, velocity, grid.rounding)
+    for node in contact.line.nodes:
+        force[node, 0] = force[node, 1] = force[node, 2] = 0.0
+    add_line_forces(
+        law, contact.line, contact.contacts, charge, solid.eroded, contact.slot, nodes.position, velocity,
+        contact.mass, force,
+    )  # fmt: skip
+    contact.sums[0] += _work(0.5 * law.step, contact, velocity, grid.rounding)
+    if law.step > 0.0:
+        for k in range(contact.faster.size):
+            for i in range(3):
+                velocity[contact.faster[k], i] = contact.own_velocity[k, i]
+    deepest, after = contact.deepest, 0 if time < contact.front_until else 1
+    for c in range(contact.contacts.slave.size):
+        contact.sums[1] += quantise(contact.contacts.tally[c, 1], grid.rounding)
+        deepest[after] = max(deepest[after], contact.contacts.tally[c, 2])
+    fraction = 1.0 / (1 << contact.level)
+    for node in contact.line.nodes:
+        for i in range(3):
+            nodes.force[node, i] += fraction * force[node, i]
+
+
+@inlined_kernel
+def _work(half_step: float, contact: LineContact, velocity: np.ndarray, rounding: float) -> float:
+    """Work (J) of the forces as they are now in half a step (s) at the velocities (nodes, 3) in m/s, exact."""
+    force, total = contact.force, 0.0
+    for node in contact.line.nodes:
+        power = 0.0
+        for i in range(3):
+            power += force[node, i] * velocity[node, i]
+        total += quantise(half_step * power, rounding)
+    return total
 
 
 @kernel
@@ -63,7 +133,7 @@ def add_line_forces(
         _share_force(c, line, contacts, force)
 
 
-@block_kernel
+@inlined_kernel
 def _share_force(c: int, line: SlideLine, contacts: LineContacts, force: np.ndarray) -> None:
     """Give a contact's force to its node and the opposite to the line: to each what the others lose."""
     node, edge = contacts.slave[c], contacts.face[c]
@@ -84,7 +154,7 @@ def _share_force(c: int, line: SlideLine, contacts: LineContacts, force: np.ndar
                 force[node, 2 * i] += push
 
 
-@block_kernel
+@inlined_kernel
 def _press(
     c: int,
     law: SlideLaw,
@@ -129,7 +199,7 @@ def _press(
     contacts.force[c, 1] = -stiffness * (gap * nz + slip * nr)
 
 
-@block_kernel
+@inlined_kernel
 def _ring_area(c: int, contacts: LineContacts, position: np.ndarray, nr: float, nz: float) -> float:
     """The contact's share of the charge's surface, projected on the normal (m2): what a pressure there acts on.
 

@@ -47,6 +47,7 @@ from burst_fenicsx.kernels.vectors.tensors import (
 
 __all__ = [
     "MIN_VOLUME",
+    "STORED_ROWS",
     "POINTS",
     "add_forces",
     "add_point",
@@ -65,6 +66,7 @@ __all__ = [
 ]
 
 POINTS, MIN_VOLUME = 8, at.POINTS_MIN_VOLUME
+STORED_ROWS = one_point.STORED_ROWS
 springs_and_dashpots = dashpots
 
 _GAUSS = 1.0 / np.sqrt(3.0)

@@ -25,7 +25,7 @@ from typing import TypeAlias
 import numpy as np
 
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, kernel, lane_function
-from burst_fenicsx.kernels.vectors.nodal_values import gather
+from burst_fenicsx.kernels.vectors.nodal_values import make_gather
 from burst_fenicsx.kernels.vectors.tensors import (
     Matrix,
     Vector,
@@ -63,6 +63,9 @@ PER_CELL = 1.0 / 64.0
 """A cell's volume and mean gradient over those of its modes by `cell_gradient`."""
 
 _THIRD = 1.0 / 3.0
+
+
+_gather, _ = make_gather(corners=8)
 
 
 @lane_function
@@ -256,7 +259,7 @@ def block_volumes(
     cells: np.ndarray, dofmap: np.ndarray, position: np.ndarray, nodal: np.ndarray, volume: np.ndarray
 ) -> None:
     """Exact volumes (LANES,) of a block's trilinear cells in m3; arguments as for `gather`, `nodal` (24 LANES,)."""
-    gather(cells, dofmap, position, nodal)
+    _gather(cells, dofmap, position, nodal)
     for lane in range(LANES):
         _, whole = cell_gradient(cell_modes(nodal, 0, lane))
         volume[lane] = PER_CELL * whole

@@ -29,7 +29,7 @@ SOLID_SHEAR_STRAIN, SOLID_VOLUME_STRAIN = VELOCITY + 6, VELOCITY + 7  # plastic
 SOLID_SOFTENING = VELOCITY + 8  # inverse factor on the limit strains
 SOLID_DISSIPATION = VELOCITY + 9  # in this step, J/m3
 SPRING = VELOCITY + 10  # hourglass springs' coefficient times the step, N s/m
-HOURGLASS_FORCE = VELOCITY + 11  # stored elastic hourglass forces, 12 rows, N
+HOURGLASS_FORCE = VELOCITY + 11  # stored elastic hourglass forces, 12 rows or the element's `STORED_ROWS`, N
 SOLID_STRENGTH = VELOCITY + 23  # with several points, the largest shear strength of those done, Pa
 
 CHARGE_OLD_DEVIATOR = VELOCITY + 6  # of the unreacted charge before the step, 6 rows, Pa

@@ -28,8 +28,7 @@ from burst_fenicsx.kernels.cells.hexahedron import (
 from burst_fenicsx.kernels.constants import MOST_DAMPED, MOST_STIFF
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function, widest_vectors
 from burst_fenicsx.kernels.state import Grid, Nodes
-from burst_fenicsx.kernels.vectors.nodal_values import add_nodal_forces, gather_means
-from burst_fenicsx.kernels.vectors.nodal_values import gather as gather_nodes
+from burst_fenicsx.kernels.vectors.nodal_values import add_nodal_forces, make_gather
 from burst_fenicsx.kernels.vectors.tensors import (
     Matrix,
     Symmetric,
@@ -46,6 +45,7 @@ from burst_fenicsx.kernels.vectors.tensors import (
 )
 
 __all__ = [
+    "STORED_ROWS",
     "Forces",
     "add_forces",
     "bound",
@@ -67,17 +67,21 @@ __all__ = [
 Forces = tuple[Vector, Vector, Vector, Vector]
 
 _ROOT_8 = np.sqrt(8.0)
+_gather, _gather_means = make_gather(corners=8)
+
+STORED_ROWS = 12
+"""Numbers of elastic hourglass forces that a cell stores, three of each mode."""
 
 
 @block_kernel
 def gather(block: int, nodes: Nodes, grid: Grid, element: Any, scratch: np.ndarray) -> None:  # noqa: ANN401, ARG001
     """Gather positions and velocities of a block's nodes, mean ones over the cells' step, and the cells' masses."""
     cells, rows = grid.cells[block], scratch[at.VELOCITY * LANES :]
-    gather_nodes(cells, grid.dofmap, nodes.position, scratch[at.POSITION * LANES :])
+    _gather(cells, grid.dofmap, nodes.position, scratch[at.POSITION * LANES :])
     if grid.mixed[block]:
-        gather_means(cells, grid.dofmap, grid.level[block], nodes.finest, nodes.velocity, nodes.mean, rows)
+        _gather_means(cells, grid.dofmap, grid.level[block], nodes.finest, nodes.velocity, nodes.mean, rows)
     else:
-        gather_nodes(cells, grid.dofmap, nodes.velocity, rows)
+        _gather(cells, grid.dofmap, nodes.velocity, rows)
     for lane in range(LANES):
         scratch[at.MASS * LANES + lane] = grid.mass[block * LANES + lane]
 

@@ -36,32 +36,6 @@ _STRESS_BYTES, _HALF_A_STRESS = np.uint64(48), np.uint64(24)  # of a point's str
 
 
 @block_kernel
-def _load(
-    block: int,
-    time: float,  # noqa: ARG001
-    parameters: np.ndarray,  # noqa: ARG001
-    grid: Grid,
-    state: SolidState,
-    scratch: np.ndarray,
-) -> float:
-    """Gather what a block's cells keep besides the state of their points; prefetch the next block's."""
-    slot = block * LANES
-    for lane in range(LANES):
-        scratch[at.SOLID_SOFTENING * LANES + lane] = state.softening_scale[slot + lane]
-        scratch[at.SOLID_STRENGTH * LANES + lane] = 0.0
-    for k in range(12 * LANES):
-        scratch[at.HOURGLASS_FORCE * LANES + k] = state.hourglass[block, k]
-    next_block = min(block + 1, len(grid.filled) - 1)
-    start = address(state.hourglass) + np.uint64(next_block * 12 * LANES * 8)
-    for line in range(12 * LANES * 8 // 64):
-        prefetch(start + np.uint64(64 * line))
-    start, stride = address(state.stress), _STRESS_BYTES * np.uint64(state.stress.shape[1])
-    for lane in range(LANES):
-        prefetch(start + stride * np.uint64(grid.cells[next_block, lane]))
-    return 0.0
-
-
-@block_kernel
 def _load_point(block: int, point: int, grid: Grid, state: SolidState, scratch: np.ndarray) -> None:
     """Gather the state of one point of each cell into lanes."""
     points = np.uint64(state.stress.shape[1])
@@ -109,27 +83,6 @@ def _total_stress(scratch: np.ndarray, lane: int) -> Symmetric:
 
 
 @block_kernel
-def _store(
-    block: int,
-    step: float,  # noqa: ARG001
-    parameters: np.ndarray,  # noqa: ARG001
-    grid: Grid,
-    state: SolidState,
-    scratch: np.ndarray,
-    energy: np.ndarray,
-) -> None:
-    """Write the stored hourglass forces back and add up the plastic work."""
-    for k in range(12 * LANES):
-        state.hourglass[block, k] = scratch[at.HOURGLASS_FORCE * LANES + k]
-    plastic = 0.0
-    for lane in range(grid.filled[block]):
-        plastic += quantise(
-            scratch[at.SOLID_DISSIPATION * LANES + lane] * scratch[at.VOLUME * LANES + lane], grid.rounding
-        )
-    energy[0] += plastic
-
-
-@block_kernel
 def _clear_state(
     block: int, grid: Grid, parameters: np.ndarray, state: SolidState, eroded: np.ndarray, scratch: np.ndarray
 ) -> None:
@@ -154,9 +107,57 @@ def _clear_state(
         clear_lane(scratch, lane)
 
 
-def make_solid(law: ModuleType) -> SimpleNamespace:
-    """Material of solids for `block.make_block`, with the strength of a module of `materials.solids`."""
+def make_solid(law: ModuleType, stored_rows: int) -> SimpleNamespace:
+    """Material of solids for `block.make_block`, with the strength of a module of `materials.solids`.
+
+    `stored_rows` is how many numbers of hourglass forces the element stores.
+    """
     strengths, is_elastic, return_stress = law.strengths, law.is_elastic, law.return_stress
+
+    @block_kernel
+    def load(
+        block: int,
+        time: float,  # noqa: ARG001
+        parameters: np.ndarray,  # noqa: ARG001
+        grid: Grid,
+        state: SolidState,
+        scratch: np.ndarray,
+    ) -> float:
+        """Gather what a block's cells keep besides the state of their points; prefetch the next block's."""
+        slot = block * LANES
+        for lane in range(LANES):
+            scratch[at.SOLID_SOFTENING * LANES + lane] = state.softening_scale[slot + lane]
+            scratch[at.SOLID_STRENGTH * LANES + lane] = 0.0
+        for k in range(stored_rows * LANES):
+            scratch[at.HOURGLASS_FORCE * LANES + k] = state.hourglass[block, k]
+        next_block = min(block + 1, len(grid.filled) - 1)
+        start = address(state.hourglass) + np.uint64(next_block * stored_rows * LANES * 8)
+        for line in range(stored_rows * LANES * 8 // 64):
+            prefetch(start + np.uint64(64 * line))
+        start, stride = address(state.stress), _STRESS_BYTES * np.uint64(state.stress.shape[1])
+        for lane in range(LANES):
+            prefetch(start + stride * np.uint64(grid.cells[next_block, lane]))
+        return 0.0
+
+    @block_kernel
+    def store(
+        block: int,
+        step: float,  # noqa: ARG001
+        parameters: np.ndarray,  # noqa: ARG001
+        grid: Grid,
+        state: SolidState,
+        scratch: np.ndarray,
+        energy: np.ndarray,
+    ) -> None:
+        """Write the stored hourglass forces back and add up the plastic work."""
+        for k in range(stored_rows * LANES):
+            state.hourglass[block, k] = scratch[at.HOURGLASS_FORCE * LANES + k]
+        plastic = 0.0
+        for lane in range(grid.filled[block]):
+            plastic += quantise(
+                scratch[at.SOLID_DISSIPATION * LANES + lane] * scratch[at.VOLUME * LANES + lane], grid.rounding
+            )
+        energy[0] += plastic
 
     @lane_function
     def strengths_of(parameters: np.ndarray, scratch: np.ndarray, lane: int) -> tuple[float, float]:
@@ -276,12 +277,12 @@ def make_solid(law: ModuleType) -> SimpleNamespace:
     return SimpleNamespace(
         PARAMETERS=at.SOLID_PARAMETERS,
         HAS_SPRINGS=True,
-        load=_load,
+        load=load,
         load_point=_load_point,
         make_update=make_update,
         return_plastic=return_plastic,
         store_point=_store_point,
-        store=_store,
+        store=store,
         elasticity=_elasticity,
         sound_speeds=sound_speeds,
         total_stress=_total_stress,

@@ -12,7 +12,7 @@ from burst_fenicsx.kernels.threads import on_threads
 from burst_fenicsx.kernels.vectors.exact import quantise
 from burst_fenicsx.kernels.vectors.transposition import address, prefetch
 
-__all__ = ["PlaneLaw", "PlaneState", "plane_sums", "push_from_plane"]
+__all__ = ["PlaneLaw", "PlaneState", "nodes_near", "plane_sums", "push_from_plane"]
 
 _AHEAD, _NODE_BYTES = 16, np.uint64(24)  # nodes lie scattered: what comes later is fetched now
 
@@ -35,6 +35,21 @@ class PlaneState(NamedTuple):
     penetration: np.ndarray  # (nodes,) m
     stiffness: np.ndarray  # (nodes,) N/m, of the last step
     energies: np.ndarray  # (nodes, 2) J: stored, friction in this step
+
+
+@kernel
+def nodes_near(normal: np.ndarray, level: float, state: PlaneState, position: np.ndarray) -> np.ndarray:
+    """The state's nodes (k,) int32 that lie below a `level` (m) along the plane's normal, or touch the plane."""
+    near, count = np.empty(state.node.size, dtype=np.int32), 0
+    start = address(position)
+    for k in range(state.node.size):
+        node = state.node[k]
+        prefetch(start + _NODE_BYTES * np.uint64(state.node[min(k + _AHEAD, state.node.size - 1)]))
+        height = position[node, 0] * normal[0] + position[node, 1] * normal[1] + position[node, 2] * normal[2]
+        if height < level or state.stiffness[k] > 0.0:
+            near[count] = k
+            count += 1
+    return near[:count].copy()
 
 
 @kernel

@@ -155,7 +155,12 @@ def find_candidates(
     for k in range(active.size):
         first[k + 1] = first[k] + (offset[bucket[k] + 1] - offset[bucket[k]] if bucket[k] >= 0 else 0)
     found, count = np.empty(first[-1], dtype=np.int32), np.zeros(active.size, dtype=np.int64)
-    shared = position, bodies, areas, active, normals, boxes, offset, entries, bucket, first, found, count
+    # Bucket by bucket, one row for each side of the boxes: a node's comparisons are then vectors'.
+    sides = np.empty((6, entries.size))
+    for i in range(6):
+        for entry in range(entries.size):
+            sides[i, entry] = boxes[entries[entry], i]
+    shared = position, bodies, areas, active, normals, sides, offset, entries, bucket, first, found, count
     on_threads(active.size, _look_up, shared)
     total = 0
     for k in range(active.size):
@@ -200,7 +205,7 @@ def _look_up(
     areas: np.ndarray,
     active: np.ndarray,
     normals: np.ndarray,
-    boxes: np.ndarray,
+    sides: np.ndarray,
     offset: np.ndarray,
     entries: np.ndarray,
     bucket: np.ndarray,
@@ -213,6 +218,11 @@ def _look_up(
     The conditions stand here and not in a function: most faces fail them, and a call costs more than the look.
     """
     faces, face_round, within = bodies.faces, bodies.face_round, bodies.within
+    fullest = 0
+    for k in range(start, stop):
+        if bucket[k] >= 0:
+            fullest = max(fullest, offset[bucket[k] + 1] - offset[bucket[k]])
+    inside = np.empty(fullest, dtype=np.bool_)
     for k in range(start, stop):
         if bucket[k] < 0:
             continue
@@ -220,12 +230,18 @@ def _look_up(
         px, py, pz = position[node, 0], position[node, 1], position[node, 2]
         nx, ny, nz = normals[node, 0], normals[node, 1], normals[node, 2]
         own_round, last, last_entry = bodies.node_round[node], -1, first[k]
-        for entry in range(offset[bucket[k]], offset[bucket[k] + 1]):
-            face = entries[entry]
-            # One branch for all six planes: which of them a face fails is anyone's guess.
-            inside = (px >= boxes[face, 0]) & (px <= boxes[face, 3]) & (py >= boxes[face, 1]) & (py <= boxes[face, 4])
-            inside &= (pz >= boxes[face, 2]) & (pz <= boxes[face, 5])
-            if not inside or face == last:  # the last again: two of its cells share the bucket, whose entries ascend
+        begin, end = offset[bucket[k]], offset[bucket[k] + 1]
+        low_x, low_y, low_z = sides[0, begin:end], sides[1, begin:end], sides[2, begin:end]
+        high_x, high_y, high_z = sides[3, begin:end], sides[4, begin:end], sides[5, begin:end]
+        for entry in range(end - begin):
+            x_inside = (px >= low_x[entry]) & (px <= high_x[entry])
+            y_inside = (py >= low_y[entry]) & (py <= high_y[entry])
+            inside[entry] = x_inside & y_inside & (pz >= low_z[entry]) & (pz <= high_z[entry])
+        for entry in range(end - begin):
+            if not inside[entry]:
+                continue
+            face = entries[begin + entry]
+            if face == last:  # again: two of its cells share the bucket, whose entries ascend
                 continue
             last = face
             if face_round[face] == own_round:

@@ -1,4 +1,4 @@
-"""The loops over all cells and nodes: element forces by coloured chunks, the step of the nodes.
+"""The substeps of a macro step: the loops over all nodes, and over all cells by coloured chunks.
 
 Chunks of one colour share no node, so their forces may be added side by side; each chunk adds in its own fixed
 order. The sums are therefore bitwise the same for any number of threads.
@@ -11,22 +11,23 @@ import numpy as np
 
 from burst_fenicsx.kernels.axisymmetric import quadrilateral
 from burst_fenicsx.kernels.axisymmetric.quadrilateral import AxisymmetricState
+from burst_fenicsx.kernels.axisymmetric.slide_line import LineContact, act_on_line
 from burst_fenicsx.kernels.cells import charge as charge_cells
 from burst_fenicsx.kernels.cells import eight_points, one_point
 from burst_fenicsx.kernels.cells.block import make_block, make_solid_block
 from burst_fenicsx.kernels.cells.layout import SCRATCH_ROWS
 from burst_fenicsx.kernels.lanes import LANES, kernel, widest_vectors
-from burst_fenicsx.kernels.state import ChargeState, Grid, Motion, Nodes, Schedule, SolidState, Totals
+from burst_fenicsx.kernels.state import ChargeState, Grid, HeldNodes, Motion, Nodes, Schedule, SolidState, Totals
 from burst_fenicsx.kernels.threads import on_threads
+from burst_fenicsx.kernels.vectors.rows import hold_rows
 from burst_fenicsx.problem import Part
 
 __all__ = [
     "FULL_QUADRATURE",
     "ONE_POINT",
     "RINGS",
-    "add_element_forces",
+    "advance_halves",
     "make_scratch",
-    "move_nodes",
 ]
 
 ONE_POINT, RINGS, FULL_QUADRATURE = (1,), (1, 1), (2, 2, 2)
@@ -54,36 +55,79 @@ def make_scratch(threads: int) -> np.ndarray:
 
 
 @kernel
-def add_element_forces(
+def advance_halves(
     threads: int,
+    first: int,
+    last: int,
+    begin: float,
+    duration: float,
     step: float,
-    time: float,
-    min_level: int,
+    velocity_step: float,
     element: tuple[int, ...],
     nodes: Nodes,
     motion: Motion,
-    moving: int,
+    held: HeldNodes,
     grid: Grid,
     schedule: Schedule,
     solid: SolidState,
     charge: ChargeState,
     rings: AxisymmetricState | None,
+    contact: LineContact | None,
     totals: Totals,
     scratch: np.ndarray,
 ) -> None:
-    """Advance the cells of level `min_level` and higher to `time` (s); the forces of their nodes are set (N).
+    """Advance by the halves `first` to `last` of the substeps of a macro step `step` (s).
 
-    The work is shared by so many `threads`. `step` is the macro step (s); a cell of level l advances by `step` / 2^l,
-    and its forces count for that fraction of it. `points` are those of the quadrature in each direction, `ONE_POINT` or
-    `FULL_QUADRATURE`; the kernels of the other are not compiled. `moving` nodes, the first in order, belong to these
-    cells. The stresses, pressures and histories in `solid` and `charge` are advanced in place. `totals` receives the
-    sums and limits of every chunk.
+    In the half 2 k the nodes move from the substep k to the next one (Eq. 3), in the half 2 k + 1 the cells that end a
+    step there follow and set the forces (N) of their nodes (Eq. 1). A cell of level l advances by `step` / 2^l, and its
+    forces count for that fraction of it, and so do those of a meridian's `contact` (Eqs. 12-15) at the ends of its own
+    steps. Held nodes lose their forces where more halves follow.
+
+    The work is shared by so many `threads`. The macro step begins at the time `begin` (s) and lasts `duration` (s);
+    `velocity_step` is the interval of the velocity update in its first half (s). `element` is one of those above; the
+    kernels of the others are not compiled. The stresses, pressures and histories in `solid` and `charge` are advanced
+    in place. `totals` receives the sums and limits of every chunk.
     """
-    on_threads(moving, _clear, (motion.order, nodes.force))
-    for colour in range(schedule.colour_offset.size - 1):
-        chunks = schedule.chunk[schedule.colour_offset[colour] : schedule.colour_offset[colour + 1]]
-        shared = threads, chunks, step, time, min_level, element, nodes, grid, schedule, solid, charge, rings, totals
-        on_threads(threads, _run_pieces, (*shared, scratch))
+    highest = motion.moving.size - 1
+    for half in range(first, last):
+        substep = half // 2
+        if half == 2 * substep:
+            if half > first:
+                hold_rows(nodes.force, held.direction, held.first, held.node)
+            moving = motion.moving[_min_level(substep, highest)]
+            interval = step if substep > 0 else velocity_step
+            if len(element) == 2:  # rings are advanced by one thread; known while compiling
+                _move_nodes(0, moving, motion, interval, step, substep, nodes)
+            else:
+                on_threads(moving, _move_nodes, (motion, interval, step, substep, nodes))
+            continue
+        min_level, time = _min_level(substep + 1, highest), begin + duration * ((substep + 1) / (1 << highest))
+        if len(element) == 2:
+            _clear(0, motion.moving[min_level], motion.order, nodes.force)
+        else:
+            on_threads(motion.moving[min_level], _clear, (motion.order, nodes.force))
+        for colour in range(schedule.colour_offset.size - 1):
+            chunks = schedule.chunk[schedule.colour_offset[colour] : schedule.colour_offset[colour + 1]]
+            cells = element, nodes, grid, schedule, solid, charge, rings, totals, scratch
+            if len(element) == 2:
+                _run_pieces(0, threads, threads, chunks, step, time, min_level, *cells)
+            else:
+                on_threads(threads, _run_pieces, (threads, chunks, step, time, min_level, *cells))
+        if contact is not None and min_level <= contact.level:
+            act_on_line(time, contact, nodes, grid, solid, charge)
+
+
+@kernel
+def _min_level(substep: int, highest: int) -> int:
+    """Lowest level of the cells that end a step with so many substeps of a macro step.
+
+    Cells of the shortest steps end one with every substep, those of twice the step with every second, ...
+    """
+    level = highest
+    while level > 0 and substep % 2 == 0:
+        substep //= 2
+        level -= 1
+    return level
 
 
 @kernel
@@ -177,7 +221,6 @@ def _run_chunk(
             _advance_solid_full(
                 block, fraction * step, time, fraction, nodes, grid, solid, None, solid.eroded, work, energy, limits
             )
-    totals.released[chunk] = 0.0
     first = schedule.first_charge[chunk]
     for block in range(first, first + schedule.active[chunk, min_level, 1]):
         level = grid.level[block]
@@ -195,27 +238,15 @@ def _run_chunk(
         totals.released[chunk, owner, 0] += energy[3] - work_before
         totals.released[chunk, owner, 1] += energy[4] - heat_before
     for i in range(5):
-        totals.energy[chunk, i] = energy[i]
+        totals.energy[chunk, i] += energy[i]
     totals.stable_step[chunk] = limits[0]
     totals.smallest_volume[chunk] = limits[1]
     totals.smallest[chunk] = int(limits[2])
 
 
 @kernel
-def move_nodes(
-    moving: int,
-    order: np.ndarray,
-    levels: np.ndarray,
-    has_coarser_cell: np.ndarray,
-    inverse_mass: np.ndarray,
-    velocity_step: float,
-    step: float,
-    substep: int,
-    highest: int,
-    force: np.ndarray,
-    velocity: np.ndarray,
-    position: np.ndarray,
-    mean: np.ndarray,
+def _move_nodes(
+    first: int, last: int, motion: Motion, velocity_step: float, step: float, substep: int, nodes: Nodes
 ) -> None:
     """Semi-implicit Euler (Eq. 3): first the velocity, v += dt F/m, then with the new velocity x += dt v.
 
@@ -224,33 +255,14 @@ def move_nodes(
 
     Parameters
     ----------
-    moving : how many nodes move, the first in order. order, levels, has_coarser_cell, inverse_mass : as in `Motion`.
+    first, last : which nodes move, in order. motion : their levels and masses.
     velocity_step : interval of the velocity update (s). step : macro step (s).
-    substep : how many shortest steps, `step` / 2^highest, of the macro step have gone by.
-    force : (nodes, 3) N, the resultant of Eq. 2.
-    velocity, position, mean : (nodes, 3) m/s, m and m/s, in place.
+    substep : how many of the shortest steps of the macro step have gone by.
+    nodes : positions, velocities and mean velocities are advanced under the forces, the resultants of Eq. 2.
     """
-    shared = order, levels, has_coarser_cell, inverse_mass, velocity_step, step, substep, highest, force, velocity
-    on_threads(moving, _move_some, (*shared, position, mean))
-
-
-@kernel
-def _move_some(
-    first: int,
-    last: int,
-    order: np.ndarray,
-    levels: np.ndarray,
-    has_coarser_cell: np.ndarray,
-    inverse_mass: np.ndarray,
-    velocity_step: float,
-    step: float,
-    substep: int,
-    highest: int,
-    force: np.ndarray,
-    velocity: np.ndarray,
-    position: np.ndarray,
-    mean: np.ndarray,
-) -> None:
+    order, levels, has_coarser_cell, inverse_mass = motion[:4]
+    highest = motion.moving.size - 1
+    position, velocity, force, mean = nodes.position, nodes.velocity, nodes.force, nodes.mean
     for k in range(first, last):
         node, level = np.uint64(order[k]), levels[k]  # unsigned: no code for negative ones
         own, push = step / (1 << level), velocity_step * inverse_mass[k]

@@ -10,10 +10,10 @@ from burst_fenicsx.kernels.vectors.exact import quantise
 from burst_fenicsx.kernels.vectors.transposition import address, prefetch
 
 __all__ = [
-    "add_rows",
     "clear_rows",
     "copy_motion",
     "hold_rows",
+    "largest_in_column",
     "largest_speed",
     "place_rows",
     "sum_columns",
@@ -39,23 +39,6 @@ def _clear_some(first: int, last: int, values: np.ndarray, rows: np.ndarray) -> 
         prefetch(start + size * np.uint64(rows[min(k + _AHEAD, rows.size - 1)]))
         for i in range(values.shape[1]):
             values[rows[k], i] = 0.0
-
-
-@kernel
-def add_rows(fraction: float, source: np.ndarray, rows: np.ndarray, target: np.ndarray) -> None:
-    """Add `fraction` times the rows of `source` (n, 3) to the same rows of `target`; no row may be named twice."""
-    on_threads(rows.size, _add_some, (fraction, source, rows, target))
-
-
-@kernel
-def _add_some(first: int, last: int, fraction: float, source: np.ndarray, rows: np.ndarray, target: np.ndarray) -> None:
-    source_start, target_start = address(source), address(target)
-    for k in range(first, last):
-        later = _ROW_BYTES * np.uint64(rows[min(k + _AHEAD, rows.size - 1)])
-        prefetch(source_start + later)
-        prefetch(target_start + later)
-        for i in range(3):
-            target[rows[k], i] += fraction * source[rows[k], i]
 
 
 @kernel
@@ -135,13 +118,31 @@ def sum_columns(values: np.ndarray, rows: np.ndarray, rounding: float) -> np.nda
 
 
 @kernel
-def work_on_rows(half_step: float, force: np.ndarray, rows: np.ndarray, velocity: np.ndarray, rounding: float) -> float:
+def largest_in_column(values: np.ndarray, column: int, rows: np.ndarray) -> float:
+    """Largest of a column of the `rows` of `values` (n, m), and of zero."""
+    largest = 0.0
+    for row in rows:
+        largest = max(largest, values[row, column])
+    return largest
+
+
+@kernel
+def work_on_rows(
+    half_step: float,
+    force: np.ndarray,
+    rows: np.ndarray,
+    velocity: np.ndarray,
+    rounding: float,
+    fraction: float,
+    target: np.ndarray | None,
+) -> float:
     """Work (J) in half a step (s) of the rows of `force` (n, 3) in N at the `velocity` (n, 3) in m/s of the same rows.
 
-    No row may be named twice. Each row's work is rounded by `quantise`: the sum is exact, in whatever order.
+    No row may be named twice. Each row's work is rounded by `quantise`: the sum is exact, in whatever order. On the
+    way `fraction` of the forces is added to the same rows of `target`; where there is none, the forces are cleared.
     """
     work = np.empty(rows.size // _RUN + 1)
-    on_threads(work.size, _work_on_some, (half_step, force, rows, velocity, rounding, work))
+    on_threads(work.size, _work_on_some, (half_step, force, rows, velocity, rounding, fraction, target, work))
     return work.sum()
 
 
@@ -154,6 +155,8 @@ def _work_on_some(
     rows: np.ndarray,
     velocity: np.ndarray,
     rounding: float,
+    fraction: float,
+    target: np.ndarray | None,
     work: np.ndarray,
 ) -> None:
     force_start, velocity_start = address(force), address(velocity)
@@ -163,24 +166,32 @@ def _work_on_some(
             later = _ROW_BYTES * np.uint64(rows[min(k + _AHEAD, rows.size - 1)])
             prefetch(force_start + later)
             prefetch(velocity_start + later)
-            row = rows[k]
+            row = np.uint64(rows[k])
             power = 0.0
             for i in range(3):
                 power += force[row, i] * velocity[row, i]
+                if target is None:
+                    force[row, i] = 0.0
+                else:
+                    target[row, i] += fraction * force[row, i]
             total += quantise(half_step * power, rounding)
         work[run] = total
 
 
 @kernel
-def hold_rows(values: np.ndarray, rows: np.ndarray, direction: np.ndarray) -> None:
-    """Take what the rows of `values` (n, 3) have along a unit vector (3,) away; no row may be named twice."""
-    x, y, z = direction[0], direction[1], direction[2]
-    for k in range(rows.size):
-        row = rows[k]
-        along = x * values[row, 0] + y * values[row, 1] + z * values[row, 2]
-        values[row, 0] -= along * x
-        values[row, 1] -= along * y
-        values[row, 2] -= along * z
+def hold_rows(values: np.ndarray, directions: np.ndarray, first: np.ndarray, rows: np.ndarray) -> None:
+    """Take what rows of `values` (n, 3) have along unit vectors (k, 3) away, one direction after the other.
+
+    Those of direction i are `rows`[first[i]:first[i + 1]], each of them once.
+    """
+    for i in range(directions.shape[0]):
+        x, y, z = directions[i, 0], directions[i, 1], directions[i, 2]
+        for k in range(first[i], first[i + 1]):
+            row = rows[k]
+            along = x * values[row, 0] + y * values[row, 1] + z * values[row, 2]
+            values[row, 0] -= along * x
+            values[row, 1] -= along * y
+            values[row, 2] -= along * z
 
 
 @kernel

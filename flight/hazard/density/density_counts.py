@@ -28,12 +28,8 @@ __all__ = ["density_counts", "DensityGroups"]
 def density_counts(result: FlightResult, *, ricochet: bool = True) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """What one flight adds to the densities, by cell of azimuth and distance, up to the farthest that holds anything.
 
-    Parameters
-    ----------
-    result : FlightResult
-        Of a flight that counted near the ground.
-    ricochet : bool
-        Whether what fragments do after their first impact on the ground counts.
+    The flight must have counted near the ground (else InputError); `ricochet`: what fragments do after their first
+    impact on the ground counts too.
 
     Returns
     -------
@@ -41,11 +37,6 @@ def density_counts(result: FlightResult, *, ricochet: bool = True) -> tuple[NDAr
         Hazardous impacts on the ground in a cell, every one of a fragment that ricochets; and lengths of hazardous
         paths below a person's height over that height (of no height: 1 / sin of the angle of impact, which it goes
         over to).
-
-    Raises
-    ------
-    InputError
-        The flight did not count near the ground.
     """
     counted = result.fluence
     if counted is None:

@@ -237,23 +237,8 @@ def expected_distance(
 ) -> ExpectedDistance:
     """Estimate the distance at which the expected density falls below `limit` (1/m2) for the last time.
 
-    Parameters
-    ----------
-    groups : DensityGroups
-        Fields of the realisations.
-    limit : float
-        Acceptable density (1/m2).
-    draws : int
-        Of the bootstrap.
-    seed : int
-        Of the bootstrap.
-    every_direction : bool
-        Bounds of every direction and of the density too, not of the distance alone.
-
-    Raises
-    ------
-    InputError
-        There is no realisation.
+    `draws` and `seed` are those of the bootstrap; `every_direction`: bounds of every direction and of the density too,
+    not of the distance alone. Raises InputError where there is no realisation.
     """
     require_number("hazard", "limit", limit, "1/m2")
     if not groups.realisations:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from flight.arguments import require_number
+from flight.arguments import number_of_parts
 from flight.errors import InputError
 from flight.hazard.criteria import SHALLOWEST, Criteria
 from flight.result import FlightResult, Status
@@ -71,16 +71,9 @@ class Tally:
 
 
 def tally(landing: FlightResult | NDArray[Any], energy: float = 79.0, *, sector_width: float = 5.0) -> Tally:
-    """Count the landed fragments of one realisation.
+    """Count the landed fragments of one realisation, hazardous ones from `energy` (J) on.
 
-    Parameters
-    ----------
-    landing : FlightResult or structured array of dtype LANDING
-        Only rows that landed count.
-    energy : float
-        Of a hazardous fragment (J).
-    sector_width : float
-        Width of a sector (degrees), a whole fraction of 360; the first is centred on azimuth 0.
+    `sector_width` (degrees) is a whole fraction of 360; the first sector is centred on azimuth 0.
     """
     rows = landing.landing if isinstance(landing, FlightResult) else landing
     landed = rows["status"] == Status.LANDED  # columns one by one: a table of a million rows has 171 MB
@@ -106,10 +99,7 @@ def sectors_of(azimuth: NDArray[np.float64], width: float) -> tuple[NDArray[np.i
     InputError
         The width (degrees) is not a whole fraction of 360.
     """
-    require_number("hazard", "sector_width", width, "degrees")
-    count = round(360.0 / width) if width > 0.0 else 0
-    if count < 1 or abs(count * width - 360.0) > 1e-9:
-        raise InputError(f"hazard: sector width is {width} degrees, needed: a whole fraction of 360, such as 5")
+    count = number_of_parts("hazard", "sector_width", width, 360.0)
     return np.floor(azimuth / width + 0.5).astype(np.int64) % count, count
 
 
@@ -126,20 +116,9 @@ SECTOR_HITS = np.dtype(
 
 
 def sector_hits(hits: NDArray[Any], criteria: Criteria | None = None, *, sector_width: float = 5.0) -> NDArray[Any]:
-    """Hits on a witness surface by azimuth sector.
+    """Hits on one witness surface by azimuth sector: (s,) array of dtype SECTOR_HITS; by default 79 J is hazardous.
 
-    Parameters
-    ----------
-    hits : structured array of dtype HITS
-        Crossings of one surface.
-    criteria : Criteria, optional
-        What counts as hazardous; default 79 J.
-    sector_width : float
-        Width of a sector (degrees), a whole fraction of 360; the first is centred on azimuth 0.
-
-    Returns
-    -------
-    (s,) structured array of dtype SECTOR_HITS
+    `sector_width` (degrees) is a whole fraction of 360; the first sector is centred on azimuth 0.
     """
     criteria = criteria or Criteria()
     sector, sectors = sectors_of(hits["azimuth"], sector_width)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from pydantic import BaseModel
 
-from fragfield.case.messages import marks_of
+from fragfield.case.messages import mark_of, marks_of
 from fragfield_base.inputs import UNIT_BOUNDS, Bounds, Entries, OnlyWith, Parsed, Quantity, QuantityOrFile, Vector, show
 from transition.settings import FILE
 
@@ -61,15 +61,14 @@ def _unit(field: FieldInfo) -> str:
 
 def bounds_of(field: FieldInfo) -> Bounds:
     """Bounds of a field, should it hold numbers."""
-    own = next((mark for mark in marks_of(field) if isinstance(mark, Bounds)), None)
-    return own or UNIT_BOUNDS[_unit(field)]
+    return mark_of(field, Bounds) or UNIT_BOUNDS[_unit(field)]
 
 
 def outside_hard(case: Case) -> Iterator[str]:
     """Faults: numbers, lists and texts that are impossible, as `key: found ...; allowed: ...`."""
     for path, value, field in quantities_of(case):
         key = _NUMBER.sub("", path)
-        limit = next((mark for mark in marks_of(field) if isinstance(mark, Entries)), None)
+        limit = mark_of(field, Entries)
         if limit is not None and isinstance(value, (list, tuple)) and len(value) > limit.most:
             yield f"{path}: found {len(value)} entries; allowed: at most {limit.most} ({limit.why})"
             continue
@@ -150,6 +149,5 @@ def _choices(table: BaseModel, above: str = "") -> Iterator[tuple[str, FieldInfo
 
 
 def _choice(table: BaseModel, key: str) -> object:
-    value = getattr(table, key)
-    marks = marks_of(type(table).model_fields[key])
-    return FILE if any(isinstance(mark, QuantityOrFile) and mark.is_file(value) for mark in marks) else value
+    value, mark = getattr(table, key), mark_of(type(table).model_fields[key], QuantityOrFile)
+    return FILE if mark is not None and mark.is_file(value) else value

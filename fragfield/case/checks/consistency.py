@@ -23,11 +23,9 @@ if TYPE_CHECKING:
 
     from burst_fenicsx.problem import ProductModel
     from fragfield.case.schema import Case
-    from fragfield.case.tables.break_up import BreakUpTable
     from fragfield.case.tables.burst import BurstTable
     from fragfield.case.tables.flight import FlightTable, WitnessTable
-    from fragfield.case.tables.ground import GroundTable
-    from fragfield.case.tables.round import IgnitionTable, RoundTable
+    from fragfield.case.tables.round import RoundTable
 
 __all__ = ["check_case", "check_charges"]
 
@@ -35,26 +33,15 @@ _MOST_STATES = 100_000
 
 
 def check_case(case: Case, *, burst: bool = True) -> list[str]:
-    """Faults that show before names are resolved.
-
-    Parameters
-    ----------
-    case : Case
-        As read.
-    burst : bool
-        Whether the case must describe a burst.
-    """
+    """Faults of a case as read, that show before names are resolved; `burst`: it must describe one."""
     faults = list(outside_hard(case))
     if faults:
         return faults  # the checks below would stumble over such numbers
     faults = list(_complete(case)) if burst else []
     if case.burst is not None:
         faults += _stop_rules(case.burst)
-    faults += _unique("round", [entry.name for entry in case.round])
-    faults += _unique("plane", [plane.name for plane in case.plane])
-    faults += _unique("obstacle", [obstacle.name for obstacle in case.obstacle])
-    faults += _unique("witness", [surface.name for surface in case.witness])
-    faults += _unique("exposed", [entry.name for entry in case.exposed])
+    for key in ("round", "plane", "obstacle", "witness", "exposed"):
+        faults += _unique(key, [entry.name for entry in getattr(case, key)])
     faults += check_exposed(case)
     faults += check_uncertainty(case)
     faults += check_planes(case)
@@ -63,10 +50,9 @@ def check_case(case: Case, *, burst: bool = True) -> list[str]:
     faults += check_stack(case)
     faults += choice_faults(case)
     faults += _flight(case.flight)
-    faults += _ground(case.flight.ground)
     for number, surface in enumerate(case.witness, start=1):
         faults += _witness(f"witness[{number}]", surface)
-    faults += _break_up(case.break_up)
+    faults += _rising("break_up.segments", case.break_up.segments or [])
     if case.official is not None:
         faults += check_official(case.official)
     return faults
@@ -147,10 +133,6 @@ def _round(key: str, entry: RoundTable) -> Iterator[str]:
         )
 
 
-def _break_up(break_up: BreakUpTable) -> Iterator[str]:
-    yield from _rising("break_up.segments", break_up.segments or [])
-
-
 def _flight(flight: FlightTable) -> Iterator[str]:
     wind = flight.wind
     for key in ("heights", "speeds", "directions") if wind.model == "profile" else ():
@@ -160,9 +142,7 @@ def _flight(flight: FlightTable) -> Iterator[str]:
             yield f'flight.wind.{key}: found {found} values; model = "profile" needs one for each height, at least 1'
     if wind.model == "profile":
         yield from _rising("flight.wind.heights", wind.heights or [])
-
-
-def _ground(ground: GroundTable) -> Iterator[str]:
+    ground = flight.ground
     if ground.map is not None and ground.height != 0.0:
         yield (
             f"flight.ground.height: found {ground.height:g} m together with a map; allowed: one of the two; "
@@ -219,16 +199,12 @@ def _ignition(key: str, entry: RoundTable) -> Iterator[str]:
     profile = profile_of(entry)
     for number, point in enumerate(entry.ignition or [], start=1):
         station = min(max(float(point.station), profile.charge_front), profile.charge_end)
-        yield from _offset(f"{key}.ignition[{number}]", point, float(profile.section(station).charge_radius))
-
-
-def _offset(where: str, point: IgnitionTable, radius: float) -> Iterator[str]:
-    distance = math.hypot(*point.offset)
-    if distance > radius * (1.0 + 1e-9):
-        yield (
-            f"{where}.offset: found {_mm(distance)} from the axis, outside the charge; allowed: at most {_mm(radius)}, "
-            f"the charge's radius at station {_mm(float(point.station))}"
-        )
+        radius, distance = float(profile.section(station).charge_radius), math.hypot(*point.offset)
+        if distance > radius * (1.0 + 1e-9):
+            yield (
+                f"{key}.ignition[{number}].offset: found {_mm(distance)} from the axis, outside the charge; allowed: "
+                f"at most {_mm(radius)}, the charge's radius at station {_mm(float(point.station))}"
+            )
 
 
 def _mm(value: float) -> str:

@@ -1,4 +1,7 @@
-"""Masses that a drawing gives, `round.expected`, against those that the contours and materials of a case give."""
+"""Masses of rounds against those that the drawing gives (`round.expected`), and against what a casing may weigh at all.
+
+The second shows that the numbers of a mesh file or a drawing were read in the wrong unit.
+"""
 
 from __future__ import annotations
 
@@ -10,8 +13,9 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from fragfield.case.schema import Case
+    from fragfield.case.tables.round import RoundTable
 
-__all__ = ["TOLERANCE", "check_expected", "likely_cause"]
+__all__ = ["TOLERANCE", "check_expected", "likely_cause", "unit_faults"]
 
 TOLERANCE = 0.01
 """Difference from the expected mass that is allowed, as a fraction of it."""
@@ -30,6 +34,11 @@ _CAUSES = (
     (1e-9, "were metres read as millimetres?"),
     (0.45359237, "was a mass in pounds expected in kg?"),
 )
+
+_LIMITS = 1e-3, 1e3  # kg: no casing that bursts is lighter or heavier
+_USUAL = 0.03, 600.0  # kg: from the smallest shells to bombs
+_MUCH = 25.0  # times: masses that differ by less are no matter of units
+_UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254}
 
 
 def likely_cause(factor: float) -> str:
@@ -73,3 +82,38 @@ def _times(factor: float) -> str:
     if abs(factor - 1.0) < 0.5:
         return f"{abs(factor - 1.0):.1%} {'more' if factor > 1.0 else 'less'}".replace("%", " %")
     return f"{factor:.4g} times as much" if factor > 1.0 else f"{1.0 / factor:.4g} times less"
+
+
+def unit_faults(given: RoundTable, mass: float, unit: float) -> Iterator[str]:
+    """Faults of a round from a mesh file or a drawing: a mass of the casing that another unit makes plausible.
+
+    `mass` (kg) is that of its casing by its mesh or its contours, `unit` (m) that in which the file's numbers were
+    read.
+    """
+    low, high = _LIMITS
+    inside = low <= mass <= high
+    if given.expected is not None and given.expected.casing is not None and inside:
+        return  # the drawing's own mass decides
+    if inside and _USUAL[0] <= mass <= _USUAL[1]:
+        return
+    others = {name: mass * (scale / unit) ** 3 for name, scale in _UNITS.items()}
+    likely = " or ".join(
+        f"{name} ({_mass(other)})"
+        for name, other in others.items()
+        if _USUAL[0] <= other <= _USUAL[1] and max(other / mass, mass / other) >= _MUCH
+    )
+    if inside and not likely:
+        return
+    key = "mesh_unit" if given.mesh is not None else "contour.unit"
+    yield (
+        f"the casing has {_mass(mass)}{f'; the numbers of the file look like {likely}' if likely else ''}; "
+        f"allowed: {_mass(low)} to {_mass(high)}; give {key}, or the mass as expected, which confirms it"
+    )
+
+
+def _mass(mass: float) -> str:
+    if mass < 1e-3:
+        return f"{1e6 * mass:.3g} mg"
+    if mass < 1.0:
+        return f"{1e3 * mass:.3g} g"
+    return f"{mass:.4g} kg" if mass < 1e3 else f"{1e-3 * mass:.4g} t"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -27,7 +28,7 @@ __all__ = ["farthest_flight", "farthest_throw", "given_on_map", "map_faults", "m
 _FASTER = 1.25  # than Gurney's speed: the fastest pieces of a wall, and those of a focus
 _ONE_IN = 100.0  # events, in one of which a piece as heavy as the heaviest is expected
 _ELEVATIONS = np.radians(np.arange(10.0, 51.0, 5.0))
-_STEPS, _LONGEST = 600, 120.0  # of a path, and its time (s)
+_LONGEST = 120.0  # s, of a path
 _LEVEL = "beyond its edge the ground is taken as level, and a distance that reaches there is not determined"
 _OTHER_ALTITUDE = 100.0  # m, between the air's altitude and the map's height, beyond which that is said
 
@@ -128,38 +129,16 @@ def farthest_flight(case: Case, fragments: Fragments) -> float:
 
 
 def _range(case: Case, mass: Array, speed: Array) -> Array:
-    """Largest horizontal ranges (n,) of fragments (kg, m/s) over `_ELEVATIONS`, by Heun's steps, back to launch height.
-
-    Steps grow with the time flown, as the path straightens.
-    """
+    """Largest horizontal ranges (n,) of fragments (kg, m/s) over `_ELEVATIONS`, back to the height of launch."""
+    from flight import FlightWarning, Fragments, fly
     from fragfield.case.conversion.stages import flight_arguments
 
-    flight = flight_arguments(case)
-    drag, air, gravity = flight["drag"], flight["air"], flight["gravity"]
-    area = (mass / case.flight.shape_factor) ** (2.0 / 3.0)
     number, turn = len(_ELEVATIONS), np.tile(_ELEVATIONS, len(mass))
-    loading, launched = np.repeat(0.5 * area / mass, number), np.repeat(speed, number)
-    state = np.zeros((4, len(turn)))  # x, z and their speeds
-    state[2], state[3] = launched * np.cos(turn), launched * np.sin(turn)
-    times = _LONGEST * np.linspace(0.0, 1.0, _STEPS + 1) ** 3
-
-    mach = np.linspace(0.0, 10.0, 2001)
-    table = drag.at(mach)
-
-    def rate(now: Array) -> Array:
-        total = np.hypot(now[2], now[3])
-        height = np.maximum(now[1], 0.0)
-        slowing = loading * air.density(height) * np.interp(total / air.sound_speed(height), mach, table) * total
-        return np.stack([now[2], now[3], -slowing * now[2], -slowing * now[3] - gravity])
-
-    flying, reached = np.ones(len(turn), dtype=bool), np.zeros(len(turn))
-    for step in np.diff(times):
-        first = rate(state)
-        state = state + 0.5 * step * (first + rate(state + step * first))
-        down = flying & (state[1] < 0.0)
-        reached[down] = state[0][down]
-        flying &= ~down
-        if not flying.any():
-            break
-    reached[flying] = state[0][flying]
-    return np.asarray(reached.reshape(-1, number).max(axis=1))
+    way = np.column_stack([np.cos(turn), np.zeros(len(turn)), np.sin(turn)])
+    velocity = np.repeat(speed, number)[:, None] * way
+    shots = Fragments(np.repeat(mass, number), (0.0, 0.0, 0.0), velocity, case.flight.shape_factor)
+    arguments = {name: flight_arguments(case)[name] for name in ("air", "drag", "gravity", "integrator")}
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", FlightWarning)  # of the flight itself, once it is flown
+        flown = fly(shots, **arguments, ricochet=None, time_limit=_LONGEST, threads=1)
+    return np.asarray(flown.landing["distance"].reshape(-1, number).max(axis=1))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from fragfield.case.checks.bounds import choice_faults
@@ -20,28 +19,17 @@ if TYPE_CHECKING:
     from fragfield.case.schema import Case
     from fragfield.case.tables.uncertainty import UncertainInputTable
 
-__all__ = ["Target", "check_uncertainty", "parameters_of", "target_of"]
+__all__ = ["check_uncertainty", "parameters_of", "unit_of_key"]
 
 _PARAMETERS = ("low", "high", "mode", "mean", "standard_deviation", "median", "factor", "values", "weights")
 _POSITIVE = ("standard_deviation", "median")
 _OWN = ("uncertainty", "seed", "title", "document", "official")
 
 
-@dataclass(frozen=True)
-class Target:
-    """What a dotted key of the schema holds: its SI unit (empty: a pure number), or None where it is not numeric."""
+def unit_of_key(key: str) -> str | None:
+    """SI unit of what a dotted key of the schema holds (empty: a pure number), None where it is not numeric.
 
-    key: str
-    unit: str | None
-
-    @property
-    def is_number(self) -> bool:
-        """Whether factors and shifts make sense."""
-        return self.unit is not None
-
-
-def target_of(key: str) -> Target:
-    """Look a dotted key up in the schema; entries of lists, by `*`, number or name, are not checked here.
+    Entries of lists, by `*`, number or name, are not checked here.
 
     Raises
     ------
@@ -66,19 +54,10 @@ def target_of(key: str) -> Target:
         models = [model for _, model in tables_in(field.annotation)]
         in_list = bool(models) and "list[" in str(field.annotation)
     assert field is not None
-    if in_list or (models and not any(_words_allowed(field))):
+    if in_list or (models and "<name>" not in str(field.annotation) + str(field.metadata)):
         raise ValueError("is a table; needed: the key of a value")
     if key.partition(".")[0] in _OWN:
         raise ValueError("cannot be uncertain: it changes nothing that is computed, or chooses the random numbers")
-    return Target(key, _unit(field))
-
-
-def _words_allowed(field: FieldInfo) -> Iterator[bool]:
-    """Whether a field that may hold a table may also hold a name or a number."""
-    yield "<name>" in str(field.annotation) + str(field.metadata)
-
-
-def _unit(field: FieldInfo) -> str | None:
     for mark in marks_of(field):
         if isinstance(mark, Quantity):
             return mark.symbol
@@ -112,24 +91,20 @@ def check_uncertainty(case: Case) -> Iterator[str]:
 
 
 def _check_keys(where: str, entry: UncertainInputTable) -> Iterator[str]:
+    units = []
     for place, key in enumerate(entry.keys, start=1):
         try:
-            target = target_of(key)
+            unit = unit_of_key(key)
         except ValueError as error:
             yield f"{where}.keys[{place}]: {show(key)}: {error}"
             continue
-        if not target.is_number and (entry.distribution != "discrete" or entry.applies != "value"):
+        units.append(unit)
+        if unit is None and (entry.distribution != "discrete" or entry.applies != "value"):
             yield (
                 f'{where}.keys[{place}]: {show(key)} is not a number; allowed with it: distribution = "discrete" and '
                 'applies = "value"'
             )
-    units = set()
-    for key in entry.keys:
-        try:
-            units.add(target_of(key).unit)
-        except ValueError:
-            return
-    if len(units) > 1 and entry.applies != "factor":
+    if len(units) == len(entry.keys) and len(set(units)) > 1 and entry.applies != "factor":
         yield f'{where}.keys: keys of different units; allowed: keys of one unit, or applies = "factor"'
 
 
@@ -182,7 +157,7 @@ def parameters_of(entry: UncertainInputTable) -> dict[str, Any]:
     ValueError
         One has no unit, or one of another dimension; the text begins with the name of the parameter.
     """
-    unit = "" if entry.applies == "factor" else target_of(entry.keys[0]).unit
+    unit = "" if entry.applies == "factor" else unit_of_key(entry.keys[0])
     found: dict[str, Any] = {}
     for name in _PARAMETERS:
         value = getattr(entry, name)

@@ -201,20 +201,10 @@ def placed_body(
     stations: ArrayLike | None = None,
     enlargement: float = 1.0,
 ) -> Revolved:
-    """Body of a profile in space.
+    """Body of a profile in space, the centre of its base plane at `position` (m), along `axis` of any length but zero.
 
-    Parameters
-    ----------
-    profile : Profile
-        The round.
-    position : sequence of float, shape (3,)
-        Centre of the base plane (m).
-    axis : sequence of float, shape (3,)
-        Direction from base to nose, of any length but zero.
-    stations : array_like, optional
-        Stations (m) between which the contour is straight, as in a mesh; left out: the contour itself, within 1e-6 m.
-    enlargement : float
-        Factor on the radii, as of the polygons of a mesh.
+    `stations` (m) are those between which the contour is straight, as in a mesh; left out: the contour itself, within
+    1e-6 m. `enlargement` is a factor on the radii, as of the polygons of a mesh.
     """
     base, direction = np.array(position, dtype=np.float64), np.array(axis, dtype=np.float64)
     place = np.asarray(stations, dtype=np.float64) if stations is not None else _chords(profile.outer)

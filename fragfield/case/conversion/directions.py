@@ -13,11 +13,10 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from fragfield.case.conversion.axisymmetry import all_azimuths_alike
+from fragfield.case.conversion.placing import mirrored
 from fragfield.case.conversion.stack import expanded
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from fragfield.case.schema import Case
 
 __all__ = ["even_surroundings", "hazard_basis", "mirror_planes"]
@@ -48,7 +47,7 @@ def mirror_planes(case: Case) -> tuple[float, ...]:
         return ()
     if any(one.profile is None or any(p.offset != (0.0, 0.0) for p in one.ignition or ()) for one in rounds):
         return ()
-    bodies = list(_bodies(case))
+    bodies = _bodies(case)
     planes = [
         (np.array(plane.point), np.array(plane.normal), f"{plane.kind} {plane.friction_angle}")
         for plane in case.plane
@@ -74,22 +73,14 @@ def even_surroundings(case: Case) -> bool:
     return still and case.flight.ground.map is None and not case.obstacle
 
 
-def _bodies(case: Case) -> Iterator[tuple[Any, Any, str]]:
+def _bodies(case: Case) -> list[tuple[Any, Any, str]]:
     """Position, axis and contents of every round and of its images behind planes of symmetry."""
-    bodies = []
+    bodies: list[tuple[Any, Any, str]] = []
     for one in expanded(case):
         contents = one.model_dump(mode="json", exclude={"name", "position", "axis"})
         axis = np.array(one.axis) / math.hypot(*one.axis)
         bodies.append((np.array(one.position), axis, json.dumps(contents, sort_keys=True)))
-    for plane in case.plane:
-        if plane.kind == "symmetry":
-            normal, point = np.array(plane.normal), np.array(plane.point)
-            normal = normal / np.linalg.norm(normal)
-            bodies += [
-                (place - 2.0 * ((place - point) @ normal) * normal, axis - 2.0 * (axis @ normal) * normal, what)
-                for place, axis, what in bodies
-            ]
-    yield from bodies
+    return mirrored(case, bodies)
 
 
 def _has(bodies: list[tuple[Any, Any, str]], place: Any, axis: Any, what: str) -> bool:  # noqa: ANN401 - arrays

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from flight.scene.plan import clipped, contains, signed_area
 from fragfield.case.conversion.surroundings import bearing_of, ground_height, site_of
 from fragfield.case.tables.exposed import AreaTable, ExposedBuildingTable, PersonTable, RoadTable
 from fragfield.case.tables.ground import BuildingTable, WallTable
@@ -180,13 +181,13 @@ def _exposed_site(case: Case, entry: ExposedTable) -> ExposedSite:
         outline, pieces = _open(case, entry)
         exposed = ExposedSite(entry, outline, tuple(_prism(case, piece, height, energy) for piece in pieces), area)
     for one in case.round:
-        if _contains(exposed.outline, one.position[:2]):
+        if contains(exposed.outline, np.array([one.position[:2]]))[0]:
             raise InputError(
                 f"round {show(one.name)} stands in it; a position of people must lie outside of the rounds"
             )
     if isinstance(entry, PersonTable):
         for standing in case.obstacle:
-            if _contains(outline_of(standing), exposed.centre):
+            if contains(outline_of(standing), np.array([exposed.centre]))[0]:
                 raise InputError(
                     f"it stands in obstacle {show(standing.name)}, which lets nothing through; for people in a "
                     f'building take kind = "building" with obstacle = {show(standing.name)} and its walls'
@@ -287,28 +288,12 @@ def _cells(corners: Array) -> list[Array]:
         for j in range(counts[1]):
             piece = corners
             for axis, number in ((0, i), (1, j)):
-                for bound, sign in (
-                    (low[axis] + number * steps[axis], 1.0),
-                    (low[axis] + (number + 1) * steps[axis], -1.0),
-                ):
-                    piece = _clipped(piece, axis, bound, sign)
-            if len(piece) >= 3 and _area(piece) > 1e-2 * float(np.prod(steps)):
+                for more, sign in ((0, 1.0), (1, -1.0)):
+                    bound = low[axis] + (number + more) * steps[axis]
+                    piece = clipped(piece, axis, bound, sign)
+            if len(piece) >= 3 and abs(signed_area(piece)) > 1e-2 * float(np.prod(steps)):
                 made.append(piece)
     return made
-
-
-def _clipped(corners: Array, axis: int, bound: float, sign: float) -> Array:
-    """The part of a convex polygon on one side of a line (Sutherland and Hodgman 1974)."""
-    kept: list[Array] = []
-    for start, end in zip(corners, np.roll(corners, -1, axis=0), strict=True):
-        here, there = sign * (start[axis] - bound), sign * (end[axis] - bound)
-        if here >= 0.0:
-            kept.append(start)
-        if here * there < 0.0:
-            kept.append(start + (end - start) * (here / (here - there)))
-    made = np.array(kept).reshape(-1, 2)
-    same = np.hypot(*(made - np.roll(made, 1, axis=0)).T) < 1e-9 if len(made) else np.zeros(0, dtype=bool)
-    return made[~same]
 
 
 def _prism(case: Case, piece: Array, height: float, energy: float) -> Prism:
@@ -325,28 +310,13 @@ def _rectangle(centre: tuple[float, float], length: float, width: float, azimuth
     return np.asarray(centre) + np.array([along + across, across - along, -along - across, along - across])
 
 
-def _area(corners: Array) -> float:
-    x, y = corners.T
-    return abs(0.5 * float(np.dot(x, np.roll(y, -1)) - np.dot(y, np.roll(x, -1))))
-
-
 def _is_convex(corners: Array) -> bool:
     ways = np.roll(corners, -1, axis=0) - corners
     later = np.roll(ways, -1, axis=0)
     turn = ways[:, 0] * later[:, 1] - ways[:, 1] * later[:, 0]
     around = np.degrees(np.unwrap(np.arctan2(ways[:, 1], ways[:, 0])))
     once = abs(around[-1] - around[0]) < 360.0
-    return bool(((turn >= 0.0).all() or (turn <= 0.0).all()) and once and _area(corners) > 0.0)
-
-
-def _contains(corners: Array, point: tuple[float, ...]) -> bool:
-    """Even-odd rule (Shimrat 1962)."""
-    x, y = float(point[0]), float(point[1])
-    inside = False
-    for (ax, ay), (bx, by) in zip(corners.tolist(), np.roll(corners, -1, axis=0).tolist(), strict=True):
-        if (ay > y) != (by > y) and x < ax + (y - ay) * (bx - ax) / (by - ay):
-            inside = not inside
-    return inside
+    return bool(((turn >= 0.0).all() or (turn <= 0.0).all()) and once and signed_area(corners) != 0.0)
 
 
 def describe_exposed(case: Case) -> list[dict[str, Any]]:

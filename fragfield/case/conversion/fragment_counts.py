@@ -23,8 +23,7 @@ import numpy as np
 
 from flight.arena import ArenaTable
 from flight.errors import InputError as FlightInputError
-from flight.files.foreign import foreign_words
-from flight.files.text_tables import in_columns_of, read_columns
+from flight.files.text_tables import import_hint, in_columns_of, read_columns
 from fragfield.case.tables.break_up import FragmentCountsTable
 from fragfield.errors import InputError, nearest
 from fragfield_base.inputs import with_unit
@@ -104,14 +103,7 @@ def check_counts(case: Case, source: str) -> None:
 
 
 def read_counts(path: Path, name: str | None = None) -> FragmentCounts:
-    """Read a file of counted fragments.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    name : str, optional
-        What messages and results call it; default: the name of the file.
+    """Read a file of counted fragments; messages and results call it `name`, by default the name of the file.
 
     Raises
     ------
@@ -130,7 +122,7 @@ def read_counts(path: Path, name: str | None = None) -> FragmentCounts:
         column = min(unknown)
         raise InputError(
             f"{path}: unknown column {column!r}{nearest(column, [*_MASSES, 'number'])}; needed: {_FORMS}"
-            f"{foreign_words(path, 'pit', names=True)}"
+            f"{import_hint(path, 'pit')}"
         )
     values = {name.removesuffix("_kg"): column for name, column in columns.items() if name != "number"}
     kinds = set(values)

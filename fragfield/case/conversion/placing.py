@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
@@ -23,6 +23,10 @@ if TYPE_CHECKING:
     from fragfield.case.tables.round import RoundTable
     from fragfield.case.tables.stack import PlaneTable
 
+    Array = NDArray[np.float64]
+
+Held = TypeVar("Held")
+
 __all__ = [
     "RoundMasses",
     "SegmentMass",
@@ -34,6 +38,7 @@ __all__ = [
     "lift_to",
     "masses_of",
     "meshed",
+    "mirrored",
     "on_base",
     "outsides",
     "placed",
@@ -44,7 +49,6 @@ __all__ = [
 def placed(entry: RoundTable) -> Body:
     """Outside of a resolved round; of one from a mesh file, the convex hull of its nodes."""
     from burst_fenicsx.meshing import mesh_round
-    from fragfield.case.conversion.burst import burst_round
     from fragfield.case.conversion.clearance import Hull, placed_body
 
     if isinstance(entry.profile, dict):
@@ -133,6 +137,18 @@ def heights(body: Body, plane: PlaneTable) -> tuple[float, float]:
     low, high = body.reach(plane.normal)
     foot = float(np.dot(plane.normal, plane.point))
     return low - foot, high - foot
+
+
+def mirrored(case: Case, bodies: list[tuple[Array, Array, Held]]) -> list[tuple[Array, Array, Held]]:
+    """Positions, axes and contents of rounds, followed by those of their images behind planes of symmetry."""
+    for plane in case.plane:
+        if plane.kind == "symmetry":
+            normal, point = np.array(plane.normal), np.array(plane.point)
+            bodies = bodies + [
+                (place - 2.0 * ((place - point) @ normal) * normal, axis - 2.0 * (axis @ normal) * normal, what)
+                for place, axis, what in bodies
+            ]
+    return bodies
 
 
 _CONTENTS = {"profile", "mesh", "mesh_unit", "explosive", "casing"}

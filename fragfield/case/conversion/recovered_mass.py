@@ -84,16 +84,7 @@ class RecoveredMass:
 
 
 def recovered_mass(case: Case, table: ArenaTable, name: str) -> RecoveredMass:
-    """Compare an arena table with the casing of the case's rounds.
-
-    Parameters
-    ----------
-    case : Case
-        Resolved.
-    table : ArenaTable
-        As it was read.
-    name : str
-        Of its file, for messages.
+    """Compare an arena table, from a file `name`, with the casing of the resolved case's rounds.
 
     Raises
     ------

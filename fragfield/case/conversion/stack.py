@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+import numpy as np
 
 from fragfield.case.checks.bounds import choice_faults
 from fragfield.errors import nearest
 from fragfield_base.inputs import show
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
     from numpy.typing import ArrayLike, NDArray
 
@@ -17,9 +19,12 @@ if TYPE_CHECKING:
     from fragfield.case.tables.round import IgnitionTable, RoundTable
     from fragfield.case.tables.stack import StackTable
 
-__all__ = ["check_stack", "expanded", "stacked_names"]
+    Array = NDArray[np.float64]
+
+__all__ = ["across_horizontally", "check_stack", "expanded", "pallet", "row", "stacked_names", "triangle"]
 
 _MOST_ROUNDS = 1000
+_UPRIGHT = 1e-6  # sine of the angle to the vertical, or to the horizontal, up to which a round stands, or lies
 
 
 def check_stack(case: Case) -> Iterator[str]:
@@ -61,11 +66,8 @@ def expanded(case: Case) -> list[RoundTable]:
     return [*case.round[:at], *copies, *case.round[at + 1 :]]
 
 
-def _places(case: Case, template: RoundTable, stack: StackTable) -> NDArray[Any]:
+def _places(case: Case, template: RoundTable, stack: StackTable) -> Array:
     """Positions of the rounds (m), shape (n, 3)."""
-    import numpy as np
-
-    from fragfield.case.conversion import patterns
     from fragfield.case.conversion.placing import lift_to, outsides
 
     bodies = outsides(template, case)
@@ -77,14 +79,14 @@ def _places(case: Case, template: RoundTable, stack: StackTable) -> NDArray[Any]
 
     layer_gap = stack.gap if stack.layer_gap is None else stack.layer_gap
     if stack.arrangement == "triangle":
-        across = [1.0, 0.0, 0.0] if patterns.stands(template.axis) else patterns.across_horizontally(template.axis)
-        offsets = patterns.triangle(stack.count or 2, pitch(across, stack.gap), template.axis)
+        across = [1.0, 0.0, 0.0] if stands(template.axis) else across_horizontally(template.axis)
+        offsets = triangle(stack.count or 2, pitch(across, stack.gap), template.axis)
     elif stack.arrangement == "row":
-        offsets = patterns.row(stack.count or 1, pitch((1.0, 0.0, 0.0), stack.gap))
+        offsets = row(stack.count or 1, pitch((1.0, 0.0, 0.0), stack.gap))
     else:
         gaps = (stack.gap, stack.gap, layer_gap)
         pitches = [pitch(direction, gap) for direction, gap in zip(np.eye(3).tolist(), gaps, strict=True)]
-        offsets = patterns.pallet(stack.counts or (1, 1, 1), (pitches[0], pitches[1], pitches[2]))
+        offsets = pallet(stack.counts or (1, 1, 1), (pitches[0], pitches[1], pitches[2]))
     lift = lift_to(stack.base, template, case)
     return np.asarray(offsets + np.array(template.position) + [0.0, 0.0, lift])
 
@@ -116,14 +118,13 @@ def _template_faults(case: Case, stack: StackTable) -> Iterator[str]:
         yield "stack.round: found no table [[round]]; allowed: at least one, which the stack copies"
         return
     template = next((entry for entry in case.round if stack.round in (None, entry.name)), None)
-    if template is not None and stack.arrangement == "triangle" and any(template.axis):
-        from fragfield.case.conversion.patterns import lies, stands
-
-        if not (stands(template.axis) or lies(template.axis)):
-            yield (
-                f'stack.arrangement: found "triangle" for rounds with axis = {list(template.axis)}; '
-                "allowed: rounds that stand upright or lie level"
-            )
+    if template is None or stack.arrangement != "triangle" or not any(template.axis):
+        return
+    if not (stands(template.axis) or lies(template.axis)):
+        yield (
+            f'stack.arrangement: found "triangle" for rounds with axis = {list(template.axis)}; '
+            "allowed: rounds that stand upright or lie level"
+        )
 
 
 def _names(case: Case, stack: StackTable) -> Iterator[str]:
@@ -165,3 +166,57 @@ def _ignited(case: Case, stack: StackTable) -> Iterator[str]:
 
 def _range(names: list[str]) -> str:
     return show(names[0]) if len(names) == 1 else f"{show(names[0])} to {show(names[-1])}"
+
+
+def row(count: int, pitch: float) -> Array:
+    """Offsets (count, 3) in m of rounds side by side along x, from centre to centre `pitch` (m), evenly about x = 0."""
+    return pallet((count, 1, 1), (pitch, 0.0, 0.0))
+
+
+def triangle(base: int, pitch: float, axis: Sequence[float]) -> Array:
+    """Offsets (base (base + 1) / 2, 3) in m of rounds in each other's grooves, in rows of base, base - 1, ..., 1.
+
+    Rounds that stand form an equilateral triangle seen from above, the first row along x; rounds that lie a pyramidal
+    pile, one row on the other. `pitch` is from centre to centre of rounds that touch (m).
+    """
+    if stands(axis):
+        along, up = np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0])
+    else:
+        along, up = across_horizontally(axis), np.array([0.0, 0.0, 1.0])
+    # The centroid of the places lies a third of the pile's height above its first row.
+    lowest = -(base - 1) / 3.0 if stands(axis) else 0.0
+    places = [
+        ((column - 0.5 * (base - level - 1)) * along + np.sqrt(0.75) * (lowest + level) * up) * pitch
+        for level in range(base)
+        for column in range(base - level)
+    ]
+    return np.array(places)
+
+
+def pallet(counts: Sequence[int], pitches: Sequence[float]) -> Array:
+    """Offsets (n, 3) in m of columns, rows and layers: x fastest, then y, then z, evenly about x = 0 and y = 0.
+
+    `counts` are those along x, along y and of layers, `pitches` from centre to centre (m); of no concern where there is
+    one only.
+    """
+    steps = np.stack(np.meshgrid(*(np.arange(count) for count in reversed(counts)), indexing="ij"), axis=-1)
+    steps = steps.reshape(-1, 3)[:, ::-1] - 0.5 * (np.array(counts) - 1) * [1, 1, 0]
+    return np.asarray(steps * np.where(np.array(counts) > 1, pitches, 0.0))
+
+
+def stands(axis: Sequence[float]) -> bool:
+    """Whether a round with this axis stands upright, on its base or its nose."""
+    return float(np.hypot(axis[0], axis[1])) <= _UPRIGHT * float(np.linalg.norm(axis))
+
+
+def lies(axis: Sequence[float]) -> bool:
+    """Whether a round with this axis lies level."""
+    return abs(float(axis[2])) <= _UPRIGHT * float(np.linalg.norm(axis))
+
+
+def across_horizontally(axis: Sequence[float]) -> Array:
+    """The level unit vector across a level axis, x for a round along y, on the side of +x, else of +y."""
+    across = np.array([axis[1], -axis[0], 0.0]) / float(np.hypot(axis[0], axis[1]))
+    if across[0] < -_UPRIGHT or (abs(across[0]) <= _UPRIGHT and across[1] < 0.0):
+        across = -across
+    return across + 0.0  # no negative zero

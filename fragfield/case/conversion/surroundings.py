@@ -183,14 +183,8 @@ def with_bearing(case: Case, entry: Mapping[str, Any]) -> dict[str, Any]:
 def direction_words(azimuth: float, bearing: float | None, *, whole: bool = False) -> str:
     """A direction as every text gives it: bearing and point of the compass where the case has a site, else azimuth.
 
-    Parameters
-    ----------
-    azimuth : float
-        From +x, counter-clockwise (degrees).
-    bearing : float or None
-        From north, clockwise (degrees), by `bearing_of`.
-    whole : bool
-        In whole degrees, for places; else in four digits.
+    `azimuth` counts from +x, counter-clockwise, `bearing` (`bearing_of`) from north, clockwise (degrees). `whole`: in
+    whole degrees, for places; else in four digits.
     """
     from flight.hazard.site import compass_point
 

@@ -6,10 +6,10 @@ from typing import Annotated, Literal
 
 from pydantic import Discriminator, Field, Tag
 
-from flight.constants import STANDARD_GRAVITY
 from flight.hazard.criteria import Criteria
 from flight.integrate.contact import Contact
 from flight.integrate.integrator import Adaptive
+from flight.scene.air import STANDARD_GRAVITY
 from fragfield.case.tables.base import Table, by_kind, name_or_table
 from fragfield.case.tables.ground import GroundTable, Size
 from fragfield_base.inputs import (

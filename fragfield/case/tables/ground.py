@@ -20,6 +20,11 @@ _MAP = OnlyWith("map", without=(None,), refused=True)
 _RICOCHET = OnlyWith("ricochet", without=("none",), refused=True)
 
 
+def _factor(of: str, low: float, high: float) -> Bounds:
+    """Bounds of a factor on a number of the ground's law, with its usual range."""
+    return Bounds(0.01, 10.0, f"the range of {of} is {low:g} to {high:g} times the table's", usual=(low, high))
+
+
 class GroundTable(Table):
     """The ground: flat, or a map of heights."""
 
@@ -43,25 +48,11 @@ class GroundTable(Table):
     """Unit of the map's heights, where the file does not state it."""
     ricochet: Surface = "soft_soil"
     """Kind of ground, off which fragments ricochet at grazing angles; "none": they stay where they land."""
-    critical_angle_factor: Annotated[
-        float,
-        Bounds(
-            0.01, 10.0, "the range of critical angles of ricochet is 0.7 to 1.8 times the table's", usual=(0.7, 1.8)
-        ),
-        _RICOCHET,
-    ] = 1.0
+    critical_angle_factor: Annotated[float, _factor("critical angles of ricochet", 0.7, 1.8), _RICOCHET] = 1.0
     """Factor on the largest angle at which fragments ricochet off this kind of ground; 0.7 to 1.8 is its range."""
-    speed_kept_factor: Annotated[
-        float,
-        Bounds(0.01, 10.0, "the range of the share of speed kept is 0.65 to 1.3 times the table's", usual=(0.65, 1.3)),
-        _RICOCHET,
-    ] = 1.0
+    speed_kept_factor: Annotated[float, _factor("the share of speed kept", 0.65, 1.3), _RICOCHET] = 1.0
     """Factor on the share of speed that is kept at that angle; 0.65 to 1.3 is its range."""
-    departure_factor: Annotated[
-        float,
-        Bounds(0.01, 10.0, "the range of the angle of departure is 0.5 to 1.5 times the table's", usual=(0.5, 1.5)),
-        _RICOCHET,
-    ] = 1.0
+    departure_factor: Annotated[float, _factor("the angle of departure", 0.5, 1.5), _RICOCHET] = 1.0
     """Factor on the angle of departure over the angle of impact; 0.5 to 1.5 is its range."""
     roughness_factor: Annotated[
         float,

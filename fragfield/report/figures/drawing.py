@@ -115,20 +115,17 @@ def blank_figure(width: float, height: float) -> Figure:
     return figure
 
 
-def to_bytes(figure: Figure, *kinds: str, dots: int = 200) -> list[bytes]:
-    """The figure as files ("svg" or "png", of so many dots an inch); the same bytes for the same data."""
+def to_bytes(figure: Figure, kind: str, dots: int = 200) -> bytes:
+    """The figure as a file ("svg" or "png", of so many dots an inch); the same bytes for the same data."""
+    buffer = io.BytesIO()
+    metadata = {"Date": None} if kind == "svg" else None
     drawn = figure.get_tightbbox().padded(0.06)
-    files = []
-    for kind in kinds:
-        buffer = io.BytesIO()
-        metadata = {"Date": None} if kind == "svg" else None
-        figure.savefig(buffer, format=kind, dpi=dots, metadata=metadata, bbox_inches=drawn)
-        files.append(buffer.getvalue())
-    return files
+    figure.savefig(buffer, format=kind, dpi=dots, metadata=metadata, bbox_inches=drawn)
+    return buffer.getvalue()
 
 
-def draw_figure(run: RunFiles, function: Drawing) -> dict[str, bytes] | None:
-    """A figure of a run as "svg" and "png"; None where there is no data for it."""
+def draw_figure(run: RunFiles, function: Drawing) -> bytes | None:
+    """A figure of a run as SVG; None where there is no data for it."""
     with drawing_style():
         figure = function(run)
-        return None if figure is None else dict(zip(("svg", "png"), to_bytes(figure, "svg", "png"), strict=True))
+        return None if figure is None else to_bytes(figure, "svg")

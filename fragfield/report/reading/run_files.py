@@ -150,13 +150,15 @@ class RunFiles:
         return str(found) if found else None
 
 
-def read_run(folder: Path | str) -> RunFiles:
+def read_run(folder: Path | str, *, pictured: bool = False) -> RunFiles:
     """Read a run directory.
 
     Parameters
     ----------
     folder : Path
         Directory written by `fragfield run`, or by some of its stages.
+    pictured : bool
+        Only what pictures show, which is complete while the fragments still fly: burst, fragments, summary.
 
     Returns
     -------
@@ -175,19 +177,20 @@ def read_run(folder: Path | str) -> RunFiles:
     known = ["case.toml", "summary.json", *STAGE_FILES.values()]
     if not any((root / name).is_file() for name in known):
         raise InputError(f"{root}: not a run directory, it contains none of the files ({', '.join(known)})")
-    _read_texts(run)
+    _read_texts(run, case=not pictured)
     _read_snapshot(run)
     _read_fragments(run)
-    _read_landing(run)
+    if not pictured:
+        _read_landing(run)
     return run
 
 
-def _read_texts(run: RunFiles) -> None:
+def _read_texts(run: RunFiles, *, case: bool) -> None:
     if (path := run.folder / "summary.json").is_file():
         run.summary = read_stamped_json(path)
     if (path := run.folder / "uncertainty.json").is_file():
         run.summary["uncertainty"] = read_stamped_json(path)
-    if (path := run.folder / "case.toml").is_file():
+    if case and (path := run.folder / "case.toml").is_file():
         from fragfield.case import read_resolved
 
         run.case_text = stored_case_text(path)

@@ -79,7 +79,7 @@ def _picture(found: Mapping[str, Any]) -> bytes:
             ):
                 _draw_density(axis, found, key, title)
         _put_title(figure, found)
-        return to_bytes(figure, "png")[0]
+        return to_bytes(figure, "png")
 
 
 def _put_title(figure: Figure, found: Mapping[str, Any]) -> None:

@@ -60,6 +60,7 @@ def find_limit(
     InputError
         A directory holds another case's run and `overwrite` is not asked for, or cannot be written.
     """
+    options = replace(options, keep_runs=True)  # each is judged by all of its summary
     check_directories(plan, options)
     key = plan.keys[0]
     rows = [{**planned_row(one, options), "rounds": round_count(one.case), "met": None} for one in plan.runs]

@@ -1,11 +1,13 @@
 """Runs a sweep in parallel processes, each on one thread unless set otherwise.
 
-What a run needs is computed and no more: burst, break-up and flight, without report, pictures and files for
-ParaView; `fragfield run CASE --out DIR --resume` adds the report, and one without --resume all of it.
+Of a run that takes seconds, with a burst in its meridian, the row of the table is kept and no file. A run in three
+dimensions, or with `keep_runs` every one, has a run directory, from which an interrupted one goes on: burst, break-up
+and flight without report, pictures and files for ParaView; `fragfield run CASE --out DIR --resume` adds the report.
 """
 
 from __future__ import annotations
 
+import json
 import sys
 import time
 from dataclasses import dataclass
@@ -18,6 +20,7 @@ from fragfield.files.run_directory import STAGES, RunDirectory
 from fragfield.pipeline.parallel import launched_size
 from fragfield.studies.runner import make_all, runs_of
 from fragfield.studies.sweep.results import DONE, FAILED, KEPT, WAITING, results_of, write_tables
+from fragfield.studies.sweep.row import digest_of, is_brief, stored_rows
 from fragfield_base.writing import write_text
 
 if TYPE_CHECKING:
@@ -40,7 +43,7 @@ class SweepOptions:
     Attributes
     ----------
     folder : Path
-        Holds one run directory a run, and the tables.
+        Holds the tables, and the run directories that are kept.
     stage : "run" or "burst"
         Burst, break-up and flight, or the burst alone.
     threads : int, optional
@@ -54,7 +57,10 @@ class SweepOptions:
     quiet : bool
         No progress.
     scheduler : str, optional
-        Address of a dask scheduler, whose workers make the runs; `folder` must be the same folder for all of them.
+        Address of a dask scheduler, whose workers make the runs; `folder` must be the same folder for all of them
+        where run directories are kept.
+    keep_runs : bool
+        Keep a run directory of every run.
     """
 
     folder: Path
@@ -65,6 +71,7 @@ class SweepOptions:
     quiet: bool = False
     jobs: int | None = None
     scheduler: str | None = None
+    keep_runs: bool = False
 
     def __post_init__(self) -> None:
         """Refuse stages that begin with files of another run."""
@@ -80,8 +87,8 @@ def run_sweep(plan: SweepPlan, options: SweepOptions) -> dict[str, Any]:
     -------
     dict
         `directory`, `case_file`, `stage`, `keys`, `exit_code` (0, or 3 where a run failed) and `runs`: for each its
-        `name`, `directory`, `values`, `state` ("done", "kept", "failed" or "waiting"), `exit_code`, `message` and
-        `results`, see `fragfield.studies.sweep.results`.
+        `name`, `directory` (None where none is kept), `case` (a digest), `values`, `state` ("done", "kept", "failed" or
+        "waiting"), `exit_code`, `message` and `results`, see `fragfield.studies.sweep.results`.
 
     Raises
     ------
@@ -108,15 +115,22 @@ def make_runs(
 ) -> None:
     """Make the runs side by side, fill their rows, and save the tables from time to time."""
     saved = time.monotonic()
+    stored = stored_rows(_table(options)) if options.resume else {}
     runs = runs_of(options.scheduler, len(rows), jobs=options.jobs, threads=options.threads or 1)
 
     def make(number: int) -> tuple[str, int, str]:
-        _report(f"run {number + 1} of {len(rows)}: {plan.runs[number].name}", options)
-        return _perform(plan.runs[number], runs, options)
+        planned, row = plan.runs[number], rows[number]
+        _report(f"run {number + 1} of {len(rows)}: {planned.name}", options)
+        if row["directory"] is not None:
+            return _perform(planned, runs, options)
+        before = stored.get(row["name"])
+        if before is not None and before["case"] == row["case"]:
+            return KEPT, EXIT_DONE, json.dumps({key: before[key] for key in ("results", "message")})
+        return _outcome(*runs.call({"stage": "row", "case": planned.case, "of": options.stage}))
 
     def ended(number: int, outcome: tuple[str, int, str]) -> None:
         nonlocal saved
-        _fill(rows[number], outcome, _directory(plan.runs[number], options))
+        _fill(rows[number], outcome)
         if time.monotonic() - saved >= _TABLE_SECONDS:
             save()
             saved = time.monotonic()
@@ -130,7 +144,8 @@ def check_directories(plan: SweepPlan, options: SweepOptions) -> None:
     Raises
     ------
     InputError
-        This is a rank of several, or a directory holds another case's run and `overwrite` is not asked for.
+        This is a rank of several, or a directory or a row is that of another case's run and `overwrite` is not asked
+        for.
     """
     if launched_size() > 1:
         raise InputError("a study starts its own parallel runs; it does not run under mpirun")
@@ -140,12 +155,22 @@ def check_directories(plan: SweepPlan, options: SweepOptions) -> None:
         raise InputError(f"{options.folder}: holds a run; a sweep needs a folder of its own")
     if options.overwrite:
         return
+    stored = stored_rows(_table(options))
     for planned in plan.runs:
         directory = _directory(planned, options)
         if directory.exists and (changed := differences(directory.stored_case(), planned.case)):
             hint = "use another --out, or --overwrite to replace such runs. The cases differ in"
             shown = [*changed[:3], *(["..."] if len(changed) > 3 else [])]
             raise InputError("\n  ".join([f"{directory.path}: holds the run of another case; {hint}", *shown]))
+        if planned.name in stored and stored[planned.name]["case"] != digest_of(planned.case):
+            raise InputError(
+                f"{_table(options)}: holds the run {planned.name} of another case; use another --out, or --overwrite "
+                "to replace such runs"
+            )
+
+
+def _table(options: SweepOptions) -> Path:
+    return options.folder / "sweep.json"
 
 
 def _directory(planned: PlannedRun, options: SweepOptions) -> RunDirectory:
@@ -154,14 +179,16 @@ def _directory(planned: PlannedRun, options: SweepOptions) -> RunDirectory:
 
 def planned_row(planned: PlannedRun, options: SweepOptions) -> dict[str, Any]:
     """What the table says of a run before it begins."""
+    directory = _directory(planned, options)
+    kept = options.keep_runs or directory.exists or not is_brief(planned.case)
     return {
-        "name": planned.name, "directory": str(_directory(planned, options).path), "values": planned.values,
-        "state": WAITING, "exit_code": None, "message": "", "results": results_of({}),
+        "name": planned.name, "directory": str(directory.path) if kept else None, "case": digest_of(planned.case),
+        "values": planned.values, "state": WAITING, "exit_code": None, "message": "", "results": results_of({}),
     }  # fmt: skip
 
 
 def _perform(planned: PlannedRun, runs: Runs, options: SweepOptions) -> tuple[str, int, str]:
-    """Make one run, unless it is finished; its state, exit code and message."""
+    """Make one run in its directory, unless it is finished; its state, exit code and message."""
     directory = _directory(planned, options)
     same = directory.exists and not differences(directory.stored_case(), planned.case)
     if options.resume and same and _finished(directory, options.stage):
@@ -180,23 +207,29 @@ def _perform(planned: PlannedRun, runs: Runs, options: SweepOptions) -> tuple[st
             return FAILED, exit_code_of(error), message_of(error)
         places = {name: str(Path(request[name]).resolve()) for name in ("case_file", "out")}
         request |= {**places, "resume": True, "overwrite": False, "patience": _PATIENCE}
-    code, message = runs.call(request)
+    return _outcome(*runs.call(request))
+
+
+def _outcome(code: int, message: str) -> tuple[str, int, str]:
     if code == EXIT_INTERRUPTED:
         raise KeyboardInterrupt
     return (DONE if code == EXIT_DONE else FAILED), code, message
 
 
-def _fill(row: dict[str, Any], outcome: tuple[str, int, str], directory: RunDirectory) -> None:
+def _fill(row: dict[str, Any], outcome: tuple[str, int, str]) -> None:
     """Fill the row of a run; one whose distance is not determined has the exit code and reason."""
     state, code, message = outcome
     if state == FAILED:
         row.update(state=state, exit_code=code, message=message)
         return
-    summary = directory.summary()
-    results = results_of(summary)
-    known = results["determined"] is not False
-    message = "" if known else str(summary["hazard"]["reason"])
-    row.update(state=state, exit_code=EXIT_DONE if known else EXIT_NUMERICAL, results=results, message=message)
+    if row["directory"] is None:
+        row.update(json.loads(message))
+    else:
+        summary = RunDirectory(Path(row["directory"])).summary()
+        results = results_of(summary)
+        row.update(results=results, message=str(summary["hazard"]["reason"]) if results["determined"] is False else "")
+    known = row["results"]["determined"] is not False
+    row.update(state=state, exit_code=EXIT_DONE if known else EXIT_NUMERICAL)
 
 
 def _finished(directory: RunDirectory, stage: str) -> bool:

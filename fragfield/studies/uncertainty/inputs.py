@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from fragfield.case.checks.uncertain_inputs import parameters_of, target_of
+from fragfield.case.checks.uncertain_inputs import parameters_of, unit_of_key
 from fragfield.errors import InputError
 from fragfield.studies.uncertainty.defaults import default_inputs
 from fragfield.studies.uncertainty.distributions import Distribution
@@ -122,7 +122,7 @@ def inputs_of(case: Case) -> list[UncertainInput]:
 
 
 def _input(entry: UncertainInputTable, *, is_default: bool) -> UncertainInput:
-    unit = "" if entry.applies == "factor" else target_of(entry.keys[0]).unit or ""
+    unit = "" if entry.applies == "factor" else unit_of_key(entry.keys[0]) or ""
     return UncertainInput(
         entry.name, tuple(entry.keys), entry.applies, Distribution(entry.distribution, parameters_of(entry)), unit,
         entry.source, entry.judgement, is_default,

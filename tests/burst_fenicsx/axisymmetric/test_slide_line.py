@@ -10,7 +10,7 @@ import pytest
 pytest.importorskip("dolfinx")
 
 from burst_fenicsx.axisymmetric.mesh import mesh_meridian
-from burst_fenicsx.axisymmetric.slide_line import _line_edges
+from burst_fenicsx.axisymmetric.slide_line import LineContactForces, _line_edges
 from burst_fenicsx.geometry import load_profile
 from burst_fenicsx.kernels.axisymmetric.slide_line import add_line_forces
 from burst_fenicsx.kernels.cells.erosion import BEFORE
@@ -110,7 +110,7 @@ def test_an_even_pressure_loads_the_line_evenly_wherever_the_charge_has_slid(sha
     assert np.abs(force.sum(axis=0)).max() < 1e-12 * np.abs(force).sum()
 
 
-def gas_tube(held, density=7850.0):
+def gas_tube(held, density=7850.0, *, local=False):
     """Burnt products at rest in a tube, 10 mm in radius and 120 mm long, open at its upper end; the tube is longer."""
     cell = 2.5e-3
     mesh = meridian((6, 96), lambda p: np.stack([6 * cell * p[:, 0], 0.24 * p[:, 1]], axis=1))
@@ -126,7 +126,8 @@ def gas_tube(held, density=7850.0):
         station=mesh.station[keep],
     )  # fmt: skip
     mesh = split_charges(named(mesh, part))
-    settings = whole_steps(QUIET, cell_size=cell, contact=ContactSettings())
+    settings = replace(QUIET, cell_size=cell, contact=ContactSettings())
+    settings = settings if local else whole_steps(settings)
     casing = replace(TUBE, density=density)
     solver = ring_burst(mesh, settings, casing=casing)
     fields, start = solver.fields, solver.fields.start
@@ -171,6 +172,25 @@ def test_gas_in_a_tube_that_gives_way_closes_the_ledger():
     assert entry.kinetic_casing > 0.05 * entry.products_work
     assert entry.energy_error < 5e-3
     assert solver.contact.penetrations.interface_after < 0.02 * cell
+
+
+@pytest.mark.slow  # the kernels without contact are compiled for this alone
+def test_contact_acts_within_the_substeps_as_it_does_between_them(monkeypatch):
+    """To the last bit: taken along by the kernels, and called where its steps end."""
+    ends = []
+    for within in (True, False):
+        monkeypatch.setattr(LineContactForces, "acts_in_substeps", within)
+        solver, _, _ = gas_tube(held=False, local=True)
+        run_until(solver, 5e-6)
+        ends.append(solver)
+    one, other = ends
+    assert one.levels.highest > one.levels.contact_level
+    assert one.contact.work < 0.0 < one.contact.penetrations.interface_after
+    for name in ("position", "velocity", "force"):
+        np.testing.assert_array_equal(getattr(one.fields.nodes, name), getattr(other.fields.nodes, name))
+    np.testing.assert_array_equal(one.contact.force, other.contact.force)
+    assert (one.contact.work, one.contact.friction) == (other.contact.work, other.contact.friction)
+    assert one.contact.penetrations == other.contact.penetrations
 
 
 def test_a_node_slides_through_a_hollow_corner_and_one_that_began_there_has_both_sides():

@@ -12,7 +12,7 @@ from collections import Counter
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
-from flight.errors import InputError
+from fragfield.errors import InputError
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
