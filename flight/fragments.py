@@ -11,7 +11,6 @@ import numpy as np
 from flight.arguments import real_array
 from flight.errors import InputError
 from flight.files import fragments as files
-from flight.shape import DEFAULT_SHAPE_FACTOR
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -19,6 +18,8 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
 __all__ = ["ARRAYS", "Fragments", "check_possible"]
+
+DEFAULT_SHAPE_FACTOR = 2600.0  # kg/m3; forged steel shells, DDESB Technical Paper 12 (1975)
 
 # What files may hold.
 POSSIBLE = {"mass": (1e-15, 1e6), "shape_factor": (1e-3, 1e9), "position": (-1e7, 1e7), "velocity": (-5e4, 5e4)}

@@ -13,6 +13,7 @@ import numpy as np
 
 from flight.arguments import real_array, require_number
 from flight.errors import InputError
+from flight.fragments import DEFAULT_SHAPE_FACTOR
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -34,11 +35,10 @@ __all__ = [
     "shaped",
 ]
 
-FORGED_STEEL_SHELL = 2600.0  # kg/m3; DDESB Technical Paper 12 (1975)
+FORGED_STEEL_SHELL = DEFAULT_SHAPE_FACTOR  # kg/m3; DDESB Technical Paper 12 (1975)
 NATURAL_FRAGMENTS_MEAN = 2370.0  # kg/m3; mean over natural fragments
 HEAVY_PIECES_OF_STACKS = 4740.0  # kg/m3; chunky pieces from stacks
 BOX_5_2_1_STEEL = 3147.0  # kg/m3; tumbling 5:2:1 box of 7800 kg/m3, A = 8.5 (m/(10 rho))^(2/3)
-DEFAULT_SHAPE_FACTOR = FORGED_STEEL_SHELL
 
 
 def box_shape_factor(density: float, length: float, width: float, height: float) -> float:

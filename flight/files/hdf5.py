@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flight.errors import InputError
-from flight.result import CONTACTS, HITS, LANDING, OBSTACLE_HITS
+from flight.rows import CONTACTS, HITS, LANDING, OBSTACLE_HITS
 from fragfield_base.arrays import number_of, text_of, texts
 from fragfield_base.hdf5_files import creating, reading
 

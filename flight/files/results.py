@@ -10,7 +10,7 @@ import numpy as np
 from flight.errors import InputError
 from flight.files.hdf5 import write_attributes
 from flight.files.text_tables import Labels
-from flight.result import Status, flat_columns
+from flight.rows import Status, flat_columns
 from fragfield_base.hdf5_files import creating
 from fragfield_base.writing import write_text
 from fragfield_base.xdmf import quoted
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from flight.result import Trajectories
+    from flight.rows import Trajectories
 
 __all__ = ["csv_columns", "write_trajectories"]
 

@@ -12,7 +12,6 @@ from flight.result import Status
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from flight.integrate.job import FlightJob
     from flight.kernels.events import Limits
 
 __all__ = ["FlownChunk", "fly_chunk_to_end"]
@@ -58,7 +57,7 @@ class FlownChunk:
 
 
 def fly_chunk_to_end(
-    job: FlightJob, arrays: list[NDArray[np.float64]], start: int, end: int, limits: Limits,
+    job: Any, arrays: list[NDArray[np.float64]], start: int, end: int, limits: Limits,  # noqa: ANN401 - a FlightJob
     buffers: dict[str, NDArray[Any]],
 ) -> FlownChunk:  # fmt: skip
     """Fly the fragments start..end-1, and on from every ricochet."""
@@ -75,7 +74,8 @@ def fly_chunk_to_end(
 
 
 def _fly_on(
-    job: FlightJob, arrays: list[NDArray[np.float64]], start: int, limits: Limits, buffers: dict[str, NDArray[Any]],
+    job: Any, arrays: list[NDArray[np.float64]], start: int, limits: Limits,  # noqa: ANN401 - a FlightJob
+    buffers: dict[str, NDArray[Any]],
     flown: tuple[NDArray[np.float64], NDArray[np.int8], NDArray[np.float64], NDArray[np.float64]],
 ) -> FlownChunk:  # fmt: skip
     """Let ricochet what has landed or struck, and fly on until all stay."""

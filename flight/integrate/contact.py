@@ -11,7 +11,7 @@ import numpy as np
 
 from flight.arguments import require_number, require_numbers
 from flight.errors import InputError, nearest
-from flight.result import CONTACTS
+from flight.rows import CONTACTS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
