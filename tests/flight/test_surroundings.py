@@ -126,7 +126,7 @@ def test_more_messages(tmp_path) -> None:
         Drag.named("spere")
     with pytest.raises(InputError, match="constant coefficient is -1"):
         Drag.of(-1.0)
-    with pytest.raises(InputError, match="density is -1"):
+    with pytest.raises(InputError, match="density_everywhere is -1"):
         ConstantAir(-1.0)
     with pytest.raises(InputError, match="sound speed is 0"):
         ConstantAir(1.2, 0.0)
