@@ -85,7 +85,7 @@ def test_a_signal_in_the_middle_of_a_step_is_resumed_bitwise(whole, tmp_path, mo
     [
         pytest.param([(TimeSeries, "_grid", 2)], id="in the middle of an output"),
         # The second Ctrl-C ends at once and writes nothing of the broken step.
-        pytest.param([(BurstSolver, "check_cells", 2), (BurstSolver, "add_forces", 5)], id="twice"),
+        pytest.param([(BurstSolver, "check_cells", 2), (BurstSolver, "_add_forces", 5)], id="twice"),
     ],
 )
 def test_ctrl_c_keeps_the_state(whole, tmp_path, monkeypatch, calls):
@@ -103,7 +103,7 @@ def test_several_sigterm_are_one(whole, tmp_path, monkeypatch):
     try:
         with monkeypatch.context() as patch:
             for number in (3, 4, 5):
-                _signal_within(patch, BurstSolver, "add_forces", number, signal.SIGTERM)
+                _signal_within(patch, BurstSolver, "_add_forces", number, signal.SIGTERM)
             with pytest.raises(KeyboardInterrupt):
                 _run(tmp_path)
     finally:
