@@ -23,7 +23,8 @@ if TYPE_CHECKING:
     from flight.integrate.contact import Contact
     from flight.integrate.fly import FlightProgress, fly, range_table
     from flight.integrate.integrator import Adaptive, Domain, FixedStep
-    from flight.result import CONTACTS, HITS, LANDING, OBSTACLE_HITS, FlightResult, Status, Trajectories, to_pandas
+    from flight.result import FlightResult
+    from flight.rows import CONTACTS, HITS, LANDING, OBSTACLE_HITS, Status, Trajectories, to_pandas
     from flight.scene.air import VACUUM, ConstantAir, StandardAtmosphere
     from flight.scene.height_map import HeightMap
     from flight.scene.obstacles import Barricade, Building, Wall
@@ -81,7 +82,8 @@ __getattr__, __dir__ = lazy_names(
         "flight.integrate.contact": "Contact",
         "flight.integrate.fly": "FlightProgress fly range_table",
         "flight.integrate.integrator": "Adaptive Domain FixedStep",
-        "flight.result": "CONTACTS HITS LANDING OBSTACLE_HITS FlightResult Status Trajectories to_pandas",
+        "flight.result": "FlightResult",
+        "flight.rows": "CONTACTS HITS LANDING OBSTACLE_HITS Status Trajectories to_pandas",
         "flight.scene.air": "VACUUM ConstantAir StandardAtmosphere",
         "flight.scene.height_map": "HeightMap",
         "flight.scene.obstacles": "Barricade Building Wall",

@@ -11,15 +11,14 @@ import numpy as np
 from flight.arguments import real_array
 from flight.errors import InputError
 from flight.files import fragments as files
+from flight.shape import DEFAULT_SHAPE_FACTOR, Shape
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["ARRAYS", "Fragments", "check_possible"]
-
-DEFAULT_SHAPE_FACTOR = 2600.0  # kg/m3; forged steel shells, DDESB Technical Paper 12 (1975)
+__all__ = ["ARRAYS", "Fragments", "check_possible", "shaped"]
 
 # What files may hold.
 POSSIBLE = {"mass": (1e-15, 1e6), "shape_factor": (1e-3, 1e9), "position": (-1e7, 1e7), "velocity": (-5e4, 5e4)}
@@ -211,6 +210,19 @@ def _check(fragments: Fragments) -> None:
     for name, what in (("position", "m"), ("velocity", "m/s")):
         value = getattr(fragments, name)
         _refuse(source, name, value, ~np.isfinite(value).all(axis=1), f"three finite numbers ({what})")
+
+
+def shaped(fragments: Fragments, shape: Shape, seed: int = 0) -> Fragments:
+    """Fragments with the shape factors that a model gives them; `seed` of what is drawn.
+
+    Raises
+    ------
+    InputError
+        The shape is no model.
+    """
+    if not isinstance(shape, Shape):
+        raise InputError(f"shape is {shape!r}, allowed: flight.shape.Mean, Lognormal or Box")
+    return replace(fragments, shape_factor=shape.factors(len(fragments), seed))
 
 
 def check_possible(fragments: Fragments, source: str) -> None:

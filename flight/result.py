@@ -9,17 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flight.errors import InputError, nearest
-from flight.rows import (
-    CONTACTS,
-    HITS,
-    LANDING,
-    OBSTACLE_HITS,
-    RICOCHETS,
-    Status,
-    Trajectories,
-    flat_columns,
-    to_pandas,
-)  # fmt: skip
+from flight.rows import HITS, OBSTACLE_HITS, RICOCHETS, Status, Trajectories, to_pandas
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -30,18 +20,7 @@ if TYPE_CHECKING:
     from flight.scene.obstacles import Obstacle
     from flight.scene.targets import Witness
 
-__all__ = [
-    "CONTACTS",
-    "HITS",
-    "LANDING",
-    "OBSTACLE_HITS",
-    "RICOCHETS",
-    "FlightResult",
-    "Status",
-    "Trajectories",
-    "flat_columns",
-    "to_pandas",
-]
+__all__ = ["FlightResult"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)

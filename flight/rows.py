@@ -1,4 +1,4 @@
-"""Rows of a result: fragments, crossings, impacts on obstacles, and points of paths."""
+"""Rows of a flight's tables: landings, crossings, contacts, ricochets, impacts on obstacles, and sampled paths."""
 
 from __future__ import annotations
 
@@ -12,8 +12,16 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 __all__ = [
-    "CONTACTS", "HITS", "LANDING", "OBSTACLE_HITS", "RICOCHETS", "Status", "Trajectories", "flat_columns", "to_pandas",
-]  # fmt: skip
+    "CONTACTS",
+    "HITS",
+    "LANDING",
+    "OBSTACLE_HITS",
+    "RICOCHETS",
+    "Status",
+    "Trajectories",
+    "flat_columns",
+    "to_pandas",
+]
 
 
 class Status(IntEnum):

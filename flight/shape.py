@@ -6,19 +6,16 @@ For a convex body that tumbles without preference the mean presented area is a q
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from flight.arguments import real_array, require_number
 from flight.errors import InputError
-from flight.fragments import DEFAULT_SHAPE_FACTOR
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
-
-    from flight.fragments import Fragments
 
 __all__ = [
     "BOX_5_2_1_STEEL",
@@ -32,13 +29,13 @@ __all__ = [
     "Shape",
     "box_shape_factor",
     "describe",
-    "shaped",
 ]
 
-FORGED_STEEL_SHELL = DEFAULT_SHAPE_FACTOR  # kg/m3; DDESB Technical Paper 12 (1975)
+FORGED_STEEL_SHELL = 2600.0  # kg/m3; DDESB Technical Paper 12 (1975)
 NATURAL_FRAGMENTS_MEAN = 2370.0  # kg/m3; mean over natural fragments
 HEAVY_PIECES_OF_STACKS = 4740.0  # kg/m3; chunky pieces from stacks
 BOX_5_2_1_STEEL = 3147.0  # kg/m3; tumbling 5:2:1 box of 7800 kg/m3, A = 8.5 (m/(10 rho))^(2/3)
+DEFAULT_SHAPE_FACTOR = FORGED_STEEL_SHELL
 
 
 def box_shape_factor(density: float, length: float, width: float, height: float) -> float:
@@ -116,27 +113,14 @@ class Box:
 Shape = Mean | Lognormal | Box
 
 
-def shaped(fragments: Fragments, shape: Shape, seed: int = 0) -> Fragments:
-    """Fragments with the shape factors that a model gives them; `seed` of what is drawn.
-
-    Raises
-    ------
-    InputError
-        The shape is no model.
-    """
-    if not isinstance(shape, Shape):
-        raise InputError(f"shape is {shape!r}, allowed: flight.shape.Mean, Lognormal or Box")
-    return replace(fragments, shape_factor=shape.factors(len(fragments), seed))
-
-
-def describe(shape: Shape | None, fragments: Fragments) -> dict[str, Any]:
-    """What the summary says of the presented areas: model, and the shape factors (kg/m3) that were flown."""
+def describe(shape: Shape | None, factors: NDArray[np.float64]) -> dict[str, Any]:
+    """What the summary says of the presented areas: model, and the shape `factors` (n,) in kg/m3 that were flown."""
     known: dict[str, Any] = {"model": "as given"} if shape is None else {"model": type(shape).__name__.lower()}
     if isinstance(shape, Box):
         known |= {"ratios": list(shape.ratios)}
     if isinstance(shape, Lognormal):
         known |= {"spread": shape.spread}
-    low, middle, high = np.percentile(fragments.shape_factor, (5.0, 50.0, 95.0)) if len(fragments) else (0.0, 0.0, 0.0)
+    low, middle, high = np.percentile(factors, (5.0, 50.0, 95.0)) if len(factors) else (0.0, 0.0, 0.0)
     return {
         **known, "shape_factor_5_percent": float(low), "shape_factor_median": float(middle),
         "shape_factor_95_percent": float(high),

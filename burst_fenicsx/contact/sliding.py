@@ -179,7 +179,7 @@ class SlidingInterface(ChargeContacts):
         surface's normal (`sides` 2). What presses on a node of half the mass is one side (`sides` 1).
         """
         for groups, normal in self._in_planes:
-            hold_rows(vectors, groups, normal)
+            hold_rows(vectors, normal.reshape(1, 3), np.array([0, len(groups)]), groups)
             if sides != 1.0:
                 vectors[groups] *= sides
 

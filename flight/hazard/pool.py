@@ -14,7 +14,7 @@ from flight.hazard.density.density_counts import DensityGroups, density_counts
 from flight.hazard.density.expected import DRAWS, Estimate, expected_distance
 from flight.hazard.density.sectors import Tally, tally
 from flight.hazard.ensemble import EnsembleHazard
-from flight.result import Status
+from flight.rows import Status
 from flight.scene.air import STANDARD_GRAVITY
 
 if TYPE_CHECKING:

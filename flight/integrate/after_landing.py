@@ -3,21 +3,38 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from flight.result import Status
+from flight.rows import Status
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from flight.kernels.events import Limits
+    from flight.kernels.motion import Surroundings
+    from flight.kernels.terrain import Terrain
+    from flight.scene.scene import Scene
 
 __all__ = ["FlownChunk", "fly_chunk_to_end"]
 
 FRAGMENT_OF_HIT, FRAGMENT_OF_PATH, FRAGMENT_OF_STRIKE, FRAGMENT_OF_LANDING = 8, 7, 9, 8  # columns
 AFTER_GROUND = 10  # column of a crossing: 1 after an impact on the ground
+
+
+class ChunkFlight(Protocol):
+    """What flies a chunk once: `flight.integrate.job.FlightJob`."""
+
+    scene: Scene
+    around: Surroundings
+    terrain: Terrain
+    obstacles: NDArray[np.float64]
+
+    def fly(
+        self, arrays: list[NDArray[np.float64]], start: int, end: int, limits: Limits, buffers: dict[str, NDArray[Any]]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Crossings and points of paths of the fragments start..end-1."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,7 +74,7 @@ class FlownChunk:
 
 
 def fly_chunk_to_end(
-    job: Any, arrays: list[NDArray[np.float64]], start: int, end: int, limits: Limits,  # noqa: ANN401 - a FlightJob
+    job: ChunkFlight, arrays: list[NDArray[np.float64]], start: int, end: int, limits: Limits,
     buffers: dict[str, NDArray[Any]],
 ) -> FlownChunk:  # fmt: skip
     """Fly the fragments start..end-1, and on from every ricochet."""
@@ -74,8 +91,7 @@ def fly_chunk_to_end(
 
 
 def _fly_on(
-    job: Any, arrays: list[NDArray[np.float64]], start: int, limits: Limits,  # noqa: ANN401 - a FlightJob
-    buffers: dict[str, NDArray[Any]],
+    job: ChunkFlight, arrays: list[NDArray[np.float64]], start: int, limits: Limits, buffers: dict[str, NDArray[Any]],
     flown: tuple[NDArray[np.float64], NDArray[np.int8], NDArray[np.float64], NDArray[np.float64]],
 ) -> FlownChunk:  # fmt: skip
     """Let ricochet what has landed or struck, and fly on until all stay."""

@@ -11,17 +11,18 @@ import numpy as np
 from flight.arguments import real_array, require_number
 from flight.drag import Drag
 from flight.errors import DragTableWarning, InputError, nearest
-from flight.fragments import Fragments
+from flight.fragments import Fragments, shaped
 from flight.integrate.contact import Contact, Encounters
 from flight.integrate.integrator import Adaptive, Domain, FixedStep
 from flight.integrate.job import FlightJob, FlightProgress
 from flight.integrate.legs import legs_between
-from flight.result import FlightResult, Status
+from flight.result import FlightResult
+from flight.rows import Status
 from flight.scene.air import STANDARD_GRAVITY, Air, ConstantAir, StandardAtmosphere
 from flight.scene.height_map import HeightMap
 from flight.scene.ricochet import Ricochet
 from flight.scene.scene import Scene
-from flight.shape import DEFAULT_SHAPE_FACTOR, describe, shaped
+from flight.shape import DEFAULT_SHAPE_FACTOR, describe
 from fragfield_base.cores import cores
 
 if TYPE_CHECKING:
@@ -156,7 +157,7 @@ def fly(
         )  # fmt: skip
     else:
         result, extremes = _fly_in_contact(job, contact, chosen, threads, on_progress, began)
-    result.summary["presented_area"] = describe(shape, fragments)
+    result.summary["presented_area"] = describe(shape, fragments.shape_factor)
     result.summary.update(_summary(result, extremes, drag, job, time.perf_counter() - began))
     return result
 

@@ -14,7 +14,7 @@ import numpy as np
 from flight.fluence import Fluence, FluenceGrid, PolarGrid
 from flight.integrate.after_landing import AFTER_GROUND, FlownChunk, fly_chunk_to_end
 from flight.integrate.integrator import Adaptive, FixedStep
-from flight.result import HITS, LANDING, OBSTACLE_HITS, RICOCHETS, Trajectories
+from flight.rows import HITS, LANDING, OBSTACLE_HITS, RICOCHETS, Trajectories
 from flight.scene.targets import Cylinder, pack
 
 if TYPE_CHECKING:

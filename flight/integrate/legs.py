@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from flight.result import Status, Trajectories
+from flight.rows import Status, Trajectories
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

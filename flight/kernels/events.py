@@ -40,7 +40,7 @@ __all__ = [
     "ending", "ending_in_scene", "heights_of", "may_end", "outside", "record_hits",
 ]  # fmt: skip
 
-# as in flight.result.Status
+# as in flight.rows.Status
 IN_FLIGHT, LANDED, TIME_OUT, LEFT_DOMAIN, STEP_LIMIT, NOT_A_NUMBER, STOPPED = 0, 1, 2, 3, 4, 5, 6
 
 

@@ -16,7 +16,7 @@ from flight.hazard.exposed import Prism
 from flight.hazard.retardation import Retardation
 from flight.hazard.site import Site
 from flight.hazard.tp12 import PolarField, beam_distance, effective_number
-from flight.result import LANDING, Status
+from flight.rows import LANDING, Status
 from flight.scene.walls import StoppingWall
 
 CLOUD = flight.Fragments([0.01, 0.02], (0.0, 0.0, 1.0), [(8.0, 0.0, 1.0), (0.0, 9.0, 2.0)])

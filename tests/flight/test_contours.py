@@ -17,7 +17,7 @@ from flight.hazard.contours import Contour, contours_of, outline, smooth_outline
 from flight.hazard.density.directions import Directions
 from flight.hazard.ensemble import EnsembleHazard
 from flight.hazard.site import Site, compass_point
-from flight.result import LANDING, Status
+from flight.rows import LANDING, Status
 from tests.flight.fields import distance_of_landings, ensemble_of_landings
 
 Geodesic = pytest.importorskip("geographiclib.geodesic").Geodesic

@@ -25,7 +25,7 @@ from flight.hazard.density.distance import ExpectedDistance
 from flight.hazard.density.sectors import SECTOR_HITS, Tally, by_azimuth, sector_hits, tally
 from flight.hazard.ensemble import EnsembleHazard
 from flight.hazard.pool import KEPT
-from flight.result import HITS, LANDING, Status
+from flight.rows import HITS, LANDING, Status
 from tests.flight.fields import ensemble_of_landings
 
 GRID = PolarGrid.of(sectors=12)

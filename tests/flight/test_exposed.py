@@ -9,6 +9,7 @@ import pytest
 
 import flight
 from flight.hazard.exposed import Prism, count_exposed, surfaces_of
+from flight.scene.plan import contains
 from tests.flight.clouds import cloud
 
 
@@ -121,3 +122,12 @@ def test_surfaces_of_one_name_are_found_as_if_each_had_its_own():
     first, second = (flight.fly(fragments, witnesses=[ring, *some], sample=0, threads=1) for some in (alike, own))
     assert len(first.hits) > 1000
     assert (first.hits == second.hits).all()
+
+
+def test_points_of_a_triangle_are_those_between_its_sides() -> None:
+    """Even-odd rule against the signs of the areas that a point spans with each side; no side lies along an axis."""
+    corners, points = np.array([[1.0, 2.0], [9.0, 3.0], [4.0, 8.0]]), np.random.default_rng(3).uniform(0, 10, (400, 2))
+    along, away = np.roll(corners, -1, axis=0) - corners, points[:, None] - corners
+    between = (along[:, 0] * away[..., 1] - along[:, 1] * away[..., 0] > 0.0).all(axis=1)
+    assert 50 < between.sum() < 150
+    assert np.array_equal(contains(corners, points), between)

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from flight import Fragments, InputError, fly
-from flight.shape import BOX_5_2_1_STEEL, Box, Lognormal, Mean, box_shape_factor, shaped
+from flight.fragments import shaped
+from flight.shape import BOX_5_2_1_STEEL, Box, Lognormal, Mean, box_shape_factor
 from tests.flight.clouds import cloud
 
 

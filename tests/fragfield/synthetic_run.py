@@ -16,7 +16,7 @@ from flight.fluence import PolarGrid
 from flight.hazard.density.directions import Directions
 from flight.hazard.density.sectors import SECTOR_HITS
 from flight.hazard.ensemble import EnsembleHazard
-from flight.result import LANDING, Status
+from flight.rows import LANDING, Status
 from fragfield.files.stamped import stamped_toml
 from fragfield.hazard.recommended import recommended_of
 from tests.flight.fields import ensemble_of_landings

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any
 from nicegui import ui
 
 import fragfield
-from fragfield.app.markup import act, box, choose, facts, files_in, heading, html, keep_file, note, upload
+from fragfield.app.markup import act, box, choose, facts, heading, html, note
+from fragfield.app.uploads import files_in, keep_file, upload
 from fragfield.app.workspace import safe_name
 from fragfield.numbers import number
 

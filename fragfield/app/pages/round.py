@@ -17,7 +17,8 @@ from burst_fenicsx.problem import Round
 from fragfield.app.contour import ContourTable, from_case, to_case
 from fragfield.app.drawing import round_facts, round_svg
 from fragfield.app.forms import field_input, form
-from fragfield.app.markup import Raw, act, box, choose, facts, files_in, fold, heading, html, keep_file, note, upload
+from fragfield.app.markup import Raw, act, box, choose, facts, fold, heading, html, note
+from fragfield.app.uploads import files_in, keep_file, upload
 from fragfield.errors import InputError
 from fragfield.numbers import number
 from fragfield_base.units import UnitError, read_measure

@@ -9,9 +9,10 @@ from urllib.parse import quote
 from nicegui import run, ui
 
 from fragfield.app.forms import entries_form, field_input, form
-from fragfield.app.markup import act, box, choose, facts, files_in, heading, html, keep_file, note, upload
+from fragfield.app.markup import act, box, choose, facts, heading, html, note
 from fragfield.app.pages.run import checked
 from fragfield.app.site_plan import background_of, exported, imported, move, plan_of, site_in
+from fragfield.app.uploads import files_in, keep_file, upload
 from fragfield.errors import InputError
 from fragfield.hazard.certainty import metres
 from fragfield_base.writing import write_bytes

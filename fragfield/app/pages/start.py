@@ -8,8 +8,9 @@ from urllib.parse import urlencode
 
 from nicegui import ui
 
-from fragfield.app.markup import box, heading, keep_file, note, upload
+from fragfield.app.markup import box, heading, note
 from fragfield.app.security import MOST_UPLOADED
+from fragfield.app.uploads import keep_file, upload
 from fragfield.app.workspace import safe_name
 
 if TYPE_CHECKING:
