@@ -128,9 +128,9 @@ def test_more_messages(tmp_path) -> None:
         Drag.of(-1.0)
     with pytest.raises(InputError, match="density_everywhere is -1"):
         ConstantAir(-1.0)
-    with pytest.raises(InputError, match="sound speed is 0"):
+    with pytest.raises(InputError, match="sound_speed_everywhere is 0"):
         ConstantAir(1.2, 0.0)
-    with pytest.raises(InputError, match="site altitude is 100000"):
+    with pytest.raises(InputError, match="site_altitude is 100000"):
         StandardAtmosphere(100_000.0)
     with pytest.raises(InputError, match=r"height 5\.0 m follows 10\.0 m"):
         Wind.profile([0.0, 10.0, 5.0], [1.0, 2.0, 3.0], 0.0)
