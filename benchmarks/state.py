@@ -72,10 +72,11 @@ def in_the_middle_full(cell_size: float, time: float = MIDDLE) -> Simulation:
     path = full.checkpoint_path
     write_checkpoint(path, one.solver, {}, full.key)
     with h5py.File(path, "r+") as file:
-        for name in ("stress", "plastic_shear_strain", "plastic_volumetric_strain"):
-            values = np.tile(file[f"cells/{name}"][()], (1, _POINTS))
-            del file[f"cells/{name}"]
-            file[f"cells/{name}"] = values
+        solid = file["ranks/0/solid"]
+        for name in ("stress", "shear_strain", "volume_strain"):
+            values = np.repeat(solid[name][()], _POINTS, axis=1)
+            del solid[name]
+            solid[name] = values
     read_checkpoint(path, full.solver, full.key)
     for _ in range(_FEW_STEPS):
         one_step(full)

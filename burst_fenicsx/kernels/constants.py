@@ -7,7 +7,7 @@ import numpy as np
 # Element erosion: volumes over the initial one.
 
 FOLDED_VOLUME = 2.0
-"""From here on folded metal without strength is eroded: half of the cell is void (measured: docs/theory/contact.md)."""
+"""From here on folded metal without strength is eroded: half of the cell is void."""
 NOTHING_LEFT = 0.1
 """Below, metal without strength is eroded: no pressure of a burst compresses it so far."""
 CRUSHED = 0.3

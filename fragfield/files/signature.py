@@ -51,7 +51,7 @@ def read_signature(folder: Path) -> Signature | None:
     try:
         found = json.loads((folder / SIGNATURE).read_text(encoding="utf-8"))
         return Signature(str(found["who"]), str(found["when"]), dict(found["sha256"]))
-    except FileNotFoundError:
+    except (FileNotFoundError, NotADirectoryError):
         return None
     except (OSError, ValueError, KeyError, TypeError):
         return Signature()

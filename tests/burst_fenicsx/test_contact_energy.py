@@ -67,6 +67,9 @@ def test_what_contact_gives_is_what_a_body_has_lost_and_gains_nothing_from_a_con
         lowest = min(lowest, of_body)
         assert solver.contact.work == pytest.approx(of_body - before, abs=2e-3 * before)
         assert abs(entry.contact_gain) < 1e-8 * before
+        said, contact = solver.contact.summary(), solver.contact
+        stated = [said[name] for name in ("spring_energy", "friction_heat", "work", "gain")]
+        assert stated == [contact.spring_energy, contact.friction, contact.work, contact.gain]
     assert lowest < 0.9 * before  # the spring has been loaded
 
 

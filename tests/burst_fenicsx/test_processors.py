@@ -17,7 +17,7 @@ import hashlib
 import numpy as np
 from numba.core.registry import cpu_target
 from burst_fenicsx.kernels.step.assembly import make_scratch
-from burst_fenicsx.kernels.cells.one_point import move
+from burst_fenicsx.kernels.cells.one_point import STORED_ROWS, move
 from burst_fenicsx.kernels.cells.layout import STRESS, VELOCITY
 from burst_fenicsx.kernels.lanes import LANES
 from burst_fenicsx.kernels.cells.solid import make_solid
@@ -35,7 +35,7 @@ rows[:] = 0.0
 rows[STRESS * LANES : (STRESS + 6) * LANES] = 2e9 * random.standard_normal(6 * LANES)
 trial = rows.copy()
 material = np.array([2.05e11, 0.29, 7850.0, 0.06, 1.5, 0.1, 0.05, 0.0, 4e8, 9e8, 2.0, 5.0])
-make_solid(tresca).return_plastic(material, rows)
+make_solid(tresca, STORED_ROWS).return_plastic(material, rows)
 assert np.isfinite(moved).all() and np.isfinite(rows).all() and (rows != trial).any()
 name = cpu_target.target_context.codegen().magic_tuple()[1]
 print(name, hashlib.sha256(moved.tobytes() + rows.tobytes()).hexdigest())

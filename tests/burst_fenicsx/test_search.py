@@ -10,7 +10,17 @@ from burst_fenicsx.kernels.contact.collisions import find_contacts
 from burst_fenicsx.kernels.contact.search import Bodies, face_boxes, find_candidates, node_normals
 from burst_fenicsx.kernels.contact.springs import CollisionLaw, Collisions
 from burst_fenicsx.kernels.geometry.bilinear import closest_point
+from burst_fenicsx.kernels.geometry.boxes import meet
 from burst_fenicsx.kernels.geometry.smooth_faces import face_vectors
+
+
+def test_boxes_meet_where_they_overlap_along_every_axis():
+    low = np.random.default_rng(4).integers(0, 6, (400, 3)).astype(float)
+    boxes = np.hstack([low, low + np.random.default_rng(5).integers(0, 3, (400, 3))])
+    one = np.array([2.0, 3.0, 1.0, 3.0, 5.0, 4.0])
+    expected = [all(a[i] <= one[3 + i] and one[i] <= a[3 + i] for i in range(3)) for a in boxes]
+    assert 0.05 < np.mean(expected) < 0.6
+    assert meet(boxes, one).tolist() == expected
 
 
 def sheets(count, seed, bodies=4):

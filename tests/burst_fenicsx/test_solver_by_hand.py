@@ -13,9 +13,9 @@ pytest.importorskip("dolfinx")
 from mpi4py import MPI
 
 from burst_fenicsx.errors import NumericalStop
+from burst_fenicsx.kernels.step.assembly import _min_level as min_level
 from burst_fenicsx.mechanics.erosion import check_cells
 from burst_fenicsx.mechanics.nodal_loads import NodalLoads
-from burst_fenicsx.mechanics.solver import _halvings
 from burst_fenicsx.mechanics.step_control import BurningTimes, StepControl
 from burst_fenicsx.mechanics.subcycling import Subcycling
 from burst_fenicsx.problem import IgnitionPoint, Part, TimeStep
@@ -87,11 +87,12 @@ def test_levels_are_chosen_again_when_due_and_early_where_cells_have_got_thin(ch
     assert not control(macro_step=step, chosen_at=0.0, choose_again=0.0).levels_are_due(AFTER)  # all take one step
 
 
-def test_a_number_is_halved_as_often_as_it_is_even():
-    for number in range(1, 130):
-        count = _halvings(number)
-        assert number % 2**count == 0
-        assert number // 2**count % 2 == 1
+@pytest.mark.parametrize("highest", [0, 1, 3, 7])
+def test_cells_end_a_step_with_the_substeps_that_their_own_step_divides(highest):
+    """Of 2^highest substeps those of level l end one with every 2^(highest - l): all of that level or a higher one."""
+    for substep in range(2**highest + 1):
+        ends = [level for level in range(highest + 1) if substep % 2 ** (highest - level) == 0]
+        assert min_level(substep, highest) == ends[0]
 
 
 def charge_of(cells=6, size=2e-3):

@@ -7,7 +7,7 @@ import pytest
 from numba.core.errors import TypingError
 
 from burst_fenicsx.kernels.lanes import LANES, kernel
-from burst_fenicsx.kernels.vectors.nodal_values import add_nodal_forces, gather, gather_means
+from burst_fenicsx.kernels.vectors.nodal_values import add_nodal_forces, make_gather
 from burst_fenicsx.kernels.vectors.transposition import (
     WIDTH,
     add_triples,
@@ -16,6 +16,8 @@ from burst_fenicsx.kernels.vectors.transposition import (
     load_triples,
     store_triples,
 )
+
+gather, gather_means = make_gather(8)
 
 
 @kernel

@@ -1,8 +1,8 @@
 """The gas's pressure on the slide line: spread over its nodes by the integral of both sides' shape functions.
 
 A mortar method: an even pressure loads the casing evenly wherever the charge's nodes have slid to. In three dimensions
-each node's pressure goes to the corners of its face alone, which does there; in the meridian nodes then leave the line
-(measured: docs/theory/contact.md).
+each node's pressure goes to the corners of its face alone, which does there; in the meridian nodes then leave the
+line.
 """
 
 from __future__ import annotations
