@@ -56,7 +56,8 @@ def warm_up() -> dict[str, Any]:
     with tempfile.TemporaryDirectory(prefix="fragfield-") as name:
         case = Path(name) / "warm_up.toml"
         case.write_text(_CASE, encoding="utf-8")
-        runs = run_sweep(plan_sweep(case, [_ROUNDS]), SweepOptions(Path(name) / "runs", quiet=True))["runs"]
+        options = SweepOptions(Path(name) / "runs", quiet=True, keep_runs=True)  # a row alone needs fewer kernels
+        runs = run_sweep(plan_sweep(case, [_ROUNDS]), options)["runs"]
     root = cache_root()
     return {
         "seconds": time.perf_counter() - began,
