@@ -22,7 +22,7 @@ from typer.main import get_command
 
 from burst_fenicsx.materials.library import load_explosive
 from fragfield.case import load_case
-from fragfield.case.schema import Case
+from fragfield.case.schema import CaseTable
 from fragfield.cli import app
 from fragfield_base.substances import is_substance
 from tests.flight.maps import metres, north_up, slope, write
@@ -302,7 +302,7 @@ def test_an_unknown_formula_is_refused():
 
 def test_the_case_reference_has_every_key_of_the_schema(site):
     text = (site / "guide" / "case_file.html").read_text(encoding="utf-8")
-    schema = Case.model_json_schema()
+    schema = CaseTable.model_json_schema()
     keys = {key for table in schema["$defs"].values() for key in table["properties"]}
     assert not {key for key in keys if f"<code>{key}</code>" not in text}
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from typer.main import get_command
 
 from burst_fenicsx.data import DATA_DIRECTORY
-from fragfield.case import Case
+from fragfield.case import CaseTable
 from fragfield.cli import app
 from fragfield.quantities import QUANTITIES, schema
 
@@ -48,7 +48,7 @@ def rows(head: str, body: Iterable[Iterable[str]]) -> str:
 
 def case_reference() -> str:
     """Every table of the case file, as Markdown."""
-    schema = Case.model_json_schema()
+    schema = CaseTable.model_json_schema()
     parts = [_table(schema, "", "Top level")]
     parts += [_table(table, path, title) for path, title, table in _tables(schema["properties"], schema["$defs"])]
     return "\n\n".join(parts)

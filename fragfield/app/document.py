@@ -14,7 +14,7 @@ import tomlkit
 from pydantic import ValidationError
 from tomlkit.exceptions import TOMLKitError
 
-from fragfield.case import Case
+from fragfield.case import CaseTable
 from fragfield.case.load import case_from_document
 from fragfield.case.messages import explain
 from fragfield.case.write import tables_to_toml, toml_value
@@ -83,7 +83,7 @@ class CaseDocument:
         with suppress(OSError, InputError):
             if self._draft.is_file():
                 self._text = read_text(self._draft, InputError, most=_MOST)
-        self._checked: tuple[int, Case | None, list[Fault]] | None = None
+        self._checked: tuple[int, CaseTable | None, list[Fault]] | None = None
 
     def _read(self) -> str:
         if not self.path.is_file():
@@ -165,7 +165,7 @@ class CaseDocument:
         self.version += 1
         self._draft.unlink(missing_ok=True)
 
-    def resolved(self) -> Case | None:
+    def resolved(self) -> CaseTable | None:
         """The case as the command line resolves it; None where it has faults."""
         return self._check()[0]
 
@@ -173,14 +173,14 @@ class CaseDocument:
         """What the command line would refuse, in its own words."""
         return self._check()[1]
 
-    def _check(self) -> tuple[Case | None, list[Fault]]:
+    def _check(self) -> tuple[CaseTable | None, list[Fault]]:
         if self._checked is None or self._checked[0] != self.version:
             version = self.version
             self._checked = (version, *_judged(self._text, self.path))
         return self._checked[1:]
 
 
-def _judged(text: str, path: Path) -> tuple[Case | None, list[Fault]]:
+def _judged(text: str, path: Path) -> tuple[CaseTable | None, list[Fault]]:
     try:
         tables = tomllib.loads(text)
     except (ValueError, RecursionError) as error:
@@ -193,9 +193,9 @@ def _judged(text: str, path: Path) -> tuple[Case | None, list[Fault]]:
     if any(_AND_MORE.match(line) for line in lines):  # the command line shows the first of them; a form all
         with suppress(InputError):
             try:
-                Case.model_validate(tables)
+                CaseTable.model_validate(tables)
             except ValidationError as error:
-                lines = explain(error, Case)
+                lines = explain(error, CaseTable)
     return None, [_fault(line) for line in lines]
 
 

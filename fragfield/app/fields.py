@@ -1,4 +1,4 @@
-"""Fields of the case file as forms need them, from `Case.model_json_schema()`: nothing of them is written twice."""
+"""Fields of the case file as forms need them, from `CaseTable.model_json_schema()`: nothing is written twice."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
-from fragfield.case import Case
+from fragfield.case import CaseTable
 from fragfield.case.changes import read_value
 from fragfield.case.write import toml_value
 from fragfield_base.inputs import Quantity
@@ -67,7 +67,7 @@ class Field:
 
 @cache
 def _schema() -> dict[str, Any]:
-    return Case.model_json_schema()
+    return CaseTable.model_json_schema()
 
 
 @cache

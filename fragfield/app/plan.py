@@ -12,7 +12,7 @@ from fragfield.report.figures.arrangement import outlines
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fragfield.case import Case
+    from fragfield.case import CaseTable
 
 __all__ = ["plan_svg", "round_length"]
 
@@ -20,12 +20,12 @@ _WIDTH, _MOST_HEIGHT, _ROOM = 560.0, 420.0, 0.15
 _MOST_NAMED = 24
 
 
-def plan_svg(case: Case, vertical: int, title: str) -> str:
+def plan_svg(case: CaseTable, vertical: int, title: str) -> str:
     """The rounds of a resolved case seen from above (`vertical` = 1) or along +y (2); images behind planes dashed.
 
     Parameters
     ----------
-    case : Case
+    case : CaseTable
         Resolved.
     vertical : int
         Axis that points upwards in the picture.
@@ -73,7 +73,7 @@ def plan_svg(case: Case, vertical: int, title: str) -> str:
     return f"{head}{''.join(parts)}</svg>"
 
 
-def _ground(case: Case) -> float:
+def _ground(case: CaseTable) -> float:
     from fragfield.case.conversion.surroundings import ground_height
 
     return ground_height(case, *np.mean([entry.position[:2] for entry in case.round], axis=0))

@@ -5,11 +5,11 @@ from __future__ import annotations
 from fragfield.case.changes import changed_document, load_case, load_changed_case
 from fragfield.case.difference import differences
 from fragfield.case.load import read_resolved
-from fragfield.case.schema import Case
+from fragfield.case.schema import CaseTable
 from fragfield.case.write import plain, to_toml
 
 __all__ = [
-    "Case",
+    "CaseTable",
     "changed_document",
     "differences",
     "load_case",

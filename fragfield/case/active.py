@@ -13,14 +13,14 @@ from fragfield.case.write import measured
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from fragfield.case.schema import Case
+    from fragfield.case.schema import CaseTable
 
 __all__ = ["active_tables"]
 
 _EMPTY: tuple[object, ...] = (None, "", [], {})
 
 
-def active_tables(case: Case, *, own_fragments: bool = True) -> dict[str, Any]:
+def active_tables(case: CaseTable, *, own_fragments: bool = True) -> dict[str, Any]:
     """The tables of a resolved case for the report (`fragfield.case.write.measured`), without keys that take no part.
 
     Of a run that flew fragments from a file (not `own_fragments`) burst, rounds and break-up took no part. Empty lists,
@@ -31,7 +31,7 @@ def active_tables(case: Case, *, own_fragments: bool = True) -> dict[str, Any]:
     return {key: value for key, value in tables.items() if value not in _EMPTY}
 
 
-def _inactive(case: Case, *, own_fragments: bool) -> Iterator[str]:
+def _inactive(case: CaseTable, *, own_fragments: bool) -> Iterator[str]:
     """Dotted keys, entries of lists counted from 1."""
     flight = case.flight
     yield from not_read(case)

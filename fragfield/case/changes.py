@@ -16,7 +16,7 @@ from fragfield.terminal.visible_text import visible
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from fragfield.case.schema import Case
+    from fragfield.case.schema import CaseTable
 
 __all__ = [
     "Settings",
@@ -36,7 +36,7 @@ _EVERY = "*"
 _AS_MESSAGES = re.compile(r"\[([1-9]\d{0,5})\]")  # "round[2].casing", entries counted from 1
 
 
-def load_changed_case(path: Path, changes: Mapping[str, Any]) -> Case:
+def load_changed_case(path: Path, changes: Mapping[str, Any]) -> CaseTable:
     """Read, check and resolve a case file with some values replaced, as `changed_document`; the title names them.
 
     Raises InputError as `load_case`: an unknown key with the nearest valid name, a value that is not allowed.
@@ -51,7 +51,7 @@ def load_changed_case(path: Path, changes: Mapping[str, Any]) -> Case:
     return case_from_document(changed, source=source, folder=path.parent)
 
 
-def load_case(path: Path, settings: Settings = (), *, cell_size: str | None = None, burst: bool = True) -> Case:
+def load_case(path: Path, settings: Settings = (), *, cell_size: str | None = None, burst: bool = True) -> CaseTable:
     """Read, check and resolve a case file.
 
     Parameters
@@ -67,7 +67,7 @@ def load_case(path: Path, settings: Settings = (), *, cell_size: str | None = No
 
     Returns
     -------
-    Case
+    CaseTable
         Every default, material, contour and ignition point spelled out, in SI.
 
     Raises

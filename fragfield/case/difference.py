@@ -11,7 +11,7 @@ from fragfield_base.inputs import show
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
-    from fragfield.case.schema import Case
+    from fragfield.case.schema import CaseTable
 
 __all__ = ["differences", "document_differences"]
 
@@ -30,7 +30,7 @@ def _flat(value: object, path: str = "") -> Iterator[tuple[str, Any]]:
         yield path, value
 
 
-def differences(stored: Case, now: Case, within: Sequence[str] | None = None) -> list[str]:
+def differences(stored: CaseTable, now: CaseTable, within: Sequence[str] | None = None) -> list[str]:
     """Lines `key: stored 0.006 m, now 0.008 m`, one per key in which two resolved cases differ.
 
     Titles, notes and sources do not count. `within`: only keys that are one of these or lie in one of these tables.

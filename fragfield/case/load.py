@@ -24,7 +24,7 @@ from fragfield.case.conversion.stack import expanded, stacked_names
 from fragfield.case.conversion.surroundings import altitude_of, site_of
 from fragfield.case.conversion.turned import origin_faults
 from fragfield.case.messages import explain, join_faults
-from fragfield.case.schema import Case
+from fragfield.case.schema import CaseTable
 from fragfield.case.tables.round import (
     CasingTable,
     ContourTable,
@@ -77,12 +77,12 @@ def read_document(path: Path) -> dict[str, Any]:
     return document
 
 
-def read_resolved(path: Path) -> Case:
+def read_resolved(path: Path) -> CaseTable:
     """Read a case that this program has resolved and written; raises InputError where it is not sound."""
     return _validated(read_document(path), str(path))
 
 
-def case_from_document(document: Mapping[str, Any], *, source: str, folder: Path, burst: bool = True) -> Case:
+def case_from_document(document: Mapping[str, Any], *, source: str, folder: Path, burst: bool = True) -> CaseTable:
     """Check and resolve the tables of a case; see `fragfield.case.load_case`."""
     case = _validated(document, source)
     if case.site is not None and case.site.places is not None:
@@ -101,7 +101,7 @@ def case_from_document(document: Mapping[str, Any], *, source: str, folder: Path
     return case
 
 
-def _with_places(document: Mapping[str, Any], case: Case, source: str, folder: Path) -> dict[str, Any]:
+def _with_places(document: Mapping[str, Any], case: CaseTable, source: str, folder: Path) -> dict[str, Any]:
     """The tables of a case with those of its map of places in place of `site.places`."""
     from fragfield.places.tables import tables_of_places
 
@@ -126,13 +126,13 @@ def _raise(source: str, faults: list[str]) -> None:
         raise InputError(join_faults(source, faults))
 
 
-def _validated(document: Mapping[str, Any], source: str) -> Case:
+def _validated(document: Mapping[str, Any], source: str) -> CaseTable:
     _refuse_deep(document, source)
     _raise(source, [f"{key}: found the control character {sign}; allowed: text" for key, sign in hidden_in(document)])
     try:
-        return Case.model_validate(document)
+        return CaseTable.model_validate(document)
     except ValidationError as error:
-        raise InputError(join_faults(source, explain(error, Case))) from None
+        raise InputError(join_faults(source, explain(error, CaseTable))) from None
 
 
 def _refuse_deep(document: Mapping[str, Any], source: str) -> None:
@@ -146,7 +146,7 @@ def _refuse_deep(document: Mapping[str, Any], source: str) -> None:
         waiting += [(first, value, depth + 1) for value in below]
 
 
-def _resolved(case: Case, source: str, folder: Path) -> Case:
+def _resolved(case: CaseTable, source: str, folder: Path) -> CaseTable:
     rounds = []
     for number, entry in enumerate(case.round, start=1):
         key = f"round[{number}]"
@@ -165,7 +165,7 @@ def _resolved(case: Case, source: str, folder: Path) -> Case:
     return with_counts(case.model_copy(update=changes), source, folder)
 
 
-def _casings(case: Case, folder: Path) -> list[Substance]:
+def _casings(case: CaseTable, folder: Path) -> list[Substance]:
     """Casings that rounds name, with all that their files hold."""
     from burst_fenicsx.materials.library import load_substance
 
@@ -174,7 +174,7 @@ def _casings(case: Case, folder: Path) -> list[Substance]:
     return [found for name in names if (found := load_substance("casing", name)) is not None]
 
 
-def _with_files(case: Case, source: str, folder: Path) -> Case:
+def _with_files(case: CaseTable, source: str, folder: Path) -> CaseTable:
     """The case with the files of its flight as absolute paths."""
     flight: dict[str, Any] = {}
     if isinstance(case.flight.drag, str) and case.flight.drag.lower().endswith(".csv"):
@@ -185,7 +185,7 @@ def _with_files(case: Case, source: str, folder: Path) -> Case:
     return case.model_copy(update={"flight": case.flight.model_copy(update=flight)}) if flight else case
 
 
-def _with_altitude(case: Case, source: str) -> Case:
+def _with_altitude(case: CaseTable, source: str) -> CaseTable:
     """The case with the altitude of its air, which a map of heights may say."""
     from flight import InputError as FlightInputError
 

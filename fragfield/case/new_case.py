@@ -11,7 +11,7 @@ from pydantic import BaseModel
 from pydantic_core import PydanticUndefined
 
 from fragfield.case.messages import mark_of, marks_of, tables_in
-from fragfield.case.schema import Case
+from fragfield.case.schema import CaseTable
 from fragfield.case.tables.burst import BurstTable
 from fragfield.case.tables.flight import HazardTable
 from fragfield.case.tables.round import RoundTable
@@ -171,7 +171,7 @@ def commented_case(chosen: Mapping[str, Any], *, every_key: bool = False) -> str
     """
     lines: list[str] = []
     further = []
-    for name, field in Case.model_fields.items():
+    for name, field in CaseTable.model_fields.items():
         value = chosen.get(name)
         models = [model for _, model in tables_in(field.annotation)]
         if not models:

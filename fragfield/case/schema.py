@@ -18,10 +18,10 @@ from fragfield.case.tables.stack import PlaneTable, StackTable
 from fragfield.case.tables.uncertainty import UncertaintyTable
 from fragfield_base.inputs import Bounds, Entries
 
-__all__ = ["Case"]
+__all__ = ["CaseTable"]
 
 
-class Case(Table):
+class CaseTable(Table):
     """Everything that a run depends on. Values are in SI once read; field names are the file's keys."""
 
     title: str = ""

@@ -8,22 +8,22 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-    from fragfield.case.schema import Case
+    from fragfield.case.schema import CaseTable
 
 __all__ = ["measured", "plain", "tables_to_toml", "to_toml", "toml_value"]
 
 
-def plain(case: Case, *, units: bool = False) -> dict[str, Any]:
+def plain(case: CaseTable, *, units: bool = False) -> dict[str, Any]:
     """A case as nested dicts and lists: floats in SI, or with `units` strings as the case file has them."""
     return case.model_dump(mode="json", exclude_none=True, context={"units": "si" if units else None})
 
 
-def measured(case: Case) -> dict[str, Any]:
+def measured(case: CaseTable) -> dict[str, Any]:
     """A case as nested dicts and lists for tables: values with a dimension as `quantities.Measured`."""
     return case.model_dump(mode="python", exclude_none=True, context={"units": "measured"})
 
 
-def to_toml(case: Case, *, brief: bool = False) -> str:
+def to_toml(case: CaseTable, *, brief: bool = False) -> str:
     """A case as the text of a TOML file.
 
     With `brief` for reading: in everyday units, ten digits, and a round that is like another says so.

@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     from burst_fenicsx.meshing import MeshQuality
     from burst_fenicsx.meshing.mesh import CellMesh
     from burst_fenicsx.problem import BurstSettings, Explosive, Mirror, Round
-    from fragfield.case import Case
+    from fragfield.case import CaseTable
     from fragfield.case.tables.round import RoundTable
 
 
@@ -53,7 +53,7 @@ _MASS_TOLERANCE = 0.005
 _FUZE_DENSITIES = (700.0, 8000.0)  # kg/m3: from plastics, partly hollow, to solid steel
 
 
-def check_report(case: Case) -> dict[str, Any]:
+def check_report(case: CaseTable) -> dict[str, Any]:
     """What `fragfield check` reports of a resolved case with a burst.
 
     Returns
@@ -127,7 +127,7 @@ def check_report(case: Case) -> dict[str, Any]:
     }
 
 
-def _stack(expected: Mapping[str, Any], block: Case, counts: tuple[int, ...]) -> dict[str, Any]:
+def _stack(expected: Mapping[str, Any], block: CaseTable, counts: tuple[int, ...]) -> dict[str, Any]:
     """Cost of a large stack on many cores and ranks, and its block that need be computed together."""
     own = check_report(block)["expected"]
     return {
@@ -152,7 +152,7 @@ def _of_drawing(table: RoundTable, found: Mapping[str, Any]) -> dict[str, Any]:
     return made
 
 
-def _prescribed(case: Case, described: Sequence[dict[str, Any]]) -> dict[str, Any]:
+def _prescribed(case: CaseTable, described: Sequence[dict[str, Any]]) -> dict[str, Any]:
     """Official distances, and net explosive quantity and rules by mass."""
     contents = contents_of(case, {"burst": {"rounds": described}})
     rules = [] if contents is None else [asdict(rule) for rule in rules_for(contents, case.official)]
@@ -264,7 +264,7 @@ def _products(explosive: Explosive, settings: BurstSettings) -> dict[str, Any]:
 
 
 def _warnings(
-    case: Case, settings: BurstSettings, described: Sequence[dict[str, Any]], expected: dict[str, Any]
+    case: CaseTable, settings: BurstSettings, described: Sequence[dict[str, Any]], expected: dict[str, Any]
 ) -> Iterator[str]:
     yield from outside_soft(case)
     yield from arrangement_warnings(case)
@@ -295,7 +295,7 @@ def _warnings(
     yield from witness_warnings(case, max(found["outer_diameter"] for found in described))
 
 
-def _mean_mass_warnings(case: Case, rounds: Sequence[Round], described: Sequence[dict[str, Any]]) -> Iterator[str]:
+def _mean_mass_warnings(case: CaseTable, rounds: Sequence[Round], described: Sequence[dict[str, Any]]) -> Iterator[str]:
     """Rounds near which no published mean masses are; a mean mass that is given or fitted needs none."""
     from transition.law.mean_mass_data import outside_data
 
@@ -318,7 +318,7 @@ def _mean_mass_warnings(case: Case, rounds: Sequence[Round], described: Sequence
             )
 
 
-def _heavy_mean(case: Case, described: Sequence[dict[str, Any]]) -> Iterator[str]:
+def _heavy_mean(case: CaseTable, described: Sequence[dict[str, Any]]) -> Iterator[str]:
     """Segments that are lighter than a given mean mass: each stays one piece."""
     mean = float(case.break_up.mean_mass)
     for index in dict.fromkeys(first_alike(case)):
@@ -354,7 +354,7 @@ def _round_warnings(key: str, settings: BurstSettings, found: dict[str, Any]) ->
         yield f"{key}: burst.end_time = {settings.end_time:g} s ends before the front has passed ({passage:.3g} s)"
 
 
-def fragments_report(case: Case, path: Path) -> dict[str, Any]:
+def fragments_report(case: CaseTable, path: Path) -> dict[str, Any]:
     """What a file of fragments or an arena table holds.
 
     Returns
@@ -381,12 +381,12 @@ def fragments_report(case: Case, path: Path) -> dict[str, Any]:
     return {"fragments": {**held, "recovered": recovered.summary()}, "warnings": warnings}
 
 
-def witness_warnings(case: Case, largest_diameter: float) -> Iterator[str]:
+def witness_warnings(case: CaseTable, largest_diameter: float) -> Iterator[str]:
     """Cylinders that a casing may reach before it breaks up, or that cut the foot of an obstacle.
 
     Parameters
     ----------
-    case : Case
+    case : CaseTable
         Resolved, with a burst.
     largest_diameter : float
         Of the rounds (m).

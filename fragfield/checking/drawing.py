@@ -9,14 +9,14 @@ from fragfield.errors import InputError
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from fragfield.case import Case
+    from fragfield.case import CaseTable
 
 __all__ = ["write_drawings"]
 
 _KINDS = ("svg", "png")
 
 
-def write_drawings(case: Case, path: Path) -> list[Path]:
+def write_drawings(case: CaseTable, path: Path) -> list[Path]:
     """Write the drawing of a resolved case's round; of several different rounds one each, numbered.
 
     Raises

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from rich.console import Console
 
-    from fragfield.case import Case
+    from fragfield.case import CaseTable
 
 __all__ = ["check_text", "print_check"]
 
@@ -43,7 +43,7 @@ _ROUND_ROWS = (
 )
 
 
-def print_check(found: Mapping[str, Any], case: Case | None = None) -> None:
+def print_check(found: Mapping[str, Any], case: CaseTable | None = None) -> None:
     """Print what `fragfield.checking.check.check_report` found of a case, and the resolved case where given."""
     console = plain_console()
     _print_found(console, found)

@@ -17,7 +17,7 @@ from fragfield.checking.cost import BYTES_AT_START, EXPANSION_AT_END
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from fragfield.case import Case
+    from fragfield.case import CaseTable
 
 __all__ = ["RANKS", "block_of", "on_cores"]
 
@@ -26,12 +26,12 @@ RANKS = 64
 _EFFICIENCY = 0.82  # of two ranks that have a round each, `benchmarks/README.md`; more have not been measured
 
 
-def block_of(case: Case, clearance: float, diameter: float) -> tuple[Case, tuple[int, ...]] | None:
+def block_of(case: CaseTable, clearance: float, diameter: float) -> tuple[CaseTable, tuple[int, ...]] | None:
     """The smallest block of a row or a pallet in which every round stands as in the whole.
 
     Parameters
     ----------
-    case : Case
+    case : CaseTable
         Resolved, with a burst.
     clearance, diameter : float
         Smallest clear distance of two rounds, and their diameter (m): casings farther apart are accelerated before they

@@ -17,7 +17,7 @@ from fragfield.version import __version__
 from fragfield_base.ambient import surroundings
 
 if TYPE_CHECKING:
-    from fragfield.case.schema import Case
+    from fragfield.case.schema import CaseTable
 
 __all__ = ["provenance_of", "revision", "versions"]
 
@@ -72,12 +72,12 @@ def _git(root: Path, *arguments: str) -> str:
     return subprocess.run(command, capture_output=True, text=True, timeout=10, check=True, env=known).stdout.strip()
 
 
-def provenance_of(case: Case) -> dict[str, str]:
+def provenance_of(case: CaseTable) -> dict[str, str]:
     """What every output file of a run carries.
 
     Parameters
     ----------
-    case : Case
+    case : CaseTable
         The resolved case.
 
     Returns

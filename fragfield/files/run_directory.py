@@ -26,7 +26,7 @@ from fragfield_base.writing import DRAFT, write_text
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
-    from fragfield.case import Case
+    from fragfield.case import CaseTable
 
 __all__ = ["SCRATCH", "STAGES", "RunDirectory", "Stage"]
 
@@ -157,7 +157,7 @@ class RunDirectory:
         """Whether a run has been started here."""
         return self.case_file.is_file()
 
-    def stored_case(self) -> Case:
+    def stored_case(self) -> CaseTable:
         """The case of the run that is here; raises InputError where there is none."""
         if not self.path.is_dir():
             raise InputError(f"{self.path}: no such run directory")
@@ -171,12 +171,12 @@ class RunDirectory:
         summary = self.summary()
         return self.file(stage.result).is_file() and all(part in summary for part in stage.parts)
 
-    def claim(self, case: Case, *, resume: bool = False, overwrite: bool = False) -> None:
+    def claim(self, case: CaseTable, *, resume: bool = False, overwrite: bool = False) -> None:
         """Make the directory ready for a run of a case from its first stage.
 
         Parameters
         ----------
-        case : Case
+        case : CaseTable
             Resolved.
         resume : bool
             Keep what is there; the stored case must be the same.
@@ -206,7 +206,7 @@ class RunDirectory:
             self.remove(list(STAGES.values()), clean=overwrite)
         self.write_case(case)
 
-    def enter(self, case: Case, stage: Stage) -> None:
+    def enter(self, case: CaseTable, stage: Stage) -> None:
         """Make the directory ready for one stage whose earlier stages have run here.
 
         Raises
@@ -229,7 +229,7 @@ class RunDirectory:
         self.write_case(case)
         self.remove(later)
 
-    def check_upstream(self, case: Case, stage: Stage) -> None:
+    def check_upstream(self, case: CaseTable, stage: Stage) -> None:
         """Raise InputError where the stored case differs in a key on which stages before `stage` depend."""
         earlier = list(STAGES.values())[: list(STAGES).index(stage.name)]
         keys = [key for one in earlier if self.file(one.result).is_file() for key in one.keys]
@@ -272,7 +272,7 @@ class RunDirectory:
                 "allowed: a new or an empty folder, or a run's"
             )
 
-    def write_case(self, case: Case) -> None:
+    def write_case(self, case: CaseTable) -> None:
         """Store the resolved case."""
         write_text(self.case_file, stamped_toml(to_toml(case)), InputError)
 

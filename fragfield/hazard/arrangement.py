@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fragfield.case import Case
+    from fragfield.case import CaseTable
     from fragfield.case.conversion.clearance import Body
     from fragfield.case.tables.stack import PlaneTable
 
@@ -25,7 +25,7 @@ __all__ = ["arrangement", "arrangement_warnings", "image_names", "with_images"]
 _SAME_HEIGHT = 1e-6  # of the ground in the burst and in flight (m)
 
 
-def arrangement(case: Case) -> dict[str, Any]:
+def arrangement(case: CaseTable) -> dict[str, Any]:
     """Rounds, smallest clear distance, planes and contact of a resolved case with a burst; SI, angles in degrees.
 
     `attitude` (as `hazard.attitude` of summary.json), `rounds` (name, position, axis, number of ignition points, first
@@ -63,7 +63,7 @@ def arrangement(case: Case) -> dict[str, Any]:
     }
 
 
-def _min_clearance(case: Case, bodies: Sequence[Body]) -> dict[str, Any] | None:
+def _min_clearance(case: CaseTable, bodies: Sequence[Body]) -> dict[str, Any] | None:
     from fragfield.case.conversion.clearance import min_clearance
 
     found = min_clearance(bodies)
@@ -73,7 +73,7 @@ def _min_clearance(case: Case, bodies: Sequence[Body]) -> dict[str, Any] | None:
     return {"rounds": [case.round[first].name, case.round[second].name], "clearance": max(gap, 0.0)}
 
 
-def _plane(case: Case, plane: PlaneTable, bodies: Sequence[Body]) -> dict[str, Any]:
+def _plane(case: CaseTable, plane: PlaneTable, bodies: Sequence[Body]) -> dict[str, Any]:
     from fragfield.case.conversion.burst import rigid_plane
 
     low = [heights(body, plane)[0] for body in bodies]
@@ -90,7 +90,7 @@ def _plane(case: Case, plane: PlaneTable, bodies: Sequence[Body]) -> dict[str, A
     }
 
 
-def with_images(case: Case) -> NDArray[np.float64]:
+def with_images(case: CaseTable) -> NDArray[np.float64]:
     """Positions (m) of the rounds and of all their mirror images, shape (n, 3)."""
     places = np.array([entry.position for entry in case.round], dtype=np.float64)
     for plane in case.plane:
@@ -101,7 +101,7 @@ def with_images(case: Case) -> NDArray[np.float64]:
     return places
 
 
-def image_names(case: Case) -> list[str]:
+def image_names(case: CaseTable) -> list[str]:
     """Names of the rounds and of all their mirror images, in the order of `with_images`."""
     names = [entry.name for entry in case.round]
     for plane in case.plane:
@@ -110,7 +110,7 @@ def image_names(case: Case) -> list[str]:
     return names
 
 
-def arrangement_warnings(case: Case) -> Iterator[str]:
+def arrangement_warnings(case: CaseTable) -> Iterator[str]:
     """What looks doubtful in the places of rounds and planes, and in what passes between them."""
     assert case.burst is not None  # the caller's choice
     waiting = [entry.name for entry in case.round if not entry.ignition]

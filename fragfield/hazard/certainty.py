@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from flight.hazard.density.distance import ExpectedDistance
-    from fragfield.case import Case
+    from fragfield.case import CaseTable
 
 __all__ = [
     "NOT_DETERMINED",
@@ -127,7 +127,7 @@ def single_words(hazard: Mapping[str, Any]) -> str:
     return f"{rounded_metres(found['low'])} to {rounded_metres(found['high'])} m"
 
 
-def beyond_map_words(case: Case, expected: ExpectedDistance) -> str:
+def beyond_map_words(case: CaseTable, expected: ExpectedDistance) -> str:
     """Why a distance is not determined that reaches beyond the map, where the ground is not known; else empty.
 
     `expected` is the distance of the flights of the resolved case.

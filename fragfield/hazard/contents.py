@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from burst_fenicsx.geometry import Profile
-    from fragfield.case import Case
+    from fragfield.case import CaseTable
     from fragfield.case.conversion.clearance import Body
     from fragfield.case.tables.round import RoundTable
 
@@ -90,7 +90,7 @@ def quantity_words(explosive: float, tnt: float, equivalents: Sequence[str]) -> 
     )
 
 
-def contents_of(case: Case, summary: Mapping[str, Any]) -> Contents | None:
+def contents_of(case: CaseTable, summary: Mapping[str, Any]) -> Contents | None:
     """What a resolved case's rounds hold, images behind planes of symmetry too; None for fragments from another source.
 
     Rounds from mesh files take their masses from the burst's part of summary.json; without it there is None.
@@ -155,7 +155,7 @@ def _on_a_line(positions: NDArray[np.float64]) -> bool:
     return bool(np.linalg.norm(from_first - along, axis=1).max() <= _ON_A_LINE)
 
 
-def _clearance(case: Case, profiles: Sequence[Profile]) -> float | None:
+def _clearance(case: CaseTable, profiles: Sequence[Profile]) -> float | None:
     """Smallest clear distance (m) between the rounds of a row and their images."""
     from fragfield.case.conversion.clearance import min_clearance, placed_body
 

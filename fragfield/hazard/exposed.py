@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from flight.hazard.density.distance import ExpectedDistance
     from flight.hazard.ensemble import EnsembleHazard
     from flight.scene.targets import Witness
-    from fragfield.case import Case
+    from fragfield.case import CaseTable
 
 __all__ = ["ExposedPlaces", "ExposedSums", "sum_bound", "share_bound"]
 
@@ -72,7 +72,7 @@ class ExposedPlaces:
     sites: list[ExposedSite]
 
     @classmethod
-    def of(cls, case: Case) -> ExposedPlaces:
+    def of(cls, case: CaseTable) -> ExposedPlaces:
         """Those of a resolved case."""
         return cls(exposed_sites_of(case))
 
@@ -141,7 +141,7 @@ class ExposedSums:
         error = math.sqrt(spread) / n / scale if n > 1 else None
         return {"expected": total / n / scale, "upper": upper / n / scale, "standard_error": error}
 
-    def assess(self, case: Case, found: EnsembleHazard, *, determined: bool = True) -> list[dict[str, Any]]:
+    def assess(self, case: CaseTable, found: EnsembleHazard, *, determined: bool = True) -> list[dict[str, Any]]:
         """Entries of summary.json, one a site (SI, degrees); `determined`: whether all flights ended."""
         entries, first = [], 0
         for site in self.sites:
@@ -151,7 +151,7 @@ class ExposedSums:
         return entries
 
     def _entry(
-        self, case: Case, site: ExposedSite, pieces: range, found: EnsembleHazard, *, determined: bool
+        self, case: CaseTable, site: ExposedSite, pieces: range, found: EnsembleHazard, *, determined: bool
     ) -> dict[str, Any]:
         away = site.edge() - np.asarray(case.flight.origin)
         distance = np.hypot(away[:, 0], away[:, 1])
@@ -187,13 +187,15 @@ class ExposedSums:
         return float(self._energy[pieces.start : pieces.stop].max())
 
     def _values(
-        self, case: Case, site: ExposedSite, pieces: range, found: EnsembleHazard, expected: ExpectedDistance
+        self, case: CaseTable, site: ExposedSite, pieces: range, found: EnsembleHazard, expected: ExpectedDistance
     ) -> dict[str, Any]:
         if site.is_building:
             return self._building(pieces[0], site)
         return self._open(case, pieces, site, None if found.undetermined else expected)
 
-    def _open(self, case: Case, pieces: range, site: ExposedSite, expected: ExpectedDistance | None) -> dict[str, Any]:
+    def _open(
+        self, case: CaseTable, pieces: range, site: ExposedSite, expected: ExpectedDistance | None
+    ) -> dict[str, Any]:
         normal, ground = [], []
         for index, prism in zip(pieces, site.prisms, strict=True):
             normal.append(self._mean("track", index, prism.volume, prism.longest))
@@ -252,7 +254,7 @@ class ExposedSums:
 
 
 def _all_round(
-    case: Case, site: ExposedSite, expected: ExpectedDistance | None
+    case: CaseTable, site: ExposedSite, expected: ExpectedDistance | None
 ) -> dict[str, dict[str, float | None]] | None:
     """Densities over all azimuths, the largest over the distances of a site; None where they are not the site's.
 

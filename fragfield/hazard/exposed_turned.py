@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from flight.hazard.density.distance import ExpectedDistance
     from flight.hazard.ensemble import EnsembleHazard
     from flight.hazard.exposed import Prism
-    from fragfield.case import Case
+    from fragfield.case import CaseTable
     from fragfield.case.conversion.exposed_sites import ExposedSite
 
     Array = NDArray[np.float64]
@@ -68,7 +68,7 @@ class TurnedSums(ExposedSums):
 
     Attributes
     ----------
-    case : Case
+    case : CaseTable
         As turned.
     grid : PolarGrid
         Of the fields.
@@ -78,7 +78,7 @@ class TurnedSums(ExposedSums):
         Whether all azimuths are alike: then the mean over them is taken.
     """
 
-    case: Case | None = None
+    case: CaseTable | None = None
     grid: PolarGrid | None = None
     kernel: float = 10.0
     alike: bool = False
@@ -116,7 +116,12 @@ class TurnedSums(ExposedSums):
         return None  # fields count what is hazardous, not how much
 
     def _values(
-        self, case: Case, site: ExposedSite, pieces: range, found: EnsembleHazard, expected: ExpectedDistance | None
+        self,
+        case: CaseTable,
+        site: ExposedSite,
+        pieces: range,
+        found: EnsembleHazard,
+        expected: ExpectedDistance | None,
     ) -> dict[str, Any]:
         del case, found, expected
         height = site.prisms[0].height

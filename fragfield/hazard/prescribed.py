@@ -15,7 +15,7 @@ from fragfield.hazard.contents import DISPOSAL, SITING
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
-    from fragfield.case import Case
+    from fragfield.case import CaseTable
 
 __all__ = ["USES", "minimum_part", "official_note", "official_part"]
 
@@ -31,7 +31,7 @@ class _Candidate(NamedTuple):
     by: str
 
 
-def official_part(case: Case) -> dict[str, Any] | None:
+def official_part(case: CaseTable) -> dict[str, Any] | None:
     """The part `official` of summary.json: the table of a resolved case and how many rounds stand there; None without.
 
     `covers` is whether the distances are published for as many rounds as stand there with their images, all `alike`;

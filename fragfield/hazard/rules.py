@@ -18,7 +18,7 @@ from fragfield.hazard.tp12 import tp12_part, tp12_rules
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-    from fragfield.case import Case
+    from fragfield.case import CaseTable
     from fragfield.case.tables.site import OfficialTable
     from fragfield.hazard.contents import Contents
     from fragfield.pipeline.single_round import SingleRound
@@ -206,7 +206,7 @@ def _listed(names: tuple[str, ...]) -> str:
     return ", ".join(names) if len(names) <= 3 else f"{', '.join(names[:2])} and {len(names) - 2} more"
 
 
-def rules_of(case: Case, summary: Mapping[str, Any], single: SingleRound) -> dict[str, Any] | None:
+def rules_of(case: CaseTable, summary: Mapping[str, Any], single: SingleRound) -> dict[str, Any] | None:
     """The part `rules` of summary.json; None where the case has no rounds. `single` is one of its rounds alone."""
     contents = contents_of(case, summary)
     if contents is None:

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from flight.hazard.contours import Contour
     from flight.hazard.ensemble import EnsembleHazard
     from flight.hazard.site import Site
-    from fragfield.case import Case
+    from fragfield.case import CaseTable
     from fragfield.files.run_directory import RunDirectory
 
     Array = NDArray[np.float64]
@@ -136,7 +136,7 @@ class Shape:
 
 
 def shapes_of(
-    case: Case, found: EnsembleHazard, exposed: Sequence[Mapping[str, Any]], recommended: float | None
+    case: CaseTable, found: EnsembleHazard, exposed: Sequence[Mapping[str, Any]], recommended: float | None
 ) -> list[Shape]:
     """All shapes of a resolved case and its flights: terrain first, so that it is drawn below the rest.
 
@@ -187,7 +187,7 @@ def to_contours(shapes: Sequence[Shape], site: Site, origin: tuple[float, float]
     return sorted(made, key=lambda one: order.index(one.folder))
 
 
-def _distances(case: Case, found: EnsembleHazard) -> Iterator[Shape]:
+def _distances(case: CaseTable, found: EnsembleHazard) -> Iterator[Shape]:
     from flight.hazard.contours import outline, smooth_outline
 
     expected, origin = found.expected, np.asarray(case.flight.origin)
@@ -202,7 +202,7 @@ def _distances(case: Case, found: EnsembleHazard) -> Iterator[Shape]:
             yield Shape(kind, KINDS[kind], points, properties={"largest_m": round(float(reach.max()), 1)})
 
 
-def _recommended(case: Case, distance: float | None) -> Iterator[Shape]:
+def _recommended(case: CaseTable, distance: float | None) -> Iterator[Shape]:
     """The recommended distance, a circle about the origin of distances."""
     if distance is None:
         return
@@ -212,7 +212,7 @@ def _recommended(case: Case, distance: float | None) -> Iterator[Shape]:
     yield Shape("recommended", name, points, properties={"distance_m": round(distance, 3)})
 
 
-def _obstacles(case: Case) -> Iterator[Shape]:
+def _obstacles(case: CaseTable) -> Iterator[Shape]:
     for one in case.obstacle:
         yield Shape("obstacle", one.name, outline_of(one), properties={"obstacle": one.kind, "height_m": one.height})
 
@@ -269,7 +269,7 @@ def terrain_lines(ground: HeightMap, extent: tuple[Array, Array]) -> Iterator[Sh
 
 
 def write_contours(
-    case: Case, found: EnsembleHazard, target: RunDirectory, provenance: Mapping[str, str],
+    case: CaseTable, found: EnsembleHazard, target: RunDirectory, provenance: Mapping[str, str],
     exposed: Sequence[Mapping[str, Any]], recommended: float | None,
 ) -> None:  # fmt: skip
     """Write contours.geojson and contours.kml into the run directory, or nothing without a table [site].

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from flight.hazard.tp12 import BeamDistance, PolarField, StackDistance
-    from fragfield.case import Case
+    from fragfield.case import CaseTable
     from fragfield.pipeline.single_round import SingleRound
 
 __all__ = ["BEAM", "STACK", "stack_counts", "tp12_part", "tp12_rules"]
@@ -27,7 +27,7 @@ _SOURCE = "DDESB Technical Paper 12 (Zaker 1975)"
 _BASIS = "single round's break-up"
 
 
-def tp12_part(case: Case, single: SingleRound) -> dict[str, Any]:
+def tp12_part(case: CaseTable, single: SingleRound) -> dict[str, Any]:
     """What the paper's procedure gives for a resolved case, as `rules.tp12` of summary.json.
 
     Returns
@@ -55,7 +55,7 @@ def tp12_part(case: Case, single: SingleRound) -> dict[str, Any]:
     return part
 
 
-def tp12_rules(case: Case, part: Mapping[str, Any]) -> Iterator[Rule]:
+def tp12_rules(case: CaseTable, part: Mapping[str, Any]) -> Iterator[Rule]:
     """The same as rules beside the others; `part` from `tp12_part`."""
     from flight.hazard.tp12 import SUPERSONIC_DRAG
     from flight.shape import FORGED_STEEL_SHELL, HEAVY_PIECES_OF_STACKS
@@ -117,14 +117,14 @@ def stack_counts(positions: ArrayLike) -> tuple[int, int]:
     return max(sides), top
 
 
-def _counts(case: Case) -> tuple[int, int, int]:
+def _counts(case: CaseTable) -> tuple[int, int, int]:
     """Rounds on a side and on top, as the case gives or has them, and all of them."""
     positions, rule = with_images(case), case.hazard.stack_rule
     side, top = stack_counts(positions)
     return rule.side if rule.side is not None else side, rule.top if rule.top is not None else top, len(positions)
 
 
-def _beam(case: Case, field: PolarField) -> BeamDistance:
+def _beam(case: CaseTable, field: PolarField) -> BeamDistance:
     from flight.hazard.retardation import Retardation
     from flight.hazard.tp12 import beam_distance
     from flight.shape import FORGED_STEEL_SHELL
@@ -136,7 +136,7 @@ def _beam(case: Case, field: PolarField) -> BeamDistance:
     return beam_distance(field, retardation, hazard_criteria(case))
 
 
-def _stack(case: Case, field: PolarField, side: int, top: int) -> tuple[StackDistance, float]:
+def _stack(case: CaseTable, field: PolarField, side: int, top: int) -> tuple[StackDistance, float]:
     from flight.hazard.tp12 import effective_number, stack_distance
     from fragfield.case.conversion.stages import hazard_criteria
 
@@ -146,7 +146,7 @@ def _stack(case: Case, field: PolarField, side: int, top: int) -> tuple[StackDis
     return stack_distance(field, number, criteria, density=density, gravity=case.flight.gravity), number
 
 
-def _air(case: Case) -> tuple[float, float]:
+def _air(case: CaseTable) -> tuple[float, float]:
     """Density (kg/m3) and speed of sound (m/s) on the ground at the origin."""
     from fragfield.case.conversion.stages import flight_arguments
     from fragfield.case.conversion.surroundings import ground_height

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fragfield.case import Case
+    from fragfield.case import CaseTable
     from fragfield.case.conversion.exposed_sites import ExposedSite
 
 __all__ = ["criterion_of", "criterion_words", "governing", "no_margin", "part_of_criterion", "verdict_of"]
@@ -26,7 +26,7 @@ _VALUES = {
 _WORDS = {"density": "density", "probability": "probability of a hit", "hits": "expected hits"}
 
 
-def criterion_of(case: Case, site: ExposedSite) -> tuple[str, float]:
+def criterion_of(case: CaseTable, site: ExposedSite) -> tuple[str, float]:
     """Quantity and limit of a site's criterion: "density" (1/m2), "probability" or "hits"."""
     table = site.table
     if table.max_probability is not None:
@@ -66,7 +66,7 @@ def criterion_words(entry: Mapping[str, Any]) -> str:
     return f"{_WORDS[quantity]}, at most {most}"
 
 
-def no_margin(case: Case, site: ExposedSite) -> str:
+def no_margin(case: CaseTable, site: ExposedSite) -> str:
     """Why a site has no margin in metres to the line of the expected density; empty where it has one.
 
     The line says where people in the open meet the density of `hazard`. It says nothing of a site that is judged by

@@ -19,7 +19,7 @@ from fragfield_base.writing import write_text
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from fragfield.case.schema import Case as Resolved
+    from fragfield.case.schema import CaseTable as Resolved
 
 __all__ = ["Case", "case_of"]
 
@@ -47,7 +47,7 @@ class Case:
 
     Attributes
     ----------
-    values : fragfield.case.Case
+    values : fragfield.case.CaseTable
         The resolved case with every default, numbers in SI: `case.values.hazard.energy` is 79.0 (J).
     """
 

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from flight import Fragments
     from flight.arena import ArenaTable
-    from fragfield.case import Case
+    from fragfield.case import CaseTable
     from fragfield.case.conversion.recovered_mass import RecoveredMass
 
 __all__ = ["arena_basis", "arena_of", "arena_realisation", "read_arena", "write_arena"]
@@ -24,7 +24,7 @@ __all__ = ["arena_basis", "arena_of", "arena_realisation", "read_arena", "write_
 _log = logging.getLogger(__name__)
 
 
-def read_arena(path: Path | None, case: Case) -> tuple[ArenaTable, RecoveredMass] | None:
+def read_arena(path: Path | None, case: CaseTable) -> tuple[ArenaTable, RecoveredMass] | None:
     """The table of a file with the numbers that are flown, and what of the casing it holds; None: no arena table.
 
     Raises
@@ -46,7 +46,7 @@ def read_arena(path: Path | None, case: Case) -> tuple[ArenaTable, RecoveredMass
     return table.scaled(recovered.factor), recovered
 
 
-def arena_realisation(table: ArenaTable, case: Case, number: int) -> Fragments:
+def arena_realisation(table: ArenaTable, case: CaseTable, number: int) -> Fragments:
     """Fragments of all rounds of a case, each alone; of a case without rounds one upright round 1 m up."""
     from flight import Fragments
 
@@ -68,7 +68,7 @@ def arena_realisation(table: ArenaTable, case: Case, number: int) -> Fragments:
     )  # fmt: skip
 
 
-def arena_basis(case: Case) -> tuple[str, tuple[float, ...]]:
+def arena_basis(case: CaseTable) -> tuple[str, tuple[float, ...]]:
     """Basis of the hazard distance of an arena table, and mirror planes, as `hazard_directions`."""
     from fragfield.case.conversion.directions import even_surroundings
     from fragfield.case.conversion.stages import hazard_directions
@@ -78,7 +78,7 @@ def arena_basis(case: Case) -> tuple[str, tuple[float, ...]]:
     return ("all_azimuths" if even_surroundings(case) else "worst_direction"), ()
 
 
-def arena_of(case: Case, realisations: Sequence[Fragments]) -> ArenaTable | None:
+def arena_of(case: CaseTable, realisations: Sequence[Fragments]) -> ArenaTable | None:
     """Mean table of one round; None where rounds behind planes of symmetry look another way than those before them."""
     from flight.arena import ArenaTable
 
@@ -95,7 +95,7 @@ def arena_of(case: Case, realisations: Sequence[Fragments]) -> ArenaTable | None
     return ArenaTable.of(realisations, axes)
 
 
-def write_arena(case: Case, realisations: Sequence[Fragments], path: Path, provenance: Mapping[str, str]) -> None:
+def write_arena(case: CaseTable, realisations: Sequence[Fragments], path: Path, provenance: Mapping[str, str]) -> None:
     """Write arena.csv of a break-up, where it has one."""
     table = arena_of(case, realisations) if case.round and any(len(one) for one in realisations) else None
     if table is None:

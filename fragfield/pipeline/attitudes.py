@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
     from flight import Fragments
     from flight.hazard.ensemble import EnsembleHazard
-    from fragfield.case import Case
+    from fragfield.case import CaseTable
     from fragfield.pipeline.ensemble import FlownEnsemble
     from fragfield.pipeline.job import Job
     from transition import BreakUp
@@ -203,7 +203,7 @@ def _both_ways(steps: tuple[float, ...]) -> list[float]:
     return [sign * step for step in steps[1:] for sign in (-1.0, 1.0)]
 
 
-def attitudes_of(case: Case) -> int:
+def attitudes_of(case: CaseTable) -> int:
     """How many attitudes of the coarse grid a resolved case of mixed attitudes is flown in."""
     return len(coarse_attitudes(Arrangement(case)))
 

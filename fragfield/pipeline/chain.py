@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
     from typing import Any
 
-    from fragfield.case import Case
+    from fragfield.case import CaseTable
     from fragfield.files.run_directory import RunDirectory, Stage
     from fragfield.pipeline.job import RunOptions
 
@@ -102,7 +102,7 @@ def _waiting(job: Job) -> list[Stage]:
     return stages[done:]
 
 
-def _warn_of_values(case: Case, team: Team) -> None:
+def _warn_of_values(case: CaseTable, team: Team) -> None:
     """Say in the log which values of the case are unusual; the report asks the case itself."""
     for words in outside_soft(case) if team.first else ():
         _log.warning("%s", words)
@@ -114,7 +114,7 @@ def _warn_of_locks(directory: RunDirectory, team: Team) -> None:
         _log.warning("%s: this file system has no locks; start no second run in it", directory.path)
 
 
-def _enter(options: RunOptions, stage: Stage, held: ExitStack) -> Case:
+def _enter(options: RunOptions, stage: Stage, held: ExitStack) -> CaseTable:
     """Read the case and make the directory ready for one stage after the burst."""
     import flight
 
@@ -135,7 +135,7 @@ def _enter(options: RunOptions, stage: Stage, held: ExitStack) -> Case:
     return case
 
 
-def _check_inputs(case: Case, source: RunDirectory, stage: Stage) -> None:
+def _check_inputs(case: CaseTable, source: RunDirectory, stage: Stage) -> None:
     if stage.needs and not source.file(stage.needs).is_file():
         maker = next(one.name for one in STAGES.values() if one.result == stage.needs)
         raise InputError(f"{source.file(stage.needs)}: no such file; run `fragfield {maker}` first")
@@ -158,14 +158,14 @@ def _read_inputs(source: RunDirectory, stage: Stage) -> None:
         check_sound(burst, InputError)
 
 
-def _prepared(options: RunOptions, team: Team, held: ExitStack, stage: Stage) -> tuple[Case, RunDirectory]:
+def _prepared(options: RunOptions, team: Team, held: ExitStack, stage: Stage) -> tuple[CaseTable, RunDirectory]:
     """Read the case, lock and claim the directory on rank 0; its error ends every rank with the same exit code.
 
     For one `stage`, or for the whole run, from its first. The lock is `held`; a report, which only adds
     its page, takes none.
     """
     if not team.first:
-        received: tuple[Case | None, int] = team.broadcast()
+        received: tuple[CaseTable | None, int] = team.broadcast()
         if received[0] is None:
             sys.exit(received[1])
         return received[0], options.directory

@@ -22,7 +22,7 @@ from fragfield.quantities import shown
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from fragfield.case import Case
+    from fragfield.case import CaseTable
     from fragfield.pipeline.ensemble import FlownEnsemble
     from fragfield.pipeline.job import Job
 
@@ -95,7 +95,7 @@ def convergence_of(job: Job, flown: FlownEnsemble, headline: Mapping[str, Any]) 
     }
 
 
-def with_cells(case: Case, size: float, realisations: int, geometry: str) -> Case:
+def with_cells(case: CaseTable, size: float, realisations: int, geometry: str) -> CaseTable:
     """The case with cells of another size (m) and so many realisations, without what the quantities do not need."""
     assert case.burst is not None
     output = case.burst.output.model_copy(update={"interval": case.burst.time_limit})
@@ -151,7 +151,7 @@ def _own_result(burst: Mapping[str, Any], flown: FlownEnsemble, headline: Mappin
     return _Result(burst["cell_size"], burst["cells"], number, values, errors)
 
 
-def _computed(job: Job, case: Case, words: list[str]) -> _Result | None:
+def _computed(job: Job, case: CaseTable, words: list[str]) -> _Result | None:
     """The quantities of a case with other cells; None where they cannot be computed, and `words` says why."""
     import transition
     from fragfield.case.conversion.stages import break_up_settings

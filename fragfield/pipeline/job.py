@@ -20,7 +20,7 @@ from fragfield_base.paths import start_folder
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from fragfield.case import Case
+    from fragfield.case import CaseTable
     from fragfield.case.conversion.turned import Turned
     from fragfield.files.run_directory import Stage
     from fragfield.pipeline.parallel import Team
@@ -56,7 +56,7 @@ class RunOptions:
         Numbers alone, for a sweep: no report, no files for visualisation, no other cell sizes.
     profile : bool
         Time the parts of the burst.
-    made : Case, optional
+    made : CaseTable, optional
         The resolved case, instead of a file's; `target` is then its run directory, and a stage's case is this one.
     follow : callable, optional
         Called with the progress, on rank 0.
@@ -73,7 +73,7 @@ class RunOptions:
     settings: Settings = ()
     lean: bool = False
     profile: bool = False
-    made: Case | None = None
+    made: CaseTable | None = None
     follow: Callable[[Progress], object] | None = None
 
     @property
@@ -86,7 +86,7 @@ class RunOptions:
         words += [f"--cell-size {self.cell_size}"] if self.cell_size is not None else []
         return " ".join([*words, *(f"--set {one}" for one in _listed(self.settings))])
 
-    def case(self, *, burst: bool = True) -> Case:
+    def case(self, *, burst: bool = True) -> CaseTable:
         """The resolved case of the file, or of the run directory; raises InputError."""
         if self.made is not None:
             return self.made
@@ -96,7 +96,7 @@ class RunOptions:
             return self._loaded(stored.case_file, burst=burst)
         return self._loaded(self.target, burst=burst)
 
-    def _loaded(self, path: Path, *, burst: bool) -> Case:
+    def _loaded(self, path: Path, *, burst: bool) -> CaseTable:
         return load_case(path, self.settings, cell_size=self.cell_size, burst=burst)
 
     @property
@@ -120,7 +120,7 @@ class Job:
 
     Attributes
     ----------
-    case : Case
+    case : CaseTable
         Resolved.
     source, target : RunDirectory
         Where the stage reads and writes; the same but for `--out`.
@@ -138,7 +138,7 @@ class Job:
         What has been put into summary.json.
     """
 
-    case: Case
+    case: CaseTable
     source: RunDirectory
     target: RunDirectory
     team: Team

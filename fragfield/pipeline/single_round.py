@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from burst_fenicsx import BurstResult
     from flight import Fragments
     from flight.hazard.tp12 import PolarField
-    from fragfield.case import Case
+    from fragfield.case import CaseTable
     from fragfield.case.tables.round import IgnitionTable
     from fragfield.pipeline.job import Job
     from transition import Snapshot
@@ -90,7 +90,7 @@ def single_round(job: Job, realisations: Sequence[Fragments]) -> SingleRound:
     return SingleRound(PolarField.of(fragments), f"the round alone, burst in its meridian with cells of {size:.3g} mm")
 
 
-def _fragments(job: Job, case: Case, snapshot: Snapshot) -> list[Fragments]:
+def _fragments(job: Job, case: CaseTable, snapshot: Snapshot) -> list[Fragments]:
     import transition
     from fragfield.case.conversion.stages import break_up_settings
 
@@ -102,7 +102,7 @@ def _fragments(job: Job, case: Case, snapshot: Snapshot) -> list[Fragments]:
 _LOGGERS = ("fragfield", "burst_fenicsx", "transition", "flight", "py.warnings")
 
 
-def side_burst(job: Job, case: Case) -> tuple[BurstResult, Snapshot]:
+def side_burst(job: Job, case: CaseTable) -> tuple[BurstResult, Snapshot]:
     """Burst a case on one rank; its result and the state at its end. Its files are removed."""
     from burst_fenicsx import simulate
     from fragfield.case.conversion.burst import burst_rounds
@@ -135,7 +135,7 @@ def silent() -> Iterator[None]:
             one.setLevel(level)
 
 
-def single_round_case(case: Case) -> tuple[Case | None, str]:
+def single_round_case(case: CaseTable) -> tuple[CaseTable | None, str]:
     """The case of one round alone, burst in its meridian with the same settings and cells.
 
     Rounds may differ in name, position, axis and delay, and those that wait for the shock of a neighbour are taken to

@@ -18,7 +18,7 @@ from fragfield_base.substances import substance_title
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from fragfield.case import Case
+    from fragfield.case import CaseTable
     from fragfield.report.blocks import Finding
     from fragfield.report.reading.run_files import RunFiles
 
@@ -113,7 +113,7 @@ def _rounds(run: RunFiles) -> Iterator[Row]:
         yield Row("Number of rounds", f"{number(len(run.rounds))}{behind}")
 
 
-def _site(case: Case) -> Iterator[Row]:
+def _site(case: CaseTable) -> Iterator[Row]:
     ground = case.flight.ground
     ricochet = "no ricochet" if ground.ricochet == "none" else f"ricochet off {ground.ricochet.replace('_', ' ')}"
     yield Row("Ground", f"{'map of heights' if ground.map is not None else 'flat'}, {ricochet}")

@@ -16,7 +16,7 @@ from fragfield.errors import EXIT_DONE, EXIT_INTERRUPTED, exit_code_of, message_
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from fragfield.case import Case
+    from fragfield.case import CaseTable
     from transition import Snapshot
 
     Burst = tuple[Mapping[str, Any], Snapshot]
@@ -41,7 +41,7 @@ def answer_of(results: Callable[[], dict[str, Any]]) -> tuple[int, str]:
         return exit_code_of(error), message_of(error)
 
 
-def burst_of(case: Case, scratch: Path | None = None) -> Burst:
+def burst_of(case: CaseTable, scratch: Path | None = None) -> Burst:
     """The burst's summary, and the state at its end.
 
     Its files lie in a folder within `scratch`, where that is there, else within the machine's own, and are removed.
@@ -83,7 +83,7 @@ def _kept(key: object, make: Callable[[], Burst]) -> Burst:
     return _last[key]
 
 
-def flown_parts(case: Case, burst: Burst, threads: int = 1) -> dict[str, Any]:
+def flown_parts(case: CaseTable, burst: Burst, threads: int = 1) -> dict[str, Any]:
     """Break the casings up and fly the fragments as a run does, to the same numbers.
 
     Returns

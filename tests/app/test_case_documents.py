@@ -19,7 +19,7 @@ from fragfield.app.workspace import STATE, Workspace, safe_name
 from fragfield.case import load_case
 from fragfield.case.messages import tables_in
 from fragfield.case.new_case import write_new_case
-from fragfield.case.schema import Case
+from fragfield.case.schema import CaseTable
 from fragfield.errors import InputError
 from fragfield_base import errors
 
@@ -155,7 +155,7 @@ def _tables(model: type[BaseModel], path: tuple[str, ...] = ()):
 
 
 def test_every_key_of_the_case_has_a_field():
-    for path, model in _tables(Case):
+    for path, model in _tables(CaseTable):
         kind = getattr(model.model_fields.get("kind"), "annotation", None)
         words = getattr(kind, "__args__", ())
         word = str(words[0]) if len(words) == 1 else ""

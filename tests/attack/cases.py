@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from pydantic import BaseModel
 
 from fragfield.case.messages import marks_of, tables_in
-from fragfield.case.schema import Case
+from fragfield.case.schema import CaseTable
 from fragfield.case.write import toml_value
 from fragfield_base.inputs import Quantity, Vector
 from tests.fragfield.short_run import SHORT
@@ -105,7 +105,7 @@ def _paths(
             yield from _paths(table, (*above, name, 0) if listed else (*above, name))
 
 
-_FIELDS = dict(_paths(Case))
+_FIELDS = dict(_paths(CaseTable))
 _ALL = sorted(_FIELDS, key=str)
 _SIZES = st.one_of(
     st.floats(-12, 12).map(lambda power: 10.0**power),
@@ -204,7 +204,7 @@ def fault_of(code: int, out: str, words: str, file: str) -> str | None:
     for fault in faults:
         if re.fullmatch(r"and \d+ more", fault):
             continue
-        if re.split(r"[.\[:]", fault)[0] not in Case.model_fields and not _ODD.search(fault):
+        if re.split(r"[.\[:]", fault)[0] not in CaseTable.model_fields and not _ODD.search(fault):
             return f"the key is not said: {fault[:400]}"
         if not _FOUND.search(fault):
             return f"what was found is not said: {fault[:400]}"

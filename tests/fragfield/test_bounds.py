@@ -12,7 +12,7 @@ from fragfield.case import load_case
 from fragfield.case.checks.bounds import bounds_of, outside_hard, outside_soft
 from fragfield.case.load import case_from_document
 from fragfield.case.messages import marks_of, tables_in
-from fragfield.case.schema import Case
+from fragfield.case.schema import CaseTable
 from fragfield.errors import InputError
 from fragfield_base.inputs import UNIT_BOUNDS, Bounds, OnlyWith, Quantity, Vector
 from fragfield_base.units import DIMENSIONS
@@ -30,7 +30,7 @@ def _fields(model: type[BaseModel], above=""):
             yield from _fields(table, path)
 
 
-FIELDS = dict(_fields(Case))
+FIELDS = dict(_fields(CaseTable))
 
 
 def test_every_unit_has_bounds():
@@ -60,7 +60,7 @@ def test_a_key_that_another_excludes_names_a_key_of_its_table():
 
     found = [
         (model.model_fields, mark)
-        for model in tables(Case)
+        for model in tables(CaseTable)
         for field in model.model_fields.values()
         for mark in marks_of(field)
         if isinstance(mark, OnlyWith)
@@ -76,9 +76,9 @@ def _component(field):
     return next((mark for mark in marks if isinstance(mark, Quantity)), None)
 
 
-def _alone(key: str, value: object) -> Case:
+def _alone(key: str, value: object) -> CaseTable:
     """A case that has this value and nothing else but its defaults."""
-    table, chosen, *steps = Case, Case, *key.split(".")
+    table, chosen, *steps = CaseTable, CaseTable, *key.split(".")
     models: list[type[BaseModel]] = []
     for step, after in zip(steps, [*steps[1:], None], strict=True):
         models.append(chosen)

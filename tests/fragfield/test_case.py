@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from pydantic_core import PydanticUndefined
 
-from fragfield.case import Case, differences, load_case, read_resolved, to_toml
+from fragfield.case import CaseTable, differences, load_case, read_resolved, to_toml
 from fragfield.case.load import case_from_document
 from fragfield.case.messages import marks_of, tables_in
 from fragfield.case.tables.break_up import BreakUpTable
@@ -104,7 +104,7 @@ def test_the_schema_offers_every_field_of_the_stages_and_their_defaults():
 
 
 def test_the_reference_can_be_generated_from_the_schema():
-    schema = Case.model_json_schema()
+    schema = CaseTable.model_json_schema()
     size = schema["$defs"]["BurstTable"]["properties"]["cell_size"]
     assert size["unit"] == "m"
     assert size["description"].startswith("Target edge length of the cells")
@@ -160,7 +160,7 @@ def _tables(model, found=None):
 
 
 def _defaults():
-    for name, table in _tables(Case).items():
+    for name, table in _tables(CaseTable).items():
         for key, field in table.model_fields.items():
             marks = [mark for mark in marks_of(field) if isinstance(mark, Quantity)]
             if marks and field.default is not PydanticUndefined and isinstance(field.default, float):
@@ -183,7 +183,7 @@ def test_a_default_is_what_is_read_where_it_is_written_down(mark, default):
 
 
 def test_density_of_hazard_is_the_rule_as_people_write_it():
-    assert Quantity("1/m^2", "x").parse("1 / (55.7 m^2)") == Case().hazard.density
+    assert Quantity("1/m^2", "x").parse("1 / (55.7 m^2)") == CaseTable().hazard.density
 
 
 def test_writing_the_default_angles_down_is_no_other_case(tmp_path):

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 import fragfield
-from fragfield.case import Case, load_case, plain
+from fragfield.case import CaseTable, load_case, plain
 from fragfield.errors import exit_code_of
 from tests.fragfield.case_documents import flat
 from tests.fragfield.short_run import ROOT, invoke, python
@@ -188,7 +188,7 @@ def test_check_shows_the_resolved_case_where_asked():
     ):
         assert part in text
     assert not re.search(r"\d{12}", text)
-    again = flat(plain(Case.model_validate(tomllib.loads(text))))
+    again = flat(plain(CaseTable.model_validate(tomllib.loads(text))))
     for key, value in flat(plain(load_case(ROOT / "cases" / "m107_tnt.toml"))).items():
         assert again[key] == (pytest.approx(value, rel=1e-9) if isinstance(value, float) else value), key
 

@@ -114,7 +114,7 @@ def test_the_programs_own_errors_of_files_are_faults_of_the_program(error, code)
 
 def _run(part: str, tolerance: float = 0.05, **values) -> RunFiles:
     document = {"burst": {"cell_size": "6 mm", "energy_tolerance": tolerance}}
-    case = fragfield.case.Case.model_validate(document)
+    case = fragfield.case.CaseTable.model_validate(document)
     return RunFiles(Path("x"), case=case, summary={part: values})
 
 

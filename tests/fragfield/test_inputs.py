@@ -8,7 +8,7 @@ from typing import Annotated, ClassVar, Literal
 import pytest
 from pydantic import ValidationError
 
-from fragfield.case import Case
+from fragfield.case import CaseTable
 from fragfield.case.checks.bounds import choice_faults, not_read, outside_hard, outside_soft
 from fragfield.case.messages import explain
 from fragfield.case.tables.base import Table, values_of
@@ -108,7 +108,7 @@ def test_the_stage_refuses_the_same(values, message):
 
 
 def test_an_example_and_a_limit_of_another_dimension_cannot_stand_in_a_table():
-    for table in Case.model_json_schema()["$defs"].values():
+    for table in CaseTable.model_json_schema()["$defs"].values():
         for entry in table["properties"].values():
             if entry.get("unit", "1") != "1" and entry.get("type") == "string":
                 assert isinstance(Quantity(entry["unit"], "x").parse(entry["examples"][0]), float)

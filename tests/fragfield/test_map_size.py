@@ -22,7 +22,7 @@ from tests.fragfield.short_run import invoke
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from fragfield.case import Case
+    from fragfield.case import CaseTable
 
 CASE = """
 [burst]
@@ -42,7 +42,7 @@ beyond = "level"
 SITE = '[site]\nlatitude = "52 deg"\nlongitude = "7 deg"\nbearing = "90 deg"\n'
 
 
-def read(folder: Path, half: float, more: str = "") -> Case:
+def read(folder: Path, half: float, more: str = "") -> CaseTable:
     """The case on a level map of this half-width (m), which reaches 100 m farther west."""
     columns, rows = round(half / 50.0) * 2 + 3, round(half / 50.0) * 2 + 1
     head = f"ncols {columns}\nnrows {rows}\nxllcenter {-half - 100.0}\nyllcenter {-half}\ncellsize 50\n"

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from docs.hooks.reference import summary_reference
-from fragfield.case import Case
+from fragfield.case import CaseTable
 from fragfield.hazard.certainty import margin_metres, metres, metres_and_error, whole_metres
 from fragfield.numbers import UNKNOWN, number, of_case, row
 from fragfield.quantities import QUANTITIES, quantity, schema, shown
@@ -67,7 +67,7 @@ def test_values_of_the_case_have_their_units(value, shown):
 
 def inputs(document: dict, **summary: object) -> list[str]:
     """Names of the rows of the annex of inputs, by table."""
-    run = RunFiles(Path("x"), case=Case.model_validate(document), summary=dict(summary))
+    run = RunFiles(Path("x"), case=CaseTable.model_validate(document), summary=dict(summary))
     return [f"{table.title}: {one.name}" for table in input_tables(run) for one in table.rows]
 
 
@@ -137,7 +137,7 @@ def reported(part: str, witness: list | None = None, records: list | None = None
     summary: dict = {part: values, "findings": records}
     if witness is not None:
         summary["witness"] = witness
-    run = RunFiles(Path("x"), case=Case.model_validate({"burst": {"cell_size": "6 mm"}}), summary=summary)
+    run = RunFiles(Path("x"), case=CaseTable.model_validate({"burst": {"cell_size": "6 mm"}}), summary=summary)
     return [(item.weight, item.text) for item in findings(run)]
 
 

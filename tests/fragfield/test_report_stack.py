@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fragfield.case import Case
+from fragfield.case import CaseTable
 from fragfield.hazard.shock_exposure import exposed_rounds, exposure_words
 from fragfield.report.blocks import Rows, Table
 from fragfield.report.findings.findings import findings
@@ -72,13 +72,13 @@ def test_ignition_and_initiation_are_reported_in_words():
         {**ROUND, "name": "b", "position": ["0.1 m", "0.0 m", "1.0 m"], "ignition": [],
          "initiation": {"pressure": "5e9 Pa", "duration": "2e-07 s"}},
     ]  # fmt: skip
-    run = RunFiles(None, case=Case.model_validate({"round": rounds}))
+    run = RunFiles(None, case=CaseTable.model_validate({"round": rounds}))
     from fragfield.report.tables.rounds import arrangement_table
 
     (found,) = arrangement_table(run)
     assert [line[-1] for line in found.lines] == ["at 0 and 3 µs", "by 5 GPa held for 0.200 µs"]
     assert found.lines[0][1:5] == ("100", "0", "1,000", "0, 0, 1")
-    alone = RunFiles(None, case=Case.model_validate({"round": rounds[:1]}))
+    alone = RunFiles(None, case=CaseTable.model_validate({"round": rounds[:1]}))
     assert not list(arrangement_table(alone)), "one round stands in its own table"
 
 
@@ -150,7 +150,7 @@ def reported(case=None, records=(), **burst):
     tables = {"burst": {"cell_size": "0.01 m"}, **(case or {})}
     tables["round"] = [{**ROUND, **one} for one in tables.get("round", ())]
     summary = {"burst": burst, "findings": list(records)}
-    run = RunFiles(None, case=Case.model_validate(tables), summary=summary)
+    run = RunFiles(None, case=CaseTable.model_validate(tables), summary=summary)
     return [(item.weight, item.text) for item in findings(run)]
 
 

@@ -26,7 +26,7 @@ from tests.fragfield.short_run import invoke
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from fragfield.case import Case
+    from fragfield.case import CaseTable
 
 GROUND = """
 [flight.ground]
@@ -329,7 +329,7 @@ PLANE = '[[plane]]\nname = "yard"\nkind = "ground"\nheight = "2 m"\n'
 STACK = '[stack]\narrangement = "{arrangement}"\n{count}\ngap = "0 mm"\nbase = "ground"\n'
 
 
-def read(folder: Path, attitude: str, *, ground: str = "", more: str = "", z: str = "0 m") -> Case:
+def read(folder: Path, attitude: str, *, ground: str = "", more: str = "", z: str = "0 m") -> CaseTable:
     rows = "\n".join(" ".join(f"{0.01 * (x - 500.0):.3f}" for x in range(0, 1001, 100)) for _ in range(11))
     text = "ncols 11\nnrows 11\nxllcenter -500\nyllcenter -500\ncellsize 100\nNODATA_value -9999\n"
     (folder / "slope.asc").write_text(text + rows + "\n")
@@ -338,7 +338,7 @@ def read(folder: Path, attitude: str, *, ground: str = "", more: str = "", z: st
     return load_case(path)
 
 
-def lowest(case: Case) -> list[float]:
+def lowest(case: CaseTable) -> list[float]:
     """Smallest height (m) of every round, and of its mesh where a plane is in the burst."""
     outsides = (placed, partial(meshed, cell_size=case.burst.cell_size))[: 2 if case.plane else 1]
     return [min(outside(one).reach((0.0, 0.0, 1.0))[0] for outside in outsides) for one in case.round]

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from fragfield.app.page import CasePage
-    from fragfield.case import Case
+    from fragfield.case import CaseTable
 
 __all__ = ["content", "take_answer"]
 
@@ -150,7 +150,7 @@ def _holder(page: CasePage, files: list[str]) -> None:
     place = box()
 
 
-def _held(page: CasePage, case: Case, path: Path) -> tuple[str, str]:
+def _held(page: CasePage, case: CaseTable, path: Path) -> tuple[str, str]:
     """What a file of fragments holds, in words of the command line, and its polar plot."""
     from fragfield.checking.check import fragments_report
     from fragfield.pipeline.arena import read_arena

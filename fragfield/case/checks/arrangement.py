@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from fragfield.case.conversion.clearance import Body
-    from fragfield.case.schema import Case
+    from fragfield.case.schema import CaseTable
     from fragfield.case.tables.stack import PlaneTable
 
 __all__ = ["check_places", "check_planes"]
@@ -25,7 +25,7 @@ _DIRECTION = "the direction from the plane to the rounds, for example normal = [
 _NEAR_CELLS, _NEAR_RADII = 0.2, 0.02  # more than the corners of any mesh lie outside of the contour
 
 
-def check_planes(case: Case) -> Iterator[str]:
+def check_planes(case: CaseTable) -> Iterator[str]:
     """Faults of the tables [[plane]] that show before they are resolved."""
     faultless = []
     for number, entry in enumerate(case.plane, start=1):
@@ -55,7 +55,7 @@ def _plane(key: str, entry: PlaneTable) -> Iterator[str]:
         yield f"{key}.normal: found [0, 0, 0]; allowed: {_DIRECTION}"
 
 
-def check_places(case: Case, stacked: Sequence[str] = ()) -> Iterator[str]:
+def check_places(case: CaseTable, stacked: Sequence[str] = ()) -> Iterator[str]:
     """Faults of a resolved case; `stacked` are the rounds that come from [stack]."""
     from fragfield.case.conversion.placing import placed
 
@@ -70,7 +70,7 @@ def check_places(case: Case, stacked: Sequence[str] = ()) -> Iterator[str]:
     yield from _buried(case, bodies, keys)
 
 
-def _overlaps(case: Case, bodies: Sequence[Body], keys: Sequence[str], stacked: Sequence[str]) -> Iterator[str]:
+def _overlaps(case: CaseTable, bodies: Sequence[Body], keys: Sequence[str], stacked: Sequence[str]) -> Iterator[str]:
     from fragfield.case.conversion.clearance import clearance, near_pairs
     from fragfield.case.conversion.placing import meshed
 
@@ -94,7 +94,7 @@ def _overlaps(case: Case, bodies: Sequence[Body], keys: Sequence[str], stacked: 
                 )
 
 
-def _behind(case: Case, plane: PlaneTable, bodies: Sequence[Body], keys: Sequence[str]) -> Iterator[str]:
+def _behind(case: CaseTable, plane: PlaneTable, bodies: Sequence[Body], keys: Sequence[str]) -> Iterator[str]:
     from fragfield.case.conversion.placing import heights, meshed
 
     assert plane.normal is not None  # resolved
@@ -140,7 +140,7 @@ def _span(body: Body) -> tuple[float, float]:
     return 0.5 * (low - high), 0.5 * (high - low)
 
 
-def _buried(case: Case, bodies: Sequence[Body], keys: Sequence[str]) -> Iterator[str]:
+def _buried(case: CaseTable, bodies: Sequence[Body], keys: Sequence[str]) -> Iterator[str]:
     for entry, body, key in zip(case.round, bodies, keys, strict=True):
         ground = ground_height(case, *entry.position[:2])
         lowest = body.reach((0.0, 0.0, 1.0))[0]

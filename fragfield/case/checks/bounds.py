@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from pydantic.fields import FieldInfo
 
-    from fragfield.case.schema import Case
+    from fragfield.case.schema import CaseTable
 
 __all__ = ["bounds_of", "choice_faults", "not_read", "outside_hard", "outside_soft", "quantities_of"]
 
@@ -64,7 +64,7 @@ def bounds_of(field: FieldInfo) -> Bounds:
     return mark_of(field, Bounds) or UNIT_BOUNDS[_unit(field)]
 
 
-def outside_hard(case: Case) -> Iterator[str]:
+def outside_hard(case: CaseTable) -> Iterator[str]:
     """Faults: numbers, lists and texts that are impossible, as `key: found ...; allowed: ...`."""
     for path, value, field in quantities_of(case):
         key = _NUMBER.sub("", path)
@@ -86,7 +86,7 @@ def outside_hard(case: Case) -> Iterator[str]:
             yield f"{path}: found {list(_numbers(value))}; allowed: a direction, at least {_SHORTEST:g} long"
 
 
-def outside_soft(case: Case) -> Iterator[str]:
+def outside_soft(case: CaseTable) -> Iterator[str]:
     """Warnings: numbers that are unusual, each with what is usual and why."""
     seen = set()
     for path, value, field in quantities_of(case):

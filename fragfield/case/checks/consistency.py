@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from burst_fenicsx.problem import ProductModel
-    from fragfield.case.schema import Case
+    from fragfield.case.schema import CaseTable
     from fragfield.case.tables.burst import BurstTable
     from fragfield.case.tables.flight import FlightTable, WitnessTable
     from fragfield.case.tables.round import RoundTable
@@ -32,7 +32,7 @@ __all__ = ["check_case", "check_charges"]
 _MOST_STATES = 100_000
 
 
-def check_case(case: Case, *, burst: bool = True) -> list[str]:
+def check_case(case: CaseTable, *, burst: bool = True) -> list[str]:
     """Faults of a case as read, that show before names are resolved; `burst`: it must describe one."""
     faults = list(outside_hard(case))
     if faults:
@@ -58,7 +58,7 @@ def check_case(case: Case, *, burst: bool = True) -> list[str]:
     return faults
 
 
-def check_charges(case: Case, stacked: Sequence[str] = ()) -> list[str]:
+def check_charges(case: CaseTable, stacked: Sequence[str] = ()) -> list[str]:
     """Faults of a resolved case: heat of detonation, product constants, ignition, masses, positions of the rounds.
 
     `stacked` are the names of the rounds that stand for [stack].
@@ -79,7 +79,7 @@ def check_charges(case: Case, stacked: Sequence[str] = ()) -> list[str]:
     return faults or list(check_places(case, stacked))
 
 
-def _complete(case: Case) -> Iterator[str]:
+def _complete(case: CaseTable) -> Iterator[str]:
     if case.burst is None:
         yield 'burst: missing; needed: a table [burst] with cell_size, for example cell_size = "6 mm"'
     if not case.round:
@@ -183,7 +183,7 @@ def _products(key: str, products: ProductModel, explosive: ExplosiveTable) -> It
         )
 
 
-def _delays(case: Case, key: str, entry: RoundTable) -> Iterator[str]:
+def _delays(case: CaseTable, key: str, entry: RoundTable) -> Iterator[str]:
     """Points that would ignite only after the burst is over: nothing would burst, or not what the case says."""
     if case.burst is None:
         return

@@ -12,7 +12,7 @@ from fragfield.case.conversion.placing import first_alike, masses_of
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from fragfield.case.schema import Case
+    from fragfield.case.schema import CaseTable
     from fragfield.case.tables.round import RoundTable
 
 __all__ = ["TOLERANCE", "check_expected", "likely_cause", "unit_faults"]
@@ -46,7 +46,7 @@ def likely_cause(factor: float) -> str:
     return next((words for known, words in _CAUSES if abs(factor / known - 1.0) < _NEAR), "")
 
 
-def check_expected(case: Case) -> Iterator[str]:
+def check_expected(case: CaseTable) -> Iterator[str]:
     """Faults of a resolved case: masses that are off by more than `TOLERANCE`, one line for rounds that are alike."""
     seen = set()
     for number, (entry, first) in enumerate(zip(case.round, first_alike(case), strict=True), start=1):

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from burst_fenicsx.problem import Round
-    from fragfield.case.schema import Case
+    from fragfield.case.schema import CaseTable
     from transition import BreakUpSettings
 
 __all__ = ["SegmentMean", "check_numbers", "expected_means"]
@@ -69,7 +69,7 @@ def expected_means(item: Round, settings: BreakUpSettings) -> list[SegmentMean]:
     return found
 
 
-def check_numbers(case: Case, settings: BreakUpSettings, *, margin: float = _MARGIN) -> Iterator[str]:
+def check_numbers(case: CaseTable, settings: BreakUpSettings, *, margin: float = _MARGIN) -> Iterator[str]:
     """Faults of a resolved case: more fragments than are computed, or segments of which grades hold none.
 
     `margin` is the factor by which an estimated mean mass may be wrong; with 1 the lines are what is to be expected.

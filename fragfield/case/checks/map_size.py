@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from flight import Fragments
-    from fragfield.case.schema import Case
+    from fragfield.case.schema import CaseTable
 
     Array = NDArray[np.float64]
 
@@ -33,13 +33,13 @@ _LEVEL = "beyond its edge the ground is taken as level, and a distance that reac
 _OTHER_ALTITUDE = 100.0  # m, between the air's altitude and the map's height, beyond which that is said
 
 
-def map_faults(case: Case, fragments: Fragments | None = None) -> Iterator[str]:
+def map_faults(case: CaseTable, fragments: Fragments | None = None) -> Iterator[str]:
     """A map that ends before the farthest throw of the rounds, or of given fragments, where that is refused."""
     if case.flight.ground.beyond == "refuse":
         yield from _short(case, fragments, 'allowed: beyond = "level" (see the guide, "Your map"), or a map')
 
 
-def map_warnings(case: Case, fragments: Fragments | None = None) -> Iterator[str]:
+def map_warnings(case: CaseTable, fragments: Fragments | None = None) -> Iterator[str]:
     """A map that ends before the farthest throw, where level ground beyond it is allowed, and what else is doubtful."""
     ground = ground_of(case)
     if isinstance(ground, float):
@@ -57,7 +57,7 @@ def map_warnings(case: Case, fragments: Fragments | None = None) -> Iterator[str
         yield f"flight.ground.map: {ground.facts['position']}; say where the rounds stand by a table [site]"
 
 
-def given_on_map(case: Case, path: Path) -> list[str]:
+def given_on_map(case: CaseTable, path: Path) -> list[str]:
     """Warnings for fragments of a file on the case's map; raises InputError where they may fly beyond it."""
     from flight import Fragments
 
@@ -69,7 +69,7 @@ def given_on_map(case: Case, path: Path) -> list[str]:
     return list(map_warnings(case, fragments))
 
 
-def _short(case: Case, fragments: Fragments | None, end: str) -> Iterator[str]:
+def _short(case: CaseTable, fragments: Fragments | None, end: str) -> Iterator[str]:
     ground = ground_of(case)
     if isinstance(ground, float):
         return
@@ -90,7 +90,7 @@ def _short(case: Case, fragments: Fragments | None, end: str) -> Iterator[str]:
         )
 
 
-def farthest_throw(case: Case) -> float | None:
+def farthest_throw(case: CaseTable) -> float | None:
     """Distance (m) that the heaviest and fastest fragment to be expected may fly; None without masses to go by.
 
     Of every wall the piece of which one is expected in a hundred events by Mott's distribution, N(> m) = N0
@@ -118,7 +118,7 @@ def farthest_throw(case: Case) -> float | None:
     return float(_range(case, mass, speed).max())
 
 
-def farthest_flight(case: Case, fragments: Fragments) -> float:
+def farthest_flight(case: CaseTable, fragments: Fragments) -> float:
     """Distance (m) that given fragments may fly, each at the best elevation: of those that none outdoes in both."""
     # the mass that with the case's shape factor has the fragment's area per mass
     mass = fragments.mass * (fragments.shape_factor / case.flight.shape_factor) ** 2
@@ -128,7 +128,7 @@ def farthest_flight(case: Case, fragments: Fragments) -> float:
     return float(_range(case, mass[front], speed[front]).max())
 
 
-def _range(case: Case, mass: Array, speed: Array) -> Array:
+def _range(case: CaseTable, mass: Array, speed: Array) -> Array:
     """Largest horizontal ranges (n,) of fragments (kg, m/s) over `_ELEVATIONS`, back to the height of launch."""
     from flight import FlightWarning, Fragments, fly
     from fragfield.case.conversion.stages import flight_arguments

@@ -29,7 +29,7 @@ from fragfield_base.inputs import show
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from fragfield.case.schema import Case
+    from fragfield.case.schema import CaseTable
     from fragfield.case.tables.round import RoundTable
     from transition import BreakUpSettings
 
@@ -39,7 +39,7 @@ _MOST_CELLS = 20_000_000  # of the hazard distance: 160 MB a field, of which a b
 _NAMED = re.compile(r"^(witness|obstacle) (.+?): ")
 
 
-def stage_faults(case: Case) -> Iterator[str]:
+def stage_faults(case: CaseTable) -> Iterator[str]:
     """Faults of a resolved case that its stages would find, as lines `key: ...`."""
     yield from _cells(case)
     yield from _break_up(case)
@@ -50,7 +50,7 @@ def stage_faults(case: Case) -> Iterator[str]:
     yield from _hazard(case)
 
 
-def _cells(case: Case) -> Iterator[str]:
+def _cells(case: CaseTable) -> Iterator[str]:
     """A cell size with which a round of a profile has no mesh, or one that is too large."""
     from burst_fenicsx.axisymmetric.mesh import check_meridian_size
     from burst_fenicsx.errors import InputError
@@ -71,7 +71,7 @@ def _cells(case: Case) -> Iterator[str]:
             return
 
 
-def _break_up(case: Case) -> Iterator[str]:
+def _break_up(case: CaseTable) -> Iterator[str]:
     from transition import InputError
 
     try:
@@ -126,7 +126,7 @@ def _stations(key: str, entry: RoundTable, stations: tuple[float, ...]) -> Itera
         )
 
 
-def _flight(case: Case) -> Iterator[str]:
+def _flight(case: CaseTable) -> Iterator[str]:
     """Drag tables, maps, surfaces, obstacles, the integrator's limits."""
     from flight import InputError
 
@@ -138,7 +138,7 @@ def _flight(case: Case) -> Iterator[str]:
         yield _keyed(case, str(error))
 
 
-def _keyed(case: Case, text: str) -> str:
+def _keyed(case: CaseTable, text: str) -> str:
     """A message of the flight with the key of the case in front."""
     if found := _NAMED.match(text):
         kind, name = found.groups()
@@ -150,7 +150,7 @@ def _keyed(case: Case, text: str) -> str:
     return f"flight.{text.replace('contact: ', 'collisions: ', 1) if text.startswith('contact: ') else text}"
 
 
-def _hazard(case: Case) -> Iterator[str]:
+def _hazard(case: CaseTable) -> Iterator[str]:
     """Criteria, sectors and distance cells of the hazard distance, and the rule for stacks."""
     from flight import InputError
     from flight.hazard.density.directions import Directions

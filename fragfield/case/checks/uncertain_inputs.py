@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from pydantic import BaseModel
     from pydantic.fields import FieldInfo
 
-    from fragfield.case.schema import Case
+    from fragfield.case.schema import CaseTable
     from fragfield.case.tables.uncertainty import UncertainInputTable
 
 __all__ = ["check_uncertainty", "parameters_of", "unit_of_key"]
@@ -36,9 +36,9 @@ def unit_of_key(key: str) -> str | None:
     ValueError
         There is no such key, or it holds a table; the text is that of a message without the key.
     """
-    from fragfield.case.schema import Case
+    from fragfield.case.schema import CaseTable
 
-    models: list[type[BaseModel]] = [Case]
+    models: list[type[BaseModel]] = [CaseTable]
     field: FieldInfo | None = None
     in_list = False
     for step in key.split("."):
@@ -69,7 +69,7 @@ def unit_of_key(key: str) -> str | None:
     return "" if "float" in words and "tuple" not in words and "list" not in words else None
 
 
-def check_uncertainty(case: Case) -> Iterator[str]:
+def check_uncertainty(case: CaseTable) -> Iterator[str]:
     """Faults of the table, as `key: found ...; allowed: ...`."""
     if case.uncertainty is None:
         return

@@ -14,7 +14,7 @@ from fragfield.case.conversion.surroundings import bearing_of, direction_words
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from fragfield.case.schema import Case
+    from fragfield.case.schema import CaseTable
     from fragfield.case.tables.round import RoundTable
 
 __all__ = ["attitude_faults", "attitude_of", "attitude_words", "axis_of", "is_mixed", "with_axes"]
@@ -33,12 +33,12 @@ def axis_of(inclination: float, azimuth: float) -> Vector:
     return x, y, z
 
 
-def is_mixed(case: Case) -> bool:
+def is_mixed(case: CaseTable) -> bool:
     """Whether the attitude of the rounds is "any"."""
     return any(entry.attitude == "any" for entry in case.round)
 
 
-def with_axes(case: Case) -> Case:
+def with_axes(case: CaseTable) -> CaseTable:
     """The case with `axis` in place of every attitude but "any"."""
     if all(entry.attitude is None and entry.azimuth is None for entry in case.round):
         return case
@@ -53,7 +53,7 @@ def _with_axis(entry: RoundTable) -> RoundTable:
     return entry.model_copy(update={"axis": axis, "attitude": None, "azimuth": None})
 
 
-def attitude_faults(case: Case) -> Iterator[str]:
+def attitude_faults(case: CaseTable) -> Iterator[str]:
     """Faults of attitude, azimuth and axis of a case as read, as lines `key: found ...; allowed: ...`."""
     for number, entry in enumerate(case.round, start=1):
         key = f"round[{number}]"
@@ -75,7 +75,7 @@ def attitude_faults(case: Case) -> Iterator[str]:
         yield from _mixed_faults(case)
 
 
-def _mixed_faults(case: Case) -> Iterator[str]:
+def _mixed_faults(case: CaseTable) -> Iterator[str]:
     """What does not turn with the rounds, so that no envelope over attitudes can be computed with it."""
     first = next(number for number, entry in enumerate(case.round, start=1) if entry.attitude == "any")
     key = f'round[{first}].attitude: found "any"'
@@ -103,7 +103,7 @@ def _mixed_faults(case: Case) -> Iterator[str]:
             )
 
 
-def _site_faults(case: Case, key: str) -> Iterator[str]:
+def _site_faults(case: CaseTable, key: str) -> Iterator[str]:
     """Exposed sites that the densities over all directions of the nose say nothing of."""
     for number, entry in enumerate(case.exposed, start=1):
         own = [name for name in ("energy", "height") if getattr(entry, name, None) is not None]
@@ -119,12 +119,12 @@ def _site_faults(case: Case, key: str) -> Iterator[str]:
         )
 
 
-def attitude_of(case: Case, *, given: bool = False) -> dict[str, Any]:
+def attitude_of(case: CaseTable, *, given: bool = False) -> dict[str, Any]:
     """Attitude of the rounds of a resolved case, as `hazard.attitude` of summary.json has it.
 
     Parameters
     ----------
-    case : Case
+    case : CaseTable
         Resolved.
     given : bool
         Whether the fragments are those of a file, which have an attitude of their own.
@@ -188,7 +188,7 @@ def _near(angle: float) -> float:
     return float(round(angle)) if abs(angle - round(angle)) < _SAME else angle
 
 
-def _words(case: Case, inclination: float, azimuth: float | None) -> str:
+def _words(case: CaseTable, inclination: float, azimuth: float | None) -> str:
     if azimuth is None:
         return "upright, nose up" if inclination == 0.0 else "upright, nose down"
     how = "lying" if inclination == 90.0 else f"inclined by {inclination:.4g} deg from upright"

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Literal
 from fragfield.case.conversion.stack import expanded
 
 if TYPE_CHECKING:
-    from fragfield.case.schema import Case
+    from fragfield.case.schema import CaseTable
     from fragfield.case.tables.round import RoundTable
 
 from fragfield.case.conversion.burst import burst_rounds, settings_in
@@ -36,7 +36,7 @@ class GeometryChoice:
         return f"{_NAMES[self.geometry]}: {self.reason}"
 
 
-def burst_geometry(case: Case) -> GeometryChoice:
+def burst_geometry(case: CaseTable) -> GeometryChoice:
     """Choose the geometry of a resolved case with a burst.
 
     An `auto` that can be axisymmetric is: one round of revolution, initiated on its axis, with no plane within reach.
@@ -51,7 +51,7 @@ def burst_geometry(case: Case) -> GeometryChoice:
     return GeometryChoice("axisymmetric", "one round of revolution, initiated on its axis, out of reach of any plane")
 
 
-def check_geometry(case: Case) -> list[str]:
+def check_geometry(case: CaseTable) -> list[str]:
     """Faults of a resolved case that asks for an axisymmetric burst and cannot have it."""
     if case.burst is None or case.burst.geometry != "axisymmetric":
         return []
@@ -61,7 +61,7 @@ def check_geometry(case: Case) -> list[str]:
     return [f'burst.geometry: found "axisymmetric", but {reason}; allowed here: "3d", or "auto", which chooses it']
 
 
-def _obstacle(case: Case) -> str | None:
+def _obstacle(case: CaseTable) -> str | None:
     """Why the burst cannot be axisymmetric; None where it can."""
     from burst_fenicsx.axisymmetric.applicability import why_not_axisymmetric
 
@@ -71,7 +71,7 @@ def _obstacle(case: Case) -> str | None:
 _PARALLEL = 1e-9  # 1 - |cosine| below which two directions are one
 
 
-def is_axisymmetric(case: Case) -> bool:
+def is_axisymmetric(case: CaseTable) -> bool:
     """Whether a resolved case is a single round of revolution, initiated on its axis, with nothing beside it.
 
     A plane across the axis (the ground below an upright round) keeps the symmetry; any other plane breaks it.
@@ -87,7 +87,7 @@ def is_axisymmetric(case: Case) -> bool:
     return all(plane.normal is not None and _parallel(plane.normal, only.axis) for plane in case.plane)
 
 
-def all_azimuths_alike(case: Case) -> bool:
+def all_azimuths_alike(case: CaseTable) -> bool:
     """Whether every azimuth has the same expected hazard as far as the rounds go: one upright axisymmetric round."""
     return is_axisymmetric(case) and upright(expanded(case)[0])
 

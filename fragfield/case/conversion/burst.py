@@ -21,7 +21,7 @@ if TYPE_CHECKING:
         RigidPlane,
         Round,
     )
-    from fragfield.case.schema import Case
+    from fragfield.case.schema import CaseTable
     from fragfield.case.tables.burst import ContactTable
     from fragfield.case.tables.round import RoundTable
     from fragfield.case.tables.stack import PlaneTable
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 __all__ = ["burst_round", "burst_rounds", "degrees_of", "rigid_plane", "settings_in"]
 
 
-def burst_rounds(case: Case) -> list[Round]:
+def burst_rounds(case: CaseTable) -> list[Round]:
     """Rounds of the burst stage, in the order of the file."""
     made: dict[str, Profile] = {}
     return [burst_round(entry, f"round[{number}]", made) for number, entry in enumerate(case.round, start=1)]
@@ -85,7 +85,7 @@ def _casing(table: CasingTable) -> CasingMaterial:
     return CasingMaterial(**values)
 
 
-def settings_in(case: Case, geometry: Geometry) -> BurstSettings:
+def settings_in(case: CaseTable, geometry: Geometry) -> BurstSettings:
     """Settings of the burst stage in a geometry, whatever the case asks for; the case must have a table [burst]."""
     from burst_fenicsx.problem import BurstSettings, Hourglass, Leakage, TimeStep, Viscosity
 

@@ -17,7 +17,7 @@ from fragfield.case.conversion.placing import mirrored
 from fragfield.case.conversion.stack import expanded
 
 if TYPE_CHECKING:
-    from fragfield.case.schema import Case
+    from fragfield.case.schema import CaseTable
 
 __all__ = ["even_surroundings", "hazard_basis", "mirror_planes"]
 
@@ -27,7 +27,7 @@ _STEP = 15.0  # degrees between the planes that are tried
 Basis = Literal["all_azimuths", "worst_direction"]
 
 
-def hazard_basis(case: Case) -> Basis:
+def hazard_basis(case: CaseTable) -> Basis:
     """Whether all azimuths have the same expected hazard: one upright axisymmetric round over level, empty ground."""
     if not all_azimuths_alike(case) or not even_surroundings(case):
         return "worst_direction"
@@ -36,7 +36,7 @@ def hazard_basis(case: Case) -> Basis:
     return "all_azimuths" if centred else "worst_direction"
 
 
-def mirror_planes(case: Case) -> tuple[float, ...]:
+def mirror_planes(case: CaseTable) -> tuple[float, ...]:
     """Azimuths (degrees, from 0 to 180) of vertical planes through the origin that mirror a resolved case on itself.
 
     Rounds with their images behind planes of symmetry, axes, contents, ignition points and delays, and rigid planes are
@@ -66,14 +66,14 @@ def mirror_planes(case: Case) -> tuple[float, ...]:
     return tuple(found)
 
 
-def even_surroundings(case: Case) -> bool:
+def even_surroundings(case: CaseTable) -> bool:
     """Whether air and ground are the same in every direction."""
     wind = case.flight.wind
     still = wind.speed == 0.0 and not any(wind.speeds or ())
     return still and case.flight.ground.map is None and not case.obstacle
 
 
-def _bodies(case: Case) -> list[tuple[Any, Any, str]]:
+def _bodies(case: CaseTable) -> list[tuple[Any, Any, str]]:
     """Position, axis and contents of every round and of its images behind planes of symmetry."""
     bodies: list[tuple[Any, Any, str]] = []
     for one in expanded(case):

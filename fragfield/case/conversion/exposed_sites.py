@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from flight.hazard.exposed import Prism
     from flight.scene.walls import StoppingWall
-    from fragfield.case.schema import Case
+    from fragfield.case.schema import CaseTable
     from fragfield.case.tables.exposed import BarrierTable, ExposedTable
     from fragfield.case.tables.ground import ObstacleTable
 
@@ -84,7 +84,7 @@ class ExposedSite:
         return np.concatenate(parts)
 
 
-def check_exposed(case: Case) -> Iterator[str]:
+def check_exposed(case: CaseTable) -> Iterator[str]:
     """Faults of the tables [[exposed]] as read."""
     for number, entry in enumerate(case.exposed, start=1):
         key = f"exposed[{number}]"
@@ -100,7 +100,7 @@ def check_exposed(case: Case) -> Iterator[str]:
             yield f'{key}.target_area: missing; hits on a road need the area of a vehicle, such as "10 m^2"'
 
 
-def _placing(case: Case, key: str, entry: ExposedTable) -> Iterator[str]:
+def _placing(case: CaseTable, key: str, entry: ExposedTable) -> Iterator[str]:
     if isinstance(entry, ExposedBuildingTable) and entry.obstacle is not None:
         names = [one.name for one in case.obstacle if isinstance(one, BuildingTable)]
         if entry.obstacle not in names:
@@ -123,7 +123,7 @@ def _placing(case: Case, key: str, entry: ExposedTable) -> Iterator[str]:
         yield from _one_of(case, key, ("points", "points_on_earth"), here, on_earth)
 
 
-def _one_of(case: Case, key: str, names: tuple[str, str], here: bool, on_earth: bool) -> Iterator[str]:
+def _one_of(case: CaseTable, key: str, names: tuple[str, str], here: bool, on_earth: bool) -> Iterator[str]:
     second = "latitude and longitude" if names[1] == "latitude" else names[1]
     if here == on_earth:
         found = "both" if here else "neither"
@@ -132,7 +132,7 @@ def _one_of(case: Case, key: str, names: tuple[str, str], here: bool, on_earth: 
         yield f"{key}.{names[1]}: found without a table [site], which says where the rounds stand"
 
 
-def resolved_exposed(case: Case) -> list[ExposedTable]:
+def resolved_exposed(case: CaseTable) -> list[ExposedTable]:
     """The tables with x and y instead of latitude and longitude."""
     site, origin = site_of(case), case.flight.origin
 
@@ -153,7 +153,7 @@ def resolved_exposed(case: Case) -> list[ExposedTable]:
     return made
 
 
-def exposed_sites_of(case: Case) -> list[ExposedSite]:
+def exposed_sites_of(case: CaseTable) -> list[ExposedSite]:
     """The exposed sites of a resolved case; raises flight's InputError for one that cannot be counted."""
     from flight.errors import InputError
 
@@ -166,7 +166,7 @@ def exposed_sites_of(case: Case) -> list[ExposedSite]:
     return sites
 
 
-def _exposed_site(case: Case, entry: ExposedTable) -> ExposedSite:
+def _exposed_site(case: CaseTable, entry: ExposedTable) -> ExposedSite:
     from flight.errors import InputError
 
     energy = case.hazard.energy if entry.energy is None else entry.energy
@@ -208,7 +208,7 @@ def outline_of(obstacle: ObstacleTable) -> Array:
     return _rectangle((x, y), float(np.hypot(*way)), foot, math.atan2(way[1], way[0]))
 
 
-def _building(case: Case, entry: ExposedBuildingTable, energy: float) -> tuple[Array, Prism]:
+def _building(case: CaseTable, entry: ExposedBuildingTable, energy: float) -> tuple[Array, Prism]:
     from flight.hazard.exposed import Prism
 
     if entry.obstacle is not None:
@@ -236,7 +236,7 @@ def _wall(table: BarrierTable | None) -> StoppingWall | None:
     return None if table is None else StoppingWall(**table.model_dump())
 
 
-def _open(case: Case, entry: PersonTable | RoadTable | AreaTable) -> tuple[Array, list[Array]]:
+def _open(case: CaseTable, entry: PersonTable | RoadTable | AreaTable) -> tuple[Array, list[Array]]:
     """Outline of an exposed site in the open, and the plans of its pieces."""
     if isinstance(entry, PersonTable):
         assert entry.position is not None  # checked
@@ -296,7 +296,7 @@ def _cells(corners: Array) -> list[Array]:
     return made
 
 
-def _prism(case: Case, piece: Array, height: float, energy: float) -> Prism:
+def _prism(case: CaseTable, piece: Array, height: float, energy: float) -> Prism:
     from flight.hazard.exposed import Prism
 
     x, y = piece.mean(axis=0).tolist()
@@ -319,7 +319,7 @@ def _is_convex(corners: Array) -> bool:
     return bool(((turn >= 0.0).all() or (turn <= 0.0).all()) and once and signed_area(corners) != 0.0)
 
 
-def describe_exposed(case: Case) -> list[dict[str, Any]]:
+def describe_exposed(case: CaseTable) -> list[dict[str, Any]]:
     """Exposed sites for `fragfield check`: name, kind, distance and direction of the nearest edge, pieces."""
     found = []
     for exposed in exposed_sites_of(case):

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fragfield.case.schema import Case
+    from fragfield.case.schema import CaseTable
 
     Array = NDArray[np.float64]
     Groups = tuple[Array, Array, Array | None]
@@ -51,7 +51,7 @@ _PER_OCTAVE = 8  # groups into which single pieces are put: the fit differs by l
 _SAME = 1e-5  # of a mass: edges of neighbouring groups
 
 
-def with_counts(case: Case, source: str, folder: Path) -> Case:
+def with_counts(case: CaseTable, source: str, folder: Path) -> CaseTable:
     """A case with the counts of the file that `break_up.mean_mass` names; one that has them already stays as it is."""
     part = case.break_up
     if not part.mean_mass_is_file:
@@ -79,7 +79,7 @@ def counts_of(table: FragmentCountsTable) -> FragmentCounts:
     return FragmentCounts(table.source, tuple(table.edges), tuple(table.number), table.rounds, mass, table.scale)
 
 
-def check_counts(case: Case, source: str) -> None:
+def check_counts(case: CaseTable, source: str) -> None:
     """Refuse counts that fix no mean mass, hold another mass than the casing, or stand for rounds that differ."""
     from fragfield.case.conversion.placing import are_alike, masses_of
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from burst_fenicsx.geometry import Profile
     from fragfield.case.conversion.clearance import Body
-    from fragfield.case.schema import Case
+    from fragfield.case.schema import CaseTable
     from fragfield.case.tables.round import RoundTable
     from fragfield.case.tables.stack import PlaneTable
 
@@ -69,14 +69,14 @@ def meshed(entry: RoundTable, cell_size: float) -> Body:
     return placed_body(profile_of(entry), entry.position, entry.axis, stations=stations, enlargement=factor)
 
 
-def outsides(entry: RoundTable, case: Case) -> tuple[Body, Body]:
+def outsides(entry: RoundTable, case: CaseTable) -> tuple[Body, Body]:
     """Outside of a resolved round, and that which its mesh touches from within where surfaces meet in the burst."""
     exact = placed(entry)
     meets = case.burst is not None and case.burst.contact.surfaces
     return exact, meshed(entry, case.burst.cell_size) if case.burst is not None and meets else exact
 
 
-def lift_to(base: float | str | None, entry: RoundTable, case: Case) -> float:
+def lift_to(base: float | str | None, entry: RoundTable, case: CaseTable) -> float:
     """Height (m) by which a resolved round is lifted so that it stands on a z or on the "ground".
 
     Where a plane is in the burst its mesh does.
@@ -89,7 +89,7 @@ def lift_to(base: float | str | None, entry: RoundTable, case: Case) -> float:
     return (ground_height(case, *entry.position[:2]) if isinstance(base, str) else base) - lowest
 
 
-def on_base(entry: RoundTable, case: Case) -> RoundTable:
+def on_base(entry: RoundTable, case: CaseTable) -> RoundTable:
     """A resolved round with `base` spelt out in its position."""
     if entry.base is None:
         return entry
@@ -98,7 +98,7 @@ def on_base(entry: RoundTable, case: Case) -> RoundTable:
     return entry.model_copy(update={"position": (x, y, height), "base": None})
 
 
-def base_faults(case: Case) -> Iterator[str]:
+def base_faults(case: CaseTable) -> Iterator[str]:
     """Faults of the keys `base` of a case as read."""
     for number, entry in enumerate(case.round, start=1):
         if entry.base is not None and entry.position[2] != 0.0:
@@ -139,7 +139,7 @@ def heights(body: Body, plane: PlaneTable) -> tuple[float, float]:
     return low - foot, high - foot
 
 
-def mirrored(case: Case, bodies: list[tuple[Array, Array, Held]]) -> list[tuple[Array, Array, Held]]:
+def mirrored(case: CaseTable, bodies: list[tuple[Array, Array, Held]]) -> list[tuple[Array, Array, Held]]:
     """Positions, axes and contents of rounds, followed by those of their images behind planes of symmetry."""
     for plane in case.plane:
         if plane.kind == "symmetry":
@@ -202,12 +202,12 @@ def contents_text(entry: RoundTable) -> str:
     return json.dumps(entry.model_dump(mode="json", include=_CONTENTS), sort_keys=True)
 
 
-def first_alike(case: Case) -> list[int]:
+def first_alike(case: CaseTable) -> list[int]:
     """For every round the index of the first one of the same contents."""
     keys = [contents_text(entry) for entry in case.round]
     return [keys.index(key) for key in keys]
 
 
-def are_alike(case: Case) -> bool:
+def are_alike(case: CaseTable) -> bool:
     """Whether all rounds of a case have the same contents: the data of a test hold the fragments of one kind."""
     return len({contents_text(entry) for entry in case.round}) <= 1

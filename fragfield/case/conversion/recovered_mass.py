@@ -10,7 +10,7 @@ from fragfield.errors import InputError
 
 if TYPE_CHECKING:
     from flight.arena import ArenaTable
-    from fragfield.case.schema import Case
+    from fragfield.case.schema import CaseTable
 
 __all__ = ["RecoveredMass", "recovered_mass"]
 
@@ -83,7 +83,7 @@ class RecoveredMass:
         return {**asdict(self), "fraction": self.fraction, "factor": self.factor, "words": self.words}
 
 
-def recovered_mass(case: Case, table: ArenaTable, name: str) -> RecoveredMass:
+def recovered_mass(case: CaseTable, table: ArenaTable, name: str) -> RecoveredMass:
     """Compare an arena table, from a file `name`, with the casing of the resolved case's rounds.
 
     Raises

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
-    from fragfield.case.schema import Case
+    from fragfield.case.schema import CaseTable
     from fragfield.case.tables.round import IgnitionTable, RoundTable
     from fragfield.case.tables.stack import StackTable
 
@@ -27,7 +27,7 @@ _MOST_ROUNDS = 1000
 _UPRIGHT = 1e-6  # sine of the angle to the vertical, or to the horizontal, up to which a round stands, or lies
 
 
-def check_stack(case: Case) -> Iterator[str]:
+def check_stack(case: CaseTable) -> Iterator[str]:
     """Faults of the table [stack], as lines `key: found ...; allowed: ...`."""
     stack = case.stack
     if stack is None:
@@ -41,14 +41,14 @@ def check_stack(case: Case) -> Iterator[str]:
         yield from _ignited(case, stack)
 
 
-def stacked_names(case: Case) -> list[str]:
+def stacked_names(case: CaseTable) -> list[str]:
     """Names of the rounds that [stack] stands for."""
     assert case.stack is not None  # the caller's choice
     template = _template(case, case.stack)
     return [f"{template.name}_{number}" for number in range(1, case.stack.size + 1)]
 
 
-def expanded(case: Case) -> list[RoundTable]:
+def expanded(case: CaseTable) -> list[RoundTable]:
     """The rounds of a case whose rounds are resolved, with the stack's copies instead of the round they copy."""
     stack = case.stack
     if stack is None:
@@ -66,7 +66,7 @@ def expanded(case: Case) -> list[RoundTable]:
     return [*case.round[:at], *copies, *case.round[at + 1 :]]
 
 
-def _places(case: Case, template: RoundTable, stack: StackTable) -> Array:
+def _places(case: CaseTable, template: RoundTable, stack: StackTable) -> Array:
     """Positions of the rounds (m), shape (n, 3)."""
     from fragfield.case.conversion.placing import lift_to, outsides
 
@@ -95,11 +95,11 @@ def _later(point: IgnitionTable, delay: float) -> IgnitionTable:
     return point.model_copy(update={"delay": point.delay + delay})
 
 
-def _template(case: Case, stack: StackTable) -> RoundTable:
+def _template(case: CaseTable, stack: StackTable) -> RoundTable:
     return next(entry for entry in case.round if stack.round in (None, entry.name))
 
 
-def _initiated(case: Case, stack: StackTable) -> set[int]:
+def _initiated(case: CaseTable, stack: StackTable) -> set[int]:
     """Indices of the rounds that have ignition points."""
     if stack.initiated is None:
         return set(range(stack.size))
@@ -107,7 +107,7 @@ def _initiated(case: Case, stack: StackTable) -> set[int]:
     return {names.index(one) if isinstance(one, str) else one - 1 for one in stack.initiated}
 
 
-def _template_faults(case: Case, stack: StackTable) -> Iterator[str]:
+def _template_faults(case: CaseTable, stack: StackTable) -> Iterator[str]:
     names = [entry.name for entry in case.round]
     listed = ", ".join(show(name) for name in names)
     if stack.round is None and len(names) > 1:
@@ -127,7 +127,7 @@ def _template_faults(case: Case, stack: StackTable) -> Iterator[str]:
         )
 
 
-def _names(case: Case, stack: StackTable) -> Iterator[str]:
+def _names(case: CaseTable, stack: StackTable) -> Iterator[str]:
     template = _template(case, stack)
     own = set(stacked_names(case))
     for number, entry in enumerate(case.round, start=1):
@@ -135,7 +135,7 @@ def _names(case: Case, stack: StackTable) -> Iterator[str]:
             yield f"round[{number}].name: found {show(entry.name)}, a name of the stack's own rounds; allowed: another"
 
 
-def _ignited(case: Case, stack: StackTable) -> Iterator[str]:
+def _ignited(case: CaseTable, stack: StackTable) -> Iterator[str]:
     template, names = _template(case, stack), stacked_names(case)
     if stack.delays is not None and len(stack.delays) != stack.size:
         yield f"stack.delays: found {len(stack.delays)} values; allowed: one for each of the {stack.size} rounds"

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from flight.hazard.criteria import Criteria
     from flight.scene.targets import Witness
     from flight.shape import Shape
-    from fragfield.case.schema import Case
+    from fragfield.case.schema import CaseTable
     from fragfield.case.tables.flight import CollisionsTable, FlightTable, PolygonTable, WindTable
     from transition import BreakUpSettings
 
@@ -36,12 +36,12 @@ __all__ = [
 ]
 
 
-def burst_settings(case: Case, *, geometry: Geometry | None = None) -> BurstSettings:
+def burst_settings(case: CaseTable, *, geometry: Geometry | None = None) -> BurstSettings:
     """Settings of the burst stage; the case must have a table [burst]. `geometry` overrides the case's choice."""
     return settings_in(case, geometry or burst_geometry(case).geometry)
 
 
-def break_up_settings(case: Case) -> BreakUpSettings:
+def break_up_settings(case: CaseTable) -> BreakUpSettings:
     """Settings of the break-up; a single axisymmetric round is turned about its axis in each realisation."""
     from transition import BreakUpSettings
 
@@ -56,7 +56,7 @@ def break_up_settings(case: Case) -> BreakUpSettings:
     return BreakUpSettings(**values, shape_factor=case.flight.shape_factor, random_roll=is_axisymmetric(case))
 
 
-def flight_arguments(case: Case) -> dict[str, Any]:
+def flight_arguments(case: CaseTable) -> dict[str, Any]:
     """Keyword arguments of `flight.fly`; raises flight's InputError for a drag table, a map or a surface at fault."""
     import flight
 
@@ -108,14 +108,14 @@ def _shape(table: FlightTable) -> Shape | None:
     return Box((length, width, height), shape.density)
 
 
-def hazard_criteria(case: Case) -> Criteria:
+def hazard_criteria(case: CaseTable) -> Criteria:
     """What counts as a hazard."""
     from flight.hazard.criteria import Criteria
 
     return Criteria(case.hazard.energy, case.hazard.density, case.hazard.person_area, case.hazard.person_height)
 
 
-def hazard_directions(case: Case, *, elsewhere: bool = False) -> tuple[str, tuple[float, ...]]:
+def hazard_directions(case: CaseTable, *, elsewhere: bool = False) -> tuple[str, tuple[float, ...]]:
     """Basis of the hazard distance, and mirror planes of the arrangement (degrees); none for given fragments.
 
     See `fragfield.case.conversion.directions`.
@@ -128,12 +128,12 @@ def hazard_directions(case: Case, *, elsewhere: bool = False) -> tuple[str, tupl
     return basis, mirror_planes(case) if basis == "worst_direction" else ()
 
 
-def kernel_degrees(case: Case) -> float:
+def kernel_degrees(case: CaseTable) -> float:
     """Half-width of the azimuth kernel in degrees."""
     return degrees_of(case.hazard.kernel)
 
 
-def hazard_grid(case: Case) -> PolarGrid:
+def hazard_grid(case: CaseTable) -> PolarGrid:
     """Cells of the hazard distance."""
     from flight.fluence import PolarGrid
 

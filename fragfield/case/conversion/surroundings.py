@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from flight import HeightMap, Ricochet
     from flight.hazard.site import Site
     from flight.scene.obstacles import Obstacle
-    from fragfield.case.schema import Case
+    from fragfield.case.schema import CaseTable
     from fragfield.case.tables.ground import GroundTable
 
 __all__ = [
@@ -33,7 +33,7 @@ __all__ = [
 ]
 
 
-def surroundings(case: Case) -> dict[str, Any]:
+def surroundings(case: CaseTable) -> dict[str, Any]:
     """Ground, ricochet and obstacles, as keyword arguments of `flight.fly`; raises flight's InputError."""
     return {
         "ground": ground_of(case),
@@ -42,7 +42,7 @@ def surroundings(case: Case) -> dict[str, Any]:
     }
 
 
-def ground_of(case: Case) -> float | HeightMap:
+def ground_of(case: CaseTable) -> float | HeightMap:
     """Height of the flat ground (m), or the map of heights."""
     table = case.flight.ground
     if table.map is None:
@@ -53,7 +53,7 @@ def ground_of(case: Case) -> float | HeightMap:
     return _read_map(path, table, _earth(case), changed)
 
 
-def _earth(case: Case) -> tuple[float, float, float] | None:
+def _earth(case: CaseTable) -> tuple[float, float, float] | None:
     """Latitude and longitude of x = y = 0, and bearing of +x (degrees); None without [site]."""
     site = site_of(case)
     if site is None:
@@ -65,7 +65,7 @@ def _earth(case: Case) -> tuple[float, float, float] | None:
     return float(latitude), float(longitude), site.bearing
 
 
-def altitude_of(case: Case) -> float:
+def altitude_of(case: CaseTable) -> float:
     """Altitude of z = 0 above sea level (m), of the standard atmosphere: as given, else by the map, else 0."""
     if case.flight.air.altitude is not None:
         return case.flight.air.altitude
@@ -73,13 +73,13 @@ def altitude_of(case: Case) -> float:
     return 0.0 if isinstance(ground, float) else float(ground.datum or 0.0)
 
 
-def ground_height(case: Case, x: float, y: float) -> float:
+def ground_height(case: CaseTable, x: float, y: float) -> float:
     """Height of the ground at a place (m)."""
     ground = ground_of(case)
     return ground if isinstance(ground, float) else float(ground.at(x, y))
 
 
-def check_surroundings(case: Case) -> None:
+def check_surroundings(case: CaseTable) -> None:
     """Refuse rounds off the map or in an obstacle, and an origin in one; raises flight's InputError."""
     import numpy as np
 
@@ -91,7 +91,7 @@ def check_surroundings(case: Case) -> None:
     scene.check_places(rounds, case.flight.origin, "rounds")
 
 
-def describe_surroundings(case: Case) -> dict[str, Any]:
+def describe_surroundings(case: CaseTable) -> dict[str, Any]:
     """Ground, ricochet and obstacles in numbers, for `fragfield check` (m)."""
     found = surroundings(case)
     ground, ricochet = found["ground"], found["ricochet"]
@@ -160,7 +160,7 @@ def _obstacle(table: WallTable | BarricadeTable | BuildingTable) -> Obstacle:
     return flight.Building(**values)
 
 
-def site_of(case: Case) -> Site | None:
+def site_of(case: CaseTable) -> Site | None:
     """The case's site in degrees, free of what the way over radians adds in the last digits."""
     from flight.hazard.site import Site
 
@@ -169,13 +169,13 @@ def site_of(case: Case) -> Site | None:
     return Site(*(round(math.degrees(v), 10) for v in (case.site.latitude, case.site.longitude, case.site.bearing)))
 
 
-def bearing_of(case: Case, azimuth: float | None) -> float | None:
+def bearing_of(case: CaseTable, azimuth: float | None) -> float | None:
     """Bearing (degrees clockwise from north) of an azimuth (degrees from +x); None without [site] or an azimuth."""
     site = site_of(case)
     return None if site is None or azimuth is None else float(site.bearing_of(azimuth))
 
 
-def with_bearing(case: Case, entry: Mapping[str, Any]) -> dict[str, Any]:
+def with_bearing(case: CaseTable, entry: Mapping[str, Any]) -> dict[str, Any]:
     """An entry of summary.json with its bearing after its azimuth."""
     return {**entry, "bearing_deg": bearing_of(case, entry["azimuth_deg"])}
 

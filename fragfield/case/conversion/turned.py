@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from flight import Fragments
-    from fragfield.case.schema import Case
+    from fragfield.case.schema import CaseTable
     from fragfield.case.tables.round import RoundTable
 
     Array = NDArray[np.float64]
@@ -41,7 +41,7 @@ class Turned:
     ----------
     inclination, roll : float
         Degrees: of the arrangement's vertical from upright, towards +x; and about its vertical, before.
-    case : Case
+    case : CaseTable
         With the rounds' axes and positions, and planes of symmetry, as turned.
     matrix, shift : (3, 3) and (3,) float64
         The motion x -> matrix x + shift (m) from the arrangement as placed.
@@ -49,7 +49,7 @@ class Turned:
 
     inclination: float
     roll: float
-    case: Case
+    case: CaseTable
     matrix: Array
     shift: Array
 
@@ -65,11 +65,11 @@ class Arrangement:
 
     Parameters
     ----------
-    case : Case
+    case : CaseTable
         Resolved; nothing but planes of symmetry stands beside its rounds.
     """
 
-    def __init__(self, case: Case) -> None:
+    def __init__(self, case: CaseTable) -> None:
         self.case = case
 
     @cached_property
@@ -154,7 +154,7 @@ class Arrangement:
         )
 
 
-def origin_faults(case: Case) -> Iterator[str]:
+def origin_faults(case: CaseTable) -> Iterator[str]:
     """Fault of a resolved case of mixed attitudes whose distances are counted from beside the rounds."""
     x, y = Arrangement(case).centre[:2]
     apart = math.dist((x, y), case.flight.origin)

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from burst_fenicsx.geometry import Profile
-    from fragfield.case import Case
+    from fragfield.case import CaseTable
     from fragfield.case.tables.stack import PlaneTable
     from fragfield.report.reading.run_files import RunFiles
 
@@ -64,7 +64,7 @@ def arrangement_figure(run: RunFiles) -> Figure | None:
     return figure
 
 
-def outlines(case: Case, vertical: int) -> Iterator[tuple[str, NDArray[np.float64], bool]]:
+def outlines(case: CaseTable, vertical: int) -> Iterator[tuple[str, NDArray[np.float64], bool]]:
     """Name, outline (n, 2) in m and whether it is an image, of every round seen along an axis.
 
     `vertical` is the axis that points upwards there: 1 from above, 2 along +y.
@@ -73,7 +73,7 @@ def outlines(case: Case, vertical: int) -> Iterator[tuple[str, NDArray[np.float6
         yield name, _hull(surface[:, [0, vertical]]), image
 
 
-def _bodies(case: Case) -> Iterator[tuple[str, NDArray[np.float64], bool]]:
+def _bodies(case: CaseTable) -> Iterator[tuple[str, NDArray[np.float64], bool]]:
     """Name, points of the surface (n, 3) in m and whether it is an image, of every round with a contour."""
     from fragfield.case.conversion.burst import burst_rounds
 

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from burst_fenicsx.geometry import Profile
     from burst_fenicsx.problem import Round
-    from fragfield.case import Case
+    from fragfield.case import CaseTable
     from fragfield.report.reading.run_files import RunFiles
 
 __all__ = ["centre_of_mass", "draw_round", "drawn_rounds", "expected_masses", "round_drawing", "round_masses"]
@@ -62,7 +62,7 @@ class _Sheet:
         self.axes.plot(*zip(start, end, strict=True), color=GREY, linewidth=0.4)
 
 
-def drawn_rounds(case: Case) -> list[Round]:
+def drawn_rounds(case: CaseTable) -> list[Round]:
     """The rounds of a resolved case that differ in more than place and ignition."""
     from fragfield.case.conversion.burst import burst_rounds
     from fragfield.case.conversion.placing import first_alike
@@ -71,7 +71,7 @@ def drawn_rounds(case: Case) -> list[Round]:
     return [rounds[index] for index in dict.fromkeys(first_alike(case))] if rounds else []
 
 
-def expected_masses(case: Case) -> list[dict[str, float]]:
+def expected_masses(case: CaseTable) -> list[dict[str, float]]:
     """Masses (kg) of casing and charge that the drawings of `drawn_rounds` give, as far as the case has them."""
     from fragfield.case.conversion.placing import first_alike
 

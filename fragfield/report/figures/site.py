@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from fragfield.case import Case
+    from fragfield.case import CaseTable
     from fragfield.hazard.site_map import Shape
     from fragfield.report.reading.run_files import RunFiles
 
@@ -29,7 +29,7 @@ _BESIDE = ((0, 7, "center"), (0, -7, "center"), (7, 0, "left"), (-7, 0, "right")
 """Offsets (points) of a label from its position, and its alignment, in the order in which they are tried."""
 
 
-def site_shapes(run: RunFiles) -> tuple[Case, list[Shape]] | None:
+def site_shapes(run: RunFiles) -> tuple[CaseTable, list[Shape]] | None:
     """The resolved case and its shapes, with exposed sites, obstacles, terrain or a geographic position; else None."""
     case = run.case
     if run.ensemble is None or case is None:
@@ -40,7 +40,7 @@ def site_shapes(run: RunFiles) -> tuple[Case, list[Shape]] | None:
     return (case, shapes) if shapes else None
 
 
-def north_of(case: Case) -> float | None:
+def north_of(case: CaseTable) -> float | None:
     """Azimuth of north from +x, counter-clockwise (degrees); None where the case does not say."""
     if case.site is not None:
         return math.degrees(case.site.bearing)

@@ -9,7 +9,7 @@ from fragfield.hazard.recommended import RULE
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from fragfield.case import Case
+    from fragfield.case import CaseTable
     from fragfield.report.reading.run_files import RunFiles
 
 __all__ = ["MAY_BE_USED_FOR", "MUST_NOT_BE_USED_FOR", "limits", "summary_terms"]
@@ -91,7 +91,7 @@ def _of_burst(run: RunFiles) -> Iterator[str]:
     )
 
 
-def _of_flight(case: Case, *, several: bool) -> Iterator[str]:
+def _of_flight(case: CaseTable, *, several: bool) -> Iterator[str]:
     if not several:
         yield (
             "Fragments of one round do not collide with each other in flight: their deviation from the casing's "
@@ -127,7 +127,7 @@ def _of_flight(case: Case, *, several: bool) -> Iterator[str]:
         yield f"Fragments land on {ground}, and nothing stops them: the case has no walls, barricades or buildings."
 
 
-def _names_of_obstacles(case: Case) -> str:
+def _names_of_obstacles(case: CaseTable) -> str:
     names = [f"{one.kind} “{one.name}”" for one in case.obstacle]
     return ", ".join(names) if len(names) <= 6 else f"{', '.join(names[:6])} and {len(names) - 6} more"
 

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     from burst_fenicsx.files.revolve import Revolution
     from flight.hazard.ensemble import EnsembleHazard
-    from fragfield.case import Case
+    from fragfield.case import CaseTable
     from fragfield.case.tables.flight import HazardTable
     from fragfield.case.tables.site import DocumentTable
     from transition.placement.mirroring import SymmetryPlane
@@ -64,7 +64,7 @@ class RunFiles:
     """All that the report and the pictures show of a run. Anything not yet computed is empty or None."""
 
     folder: Path
-    case: Case | None = None
+    case: CaseTable | None = None
     """As resolved; None where the directory holds none."""
     case_text: str = ""
     summary: dict[str, Any] = field(default_factory=dict)

@@ -12,7 +12,7 @@ from fragfield_base.inputs import NotAllowedError, Quantity
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from fragfield.case import Case
+    from fragfield.case import CaseTable
 
 __all__ = ["LimitCriteria", "judged"]
 
@@ -36,7 +36,7 @@ class LimitCriteria:
     exposed: bool
 
     @classmethod
-    def of(cls, case: Case, distance: str | None) -> LimitCriteria:
+    def of(cls, case: CaseTable, distance: str | None) -> LimitCriteria:
         """The criteria of a case, and a distance with its unit.
 
         Raises

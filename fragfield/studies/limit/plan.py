@@ -13,7 +13,7 @@ from fragfield.studies.sweep.plan import SweepPlan, plan_sweep
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from fragfield.case import Case
+    from fragfield.case import CaseTable
 
 __all__ = ["MOST_VALUES", "listed_values", "plan_limit", "round_count"]
 
@@ -52,7 +52,7 @@ def plan_limit(case_file: Path, setting: str) -> SweepPlan:
     return plan
 
 
-def round_count(case: Case) -> int:
+def round_count(case: CaseTable) -> int:
     """Number of rounds of a resolved case, images behind planes of symmetry among them."""
     return len(with_images(case)) if case.round else 0
 

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
     from pathlib import Path
 
-    from fragfield.case import Case
+    from fragfield.case import CaseTable
 
 __all__ = ["PlannedRun", "SweepPlan", "labels_of", "plan_sweep"]
 
@@ -32,7 +32,7 @@ class PlannedRun:
 
     name: str
     values: dict[str, Any]
-    case: Case
+    case: CaseTable
 
 
 @dataclass(frozen=True)

@@ -20,19 +20,19 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
-    from fragfield.case import Case
+    from fragfield.case import CaseTable
 
 __all__ = ["digest_of", "is_brief", "perform_row", "stored_rows"]
 
 _LARGEST = 1 << 28  # bytes of sweep.json
 
 
-def is_brief(case: Case) -> bool:
+def is_brief(case: CaseTable) -> bool:
     """Whether a run takes seconds, and has nothing to go on from: its burst is axisymmetric."""
     return case.burst is not None and bool(case.round) and burst_geometry(case).geometry == "axisymmetric"
 
 
-def digest_of(case: Case) -> str:
+def digest_of(case: CaseTable) -> str:
     """Names what is computed: all of a resolved case but its title."""
     text = json.dumps({key: value for key, value in plain(case).items() if key != "title"}, sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()[:16]
@@ -65,7 +65,7 @@ def perform_row(request: dict[str, Any]) -> tuple[int, str]:
 
 
 def _made(request: Mapping[str, Any]) -> dict[str, Any]:
-    case: Case = request["case"]
+    case: CaseTable = request["case"]
     burst = burst_of(case)
     if request["of"] == "burst":
         parts: dict[str, Any] = {"burst": burst[0]}

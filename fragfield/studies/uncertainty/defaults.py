@@ -14,7 +14,7 @@ from fragfield.case.tables.uncertainty import UncertainInputTable
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from fragfield.case import Case
+    from fragfield.case import CaseTable
     from fragfield.case.tables.round import RoundTable
 
 __all__ = ["default_inputs"]
@@ -36,7 +36,7 @@ def _entry(kind: str, keys: list[str], table: dict[str, Any] | None = None, **mo
     return UncertainInputTable.model_validate(values)
 
 
-def default_inputs(case: Case) -> Iterator[UncertainInputTable]:
+def default_inputs(case: CaseTable) -> Iterator[UncertainInputTable]:
     """Entries of the default set that apply to a resolved case; rounds that are alike share one draw."""
     if case.burst is not None and case.round:
         yield from _burst(case)
@@ -53,7 +53,7 @@ def default_inputs(case: Case) -> Iterator[UncertainInputTable]:
         yield _entry("direction_scatter", ["break_up.direction_scatter"])
 
 
-def _burst(case: Case) -> Iterator[UncertainInputTable]:
+def _burst(case: CaseTable) -> Iterator[UncertainInputTable]:
     assert case.burst is not None
     if case.burst.leakage.enabled:
         yield _entry("leakage", ["burst.leakage.radius_ratio"])
@@ -81,7 +81,7 @@ def _burst(case: Case) -> Iterator[UncertainInputTable]:
         yield _entry("ignition", keys, name="ignition place" + words, low="0 m", high=f"{longest:.4g} m")
 
 
-def _alike(case: Case, part: str) -> list[tuple[str, list[int]]]:
+def _alike(case: CaseTable, part: str) -> list[tuple[str, list[int]]]:
     """Numbers of the rounds (from 0) by the name of their explosive or casing; words to distinguish several."""
     groups: dict[str, list[int]] = {}
     for number, entry in enumerate(case.round):
@@ -89,7 +89,7 @@ def _alike(case: Case, part: str) -> list[tuple[str, list[int]]]:
     return [(f" of {name}" if len(groups) > 1 else "", numbers) for name, numbers in groups.items()]
 
 
-def _ignited_at_nose(case: Case) -> list[tuple[str, list[int], float]]:
+def _ignited_at_nose(case: CaseTable) -> list[tuple[str, list[int], float]]:
     """Rounds ignited by one point at the nose end of the charge, on its axis, by the length (m) it may move."""
     groups: dict[float, list[int]] = {}
     for number, entry in enumerate(case.round):
@@ -110,7 +110,7 @@ def _movable(entry: RoundTable) -> float:
     return _SHARE * (profile.charge_end - profile.charge_front) if at_nose else 0.0
 
 
-def _mean_mass(case: Case) -> Iterator[UncertainInputTable]:
+def _mean_mass(case: CaseTable) -> Iterator[UncertainInputTable]:
     """The mean mass by the key in which it is linear; a law without one, or a mean that is given, by its own key."""
     law = case.break_up.mean_mass
     if case.break_up.mean_mass_is_file:
@@ -133,7 +133,7 @@ def _mean_mass(case: Case) -> Iterator[UncertainInputTable]:
     yield _with_factor(case, key, 1.0)
 
 
-def _with_factor(case: Case, key: str, power: float) -> UncertainInputTable:
+def _with_factor(case: CaseTable, key: str, power: float) -> UncertainInputTable:
     """The mean mass's entry with its factor to a power, for a key of which the mean mass is another power."""
     factor, _ = break_up_settings(case).factor
     if factor is None:
@@ -146,7 +146,7 @@ def _with_factor(case: Case, key: str, power: float) -> UncertainInputTable:
     return _entry("mean_mass", [key], table, factor=factor**power, **ends)
 
 
-def _gurney_sarmousakis(case: Case) -> Iterator[UncertainInputTable]:
+def _gurney_sarmousakis(case: CaseTable) -> Iterator[UncertainInputTable]:
     """The mean mass is the square of the explosive's constant; with several explosives there is no one key for it."""
     from transition.law.mean_mass import explosive_constant
 

@@ -12,7 +12,7 @@ from fragfield.studies.uncertainty.distributions import Distribution
 from fragfield_base.inputs import with_unit
 
 if TYPE_CHECKING:
-    from fragfield.case import Case
+    from fragfield.case import CaseTable
     from fragfield.case.tables.uncertainty import UncertainInputTable
 
 __all__ = ["UncertainInput", "inputs_of"]
@@ -95,7 +95,7 @@ def _moved(old: object, draw: float, *, factor: bool) -> object:
     return float(old) * draw if factor else float(old) + draw
 
 
-def inputs_of(case: Case) -> list[UncertainInput]:
+def inputs_of(case: CaseTable) -> list[UncertainInput]:
     """The uncertain inputs of a resolved case: its own first, then those of the default set that it does not replace.
 
     Raises

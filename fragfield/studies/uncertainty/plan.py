@@ -22,7 +22,7 @@ from fragfield.studies.uncertainty.inputs import inputs_of
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from fragfield.case import Case
+    from fragfield.case import CaseTable
     from fragfield.studies.uncertainty.inputs import UncertainInput
 
 __all__ = ["Study", "plan_study"]
@@ -37,7 +37,7 @@ class Study:
 
     Attributes
     ----------
-    case : Case
+    case : CaseTable
         Resolved, with every input as the case file has it.
     inputs : tuple of UncertainInput
         d of them.
@@ -53,7 +53,7 @@ class Study:
         Why bursts are shared or not, in words.
     """
 
-    case: Case
+    case: CaseTable
     inputs: tuple[UncertainInput, ...]
     seed: int
     realisations: int
@@ -112,7 +112,7 @@ def _without_source(entry: UncertainInput) -> dict[str, Any]:
     return {key: value for key, value in entry.described().items() if key != "source"}
 
 
-def plan_study(case: Case, *, samples: int | None = None, seed: int | None = None) -> Study:
+def plan_study(case: CaseTable, *, samples: int | None = None, seed: int | None = None) -> Study:
     """Plan a study of a resolved case; what is left out comes from its table [uncertainty].
 
     Raises
@@ -136,7 +136,7 @@ def plan_study(case: Case, *, samples: int | None = None, seed: int | None = Non
     return Study(case, inputs, seed, table.realisations, points, burst, words, document)
 
 
-def _bare(case: Case, table: UncertaintyTable) -> dict[str, Any]:
+def _bare(case: CaseTable, table: UncertaintyTable) -> dict[str, Any]:
     """Tables of the resolved case, without what a sample does not need, and with its number of realisations."""
     document = {key: value for key, value in plain(case, units=True).items() if key not in _LEFT_OUT}
     document["break_up"] = {**document["break_up"], "realisations": table.realisations}
@@ -178,7 +178,7 @@ def _bursts(table: UncertaintyTable, inputs: tuple[UncertainInput, ...], samples
     return found
 
 
-def _check_ends(case: Case, document: dict[str, Any], inputs: tuple[UncertainInput, ...]) -> tuple[bool, str]:
+def _check_ends(case: CaseTable, document: dict[str, Any], inputs: tuple[UncertainInput, ...]) -> tuple[bool, str]:
     """Whether every burst is axisymmetric, and why; the cases at the ends of every input must be sound."""
     choice = burst_geometry(case)
     if choice.geometry != "axisymmetric":
@@ -195,7 +195,7 @@ def _check_ends(case: Case, document: dict[str, Any], inputs: tuple[UncertainInp
     return found, words
 
 
-def case_of(document: dict[str, Any], entry: UncertainInput, draw: Any) -> Case:  # noqa: ANN401 - a number or a word
+def case_of(document: dict[str, Any], entry: UncertainInput, draw: Any) -> CaseTable:  # noqa: ANN401 - a number or a word
     """The resolved case with one input changed; raises InputError that names the input."""
     where = f'uncertainty input "{entry.name}" at {draw}'
     try:
