@@ -65,10 +65,10 @@ def _started(number: int, binding: tuple[str, ...]) -> subprocess.Popen[str]:
 
 
 def _finished(run: subprocess.Popen[str]) -> dict[str, Any]:
-    output, _ = run.communicate()
+    output, _ = run.communicate()  # colour codes may stand before and behind the figures
     if run.returncode:
         raise subprocess.CalledProcessError(run.returncode, run.args)
-    figures: dict[str, Any] = json.loads(output.splitlines()[-1])
+    figures: dict[str, Any] = json.loads(output[output.index("{") : output.rindex("}") + 1])
     return figures
 
 
