@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import namedtuple
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -85,6 +86,25 @@ def test_levels_are_chosen_again_when_due_and_early_where_cells_have_got_thin(ch
     one = control(local=True, macro_step=step, chosen_at=AFTER - since * step, choose_again=again)
     assert one.levels_are_due(AFTER) is due
     assert not control(macro_step=step, chosen_at=0.0, choose_again=0.0).levels_are_due(AFTER)  # all take one step
+
+
+@pytest.mark.parametrize(("before", "after"), [(2, 3), (3, 1), (0, 2)])
+def test_the_step_of_contact_is_the_same_before_and_after_a_choice_of_levels(before, after):
+    grid = namedtuple("grid", ["stable", "longest"])(np.full(2, STABLE), 0.0)
+    charge = SimpleNamespace(ignition_time=np.full(2, np.inf), burn_rate=np.ones(2))
+    blocks = SimpleNamespace(cell_levels=np.zeros(2, dtype=int), by_cell=lambda values: values)
+    mesh = SimpleNamespace(comm=SimpleNamespace(size=1))
+    levels = SimpleNamespace(step=WANTED, contact=True, contact_level=before)
+
+    def choose(*_):
+        levels.contact_level = after
+        return blocks.cell_levels
+
+    levels.choose = choose
+    one = control(_levels=levels, _fields=SimpleNamespace(blocks=blocks, grid=grid, charge=charge, mesh=mesh),
+                  contact_step=WANTED, uncut_step=WANTED)  # fmt: skip
+    assert one.choose_levels(AFTER) is blocks.cell_levels
+    assert one.uncut_step / 2**after == pytest.approx(WANTED / 2**before, rel=1e-12)
 
 
 @pytest.mark.parametrize("highest", [0, 1, 3, 7])
