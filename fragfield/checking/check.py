@@ -2,29 +2,25 @@
 
 from __future__ import annotations
 
-import math
-from collections import Counter
 from dataclasses import asdict, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from fragfield.case import plain
-from fragfield.case.checks.bounds import outside_soft
 from fragfield.case.checks.fragment_numbers import check_numbers
-from fragfield.case.checks.map_size import given_on_map, map_warnings
+from fragfield.case.checks.map_size import given_on_map
 from fragfield.case.conversion.attitude import is_mixed
 from fragfield.case.conversion.axisymmetry import burst_geometry
 from fragfield.case.conversion.burst import burst_rounds
-from fragfield.case.conversion.exposed_sites import outline_of
 from fragfield.case.conversion.placing import first_alike
 from fragfield.case.conversion.stages import break_up_settings, burst_settings
-from fragfield.case.tables.flight import CylinderTable
+from fragfield.checking.case_warnings import case_warnings, mean_mass_warnings
 from fragfield.checking.cost import expected_cost
 from fragfield.checking.stacks import RANKS, block_of, on_cores
-from fragfield.checking.substances import substances_of, waiting_on_estimates, yield_stress
+from fragfield.checking.substances import substances_of, waiting_on_estimates
 from fragfield.contours.read import is_of_file
-from fragfield.hazard.arrangement import arrangement, arrangement_warnings, with_images
+from fragfield.hazard.arrangement import arrangement
 from fragfield.hazard.contents import contents_of
 from fragfield.hazard.prescribed import official_part
 from fragfield.hazard.rules import rules_for
@@ -37,8 +33,6 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
     from pathlib import Path
 
-    from numpy.typing import NDArray
-
     from burst_fenicsx.meshing import MeshQuality
     from burst_fenicsx.meshing.mesh import CellMesh
     from burst_fenicsx.problem import BurstSettings, Explosive, Mirror, Round
@@ -46,11 +40,7 @@ if TYPE_CHECKING:
     from fragfield.case.tables.round import RoundTable
 
 
-__all__ = ["check_report", "fragments_report", "witness_warnings"]
-
-_MIN_WALL_CELLS = 2.0
-_MASS_TOLERANCE = 0.005
-_FUZE_DENSITIES = (700.0, 8000.0)  # kg/m3: from plastics, partly hollow, to solid steel
+__all__ = ["check_report", "fragments_report"]
 
 
 def check_report(case: CaseTable) -> dict[str, Any]:
@@ -118,9 +108,9 @@ def check_report(case: CaseTable) -> dict[str, Any]:
         "symmetry": symmetry,
         "expected": expected,
         "warnings": [
-            *_warnings(case, settings, described, expected),
+            *case_warnings(case, settings, described, expected),
             *waiting_on_estimates(rounds),
-            *_mean_mass_warnings(case, rounds, described),
+            *mean_mass_warnings(case, rounds, described),
             *check_numbers(case, break_up_settings(case), margin=1.0),
         ],
         **_prescribed(case, described),
@@ -211,8 +201,6 @@ def _round(entry: Round, settings: BurstSettings, mesh: CellMesh, times: int) ->
 
 def _mesh_extent(entry: Round, mesh: CellMesh) -> dict[str, float]:
     """Length, diameter and charge length (m) of a round from a mesh file."""
-    import numpy as np
-
     from burst_fenicsx.problem import Part
 
     axis = np.array(entry.axis) / np.linalg.norm(entry.axis)
@@ -263,97 +251,6 @@ def _products(explosive: Explosive, settings: BurstSettings) -> dict[str, Any]:
     }
 
 
-def _warnings(
-    case: CaseTable, settings: BurstSettings, described: Sequence[dict[str, Any]], expected: dict[str, Any]
-) -> Iterator[str]:
-    yield from outside_soft(case)
-    yield from arrangement_warnings(case)
-    yield from map_warnings(case)
-    if settings.products == "landau":
-        yield (
-            'burst.products = "landau" starts from the pressure of an instantaneous explosion; with a '
-            "travelling detonation front the products do about 1.2 times the work rho Q; "
-            '"landau_cj" and "jwl" give the heat of detonation'
-        )
-    if settings.burn == "time" and settings.products != "jwl":
-        yield (
-            'burst.burn = "time" does not give a steady front with Landau products: cells ahead of it may be crushed; '
-            '"time_or_compression" ignites them'
-        )
-    if not settings.leakage.enabled:
-        yield "burst.leakage.enabled = false: the products expand without venting, so speeds are upper bounds"
-    fixed = settings.time_step.fixed
-    if fixed is not None and fixed > 0.5 * expected["stable_time_step"]:
-        yield (
-            f"burst.time_step.fixed = {fixed:g} s; the first stable step is about {expected['stable_time_step']:.3g} s "
-            "and falls while cells are compressed"
-        )
-    for index, number in Counter(first_alike(case)).items():
-        others = f" and {number - 1} alike" if number > 1 else ""
-        key = f"round[{index + 1}] ({described[index]['name']}{others})"
-        yield from _round_warnings(key, settings, described[index])
-    yield from witness_warnings(case, max(found["outer_diameter"] for found in described))
-
-
-def _mean_mass_warnings(case: CaseTable, rounds: Sequence[Round], described: Sequence[dict[str, Any]]) -> Iterator[str]:
-    """Rounds near which no published mean masses are; a mean mass that is given or fitted needs none."""
-    from transition.law.mean_mass_data import outside_data
-
-    if isinstance(case.break_up.mean_mass, float):
-        yield from _heavy_mean(case, described)
-        return
-    if case.break_up.mean_mass_is_file:
-        return
-    for index, number in Counter(first_alike(case)).items():
-        entry, found = rounds[index], described[index]
-        casing = entry.casing.density, yield_stress(entry.casing)
-        filling = entry.explosive.name, entry.explosive.density
-        texts = list(outside_data(found["outer_diameter"], found["charge_ratio"], casing, filling))
-        if texts:
-            others = f" and {number - 1} alike" if number > 1 else ""
-            yield (
-                f"round[{index + 1}] ({found['name']}{others}): no published mean masses of fragments are close: "
-                f"{'; '.join(texts)}. No published scatter covers it: measure the mean mass, or vary it and compare "
-                "the distances"
-            )
-
-
-def _heavy_mean(case: CaseTable, described: Sequence[dict[str, Any]]) -> Iterator[str]:
-    """Segments that are lighter than a given mean mass: each stays one piece."""
-    mean = float(case.break_up.mean_mass)
-    for index in dict.fromkeys(first_alike(case)):
-        segments = described[index].get("segments", []) if case.break_up.segments is None else []
-        light = [f'"{one["name"]}" ({one["casing_mass"]:.3g} kg)' for one in segments if one["casing_mass"] < mean]
-        if light:
-            yield (
-                f"round[{index + 1}] ({described[index]['name']}): break_up.mean_mass = {mean:g} kg is above the "
-                "mass of "
-                f"{' and '.join(light)}, of which each stays one piece"
-            )
-
-
-def _round_warnings(key: str, settings: BurstSettings, found: dict[str, Any]) -> Iterator[str]:
-    walls = [segment["wall"] for segment in found.get("segments", []) if segment["kind"] == "wall"]
-    if walls and min(walls) < _MIN_WALL_CELLS * settings.cell_size:
-        yield (
-            f"{key}: the thinnest wall, {min(walls) * 1e3:.3g} mm, has {min(walls) / settings.cell_size:.2g} cells of "
-            f"{settings.cell_size * 1e3:g} mm; {_MIN_WALL_CELLS:g} or more are needed to resolve bending"
-        )
-    low, high = _FUZE_DENSITIES
-    if found.get("fuze_density") and not low <= found["fuze_density"] <= high:
-        yield (
-            f"{key}: the fuze of {found['fuze_mass']:.3g} kg has {found['fuze_density']:.0f} kg/m3 in its cavity; "
-            "usual: "
-            f"{low:g} to {high:g} kg/m3, for what fills the cavity alone"
-        )
-    for name, error in found["mass_error_of_mesh"].items():
-        if abs(error) > _MASS_TOLERANCE:
-            yield f"{key}: {name} of the mesh is off by {error:+.2%}; use smaller cells to follow the contour"
-    passage = found["charge_length"] / found["detonation_velocity"]
-    if settings.end_time is not None and settings.end_time < passage:
-        yield f"{key}: burst.end_time = {settings.end_time:g} s ends before the front has passed ({passage:.3g} s)"
-
-
 def fragments_report(case: CaseTable, path: Path) -> dict[str, Any]:
     """What a file of fragments or an arena table holds.
 
@@ -379,41 +276,3 @@ def fragments_report(case: CaseTable, path: Path) -> dict[str, Any]:
     held = {"file": path.name, "number": float(table.number.sum()), "mass": table.total_mass}
     warnings = [recovered.warning] if recovered.warning else []
     return {"fragments": {**held, "recovered": recovered.summary()}, "warnings": warnings}
-
-
-def witness_warnings(case: CaseTable, largest_diameter: float) -> Iterator[str]:
-    """Cylinders that a casing may reach before it breaks up, or that cut the foot of an obstacle.
-
-    Parameters
-    ----------
-    case : CaseTable
-        Resolved, with a burst.
-    largest_diameter : float
-        Of the rounds (m).
-    """
-    for number, surface in enumerate(case.witness, start=1):
-        if not isinstance(surface, CylinderTable):
-            continue
-        key = f"witness[{number}].radius = {surface.radius:g} m"
-        reach = max(math.hypot(x - surface.centre[0], y - surface.centre[1]) for x, y, _ in with_images(case))
-        if surface.radius < 2.0 * (reach + largest_diameter):
-            yield f"{key}: so close that casings may reach it before break-up"
-        for obstacle in case.obstacle:
-            nearest, farthest = _distances(np.asarray(surface.centre), outline_of(obstacle))
-            if nearest < surface.radius < farthest:
-                yield (
-                    f'{key}: {surface.name} cuts {obstacle.kind} "{obstacle.name}", whose foot lies {nearest:.3g} to '
-                    f"{farthest:.3g} m from its centre: part of the surface lies in front of the obstacle and part "
-                    f"behind it; use less than {nearest:.3g} m or more than {farthest:.3g} m"
-                )
-
-
-def _distances(centre: NDArray[np.float64], corners: NDArray[np.float64]) -> tuple[float, float]:
-    """Smallest and largest distance (m) of a point from a convex polygon (n, 2)."""
-    ways = np.roll(corners, -1, axis=0) - corners
-    away = centre - corners
-    turn = ways[:, 0] * away[:, 1] - ways[:, 1] * away[:, 0]
-    along = np.clip((away * ways).sum(axis=1) / (ways**2).sum(axis=1), 0.0, 1.0)
-    nearest = np.linalg.norm(away - along[:, None] * ways, axis=1).min()
-    inside = bool((turn >= 0.0).all() or (turn <= 0.0).all())
-    return 0.0 if inside else float(nearest), float(np.linalg.norm(away, axis=1).max())
