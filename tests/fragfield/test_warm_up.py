@@ -33,7 +33,7 @@ try:
     main()
 except SystemExit as ended:
     assert not ended.code
-sys.stdout.write("\\n".join(found))
+sys.stdout.write("compiled: " + ", ".join(found))
 """
 
 
@@ -65,9 +65,9 @@ def test_a_run_after_it_compiles_nothing(tmp_path):
         assert done.returncode == 0, done.stderr
         return done.stdout
 
-    assert json.loads(run("-m", "fragfield", "warm-up", "--json"))["cache"] == str(tmp_path / "cache")
+    assert tmp_path / json.loads(run("-m", "fragfield", "warm-up", "--json"))["cache"] == tmp_path / "cache"
     options = ("--out", tmp_path / "out", "--cell-size", "12 mm", "--set", "burst.end_time=30 us", "--quiet")
-    assert run("-c", COMPILED, "run", ROOT / "cases" / "m107_tnt.toml", *options) == ""
+    assert run("-c", COMPILED, "run", ROOT / "cases" / "m107_tnt.toml", *options).rpartition("compiled: ")[2] == ""
 
 
 def test_the_tests_warm_up_knows_the_folders_of_today():
