@@ -92,6 +92,10 @@ MIN_WORK = 1e-3
 MIN_CONTACT_WORK = 10.0
 """The same for contact's error, over `MIN_WORK`. Where a front has just reached the first wall, the work is a
 thousandth of the chemical energy, and what contact makes there, on which no result depends, is a tenth of it."""
+MIN_WORK_FOR_A_STOP = 0.05
+"""Of the largest charge's chemical energy: an error that would be within the tolerance with so much work stops nothing.
+In coarse cells the front's first contact with the wall is one impact of a whole row of cells: contact makes or loses up
+to a tenth of the work done by then, which is less than 0.3 % of what the charge gives in the end."""
 LARGEST_CONTACT_ERROR = 0.01
 """Of the work: what contact may make or lose without a warning."""
 

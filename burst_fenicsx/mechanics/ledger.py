@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from burst_fenicsx.errors import NumericalStop
-from burst_fenicsx.kernels.constants import MIN_CONTACT_WORK, MIN_WORK
+from burst_fenicsx.kernels.constants import MIN_CONTACT_WORK, MIN_WORK, MIN_WORK_FOR_A_STOP
 
 if TYPE_CHECKING:
     from mpi4py import MPI
@@ -17,13 +17,6 @@ if TYPE_CHECKING:
     from burst_fenicsx.mechanics.fields import BurstFields
 
 __all__ = ["Entry", "Ledger"]
-
-_MIN_WORK_FOR_A_STOP = 0.05
-"""Of the largest charge's chemical energy: an error that would be within the tolerance with so much work stops nothing.
-
-In coarse cells the front's first contact with the wall is one impact of a whole row of cells: contact makes or loses
-up to a tenth of the work done by then, which is less than 0.3 % of what the charge gives in the end.
-"""
 
 
 @dataclass
@@ -66,7 +59,7 @@ class Ledger:
     Attributes
     ----------
     energy_tolerance : an error above this, of the balance or of contact alone, stops the run, once it is above this
-        too as a share of `_MIN_WORK_FOR_A_STOP`.
+        too as a share of `MIN_WORK_FOR_A_STOP`.
     min_work : J, `MIN_WORK` of the chemical energy.
     sums : (5,) J: plastic, viscous, hourglass, work of the charge, its own viscous heat, of this rank.
     released : (rounds, 2) J: work and own viscous heat of each round's charge, of this rank.
@@ -161,7 +154,7 @@ class Ledger:
             outer_diameter=diameter,
         )
         self.entries.append(entry)
-        enough = _MIN_WORK_FOR_A_STOP * self.chemical_energies.max(initial=0.0)
+        enough = MIN_WORK_FOR_A_STOP * self.chemical_energies.max(initial=0.0)
         if not abs(stored - gain - supplied) / max(scale, enough) <= self.energy_tolerance:
             raise NumericalStop(
                 f"the energy ledger is open by {100 * entry.energy_error:.6g} % of the work done "

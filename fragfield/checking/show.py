@@ -121,7 +121,8 @@ def _print_stack(console: Console, stack: Mapping[str, Any]) -> None:
     """A block that stands for a large stack, and what the whole costs."""
     block, size = stack["block"], " x ".join(str(count) for count in stack["counts"])
     words = (
-        f"a casing feels the rounds next to it alone; a block of {size} has corner, edge and inner rounds as the whole"
+        f"a block of {size} has corner, edge and inner rounds as the whole; rounds beyond the next change the mean "
+        "speed of a casing by about 1 %"
     )
     if stack["rounds"] == 1:
         words = "the rounds are accelerated before they meet; one stands for all"

@@ -165,7 +165,7 @@ def test_the_burn_ends_with_the_last_cell_and_its_front_is_reflected_for_ten_mic
     found = burning([1e-5, 3e-5, np.inf, 0.0], [1e6, 5e5, 1e9, 0.0])
     assert found.fastest == 1e6
     assert found.end == pytest.approx(3.2e-5, rel=1e-12)
-    assert found.front_until == pytest.approx(4.2e-5, abs=1e-6)
+    assert found.front_until == pytest.approx(4.2e-5, rel=1e-12)
     nothing = burning([np.inf], [1e6])
     assert nothing.end == 0.0
     assert np.isfinite(0.25 / nothing.fastest)
