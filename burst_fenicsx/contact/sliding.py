@@ -94,7 +94,9 @@ class SlidingInterface(ChargeContacts):
 
         row[:] = -1
         row[mesh.interface_pairs[:, 0]] = np.arange(pairs, dtype=np.int32)
-        self._cells, cell_rows = _attached(fields, row)
+        around, cell_rows = _attached(fields, row)
+        self._cells, members = np.unique(around, return_inverse=True)
+        self._around = members.astype(np.int32)
         self._cell_rows, first = np.unique(cell_rows, return_index=True)
         self._first_cell = np.append(first, len(cell_rows)).astype(np.int32)
         in_charge = row[mesh.cells[mesh.part == Part.CHARGE]]
@@ -201,7 +203,7 @@ class SlidingInterface(ChargeContacts):
         total, fields = self._attached, self._fields
         total[:] = 0.0
         attached_state(
-            self._first_cell, self._cells, self._cell_rows, fields.charge, fields.solid.eroded,
+            self._first_cell, self._around, self._cells, self._cell_rows, fields.charge, fields.solid.eroded,
             fields.blocks.slot_of_cell, self._attached_rounding, total,
         )  # fmt: skip
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from burst_fenicsx.contact.slide_surface import make_contacts, smooth_surface
-from burst_fenicsx.kernels.contact.slide_points import POINT_ROWS, find_points
+from burst_fenicsx.kernels.contact.slide_points import BEYOND, GAP, NORMAL, POINT_ROWS, SIZE, find_points
 from burst_fenicsx.kernels.geometry.smooth_faces import face_vectors, group_vectors
 from burst_fenicsx.kernels.lanes import LANES
 
@@ -101,8 +101,8 @@ def test_points_found_side_by_side_are_those_found_one_by_one(count, moved):
         at_face, xi, eta, gap, n, size, beyond = found_by_hand(places[k], face[k], *point[k], nodes, surface)
         assert faces[k] == at_face
         np.testing.assert_allclose(points[k], (xi, eta), rtol=0, atol=1e-10)
-        np.testing.assert_allclose(found[k, [0, 4, 5]], (gap, size, beyond), rtol=0, atol=1e-10)
-        np.testing.assert_allclose(found[k, 1:4], n, rtol=0, atol=1e-10)
+        np.testing.assert_allclose(found[k, [GAP, SIZE, BEYOND]], (gap, size, beyond), rtol=0, atol=1e-10)
+        np.testing.assert_allclose(found[k, NORMAL : NORMAL + 3], n, rtol=0, atol=1e-10)
         walked, left = walked + (at_face != face[k]), left + (beyond > 0.0)
     if count > 50:
         assert walked > 5

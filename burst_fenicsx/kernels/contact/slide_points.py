@@ -1,7 +1,6 @@
 """Where nodes of a charge lie on the casing's faces: points followed from face to face, sixteen side by side.
 
-Most points stay in their faces, and take as many steps as those beside them. The others are followed by lanes that take
-the next one as soon as theirs is found.
+How many steps a point needs differs: a lane whose point is found takes the next one at once.
 """
 
 from __future__ import annotations
@@ -15,20 +14,7 @@ from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function, wide
 from burst_fenicsx.kernels.vectors.tensors import Vector, load_vector, store_vector
 from burst_fenicsx.kernels.vectors.transposition import address, prefetch
 
-__all__ = [
-    "BEYOND",
-    "ETA",
-    "FOUND",
-    "NODE",
-    "PLACE",
-    "POINT_ROWS",
-    "VECTOR",
-    "XI",
-    "SlideSurface",
-    "find_inner_points",
-    "find_points",
-    "stays_inside",
-]
+__all__ = ["BEYOND", "GAP", "NORMAL", "POINT_ROWS", "SIZE", "SlideSurface", "find_points"]
 
 _NEWTON, _WALKS = 12, 10
 _CLOSE = 1e-9  # change of a face's coordinates below which a point is found: the error left is far smaller
@@ -36,17 +22,18 @@ _TIE = 1e-12  # by which a point may lie over an edge; larger with every face, s
 _LARGER = 16.0
 _AHEAD, _NODE_BYTES = 24, np.uint64(24)
 
-NODE, PLACE, VECTOR, XI, ETA = 0, 3, 15, 27, 28
-"""Rows of the scratch: the node, the corners of its face and their area vectors, coordinates in the face."""
-
-# Then what a step of Newton's iteration finds.
-_GAP, _SIZE, _ALONG, _NEW_XI, _NEW_ETA, _CHANGE = 29, 33, 34, 37, 38, 39
-_NORMAL = 30
+# Rows of the scratch: the node, the corners of its face and their area vectors, coordinates in the face; then what a
+# step of Newton's iteration finds.
+_NODE, _PLACE, _VECTOR, _XI, _ETA = 0, 3, 15, 27, 28
+_GAP, _NORMAL, _SIZE, _ALONG, _NEW_XI, _NEW_ETA, _CHANGE = 29, 30, 33, 34, 37, 38, 39
 _EXCESS = 40  # what a coordinate may exceed 1 by in the face
-_HELD = 41  # 1 where a point is found
-FOUND, BEYOND, POINT_ROWS = 42, 47, 48
-"""Rows of what is found: gap (m), unit normal, size of the interpolated area vector (m2), distance
-(m) of a node beyond the surface's edge. Number of all rows."""
+POINT_ROWS = 41
+"""Of the scratch."""
+
+GAP, NORMAL, BEYOND, SIZE = 0, 1, 4, 5
+"""Columns of what `find_points` finds: gap (m), unit normal, distance (m) of a node beyond the surface's edge, size of
+the interpolated area vector (m2)."""
+
 _Sums: TypeAlias = tuple[Vector, Vector, Vector, Vector]
 
 
@@ -66,7 +53,7 @@ class SlideSurface(NamedTuple):
 def _add_corner(k: int, s: float, t: float, xi: float, eta: float, sums: _Sums, work: np.ndarray, lane: int) -> _Sums:
     """Add a corner, at xi = s and eta = t, to the tangents, the place and the area vector at a point of a face."""
     a, b, x, v = sums
-    corner, vector = load_vector(work, PLACE + 3 * k, lane), load_vector(work, VECTOR + 3 * k, lane)
+    corner, vector = load_vector(work, _PLACE + 3 * k, lane), load_vector(work, _VECTOR + 3 * k, lane)
     w = 0.25 * (1.0 + s * xi) * (1.0 + t * eta)
     a = add_product(a, 0.25 * s * (1.0 + t * eta), corner)
     b = add_product(b, 0.25 * t * (1.0 + s * xi), corner)
@@ -78,7 +65,7 @@ def _improve(work: np.ndarray) -> None:
     """Take one step of Newton's iteration in every lane, to the point from which the normal leads to the node."""
     widest_vectors()
     for lane in range(LANES):
-        xi, eta = work[XI * LANES + lane], work[ETA * LANES + lane]
+        xi, eta = work[_XI * LANES + lane], work[_ETA * LANES + lane]
         zero = (0.0, 0.0, 0.0)
         sums = _add_corner(0, -1.0, -1.0, xi, eta, (zero, zero, zero, zero), work, lane)
         sums = _add_corner(1, 1.0, -1.0, xi, eta, sums, work, lane)
@@ -86,7 +73,7 @@ def _improve(work: np.ndarray) -> None:
         a, b, x, v = _add_corner(3, -1.0, 1.0, xi, eta, sums, work, lane)
         size = np.sqrt(product(v, v))
         n = (v[0] / size, v[1] / size, v[2] / size)
-        r = add_product(load_vector(work, NODE, lane), -1.0, x)
+        r = add_product(load_vector(work, _NODE, lane), -1.0, x)
         gap = product(r, n)
         along = add_product(r, -gap, n)
         a, b = add_product(a, -product(a, n), n), add_product(b, -product(b, n), n)
@@ -103,44 +90,6 @@ def _improve(work: np.ndarray) -> None:
 
 
 @block_kernel
-def find_inner_points(work: np.ndarray) -> None:
-    """Find the points of sixteen nodes side by side, whether they lie in their faces or not, see `stays_inside`."""
-    for lane in range(LANES):
-        work[_HELD * LANES + lane] = work[BEYOND * LANES + lane] = 0.0
-    steps, left = 0, LANES
-    while left > 0 and steps < _NEWTON:
-        _improve(work)
-        left = _move_on(work)
-        steps += 1
-
-
-@block_kernel
-def _move_on(work: np.ndarray) -> int:
-    """Take the step found in the lanes that are not held, and hold those whose points are found; how many are left."""
-    widest_vectors()
-    left = 0
-    for lane in range(LANES):
-        held = work[_HELD * LANES + lane] != 0.0
-        xi, new_xi = work[XI * LANES + lane], work[_NEW_XI * LANES + lane]
-        eta, new_eta = work[ETA * LANES + lane], work[_NEW_ETA * LANES + lane]
-        work[XI * LANES + lane], work[ETA * LANES + lane] = xi if held else new_xi, eta if held else new_eta
-        for i in range(BEYOND - FOUND):
-            before, now = work[(FOUND + i) * LANES + lane], work[(_GAP + i) * LANES + lane]
-            work[(FOUND + i) * LANES + lane] = before if held else now
-        found = held | (work[_CHANGE * LANES + lane] < _CLOSE)
-        work[_HELD * LANES + lane] = 1.0 if found else 0.0
-        left += 0 if found else 1
-    return left
-
-
-@lane_function
-def stays_inside(work: np.ndarray, lane: int) -> bool:
-    """Whether a lane's point has been found within its face."""
-    xi, eta = work[XI * LANES + lane], work[ETA * LANES + lane]
-    return (work[_HELD * LANES + lane] != 0.0) & (max(abs(xi), abs(eta)) <= 1.0 + _TIE)
-
-
-@block_kernel
 def _load_face(
     lane: int,
     face: int,
@@ -153,12 +102,12 @@ def _load_face(
     work: np.ndarray,
 ) -> None:
     """Put a point of a face, the face's corners and their area vectors into a lane."""
-    work[XI * LANES + lane], work[ETA * LANES + lane] = xi, eta
+    work[_XI * LANES + lane], work[_ETA * LANES + lane] = xi, eta
     for k in range(4):
         row, group = np.uint64(faces[face, k]), np.uint64(corner[face, k])
         for i in range(3):
-            work[(PLACE + 3 * k + i) * LANES + lane] = position[row, i]
-            work[(VECTOR + 3 * k + i) * LANES + lane] = vector[group, i]
+            work[(_PLACE + 3 * k + i) * LANES + lane] = position[row, i]
+            work[(_VECTOR + 3 * k + i) * LANES + lane] = vector[group, i]
 
 
 @block_kernel
@@ -196,14 +145,14 @@ def find_points(
     position : (rows, 3) m, of the casing's interface nodes.
     face : (k,) int32, faces from which each contact's point is followed; where they lie now, in place.
     point : (contacts, 2), their coordinates -1 to 1 in these faces, likewise.
-    found : (k, 6), see `FOUND`.
-    work : (POINT_ROWS LANES or more,), lanes : (4, LANES) int64, scratch.
+    found : (k, 6), see `GAP`.
+    work : (POINT_ROWS LANES,), lanes : (4, LANES) int64, scratch.
     """
     faces, neighbour, corner = surface.faces, surface.neighbour, surface.corner
     known, vector = surface.known, surface.vector
     # What each lane is at: the place in `contact`, faces so far, steps in this one, whether it is held on an edge.
     at, walks, steps, clamped = lanes[0], lanes[1], lanes[2], lanes[3]
-    for k in range(POINT_ROWS * LANES):
+    for k in range(work.size):
         work[k] = 0.0
     taken, busy = 0, 0
     places, velocities = address(charge_position), address(charge_velocity)
@@ -218,7 +167,7 @@ def find_points(
                 continue
             if not done:
                 xi, eta = work[_NEW_XI * LANES + lane], work[_NEW_ETA * LANES + lane]
-                work[XI * LANES + lane], work[ETA * LANES + lane] = xi, eta
+                work[_XI * LANES + lane], work[_ETA * LANES + lane] = xi, eta
                 steps[lane] += 1
                 if not work[_CHANGE * LANES + lane] < _CLOSE and steps[lane] < _NEWTON:
                     continue
@@ -235,18 +184,19 @@ def find_points(
                         _load_face(lane, other, 0.0, 0.0, faces, corner, position, vector, work)
                         continue
                     # The edge of the surface: the point is held on it.
-                    work[XI * LANES + lane] = min(max(xi, -1.0), 1.0)
-                    work[ETA * LANES + lane] = min(max(eta, -1.0), 1.0)
+                    work[_XI * LANES + lane] = min(max(xi, -1.0), 1.0)
+                    work[_ETA * LANES + lane] = min(max(eta, -1.0), 1.0)
                     if not last:
                         clamped[lane] = 1
                         continue
             if k >= 0:
                 c = contact[k]
-                point[c, 0], point[c, 1] = work[XI * LANES + lane], work[ETA * LANES + lane]
+                point[c, 0], point[c, 1] = work[_XI * LANES + lane], work[_ETA * LANES + lane]
+                found[k, GAP], found[k, SIZE] = work[_GAP * LANES + lane], work[_SIZE * LANES + lane]
                 tx, ty, tz = load_vector(work, _ALONG, lane)
-                for i in range(BEYOND - FOUND):
-                    found[k, i] = work[(_GAP + i) * LANES + lane]
-                found[k, BEYOND - FOUND] = np.sqrt(tx * tx + ty * ty + tz * tz) if clamped[lane] == 1 else 0.0
+                found[k, BEYOND] = np.sqrt(tx * tx + ty * ty + tz * tz) if clamped[lane] == 1 else 0.0
+                for i in range(3):
+                    found[k, NORMAL + i] = work[(_NORMAL + i) * LANES + lane]
             at[lane], walks[lane], steps[lane], clamped[lane] = -1, 0, 0, 0
             if taken == contact.size:
                 busy -= 1
@@ -258,6 +208,6 @@ def find_points(
             prefetch(velocities + later)
             c, node = contact[taken], slave[contact[taken]]
             for i in range(3):
-                work[(NODE + i) * LANES + lane] = charge_position[node, i]
+                work[(_NODE + i) * LANES + lane] = charge_position[node, i]
             _load_face(lane, face[taken], point[c, 0], point[c, 1], faces, corner, position, vector, work)
             taken += 1

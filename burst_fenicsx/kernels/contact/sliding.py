@@ -16,30 +16,24 @@ from typing import NamedTuple
 
 import numpy as np
 
+from burst_fenicsx.kernels.cells.erosion import WHOLE
 from burst_fenicsx.kernels.constants import OFF_EDGE
 from burst_fenicsx.kernels.contact.coulomb import add_product, product, trial_slip
-from burst_fenicsx.kernels.contact.slide_law import SlideLaw, around, has_left, slide
+from burst_fenicsx.kernels.contact.slide_law import SlideLaw, has_left, slide
 from burst_fenicsx.kernels.contact.slide_points import (
     BEYOND,
-    ETA,
-    FOUND,
-    NODE,
-    PLACE,
+    GAP,
+    NORMAL,
     POINT_ROWS,
-    VECTOR,
-    XI,
+    SIZE,
     SlideSurface,
-    find_inner_points,
     find_points,
-    stays_inside,
 )
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, kernel, lane_function, widest_vectors
 from burst_fenicsx.kernels.state import ChargeState
 from burst_fenicsx.kernels.threads import on_threads
 from burst_fenicsx.kernels.vectors.exact import quantise
-from burst_fenicsx.kernels.vectors.nodal_values import cells_of_lanes
 from burst_fenicsx.kernels.vectors.tensors import Vector, load_vector, store_vector
-from burst_fenicsx.kernels.vectors.transposition import WIDTH, address, addresses, load_triples, prefetch
 
 __all__ = [
     "NodeMotion",
@@ -81,26 +75,22 @@ class SlideContacts(NamedTuple):
     load: np.ndarray  # (rows,) sum of the weights with which contacts lie on a node of the casing
 
 
-_RUN = 1024  # contacts that share scratch
-_AHEAD, _NODE_BYTES = 24, np.uint64(24)  # nodes lie scattered: those of the contact so many later are fetched now
+_RUN = 512  # contacts that share scratch
 
-# Rows of the scratch of forces, behind those of points. Of the charge's node: velocity, mass, sums over the cells
-# around it and their number.
-_SPEED, _MASS, _STATE, _CELLS = POINT_ROWS, POINT_ROWS + 3, POINT_ROWS + 4, POINT_ROWS + 7
+# Rows of the scratch of forces. Of the charge's node: velocity, mass, sums over the cells around it and their number.
+_SPEED, _MASS, _STATE, _CELLS = 0, 3, 4, 7
 # Of the face: velocities, masses, loads and weights of the corners. The contact's force.
-_SPEEDS, _MASSES, _LOADS = POINT_ROWS + 8, POINT_ROWS + 20, POINT_ROWS + 24
-_WEIGHT, _FORCE = POINT_ROWS + 28, POINT_ROWS + 32
-# The contact's state.
-_OF_NODE, _STRENGTH, _AREA, _BONDED = POINT_ROWS + 35, POINT_ROWS + 36, POINT_ROWS + 37, POINT_ROWS + 40
-_STIFFNESS, _SLIP, _OFF, _TALLY = POINT_ROWS + 41, POINT_ROWS + 42, POINT_ROWS + 45, POINT_ROWS + 46
-_ROWS = POINT_ROWS + 49
-# Rows of the scratch of numbers: contacts, their nodes and rows, corners of their faces and the corners' groups.
-_CONTACT, _OWN_NODE, _OWN_ROW, _CORNER, _GROUP, _NUMBERS = 0, 1, 2, 3, 7, 11
+_SPEEDS, _MASSES, _LOADS, _WEIGHT, _FORCE = 8, 20, 24, 28, 32
+# What `find_points` found, and the contact's state.
+_XI, _ETA, _GAP, _NORMAL, _BEYOND, _SIZE = 35, 36, 37, 38, 41, 42
+_OF_NODE, _STRENGTH, _AREA, _BONDED, _STIFFNESS, _SLIP, _OFF, _TALLY = 43, 44, 45, 48, 49, 50, 53, 54
+_ROWS = 57
 
 
 @kernel
 def attached_state(
     first: np.ndarray,
+    around: np.ndarray,
     cells: np.ndarray,
     rows: np.ndarray,
     charge: ChargeState,
@@ -109,11 +99,33 @@ def attached_state(
     rounding: tuple[float, float],
     total: np.ndarray,
 ) -> None:
-    """Sums `total` (rows, 3), exact, over the charge's cells around the interface nodes `rows` (k,), see `around`.
+    """Sums `total` (rows, 3), exact, over the charge's cells around the interface nodes `rows` (k,).
 
-    The cells of row k are `cells` from `first[k]` to `first[k + 1]`.
+    Those of row k are the members `around`[first[k]:first[k + 1]] of `cells`. The columns are burn fractions and
+    pressures (Pa) after leakage, rounded by `quantise` with these constants, and the number of cells not eroded.
     """
-    on_threads(rows.size, _attached_some, (first, cells, rows, charge, eroded, slot, rounding, total))
+    values = np.empty((cells.size, 3))  # every cell lies at several nodes
+    on_threads(cells.size, _cell_state, (cells, charge, eroded, slot, rounding, values))
+    on_threads(rows.size, _attached_some, (first, around, rows, values, total))
+
+
+@kernel
+def _cell_state(
+    start: int,
+    stop: int,
+    cells: np.ndarray,
+    charge: ChargeState,
+    eroded: np.ndarray,
+    slot: np.ndarray,
+    rounding: tuple[float, float],
+    values: np.ndarray,
+) -> None:
+    for k in range(start, stop):
+        cell = np.uint64(cells[k])
+        vented = charge.leakage[charge.axial_slice[cell]] * charge.pressure[cell]
+        values[k, 0] = quantise(charge.burn_fraction[cell], rounding[0])
+        values[k, 1] = quantise(vented, rounding[1])
+        values[k, 2] = 1.0 if eroded[slot[cell]] == WHOLE else 0.0
 
 
 @kernel
@@ -121,17 +133,16 @@ def _attached_some(
     start: int,
     stop: int,
     first: np.ndarray,
-    cells: np.ndarray,
+    around: np.ndarray,
     rows: np.ndarray,
-    charge: ChargeState,
-    eroded: np.ndarray,
-    slot: np.ndarray,
-    rounding: tuple[float, float],
+    values: np.ndarray,
     total: np.ndarray,
 ) -> None:
     for k in range(start, stop):
-        chosen = cells[first[k] : first[k + 1]]
-        burnt, pressure, whole = around(chosen, charge, eroded, slot, rounding[0], rounding[1])
+        burnt, pressure, whole = 0.0, 0.0, 0.0
+        for at in range(first[k], first[k + 1]):
+            member = np.uint64(around[at])
+            burnt, pressure, whole = burnt + values[member, 0], pressure + values[member, 1], whole + values[member, 2]
         total[rows[k], 0], total[rows[k], 1], total[rows[k], 2] = burnt, pressure, whole
 
 
@@ -164,95 +175,62 @@ def _slide_runs(
     casing: NodeMotion,
     charge: NodeMotion,
 ) -> None:
-    work, number = np.zeros(_ROWS * LANES), np.zeros(_NUMBERS * LANES, dtype=np.int64)
-    face, found, lanes = np.empty(_RUN, dtype=np.int32), np.empty((_RUN, 6)), np.zeros((4, LANES), dtype=np.int64)
-    wandering = np.empty(_RUN, dtype=np.int32)
+    face, found = np.empty(_RUN, dtype=np.int32), np.empty((_RUN, 6))
+    work, lanes = np.zeros(_ROWS * LANES), np.zeros((4, LANES), dtype=np.int64)
     for run in range(start, stop):
         chosen = contacts.contact[run * _RUN : min((run + 1) * _RUN, contacts.contact.size)]
-        count = 0
-        for first in range(0, chosen.size, LANES):
-            size = min(LANES, chosen.size - first)
-            _load(first, size, chosen, surface, contacts, attached, casing, charge, number, work)
-            find_inner_points(work)
-            _press(law, work)
-            _store(first, size, chosen, True, contacts, work)
-            for lane in range(size):
-                if not stays_inside(work, lane):
-                    wandering[count] = chosen[first + lane]
-                    count += 1
-        # Those that have come to another face, or to the surface's edge.
-        chosen = wandering[:count]
-        for k in range(count):
+        for k in range(chosen.size):
             face[k] = contacts.face[chosen[k]]
         find_points(
             chosen, contacts.slave, charge.position, charge.velocity, surface, casing.position, face, contacts.point,
-            found, work, lanes,
+            found, work[: POINT_ROWS * LANES], lanes,
         )  # fmt: skip
-        for k in range(count):
-            contacts.face[chosen[k]] = face[k]
-        for first in range(0, count, LANES):
-            size = min(LANES, count - first)
-            _load(first, size, chosen, surface, contacts, attached, casing, charge, number, work)
-            for lane in range(size):
-                for i in range(found.shape[1]):
-                    work[(FOUND + i) * LANES + lane] = found[first + lane, i]
+        for first in range(0, chosen.size, LANES):
+            some = chosen[first : first + min(LANES, chosen.size - first)]
+            _load(some, face[first:], found[first:], surface.faces, contacts, attached, casing, charge, work)
             _press(law, work)
-            _store(first, size, chosen, False, contacts, work)
+            _store(some, face[first:], contacts, work)
 
 
 @block_kernel
 def _load(
-    first: int,
-    size: int,
     chosen: np.ndarray,
-    surface: SlideSurface,
+    face: np.ndarray,
+    found: np.ndarray,
+    faces: np.ndarray,
     contacts: SlideContacts,
     attached: np.ndarray,
     casing: NodeMotion,
     charge: NodeMotion,
-    number: np.ndarray,
     work: np.ndarray,
 ) -> None:
-    """Gather what the `chosen` contacts (k,) from `first` on know into lanes; those beyond `size` repeat the last."""
-    faces, group, mass, load = surface.faces, surface.corner, casing.mass, contacts.load
-    places, velocities = address(charge.position), address(charge.velocity)
-    for lane in range(LANES):
-        k = first + min(lane, size - 1)
-        later = _NODE_BYTES * np.uint64(contacts.slave[chosen[min(k + _AHEAD, chosen.size - 1)]])
-        prefetch(places + later)
-        prefetch(velocities + later)
-        c = np.uint64(chosen[k])
-        node, now = np.uint64(contacts.slave[c]), np.uint64(contacts.face[c])
-        number[_CONTACT * LANES + lane], number[_OWN_NODE * LANES + lane] = c, node
-        number[_OWN_ROW * LANES + lane] = contacts.row[c]
-        for n in range(4):
-            corner = np.uint64(faces[now, n])
-            number[(_CORNER + n) * LANES + lane], number[(_GROUP + n) * LANES + lane] = corner, group[now, n]
-            work[(_MASSES + n) * LANES + lane], work[(_LOADS + n) * LANES + lane] = mass[corner], load[corner]
-        work[XI * LANES + lane], work[ETA * LANES + lane] = contacts.point[c, 0], contacts.point[c, 1]
-        work[_MASS * LANES + lane], work[_CELLS * LANES + lane] = charge.mass[node], contacts.cells[c]
+    """Gather what the `chosen` contacts (k,) know into lanes; those beyond keep what they have."""
+    velocity, mass, load = casing.velocity, casing.mass, contacts.load
+    for lane in range(chosen.size):
+        c = np.uint64(chosen[lane])
+        node, row = np.uint64(contacts.slave[c]), np.uint64(contacts.row[c])
+        now = np.uint64(face[lane])
+        work[_MASS * LANES + lane] = charge.mass[node]
+        for i in range(3):
+            work[(_STATE + i) * LANES + lane] = attached[row, i]
+        work[_CELLS * LANES + lane] = contacts.cells[c]
+        for i in range(3):
+            work[(_SPEED + i) * LANES + lane] = charge.velocity[node, i]
+            work[(_AREA + i) * LANES + lane] = contacts.area[c, i]
+            work[(_SLIP + i) * LANES + lane] = contacts.slip[c, i]
+            work[(_NORMAL + i) * LANES + lane] = found[lane, NORMAL + i]
+        for k in range(4):
+            corner = np.uint64(faces[now, k])
+            work[(_MASSES + k) * LANES + lane], work[(_LOADS + k) * LANES + lane] = mass[corner], load[corner]
+            for i in range(3):
+                work[(_SPEEDS + 3 * k + i) * LANES + lane] = velocity[corner, i]
+        work[_XI * LANES + lane], work[_ETA * LANES + lane] = contacts.point[c, 0], contacts.point[c, 1]
+        work[_GAP * LANES + lane], work[_BEYOND * LANES + lane] = found[lane, GAP], found[lane, BEYOND]
+        work[_SIZE * LANES + lane] = found[lane, SIZE]
         work[_OF_NODE * LANES + lane], work[_STRENGTH * LANES + lane] = contacts.of_node[c], contacts.strength[c]
         work[_BONDED * LANES + lane] = contacts.bonded[c]
         work[_STIFFNESS * LANES + lane] = contacts.stiffness[c]
         work[_OFF * LANES + lane] = 1.0 if contacts.off[c] != 0 else 0.0
-    _load_vectors(_CONTACT, contacts.area, _AREA, number, work)
-    _load_vectors(_CONTACT, contacts.slip, _SLIP, number, work)
-    _load_vectors(_OWN_ROW, attached, _STATE, number, work)
-    _load_vectors(_OWN_NODE, charge.position, NODE, number, work)
-    _load_vectors(_OWN_NODE, charge.velocity, _SPEED, number, work)
-    for n in range(4):
-        _load_vectors(_CORNER + n, casing.position, PLACE + 3 * n, number, work)
-        _load_vectors(_CORNER + n, casing.velocity, _SPEEDS + 3 * n, number, work)
-        _load_vectors(_GROUP + n, surface.vector, VECTOR + 3 * n, number, work)
-
-
-@lane_function
-def _load_vectors(numbers: int, vectors: np.ndarray, row: int, number: np.ndarray, work: np.ndarray) -> None:
-    """Gather `vectors` (n, 3) of the lanes' `numbers`, a row of them, into three rows of the scratch."""
-    start = address(vectors)
-    for lane in range(0, LANES, WIDTH):
-        members = cells_of_lanes(number, numbers * LANES + lane)
-        load_triples(addresses(start, _NODE_BYTES, members), work, row * LANES + lane)
 
 
 @lane_function
@@ -268,7 +246,7 @@ def _relative(work: np.ndarray, lane: int) -> Vector:
 @lane_function
 def _weigh(k: int, s: float, t: float, inverse_mass: float, work: np.ndarray, lane: int) -> float:
     """Set the weight of the corner at xi = s, eta = t and add its share to the contact's inverse mass (1/kg)."""
-    xi, eta = work[XI * LANES + lane], work[ETA * LANES + lane]
+    xi, eta = work[_XI * LANES + lane], work[_ETA * LANES + lane]
     weight = 0.25 * (1.0 + s * xi) * (1.0 + t * eta)
     work[(_WEIGHT + k) * LANES + lane] = weight
     return inverse_mass + weight * max(work[(_LOADS + k) * LANES + lane], weight) / work[(_MASSES + k) * LANES + lane]
@@ -285,10 +263,10 @@ def _press(law: SlideLaw, work: np.ndarray) -> None:
         inverse_mass = _weigh(2, 1.0, 1.0, inverse_mass, work, lane)
         inverse_mass = _weigh(3, -1.0, 1.0, inverse_mass, work, lane)
         v = _relative(work, lane)
-        n, gap = load_vector(work, FOUND + 1, lane), work[FOUND * LANES + lane]
+        n, gap = load_vector(work, _NORMAL, lane), work[_GAP * LANES + lane]
         old = work[_STIFFNESS * LANES + lane]
-        reach = OFF_EDGE * np.sqrt(0.25 * work[(FOUND + 4) * LANES + lane])
-        left = has_left(work[BEYOND * LANES + lane], gap, reach, law.step * np.sqrt(product(v, v)), old != 0.0)
+        reach = OFF_EDGE * np.sqrt(0.25 * work[_SIZE * LANES + lane])
+        left = has_left(work[_BEYOND * LANES + lane], gap, reach, law.step * np.sqrt(product(v, v)), old != 0.0)
         # Products of which nothing is left hold no place any more.
         off = (work[_OFF * LANES + lane] != 0.0) | left | (work[(_STATE + 2) * LANES + lane] == 0.0)
         count = max(work[_CELLS * LANES + lane], 1.0)
@@ -326,14 +304,12 @@ def _press(law: SlideLaw, work: np.ndarray) -> None:
 
 
 @block_kernel
-def _store(first: int, size: int, chosen: np.ndarray, inside: bool, contacts: SlideContacts, work: np.ndarray) -> None:
-    """Write the state of the `chosen` contacts (k,) from `first` on back; only those `inside` their faces, or all."""
-    for lane in range(size):
-        if inside and not stays_inside(work, lane):
-            continue
-        c = np.uint64(chosen[first + lane])
-        contacts.point[c, 0], contacts.point[c, 1] = work[XI * LANES + lane], work[ETA * LANES + lane]
-        contacts.gap[c], contacts.stiffness[c] = work[FOUND * LANES + lane], work[_STIFFNESS * LANES + lane]
+def _store(chosen: np.ndarray, face: np.ndarray, contacts: SlideContacts, work: np.ndarray) -> None:
+    """Write the state of the `chosen` contacts (k,) back."""
+    for lane in range(chosen.size):
+        c = np.uint64(chosen[lane])
+        contacts.face[c] = face[lane]
+        contacts.gap[c], contacts.stiffness[c] = work[_GAP * LANES + lane], work[_STIFFNESS * LANES + lane]
         contacts.bonded[c], contacts.off[c] = work[_BONDED * LANES + lane], work[_OFF * LANES + lane]
         for i in range(3):
             contacts.slip[c, i] = work[(_SLIP + i) * LANES + lane]
