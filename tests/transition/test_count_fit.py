@@ -78,7 +78,7 @@ def test_expected_numbers_give_their_scale_back(scale, dimension):
     assert fit.mean == pytest.approx(sum(SEGMENTS.masses) / number, rel=1e-6)
 
 
-@pytest.mark.parametrize(("edges", "kept"), [(OPEN, 1.0), (OPEN, 0.7), (COARSE_ONLY, 0.7)])
+@pytest.mark.parametrize(("edges", "kept"), [(OPEN, 1.0), (COARSE_ONLY, 0.7)])
 def test_scale_is_recovered_to_its_stated_error(edges, kept):
     """200 tests of a round with a known scale, with pieces lost at random: bias, spread and coverage."""
     generator = np.random.default_rng(5)
@@ -104,9 +104,9 @@ def test_standard_error_is_that_of_a_parametric_bootstrap():
     share = np.array(fit.expected) / counts.pieces
     again = [
         math.log(fit_counts(replace(counts, number=tuple(map(float, row))), segments=SEGMENTS).scale)
-        for row in generator.multinomial(int(counts.pieces), share, size=400)
+        for row in generator.multinomial(int(counts.pieces), share, size=200)
     ]
-    assert np.std(again) == pytest.approx(fit.curvature_error, rel=0.12)  # 400 of them: 3.5 % each standard error
+    assert np.std(again) == pytest.approx(fit.curvature_error, rel=0.17)  # 200 of them: 5 % each standard error
 
 
 def test_fine_groups_change_nothing_and_coarse_ones_little():
