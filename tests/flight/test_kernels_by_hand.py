@@ -49,7 +49,10 @@ def test_the_azimuth_cell_is_that_of_the_angle() -> None:
     assert clear.sum() > 2900
     for angle, cell in zip(angles[clear], np.floor(cells[clear]), strict=True):
         distance = generator.uniform(0.1, 500.0)
-        assert KERNELS.fluence._cell_of(distance * math.cos(angle), distance * math.sin(angle), near, turns) == cell % turns
+        assert (
+            KERNELS.fluence._cell_of(distance * math.cos(angle), distance * math.sin(angle), near, turns)
+            == cell % turns
+        )
 
 
 @pytest.mark.parametrize(
@@ -96,7 +99,11 @@ def straight(start, end) -> np.ndarray:
 def test_a_step_ends_where_its_straight_path_meets_the_first_limit(limits, end, share, status) -> None:
     """From (1, y, 10) m; what earlier steps have left among the scratch plays no part."""
     points = straight((1.0, limits.get("origin_y", 0.0), 10.0), end)
-    roots, stack, pieces = np.full(12, 0.001), np.full(STACK_SHAPE, 0.001), np.full(KERNELS.surfaces.PIECES_SHAPE, 0.001)
+    roots, stack, pieces = (
+        np.full(12, 0.001),
+        np.full(STACK_SHAPE, 0.001),
+        np.full(KERNELS.surfaces.PIECES_SHAPE, 0.001),
+    )
     found, how = KERNELS.events.ending(points, NOWHERE._replace(**limits), pieces, stack, roots)
     assert found == pytest.approx(share, abs=1e-12)
     assert how == status

@@ -292,6 +292,13 @@ def test_rounds_that_differ_take_no_table_of_one(counted, tmp_path):
     tube = Tube(radial_cells=1, around=16, axial=20, places=((0.0, 0.0, 0.0), (0.4, 0.0, 0.0)))
     pair = tube.read(tmp_path / "pair.h5")
     assert BreakUp(pair, BreakUpSettings(mean_mass=counted)).fit.completeness == pytest.approx(1.0, abs=0.1)
-    heavier = np.where(pair.round == 1, 1.1, 1.0) * pair.mass
-    with pytest.raises(InputError, match="the fragments of one kind of round, and the rounds here are of several"):
-        BreakUp(replace(pair, mass=heavier), BreakUpSettings(mean_mass=counted))
+
+    def other(share):
+        changed = replace(pair, mass=np.where(pair.round == 1, share, 1.0) * pair.mass)
+        return BreakUp(changed, BreakUpSettings(mean_mass=counted))
+
+    for share in (0.981, 1.019):
+        assert len(other(share).rounds) == 2
+    for share in (0.979, 1.021):
+        with pytest.raises(InputError, match="the fragments of one kind of round, and the rounds here are of several"):
+            other(share)
