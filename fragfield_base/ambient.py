@@ -8,6 +8,8 @@ harmless, checks what it keeps, and remembers both for the provenance.
 
 from __future__ import annotations
 
+import atexit
+import gc
 import os
 import re
 import subprocess
@@ -75,6 +77,8 @@ _ALONE = {
     "OMPI_MCA_pml": "ob1",
 }
 _INSTALLED = ("site-packages", "dist-packages")
+_OBJECTS = 50_000
+"""New objects between two searches for garbage; each looks through all that was imported and compiled."""
 _found: dict[str, list[str]] = {}
 
 
@@ -88,6 +92,8 @@ def settle(error: type[Exception]) -> None:
     """
     if _found:
         return
+    gc.set_threshold(_OBJECTS)
+    atexit.register(gc.freeze)  # else Python takes its modules apart object by object, for half a second
     _arrange_modules()
     launched = is_launched(error)
     _found["ignored"] = sorted(name for name in os.environ if _is_dropped(name, launched=launched))
