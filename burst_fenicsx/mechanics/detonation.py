@@ -151,8 +151,11 @@ class AxialSlices:
 
     def radii(self, position: np.ndarray) -> np.ndarray:
         """Current mean radius of every slice, r0 + mean radial displacement (m), Eq. 6."""
-        x, y, z = ((position[self.node] - self.start) * self.outward).T
-        terms = quantise(x + y + z, self.rounding)
+        moved = position[self.node]
+        moved -= self.start
+        moved *= self.outward
+        x, y, z = moved.T
+        terms = (x + y + z + self.rounding) - self.rounding  # `quantise` without a call: this is done with every step
         moved = np.bincount(self.slice_of_node, weights=terms, minlength=len(self.initial_radius))
         if self.comm.size > 1:
             moved = self.comm.allreduce(moved)

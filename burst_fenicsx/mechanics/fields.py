@@ -125,10 +125,14 @@ class BurstFields:
 
     def casing_speeds(self) -> tuple[np.ndarray, np.ndarray]:
         """Own cells of casings (k,), and the size of the mean of each one's nodal velocities (k,) in m/s."""
-        cells = np.flatnonzero(self.mesh.part == Part.CASING)
-        speed = np.empty(len(cells))
-        mean_speeds(self.nodes.velocity, self.mesh.dofmap, cells, speed)
-        return cells, speed
+        speed = np.empty(len(self._casing))
+        mean_speeds(self.nodes.velocity, self.mesh.dofmap, self._casing, speed)
+        return self._casing, speed
+
+    @cached_property
+    def _casing(self) -> np.ndarray:
+        """Own cells of casings (k,)."""
+        return np.flatnonzero(self.mesh.part == Part.CASING)
 
     def folded(self, cells: np.ndarray | slice = slice(None)) -> np.ndarray:
         """Whether a corner of each of the cells (cells,) is turned inside out; eroded ones are no cells any more."""
@@ -168,26 +172,27 @@ class BurstFields:
 
         A casing's cell moves with the mean velocity of its nodes.
         """
-        mesh, terms = self.mesh, np.zeros((self.mesh.cells, 4))
-        cells, modulus, poisson = self._elastic
-        energy = np.empty(len(cells))
+        terms = np.zeros((self.mesh.cells, 4))
         slot = self.blocks.slot_of_cell
-        elastic_energies(cells, self.solid.stress, modulus, poisson, self.grid.volume, slot, energy)
-        terms[cells, 0] = energy
+        cells, modulus, poisson = self._elastic
+        elastic_energies(cells, self.solid.stress, modulus, poisson, self.grid.volume, slot, terms)
         casing, speed = self.casing_speeds()
         mass = self.cell_mass[casing]
-        terms[casing, 1:] = np.stack([mass, mass * speed, 0.5 * mass * speed**2], axis=1)
-        return mesh.cell_sums(terms)
-
-    def sums_by_charge(self, values: np.ndarray) -> np.ndarray:
-        """Sums (rounds,) of the values (cells,) over the cells of each round's charge; collective."""
-        return self.mesh.cell_sums(self.of_charge * values[:, None])
+        terms[casing, 1], terms[casing, 2], terms[casing, 3] = mass, mass * speed, 0.5 * mass * speed**2
+        return self.mesh.cell_sums(terms)
 
     @cached_property
-    def of_charge(self) -> np.ndarray:
-        """Whether each of this rank's cells belongs to each round's charge (cells, rounds)."""
+    def charge_cells(self) -> list[np.ndarray]:
+        """This rank's cells of each round's charge."""
         charge = self.mesh.part == Part.CHARGE
-        return np.column_stack([charge & (self.mesh.round == index) for index in range(len(self.products))])
+        return [np.flatnonzero(charge & (self.mesh.round == index)) for index in range(len(self.products))]
+
+    def sums_by_charge(self, values: Sequence[np.ndarray]) -> np.ndarray:
+        """Sums (rounds,) over the cells of each round's charge of their values; collective."""
+        terms = np.zeros((self.mesh.cells, len(self.products)))
+        for index, (cells, own) in enumerate(zip(self.charge_cells, values, strict=True)):
+            terms[cells, index] = own
+        return self.mesh.cell_sums(terms)
 
     @property
     def eroded(self) -> np.ndarray:

@@ -104,7 +104,7 @@ class Chunks:
         """
         below = int(level.max(initial=0)) - level.astype(np.int64)
         key = ((2 * self._chunk + self._charge) * (below.max(initial=0) + 1) + below) * self._materials + self._material
-        order = np.argsort(key, kind="stable")
+        order = np.argsort(key.astype(np.min_scalar_type(key.max(initial=0))), kind="stable")  # of few bits: quick
         chunk, charge, levels = self._chunk[order], self._charge[order], level[order]
         material = self._material[order]
         starts = np.flatnonzero(np.diff(key[order], prepend=-1))
