@@ -27,6 +27,7 @@ __all__ = [
     "burn_rates",
     "cell_ignition",
     "compression_burn_start",
+    "earliest_motion",
     "ignition_times",
     "largest_faces",
     "place_ignition",
@@ -77,6 +78,18 @@ def compression_burn_start(arrival: np.ndarray, rates: np.ndarray) -> np.ndarray
     `rates` (cells,) 1/s.
     """
     return arrival - FRONT_REACH / rates
+
+
+def earliest_motion(
+    centres: np.ndarray, rounds: Sequence[Round], lengths: Sequence[float], fastest: float
+) -> np.ndarray:
+    """Time (s) before which nothing that any ignition point sets off can have reached each of the `centres` (cells, 3).
+
+    `lengths` of the rounds in m; nothing is faster than `fastest` (m/s). Without ignition points it is not known.
+    """
+    places = [place_ignition(item, length) for item, length in zip(rounds, lengths, strict=True)]
+    positions, delays = (np.concatenate(columns) for columns in zip(*places, strict=True))
+    return ignition_times(centres, positions, delays, fastest) if len(delays) else np.full(len(centres), -np.inf)
 
 
 @dataclass
