@@ -182,6 +182,8 @@ class _Found:
         self.exposed: ExposedSums = ExposedSums(sites)
         if turned:
             self.exposed = TurnedSums(sites, case=job.case, grid=grid, kernel=kernel, alike=basis == "all_azimuths")
+        # of a site, and of whether the distance lies within the map
+        self.thorough = not job.numbers_alone or bool(sites) or job.case.flight.ground.map is not None
 
     def add(self, parts: Sequence[_Part]) -> None:
         """Add realisations in the order of their numbers, so that no sum depends on the ranks."""
@@ -215,7 +217,8 @@ class _Found:
 
         assert first is not None  # rank 0 flies the first one
         witnesses = {name: np.stack([table[name] for table in self.tables]) for name in self.tables[0]}
-        found, unended = self.pool.hazard(self.case.hazard.tolerance), self.pool.completeness.reason
+        unended = self.pool.completeness.reason
+        found = self.pool.hazard(self.case.hazard.tolerance, every_direction=self.thorough)
         found = replace(found, undetermined=unended or beyond_map_words(self.case, found.expected))
         exposed = self.exposed.assess(self.case, found, determined=not unended) if self.exposed.sites else []
         return FlownEnsemble(

@@ -7,7 +7,7 @@ import json
 from typing import TYPE_CHECKING, Any
 
 from fragfield.case import plain
-from fragfield.case.conversion.axisymmetry import burst_geometry
+from fragfield.case.conversion.symmetry import burst_geometry
 from fragfield.errors import InputError
 from fragfield.hazard.recommended import recommended_of
 from fragfield.pipeline.convergence import OF_A_SWEEP
