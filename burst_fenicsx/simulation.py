@@ -38,7 +38,7 @@ _log = logging.getLogger(__name__)
 
 _HISTORY_INTERVAL = 1e-6
 _PROGRESS_SECONDS = 0.2
-# Checkpoints are kept at outputs, the first at once and then not more often than this: no more than that is lost.
+# Checkpoints are kept at outputs, not more often than this: no more than that is lost.
 _CHECKPOINT_SECONDS = 30.0
 
 
@@ -99,7 +99,7 @@ class Simulation(AssembledBurst):
         self._series: TimeSeries | None = None
         self._writing = Background()
         self._resumed_at: float | None = None
-        self._checkpoint_at = -np.inf  # on the clock
+        self._checkpoint_at = self.clocks.start
         self.first_step_at, self.first_cell_step_at = 0, 0
         self.acceleration_complete: float | None = None
 
@@ -177,8 +177,8 @@ class Simulation(AssembledBurst):
         now = self.ledger.entries[-1]
         window = self.settings.acceleration_window
         if self.acceleration_complete is None and now.time > window and now.kinetic_casing > 0.0:
-            before = [entry for entry in self.ledger.entries if entry.time <= now.time - window]
-            grown = (now.kinetic_casing - before[-1].kinetic_casing) / now.kinetic_casing if before else 1.0
+            before = next((entry for entry in reversed(self.ledger.entries) if entry.time <= now.time - window), None)
+            grown = (now.kinetic_casing - before.kinetic_casing) / now.kinetic_casing if before else 1.0
             # Casings that collide lose kinetic energy for a while: that is no end of the acceleration.
             if before and self._burnt_out() and abs(grown) < self.settings.acceleration_tolerance:
                 self.acceleration_complete = now.time
