@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 from fragfield.case.conversion.burst import burst_rounds, settings_in
 
-__all__ = ["GeometryChoice", "all_azimuths_alike", "burst_geometry", "check_geometry", "is_axisymmetric"]
+__all__ = ["GeometryChoice", "all_azimuths_alike", "burst_geometry", "check_geometry", "is_axisymmetric", "is_brief"]
 
 
 _NAMES = {
@@ -49,6 +49,11 @@ def burst_geometry(case: CaseTable) -> GeometryChoice:
     if reason is not None:
         return GeometryChoice("3d", reason)
     return GeometryChoice("axisymmetric", "one round of revolution, initiated on its axis, out of reach of any plane")
+
+
+def is_brief(case: CaseTable) -> bool:
+    """Whether a run takes seconds, and has nothing to go on from: its burst is axisymmetric."""
+    return case.burst is not None and bool(case.round) and burst_geometry(case).geometry == "axisymmetric"
 
 
 def check_geometry(case: CaseTable) -> list[str]:
