@@ -16,46 +16,12 @@ from functools import cache
 from types import UnionType
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
 
-from fragfield_base.names import names_allowed, nearest_name
+from fragfield_base.errors import names_allowed, nearest_name
 from fragfield_base.units import DIMENSIONS, TABLE, UnitError, degrees, dimension_words, read_measure, with_article
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-__all__ = [
-    "UNIT_BOUNDS",
-    "Angle",
-    "ArealDensity",
-    "Bounds",
-    "Density",
-    "Direction",
-    "Energy",
-    "EnergyPerArea",
-    "EnergyRange",
-    "Entries",
-    "FrictionAngle",
-    "Length",
-    "Mass",
-    "Measured",
-    "NumberOrWord",
-    "Offset",
-    "OnlyWith",
-    "Parsed",
-    "Position",
-    "PositiveLength",
-    "PositivePressure",
-    "Pressure",
-    "Quantity",
-    "QuantityOrFile",
-    "Speed",
-    "Time",
-    "NotAllowedError",
-    "Vector",
-    "check_inputs",
-    "degrees",
-    "show",
-    "with_unit",
-]
 
 _LARGEST = 1e4  # numbers in the unit of an example; beyond, the SI unit reads better
 _STARTS_AS_NUMBER = re.compile(r"^[\s(]*[-+]?\.?\d")

@@ -16,8 +16,8 @@ from fragfield_base.inputs import (
     OnlyWith,
     Quantity,
     check_inputs,
-    degrees,
 )
+from fragfield_base.units import degrees
 from transition.errors import InputError
 from transition.law.fragment_counts import FragmentCounts
 from transition.law.mean_mass_data import FACTOR_SOURCE, FACTORS

@@ -10,8 +10,6 @@ from dataclasses import dataclass, field
 from decimal import Decimal, DecimalException
 from typing import Any
 
-__all__ = ["ContourTable", "from_case", "number_of", "text_of", "to_case"]
-
 Row = list[str]
 """Station, radius or diameter, and the radius of the arc from the point before it."""
 _DIGITS = 15

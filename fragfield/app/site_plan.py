@@ -14,7 +14,7 @@ from pydantic import TypeAdapter, ValidationError
 import fragfield
 from fragfield.app.fields import shown
 from fragfield.case.conversion.exposed_sites import outline_of
-from fragfield.case.tables.ground import ObstacleTable
+from fragfield.case.tables.surroundings import ObstacleTable
 from fragfield.errors import InputError
 from fragfield_base.units import UnitError, read_measure
 
@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from flight.hazard.site import Site
     from fragfield.app.document import CaseDocument
 
-__all__ = ["background_of", "exported", "imported", "move", "plan_of", "site_in"]
 
 _OBSTACLES: TypeAdapter[Any] = TypeAdapter(ObstacleTable)
 _LINES = ("road", "wall", "barricade")

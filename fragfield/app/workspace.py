@@ -16,7 +16,6 @@ from fragfield_base.writing import write_text
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-__all__ = ["STATE", "Listed", "Workspace", "safe_name"]
 
 STATE = ".fragfield"
 """Folder within it for drafts, jobs and settings; it may be deleted when nothing runs."""

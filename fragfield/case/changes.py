@@ -11,23 +11,13 @@ from typing import TYPE_CHECKING, Any
 
 from fragfield.case.load import MOST_DEPTH, case_from_document, named_material, read_document
 from fragfield.errors import InputError, nearest
-from fragfield.terminal.visible_text import visible
+from fragfield.terminal.logs import visible
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from fragfield.case.schema import CaseTable
 
-__all__ = [
-    "Settings",
-    "changed_document",
-    "load_changed_case",
-    "load_case",
-    "plain_tables",
-    "read_settings",
-    "read_value",
-    "set_document",
-]
 
 Settings = Sequence[str] | Mapping[str, Any]
 _EXAMPLE = '--set burst.cell_size="8 mm"'

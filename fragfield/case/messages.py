@@ -19,7 +19,6 @@ if TYPE_CHECKING:
 
 Mark = TypeVar("Mark")
 
-__all__ = ["explain", "join_faults", "key_path", "mark_of", "marks_of", "tables_in"]
 
 _MOST_FAULTS = 12
 _MOST_EXPLAINED = 100  # to look for the nearest name takes a millisecond

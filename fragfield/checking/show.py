@@ -24,7 +24,6 @@ if TYPE_CHECKING:
 
     from fragfield.case import CaseTable
 
-__all__ = ["check_text", "print_check"]
 
 # Quantity, key, factor from SI, unit and digits, for reading.
 _ROUND_ROWS = (

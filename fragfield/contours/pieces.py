@@ -15,7 +15,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["Pieces", "fitted"]
 
 _FLATTEST = 5e3  # chords: a profile takes a flatter arc as a straight line
 _SMALLEST_TURN = math.radians(25.0)  # between chords of a curve that is drawn as a polyline

@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fragfield.contours.chains import Chain, above_axis, check_crossings, join
+from fragfield.contours.curves import Chain, Curve, above_axis, check_crossings, join
 from fragfield.contours.pieces import Pieces, fitted
-from fragfield.contours.sheet import Curve
 from fragfield.errors import InputError
 
 if TYPE_CHECKING:
@@ -17,11 +16,10 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fragfield.contours.chains import Joined
+    from fragfield.contours.curves import Joined
 
     Array = NDArray[np.float64]
 
-__all__ = ["Section", "casing_section", "with_cones"]
 
 _STEP = 2.0  # tolerances: the length of the cone that stands for a step in radius
 _COMPARED = 400  # stations at which two halves are compared

@@ -11,7 +11,7 @@ import numpy as np
 from fragfield.contours.pieces import fitted
 from fragfield.contours.section import Section, with_cones
 from fragfield.errors import InputError
-from fragfield.importing.numbers import NotANumberError, Numbers, decimal_of
+from fragfield.importing.cells import NotANumberError, Numbers, decimal_of
 from fragfield.importing.sheet import QuestionError
 from fragfield.importing.text_file import read_text_file
 from fragfield.importing.workbook import is_workbook, read_workbook
@@ -28,7 +28,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["section_of_table"]
 
 _STATION = re.compile(r"station|position|distance|abstand|l(ä|ae)nge|length|^(z|x|s)\b|from|ab_|von")
 _OUTER = re.compile(r"out(er|side)|aussen|außen|ext|^od\b")

@@ -4,7 +4,7 @@ A directory holds one case. It is made when missing; an empty one is used as it 
 case or of another, keeps them: it is refused, unless `resume` continues the same case, `overwrite` removes that
 run's files (only those), or a stage's own inputs are unchanged. One that holds anything else is always refused. While
 a command writes into it, others are refused by a lock, which the system takes away from a process that ends, however
-it ends. A signed run is never written into (`fragfield.files.signature`).
+it ends. A signed run is never written into (`fragfield.files.stamped`).
 """
 
 from __future__ import annotations
@@ -18,17 +18,20 @@ from typing import TYPE_CHECKING, Any
 
 from fragfield.case import differences, read_resolved, to_toml
 from fragfield.errors import InputError
-from fragfield.files.signature import SIGNATURE, refuse_signed
-from fragfield.files.stamped import read_stamped_json, stamped_json, stamped_toml, stored_case_text
-from fragfield_base.locking import locked
-from fragfield_base.writing import DRAFT, write_text
+from fragfield.files.stamped import (
+    SIGNATURE,
+    read_stamped_json,
+    refuse_signed,
+    stamped_json,
+    stamped_toml,
+    stored_case_text,
+)
+from fragfield_base.writing import DRAFT, locked, write_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
     from fragfield.case import CaseTable
-
-__all__ = ["SCRATCH", "STAGES", "RunDirectory", "Stage"]
 
 
 @dataclass(frozen=True)

@@ -21,17 +21,6 @@ if TYPE_CHECKING:
     from fragfield.case.conversion.clearance import Body
     from fragfield.case.tables.round import RoundTable
 
-__all__ = [
-    "COMPARISON",
-    "Contents",
-    "DISPOSAL",
-    "Rule",
-    "SITING",
-    "contents_of",
-    "quantity_words",
-    "tnt_equivalent",
-    "tnt_equivalents",
-]
 
 _ON_A_LINE = 1e-3  # m beside a straight line
 _AT_ONCE = 1e-9  # s between initiations

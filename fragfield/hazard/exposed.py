@@ -33,7 +33,6 @@ if TYPE_CHECKING:
     from flight.scene.targets import Witness
     from fragfield.case import CaseTable
 
-__all__ = ["ExposedPlaces", "ExposedSums", "sum_bound", "share_bound"]
 
 LEVEL = 0.95
 _SHORT = ("density_normal", "density_ground", "expected_hits", "probability")  # given without ricochet too

@@ -34,7 +34,6 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
     Fields = tuple[Array, Array]
 
-__all__ = ["TurnedSums", "worst_of_attitudes"]
 
 _ACROSS = 24  # points across a piece, at most
 

@@ -17,7 +17,6 @@ if TYPE_CHECKING:
 
     from fragfield.case import CaseTable
 
-__all__ = ["USES", "minimum_part", "official_note", "official_part"]
 
 USES = {SITING: "storage and handling", DISPOSAL: "disposal in the open"}
 """Activities for which distances are prescribed, in words."""

@@ -20,7 +20,6 @@ from fragfield.hazard.certainty import metres
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-__all__ = ["PARTS", "RULE", "Part", "not_included_words", "parts_of", "parts_words", "recommended_of"]
 
 NORMAL_95 = 1.6448536269514722
 PARTS = {

@@ -31,18 +31,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = [
-    "COLORS",
-    "KINDS",
-    "Shape",
-    "VERDICTS",
-    "VerdictStyle",
-    "extent_of",
-    "shapes_of",
-    "terrain_lines",
-    "to_contours",
-    "write_contours",
-]
 
 KINDS = {
     "recommended": "recommended distance",

@@ -16,9 +16,8 @@ from flight.arena import ArenaTable
 from flight.errors import InputError as FlightInputError
 from fragfield.errors import InputError
 from fragfield.importing.columns import Columns, columns_by_name
-from fragfield.importing.dialect import Guess
 from fragfield.importing.matrix import Matrix, matrix_of
-from fragfield.importing.sheet import QuestionError
+from fragfield.importing.sheet import Guess, QuestionError
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -29,7 +28,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["WANTED", "ArenaOptions", "arena_table", "is_arena"]
 
 _SNAP = 0.02  # degrees by which rounded radians may miss 180
 WANTED = (

@@ -10,11 +10,9 @@ import numpy as np
 
 from flight.files.text_tables import converted
 from fragfield.errors import InputError
-from fragfield.importing.dialect import Guess
-from fragfield.importing.names import GROUPS, QUANTITIES, SIDES, is_unit, read_head, unit_of
-from fragfield.importing.numbers import Interval, NotANumberError
-from fragfield.importing.sheet import QuestionError, Refused, letter
-from fragfield_base.names import names_allowed
+from fragfield.importing.cells import GROUPS, QUANTITIES, SIDES, Interval, NotANumberError, is_unit, read_head, unit_of
+from fragfield.importing.sheet import Guess, QuestionError, Refused, letter
+from fragfield_base.errors import names_allowed
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -26,7 +24,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["Columns", "columns_by_name"]
 
 _DEGREE = math.pi / 180.0
 

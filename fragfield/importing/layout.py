@@ -8,17 +8,14 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from fragfield.errors import InputError
-from fragfield.importing.dialect import Guess
-from fragfield.importing.names import SIDES, is_unit, plain, read_head
-from fragfield.importing.numbers import Numbers, decimal_of
-from fragfield.importing.sheet import QuestionError, Refused, Row
+from fragfield.importing.cells import SIDES, Numbers, decimal_of, is_unit, plain, read_head
+from fragfield.importing.sheet import Guess, QuestionError, Refused, Row
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from fragfield.importing.sheet import Cell, Sheet
 
-__all__ = ["Layout", "lay_out"]
 
 _SAMPLE = 1000  # rows
 _SUM = re.compile(

@@ -10,10 +10,8 @@ import numpy as np
 
 from flight.files.text_tables import converted
 from fragfield.errors import InputError
-from fragfield.importing.dialect import Guess
-from fragfield.importing.names import QUANTITIES, is_unit, plain, read_head, unit_of
-from fragfield.importing.numbers import Interval, NotANumberError
-from fragfield.importing.sheet import QuestionError
+from fragfield.importing.cells import QUANTITIES, Interval, NotANumberError, is_unit, plain, read_head, unit_of
+from fragfield.importing.sheet import Guess, QuestionError
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -24,8 +22,6 @@ if TYPE_CHECKING:
     from fragfield.importing.sheet import Row
 
     Array = NDArray[np.float64]
-
-__all__ = ["Matrix", "matrix_of"]
 
 
 @dataclass

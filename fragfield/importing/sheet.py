@@ -12,9 +12,6 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
-    from fragfield.importing.dialect import Guess
-
-__all__ = ["MOST_BYTES", "MOST_CELLS", "MOST_COLUMNS", "Cell", "QuestionError", "Refused", "Row", "Sheet", "letter"]
 
 MOST_BYTES = 1 << 26
 MOST_COLUMNS = 1000
@@ -27,6 +24,17 @@ DATE = re.compile(
     re.IGNORECASE,
 )
 """What a spreadsheet shows where it took a number or a range for a date."""
+
+
+class Guess(NamedTuple):
+    """Something that was concluded from a file: what, its value, and the reason."""
+
+    what: str
+    value: str
+    reason: str
+
+    def __str__(self) -> str:
+        return f"{self.what}: {self.value} ({self.reason})"
 
 
 class QuestionError(InputError):

@@ -9,12 +9,12 @@ from itertools import zip_longest
 from typing import TYPE_CHECKING, Any
 
 from fragfield.errors import InputError
-from fragfield.importing.dialect import Guess
 from fragfield.importing.sheet import (
     DATE,
     MOST_BYTES,
     MOST_COLUMNS,
     Cell,
+    Guess,
     QuestionError,
     Refused,
     Row,
@@ -22,13 +22,12 @@ from fragfield.importing.sheet import (
     checked_size,
     stripped,
 )  # fmt: skip
-from fragfield_base.names import names_allowed
+from fragfield_base.errors import names_allowed
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
     from pathlib import Path
 
-__all__ = ["is_workbook", "read_workbook"]
 
 _MOST_UNPACKED = 1 << 28
 _MOST_ROWS = 1_048_576

@@ -9,20 +9,19 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from fragfield.case.checks.bounds import outside_soft
-from fragfield.case.checks.map_size import given_on_map
-from fragfield.case.conversion.axisymmetry import is_brief
+from fragfield.case.checks.estimates import given_on_map
+from fragfield.case.conversion.symmetry import is_brief
 from fragfield.errors import EXIT_FAULT, InputError, exit_code_of, message_of
 from fragfield.files.run_directory import STAGES
 from fragfield.pipeline.arena import read_arena
 from fragfield.pipeline.job import Job
 from fragfield.pipeline.parallel import Team
 from fragfield.pipeline.stages import perform
-from fragfield.terminal.logs import logged
+from fragfield.terminal.logs import logged, visible
 from fragfield.terminal.progress import ProgressReporter
-from fragfield.terminal.visible_text import visible
 from fragfield.view.offscreen import PictureProcess
 from fragfield_base.hdf5_files import check_sound
-from fragfield_base.locking import has_locks
+from fragfield_base.writing import has_locks
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

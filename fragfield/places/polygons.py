@@ -15,7 +15,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["Box", "box_around", "convex_parts"]
 
 Box = tuple[tuple[float, float], float, float, float]
 """Centre, length, width (m) and direction of the length from +x (degrees)."""

@@ -16,7 +16,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 from fragfield.errors import InputError
-from fragfield_base.own_process import start_function
+from fragfield_base.ambient import start_function
 
 if TYPE_CHECKING:
     from pathlib import Path

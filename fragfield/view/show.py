@@ -10,7 +10,7 @@ import sys
 from pathlib import Path
 
 from fragfield.errors import InputError
-from fragfield.files.signature import refuse_signed
+from fragfield.files.stamped import refuse_signed
 from fragfield.report.figures.drawing import SPEED_MAP
 from fragfield.report.reading.run_files import RunFiles, read_run
 from fragfield.view.offscreen import (

@@ -16,8 +16,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Literal
 
-from fragfield_base.errors import InputError
-from fragfield_base.names import names_allowed, plain_key
+from fragfield_base.errors import InputError, names_allowed, plain_key
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

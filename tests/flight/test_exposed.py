@@ -104,6 +104,11 @@ def test_area_seen_of_a_box():
 def test_messages():
     with pytest.raises(flight.InputError, match="enclose no area"):
         Prism(np.array([[0.0, 0.0], [1.0, 1.0], [2.0, 2.0]]), 0.0, 1.0)
+    for corners in (np.zeros((2, 2)), np.eye(3), np.zeros(6), [[0.0, 0.0], [1.0, 0.0], [1.0, math.nan]]):
+        with pytest.raises(
+            flight.InputError, match=r"corners have shape .*, needed \(k, 2\) with k of 3 or more, finite"
+        ):
+            Prism(corners, 0.0, 1.0)
     with pytest.raises(flight.InputError, match="not above the bottom"):
         Prism(square(0.0, 0.0, 1.0), 1.0, 1.0)
 

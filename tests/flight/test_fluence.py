@@ -152,6 +152,8 @@ def test_the_flight_itself_is_the_same_to_the_last_bit() -> None:
     assert np.array_equal(counted.landing, plain.landing)
     with pytest.raises(InputError, match="not asked to count paths"):
         density_counts(plain)
+    nowhere = flight.fly(fragments, ground=None, time_limit=0.1, fluence=Criteria().fluence_grid(GRID))
+    assert nowhere.fluence is None  # no height counts from a ground that is not there
 
 
 def test_contact_between_fragments_counts_every_path_once() -> None:

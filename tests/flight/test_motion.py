@@ -232,6 +232,9 @@ def test_use_beyond_the_drag_table_is_reported() -> None:
     assert summary["below_drag_table"] == 0
     cube = fly(fast.select([1]), drag="cube_face_on", ricochet="none")
     assert cube.summary["below_drag_table"] == 0  # it lands at Mach 0.2
+    slow = Fragments(0.1, (0.0, 0.0, 1.0), (100.0, 0.0, 0.0))
+    short = fly(slow, drag=Drag(np.array([0.5, 2.0]), np.array([1.0, 1.2])), ricochet="none")
+    assert short.summary["below_drag_table"] == 1
 
 
 @pytest.mark.parametrize(
@@ -262,6 +265,8 @@ def test_progress_is_reported_to_the_end() -> None:
     fly(cloud(5000), on_progress=seen.append)
     assert seen[-1].done == seen[-1].total == 5000
     assert all(one.done <= other.done for one, other in pairwise(seen))
+    assert type(seen[0])(done=500, total=2000, wall_seconds=0.5).seconds_left == 1.5
+    assert seen[-1].seconds_left == 0.0
 
 
 @pytest.mark.parametrize(

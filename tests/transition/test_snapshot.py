@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import h5py
 import numpy as np
 import pytest
 
-from tests.transition.synthetic import Tube
+from tests.transition.synthetic import Tube, fill, sealed
 from transition import InputError, Snapshot, break_up
 
 SMALL = Tube(radial_cells=1, around=8, axial=10)
@@ -46,11 +45,6 @@ def test_not_hdf5(path):
         Snapshot.read(path)
 
 
-def change(path, act):
-    with h5py.File(path, "a") as file:
-        act(file)
-
-
 def drop(name):
     return lambda file: file.__delitem__(name)
 
@@ -61,10 +55,6 @@ def put(name, value):
 
 def mark(place, name, value):
     return lambda file: file[place].attrs.__setitem__(name, value)
-
-
-def fill(name, index, value):
-    return lambda file: file[name].__setitem__(index, value)
 
 
 @pytest.mark.parametrize(
@@ -100,12 +90,11 @@ def fill(name, index, value):
     ],
 )
 def test_refused(path, act, message):
-    change(path, act)
     with pytest.raises(InputError, match=message):
-        Snapshot.read(path)
+        Snapshot.read(sealed(path, act))
 
 
 def test_unknown_kind_of_segment(tmp_path):
-    path = Tube(radial_cells=1, around=8, axial=10, kinds=("tip", "wall", "wall", "base")).write(tmp_path / "s.h5")
+    tube = Tube(radial_cells=1, around=8, axial=10, kinds=("tip", "wall", "wall", "base"))
     with pytest.raises(InputError, match="kind is 'tip'; allowed: nose, wall, base"):
-        Snapshot.read(path)
+        tube.read(tmp_path / "s.h5")

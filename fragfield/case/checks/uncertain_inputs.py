@@ -16,10 +16,8 @@ if TYPE_CHECKING:
     from pydantic import BaseModel
     from pydantic.fields import FieldInfo
 
-    from fragfield.case.schema import CaseTable
-    from fragfield.case.tables.uncertainty import UncertainInputTable
+    from fragfield.case.schema import CaseTable, UncertainInputTable
 
-__all__ = ["check_uncertainty", "parameters_of", "unit_of_key"]
 
 _PARAMETERS = ("low", "high", "mode", "mean", "standard_deviation", "median", "factor", "values", "weights")
 _POSITIVE = ("standard_deviation", "median")

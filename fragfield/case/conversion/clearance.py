@@ -22,7 +22,6 @@ if TYPE_CHECKING:
 
     Vectors = NDArray[np.float64]
 
-__all__ = ["Body", "Hull", "Revolved", "clearance", "min_clearance", "near_pairs", "placed_body"]
 
 ALIKE = 1e-9  # distances that differ by less are equal, and the first pair counts (m)
 _CHORD_ERROR = 1e-6  # of an arc replaced by chords (m)

@@ -10,8 +10,14 @@ import numpy as np
 
 from flight.scene.plan import clipped, contains, signed_area
 from fragfield.case.conversion.surroundings import bearing_of, ground_height, site_of
-from fragfield.case.tables.exposed import AreaTable, ExposedBuildingTable, PersonTable, RoadTable
-from fragfield.case.tables.ground import BuildingTable, WallTable
+from fragfield.case.tables.surroundings import (
+    AreaTable,
+    BuildingTable,
+    ExposedBuildingTable,
+    PersonTable,
+    RoadTable,
+    WallTable,
+)
 from fragfield_base.inputs import show
 
 if TYPE_CHECKING:
@@ -22,19 +28,10 @@ if TYPE_CHECKING:
     from flight.hazard.exposed import Prism
     from flight.scene.walls import StoppingWall
     from fragfield.case.schema import CaseTable
-    from fragfield.case.tables.exposed import BarrierTable, ExposedTable
-    from fragfield.case.tables.ground import ObstacleTable
+    from fragfield.case.tables.surroundings import BarrierTable, ExposedTable, ObstacleTable
 
     Array = NDArray[np.float64]
 
-__all__ = [
-    "ExposedSite",
-    "check_exposed",
-    "describe_exposed",
-    "outline_of",
-    "exposed_sites_of",
-    "resolved_exposed",
-]
 
 PIECE = 10.0  # m: pieces of roads and areas, where they are not too many
 MOST_PIECES = 24

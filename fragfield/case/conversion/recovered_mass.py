@@ -12,7 +12,6 @@ if TYPE_CHECKING:
     from flight.arena import ArenaTable
     from fragfield.case.schema import CaseTable
 
-__all__ = ["RecoveredMass", "recovered_mass"]
 
 _WARNED = 0.9
 _ALLOWED = (0.5, 1.1)

@@ -10,11 +10,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fragfield.case.conversion.axisymmetry import all_azimuths_alike
 from fragfield.case.conversion.burst import burst_round
-from fragfield.case.conversion.directions import mirror_planes
 from fragfield.case.conversion.placing import placed, profile_of
 from fragfield.case.conversion.surroundings import ground_height
+from fragfield.case.conversion.symmetry import all_azimuths_alike, mirror_planes
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -27,7 +26,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["Arrangement", "Turned", "origin_faults"]
 
 _SLICES = 400  # of a profile, for the centre of mass of its casing
 _NEAR = 0.5  # m in plan, from the origin of the distances to the centre of the casings
