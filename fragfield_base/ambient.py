@@ -237,10 +237,9 @@ _FOLDER = "/"
 
 
 def start_function(module: str, name: str, *arguments: str, **streams: Any) -> subprocess.Popen[bytes]:
-    """Start `sys.exit(module.name(*arguments))` by this interpreter; `streams` are those of Popen."""
-    return subprocess.Popen(
-        _command(module, name, arguments), stdin=subprocess.DEVNULL, env=own_environment(), cwd=_FOLDER, **streams
-    )
+    """Start `sys.exit(module.name(*arguments))` by this interpreter; `streams` are Popen's, by default no input."""
+    streams = {"stdin": subprocess.DEVNULL, **streams}
+    return subprocess.Popen(_command(module, name, arguments), env=own_environment(), cwd=_FOLDER, **streams)
 
 
 def run_function(
