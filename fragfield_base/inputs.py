@@ -295,18 +295,12 @@ class Quantity(Parsed):
 
 @dataclass(frozen=True)
 class QuantityOrFile(Quantity):
-    """Marks a float as a value with a dimension, one of some words, or the name of a file.
-
-    Attributes
-    ----------
-    ending : str
-        By which the name of a file is known.
-    holds : str
-        What the file holds, for messages.
-    """
+    """Marks a float as a value with a dimension, one of some words, or the name of a file."""
 
     ending: str = ".csv"
+    """By which the name of a file is known."""
     holds: str = "values"
+    """What the file holds, for messages."""
 
     @property
     def allowed(self) -> str:

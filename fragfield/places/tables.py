@@ -73,13 +73,9 @@ def tables_of_places(
 ) -> tuple[dict[str, list[dict[str, Any]]], list[str]]:
     """Tables `exposed` and `obstacle` of a file of places, as the case file has them, and what was done, in words.
 
-    `site` says where on Earth `origin`, x and y (m), lies and how the axes are turned.
-
-    Raises
-    ------
-    InputError
-        Faults of the file, kinds that are not known, shapes that a kind cannot have, sizes that are missing or have no
-        unit, places farther than 100 km, or at positions whose latitude and longitude are exchanged.
+    `site` says where on Earth `origin`, x and y (m), lies and how the axes are turned. Raises InputError: faults of the
+    file, kinds that are not known, shapes that a kind cannot have, sizes that are missing or have no unit, places
+    farther than 100 km, or at positions whose latitude and longitude are exchanged.
     """
     features, notes = read_places(path)
     kinds = _kinds(path, features, table)
