@@ -198,7 +198,7 @@ class Rule:
     hazard: str
     """"fragments" or "blast": what it keeps people from."""
     use: str
-    """Activity for which it is prescribed, "siting" or "disposal"; "comparison": it is shown beside the others alone."""
+    """What it is prescribed for, "siting" or "disposal"; "comparison": it is shown beside the others alone."""
     distance: float | None
     """In m; None outside the rule's range."""
     source: str

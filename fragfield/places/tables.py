@@ -22,8 +22,8 @@ from fragfield.case.tables.surroundings import (
 )
 from fragfield.errors import InputError
 from fragfield.places.polygons import box_around, convex_parts
-from fragfield_base.errors import nearest_name
-from fragfield_base.inputs import Quantity, show
+from fragfield_base.errors import nearest_name, show
+from fragfield_base.inputs import Quantity
 from fragfield_base.units import UnitError, read_measure
 
 if TYPE_CHECKING:

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 from fragfield.case.checks.bounds import choice_faults
 from fragfield.case.messages import marks_of, tables_in
 from fragfield.errors import nearest
-from fragfield_base.inputs import NotAllowedError, NumberOrWord, Quantity, Vector, show
+from fragfield_base.errors import show
+from fragfield_base.inputs import NotAllowedError, NumberOrWord, Quantity, Vector
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping

@@ -18,7 +18,7 @@ from fragfield.case.tables.surroundings import (
     RoadTable,
     WallTable,
 )
-from fragfield_base.inputs import show
+from fragfield_base.errors import show
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -26,7 +26,8 @@ from flight.errors import InputError as FlightInputError
 from flight.files.text_tables import import_hint, in_columns_of, read_columns
 from fragfield.case.tables.burst import FragmentCountsTable
 from fragfield.errors import InputError, nearest
-from fragfield_base.inputs import show, with_unit
+from fragfield_base.errors import show
+from fragfield_base.inputs import with_unit
 from fragfield_base.paths import absolute
 from fragfield_base.reading import read_text
 from transition.errors import InputError as BreakUpInputError
