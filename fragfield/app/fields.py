@@ -64,17 +64,8 @@ def _schema() -> dict[str, Any]:
 def fields_of(path: tuple[str, ...], kind: str = "") -> tuple[Field, ...]:
     """Fields of a table by its place in the case file, without numbers of entries: ("round", "ignition").
 
-    Parameters
-    ----------
-    path : tuple of str
-        Empty: the whole file.
-    kind : str
-        Of tables of several kinds, that one: "road" of ("exposed",).
-
-    Raises
-    ------
-    KeyError
-        There is no such table.
+    An empty `path` is the whole file; `kind` is one of several kinds of tables: "road" of ("exposed",). Raises KeyError
+    where there is no such table.
     """
     table = _tables(path)
     chosen = next((one for one in table if kind and _kind(one) == kind), table[0])

@@ -137,17 +137,9 @@ def move(case: CaseDocument, path: Sequence[str | int], x: float, y: float) -> N
 def background_of(case: CaseDocument, given: Mapping[str, str]) -> dict[str, Any]:
     """Where a picture lies below the map: `low` and `high`, its corners (m), or its `width` (m) about the origin.
 
-    Parameters
-    ----------
-    case : CaseDocument
-        With its place on Earth, where corners are given by latitude and longitude.
-    given : mapping
-        Texts: "low" and "high", two lengths or angles each with a comma between; else "width". Numbers are in metres.
-
-    Raises
-    ------
-    InputError
-        A text is no such value, or the corners are not lower left and upper right.
+    `case`: with its place on Earth, where corners are given by latitude and longitude; `given`: texts: "low" and
+    "high", two lengths or angles each with a comma between; else "width". Numbers are in metres. Raises InputError: a
+    text is no such value, or the corners are not lower left and upper right.
     """
     if not given.get("low") and not given.get("high"):
         width = _value(_metres(given.get("width") or "500 m"), "m")

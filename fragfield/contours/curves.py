@@ -88,12 +88,7 @@ def counted(numbers: dict[str, int]) -> str:
 def sampled(at: Callable[[Array], Sequence[Sequence[float]] | Iterable[Sequence[float]]], deviation: float) -> Array:
     """Points of a curve over its parameter, so many that no chord is farther from it than `deviation`.
 
-    Parameters
-    ----------
-    at : callable
-        Positions for parameters (n,) from 0 to 1.
-    deviation : float
-        In the unit of the positions.
+    `at`: positions for parameters (n,) from 0 to 1; `deviation`: in the unit of the positions.
     """
     number = 8
     while True:

@@ -167,19 +167,9 @@ class RunDirectory:
     def claim(self, case: CaseTable, *, resume: bool = False, overwrite: bool = False) -> None:
         """Make the directory ready for a run of a case from its first stage.
 
-        Parameters
-        ----------
-        case : CaseTable
-            Resolved.
-        resume : bool
-            Keep what is there; the stored case must be the same.
-        overwrite : bool
-            Remove the files of the run that is there.
-
-        Raises
-        ------
-        InputError
-            The directory cannot be written, holds something else, or another case; the message names the keys.
+        `case`: resolved; `resume`: keep what is there; the stored case must be the same; `overwrite`: remove the files
+        of the run that is there. Raises InputError: the directory cannot be written, holds something else, or another
+        case; the message names the keys.
         """
         self.make()
         if not self.exists:

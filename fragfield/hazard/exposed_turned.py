@@ -138,10 +138,8 @@ class TurnedSums(ExposedSums):
 def worst_of_attitudes(entries: Sequence[tuple[tuple[float, float], list[dict[str, Any]]]]) -> list[dict[str, Any]]:
     """For every site its entry in the attitude in which least is left to its criterion, with that attitude.
 
-    Parameters
-    ----------
-    entries : sequence of ((inclination, roll), entries)
-        Degrees, and the entries `exposed` of summary.json, of every attitude that was flown.
+    `entries`: inclination and roll (degrees), and the entries `exposed` of summary.json, of every attitude that was
+    flown.
     """
     worst = []
     for of_site in zip(*(rows for _, rows in entries), strict=True):
