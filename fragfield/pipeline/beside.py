@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from fragfield.files.run_directory import RunDirectory
 from fragfield.pipeline.job import Job, RunOptions
 from fragfield.pipeline.parallel import Team
+from fragfield.terminal.logs import LOGGERS
 from fragfield.terminal.progress import ProgressReporter
 
 if TYPE_CHECKING:
@@ -23,8 +24,6 @@ if TYPE_CHECKING:
     from transition import Snapshot
 
     Burst = tuple[Mapping[str, Any], Snapshot]
-
-_LOGGERS = ("fragfield", "burst_fenicsx", "transition", "flight", "py.warnings")
 
 
 def burst_beside(case: CaseTable, folder: Path, team: Team) -> Burst:
@@ -80,7 +79,7 @@ def flown_beside(
 @contextmanager
 def silent() -> Iterator[None]:
     """Nothing within logs or warns: the run's log and findings are those of its own burst."""
-    loggers = [logging.getLogger(name) for name in _LOGGERS]
+    loggers = [logging.getLogger(name) for name in LOGGERS]
     levels = [one.level for one in loggers]
     for one in loggers:
         one.setLevel(logging.CRITICAL)
