@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fragfield.contours.sheet import FINE, Curve, Sheet, is_axis_name, sampled
+from fragfield.contours.curves import FINE, Curve, Sheet, is_axis_name, sampled
 from fragfield.errors import InputError
-from fragfield_base.names import nearest_name
+from fragfield_base.errors import nearest_name
 from fragfield_base.reading import read_bytes
 
 if TYPE_CHECKING:
@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from ezdxf.document import Drawing
     from ezdxf.entities.dxfgfx import DXFGraphic
 
-__all__ = ["read_dxf"]
 
 # $INSUNITS of the DXF reference in which a round may be drawn: name and metres.
 _UNITS = {

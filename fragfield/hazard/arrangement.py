@@ -18,9 +18,8 @@ if TYPE_CHECKING:
 
     from fragfield.case import CaseTable
     from fragfield.case.conversion.clearance import Body
-    from fragfield.case.tables.stack import PlaneTable
+    from fragfield.case.tables.round import PlaneTable
 
-__all__ = ["arrangement", "arrangement_warnings", "image_names", "with_images"]
 
 _SAME_HEIGHT = 1e-6  # of the ground in the burst and in flight (m)
 

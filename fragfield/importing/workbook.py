@@ -9,12 +9,12 @@ from itertools import zip_longest
 from typing import TYPE_CHECKING, Any
 
 from fragfield.errors import InputError
-from fragfield.importing.dialect import Guess
 from fragfield.importing.sheet import (
     DATE,
     MOST_BYTES,
     MOST_COLUMNS,
     Cell,
+    Guess,
     QuestionError,
     Refused,
     Row,
@@ -22,13 +22,12 @@ from fragfield.importing.sheet import (
     checked_size,
     stripped,
 )  # fmt: skip
-from fragfield_base.names import names_allowed
+from fragfield_base.errors import names_allowed
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
     from pathlib import Path
 
-__all__ = ["is_workbook", "read_workbook"]
 
 _MOST_UNPACKED = 1 << 28
 _MOST_ROWS = 1_048_576
@@ -53,18 +52,9 @@ def is_workbook(path: Path) -> bool:
 def read_workbook(path: Path, sheet: str | None = None) -> Sheet:
     """Read one sheet of a workbook.
 
-    Parameters
-    ----------
-    path : Path
-        XLSX or ODS.
-    sheet : str, optional
-        Its name, or its number from 1; needed where several sheets hold something.
-
-    Raises
-    ------
-    InputError
-        No such file or sheet, another format, an archive that unpacks to more than 256 MB, XML with a document type or
-        entities, or a library that is not installed. `QuestionError` where several sheets hold something.
+    `path`: XLSX or ODS; `sheet`: its name, or its number from 1; needed where several sheets hold something. Raises
+    InputError: no such file or sheet, another format, an archive that unpacks to more than 256 MB, XML with a document
+    type or entities, or a library that is not installed. `QuestionError` where several sheets hold something.
     """
     kind = _checked_archive(path)
     tables = _xlsx(path) if kind == "xlsx" else _ods(path)

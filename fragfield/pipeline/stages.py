@@ -41,9 +41,9 @@ def perform(job: Job, stage: Stage) -> None:
 def burst(job: Job, stage: Stage) -> None:
     """Detonation and acceleration of the casings: burst.xdmf, burst_snapshot.h5. Collective over the team's ranks."""
     from burst_fenicsx import simulate
-    from fragfield.case.conversion.axisymmetry import burst_geometry
     from fragfield.case.conversion.burst import burst_rounds
     from fragfield.case.conversion.stages import burst_settings
+    from fragfield.case.conversion.symmetry import burst_geometry
 
     settings, choice = burst_settings(job.case), burst_geometry(job.case)
     alone = settings.geometry != "3d"  # a second's work: of one rank, while the others wait
@@ -91,8 +91,7 @@ def fly(job: Job, stage: Stage) -> None:
     from flight.files.ensemble import write_ensemble
     from fragfield.case.conversion.stages import hazard_criteria
     from fragfield.case.conversion.surroundings import bearing_of, with_bearing
-    from fragfield.hazard.prescribed import minimum_part, official_part
-    from fragfield.hazard.recommended import recommended_of
+    from fragfield.hazard.recommended import minimum_part, official_part, recommended_of
     from fragfield.hazard.rules import rules_of
     from fragfield.hazard.site_map import write_contours
     from fragfield.pipeline.attitudes import flown_attitude, fly_all
@@ -207,6 +206,8 @@ class WithFirst(Sequence["Fragments"]):
 
 def report(job: Job, stage: Stage) -> None:
     """The report of whatever the run directory holds: report.html."""
+    if job.pictures is not None:
+        job.pictures.go_on()
     from fragfield.report import write_report
 
     write_report(job.source.path, job.target.file(stage.result), drawing=job.pictures)

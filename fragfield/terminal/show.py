@@ -13,8 +13,7 @@ from fragfield.case.conversion.surroundings import direction_words
 from fragfield.hazard.certainty import basis_words, margin_metres, metres, ricochet_words, rounded_metres, single_words
 from fragfield.hazard.contents import quantity_words
 from fragfield.hazard.recommended import parts_words
-from fragfield.hazard.shock_exposure import exposed_rounds, exposure_words
-from fragfield.hazard.verdict import criterion_words, part_of_criterion
+from fragfield.hazard.verdict import criterion_words, exposed_rounds, exposure_words, part_of_criterion
 from fragfield.numbers import SPACE, number, row
 from fragfield.pipeline.grid_convergence import KINDS
 from fragfield.quantities import shown
@@ -23,16 +22,6 @@ from fragfield.terminal.progress import duration
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-__all__ = [
-    "OFFICIAL_LABELS",
-    "convergence_words",
-    "number_text",
-    "plain_console",
-    "print_info",
-    "print_summary",
-    "stripped",
-    "summary_text",
-]
 
 OFFICIAL_LABELS = {
     "hazardous_fragment_distance": "official, hazardous fragments",
@@ -194,7 +183,7 @@ def _print_prescribed(console: Console, summary: Mapping[str, Any]) -> None:
 
 
 def print_info(found: Mapping[str, Any]) -> None:
-    """Print what `fragfield.files.info.describe` found."""
+    """Print what `fragfield.files.provenance.describe` found."""
     console = plain_console()
     if "directory" in found:
         stages = ", ".join(f"{name} {'done' if done else 'missing'}" for name, done in found["stages"].items())

@@ -12,7 +12,7 @@ import pytest
 
 from flight.arena import ArenaTable
 from fragfield.case import load_case, load_changed_case
-from fragfield.case.conversion.fragment_counts import counts_of, read_counts
+from fragfield.case.conversion.mean_mass import counts_of, read_counts
 from fragfield.case.conversion.stages import break_up_settings
 from fragfield.case.load import case_from_document, read_resolved
 from fragfield.case.write import to_toml

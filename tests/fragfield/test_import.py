@@ -209,7 +209,7 @@ def test_other_kinds_are_known_by_their_columns_and_read_back(text, kind, check,
 
 
 def test_pit_tables_of_several_rounds_say_so(tmp_path):
-    from fragfield.case.conversion.fragment_counts import read_counts
+    from fragfield.case.conversion.mean_mass import read_counts
 
     (tmp_path / "t.csv").write_text("m > [g];N\n0,5;296\n2;100\n8;20\n")
     found = fragfield.import_table(tmp_path / "t.csv", number_of_rounds=2)

@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     from fragfield.case.schema import CaseTable
     from fragfield.case.tables.round import RoundTable
 
-__all__ = ["TOLERANCE", "check_expected", "likely_cause", "unit_faults"]
 
 TOLERANCE = 0.01
 """Difference from the expected mass that is allowed, as a fraction of it."""

@@ -23,10 +23,7 @@ if TYPE_CHECKING:
     )
     from fragfield.case.schema import CaseTable
     from fragfield.case.tables.burst import ContactTable
-    from fragfield.case.tables.round import RoundTable
-    from fragfield.case.tables.stack import PlaneTable
-
-__all__ = ["burst_round", "burst_rounds", "degrees_of", "rigid_plane", "settings_in"]
+    from fragfield.case.tables.round import PlaneTable, RoundTable
 
 
 def burst_rounds(case: CaseTable) -> list[Round]:

@@ -10,9 +10,15 @@ import numpy as np
 
 from flight.scene.plan import clipped, contains, signed_area
 from fragfield.case.conversion.surroundings import bearing_of, ground_height, site_of
-from fragfield.case.tables.exposed import AreaTable, ExposedBuildingTable, PersonTable, RoadTable
-from fragfield.case.tables.ground import BuildingTable, WallTable
-from fragfield_base.inputs import show
+from fragfield.case.tables.surroundings import (
+    AreaTable,
+    BuildingTable,
+    ExposedBuildingTable,
+    PersonTable,
+    RoadTable,
+    WallTable,
+)
+from fragfield_base.errors import show
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -22,19 +28,10 @@ if TYPE_CHECKING:
     from flight.hazard.exposed import Prism
     from flight.scene.walls import StoppingWall
     from fragfield.case.schema import CaseTable
-    from fragfield.case.tables.exposed import BarrierTable, ExposedTable
-    from fragfield.case.tables.ground import ObstacleTable
+    from fragfield.case.tables.surroundings import BarrierTable, ExposedTable, ObstacleTable
 
     Array = NDArray[np.float64]
 
-__all__ = [
-    "ExposedSite",
-    "check_exposed",
-    "describe_exposed",
-    "outline_of",
-    "exposed_sites_of",
-    "resolved_exposed",
-]
 
 PIECE = 10.0  # m: pieces of roads and areas, where they are not too many
 MOST_PIECES = 24
@@ -43,24 +40,16 @@ DEPTH = 1.0  # m by which prisms reach below the lowest ground
 
 @dataclass(frozen=True, eq=False)
 class ExposedSite:
-    """An exposed site.
-
-    Attributes
-    ----------
-    table : ExposedTable
-        As in the case, resolved.
-    outline : (k, 2) float64
-        Of its plan (m).
-    prisms : tuple of Prism
-        In which fragments are counted: one, or the pieces of a road or an area.
-    area : float
-        That one person or vehicle presents (m2); of no meaning for a building.
-    """
+    """An exposed site."""
 
     table: ExposedTable
+    """As in the case, resolved."""
     outline: Array
+    """(k, 2) float64: of its plan (m)."""
     prisms: tuple[Prism, ...]
+    """In which fragments are counted: one, or the pieces of a road or an area."""
     area: float
+    """That one person or vehicle presents (m2); of no meaning for a building."""
 
     @property
     def is_building(self) -> bool:

@@ -20,30 +20,11 @@ if TYPE_CHECKING:
     from burst_fenicsx.geometry import Profile
     from fragfield.case.conversion.clearance import Body
     from fragfield.case.schema import CaseTable
-    from fragfield.case.tables.round import RoundTable
-    from fragfield.case.tables.stack import PlaneTable
+    from fragfield.case.tables.round import PlaneTable, RoundTable
 
     Array = NDArray[np.float64]
 
 Held = TypeVar("Held")
-
-__all__ = [
-    "RoundMasses",
-    "SegmentMass",
-    "are_alike",
-    "base_faults",
-    "contents_text",
-    "first_alike",
-    "heights",
-    "lift_to",
-    "masses_of",
-    "meshed",
-    "mirrored",
-    "on_base",
-    "outsides",
-    "placed",
-    "profile_of",
-]
 
 
 def placed(entry: RoundTable) -> Body:
@@ -165,19 +146,13 @@ class SegmentMass:
 
 @dataclass(frozen=True)
 class RoundMasses:
-    """Masses of a round as its contours or its mesh and its materials give them (kg).
-
-    Attributes
-    ----------
-    casing, charge : float
-        Of the whole round.
-    segments : tuple of SegmentMass
-        Of its profile; none where it is from a mesh file.
-    """
+    """Masses of a round as its contours or its mesh and its materials give them (kg)."""
 
     casing: float
     charge: float
+    """Of the whole round."""
     segments: tuple[SegmentMass, ...] = ()
+    """Of its profile; none where it is from a mesh file."""
 
 
 def masses_of(entry: RoundTable) -> RoundMasses:

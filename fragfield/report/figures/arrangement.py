@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from burst_fenicsx.geometry import Profile
     from fragfield.case import CaseTable
-    from fragfield.case.tables.stack import PlaneTable
+    from fragfield.case.tables.round import PlaneTable
     from fragfield.report.reading.run_files import RunFiles
 
 __all__ = ["arrangement_figure", "outlines"]
