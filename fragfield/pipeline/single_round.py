@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from fragfield.case.conversion.placing import are_alike
+from fragfield.case.conversion.rounds import are_alike
 from fragfield.case.conversion.symmetry import burst_geometry
 from fragfield.errors import EXIT_FAULT, exit_code_of, message_of
 from fragfield.files.run_directory import SCRATCH
@@ -105,7 +105,7 @@ _LOGGERS = ("fragfield", "burst_fenicsx", "transition", "flight", "py.warnings")
 def side_burst(job: Job, case: CaseTable) -> tuple[BurstResult, Snapshot]:
     """Burst a case on one rank; its result and the state at its end. Its files are removed."""
     from burst_fenicsx import simulate
-    from fragfield.case.conversion.burst import burst_rounds
+    from fragfield.case.conversion.rounds import burst_rounds
     from fragfield.case.conversion.stages import burst_settings
     from transition import Snapshot
 
