@@ -8,6 +8,8 @@ harmless, checks what it keeps, and remembers both for the provenance.
 
 from __future__ import annotations
 
+import atexit
+import gc
 import os
 import re
 import subprocess
@@ -75,6 +77,8 @@ _ALONE = {
     "OMPI_MCA_pml": "ob1",
 }
 _INSTALLED = ("site-packages", "dist-packages")
+_OBJECTS = 50_000
+"""New objects between two searches for garbage; each looks through all that was imported and compiled."""
 _found: dict[str, list[str]] = {}
 
 
@@ -86,6 +90,8 @@ def settle(error: type[Exception]) -> None:
     """
     if _found:
         return
+    gc.set_threshold(_OBJECTS)
+    atexit.register(gc.freeze)  # else Python takes its modules apart object by object, for half a second
     _arrange_modules()
     launched = is_launched(error)
     _found["ignored"] = sorted(name for name in os.environ if _is_dropped(name, launched=launched))
@@ -229,10 +235,9 @@ _FOLDER = "/"
 
 
 def start_function(module: str, name: str, *arguments: str, **streams: Any) -> subprocess.Popen[bytes]:
-    """Start `sys.exit(module.name(*arguments))` by this interpreter; `streams` are those of Popen."""
-    return subprocess.Popen(
-        _command(module, name, arguments), stdin=subprocess.DEVNULL, env=own_environment(), cwd=_FOLDER, **streams
-    )
+    """Start `sys.exit(module.name(*arguments))` by this interpreter; `streams` are Popen's, by default no input."""
+    streams = {"stdin": subprocess.DEVNULL, **streams}
+    return subprocess.Popen(_command(module, name, arguments), env=own_environment(), cwd=_FOLDER, **streams)
 
 
 def run_function(
