@@ -42,7 +42,7 @@ def perform(job: Job, stage: Stage) -> None:
 def burst(job: Job, stage: Stage) -> dict[str, Any]:
     """Detonation and acceleration of the casings: burst.xdmf, burst_snapshot.h5. Collective over the team's ranks."""
     from burst_fenicsx import simulate
-    from fragfield.case.conversion.burst import burst_rounds
+    from fragfield.case.conversion.rounds import burst_rounds
     from fragfield.case.conversion.stages import burst_settings
     from fragfield.case.conversion.symmetry import burst_geometry
 
