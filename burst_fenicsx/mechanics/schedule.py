@@ -12,7 +12,10 @@ from burst_fenicsx.kernels.state import Schedule
 from burst_fenicsx.kernels.step.levels import colour_groups
 from burst_fenicsx.kernels.vectors.transposition import WIDTH
 
-__all__ = ["Blocks", "Chunks", "chunk_size"]
+__all__ = ["AT_REST", "Blocks", "Chunks", "chunk_size"]
+
+AT_REST = -1
+"""Level of cells that take no steps."""
 
 _MIN_CELLS, _MOST_CELLS, _CHUNKS = 256, 1024, 32
 
@@ -104,12 +107,12 @@ class Chunks:
     def blocks(self, level: np.ndarray, highest: int = 0) -> Blocks:
         """Arrange the cells in blocks by the levels of their steps, (cells,), and the highest of all ranks.
 
-        Within a chunk solid cells come before charge, and cells of short steps before those of long ones, so that what
-        takes part in a step lies together.
+        Within a chunk solid cells come before charge, and cells of short steps before those of long ones and of none, so
+        that what takes part in a step lies together.
         """
         below = int(level.max(initial=0)) - level.astype(np.int64)
         key = ((2 * self._chunk + self._charge) * (below.max(initial=0) + 1) + below) * self._materials + self._material
-        order = np.argsort(key, kind="stable")
+        order = np.argsort(key.astype(np.min_scalar_type(key.max(initial=0))), kind="stable")  # of few bits: quick
         chunk, charge, levels = self._chunk[order], self._charge[order], level[order]
         material = self._material[order]
         starts = np.flatnonzero(np.diff(key[order], prepend=-1))

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flight.fluence import Fluence, FluenceGrid, PolarGrid
-from flight.integrate.after_landing import AFTER_GROUND, FlownChunk, fly_chunk_to_end
 from flight.integrate.integrator import Adaptive, FixedStep
 from flight.rows import HITS, LANDING, OBSTACLE_HITS, RICOCHETS, Trajectories
 from flight.scene.targets import Cylinder, pack
@@ -26,6 +25,7 @@ if TYPE_CHECKING:
     from flight.fragments import Fragments
     from flight.integrate.integrator import Domain, Integrator
     from flight.kernels.events import Limits
+    from flight.kernels.impacts import Ends
     from flight.scene.air import Air
     from flight.scene.scene import Scene
     from flight.scene.targets import Witness
@@ -33,7 +33,9 @@ if TYPE_CHECKING:
 
 __all__ = ["FlightJob", "FlightProgress", "Flown"]
 
-CHUNK = 2048  # fragments a thread takes at once
+CHUNK = 3072  # fragments a thread takes at once
+_HIT_FRAGMENT, _PATH_FRAGMENT, _STRUCK_FRAGMENT, _GROUND_FRAGMENT = 8, 7, 9, 8  # columns
+_AFTER_GROUND = 10  # column of a crossing: 1 after an impact on the ground
 EXTENSION = 4.0  # of the cells of paths near the ground, where fragments pass beyond them
 MOST_STEPS = 100_000_000  # of one fragment
 POINTS_PER_STEP = 2  # of a trajectory
@@ -69,6 +71,23 @@ class Flown:
     extremes: NDArray[np.float32]
 
 
+@dataclass(frozen=True, eq=False)
+class _FlownChunk:
+    """What became of a chunk of fragments.
+
+    `hits` are crossings of witness surfaces, `path` points of paths, `struck` impacts on obstacles, `ground` impacts on
+    the ground of the fragments that ricochet off it, by fragment and then time; `inside` says whether the cells reach
+    as far as paths near the ground.
+    """
+
+    ends: Ends
+    hits: NDArray[np.float64]
+    path: NDArray[np.float64]
+    struck: NDArray[np.float64]
+    ground: NDArray[np.float64]
+    inside: bool
+
+
 class FlightJob:
     """One flight: the tables, and the threads that pull chunks of fragments."""
 
@@ -77,12 +96,12 @@ class FlightJob:
         witnesses: Sequence[Witness], integrator: Integrator, domain: Domain, time_limit: float,
         origin: tuple[float, float], cells: FluenceGrid | None = None,
     ) -> None:  # fmt: skip
-        from flight.kernels import events, motion, trajectory
+        from flight.kernels import motion, trajectory
         from flight.kernels.events import Limits
 
-        self.trajectory, self.hit_columns = trajectory, events.HIT_COLUMNS
+        self.trajectory = trajectory
         self.fragments, self.witnesses, self.origin = fragments, tuple(witnesses), origin
-        self.clock = np.tile([0.0, math.inf, 0.0], (len(fragments), 1))
+        self.clock = np.tile([0.0, math.inf], (len(fragments), 1))
         rows, bins, bins_per_mach = drag.table()
         table = air.table()
         self.around = motion.Surroundings(
@@ -99,10 +118,12 @@ class FlightJob:
             MOST_STEPS, 0,
         )  # fmt: skip
         self.in_air = bool(table.pieces[:, :4].any())
-        self.rows, self.vertices, self.everything = pack(self.witnesses)
+        self.rows, self.vertices = pack(self.witnesses)
         self.cells = cells if cells is not None and scene.ground is not None else None
         self.fluence: Fluence | None = None
         self.scene, self.terrain, self.obstacles = scene, scene.terrain(), scene.obstacle_rows()
+        self.surfaces = scene.surfaces()
+        self.boxes = np.stack([_box_around(self.obstacles), _box_around(self.rows)])
 
     def run(self, threads: int, on_progress: Callable[[FlightProgress], None] | None, began: float) -> Flown:
         """Fly all."""
@@ -115,28 +136,30 @@ class FlightJob:
         arrays = [*self._arrays(self.fragments), self.clock]
         done, lock, stop = 0, threading.Lock(), threading.Event()
         queue = iter(enumerate(chunks))
-        counted: list[dict[str, NDArray[Any]]] = []
+        counted: list[NDArray[np.int64]] = []
+        beyond = False
 
         def work() -> None:
-            nonlocal done
-            buffers = self._buffers(4 * CHUNK if self.witnesses else 0, 0, self.cells)
-            counted.append(buffers)
+            nonlocal done, beyond
+            lengths = self._lengths(self.cells)
+            counted.append(lengths)
             while not stop.is_set():
                 with lock:
                     index, start = next(queue, (-1, -1))
                 if index < 0:
                     return
                 end = min(start + CHUNK, total)
-                flown = fly_chunk_to_end(self, arrays, start, end, self.limits, buffers)
-                later = flown.hits[:, AFTER_GROUND] > 0.0
+                flown = self._fly(arrays, start, end, self.limits, lengths)
+                later = flown.hits[:, _AFTER_GROUND] > 0.0
                 tables["hits"][index] = self._hits(flown.hits[~later])
                 tables["ricochet_hits"][index] = self._hits(flown.hits[later])
                 tables["struck"][index] = self._struck(flown.struck)
                 tables["ricochets"][index] = self._ricochets(flown.ground)
-                self._fill_landing(landing[start:end], start, flown)
-                extremes[start:end] = flown.outcome[:, 7:11]
+                self._fill_landing(landing[start:end], start, flown.ends)
+                extremes[start:end] = flown.ends.first[:, 7:11]
                 with lock:
                     done += end - start
+                    beyond |= not flown.inside
 
         workers = max(1, min(threads, len(chunks)))
         if workers == 1 and on_progress is None:
@@ -156,10 +179,10 @@ class FlightJob:
             if on_progress is not None:
                 on_progress(FlightProgress(done, total, time.perf_counter() - began))
         if self.cells is not None:
-            if any(buffers["beyond"][0] for buffers in counted):
+            if beyond:
                 self.cells = replace(self.cells, grid=self.cells.grid.up_to(EXTENSION * self.cells.grid.reach))
                 return self.run(threads, on_progress, began)
-            self.fluence = Fluence.of(self.cells, [buffers["lengths"] for buffers in counted])
+            self.fluence = Fluence.of(self.cells, counted)
         whole = {name: _joined(parts, kinds[name]) for name, parts in tables.items()}
         return Flown(landing=landing, extremes=extremes, **whole)
 
@@ -172,12 +195,12 @@ class FlightJob:
         # adaptive whatever the flight's step: points of a fixed small step would fill the memory
         tolerance = min(self.limits.tolerance, Adaptive().tolerance)
         limits = self.limits._replace(path_points=POINTS_PER_STEP, fixed_step=0.0, tolerance=tolerance)
-        pieces = []
-        for start in range(0, chosen.size, CHUNK):
-            end = min(start + CHUNK, chosen.size)
-            pieces.append(fly_chunk_to_end(self, few, start, end, limits, self._buffers(4 * CHUNK, 64 * CHUNK)).path)
-        path = np.concatenate(pieces)
-        start_rows = np.searchsorted(path[:, 7], np.arange(chosen.size + 1))
+        starts = range(0, chosen.size, CHUNK)
+        none = self._lengths(None)
+        path = np.concatenate(
+            [self._fly(few, start, min(start + CHUNK, chosen.size), limits, none).path for start in starts]
+        )
+        start_rows = np.searchsorted(path[:, _PATH_FRAGMENT], np.arange(chosen.size + 1))
         return Trajectories(
             chosen, start_rows.astype(np.int64), path[:, 0].copy(), path[:, 1:4].copy(), path[:, 4:7].copy()
         )
@@ -193,53 +216,42 @@ class FlightJob:
         arrays = (fragments.mass, fragments.shape_factor, start, fragments.velocity)
         return [np.require(array, requirements=["C", "W"]) for array in arrays]
 
-    def _buffers(self, hits: int, path: int, fluence: FluenceGrid | None = None) -> dict[str, NDArray[Any]]:
-        columns = self.trajectory
-        cells = (2, *((0, 0) if fluence is None else fluence.grid.shape))  # before and after the first impact
-        return {
-            "chunk_lengths": np.zeros(cells, dtype=np.int64),
-            "lengths": np.zeros(cells, dtype=np.int64),
-            "beyond": np.zeros(1, dtype=np.bool_),
-            "outcome": np.zeros((CHUNK, columns.OUTCOME_COLUMNS)),
-            "status": np.zeros(CHUNK, dtype=np.int8),
-            "hits": np.zeros((hits, self.hit_columns)),
-            "path": np.zeros((path, columns.PATH_COLUMNS)),
-        }
+    @staticmethod
+    def _lengths(cells: FluenceGrid | None) -> NDArray[np.int64]:
+        """Counters of paths near the ground, before and after the first impact on it; none without cells."""
+        return np.zeros((2, *((0, 0) if cells is None else cells.grid.shape)), dtype=np.int64)
 
-    def fly(
-        self, arrays: list[NDArray[np.float64]], start: int, end: int, limits: Limits, buffers: dict[str, NDArray[Any]]
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Fly one chunk, with larger buffers where a fragment found them full; give its crossings and path points."""
-        cells = self._fluence_cells
-        while True:
-            buffers["chunk_lengths"][:] = 0
-            hit_count, path_count, inside = self.trajectory.fly_chunk(
-                start, end, *arrays,
-                self.around, limits, self.terrain, self.obstacles, self.rows, self.vertices, self.everything,
-                buffers["outcome"], buffers["status"], buffers["hits"], buffers["path"], cells,
-                buffers["chunk_lengths"],
-            )  # fmt: skip
-            for name, count in (("hits", hit_count), ("path", path_count)):
-                if count < 0:
-                    rows, columns = buffers[name].shape
-                    buffers[name] = np.zeros((4 * rows + CHUNK, columns))
-            if hit_count >= 0 and path_count >= 0:
-                break
-        buffers["lengths"] += buffers["chunk_lengths"]
-        buffers["beyond"] |= not inside
-        hits, path = buffers["hits"][:hit_count], buffers["path"][:path_count]
-        return hits[np.lexsort((hits[:, 0], hits[:, 8]))], path[np.argsort(path[:, 7], kind="stable")]
+    def _fly(
+        self, arrays: list[NDArray[np.float64]], start: int, end: int, limits: Limits, lengths: NDArray[np.int64]
+    ) -> _FlownChunk:
+        """Fly one chunk, and on from every ricochet; adds to `lengths`."""
+        from flight.kernels.impacts import FIRST_COLUMNS, Ends
 
-    def _fill_landing(self, rows: NDArray[Any], start: int, flown: FlownChunk) -> None:
-        number, outcome = len(rows), flown.outcome
-        here = slice(start, start + number)
+        number = end - start
+        status, last_status = np.zeros((2, number), dtype=np.int8)
+        ricochets, contacts = np.zeros((2, number), dtype=np.int64)
+        ends = Ends(
+            np.empty((number, FIRST_COLUMNS)), status, np.empty((number, 7)), last_status,
+            np.empty((number, 2), dtype=np.int64), ricochets, contacts,
+        )  # fmt: skip
+        hits, path, struck, ground, inside = self.trajectory.fly_chunk(
+            start, end, *arrays, self.around, limits, self.terrain, self.obstacles, self.surfaces, self.rows,
+            self.vertices, self.boxes, self._fluence_cells, lengths, ends,
+        )  # fmt: skip
+        ground = ground[ricochets[ground[:, 8].astype(np.int64)] > 0]
+        struck, ground = _sorted(struck, _STRUCK_FRAGMENT), _sorted(ground, _GROUND_FRAGMENT)
+        struck[:, _STRUCK_FRAGMENT] += start
+        ground[:, _GROUND_FRAGMENT] += start
+        return _FlownChunk(ends, _sorted(hits, _HIT_FRAGMENT), _sorted(path, _PATH_FRAGMENT), struck, ground, inside)
+
+    def _fill_landing(self, rows: NDArray[Any], start: int, ends: Ends) -> None:
+        here, outcome = slice(start, start + len(rows)), ends.first
         fragments = self.fragments
-        rows["fragment"] = np.arange(start, start + number)
-        rows["status"] = flown.status
-        rows["last_status"], rows["ricochets"] = flown.last_status, flown.ricochets
-        rows["obstacle"], rows["face"] = flown.stopped_by[:, 0], flown.stopped_by[:, 1]
-        rows["last_time"], rows["last_position"] = flown.last[:, 0], flown.last[:, 1:4]
-        end = flown.last[:, 1:3] - self.origin
+        rows["fragment"] = np.arange(here.start, here.stop)
+        rows["status"], rows["last_status"], rows["ricochets"] = ends.first_status, ends.last_status, ends.ricochets
+        rows["obstacle"], rows["face"] = ends.stopped_by[:, 0], ends.stopped_by[:, 1]
+        rows["last_time"], rows["last_position"] = ends.last[:, 0], ends.last[:, 1:4]
+        end = ends.last[:, 1:3] - self.origin
         rows["last_distance"], rows["last_azimuth"] = _horizontal(end), _azimuth(end)
         for name in ("round", "segment", "mass"):
             rows[name] = getattr(fragments, name)[here]
@@ -295,6 +307,17 @@ class FlightJob:
         rows["azimuth"] = _azimuth(buffer[:, 1:3] - centres[witness])
         rows["elevation"] = _angles(buffer[:, 6], _horizontal(buffer[:, 4:6]))
         return rows
+
+
+def _box_around(rows: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Box (6,) around the boxes of obstacles or witnesses: low and high by axis; one that nothing touches of none."""
+    low, high = rows[:, 1:7:2].min(axis=0, initial=math.inf), rows[:, 2:7:2].max(axis=0, initial=-math.inf)
+    return np.stack([low, high], axis=1).ravel()
+
+
+def _sorted(rows: NDArray[np.float64], fragment: int) -> NDArray[np.float64]:
+    """Rows by fragment and then time, those of one time as they came."""
+    return rows[np.lexsort((rows[:, 0], rows[:, fragment]))]
 
 
 def _joined(parts: list[NDArray[Any]], kind: np.dtype[Any]) -> NDArray[Any]:

@@ -32,8 +32,8 @@ class Legs:
         The fragments at launch.
     fragments : Fragments
         The same at the start of every leg.
-    clock : (legs, 3) float64
-        Start and latest end of each (s), infinite for a fragment's last; 0: none follows an impact on the ground.
+    clock : (legs, 2) float64
+        Start and latest end of each (s), infinite for a fragment's last.
     first : (n + 1,) int64
         First leg of each fragment, and the number of legs.
     """
@@ -110,6 +110,6 @@ def legs_between(fragments: Fragments, contacts: NDArray[Any]) -> Legs:
     return Legs(
         fragments,
         flown,
-        np.stack([time[lasting], end[lasting], np.zeros(int(lasting.sum()))], axis=1),
+        np.stack([time[lasting], end[lasting]], axis=1),
         first.astype(np.int64),
     )

@@ -9,10 +9,7 @@ import numpy as np
 from flight.kernels.compiling import inner_kernel
 from flight.kernels.motion import (
     LANES,
-    NEW,
-    SLOPE,
     STATE,
-    STEP,
 )
 from flight.kernels.obstacles import enter_obstacles
 from flight.kernels.surfaces import (
@@ -37,7 +34,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "HIT_COLUMNS", "IN_FLIGHT", "LANDED", "LEFT_DOMAIN", "NOT_A_NUMBER", "STEP_LIMIT", "STOPPED", "TIME_OUT", "Limits",
-    "ending", "ending_in_scene", "heights_of", "may_end", "outside", "record_hits",
+    "ending", "ending_in_scene", "outside", "record_hits",
 ]  # fmt: skip
 
 # as in flight.rows.Status
@@ -61,26 +58,8 @@ class Limits(NamedTuple):
     path_points: int  # recorded per step, 0: none
 
 
-# time, position (3), velocity (3), witness, fragment, sense of the crossing, and one that the caller fills
+# time, position (3), velocity (3), witness, fragment, sense of the crossing, 1 after an impact on the ground
 HIT_COLUMNS = 11
-
-
-@inner_kernel()
-def heights_of(q: Array, lane: int) -> tuple[float, float]:
-    """Lowest and highest point of the step's hull."""
-    h = q[STEP * LANES + lane]
-    start, end = q[(STATE + 2) * LANES + lane], q[(NEW + 2) * LANES + lane]
-    first, last = 0.2 * h * q[(STATE + 5) * LANES + lane], 0.2 * h * q[(NEW + 5) * LANES + lane]
-    p1, p4 = start + first, end - last
-    p2 = start + 2.0 * first + 0.05 * h * h * q[(SLOPE + 2) * LANES + lane]
-    p3 = end - 2.0 * last + 0.05 * h * h * q[(SLOPE + 20) * LANES + lane]
-    return min(start, end, p1, p4, p2, p3), max(start, end, p1, p4, p2, p3)
-
-
-@inner_kernel()
-def may_end(low: float, high: float, limits: Limits) -> bool:
-    """Whether the step's hull leaves the space between ground, ceiling and floor, or a radius is to be checked."""
-    return low < limits.ground or low < limits.floor or high > limits.ceiling or limits.domain_radius < np.inf
 
 
 @inner_kernel()
@@ -138,6 +117,7 @@ def record_hits(
     time: float,
     h: float,
     fragment: int,
+    after: float,
     pieces: Array,
     stack: Array,
     roots: Array,
@@ -145,7 +125,7 @@ def record_hits(
     hits: Array,
     count: int,
 ) -> int:
-    """Append the crossings of this step up to its position `until`; returns the new count, -1 if `hits` is full."""
+    """Append the crossings of this step up to its position `until`, for all of which there is room; the new count."""
     index = 0
     while index < witnesses.shape[0]:
         row = witnesses[index]
@@ -167,8 +147,6 @@ def record_hits(
             dense_state(points, theta, out)
             if not inside_outline(row, vertices, out[0], out[1], out[2]):
                 continue
-            if count == hits.shape[0]:
-                return -1
             if is_cylinder:
                 sense = (out[0] - row[7]) * out[3] + (out[1] - row[8]) * out[4]
             else:
@@ -179,5 +157,6 @@ def record_hits(
             hits[count, 7] = row[WITNESS_NUMBER]
             hits[count, 8] = fragment
             hits[count, 9] = 1.0 if sense >= 0.0 else -1.0
+            hits[count, 10] = after
             count += 1
     return count

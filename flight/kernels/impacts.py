@@ -1,4 +1,4 @@
-"""Impacts at the ends of a chunk's flights: which fragments ricochet, with which velocity, and where the others stay.
+"""Impacts at the ends of flights: which fragments ricochet, with which velocity, and where the others stay.
 
 The law of the ricochet is that of `flight.scene.ricochet`.
 """
@@ -6,11 +6,11 @@ The law of the ricochet is that of `flight.scene.ricochet`.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from flight.kernels.compiling import inner_kernel, kernel
+from flight.kernels.compiling import inner_kernel
 from flight.kernels.events import LANDED, STOPPED, TIME_OUT
 from flight.kernels.obstacles import FIRST_FACE
 from flight.kernels.terrain import slope_at
@@ -24,7 +24,10 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
     Integers = NDArray[np.int64]
 
-__all__ = ["LIFT", "MOST_CONTACTS", "SLOWEST_LIFT", "ricochet", "GROUND_COLUMNS", "STRUCK_COLUMNS", "apply_impacts"]
+__all__ = [
+    "FIRST_COLUMNS", "GROUND_COLUMNS", "LIFT", "MOST_CONTACTS", "SLOWEST_LIFT", "STRUCK_COLUMNS", "Ends", "impact",
+    "ricochet",
+]  # fmt: skip
 
 LIFT = 1e-9  # m off the surface at which a fragment starts again, so that rounding does not put it below
 MOST_CONTACTS = 500  # of one fragment; then it stays
@@ -57,6 +60,7 @@ def ricochet(state: Array, nx: float, ny: float, nz: float, surface: Array) -> b
     return True
 
 
+FIRST_COLUMNS = 11
 # time, position (3), velocity (3) at the impact, obstacle, face, row of the chunk, 1 where it stopped
 STRUCK_COLUMNS = 11
 # time, position (3), velocity (3) at the impact, speed after it (0: it stays), row of the chunk, ricochets before it
@@ -76,71 +80,64 @@ def _normal(state: Array, which: int, face: int, terrain: Terrain, obstacles: Ar
     return -slope_x / size, -slope_y / size, 1.0 / size
 
 
-@kernel
-def apply_impacts(
-    moving: Integers,
-    count: int,
-    outcome: Array,
-    status: NDArray[np.int8],
-    surfaces: Array,
-    limits: Limits,
-    terrain: Terrain,
-    obstacles: Array,
-    first: Array,
-    first_status: NDArray[np.int8],
-    last: Array,
-    last_status: NDArray[np.int8],
-    stopped_by: Integers,
-    ricochets: Integers,
-    contacts: Integers,
-    struck: Array,
-    ground: Array,
-) -> tuple[int, int, int]:
-    """Let the fragments `moving` (rows of the chunk), whose flights have just ended, ricochet or stay.
+class Ends(NamedTuple):
+    """What becomes of n fragments.
 
-    `outcome` and `status` count as `moving` does, all others by rows of the chunk: first impact on the ground, or
-    the end of a fragment that has none; last state (time, position, velocity), with which those that fly on start;
-    which obstacle and face stopped it, (rows, 2); ricochets off the ground; all impacts. Returns how many fly on,
-    now first in `moving`, and the rows used of `struck` (impacts on obstacles) and of `ground` (impacts there).
+    `first`: time, position, velocity at the first impact on the ground, or at the end of those that have none; steps
+    taken, steps rejected, lowest and highest Mach number of all flights. `last`: time, position, velocity at the start
+    of the flight under way, and at the very end. `stopped_by`: obstacle and face, or -1. `ricochets`: off the ground.
+    `contacts`: all impacts.
     """
-    flying = hits = landings = 0
-    for k in range(count):
-        row, how = moving[k], int(status[k])
-        state = last[row]
-        state[:7] = outcome[k, :7]
-        which, face = -1, -1
-        if how == STOPPED:
-            which, face = int(outcome[k, 11]), int(outcome[k, 12])
-        if how == LANDED and first_status[row] == 0:
-            first[row, :7], first_status[row] = outcome[k, :7], LANDED
-        goes_on = False
-        if how in (LANDED, STOPPED):
-            contacts[row] += 1
-            nx, ny, nz = _normal(state, which, face, terrain, obstacles)
-            goes_on = contacts[row] < MOST_CONTACTS and ricochet(state, nx, ny, nz, surfaces[1 + which])
+
+    first: Array  # (n, FIRST_COLUMNS)
+    first_status: NDArray[np.int8]
+    last: Array  # (n, 7)
+    last_status: NDArray[np.int8]
+    stopped_by: Integers  # (n, 2)
+    ricochets: Integers
+    contacts: Integers
+
+
+@inner_kernel(_nrt=False)
+def impact(
+    row: int, how: int, which: int, face: int, end: Array, ends: Ends, surfaces: Array, limits: Limits,
+    terrain: Terrain, obstacles: Array, struck: Array, ground: Array,
+) -> bool:  # fmt: skip
+    """Let a fragment whose flight has just ended in the state `end` ricochet or stay; returns whether it flies on.
+
+    `struck` and `ground` are the rows for an impact on an obstacle, or on the ground.
+    """
+    state = ends.last[row]
+    for k in range(7):
+        state[k] = end[k]
+    if how == LANDED and ends.first_status[row] == 0:
+        for k in range(7):
+            ends.first[row, k] = end[k]
+        ends.first_status[row] = LANDED
+    goes_on = False
+    nx, ny, nz = 0.0, 0.0, 1.0
+    if how in (LANDED, STOPPED):
+        ends.contacts[row] += 1
+        nx, ny, nz = _normal(state, which, face, terrain, obstacles)
+        goes_on = ends.contacts[row] < MOST_CONTACTS and ricochet(state, nx, ny, nz, surfaces[1 + which])
+        record = ground if how == LANDED else struck
+        for k in range(7):
+            record[k] = end[k]
         if how == LANDED:
-            record = ground[landings]
-            record[:7] = outcome[k, :7]
-            record[7] = math.sqrt(state[4] * state[4] + state[5] * state[5] + state[6] * state[6])
-            record[7] = record[7] if goes_on else 0.0
-            record[8], record[9] = row, ricochets[row]
-            landings += 1
-        elif how == STOPPED:
-            record = struck[hits]
-            record[:7] = outcome[k, :7]
+            leaving = math.sqrt(state[4] * state[4] + state[5] * state[5] + state[6] * state[6])
+            record[7], record[8], record[9] = leaving if goes_on else 0.0, row, ends.ricochets[row]
+        else:
             record[7], record[8], record[9], record[10] = which, face, row, 0.0 if goes_on else 1.0
-            hits += 1
-        if goes_on:
-            ricochets[row] += which < 0
-            state[1], state[2], state[3] = state[1] + LIFT * nx, state[2] + LIFT * ny, state[3] + LIFT * nz
-        if goes_on and state[0] >= limits.time_limit:
-            goes_on, how, which, face = False, TIME_OUT, -1, -1
-        if goes_on:
-            moving[flying] = row
-            flying += 1
-            continue
-        if first_status[row] == 0:
-            first[row, :7], first_status[row] = outcome[k, :7], how
-        last_status[row] = how
-        stopped_by[row, 0], stopped_by[row, 1] = which, face
-    return flying, hits, landings
+    if goes_on:
+        ends.ricochets[row] += which < 0
+        state[1], state[2], state[3] = state[1] + LIFT * nx, state[2] + LIFT * ny, state[3] + LIFT * nz
+        if state[0] < limits.time_limit:
+            return True
+        how, which, face = TIME_OUT, -1, -1
+    if ends.first_status[row] == 0:
+        for k in range(7):
+            ends.first[row, k] = end[k]
+        ends.first_status[row] = how
+    ends.last_status[row] = how
+    ends.stopped_by[row, 0], ends.stopped_by[row, 1] = which, face
+    return False

@@ -1,24 +1,33 @@
-"""Lanes: setting fragments to their start, and the size of their next step."""
+"""Lanes: setting fragments to their start, the size of their next step, and which lanes need a closer look."""
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from flight.kernels.compiling import inner_kernel
 from flight.kernels.motion import (
+    AFTER,
     AREA,
+    FINAL,
     HEIGHT,
+    HIGHEST_MACH,
+    HULL,
     LANES,
+    LATEST,
+    LOWEST_MACH,
     MACH,
+    MASS,
     NEW,
     PLACE_ERROR,
+    REJECTED,
     RELATIVE,
     SLOPE,
     STATE,
     STEP,
+    STEPS,
     TIME,
     VELOCITY_ERROR,
     accelerate,
@@ -32,37 +41,52 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["SMALLEST_FACTOR", "load", "move_lane", "prepare", "step_factors"]
+__all__ = [
+    "ENDS", "MEETS", "PASSES", "SHORTEST_STEP", "SMALLEST_FACTOR", "Watched", "begin_steps", "go_on", "load",
+    "move_lane", "prepare", "sift", "step_factors",
+]  # fmt: skip
 
 SAFETY, SMALLEST_FACTOR, LARGEST_FACTOR = 0.9, 0.2, 6.0
 FIRST_STEP = 0.15  # times the time in which drag and gravity would undo the velocity
 MIN_SPEED = 1.0  # m/s; below it the tolerance is absolute
+SHORTEST_STEP = 1e-12  # s; an error that shrinks with no step is not an error of the step
+# what may happen on a step: its end, at a fragment's flight's; a path to be counted near the ground; a crossing; else
+ENDS, PASSES, MEETS, OTHER = 1, 2, 4, 8
+
+
+class Watched(NamedTuple):
+    """Where steps need a closer look. Units: m, J."""
+
+    obstacles: Array  # (6,) box around all obstacles, low and high by axis
+    witnesses: Array  # (6,) box around all witnesses
+    boxes: bool  # whether there is any of either
+    counted_below: float  # height below which paths are counted; -inf: none are
+    energy: float  # from which they are
+    highest: float  # point of a map; -inf: there is none
+    always: bool  # whether every step is looked at
 
 
 @inner_kernel()
 def prepare(
-    ahead: Array,
-    first: int,
-    stop: int,
-    mass: Array,
-    shape_factor: Array,
-    position: Array,
-    velocity: Array,
-    clock: Array,
-    around: Surroundings,
-    limits: Limits,
-) -> None:
-    """Bring the next LANES fragments to their start in the scratch array `ahead`: state, acceleration, first step."""
+    ahead: Array, rows: NDArray[np.int64], number: int, start: int, state: Array, mass: Array, shape_factor: Array,
+    around: Surroundings, limits: Limits,
+) -> None:  # fmt: skip
+    """Bring the next fragments to their start in the scratch array `ahead`: state, acceleration, first step.
+
+    The first `number` of `rows` (LANES,) are their rows of `state` (time, position, velocity); fragments count from
+    `start`.
+    """
     for lane in range(LANES):
-        fragment = min(first + lane, stop - 1)
+        row = rows[min(lane, number - 1)]
+        for j in range(6):
+            ahead[(STATE + j) * LANES + lane] = state[row, 1 + j]
         for j in range(3):
-            ahead[(STATE + j) * LANES + lane] = position[fragment, j]
-            ahead[(STATE + 3 + j) * LANES + lane] = velocity[fragment, j]
-            ahead[(RELATIVE + j) * LANES + lane] = velocity[fragment, j]
-        ahead[HEIGHT * LANES + lane] = position[fragment, 2]
-        ahead[TIME * LANES + lane] = clock[fragment, 0]
-        m = mass[fragment]
-        ahead[AREA * LANES + lane] = 0.5 * (m / shape_factor[fragment]) ** (2.0 / 3.0) / m
+            ahead[(RELATIVE + j) * LANES + lane] = state[row, 4 + j]
+        ahead[HEIGHT * LANES + lane] = state[row, 3]
+        ahead[TIME * LANES + lane] = state[row, 0]
+        m = mass[start + row]
+        ahead[MASS * LANES + lane] = m
+        ahead[AREA * LANES + lane] = 0.5 * (m / shape_factor[start + row]) ** (2.0 / 3.0) / m
     accelerate(ahead, SLOPE, around)
     for lane in range(LANES):
         size = speed = 0.0
@@ -71,25 +95,37 @@ def prepare(
             speed += ahead[(STATE + 3 + j) * LANES + lane] ** 2
         h = FIRST_STEP * math.sqrt(max(speed, MIN_SPEED) / size) if size > 0.0 else limits.time_limit
         ahead[STEP * LANES + lane] = h if limits.fixed_step <= 0.0 else limits.fixed_step
+        ahead[STEPS * LANES + lane] = ahead[REJECTED * LANES + lane] = 0.0
+        ahead[LOWEST_MACH * LANES + lane] = ahead[HIGHEST_MACH * LANES + lane] = ahead[MACH * LANES + lane]
 
 
 @inner_kernel()
-def load(q: Array, lane: int, ahead: Array, place: int) -> float:
-    """Put the fragment prepared at `place` of `ahead` into a lane; returns its Mach number."""
+def load(q: Array, lane: int, ahead: Array, place: int) -> None:
+    """Put the fragment prepared at `place` of `ahead` into a lane."""
     for j in range(6):
         q[(STATE + j) * LANES + lane] = ahead[(STATE + j) * LANES + place]
     for j in range(3):
         q[(SLOPE + j) * LANES + lane] = ahead[(SLOPE + j) * LANES + place]
-    q[AREA * LANES + lane] = ahead[AREA * LANES + place]
-    q[STEP * LANES + lane] = ahead[STEP * LANES + place]
-    q[TIME * LANES + lane] = ahead[TIME * LANES + place]
-    return ahead[MACH * LANES + place]
+    for row in (AREA, STEP, TIME, MASS, LATEST, AFTER, STEPS, REJECTED, LOWEST_MACH, HIGHEST_MACH):
+        q[row * LANES + lane] = ahead[row * LANES + place]
 
 
 @inner_kernel()
 def move_lane(q: Array, source: int, target: int) -> None:
     """Copy what a lane carries from step to step."""
     load(q, target, q, source)
+
+
+@inner_kernel()
+def begin_steps(q: Array, limits: Limits) -> None:
+    """Size of the step of every lane, and whether it is the last one before the fragment's time is over."""
+    for i in range(LANES):
+        h = min(q[STEP * LANES + i], limits.longest_step)
+        h = limits.fixed_step if limits.fixed_step > 0.0 else h
+        time, latest = q[TIME * LANES + i], q[LATEST * LANES + i]
+        final = time + h >= latest
+        q[FINAL * LANES + i] = 1.0 if final else 0.0
+        q[STEP * LANES + i] = latest - time if final else h
 
 
 @inner_kernel()
@@ -118,3 +154,93 @@ def step_factors(q: Array, factors: Array, limits: Limits) -> None:
         factor = min(factor, LARGEST_FACTOR)
         factors[i] = factor if error <= 1.0 else -factor
         factors[i] = factors[i] + 0.0 * after  # not a number, or infinite, stays so
+    if limits.fixed_step > 0.0:
+        for i in range(LANES):
+            factors[i] = 1.0 if factors[i] == factors[i] else factors[i]
+
+
+@inner_kernel()
+def _hull(q: Array, axis: int) -> None:
+    """Lowest and highest control point of every lane's step along an axis (`motion.place_points`)."""
+    for i in range(LANES):
+        h = q[STEP * LANES + i]
+        start, end = q[(STATE + axis) * LANES + i], q[(NEW + axis) * LANES + i]
+        first, last = 0.2 * h * q[(STATE + 3 + axis) * LANES + i], 0.2 * h * q[(NEW + 3 + axis) * LANES + i]
+        p1, p4 = start + first, end - last
+        p2 = start + 2.0 * first + 0.05 * h * h * q[(SLOPE + axis) * LANES + i]
+        p3 = end - 2.0 * last + 0.05 * h * h * q[(SLOPE + 18 + axis) * LANES + i]
+        q[(HULL + 2 * axis) * LANES + i] = min(start, end, p1, p4, p2, p3)
+        q[(HULL + 2 * axis + 1) * LANES + i] = max(start, end, p1, p4, p2, p3)
+
+
+@inner_kernel()
+def _mark_box(q: Array, box: Array, mark: int, events: NDArray[np.int64]) -> None:
+    """Mark the lanes whose hull touches a box."""
+    x0, x1, y0, y1, z0, z1 = box[0], box[1], box[2], box[3], box[4], box[5]
+    for i in range(LANES):
+        misses = (q[(HULL + 1) * LANES + i] < x0) | (q[HULL * LANES + i] > x1)
+        misses |= (q[(HULL + 3) * LANES + i] < y0) | (q[(HULL + 2) * LANES + i] > y1)
+        misses |= (q[(HULL + 5) * LANES + i] < z0) | (q[(HULL + 4) * LANES + i] > z1)
+        events[i] |= 0 if misses else mark
+
+
+@inner_kernel()
+def sift(q: Array, factors: Array, limits: Limits, watched: Watched, events: NDArray[np.int64]) -> None:
+    """Take to their next step the lanes on whose step nothing can happen; `events` (LANES,) is 0 for these.
+
+    Of the others it says what may happen; a lane whose step was not taken has OTHER alone.
+    """
+    _hull(q, 2)
+    for i in range(LANES):
+        low, high = q[(HULL + 4) * LANES + i], q[(HULL + 5) * LANES + i]
+        ends = (low < limits.ground) | (low < limits.floor) | (high > limits.ceiling) | (low <= watched.highest)
+        before = after = 0.0
+        for j in range(3):
+            before += q[(STATE + 3 + j) * LANES + i] ** 2
+            after += q[(NEW + 3 + j) * LANES + i] ** 2
+        energy = 0.5 * q[MASS * LANES + i] * max(before, after)
+        passes = (low < watched.counted_below) & (energy >= watched.energy)
+        events[i] = (ENDS if ends | (limits.domain_radius < np.inf) else 0) | (PASSES if passes else 0)
+    if watched.boxes:
+        _hull(q, 0)
+        _hull(q, 1)
+        _mark_box(q, watched.obstacles, ENDS, events)
+        _mark_box(q, watched.witnesses, MEETS, events)
+    for i in range(LANES):
+        h, factor = q[STEP * LANES + i], factors[i]
+        shorter = -factor * h
+        count = q[STEPS * LANES + i] + q[REJECTED * LANES + i] + 1.0
+        more = count < limits.most_steps
+        taken = factor > 0.0
+        again = (factor < 0.0) & (shorter >= SHORTEST_STEP) & more
+        quiet = taken & (events[i] == 0) & (q[FINAL * LANES + i] == 0.0) & more & (not watched.always)
+        events[i] = 0 if quiet | again else ((events[i] | OTHER) if taken else OTHER)
+        q[REJECTED * LANES + i] += 1.0 if again else 0.0
+        q[STEP * LANES + i] = shorter if again else (h * factor if quiet else h)
+        q[STEPS * LANES + i] += 1.0 if quiet else 0.0
+        q[TIME * LANES + i] += h if quiet else 0.0
+        mach = q[MACH * LANES + i]
+        lowest, highest = q[LOWEST_MACH * LANES + i], q[HIGHEST_MACH * LANES + i]
+        q[LOWEST_MACH * LANES + i] = min(lowest, mach) if quiet else lowest
+        q[HIGHEST_MACH * LANES + i] = max(highest, mach) if quiet else highest
+        q[FINAL * LANES + i] = 2.0 if quiet else q[FINAL * LANES + i]
+    for j in range(9):
+        old, new = (STATE + j, NEW + j) if j < 6 else (SLOPE + j - 6, SLOPE + 12 + j)
+        for i in range(LANES):
+            quiet = q[FINAL * LANES + i] == 2.0
+            q[old * LANES + i] = q[new * LANES + i] if quiet else q[old * LANES + i]
+
+
+@inner_kernel()
+def go_on(q: Array, lane: int, factor: float) -> None:
+    """Take one lane to its next step."""
+    mach = q[MACH * LANES + lane]
+    q[LOWEST_MACH * LANES + lane] = min(q[LOWEST_MACH * LANES + lane], mach)
+    q[HIGHEST_MACH * LANES + lane] = max(q[HIGHEST_MACH * LANES + lane], mach)
+    for j in range(6):
+        q[(STATE + j) * LANES + lane] = q[(NEW + j) * LANES + lane]
+    for j in range(3):
+        q[(SLOPE + j) * LANES + lane] = q[(SLOPE + 18 + j) * LANES + lane]
+    h = q[STEP * LANES + lane]
+    q[TIME * LANES + lane] += h
+    q[STEP * LANES + lane] = h * factor

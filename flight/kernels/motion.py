@@ -39,7 +39,11 @@ TIME = 44
 # the pieces of the tables that a lane looked up last: of the air its number plus one and eight coefficients, of the
 # drag the Mach numbers from and to which it holds, the one that it counts from and four coefficients
 PIECE, AIR, FROM, TO, ORIGIN, LAW = 45, 46, 54, 55, 56, 57
-ROWS = 61
+# mass (kg); end of the flight at the latest (s); 1 after an impact on the ground; steps taken and rejected; lowest and
+# highest Mach number of the flight; 1 on its last step in time; lowest and highest control point of the step by axis
+MASS, LATEST, AFTER, STEPS, REJECTED, LOWEST_MACH, HIGHEST_MACH, FINAL, HULL = 61, 62, 63, 64, 65, 66, 67, 68, 69
+ROWS = 75
+GROUP = 8  # lanes that are looked at together for whether one has left its piece of a table
 
 
 class Surroundings(NamedTuple):
@@ -122,12 +126,18 @@ def accelerate(q: Array, slope: int, around: Surroundings) -> None:
     last_piece, last_bin = np.int64(pieces.shape[0] - 1), np.int64(bins.shape[0] - 1)
     last_row = np.int64(table.shape[0] - 1)
     top_mach = (last_bin + 0.5) / around.drag_bins_per_mach
-    for i in range(LANES):  # looked up again only where a lane has left its piece: single lanes, unlike the rest
-        piece = min(np.int64(q[HEIGHT * LANES + i]), last_piece)
-        if q[PIECE * LANES + i] != piece + 1.0:
-            q[PIECE * LANES + i] = piece + 1.0
-            for k in range(8):
-                q[(AIR + k) * LANES + i] = pieces[piece, k]
+    for first in range(0, LANES, GROUP):  # looked up again only where a lane has left its piece
+        left = 0
+        for i in range(first, first + GROUP):
+            left += q[PIECE * LANES + i] != min(np.int64(q[HEIGHT * LANES + i]), last_piece) + 1.0
+        if left == 0:
+            continue
+        for i in range(first, first + GROUP):
+            piece = min(np.int64(q[HEIGHT * LANES + i]), last_piece)
+            if q[PIECE * LANES + i] != piece + 1.0:
+                q[PIECE * LANES + i] = piece + 1.0
+                for k in range(8):
+                    q[(AIR + k) * LANES + i] = pieces[piece, k]
     for i in range(LANES):
         rise = (q[HEIGHT * LANES + i] - (q[PIECE * LANES + i] - 1.0)) * around.air_step
         c0, c1, c2, c3 = (
@@ -138,9 +148,17 @@ def accelerate(q: Array, slope: int, around: Surroundings) -> None:
             q[(AIR + 4) * LANES + i], q[(AIR + 5) * LANES + i], q[(AIR + 6) * LANES + i], q[(AIR + 7) * LANES + i],
         )  # fmt: skip
         q[MACH * LANES + i] = q[SPEED * LANES + i] * (c0 + rise * (c1 + rise * (c2 + rise * c3)))
-    for i in range(LANES):
-        mach = q[MACH * LANES + i]
-        if not (q[FROM * LANES + i] <= mach < q[TO * LANES + i]):
+    for first in range(0, LANES, GROUP):
+        left = 0
+        for i in range(first, first + GROUP):
+            mach = q[MACH * LANES + i]
+            left += not ((q[FROM * LANES + i] <= mach) & (mach < q[TO * LANES + i]))
+        if left == 0:
+            continue
+        for i in range(first, first + GROUP):
+            mach = q[MACH * LANES + i]
+            if q[FROM * LANES + i] <= mach < q[TO * LANES + i]:
+                continue
             row = bins[np.int64((min(top_mach, mach)) * around.drag_bins_per_mach)]
             row = min(row + np.int64(mach >= table[row, 5]), last_row)  # an infinite one is at the end of the last row
             q[FROM * LANES + i] = table[row, 0] if row > 0 else 0.0

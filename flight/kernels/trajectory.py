@@ -1,4 +1,4 @@
-"""The loop over fragments and steps, from launch to the end, with crossings and endings."""
+"""The loop over fragments and steps, from launch to the last landing, with crossings, impacts and endings."""
 
 from __future__ import annotations
 
@@ -19,21 +19,38 @@ from flight.kernels.events import (
     Limits,
     ending,
     ending_in_scene,
-    heights_of,
-    may_end,
     outside,
     record_hits,
 )
 from flight.kernels.fluence import count_chord, count_path, highest_counted
-from flight.kernels.lanes import SMALLEST_FACTOR, load, move_lane, prepare, step_factors
+from flight.kernels.impacts import GROUND_COLUMNS, STRUCK_COLUMNS, Ends, impact
+from flight.kernels.lanes import (
+    ENDS,
+    MEETS,
+    PASSES,
+    SHORTEST_STEP,
+    SMALLEST_FACTOR,
+    Watched,
+    begin_steps,
+    go_on,
+    load,
+    move_lane,
+    prepare,
+    sift,
+    step_factors,
+)
 from flight.kernels.motion import (
+    AFTER,
+    FINAL,
+    HIGHEST_MACH,
     LANES,
-    MACH,
-    NEW,
+    LATEST,
+    LOWEST_MACH,
+    REJECTED,
     ROWS,
-    SLOPE,
     STATE,
     STEP,
+    STEPS,
     TIME,
     place_points,
     take_step,
@@ -41,11 +58,7 @@ from flight.kernels.motion import (
 )
 from flight.kernels.obstacles import EVENTS_SHAPE
 from flight.kernels.roots import STACK_SHAPE
-from flight.kernels.surfaces import (
-    PIECES_SHAPE,
-    dense_state,
-    misses_box,
-)
+from flight.kernels.surfaces import PIECES_SHAPE, dense_state
 from flight.kernels.terrain import TERRAIN_PIECES_SHAPE, height_at
 
 if TYPE_CHECKING:
@@ -57,23 +70,38 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["HIT_COLUMNS", "OUTCOME_COLUMNS", "PATH_COLUMNS", "Limits", "fly_chunk"]
+__all__ = ["HIT_COLUMNS", "PATH_COLUMNS", "Ends", "Limits", "fly_chunk"]
 
-# time, place (3), velocity (3), steps taken, steps rejected, lowest and highest Mach number, obstacle, face
-OUTCOME_COLUMNS = 13
 # time, place (3), velocity (3), fragment
 PATH_COLUMNS = 8
-SHORTEST_STEP = 1e-12  # s; an error that shrinks with no step is not an error of the step
+_ROOTS = 16  # crossings of one surface on a step, at most
+
+
+@inner_kernel()
+def _with_room(table: Array, used: int, more: int) -> Array:
+    """The table, or a longer one with its used rows, where so many more have no room."""
+    if used + more <= table.shape[0]:
+        return table
+    longer = np.empty((2 * (used + more), table.shape[1]))
+    longer[:used] = table[:used]
+    return longer
 
 
 @inner_kernel(_nrt=False)
-def _fastest(q: Array, lane: int) -> float:
-    """Larger of the squared speeds at both ends of a step."""
-    before = after = 0.0
-    for j in range(3):
-        before += q[(STATE + 3 + j) * LANES + lane] ** 2
-        after += q[(NEW + 3 + j) * LANES + lane] ** 2
-    return max(before, after)
+def _write_state(q: Array, lane: int, record: Array) -> None:
+    """Time, position and velocity of a lane into a record."""
+    record[0] = q[TIME * LANES + lane]
+    for j in range(6):
+        record[1 + j] = q[(STATE + j) * LANES + lane]
+
+
+@inner_kernel(_nrt=False)
+def _add_flight(q: Array, lane: int, first: Array) -> None:
+    """Steps and Mach numbers of a flight that has ended, to those of the fragment's flights before."""
+    first[7] += q[STEPS * LANES + lane]
+    first[8] += q[REJECTED * LANES + lane]
+    first[9] = min(first[9], q[LOWEST_MACH * LANES + lane])
+    first[10] = max(first[10], q[HIGHEST_MACH * LANES + lane])
 
 
 @kernel
@@ -89,129 +117,136 @@ def fly_chunk(
     limits: Limits,
     terrain: Terrain,
     obstacles: Array,
+    surfaces: Array,
     witnesses: Array,
     vertices: Array,
-    everything: Array,
-    outcome: Array,
-    status: NDArray[np.int8],
-    hits: Array,
-    path: Array,
+    boxes: Array,
     near: FluenceCells,
     lengths: NDArray[np.int64],
-) -> tuple[int, int, bool]:
-    """Fly the fragments start..stop-1; rows of `outcome` and `status` count from `start`.
+    ends: Ends,
+) -> tuple[Array, Array, Array, Array, bool]:
+    """Fly the fragments start..stop-1 to their end, and on from every ricochet; rows of `ends` count from `start`.
 
-    `clock` (n, 3) holds the time of each launch, the time at which that flight ends at the latest (s), and whether
-    it follows an impact on the ground (1) or not (0). Returns the rows used of `hits` and `path`, in no order of
-    fragments; -1 where one of them had no room for all: fly again with more. Lengths of paths near the ground are
-    added to `lengths` (before and after the first impact on the ground, azimuth, distance; without azimuths: not
-    counted); last comes whether its cells reach far enough.
+    `clock` (n, 2) holds the time of each launch and the time at which that flight ends at the latest (s), `surfaces`
+    how fragments ricochet off the ground and off each obstacle, `boxes` (2, 6) the boxes around all obstacles and all
+    witnesses. Returns crossings, points of paths, impacts on obstacles (rows count from `start`) and on the ground (the
+    same), in no order of fragments but in that of time for each. Lengths of paths near the ground are added to
+    `lengths` (before and after the first impact on the ground, azimuth, distance; without azimuths: not counted); last
+    comes whether its cells reach far enough.
     """
-    if stop <= start:
-        return 0, 0, True
-    inside = True
-    counted_below = highest_counted(limits, terrain, near) if lengths.shape[1] > 0 else -np.inf
-    q, ahead, factors = np.zeros(ROWS * LANES), np.zeros(ROWS * LANES), np.zeros(LANES)
-    out, points, stack, roots = np.empty(6), np.zeros((6, 6)), np.empty(STACK_SHAPE), np.empty(16)
-    pieces, events = np.empty(PIECES_SHAPE), np.empty(EVENTS_SHAPE)
-    terrain_pieces = np.empty(TERRAIN_PIECES_SHAPE)
-    built_up = terrain.heights.shape[0] > 0 or obstacles.shape[0] > 0
-    flying, fresh = np.zeros(LANES, np.int64), np.zeros(LANES, np.bool_)
-    final = np.zeros(LANES, np.bool_)
-    adaptive = limits.fixed_step <= 0.0
     many_points = limits.path_points
-    hit_count = path_count = 0
-    following = start
-    active = 0
-    for lane in range(min(LANES, stop - start)):
-        fresh[lane] = True
-        active += 1
-    while active > 0:
-        # fill free lanes with the fragments that follow; close the ranks when there are none
+    counts = lengths.shape[1] > 0
+    hits, path = np.empty((256, HIT_COLUMNS)), np.empty((256 if many_points else 1, PATH_COLUMNS))
+    struck, ground = np.empty((64, STRUCK_COLUMNS)), np.empty((1024, GROUND_COLUMNS))
+    hit_count = path_count = struck_count = ground_count = 0
+    inside, adaptive = True, limits.fixed_step <= 0.0
+    some_obstacles, some_witnesses, hilly = obstacles.shape[0] > 0, witnesses.shape[0] > 0, terrain.heights.shape[0] > 0
+    watched = Watched(
+        boxes[0], boxes[1], some_obstacles or some_witnesses,
+        highest_counted(limits, terrain, near) if counts else -np.inf, near.energy, terrain.highest, many_points > 0,
+    )  # fmt: skip
+    q, ahead, factors = np.zeros(ROWS * LANES), np.zeros(ROWS * LANES), np.zeros(LANES)
+    out, points, stack = np.empty(6), np.zeros((6, 6)), np.empty(STACK_SHAPE)
+    roots, end = np.empty(_ROOTS), np.empty(7)
+    pieces, crossed = np.empty(PIECES_SHAPE), np.empty(EVENTS_SHAPE)
+    terrain_pieces = np.empty(TERRAIN_PIECES_SHAPE)
+    events, rows = np.zeros(LANES, np.int64), np.zeros(LANES, np.int64)
+    flying, free = np.zeros(LANES, np.int64), np.zeros(LANES, np.bool_)
+
+    number = stop - start
+    waiting = np.arange(number)  # a ring of those to be launched: first all, then those that ricochet
+    taken, queued = 0, number
+    for row in range(number):
+        ends.last[row, 0] = clock[start + row, 0]
+        for j in range(3):
+            ends.last[row, 1 + j], ends.last[row, 4 + j] = position[start + row, j], velocity[start + row, j]
+        ends.first[row, 7:9] = 0.0
+        ends.first[row, 9], ends.first[row, 10] = np.inf, -np.inf
+    prepared = used = 0
+    active = min(LANES, number)
+    free[:active] = True
+    while True:
+        # fill free lanes with the fragments that wait; add lanes or close the ranks as they are many or few
         lane = 0
-        while lane < active:
-            if not fresh[lane]:
+        while lane < LANES:
+            if lane == active:
+                if used == prepared and taken == queued:
+                    break
+                free[lane] = True
+                active += 1
+            if not free[lane]:
                 lane += 1
                 continue
-            if following == stop:
+            if used == prepared and taken == queued:
                 active -= 1
                 move_lane(q, active, lane)
-                flying[lane], fresh[lane] = flying[active], fresh[active]
+                flying[lane], free[lane] = flying[active], free[active]
                 continue
-            place = (following - start) % LANES
-            if place == 0:
-                prepare(ahead, following, stop, mass, shape_factor, position, velocity, clock, around, limits)
-            mach = load(q, lane, ahead, place)
-            flying[lane] = following
-            row = outcome[following - start]
-            row[7] = row[8] = 0.0
-            row[9] = row[10] = mach
-            row[11] = row[12] = -1.0
-            fresh[lane] = False
+            if used == prepared:
+                prepared, used = min(LANES, queued - taken), 0
+                for k in range(prepared):
+                    rows[k] = waiting[(taken + k) % number]
+                taken += prepared
+                prepare(ahead, rows, prepared, start, ends.last, mass, shape_factor, around, limits)
+            row = rows[used]
+            load(q, lane, ahead, used)
+            used += 1
+            flying[lane], free[lane] = row, False
+            latest = clock[start + row, 1] if ends.contacts[row] == 0 else np.inf
+            q[LATEST * LANES + lane] = min(limits.time_limit, latest)
+            q[AFTER * LANES + lane] = 1.0 if ends.ricochets[row] > 0 else 0.0
             if many_points > 0:
-                if path_count == path.shape[0]:
-                    return 0, -1, inside
-                path[path_count, 0] = clock[following, 0]
-                for j in range(6):
-                    path[path_count, 1 + j] = q[(STATE + j) * LANES + lane]
-                path[path_count, 7] = following
+                path = _with_room(path, path_count, 1)
+                _write_state(q, lane, path[path_count])
+                path[path_count, 7] = start + row
                 path_count += 1
             if outside(q, lane, limits):
-                status[following - start] = LEFT_DOMAIN
-                row[0] = clock[following, 0]
-                for j in range(6):
-                    row[1 + j] = q[(STATE + j) * LANES + lane]
-                fresh[lane] = True
-            following += 1
+                _write_state(q, lane, end)
+                _add_flight(q, lane, ends.first[row])
+                impact(row, LEFT_DOMAIN, -1, -1, end, ends, surfaces, limits, terrain, obstacles, end, end)
+                free[lane] = True
         if active == 0:
             break
 
-        for lane in range(active):
-            h = limits.fixed_step if not adaptive else min(q[STEP * LANES + lane], limits.longest_step)
-            time = q[TIME * LANES + lane]
-            latest = min(limits.time_limit, clock[flying[lane], 1])
-            final[lane] = time + h >= latest
-            q[STEP * LANES + lane] = latest - time if final[lane] else h
+        begin_steps(q, limits)
         take_step(q, around)
         step_factors(q, factors, limits)
+        sift(q, factors, limits, watched, events)
 
         for lane in range(active):
-            fragment = flying[lane]
-            row = outcome[fragment - start]
+            if events[lane] == 0:
+                continue
+            row = flying[lane]
+            fragment = start + row
             h, time, factor = q[STEP * LANES + lane], q[TIME * LANES + lane], factors[lane]
             ended, theta, obstacle, face = IN_FLIGHT, 2.0, -1, -1
-            if not adaptive:
-                factor = 1.0 if factor == factor else factor
             if not factor > 0.0:
-                row[8] += 1.0
+                q[REJECTED * LANES + lane] += 1.0
                 shorter = h * (-factor if factor < 0.0 else SMALLEST_FACTOR)
                 q[STEP * LANES + lane] = shorter
-                if row[7] + row[8] >= limits.most_steps:
+                if q[STEPS * LANES + lane] + q[REJECTED * LANES + lane] >= limits.most_steps:
                     ended = STEP_LIMIT
                 elif shorter < SHORTEST_STEP or not adaptive:
                     ended = NOT_A_NUMBER
                 else:
                     continue
-                theta = 0.0
             else:
-                row[7] += 1.0
-                low, high = heights_of(q, lane)
-                near_end = built_up or may_end(low, high, limits)
-                passing = low < counted_below and 0.5 * mass[fragment] * _fastest(q, lane) >= near.energy
-                if passing and not near_end:
-                    counted = count_chord(q, lane, mass[fragment], limits, near, lengths[int(clock[fragment, 2])])
+                q[STEPS * LANES + lane] += 1.0
+                near_end, passing = (events[lane] & ENDS) > 0, (events[lane] & PASSES) > 0
+                meets, after = (events[lane] & MEETS) > 0, int(q[AFTER * LANES + lane])
+                if passing and not (near_end or some_obstacles):
+                    counted = count_chord(q, lane, mass[fragment], limits, near, lengths[after])
                     passing = counted < 0
                     inside &= counted != 0
-                if near_end or passing or witnesses.shape[0] > 0 or many_points > 0:
+                if near_end or passing or meets or many_points > 0:
                     place_points(q, lane, points)
                     if near_end:
                         theta, ended = ending(points, limits, pieces, stack, roots)
-                        if built_up:
+                        if hilly or some_obstacles:
                             theta, ended, obstacle, face = ending_in_scene(
-                                points, theta, ended, terrain, obstacles, terrain_pieces, events, stack, roots
+                                points, theta, ended, terrain, obstacles, terrain_pieces, crossed, stack, roots
                             )
                     until = min(theta, 1.0)
-                    meets = witnesses.shape[0] > 0 and not misses_box(points, everything)
                     if ended != IN_FLIGHT or meets or passing or many_points > 0:
                         velocity_points(q, lane, points)
                     if passing:
@@ -223,12 +258,13 @@ def fly_chunk(
                             limits,
                             terrain,
                             near,
-                            lengths[int(clock[fragment, 2])],
+                            lengths[after],
                             stack,
                             roots,
                             out,
                         )
                     if meets:
+                        hits = _with_room(hits, hit_count, _ROOTS * witnesses.shape[0])
                         hit_count = record_hits(
                             witnesses,
                             vertices,
@@ -237,6 +273,7 @@ def fly_chunk(
                             time,
                             h,
                             fragment,
+                            q[AFTER * LANES + lane],
                             pieces,
                             stack,
                             roots,
@@ -244,11 +281,9 @@ def fly_chunk(
                             hits,
                             hit_count,
                         )
-                        if hit_count < 0:
-                            return -1, 0, inside
+                    if many_points > 0:
+                        path = _with_room(path, path_count, many_points)
                     for k in range(1, many_points + 1):
-                        if path_count == path.shape[0]:
-                            return 0, -1, inside
                         share = until * k / many_points
                         dense_state(points, share, out)
                         path[path_count, 0] = time + share * h
@@ -257,36 +292,42 @@ def fly_chunk(
                         path[path_count, 7] = fragment
                         path_count += 1
                 if ended == IN_FLIGHT:
-                    mach = q[MACH * LANES + lane]
-                    row[9], row[10] = min(row[9], mach), max(row[10], mach)
-                    for j in range(6):
-                        q[(STATE + j) * LANES + lane] = q[(NEW + j) * LANES + lane]
-                    for j in range(3):
-                        q[(SLOPE + j) * LANES + lane] = q[(SLOPE + 18 + j) * LANES + lane]
-                    q[TIME * LANES + lane] = time + h
-                    q[STEP * LANES + lane] = h * factor
-                    if final[lane]:
-                        q[TIME * LANES + lane] = min(limits.time_limit, clock[fragment, 1])
+                    go_on(q, lane, factor)
+                    if q[FINAL * LANES + lane] > 0.0:
+                        q[TIME * LANES + lane] = q[LATEST * LANES + lane]
                         ended = TIME_OUT
-                    elif row[7] + row[8] >= limits.most_steps:
+                    elif q[STEPS * LANES + lane] + q[REJECTED * LANES + lane] >= limits.most_steps:
                         ended = STEP_LIMIT
                     if ended == IN_FLIGHT:
                         continue
-                    theta = 0.0
             # the flight has ended: at the lane's state, or at `theta` of this step
-            row[0] = q[TIME * LANES + lane]
-            for j in range(6):
-                row[1 + j] = q[(STATE + j) * LANES + lane]
+            _write_state(q, lane, end)
             if ended in (LANDED, LEFT_DOMAIN, STOPPED):
                 dense_state(points, theta, out)
-                row[0] += theta * h
+                end[0] += theta * h
                 for j in range(6):
-                    row[1 + j] = out[j]
+                    end[1 + j] = out[j]
                 if ended == LANDED:
-                    row[3] = limits.ground
-                    if terrain.heights.shape[0] > 0:
-                        row[3] = height_at(terrain, row[1], row[2])
-                row[11], row[12] = obstacle, face
-            status[fragment - start] = ended
-            fresh[lane] = True
-    return hit_count, path_count, inside
+                    end[3] = height_at(terrain, end[1], end[2]) if hilly else limits.ground
+            _add_flight(q, lane, ends.first[row])
+            struck, ground = _with_room(struck, struck_count, 1), _with_room(ground, ground_count, 1)
+            if impact(
+                row,
+                ended,
+                obstacle,
+                face,
+                end,
+                ends,
+                surfaces,
+                limits,
+                terrain,
+                obstacles,
+                struck[struck_count],
+                ground[ground_count],
+            ):
+                waiting[queued % number] = row
+                queued += 1
+            struck_count += ended == STOPPED
+            ground_count += ended == LANDED
+            free[lane] = True
+    return hits[:hit_count], path[:path_count], struck[:struck_count], ground[:ground_count], inside

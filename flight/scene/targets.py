@@ -132,10 +132,8 @@ class Polygon:
 Witness = Cylinder | Panel | Polygon
 
 
-def pack(
-    witnesses: Sequence[Witness],
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Rows (n, 25) for the kernels, corners of polygons in their planes (m, 2), and a row whose box holds all boxes.
+def pack(witnesses: Sequence[Witness]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Rows (n, 25) for the kernels, and corners of polygons in their planes (m, 2).
 
     Before neighbouring witnesses of one name stands a row of their common box: what misses it misses them all.
     """
@@ -171,10 +169,7 @@ def pack(
         slack = SLACK * (1.0 + (float(finite.max()) if finite.size else 0.0))
         row[1:7] = (box + slack * np.array([-1.0, 1.0])).ravel()
     rows[:, 23] = np.arange(len(rows))
-    everything = np.zeros(COLUMNS)
-    if len(rows):
-        everything[1:7:2], everything[2:7:2] = rows[:, 1:7:2].min(axis=0), rows[:, 2:7:2].max(axis=0)
-    return _grouped(rows, witnesses), np.concatenate(vertices) if vertices else np.zeros((0, 2)), everything
+    return _grouped(rows, witnesses), np.concatenate(vertices) if vertices else np.zeros((0, 2))
 
 
 def _grouped(rows: NDArray[np.float64], witnesses: Sequence[Witness]) -> NDArray[np.float64]:

@@ -29,8 +29,8 @@ from burst_fenicsx.kernels.vectors.tensors import (
     Matrix,
     Symmetric,
     Vector,
-    apply,
     dot,
+    fma,
     load_vector,
     scaled,
     store_matrix,
@@ -38,6 +38,7 @@ from burst_fenicsx.kernels.vectors.tensors import (
 )
 
 __all__ = [
+    "RINGS",
     "STORED_ROWS",
     "AxisymmetricState",
     "Four",
@@ -77,6 +78,7 @@ _gather, _gather_means = make_gather(corners=4)
 
 STORED_ROWS = 3
 """Numbers of elastic hourglass forces that a cell stores: those of its one mode."""
+RINGS = True
 
 _SIXTH, _TWELFTH = 2.0 * np.pi / 6.0, 2.0 * np.pi / 12.0
 
@@ -274,7 +276,10 @@ def add_forces(block: int, grid: Grid, scratch: np.ndarray, force: np.ndarray) -
 @lane_function
 def turn_stored(rotation: Matrix, scratch: np.ndarray, lane: int) -> None:
     """Turn the stored elastic force with the cell."""
-    store_vector(apply(rotation, load_vector(scratch, at.HOURGLASS_FORCE, lane)), scratch, at.HOURGLASS_FORCE, lane)
+    (xx, _, xz), _, (zx, _, zz) = rotation
+    x, z = scratch[at.HOURGLASS_FORCE * LANES + lane], scratch[(at.HOURGLASS_FORCE + 2) * LANES + lane]
+    scratch[at.HOURGLASS_FORCE * LANES + lane] = fma(xx, x, xz * z)
+    scratch[(at.HOURGLASS_FORCE + 2) * LANES + lane] = fma(zx, x, zz * z)
 
 
 @lane_function

@@ -9,7 +9,7 @@ Element (`one_point`, `eight_points`, `axisymmetric.quadrilateral`)
     store_forces, add_forces : nodal forces of a mean stress and of hourglass forces; into the nodes' sums.
     turn_stored : stored forces of hourglass control turned with the cell.
     set_damping, set_stiffness : coefficients of a lane; both return what the step must bear of a vector of square one.
-    STORED_ROWS : numbers of elastic hourglass forces that a cell stores.
+    STORED_ROWS : numbers of elastic hourglass forces that a cell stores. RINGS : whether its cells are rings.
     may_exceed, bound : whether that may be too much; upper limits of the coefficients.
     dashpots, springs_and_dashpots : generalised forces against the modes (N) and their power (W).
 
@@ -283,7 +283,8 @@ def make_solid_block(element: ModuleType) -> Any:  # noqa: ANN401
 
         return choose
 
-    *first, last = (make_block(element, make_solid(law, element.STORED_ROWS)) for law in laws("solids"))
+    rings = getattr(element, "RINGS", False)
+    *first, last = (make_block(element, make_solid(law, element.STORED_ROWS, rings=rings)) for law in laws("solids"))
     for number in reversed(range(len(first))):
         last = before(number, first[number], last)
     return last

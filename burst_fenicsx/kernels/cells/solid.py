@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from burst_fenicsx.kernels.cells import layout as at
-from burst_fenicsx.kernels.cells.elastic import elastic_energy, elastic_trial, moduli, spin
+from burst_fenicsx.kernels.cells.elastic import elastic_energy, moduli, ring_trial, turned_trial
 from burst_fenicsx.kernels.cells.erosion import BEFORE, NOW, WHOLE, clear_lane
 from burst_fenicsx.kernels.constants import NOTHING_LEFT
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function, widest_vectors
@@ -107,12 +107,15 @@ def _clear_state(
         clear_lane(scratch, lane)
 
 
-def make_solid(law: ModuleType, stored_rows: int) -> SimpleNamespace:
+def make_solid(law: ModuleType, stored_rows: int, *, rings: bool = False) -> SimpleNamespace:
     """Material of solids for `block.make_block`, with the strength of a module of `materials.solids`.
 
-    `stored_rows` is how many numbers of hourglass forces the element stores.
+    `stored_rows` is how many numbers of hourglass forces the element stores; of `rings` the hoop stress is principal.
     """
-    strengths, is_elastic, return_stress = law.strengths, law.is_elastic, law.return_stress
+    strengths, is_elastic = law.strengths, law.is_elastic
+    trial_of, return_stress = turned_trial, law.return_stress
+    if rings:
+        trial_of, return_stress = ring_trial, getattr(law, "return_ring_stress", law.return_stress)
 
     @block_kernel
     def load(
@@ -209,8 +212,7 @@ def make_solid(law: ModuleType, stored_rows: int) -> SimpleNamespace:
             plastic = 0
             for lane in range(LANES):
                 rate = load_matrix(scratch, at.RATE, lane)
-                rotation = spin(rate, step)
-                stress = elastic_trial(load_symmetric(scratch, at.STRESS, lane), rotation, rate, step, lame, shear)
+                rotation, stress = trial_of(load_symmetric(scratch, at.STRESS, lane), rate, step, lame, shear)
                 store_symmetric(stress, scratch, at.STRESS, lane)
                 turn_stored(rotation, scratch, lane)
                 tau, sigma = strengths_of(parameters, scratch, lane)

@@ -104,11 +104,12 @@ def advance_halves(
         min_level, time = _min_level(substep + 1, highest), begin + duration * ((substep + 1) / (1 << highest))
         for colour in range(schedule.colour_offset.size - 1):
             chunks = schedule.chunk[schedule.colour_offset[colour] : schedule.colour_offset[colour + 1]]
-            cells = element, nodes, grid, schedule, solid, charge, rings, totals, scratch
+            cells = element, nodes, grid, schedule, solid, charge, rings, totals
             if len(element) == 2:
-                _run_pieces(0, threads, threads, chunks, step, time, min_level, *cells)
+                for chunk in chunks:
+                    _run_chunk(chunk, step, time, min_level, *cells, scratch[0])
             else:
-                on_threads(threads, _run_pieces, (threads, chunks, step, time, min_level, *cells))
+                on_threads(threads, _run_pieces, (threads, chunks, step, time, min_level, *cells, scratch))
         if contact is not None and min_level <= contact.level:
             act_on_line(time, contact, nodes, grid, solid, charge)
 
