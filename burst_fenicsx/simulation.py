@@ -102,7 +102,7 @@ class Simulation(AssembledBurst):
         self._writing = Background(16 if self.geometry.upright else 1)
         self._output_at = -np.inf
         self._resumed_at: float | None = None
-        self._checkpoint_at = clock.perf_counter() if self.geometry.upright else -np.inf
+        self._checkpoint_at = self.clocks.start if self.geometry.upright else -np.inf
         self.first_step_at, self.first_cell_step_at = 0, 0
         self.acceleration_complete: float | None = None
 
@@ -181,8 +181,8 @@ class Simulation(AssembledBurst):
         now = self.ledger.entries[-1]
         window = self.settings.acceleration_window
         if self.acceleration_complete is None and now.time > window and now.kinetic_casing > 0.0:
-            before = [entry for entry in self.ledger.entries if entry.time <= now.time - window]
-            grown = (now.kinetic_casing - before[-1].kinetic_casing) / now.kinetic_casing if before else 1.0
+            before = next((entry for entry in reversed(self.ledger.entries) if entry.time <= now.time - window), None)
+            grown = (now.kinetic_casing - before.kinetic_casing) / now.kinetic_casing if before else 1.0
             # Casings that collide lose kinetic energy for a while: that is no end of the acceleration.
             if before and self._burnt_out() and abs(grown) < self.settings.acceleration_tolerance:
                 self.acceleration_complete = now.time

@@ -85,10 +85,8 @@ _found: dict[str, list[str]] = {}
 def settle(error: type[Exception]) -> None:
     """Free this process of its surroundings, and with it those that it starts.
 
-    Parameters
-    ----------
-    error : type
-        Raised, with one message, for a variable that is kept and holds what it must not, or a rank without a launcher.
+    `error`: raised, with one message, for a variable that is kept and holds what it must not, or a rank without a
+    launcher.
     """
     if _found:
         return

@@ -11,9 +11,9 @@ import numpy as np
 from fragfield.case.checks.bounds import outside_soft
 from fragfield.case.checks.estimates import map_warnings
 from fragfield.case.conversion.exposed_sites import outline_of
-from fragfield.case.conversion.placing import first_alike
+from fragfield.case.conversion.rounds import first_alike
 from fragfield.case.tables.flight import CylinderTable
-from fragfield.hazard.arrangement import arrangement_warnings, with_images
+from fragfield.hazard.contents import arrangement_warnings, with_images
 from fragfield_base.substances import graded, substance, substance_names
 
 if TYPE_CHECKING:
@@ -151,12 +151,7 @@ def _round_warnings(key: str, settings: BurstSettings, found: dict[str, Any]) ->
 def witness_warnings(case: CaseTable, largest_diameter: float) -> Iterator[str]:
     """Cylinders that a casing may reach before it breaks up, or that cut the foot of an obstacle.
 
-    Parameters
-    ----------
-    case : CaseTable
-        Resolved, with a burst.
-    largest_diameter : float
-        Of the rounds (m).
+    `case`: resolved, with a burst; `largest_diameter`: of the rounds (m).
     """
     for number, surface in enumerate(case.witness, start=1):
         if not isinstance(surface, CylinderTable):

@@ -89,10 +89,7 @@ class ImportedTable:
     def write(self, path: str | os.PathLike[str] | None = None) -> Path:
         """Write the file that a case reads; without a path into the working folder under `default_name`.
 
-        Raises
-        ------
-        InputError
-            It would replace its own source, or cannot be written.
+        Raises InputError: it would replace its own source, or cannot be written.
         """
         target = absolute(self.default_name if path is None else path, InputError)
         wanted = ".toml" if self.kind == "walls" else ".csv"
@@ -239,7 +236,7 @@ def _casing(case: str | os.PathLike[str] | None, mass: str | float | None) -> fl
     """Mass of the casing (kg), of a case or as given."""
     if case is not None:
         from fragfield.case import load_case
-        from fragfield.case.conversion.placing import masses_of
+        from fragfield.case.conversion.rounds import masses_of
 
         values = load_case(absolute(case, InputError), burst=False)
         if not values.round:

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 def burst_beside(case: CaseTable, folder: Path, team: Team) -> Burst:
     """The burst's summary, and the state at its end. On one rank; its files lie in a folder that is removed then."""
     from burst_fenicsx import simulate
-    from fragfield.case.conversion.burst import burst_rounds
+    from fragfield.case.conversion.rounds import burst_rounds
     from fragfield.case.conversion.stages import burst_settings
     from transition import Snapshot
 

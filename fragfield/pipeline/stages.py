@@ -42,7 +42,7 @@ def perform(job: Job, stage: Stage) -> None:
 def burst(job: Job, stage: Stage) -> dict[str, Any]:
     """Detonation and acceleration of the casings: burst.xdmf, burst_snapshot.h5. Collective over the team's ranks."""
     from burst_fenicsx import simulate
-    from fragfield.case.conversion.burst import burst_rounds
+    from fragfield.case.conversion.rounds import burst_rounds
     from fragfield.case.conversion.stages import burst_settings
     from fragfield.case.conversion.symmetry import burst_geometry
 
@@ -93,8 +93,7 @@ def fly(job: Job, stage: Stage) -> dict[str, Any]:
     from flight.files.ensemble import write_ensemble
     from fragfield.case.conversion.stages import hazard_criteria
     from fragfield.case.conversion.surroundings import bearing_of, with_bearing
-    from fragfield.hazard.prescribed import minimum_part, official_part
-    from fragfield.hazard.recommended import recommended_of
+    from fragfield.hazard.recommended import minimum_part, official_part, recommended_of
     from fragfield.hazard.rules import rules_of
     from fragfield.hazard.site_map import write_contours
     from fragfield.pipeline.attitudes import flown_attitude, fly_all

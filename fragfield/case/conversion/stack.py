@@ -8,7 +8,7 @@ import numpy as np
 
 from fragfield.case.checks.bounds import choice_faults
 from fragfield.errors import nearest
-from fragfield_base.inputs import show
+from fragfield_base.errors import show
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -66,7 +66,7 @@ def expanded(case: CaseTable) -> list[RoundTable]:
 
 def _places(case: CaseTable, template: RoundTable, stack: StackTable) -> Array:
     """Positions of the rounds (m), shape (n, 3)."""
-    from fragfield.case.conversion.placing import lift_to, outsides
+    from fragfield.case.conversion.rounds import lift_to, outsides
 
     bodies = outsides(template, case)
 
