@@ -212,8 +212,6 @@ class WithFirst(Sequence["Fragments"]):
 
 def report(job: Job, stage: Stage) -> dict[str, Any]:
     """The report of whatever the run directory holds: report.html."""
-    if job.pictures is not None:
-        job.pictures.go_on()
     from fragfield.report import write_report
 
     write_report(job.source.path, job.target.file(stage.result), drawing=job.pictures)

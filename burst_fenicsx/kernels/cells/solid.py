@@ -14,7 +14,7 @@ from burst_fenicsx.kernels.constants import NOTHING_LEFT
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function, widest_vectors
 from burst_fenicsx.kernels.state import Grid, SolidState
 from burst_fenicsx.kernels.vectors.exact import quantise, row_sum
-from burst_fenicsx.kernels.vectors.nodal_values import cells_of_lanes, load_cells, load_slots, store_cells
+from burst_fenicsx.kernels.vectors.nodal_values import cells_of_lanes, load_cells, load_slots, prefetch_slots, store_cells
 from burst_fenicsx.kernels.vectors.tensors import Symmetric, load_matrix, load_symmetric, store_symmetric
 from burst_fenicsx.kernels.vectors.transposition import (
     WIDTH,
@@ -137,6 +137,12 @@ def make_solid(law: ModuleType, stored_rows: int, *, rings: bool = False) -> Sim
     @block_kernel
     def prefetch_state(block: int, grid: Grid, state: SolidState) -> None:
         """Bring a block's state near."""
+        prefetch_slots(block, state.softening_scale)
+        points = np.uint64(8 * state.shear_strain.shape[1])
+        for lane in (0, WIDTH, LANES - 1):
+            later_by = points * np.uint64(grid.cells[block, lane])
+            prefetch(address(state.shear_strain) + later_by)
+            prefetch(address(state.volume_strain) + later_by)
         start = address(state.hourglass) + np.uint64(block * stored_rows * LANES * 8)
         for line in range(stored_rows * LANES * 8 // 64):
             prefetch(start + np.uint64(64 * line))
