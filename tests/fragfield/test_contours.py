@@ -270,7 +270,7 @@ REFUSED = {
     "no axis": (far_off, {}, {}, r'neither x = 0 nor y = 0 bounds the section; needed: axis.*"y = 61.2"'),
     "inner wall missing": (without_inner_wall, {}, {}, r"inner line ends at \(331.819, 38.755\), neither"),
     "no cavity": (without_hollow, {}, {}, "found no cavity: the outline encloses no hollow"),
-    "layer": (None, {}, {"layers": ["CASNG"]}, 'layers: found "CASNG"; did you mean "CASING"'),
+    "layer": (None, {}, {"layers": ["CASNG"]}, r'layers: found "CASNG" \(did you mean "CASING"'),
     "axis in words": (None, {}, {"axis": "middle"}, r'axis: found "middle"; allowed: a line such as "y = 0"'),
     "wrong side": (None, {}, {"nose": "top"}, 'nose: found "top" with an axis that is horizontal; allowed: left or'),
     "size": (None, {"units": 6}, {}, "383.4 m large with a unit of 1000 mm; allowed: 1 mm to 20 m; give unit"),

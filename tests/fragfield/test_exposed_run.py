@@ -16,7 +16,7 @@ from flight.hazard.contours import write_geojson, write_kml
 from fragfield.case import load_case
 from fragfield.case.conversion.surroundings import ground_of, site_of
 from fragfield.hazard import site_map
-from fragfield.hazard.arrangement import image_names
+from fragfield.hazard.contents import image_names
 from fragfield.hazard.site_map import VERDICTS, Shape, terrain_lines, to_contours
 from fragfield.report.document import css_text
 from tests.flight.clouds import cloud
