@@ -63,8 +63,8 @@ MIN_FRACTION = 0.9
 FEWEST_STEPS = 4
 """... but not sooner than after so many."""
 AHEAD = 16.0
-"""Cells beyond the farthest that anything can have come, from where on cells are at rest and take no steps: numerically a
-front sends ahead, cell by cell, ever less of itself, there less than 1e-9."""
+"""Cells beyond the farthest that a front or a wave can have come, from where on cells are at rest and take no steps:
+numerically a front sends ever less of itself ahead, cell by cell, there less than 1e-9."""
 HIGHEST_LEVEL = 10
 """Cells take steps of down to 2^-10 of the macro step."""
 CONTACT_CANDIDATES = 3

@@ -129,6 +129,7 @@ class BurstSolver:
     def add_forces(self, step: float) -> None:
         """Resultant at the present positions (Eq. 2) of all nodes, at the end of a macro step (s); tallies the work."""
         self._totals.clear()
+        self.fields.nodes.force[:] = 0.0
         self._add_forces(step, 2**self.levels.highest)
 
     def _add_forces(self, step: float, substep: int) -> None:
@@ -140,7 +141,6 @@ class BurstSolver:
         state, levels, several = self.fields, self.levels, self.fields.mesh.comm.size > 1
         self._advance_halves(2 * substep - 1, 2 * substep, self.time, 0.0, step, 0.0)
         if several:
-            # Nodes that do not take part hold forces that have been used; those are cleared before they count again.
             compat.add_ghosts(state.functions["force"].x)
         contact_is_due = substep % 2 ** (levels.highest - levels.contact_level) == 0
         if self.contact is not None and not self._in_substeps and contact_is_due:

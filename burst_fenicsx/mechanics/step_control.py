@@ -19,7 +19,6 @@ from burst_fenicsx.kernels.constants import (
     STEP_GROWTH,
     STEPS_PER_CHOICE,
 )
-
 from burst_fenicsx.mechanics.schedule import AT_REST
 
 if TYPE_CHECKING:
