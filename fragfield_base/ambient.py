@@ -85,10 +85,8 @@ _found: dict[str, list[str]] = {}
 def settle(error: type[Exception]) -> None:
     """Free this process of its surroundings, and with it those that it starts.
 
-    Parameters
-    ----------
-    error : type
-        Raised, with one message, for a variable that is kept and holds what it must not, or a rank without a launcher.
+    `error`: raised, with one message, for a variable that is kept and holds what it must not, or a rank without a
+    launcher.
     """
     if _found:
         return
@@ -237,10 +235,9 @@ _FOLDER = "/"
 
 
 def start_function(module: str, name: str, *arguments: str, **streams: Any) -> subprocess.Popen[bytes]:
-    """Start `sys.exit(module.name(*arguments))` by this interpreter; `streams` are those of Popen."""
-    return subprocess.Popen(
-        _command(module, name, arguments), stdin=subprocess.DEVNULL, env=own_environment(), cwd=_FOLDER, **streams
-    )
+    """Start `sys.exit(module.name(*arguments))` by this interpreter; `streams` are Popen's, by default no input."""
+    streams = {"stdin": subprocess.DEVNULL, **streams}
+    return subprocess.Popen(_command(module, name, arguments), env=own_environment(), cwd=_FOLDER, **streams)
 
 
 def run_function(

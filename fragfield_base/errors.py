@@ -44,3 +44,12 @@ def plain_key(name: str) -> str:
     The one spelling by which `substances.substance_key` finds every substance.
     """
     return re.sub(r"[^a-z0-9]", "", name.casefold()).replace("composition", "comp")
+
+
+def show(value: object) -> str:
+    """A found value as a message shows it, shortened."""
+    try:
+        text = f'"{value}"' if isinstance(value, str) else repr(value)
+    except (ValueError, RecursionError):  # an integer of thousands of digits
+        text = "something too large to print"
+    return text if len(text) <= 60 else text[:57] + "..."

@@ -54,10 +54,10 @@ class _SealError(ValueError):
 
 
 @contextmanager
-def creating(path: Path, error: type[Exception]) -> Iterator[h5py.File]:
+def creating(path: Path, error: type[Exception], *, durable: bool = True) -> Iterator[h5py.File]:
     """Make a new HDF5 file in memory; it is written, sealed, when the block ends without an error.
 
-    An older file is replaced; raises `error`, with one message, where it cannot be written.
+    An older file is replaced, `durable` as by `replacing`; raises `error`, with one message, where it cannot be.
     """
     h5py = _library(path, error)
     refuse_link(path, error)
@@ -65,7 +65,7 @@ def creating(path: Path, error: type[Exception]) -> Iterator[h5py.File]:
         image = io.BytesIO()
         with h5py.File(image, "w", libver=_VERSIONS) as file:
             yield file
-        with replacing(path, error) as stream:
+        with replacing(path, error, durable=durable) as stream:
             stream.write(image.getbuffer())
             stream.write(_seal_of(image.getbuffer()))
 

@@ -83,7 +83,7 @@ def replacing(path: Path, error: type[Exception], *, durable: bool = True) -> It
             os.fsync(stream.fileno())
             draft.replace(path)
             if durable:
-                _flush_folder(path.parent)
+                flush_folder(path.parent)
     except BaseException as found:
         with suppress(OSError):
             draft.unlink(missing_ok=True)
@@ -112,7 +112,7 @@ def write_files(files: Mapping[Path, bytes], error: type[Exception]) -> None:
         with replacing(path, error, durable=False) as stream:
             stream.write(data)
     for folder in {path.parent for path in files}:
-        _flush_folder(folder)
+        flush_folder(folder)
 
 
 def append_text_file(path: Path, error: type[Exception], *, fresh: bool) -> int:
@@ -131,7 +131,7 @@ def append_text_file(path: Path, error: type[Exception], *, fresh: bool) -> int:
         raise error(described(path, found)) from None
 
 
-def _flush_folder(folder: Path) -> None:
+def flush_folder(folder: Path) -> None:
     """Make a rename durable, where the file system can."""
     with suppress(OSError):
         descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)

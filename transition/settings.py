@@ -8,15 +8,8 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import Annotated, Literal
 
-from fragfield_base.inputs import (
-    Bounds,
-    EnergyPerArea,
-    Mass,
-    NumberOrWord,
-    OnlyWith,
-    Quantity,
-    check_inputs,
-)
+from fragfield_base.bounds import Bounds, OnlyWith, check_inputs
+from fragfield_base.inputs import EnergyPerArea, Mass, NumberOrWord, Quantity
 from fragfield_base.units import degrees
 from transition.errors import InputError
 from transition.law.fragment_counts import FragmentCounts

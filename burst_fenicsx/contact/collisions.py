@@ -87,7 +87,7 @@ class CollidingSurfaces:
         if self._comm.size > 1:
             self._comm.Allreduce(MPI.IN_PLACE, self._mass)
         self.searched_at = np.zeros((0, 3))
-        self.travel = np.inf
+        self.travel, self._moved = np.inf, 0.0
         no_one = np.zeros(0, dtype=np.int32)
         self.state: Collisions = Collisions(
             node=no_one,
@@ -112,6 +112,11 @@ class CollidingSurfaces:
             weight=np.zeros((0, 4)),
             push=np.zeros((0, 4)),
             energies=np.zeros((0, 2)),
+            due=np.zeros(0),
+            soonest=np.zeros(0),
+            active=no_one,
+            count=no_one,
+            wanted=np.zeros(len(surfaces.faces), dtype=bool),
         )
         self._near_rows = self._near_local = np.zeros(0, dtype=np.int32)
         self._any_near = False  # on any rank
@@ -121,7 +126,8 @@ class CollidingSurfaces:
         speed = largest_speed(self._fields.nodes.velocity, self._local)
         if self._comm.size > 1:
             speed = self._comm.allreduce(speed, op=MPI.MAX)
-        self.travel += 2.0 * step * speed
+        self._moved = 2.0 * step * speed
+        self.travel += self._moved
         return self.travel > self._reach
 
     def drop_faces(self, eroded: np.ndarray, opened: ContactSurfaces | None = None) -> None:
@@ -139,6 +145,7 @@ class CollidingSurfaces:
                 edge=opened.edge,
                 ball=np.zeros((count, 5)),
                 bound=np.zeros((count, 20)),
+                wanted=np.zeros(count, dtype=bool),
             )
         self._whole = ~eroded[self.surfaces.cell]
         self.travel = np.inf
@@ -201,6 +208,10 @@ class CollidingSurfaces:
             weight=np.zeros((count, 4)),
             push=np.zeros((count, 4)),
             energies=np.zeros((count, 2)),
+            due=np.full(len(candidate), -np.inf),
+            soonest=np.full(count, -np.inf),
+            active=np.empty(len(candidate), dtype=np.int32),
+            count=np.zeros(count, dtype=np.int32),
         )
         near = np.zeros(len(surfaces.node), dtype=bool)
         near[slaves] = True
@@ -260,7 +271,7 @@ class CollidingSurfaces:
             return
         self._exchange_motion(velocity)
         law = CollisionLaw(max_squared_frequency, step, self._friction)
-        find_contacts(law, self.state, self._position, self._velocity, self._mass)
+        find_contacts(law, self.state, self._position, self._velocity, self._mass, self.travel, self._moved)
         rows = self._near_rows
         clear_rows(self._sums, rows)
         clear_rows(self._sums, self._halo.needed)

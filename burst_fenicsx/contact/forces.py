@@ -13,7 +13,7 @@ from burst_fenicsx.contact.collisions import CollidingSurfaces
 from burst_fenicsx.contact.planes import PlaneContact, held_in_plane, nodes_at_planes
 from burst_fenicsx.contact.sliding import SlidingInterface
 from burst_fenicsx.contact.surfaces import OpenFaces, contact_surfaces
-from burst_fenicsx.kernels.vectors.rows import place_rows, take_means, work_on_rows
+from burst_fenicsx.kernels.vectors.rows import acting_rows, place_rows, take_means, work_on_rows
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -120,6 +120,7 @@ class ContactForces:
         self._always = interface.nodes if interface is not None else np.zeros(0, dtype=np.int32)
         self._met: list[np.ndarray] = []  # nodes that planes and surfaces may push till one looks again
         self._pushed = self._always  # these and those of bonds
+        self._acting = np.zeros(0, dtype=np.int32)  # those of them that have a force
         self._fraction = 1.0  # contact's step over the longest one
         # Nodes that take several steps in one of contact, where they were at the last one of that (m), and room for
         # their velocities (m/s) while the means stand there.
@@ -177,7 +178,8 @@ class ContactForces:
 
     def look_again(self) -> None:
         """Go on from forces and contacts that a checkpoint has put in place; collective."""
-        self._pushed = self._any_of(self._always, np.flatnonzero(self.force.any(axis=1)))
+        self._acting = np.flatnonzero(self.force.any(axis=1)).astype(np.int32)
+        self._pushed = self._any_of(self._always, self._acting)
         if self.interface is not None:
             self.interface.look_around()
         for plane in self.planes:
@@ -243,6 +245,7 @@ class ContactForces:
             self._collide(max_squared_frequency, step, velocity)
             self._push_from_planes(max_squared_frequency, step, velocity)
             self._find_pushed()
+            self._acting = acting_rows(self.force, self._pushed)
             self._accumulate_work(step, velocity, self._fields.nodes.force)
         for part in self._parts:
             self.friction += part.energies[1]
@@ -253,7 +256,7 @@ class ContactForces:
         The forces are added to the `resultant` (nodes, 3) in N, or cleared for those to come.
         """
         rounding = self._fields.grid.rounding
-        self.work += work_on_rows(0.5 * step, self.force, self._pushed, velocity, rounding, self._fraction, resultant)
+        self.work += work_on_rows(0.5 * step, self.force, self._acting, velocity, rounding, self._fraction, resultant)
 
     def _join(self, max_squared_frequency: float, step: float, velocity: np.ndarray, *, front_is_active: bool) -> None:
         """Forces of the bonds; `velocity` (nodes, 3) m/s, the mean over the step."""

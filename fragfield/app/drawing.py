@@ -47,16 +47,8 @@ def round_facts(item: Round) -> dict[str, float]:
 def round_svg(item: Round, centre: float, texts: Texts, *, narrow: bool = False) -> str:
     """The section of a round along its axis, nose to the left, with lengths, diameters, walls and centre of mass.
 
-    Parameters
-    ----------
-    item : Round
-        With a profile.
-    centre : float
-        Station of its centre of mass (m).
-    texts : Texts
-        Words of the drawing.
-    narrow : bool
-        For a telephone: fewer texts fit beside each other.
+    `item`: with a profile; `centre`: station of its centre of mass (m); `texts`: words of the drawing; `narrow`: for a
+    telephone: fewer texts fit beside each other.
     """
     assert item.profile is not None
     return _Section(item.profile, texts, _WIDTHS[narrow]).svg(centre, "narrow" if narrow else "wide")
@@ -203,14 +195,7 @@ _MOST_NAMED = 24
 def plan_svg(case: CaseTable, vertical: int, title: str) -> str:
     """The rounds of a resolved case seen from above (`vertical` = 1) or along +y (2); images behind planes dashed.
 
-    Parameters
-    ----------
-    case : CaseTable
-        Resolved.
-    vertical : int
-        Axis that points upwards in the picture.
-    title : str
-        For readers that do not see it.
+    `case`: resolved; `vertical`: axis that points upwards in the picture; `title`: for readers that do not see it.
     """
     bodies = list(outlines(case, vertical))
     if not bodies:

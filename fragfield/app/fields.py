@@ -21,39 +21,28 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Field:
-    """A key of a table.
-
-    Attributes
-    ----------
-    name, key : str
-        The key in its table, and from the top of the file, with the table's kind: "exposed[road].width".
-    kind : str
-        "text", "number", "value" (any TOML value), "choice", "switch", "table" or "tables" (a list of tables).
-    meaning, allowed, why, bounds, unit, example : str
-        As the inputs' metadata has them; empty where they say nothing.
-    choices : tuple of str
-        Words among which to choose; of a "value" or a "text" suggestions.
-    default : str
-        As the case file would have it; empty where there is none.
-    needed : bool
-        Whether the table must have it.
-    only_with : mapping, optional
-        Another key of the table, and its `values`, or `without`, with which it is read.
-    """
+    """A key of a table."""
 
     name: str
     key: str
+    """The key in its table, and from the top of the file, with the table's kind: "exposed[road].width"."""
     kind: str
+    """"text", "number", "value" (any TOML value), "choice", "switch", "table" or "tables" (a list of tables)."""
     meaning: str = ""
     allowed: str = ""
     why: str = ""
     bounds: str = ""
     unit: str = ""
     example: str = ""
+    """As the inputs' metadata has them; empty where they say nothing."""
     choices: tuple[str, ...] = ()
+    """Words among which to choose; of a "value" or a "text" suggestions."""
     default: str = ""
+    """As the case file would have it; empty where there is none."""
     needed: bool = False
+    """Whether the table must have it."""
     only_with: Mapping[str, Any] | None = field(default=None, hash=False)
+    """Another key of the table, and its `values`, or `without`, with which it is read."""
 
     def applies(self, table: Mapping[str, Any], defaults: Mapping[str, str]) -> bool:
         """Whether it is read with what the table says of the other key."""
@@ -75,17 +64,8 @@ def _schema() -> dict[str, Any]:
 def fields_of(path: tuple[str, ...], kind: str = "") -> tuple[Field, ...]:
     """Fields of a table by its place in the case file, without numbers of entries: ("round", "ignition").
 
-    Parameters
-    ----------
-    path : tuple of str
-        Empty: the whole file.
-    kind : str
-        Of tables of several kinds, that one: "road" of ("exposed",).
-
-    Raises
-    ------
-    KeyError
-        There is no such table.
+    An empty `path` is the whole file; `kind` is one of several kinds of tables: "road" of ("exposed",). Raises KeyError
+    where there is no such table.
     """
     table = _tables(path)
     chosen = next((one for one in table if kind and _kind(one) == kind), table[0])

@@ -42,16 +42,8 @@ def form(
 ) -> None:
     """Inputs for the fields of a table, sub-tables folded below them.
 
-    Parameters
-    ----------
-    page : CasePage
-        Of the case.
-    path : sequence
-        Place of the table; it need not be there yet.
-    only, without : collections of str
-        Fields to show alone, or not to show.
-    kind : str
-        Of tables of several kinds, that one.
+    `page`: of the case; `path`: place of the table; it need not be there yet; `only`, `without`: fields to show alone,
+    or not to show; `kind`: of tables of several kinds, that one.
     """
     known = {one.name: one for one in fields_of(names_of(path), kind)}
     fields = [known[name] for name in (only or known) if name not in without]

@@ -34,31 +34,21 @@ _TAIL = 6000  # characters of a log that are shown
 
 @dataclass(frozen=True)
 class Job:
-    """A run, or a part of one, and its process.
-
-    Attributes
-    ----------
-    file : Path
-        Where it is recorded.
-    title : str
-        What it computes.
-    case, run : str
-        Names of the case file and of the run directory, relative to the workspace.
-    commands : list of list of str
-        Words after `fragfield`, of one command after the other.
-    state : str
-        "queued", "running", "stopping", "done", "stopped" or "failed".
-    code : int, optional
-        Exit code of the last command.
-    """
+    """A run, or a part of one, and its process."""
 
     file: Path
+    """Where it is recorded."""
     title: str
+    """What it computes."""
     case: str
     run: str
+    """Names of the case file and of the run directory, relative to the workspace."""
     commands: list[list[str]]
+    """Words after `fragfield`, of one command after the other."""
     state: str = "queued"
+    """"queued", "running", "stopping", "done", "stopped" or "failed"."""
     code: int | None = None
+    """Exit code of the last command."""
     process: int = 0
     born: str = ""
     queued: float = field(default_factory=time.time)

@@ -115,10 +115,7 @@ def _handles(case: CaseDocument, table: str, index: int, entry: dict[str, Any]) 
 def move(case: CaseDocument, path: Sequence[str | int], x: float, y: float) -> None:
     """Write where a mark was dragged to, in metres or on Earth, as the case had it.
 
-    Raises
-    ------
-    InputError
-        The case has no such place any more.
+    Raises InputError: the case has no such place any more.
     """
     here = [f"{x:.2f} m", f"{y:.2f} m"]
     name = path[2] if len(path) > 2 else ""
@@ -140,17 +137,9 @@ def move(case: CaseDocument, path: Sequence[str | int], x: float, y: float) -> N
 def background_of(case: CaseDocument, given: Mapping[str, str]) -> dict[str, Any]:
     """Where a picture lies below the map: `low` and `high`, its corners (m), or its `width` (m) about the origin.
 
-    Parameters
-    ----------
-    case : CaseDocument
-        With its place on Earth, where corners are given by latitude and longitude.
-    given : mapping
-        Texts: "low" and "high", two lengths or angles each with a comma between; else "width". Numbers are in metres.
-
-    Raises
-    ------
-    InputError
-        A text is no such value, or the corners are not lower left and upper right.
+    `case`: with its place on Earth, where corners are given by latitude and longitude; `given`: texts: "low" and
+    "high", two lengths or angles each with a comma between; else "width". Numbers are in metres. Raises InputError: a
+    text is no such value, or the corners are not lower left and upper right.
     """
     if not given.get("low") and not given.get("high"):
         width = _value(_metres(given.get("width") or "500 m"), "m")
@@ -267,10 +256,7 @@ def exported(case: CaseDocument) -> str:
 def imported(case: CaseDocument, path: Path) -> tuple[dict[str, list[dict[str, Any]]], list[str]]:
     """Tables [[exposed]] and [[obstacle]] of a map (GeoJSON, KML, KMZ), and how it was read, as `fragfield convert`.
 
-    Raises
-    ------
-    InputError
-        The map cannot be read, or the draft has no place on Earth.
+    Raises InputError: the map cannot be read, or the draft has no place on Earth.
     """
     site = {name: case.get(("site", name)) for name in ("latitude", "longitude", "bearing")}
     found = fragfield.convert(path, set={name: value for name, value in site.items() if value is not None})

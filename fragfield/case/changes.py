@@ -87,10 +87,7 @@ def set_document(path: Path, settings: Settings = (), *, cell_size: str | None =
 def read_settings(settings: Settings, *, cell_size: str | None = None) -> dict[str, Any]:
     """Values by dotted key, of texts KEY=VALUE or of a mapping, with that of `--cell-size`.
 
-    Raises
-    ------
-    InputError
-        A text cannot be read, or a key comes twice.
+    Raises InputError: a text cannot be read, or a key comes twice.
     """
     if isinstance(settings, str):
         raise InputError(f'set: found the text "{settings}"; needed: a list of KEY=VALUE, or a mapping')

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any, TypeVar, get_args
 from pydantic import BaseModel, Tag
 
 from fragfield.errors import nearest, nearest_name
-from fragfield_base.inputs import Parsed, show
+from fragfield_base.errors import show
+from fragfield_base.inputs import Parsed
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence

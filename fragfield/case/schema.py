@@ -12,7 +12,7 @@ from fragfield.case.tables.flight import FlightTable, HazardTable, WitnessTable
 from fragfield.case.tables.round import PlaneTable, RoundTable, StackTable
 from fragfield.case.tables.site import DocumentTable, OfficialTable, SiteTable
 from fragfield.case.tables.surroundings import ExposedTable, ObstacleTable
-from fragfield_base.inputs import Bounds, Entries, OnlyWith
+from fragfield_base.bounds import Bounds, Entries, OnlyWith
 
 _ENDS = OnlyWith(
     "distribution", ("uniform", "triangular", "normal", "lognormal"), refused=True, needed=("uniform", "triangular")

@@ -6,7 +6,7 @@ import json
 import math
 from typing import TYPE_CHECKING, Any
 
-from fragfield_base.inputs import show
+from fragfield_base.errors import show
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence

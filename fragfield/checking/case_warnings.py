@@ -151,12 +151,7 @@ def _round_warnings(key: str, settings: BurstSettings, found: dict[str, Any]) ->
 def witness_warnings(case: CaseTable, largest_diameter: float) -> Iterator[str]:
     """Cylinders that a casing may reach before it breaks up, or that cut the foot of an obstacle.
 
-    Parameters
-    ----------
-    case : CaseTable
-        Resolved, with a burst.
-    largest_diameter : float
-        Of the rounds (m).
+    `case`: resolved, with a burst; `largest_diameter`: of the rounds (m).
     """
     for number, surface in enumerate(case.witness, start=1):
         if not isinstance(surface, CylinderTable):

@@ -19,7 +19,7 @@ from fragfield.checking.cost import RANKS, block_of, expected_cost, on_cores
 from fragfield.contours.read import is_of_file
 from fragfield.hazard.arrangement import arrangement
 from fragfield.hazard.contents import contents_of
-from fragfield.hazard.prescribed import official_part
+from fragfield.hazard.recommended import official_part
 from fragfield.hazard.rules import rules_for
 from fragfield.pipeline.arena import read_arena
 from fragfield.pipeline.attitudes import attitudes_of

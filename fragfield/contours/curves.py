@@ -28,18 +28,12 @@ _MOST_POINTS = 1 << 14  # of one curve
 
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """A smooth piece of a drawing: a line, an arc, a spline.
-
-    Attributes
-    ----------
-    points : (n, 2) float64
-        On the curve, from its start to its end (m), up is +y.
-    layer : str
-        Its layer in a DXF, its group in an SVG.
-    """
+    """A smooth piece of a drawing: a line, an arc, a spline."""
 
     points: Array
+    """(n, 2) float64: on the curve, from its start to its end (m), up is +y."""
     layer: str = ""
+    """Its layer in a DXF, its group in an SVG."""
 
     @property
     def is_straight(self) -> bool:
@@ -54,33 +48,22 @@ class Curve:
 
 @dataclass(frozen=True, eq=False)
 class Sheet:
-    """What a drawing holds.
-
-    Attributes
-    ----------
-    curves : list of Curve
-        Of the contour.
-    axes : list of Curve
-        Lines that are drawn as centre lines.
-    unit : float
-        Length of one unit of the file (m).
-    layers : dict
-        Number of curves by layer.
-    ignored : dict
-        Number of entities that are no contour, by what they are.
-    notes : list of str
-        What was found, in words.
-    up : float
-        1 where y counts upwards in the file, -1 where it counts downwards.
-    """
+    """What a drawing holds."""
 
     curves: list[Curve]
+    """Of the contour."""
     axes: list[Curve]
+    """Lines that are drawn as centre lines."""
     unit: float
+    """Length of one unit of the file (m)."""
     layers: dict[str, int] = field(default_factory=dict)
+    """Number of curves by layer."""
     ignored: dict[str, int] = field(default_factory=dict)
+    """Number of entities that are no contour, by what they are."""
     notes: list[str] = field(default_factory=list)
+    """What was found, in words."""
     up: float = 1.0
+    """1 where y counts upwards in the file, -1 where it counts downwards."""
 
     def place(self, x: float, y: float) -> str:
         """A position (m) in the file's coordinates, for messages."""
@@ -105,12 +88,7 @@ def counted(numbers: dict[str, int]) -> str:
 def sampled(at: Callable[[Array], Sequence[Sequence[float]] | Iterable[Sequence[float]]], deviation: float) -> Array:
     """Points of a curve over its parameter, so many that no chord is farther from it than `deviation`.
 
-    Parameters
-    ----------
-    at : callable
-        Positions for parameters (n,) from 0 to 1.
-    deviation : float
-        In the unit of the positions.
+    `at`: positions for parameters (n,) from 0 to 1; `deviation`: in the unit of the positions.
     """
     number = 8
     while True:

@@ -35,12 +35,8 @@ def fitted(curves: Sequence[Array], tolerance: float) -> Pieces:
 
     Arcs of a drawing come back exactly, since their points lie on one circle.
 
-    Parameters
-    ----------
-    curves : sequence of (n, 2) arrays
-        Stations and radii (m), each curve smooth, stations increasing, each beginning where the one before ends.
-    tolerance : float
-        In m.
+    `curves` (n, 2): stations and radii (m), each curve smooth, stations increasing, each beginning where the one before
+    ends; `tolerance`: in m.
     """
     points: list[Array] = []
     arcs: list[float] = []

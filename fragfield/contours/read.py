@@ -211,17 +211,8 @@ _MOST_POINTS = 2000
 def profile_of_contour(table: ContourTable, path: Path) -> tuple[dict[str, Any], float]:
     """The profile's tables, in millimetres, of a contour file, and the unit of its numbers (m).
 
-    Parameters
-    ----------
-    table : ContourTable
-        How it is to be read; `file` itself is not looked at.
-    path : Path
-        The file.
-
-    Raises
-    ------
-    InputError
-        The file cannot be read, or holds no contour that is clear; the message says where, and what is needed.
+    `table`: how it is to be read; `file` itself is not looked at; `path`: the file. Raises InputError: the file cannot
+    be read, or holds no contour that is clear; the message says where, and what is needed.
     """
     kind = path.suffix.casefold()
     if kind not in KINDS:

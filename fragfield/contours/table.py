@@ -50,13 +50,9 @@ def section_of_table(table: ContourTable, path: Path) -> tuple[Section, list[str
     """Outer contour and cavity of a table, how it was read, in words, and the unit of its stations (m).
 
     Rows hold a station with outer and inner diameter or radius; an empty inner cell where the casing is solid, two rows
-    of one station for a step. Of `table` the `unit` and the `nose` ("first" or "last" station) are used.
-
-    Raises
-    ------
-    InputError
-        Columns that are missing or do not say what they are, a cell that is not a number, stations that do not rise or
-        fall throughout, ends that do not say which is the nose.
+    of one station for a step. Of `table` the `unit` and the `nose` ("first" or "last" station) are used. Raises
+    InputError: columns that are missing or do not say what they are, a cell that is not a number, stations that do not
+    rise or fall throughout, ends that do not say which is the nose.
     """
     names, rows, numbers, concluded = _rows(path)
     columns = {column.what: (number, column) for number, column in _columns(path, names, table)}

@@ -36,30 +36,20 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Stage:
-    """A stage of the chain.
-
-    Attributes
-    ----------
-    name : str
-        Word of the command line.
-    needs : str
-        File of the stage before, empty for the first.
-    result : str
-        File by which the stage is known to be complete: the last one it writes.
-    files : tuple of str
-        Everything it writes, files and folders.
-    parts : tuple of str
-        Keys of summary.json.
-    keys : tuple of str
-        Keys of the case that its result depends on, besides those of earlier stages.
-    """
+    """A stage of the chain."""
 
     name: str
+    """Word of the command line."""
     needs: str
+    """File of the stage before, empty for the first."""
     result: str
+    """File by which the stage is known to be complete: the last one it writes."""
     files: tuple[str, ...]
+    """Everything it writes, files and folders."""
     parts: tuple[str, ...]
+    """Keys of summary.json."""
     keys: tuple[str, ...]
+    """Keys of the case that its result depends on, besides those of earlier stages."""
 
 
 STAGES: dict[str, Stage] = {
@@ -177,19 +167,9 @@ class RunDirectory:
     def claim(self, case: CaseTable, *, resume: bool = False, overwrite: bool = False) -> None:
         """Make the directory ready for a run of a case from its first stage.
 
-        Parameters
-        ----------
-        case : CaseTable
-            Resolved.
-        resume : bool
-            Keep what is there; the stored case must be the same.
-        overwrite : bool
-            Remove the files of the run that is there.
-
-        Raises
-        ------
-        InputError
-            The directory cannot be written, holds something else, or another case; the message names the keys.
+        `case`: resolved; `resume`: keep what is there; the stored case must be the same; `overwrite`: remove the files
+        of the run that is there. Raises InputError: the directory cannot be written, holds something else, or another
+        case; the message names the keys.
         """
         self.make()
         if not self.exists:
@@ -212,11 +192,8 @@ class RunDirectory:
     def enter(self, case: CaseTable, stage: Stage) -> None:
         """Make the directory ready for one stage whose earlier stages have run here.
 
-        Raises
-        ------
-        InputError
-            The directory cannot be written, holds something else, or the case differs in a key on which earlier
-            stages depend.
+        Raises InputError: the directory cannot be written, holds something else, or the case differs in a key on which
+        earlier stages depend.
         """
         self.make()
         later = list(STAGES.values())[list(STAGES).index(stage.name) :]

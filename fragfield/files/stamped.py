@@ -38,10 +38,7 @@ def stamped_toml(text: str) -> str:
 def stored_case_text(path: Path) -> str:
     """Text of the case that a run directory holds, as the program has written it.
 
-    Raises
-    ------
-    InputError
-        The file is empty, cut off or edited.
+    Raises InputError: the file is empty, cut off or edited.
     """
     text = read_text(path, InputError, most=MOST_CASE)
     found = _LINE.search(text)

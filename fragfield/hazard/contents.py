@@ -28,48 +28,32 @@ _AT_ONCE = 1e-9  # s between initiations
 
 @dataclass(frozen=True)
 class Contents:
-    """What stands there: all rounds with their images.
-
-    Attributes
-    ----------
-    explosive : float
-        Net explosive quantity (kg).
-    tnt : float
-        Its equivalent in TNT for peak pressure (kg).
-    all_up : float
-        Mass of the rounds whole, without packaging (kg).
-    largest_round : float
-        Mass of the heaviest round (kg).
-    rounds : int
-        How many.
-    equivalents : tuple of str
-        Words on the equivalents taken.
-    in_a_row : bool
-        Whether the positions of two or more rounds lie on one straight line, within 1 mm.
-    clearance : float or None
-        Smallest clear distance (m) of the rounds of a row from each other; None where they are in no row.
-    charge_diameter : float or None
-        Largest diameter of a charge (m); None of a round from a mesh file.
-    at_once : bool
-        Whether every round is ignited at the same time.
-    protective_works : tuple of str
-        Names of obstacles and walls of the case.
-    alike : bool
-        Whether all rounds have the same contour, casing and explosive.
-    """
+    """What stands there: all rounds with their images."""
 
     explosive: float
+    """Net explosive quantity (kg)."""
     tnt: float
+    """Its equivalent in TNT for peak pressure (kg)."""
     all_up: float
+    """Mass of the rounds whole, without packaging (kg)."""
     largest_round: float
+    """Mass of the heaviest round (kg)."""
     rounds: int
+    """How many."""
     equivalents: tuple[str, ...] = ()
+    """Words on the equivalents taken."""
     in_a_row: bool = False
+    """Whether the positions of two or more rounds lie on one straight line, within 1 mm."""
     clearance: float | None = None
+    """Smallest clear distance (m) of the rounds of a row from each other; None where they are in no row."""
     charge_diameter: float | None = None
+    """Largest diameter of a charge (m); None of a round from a mesh file."""
     at_once: bool = True
+    """Whether every round is ignited at the same time."""
     protective_works: tuple[str, ...] = ()
+    """Names of obstacles and walls of the case."""
     alike: bool = True
+    """Whether all rounds have the same contour, casing and explosive."""
 
 
 def quantity_words(explosive: float, tnt: float, equivalents: Sequence[str]) -> str:
@@ -208,34 +192,23 @@ SITING, DISPOSAL, COMPARISON = "siting", "disposal", "comparison"
 
 @dataclass(frozen=True)
 class Rule:
-    """A distance by a rule.
-
-    Attributes
-    ----------
-    name, source, formula, inputs, range : str
-        In words and SI units.
-    hazard : "fragments" or "blast"
-        What it keeps people from.
-    use : "siting", "disposal" or "comparison"
-        Activity for which the distance is prescribed; "comparison": it is shown beside the others alone.
-    distance : float or None
-        In m; None outside the rule's range.
-    reason : str
-        Why the rule does not apply to this arrangement; empty where it does.
-    basis : str
-        What it rests on.
-    """
+    """A distance by a rule: name, source, formula, inputs and range in words and SI units."""
 
     name: str
     hazard: str
+    """"fragments" or "blast": what it keeps people from."""
     use: str
+    """What it is prescribed for, "siting" or "disposal"; "comparison": it is shown beside the others alone."""
     distance: float | None
+    """In m; None outside the rule's range."""
     source: str
     formula: str
     inputs: str
     range: str
     reason: str = ""
+    """Why the rule does not apply to this arrangement; empty where it does."""
     basis: str = "mass alone"
+    """What it rests on."""
 
     def __post_init__(self) -> None:
         if (self.distance is None) != bool(self.reason):

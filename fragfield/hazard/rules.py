@@ -302,11 +302,8 @@ def tp12_rules(case: CaseTable, part: Mapping[str, Any]) -> Iterator[Rule]:
 def stack_counts(positions: ArrayLike) -> tuple[int, int]:
     """Rounds on the fullest of the sides that face along x and along y, and rounds in the top layer.
 
-    Parameters
-    ----------
-    positions : (n, 3)
-        Positions of the rounds (m), with images behind planes of symmetry; they are rounded to half of the
-        smallest distance between two, so that rounds behind each other count once.
+    `positions` (n, 3): positions of the rounds (m), with images behind planes of symmetry; they are rounded to half of
+    the smallest distance between two, so that rounds behind each other count once.
     """
     at = np.asarray(positions, dtype=np.float64).reshape(-1, 3)
     if len(at) == 1:

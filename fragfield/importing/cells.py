@@ -29,18 +29,12 @@ _LIKELY = {"kg": ("g", "kg", "grain"), "m/s": ("m/s", "ft/s"), "rad": ("deg", "r
 
 
 class Quantity(NamedTuple):
-    """A quantity of our tables.
-
-    Attributes
-    ----------
-    unit : str
-        SI unit, empty of a number.
-    names : tuple of str
-        Plain names that mean it.
-    """
+    """A quantity of our tables."""
 
     unit: str
+    """SI unit, empty of a number."""
     names: tuple[str, ...]
+    """Plain names that mean it."""
 
     @property
     def likely(self) -> tuple[str, ...]:
@@ -97,10 +91,8 @@ def is_unit(text: str) -> bool:
 def unit_of(text: str, quantity: Quantity, place: str, name: str) -> float | None:
     """Factor from a unit to SI for a quantity; None where it is of another dimension.
 
-    Raises
-    ------
-    QuestionError
-        The unit has two meanings: "gr" is gram or grain, German "Grad" degree or gon, "Mg" of a header megagram or mg.
+    Raises QuestionError: the unit has two meanings: "gr" is gram or grain, German "Grad" degree or gon, "Mg" of a
+    header megagram or mg.
     """
     word = _UNIT_WORDS.get(text.casefold(), text)
     if word in _ASKED:
@@ -256,11 +248,8 @@ class Numbers:
 def decimal_of(sheet: Sheet, rows: Sequence[Row], decimal: str | None) -> tuple[str, Guess | None]:
     """Decimal sign of the rows of a table, and why.
 
-    Raises
-    ------
-    InputError
-        Cells contradict each other; `QuestionError` where none shows whether a mark stands before decimals or between
-        thousands, as in 1.234.
+    Raises InputError: cells contradict each other; `QuestionError` where none shows whether a mark stands before
+    decimals or between thousands, as in 1.234.
     """
     if decimal is not None:
         if decimal not in ("point", "comma"):

@@ -97,10 +97,7 @@ class Columns:
     def values(self, name: str, unit: str = "") -> Array:
         """A quantity in its SI unit, or angles in degrees where `unit` is "deg"; NaN in empty cells.
 
-        Raises
-        ------
-        InputError
-            A cell is not a number; `QuestionError` where its unit is not known.
+        Raises InputError: a cell is not a number; `QuestionError` where its unit is not known.
         """
         numbers, units = [], set()
         for row, cell in zip(self.layout.rows, self.cells(name), strict=True):

@@ -74,30 +74,20 @@ class Row(NamedTuple):
 
 @dataclass
 class Sheet:
-    """Rows that are not empty, comments, and conclusions about the file.
-
-    Attributes
-    ----------
-    path : Path
-        The file.
-    name : str
-        Of the sheet of a workbook; empty for a text.
-    rows : list of Row
-        In the order of the file.
-    guesses : list of Guess
-        What was concluded, with reasons.
-    comments : list of str
-        Lines that begin with #, without it.
-    decimal : str
-        Of a text: "point", "comma", "either", "both" or ""; of a workbook "".
-    """
+    """Rows that are not empty, comments, and conclusions about the file."""
 
     path: Path
+    """The file."""
     name: str
+    """Of the sheet of a workbook; empty for a text."""
     rows: list[Row]
+    """In the order of the file."""
     guesses: list[Guess]
+    """What was concluded, with reasons."""
     comments: list[str] = field(default_factory=list)
+    """Lines that begin with #, without it."""
     decimal: str = ""
+    """Of a text: "point", "comma", "either", "both" or ""; of a workbook ""."""
 
     def place(self, line: int, column: int | None = None) -> str:
         """Where a cell stands, for messages."""

@@ -89,10 +89,7 @@ class ImportedTable:
     def write(self, path: str | os.PathLike[str] | None = None) -> Path:
         """Write the file that a case reads; without a path into the working folder under `default_name`.
 
-        Raises
-        ------
-        InputError
-            It would replace its own source, or cannot be written.
+        Raises InputError: it would replace its own source, or cannot be written.
         """
         target = absolute(self.default_name if path is None else path, InputError)
         wanted = ".toml" if self.kind == "walls" else ".csv"

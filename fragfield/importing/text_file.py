@@ -57,24 +57,17 @@ _NUMBER = re.compile(r"[-+−]?(?:\d[\d.,'’ \xa0\u202f\u2009]*|[.,]\d+)(?:[eE]
 
 @dataclass(frozen=True)
 class Dialect:
-    """How the text of a table is written.
-
-    Attributes
-    ----------
-    encoding : Guess
-        Its value is a name that Python knows.
-    separator : Guess
-        Its value is the character between cells; of spaces any number count as one.
-    decimal : str
-        "point", "comma", "both" where cells contradict each other, "either" where nothing shows which, "" without any.
-    skip : int
-        Lines at the beginning that are no part of the table: `sep=;`.
-    """
+    """How the text of a table is written."""
 
     encoding: Guess
+    """Its value is a name that Python knows."""
     separator: Guess
+    """Its value is the character between cells; of spaces any number count as one."""
     decimal: str
+    """"point", "comma", "both" where cells contradict each other, "either" where nothing shows which, "" without
+    any."""
     skip: int
+    """Lines at the beginning that are no part of the table: `sep=;`."""
 
     @property
     def words(self) -> str:
@@ -86,10 +79,8 @@ class Dialect:
 def decoded(data: bytes, encoding: str | None = None) -> tuple[str, Guess]:
     """Text of a file and its encoding.
 
-    Raises
-    ------
-    InputError
-        The bytes are no text in the given encoding, or not in any: a binary file; the message follows the file's name.
+    Raises InputError: the bytes are no text in the given encoding, or not in any: a binary file; the message follows
+    the file's name.
     """
     if encoding is not None:
         try:
@@ -245,10 +236,8 @@ SEPARATOR_NAMES = {name: mark for mark, name in SEPARATORS.items()}
 def read_text_file(path: Path, encoding: str | None = None, separator: str | None = None) -> Sheet:
     """Read a text file as rows of cells.
 
-    Raises
-    ------
-    InputError
-        No such file, not a text, too large, or nothing in it; `QuestionError` where two separators fit equally well.
+    Raises InputError: no such file, not a text, too large, or nothing in it; `QuestionError` where two separators fit
+    equally well.
     """
     data = read_bytes(path, InputError, most=MOST_BYTES)
     try:

@@ -52,18 +52,9 @@ def is_workbook(path: Path) -> bool:
 def read_workbook(path: Path, sheet: str | None = None) -> Sheet:
     """Read one sheet of a workbook.
 
-    Parameters
-    ----------
-    path : Path
-        XLSX or ODS.
-    sheet : str, optional
-        Its name, or its number from 1; needed where several sheets hold something.
-
-    Raises
-    ------
-    InputError
-        No such file or sheet, another format, an archive that unpacks to more than 256 MB, XML with a document type or
-        entities, or a library that is not installed. `QuestionError` where several sheets hold something.
+    `path`: XLSX or ODS; `sheet`: its name, or its number from 1; needed where several sheets hold something. Raises
+    InputError: no such file or sheet, another format, an archive that unpacks to more than 256 MB, XML with a document
+    type or entities, or a library that is not installed. `QuestionError` where several sheets hold something.
     """
     kind = _checked_archive(path)
     tables = _xlsx(path) if kind == "xlsx" else _ods(path)

@@ -24,8 +24,6 @@ if TYPE_CHECKING:
 
     Burst = tuple[Mapping[str, Any], Snapshot]
 
-__all__ = ["burst_beside", "flown_beside", "silent"]
-
 _LOGGERS = ("fragfield", "burst_fenicsx", "transition", "flight", "py.warnings")
 
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from fragfield.case.checks.bounds import outside_soft
 from fragfield.case.checks.estimates import given_on_map
+from fragfield.case.conversion.symmetry import is_brief
 from fragfield.errors import EXIT_FAULT, InputError, exit_code_of, message_of
 from fragfield.files.run_directory import STAGES
 from fragfield.pipeline.arena import read_arena
@@ -66,10 +67,15 @@ def run_chain(options: RunOptions, only: str | None = None) -> dict[str, Any]:
             _warn_of_locks(directory, team)
         job = Job(case, directory if from_burst else options.source, directory, team, reporter, options)
         stages = _waiting(job) if only is None else [STAGES[only]]
+        drawing = only is None and team.first and not options.lean
+        if drawing and is_brief(case):  # beside a long burst its libraries would lie in memory for nothing
+            job = _with_pictures(job, held)
         with _together(team):
             for stage in stages[: None if only else -1]:
-                if stage.name == "fly" and only is None and team.first and not options.lean:
+                if stage.name == "fly" and drawing and job.pictures is None:
                     job = _with_pictures(job, held)
+                if stage.name == "fly" and job.pictures is not None:
+                    job.pictures.go_on()
                 perform(job, stage)
         if only is not None:
             return directory.summary() if team.first else {}
@@ -84,9 +90,9 @@ def run_chain(options: RunOptions, only: str | None = None) -> dict[str, Any]:
 
 
 def _with_pictures(job: Job, held: ExitStack) -> Job:
-    """The job with a process that draws the pictures of burst and fragments while these fly."""
+    """The job with a process that draws burst and fragments while these fly."""
     folder = job.target.path
-    return replace(job, pictures=held.enter_context(PictureProcess(folder, folder, "report")))
+    return replace(job, pictures=held.enter_context(PictureProcess(folder, folder, "run")))
 
 
 def _waiting(job: Job) -> list[Stage]:

@@ -11,7 +11,6 @@ from __future__ import annotations
 import logging
 import math
 import time
-from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -21,13 +20,11 @@ from fragfield.pipeline.grid_convergence import grid_convergence
 from fragfield.quantities import shown
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Mapping
 
     from fragfield.case import CaseTable
     from fragfield.pipeline.ensemble import FlownEnsemble
     from fragfield.pipeline.job import Job
-
-    _Flown = tuple[Mapping[str, Any], FlownEnsemble]
 
 __all__ = ["OF_A_SWEEP", "convergence_of", "with_cells"]
 
@@ -81,8 +78,9 @@ def convergence_of(job: Job, flown: FlownEnsemble, headline: Mapping[str, Any]) 
     dimensions = 2 if burst["geometry"] == "axisymmetric" else 3
     factors = _FACTORS[job.case.burst.convergence] if dimensions == 2 else _FACTORS_3D
     number = min(own.realisations, _MOST)
-    cases = [with_cells(job.case, factor * own.size, number, burst["geometry"]) for factor in reversed(factors)]
-    results = sorted([own, *(_computed(job, cases, words) if cases else ())], key=lambda one: one.size)
+    others = [_computed(job, with_cells(job.case, factor * own.size, number, burst["geometry"]), words)
+              for factor in reversed(factors)]  # fmt: skip
+    results = sorted([own, *(one for one in others if one is not None)], key=lambda one: one.size)
     quantities = {one.name: _quantity(one.name, results, own, dimensions) for one in shown("convergence")}
     spent = time.perf_counter() - began
     _log.info("convergence: %d cell sizes in %.1f s more", len(results), spent)
@@ -153,38 +151,23 @@ def _own_result(burst: Mapping[str, Any], flown: FlownEnsemble, headline: Mappin
     return _Result(burst["cell_size"], burst["cells"], number, values, errors)
 
 
-def _computed(job: Job, cases: Sequence[CaseTable], words: list[str]) -> Iterator[_Result]:
-    """The quantities of cases with other cells; `words` says of those that cannot be computed why.
-
-    One burst follows the other, and while the next one is computed the first is flown.
-    """
-    with silent(), ThreadPoolExecutor(min(job.cores, len(cases))) as threads:
-        begun = [_begun(job, case, threads, max(job.cores // len(cases), 1)) for case in cases]
-    for case, future in zip(cases, begun, strict=True):
-        assert case.burst is not None  # of `with_cells`
-        size = f"{1e3 * case.burst.cell_size:.3g} mm"
-        try:
-            burst, flown = future.result()
-        except Exception as error:
-            if exit_code_of(error) == EXIT_FAULT:
-                raise
-            words.append(f"{size} could not be computed: {message_of(error)}")
-            continue
-        headline = flown.hazard.headline
-        if not headline["determined"]:
-            words.append(f"{size} gave no distance: {headline['reason']}")
-        yield _own_result(burst, flown, headline)
-
-
-def _begun(job: Job, case: CaseTable, threads: ThreadPoolExecutor, share: int) -> Future[_Flown]:
-    """Burst a case, and begin to fly it on a share of the cores."""
-    future: Future[_Flown] = Future()
+def _computed(job: Job, case: CaseTable, words: list[str]) -> _Result | None:
+    """The quantities of a case with other cells; None where they cannot be computed, and `words` says why."""
+    assert case.burst is not None  # of `with_cells`
+    size = f"{1e3 * case.burst.cell_size:.3g} mm"
     try:
-        burst, snapshot = burst_beside(case, job.scratch(), job.team)
-    except Exception as error:  # noqa: BLE001 - raised where the future is asked
-        future.set_exception(error)
-        return future
-    return threads.submit(lambda: (burst, flown_beside(case, snapshot, share, job.attitude)[0]))
+        with silent():
+            burst, snapshot = burst_beside(case, job.scratch(), job.team)
+            flown = flown_beside(case, snapshot, job.cores, job.attitude)[0]
+    except Exception as error:
+        if exit_code_of(error) == EXIT_FAULT:
+            raise
+        words.append(f"{size} could not be computed: {message_of(error)}")
+        return None
+    headline = flown.hazard.headline
+    if not headline["determined"]:
+        words.append(f"{size} gave no distance: {headline['reason']}")
+    return _own_result(burst, flown, headline)
 
 
 def _representative(one: _Result, own: _Result, dimensions: int) -> float:

@@ -91,8 +91,7 @@ def fly(job: Job, stage: Stage) -> None:
     from flight.files.ensemble import write_ensemble
     from fragfield.case.conversion.stages import hazard_criteria
     from fragfield.case.conversion.surroundings import bearing_of, with_bearing
-    from fragfield.hazard.prescribed import minimum_part, official_part
-    from fragfield.hazard.recommended import recommended_of
+    from fragfield.hazard.recommended import minimum_part, official_part, recommended_of
     from fragfield.hazard.rules import rules_of
     from fragfield.hazard.site_map import write_contours
     from fragfield.pipeline.attitudes import flown_attitude, fly_all
@@ -207,6 +206,8 @@ class WithFirst(Sequence["Fragments"]):
 
 def report(job: Job, stage: Stage) -> None:
     """The report of whatever the run directory holds: report.html."""
+    if job.pictures is not None:
+        job.pictures.go_on()
     from fragfield.report import write_report
 
     write_report(job.source.path, job.target.file(stage.result), drawing=job.pictures)

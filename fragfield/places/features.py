@@ -32,41 +32,28 @@ MOST_BYTES = 1 << 26
 
 @dataclass(frozen=True, eq=False)
 class Feature:
-    """One point, line or polygon.
-
-    Attributes
-    ----------
-    name : str
-        Empty where it has none.
-    shape : str
-        "Point", "LineString" or "Polygon".
-    rings : tuple of (n, 2) float64
-        Longitudes and latitudes (degrees); of a polygon its outline, not closed, and then its holes.
-    properties : dict
-        By name.
-    folders : tuple of str
-        Those of a KML that it lies in, the innermost last.
-    where : str
-        For messages: 'feature 3 ("school")'.
-    """
+    """One point, line or polygon."""
 
     name: str
+    """Empty where it has none."""
     shape: Shape
+    """"Point", "LineString" or "Polygon"."""
     rings: tuple[Array, ...]
+    """(n, 2) each: longitudes and latitudes (degrees); of a polygon its outline, not closed, and then its
+    holes."""
     properties: dict[str, Any] = field(default_factory=dict)
+    """By name."""
     folders: tuple[str, ...] = ()
+    """Those of a KML that it lies in, the innermost last."""
     where: str = ""
+    """For messages: 'feature 3 ("school")'."""
 
 
 def positions(values: object, shape: Shape, where: str) -> Array:
     """Longitudes and latitudes (n, 2) of a list of positions, each of two or three numbers.
 
-    The last point of a closed ring, and points that follow themselves, are left out.
-
-    Raises
-    ------
-    InputError
-        Not such a list, or too few points.
+    The last point of a closed ring, and points that follow themselves, are left out. Raises InputError: not such a
+    list, or too few points.
     """
     try:
         found = np.array([[float(one[0]), float(one[1])] for one in values], dtype=np.float64)  # type: ignore[attr-defined]
@@ -99,10 +86,7 @@ _DEEPEST = 8
 def read_geojson(path: Path) -> tuple[list[Feature], list[str]]:
     """Features of a GeoJSON file, and what was left out or done to them, in words.
 
-    Raises
-    ------
-    InputError
-        No GeoJSON, a coordinate system that is not known, positions that are none, no features.
+    Raises InputError: no GeoJSON, a coordinate system that is not known, positions that are none, no features.
     """
     try:
         found = json.loads(read_text(path, InputError, most=MOST_BYTES), parse_constant=_no_constant)
@@ -238,12 +222,8 @@ _NOT_READ = ("NetworkLink", "GroundOverlay", "ScreenOverlay", "PhotoOverlay", "T
 def read_kml(path: Path) -> tuple[list[Feature], list[str]]:
     """Features of a KML file, of a KMZ those of its main document, and what was left out, in words.
 
-    Heights play no part: sites stand on the ground of the case. That is said where a placemark stands above it.
-
-    Raises
-    ------
-    InputError
-        No KML, an XML entity that is not harmless, positions that are none, no placemarks.
+    Heights play no part: sites stand on the ground of the case. That is said where a placemark stands above it. Raises
+    InputError: no KML, an XML entity that is not harmless, positions that are none, no placemarks.
     """
     root = parsed_xml(_document(path, read_bytes(path, InputError, most=MOST_BYTES)), str(path), InputError)
     if _tag(root) != "kml":

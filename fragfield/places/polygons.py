@@ -56,10 +56,7 @@ def box_around(corners: Array) -> tuple[Box, float]:
 def convex_parts(corners: Array) -> list[Array]:
     """Convex polygons that make up an outline, by cutting ears off it and joining what stays convex.
 
-    Raises
-    ------
-    InputError
-        The outline has no area or crosses itself.
+    Raises InputError: the outline has no area or crosses itself.
     """
     hull = _hull(corners)
     if abs(signed_area(hull)) <= abs(signed_area(corners)) * (1.0 + _ALIKE):

@@ -22,8 +22,8 @@ from fragfield.case.tables.surroundings import (
 )
 from fragfield.errors import InputError
 from fragfield.places.polygons import box_around, convex_parts
-from fragfield_base.errors import nearest_name
-from fragfield_base.inputs import Quantity, show
+from fragfield_base.errors import nearest_name, show
+from fragfield_base.inputs import Quantity
 from fragfield_base.units import UnitError, read_measure
 
 if TYPE_CHECKING:
@@ -73,13 +73,9 @@ def tables_of_places(
 ) -> tuple[dict[str, list[dict[str, Any]]], list[str]]:
     """Tables `exposed` and `obstacle` of a file of places, as the case file has them, and what was done, in words.
 
-    `site` says where on Earth `origin`, x and y (m), lies and how the axes are turned.
-
-    Raises
-    ------
-    InputError
-        Faults of the file, kinds that are not known, shapes that a kind cannot have, sizes that are missing or have no
-        unit, places farther than 100 km, or at positions whose latitude and longitude are exchanged.
+    `site` says where on Earth `origin`, x and y (m), lies and how the axes are turned. Raises InputError: faults of the
+    file, kinds that are not known, shapes that a kind cannot have, sizes that are missing or have no unit, places
+    farther than 100 km, or at positions whose latitude and longitude are exchanged.
     """
     features, notes = read_places(path)
     kinds = _kinds(path, features, table)

@@ -98,12 +98,7 @@ class _LogFile(logging.StreamHandler[TextIO]):
 def logged(path: Path, *, fresh: bool) -> Iterator[None]:
     """Write what the packages log, and Python's warnings, to a file.
 
-    Parameters
-    ----------
-    path : Path
-        The log file.
-    fresh : bool
-        Start the file again; otherwise go on at its end.
+    `path`: the log file; `fresh`: start the file again; otherwise go on at its end.
     """
     descriptor = append_text_file(path, InputError, fresh=fresh)
     stream = os.fdopen(descriptor, "a", encoding="utf-8", errors="backslashreplace")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import importlib
+import json
 import logging
 import os
 import sys
@@ -101,16 +103,29 @@ def open_window(run: RunFiles) -> None:
 def draw(run: str, folder: str, what: str) -> int:
     """Draw pictures and pages of a run as `PictureProcess` asks; an exit code, and why on stderr."""
     use_offscreen()
+    from fragfield.report.stage_sections import figures_of_stages
     from fragfield.view.interactive import interactive_fault, write_interactive_views
     from fragfield.view.pictures import write_pictures
 
     try:
-        files = read_run(Path(run), pictured=True)
+        if what == "run" and not _has_more():
+            return DONE
+        files = read_run(Path(run), flown=False, case=what == "run")
+        figures = figures_of_stages(files, flown=False) if what == "run" else {}
         if what != "pages":
             write_pictures(files, Path(folder) / "figures", wide=what == "pictures")
-        if what == "pages" or (what == "report" and not interactive_fault()):
+        if what == "pages" or (what != "pictures" and not interactive_fault()):
             write_interactive_views(files, Path(folder))
+        if what == "run" and _has_more():
+            json.dump(figures | figures_of_stages(read_run(Path(run))), sys.stdout)
     except (PictureUnavailableError, InputError) as error:
         sys.stderr.write(f"{error}\n")
         return INPUT if isinstance(error, InputError) else UNAVAILABLE
     return DONE
+
+
+def _has_more() -> bool:
+    """Wait, with all libraries at hand; whether there is more of the run, or it has ended."""
+    for name in ("fragfield.case", "matplotlib.backends.backend_svg", "pyvista.plotting"):
+        importlib.import_module(name)
+    return bool(sys.stdin.readline())

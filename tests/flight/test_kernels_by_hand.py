@@ -129,14 +129,23 @@ def test_two_paths_close_by_the_rate_of_their_distance() -> None:
 
 
 def test_curved_paths_meet_where_their_distance_first_falls_to_the_reach() -> None:
-    """Of quintics at random that begin together or one later, against the distance at 2,000 times and a bisection."""
+    """Quintics that begin together or one later, against the distance at 2,000 times and a bisection.
+
+    At random; at random, but together at the very end; and nearly straight and fast, as most are.
+    """
     generator, end, seen = np.random.default_rng(12), 0.03, {True: 0, False: 0}
     scratch, roots = np.zeros((KERNELS.collision.SCRATCH_ROWS, KERNELS.roots.LARGEST_DEGREE + 3)), np.zeros(16)
     for trial in range(240):
-        starts = [(0.0, 0.0), (0.0, 0.011), (0.019, 0.0)][trial % 3]
+        starts, kind = [(0.0, 0.0), (0.0, 0.011), (0.019, 0.0)][trial % 3], trial // 3 % 3
         paths = generator.normal(size=(2, 3, 6)) + generator.normal(size=(2, 3, 1))
-        one, other = (BPoly(path.T[:, None, :], [start, end]) for path, start in zip(paths, starts, strict=True))
         reach = float(generator.uniform(0.5, 2.5))
+        if kind == 1:
+            paths[1, :, :5] += 3.0 * np.eye(3)[trial % 3][:, None] * generator.choice([-1.0, 1.0])
+            paths[1, :, 5] = paths[0, :, 5] + 0.5 * reach * generator.uniform(-1.0, 1.0, 3)
+        elif kind == 2:
+            way, middle = generator.normal(scale=40.0, size=(2, 3, 1)), generator.uniform(0.0, 1.0, (2, 1, 1))
+            paths = 0.05 * paths + way * (np.arange(6.0) / 5.0 - middle)
+        one, other = (BPoly(path.T[:, None, :], [start, end]) for path, start in zip(paths, starts, strict=True))
 
         def excess(time, one=one, other=other, reach=reach):
             return np.linalg.norm(one(time) - other(time), axis=-1) - reach

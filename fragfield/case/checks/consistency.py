@@ -16,7 +16,7 @@ from fragfield.case.conversion.surroundings import ground_height
 from fragfield.case.tables.flight import CylinderTable
 from fragfield.case.tables.round import ExplosiveTable
 from fragfield.case.tables.site import check_official
-from fragfield_base.inputs import show
+from fragfield_base.errors import show
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence

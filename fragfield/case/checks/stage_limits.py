@@ -23,7 +23,7 @@ from fragfield.case.conversion.stages import (
 )
 from fragfield.case.conversion.surroundings import check_surroundings
 from fragfield.case.tables.round import ExplosiveTable
-from fragfield_base.inputs import show
+from fragfield_base.errors import show
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -18,7 +18,7 @@ from fragfield.case.tables.surroundings import (
     RoadTable,
     WallTable,
 )
-from fragfield_base.inputs import show
+from fragfield_base.errors import show
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -40,24 +40,16 @@ DEPTH = 1.0  # m by which prisms reach below the lowest ground
 
 @dataclass(frozen=True, eq=False)
 class ExposedSite:
-    """An exposed site.
-
-    Attributes
-    ----------
-    table : ExposedTable
-        As in the case, resolved.
-    outline : (k, 2) float64
-        Of its plan (m).
-    prisms : tuple of Prism
-        In which fragments are counted: one, or the pieces of a road or an area.
-    area : float
-        That one person or vehicle presents (m2); of no meaning for a building.
-    """
+    """An exposed site."""
 
     table: ExposedTable
+    """As in the case, resolved."""
     outline: Array
+    """(k, 2) float64: of its plan (m)."""
     prisms: tuple[Prism, ...]
+    """In which fragments are counted: one, or the pieces of a road or an area."""
     area: float
+    """That one person or vehicle presents (m2); of no meaning for a building."""
 
     @property
     def is_building(self) -> bool:

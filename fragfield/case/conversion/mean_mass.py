@@ -26,7 +26,8 @@ from flight.errors import InputError as FlightInputError
 from flight.files.text_tables import import_hint, in_columns_of, read_columns
 from fragfield.case.tables.burst import FragmentCountsTable
 from fragfield.errors import InputError, nearest
-from fragfield_base.inputs import show, with_unit
+from fragfield_base.errors import show
+from fragfield_base.inputs import with_unit
 from fragfield_base.paths import absolute
 from fragfield_base.reading import read_text
 from transition.errors import InputError as BreakUpInputError
@@ -108,11 +109,8 @@ def check_counts(case: CaseTable, source: str) -> None:
 def read_counts(path: Path, name: str | None = None) -> FragmentCounts:
     """Read a file of counted fragments; messages and results call it `name`, by default the name of the file.
 
-    Raises
-    ------
-    InputError
-        Of flight, of the break-up or ours: no such file, columns that are not of one of the forms, groups that overlap
-        or leave a gap, numbers that are no counts; the message names the file.
+    Raises InputError: of flight, of the break-up or ours: no such file, columns that are not of one of the forms,
+    groups that overlap or leave a gap, numbers that are no counts; the message names the file.
     """
     name = path.name if name is None else name
     read = read_columns(path, "pit")
@@ -245,12 +243,8 @@ _NEEDED: dict[str, tuple[str, ...]] = {
 def with_casing_data(break_up: BreakUpTable, casings: list[Substance], source: str) -> BreakUpTable:
     """The table [break_up] with what its law needs of the casings, as far as the case leaves it out.
 
-    `source` is the case's file, for messages.
-
-    Raises
-    ------
-    InputError
-        A casing's file lacks it, or two casings differ in it; the message names the laws that remain.
+    `source` is the case's file, for messages. Raises InputError: a casing's file lacks it, or two casings differ in it;
+    the message names the laws that remain.
     """
     law = _FILE if break_up.mean_mass_is_file else break_up.mean_mass
     needed = _NEEDED.get(law, ()) if isinstance(law, str) else ()

@@ -146,19 +146,13 @@ class SegmentMass:
 
 @dataclass(frozen=True)
 class RoundMasses:
-    """Masses of a round as its contours or its mesh and its materials give them (kg).
-
-    Attributes
-    ----------
-    casing, charge : float
-        Of the whole round.
-    segments : tuple of SegmentMass
-        Of its profile; none where it is from a mesh file.
-    """
+    """Masses of a round as its contours or its mesh and its materials give them (kg)."""
 
     casing: float
     charge: float
+    """Of the whole round."""
     segments: tuple[SegmentMass, ...] = ()
+    """Of its profile; none where it is from a mesh file."""
 
 
 def masses_of(entry: RoundTable) -> RoundMasses:

@@ -19,21 +19,14 @@ _ALLOWED = (0.5, 1.1)
 
 @dataclass(frozen=True)
 class RecoveredMass:
-    """Mass that an arena test recovered, and that of the casing.
-
-    Attributes
-    ----------
-    mass : float
-        Of the table, one round (kg), as it was read.
-    casing_mass : float or None
-        Of the casing of a round of the case (kg); None where the case has no rounds.
-    arena_mass : str
-        How the case has the table flown: `flight.arena_mass`.
-    """
+    """Mass that an arena test recovered, and that of the casing."""
 
     mass: float
+    """Of the table, one round (kg), as it was read."""
     casing_mass: float | None
+    """Of the casing of a round of the case (kg); None where the case has no rounds."""
     arena_mass: str
+    """How the case has the table flown: `flight.arena_mass`."""
 
     @property
     def fraction(self) -> float | None:
@@ -85,11 +78,9 @@ class RecoveredMass:
 def recovered_mass(case: CaseTable, table: ArenaTable, name: str) -> RecoveredMass:
     """Compare an arena table, from a file `name`, with the casing of the resolved case's rounds.
 
-    Raises
-    ------
-    InputError
-        The rounds of the case differ, so that one table cannot stand for all; a fragment is heavier than the casing; or
-        the mass is below 50 % or above 110 % of the casing's and `flight.arena_mass` does not say that this is meant.
+    Raises InputError: the rounds of the case differ, so that one table cannot stand for all; a fragment is heavier than
+    the casing; or the mass is below 50 % or above 110 % of the casing's and `flight.arena_mass` does not say that this
+    is meant.
     """
     meant = case.flight.arena_mass
     if not table.total_mass > 0.0:

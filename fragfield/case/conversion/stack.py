@@ -8,7 +8,7 @@ import numpy as np
 
 from fragfield.case.checks.bounds import choice_faults
 from fragfield.errors import nearest
-from fragfield_base.inputs import show
+from fragfield_base.errors import show
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence

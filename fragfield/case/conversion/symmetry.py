@@ -56,6 +56,11 @@ def burst_geometry(case: CaseTable) -> GeometryChoice:
     return GeometryChoice("axisymmetric", "one round of revolution, initiated on its axis, out of reach of any plane")
 
 
+def is_brief(case: CaseTable) -> bool:
+    """Whether a run takes seconds, and has nothing to go on from: its burst is axisymmetric."""
+    return case.burst is not None and bool(case.round) and burst_geometry(case).geometry == "axisymmetric"
+
+
 def check_geometry(case: CaseTable) -> list[str]:
     """Faults of a resolved case that asks for an axisymmetric burst and cannot have it."""
     if case.burst is None or case.burst.geometry != "axisymmetric":

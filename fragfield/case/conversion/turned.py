@@ -33,23 +33,16 @@ _NEAR = 0.5  # m in plan, from the origin of the distances to the centre of the 
 
 @dataclass(frozen=True, eq=False)
 class Turned:
-    """An arrangement in one attitude.
-
-    Attributes
-    ----------
-    inclination, roll : float
-        Degrees: of the arrangement's vertical from upright, towards +x; and about its vertical, before.
-    case : CaseTable
-        With the rounds' axes and positions, and planes of symmetry, as turned.
-    matrix, shift : (3, 3) and (3,) float64
-        The motion x -> matrix x + shift (m) from the arrangement as placed.
-    """
+    """An arrangement in one attitude."""
 
     inclination: float
     roll: float
+    """Degrees: of the arrangement's vertical from upright, towards +x; and about its vertical, before."""
     case: CaseTable
+    """With the rounds' axes and positions, and planes of symmetry, as turned."""
     matrix: Array
     shift: Array
+    """(3, 3) and (3,) float64: the motion x -> matrix x + shift (m) from the arrangement as placed."""
 
     def fragments(self, placed: Fragments) -> Fragments:
         """Fragments after the motion: masses, speeds and shapes stay."""

@@ -16,7 +16,8 @@ from burst_fenicsx.problem import (
     Viscosity,
 )
 from fragfield.case.tables.base import Table
-from fragfield_base.inputs import Bounds, Entries, FrictionAngle, Length, OnlyWith, Quantity, QuantityOrFile
+from fragfield_base.bounds import Bounds, Entries, OnlyWith
+from fragfield_base.inputs import FrictionAngle, Length, Quantity, QuantityOrFile
 from fragfield_base.units import degrees
 from transition.settings import MEAN_MASS, BreakUpSettings, MeanMassLaw
 

@@ -12,18 +12,16 @@ from flight.integrate.integrator import Adaptive
 from flight.scene.air import STANDARD_GRAVITY
 from fragfield.case.tables.base import Table, by_kind, name_or_table
 from fragfield.case.tables.surroundings import GroundTable, Size
+from fragfield_base.bounds import Bounds, Entries, OnlyWith
 from fragfield_base.inputs import (
     Angle,
     ArealDensity,
-    Bounds,
     Density,
     Direction,
     Energy,
-    Entries,
     FrictionAngle,
     Length,
     Offset,
-    OnlyWith,
     Position,
     PositiveLength,
     Quantity,

@@ -10,16 +10,14 @@ from pydantic import Discriminator, Field, Tag
 
 from burst_fenicsx.problem import CasingMaterial, Explosive, IgnitionPoint, JonesWilkinsLee, Round, ShockInitiation
 from fragfield.case.tables.base import Table, name_or_table
+from fragfield_base.bounds import Bounds, Entries, OnlyWith
 from fragfield_base.inputs import (
     Angle,
-    Bounds,
     Direction,
-    Entries,
     FrictionAngle,
     Length,
     NumberOrWord,
     Offset,
-    OnlyWith,
     Parsed,
     Position,
     PositivePressure,

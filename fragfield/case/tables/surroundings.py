@@ -8,17 +8,8 @@ from pydantic import Field, Tag
 
 from fragfield.case.tables.base import Table, by_kind
 from fragfield.case.tables.site import Latitude, Longitude, OnEarth
-from fragfield_base.inputs import (
-    Angle,
-    ArealDensity,
-    Bounds,
-    Energy,
-    Length,
-    Offset,
-    OnlyWith,
-    PositiveLength,
-    Quantity,
-)
+from fragfield_base.bounds import Bounds, OnlyWith
+from fragfield_base.inputs import Angle, ArealDensity, Energy, Length, Offset, PositiveLength, Quantity
 
 Surface = Literal["soft_soil", "hard_soil", "sand", "rock", "concrete", "asphalt", "water", "none"]
 

@@ -11,7 +11,7 @@ from fragfield.errors import InputError
 from fragfield.files.run_directory import RunDirectory
 from fragfield.files.stamped import stored_case_text
 from fragfield.hazard.recommended import not_included_words
-from fragfield_base.inputs import show
+from fragfield_base.errors import show
 
 if TYPE_CHECKING:
     from pathlib import Path
