@@ -38,7 +38,8 @@ _log = logging.getLogger(__name__)
 
 _HISTORY_INTERVAL = 1e-6
 _PROGRESS_SECONDS = 0.2
-# Checkpoints are kept at outputs, not more often than this: no more than that is lost.
+# Checkpoints are kept at outputs, the first at once, of a meridian after as long, and then not more often than this: no
+# more than that is lost.
 _CHECKPOINT_SECONDS = 30.0
 
 
@@ -101,7 +102,7 @@ class Simulation(AssembledBurst):
         self._writing = Background(16 if self.geometry.upright else 1)
         self._output_at = -np.inf
         self._resumed_at: float | None = None
-        self._checkpoint_at = self.clocks.start
+        self._checkpoint_at = self.clocks.start if self.geometry.upright else -np.inf
         self.first_step_at, self.first_cell_step_at = 0, 0
         self.acceleration_complete: float | None = None
 

@@ -26,7 +26,6 @@ _LARGEST_FORCE = 2.0**57  # of a plane on a node, in quanta of the nodal forces:
 # nodes are near: products that expand freely reach the detonation velocity.
 _FASTEST = 1e4
 _GROWTH = 2.0
-_SOON = 0.375  # of the reach: those of the near nodes that may meet the plane sooner are found again so much oftener
 
 
 def nodes_at_planes(mesh: HexahedralMesh, surfaces: ContactSurfaces) -> tuple[np.ndarray, np.ndarray]:
@@ -109,25 +108,19 @@ class PlaneContact:
     def look_again(self) -> None:
         """Have the near nodes found again at the next step."""
         self.near = self.pushed = np.zeros(0, dtype=np.int32)
-        self._soon = np.zeros(0, dtype=np.int32)  # those of the near ones that are looked at in every step
-        self._fastest, self._travel, self._soon_travel = 0.0, np.inf, np.inf
+        self._fastest, self._travel = 0.0, np.inf
         self.given, self.energies = np.zeros(3), np.zeros(2)
         self.deepest = self.deepest_interior = 0.0
 
     def _find_near(self, step: float) -> None:
         """Find the near nodes again where others may have met the plane in this step (s)."""
-        nodes, node, travel = self._fields.nodes, self.state.node, step * self._fastest
-        self._travel, self._soon_travel = self._travel + travel, self._soon_travel + travel
-        if self._travel > self._reach:
-            every = np.arange(len(node), dtype=np.int32)
-            self.near = nodes_near(self._normal, self._level + self._reach, every, self.state, nodes.position)
-            self.pushed = node[self.near]
-            self._fastest = max(_FASTEST, _GROWTH * largest_speed(nodes.velocity, node))
-            self._travel, self._soon_travel = 0.0, np.inf
-        soon = _SOON * self._reach
-        if self._soon_travel > soon:
-            self._soon = nodes_near(self._normal, self._level + soon, self.near, self.state, nodes.position)
-            self._soon_travel = 0.0
+        self._travel += step * self._fastest
+        if self._travel <= self._reach:
+            return
+        nodes, node = self._fields.nodes, self.state.node
+        self.near = nodes_near(self._normal, self._level + self._reach, self.state, nodes.position)
+        self.pushed = node[self.near]
+        self._fastest, self._travel = max(_FASTEST, _GROWTH * largest_speed(nodes.velocity, node)), 0.0
 
     def add_forces(self, max_squared_frequency: float, step: float, velocity: np.ndarray, force: np.ndarray) -> None:
         """Add the plane's forces to `force` (nodes, 3) in N.
@@ -138,7 +131,7 @@ class PlaneContact:
         self._find_near(step)
         law = PlaneLaw(self._normal, self._level, max_squared_frequency, step, self._friction)
         state, fields = self.state, self._fields
-        push_from_plane(law, self._soon, state, fields.mass, fields.nodes.position, velocity, force)
+        push_from_plane(law, self.near, state, fields.mass, fields.nodes.position, velocity, force)
         self.energies, self.given, self.deepest, self.deepest_interior = plane_sums(
-            self._normal, self._on_surface, self._soon, state, fields.grid.rounding, self._rounding
+            self._normal, self._on_surface, self.near, state, fields.grid.rounding, self._rounding
         )

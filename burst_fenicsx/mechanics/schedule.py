@@ -10,6 +10,7 @@ import numpy as np
 from burst_fenicsx.kernels.lanes import LANES
 from burst_fenicsx.kernels.state import Schedule
 from burst_fenicsx.kernels.step.levels import colour_groups
+from burst_fenicsx.kernels.vectors.transposition import WIDTH
 
 __all__ = ["AT_REST", "Blocks", "Chunks", "chunk_size"]
 
@@ -35,6 +36,8 @@ class Blocks:
     ----------
     cells : (blocks, LANES) int32, padded with the last cell of the block.
     count, material, level : (blocks,) int32; a block of level l takes 2^l steps in a longest one.
+    in_rows : (blocks, LANES / WIDTH) int8, whether the numbers of so many lanes' cells follow one another, and those of
+        their nodes at every corner: what the kernels gather of them lies without gaps.
     schedule : the chunks and their colours.
     """
 
@@ -42,6 +45,7 @@ class Blocks:
     count: np.ndarray
     material: np.ndarray
     level: np.ndarray
+    in_rows: np.ndarray
     schedule: Schedule
 
     @cached_property
@@ -94,6 +98,7 @@ class Chunks:
         self._charge = np.asarray(is_charge)[material]
         self._chunk = np.arange(cells) // (size or chunk_size(cells))
         self._chunks = int(self._chunk[-1]) + 1 if cells else 0
+        self._follows = np.append((np.diff(dofmap, axis=0) == 1).all(axis=1), False)  # the next cell, in a row
         colour = _colour_chunks(self._chunk, dofmap, self._chunks)
         colours = int(colour.max()) + 1 if len(colour) else 0
         self._chunk_order = np.argsort(colour, kind="stable").astype(np.int32)
@@ -133,11 +138,15 @@ class Chunks:
             first_charge=(first_block + solid).astype(np.int32),
             active=active,
         )
+        cells = order[lanes].astype(np.int32).reshape(-1, LANES)
+        rows = cells.reshape(-1, LANES // WIDTH, WIDTH)
+        in_rows = ((np.diff(rows) == 1) & self._follows[rows[..., :-1]]).all(axis=-1)
         return Blocks(
-            order[lanes].astype(np.int32).reshape(-1, LANES),
+            cells,
             count.astype(np.int32),
             material[first].astype(np.int32),
             block_level,
+            in_rows.astype(np.int8),
             schedule,
         )
 

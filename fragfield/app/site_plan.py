@@ -13,7 +13,7 @@ from pydantic import TypeAdapter, ValidationError
 
 import fragfield
 from fragfield.app.fields import shown
-from fragfield.case.conversion.exposed_sites import outline_of
+from fragfield.case.conversion.exposed_sites import outline_of, rectangle
 from fragfield.case.tables.surroundings import ObstacleTable
 from fragfield.errors import InputError
 from fragfield_base.units import UnitError, read_measure
@@ -201,10 +201,7 @@ def _shape(table: str, entry: dict[str, Any], name: str, marks: list[tuple[float
         length, width = (_value(entry.get(key), "m") for key in ("length", "width"))
         turn = _value(entry.get("azimuth", "0 deg"), "rad") or 0.0
         if length and width:
-            along = 0.5 * length * np.array([math.cos(turn), math.sin(turn)])
-            across = 0.5 * width * np.array([-math.sin(turn), math.cos(turn)])
-            corners = np.array([along + across, across - along, -along - across, along - across])
-            points, closed = (np.array(marks[0]) + corners).tolist(), True
+            points, closed = rectangle(marks[0], length, width, turn).tolist(), True
     elif kind == "area":
         closed = True
     width = (_value(entry.get("width", "6 m"), "m") or 6.0) if kind == "road" else 0.0

@@ -17,7 +17,7 @@ from fragfield.case.checks.stage_limits import stage_faults
 from fragfield.case.conversion.attitude import attitude_faults, is_mixed, with_axes
 from fragfield.case.conversion.exposed_sites import resolved_exposed
 from fragfield.case.conversion.mean_mass import check_counts, with_casing_data, with_counts
-from fragfield.case.conversion.placing import base_faults, masses_of, on_base
+from fragfield.case.conversion.rounds import base_faults, masses_of, on_base
 from fragfield.case.conversion.stack import expanded, stacked_names
 from fragfield.case.conversion.surroundings import altitude_of, site_of
 from fragfield.case.conversion.symmetry import check_geometry
@@ -253,7 +253,7 @@ def _charge_of_mesh(entry: RoundTable, where: str) -> tuple[float, float]:
 
     from burst_fenicsx.meshing import mesh_round
     from burst_fenicsx.problem import Part
-    from fragfield.case.conversion.burst import burst_round
+    from fragfield.case.conversion.rounds import burst_round
 
     mesh = _with_location(lambda: mesh_round(burst_round(entry, where), 1.0), where)
     nodes = mesh.nodes[np.unique(mesh.cells[mesh.part == Part.CHARGE])]

@@ -11,9 +11,9 @@ import numpy as np
 from fragfield.case.checks.bounds import outside_soft
 from fragfield.case.checks.estimates import map_warnings
 from fragfield.case.conversion.exposed_sites import outline_of
-from fragfield.case.conversion.placing import first_alike
+from fragfield.case.conversion.rounds import first_alike
 from fragfield.case.tables.flight import CylinderTable
-from fragfield.hazard.arrangement import arrangement_warnings, with_images
+from fragfield.hazard.contents import arrangement_warnings, with_images
 from fragfield_base.substances import graded, substance, substance_names
 
 if TYPE_CHECKING:

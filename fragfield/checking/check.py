@@ -10,15 +10,13 @@ import numpy as np
 from fragfield.case import plain
 from fragfield.case.checks.estimates import check_numbers, given_on_map
 from fragfield.case.conversion.attitude import is_mixed
-from fragfield.case.conversion.burst import burst_rounds
-from fragfield.case.conversion.placing import first_alike
+from fragfield.case.conversion.rounds import burst_rounds, first_alike
 from fragfield.case.conversion.stages import break_up_settings, burst_settings
 from fragfield.case.conversion.symmetry import burst_geometry
 from fragfield.checking.case_warnings import case_warnings, mean_mass_warnings, substances_of, waiting_on_estimates
 from fragfield.checking.cost import RANKS, block_of, expected_cost, on_cores
 from fragfield.contours.read import is_of_file
-from fragfield.hazard.arrangement import arrangement
-from fragfield.hazard.contents import contents_of
+from fragfield.hazard.contents import arrangement, contents_of
 from fragfield.hazard.recommended import official_part
 from fragfield.hazard.rules import rules_for
 from fragfield.pipeline.arena import read_arena

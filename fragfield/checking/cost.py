@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fragfield.case.conversion.placing import first_alike
+from fragfield.case.conversion.rounds import first_alike
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

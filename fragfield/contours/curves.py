@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fragfield.errors import InputError
+from fragfield.errors import InputError, nearest
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
@@ -78,6 +78,15 @@ class Sheet:
 def is_axis_name(name: str) -> bool:
     """Whether a layer or a label is called as centre lines are."""
     return _AXIS_NAME.search(name.casefold()) is not None
+
+
+def folded(path: object, names: Iterable[str], known: set[str]) -> set[str]:
+    """Names of layers in lower case; raises InputError for one that a drawing does not have."""
+    for name in names:
+        if name.casefold() not in {one.casefold() for one in known}:
+            allowed = ", ".join(sorted(known)) or "none, without names"
+            raise InputError(f'{path}: layers: found "{name}"{nearest(name, known)}; allowed: {allowed}')
+    return {name.casefold() for name in names}
 
 
 def counted(numbers: dict[str, int]) -> str:

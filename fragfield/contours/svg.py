@@ -11,9 +11,8 @@ from xml.etree import ElementTree as ET
 
 import numpy as np
 
-from fragfield.contours.curves import FINE, Curve, Sheet, is_axis_name, sampled
+from fragfield.contours.curves import FINE, Curve, Sheet, folded, is_axis_name, sampled
 from fragfield.errors import InputError
-from fragfield_base.errors import nearest_name
 from fragfield_base.reading import parsed_xml, read_bytes
 
 if TYPE_CHECKING:
@@ -69,13 +68,7 @@ def read_svg(path: Path, *, unit: float | None, layers: Sequence[str] | None, to
         present[layer] += len(pieces)
         if wanted is None or any(name.casefold() in wanted for name in names):
             curves += pieces
-    for name in layers or ():
-        if name.casefold() not in {one.casefold() for one in known}:
-            close = nearest_name(name, known)
-            hint = f'; did you mean "{close}"?' if close else ""
-            raise InputError(
-                f'{path}: layers: found "{name}"{hint}; allowed: {", ".join(sorted(known)) or "none, without names"}'
-            )
+    folded(path, layers or (), known)
     if not curves:
         listed = ", ".join(f"{number} {kind}" for kind, number in sorted(ignored.items())) or "nothing"
         raise InputError(f"{path}: found no path, line, polygon, rectangle, circle or ellipse, only {listed}")

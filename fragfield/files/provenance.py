@@ -64,19 +64,15 @@ def revision() -> str:
     root = Path(__file__).resolve().parents[2]
     if not (root / ".git").exists():
         return ""
-    try:
-        head = _git(root, "rev-parse", "--short=12", "HEAD")
-        changed = _git(root, "status", "--porcelain", "--untracked-files=no")
-    except (OSError, subprocess.SubprocessError):
-        return ""
-    return head + ("+" if changed else "")
-
-
-def _git(root: Path, *arguments: str) -> str:
     # A variable such as GIT_DIR would name another repository.
     known = {name: value for name, value in os.environ.items() if not name.startswith("GIT_")}
-    command = ["git", "-c", f"safe.directory={root}", "-C", str(root), *arguments]
-    return subprocess.run(command, capture_output=True, text=True, timeout=10, check=True, env=known).stdout.strip()
+    command = ["git", "-c", f"safe.directory={root}", "-C", str(root), "describe", "--always", "--exclude=*"]
+    command += ["--abbrev=12", "--dirty=+"]
+    try:
+        found = subprocess.run(command, capture_output=True, text=True, timeout=10, check=True, env=known)
+    except (OSError, subprocess.SubprocessError):
+        return ""
+    return found.stdout.strip()
 
 
 def provenance_of(case: CaseTable) -> dict[str, str]:

@@ -18,7 +18,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from fragfield.case.conversion.placing import are_alike
+from fragfield.case.conversion.rounds import are_alike
 from fragfield.hazard.certainty import metres, whole_metres
 from fragfield.hazard.contents import DISPOSAL, SITING
 
@@ -173,7 +173,7 @@ def official_part(case: CaseTable) -> dict[str, Any] | None:
     `covers` is whether the distances are published for as many rounds as stand there with their images, all `alike`;
     None where the fragments come from another source and no rounds are known.
     """
-    from fragfield.hazard.arrangement import with_images
+    from fragfield.hazard.contents import with_images
 
     if case.official is None:
         return None

@@ -14,8 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fragfield.hazard.arrangement import with_images
-from fragfield.hazard.contents import COMPARISON, DISPOSAL, SITING, Rule, contents_of, quantity_words
+from fragfield.hazard.contents import COMPARISON, DISPOSAL, SITING, Rule, contents_of, quantity_words, with_images
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping

@@ -236,7 +236,7 @@ def _casing(case: str | os.PathLike[str] | None, mass: str | float | None) -> fl
     """Mass of the casing (kg), of a case or as given."""
     if case is not None:
         from fragfield.case import load_case
-        from fragfield.case.conversion.placing import masses_of
+        from fragfield.case.conversion.rounds import masses_of
 
         values = load_case(absolute(case, InputError), burst=False)
         if not values.round:

@@ -118,34 +118,15 @@ def _fragments(folder: Path) -> Mapping[str, Any]:
     return fragment_columns({name: getattr(found, name) for name in ARRAYS})
 
 
-def _landing(folder: Path) -> Mapping[str, Any]:
-    from flight.files.hdf5 import read_table
-    from flight.files.results import csv_columns
+def _flown(name: str, what: str = "") -> Callable[[Path], Mapping[str, Any]]:
+    def columns(folder: Path) -> Mapping[str, Any]:
+        from flight.files.hdf5 import read_table
+        from flight.files.results import csv_columns
 
-    return csv_columns(read_table(folder / "landing.h5", "landing")[0])
+        rows, names = read_table(folder / f"{name}.h5", name)
+        return csv_columns(rows, what, names)
 
-
-def _witness(folder: Path) -> Mapping[str, Any]:
-    from flight.files.hdf5 import read_table
-    from flight.files.results import csv_columns
-
-    hits, names = read_table(folder / "hits.h5", "hits")
-    return csv_columns(hits, "witness", names)
-
-
-def _obstacle_hits(folder: Path) -> Mapping[str, Any]:
-    from flight.files.hdf5 import read_table
-    from flight.files.results import csv_columns
-
-    hits, names = read_table(folder / "obstacle_hits.h5", "obstacle_hits")
-    return csv_columns(hits, "obstacle", names)
-
-
-def _contacts(folder: Path) -> Mapping[str, Any]:
-    from flight.files.hdf5 import read_table
-    from flight.files.results import csv_columns
-
-    return csv_columns(read_table(folder / "contacts.h5", "contacts")[0])
+    return columns
 
 
 def _ensemble(name: str) -> Callable[[Path], Mapping[str, Any]]:
@@ -185,10 +166,14 @@ TABLES: dict[str, tuple[str, str, Callable[[Path], Mapping[str, Any]]]] = {
     "along": ("burst_snapshot.h5", "casing along each round, by axial station", _along),
     "fragments": ("fragments.h5", "fragments of the first realisation at launch", _fragments),
     "arena": ("arena.csv", "fragments of one round by polar zone and mass group", _arena),
-    "landing": ("landing.h5", "end of every fragment's flight, first realisation", _landing),
-    "witness": ("hits.h5", "crossings of witness surfaces, first realisation", _witness),
-    "obstacle_hits": ("obstacle_hits.h5", "impacts on obstacles, first realisation", _obstacle_hits),
-    "contacts": ("contacts.h5", "contacts between fragments, first realisation", _contacts),
+    "landing": ("landing.h5", "end of every fragment's flight, first realisation", _flown("landing")),
+    "witness": ("hits.h5", "crossings of witness surfaces, first realisation", _flown("hits", "witness")),
+    "obstacle_hits": (
+        "obstacle_hits.h5",
+        "impacts on obstacles, first realisation",
+        _flown("obstacle_hits", "obstacle"),
+    ),
+    "contacts": ("contacts.h5", "contacts between fragments, first realisation", _flown("contacts")),
     "ensemble": ("ensemble.h5", "distance, throw and numbers of every realisation alone", _ensemble("ensemble")),
     "hazard_by_distance": (
         "ensemble.h5",

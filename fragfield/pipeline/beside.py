@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from fragfield.files.run_directory import RunDirectory
 from fragfield.pipeline.job import Job, RunOptions
 from fragfield.pipeline.parallel import Team
+from fragfield.terminal.logs import LOGGERS
 from fragfield.terminal.progress import ProgressReporter
 
 if TYPE_CHECKING:
@@ -24,13 +25,11 @@ if TYPE_CHECKING:
 
     Burst = tuple[Mapping[str, Any], Snapshot]
 
-_LOGGERS = ("fragfield", "burst_fenicsx", "transition", "flight", "py.warnings")
-
 
 def burst_beside(case: CaseTable, folder: Path, team: Team) -> Burst:
     """The burst's summary, and the state at its end. On one rank; its files lie in a folder that is removed then."""
     from burst_fenicsx import simulate
-    from fragfield.case.conversion.burst import burst_rounds
+    from fragfield.case.conversion.rounds import burst_rounds
     from fragfield.case.conversion.stages import burst_settings
     from transition import Snapshot
 
@@ -80,7 +79,7 @@ def flown_beside(
 @contextmanager
 def silent() -> Iterator[None]:
     """Nothing within logs or warns: the run's log and findings are those of its own burst."""
-    loggers = [logging.getLogger(name) for name in _LOGGERS]
+    loggers = [logging.getLogger(name) for name in LOGGERS]
     levels = [one.level for one in loggers]
     for one in loggers:
         one.setLevel(logging.CRITICAL)

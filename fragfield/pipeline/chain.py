@@ -24,7 +24,7 @@ from fragfield_base.hdf5_files import check_sound
 from fragfield_base.writing import has_locks
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
     from typing import Any
 
     from fragfield.case import CaseTable
@@ -68,15 +68,16 @@ def run_chain(options: RunOptions, only: str | None = None) -> dict[str, Any]:
         job = Job(case, directory if from_burst else options.source, directory, team, reporter, options)
         stages = _waiting(job) if only is None else [STAGES[only]]
         drawing = only is None and team.first and not options.lean
-        if drawing and is_brief(case):  # beside a long burst its libraries would lie in memory for nothing
-            job = _with_pictures(job, held)
+        done = [stage for stage in STAGES.values() if stage not in stages]
         with _together(team):
             for stage in stages[: None if only else -1]:
-                if stage.name == "fly" and drawing and job.pictures is None:
-                    job = _with_pictures(job, held)
-                if stage.name == "fly" and job.pictures is not None:
-                    job.pictures.go_on()
+                # beside a long burst the libraries would lie in memory for nothing
+                if drawing and job.pictures is None and (stage.name == "fly" or is_brief(case)):
+                    job = _with_pictures(job, held, done)
                 perform(job, stage)
+                done.append(stage)
+                if job.pictures is not None:
+                    job.pictures.go_on(stage.name)
         if only is not None:
             return directory.summary() if team.first else {}
         if not team.first:
@@ -89,10 +90,12 @@ def run_chain(options: RunOptions, only: str | None = None) -> dict[str, Any]:
             return directory.summary()
 
 
-def _with_pictures(job: Job, held: ExitStack) -> Job:
-    """The job with a process that draws burst and fragments while these fly."""
-    folder = job.target.path
-    return replace(job, pictures=held.enter_context(PictureProcess(folder, folder, "run")))
+def _with_pictures(job: Job, held: ExitStack, done: Sequence[Stage]) -> Job:
+    """The job with a process that draws what each stage has computed while the next ones compute."""
+    pictures = held.enter_context(PictureProcess(job.target.path, job.target.path, "run"))
+    for stage in done:
+        pictures.go_on(stage.name)
+    return replace(job, pictures=pictures)
 
 
 def _waiting(job: Job) -> list[Stage]:

@@ -7,7 +7,7 @@ import time
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from fragfield.case.conversion.placing import are_alike
+from fragfield.case.conversion.rounds import are_alike
 from fragfield.case.conversion.symmetry import burst_geometry
 from fragfield.errors import EXIT_FAULT, exit_code_of, message_of
 from fragfield.pipeline.beside import burst_beside, silent

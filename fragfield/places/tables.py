@@ -20,9 +20,9 @@ from fragfield.case.tables.surroundings import (
     RoadTable,
     WallTable,
 )
-from fragfield.errors import InputError
+from fragfield.errors import InputError, nearest
 from fragfield.places.polygons import box_around, convex_parts
-from fragfield_base.errors import nearest_name, show
+from fragfield_base.errors import show
 from fragfield_base.inputs import Quantity
 from fragfield_base.units import UnitError, read_measure
 
@@ -123,8 +123,7 @@ def _kinds(path: Path, features: Sequence[Feature], table: PlacesTable) -> list[
     mapped = {key.casefold(): value for key, value in (table.kinds or {}).items()}
     for key, kind in (table.kinds or {}).items():
         if kind not in _KINDS and kind != "ignore":
-            close = nearest_name(kind, [*_KINDS, "ignore"])
-            hint = f'; did you mean "{close}"?' if close else ""
+            hint = nearest(kind, [*_KINDS, "ignore"])
             raise InputError(f'{path}: kinds."{key}": found "{kind}"{hint}; allowed: {", ".join([*_KINDS, "ignore"])}')
     found: list[str] = []
     unknown: Counter[str] = Counter()

@@ -53,7 +53,7 @@ if TYPE_CHECKING:
 __all__ = [
     "annexes_of_stages",
     "convergence_section",
-    "figures_of_stages",
+    "figures_of_stage",
     "fragments_section",
     "hazard_section",
     "rounds_section",
@@ -72,8 +72,8 @@ def _blocks_of_stage(run: RunFiles, stage: str, blocks: Callable[[], list[Block]
     return blocks()
 
 
-def figures_of_stages(run: RunFiles, *, flown: bool = True) -> dict[str, str | None]:
-    """Figures (SVG) by name, None of those without data: of burst and break-up, or of what the flight adds."""
+def figures_of_stage(run: RunFiles, stage: str) -> dict[str, str | None]:
+    """Figures (SVG) by name, None of those without data, of the sections that show what a stage computes."""
     drawn: dict[str, str | None] = {}
 
     def draw(name: str, title: str, caption: str, function: Callable[[RunFiles], Figure | None]) -> list[Illustration]:
@@ -82,14 +82,15 @@ def figures_of_stages(run: RunFiles, *, flown: bool = True) -> dict[str, str | N
         drawn[name] = None if figure is None else figure.decode()
         return []
 
-    if flown:
+    if stage == "burst":
+        rounds_section(run, draw)
+        speeds_section(run, draw, lambda *_: [])
+    elif stage == "break-up":
+        fragments_section(run, draw, lambda *_: [])
+    else:
         hazard_section(run, draw)
         convergence_section(run, draw)
         annexes_of_stages(run, draw)
-    else:
-        rounds_section(run, draw)
-        fragments_section(run, draw, lambda *_: [])
-        speeds_section(run, draw, lambda *_: [])
     return drawn
 
 

@@ -109,7 +109,7 @@ class PictureProcess:
         Interactive pages go there, pictures into its folder `figures`.
     what : "run", "report", "pictures" or "pages"
         Narrow pictures, and pages where trame-vtk is installed; wide pictures; pages. For a run as for its report, with
-        the report's figures: the process loads its libraries, and waits for `go_on` after the break-up and the flight.
+        the report's figures: the process loads its libraries, and waits for `go_on` after each stage.
     """
 
     def __init__(self, run: Path, folder: Path, what: str) -> None:
@@ -121,11 +121,11 @@ class PictureProcess:
             "fragfield.view.show", "draw", *places, what, stdin=subprocess.PIPE, stdout=drawn, stderr=words
         )  # fmt: skip
 
-    def go_on(self) -> None:
-        """Let the process of a run draw what has been computed since."""
+    def go_on(self, stage: str) -> None:
+        """Let the process of a run draw what a stage has computed."""
         if self._process is not None and self._process.stdin is not None:
             with suppress(OSError):  # it has ended
-                self._process.stdin.write(b"\n")
+                self._process.stdin.write(f"{stage}\n".encode())
                 self._process.stdin.flush()
 
     @cached_property

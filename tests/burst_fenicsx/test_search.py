@@ -254,7 +254,7 @@ def test_faces_left_out_until_they_are_due_change_nothing():
                 if name != "weight" or lazy.face[0] >= 0:
                     np.testing.assert_array_equal(getattr(lazy, name), getattr(eager, name))
             met += int(lazy.face[0] >= 0)
-            looked.append(lazy.count[0] / len(faces))
+            looked.append(lazy.due_count[0] / len(faces))
     assert met > 50
     assert np.mean(looked) < 0.6
 
@@ -309,6 +309,6 @@ def one_node_over(faces, node, outward):
         due=np.full(count, -np.inf),
         soonest=np.full(1, -np.inf),
         active=np.zeros(count, dtype=np.int32),
-        count=np.zeros(1, dtype=np.int32),
+        due_count=np.zeros(1, dtype=np.int32),
         wanted=np.zeros(count, dtype=bool),
     )

@@ -104,7 +104,7 @@ def test_names_of_files_count_from_a_folder_and_what_is_none_is_refused(tmp_path
     assert absolute("~/a.toml", OSError, tmp_path / "b") == tmp_path / "home" / "a.toml"
     for name, words in (
         ("", "an empty name"),
-        ("~nobody_of_this_name/a", "there is no such home"),
+        ("~no_such_user_here/a", "there is no such home"),
         ("a\0b", "the character NUL"),
         ("a\udc80", "not UTF-8"),
         ("loop", "a loop of symbolic links"),

@@ -63,7 +63,7 @@ def find_contacts(
 def _choose_some(start: int, stop: int, state: Collisions, reach: float, late: float) -> None:
     """Choose the active candidates of the nodes from `start` to `stop`: those due within `reach` (m)."""
     first, nodes, candidate, touching = state.first, state.node, state.candidate, state.touching
-    due, soonest, active, count, wanted = state.due, state.soonest, state.active, state.count, state.wanted
+    due, soonest, active, count, wanted = state.due, state.soonest, state.active, state.due_count, state.wanted
     for k in range(start, stop):
         node, until, last = nodes[k], reach, first[k]
         if touching[node] != 0:
@@ -100,7 +100,7 @@ def _find_some(
     for k in range(start, stop):
         node = nodes[k]
         touching = before[node]
-        if state.count[k] == 0 and touching == 0:
+        if state.due_count[k] == 0 and touching == 0:
             continue
         energies[k, 0], energies[k, 1] = 0.0, 0.0
         push[k, 0], push[k, 1], push[k, 2], push[k, 3] = 0.0, 0.0, 0.0, 0.0
@@ -110,7 +110,7 @@ def _find_some(
         depth_before, own_round = depths[node], node_round[node]
         far = _FAR * moved + 2.0 * late + (_OFF_RIM * depth_before if touching != 0 else 0.0)
         best, nearest, unloaded = -1, np.inf, 0.0
-        for a in range(first[k], first[k] + state.count[k]):
+        for a in range(first[k], first[k] + state.due_count[k]):
             pair = state.active[a]
             face = candidate[pair]
             # Most candidates are rejected here, without a call: too far away, in front, or too deep to have come in by
@@ -285,7 +285,7 @@ def _outside_beside(
     node, own = state.node[k], state.face_round[best]
     faces, ball, bound = state.faces, state.ball, state.bound
     x, y, z = position[node, 0], position[node, 1], position[node, 2]
-    for a in range(state.first[k], state.first[k] + state.count[k]):
+    for a in range(state.first[k], state.first[k] + state.due_count[k]):
         face = state.candidate[state.active[a]]
         dx, dy, dz = x - ball[face, 0], y - ball[face, 1], z - ball[face, 2]
         square = dx**2 + dy**2 + dz**2

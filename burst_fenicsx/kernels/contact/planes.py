@@ -38,16 +38,13 @@ class PlaneState(NamedTuple):
 
 
 @kernel
-def nodes_near(
-    normal: np.ndarray, level: float, among: np.ndarray, state: PlaneState, position: np.ndarray
-) -> np.ndarray:
-    """Those of the nodes `among` (n,) int32 that lie below a `level` (m) along the normal, or touch the plane."""
-    near, count = np.empty(among.size, dtype=np.int32), 0
+def nodes_near(normal: np.ndarray, level: float, state: PlaneState, position: np.ndarray) -> np.ndarray:
+    """The state's nodes (k,) int32 that lie below a `level` (m) along the plane's normal, or touch the plane."""
+    near, count = np.empty(state.node.size, dtype=np.int32), 0
     start = address(position)
-    for index in range(among.size):
-        k = among[index]
+    for k in range(state.node.size):
         node = state.node[k]
-        prefetch(start + _NODE_BYTES * np.uint64(state.node[among[min(index + _AHEAD, among.size - 1)]]))
+        prefetch(start + _NODE_BYTES * np.uint64(state.node[min(k + _AHEAD, state.node.size - 1)]))
         height = position[node, 0] * normal[0] + position[node, 1] * normal[1] + position[node, 2] * normal[2]
         if height < level or state.stiffness[k] > 0.0:
             near[count] = k

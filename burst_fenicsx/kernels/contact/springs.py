@@ -65,7 +65,7 @@ class Collisions(NamedTuple):
     due: np.ndarray  # (candidates,) m: how far surfaces may approach each other, from the search on, before they touch
     soonest: np.ndarray  # (slaves,) m, the least of it among a node's candidates
     active: np.ndarray  # (candidates,) int32, those that are due in this step: of slave k from `first[k]` on ...
-    count: np.ndarray  # (slaves,) int32, ... so many
+    due_count: np.ndarray  # (slaves,) int32, ... so many
     wanted: np.ndarray  # (faces,) bool, scratch
 
 

@@ -78,10 +78,10 @@ def advance_halves(
 ) -> None:
     """Advance by the halves `first` to `last` of the substeps of a macro step `step` (s).
 
-    In the half 2 k the nodes move from the substep k to the next one (Eq. 3), in the half 2 k + 1 the cells that end a
-    step there follow and give their nodes forces (N, Eq. 1). A cell of level l advances by `step` / 2^l, and its
-    forces count for that fraction of it, and so do those of a meridian's `contact` (Eqs. 12-15) at the ends of its own
-    steps. Held nodes lose their forces where more halves follow.
+    In the half 2 k the nodes move from the substep k to the next one (Eq. 3), and their used forces are cleared. In
+    the half 2 k + 1 the cells that end a step there follow and add forces (N) to their nodes (Eq. 1). A cell of level l
+    advances by `step` / 2^l, and its forces count for that fraction of it, and so do those of a meridian's `contact`
+    (Eqs. 12-15) at the ends of its own steps. Held nodes lose their forces where more halves follow.
 
     The work is shared by so many `threads`. The macro step begins at the time `begin` (s) and lasts `duration` (s);
     `velocity_step` is the interval of the velocity update in its first half (s). `element` is one of those above; the
@@ -249,7 +249,7 @@ def _move_nodes(
     velocity_step : interval of the velocity update (s). step : macro step (s).
     substep : how many of the shortest steps of the macro step have gone by.
     nodes : positions, velocities and mean velocities are advanced under the forces, the resultants of Eq. 2, which are
-        used up: the cells' next ones are added to zero.
+        cleared for the cells to add to: their lines are in the cache here.
     """
     order, levels, has_coarser_cell, inverse_mass = motion[:4]
     highest = motion.moving.size - 1
@@ -260,8 +260,8 @@ def _move_nodes(
         x = velocity[node, 0] + push * force[node, 0]
         y = velocity[node, 1] + push * force[node, 1]
         z = velocity[node, 2] + push * force[node, 2]
-        force[node, 0] = force[node, 1] = force[node, 2] = 0.0
         velocity[node, 0], velocity[node, 1], velocity[node, 2] = x, y, z
+        force[node, 0] = force[node, 1] = force[node, 2] = 0.0
         position[node, 0] += own * x
         position[node, 1] += own * y
         position[node, 2] += own * z

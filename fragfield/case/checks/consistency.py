@@ -10,7 +10,7 @@ from fragfield.case.checks.bounds import choice_faults, outside_hard
 from fragfield.case.checks.expected_masses import check_expected
 from fragfield.case.checks.uncertain_inputs import check_uncertainty
 from fragfield.case.conversion.exposed_sites import check_exposed
-from fragfield.case.conversion.placing import profile_of
+from fragfield.case.conversion.rounds import profile_of
 from fragfield.case.conversion.stack import check_stack
 from fragfield.case.conversion.surroundings import ground_height
 from fragfield.case.tables.flight import CylinderTable
@@ -246,7 +246,7 @@ def _plane(key: str, entry: PlaneTable) -> Iterator[str]:
 
 def check_places(case: CaseTable, stacked: Sequence[str] = ()) -> Iterator[str]:
     """Faults of a resolved case; `stacked` are the rounds that come from [stack]."""
-    from fragfield.case.conversion.placing import placed
+    from fragfield.case.conversion.rounds import placed
 
     bodies = [placed(entry) for entry in case.round]
     keys = [
@@ -261,7 +261,7 @@ def check_places(case: CaseTable, stacked: Sequence[str] = ()) -> Iterator[str]:
 
 def _overlaps(case: CaseTable, bodies: Sequence[Body], keys: Sequence[str], stacked: Sequence[str]) -> Iterator[str]:
     from fragfield.case.conversion.clearance import clearance, near_pairs
-    from fragfield.case.conversion.placing import meshed
+    from fragfield.case.conversion.rounds import meshed
 
     size = case.burst.cell_size if case.burst is not None and case.burst.contact.surfaces else None
     for first, second, found in near_pairs(bodies, _near(size, bodies)):
@@ -284,7 +284,7 @@ def _overlaps(case: CaseTable, bodies: Sequence[Body], keys: Sequence[str], stac
 
 
 def _behind(case: CaseTable, plane: PlaneTable, bodies: Sequence[Body], keys: Sequence[str]) -> Iterator[str]:
-    from fragfield.case.conversion.placing import heights, meshed
+    from fragfield.case.conversion.rounds import heights, meshed
 
     assert plane.normal is not None  # resolved
     size = case.burst.cell_size if case.burst is not None else None

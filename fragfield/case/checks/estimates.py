@@ -14,8 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fragfield.case.conversion.burst import burst_round
-from fragfield.case.conversion.placing import first_alike
+from fragfield.case.conversion.rounds import burst_round, first_alike
 from fragfield.case.conversion.surroundings import bearing_of, direction_words, ground_of
 from fragfield.errors import InputError
 from fragfield_base import errors
@@ -213,8 +212,7 @@ def farthest_throw(case: CaseTable) -> float | None:
     exp(-sqrt(2 m / mean)), at most the wall itself, launched at `_FASTER` times Gurney's speed at the best elevation,
     over level ground in the air, and with the drag, of the flight.
     """
-    from fragfield.case.conversion.burst import burst_round
-    from fragfield.case.conversion.placing import first_alike
+    from fragfield.case.conversion.rounds import burst_round, first_alike
     from fragfield.case.conversion.stages import break_up_settings
 
     pieces = []

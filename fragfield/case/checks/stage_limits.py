@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from fragfield.case.checks.estimates import check_numbers, map_faults
 from fragfield.case.conversion.exposed_sites import exposed_sites_of
-from fragfield.case.conversion.placing import first_alike, masses_of
+from fragfield.case.conversion.rounds import first_alike, masses_of
 from fragfield.case.conversion.stages import (
     break_up_settings,
     flight_arguments,
@@ -53,7 +53,7 @@ def _cells(case: CaseTable) -> Iterator[str]:
     from burst_fenicsx.axisymmetric.mesh import check_meridian_size
     from burst_fenicsx.errors import InputError
     from burst_fenicsx.meshing.sizing import check_mesh_size
-    from fragfield.case.conversion.placing import profile_of
+    from fragfield.case.conversion.rounds import profile_of
     from fragfield.case.conversion.symmetry import burst_geometry
 
     if case.burst is None:
@@ -111,7 +111,7 @@ def _of_round(key: str, entry: RoundTable, settings: BreakUpSettings) -> Iterato
 
 
 def _stations(key: str, entry: RoundTable, stations: tuple[float, ...]) -> Iterator[str]:
-    from fragfield.case.conversion.placing import profile_of
+    from fragfield.case.conversion.rounds import profile_of
 
     if not isinstance(entry.profile, dict) or not stations:
         return

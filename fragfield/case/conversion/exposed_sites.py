@@ -187,14 +187,14 @@ def _exposed_site(case: CaseTable, entry: ExposedTable) -> ExposedSite:
 def outline_of(obstacle: ObstacleTable) -> Array:
     """Corners (4, 2) of an obstacle's plan (m); of a bank that of its foot on level ground."""
     if isinstance(obstacle, BuildingTable):
-        return _rectangle(obstacle.centre, obstacle.length, obstacle.width, obstacle.azimuth)
+        return rectangle(obstacle.centre, obstacle.length, obstacle.width, obstacle.azimuth)
     start, end = np.asarray(obstacle.start), np.asarray(obstacle.end)
     way, (x, y) = end - start, (0.5 * (start + end)).tolist()
     if isinstance(obstacle, WallTable):
         foot = obstacle.thickness
     else:
         foot = obstacle.crest_width + 2.0 * obstacle.slope * obstacle.height
-    return _rectangle((x, y), float(np.hypot(*way)), foot, math.atan2(way[1], way[0]))
+    return rectangle((x, y), float(np.hypot(*way)), foot, math.atan2(way[1], way[0]))
 
 
 def _building(case: CaseTable, entry: ExposedBuildingTable, energy: float) -> tuple[Array, Prism]:
@@ -212,7 +212,7 @@ def _building(case: CaseTable, entry: ExposedBuildingTable, energy: float) -> tu
         assert entry.height is not None
         centre, size, base = entry.position, (entry.length, entry.width, entry.height), entry.base
         azimuth = entry.azimuth
-    outline = _rectangle(centre, size[0], size[1], azimuth)
+    outline = rectangle(centre, size[0], size[1], azimuth)
     ground = ground_height(case, *centre) if base is None else base
     lowest = min(ground, *(ground_height(case, x, y) for x, y in outline.tolist()))
     wall, roof = _wall(entry.wall), _wall(entry.roof)
@@ -231,7 +231,7 @@ def _open(case: CaseTable, entry: PersonTable | RoadTable | AreaTable) -> tuple[
         assert entry.position is not None  # checked
         away = np.subtract(entry.position, case.flight.origin)
         extent = entry.extent or min(5.0, max(1.0, 0.1 * float(np.hypot(*away))))
-        outline = _rectangle(entry.position, extent, extent, math.atan2(away[1], away[0]))
+        outline = rectangle(entry.position, extent, extent, math.atan2(away[1], away[0]))
         return outline, [outline]
     assert entry.points is not None  # checked
     points = np.array(entry.points, dtype=np.float64)
@@ -293,7 +293,8 @@ def _prism(case: CaseTable, piece: Array, height: float, energy: float) -> Prism
     return Prism(piece, min(ground) - DEPTH, float(np.mean(ground)) + height, energy, height)
 
 
-def _rectangle(centre: tuple[float, float], length: float, width: float, azimuth: float) -> Array:
+def rectangle(centre: tuple[float, float], length: float, width: float, azimuth: float) -> Array:
+    """Corners (4, 2) of a rectangle whose length points to an azimuth (rad)."""
     along = 0.5 * length * np.array([math.cos(azimuth), math.sin(azimuth)])
     across = 0.5 * width * np.array([-math.sin(azimuth), math.cos(azimuth)])
     return np.asarray(centre) + np.array([along + across, across - along, -along - across, along - across])

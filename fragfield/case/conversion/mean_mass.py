@@ -85,7 +85,7 @@ def counts_of(table: FragmentCountsTable) -> FragmentCounts:
 
 def check_counts(case: CaseTable, source: str) -> None:
     """Refuse counts that fix no mean mass, hold another mass than the casing, or stand for rounds that differ."""
-    from fragfield.case.conversion.placing import are_alike, masses_of
+    from fragfield.case.conversion.rounds import are_alike, masses_of
 
     if case.break_up.counts is None or not case.break_up.mean_mass_is_file:
         return

@@ -66,7 +66,7 @@ def expanded(case: CaseTable) -> list[RoundTable]:
 
 def _places(case: CaseTable, template: RoundTable, stack: StackTable) -> Array:
     """Positions of the rounds (m), shape (n, 3)."""
-    from fragfield.case.conversion.placing import lift_to, outsides
+    from fragfield.case.conversion.rounds import lift_to, outsides
 
     bodies = outsides(template, case)
 

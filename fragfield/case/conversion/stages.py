@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any, Literal
 
-from fragfield.case.conversion.burst import degrees_of, settings_in
+from fragfield.case.conversion.rounds import degrees_of, settings_in
 from fragfield.case.conversion.surroundings import ground_height, surroundings
 from fragfield.case.conversion.symmetry import burst_geometry, is_axisymmetric
 from fragfield.case.tables.flight import CylinderTable, PanelTable

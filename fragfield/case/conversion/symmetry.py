@@ -13,8 +13,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from fragfield.case.conversion.burst import burst_rounds, settings_in
-from fragfield.case.conversion.placing import mirrored
+from fragfield.case.conversion.rounds import burst_rounds, mirrored, settings_in
 from fragfield.case.conversion.stack import expanded
 
 if TYPE_CHECKING:

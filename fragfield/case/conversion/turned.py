@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fragfield.case.conversion.burst import burst_round
-from fragfield.case.conversion.placing import placed, profile_of
+from fragfield.case.conversion.rounds import burst_round, placed, profile_of
 from fragfield.case.conversion.surroundings import ground_height
 from fragfield.case.conversion.symmetry import all_azimuths_alike, mirror_planes
 

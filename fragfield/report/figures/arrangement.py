@@ -75,7 +75,7 @@ def outlines(case: CaseTable, vertical: int) -> Iterator[tuple[str, NDArray[np.f
 
 def _bodies(case: CaseTable) -> Iterator[tuple[str, NDArray[np.float64], bool]]:
     """Name, points of the surface (n, 3) in m and whether it is an image, of every round with a contour."""
-    from fragfield.case.conversion.burst import burst_rounds
+    from fragfield.case.conversion.rounds import burst_rounds
 
     surfaces = [
         (item.name, _surface(item.profile, np.array(item.position), np.array(item.axis)), False)

@@ -7,7 +7,7 @@ from functools import cache
 from importlib import resources
 from typing import TYPE_CHECKING, Any
 
-from fragfield.case.conversion.placing import profile_of
+from fragfield.case.conversion.rounds import profile_of
 from fragfield.case.conversion.stages import break_up_settings
 from fragfield.case.schema import UncertainInputTable
 
