@@ -256,7 +256,7 @@ case $act in
         if [ "$workers" -gt 4 ]; then workers=4; fi  # each takes up to 2 GB
         case " $* " in *" -n"* | *" --pdb"* | *::*) workers=1 ;; esac
         if [ "$workers" -gt 1 ]; then
-            "$bin/python" -m tests.warm_up "$workers"
+            "$bin/fragfield" warm-up
             set -- -n "$workers" --dist loadgroup "$@"
         fi
         # A missing dolfinx or mpirun must fail here, not be skipped.

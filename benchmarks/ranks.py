@@ -79,7 +79,7 @@ def _main() -> None:
 
     from burst_fenicsx.simulation import Simulation
     from fragfield.case import load_case
-    from fragfield.case.conversion.burst import burst_rounds
+    from fragfield.case.conversion.rounds import burst_rounds
     from fragfield.case.conversion.stages import burst_settings
 
     numba.set_num_threads(1)

@@ -23,7 +23,6 @@ __all__ = [
     "create_quadrilateral_mesh",
     "form",
     "geometry_dofmap",
-    "index_map",
     "quadrature_space",
     "renumber_nodes",
     "renumbered_map",

@@ -11,14 +11,8 @@ from enum import IntEnum
 from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 from burst_fenicsx.substances import CasingMaterial, Explosive, JonesWilkinsLee, ProductModel
-from fragfield_base.inputs import (
-    Bounds,
-    OnlyWith,
-    PositiveLength,
-    Pressure,
-    Quantity,
-    Time,
-)
+from fragfield_base.bounds import Bounds, OnlyWith
+from fragfield_base.inputs import PositiveLength, Pressure, Quantity, Time
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -38,7 +38,8 @@ _log = logging.getLogger(__name__)
 
 _HISTORY_INTERVAL = 1e-6
 _PROGRESS_SECONDS = 0.2
-# Checkpoints are kept at outputs, the first at once and then not more often than this: no more than that is lost.
+# Checkpoints are kept at outputs, the first at once, of a meridian after as long, and then not more often than this: no
+# more than that is lost.
 _CHECKPOINT_SECONDS = 30.0
 
 
@@ -97,9 +98,11 @@ class Simulation(AssembledBurst):
         self.provenance = provenance
         self.on_progress = on_progress
         self._series: TimeSeries | None = None
-        self._writing = Background()
+        # States in memory besides the burst's own: those of a meridian are small, and computed faster than written.
+        self._writing = Background(16 if self.geometry.upright else 1)
+        self._output_at = -np.inf
         self._resumed_at: float | None = None
-        self._checkpoint_at = -np.inf  # on the clock
+        self._checkpoint_at = self.clocks.start if self.geometry.upright else -np.inf
         self.first_step_at, self.first_cell_step_at = 0, 0
         self.acceleration_complete: float | None = None
 
@@ -163,9 +166,10 @@ class Simulation(AssembledBurst):
                     break
                 solver.step(min(output, end))
                 self.exposures.update(solver.time, solver.time_step)
-            self._writing.wait()
-        finally:
+        except BaseException:
             self._writing.close()
+            raise
+        finally:
             self.clocks.stepping += clock.perf_counter() - began
 
     def _record(self) -> None:
@@ -177,8 +181,8 @@ class Simulation(AssembledBurst):
         now = self.ledger.entries[-1]
         window = self.settings.acceleration_window
         if self.acceleration_complete is None and now.time > window and now.kinetic_casing > 0.0:
-            before = [entry for entry in self.ledger.entries if entry.time <= now.time - window]
-            grown = (now.kinetic_casing - before[-1].kinetic_casing) / now.kinetic_casing if before else 1.0
+            before = next((entry for entry in reversed(self.ledger.entries) if entry.time <= now.time - window), None)
+            grown = (now.kinetic_casing - before.kinetic_casing) / now.kinetic_casing if before else 1.0
             # Casings that collide lose kinetic energy for a while: that is no end of the acceleration.
             if before and self._burnt_out() and abs(grown) < self.settings.acceleration_tolerance:
                 self.acceleration_complete = now.time
@@ -202,6 +206,7 @@ class Simulation(AssembledBurst):
             self._series = TimeSeries(
                 self.out_dir / "burst", self.completion.cells, self.provenance, resume_at=self._resumed_at
             )
+            self._output_at = max(self._series.times, default=-np.inf)
 
     def _write_output(self) -> None:
         if self.writes_series:
@@ -213,7 +218,7 @@ class Simulation(AssembledBurst):
 
     def _begin_state(self) -> None:
         """Begin to write the state to the series; collective."""
-        self._writing.wait()  # one state in memory besides the burst's own
+        self._writing.make_room()
         points, cells = output_fields(
             self.fields,
             self.contact.force if self.contact.exists else None,
@@ -221,8 +226,15 @@ class Simulation(AssembledBurst):
         )
         if self._series is not None:
             self._to_world(points, cells)
-            if not self._series.times or self.solver.time > self._series.times[-1]:
+            if self.solver.time > self._output_at:
+                self._output_at = self.solver.time
                 self._writing.begin(partial(self._write_series, self._series, self.solver.time, points, cells))
+
+    def _finish_series(self) -> None:
+        """Wait until every state so far is written, for good."""
+        self._writing.wait()
+        if self._series is not None:
+            self._series.flush()
 
     def _write_series(
         self, series: TimeSeries, time: float, points: dict[str, np.ndarray], cells: dict[str, np.ndarray]
@@ -247,7 +259,7 @@ class Simulation(AssembledBurst):
                     fields[name] = values @ axes
 
     def _write_checkpoint(self) -> None:
-        self._writing.wait()  # whoever resumes from here needs the outputs before it
+        self._finish_series()  # whoever resumes from here needs the outputs before it
         self._checkpoint_at = clock.perf_counter()
         records = {
             "passed_through": self.interpenetration.largest,
@@ -278,7 +290,7 @@ class Simulation(AssembledBurst):
         )
 
     def finish(self) -> BurstResult:
-        """Write the snapshot and give the summary, of all rounds; collective."""
+        """Write the snapshot, last of all files, and give the summary, of all rounds; collective."""
         whole = self.completion
         along = self.measures.rounds()
         records = whole.records(round_records(self, *self.measures.segment_masses_and_speeds()))
@@ -292,6 +304,10 @@ class Simulation(AssembledBurst):
         )
         self.interpenetration.log_result(summary["contact"], summary["folded_casing_mass"])
         self._warn_of_contact()
+        if self.comm.rank == 0 and self.geometry.upright and self.writes_series:
+            self._write_revolved()
+        self._finish_series()
+        self._writing.close()
         if self.comm.rank == 0:
             names = whole.names
             write_snapshot(
@@ -306,8 +322,6 @@ class Simulation(AssembledBurst):
                 [plane for plane in self._given.planes if isinstance(plane, Mirror)],
                 geometry=self.geometry.name,
             )
-            if self.geometry.upright and self.writes_series:
-                self._write_revolved()
         return BurstResult(summary, along, history)
 
     def _warn_of_contact(self) -> None:

@@ -6,15 +6,8 @@ from dataclasses import dataclass
 from typing import Annotated, Literal, get_args
 
 from burst_fenicsx.errors import InputError
-from fragfield_base.inputs import (
-    Bounds,
-    Density,
-    EnergyRange,
-    PositivePressure,
-    Pressure,
-    Quantity,
-    Speed,
-)
+from fragfield_base.bounds import Bounds
+from fragfield_base.inputs import Density, EnergyRange, PositivePressure, Pressure, Quantity, Speed
 
 __all__ = ["CasingMaterial", "Explosive", "JonesWilkinsLee", "ProductModel"]
 

@@ -21,7 +21,7 @@ from flight.errors import InputError
 from flight.files.text_tables import column_names, import_hint, in_columns_of, read_columns, write_columns
 from flight.fragments import Fragments
 from flight.shape import DEFAULT_SHAPE_FACTOR
-from fragfield_base.mass_groups import group_outside
+from fragfield_base.arrays import group_outside
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

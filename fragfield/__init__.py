@@ -30,8 +30,7 @@ if TYPE_CHECKING:
     from fragfield.importing.sheet import QuestionError
     from fragfield.importing.table import ImportedTable, import_table
     from fragfield.interface.case import Case
-    from fragfield.interface.checking import CheckResult, check
-    from fragfield.interface.converting import Converted, convert
+    from fragfield.interface.checking import CheckResult, Converted, check, convert
     from fragfield.interface.hazard import HazardDistance
     from fragfield.interface.limit import Limit, run_limit
     from fragfield.interface.results import Run, open  # noqa: A004 - as h5py.File has its `open`
@@ -77,8 +76,7 @@ __getattr__, __dir__ = lazy_names(
         "fragfield.importing.sheet": "QuestionError",
         "fragfield.importing.table": "ImportedTable import_table",
         "fragfield.interface.case": "Case",
-        "fragfield.interface.checking": "CheckResult check",
-        "fragfield.interface.converting": "Converted convert",
+        "fragfield.interface.checking": "CheckResult Converted check convert",
         "fragfield.interface.hazard": "HazardDistance",
         "fragfield.interface.limit": "Limit run_limit",
         "fragfield.interface.results": "Run open",

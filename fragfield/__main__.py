@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import sys
 
-__all__: list[str] = []
-
 if __name__ == "__main__":
     # Python looks for modules in the working folder first: none of them is run, unless the program lies there.
     if not sys.flags.safe_path and not __file__.startswith(f"{sys.path[0]}/"):

@@ -13,27 +13,12 @@ import threading
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fragfield_base import errors, names
+from fragfield_base import errors
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
     from types import FrameType
 
-__all__ = [
-    "EXIT_DONE",
-    "EXIT_FAULT",
-    "EXIT_INPUT",
-    "EXIT_INTERRUPTED",
-    "EXIT_NUMERICAL",
-    "InputError",
-    "NotDeterminedError",
-    "exit_code_of",
-    "interrupt",
-    "interrupt_again",
-    "message_of",
-    "nearest",
-    "nearest_name",
-]
 
 EXIT_DONE = 0
 EXIT_INPUT = 2
@@ -149,4 +134,4 @@ def nearest(name: str, allowed: Iterable[str]) -> str:
 
 def nearest_name(name: str, allowed: Iterable[str]) -> str | None:
     """The allowed name that is nearest to another, upper or lower case; None when none is near."""
-    return names.nearest_name(name, allowed, likeness=0.6)
+    return errors.nearest_name(name, allowed, likeness=0.6)

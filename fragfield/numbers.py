@@ -11,7 +11,6 @@ from fragfield_base.inputs import Measured
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-__all__ = ["UNKNOWN", "Row", "number", "of_case", "row"]
 
 UNKNOWN = "not computed"
 SPACE, NARROW_SPACE = "\u00a0", "\u202f"

@@ -28,8 +28,6 @@ from fragfield.numbers import SPACE, Row, row
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-__all__ = ["QUANTITIES", "Quantity", "column_of", "quantity", "schema", "shown"]
-
 
 @dataclass(frozen=True)
 class Quantity:

@@ -8,18 +8,20 @@ harmless, checks what it keeps, and remembers both for the provenance.
 
 from __future__ import annotations
 
+import atexit
+import gc
 import os
 import re
+import subprocess
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, Any, cast
 
 from fragfield_base.cores import affinity, cores
 
 if TYPE_CHECKING:
     from types import ModuleType
 
-__all__ = ["OURS", "check_variables", "is_launched", "own_environment", "settle", "settle_child", "surroundings"]
 
 OURS = Path(__file__).resolve().parent.parent
 """The folder that holds the packages of this program."""
@@ -75,19 +77,21 @@ _ALONE = {
     "OMPI_MCA_pml": "ob1",
 }
 _INSTALLED = ("site-packages", "dist-packages")
+_OBJECTS = 50_000
+"""New objects between two searches for garbage; each looks through all that was imported and compiled."""
 _found: dict[str, list[str]] = {}
 
 
 def settle(error: type[Exception]) -> None:
     """Free this process of its surroundings, and with it those that it starts.
 
-    Parameters
-    ----------
-    error : type
-        Raised, with one message, for a variable that is kept and holds what it must not, or a rank without a launcher.
+    `error`: raised, with one message, for a variable that is kept and holds what it must not, or a rank without a
+    launcher.
     """
     if _found:
         return
+    gc.set_threshold(_OBJECTS)
+    atexit.register(gc.freeze)  # else Python takes its modules apart object by object, for half a second
     _arrange_modules()
     launched = is_launched(error)
     _found["ignored"] = sorted(name for name in os.environ if _is_dropped(name, launched=launched))
@@ -225,3 +229,35 @@ def _forget_filters() -> None:
     warnings.resetwarnings()
     for category in (DeprecationWarning, PendingDeprecationWarning, ImportWarning, ResourceWarning):
         warnings.simplefilter("ignore", category)
+
+
+_FOLDER = "/"
+
+
+def start_function(module: str, name: str, *arguments: str, **streams: Any) -> subprocess.Popen[bytes]:
+    """Start `sys.exit(module.name(*arguments))` by this interpreter; `streams` are Popen's, by default no input."""
+    streams = {"stdin": subprocess.DEVNULL, **streams}
+    return subprocess.Popen(_command(module, name, arguments), env=own_environment(), cwd=_FOLDER, **streams)
+
+
+def run_function(
+    module: str, name: str, *arguments: str, timeout: float | None = None
+) -> subprocess.CompletedProcess[bytes]:
+    """Run a function by this interpreter and wait for its end; its result is the exit code.
+
+    Files among its arguments are absolute paths. Returned is what it wrote to its two streams; raises TimeoutExpired
+    after `timeout` (s).
+    """
+    return subprocess.run(
+        _command(module, name, arguments), stdin=subprocess.DEVNULL, capture_output=True, timeout=timeout,
+        env=own_environment(), cwd=_FOLDER, check=False,
+    )  # fmt: skip
+
+
+def _command(module: str, name: str, arguments: tuple[str, ...]) -> list[str]:
+    code = (
+        "import sys; arguments = sys.argv[1:]; sys.argv[1:] = []; "
+        "from fragfield_base.ambient import settle; settle(RuntimeError); "
+        f"from {module} import {name}; sys.exit({name}(*arguments))"
+    )
+    return [sys.executable, "-P", *(["-s"] if sys.flags.no_user_site else []), "-c", code, *arguments]

@@ -1,4 +1,4 @@
-"""Checks of HDF5 arrays before they are read: kind, shape, range, finite values."""
+"""Checks of arrays before they are taken: HDF5's by kind, shape, range and finite values; counts by group of mass."""
 
 from __future__ import annotations
 
@@ -8,9 +8,8 @@ import numpy as np
 
 if TYPE_CHECKING:
     import h5py
-    from numpy.typing import NDArray
+    from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["group_of", "number_of", "numbers", "text_of", "texts"]
 
 _KINDS = {"numbers": "fiub", "whole numbers": "iub"}
 
@@ -84,3 +83,17 @@ def number_of(value: object) -> float:
         return float(np.asarray(value).item())  # type: ignore[arg-type,unused-ignore]
     except (TypeError, ValueError):
         return float("nan")
+
+
+_ROUNDING = 1e-3  # of a mass as a test's table prints it
+
+
+def group_outside(number: ArrayLike, mass: ArrayLike, low: ArrayLike, high: ArrayLike) -> int | None:
+    """First group whose pieces together are lighter or heavier than its ends allow; None where all fit.
+
+    All (k,): pieces of each group, what they weigh together (kg), and its ends (kg), of which `high` may be infinite.
+    """
+    number, mass, low, high = (np.asarray(one, dtype=np.float64) for one in (number, mass, low, high))
+    most = np.where(number > 0.0, np.where(number > 0.0, number, 1.0) * high, 0.0)
+    bad = (mass < (1.0 - _ROUNDING) * number * low) | (mass > (1.0 + _ROUNDING) * most)
+    return int(np.argmax(bad)) if bad.any() else None

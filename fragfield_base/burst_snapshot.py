@@ -7,23 +7,6 @@ from dataclasses import dataclass
 import h5py
 import numpy as np
 
-__all__ = [
-    "ALONG",
-    "ALONG_COLUMNS",
-    "CASING",
-    "CHARGE",
-    "FORMAT",
-    "FORMAT_VERSION",
-    "FUZE",
-    "GEOMETRIES",
-    "NODE_ARRAYS",
-    "ROUND_ATTRIBUTES",
-    "SEGMENTS",
-    "SEGMENT_COLUMNS",
-    "SEGMENT_KINDS",
-    "SegmentRecord",
-]
-
 FORMAT = "fragfield burst snapshot"
 FORMAT_VERSION = 1
 GEOMETRIES = {"3d": 8, "axisymmetric": 4}

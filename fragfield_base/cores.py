@@ -14,8 +14,6 @@ from contextlib import suppress
 from functools import cache
 from pathlib import Path, PurePosixPath
 
-__all__ = ["affinity", "cores", "let_threads_sleep", "quota"]
-
 _GROUPS = Path("/proc/self/cgroup")
 _MOUNTED = Path("/sys/fs/cgroup")
 _NAMES = {"OMP_WAIT_POLICY", "GOMP_SPINCOUNT", "KMP_BLOCKTIME"}

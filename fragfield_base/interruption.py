@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any, Self
 if TYPE_CHECKING:
     from types import FrameType, TracebackType
 
-__all__ = ["SIGNALS", "Interruption", "end_requested"]
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM, *([signal.SIGHUP] if hasattr(signal, "SIGHUP") else []))
 """Ctrl-C, what batch systems and `kill` send, and what a terminal that is closed or lost sends."""

@@ -23,7 +23,6 @@ from fragfield_base.cores import let_threads_sleep
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
 
-__all__ = ["cache_root", "compiled_with", "digest_of", "is_private"]
 
 _log = logging.getLogger("fragfield.kernels")
 

@@ -11,8 +11,6 @@ import os
 from pathlib import Path
 from typing import Any
 
-__all__ = ["absolute", "leave_folder", "shown", "start_folder"]
-
 _ELSEWHERE = "/"
 _REFUSED = {
     errno.ELOOP: "a loop of symbolic links; allowed: links that end at a file or folder",

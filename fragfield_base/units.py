@@ -15,12 +15,7 @@ import tomllib
 from pathlib import Path
 from typing import NamedTuple
 
-from fragfield_base.names import nearest_name
-
-__all__ = [
-    "DIMENSIONS", "MOST_CHARACTERS", "TABLE", "Measure", "UnitError", "degrees", "dimension_words", "read_measure",
-    "with_article",
-]  # fmt: skip
+from fragfield_base.errors import nearest_name
 
 MOST_CHARACTERS = 120
 _MOST_DEPTH = 4

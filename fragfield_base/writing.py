@@ -9,8 +9,11 @@ from __future__ import annotations
 
 import csv
 import errno
+import fcntl
 import io
+import logging
 import os
+import re
 import stat
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -19,19 +22,6 @@ from typing import TYPE_CHECKING, BinaryIO
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
 
-__all__ = [
-    "DRAFT",
-    "append_text_file",
-    "csv_cell",
-    "csv_table",
-    "described",
-    "harmless",
-    "refuse_link",
-    "replacing",
-    "write_bytes",
-    "write_files",
-    "write_text",
-]
 
 DRAFT = ".part"
 """Suffix of a file while it is written."""
@@ -93,7 +83,7 @@ def replacing(path: Path, error: type[Exception], *, durable: bool = True) -> It
             os.fsync(stream.fileno())
             draft.replace(path)
             if durable:
-                _flush_folder(path.parent)
+                flush_folder(path.parent)
     except BaseException as found:
         with suppress(OSError):
             draft.unlink(missing_ok=True)
@@ -122,7 +112,7 @@ def write_files(files: Mapping[Path, bytes], error: type[Exception]) -> None:
         with replacing(path, error, durable=False) as stream:
             stream.write(data)
     for folder in {path.parent for path in files}:
-        _flush_folder(folder)
+        flush_folder(folder)
 
 
 def append_text_file(path: Path, error: type[Exception], *, fresh: bool) -> int:
@@ -141,7 +131,7 @@ def append_text_file(path: Path, error: type[Exception], *, fresh: bool) -> int:
         raise error(described(path, found)) from None
 
 
-def _flush_folder(folder: Path) -> None:
+def flush_folder(folder: Path) -> None:
     """Make a rename durable, where the file system can."""
     with suppress(OSError):
         descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
@@ -168,3 +158,56 @@ def csv_cell(text: str) -> str:
     """One cell after RFC 4180: in quotes, with quotes doubled, where it holds a comma, a quote or a new line."""
     text = harmless(text)
     return '"' + text.replace('"', '""') + '"' if any(mark in text for mark in _QUOTED) else text
+
+
+_log = logging.getLogger("fragfield.lock")
+
+
+@contextmanager
+def locked(folder: Path, error: type[Exception], *, warn: bool = True) -> Iterator[None]:
+    """Hold a folder; raises `error` where another process holds it.
+
+    The folder itself is locked (flock): no file is left behind, and the kernel gives the lock back when the process is
+    gone, killed or not. A file system without such locks (some network ones) is used without one, with a warning unless
+    `warn` is False: the caller says it.
+    """
+    try:
+        descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
+    except OSError as found:
+        raise error(f"{folder}: cannot be locked ({found.strerror})") from None
+    try:
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError as found:
+            if found.errno in (errno.EWOULDBLOCK, errno.EACCES):
+                raise error(
+                    f"{folder}: another command{_holder(descriptor)} is writing into it; wait for it to end, or use "
+                    "another --out"
+                ) from None
+            if warn:
+                _log.warning("%s: this file system has no locks; start no second run in it", folder)
+        yield
+    finally:
+        os.close(descriptor)
+
+
+def has_locks(folder: Path) -> bool:
+    """Whether the file system of a folder has such locks; the folder may be held."""
+    descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_SH | fcntl.LOCK_NB)
+    except OSError as found:
+        return found.errno in (errno.EWOULDBLOCK, errno.EACCES)
+    finally:
+        os.close(descriptor)
+    return True
+
+
+def _holder(descriptor: int) -> str:
+    """' (process N)' where Linux says who holds the lock."""
+    inode = os.fstat(descriptor).st_ino
+    with suppress(OSError):
+        for line in Path("/proc/locks").read_text(encoding="ascii", errors="replace").splitlines():
+            if found := re.search(rf"FLOCK .* (\d+) [0-9a-f]+:[0-9a-f]+:{inode} ", line):
+                return f" (process {found[1]})"
+    return ""

@@ -14,7 +14,6 @@ from fragfield_base.reading import read_text
 if TYPE_CHECKING:
     from pathlib import Path
 
-__all__ = ["check_xdmf", "quoted", "stamped_xdmf"]
 
 _STAMP = re.compile(r"<!-- checksum of the above: ([0-9a-f]{32}) -->\n\Z")
 _MOST = 1 << 28

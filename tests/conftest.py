@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING
 import pytest
 
 from fragfield_base.kernel_cache import cache_root
+from tests.kernel_caches import folder_of, share
 from tests.ranks import ROOT, Ranks, mpirun_command, mpirun_environment
-from tests.warm_up import folder_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -24,15 +24,17 @@ WORKER = os.environ.get("PYTEST_XDIST_WORKER", "")
 """Name of this process among those of pytest-xdist; empty where there are none."""
 
 
-def pytest_configure() -> None:
-    """Let mpirun work as root, wherever a test starts it; give a worker beside others its own cache and one thread."""
+def pytest_configure(config: pytest.Config) -> None:
+    """Let mpirun work as root, wherever a test starts it; give each worker its own cache of kernels and one thread."""
     if os.geteuid() == 0:
         os.environ.setdefault("OMPI_ALLOW_RUN_AS_ROOT", "1")
         os.environ.setdefault("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1")
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         # Started in the background of a shell: tests send themselves and their runs what it would have them ignore.
         signal.signal(signal.SIGINT, signal.default_int_handler)
-    if WORKER:
+    if not WORKER:
+        share(f"gw{number}" for number in range(getattr(config.option, "numprocesses", None) or 0))
+    else:
         root = cache_root()
         if root is not None:
             folder = folder_of(root, WORKER)

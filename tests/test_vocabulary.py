@@ -1,4 +1,4 @@
-"""The list of words that are not used: what it finds, what it lets pass, and that nothing of it is left."""
+"""The list of words that are not used: what it finds and lets pass; `setup.sh lint` looks through all texts."""
 
 from __future__ import annotations
 
@@ -46,9 +46,3 @@ def test_advice_uses_no_word_of_the_list() -> None:
     """No replacement sends the reader to another word of the list."""
     for term in vocabulary.TERMS:
         assert not vocabulary.faults_in(term.instead), term.instead
-
-
-def test_nothing_of_the_list_is_left() -> None:
-    texts = vocabulary.texts()
-    assert len(texts) > 600
-    assert [str(fault) for path in texts for fault in vocabulary.faults_of(path)] == []

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from fragfield_base import errors
-from fragfield_base.names import names_allowed as nearest
+from fragfield_base.errors import names_allowed as nearest
 
 __all__ = ["InputError", "nearest"]
 

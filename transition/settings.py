@@ -8,16 +8,9 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import Annotated, Literal
 
-from fragfield_base.inputs import (
-    Bounds,
-    EnergyPerArea,
-    Mass,
-    NumberOrWord,
-    OnlyWith,
-    Quantity,
-    check_inputs,
-    degrees,
-)
+from fragfield_base.bounds import Bounds, OnlyWith, check_inputs
+from fragfield_base.inputs import EnergyPerArea, Mass, NumberOrWord, Quantity
+from fragfield_base.units import degrees
 from transition.errors import InputError
 from transition.law.fragment_counts import FragmentCounts
 from transition.law.mean_mass_data import FACTOR_SOURCE, FACTORS

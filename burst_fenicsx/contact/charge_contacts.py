@@ -75,13 +75,5 @@ class ChargeContacts:
         bonded, touching = (contacts.bonded[own] != 0) & (off == 0), contacts.stiffness[own] > 0.0
         return np.array([bonded.sum(), (touching & ~bonded).sum(), (off == 1).sum()], dtype=float)
 
-    def add_forces(self, max_squared_frequency: float, step: float, velocity: np.ndarray, force: np.ndarray) -> None:
-        """Add the forces on this rank's own nodes to `force` (nodes, 3) in N; collective.
-
-        `max_squared_frequency` bounds that of the springs (1/s2); `step` is the step (s) that led here and `velocity`
-        (nodes, 3) the mean one over it (m/s).
-        """
-        raise NotImplementedError
-
     def look_around(self) -> None:
         """Take up what the contacts lie on, where a checkpoint has put them; collective."""

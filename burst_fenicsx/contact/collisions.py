@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from mpi4py import MPI
 
-from burst_fenicsx.contact.exchange import CONTACT_FORCES, Halo, NearFaces
+from burst_fenicsx.contact.exchange import CONTACT_FORCES, Fetched, Given, Halo, NearFaces
 from burst_fenicsx.kernels.contact.collisions import find_contacts
 from burst_fenicsx.kernels.contact.search import Bodies, face_boxes, find_candidates, node_normals
 from burst_fenicsx.kernels.contact.springs import CollisionLaw, Collisions, add_reactions, take_reactions
@@ -87,7 +87,7 @@ class CollidingSurfaces:
         if self._comm.size > 1:
             self._comm.Allreduce(MPI.IN_PLACE, self._mass)
         self.searched_at = np.zeros((0, 3))
-        self.travel = np.inf
+        self.travel, self._moved = np.inf, 0.0
         no_one = np.zeros(0, dtype=np.int32)
         self.state: Collisions = Collisions(
             node=no_one,
@@ -112,16 +112,27 @@ class CollidingSurfaces:
             weight=np.zeros((0, 4)),
             push=np.zeros((0, 4)),
             energies=np.zeros((0, 2)),
+            due=np.zeros(0),
+            soonest=np.zeros(0),
+            active=no_one,
+            due_count=no_one,
+            wanted=np.zeros(len(surfaces.faces), dtype=bool),
         )
         self._near_rows = self._near_local = np.zeros(0, dtype=np.int32)
         self._any_near = False  # on any rank
 
-    def search_is_due(self, step: float) -> bool:
-        """Whether surfaces may have come closer than the last search looked; collective, once a step of `step` s."""
-        speed = largest_speed(self._fields.nodes.velocity, self._local)
-        if self._comm.size > 1:
-            speed = self._comm.allreduce(speed, op=MPI.MAX)
-        self.travel += 2.0 * step * speed
+    @property
+    def fastest(self) -> float:
+        """Largest speed (m/s) of this rank's own nodes on surfaces."""
+        return float(largest_speed(self._fields.nodes.velocity, self._local))
+
+    def search_is_due(self, step: float, speed: float) -> bool:
+        """Whether surfaces may have come closer than the last search looked; once a step of `step` s.
+
+        `speed` is `fastest` of all ranks (m/s).
+        """
+        self._moved = 2.0 * step * speed
+        self.travel += self._moved
         return self.travel > self._reach
 
     def drop_faces(self, eroded: np.ndarray, opened: ContactSurfaces | None = None) -> None:
@@ -139,6 +150,7 @@ class CollidingSurfaces:
                 edge=opened.edge,
                 ball=np.zeros((count, 5)),
                 bound=np.zeros((count, 20)),
+                wanted=np.zeros(count, dtype=bool),
             )
         self._whole = ~eroded[self.surfaces.cell]
         self.travel = np.inf
@@ -201,6 +213,10 @@ class CollidingSurfaces:
             weight=np.zeros((count, 4)),
             push=np.zeros((count, 4)),
             energies=np.zeros((count, 2)),
+            due=np.full(len(candidate), -np.inf),
+            soonest=np.full(count, -np.inf),
+            active=np.empty(len(candidate), dtype=np.int32),
+            due_count=np.zeros(count, dtype=np.int32),
         )
         near = np.zeros(len(surfaces.node), dtype=bool)
         near[slaves] = True
@@ -250,30 +266,34 @@ class CollidingSurfaces:
         for values in (state.penetration, state.unloaded, state.stiffness):
             clear_rows(values.reshape(-1, 1), nodes)
 
-    def add_forces(self, max_squared_frequency: float, step: float, velocity: np.ndarray, force: np.ndarray) -> None:
-        """Add the contact forces on this rank's own nodes to `force` (nodes, 3) in N; collective.
+    def bring(self, velocity: np.ndarray) -> tuple[list[Fetched], list[Given]]:
+        """What ranks exchange before the forces: positions, velocities and loads of the near nodes."""
+        if not self._any_near:
+            return [], []
+        rows, local = self._near_rows, self._near_local
+        copy_motion(self._fields.nodes.position, velocity, local, rows, self._position, self._velocity)
+        return [(self._halo, (self._position, self._velocity, self.state.sharing[:, None]))], []
 
-        `max_squared_frequency` bounds the springs over the nodes' masses (1/s2); `step` is the step (s) that led here
-        and `velocity` (nodes, 3) the mean one over it (m/s).
+    def find_forces(self, max_squared_frequency: float, step: float) -> list[Given]:
+        """Find the contact forces, from what `bring` has brought.
+
+        `max_squared_frequency` bounds the springs over the nodes' masses (1/s2); `step` is the step (s) that led here.
+        Returned is what ranks exchange before `take_reactions`.
         """
         if not self._any_near:
-            return
-        self._exchange_motion(velocity)
+            return []
         law = CollisionLaw(max_squared_frequency, step, self._friction)
-        find_contacts(law, self.state, self._position, self._velocity, self._mass)
-        rows = self._near_rows
-        clear_rows(self._sums, rows)
+        find_contacts(law, self.state, self._position, self._velocity, self._mass, self.travel, self._moved)
+        clear_rows(self._sums, self._near_rows)
         clear_rows(self._sums, self._halo.needed)
         rounding = CONTACT_FORCES * self._fields.nodes.rounding
         add_reactions(self.state, self._mass, rounding, self._load_rounding, self._sums)
-        self._halo.give(self._sums)
-        take_reactions(self._sums, rows, self._near_local, self.state.sharing, force)
+        return [(self._halo, self._sums)]
 
-    def _exchange_motion(self, velocity: np.ndarray) -> None:
-        """Bring positions, velocities and loads of the near nodes to the ranks that need them."""
-        rows, local = self._near_rows, self._near_local
-        copy_motion(self._fields.nodes.position, velocity, local, rows, self._position, self._velocity)
-        self._halo.fetch(self._position, self._velocity, self.state.sharing[:, None])
+    def take_reactions(self, force: np.ndarray) -> None:
+        """Add the contact forces on this rank's own nodes to `force` (nodes, 3) in N."""
+        if self._any_near:
+            take_reactions(self._sums, self._near_rows, self._near_local, self.state.sharing, force)
 
     @property
     def energies(self) -> np.ndarray:

@@ -2,33 +2,31 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
-from dolfinx import la
 from mpi4py import MPI
 
-from burst_fenicsx import compat
 from burst_fenicsx.kernels.geometry.boxes import box_around, meet
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from burst_fenicsx.contact.surfaces import ContactSurfaces
     from burst_fenicsx.meshing.distributed import DistributedMesh
 
-__all__ = ["CONTACT_FORCES", "Halo", "NearFaces"]
+__all__ = ["CONTACT_FORCES", "Fetched", "Given", "Halo", "NearFaces", "exchange_rows"]
 
 CONTACT_FORCES = 2.0**8
 """How much coarser contact's forces are rounded than those of cells: where walls collide, several contacts push one
 node, together by more than four times the largest force of a cell, up to which sums of the cells' terms are exact."""
 
 
-_COLUMNS = 7  # the most that is carried: positions, velocities and a load
+_TAG = 17_406
 
 
 class Halo:
     """Rows of arrays over all surface nodes, of which every rank keeps its own and those it needs up to date.
-
-    dolfinx carries them: the needed rows are the ghosts of an index map whose owned items are a rank's own rows.
 
     Parameters
     ----------
@@ -37,62 +35,79 @@ class Halo:
     Attributes
     ----------
     needed : rows of other ranks that this rank needs. asked : own rows that others need.
+    taken, lent : the same rank by rank: rows of another rank, and rows that it needs.
     """
 
     def __init__(self, comm: MPI.Comm, own: np.ndarray, rows: int) -> None:
         self._comm = comm
         self.needed = self.asked = np.zeros(0, dtype=np.int32)
+        self.taken: dict[int, np.ndarray] = {}
+        self.lent: dict[int, np.ndarray] = {}
         if comm.size == 1:
             return
         self._owner = np.zeros(rows, dtype=np.int32)
         self._owner[own] = comm.rank
         comm.Allreduce(MPI.IN_PLACE, self._owner)
-        self._own = np.flatnonzero(self._owner == comm.rank)
-        self._number = np.empty(rows, dtype=np.int64)  # dolfinx counts rank by rank
-        self._number[np.argsort(self._owner, kind="stable")] = np.arange(rows)
 
     def need(self, rows: np.ndarray) -> None:
         """Ask for rows from now on, each named once; those of one's own are always there. Collective."""
-        if self._comm.size == 1:
+        comm = self._comm
+        if comm.size == 1:
             return
-        self.needed = rows[self._owner[rows] != self._comm.rank].astype(np.int32)
-        ghosts = self._number[self.needed]
-        self._map = compat.index_map(self._comm, len(self._own), ghosts, self._owner[self.needed])
-        # One vector carries all: ranks have to wait for each other where one is made.
-        self._vector = la.vector(self._map, _COLUMNS)
-        self._values = values = self._vector.array.reshape(-1, _COLUMNS)
-        values[:] = 0.0
-        values[len(self._own) :, 0] = 1.0
-        compat.add_ghosts(self._vector)
-        self._asked = np.flatnonzero(values[: len(self._own), 0])
-        self.asked = self._own[self._asked].astype(np.int32)
+        owner = self._owner[rows]
+        by_rank = [rows[owner == rank].astype(np.int32) if rank != comm.rank else None for rank in range(comm.size)]
+        self.taken = {rank: some for rank, some in enumerate(by_rank) if some is not None and len(some)}
+        asked = comm.alltoall([self.taken.get(rank) for rank in range(comm.size)])
+        self.lent = {rank: some for rank, some in enumerate(asked) if some is not None}
+        nothing = [np.zeros(0, dtype=np.int32)]
+        self.needed = np.concatenate([*self.taken.values(), *nothing])
+        self.asked = np.unique(np.concatenate([*self.lent.values(), *nothing]))
 
-    def fetch(self, *arrays: np.ndarray) -> None:
-        """Bring the needed rows of arrays (rows, n) from their owners, together; of all that share rows."""
-        if self._comm.size == 1:
-            return
-        values, first = self._values, 0
+
+Fetched: TypeAlias = tuple[Halo, "Sequence[np.ndarray]"]
+"""Arrays (rows, n) whose needed rows are brought from their owners."""
+Given: TypeAlias = tuple[Halo, np.ndarray]
+"""Sums (rows, n) whose needed rows are added to those of their owners."""
+
+
+def exchange_rows(comm: MPI.Comm, fetched: Sequence[Fetched], given: Sequence[Given]) -> None:
+    """Exchange rows with other ranks, all in one message to each; of all that share rows.
+
+    Where the order of the ranks must not matter, sums have to be exact.
+    """
+    if comm.size == 1:
+        return
+    pieces: dict[int, list[np.ndarray]] = {}
+    sizes: dict[int, int] = {}
+    for halo, arrays in fetched:
         for array in arrays:
-            values[self._asked, first : first + array.shape[1]] = array[self.asked]
-            first += array.shape[1]
-        self._vector.scatter_forward()
-        received, first = values[len(self._own) :], 0
+            for rank, rows in halo.lent.items():
+                pieces.setdefault(rank, []).append(array[rows].ravel())
+            for rank, rows in halo.taken.items():
+                sizes[rank] = sizes.get(rank, 0) + len(rows) * array.shape[1]
+    for halo, sums in given:
+        for rank, rows in halo.taken.items():
+            pieces.setdefault(rank, []).append(sums[rows].ravel())
+        for rank, rows in halo.lent.items():
+            sizes[rank] = sizes.get(rank, 0) + len(rows) * sums.shape[1]
+    received = {rank: np.empty(size) for rank, size in sizes.items()}
+    sent = {rank: np.concatenate(some) for rank, some in pieces.items()}
+    requests = [comm.Irecv(values, rank, _TAG) for rank, values in received.items()]
+    requests += [comm.Isend(values, rank, _TAG) for rank, values in sent.items()]
+    MPI.Request.Waitall(requests)
+    begin = dict.fromkeys(received, 0)
+
+    def next_rows(rank: int, rows: np.ndarray, columns: int) -> np.ndarray:
+        start, begin[rank] = begin[rank], begin[rank] + len(rows) * columns
+        return received[rank][start : begin[rank]].reshape(-1, columns)
+
+    for halo, arrays in fetched:
         for array in arrays:
-            array[self.needed] = received[:, first : first + array.shape[1]]
-            first += array.shape[1]
-
-    def give(self, sums: np.ndarray) -> None:
-        """Add what this rank has in the needed rows of `sums` (rows, n) to their owners' rows; of all that share rows.
-
-        Terms are added in the order of the ranks; where that must not matter, sums have to be exact.
-        """
-        if self._comm.size == 1:
-            return
-        values, columns = self._values, sums.shape[1]
-        values[self._asked] = 0.0
-        values[len(self._own) :, :columns] = sums[self.needed]
-        compat.add_ghosts(self._vector)
-        sums[self.asked] += values[self._asked, :columns]
+            for rank, rows in halo.taken.items():
+                array[rows] = next_rows(rank, rows, array.shape[1])
+    for halo, sums in given:
+        for rank, rows in halo.lent.items():
+            sums[rows] += next_rows(rank, rows, sums.shape[1])
 
 
 class NearFaces:

@@ -10,10 +10,11 @@ import numpy as np
 from mpi4py import MPI
 
 from burst_fenicsx.contact.collisions import CollidingSurfaces
+from burst_fenicsx.contact.exchange import Fetched, Given, exchange_rows
 from burst_fenicsx.contact.planes import PlaneContact, held_in_plane, nodes_at_planes
 from burst_fenicsx.contact.sliding import SlidingInterface
 from burst_fenicsx.contact.surfaces import OpenFaces, contact_surfaces
-from burst_fenicsx.kernels.vectors.rows import place_rows, take_means, work_on_rows
+from burst_fenicsx.kernels.vectors.rows import acting_rows, place_rows, take_means, work_on_rows
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -109,6 +110,7 @@ class ContactForces:
         self.comm = fields.mesh.comm
         self.touched = touched
         self.interface, self.collisions, self.planes = interface, collisions, list(planes)
+        self._sliding = interface if isinstance(interface, SlidingInterface) else None
         self._open_faces = open_faces
         self.force = np.zeros_like(fields.nodes.force)
         self.friction = 0.0
@@ -120,6 +122,7 @@ class ContactForces:
         self._always = interface.nodes if interface is not None else np.zeros(0, dtype=np.int32)
         self._met: list[np.ndarray] = []  # nodes that planes and surfaces may push till one looks again
         self._pushed = self._always  # these and those of bonds
+        self._acting = np.zeros(0, dtype=np.int32)  # those of them that have a force
         self._fraction = 1.0  # contact's step over the longest one
         # Nodes that take several steps in one of contact, where they were at the last one of that (m), and room for
         # their velocities (m/s) while the means stand there.
@@ -177,7 +180,8 @@ class ContactForces:
 
     def look_again(self) -> None:
         """Go on from forces and contacts that a checkpoint has put in place; collective."""
-        self._pushed = self._any_of(self._always, np.flatnonzero(self.force.any(axis=1)))
+        self._acting = np.flatnonzero(self.force.any(axis=1)).astype(np.int32)
+        self._pushed = self._any_of(self._always, self._acting)
         if self.interface is not None:
             self.interface.look_around()
         for plane in self.planes:
@@ -239,10 +243,11 @@ class ContactForces:
         max_squared_frequency = self._max_squared_phase / stable_for**2
         with self._mean_velocities(step) as velocity:
             self._accumulate_work(step, velocity)  # and clear the forces
-            self._join(max_squared_frequency, step, velocity, front_is_active=front_is_active)
-            self._collide(max_squared_frequency, step, velocity)
+            self._look(step)
+            self._push_surfaces(max_squared_frequency, step, velocity, front_is_active=front_is_active)
             self._push_from_planes(max_squared_frequency, step, velocity)
             self._find_pushed()
+            self._acting = acting_rows(self.force, self._pushed)
             self._accumulate_work(step, velocity, self._fields.nodes.force)
         for part in self._parts:
             self.friction += part.energies[1]
@@ -253,26 +258,49 @@ class ContactForces:
         The forces are added to the `resultant` (nodes, 3) in N, or cleared for those to come.
         """
         rounding = self._fields.grid.rounding
-        self.work += work_on_rows(0.5 * step, self.force, self._pushed, velocity, rounding, self._fraction, resultant)
+        self.work += work_on_rows(0.5 * step, self.force, self._acting, velocity, rounding, self._fraction, resultant)
 
-    def _join(self, max_squared_frequency: float, step: float, velocity: np.ndarray, *, front_is_active: bool) -> None:
-        """Forces of the bonds; `velocity` (nodes, 3) m/s, the mean over the step."""
-        if self.interface is None:
-            return
-        self.interface.add_forces(max_squared_frequency, step, velocity, self.force)
-        self.penetrations.at_interface(self.interface.deepest, front_is_active=front_is_active)
+    def _look(self, step: float) -> None:
+        """Search, and look around on slide surfaces, where that is due after this step (s) on any rank; collective."""
+        interface, collisions = self._sliding, self.collisions
+        ahead = np.zeros(2)
+        if interface is not None:
+            ahead[0] = interface.comes_to_border
+        if collisions is not None:
+            ahead[1] = collisions.fastest
+        if self.comm.size > 1:
+            self.comm.Allreduce(MPI.IN_PLACE, ahead, op=MPI.MAX)
+        if interface is not None and ahead[0]:
+            interface.look_around()
+        if collisions is not None and collisions.search_is_due(step, float(ahead[1])):
+            collisions.search()
 
-    def _collide(self, max_squared_frequency: float, step: float, velocity: np.ndarray) -> None:
-        """Forces of colliding surfaces, after a search where one is due; collective."""
-        if self.collisions is None:
-            return
-        if self.collisions.search_is_due(step):
-            self.collisions.search()
-        fraction = 1.0 - _PLANE_FRACTION if self.planes else 1.0
-        self.collisions.add_forces(max_squared_frequency * fraction, step, velocity, self.force)
-        deepest = self.penetrations
-        deepest.collision = max(deepest.collision, self.collisions.deepest)
-        deepest.interior_collision = max(deepest.interior_collision, self.collisions.deepest_interior)
+    def _push_surfaces(
+        self, max_squared_frequency: float, step: float, velocity: np.ndarray, *, front_is_active: bool
+    ) -> None:
+        """Forces of the bonds and of colliding surfaces at the mean velocities (nodes, 3) in m/s; collective."""
+        interface, collisions, deepest = self._sliding, self.collisions, self.penetrations
+        fetched: list[Fetched] = []
+        given: list[Given] = []
+        for part in (interface, collisions):
+            if part is not None:
+                some, sums = part.bring(velocity)
+                fetched, given = fetched + some, given + sums
+        exchange_rows(self.comm, fetched, given)
+        given = []
+        if interface is not None:
+            given += interface.find_forces(max_squared_frequency, step, velocity, self.force)
+            deepest.at_interface(interface.deepest, front_is_active=front_is_active)
+        if collisions is not None:
+            given += collisions.find_forces(
+                max_squared_frequency * (1.0 - _PLANE_FRACTION if self.planes else 1.0), step
+            )
+            deepest.collision = max(deepest.collision, collisions.deepest)
+            deepest.interior_collision = max(deepest.interior_collision, collisions.deepest_interior)
+        exchange_rows(self.comm, [], given)
+        for part in (interface, collisions):
+            if part is not None:
+                part.take_reactions(self.force)
 
     def _push_from_planes(self, max_squared_frequency: float, step: float, velocity: np.ndarray) -> None:
         """Forces of the planes, and the impulse that they have given, by the trapezoidal rule; collective."""

@@ -8,7 +8,7 @@ import numpy as np
 from mpi4py import MPI
 
 from burst_fenicsx.contact.charge_contacts import ChargeContacts, slide_law
-from burst_fenicsx.contact.exchange import CONTACT_FORCES, Halo
+from burst_fenicsx.contact.exchange import CONTACT_FORCES, Fetched, Given, Halo
 from burst_fenicsx.contact.slide_surface import faces_of, interface_faces, make_contacts, smooth_surface, widened
 from burst_fenicsx.kernels.cells.layout import CHARGE_PARAMETERS
 from burst_fenicsx.kernels.contact.sliding import NodeMotion, add_slide_forces, attached_state, find_slide_forces
@@ -94,7 +94,9 @@ class SlidingInterface(ChargeContacts):
 
         row[:] = -1
         row[mesh.interface_pairs[:, 0]] = np.arange(pairs, dtype=np.int32)
-        self._cells, cell_rows = _attached(fields, row)
+        around, cell_rows = _attached(fields, row)
+        self._cells, members = np.unique(around, return_inverse=True)
+        self._around = members.astype(np.int32)
         self._cell_rows, first = np.unique(cell_rows, return_index=True)
         self._first_cell = np.append(first, len(cell_rows)).astype(np.int32)
         in_charge = row[mesh.cells[mesh.part == Part.CHARGE]]
@@ -140,28 +142,38 @@ class SlidingInterface(ChargeContacts):
         self._near_groups = groups.astype(np.int32)
         self._master_halo.need(np.unique(surface.faces[around]).astype(np.int32))
 
-    def add_forces(self, max_squared_frequency: float, step: float, velocity: np.ndarray, force: np.ndarray) -> None:
-        """Add the forces on this rank's own nodes to `force` (nodes, 3) in N; collective.
+    @property
+    def comes_to_border(self) -> bool:
+        """Whether a contact has come close to faces that are not kept up to date: ranks then look around."""
+        contacts = self.contacts
+        return self._comm.size > 1 and bool(self._border[contacts.face[contacts.contact]].any())
+
+    def bring(self, velocity: np.ndarray) -> tuple[list[Fetched], list[Given]]:
+        """What ranks exchange before the forces: the casing's motion and load, sums over the charge's cells."""
+        casing = self._casing
+        copy_motion(
+            self._fields.nodes.position, velocity, self._masters, self._master_rows, casing.position, casing.velocity
+        )
+        self._sum_charge_state()
+        fetched = self._master_halo, (casing.position, casing.velocity, self.contacts.load[:, None])
+        return [fetched], [(self._slave_halo, self._attached)]
+
+    def find_forces(
+        self, max_squared_frequency: float, step: float, velocity: np.ndarray, force: np.ndarray
+    ) -> list[Given]:
+        """Add the forces on this rank's own nodes of the charge to `force` (nodes, 3) in N.
 
         `max_squared_frequency` bounds that of the springs (1/s2); `step` is the step (s) that led here and `velocity`
-        (nodes, 3) the mean one over it (m/s).
+        (nodes, 3) the mean one over it (m/s). Returned is what ranks exchange before `take_reactions`.
         """
-        fields, surface, contacts = self._fields, self.surface, self.contacts
-        nodes, rows, masters = fields.nodes, self._master_rows, self._masters
-        if self._comm.size > 1:
-            reached = bool(self._border[contacts.face[contacts.contact]].any())
-            if self._comm.allreduce(reached, op=MPI.LOR):
-                self.look_around()
-        position, speeds, load = self._casing.position, self._casing.velocity, contacts.load
-        copy_motion(nodes.position, velocity, masters, rows, position, speeds)
-        self._master_halo.fetch(position, speeds, load[:, None])
-        face_vectors(position, surface.faces, self._near_faces, self._vectors)
+        fields, surface, contacts, rows = self._fields, self.surface, self.contacts, self._master_rows
+        nodes = fields.nodes
+        face_vectors(self._casing.position, surface.faces, self._near_faces, self._vectors)
         group_vectors(surface.first_face, surface.face, self._near_groups, self._vectors, surface.vector)
         self._add_images(surface.vector, 2.0)
         face_vectors(nodes.position, self._charge_faces, self._beside, self._charge_vectors)
         group_vectors(surface.first_face, surface.face, contacts.contact, self._charge_vectors, contacts.area)
         self._add_images(contacts.area, 1.0)
-        self._sum_charge_state()
         law = slide_law(self.settings, max_squared_frequency, step)
         charge = NodeMotion(nodes.position, velocity, fields.mass)
         find_slide_forces(law, surface, contacts, self._attached, self._casing, charge)
@@ -169,8 +181,11 @@ class SlidingInterface(ChargeContacts):
         clear_rows(self._sums, self._master_halo.needed)
         rounding = CONTACT_FORCES * nodes.rounding
         add_slide_forces(surface, contacts, rounding, self._load_rounding, self._sums, force)
-        self._master_halo.give(self._sums)
-        take_reactions(self._sums, rows, masters, load, force)
+        return [(self._master_halo, self._sums)]
+
+    def take_reactions(self, force: np.ndarray) -> None:
+        """Add the reactions on this rank's own nodes of the casing to `force` (nodes, 3) in N."""
+        take_reactions(self._sums, self._master_rows, self._masters, self.contacts.load, force)
 
     def _add_images(self, vectors: np.ndarray, sides: float) -> None:
         """Complete sums of area vectors (groups, 3) over the faces of one side of planes in which their nodes lie.
@@ -184,14 +199,13 @@ class SlidingInterface(ChargeContacts):
                 vectors[groups] *= sides
 
     def _sum_charge_state(self) -> None:
-        """What the charge's cells around each contact's node are and how they press, see the kernel; collective."""
+        """What the charge's cells around each contact's node are and how they press, of this rank, see the kernel."""
         total, fields = self._attached, self._fields
         total[:] = 0.0
         attached_state(
-            self._first_cell, self._cells, self._cell_rows, fields.charge, fields.solid.eroded,
+            self._first_cell, self._around, self._cells, self._cell_rows, fields.charge, fields.solid.eroded,
             fields.blocks.slot_of_cell, self._attached_rounding, total,
         )  # fmt: skip
-        self._slave_halo.give(total)
 
 
 def _own(local: np.ndarray, owned: int) -> tuple[np.ndarray, np.ndarray]:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from burst_fenicsx.errors import InputError
-from fragfield_base import names
+from fragfield_base import errors
 from fragfield_base.reading import read_text
 
 __all__ = ["DATA_DIRECTORY", "LENGTH_UNITS", "Table", "nearest_name", "read_toml"]
@@ -23,7 +23,7 @@ LENGTH_UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254}
 def nearest_name(name: str, allowed: Iterable[str]) -> str:
     """Return a clause for a message: the nearest allowed name, if one is near, and all that are allowed."""
     known = sorted(allowed)
-    close = names.nearest_name(name, known)
+    close = errors.nearest_name(name, known)
     hint = f"did you mean '{close}'? " if close is not None else ""
     return f"{hint}allowed: {', '.join(known)}"
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from burst_fenicsx.errors import InputError
 from fragfield_base.hdf5_files import creating, reading
-from fragfield_base.writing import described, write_text
+from fragfield_base.writing import described, flush_folder, replacing
 from fragfield_base.xdmf import quoted, stamped_xdmf
 
 if TYPE_CHECKING:
@@ -142,6 +142,11 @@ class TimeSeries:
         self._times.append(float(time))
         self._write_xdmf()
 
+    def flush(self) -> None:
+        """Make what is written survive a failure of the machine: before a checkpoint, from which a run goes on."""
+        for folder in (self.folder, self.xdmf_path.parent):
+            flush_folder(folder)
+
     def _file(self, number: int) -> Path:
         """File of a state; the first holds the cells too."""
         return self.folder / f"{number:04d}.h5"
@@ -151,7 +156,7 @@ class TimeSeries:
             self.folder.mkdir(exist_ok=True)
         except OSError as found:
             raise InputError(described(self.folder, found)) from None
-        with creating(self._file(number), InputError) as file:
+        with creating(self._file(number), InputError, durable=False) as file:
             file.attrs["format"] = FORMAT
             file.attrs["format_version"] = 2
             file.attrs["time"] = time
@@ -255,7 +260,8 @@ class TimeSeries:
                 "",
             ]
         )
-        write_text(self.xdmf_path, stamped_xdmf(text), InputError)
+        with replacing(self.xdmf_path, InputError, durable=False) as stream:
+            stream.write(stamped_xdmf(text).encode())
 
 
 def _checked_cells(cells: ArrayLike) -> NDArray[np.int64]:
@@ -269,25 +275,30 @@ def _checked_cells(cells: ArrayLike) -> NDArray[np.int64]:
 
 
 class Background:
-    """A thread that does what it is given, in order; what is begun before the last piece is done waits for it.
+    """A thread that does what it is given, in order, with at most so many pieces waiting or under way.
 
     The work may use nothing that changes meanwhile, and no kernel that shares its loop among threads.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, most: int = 1) -> None:
         self._pool = ThreadPoolExecutor(1, thread_name_prefix="files")
-        self._pending: Future[None] | None = None
+        self._pending: list[Future[None]] = []
+        self._most = most
 
     def begin(self, work: Callable[[], None]) -> None:
-        """Begin a piece of work; raises what the one before it raised."""
-        self.wait()
-        self._pending = self._pool.submit(work)
+        """Give it a piece of work; raises what an earlier one raised."""
+        self.make_room()
+        self._pending.append(self._pool.submit(work))
+
+    def make_room(self) -> None:
+        """Wait until it can take another piece; raises what one raised, once."""
+        while len(self._pending) >= self._most:
+            self._pending.pop(0).result()
 
     def wait(self) -> None:
-        """Wait until all is done; raises what it raised, once."""
-        pending, self._pending = self._pending, None
-        if pending is not None:
-            pending.result()
+        """Wait until all is done; raises what a piece raised, once."""
+        while self._pending:
+            self._pending.pop(0).result()
 
     def close(self) -> None:
         """End the thread when it is done; what it raised without anyone waiting is lost."""

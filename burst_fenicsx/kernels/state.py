@@ -33,6 +33,7 @@ class Grid(NamedTuple):
     material: np.ndarray  # (blocks,) int32, row of the material's parameters
     level: np.ndarray  # (blocks,) int32, of the cells' step: the longest one over 2^level
     mixed: np.ndarray  # (blocks,) int8, whether a node of the cells takes shorter steps than they do
+    in_rows: np.ndarray  # (blocks, LANES / WIDTH) int8, whether so many lanes are a row of cells, see `Blocks`
     mass: np.ndarray  # (slots,) kg
     volume: np.ndarray  # (slots,) m3, current
     viscous: np.ndarray  # (slots,) Pa, artificial viscous pressure of the last step

@@ -27,6 +27,7 @@ __all__ = [
     "burn_rates",
     "cell_ignition",
     "compression_burn_start",
+    "earliest_motion",
     "ignition_times",
     "largest_faces",
     "place_ignition",
@@ -77,6 +78,18 @@ def compression_burn_start(arrival: np.ndarray, rates: np.ndarray) -> np.ndarray
     `rates` (cells,) 1/s.
     """
     return arrival - FRONT_REACH / rates
+
+
+def earliest_motion(
+    centres: np.ndarray, rounds: Sequence[Round], lengths: Sequence[float], fastest: float
+) -> np.ndarray:
+    """Time (s) before which nothing that any ignition point sets off can have reached each of the `centres` (cells, 3).
+
+    `lengths` of the rounds in m; nothing is faster than `fastest` (m/s). Without ignition points it is not known.
+    """
+    places = [place_ignition(item, length) for item, length in zip(rounds, lengths, strict=True)]
+    positions, delays = (np.concatenate(columns) for columns in zip(*places, strict=True))
+    return ignition_times(centres, positions, delays, fastest) if len(delays) else np.full(len(centres), -np.inf)
 
 
 @dataclass
@@ -151,8 +164,11 @@ class AxialSlices:
 
     def radii(self, position: np.ndarray) -> np.ndarray:
         """Current mean radius of every slice, r0 + mean radial displacement (m), Eq. 6."""
-        x, y, z = ((position[self.node] - self.start) * self.outward).T
-        terms = quantise(x + y + z, self.rounding)
+        moved = position[self.node]
+        moved -= self.start
+        moved *= self.outward
+        x, y, z = moved.T
+        terms = (x + y + z + self.rounding) - self.rounding  # `quantise` without a call: this is done with every step
         moved = np.bincount(self.slice_of_node, weights=terms, minlength=len(self.initial_radius))
         if self.comm.size > 1:
             moved = self.comm.allreduce(moved)

@@ -17,7 +17,7 @@ from burst_fenicsx.kernels.cells import one_point
 from burst_fenicsx.kernels.cells.erosion import WHOLE
 from burst_fenicsx.kernels.cells.hexahedron import hexahedron_volumes
 from burst_fenicsx.kernels.cells.layout import SOLID_PARAMETERS
-from burst_fenicsx.kernels.constants import LARGEST_WORK
+from burst_fenicsx.kernels.constants import AHEAD, LARGEST_WORK
 from burst_fenicsx.kernels.geometry.shapes import folded_cells
 from burst_fenicsx.kernels.lanes import LANES
 from burst_fenicsx.kernels.state import ChargeState, Grid, Nodes, SolidState
@@ -27,8 +27,8 @@ from burst_fenicsx.kernels.step.levels import blocks_are_mixed, move_lanes
 from burst_fenicsx.kernels.vectors.exact import quantise, rounding_constant
 from burst_fenicsx.materials import laws
 from burst_fenicsx.materials.products import make_products
-from burst_fenicsx.mechanics.detonation import burn_rates, cell_ignition, largest_faces
-from burst_fenicsx.mechanics.material_tables import largest_pressure, material_tables
+from burst_fenicsx.mechanics.detonation import burn_rates, cell_ignition, earliest_motion, largest_faces
+from burst_fenicsx.mechanics.material_tables import fastest_signal, largest_pressure, material_tables
 from burst_fenicsx.mechanics.schedule import Blocks, Chunks
 from burst_fenicsx.problem import Part
 
@@ -94,6 +94,7 @@ class BurstFields:
     start : (local nodes, 3) initial positions (m).
     mass, inverse_mass : (local nodes,) lumped mass (kg) and its inverse, complete on every rank.
     cell_mass : (owned cells,) kg.
+    at_rest_until : (owned cells,) s, until when each cell stays as it is.
     element, kind : of the cells, and which kernels step it.
     products : products of each round's charge.
     nodes, grid, solid, charge : the kernels' views of the functions' arrays, and what they need besides; velocities are
@@ -107,6 +108,7 @@ class BurstFields:
     mass: np.ndarray
     inverse_mass: np.ndarray
     cell_mass: np.ndarray
+    at_rest_until: np.ndarray
     element: Element
     kind: tuple[int, ...]
     products: list[Products]
@@ -125,10 +127,14 @@ class BurstFields:
 
     def casing_speeds(self) -> tuple[np.ndarray, np.ndarray]:
         """Own cells of casings (k,), and the size of the mean of each one's nodal velocities (k,) in m/s."""
-        cells = np.flatnonzero(self.mesh.part == Part.CASING)
-        speed = np.empty(len(cells))
-        mean_speeds(self.nodes.velocity, self.mesh.dofmap, cells, speed)
-        return cells, speed
+        speed = np.empty(len(self._casing))
+        mean_speeds(self.nodes.velocity, self.mesh.dofmap, self._casing, speed)
+        return self._casing, speed
+
+    @cached_property
+    def _casing(self) -> np.ndarray:
+        """Own cells of casings (k,)."""
+        return np.flatnonzero(self.mesh.part == Part.CASING)
 
     def folded(self, cells: np.ndarray | slice = slice(None)) -> np.ndarray:
         """Whether a corner of each of the cells (cells,) is turned inside out; eroded ones are no cells any more."""
@@ -168,26 +174,27 @@ class BurstFields:
 
         A casing's cell moves with the mean velocity of its nodes.
         """
-        mesh, terms = self.mesh, np.zeros((self.mesh.cells, 4))
-        cells, modulus, poisson = self._elastic
-        energy = np.empty(len(cells))
+        terms = np.zeros((self.mesh.cells, 4))
         slot = self.blocks.slot_of_cell
-        elastic_energies(cells, self.solid.stress, modulus, poisson, self.grid.volume, slot, energy)
-        terms[cells, 0] = energy
+        cells, modulus, poisson = self._elastic
+        elastic_energies(cells, self.solid.stress, modulus, poisson, self.grid.volume, slot, terms)
         casing, speed = self.casing_speeds()
         mass = self.cell_mass[casing]
-        terms[casing, 1:] = np.stack([mass, mass * speed, 0.5 * mass * speed**2], axis=1)
-        return mesh.cell_sums(terms)
-
-    def sums_by_charge(self, values: np.ndarray) -> np.ndarray:
-        """Sums (rounds,) of the values (cells,) over the cells of each round's charge; collective."""
-        return self.mesh.cell_sums(self.of_charge * values[:, None])
+        terms[casing, 1], terms[casing, 2], terms[casing, 3] = mass, mass * speed, 0.5 * mass * speed**2
+        return self.mesh.cell_sums(terms)
 
     @cached_property
-    def of_charge(self) -> np.ndarray:
-        """Whether each of this rank's cells belongs to each round's charge (cells, rounds)."""
+    def charge_cells(self) -> list[np.ndarray]:
+        """This rank's cells of each round's charge."""
         charge = self.mesh.part == Part.CHARGE
-        return np.column_stack([charge & (self.mesh.round == index) for index in range(len(self.products))])
+        return [np.flatnonzero(charge & (self.mesh.round == index)) for index in range(len(self.products))]
+
+    def sums_by_charge(self, values: Sequence[np.ndarray]) -> np.ndarray:
+        """Sums (rounds,) over the cells of each round's charge of their values; collective."""
+        terms = np.zeros((self.mesh.cells, len(self.products)))
+        for index, (cells, own) in enumerate(zip(self.charge_cells, values, strict=True)):
+            terms[cells, index] = own
+        return self.mesh.cell_sums(terms)
 
     @property
     def eroded(self) -> np.ndarray:
@@ -220,6 +227,7 @@ class BurstFields:
             material=new.material,
             level=new.level,
             mixed=mixed,
+            in_rows=new.in_rows,
             mass=grid.mass[source],
             volume=grid.volume[source],
             viscous=grid.viscous[source],
@@ -284,6 +292,8 @@ def make_fields(
     inverse_scale = np.where(reference > 0.0, own_length / np.where(reference > 0.0, reference, 1.0), 1.0)
 
     ignition, burn, compression = cell_ignition(mesh, rounds, products, lengths, position, volume, element.burn_rates)
+    fastest = fastest_signal(solid_table, products, rounds)
+    reached = earliest_motion(position[mesh.dofmap].mean(axis=1), rounds, lengths, fastest)
     energy = of_cells["products_energy"]
     for index, model in enumerate(products):
         energy[(mesh.round == index) & (mesh.part == Part.CHARGE)] = model.start_energy
@@ -294,6 +304,7 @@ def make_fields(
         mass=nodal_mass,
         inverse_mass=1.0 / np.where(nodal_mass > 0.0, nodal_mass, np.inf),
         cell_mass=cell_mass,
+        at_rest_until=reached - AHEAD * settings.cell_size / fastest,
         element=element,
         kind=FULL_QUADRATURE if points > 1 else element.kind,
         products=products,
@@ -312,6 +323,7 @@ def make_fields(
             blocks.material,
             blocks.level,
             np.zeros(len(blocks.cells), dtype=np.int8),
+            blocks.in_rows,
             blocks.by_slot(cell_mass),
             slot_volume,
             np.zeros_like(slot_volume),

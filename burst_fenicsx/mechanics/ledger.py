@@ -87,7 +87,7 @@ class Ledger:
     def at_rest(cls, state: BurstFields, energy_tolerance: float, balanced: np.ndarray) -> Ledger:
         """Begin the ledger of a burst whose charges have all their chemical energy; collective."""
         per_mass = np.array([products.energy / products.density for products in state.products])
-        chemical = state.sums_by_charge(state.cell_mass) * per_mass
+        chemical = state.sums_by_charge([state.cell_mass[cells] for cells in state.charge_cells]) * per_mass
         return cls(energy_tolerance, MIN_WORK * float(chemical.sum()), chemical, state.mesh.comm, balanced=balanced)
 
     def add(self, chunk_energies: np.ndarray, chunk_released: np.ndarray) -> None:
@@ -190,12 +190,12 @@ class Ledger:
 
 def _energies_left(state: BurstFields) -> np.ndarray:
     """Work that each round's gas can still do (rounds,) in J, with the unreacted chemical energy; collective."""
-    energies = np.zeros(state.mesh.cells)
-    for index, products in enumerate(state.products):
-        own = np.flatnonzero(state.of_charge[:, index])
+    energies = []
+    for own, products in zip(state.charge_cells, state.products, strict=True):
         start = state.cell_mass[own] / products.density
         burnt = state.charge.burn_fraction[own]
         volume = state.grid.volume[state.blocks.slot_of_cell[own]] / start
         left = products.remaining_work(volume, state.charge.energy[own])
-        energies[own] = start * np.where(burnt > 0.0, burnt * left + (1.0 - burnt) * products.energy, products.energy)
+        left = np.where(burnt > 0.0, burnt * left + (1.0 - burnt) * products.energy, products.energy)
+        energies.append(start * left)
     return state.sums_by_charge(energies)

@@ -10,8 +10,12 @@ import numpy as np
 from burst_fenicsx.kernels.lanes import LANES
 from burst_fenicsx.kernels.state import Schedule
 from burst_fenicsx.kernels.step.levels import colour_groups
+from burst_fenicsx.kernels.vectors.transposition import WIDTH
 
-__all__ = ["Blocks", "Chunks", "chunk_size"]
+__all__ = ["AT_REST", "Blocks", "Chunks", "chunk_size"]
+
+AT_REST = -1
+"""Level of cells that take no steps."""
 
 _MIN_CELLS, _MOST_CELLS, _CHUNKS = 256, 1024, 32
 
@@ -32,6 +36,8 @@ class Blocks:
     ----------
     cells : (blocks, LANES) int32, padded with the last cell of the block.
     count, material, level : (blocks,) int32; a block of level l takes 2^l steps in a longest one.
+    in_rows : (blocks, LANES / WIDTH) int8, whether the numbers of so many lanes' cells follow one another, and those of
+        their nodes at every corner: what the kernels gather of them lies without gaps.
     schedule : the chunks and their colours.
     """
 
@@ -39,6 +45,7 @@ class Blocks:
     count: np.ndarray
     material: np.ndarray
     level: np.ndarray
+    in_rows: np.ndarray
     schedule: Schedule
 
     @cached_property
@@ -91,6 +98,7 @@ class Chunks:
         self._charge = np.asarray(is_charge)[material]
         self._chunk = np.arange(cells) // (size or chunk_size(cells))
         self._chunks = int(self._chunk[-1]) + 1 if cells else 0
+        self._follows = np.append((np.diff(dofmap, axis=0) == 1).all(axis=1), False)  # the next cell, in a row
         colour = _colour_chunks(self._chunk, dofmap, self._chunks)
         colours = int(colour.max()) + 1 if len(colour) else 0
         self._chunk_order = np.argsort(colour, kind="stable").astype(np.int32)
@@ -99,12 +107,12 @@ class Chunks:
     def blocks(self, level: np.ndarray, highest: int = 0) -> Blocks:
         """Arrange the cells in blocks by the levels of their steps, (cells,), and the highest of all ranks.
 
-        Within a chunk solid cells come before charge, and cells of short steps before those of long ones, so that what
-        takes part in a step lies together.
+        Within a chunk solid cells come before charge, and cells of short steps before those of long ones and of none, so
+        that what takes part in a step lies together.
         """
         below = int(level.max(initial=0)) - level.astype(np.int64)
         key = ((2 * self._chunk + self._charge) * (below.max(initial=0) + 1) + below) * self._materials + self._material
-        order = np.argsort(key, kind="stable")
+        order = np.argsort(key.astype(np.min_scalar_type(key.max(initial=0))), kind="stable")  # of few bits: quick
         chunk, charge, levels = self._chunk[order], self._charge[order], level[order]
         material = self._material[order]
         starts = np.flatnonzero(np.diff(key[order], prepend=-1))
@@ -130,11 +138,15 @@ class Chunks:
             first_charge=(first_block + solid).astype(np.int32),
             active=active,
         )
+        cells = order[lanes].astype(np.int32).reshape(-1, LANES)
+        rows = cells.reshape(-1, LANES // WIDTH, WIDTH)
+        in_rows = ((np.diff(rows) == 1) & self._follows[rows[..., :-1]]).all(axis=-1)
         return Blocks(
-            order[lanes].astype(np.int32).reshape(-1, LANES),
+            cells,
             count.astype(np.int32),
             material[first].astype(np.int32),
             block_level,
+            in_rows.astype(np.int8),
             schedule,
         )
 

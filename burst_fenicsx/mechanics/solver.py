@@ -13,6 +13,7 @@ from burst_fenicsx.kernels.state import Totals
 from burst_fenicsx.kernels.step.assembly import advance_halves, make_scratch
 from burst_fenicsx.kernels.vectors.rows import hold_rows
 from burst_fenicsx.mechanics.erosion import check_cells, erode
+from burst_fenicsx.mechanics.huge_pages import use_huge_pages
 from burst_fenicsx.mechanics.nodal_loads import NodalLoads, held_nodes
 from burst_fenicsx.mechanics.step_control import BurningTimes, StepControl
 from burst_fenicsx.mechanics.subcycling import Subcycling
@@ -81,6 +82,7 @@ class BurstSolver:
         self.levels = Subcycling(fields, contact)
         self._in_substeps = contact is not None and contact.acts_in_substeps
         self.control = StepControl(fields, settings.time_step, self.levels, self.burning, self.loads)
+        use_huge_pages((*fields.nodes, *fields.grid, *fields.solid, *fields.charge, *self.levels.motion))
         self.add_forces(0.0)
 
     def step(self, until: float = np.inf) -> None:
@@ -129,6 +131,7 @@ class BurstSolver:
     def add_forces(self, step: float) -> None:
         """Resultant at the present positions (Eq. 2) of all nodes, at the end of a macro step (s); tallies the work."""
         self._totals.clear()
+        self.fields.nodes.force[:] = 0.0
         self._add_forces(step, 2**self.levels.highest)
 
     def _add_forces(self, step: float, substep: int) -> None:
@@ -140,7 +143,6 @@ class BurstSolver:
         state, levels, several = self.fields, self.levels, self.fields.mesh.comm.size > 1
         self._advance_halves(2 * substep - 1, 2 * substep, self.time, 0.0, step, 0.0)
         if several:
-            # Nodes that do not take part hold forces that have been used; those are cleared before they count again.
             compat.add_ghosts(state.functions["force"].x)
         contact_is_due = substep % 2 ** (levels.highest - levels.contact_level) == 0
         if self.contact is not None and not self._in_substeps and contact_is_due:

@@ -19,6 +19,7 @@ from burst_fenicsx.kernels.constants import (
     STEP_GROWTH,
     STEPS_PER_CHOICE,
 )
+from burst_fenicsx.mechanics.schedule import AT_REST
 
 if TYPE_CHECKING:
     from burst_fenicsx.mechanics.fields import BurstFields
@@ -101,7 +102,10 @@ class StepControl:
         return time >= self.choose_again or (wanted < MIN_FRACTION * chosen and waited)
 
     def choose_levels(self, time: float) -> np.ndarray | None:
-        """Choose the macro step and the levels (cells,) of the cells; None where no level changes. Collective."""
+        """Choose the macro step and the levels (cells,) of the cells; None where no level changes. Collective.
+
+        Cells that nothing reaches until the next choice take no steps. The macro step does not depend on them.
+        """
         state, levels, cfl = self._fields, self._levels, self._settings.cfl
         old_levels, old_contact, old_step = state.blocks.cell_levels, levels.contact_level, levels.step
         stable = state.blocks.by_cell(state.grid.stable)
@@ -113,6 +117,8 @@ class StepControl:
             together,
             self.contact_step if levels.contact else None,
         )
+        resting = state.at_rest_until > time + (STEPS_PER_CHOICE + 2) * levels.step
+        new_levels = np.where(resting, np.int8(AT_REST), new_levels)
         self.chosen_at, self.choose_again = time, time + STEPS_PER_CHOICE * levels.step
         state.grid = state.grid._replace(longest=levels.step)
         changed = levels.contact_level != old_contact or old_step == 0.0 or not np.array_equal(new_levels, old_levels)

@@ -137,7 +137,7 @@ class Subcycling:
         finest[:], coarsest[:] = both[:, 0], both[:, 1]
 
     def set_levels(self, level: np.ndarray) -> None:
-        """Take over levels (cells,) int8 that differ by one at most where cells share a node; collective."""
+        """Take over levels (cells,) int8 that differ by one at most where cells that move share a node; collective."""
         if level is not self._looked_at:
             self._find_node_levels(level)
         nodes = self._fields.nodes
@@ -150,6 +150,7 @@ class Subcycling:
         has_coarser_cell = (self._coarsest < finest).astype(np.int8)
         moving = np.array([np.count_nonzero(finest >= min_level) for min_level in range(self.highest + 1)])
         self.motion = Motion(order, finest[order], has_coarser_cell[order], self._fields.inverse_mass[order], moving)
-        self.cell_steps = int((1 << level.astype(np.int64)).sum())
+        self.cell_steps = int((1 << level[level >= 0].astype(np.int64)).sum())
         nodes.mean[:] = nodes.velocity
+        nodes.force[finest < 0] = 0.0  # of nodes that do not move none is found
         self._fields.regroup(level, self.highest)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal, overload
@@ -221,7 +222,7 @@ def gather_rows(
 def _place(places: np.ndarray, values: np.ndarray, result: np.ndarray) -> None:
     """Copy `values` to the places, one a row, of `result`."""
     if values.dtype == np.float64:
-        width = int(np.prod(values.shape[1:]))  # said, so that a rank may have no row
+        width = math.prod(values.shape[1:])  # said, so that a rank may have no row
         place_rows(np.ascontiguousarray(values).reshape(-1, width), places, result.reshape(-1, width))
     else:
         result[places] = values

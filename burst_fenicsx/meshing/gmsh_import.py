@@ -21,7 +21,7 @@ from burst_fenicsx.meshing.quality import scaled_jacobians
 from burst_fenicsx.problem import Part
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterable, Sequence
 
     from numpy.typing import NDArray
 
@@ -139,8 +139,7 @@ def _parsed(path: Path) -> Any:  # noqa: ANN401 - meshio's class
     if path.suffix.lower() != ".msh":
         raise InputError(f"'{path.suffix}' is not a gmsh mesh; a file that ends in .msh is expected")
     with path.open("rb") as file:
-        if any(int(number) > size for line in file for number in _LONG_NUMBER.findall(line)):
-            raise InputError("not a readable gmsh mesh (it declares more than a file of its size can hold)")
+        _check_lines(file, size)
     try:
         with redirect_stdout(StringIO()), redirect_stderr(StringIO()):  # meshio reports to the console
             mesh = meshio.read(path, file_format="gmsh")
@@ -149,6 +148,22 @@ def _parsed(path: Path) -> Any:  # noqa: ANN401 - meshio's class
         why = f"{type(error).__name__}: {' '.join(str(error).split())[:300]}"
         raise InputError(f"not a readable gmsh mesh ({why})") from error
     return mesh
+
+
+def _check_lines(file: Iterable[bytes], size: int) -> None:
+    """Refuse what makes meshio reserve more memory than a file of `size` bytes needs."""
+    section, is_text_2 = b"", False
+    for line in file:
+        if any(int(number) > size for number in _LONG_NUMBER.findall(line)):
+            raise InputError("not a readable gmsh mesh (it declares more than a file of its size can hold)")
+        if line.startswith(b"$"):
+            section = line.strip()
+        elif section == b"$MeshFormat":
+            is_text_2 = line.split()[:2] in ([b"2.2", b"0"], [b"2", b"0"], [b"2.1", b"0"])
+        elif is_text_2 and section == b"$Nodes" and not b"".join(line.split()[:1]).isdigit():
+            # 1e300, inf and nan would become the largest number of a node there is.
+            shown = line[:40].decode(errors="replace").split()[:1]
+            raise InputError(f"not a readable gmsh mesh (found {shown} as a node's number; allowed: whole numbers)")
 
 
 def _hexahedra(mesh: Any) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.int32]]:  # noqa: ANN401

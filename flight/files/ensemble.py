@@ -201,9 +201,8 @@ def write_fragment_ensemble(
         put(file, "offset", offset)
         for name in ARRAYS:
             like = getattr(first_of_all, name)
-            options = {"compression": "gzip", "compression_opts": 4} if like.ndim > 1 else {}
             shape = (int(offset[-1]), *like.shape[1:])
-            file.create_dataset(f"fragments/{name}", shape=shape, dtype=like.dtype, **options)
+            file.create_dataset(f"fragments/{name}", shape=shape, dtype=like.dtype)
         for one, (start, end) in zip(realisations, pairwise(offset.tolist()), strict=True):
             for name in ARRAYS:  # one after the other: together they may be half of the memory
                 file[f"fragments/{name}"][start:end] = getattr(one, name)

@@ -10,8 +10,8 @@ from flight.errors import InputError, nearest
 from flight.files.hdf5 import open_checked, put_texts, write_attributes
 from flight.files.text_tables import import_hint, in_columns_of, read_columns, write_columns
 from fragfield_base.arrays import group_of, numbers, texts
+from fragfield_base.errors import nearest_name
 from fragfield_base.hdf5_files import creating
-from fragfield_base.names import nearest_name
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

@@ -207,11 +207,12 @@ class PooledFlights:
         """The distance by all legs of the flights; arguments as of `expected_distance`."""
         return expected_distance(self.groups, self.criteria.density, draws=draws, every_direction=every_direction)
 
-    def hazard(self, tolerance: float = TOLERANCE) -> EnsembleHazard:
-        """The hazard over all realisations; raises InputError where there is none."""
-        found = self.expected()
+    def hazard(self, tolerance: float = TOLERANCE, *, every_direction: bool = True) -> EnsembleHazard:
+        """The hazard over all realisations, with `every_direction` as in `expected`; InputError where there is none."""
+        found = self.expected(every_direction=every_direction)
         if self._short is not None:
-            found = replace(found, without_ricochet=expected_distance(self._short, self.criteria.density))
+            short = expected_distance(self._short, self.criteria.density, every_direction=every_direction)
+            found = replace(found, without_ricochet=short)
         alone = Estimate(self.groups, self.criteria.density, draws=0, seed=0)
         events = np.array([alone.alone(one, found.distance) for one in self._events])
         counts, reason = Tally.join(self._tallies), self.completeness.reason

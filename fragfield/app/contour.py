@@ -10,8 +10,6 @@ from dataclasses import dataclass, field
 from decimal import Decimal, DecimalException
 from typing import Any
 
-__all__ = ["ContourTable", "from_case", "number_of", "text_of", "to_case"]
-
 Row = list[str]
 """Station, radius or diameter, and the radius of the arc from the point before it."""
 _DIGITS = 15
@@ -19,32 +17,22 @@ _DIGITS = 15
 
 @dataclass
 class ContourTable:
-    """What stands in the table of a drawing.
-
-    Attributes
-    ----------
-    unit : str
-        "mm", "cm", "m" or "in".
-    diameters, from_base : bool
-        How the drawing gives its numbers.
-    outer, cavity : list of rows
-        Points of the two contours, in the order of the stations as they are counted.
-    front : str
-        Station of the charge's front; empty: the charge fills the cavity.
-    fill : str
-        Of the cavity before it: "", "inert" or "void".
-    mass : str
-        Of the inert fuze (kg).
-    """
+    """What stands in the table of a drawing."""
 
     unit: str = "mm"
+    """"mm", "cm", "m" or "in"."""
     diameters: bool = False
     from_base: bool = False
+    """How the drawing gives its numbers."""
     outer: list[Row] = field(default_factory=list)
     cavity: list[Row] = field(default_factory=list)
+    """Points of the two contours, in the order of the stations as they are counted."""
     front: str = ""
+    """Station of the charge's front; empty: the charge fills the cavity."""
     fill: str = ""
+    """Of the cavity before it: "", "inert" or "void"."""
     mass: str = ""
+    """Of the inert fuze (kg)."""
 
 
 def number_of(text: str) -> int | float | str:

@@ -14,6 +14,7 @@ import tomlkit
 from pydantic import ValidationError
 from tomlkit.exceptions import TOMLKitError
 
+from fragfield.app.fields import LANGUAGES
 from fragfield.case import CaseTable
 from fragfield.case.load import case_from_document
 from fragfield.case.messages import explain
@@ -31,7 +32,6 @@ if TYPE_CHECKING:
 
     Steps = Sequence[str | int]
 
-__all__ = ["CaseDocument", "Fault", "steps_of"]
 
 _KEY = re.compile(r"^[a-z_][a-z_0-9]*(\[\d+\])?(\.[a-z_][a-z_0-9]*(\[\d+\])?)*")
 _PART = re.compile(r"^\[([a-z]+)\]:")
@@ -295,3 +295,42 @@ def _as_item(value: object) -> Any:  # noqa: ANN401 - tomlkit's item
     for key, entry in value.items():
         table[key] = _as_item(entry) if isinstance(entry, dict) else entry
     return table
+
+
+_MOST_OPEN = 20
+
+
+class Session:
+    """State of the application that is in no file; everything else is read from the folder each time.
+
+    Parameters
+    ----------
+    space : Workspace
+        The folder.
+    language : str
+        Of the pages; empty: as chosen before, else English.
+    """
+
+    def __init__(self, space: Workspace, language: str = "") -> None:
+        self.space = space
+        self.language = language or str(space.settings().get("language", ""))
+        if self.language not in LANGUAGES:
+            self.language = "en"
+        self._open: dict[str, CaseDocument] = {}
+
+    def speak(self, language: str) -> None:
+        """Change the language of the pages, and keep it."""
+        self.language = language if language in LANGUAGES else "en"
+        self.space.keep(language=self.language)
+
+    def open(self, name: str) -> CaseDocument:
+        """The case of that name, the same for all pages; raises InputError where it cannot be read."""
+        path = self.space.inside(name)
+        key = self.space.name_of(path)
+        if key not in self._open:
+            self._open[key] = CaseDocument(self.space, key)
+            while len(self._open) > _MOST_OPEN:
+                self._open.pop(next(iter(self._open)))
+        elif not self._open[key].is_draft and self._open[key].changed_on_disk:
+            self._open[key].reload()
+        return self._open[key]

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import math
+import re
+import tomllib
 from dataclasses import dataclass, field
 from functools import cache
+from importlib import resources
 from typing import TYPE_CHECKING, Any
 
 from fragfield.case import CaseTable
@@ -15,44 +18,31 @@ from fragfield_base.inputs import Quantity
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-__all__ = ["Field", "fields_of", "kinds_of", "read_field", "shown"]
-
 
 @dataclass(frozen=True)
 class Field:
-    """A key of a table.
-
-    Attributes
-    ----------
-    name, key : str
-        The key in its table, and from the top of the file, with the table's kind: "exposed[road].width".
-    kind : str
-        "text", "number", "value" (any TOML value), "choice", "switch", "table" or "tables" (a list of tables).
-    meaning, allowed, why, bounds, unit, example : str
-        As the inputs' metadata has them; empty where they say nothing.
-    choices : tuple of str
-        Words among which to choose; of a "value" or a "text" suggestions.
-    default : str
-        As the case file would have it; empty where there is none.
-    needed : bool
-        Whether the table must have it.
-    only_with : mapping, optional
-        Another key of the table, and its `values`, or `without`, with which it is read.
-    """
+    """A key of a table."""
 
     name: str
     key: str
+    """The key in its table, and from the top of the file, with the table's kind: "exposed[road].width"."""
     kind: str
+    """"text", "number", "value" (any TOML value), "choice", "switch", "table" or "tables" (a list of tables)."""
     meaning: str = ""
     allowed: str = ""
     why: str = ""
     bounds: str = ""
     unit: str = ""
     example: str = ""
+    """As the inputs' metadata has them; empty where they say nothing."""
     choices: tuple[str, ...] = ()
+    """Words among which to choose; of a "value" or a "text" suggestions."""
     default: str = ""
+    """As the case file would have it; empty where there is none."""
     needed: bool = False
+    """Whether the table must have it."""
     only_with: Mapping[str, Any] | None = field(default=None, hash=False)
+    """Another key of the table, and its `values`, or `without`, with which it is read."""
 
     def applies(self, table: Mapping[str, Any], defaults: Mapping[str, str]) -> bool:
         """Whether it is read with what the table says of the other key."""
@@ -74,17 +64,8 @@ def _schema() -> dict[str, Any]:
 def fields_of(path: tuple[str, ...], kind: str = "") -> tuple[Field, ...]:
     """Fields of a table by its place in the case file, without numbers of entries: ("round", "ignition").
 
-    Parameters
-    ----------
-    path : tuple of str
-        Empty: the whole file.
-    kind : str
-        Of tables of several kinds, that one: "road" of ("exposed",).
-
-    Raises
-    ------
-    KeyError
-        There is no such table.
+    An empty `path` is the whole file; `kind` is one of several kinds of tables: "road" of ("exposed",). Raises KeyError
+    where there is no such table.
     """
     table = _tables(path)
     chosen = next((one for one in table if kind and _kind(one) == kind), table[0])
@@ -196,3 +177,60 @@ def read_field(entry: Field, text: str) -> object:
         return text
     value = read_value(text.strip())
     return text if isinstance(value, str) else value
+
+
+LANGUAGES = {"en": "English", "de": "Deutsch"}
+
+
+class Texts:
+    """Texts in one language; what it lacks is shown in English, a name that no language has is a fault.
+
+    In English the words for fields are those of the inputs' metadata; other languages have a table of them.
+    """
+
+    def __init__(self, language: str) -> None:
+        self.language = language
+        groups = _read("texts").items()
+        self._texts = {f"{group}.{name}": words.get(language, words["en"])
+                       for group, table in groups for name, words in table.items()}  # fmt: skip
+        self._words = _read(f"fields_{language}")
+
+    def __call__(self, name: str, /, **values: object) -> str:
+        """A text with its places filled in."""
+        return self._texts[name].format(**values) if values else self._texts[name]
+
+    def _field(self, key: str) -> list[str] | None:
+        known = self._words.get("fields", {})
+        return known.get(key) or known.get(re.sub(r"\[\w+\]", "", key))
+
+    def label(self, key: str) -> str:
+        """Label of a field by its key, as `Field.key` has it."""
+        name = key.rpartition(".")[2]
+        return (self._field(key) or [self._texts.get(f"key.{name}", name.replace("_", " "))])[0]
+
+    def meaning(self, entry: Field) -> str:
+        """What a field means."""
+        return (self._field(entry.key) or ["", entry.meaning])[1]
+
+    def help(self, entry: Field) -> str:
+        """Everything that is known of a field, in sentences."""
+        allowed, bounds, why = entry.allowed, entry.bounds, self._words.get("reasons", {}).get(entry.why, entry.why)
+        for phrase, own in self._words.get("phrases", {}).items():
+            allowed, bounds = allowed.replace(phrase, own), bounds.replace(phrase, own)
+        parts = [self.meaning(entry)]
+        if allowed:
+            parts.append(f"{self('form.allowed')}: {allowed}.")
+        if bounds:
+            parts.append(f"{self('form.bounds')}: {bounds} ({why})." if why else f"{self('form.bounds')}: {bounds}.")
+        return " ".join(part for part in parts if part)
+
+
+@cache
+def texts_in(language: str) -> Texts:
+    """Texts in a language, English where it is not shipped."""
+    return Texts(language if language in LANGUAGES else "en")
+
+
+def _read(name: str) -> dict[str, dict[str, Any]]:
+    file = resources.files("fragfield.app") / f"{name}.toml"
+    return tomllib.loads(file.read_text(encoding="utf-8")) if file.is_file() else {}

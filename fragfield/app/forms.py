@@ -7,18 +7,22 @@ from typing import TYPE_CHECKING, Any
 from nicegui import ui
 
 from fragfield.app.fields import Field, fields_of, kinds_of, read_field, shown
-from fragfield.app.markup import box, fold, note
+from fragfield.app.page import box, fold, note
+from fragfield.app.security import MOST_UPLOADED
+from fragfield.app.workspace import safe_name
 from fragfield.case.messages import key_path
+from fragfield.errors import InputError
+from fragfield_base.writing import write_bytes
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Sequence
+    from pathlib import Path
 
     from nicegui.element import Element
-    from nicegui.events import ValueChangeEventArguments
+    from nicegui.events import UploadEventArguments, ValueChangeEventArguments
 
     from fragfield.app.page import CasePage
 
-__all__ = ["entries_form", "field_input", "folded", "form", "names_of"]
 
 _TABLES = ("table", "tables")
 
@@ -38,16 +42,8 @@ def form(
 ) -> None:
     """Inputs for the fields of a table, sub-tables folded below them.
 
-    Parameters
-    ----------
-    page : CasePage
-        Of the case.
-    path : sequence
-        Place of the table; it need not be there yet.
-    only, without : collections of str
-        Fields to show alone, or not to show.
-    kind : str
-        Of tables of several kinds, that one.
+    `page`: of the case; `path`: place of the table; it need not be there yet; `only`, `without`: fields to show alone,
+    or not to show; `kind`: of tables of several kinds, that one.
     """
     known = {one.name: one for one in fields_of(names_of(path), kind)}
     fields = [known[name] for name in (only or known) if name not in without]
@@ -195,3 +191,34 @@ def _word_input(
         element.on_value_change(show_default)
         show_default()
     return element
+
+
+def files_in(folder: Path, endings: Sequence[str]) -> list[str]:
+    """Names of the files of a folder that end so."""
+    return sorted(one.name for one in folder.iterdir() if one.suffix.lower() in endings and one.is_file())
+
+
+def upload(page: CasePage, label: str, endings: Sequence[str], take: Callable[[str, bytes], object]) -> None:
+    """A box for a file of the user's machine: its name and its bytes are handed over."""
+
+    async def received(event: UploadEventArguments) -> None:
+        data = await event.file.read()
+        page.attempt(lambda: take(event.file.name, data))
+
+    too_large = page.texts("start.too_large", most=MOST_UPLOADED >> 20)
+    ui.upload(
+        label=label, on_upload=received, auto_upload=True, max_file_size=MOST_UPLOADED - (1 << 16),
+        on_rejected=lambda: ui.notify(too_large, type="negative"),
+    ).props(f'flat bordered accept="{",".join(endings)}"')  # fmt: skip
+
+
+def keep_file(page: CasePage, name: str, data: bytes, endings: Sequence[str]) -> None:
+    """Write an uploaded file into the folder and show the page again; raises InputError where it is there already."""
+    ending = next((one for one in endings if name.lower().endswith(one)), "")
+    if not ending:
+        raise InputError(f"{name[:80]}: found a file of this ending; allowed: {', '.join(endings)}")
+    path = page.folder / safe_name(name[: -len(ending)], ending)
+    if path.exists():
+        raise InputError(f"{path.name}: is there already; rename the file first")
+    write_bytes(path, data, InputError)
+    ui.navigate.reload()

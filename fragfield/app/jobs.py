@@ -1,6 +1,6 @@
 """Runs as processes of their own, one after the other; they go on when a page or the application is closed.
 
-A job is a file: what to do, who does it, how it ended. Each has a process (`fragfield.app.detached`) that waits until
+A job is a file: what to do, who does it, how it ended. Each has a process (`fragfield.app.jobs`) that waits until
 the jobs before it have ended, runs the commands of the command line one by one, and records the end. The application
 only writes and reads these files, so that nothing is lost with it.
 """
@@ -22,9 +22,10 @@ from fragfield.errors import InputError
 from fragfield_base.writing import write_text
 
 if TYPE_CHECKING:
+    from types import FrameType
+
     from fragfield.app.workspace import Workspace
 
-__all__ = ["Job", "alive", "cancel", "forget", "jobs_of", "read_job", "start_job", "write_job"]
 
 _LIVE = ("queued", "running", "stopping")
 _MOST_KEPT = 40
@@ -33,31 +34,21 @@ _TAIL = 6000  # characters of a log that are shown
 
 @dataclass(frozen=True)
 class Job:
-    """A run, or a part of one, and its process.
-
-    Attributes
-    ----------
-    file : Path
-        Where it is recorded.
-    title : str
-        What it computes.
-    case, run : str
-        Names of the case file and of the run directory, relative to the workspace.
-    commands : list of list of str
-        Words after `fragfield`, of one command after the other.
-    state : str
-        "queued", "running", "stopping", "done", "stopped" or "failed".
-    code : int, optional
-        Exit code of the last command.
-    """
+    """A run, or a part of one, and its process."""
 
     file: Path
+    """Where it is recorded."""
     title: str
+    """What it computes."""
     case: str
     run: str
+    """Names of the case file and of the run directory, relative to the workspace."""
     commands: list[list[str]]
+    """Words after `fragfield`, of one command after the other."""
     state: str = "queued"
+    """"queued", "running", "stopping", "done", "stopped" or "failed"."""
     code: int | None = None
+    """Exit code of the last command."""
     process: int = 0
     born: str = ""
     queued: float = field(default_factory=time.time)
@@ -100,7 +91,7 @@ def start_job(space: Workspace, *, title: str, case: str, run: str, commands: li
     write_job(job)
     try:
         process = subprocess.Popen(
-            [sys.executable, "-m", "fragfield.app.detached", str(job.file)], cwd=space.folder,
+            [sys.executable, "-m", "fragfield.app.jobs", str(job.file)], cwd=space.folder,
             stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True,
         )  # fmt: skip
     except OSError as error:
@@ -172,3 +163,65 @@ def forget(job: Job) -> None:
     if not job.is_live:
         for file in (job.file, job.log, job.progress_file):
             file.unlink(missing_ok=True)
+
+
+_BETWEEN = 0.5  # s between looks at the jobs before
+_stopped: list[int] = []
+_running: list[subprocess.Popen[bytes]] = []
+
+
+def main(file: Path) -> None:
+    """Wait for the jobs before, run the commands, record the end."""
+    signal.signal(signal.SIGTERM, _stop)
+    signal.signal(signal.SIGINT, _stop)
+    signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    job = read_job(file)
+    if job is None:
+        return
+    job = replace(job, process=os.getpid(), born=born(os.getpid()))
+    write_job(job)
+    while not _stopped and any(before.is_live for before in _before(file)):
+        time.sleep(_BETWEEN)
+    code: int | None = None
+    if not _stopped:
+        job = replace(job, state="running")
+        write_job(job)
+    for command in job.commands:
+        if _stopped or code not in (None, 0):
+            break
+        code = _run(job, command)
+    state = "stopped" if _stopped else ("done" if code == 0 else "failed")
+    write_job(replace(job, state=state, code=code, ended=time.time()))
+
+
+def _before(file: Path) -> list[Job]:
+    """Jobs that were queued earlier."""
+    earlier = sorted(one for one in file.parent.glob("*.json") if one.name < file.name)
+    return [job for one in earlier if (job := read_job(one)) is not None and (alive(job) or not job.process)]
+
+
+def _run(job: Job, command: list[str]) -> int:
+    """Exit code of one command of the command line."""
+    with job.log.open("ab") as log:
+        log.write(f"$ fragfield {' '.join(command)}\n".encode())
+        log.flush()
+        process = subprocess.Popen(
+            [sys.executable, "-m", "fragfield", *command], stdin=subprocess.DEVNULL, stdout=log, stderr=log
+        )
+        _running[:] = [process]
+        if _stopped:
+            process.terminate()
+        return process.wait()
+
+
+def _stop(number: int, frame: FrameType | None) -> None:
+    """Pass an interruption on to the command that runs."""
+    del frame
+    _stopped.append(number)
+    for process in _running:
+        with suppress(OSError):
+            process.send_signal(signal.SIGINT)
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]))

@@ -3,32 +3,97 @@
 from __future__ import annotations
 
 import time
-from typing import TYPE_CHECKING
+from html import escape
+from typing import TYPE_CHECKING, Any
 from urllib.parse import urlencode
 
 from nicegui import run, ui
 
 from fragfield.app.document import Fault, steps_of
+from fragfield.app.fields import LANGUAGES, texts_in
 from fragfield.app.jobs import start_job
-from fragfield.app.markup import box, note
-from fragfield.app.texts import LANGUAGES, texts_in
 from fragfield.case.messages import key_path
 from fragfield.errors import message_of
-from fragfield.files.signature import refuse_signed
+from fragfield.files.stamped import refuse_signed
 from fragfield_base import errors
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Iterable, Sequence
     from pathlib import Path
     from typing import Any
 
     from nicegui.element import Element
 
-    from fragfield.app.document import CaseDocument
-    from fragfield.app.session import Session
-    from fragfield.app.texts import Texts
+    from fragfield.app.document import CaseDocument, Session
+    from fragfield.app.fields import Texts
 
-__all__ = ["PAGES", "CasePage", "page_of"]
+
+class Raw(str):
+    """Text that is HTML already."""
+
+    __slots__ = ()
+
+
+def set_defaults() -> None:
+    """How fields and buttons look on every page."""
+    ui.button.default_props("no-caps")
+    ui.toggle.default_props("no-caps dense")
+    for kind in (ui.input, ui.number, ui.select):
+        kind.default_props("outlined dense stack-label options-dense")
+
+
+def box(kind: str = "", tag: str = "div") -> Element:
+    """A part of the page, by the name of its look."""
+    return ui.element(tag).classes(kind)
+
+
+def heading(words: str, level: int = 2) -> None:
+    """A heading in the page."""
+    with ui.element(f"h{level}"):
+        ui.label(words)
+
+
+def note(words: str, kind: str = "note") -> ui.label:
+    """A line of small text, or of another look: "meaning", "fault", "warning"."""
+    return ui.label(words).classes(kind)
+
+
+def html(words: str = "", kind: str = "") -> ui.html:
+    """HTML of the application's own making."""
+    return ui.html(words, sanitize=False).classes(kind)
+
+
+def fold(title: str, *, opened: bool = False) -> ui.expansion:
+    """A part of the page that opens."""
+    return ui.expansion(title, value=opened).classes("folded")
+
+
+def act(words: str, name: str, do: Callable[..., object], look: str = "outline dense") -> ui.button:
+    """A button, known to tests and style by the name of its act."""
+    return ui.button(words, on_click=do).props(f"{look} data-act={name}")
+
+
+def choose(label: str, options: Any, value: object, take: Callable[[Any], object]) -> ui.select:  # noqa: ANN401 - list or mapping
+    """A box to choose in; what is chosen is handed over."""
+    return ui.select(options, label=label, value=value, on_change=lambda event: take(event.value))
+
+
+def facts(rows: Iterable[Sequence[str]], heads: Sequence[str] = ()) -> str:
+    """A table as HTML: the first cell of a row names it where there are no heads; texts are escaped, `Raw` is not."""
+    first = "td" if heads else "th"
+    lines = []
+    for row in rows:
+        named, *others = (one if isinstance(one, Raw) else escape(one) for one in row)
+        lines.append(f"<tr><{first}>{named}</{first}>{''.join(f'<td>{one}</td>' for one in others)}</tr>")
+    head = "".join(f"<th>{escape(one)}</th>" for one in heads)
+    top = f"<thead><tr>{head}</tr></thead>" if heads else ""
+    return f'<div class="table-box"><table class="facts">{top}<tbody>{"".join(lines)}</tbody></table></div>'
+
+
+def shown_facts(rows: Iterable[Sequence[str]], heads: Sequence[str] = ()) -> None:
+    """A table in the page."""
+    html(facts(rows, heads))
+
 
 PAGES = ("start", "round", "arrangement", "site", "data", "run", "result", "confidence")
 """Names of the pages, in order; `/name` is the address of each."""

@@ -10,7 +10,6 @@ from urllib.parse import parse_qsl, urlencode, urlsplit
 if TYPE_CHECKING:
     from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-__all__ = ["MOST_UPLOADED", "Guard"]
 
 MOST_UPLOADED = 64 << 20
 """Bytes that a request may have: maps of heights and tables of tests are smaller."""

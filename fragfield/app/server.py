@@ -12,8 +12,10 @@ from importlib import import_module, resources
 from typing import TYPE_CHECKING
 from urllib.parse import quote, urlencode
 
+from starlette.responses import FileResponse, PlainTextResponse
+
+from fragfield.app.document import Session
 from fragfield.app.security import Guard
-from fragfield.app.session import Session
 from fragfield.app.workspace import Workspace
 from fragfield.errors import InputError, message_of
 
@@ -22,8 +24,40 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from fastapi import FastAPI
+    from starlette.requests import Request
+    from starlette.responses import Response
 
-__all__ = ["serve"]
+    from fragfield.app.document import Session
+
+
+_SHUT_OFF = (
+    "sandbox allow-scripts allow-popups allow-downloads allow-modals; default-src 'none'; img-src 'self' data: blob:; "
+    "style-src 'unsafe-inline'; script-src 'unsafe-inline' 'unsafe-eval' blob:; font-src data:; worker-src blob:; "
+    "connect-src data: blob:"
+)
+"""A page that a run wrote may show itself, but ask for nothing and reach no other page."""
+_OPEN = (".html", ".svg", ".png", ".jpg", ".jpeg", ".pdf", ".json", ".csv", ".txt", ".log", ".toml", ".geojson", ".kml",
+         ".xlsx", ".h5", ".xdmf")  # fmt: skip
+
+
+def add_files(app: FastAPI, session: Session) -> None:
+    """Let `/files/NAME` give a file of the workspace."""
+
+    def give(request: Request) -> Response:
+        name = str(request.path_params["name"])
+        try:
+            path = session.space.inside(name)
+        except InputError as error:
+            return PlainTextResponse(str(error), status_code=404)
+        if not path.is_file() or path.suffix.lower() not in _OPEN:
+            return PlainTextResponse(f"{name[:200]}: no such file", status_code=404)
+        headers = {"content-security-policy": _SHUT_OFF, "cache-control": "no-cache"}
+        if request.query_params.get("save"):
+            return FileResponse(path, headers=headers, filename=path.name)
+        return FileResponse(path, headers=headers)
+
+    app.add_route("/files/{name:path}", give)
+
 
 _ANY = ("0.0.0.0", "::")
 _BROWSER, _WARM_UP = 0.3, 2.0  # s after the start
@@ -96,7 +130,6 @@ def application(session: Session, *, token: str, port: int, hosts: tuple[str, ..
     from fastapi.staticfiles import StaticFiles
     from nicegui import ui
 
-    from fragfield.app.files import add_files
     from fragfield.app.pages import add_pages
 
     app = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)

@@ -13,8 +13,8 @@ from pydantic import TypeAdapter, ValidationError
 
 import fragfield
 from fragfield.app.fields import shown
-from fragfield.case.conversion.exposed_sites import outline_of
-from fragfield.case.tables.ground import ObstacleTable
+from fragfield.case.conversion.exposed_sites import outline_of, rectangle
+from fragfield.case.tables.surroundings import ObstacleTable
 from fragfield.errors import InputError
 from fragfield_base.units import UnitError, read_measure
 
@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from flight.hazard.site import Site
     from fragfield.app.document import CaseDocument
 
-__all__ = ["background_of", "exported", "imported", "move", "plan_of", "site_in"]
 
 _OBSTACLES: TypeAdapter[Any] = TypeAdapter(ObstacleTable)
 _LINES = ("road", "wall", "barricade")
@@ -116,10 +115,7 @@ def _handles(case: CaseDocument, table: str, index: int, entry: dict[str, Any]) 
 def move(case: CaseDocument, path: Sequence[str | int], x: float, y: float) -> None:
     """Write where a mark was dragged to, in metres or on Earth, as the case had it.
 
-    Raises
-    ------
-    InputError
-        The case has no such place any more.
+    Raises InputError: the case has no such place any more.
     """
     here = [f"{x:.2f} m", f"{y:.2f} m"]
     name = path[2] if len(path) > 2 else ""
@@ -141,17 +137,9 @@ def move(case: CaseDocument, path: Sequence[str | int], x: float, y: float) -> N
 def background_of(case: CaseDocument, given: Mapping[str, str]) -> dict[str, Any]:
     """Where a picture lies below the map: `low` and `high`, its corners (m), or its `width` (m) about the origin.
 
-    Parameters
-    ----------
-    case : CaseDocument
-        With its place on Earth, where corners are given by latitude and longitude.
-    given : mapping
-        Texts: "low" and "high", two lengths or angles each with a comma between; else "width". Numbers are in metres.
-
-    Raises
-    ------
-    InputError
-        A text is no such value, or the corners are not lower left and upper right.
+    `case`: with its place on Earth, where corners are given by latitude and longitude; `given`: texts: "low" and
+    "high", two lengths or angles each with a comma between; else "width". Numbers are in metres. Raises InputError: a
+    text is no such value, or the corners are not lower left and upper right.
     """
     if not given.get("low") and not given.get("high"):
         width = _value(_metres(given.get("width") or "500 m"), "m")
@@ -213,10 +201,7 @@ def _shape(table: str, entry: dict[str, Any], name: str, marks: list[tuple[float
         length, width = (_value(entry.get(key), "m") for key in ("length", "width"))
         turn = _value(entry.get("azimuth", "0 deg"), "rad") or 0.0
         if length and width:
-            along = 0.5 * length * np.array([math.cos(turn), math.sin(turn)])
-            across = 0.5 * width * np.array([-math.sin(turn), math.cos(turn)])
-            corners = np.array([along + across, across - along, -along - across, along - across])
-            points, closed = (np.array(marks[0]) + corners).tolist(), True
+            points, closed = rectangle(marks[0], length, width, turn).tolist(), True
     elif kind == "area":
         closed = True
     width = (_value(entry.get("width", "6 m"), "m") or 6.0) if kind == "road" else 0.0
@@ -268,10 +253,7 @@ def exported(case: CaseDocument) -> str:
 def imported(case: CaseDocument, path: Path) -> tuple[dict[str, list[dict[str, Any]]], list[str]]:
     """Tables [[exposed]] and [[obstacle]] of a map (GeoJSON, KML, KMZ), and how it was read, as `fragfield convert`.
 
-    Raises
-    ------
-    InputError
-        The map cannot be read, or the draft has no place on Earth.
+    Raises InputError: the map cannot be read, or the draft has no place on Earth.
     """
     site = {name: case.get(("site", name)) for name in ("latitude", "longitude", "bearing")}
     found = fragfield.convert(path, set={name: value for name, value in site.items() if value is not None})

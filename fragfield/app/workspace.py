@@ -16,7 +16,6 @@ from fragfield_base.writing import write_text
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-__all__ = ["STATE", "Listed", "Workspace", "safe_name"]
 
 STATE = ".fragfield"
 """Folder within it for drafts, jobs and settings; it may be deleted when nothing runs."""
@@ -52,10 +51,7 @@ class Workspace:
     def of(cls, given: Path | None) -> tuple[Workspace, str, str]:
         """The workspace of what `fragfield app` was given, with the names of the case and of the run to be shown.
 
-        Raises
-        ------
-        InputError
-            There is no such file or folder.
+        Raises InputError: there is no such file or folder.
         """
         place = (given or Path()).resolve()
         if not place.exists():
@@ -73,10 +69,7 @@ class Workspace:
     def inside(self, name: str) -> Path:
         """Path of a file or folder by its name relative to the workspace.
 
-        Raises
-        ------
-        InputError
-            It lies outside, also by way of a link, or among the application's own files.
+        Raises InputError: it lies outside, also by way of a link, or among the application's own files.
         """
         with suppress(OSError, ValueError, RuntimeError):  # a name of zeros, or links in a ring
             path = (self.folder / name).resolve()

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from fragfield.case.changes import changed_document, load_case, load_changed_case
-from fragfield.case.difference import differences
 from fragfield.case.load import read_resolved
 from fragfield.case.schema import CaseTable
-from fragfield.case.write import plain, to_toml
+from fragfield.case.write import differences, plain, to_toml
 
 __all__ = [
     "CaseTable",

@@ -11,23 +11,13 @@ from typing import TYPE_CHECKING, Any
 
 from fragfield.case.load import MOST_DEPTH, case_from_document, named_material, read_document
 from fragfield.errors import InputError, nearest
-from fragfield.terminal.visible_text import visible
+from fragfield.terminal.logs import visible
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from fragfield.case.schema import CaseTable
 
-__all__ = [
-    "Settings",
-    "changed_document",
-    "load_changed_case",
-    "load_case",
-    "plain_tables",
-    "read_settings",
-    "read_value",
-    "set_document",
-]
 
 Settings = Sequence[str] | Mapping[str, Any]
 _EXAMPLE = '--set burst.cell_size="8 mm"'
@@ -97,10 +87,7 @@ def set_document(path: Path, settings: Settings = (), *, cell_size: str | None =
 def read_settings(settings: Settings, *, cell_size: str | None = None) -> dict[str, Any]:
     """Values by dotted key, of texts KEY=VALUE or of a mapping, with that of `--cell-size`.
 
-    Raises
-    ------
-    InputError
-        A text cannot be read, or a key comes twice.
+    Raises InputError: a text cannot be read, or a key comes twice.
     """
     if isinstance(settings, str):
         raise InputError(f'set: found the text "{settings}"; needed: a list of KEY=VALUE, or a mapping')

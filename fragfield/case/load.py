@@ -15,13 +15,12 @@ from fragfield.case.checks.consistency import check_case, check_charges
 from fragfield.case.checks.expected_masses import unit_faults
 from fragfield.case.checks.stage_limits import stage_faults
 from fragfield.case.conversion.attitude import attitude_faults, is_mixed, with_axes
-from fragfield.case.conversion.axisymmetry import check_geometry
-from fragfield.case.conversion.casing_data import with_casing_data
 from fragfield.case.conversion.exposed_sites import resolved_exposed
-from fragfield.case.conversion.fragment_counts import check_counts, with_counts
-from fragfield.case.conversion.placing import base_faults, masses_of, on_base
+from fragfield.case.conversion.mean_mass import check_counts, with_casing_data, with_counts
+from fragfield.case.conversion.rounds import base_faults, masses_of, on_base
 from fragfield.case.conversion.stack import expanded, stacked_names
 from fragfield.case.conversion.surroundings import altitude_of, site_of
+from fragfield.case.conversion.symmetry import check_geometry
 from fragfield.case.conversion.turned import origin_faults
 from fragfield.case.messages import explain, join_faults
 from fragfield.case.schema import CaseTable
@@ -32,13 +31,13 @@ from fragfield.case.tables.round import (
     IgnitionTable,
     JwlTable,
     RoundTable,
+    resolved_plane,
 )
 from fragfield.case.tables.site import PlacesTable
-from fragfield.case.tables.stack import resolved_plane
 from fragfield.contours.read import casing_volume, profile_of_contour
 from fragfield.errors import InputError
 from fragfield.files.stamped import MOST_CASE
-from fragfield.terminal.visible_text import hidden_in, visible
+from fragfield.terminal.logs import hidden_in, visible
 from fragfield_base.paths import absolute
 from fragfield_base.reading import read_text
 
@@ -55,7 +54,6 @@ Loaded = TypeVar("Loaded")
 
 _log = logging.getLogger(__name__)
 
-__all__ = ["MOST_DEPTH", "case_from_document", "named_material", "read_document", "read_resolved"]
 
 MOST_DEPTH = 30
 """Levels of tables and lists in a case."""
@@ -255,7 +253,7 @@ def _charge_of_mesh(entry: RoundTable, where: str) -> tuple[float, float]:
 
     from burst_fenicsx.meshing import mesh_round
     from burst_fenicsx.problem import Part
-    from fragfield.case.conversion.burst import burst_round
+    from fragfield.case.conversion.rounds import burst_round
 
     mesh = _with_location(lambda: mesh_round(burst_round(entry, where), 1.0), where)
     nodes = mesh.nodes[np.unique(mesh.cells[mesh.part == Part.CHARGE])]

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any, TypeVar, get_args
 from pydantic import BaseModel, Tag
 
 from fragfield.errors import nearest, nearest_name
-from fragfield_base.inputs import Parsed, show
+from fragfield_base.errors import show
+from fragfield_base.inputs import Parsed
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -19,7 +20,6 @@ if TYPE_CHECKING:
 
 Mark = TypeVar("Mark")
 
-__all__ = ["explain", "join_faults", "key_path", "mark_of", "marks_of", "tables_in"]
 
 _MOST_FAULTS = 12
 _MOST_EXPLAINED = 100  # to look for the nearest name takes a millisecond

@@ -14,8 +14,7 @@ from fragfield.case.messages import mark_of, marks_of, tables_in
 from fragfield.case.schema import CaseTable
 from fragfield.case.tables.burst import BurstTable
 from fragfield.case.tables.flight import HazardTable
-from fragfield.case.tables.round import RoundTable
-from fragfield.case.tables.stack import StackTable
+from fragfield.case.tables.round import RoundTable, StackTable
 from fragfield.case.write import toml_value
 from fragfield.errors import InputError, nearest
 from fragfield_base.inputs import NumberOrWord, Quantity, Vector
@@ -30,7 +29,6 @@ if TYPE_CHECKING:
 
     from fragfield_base.substances import Kind
 
-__all__ = ["commented_case", "write_new_case"]
 
 _USUAL_CASING = "steel_paper"
 _WIDTH = 118

@@ -9,22 +9,47 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fragfield.case.checks.bounds import outside_soft
-from fragfield.case.checks.map_size import map_warnings
+from fragfield.case.checks.estimates import map_warnings
 from fragfield.case.conversion.exposed_sites import outline_of
-from fragfield.case.conversion.placing import first_alike
+from fragfield.case.conversion.rounds import first_alike
 from fragfield.case.tables.flight import CylinderTable
-from fragfield.checking.substances import yield_stress
-from fragfield.hazard.arrangement import arrangement_warnings, with_images
+from fragfield.hazard.contents import arrangement_warnings, with_images
+from fragfield_base.substances import graded, substance, substance_names
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from numpy.typing import NDArray
 
-    from burst_fenicsx.problem import BurstSettings, Round
+    from burst_fenicsx.problem import BurstSettings, CasingMaterial, Explosive, Round
     from fragfield.case import CaseTable
 
-__all__ = ["case_warnings", "mean_mass_warnings", "witness_warnings"]
+
+def substances_of(entry: Round) -> dict[str, dict[str, str]]:
+    """Name of a round's explosive and casing, with the grades of their values; of the user's own values none."""
+    materials: dict[str, CasingMaterial | Explosive] = {"explosive": entry.explosive, "casing": entry.casing}
+    return {kind: {"name": one.name, "grades": graded(one.source)} for kind, one in materials.items()}
+
+
+def waiting_on_estimates(rounds: Sequence[Round]) -> Iterator[str]:
+    """Explosives that wait for a neighbour's shock, of which only estimates say how shocks run in them."""
+    waiting = {entry.explosive.name: entry.explosive for entry in rounds if not entry.ignition}
+    for name, explosive in waiting.items():
+        if "Unreacted estimate" in graded(explosive.source):
+            yield (
+                f'explosive "{name}": sound_speed and hugoniot_slope are estimates; what a neighbour\'s shock does to '
+                "the charge follows from them (the speed of its casing hardly)"
+            )
+
+
+def yield_stress(casing: CasingMaterial) -> float:
+    """Yield stress (Pa) of a tensile test: of a built-in casing whose strength is its flow stress, that at 1 /s."""
+    if graded(casing.source) and casing.name in substance_names("casing"):
+        initial = substance("casing", casing.name).value("johnson_cook", "A")
+        if initial is not None:
+            return float(initial)
+    return 2.0 * casing.shear_strength  # Tresca
+
 
 _MIN_WALL_CELLS = 2.0
 _MASS_TOLERANCE = 0.005
@@ -126,12 +151,7 @@ def _round_warnings(key: str, settings: BurstSettings, found: dict[str, Any]) ->
 def witness_warnings(case: CaseTable, largest_diameter: float) -> Iterator[str]:
     """Cylinders that a casing may reach before it breaks up, or that cut the foot of an obstacle.
 
-    Parameters
-    ----------
-    case : CaseTable
-        Resolved, with a burst.
-    largest_diameter : float
-        Of the rounds (m).
+    `case`: resolved, with a burst; `largest_diameter`: of the rounds (m).
     """
     for number, surface in enumerate(case.witness, start=1):
         if not isinstance(surface, CylinderTable):

@@ -8,21 +8,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fragfield.case import plain
-from fragfield.case.checks.fragment_numbers import check_numbers
-from fragfield.case.checks.map_size import given_on_map
+from fragfield.case.checks.estimates import check_numbers, given_on_map
 from fragfield.case.conversion.attitude import is_mixed
-from fragfield.case.conversion.axisymmetry import burst_geometry
-from fragfield.case.conversion.burst import burst_rounds
-from fragfield.case.conversion.placing import first_alike
+from fragfield.case.conversion.rounds import burst_rounds, first_alike
 from fragfield.case.conversion.stages import break_up_settings, burst_settings
-from fragfield.checking.case_warnings import case_warnings, mean_mass_warnings
-from fragfield.checking.cost import expected_cost
-from fragfield.checking.stacks import RANKS, block_of, on_cores
-from fragfield.checking.substances import substances_of, waiting_on_estimates
+from fragfield.case.conversion.symmetry import burst_geometry
+from fragfield.checking.case_warnings import case_warnings, mean_mass_warnings, substances_of, waiting_on_estimates
+from fragfield.checking.cost import RANKS, block_of, expected_cost, on_cores
 from fragfield.contours.read import is_of_file
-from fragfield.hazard.arrangement import arrangement
-from fragfield.hazard.contents import contents_of
-from fragfield.hazard.prescribed import official_part
+from fragfield.hazard.contents import arrangement, contents_of
+from fragfield.hazard.recommended import official_part
 from fragfield.hazard.rules import rules_for
 from fragfield.pipeline.arena import read_arena
 from fragfield.pipeline.attitudes import attitudes_of
@@ -38,9 +33,6 @@ if TYPE_CHECKING:
     from burst_fenicsx.problem import BurstSettings, Explosive, Mirror, Round
     from fragfield.case import CaseTable
     from fragfield.case.tables.round import RoundTable
-
-
-__all__ = ["check_report", "fragments_report"]
 
 
 def check_report(case: CaseTable) -> dict[str, Any]:

@@ -6,16 +6,20 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from fragfield.case.conversion.rounds import first_alike
+
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     import numpy as np
     from numpy.typing import NDArray
 
     from burst_fenicsx.meshing.mesh import CellMesh
     from burst_fenicsx.problem import BurstSettings, Round
+    from fragfield.case import CaseTable
 
-__all__ = ["BYTES_AT_START", "EXPANSION_AT_END", "expected_cost"]
 
 # Fitted to ten bursts: tube with 9 mm cells and the 155 mm projectile with 3, 4, 6, 8 and 12 mm to 120 us, M107 with 8,
 # 10, 12 and 14 mm until it gained less than 1 % in 10 us; the estimate was 0.6 to 1.2 times their steps. The finer the
@@ -168,3 +172,49 @@ def _sound_speed(entry: Round) -> float:
     nu = entry.casing.poisson_ratio
     modulus = entry.casing.elastic_modulus * (1.0 - nu) / ((1.0 + nu) * (1.0 - 2.0 * nu))
     return math.sqrt(modulus / entry.casing.density)
+
+
+_ALONG = 4  # rounds along an axis of a block
+RANKS = 64
+_EFFICIENCY = 0.82  # of two ranks that have a round each, `benchmarks/README.md`; more have not been measured
+
+
+def block_of(case: CaseTable, clearance: float, diameter: float) -> tuple[CaseTable, tuple[int, ...]] | None:
+    """The smallest block of a row or a pallet in which every round stands as in the whole.
+
+    Parameters
+    ----------
+    case : CaseTable
+        Resolved, with a burst.
+    clearance, diameter : float
+        Smallest clear distance of two rounds, and their diameter (m): casings farther apart are accelerated before they
+        meet, and one round stands for all.
+
+    Returns
+    -------
+    The case of the block, and its numbers of rounds along x, y and z. None where the rounds are no grid, differ, or are
+    not all initiated at once, and where the block is the whole.
+    """
+    rounds = case.round
+    if len({(entry.axis, tuple(entry.ignition or ())) for entry in rounds}) != 1 or not rounds[0].ignition:
+        return None
+    if any(first_alike(case)):
+        return None
+    places = np.round([entry.position for entry in rounds], 6)
+    levels = [np.unique(along, return_inverse=True) for along in places.T]
+    counts = [len(values) for values, _ in levels]
+    along = _ALONG if clearance < (EXPANSION_AT_END - 1.0) * diameter else 1
+    if int(np.prod(counts)) != len(rounds) or max(counts) <= along:
+        return None
+    inside = np.all([place < along for _, place in levels], axis=0)
+    within = [entry for entry, kept in zip(rounds, inside.tolist(), strict=True) if kept]
+    return case.model_copy(update={"round": within}), tuple(min(count, along) for count in counts)
+
+
+def on_cores(expected: Mapping[str, Any], cores: int, *, ranks: bool) -> dict[str, Any]:
+    """Seconds and memory of a burst on several cores: as so many threads, or as so many ranks."""
+    return {
+        "cores": cores,
+        "seconds": expected["core_seconds"] / (cores * (_EFFICIENCY if cores > 1 else 1.0)),
+        "memory_bytes": expected["memory_bytes"] + (cores - 1) * BYTES_AT_START * ranks,
+    }

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from io import StringIO
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TextIO
 
 from rich.table import Table
 
@@ -12,19 +12,16 @@ from fragfield.case.conversion.attitude import attitude_words
 from fragfield.case.conversion.surroundings import direction_words
 from fragfield.hazard.certainty import metres
 from fragfield.hazard.contents import quantity_words
-from fragfield.hazard.prescribed import USES, official_note
+from fragfield.hazard.recommended import USES, official_note
 from fragfield.terminal.progress import duration
 from fragfield.terminal.show import OFFICIAL_LABELS, number_text, plain_console, stripped
 from fragfield_base.substances import substance_title
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
-
-    from rich.console import Console
+    from collections.abc import Iterable, Iterator, Mapping
 
     from fragfield.case import CaseTable
 
-__all__ = ["check_text", "print_check"]
 
 # Quantity, key, factor from SI, unit and digits, for reading.
 _ROUND_ROWS = (
@@ -43,81 +40,78 @@ _ROUND_ROWS = (
 )
 
 
-def print_check(found: Mapping[str, Any], case: CaseTable | None = None) -> None:
+def print_check(found: Mapping[str, Any], case: CaseTable | None = None, file: TextIO | None = None) -> None:
     """Print what `fragfield.checking.check.check_report` found of a case, and the resolved case where given."""
-    console = plain_console()
-    _print_found(console, found)
+    console = plain_console(file)
+    for part in _found(found):
+        console.print(part)
     if case is not None:
-        console.print("\nthe case as resolved:")
-        console.print(to_toml(case, brief=True))
+        console.print(f"\nthe case as resolved:\n{to_toml(case, brief=True)}")
 
 
 def check_text(found: Mapping[str, Any]) -> str:
     """What `fragfield.checking.check.check_report` found, without the case."""
     text = StringIO()
-    _print_found(plain_console(text), found)
+    print_check(found, file=text)
     return stripped(text.getvalue())
 
 
-def _print_found(console: Console, found: Mapping[str, Any]) -> None:
+def _found(found: Mapping[str, Any]) -> Iterator[str | Table]:
     if "mesh" in found:
-        _print_burst(console, found)
+        yield from _burst(found)
     if held := found.get("fragments"):
-        console.print(f"{held['file']}: {held['number']:.10g} fragments of {held['mass']:.4g} kg", markup=False)
+        yield f"{held['file']}: {held['number']:.10g} fragments of {held['mass']:.4g} kg"
         if recovered := held.get("recovered"):
-            console.print(recovered["words"], markup=False)
+            yield recovered["words"]
     for warning in found["warnings"]:
-        console.print(f"warning: {warning}")
+        yield f"warning: {warning}"
     for path in found.get("drawings") or ():
-        console.print(f"drawing: {path}", markup=False)
+        yield f"drawing: {path}"
 
 
-def _print_burst(console: Console, found: Mapping[str, Any]) -> None:
+def _burst(found: Mapping[str, Any]) -> Iterator[str | Table]:
     for names, entry in _alike(found["rounds"]):
-        console.print(_round_table(_listed(names), entry))
+        yield _round_table(_listed(names), entry)
         if contour := entry.get("contour"):
-            console.print(f"contour: {contour['source']}", markup=False)
+            yield f"contour: {contour['source']}"
             for note in filter(None, contour["notes"].split("; ")):
-                console.print(f"  note: {note}", markup=False)
+                yield f"  note: {note}"
         if entry.get("segments"):
-            console.print(_segment_table(entry["segments"]))
+            yield _segment_table(entry["segments"])
         for kind in ("explosive", "casing"):
             name, grades = entry[kind]["name"], entry[kind]["grades"]
             title = substance_title(name, kind) if grades else "values of the user's own"
-            console.print(f"{kind} {name}: {title}{f' ({grades})' if grades else ''}", markup=False)
-    _print_arrangement(console, found["arrangement"])
+            yield f"{kind} {name}: {title}{f' ({grades})' if grades else ''}"
+    yield from _arrangement(found["arrangement"])
     mesh, expected = found["mesh"], found["expected"]
-    console.print(f"burst: {found['geometry']['choice']} ({found['geometry']['reason']})")
-    console.print(
+    yield f"burst: {found['geometry']['choice']} ({found['geometry']['reason']})"
+    yield (
         f"mesh: {mesh['cells']} cells, {mesh['nodes']} nodes, smallest scaled Jacobian "
         f"{mesh['min_scaled_jacobian']:.3f}, largest aspect ratio {mesh['max_aspect_ratio']:.1f}, "
         f"shortest edge {mesh['min_edge'] * 1e3:.3g} mm"
     )
     from burst_fenicsx.symmetry import symmetry_words
 
-    for line in symmetry_words(found["symmetry"]):
-        console.print(line, markup=False)
-    console.print(
+    yield from symmetry_words(found["symmetry"])
+    yield (
         f"expected: about {expected['steps']} steps of a cell, {expected['mean_time_step'] * 1e9:.3g} ns on average, "
         f"to {expected['end_time'] * 1e6:.3g} us, {_gigabytes(expected)}, "
         f"{_about(expected['core_seconds'])} on one core"
     )
     if number := expected.get("attitudes"):
-        console.print(
+        yield (
             f"mixed attitudes: the flight is computed in {number} attitudes and in finer steps beside the worst; it "
             f"takes about {number} to {3 * number} times as long as in one attitude"
         )
     if len(found["rounds"]) > 1:
         each = expected["per_round"]
-        console.print(
-            f"per round: {each['cells']:.0f} cells, {_gigabytes(each)}, {duration(each['core_seconds'])} on one core"
-        )
+        yield f"per round: {each['cells']:.0f} cells, {_gigabytes(each)}, {duration(each['core_seconds'])} on one core"
     if stack := expected.get("stack"):
-        _print_stack(console, stack)
-    _print_prescribed(console, found)
+        yield from _stack(stack)
+    yield from _prescribed(found)
 
 
-def _print_stack(console: Console, stack: Mapping[str, Any]) -> None:
+def _stack(stack: Mapping[str, Any]) -> Iterator[str | Table]:
     """A block that stands for a large stack, and what the whole costs."""
     block, size = stack["block"], " x ".join(str(count) for count in stack["counts"])
     words = (
@@ -127,9 +121,9 @@ def _print_stack(console: Console, stack: Mapping[str, Any]) -> None:
     if stack["rounds"] == 1:
         words = "the rounds are accelerated before they meet; one stands for all"
     cost = f"{_gigabytes(block)}, {_about(block['core_seconds'])} on one core"
-    console.print(f"computed together: {words} ({cost})")
+    yield f"computed together: {words} ({cost})"
     for found, what in ((stack["threads"], "cores of this machine"), (stack["ranks"], "ranks")):
-        console.print(f"the whole on {found['cores']} {what}: {_about(found['seconds'])}, {_gigabytes(found)}")
+        yield f"the whole on {found['cores']} {what}: {_about(found['seconds'])}, {_gigabytes(found)}"
 
 
 def _gigabytes(cost: Mapping[str, Any]) -> str:
@@ -142,21 +136,21 @@ def _about(seconds: float) -> str:
     return words if words.startswith("under") else f"about {words}"
 
 
-def _print_prescribed(console: Console, found: Mapping[str, Any]) -> None:
+def _prescribed(found: Mapping[str, Any]) -> Iterator[str | Table]:
     """Official distances of the round, net explosive quantity, and the rules by mass that are prescribed."""
     if official := found.get("official"):
         for key, label in OFFICIAL_LABELS.items():
             if official[key] is not None:
-                console.print(f"{label}: {metres(official[key])}, {official['source']}", markup=False)
+                yield f"{label}: {metres(official[key])}, {official['source']}"
         if note := official_note(official):
-            console.print(note, markup=False)
+            yield note
     if not (contents := found.get("contents")):
         return
-    console.print(quantity_words(contents["explosive"], contents["tnt"], contents["equivalents"]), markup=False)
+    yield quantity_words(contents["explosive"], contents["tnt"], contents["equivalents"])
     for use, title in USES.items():
         inside = [f"{rule['name']}: {metres(rule['distance'])}" for rule in found["rules"]
                   if rule["use"] == use and rule["distance"] is not None]  # fmt: skip
-        console.print(f"rules in range, {title}: {'; '.join(inside) or 'none'}", markup=False)
+        yield f"rules in range, {title}: {'; '.join(inside) or 'none'}"
 
 
 def _alike(rounds: Iterable[Mapping[str, Any]]) -> list[tuple[list[str], Mapping[str, Any]]]:
@@ -177,7 +171,7 @@ def _listed(names: list[str]) -> str:
     return f"{names[0]}, {names[1]}, ... {names[-1]} ({len(names)} rounds alike)"
 
 
-def _print_arrangement(console: Console, found: Mapping[str, Any]) -> None:
+def _arrangement(found: Mapping[str, Any]) -> Iterator[str | Table]:
     """Places of the rounds, their nearest pair, planes and contact."""
     table = Table(title="arrangement", title_justify="left", box=None, pad_edge=False)
     for head in ("round", "x mm", "y mm", "z mm", "axis", "initiated"):
@@ -186,21 +180,20 @@ def _print_arrangement(console: Console, found: Mapping[str, Any]) -> None:
         place = (f"{value * 1e3 + 0.0:.2f}" for value in entry["position"])
         axis = ", ".join(f"{value:g}" for value in entry["axis"])
         table.add_row(entry["name"], *place, f"({axis})", _ignition(entry))
-    console.print(table)
-    console.print(f"attitude: {attitude_words(found['attitude'])}", markup=False)
+    yield table
+    yield f"attitude: {attitude_words(found['attitude'])}"
     if nearest := found["min_clearance"]:
         first, second = nearest["rounds"]
-        console.print(f"smallest clear distance: {nearest['clearance'] * 1e3:.4g} mm, {first} to {second}")
+        yield f"smallest clear distance: {nearest['clearance'] * 1e3:.4g} mm, {first} to {second}"
     for plane in found["planes"]:
         normal = ", ".join(f"{value:.4g}" for value in plane["normal"])
         friction = plane["friction_angle_deg"]
-        console.print(
+        yield (
             f"plane {plane['name']}: {plane['kind']}, normal ({normal}), "
             + ("mirrors the rounds" if friction is None else f"friction {friction:g} degrees")
-            + f", {plane['clearance'] * 1e3:.4g} mm from {plane['nearest_round']}",
-            markup=False,
+            + f", {plane['clearance'] * 1e3:.4g} mm from {plane['nearest_round']}"
         )
-    _print_surroundings(console, found["surroundings"])
+    yield from _surroundings(found["surroundings"])
     contact = found["contact"]
     inner = "charge and casing share their nodes"
     if contact["charge_casing"] == "sliding":
@@ -211,17 +204,16 @@ def _print_arrangement(console: Console, found: Mapping[str, Any]) -> None:
     outer = "surfaces pass through each other"
     if contact["surfaces"]:
         outer = f"contact between colliding surfaces, friction {contact['surface_friction_angle_deg']:.4g} degrees"
-    console.print(f"contact: {inner}; {outer}")
+    yield f"contact: {inner}; {outer}"
 
 
-def _print_map(console: Console, ground: Mapping[str, Any]) -> None:
+def _map(ground: Mapping[str, Any]) -> Iterator[str | Table]:
     """A map of heights: extent, cell, holes, and how its file was read."""
     (west, east), (south, north), (low, high) = ground["x"], ground["y"], ground["z"]
-    console.print(
+    yield (
         f"ground: {ground['map']}, {ground['nodes'][0]} x {ground['nodes'][1]} nodes {ground['cell'][0]:.5g} m by "
         f"{ground['cell'][1]:.5g} m apart, x {west:.6g} to {east:.6g} m, y {south:.6g} to {north:.6g} m, z {low:.4g} "
-        f"to {high:.4g} m; beyond it level at the height of its edge",
-        markup=False,
+        f"to {high:.4g} m; beyond it level at the height of its edge"
     )
     if not ground.get("format"):
         return
@@ -232,17 +224,17 @@ def _print_map(console: Console, ground: Mapping[str, Any]) -> None:
         ("datum of heights", f"{ground['vertical']}; z = 0 at {ground['datum']:.6g} m"), ("holes", holes),
         *(("note", note) for note in ground["notes"]),
     ):  # fmt: skip
-        console.print(f"  {label}: {words}", markup=False)
+        yield f"  {label}: {words}"
 
 
-def _print_surroundings(console: Console, found: Mapping[str, Any]) -> None:
+def _surroundings(found: Mapping[str, Any]) -> Iterator[str | Table]:
     """Ground and obstacles of the flight."""
     ground = found["ground"]
     if "map" in ground:
-        _print_map(console, ground)
+        yield from _map(ground)
     if (altitude := found.get("altitude")) is not None:
         source = ", the map's height of z = 0" if altitude == ground.get("datum") else ""
-        console.print(f"air: standard atmosphere, z = 0 at {altitude:.6g} m above sea level{source}", markup=False)
+        yield f"air: standard atmosphere, z = 0 at {altitude:.6g} m above sea level{source}"
     law = found["ricochet"]
     words = "none: fragments stay where they land"
     if law is not None:
@@ -250,19 +242,17 @@ def _print_surroundings(console: Console, found: Mapping[str, Any]) -> None:
             f"{law['name']}, up to {law['critical_angle']:.3g} degrees, where {law['speed_kept']:.2g} of the speed is "
             f"kept; departure at {law['departure']:.2g} of the angle of impact, roughness {law['roughness']:.2g} deg"
         )
-    console.print(f"ricochet off the ground: {words}", markup=False)
+    yield f"ricochet off the ground: {words}"
     for entry in found["obstacles"]:
-        console.print(
+        yield (
             f"obstacle {entry['name']}: {entry['kind']}, z {entry['base']:.4g} to {entry['top']:.4g} m, "
-            + ("stops fragments" if entry["ricochet"] == "none" else f"ricochet as off {entry['ricochet']}"),
-            markup=False,
+            + ("stops fragments" if entry["ricochet"] == "none" else f"ricochet as off {entry['ricochet']}")
         )
     for entry in found["exposed"]:
-        console.print(
+        yield (
             f"exposed {entry['name']}: {entry['kind']}, {entry['distance']:.1f} m at "
             + direction_words(entry["azimuth_deg"], entry["bearing_deg"], whole=True)
-            + (f", in {entry['pieces']} pieces" if entry["pieces"] > 1 else ""),
-            markup=False,
+            + (f", in {entry['pieces']} pieces" if entry["pieces"] > 1 else "")
         )
 
 

@@ -12,7 +12,7 @@ import typer
 from fragfield.cli.streams import to_stdout
 from fragfield.errors import EXIT_FAULT, EXIT_INTERRUPTED, InputError, exit_code_of, message_of
 from fragfield.pipeline.parallel import launched_rank
-from fragfield.terminal.visible_text import visible
+from fragfield.terminal.logs import visible
 from fragfield_base.paths import shown
 
 if TYPE_CHECKING:

@@ -43,7 +43,7 @@ def info(
 ) -> None:
     """Say what a run directory or an HDF5 file holds and where it comes from."""
     with guarded(json=json, quiet=quiet):
-        from fragfield.files.info import describe
+        from fragfield.files.provenance import describe
         from fragfield.terminal.show import print_info
 
         give(describe(absolute(path, InputError)), json=json, show=print_info)

@@ -11,9 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fragfield.contours.sheet import FINE, Curve, Sheet, is_axis_name, sampled
+from fragfield.contours.curves import FINE, Curve, Sheet, folded, is_axis_name, sampled
 from fragfield.errors import InputError
-from fragfield_base.names import nearest_name
 from fragfield_base.reading import read_bytes
 
 if TYPE_CHECKING:
@@ -23,7 +22,6 @@ if TYPE_CHECKING:
     from ezdxf.document import Drawing
     from ezdxf.entities.dxfgfx import DXFGraphic
 
-__all__ = ["read_dxf"]
 
 # $INSUNITS of the DXF reference in which a round may be drawn: name and metres.
 _UNITS = {
@@ -124,13 +122,7 @@ def _extent_words(document: Drawing) -> str:
 
 def _layers(path: Path, document: Drawing, names: Sequence[str]) -> set[str]:
     known = {layer.dxf.name for layer in document.layers} | {entity.dxf.layer for entity in document.modelspace()}
-    folded = {name.casefold() for name in known}
-    for name in names:
-        if name.casefold() not in folded:
-            close = nearest_name(name, known)
-            hint = f'; did you mean "{close}"?' if close else ""
-            raise InputError(f'{path}: layers: found "{name}"{hint}; allowed: {", ".join(sorted(known))}')
-    return {name.casefold() for name in names}
+    return folded(path, names, known)
 
 
 def _entities(document: Drawing, ignored: Counter[str]) -> Iterator[tuple[DXFGraphic, str]]:

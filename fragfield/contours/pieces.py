@@ -15,7 +15,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["Pieces", "fitted"]
 
 _FLATTEST = 5e3  # chords: a profile takes a flatter arc as a straight line
 _SMALLEST_TURN = math.radians(25.0)  # between chords of a curve that is drawn as a polyline
@@ -36,12 +35,8 @@ def fitted(curves: Sequence[Array], tolerance: float) -> Pieces:
 
     Arcs of a drawing come back exactly, since their points lie on one circle.
 
-    Parameters
-    ----------
-    curves : sequence of (n, 2) arrays
-        Stations and radii (m), each curve smooth, stations increasing, each beginning where the one before ends.
-    tolerance : float
-        In m.
+    `curves` (n, 2): stations and radii (m), each curve smooth, stations increasing, each beginning where the one before
+    ends; `tolerance`: in m.
     """
     points: list[Array] = []
     arcs: list[float] = []

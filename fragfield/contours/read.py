@@ -3,24 +3,203 @@
 from __future__ import annotations
 
 import hashlib
-from typing import TYPE_CHECKING, Any
+import re
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from fragfield.contours.axis import find_axis, find_nose, turned
+from fragfield.contours.curves import Curve, counted
 from fragfield.contours.section import Section, casing_section
-from fragfield.contours.sheet import counted
 from fragfield.errors import InputError
 from fragfield_base.reading import read_bytes
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from numpy.typing import NDArray
+
+    from fragfield.contours.curves import Sheet
+
+    Array = NDArray[np.float64]
     from collections.abc import Mapping
     from pathlib import Path
 
     from fragfield.case.tables.round import ContourTable
     from fragfield.contours.pieces import Pieces
 
-__all__ = ["KINDS", "casing_volume", "is_of_file", "profile_of_contour"]
+
+_LINE = re.compile(r"^\s*([xy])\s*=\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*$")
+_LONG = 0.3  # of the drawing's extent: a shorter centre line is that of a hole
+_SLENDER = 1.5  # length over width from which the longer of two possible axes is taken
+_NARROW = 0.8  # of the other end's radius: then it is the nose
+_AT_END = 0.01  # of the length over which the radius of an end is looked for
+
+
+@dataclass(frozen=True)
+class Axis:
+    """A horizontal (y = offset) or an upright (x = offset) axis (m), and how it is known."""
+
+    direction: Literal["horizontal", "upright"]
+    offset: float
+    why: str
+
+    @property
+    def along(self) -> int:
+        """Index of the coordinate along it."""
+        return 0 if self.direction == "horizontal" else 1
+
+    def words(self, sheet: Sheet) -> str:
+        """As it is asked for, in units of the file."""
+        name, sign = ("y", sheet.up) if self.direction == "horizontal" else ("x", 1.0)
+        return f"{name} = {sign * self.offset / sheet.unit + 0.0:.6g}"
+
+
+def turned(curves: Sequence[Curve], axis: Axis) -> list[Curve]:
+    """Curves in positions along the axis and distances from it, on one side positive."""
+    along = axis.along
+    return [
+        Curve(np.column_stack([one.points[:, along], one.points[:, 1 - along] - axis.offset]), one.layer)
+        for one in curves
+    ]
+
+
+def find_axis(path: object, sheet: Sheet, asked: str | None, near: float) -> Axis:
+    """The axis of a section: asked for as "y = 0" or "x = 12.5" in units of the file, or that of its centre lines.
+
+    Points within `near` (m) are one. Raises InputError for another form, a centre line that is inclined, or none or
+    several that may be it.
+    """
+    points = sheet.points
+    if asked is not None:
+        found = _LINE.match(asked)
+        if found is None:
+            raise InputError(
+                f'{path}: axis: found "{asked}"; allowed: a line such as "y = 0" or "x = 12.5", in units of the file'
+            )
+        offset = float(found[2]) * sheet.unit
+        if found[1] == "y":
+            return Axis("horizontal", sheet.up * offset, "as asked for")
+        return Axis("upright", offset, "as asked for")
+    possible = _centre_lines(path, sheet, points, near) or list(_possible(points, near))
+    best = _longer(points, possible)
+    if best is not None:
+        return best
+    words = " or ".join(f'axis = "{one.words(sheet)}" ({one.why})' for one in possible)
+    if not words:
+        x, y = (0.5 * (points.min(axis=0) + points.max(axis=0))).tolist()
+        middles = [Axis("horizontal", y, ""), Axis("upright", x, "")]
+        words = " or ".join(f'axis = "{one.words(sheet)}"' for one in middles) + ", the middles of the drawing"
+    why = (
+        "several lines may be the axis"
+        if possible
+        else "no centre line is drawn, and neither x = 0 nor y = 0 bounds the section"
+    )
+    raise InputError(f"{path}: {why}; needed: axis, a line in units of the file, such as {words}")
+
+
+def _centre_lines(path: object, sheet: Sheet, points: Array, near: float) -> list[Axis]:
+    """Different long centre lines."""
+    extent = float(np.ptp(points, axis=0).max())
+    found: dict[tuple[str, int], Axis] = {}
+    for line in sheet.axes:
+        (x0, y0), (x1, y1) = line.points[[0, -1]].tolist()
+        if line.length < _LONG * extent:
+            continue
+        if abs(y1 - y0) <= near:
+            axis = Axis("horizontal", 0.5 * (y0 + y1), "a centre line")
+        elif abs(x1 - x0) <= near:
+            axis = Axis("upright", 0.5 * (x0 + x1), "a centre line")
+        else:
+            raise InputError(
+                f"{path}: found a centre line inclined from {sheet.place(x0, y0)} to {sheet.place(x1, y1)}; "
+                "allowed: a round drawn along x or y; turn the drawing"
+            )
+        across = points[:, 1 - axis.along]
+        # A centre line far from the section is that of another view.
+        if len(sheet.axes) == 1 or across.min() - near <= axis.offset <= across.max() + near:
+            found.setdefault((axis.direction, round(axis.offset / near)), axis)
+    return list(found.values())
+
+
+def _possible(points: Array, near: float) -> Iterator[Axis]:
+    """X = 0 and y = 0 where the section begins there, and lines about which it is symmetric."""
+    directions: tuple[Literal["horizontal", "upright"], ...] = ("horizontal", "upright")
+    for along, direction in enumerate(directions):
+        across = points[:, 1 - along]
+        low, high = float(across.min()), float(across.max())
+        middle = 0.5 * (low + high)
+        if abs(low) <= near or abs(high) <= near:
+            yield Axis(direction, 0.0, f"the section begins at {'yx'[along]} = 0")
+        elif _is_mirrored(points, along, middle, near):
+            yield Axis(direction, 0.0 if abs(middle) <= near else middle, "the section is symmetric about it")
+
+
+def _is_mirrored(points: Array, along: int, middle: float, near: float) -> bool:
+    from scipy.spatial import cKDTree
+
+    mirrored = points.copy()
+    mirrored[:, 1 - along] = 2.0 * middle - mirrored[:, 1 - along]
+    return bool(np.all(cKDTree(points).query(mirrored)[0] <= near))
+
+
+def _longer(points: Array, possible: Sequence[Axis]) -> Axis | None:
+    """The only one, or of two at right angles that along which the round is slender."""
+    if len(possible) == 1:
+        return possible[0]
+    if len(possible) != 2 or possible[0].direction == possible[1].direction:
+        return None
+    slender = {one.direction: _slenderness(points, one) for one in possible}
+    for one in possible:
+        if slender[one.direction] >= _SLENDER:
+            return Axis(one.direction, one.offset, f"{one.why}, and it is the longer way")
+    return None
+
+
+def _slenderness(points: Array, axis: Axis) -> float:
+    """Length over the diameter that the section has about an axis, or over its width where it begins there."""
+    radius = np.abs(points[:, 1 - axis.along] - axis.offset).max()
+    return float(np.ptp(points[:, axis.along]) / max(2.0 * radius, 1e-300))
+
+
+def find_nose(path: object, curves: Sequence[Curve], axis: Axis, asked: str | None) -> tuple[float, float, str]:
+    """Position of the nose end along the axis (m), the sign with which stations run from there, and how it is known.
+
+    `curves` are those of `turned`. Raises InputError where both ends are about as wide, or the side is not an end.
+    """
+    points = np.concatenate([_refined(one.points) for one in curves])
+    low, high = float(points[:, 0].min()), float(points[:, 0].max())
+    words = ("left", "right") if axis.direction == "horizontal" else ("bottom", "top")
+    if asked is not None:
+        if asked not in words:
+            raise InputError(
+                f'{path}: nose: found "{asked}" with an axis that is {axis.direction}; allowed: {" or ".join(words)}'
+            )
+        return (
+            (low, 1.0, f"nose {asked}, as asked for")
+            if asked == words[0]
+            else (high, -1.0, f"nose {asked}, as asked for")
+        )
+    reach = _AT_END * (high - low)
+    first = float(np.abs(points[points[:, 0] <= low + reach, 1]).max())
+    last = float(np.abs(points[points[:, 0] >= high - reach, 1]).max())
+    if min(first, last) > _NARROW * max(first, last):
+        raise InputError(
+            f"{path}: both ends are about as wide, radii {1e3 * first:.4g} and {1e3 * last:.4g} mm; needed: nose, "
+            f'the side of the nose: "{words[0]}" or "{words[1]}"'
+        )
+    nose, base = 2e3 * min(first, last), 2e3 * max(first, last)
+    side = words[0] if first < last else words[1]
+    why = f"nose {side}, the narrower end ({nose:.4g} mm in diameter, the other {base:.4g} mm)"
+    return (low, 1.0, why) if first < last else (high, -1.0, why)
+
+
+def _refined(points: Array) -> Array:
+    """Points with further ones between, so that a long line has some near its ends."""
+    parts = [np.linspace(start, end, 201) for start, end in pairwise(points)]
+    return np.concatenate(parts) if len(points) < 100 else points
+
 
 KINDS = (".dxf", ".svg", ".csv", ".tsv", ".txt", ".xlsx", ".ods")
 """Endings of the files that are read."""
@@ -32,17 +211,8 @@ _MOST_POINTS = 2000
 def profile_of_contour(table: ContourTable, path: Path) -> tuple[dict[str, Any], float]:
     """The profile's tables, in millimetres, of a contour file, and the unit of its numbers (m).
 
-    Parameters
-    ----------
-    table : ContourTable
-        How it is to be read; `file` itself is not looked at.
-    path : Path
-        The file.
-
-    Raises
-    ------
-    InputError
-        The file cannot be read, or holds no contour that is clear; the message says where, and what is needed.
+    `table`: how it is to be read; `file` itself is not looked at; `path`: the file. Raises InputError: the file cannot
+    be read, or holds no contour that is clear; the message says where, and what is needed.
     """
     kind = path.suffix.casefold()
     if kind not in KINDS:

@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fragfield.contours.chains import Chain, above_axis, check_crossings, join
+from fragfield.contours.curves import Chain, Curve, above_axis, check_crossings, join
 from fragfield.contours.pieces import Pieces, fitted
-from fragfield.contours.sheet import Curve
 from fragfield.errors import InputError
 
 if TYPE_CHECKING:
@@ -17,11 +16,10 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fragfield.contours.chains import Joined
+    from fragfield.contours.curves import Joined
 
     Array = NDArray[np.float64]
 
-__all__ = ["Section", "casing_section", "with_cones"]
 
 _STEP = 2.0  # tolerances: the length of the cone that stands for a step in radius
 _COMPARED = 400  # stations at which two halves are compared
@@ -42,21 +40,11 @@ def casing_section(
 ) -> Section:
     """The section of a casing.
 
-    Parameters
-    ----------
-    curves : sequence of Curve
-        In positions along the axis and distances from it (m), as of `axis.turned`; on one side of the axis or on both.
-    nose, sign : float
-        Position of the nose end along the axis (m), and the sign with which stations run from there.
-    tolerance, near : float
-        By which a contour may be off, and the largest gap that is closed (m).
-    place : callable
-        A position along the axis and its distance from it as they stand in the drawing, for messages.
-
-    Raises
-    ------
-    InputError
-        Loose ends, crossings, undercuts, no cavity, more than one contour, or halves that differ.
+    `curves`: in positions along the axis and distances from it (m), as of `axis.turned`; on one side of the axis or on
+    both; `nose`, `sign`: position of the nose end along the axis (m), and the sign with which stations run from there;
+    `tolerance`, `near`: by which a contour may be off, and the largest gap that is closed (m); `place`: a position
+    along the axis and its distance from it as they stand in the drawing, for messages. Raises InputError: loose ends,
+    crossings, undercuts, no cavity, more than one contour, or halves that differ.
     """
     halves = []
     for side in (1.0, -1.0):

@@ -11,17 +11,14 @@ from xml.etree import ElementTree as ET
 
 import numpy as np
 
-from fragfield.contours.sheet import FINE, Curve, Sheet, is_axis_name, sampled
+from fragfield.contours.curves import FINE, Curve, Sheet, folded, is_axis_name, sampled
 from fragfield.errors import InputError
-from fragfield.files.xml_text import parsed_xml
-from fragfield_base.names import nearest_name
-from fragfield_base.reading import read_bytes
+from fragfield_base.reading import parsed_xml, read_bytes
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
     from pathlib import Path
 
-__all__ = ["read_svg"]
 
 _LABEL = "{http://www.inkscape.org/namespaces/inkscape}label"
 _LENGTH = re.compile(r"^\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([a-zA-Z%]*)\s*$")
@@ -45,7 +42,7 @@ def read_svg(path: Path, *, unit: float | None, layers: Sequence[str] | None, to
         raise InputError(
             f"{path}: drawings need svgelements: pip install 'fragfield[drawings]', or pip install svgelements"
         ) from None
-    root = parsed_xml(read_bytes(path, InputError, most=_MOST_BYTES), str(path))
+    root = parsed_xml(read_bytes(path, InputError, most=_MOST_BYTES), str(path), InputError)
     if root.tag.rpartition("}")[2] != "svg":
         raise InputError(f"{path}: found XML whose outermost element is {root.tag!r}; allowed: an SVG")
     scale, note = _scale(path, root, unit)
@@ -71,13 +68,7 @@ def read_svg(path: Path, *, unit: float | None, layers: Sequence[str] | None, to
         present[layer] += len(pieces)
         if wanted is None or any(name.casefold() in wanted for name in names):
             curves += pieces
-    for name in layers or ():
-        if name.casefold() not in {one.casefold() for one in known}:
-            close = nearest_name(name, known)
-            hint = f'; did you mean "{close}"?' if close else ""
-            raise InputError(
-                f'{path}: layers: found "{name}"{hint}; allowed: {", ".join(sorted(known)) or "none, without names"}'
-            )
+    folded(path, layers or (), known)
     if not curves:
         listed = ", ".join(f"{number} {kind}" for kind, number in sorted(ignored.items())) or "nothing"
         raise InputError(f"{path}: found no path, line, polygon, rectangle, circle or ellipse, only {listed}")

@@ -11,7 +11,7 @@ import numpy as np
 from fragfield.contours.pieces import fitted
 from fragfield.contours.section import Section, with_cones
 from fragfield.errors import InputError
-from fragfield.importing.numbers import NotANumberError, Numbers, decimal_of
+from fragfield.importing.cells import NotANumberError, Numbers, decimal_of
 from fragfield.importing.sheet import QuestionError
 from fragfield.importing.text_file import read_text_file
 from fragfield.importing.workbook import is_workbook, read_workbook
@@ -28,7 +28,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["section_of_table"]
 
 _STATION = re.compile(r"station|position|distance|abstand|l(ä|ae)nge|length|^(z|x|s)\b|from|ab_|von")
 _OUTER = re.compile(r"out(er|side)|aussen|außen|ext|^od\b")
@@ -51,13 +50,9 @@ def section_of_table(table: ContourTable, path: Path) -> tuple[Section, list[str
     """Outer contour and cavity of a table, how it was read, in words, and the unit of its stations (m).
 
     Rows hold a station with outer and inner diameter or radius; an empty inner cell where the casing is solid, two rows
-    of one station for a step. Of `table` the `unit` and the `nose` ("first" or "last" station) are used.
-
-    Raises
-    ------
-    InputError
-        Columns that are missing or do not say what they are, a cell that is not a number, stations that do not rise or
-        fall throughout, ends that do not say which is the nose.
+    of one station for a step. Of `table` the `unit` and the `nose` ("first" or "last" station) are used. Raises
+    InputError: columns that are missing or do not say what they are, a cell that is not a number, stations that do not
+    rise or fall throughout, ends that do not say which is the nose.
     """
     names, rows, numbers, concluded = _rows(path)
     columns = {column.what: (number, column) for number, column in _columns(path, names, table)}

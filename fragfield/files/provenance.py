@@ -1,4 +1,4 @@
-"""Provenance of every output file: case, program, versions, seed, kind of machine, date."""
+"""Provenance of every output file: case, program, versions, seed, kind of machine, date; and `fragfield info`."""
 
 from __future__ import annotations
 
@@ -10,16 +10,23 @@ from datetime import UTC, datetime
 from functools import cache
 from importlib import metadata
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from fragfield.case.write import to_toml
+from fragfield.errors import InputError, nearest
+from fragfield.files.run_directory import STAGES, RunDirectory
 from fragfield.version import __version__
 from fragfield_base.ambient import surroundings
+from fragfield_base.arrays import text_of
+from fragfield_base.hdf5_files import reading
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
+    import h5py
+
     from fragfield.case.schema import CaseTable
 
-__all__ = ["provenance_of", "revision", "versions"]
 
 _DISTRIBUTIONS = {
     "numpy": "numpy",
@@ -57,19 +64,15 @@ def revision() -> str:
     root = Path(__file__).resolve().parents[2]
     if not (root / ".git").exists():
         return ""
-    try:
-        head = _git(root, "rev-parse", "--short=12", "HEAD")
-        changed = _git(root, "status", "--porcelain", "--untracked-files=no")
-    except (OSError, subprocess.SubprocessError):
-        return ""
-    return head + ("+" if changed else "")
-
-
-def _git(root: Path, *arguments: str) -> str:
     # A variable such as GIT_DIR would name another repository.
     known = {name: value for name, value in os.environ.items() if not name.startswith("GIT_")}
-    command = ["git", "-c", f"safe.directory={root}", "-C", str(root), *arguments]
-    return subprocess.run(command, capture_output=True, text=True, timeout=10, check=True, env=known).stdout.strip()
+    command = ["git", "-c", f"safe.directory={root}", "-C", str(root), "describe", "--always", "--exclude=*"]
+    command += ["--abbrev=12", "--dirty=+"]
+    try:
+        found = subprocess.run(command, capture_output=True, text=True, timeout=10, check=True, env=known)
+    except (OSError, subprocess.SubprocessError):
+        return ""
+    return found.stdout.strip()
 
 
 def provenance_of(case: CaseTable) -> dict[str, str]:
@@ -97,3 +100,77 @@ def provenance_of(case: CaseTable) -> dict[str, str]:
         "environment": json.dumps(surroundings(), sort_keys=True),
         "date": datetime.now(UTC).isoformat(timespec="seconds"),
     }
+
+
+def describe(path: Path) -> dict[str, Any]:
+    """Describe a run directory or an HDF5 file.
+
+    Parameters
+    ----------
+    path : Path
+        Directory or file.
+
+    Returns
+    -------
+    dict
+        For a directory `directory`, `title`, `stages`, `files` (bytes) and `summary`; for a file `file`, `format`,
+        `attributes` and `datasets` (shape and type).
+
+    Raises
+    ------
+    InputError
+        There is no such thing, or the file is cut off or not one of this program's.
+    """
+    if path.is_dir():
+        return _directory(RunDirectory(path))
+    if path.exists() and not path.is_file():
+        raise InputError(f"{path}: not a regular file; allowed: a run directory or an HDF5 file (.h5)")
+    if not path.is_file():
+        beside = [entry.name for entry in path.parent.iterdir()] if path.parent.is_dir() else []
+        raise InputError(f"{path}: no such file or directory{nearest(path.name, beside)}")
+    return _file(path)
+
+
+def _directory(run: RunDirectory) -> dict[str, Any]:
+    case = run.stored_case()
+    return {
+        "directory": str(run.path),
+        "title": case.title,
+        "stages": {name: run.complete(stage) for name, stage in STAGES.items()},
+        "files": {entry.name: entry.stat().st_size for entry in sorted(run.path.iterdir()) if entry.is_file()},
+        "summary": {key: value for key, value in run.summary().items() if key != "case"},
+    }
+
+
+def _file(path: Path) -> dict[str, Any]:
+    if path.suffix.lower() not in (".h5", ".hdf5"):
+        raise InputError(
+            f"{path}: found a file that ends in {path.suffix!r}; allowed: a run directory or an HDF5 file (.h5)"
+        )
+    with reading(path, InputError) as file:
+        attributes = {key: _text(value) for key, value in file.attrs.items()}
+        datasets: dict[str, str] = {}
+        file.visititems(lambda name, item: _note(datasets, name, item))
+    return {
+        "file": str(path),
+        "format": attributes.pop("format", "unknown"),
+        "attributes": attributes,
+        "datasets": datasets,
+    }
+
+
+def _note(datasets: dict[str, str], name: str, item: h5py.Dataset | h5py.Group) -> None:
+    if hasattr(item, "shape"):
+        kind = "table of " + ", ".join(item.dtype.names) if item.dtype.names else str(item.dtype)
+        datasets[name] = f"{' x '.join(str(length) for length in item.shape) or 'scalar'} {kind}"
+
+
+def _text(value: object) -> object:
+    value = text_of(value) if isinstance(value, bytes) else value
+    value = value.tolist() if hasattr(value, "tolist") else value
+    if isinstance(value, str) and value.startswith("{"):
+        try:
+            return json.loads(value)
+        except ValueError:
+            return value
+    return value

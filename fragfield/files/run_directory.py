@@ -4,7 +4,7 @@ A directory holds one case. It is made when missing; an empty one is used as it 
 case or of another, keeps them: it is refused, unless `resume` continues the same case, `overwrite` removes that
 run's files (only those), or a stage's own inputs are unchanged. One that holds anything else is always refused. While
 a command writes into it, others are refused by a lock, which the system takes away from a process that ends, however
-it ends. A signed run is never written into (`fragfield.files.signature`).
+it ends. A signed run is never written into (`fragfield.files.stamped`).
 """
 
 from __future__ import annotations
@@ -18,45 +18,38 @@ from typing import TYPE_CHECKING, Any
 
 from fragfield.case import differences, read_resolved, to_toml
 from fragfield.errors import InputError
-from fragfield.files.signature import SIGNATURE, refuse_signed
-from fragfield.files.stamped import read_stamped_json, stamped_json, stamped_toml, stored_case_text
-from fragfield_base.locking import locked
-from fragfield_base.writing import DRAFT, write_text
+from fragfield.files.stamped import (
+    SIGNATURE,
+    read_stamped_json,
+    refuse_signed,
+    stamped_json,
+    stamped_toml,
+    stored_case_text,
+)
+from fragfield_base.writing import DRAFT, locked, write_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
     from fragfield.case import CaseTable
 
-__all__ = ["SCRATCH", "STAGES", "RunDirectory", "Stage"]
-
 
 @dataclass(frozen=True)
 class Stage:
-    """A stage of the chain.
-
-    Attributes
-    ----------
-    name : str
-        Word of the command line.
-    needs : str
-        File of the stage before, empty for the first.
-    result : str
-        File by which the stage is known to be complete: the last one it writes.
-    files : tuple of str
-        Everything it writes, files and folders.
-    parts : tuple of str
-        Keys of summary.json.
-    keys : tuple of str
-        Keys of the case that its result depends on, besides those of earlier stages.
-    """
+    """A stage of the chain."""
 
     name: str
+    """Word of the command line."""
     needs: str
+    """File of the stage before, empty for the first."""
     result: str
+    """File by which the stage is known to be complete: the last one it writes."""
     files: tuple[str, ...]
+    """Everything it writes, files and folders."""
     parts: tuple[str, ...]
+    """Keys of summary.json."""
     keys: tuple[str, ...]
+    """Keys of the case that its result depends on, besides those of earlier stages."""
 
 
 STAGES: dict[str, Stage] = {
@@ -174,19 +167,9 @@ class RunDirectory:
     def claim(self, case: CaseTable, *, resume: bool = False, overwrite: bool = False) -> None:
         """Make the directory ready for a run of a case from its first stage.
 
-        Parameters
-        ----------
-        case : CaseTable
-            Resolved.
-        resume : bool
-            Keep what is there; the stored case must be the same.
-        overwrite : bool
-            Remove the files of the run that is there.
-
-        Raises
-        ------
-        InputError
-            The directory cannot be written, holds something else, or another case; the message names the keys.
+        `case`: resolved; `resume`: keep what is there; the stored case must be the same; `overwrite`: remove the files
+        of the run that is there. Raises InputError: the directory cannot be written, holds something else, or another
+        case; the message names the keys.
         """
         self.make()
         if not self.exists:
@@ -209,11 +192,8 @@ class RunDirectory:
     def enter(self, case: CaseTable, stage: Stage) -> None:
         """Make the directory ready for one stage whose earlier stages have run here.
 
-        Raises
-        ------
-        InputError
-            The directory cannot be written, holds something else, or the case differs in a key on which earlier
-            stages depend.
+        Raises InputError: the directory cannot be written, holds something else, or the case differs in a key on which
+        earlier stages depend.
         """
         self.make()
         later = list(STAGES.values())[list(STAGES).index(stage.name) :]

@@ -15,20 +15,6 @@ if TYPE_CHECKING:
     from flight.hazard.density.distance import ExpectedDistance
     from fragfield.case import CaseTable
 
-__all__ = [
-    "NOT_DETERMINED",
-    "basis_words",
-    "beyond_map_words",
-    "certainty",
-    "is_determined",
-    "margin_metres",
-    "metres",
-    "metres_and_error",
-    "ricochet_words",
-    "rounded_metres",
-    "single_words",
-    "whole_metres",
-]
 
 NOT_DETERMINED = "not determined"
 

@@ -1,4 +1,4 @@
-"""Net explosive quantity, masses and arrangement of a case's rounds, as rules of distance ask for them."""
+"""What stands there: relative positions of rounds and planes, net explosive quantity and masses for the rules."""
 
 from __future__ import annotations
 
@@ -8,30 +8,137 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fragfield.case.conversion.placing import are_alike, mirrored
+from fragfield.case.conversion.attitude import attitude_of
+from fragfield.case.conversion.exposed_sites import describe_exposed
+from fragfield.case.conversion.rounds import are_alike, heights, mirrored, placed
+from fragfield.case.conversion.surroundings import describe_surroundings, ground_height
 from fragfield_base.substances import substance, substance_key, substance_title, substances_with
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
 
     from numpy.typing import NDArray
 
     from burst_fenicsx.geometry import Profile
     from fragfield.case import CaseTable
     from fragfield.case.conversion.clearance import Body
-    from fragfield.case.tables.round import RoundTable
+    from fragfield.case.tables.round import PlaneTable, RoundTable
 
-__all__ = [
-    "COMPARISON",
-    "Contents",
-    "DISPOSAL",
-    "Rule",
-    "SITING",
-    "contents_of",
-    "quantity_words",
-    "tnt_equivalent",
-    "tnt_equivalents",
-]
+
+_SAME_HEIGHT = 1e-6  # of the ground in the burst and in flight (m)
+
+
+def arrangement(case: CaseTable) -> dict[str, Any]:
+    """Rounds, smallest clear distance, planes and contact of a resolved case with a burst; SI, angles in degrees.
+
+    `attitude` (as `hazard.attitude` of summary.json), `rounds` (name, position, axis, number of ignition points, first
+    and last delay, `initiation`), `min_clearance` (two names and the clear distance, or None for a single round),
+    `planes` (name, kind, the nearest round and its clear distance), `surroundings` (of the flight) and `contact`.
+    """
+    from fragfield.case.conversion.stages import burst_settings
+
+    bodies = [placed(entry) for entry in case.round]
+    contact = burst_settings(case).contact
+    return {
+        "attitude": attitude_of(case),
+        "rounds": [
+            {
+                "name": entry.name,
+                "position": list(entry.position),
+                "axis": list(entry.axis),
+                "ignition_points": len(entry.ignition or []),
+                "delays": [min(times), max(times)] if (times := [p.delay for p in entry.ignition or []]) else None,
+                "initiation": entry.initiation.model_dump() if entry.initiation else None,
+            }
+            for entry in case.round
+        ],
+        "min_clearance": _min_clearance(case, bodies),
+        "planes": [_plane(case, plane, bodies) for plane in case.plane],
+        "surroundings": {**describe_surroundings(case), "exposed": describe_exposed(case)},
+        "contact": {
+            "charge_casing": contact.charge_casing,
+            "cohesion": contact.cohesion,
+            "tensile_strength": contact.tensile_strength,
+            "friction_angle_deg": contact.friction_angle,
+            "surfaces": contact.surfaces,
+            "surface_friction_angle_deg": contact.surface_friction_angle,
+        },
+    }
+
+
+def _min_clearance(case: CaseTable, bodies: Sequence[Body]) -> dict[str, Any] | None:
+    from fragfield.case.conversion.clearance import min_clearance
+
+    found = min_clearance(bodies)
+    if found is None:
+        return None
+    first, second, gap = found
+    return {"rounds": [case.round[first].name, case.round[second].name], "clearance": max(gap, 0.0)}
+
+
+def _plane(case: CaseTable, plane: PlaneTable, bodies: Sequence[Body]) -> dict[str, Any]:
+    from fragfield.case.conversion.rounds import rigid_plane
+
+    low = [heights(body, plane)[0] for body in bodies]
+    nearest = int(np.argmin(np.round(low, 9)))
+    rigid = rigid_plane(plane)
+    return {
+        "name": plane.name,
+        "kind": plane.kind,
+        "point": list(rigid.point),
+        "normal": list(rigid.normal),
+        "friction_angle_deg": None if plane.kind == "symmetry" else rigid.friction_angle,
+        "nearest_round": case.round[nearest].name,
+        "clearance": max(low[nearest], 0.0),
+    }
+
+
+def with_images(case: CaseTable) -> NDArray[np.float64]:
+    """Positions (m) of the rounds and of all their mirror images, shape (n, 3)."""
+    places = np.array([entry.position for entry in case.round], dtype=np.float64)
+    for plane in case.plane:
+        if plane.kind == "symmetry":
+            normal, point = np.array(plane.normal), np.array(plane.point)
+            images = places - 2.0 * ((places - point) @ normal)[:, None] * normal
+            places = np.concatenate([places, images])
+    return places
+
+
+def image_names(case: CaseTable) -> list[str]:
+    """Names of the rounds and of all their mirror images, in the order of `with_images`."""
+    names = [entry.name for entry in case.round]
+    for plane in case.plane:
+        if plane.kind == "symmetry":
+            names += [f"{name}, mirrored at {plane.name}" for name in names]
+    return names
+
+
+def arrangement_warnings(case: CaseTable) -> Iterator[str]:
+    """What looks doubtful in the places of rounds and planes, and in what passes between them."""
+    assert case.burst is not None  # the caller's choice
+    waiting = [entry.name for entry in case.round if not entry.ignition]
+    if not case.burst.contact.surfaces:
+        if len(case.round) > 1:
+            yield (
+                f"burst.contact.surfaces = false: {len(case.round)} rounds are computed as if each stood alone, their "
+                "casings pass through each other, and the distances are not those of a stack"
+            )
+        if waiting:
+            yield (
+                f"burst.contact.surfaces = false: no shock reaches {waiting[0]}"
+                + (f" and {len(waiting) - 1} more" if len(waiting) > 1 else "")
+                + " without ignition points, so nothing initiates the charge"
+            )
+    for number, plane in enumerate(case.plane, start=1):
+        assert plane.normal is not None  # resolved
+        assert plane.point is not None
+        ground = ground_height(case, *plane.point[:2])
+        if plane.kind == "ground" and plane.normal[2] > 1.0 - 1e-12 and abs(plane.point[2] - ground) > _SAME_HEIGHT:
+            yield (
+                f"plane[{number}] ({plane.name}) is ground at z = {plane.point[2]:g} m in the burst, and "
+                f"flight.ground is at {ground:g} m there in flight: give the same height, or make the plane a wall"
+            )
+
 
 _ON_A_LINE = 1e-3  # m beside a straight line
 _AT_ONCE = 1e-9  # s between initiations
@@ -39,48 +146,32 @@ _AT_ONCE = 1e-9  # s between initiations
 
 @dataclass(frozen=True)
 class Contents:
-    """What stands there: all rounds with their images.
-
-    Attributes
-    ----------
-    explosive : float
-        Net explosive quantity (kg).
-    tnt : float
-        Its equivalent in TNT for peak pressure (kg).
-    all_up : float
-        Mass of the rounds whole, without packaging (kg).
-    largest_round : float
-        Mass of the heaviest round (kg).
-    rounds : int
-        How many.
-    equivalents : tuple of str
-        Words on the equivalents taken.
-    in_a_row : bool
-        Whether the positions of two or more rounds lie on one straight line, within 1 mm.
-    clearance : float or None
-        Smallest clear distance (m) of the rounds of a row from each other; None where they are in no row.
-    charge_diameter : float or None
-        Largest diameter of a charge (m); None of a round from a mesh file.
-    at_once : bool
-        Whether every round is ignited at the same time.
-    protective_works : tuple of str
-        Names of obstacles and walls of the case.
-    alike : bool
-        Whether all rounds have the same contour, casing and explosive.
-    """
+    """What stands there: all rounds with their images."""
 
     explosive: float
+    """Net explosive quantity (kg)."""
     tnt: float
+    """Its equivalent in TNT for peak pressure (kg)."""
     all_up: float
+    """Mass of the rounds whole, without packaging (kg)."""
     largest_round: float
+    """Mass of the heaviest round (kg)."""
     rounds: int
+    """How many."""
     equivalents: tuple[str, ...] = ()
+    """Words on the equivalents taken."""
     in_a_row: bool = False
+    """Whether the positions of two or more rounds lie on one straight line, within 1 mm."""
     clearance: float | None = None
+    """Smallest clear distance (m) of the rounds of a row from each other; None where they are in no row."""
     charge_diameter: float | None = None
+    """Largest diameter of a charge (m); None of a round from a mesh file."""
     at_once: bool = True
+    """Whether every round is ignited at the same time."""
     protective_works: tuple[str, ...] = ()
+    """Names of obstacles and walls of the case."""
     alike: bool = True
+    """Whether all rounds have the same contour, casing and explosive."""
 
 
 def quantity_words(explosive: float, tnt: float, equivalents: Sequence[str]) -> str:
@@ -95,8 +186,7 @@ def contents_of(case: CaseTable, summary: Mapping[str, Any]) -> Contents | None:
 
     Rounds from mesh files take their masses from the burst's part of summary.json; without it there is None.
     """
-    from fragfield.case.conversion.burst import burst_round
-    from fragfield.hazard.arrangement import with_images
+    from fragfield.case.conversion.rounds import burst_round
 
     if not case.round:
         return None
@@ -219,34 +309,23 @@ SITING, DISPOSAL, COMPARISON = "siting", "disposal", "comparison"
 
 @dataclass(frozen=True)
 class Rule:
-    """A distance by a rule.
-
-    Attributes
-    ----------
-    name, source, formula, inputs, range : str
-        In words and SI units.
-    hazard : "fragments" or "blast"
-        What it keeps people from.
-    use : "siting", "disposal" or "comparison"
-        Activity for which the distance is prescribed; "comparison": it is shown beside the others alone.
-    distance : float or None
-        In m; None outside the rule's range.
-    reason : str
-        Why the rule does not apply to this arrangement; empty where it does.
-    basis : str
-        What it rests on.
-    """
+    """A distance by a rule: name, source, formula, inputs and range in words and SI units."""
 
     name: str
     hazard: str
+    """"fragments" or "blast": what it keeps people from."""
     use: str
+    """What it is prescribed for, "siting" or "disposal"; "comparison": it is shown beside the others alone."""
     distance: float | None
+    """In m; None outside the rule's range."""
     source: str
     formula: str
     inputs: str
     range: str
     reason: str = ""
+    """Why the rule does not apply to this arrangement; empty where it does."""
     basis: str = "mass alone"
+    """What it rests on."""
 
     def __post_init__(self) -> None:
         if (self.distance is None) != bool(self.reason):

@@ -33,7 +33,6 @@ if TYPE_CHECKING:
     from flight.scene.targets import Witness
     from fragfield.case import CaseTable
 
-__all__ = ["ExposedPlaces", "ExposedSums", "sum_bound", "share_bound"]
 
 LEVEL = 0.95
 _SHORT = ("density_normal", "density_ground", "expected_hits", "probability")  # given without ricochet too
@@ -61,15 +60,10 @@ def share_bound(count: int, number: int, level: float = LEVEL) -> float:
 
 @dataclass(frozen=True, eq=False)
 class ExposedPlaces:
-    """The exposed sites of a case, and the witness surfaces around them.
-
-    Attributes
-    ----------
-    sites : list of ExposedSite
-        In the order of the case.
-    """
+    """The exposed sites of a case, and the witness surfaces around them."""
 
     sites: list[ExposedSite]
+    """In the order of the case."""
 
     @classmethod
     def of(cls, case: CaseTable) -> ExposedPlaces:
@@ -97,18 +91,12 @@ class ExposedPlaces:
 
 @dataclass(eq=False)
 class ExposedSums:
-    """Sums of the counts over realisations, in bounded memory.
-
-    Attributes
-    ----------
-    sites : list of ExposedSite
-        The sites.
-    realisations : int
-        How many were added.
-    """
+    """Sums of the counts over realisations, in bounded memory."""
 
     sites: list[ExposedSite]
+    """The sites."""
     realisations: int = 0
+    """How many were added."""
     _sums: dict[str, NDArray[np.float64]] = field(default_factory=dict)
     _between: dict[str, NDArray[np.float64]] = field(default_factory=dict)
     _with_hits: NDArray[np.int64] | None = None

@@ -34,7 +34,6 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
     Fields = tuple[Array, Array]
 
-__all__ = ["TurnedSums", "worst_of_attitudes"]
 
 _ACROSS = 24  # points across a piece, at most
 
@@ -64,24 +63,16 @@ class _Piece:
 
 @dataclass(eq=False)
 class TurnedSums(ExposedSums):
-    """Sums over realisations of one attitude of mixed ones, as `ExposedSums`.
-
-    Attributes
-    ----------
-    case : CaseTable
-        As turned.
-    grid : PolarGrid
-        Of the fields.
-    kernel : float
-        Half-width of the azimuth kernel (degrees).
-    alike : bool
-        Whether all azimuths are alike: then the mean over them is taken.
-    """
+    """Sums over realisations of one attitude of mixed ones, as `ExposedSums`."""
 
     case: CaseTable | None = None
+    """As turned."""
     grid: PolarGrid | None = None
+    """Of the fields."""
     kernel: float = 10.0
+    """Half-width of the azimuth kernel (degrees)."""
     alike: bool = False
+    """Whether all azimuths are alike: then the mean over them is taken."""
     _pieces: list[_Piece] = field(default_factory=list)
     _fields: list[list[Array]] = field(default_factory=list)  # by piece: sums and sums of squares (2 kinds, turns)
 
@@ -147,10 +138,8 @@ class TurnedSums(ExposedSums):
 def worst_of_attitudes(entries: Sequence[tuple[tuple[float, float], list[dict[str, Any]]]]) -> list[dict[str, Any]]:
     """For every site its entry in the attitude in which least is left to its criterion, with that attitude.
 
-    Parameters
-    ----------
-    entries : sequence of ((inclination, roll), entries)
-        Degrees, and the entries `exposed` of summary.json, of every attitude that was flown.
+    `entries`: inclination and roll (degrees), and the entries `exposed` of summary.json, of every attitude that was
+    flown.
     """
     worst = []
     for of_site in zip(*(rows for _, rows in entries), strict=True):

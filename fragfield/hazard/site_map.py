@@ -13,8 +13,8 @@ import numpy as np
 
 from fragfield.case.conversion.exposed_sites import outline_of
 from fragfield.case.conversion.surroundings import ground_of, site_of
-from fragfield.hazard.arrangement import image_names, with_images
 from fragfield.hazard.certainty import metres
+from fragfield.hazard.contents import image_names, with_images
 from fragfield.hazard.verdict import criterion_words, part_of_criterion
 
 if TYPE_CHECKING:
@@ -31,18 +31,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = [
-    "COLORS",
-    "KINDS",
-    "Shape",
-    "VERDICTS",
-    "VerdictStyle",
-    "extent_of",
-    "shapes_of",
-    "terrain_lines",
-    "to_contours",
-    "write_contours",
-]
 
 KINDS = {
     "recommended": "recommended distance",
@@ -68,27 +56,18 @@ COLORS = {"recommended": "#7a1f10", "obstacle": "#6b4e16", "round": "#1d2733", "
 
 @dataclass(frozen=True)
 class VerdictStyle:
-    """How an exposed site is drawn by its verdict: distinguished in grey by hatching, marker and width of the line too.
-
-    Attributes
-    ----------
-    color : str
-        "#rrggbb".
-    hatch : str
-        As matplotlib names it: none, "xx" crossed, "//" oblique or ".." dotted.
-    marker : str
-        The same of markers: "o" circle, "X" cross, "^" triangle, "s" square.
-    width : float
-        Of the outline (pixels).
-    opacity : float
-        Of the fill.
-    """
+    """How an exposed site is drawn by its verdict: distinguished in grey by hatching, marker and line."""
 
     color: str
+    """"#rrggbb"."""
     hatch: str
+    """As matplotlib names it: none, "xx" crossed, "//" oblique or ".." dotted."""
     marker: str
+    """The same of markers: "o" circle, "X" cross, "^" triangle, "s" square."""
     width: float
+    """Of the outline (pixels)."""
     opacity: float
+    """Of the fill."""
 
 
 VERDICTS = {
@@ -104,30 +83,20 @@ LEVELS = 9
 
 @dataclass(frozen=True, eq=False)
 class Shape:
-    """A line or an area on the map.
-
-    Attributes
-    ----------
-    kind : str
-        One of `KINDS`.
-    name : str
-        Its name.
-    points : (k, 2) float64
-        In the site's frame (m); one point alone is a position.
-    closed : bool
-        Whether the last point joins the first.
-    properties : dict
-        What else is known of it.
-    label : (2,) floats, optional
-        Where its name stands (m); left out: above it.
-    """
+    """A line or an area on the map."""
 
     kind: str
+    """One of `KINDS`."""
     name: str
+    """Its name."""
     points: Array
+    """(k, 2) float64: in the site's frame (m); one point alone is a position."""
     closed: bool = True
+    """Whether the last point joins the first."""
     properties: dict[str, Any] = field(default_factory=dict)
+    """What else is known of it."""
     label: tuple[float, float] | None = None
+    """(2,) floats, optional: where its name stands (m); left out: above it."""
 
     @property
     def centre(self) -> Array:

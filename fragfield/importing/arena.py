@@ -16,9 +16,8 @@ from flight.arena import ArenaTable
 from flight.errors import InputError as FlightInputError
 from fragfield.errors import InputError
 from fragfield.importing.columns import Columns, columns_by_name
-from fragfield.importing.dialect import Guess
 from fragfield.importing.matrix import Matrix, matrix_of
-from fragfield.importing.sheet import QuestionError
+from fragfield.importing.sheet import Guess, QuestionError
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -29,7 +28,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["WANTED", "ArenaOptions", "arena_table", "is_arena"]
 
 _SNAP = 0.02  # degrees by which rounded radians may miss 180
 WANTED = (
@@ -40,27 +38,18 @@ WANTED = (
 
 @dataclass(frozen=True)
 class ArenaOptions:
-    """What an arena table does not say of itself.
-
-    Attributes
-    ----------
-    rounds : float
-        That its numbers are of together; a part of one where a part of the azimuth was caught.
-    width : float
-        Of the zones that pieces are put into (degrees).
-    from_base : bool
-        Angles count from the base, not from the nose.
-    empty_zones : bool
-        Zones without a row hold no fragment.
-    zone_angle : str, optional
-        What a single angle of a zone is: "from", "centre" or "to".
-    """
+    """What an arena table does not say of itself."""
 
     rounds: float = 1.0
+    """That its numbers are of together; a part of one where a part of the azimuth was caught."""
     width: float = 5.0
+    """Of the zones that pieces are put into (degrees)."""
     from_base: bool = False
+    """Angles count from the base, not from the nose."""
     empty_zones: bool = False
+    """Zones without a row hold no fragment."""
     zone_angle: str | None = None
+    """What a single angle of a zone is: "from", "centre" or "to"."""
 
 
 def is_arena(columns: Mapping[str, int]) -> bool:
@@ -74,10 +63,8 @@ def arena_table(
 ) -> tuple[ArenaTable, list[Guess], list[str]]:
     """Table of one round, what was concluded, and what was dropped.
 
-    Raises
-    ------
-    InputError
-        A quantity is missing, or the table cannot be flown; `QuestionError` where something has two meanings.
+    Raises InputError: a quantity is missing, or the table cannot be flown; `QuestionError` where something has two
+    meanings.
     """
     matrix = matrix_of(layout, units)
     names = columns_by_name(layout, [one for one in WANTED if matrix is None or not one.startswith("mass_")], chosen)

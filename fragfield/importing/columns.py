@@ -10,11 +10,9 @@ import numpy as np
 
 from flight.files.text_tables import converted
 from fragfield.errors import InputError
-from fragfield.importing.dialect import Guess
-from fragfield.importing.names import GROUPS, QUANTITIES, SIDES, is_unit, read_head, unit_of
-from fragfield.importing.numbers import Interval, NotANumberError
-from fragfield.importing.sheet import QuestionError, Refused, letter
-from fragfield_base.names import names_allowed
+from fragfield.importing.cells import GROUPS, QUANTITIES, SIDES, Interval, NotANumberError, is_unit, read_head, unit_of
+from fragfield.importing.sheet import Guess, QuestionError, Refused, letter
+from fragfield_base.errors import names_allowed
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -26,7 +24,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["Columns", "columns_by_name"]
 
 _DEGREE = math.pi / 180.0
 
@@ -100,10 +97,7 @@ class Columns:
     def values(self, name: str, unit: str = "") -> Array:
         """A quantity in its SI unit, or angles in degrees where `unit` is "deg"; NaN in empty cells.
 
-        Raises
-        ------
-        InputError
-            A cell is not a number; `QuestionError` where its unit is not known.
+        Raises InputError: a cell is not a number; `QuestionError` where its unit is not known.
         """
         numbers, units = [], set()
         for row, cell in zip(self.layout.rows, self.cells(name), strict=True):

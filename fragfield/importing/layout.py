@@ -8,17 +8,14 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from fragfield.errors import InputError
-from fragfield.importing.dialect import Guess
-from fragfield.importing.names import SIDES, is_unit, plain, read_head
-from fragfield.importing.numbers import Numbers, decimal_of
-from fragfield.importing.sheet import QuestionError, Refused, Row
+from fragfield.importing.cells import SIDES, Numbers, decimal_of, is_unit, plain, read_head
+from fragfield.importing.sheet import Guess, QuestionError, Refused, Row
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from fragfield.importing.sheet import Cell, Sheet
 
-__all__ = ["Layout", "lay_out"]
 
 _SAMPLE = 1000  # rows
 _SUM = re.compile(
@@ -30,42 +27,28 @@ _SUM = re.compile(
 
 @dataclass
 class Layout:
-    """A table: names and units of its columns, and its rows.
-
-    Attributes
-    ----------
-    sheet : Sheet
-        What it is of.
-    names : list of str
-        One a column, empty where there is none; with the name of its group of columns before it.
-    own : list of str
-        The same without that of the group.
-    units : list of str
-        From a row of units below the names, else empty.
-    rows : list of Row
-        All of the same length.
-    numbers : Numbers
-        Reads its cells.
-    guesses : list of Guess
-        Of the sheet and of the layout.
-    dropped : list of str
-        What was left out, in words.
-    are_given : bool
-        Whether the caller has said which lines count.
-    above : list of str
-        Lines above the names, and comments.
-    """
+    """A table: names and units of its columns, and its rows."""
 
     sheet: Sheet
+    """What it is of."""
     names: list[str]
+    """One a column, empty where there is none; with the name of its group of columns before it."""
     own: list[str]
+    """The same without that of the group."""
     units: list[str]
+    """From a row of units below the names, else empty."""
     rows: list[Row]
+    """All of the same length."""
     numbers: Numbers
+    """Reads its cells."""
     guesses: list[Guess]
+    """Of the sheet and of the layout."""
     dropped: list[str]
+    """What was left out, in words."""
     are_given: bool = False
+    """Whether the caller has said which lines count."""
     above: list[str] = field(default_factory=list)
+    """Lines above the names, and comments."""
 
 
 def lay_out(sheet: Sheet, *, decimal: str | None = None, rows: str | None = None) -> Layout:

@@ -10,10 +10,8 @@ import numpy as np
 
 from flight.files.text_tables import converted
 from fragfield.errors import InputError
-from fragfield.importing.dialect import Guess
-from fragfield.importing.names import QUANTITIES, is_unit, plain, read_head, unit_of
-from fragfield.importing.numbers import Interval, NotANumberError
-from fragfield.importing.sheet import QuestionError
+from fragfield.importing.cells import QUANTITIES, Interval, NotANumberError, is_unit, plain, read_head, unit_of
+from fragfield.importing.sheet import Guess, QuestionError
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -25,40 +23,26 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["Matrix", "matrix_of"]
-
 
 @dataclass
 class Matrix:
-    """Numbers by zone and group.
-
-    Attributes
-    ----------
-    at : tuple of int
-        Columns of the groups.
-    numbers : (rows, groups)
-        Of fragments; empty cells hold none.
-    groups : three arrays (groups,)
-        Lower and upper edge and mean mass (kg).
-    guesses : list of Guess
-        How it was read.
-    """
+    """Numbers by zone and group."""
 
     at: tuple[int, ...]
+    """Columns of the groups."""
     numbers: Array
+    """(rows, groups): of fragments; empty cells hold none."""
     groups: tuple[Array, Array, Array]
+    """three arrays (groups,): lower and upper edge and mean mass (kg)."""
     guesses: list[Guess]
+    """How it was read."""
 
 
 def matrix_of(layout: Layout, units: Mapping[str, str]) -> Matrix | None:
     """Groups of mass in the names of two or more columns; None where there are none.
 
-    A row whose first text means "mean mass" holds the mean masses of the groups, and is taken out of the layout.
-
-    Raises
-    ------
-    InputError
-        A cell is not a number. `QuestionError` where the unit or the mean masses of the groups are not said.
+    A row whose first text means "mean mass" holds the mean masses of the groups, and is taken out of the layout. Raises
+    InputError: a cell is not a number. `QuestionError` where the unit or the mean masses of the groups are not said.
     """
     groups: dict[int, Interval] = {}
     titles: set[str] = set()

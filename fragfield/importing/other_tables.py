@@ -20,7 +20,6 @@ if TYPE_CHECKING:
 
     from fragfield.importing.columns import Columns
 
-__all__ = ["WANTED", "drag_table", "fragment_table", "pit_columns", "walls_text"]
 
 WANTED = {
     "pit": ("mass_above", "mass_from", "mass_to", "mass_group", "number", "total_mass", "mass"),

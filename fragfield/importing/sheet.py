@@ -12,9 +12,6 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
-    from fragfield.importing.dialect import Guess
-
-__all__ = ["MOST_BYTES", "MOST_CELLS", "MOST_COLUMNS", "Cell", "QuestionError", "Refused", "Row", "Sheet", "letter"]
 
 MOST_BYTES = 1 << 26
 MOST_COLUMNS = 1000
@@ -27,6 +24,17 @@ DATE = re.compile(
     re.IGNORECASE,
 )
 """What a spreadsheet shows where it took a number or a range for a date."""
+
+
+class Guess(NamedTuple):
+    """Something that was concluded from a file: what, its value, and the reason."""
+
+    what: str
+    value: str
+    reason: str
+
+    def __str__(self) -> str:
+        return f"{self.what}: {self.value} ({self.reason})"
 
 
 class QuestionError(InputError):
@@ -66,30 +74,20 @@ class Row(NamedTuple):
 
 @dataclass
 class Sheet:
-    """Rows that are not empty, comments, and conclusions about the file.
-
-    Attributes
-    ----------
-    path : Path
-        The file.
-    name : str
-        Of the sheet of a workbook; empty for a text.
-    rows : list of Row
-        In the order of the file.
-    guesses : list of Guess
-        What was concluded, with reasons.
-    comments : list of str
-        Lines that begin with #, without it.
-    decimal : str
-        Of a text: "point", "comma", "either", "both" or ""; of a workbook "".
-    """
+    """Rows that are not empty, comments, and conclusions about the file."""
 
     path: Path
+    """The file."""
     name: str
+    """Of the sheet of a workbook; empty for a text."""
     rows: list[Row]
+    """In the order of the file."""
     guesses: list[Guess]
+    """What was concluded, with reasons."""
     comments: list[str] = field(default_factory=list)
+    """Lines that begin with #, without it."""
     decimal: str = ""
+    """Of a text: "point", "comma", "either", "both" or ""; of a workbook ""."""
 
     def place(self, line: int, column: int | None = None) -> str:
         """Where a cell stands, for messages."""

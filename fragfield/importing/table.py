@@ -18,15 +18,14 @@ from flight.files.text_tables import write_columns
 from flight.fragments import Fragments
 from fragfield.errors import InputError
 from fragfield.importing import arena, other_tables
+from fragfield.importing.cells import GROUPS, QUANTITIES, plain
 from fragfield.importing.columns import Columns, columns_by_name
-from fragfield.importing.dialect import Guess
 from fragfield.importing.layout import lay_out
-from fragfield.importing.names import GROUPS, QUANTITIES, plain
-from fragfield.importing.sheet import QuestionError
+from fragfield.importing.sheet import Guess, QuestionError
 from fragfield.importing.text_file import read_text_file
 from fragfield.importing.workbook import is_workbook, read_workbook
 from fragfield.version import __version__
-from fragfield_base.names import names_allowed
+from fragfield_base.errors import names_allowed
 from fragfield_base.paths import absolute
 from fragfield_base.units import UnitError, read_measure
 from fragfield_base.writing import write_bytes, write_text
@@ -38,7 +37,6 @@ if TYPE_CHECKING:
     from fragfield.importing.layout import Layout
     from fragfield.importing.sheet import Sheet
 
-__all__ = ["KINDS", "ImportedTable", "import_table", "open_sheet"]
 
 KINDS = {
     "arena": "fragments of one round by polar zone and mass group: --fragments",
@@ -91,10 +89,7 @@ class ImportedTable:
     def write(self, path: str | os.PathLike[str] | None = None) -> Path:
         """Write the file that a case reads; without a path into the working folder under `default_name`.
 
-        Raises
-        ------
-        InputError
-            It would replace its own source, or cannot be written.
+        Raises InputError: it would replace its own source, or cannot be written.
         """
         target = absolute(self.default_name if path is None else path, InputError)
         wanted = ".toml" if self.kind == "walls" else ".csv"
@@ -241,7 +236,7 @@ def _casing(case: str | os.PathLike[str] | None, mass: str | float | None) -> fl
     """Mass of the casing (kg), of a case or as given."""
     if case is not None:
         from fragfield.case import load_case
-        from fragfield.case.conversion.placing import masses_of
+        from fragfield.case.conversion.rounds import masses_of
 
         values = load_case(absolute(case, InputError), burst=False)
         if not values.round:
@@ -308,7 +303,7 @@ def _content(
 
 def _check_pit(path: Path, content: Mapping[str, Any], rounds: float) -> None:
     """Refuse what our own reader would refuse."""
-    from fragfield.case.conversion.fragment_counts import read_counts
+    from fragfield.case.conversion.mean_mass import read_counts
     from transition.errors import InputError as BreakUpInputError
 
     with tempfile.TemporaryDirectory() as folder:

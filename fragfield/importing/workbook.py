@@ -5,16 +5,17 @@ from __future__ import annotations
 import datetime as dt
 import xml.parsers.expat as expat
 import zipfile
+from io import BytesIO
 from itertools import zip_longest
 from typing import TYPE_CHECKING, Any
 
 from fragfield.errors import InputError
-from fragfield.importing.dialect import Guess
 from fragfield.importing.sheet import (
     DATE,
     MOST_BYTES,
     MOST_COLUMNS,
     Cell,
+    Guess,
     QuestionError,
     Refused,
     Row,
@@ -22,13 +23,13 @@ from fragfield.importing.sheet import (
     checked_size,
     stripped,
 )  # fmt: skip
-from fragfield_base.names import names_allowed
+from fragfield_base.errors import names_allowed
+from fragfield_base.reading import read_bytes
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
     from pathlib import Path
 
-__all__ = ["is_workbook", "read_workbook"]
 
 _MOST_UNPACKED = 1 << 28
 _MOST_ROWS = 1_048_576
@@ -53,21 +54,13 @@ def is_workbook(path: Path) -> bool:
 def read_workbook(path: Path, sheet: str | None = None) -> Sheet:
     """Read one sheet of a workbook.
 
-    Parameters
-    ----------
-    path : Path
-        XLSX or ODS.
-    sheet : str, optional
-        Its name, or its number from 1; needed where several sheets hold something.
-
-    Raises
-    ------
-    InputError
-        No such file or sheet, another format, an archive that unpacks to more than 256 MB, XML with a document type or
-        entities, or a library that is not installed. `QuestionError` where several sheets hold something.
+    `path`: XLSX or ODS; `sheet`: its name, or its number from 1; needed where several sheets hold something. Raises
+    InputError: no such file or sheet, another format, an archive that unpacks to more than 256 MB, XML with a document
+    type or entities, or a library that is not installed. `QuestionError` where several sheets hold something.
     """
-    kind = _checked_archive(path)
-    tables = _xlsx(path) if kind == "xlsx" else _ods(path)
+    data = read_bytes(path, InputError, most=MOST_BYTES)
+    kind = _checked_archive(path, data)
+    tables = _xlsx(path, data) if kind == "xlsx" else _ods(path, data)
     filled = {name: rows for name, rows in tables.items() if rows}
     name, reason = _chosen(path, filled, list(tables), sheet)
     return Sheet(path, name, filled[name], [Guess("sheet", name, reason)])
@@ -90,15 +83,10 @@ def _chosen(path: Path, filled: Mapping[str, list[Row]], names: list[str], sheet
     return next(iter(filled)), "the only one that holds anything"
 
 
-def _checked_archive(path: Path) -> str:
+def _checked_archive(path: Path, data: bytes) -> str:
     """Refuse what is no workbook, unpacks to too much, or has XML that refers to entities."""
     try:
-        size = path.stat().st_size
-        if not path.is_file():
-            raise InputError(f"{path}: not a regular file")
-        if size > MOST_BYTES:
-            raise InputError(f"{path}: {size} bytes; allowed: at most {MOST_BYTES}")
-        with zipfile.ZipFile(path) as archive:
+        with zipfile.ZipFile(BytesIO(data)) as archive:
             entries = archive.infolist()
             if sum(entry.file_size for entry in entries) > _MOST_UNPACKED:
                 raise InputError(f"{path}: unpacks to more than {_MOST_UNPACKED} bytes; allowed: at most that")
@@ -108,13 +96,8 @@ def _checked_archive(path: Path) -> str:
                     raise InputError(f"{path}: {entry.filename} declares a document type, which no spreadsheet writes")
     except InputError:
         raise
-    except FileNotFoundError:
-        raise InputError(f"{path}: no such file") from None
-    except OSError as fault:
-        raise InputError(f"{path}: cannot be read ({fault.strerror or fault})") from None
-    except (zipfile.BadZipFile, RuntimeError, NotImplementedError, EOFError, ValueError) as fault:
-        with path.open("rb") as file:
-            old = file.read(4) == b"\xd0\xcf\x11\xe0"
+    except (zipfile.BadZipFile, OSError, RuntimeError, NotImplementedError, EOFError, ValueError) as fault:
+        old = data.startswith(b"\xd0\xcf\x11\xe0")
         what = "an old or encrypted Excel workbook; save it as .xlsx without a password" if old else str(fault)
         raise InputError(f"{path}: not a workbook in XLSX or ODS ({what})") from None
     if "xl/workbook.xml" in names:
@@ -124,7 +107,7 @@ def _checked_archive(path: Path) -> str:
     raise InputError(f"{path}: an archive, but no workbook in XLSX or ODS")
 
 
-def _check_whole(path: Path) -> None:
+def _check_whole(path: Path, data: bytes) -> None:
     """Refuse a cut or damaged content.xml, of which odfpy would read the first part in silence."""
     parser = expat.ParserCreate()
 
@@ -133,7 +116,7 @@ def _check_whole(path: Path) -> None:
 
     parser.EntityDeclHandler = refuse
     try:
-        with zipfile.ZipFile(path) as archive, archive.open("content.xml") as file:
+        with zipfile.ZipFile(BytesIO(data)) as archive, archive.open("content.xml") as file:
             parser.ParseFile(file)
     except (expat.ExpatError, zipfile.BadZipFile) as fault:
         raise InputError(f"{path}: damaged: content.xml is no whole XML ({fault})") from None
@@ -146,26 +129,25 @@ def _has_entities(archive: zipfile.ZipFile, entry: zipfile.ZipInfo) -> bool:
     return b"<!DOCTYPE" in head or b"<!ENTITY" in head or head.startswith((b"\xff\xfe", b"\xfe\xff"))
 
 
-def _xlsx(path: Path) -> dict[str, list[Row]]:
+def _xlsx(path: Path, data: bytes) -> dict[str, list[Row]]:
     """Visible sheets of an XLSX file: values as the spreadsheet computed them."""
     try:
         import openpyxl
     except ModuleNotFoundError:
         raise InputError(f"{path}: reading XLSX needs openpyxl, which is not installed: {_INSTALL}") from None
     try:
-        with path.open("rb") as one, path.open("rb") as other:  # whatever the file is called
-            values = openpyxl.load_workbook(one, read_only=True, data_only=True)
-            formulas = openpyxl.load_workbook(other, read_only=True, data_only=False)
-            found: dict[str, list[Row]] = {}
-            for table in values.worksheets:
-                if table.sheet_state != "visible":
-                    continue
-                written = formulas[table.title]
-                for sheet in (table, written):
-                    sheet.reset_dimensions()  # what the file claims, which may be all of a sheet
-                both = zip(table.iter_rows(), written.iter_rows(), strict=False)
-                found[table.title] = _rows(path, (_paired(*pair) for pair in both))
-            return found
+        values = openpyxl.load_workbook(BytesIO(data), read_only=True, data_only=True)
+        formulas = openpyxl.load_workbook(BytesIO(data), read_only=True, data_only=False)
+        found: dict[str, list[Row]] = {}
+        for table in values.worksheets:
+            if table.sheet_state != "visible":
+                continue
+            written = formulas[table.title]
+            for sheet in (table, written):
+                sheet.reset_dimensions()  # what the file claims, which may be all of a sheet
+            both = zip(table.iter_rows(), written.iter_rows(), strict=False)
+            found[table.title] = _rows(path, (_paired(*pair) for pair in both))
+        return found
     except InputError:
         raise
     except Exception as error:  # noqa: BLE001 - a damaged file ends in errors of many kinds
@@ -215,16 +197,16 @@ def _rows(path: Path, lines: Iterable[Iterable[Cell]]) -> list[Row]:
     return rows
 
 
-def _ods(path: Path) -> dict[str, list[Row]]:
+def _ods(path: Path, data: bytes) -> dict[str, list[Row]]:
     """Sheets of an ODS file."""
     try:
         from odf.opendocument import load
         from odf.table import Table
     except ModuleNotFoundError:
         raise InputError(f"{path}: reading ODS needs odfpy, which is not installed: {_INSTALL}") from None
-    _check_whole(path)
+    _check_whole(path, data)
     try:
-        document = load(str(path))
+        document = load(BytesIO(data))
         return {
             str(table.getAttribute("name")): _rows(path, _ods_lines(path, table))
             for table in document.spreadsheet.getElementsByType(Table)

@@ -14,8 +14,6 @@ if TYPE_CHECKING:
 
     from flight.hazard.ensemble import EnsembleHazard
 
-__all__ = ["HazardDistance"]
-
 
 class HazardDistance:
     """The recommended distance and its parts; the part "hazard" of summary.json.

@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fragfield.errors import InputError
-from fragfield.interface.study_files import setting_of, study_folder, table_of_rows, written_case
+from fragfield.interface.case import setting_of, study_folder, written_case
+from fragfield.interface.tables import table_of_rows
 
 if TYPE_CHECKING:
     import os
@@ -15,8 +16,6 @@ if TYPE_CHECKING:
 
     from fragfield.interface.case import Case
     from fragfield.interface.tables import Table
-
-__all__ = ["Limit", "run_limit"]
 
 
 @dataclass(frozen=True, repr=False)

@@ -26,8 +26,6 @@ if TYPE_CHECKING:
     from fragfield.report.figures.drawing import Drawing
     from fragfield.report.reading.run_files import RoundTables, RunFiles
 
-__all__ = ["Burst", "Run", "draw", "figures_of", "open"]
-
 
 def open(path: str | os.PathLike[str]) -> Run:  # noqa: A001 - as h5py.File has its `open`
     """The run in a directory, whole or in part; what it holds is read when it is asked for.
@@ -169,7 +167,7 @@ class Run:
         InputError
             Another ending, openpyxl is not installed, or the file cannot be written.
         """
-        from fragfield.interface.workbook import write_workbook
+        from fragfield.interface.tables import write_workbook
 
         tables = {name: self.table(name) for name in self.tables}
         return write_workbook(absolute(path, InputError), self.path, self.case.title, self.summary, tables)

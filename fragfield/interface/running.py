@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from fragfield.pipeline.job import RunOptions
     from fragfield.terminal.progress import Progress
 
-__all__ = ["limit_threads", "options_of", "run"]
-
 
 def run(
     case: Case | str | os.PathLike[str],

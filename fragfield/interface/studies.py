@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any
 from fragfield.errors import InputError, NotDeterminedError, nearest
 from fragfield.hazard.certainty import metres
 from fragfield.hazard.recommended import parts_words
-from fragfield.interface.case import Case
+from fragfield.interface.case import Case, setting_of, study_folder, written_case
 from fragfield.interface.results import Run
 from fragfield.interface.results import open as open_run
-from fragfield.interface.study_files import setting_of, study_folder, table_of_rows, written_case
+from fragfield.interface.tables import table_of_rows
 from fragfield_base.paths import absolute
 
 if TYPE_CHECKING:
@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from fragfield.interface.tables import Table
-
-__all__ = ["Comparison", "Sweep", "Uncertainty", "compare_runs", "run_sweep", "run_uncertainty"]
 
 
 @dataclass(frozen=True, repr=False)

@@ -1,4 +1,4 @@
-"""Tables of a run as structured NumPy arrays, or as pandas data frames.
+"""Tables of a run as structured NumPy arrays, as pandas data frames, and all of them in one workbook (XLSX).
 
 They are those of the CSV files, with the same columns, but from the HDF5 files: no digit is lost. Where the case has a
 site, the bearing stands beside every azimuth.
@@ -6,22 +6,27 @@ site, the bearing stands beside every azimuth.
 
 from __future__ import annotations
 
+import datetime as dt
+import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from fragfield.errors import InputError, nearest
+from fragfield.files.provenance import describe
+from fragfield.quantities import QUANTITIES
+from fragfield_base.writing import harmless, replacing
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Iterator, Mapping, Sequence
     from pathlib import Path
 
     from numpy.typing import NDArray
 
-__all__ = ["TABLES", "Table", "read_table"]
 
 _SHOWN = 8  # columns in a line
-_UNITS = ("kg", "m", "m_s", "s", "J", "deg", "1_m2", "kg_m3")  # that names of columns end with
+_UNITS = {"kg": "kg", "m": "m", "m_s": "m/s", "s": "s", "J": "J", "deg": "degrees", "1_m2": "1/m2", "kg_m3": "kg/m3"}
+"""What names of columns end with, and the unit."""
 
 
 class Table:
@@ -89,6 +94,22 @@ class Table:
         return f"{self.name}: {len(self)} rows of {', '.join(self.columns[:_SHOWN])}{more}"
 
 
+def table_of_rows(name: str, rows: Sequence[Mapping[str, Any]]) -> Table:
+    """Rows of texts and numbers as columns; numbers that are not there are NaN."""
+    keys = list(dict.fromkeys(key for row in rows for key in row))
+    columns = {}
+    for key in keys:
+        values = [row.get(key) for row in rows]
+        known = [value for value in values if value is not None]
+        numbers = bool(known) and all(isinstance(value, (int, float)) for value in known)
+        columns[key] = np.array(
+            [math.nan if value is None else value for value in values]
+            if numbers
+            else ["" if value is None else str(value) for value in values]
+        )
+    return Table(name, columns)
+
+
 def _fragments(folder: Path) -> Mapping[str, Any]:
     from flight import Fragments
     from flight.files.fragments import ARRAYS, fragment_columns
@@ -97,34 +118,15 @@ def _fragments(folder: Path) -> Mapping[str, Any]:
     return fragment_columns({name: getattr(found, name) for name in ARRAYS})
 
 
-def _landing(folder: Path) -> Mapping[str, Any]:
-    from flight.files.hdf5 import read_table
-    from flight.files.results import csv_columns
+def _flown(name: str, what: str = "") -> Callable[[Path], Mapping[str, Any]]:
+    def columns(folder: Path) -> Mapping[str, Any]:
+        from flight.files.hdf5 import read_table
+        from flight.files.results import csv_columns
 
-    return csv_columns(read_table(folder / "landing.h5", "landing")[0])
+        rows, names = read_table(folder / f"{name}.h5", name)
+        return csv_columns(rows, what, names)
 
-
-def _witness(folder: Path) -> Mapping[str, Any]:
-    from flight.files.hdf5 import read_table
-    from flight.files.results import csv_columns
-
-    hits, names = read_table(folder / "hits.h5", "hits")
-    return csv_columns(hits, "witness", names)
-
-
-def _obstacle_hits(folder: Path) -> Mapping[str, Any]:
-    from flight.files.hdf5 import read_table
-    from flight.files.results import csv_columns
-
-    hits, names = read_table(folder / "obstacle_hits.h5", "obstacle_hits")
-    return csv_columns(hits, "obstacle", names)
-
-
-def _contacts(folder: Path) -> Mapping[str, Any]:
-    from flight.files.hdf5 import read_table
-    from flight.files.results import csv_columns
-
-    return csv_columns(read_table(folder / "contacts.h5", "contacts")[0])
+    return columns
 
 
 def _ensemble(name: str) -> Callable[[Path], Mapping[str, Any]]:
@@ -164,10 +166,14 @@ TABLES: dict[str, tuple[str, str, Callable[[Path], Mapping[str, Any]]]] = {
     "along": ("burst_snapshot.h5", "casing along each round, by axial station", _along),
     "fragments": ("fragments.h5", "fragments of the first realisation at launch", _fragments),
     "arena": ("arena.csv", "fragments of one round by polar zone and mass group", _arena),
-    "landing": ("landing.h5", "end of every fragment's flight, first realisation", _landing),
-    "witness": ("hits.h5", "crossings of witness surfaces, first realisation", _witness),
-    "obstacle_hits": ("obstacle_hits.h5", "impacts on obstacles, first realisation", _obstacle_hits),
-    "contacts": ("contacts.h5", "contacts between fragments, first realisation", _contacts),
+    "landing": ("landing.h5", "end of every fragment's flight, first realisation", _flown("landing")),
+    "witness": ("hits.h5", "crossings of witness surfaces, first realisation", _flown("hits", "witness")),
+    "obstacle_hits": (
+        "obstacle_hits.h5",
+        "impacts on obstacles, first realisation",
+        _flown("obstacle_hits", "obstacle"),
+    ),
+    "contacts": ("contacts.h5", "contacts between fragments, first realisation", _flown("contacts")),
     "ensemble": ("ensemble.h5", "distance, throw and numbers of every realisation alone", _ensemble("ensemble")),
     "hazard_by_distance": (
         "ensemble.h5",
@@ -214,3 +220,107 @@ def _values(column: Any) -> NDArray[Any]:  # noqa: ANN401 - an array, or labels
     if isinstance(column, Labels):
         return np.array(list(column.texts), dtype=str)[column.which] if len(column) else np.zeros(0, dtype="U1")
     return np.ascontiguousarray(column)
+
+
+_STAMPED = ("landing.h5", "fragments.h5", "burst_snapshot.h5")  # of one run; the latest stage's is taken
+_MOST_ROWS = 1_048_576 - 1  # of a sheet, below the names
+
+
+def write_workbook(
+    path: Path, run_directory: Path, title: str, summary: Mapping[str, Any], tables: Mapping[str, Table]
+) -> Path:
+    """Write every table of a run as a sheet of one workbook; returns its path.
+
+    Parameters
+    ----------
+    path : Path
+        The workbook.
+    run_directory : Path
+        The run's, whose files have its provenance.
+    title : str
+        Of its case.
+    summary : mapping
+        Its summary.json.
+    tables : mapping
+        Its tables by name.
+
+    Raises
+    ------
+    InputError
+        Another ending than .xlsx, openpyxl is not installed, or the file cannot be written.
+    """
+    if path.suffix.lower() != ".xlsx":
+        raise InputError(f"{path}: tables are written as .xlsx; name it so")
+    try:
+        from openpyxl import Workbook
+    except ModuleNotFoundError:
+        raise InputError(
+            f"{path}: XLSX needs openpyxl, which is not installed: pip install fragfield[tables]"
+        ) from None
+    book = Workbook(write_only=True)
+    front = book.create_sheet("about")
+    front.column_dimensions["A"].width, front.column_dimensions["B"].width = 24, 90
+    if not tables:
+        raise InputError(f"{run_directory}: holds no table yet; run a stage first")
+    for row in _about(run_directory, title, tables):
+        front.append(row)
+    results = book.create_sheet("summary")
+    for row in _summary_rows(summary):
+        results.append(row)
+    for name, table in tables.items():
+        sheet = book.create_sheet(name)
+        sheet.freeze_panes = "A2"
+        sheet.append(list(table.columns))
+        for row in _rows(table):
+            sheet.append(row)
+    with replacing(path, InputError) as file:
+        book.save(file)
+    return path
+
+
+def _about(run_directory: Path, title: str, tables: Mapping[str, Table]) -> Iterator[list[Any]]:
+    """What the workbook is, its sheets, units, and the provenance of the run."""
+    yield [harmless(title)]
+    yield ["directory", harmless(str(run_directory))]
+    yield ["written", dt.datetime.now(dt.UTC).isoformat(timespec="seconds")]
+    yield []
+    yield ["sheet", "what it holds", "rows", "units in the names of its columns"]
+    yield ["summary", "results in numbers, as in summary.json", "", "column unit"]
+    for name, table in tables.items():
+        ends = [unit for unit in _UNITS if any(one.endswith(f"_{unit}") for one in table.columns)]
+        cut = f" (the first {_MOST_ROWS} rows; all are in {name}.csv)" if len(table) > _MOST_ROWS else ""
+        legend = ", ".join(f"_{unit} in {_UNITS[unit]}" for unit in ends)
+        yield [name, TABLES[name][1] + cut, len(table), legend or "pure numbers, or SI"]
+    yield []
+    yield ["of the run", ""]
+    file = next(name for name in _STAMPED if (run_directory / name).is_file())
+    stamp = dict(describe(run_directory / file)["attributes"])
+    case = str(stamp.pop("case", ""))
+    for key, value in stamp.items():
+        yield [key, harmless(str(value))]
+    yield []
+    yield ["case", ""]
+    for line in case.splitlines():
+        yield ["", harmless(line)]
+
+
+def _summary_rows(summary: Mapping[str, Any]) -> Iterator[list[Any]]:
+    yield ["key", "value", "unit", "meaning"]
+    for one in QUANTITIES.values():
+        value = None if "[]" in one.path or one.path.startswith("case") else one.of(summary)
+        if value is not None and not isinstance(value, dict | list):
+            yield [one.path, _cell(value), one.unit, harmless(one.label)]
+
+
+def _rows(table: Table) -> Iterator[list[Any]]:
+    columns = [np.asarray(table[name][:_MOST_ROWS]) for name in table.columns]
+    for at in range(min(len(table), _MOST_ROWS)):
+        yield [_cell(column[at]) for column in columns]
+
+
+def _cell(value: Any) -> Any:  # noqa: ANN401 - of an array or of JSON
+    """A value as a sheet holds it: an empty cell for NaN, infinity as a word, texts that are no formulas."""
+    value = value.item() if hasattr(value, "item") else value
+    if isinstance(value, float) and not math.isfinite(value):
+        return None if math.isnan(value) else "inf" if value > 0.0 else "-inf"
+    return harmless(value) if isinstance(value, str) else value

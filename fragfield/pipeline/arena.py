@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fragfield.case.conversion.recovered_mass import recovered_mass
+from fragfield.case.checks.expected_masses import recovered_mass
 from fragfield.errors import InputError
 
 if TYPE_CHECKING:
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from flight import Fragments
     from flight.arena import ArenaTable
     from fragfield.case import CaseTable
-    from fragfield.case.conversion.recovered_mass import RecoveredMass
+    from fragfield.case.checks.expected_masses import RecoveredMass
 
 __all__ = ["arena_basis", "arena_of", "arena_realisation", "read_arena", "write_arena"]
 
@@ -70,8 +70,8 @@ def arena_realisation(table: ArenaTable, case: CaseTable, number: int) -> Fragme
 
 def arena_basis(case: CaseTable) -> tuple[str, tuple[float, ...]]:
     """Basis of the hazard distance of an arena table, and mirror planes, as `hazard_directions`."""
-    from fragfield.case.conversion.directions import even_surroundings
     from fragfield.case.conversion.stages import hazard_directions
+    from fragfield.case.conversion.symmetry import even_surroundings
 
     if case.round:
         return hazard_directions(case)

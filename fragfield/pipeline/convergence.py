@@ -15,8 +15,8 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from fragfield.errors import EXIT_FAULT, exit_code_of, message_of
+from fragfield.pipeline.beside import burst_beside, flown_beside, silent
 from fragfield.pipeline.grid_convergence import grid_convergence
-from fragfield.pipeline.single_round import side_burst, silent
 from fragfield.quantities import shown
 
 if TYPE_CHECKING:
@@ -153,32 +153,21 @@ def _own_result(burst: Mapping[str, Any], flown: FlownEnsemble, headline: Mappin
 
 def _computed(job: Job, case: CaseTable, words: list[str]) -> _Result | None:
     """The quantities of a case with other cells; None where they cannot be computed, and `words` says why."""
-    import transition
-    from fragfield.case.conversion.stages import break_up_settings
-    from fragfield.pipeline.attitudes import fly_all
-    from fragfield.pipeline.parallel import Team
-    from fragfield.terminal.progress import ProgressReporter
-
     assert case.burst is not None  # of `with_cells`
-    size, realisations = f"{1e3 * case.burst.cell_size:.3g} mm", case.break_up.realisations
+    size = f"{1e3 * case.burst.cell_size:.3g} mm"
     try:
         with silent():
-            done, snapshot = side_burst(job, case)
-            broken = transition.BreakUp(snapshot, break_up_settings(case))
-            fragments = [broken.realisation(case.seed).fragments]
-            fragments += broken.many(case.seed, range(1, realisations), job.options.threads)
-            alone = replace(job, case=case, team=Team(), reporter=ProgressReporter(enabled=False))
-            flown = fly_all(alone, fragments)
+            burst, snapshot = burst_beside(case, job.scratch(), job.team)
+            flown = flown_beside(case, snapshot, job.cores, job.attitude)[0]
     except Exception as error:
         if exit_code_of(error) == EXIT_FAULT:
             raise
         words.append(f"{size} could not be computed: {message_of(error)}")
         return None
-    assert flown is not None  # a team of one
     headline = flown.hazard.headline
     if not headline["determined"]:
         words.append(f"{size} gave no distance: {headline['reason']}")
-    return _own_result(done.summary, flown, headline)
+    return _own_result(burst, flown, headline)
 
 
 def _representative(one: _Result, own: _Result, dimensions: int) -> float:

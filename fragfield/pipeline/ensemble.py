@@ -129,16 +129,16 @@ class EnsembleFlight:
             batch = range(self.done, min(self.done + _AT_ONCE, number))
             if batch.stop > self.source.count:
                 self.source.prepare()
-            numbers = self.job.team.share(batch)
-            fragments = self.source.of(numbers)
-            if self.attitude is not None:
-                fragments = [self.attitude.fragments(one) for one in fragments]
-            parts = self.job.team.collect(self.flights.many(numbers, fragments))
+            parts = self.job.team.collect(self.flights.many(self.job.team.share(batch), self._fragments))
             if batch.start == 0:
                 self.first = self.flights.first
             self.done = batch.stop
             if self.found is not None:
                 self.found.add(parts)
+
+    def _fragments(self, number: int) -> Fragments:
+        fragments = self.source[number]
+        return fragments if self.attitude is None else self.attitude.fragments(fragments)
 
     def fly_to_tolerance(self) -> None:
         """Fly the realisations at hand, and more until they fix the distance."""
@@ -182,6 +182,8 @@ class _Found:
         self.exposed: ExposedSums = ExposedSums(sites)
         if turned:
             self.exposed = TurnedSums(sites, case=job.case, grid=grid, kernel=kernel, alike=basis == "all_azimuths")
+        # of a site, and of whether the distance lies within the map
+        self.thorough = not job.numbers_alone or bool(sites) or job.case.flight.ground.map is not None
 
     def add(self, parts: Sequence[_Part]) -> None:
         """Add realisations in the order of their numbers, so that no sum depends on the ranks."""
@@ -215,7 +217,8 @@ class _Found:
 
         assert first is not None  # rank 0 flies the first one
         witnesses = {name: np.stack([table[name] for table in self.tables]) for name in self.tables[0]}
-        found, unended = self.pool.hazard(self.case.hazard.tolerance), self.pool.completeness.reason
+        unended = self.pool.completeness.reason
+        found = self.pool.hazard(self.case.hazard.tolerance, every_direction=self.thorough)
         found = replace(found, undetermined=unended or beyond_map_words(self.case, found.expected))
         exposed = self.exposed.assess(self.case, found, determined=not unended) if self.exposed.sites else []
         return FlownEnsemble(
@@ -255,29 +258,33 @@ class Flights:
         self.began = time.perf_counter()
         self.first: FlightResult | None = None
 
-    def many(self, numbers: Sequence[int], realisations: Sequence[Fragments]) -> list[_Part]:
-        """Counts of realisations; what one gives does not depend on which others are flown beside it."""
+    def many(self, numbers: Sequence[int], fragments: Callable[[int], Fragments]) -> list[_Part]:
+        """Counts of realisations, whose fragments a function gives or makes; none depends on those beside it."""
         import flight
 
-        waiting = list(zip(numbers, realisations, strict=True))
-        parts = [self._alone(*waiting.pop(0))] if waiting and waiting[0][0] == 0 else []
+        waiting = list(numbers)
+        parts = [self._alone(fragments(waiting.pop(0)))] if waiting and waiting[0] == 0 else []
         if not waiting:
             return parts
         workers = min(self.job.cores, len(waiting))
-        self._expect(len(waiting[0][1]))
+
+        def flown(number: int) -> tuple[int, _Part]:
+            one = fragments(number)
+            return len(one), self._fly(number, one, threads=self.job.cores // workers)
+
         with warnings.catch_warnings(), ThreadPoolExecutor(workers) as pool:
             warnings.simplefilter("ignore", flight.FlightWarning)  # reported for the first
-            flown = pool.map(lambda one: self._fly(*one, threads=self.job.cores // workers), waiting)
-            for (_, fragments), part in zip(waiting, flown, strict=True):
+            for count, part in pool.map(flown, waiting):
                 parts.append(part)
-                self.done += len(fragments)
+                self._expect(count)
+                self.done += count
                 self._progress(flight.FlightProgress(0, 0, 0.0))
         return parts
 
-    def _alone(self, number: int, fragments: Fragments) -> _Part:
+    def _alone(self, fragments: Fragments) -> _Part:
         """The first realisation, whose rows are kept."""
         self._expect(len(fragments))
-        part = self._fly(number, fragments, threads=self.job.cores, on_progress=self._progress)
+        part = self._fly(0, fragments, threads=self.job.cores, on_progress=self._progress)
         self.done += len(fragments)
         return part
 

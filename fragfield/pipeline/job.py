@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import shutil
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -12,7 +13,7 @@ from fragfield.case import plain
 from fragfield.case.changes import Settings, load_case
 from fragfield.errors import InputError
 from fragfield.files.provenance import versions
-from fragfield.files.run_directory import RunDirectory
+from fragfield.files.run_directory import SCRATCH, RunDirectory
 from fragfield.version import __version__
 from fragfield_base.cores import cores
 from fragfield_base.paths import start_folder
@@ -134,6 +135,8 @@ class Job:
         The one attitude in which an arrangement of mixed attitudes is flown; left out: all.
     pictures : PictureProcess, optional
         Draws burst and fragments for the report while these fly.
+    numbers_alone : bool
+        Neither bounds by direction nor bands of densities, unless another number rests on them.
     noted : dict
         What has been put into summary.json.
     """
@@ -146,6 +149,7 @@ class Job:
     options: RunOptions
     attitude: Turned | None = None
     pictures: PictureProcess | None = None
+    numbers_alone: bool = False
     noted: dict[str, Any] = field(default_factory=dict)
 
     @property
@@ -156,6 +160,13 @@ class Job:
     def needed(self, stage: Stage) -> Path:
         """The stage's input file."""
         return self.source.file(stage.needs)
+
+    def scratch(self) -> Path:
+        """An empty folder within the run directory, for the files of another burst."""
+        folder = self.target.file(SCRATCH)
+        shutil.rmtree(folder, ignore_errors=True)  # of a run that was killed
+        folder.mkdir()
+        return folder
 
     def note(self, parts: Mapping[str, Any]) -> None:
         """Put parts into summary.json, beside those of earlier stages."""

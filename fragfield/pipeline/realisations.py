@@ -52,16 +52,14 @@ class Realisations:
         """Whether any number can be made."""
         return self._prepared is not None or self._snapshot is not None or self.arena is not None
 
-    def of(self, numbers: Sequence[int]) -> list[Fragments]:
-        """The fragments of these realisations; any rank may ask for its own once `prepare` has been called on all."""
-        made = [number for number in numbers if number >= self.count]
-        new: dict[int, Fragments] = {}
-        if made and self.arena is not None:
-            new = {number: arena_realisation(self.arena, self.job.case, number) for number in made}
-        elif made:
-            assert self._prepared is not None  # `prepare` comes first
-            new = dict(zip(made, self._prepared.many(self.job.case.seed, made, self.job.options.threads), strict=True))
-        return [new[number] if number >= self.count else self._given[number] for number in numbers]
+    def __getitem__(self, number: int) -> Fragments:
+        """The fragments of one; any rank and thread may ask for its own once `prepare` has been called on all ranks."""
+        if number < self.count:
+            return self._given[number]
+        if self.arena is not None:
+            return arena_realisation(self.arena, self.job.case, number)
+        assert self._prepared is not None  # `prepare` comes first
+        return self._prepared.fragments(self.job.case.seed, number)
 
     def prepare(self) -> None:
         """Read the snapshot on every rank, once. Collective."""

@@ -1,24 +1,20 @@
-"""Further bursts beside a run's own: of one round alone, and with other cells."""
+"""The fragments of one round of a run alone, for the rules that ask for them."""
 
 from __future__ import annotations
 
 import logging
-import shutil
 import time
-import warnings
-from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from fragfield.case.conversion.axisymmetry import burst_geometry
-from fragfield.case.conversion.placing import are_alike
+from fragfield.case.conversion.rounds import are_alike
+from fragfield.case.conversion.symmetry import burst_geometry
 from fragfield.errors import EXIT_FAULT, exit_code_of, message_of
-from fragfield.files.run_directory import SCRATCH
+from fragfield.pipeline.beside import burst_beside, silent
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Sequence
 
-    from burst_fenicsx import BurstResult
     from flight import Fragments
     from flight.hazard.tp12 import PolarField
     from fragfield.case import CaseTable
@@ -26,7 +22,7 @@ if TYPE_CHECKING:
     from fragfield.pipeline.job import Job
     from transition import Snapshot
 
-__all__ = ["SingleRound", "side_burst", "silent", "single_round", "single_round_case"]
+__all__ = ["SingleRound", "single_round", "single_round_case"]
 
 REALISATIONS = 12
 """Break-ups of the round: of an M107 they fix the beam distance to 0.4 % and that of a stack to 0.6 %."""
@@ -79,14 +75,14 @@ def single_round(job: Job, realisations: Sequence[Fragments]) -> SingleRound:
         if job.options.lean:
             return SingleRound(None, "no single round: not computed for the runs of a sweep")
         with silent():
-            done, snapshot = side_burst(job, alone)
+            summary, snapshot = burst_beside(alone, job.scratch(), job.team)
             fragments = _fragments(job, alone, snapshot)
     except Exception as error:
         if not isinstance(error, ImportError) and exit_code_of(error) == EXIT_FAULT:
             raise
         return SingleRound(None, f"no single round: it could not be computed: {message_of(error)}")
     _log.info("single round: burst alone and broken up in %.1f s", time.perf_counter() - began)
-    size = 1e3 * float(done.summary["cell_size"])
+    size = 1e3 * float(summary["cell_size"])
     return SingleRound(PolarField.of(fragments), f"the round alone, burst in its meridian with cells of {size:.3g} mm")
 
 
@@ -97,42 +93,6 @@ def _fragments(job: Job, case: CaseTable, snapshot: Snapshot) -> list[Fragments]
     upright = case.model_copy(update={"break_up": case.break_up.model_copy(update={"tilt": 0.0})})
     broken = transition.BreakUp(snapshot, break_up_settings(upright))
     return broken.many(case.seed, range(REALISATIONS), job.options.threads)
-
-
-_LOGGERS = ("fragfield", "burst_fenicsx", "transition", "flight", "py.warnings")
-
-
-def side_burst(job: Job, case: CaseTable) -> tuple[BurstResult, Snapshot]:
-    """Burst a case on one rank; its result and the state at its end. Its files are removed."""
-    from burst_fenicsx import simulate
-    from fragfield.case.conversion.burst import burst_rounds
-    from fragfield.case.conversion.stages import burst_settings
-    from transition import Snapshot
-
-    folder = job.target.file(SCRATCH)
-    shutil.rmtree(folder, ignore_errors=True)
-    folder.mkdir()
-    try:
-        done = simulate(burst_rounds(case), burst_settings(case), folder, comm=job.team.alone, series=False)
-        return done, Snapshot.read(folder / "burst_snapshot.h5")
-    finally:
-        shutil.rmtree(folder, ignore_errors=True)
-
-
-@contextmanager
-def silent() -> Iterator[None]:
-    """Nothing within logs or warns: the run's log and findings are those of its own burst."""
-    loggers = [logging.getLogger(name) for name in _LOGGERS]
-    levels = [one.level for one in loggers]
-    for one in loggers:
-        one.setLevel(logging.CRITICAL)
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            yield
-    finally:
-        for one, level in zip(loggers, levels, strict=True):
-            one.setLevel(level)
 
 
 def single_round_case(case: CaseTable) -> tuple[CaseTable | None, str]:

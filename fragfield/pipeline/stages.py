@@ -6,6 +6,7 @@ import importlib
 import logging
 import time
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -33,20 +34,21 @@ def perform(job: Job, stage: Stage) -> None:
     _log.info("%s: begins", stage.name)
     job.reporter.stage(stage.name)
     started = time.perf_counter()
-    with recorded_warnings(job, stage.name):
-        _STAGE_FUNCTIONS[stage.name](job, stage)
+    with recorded_warnings(job, stage.name) as parts:
+        parts |= _STAGE_FUNCTIONS[stage.name](job, stage)
     _log.info("%s: done in %.1f s", stage.name, time.perf_counter() - started)
 
 
-def burst(job: Job, stage: Stage) -> None:
+def burst(job: Job, stage: Stage) -> dict[str, Any]:
     """Detonation and acceleration of the casings: burst.xdmf, burst_snapshot.h5. Collective over the team's ranks."""
     from burst_fenicsx import simulate
-    from fragfield.case.conversion.axisymmetry import burst_geometry
-    from fragfield.case.conversion.burst import burst_rounds
+    from fragfield.case.conversion.rounds import burst_rounds
     from fragfield.case.conversion.stages import burst_settings
+    from fragfield.case.conversion.symmetry import burst_geometry
 
     settings, choice = burst_settings(job.case), burst_geometry(job.case)
     alone = settings.geometry != "3d"  # a second's work: of one rank, while the others wait
+    part: dict[str, Any] = {}
     if job.team.first:
         _log.info("burst.geometry: %s", choice.words)
     if job.team.first or not alone:
@@ -61,20 +63,20 @@ def burst(job: Job, stage: Stage) -> None:
             series=not job.options.lean,
             profile=job.options.profile,
         )
-        if job.team.first:
-            job.note({stage.parts[0]: {**result.summary, "geometry_reason": choice.reason}})
+        part = {**result.summary, "geometry_reason": choice.reason}
     if alone:
         job.team.broadcast()
+    return {stage.parts[0]: part}
 
 
-def break_up(job: Job, stage: Stage) -> None:
+def break_up(job: Job, stage: Stage) -> dict[str, Any]:
     """Casings become fragments: fragments.h5, its CSV copy, and those of further realisations. Collective."""
     from flight.files.ensemble import write_fragment_ensemble
     from fragfield.pipeline.ensemble import break_up_all
 
     broken = break_up_all(job, job.needed(stage))
     if broken is None:
-        return
+        return {}
     result, further = broken
     provenance = provenance_of(job.case)
     if further:
@@ -82,17 +84,16 @@ def break_up(job: Job, stage: Stage) -> None:
     for name in ("fragments.csv", "fragments.h5"):
         result.fragments.write(job.target.file(name), provenance)
     write_arena(job.case, [result.fragments, *further], job.target.file("arena.csv"), provenance)
-    job.note({stage.parts[0]: {**result.summary, "realisations": 1 + len(further)}})
+    return {stage.parts[0]: {**result.summary, "realisations": 1 + len(further)}}
 
 
-def fly(job: Job, stage: Stage) -> None:
+def fly(job: Job, stage: Stage) -> dict[str, Any]:
     """Fragments fly to the ground through the witness surfaces: landing.h5, hits.h5, ensemble.h5, CSV. Collective."""
     from flight import hazard
     from flight.files.ensemble import write_ensemble
     from fragfield.case.conversion.stages import hazard_criteria
     from fragfield.case.conversion.surroundings import bearing_of, with_bearing
-    from fragfield.hazard.prescribed import minimum_part, official_part
-    from fragfield.hazard.recommended import recommended_of
+    from fragfield.hazard.recommended import minimum_part, official_part, recommended_of
     from fragfield.hazard.rules import rules_of
     from fragfield.hazard.site_map import write_contours
     from fragfield.pipeline.attitudes import flown_attitude, fly_all
@@ -106,10 +107,14 @@ def fly(job: Job, stage: Stage) -> None:
     seconds = time.perf_counter() - began
     if flown is None:
         job.team.broadcast()
-        return
+        return {}
     provenance = provenance_of(job.case)
-    flown.first.write(job.target.path, provenance)
-    write_ensemble(flown.hazard, flown.witnesses, job.target.path, provenance)
+    files = ThreadPoolExecutor(1, "files")  # the disk takes its time
+    writing = [
+        files.submit(flown.first.write, job.target.path, provenance),
+        files.submit(write_ensemble, flown.hazard, flown.witnesses, job.target.path, provenance),
+    ]
+    files.shutdown(wait=False)
     criteria, width = hazard_criteria(job.case), 360.0 / job.case.hazard.sectors
     surfaces = []
     for surface, table in zip(flown.first.witnesses, job.case.witness, strict=True):
@@ -139,19 +144,19 @@ def fly(job: Job, stage: Stage) -> None:
     headline = recommended_of(headline, convergence)
     minimum = minimum_part(headline, official, (rules or {}).get("rules") or ())
     write_contours(job.case, flown.hazard, job.target, provenance, flown.exposed, headline["recommended"])
-    job.note(
-        {
-            "flight": summary,
-            "witness": surfaces,
-            "obstacle": obstacles,
-            "hazard": headline,
-            "exposed": flown.exposed,
-            "rules": rules,
-            "official": official,
-            "minimum": minimum,
-            "convergence": convergence,
-        }
-    )
+    for one in writing:
+        one.result()
+    return {
+        "flight": summary,
+        "witness": surfaces,
+        "obstacle": obstacles,
+        "hazard": headline,
+        "exposed": flown.exposed,
+        "rules": rules,
+        "official": official,
+        "minimum": minimum,
+        "convergence": convergence,
+    }
 
 
 def _load_together(job: Job) -> None:
@@ -205,14 +210,15 @@ class WithFirst(Sequence["Fragments"]):
         return self.others[number - 1] if number else self.first
 
 
-def report(job: Job, stage: Stage) -> None:
+def report(job: Job, stage: Stage) -> dict[str, Any]:
     """The report of whatever the run directory holds: report.html."""
     from fragfield.report import write_report
 
     write_report(job.source.path, job.target.file(stage.result), drawing=job.pictures)
+    return {}
 
 
-_STAGE_FUNCTIONS: dict[str, Callable[[Job, Stage], None]] = {
+_STAGE_FUNCTIONS: dict[str, Callable[[Job, Stage], dict[str, Any]]] = {
     "burst": burst,
     "break-up": break_up,
     "fly": fly,
@@ -242,17 +248,18 @@ class _Records(logging.Handler):
 
 
 @contextmanager
-def recorded_warnings(job: Job, stage: str) -> Iterator[None]:
-    """Put what the packages warn of during a stage into summary.json, part "findings", instead of earlier ones of it.
+def recorded_warnings(job: Job, stage: str) -> Iterator[dict[str, Any]]:
+    """Put the parts that a stage fills in into summary.json, and what the packages warn of meanwhile as "findings".
 
-    The part is there, empty, where nothing was warned of.
+    These replace earlier ones of the stage; the part is there, empty, where nothing was warned of.
     Nothing is recorded of a stage that ends with an exception, or on ranks other than the first.
     """
     records = _Records(stage)
+    parts: dict[str, Any] = {}
     for name in LOGGERS:
         logging.getLogger(name).addHandler(records)
     try:
-        yield
+        yield parts
     finally:
         for name in LOGGERS:
             logging.getLogger(name).removeHandler(records)
@@ -261,4 +268,6 @@ def recorded_warnings(job: Job, stage: str) -> Iterator[None]:
     before = job.source.summary().get("findings")
     now = [*(one for one in before or [] if one["stage"] != stage), *records.found]
     if now != before and (now or stage != "report"):  # a report adds its page, and no key to a run of an older version
-        job.note({"findings": now})
+        parts["findings"] = now
+    if parts:
+        job.note(parts)

@@ -15,7 +15,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["Box", "box_around", "convex_parts"]
 
 Box = tuple[tuple[float, float], float, float, float]
 """Centre, length, width (m) and direction of the length from +x (degrees)."""
@@ -57,10 +56,7 @@ def box_around(corners: Array) -> tuple[Box, float]:
 def convex_parts(corners: Array) -> list[Array]:
     """Convex polygons that make up an outline, by cutting ears off it and joining what stays convex.
 
-    Raises
-    ------
-    InputError
-        The outline has no area or crosses itself.
+    Raises InputError: the outline has no area or crosses itself.
     """
     hull = _hull(corners)
     if abs(signed_area(hull)) <= abs(signed_area(corners)) * (1.0 + _ALIKE):

@@ -11,13 +11,19 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fragfield.case.messages import mark_of
-from fragfield.case.tables.exposed import AreaTable, ExposedBuildingTable, PersonTable, RoadTable
-from fragfield.case.tables.ground import BarricadeTable, WallTable
 from fragfield.case.tables.round import length_of
-from fragfield.errors import InputError
+from fragfield.case.tables.surroundings import (
+    AreaTable,
+    BarricadeTable,
+    ExposedBuildingTable,
+    PersonTable,
+    RoadTable,
+    WallTable,
+)
+from fragfield.errors import InputError, nearest
 from fragfield.places.polygons import box_around, convex_parts
-from fragfield_base.inputs import Quantity, show
-from fragfield_base.names import nearest_name
+from fragfield_base.errors import show
+from fragfield_base.inputs import Quantity
 from fragfield_base.units import UnitError, read_measure
 
 if TYPE_CHECKING:
@@ -28,9 +34,8 @@ if TYPE_CHECKING:
 
     from flight.hazard.site import Site
     from fragfield.case.tables.site import PlacesTable
-    from fragfield.places.feature import Array, Feature, Shape
+    from fragfield.places.features import Array, Feature, Shape
 
-__all__ = ["read_places", "tables_of_places"]
 
 _FARTHEST = 100e3  # m
 _BEYOND = 5e3  # m: no fragment flies farther
@@ -53,8 +58,7 @@ _SUFFIX = re.compile(r"^(.*?)[_ ]*[\[(]?\s*(mm|cm|km|m|ft|in|m2|m\^2|ft2|J|kJ)\s
 
 def read_places(path: Path) -> tuple[list[Feature], list[str]]:
     """Features of a GeoJSON, KML or KMZ file; raises InputError for other endings and for faults in it."""
-    from fragfield.places.geojson import read_geojson
-    from fragfield.places.kml import read_kml
+    from fragfield.places.features import read_geojson, read_kml
 
     kind = path.suffix.casefold()
     if kind in (".geojson", ".json"):
@@ -69,13 +73,9 @@ def tables_of_places(
 ) -> tuple[dict[str, list[dict[str, Any]]], list[str]]:
     """Tables `exposed` and `obstacle` of a file of places, as the case file has them, and what was done, in words.
 
-    `site` says where on Earth `origin`, x and y (m), lies and how the axes are turned.
-
-    Raises
-    ------
-    InputError
-        Faults of the file, kinds that are not known, shapes that a kind cannot have, sizes that are missing or have no
-        unit, places farther than 100 km, or at positions whose latitude and longitude are exchanged.
+    `site` says where on Earth `origin`, x and y (m), lies and how the axes are turned. Raises InputError: faults of the
+    file, kinds that are not known, shapes that a kind cannot have, sizes that are missing or have no unit, places
+    farther than 100 km, or at positions whose latitude and longitude are exchanged.
     """
     features, notes = read_places(path)
     kinds = _kinds(path, features, table)
@@ -123,8 +123,7 @@ def _kinds(path: Path, features: Sequence[Feature], table: PlacesTable) -> list[
     mapped = {key.casefold(): value for key, value in (table.kinds or {}).items()}
     for key, kind in (table.kinds or {}).items():
         if kind not in _KINDS and kind != "ignore":
-            close = nearest_name(kind, [*_KINDS, "ignore"])
-            hint = f'; did you mean "{close}"?' if close else ""
+            hint = nearest(kind, [*_KINDS, "ignore"])
             raise InputError(f'{path}: kinds."{key}": found "{kind}"{hint}; allowed: {", ".join([*_KINDS, "ignore"])}')
     found: list[str] = []
     unknown: Counter[str] = Counter()

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from fragfield_base.lazy_names import lazy_names
 
 if TYPE_CHECKING:
     from fragfield.report.assemble import write_report
@@ -10,16 +12,10 @@ if TYPE_CHECKING:
 
 __all__ = ["RunFiles", "read_run", "write_report"]
 
-_HOMES = {
-    "RunFiles": "fragfield.report.reading.run_files",
-    "read_run": "fragfield.report.reading.run_files",
-    "write_report": "fragfield.report.assemble",
-}
-
-
-def __getattr__(name: str) -> Any:  # noqa: ANN401 - what is asked for; the process that draws needs little of it
-    from importlib import import_module
-
-    if name in _HOMES:
-        return getattr(import_module(_HOMES[name]), name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+__getattr__, __dir__ = lazy_names(
+    __name__,
+    {
+        "fragfield.report.assemble": "write_report",
+        "fragfield.report.reading.run_files": "RunFiles read_run",
+    },
+)

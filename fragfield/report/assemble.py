@@ -110,7 +110,7 @@ def _write(
 
 
 class _Illustrator:
-    """Draws each figure once, and keeps it as SVG beside the page; pictures are drawn by another process."""
+    """Draws each figure once, and keeps it as SVG beside the page; pictures come from another process."""
 
     def __init__(self, run: RunFiles, folder: Path, process: PictureProcess | None) -> None:
         self.run = run
@@ -122,7 +122,8 @@ class _Illustrator:
     def draw(
         self, name: str, title: str, caption: str, function: Callable[[RunFiles], Figure | None]
     ) -> list[Illustration]:
-        drawn = draw_figure(self.run, function)
+        known = {} if self.process is None else self.process.figures
+        drawn = known[name] if name in known else draw_figure(self.run, function)
         if drawn is None:
             return []
         self.count += 1

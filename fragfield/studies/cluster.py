@@ -16,7 +16,7 @@ from typing import Any
 from fragfield.errors import EXIT_FAULT, EXIT_INTERRUPTED, InputError
 from fragfield.studies.processes import perform
 from fragfield_base.interruption import end_requested
-from fragfield_base.locking import locked
+from fragfield_base.writing import locked
 
 __all__ = ["ClusterRuns"]
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import pickle
-import shutil
 import tempfile
 import time
 import warnings
@@ -14,12 +13,10 @@ from typing import TYPE_CHECKING, Any
 from fragfield.errors import EXIT_DONE, EXIT_INTERRUPTED, exit_code_of, message_of
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable
 
     from fragfield.case import CaseTable
-    from transition import Snapshot
-
-    Burst = tuple[Mapping[str, Any], Snapshot]
+    from fragfield.pipeline.beside import Burst
 
 __all__ = ["answer_of", "burst_of", "flown_parts", "shared_burst"]
 
@@ -46,24 +43,16 @@ def burst_of(case: CaseTable, scratch: Path | None = None) -> Burst:
 
     Its files lie in a folder within `scratch`, where that is there, else within the machine's own, and are removed.
     """
-    from burst_fenicsx import simulate
-    from fragfield.case.conversion.burst import burst_rounds
+    from fragfield.case.conversion.rounds import burst_rounds
     from fragfield.case.conversion.stages import burst_settings
+    from fragfield.pipeline.beside import burst_beside
     from fragfield.pipeline.parallel import Team
-    from transition import Snapshot
-
-    asked = burst_rounds(case), burst_settings(case)
 
     def made() -> Burst:
         inside = scratch if scratch is not None and scratch.is_dir() else None
-        folder = Path(tempfile.mkdtemp(prefix="sample-", dir=inside))
-        try:
-            done = simulate(*asked, folder, comm=Team().alone, series=False)
-            return done.summary, Snapshot.read(folder / "burst_snapshot.h5")
-        finally:
-            shutil.rmtree(folder, ignore_errors=True)
+        return burst_beside(case, Path(tempfile.mkdtemp(prefix="sample-", dir=inside)), Team())
 
-    return _kept(pickle.dumps(asked), made)
+    return _kept(pickle.dumps((burst_rounds(case), burst_settings(case))), made)
 
 
 def shared_burst(directory: Path) -> Burst:
@@ -92,25 +81,14 @@ def flown_parts(case: CaseTable, burst: Burst, threads: int = 1) -> dict[str, An
         Of summary.json: `burst`, `hazard` without what the surroundings add, of `break_up` and `flight` the number of
         `fragments` and `wall_seconds`, and `exposed`.
     """
-    import transition
-    from fragfield.case.conversion.stages import break_up_settings
-    from fragfield.files.run_directory import RunDirectory
-    from fragfield.pipeline.attitudes import fly_all
-    from fragfield.pipeline.job import Job, RunOptions
-    from fragfield.pipeline.parallel import Team
-    from fragfield.terminal.progress import ProgressReporter
+    from fragfield.pipeline.beside import flown_beside
 
     summary, snapshot = burst
-    broken = transition.BreakUp(snapshot, break_up_settings(case))
-    realisations = broken.many(case.seed, range(case.break_up.realisations), threads)
-    nowhere = RunDirectory(Path())
-    options = RunOptions(nowhere.path, threads=threads, lean=True)
     began = time.perf_counter()
-    flown = fly_all(Job(case, nowhere, nowhere, Team(), ProgressReporter(enabled=False), options), realisations, broken)
-    assert flown is not None  # a team of one
+    flown, fragments = flown_beside(case, snapshot, threads)
     return {
         "burst": summary,
-        "break_up": {"fragments": len(realisations[0])},
+        "break_up": {"fragments": fragments},
         "flight": {"wall_seconds": time.perf_counter() - began},
         "hazard": flown.hazard.headline,
         "exposed": flown.exposed,

@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from burst_fenicsx import BurstProgress
     from flight import FlightProgress
 
-__all__ = ["COMPILING", "Progress", "ProgressReporter", "duration", "into_file", "watching_compilation"]
 
 COMPILING = "compiling kernels: once for this version on this machine"
 """What stands beside the stage meanwhile."""

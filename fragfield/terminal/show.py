@@ -13,26 +13,15 @@ from fragfield.case.conversion.surroundings import direction_words
 from fragfield.hazard.certainty import basis_words, margin_metres, metres, ricochet_words, rounded_metres, single_words
 from fragfield.hazard.contents import quantity_words
 from fragfield.hazard.recommended import parts_words
-from fragfield.hazard.shock_exposure import exposed_rounds, exposure_words
-from fragfield.hazard.verdict import criterion_words, part_of_criterion
+from fragfield.hazard.verdict import criterion_words, exposed_rounds, exposure_words, part_of_criterion
 from fragfield.numbers import SPACE, number, row
 from fragfield.pipeline.grid_convergence import KINDS
 from fragfield.quantities import shown
 from fragfield.terminal.progress import duration
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
 
-__all__ = [
-    "OFFICIAL_LABELS",
-    "convergence_words",
-    "number_text",
-    "plain_console",
-    "print_info",
-    "print_summary",
-    "stripped",
-    "summary_text",
-]
 
 OFFICIAL_LABELS = {
     "hazardous_fragment_distance": "official, hazardous fragments",
@@ -57,7 +46,7 @@ def number_text(value: object, factor: float) -> str:
 def summary_text(summary: Mapping[str, Any]) -> str:
     """What `print_summary` prints."""
     text = StringIO()
-    print_summary(summary, plain_console(text))
+    print_summary(summary, text)
     return stripped(text.getvalue())
 
 
@@ -66,8 +55,14 @@ def stripped(text: str) -> str:
     return "\n".join(line.rstrip() for line in text.splitlines()).rstrip("\n")
 
 
-def print_summary(summary: Mapping[str, Any], console: Console | None = None) -> None:
-    """Print the main numbers of a summary, on stdout or on a console."""
+def print_summary(summary: Mapping[str, Any], file: TextIO | None = None) -> None:
+    """Print the main numbers of a summary, on stdout or into a file."""
+    console = plain_console(file)
+    for part in _parts(summary):
+        console.print(part)
+
+
+def _parts(summary: Mapping[str, Any]) -> Iterator[str | Table]:
     table = Table(
         title=str(summary.get("title", "")), title_justify="left", box=None, show_header=False, pad_edge=False
     )
@@ -86,20 +81,18 @@ def print_summary(summary: Mapping[str, Any], console: Console | None = None) ->
     for obstacle in summary.get("obstacle") or []:
         hits = f"{obstacle['hits']:d}, hazardous {obstacle['hazardous_hits']:d}, stopped {obstacle['stopped']:d}"
         table.add_row("obstacle", f"hits on {obstacle['name']}", hits)
-    console = console or plain_console()
-    console.print(table)
+    yield table
     if recovered := (summary.get("flight") or {}).get("recovered"):
-        console.print(recovered["words"], markup=False)
-    _print_hazard(console, summary.get("hazard") or {})
-    _print_tp12(console, (summary.get("rules") or {}).get("tp12") or {})
-    _print_prescribed(console, summary)
-    for line in convergence_words(summary.get("convergence") or {}):
-        console.print(line, markup=False)
+        yield recovered["words"]
+    yield from _hazard(summary.get("hazard") or {})
+    yield from _tp12((summary.get("rules") or {}).get("tp12") or {})
+    yield from _prescribed(summary)
+    yield from convergence_words(summary.get("convergence") or {})
     for entry in summary.get("exposed") or []:
-        console.print(f"exposed {entry['name']}: {_exposed_words(entry)}", markup=False)
-    _print_profile(console, (summary.get("burst") or {}).get("profile") or [])
+        yield f"exposed {entry['name']}: {_exposed_words(entry)}"
+    yield from _profile((summary.get("burst") or {}).get("profile") or [])
     if "directory" in summary:
-        console.print(f"written to {summary['directory']}")
+        yield f"written to {summary['directory']}"
 
 
 def _exposed_words(entry: Mapping[str, Any]) -> str:
@@ -111,7 +104,7 @@ def _exposed_words(entry: Mapping[str, Any]) -> str:
     return f"{verdict}, {rounded_metres(entry['distance'])} m, {where}{margin}"
 
 
-def _print_profile(console: Console, profile: Sequence[Mapping[str, Any]]) -> None:
+def _profile(profile: Sequence[Mapping[str, Any]]) -> Iterator[str | Table]:
     """The parts of the stepping, where they were timed."""
     if not profile:
         return
@@ -120,7 +113,7 @@ def _print_profile(console: Console, profile: Sequence[Mapping[str, Any]]) -> No
         table.add_column(head, justify="left" if head == "part" else "right")
     for part in profile:
         table.add_row(part["part"], f"{part['seconds']:.2f}", f"{100.0 * part['share']:.1f}", str(part["calls"]))
-    console.print(table)
+    yield table
 
 
 def _initiated(ignition: Sequence[Mapping[str, Any]]) -> str:
@@ -146,19 +139,19 @@ def convergence_words(part: Mapping[str, Any]) -> list[str]:
     return [f"uncertainty by the cells ({sizes} mm): {'; '.join(words)}"] if words else []
 
 
-def _print_hazard(console: Console, hazard: Mapping[str, Any]) -> None:
+def _hazard(hazard: Mapping[str, Any]) -> Iterator[str | Table]:
     """The recommended distance, its parts, and beside it what single events do."""
     if not hazard:
         return
     if hazard.get("attitude"):
-        console.print(f"attitude: {attitude_words(hazard['attitude'])}", markup=False)
+        yield f"attitude: {attitude_words(hazard['attitude'])}"
     if not hazard["determined"]:
-        console.print(f"recommended distance: not determined\n  {hazard['reason']}", markup=False)
+        yield f"recommended distance: not determined\n  {hazard['reason']}"
         return
     number = f"{hazard['realisations']} realisation{'s' if hazard['realisations'] > 1 else ''}"
-    console.print(f"recommended distance {metres(hazard['recommended'])}", markup=False)
-    console.print(f"  {parts_words(hazard)}", markup=False)
-    console.print(f"  {number}; {basis_words(hazard)}", markup=False)
+    yield f"recommended distance {metres(hazard['recommended'])}"
+    yield f"  {parts_words(hazard)}"
+    yield f"  {number}; {basis_words(hazard)}"
     lines = []
     if short := hazard.get("without_ricochet"):
         lines.append(("without ricochet", metres(short["recommended"]), ricochet_words(hazard).partition(";")[0]))
@@ -167,34 +160,33 @@ def _print_hazard(console: Console, hazard: Mapping[str, Any]) -> None:
         ("largest throw", f"{rounded_metres(hazard['largest_throw'])} m", "of a single fragment, no distance to keep"),
     ]
     for label, value, note in lines:
-        console.print(f"{label:37}{value:>16}  {note}", markup=False)
+        yield f"{label:37}{value:>16}  {note}"
 
 
-def _print_tp12(console: Console, part: Mapping[str, Any]) -> None:
+def _tp12(part: Mapping[str, Any]) -> Iterator[str | Table]:
     """The distances of TP-12 beside the computed one."""
     beam, stack = part.get("beam"), part.get("stack")
     if beam:
         zone = f"worst polar zone, {beam['low']:.0f} to {beam['high']:.0f} degrees from the nose"
-        console.print(f"{'TP-12: beam of the single round':37}{metres(beam['distance']):>16}  {zone}", markup=False)
+        yield f"{'TP-12: beam of the single round':37}{metres(beam['distance']):>16}  {zone}"
     if stack and stack["distance"] is not None:
         words = f"{stack['effective_number']:.3g} effective rounds, perpendicular to their axes"
-        console.print(f"{'TP-12: rule for stacks':37}{metres(stack['distance']):>16}  {words}", markup=False)
+        yield f"{'TP-12: rule for stacks':37}{metres(stack['distance']):>16}  {words}"
 
 
-def _print_prescribed(console: Console, summary: Mapping[str, Any]) -> None:
+def _prescribed(summary: Mapping[str, Any]) -> Iterator[str | Table]:
     """Official distances of the round, net explosive quantity, and the distance not to go below."""
     official = summary.get("official") or {}
     for key, label in OFFICIAL_LABELS.items():
         if official.get(key) is not None:
-            console.print(f"{label:37}{metres(official[key]):>16}  {official['source']}", markup=False)
+            yield f"{label:37}{metres(official[key]):>16}  {official['source']}"
     if contents := (summary.get("rules") or {}).get("contents"):
-        console.print(quantity_words(contents["explosive"], contents["tnt"], contents["equivalents"]), markup=False)
-    for words in (summary.get("minimum") or {}).get("words") or ():
-        console.print(words, markup=False)
+        yield quantity_words(contents["explosive"], contents["tnt"], contents["equivalents"])
+    yield from (summary.get("minimum") or {}).get("words") or ()
 
 
 def print_info(found: Mapping[str, Any]) -> None:
-    """Print what `fragfield.files.info.describe` found."""
+    """Print what `fragfield.files.provenance.describe` found."""
     console = plain_console()
     if "directory" in found:
         stages = ", ".join(f"{name} {'done' if done else 'missing'}" for name, done in found["stages"].items())

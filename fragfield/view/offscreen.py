@@ -6,13 +6,17 @@ Where a driver is missing VTK ends its process; whoever asked for a picture goes
 from __future__ import annotations
 
 import ctypes
+import json
 import os
+import subprocess
 import sys
 import tempfile
+from contextlib import suppress
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 from fragfield.errors import InputError
-from fragfield_base.own_process import start_function
+from fragfield_base.ambient import start_function
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -103,17 +107,36 @@ class PictureProcess:
         The run directory.
     folder : Path
         Interactive pages go there, pictures into its folder `figures`.
-    what : "report", "pictures" or "pages"
-        Narrow pictures, and pages where trame-vtk is installed; wide pictures; pages.
+    what : "run", "report", "pictures" or "pages"
+        Narrow pictures, and pages where trame-vtk is installed; wide pictures; pages. For a run as for its report, with
+        the report's figures: the process loads its libraries, and waits for `go_on` after each stage.
     """
 
     def __init__(self, run: Path, folder: Path, what: str) -> None:
-        self._fault = offscreen_fault()
-        self._words = tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace")  # noqa: SIM115 - see __exit__
+        self._fault, self._waits = offscreen_fault(), what == "run"
+        drawn, words = (tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace") for _ in range(2))  # noqa: SIM115
+        self._drawn, self._words = drawn, words  # closed by __exit__
         places = [str(place.absolute()) for place in (run, folder)]
         self._process = None if self._fault else start_function(
-            "fragfield.view.show", "draw", *places, what, stdout=self._words, stderr=self._words
+            "fragfield.view.show", "draw", *places, what, stdin=subprocess.PIPE, stdout=drawn, stderr=words
         )  # fmt: skip
+
+    def go_on(self, stage: str) -> None:
+        """Let the process of a run draw what a stage has computed."""
+        if self._process is not None and self._process.stdin is not None:
+            with suppress(OSError):  # it has ended
+                self._process.stdin.write(f"{stage}\n".encode())
+                self._process.stdin.flush()
+
+    @cached_property
+    def figures(self) -> dict[str, bytes | None]:
+        """Figures (SVG) of the report by name, None of those without data, once a run's are drawn; else none."""
+        if self._process is not None and self._waits:
+            self._process.wait()
+            self._drawn.seek(0)
+            with suppress(ValueError):  # it did not come so far
+                return {name: None if text is None else text.encode() for name, text in json.load(self._drawn).items()}
+        return {}
 
     def __enter__(self) -> PictureProcess:
         return self
@@ -123,7 +146,8 @@ class PictureProcess:
     ) -> None:
         if self._process is not None:
             self._process.kill()
-            self._process.wait()
+            self._process.communicate()
+        self._drawn.close()
         self._words.close()
 
     def finish(self) -> str:

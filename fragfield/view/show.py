@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import importlib
+import json
 import logging
 import os
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from fragfield.errors import InputError
-from fragfield.files.signature import refuse_signed
+from fragfield.files.stamped import refuse_signed
 from fragfield.report.figures.drawing import SPEED_MAP
 from fragfield.report.reading.run_files import RunFiles, read_run
 from fragfield.view.offscreen import (
@@ -24,6 +27,9 @@ from fragfield.view.offscreen import (
 from fragfield.view.scenes import final_burst, fragment_points, section
 
 __all__ = ["draw", "open_window", "view_run"]
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
 
 _log = logging.getLogger(__name__)
 
@@ -104,13 +110,36 @@ def draw(run: str, folder: str, what: str) -> int:
     from fragfield.view.interactive import interactive_fault, write_interactive_views
     from fragfield.view.pictures import write_pictures
 
-    try:
-        files = read_run(Path(run), pictured=True)
+    def draw_views(files: RunFiles) -> None:
         if what != "pages":
             write_pictures(files, Path(folder) / "figures", wide=what == "pictures")
-        if what == "pages" or (what == "report" and not interactive_fault()):
+        if what == "pages" or (what != "pictures" and not interactive_fault()):
             write_interactive_views(files, Path(folder))
+
+    try:
+        if what == "run":
+            _follow(Path(run), draw_views)
+        else:
+            draw_views(read_run(Path(run), flown=False, case=False))
     except (PictureUnavailableError, InputError) as error:
         sys.stderr.write(f"{error}\n")
         return INPUT if isinstance(error, InputError) else UNAVAILABLE
     return DONE
+
+
+def _follow(run: Path, draw_views: Callable[[RunFiles], None]) -> None:
+    """Load all libraries, then draw each stage whose name is read; the figures go to stdout after the last one."""
+    from fragfield.report.stage_sections import figures_of_stage
+
+    for name in ("fragfield.case", "matplotlib.backends.backend_svg", "pyvista.plotting"):
+        importlib.import_module(name)
+    figures: dict[str, str | None] = {}
+    for line in sys.stdin:
+        stage = line.strip()
+        files = read_run(run, flown=stage == "fly")
+        figures |= figures_of_stage(files, stage)
+        if stage == "fly":
+            json.dump(figures, sys.stdout)
+            return
+        (files.fragments if stage == "burst" else files.nodes).clear()  # drawn later, or before
+        draw_views(files)

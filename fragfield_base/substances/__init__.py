@@ -16,8 +16,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Literal
 
-from fragfield_base.errors import InputError
-from fragfield_base.names import names_allowed, plain_key
+from fragfield_base.errors import InputError, names_allowed, plain_key
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -81,28 +80,19 @@ class Group:
 
 @dataclass(frozen=True)
 class Substance:
-    """An explosive or a casing: what its file holds.
-
-    Attributes
-    ----------
-    name : str
-        What files and outputs call it: the built-in name, or that of a user's file.
-    title : str
-        Its name in text.
-    aliases : tuple of str
-        Other names of it.
-    composition, note : str
-        What it is made of; what its user must know.
-    groups : mapping
-        `Group` by name.
-    """
+    """An explosive or a casing: what its file holds."""
 
     name: str
+    """What files and outputs call it: the built-in name, or that of a user's file."""
     title: str
+    """Its name in text."""
     aliases: tuple[str, ...]
+    """Other names of it."""
     composition: str
     note: str
+    """What it is made of; what its user must know."""
     groups: Mapping[str, Group]
+    """`Group` by name."""
 
     def value(self, group: str, key: str) -> Any:  # noqa: ANN401 - a number, a pair or a word
         """A value; None where the file has none."""

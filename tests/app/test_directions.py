@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from flight.files.ensemble import write_ensemble
-from fragfield.app.directions import Directions
-from fragfield.app.texts import texts_in
+from fragfield.app.fields import texts_in
+from fragfield.app.pages.result import Directions
 from tests.flight.test_ensemble import ensemble
 
 TEXTS = texts_in("en")

@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from burst_fenicsx.geometry import load_profile
-from fragfield.app.directions import Directions
-from fragfield.app.texts import texts_in
+from fragfield.app.fields import texts_in
+from fragfield.app.pages.result import Directions
 from fragfield.case import load_case
 from tests.app.conftest import PATIENCE, small, wait_for
 from tests.fragfield.drawn_shells import write_dxf

@@ -6,8 +6,7 @@ import re
 
 import pytest
 
-from fragfield.app.fields import fields_of, kinds_of
-from fragfield.app.texts import LANGUAGES, _read, texts_in
+from fragfield.app.fields import LANGUAGES, _read, fields_of, kinds_of, texts_in
 
 ENGLISH = re.compile(r"\b(a|an|with|without|each|for|of|the|or|and|greater|least|most|above|below|to|its|number)\b")
 

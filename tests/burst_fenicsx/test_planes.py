@@ -71,14 +71,14 @@ def test_surfaces_are_searched_again_before_two_of_them_can_have_met(speed, step
     pair = [box((1, 1, 1), (0.01,) * 3), moved(box((1, 1, 1), (0.01,) * 3), (0.05, 0.0, 0.0), 1)]
     solver = bodies(pair, [(0.0, 0.0, 0.0), (0.0, 0.6 * speed, 0.8 * speed)], replace(QUIET, cell_size=0.01))
     collisions = solver.contact.collisions
-    assert collisions.search_is_due(0.0)  # none has been made yet
+    assert collisions.search_is_due(0.0, collisions.fastest)  # none has been made yet
     for _ in range(2):
         collisions.search()
-        due = [collisions.search_is_due(STEP) for _ in range(steps)]
+        due = [collisions.search_is_due(STEP, collisions.fastest) for _ in range(steps)]
         assert due == [False] * (steps - 1) + [True]
     collisions.search()
     solver.fields.nodes.velocity[:] = 0.0
-    assert not any(collisions.search_is_due(STEP) for _ in range(100))
+    assert not any(collisions.search_is_due(STEP, collisions.fastest) for _ in range(100))
 
 
 def test_a_fixed_step_leaves_the_springs_less_than_a_fifth():

@@ -51,6 +51,7 @@ def processor_and_digest(**variables: str) -> list[str]:
     return done.stdout.split()
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(platform.machine() != "x86_64", reason="the other processor is one of this kind")
 def test_narrower_vectors_give_the_same_bits():
     # Without the empty list of features the other processor would have this one's.

@@ -100,9 +100,9 @@ if comm.rank == 0:
 """
 
 
-@pytest.mark.parametrize("ranks", [1, 2, 3, 4])
+@pytest.mark.parametrize("ranks", [1, 3, pytest.param(4, marks=pytest.mark.slow)])
 def test_both_sides_of_a_split_are_where_either_is(tmp_path, on_ranks, ranks):
-    """Two split rounds on 1-4 ranks, in runs of cells and at random: ghosts, names, number of nodes, local nodes."""
+    """Two split rounds on ranks, in runs of cells and at random: ghosts, names, number of nodes, local nodes."""
     script = tmp_path / "distribution.py"
     script.write_text(textwrap.dedent(DISTRIBUTION))
     assert on_ranks(ranks, script).strip() == "distributed"
@@ -158,7 +158,7 @@ def test_ranks_with_threads_change_no_bit(tmp_path, mpirun, pair):
     assert differences(pair[0], {name: values for name, values in np.load(path).items() if name not in OF_RANKS}) == []
 
 
-@pytest.mark.parametrize("options", [("shared",), ("shared", "full", "jwl")])
+@pytest.mark.parametrize("options", [pytest.param(("shared",), marks=pytest.mark.slow), ("shared", "full", "jwl")])
 def test_ranks_change_no_bit_without_contact(tmp_path, on_ranks, options):
     """Charge and casing on the same nodes, both quadratures, by two product models, cells dealt at random."""
     alone = state(burst(tmp_path, MPI.COMM_SELF, frozenset(options)))

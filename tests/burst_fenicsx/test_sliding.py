@@ -17,7 +17,7 @@ from burst_fenicsx.meshing.cut import split_charges
 from burst_fenicsx.problem import ContactSettings, Part
 from burst_fenicsx.run_burst import simulate
 from fragfield.case import load_case
-from fragfield.case.conversion.burst import burst_rounds
+from fragfield.case.conversion.rounds import burst_rounds
 from fragfield.case.conversion.stages import burst_settings
 from tests.burst_fenicsx.bodies import QUIET, bodies, energy, momentum
 from tests.burst_fenicsx.boxes import ELASTIC, TNT, box, run_until

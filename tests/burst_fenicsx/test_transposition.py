@@ -7,7 +7,12 @@ import pytest
 from numba.core.errors import TypingError
 
 from burst_fenicsx.kernels.lanes import LANES, kernel
-from burst_fenicsx.kernels.vectors.nodal_values import add_nodal_forces, make_gather
+from burst_fenicsx.kernels.vectors.nodal_values import (
+    add_nodal_forces,
+    gather_mean_modes,
+    gather_modes,
+    make_gather,
+)
 from burst_fenicsx.kernels.vectors.transposition import (
     WIDTH,
     add_triples,
@@ -74,6 +79,39 @@ def test_vectors_become_rows_and_come_back():
     np.testing.assert_array_equal(other, wanted)
 
 
+def modes(nodal):
+    """Modes 1, 2, 4, 3, 5, 6, 7 of nodal values (cells, 8, 3), as rows (7, 3, cells)."""
+    signs = [[(-1.0) ** (m & ~n & 7).bit_count() for n in range(8)] for m in (1, 2, 4, 3, 5, 6, 7)]
+    return np.einsum("mn,kni->mik", signs, nodal)
+
+
+def rows_of_cells(cells, dofmap, which):
+    """Make halves of a block rows of cells, in which the nodes of every corner follow one another."""
+    for half in np.flatnonzero(which):
+        lanes = slice(half * WIDTH, (half + 1) * WIDTH)
+        cells[lanes] = np.arange(11 * half, 11 * half + WIDTH)
+        dofmap[cells[lanes]] = np.array([0, 1, 9, 10, 20, 21, 29, 30]) + np.arange(WIDTH)[:, None]
+    return np.array(which, dtype=np.int8)
+
+
+HALVES = pytest.mark.parametrize("which", [(0, 0), (1, 0), (0, 1), (1, 1)])
+
+
+@HALVES
+def test_gathered_modes_are_those_of_the_cells(block, which):
+    field, means, cells, dofmap = block
+    in_rows = rows_of_cells(cells, dofmap, which)
+    rows, of_means = np.zeros(21 * LANES), np.zeros(21 * LANES)
+    gather_modes(cells, dofmap, in_rows, field, rows)
+    np.testing.assert_allclose(rows.reshape(7, 3, LANES), modes(field[dofmap[cells]]), rtol=0, atol=1e-14)
+    finest = np.random.default_rng(2).integers(0, 3, len(field)).astype(np.int8)
+    gather_mean_modes(cells, dofmap, 1, finest, field, means, of_means)
+    expected = modes(np.where(finest[:, None] > 1, means, field)[dofmap[cells]])
+    np.testing.assert_allclose(of_means.reshape(7, 3, LANES), expected, rtol=0, atol=1e-14)
+    gather_mean_modes(cells, dofmap, 2, finest, field, means, of_means)
+    np.testing.assert_array_equal(of_means, rows)
+
+
 def test_gathered_rows_are_the_nodes_of_the_cells(block):
     field, _, cells, dofmap = block
     rows = np.zeros(24 * LANES)
@@ -90,11 +128,13 @@ def test_nodes_of_shorter_steps_give_their_mean_velocity(block):
     np.testing.assert_array_equal(rows.reshape(8, 3, LANES), expected)
 
 
+@HALVES
 @pytest.mark.parametrize("count", [LANES, LANES - 5])
-def test_forces_of_shared_nodes_add_up(block, count):
+def test_forces_of_shared_nodes_add_up(block, count, which):
     field, _, cells, dofmap = block
+    in_rows = rows_of_cells(cells, dofmap, which)
     rows = np.round(np.random.default_rng(3).normal(size=(8, 3, LANES)) * 1024.0)  # whole numbers: any order is exact
     force, expected = field * 0.0, field * 0.0
-    add_nodal_forces(count, cells, dofmap, rows.ravel(), force)
+    add_nodal_forces(count, cells, dofmap, in_rows, rows.ravel(), force)
     np.add.at(expected, dofmap[cells[:count]], rows.transpose(2, 0, 1)[:count])
     np.testing.assert_array_equal(force, expected)

@@ -179,8 +179,6 @@ def test_ranges_end_at_their_limits(call, lowest, highest):
         lambda: flight.Wind(np.zeros(0), np.zeros((0, 2))),
         lambda: flight.Wind(np.zeros(1), np.zeros((2, 2))),
         lambda: flight.Wind(np.zeros((1, 1)), np.zeros((1, 2))),
-        lambda: Prism([(0.0, 0.0), (4.0, 0.0)], 0.0, 3.0),
-        lambda: Prism([(0.0, 0.0, 0.0), (4.0, 0.0, 0.0), (4.0, 4.0, 0.0)], 0.0, 3.0),
         lambda: ArenaTable.of([THIRD], [(0.0, 0.0, 1.0), (1.0, 0.0, 0.0)]),
         lambda: ArenaTable.of([]),
         lambda: ArenaTable.of([CLOUD.select([])]),

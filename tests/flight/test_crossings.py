@@ -221,32 +221,3 @@ def test_many_hits_are_all_kept() -> None:
 def test_messages(make, message: str) -> None:
     with pytest.raises(InputError, match=message):
         make()
-
-
-def test_root_isolation_against_known_roots() -> None:
-    """Bernstein polynomials built from their roots: all inside [0, 1] found, in order, with multiplicity by sign."""
-    from flight.kernels.roots import LARGEST_DEGREE, STACK_SHAPE, sign_changes
-
-    generator = np.random.default_rng(0)
-    stack, roots = np.zeros(STACK_SHAPE), np.zeros(16)
-    for trial in range(300):
-        degree = int(generator.integers(2, LARGEST_DEGREE + 1))
-        known = generator.uniform(-0.5, 1.5, degree)
-        if trial % 3 == 0:
-            known[1] = known[0] + 10.0 ** generator.uniform(-5, -2)  # a close pair
-        if np.diff(np.sort(known)).min() < 1e-6:
-            continue
-        # product of (t - r) in Bernstein form: multiply by the factor with coefficients (-r, 1 - r)
-        coefficients = np.ones(1)
-        for r in known:
-            n = coefficients.size
-            wider = np.zeros(n + 1)
-            k = np.arange(n)
-            wider[:-1] += coefficients * (n - k) / n * -r
-            wider[1:] += coefficients * (k + 1) / n * (1.0 - r)
-            coefficients = wider
-        stack[0, : degree + 1] = coefficients
-        found = sign_changes(stack, degree, np.abs(coefficients).max(), roots)
-        inside = np.sort(known[(known > 0.0) & (known < 1.0)])
-        assert found == inside.size, f"trial {trial}: {roots[:found]} for {inside}"
-        assert roots[:found] == pytest.approx(inside, abs=1e-7)

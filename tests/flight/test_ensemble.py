@@ -72,7 +72,7 @@ def test_nine_events_of_ten_lie_within_the_band_and_their_mean_in_its_middle() -
 
 def test_in_the_worst_direction_single_events_reach_farther_than_their_mean() -> None:
     """Of an even field each event has a worst direction of its own: the largest of many counts."""
-    found, even = ensemble(15, basis="worst_direction"), ensemble(15)
+    found, even = ensemble(6, basis="worst_direction"), ensemble(6)
     assert found.events.min() > even.events.max()
     assert found.events.min() > found.expected.distance
 
@@ -87,7 +87,7 @@ def test_the_first_realisations_alone_are_kept() -> None:
 
 def test_the_order_of_the_realisations_changes_no_event() -> None:
     generator = np.random.default_rng(9)
-    parts = [poisson_field(generator) for _ in range(4)]
+    parts = [poisson_field(generator) for _ in range(3)]
     there, back = (ensemble_of_landings(one, Directions(GRID, "worst_direction")) for one in (parts, parts[::-1]))
     assert there.single_event == back.single_event
     assert there.summary() == back.summary()
@@ -117,10 +117,10 @@ def _same(one: object, other: object) -> bool:
 
 @pytest.mark.parametrize("basis", BASES)
 def test_files_hold_the_ensemble(basis: str, tmp_path: Path) -> None:
-    found = ensemble(12, basis=basis)
+    found = ensemble(4, basis=basis)
     found = replace(found, expected=replace(found.expected, without_ricochet=replace(found.expected, distance=1.0)))
-    hits = np.zeros((12, 12), dtype=SECTOR_HITS)
-    hits["hits"] = np.arange(144).reshape(12, 12)
+    hits = np.zeros((4, 12), dtype=SECTOR_HITS)
+    hits["hits"] = np.arange(48).reshape(4, 12)
     hits["mean_initial_speed"] = 0.5 * hits["hits"]
     paths = write_ensemble(found, {"ring": hits}, tmp_path, {"seed": "7"})
     assert [path.name for path in paths] == ["ensemble.h5", *CSV_FILES]

@@ -239,6 +239,16 @@ def test_what_lies_beyond_the_grid_has_no_cell() -> None:
     assert cell.tolist() == [0, grid.shape[1] - 1, -1, -1]
 
 
+@pytest.mark.parametrize(
+    ("sectors", "kernel", "cells"), [(72, 10.0, 144), (36, 20.0, 72), (72, 9.9, 216), (5, 32.0, 90)]
+)
+def test_half_a_kernel_holds_four_cells_and_both_ends_of_a_diameter_lie_alike(sectors, kernel, cells) -> None:
+    """No more cells of a sector than that takes, but for an even number all round."""
+    grid = PolarGrid.of(sectors, kernel)
+    assert grid.azimuth_cells == cells
+    assert 4.0 * grid.width <= kernel * (1.0 + 1e-9)
+
+
 def test_cells_cover_the_circle_and_widen_with_the_distance() -> None:
     grid = PolarGrid.of(72, 10.0, 10.0, 500.0)
     assert grid.area.sum() * grid.azimuth_cells == pytest.approx(math.pi * 500.0**2)

@@ -99,11 +99,21 @@ def test_area_seen_of_a_box():
     diagonal /= np.linalg.norm(diagonal, axis=1, keepdims=True)
     assert prism.seen_area(diagonal) == pytest.approx([6.0, 4.0, 6.0 * math.sqrt(2.0)])
     assert prism.min_shadow == pytest.approx(4.0)
+    plan, rise = np.array([[1.0, 2.0], [9.0, 3.0], [4.0, 8.0]]), math.radians(25.0)
+    prism, turn = Prism(plan, -1.0, 3.0, height=2.0), np.radians([10.0, 75.0, 200.0, 303.0])
+    way = np.column_stack([math.cos(rise) * np.cos(turn), math.cos(rise) * np.sin(turn), np.full(4, -math.sin(rise))])
+    width = np.ptp(plan @ [-np.sin(turn), np.cos(turn)], axis=0)  # of the triangle across each direction
+    assert prism.seen_area(way) == pytest.approx(2.0 * math.cos(rise) * width + 22.5 * math.sin(rise))
 
 
 def test_messages():
     with pytest.raises(flight.InputError, match="enclose no area"):
         Prism(np.array([[0.0, 0.0], [1.0, 1.0], [2.0, 2.0]]), 0.0, 1.0)
+    for corners in (np.zeros((2, 2)), np.eye(3), np.zeros(6), [[0.0, 0.0], [1.0, 0.0], [1.0, math.nan]]):
+        with pytest.raises(
+            flight.InputError, match=r"corners have shape .*, needed \(k, 2\) with k of 3 or more, finite"
+        ):
+            Prism(corners, 0.0, 1.0)
     with pytest.raises(flight.InputError, match="not above the bottom"):
         Prism(square(0.0, 0.0, 1.0), 1.0, 1.0)
 

@@ -152,12 +152,19 @@ def test_the_flight_itself_is_the_same_to_the_last_bit() -> None:
     assert np.array_equal(counted.landing, plain.landing)
     with pytest.raises(InputError, match="not asked to count paths"):
         density_counts(plain)
+    nowhere = flight.fly(fragments, ground=None, time_limit=0.1, fluence=Criteria().fluence_grid(GRID))
+    assert nowhere.fluence is None  # no height counts from a ground that is not there
 
 
-def test_contact_between_fragments_counts_every_path_once() -> None:
-    """Far apart none strikes another: the same lengths as without contact."""
-    fragments = launched([0.0, 0.0, 0.8], rays(64, 700.0, 3.0), 0.02)
-    plain, _, _ = lengths(fragments, air="standard")
-    touching, _, _ = lengths(fragments, air="standard", contact=flight.Contact(distance=5.0))
-    assert touching.sum() == pytest.approx(plain.sum(), rel=0.2)
-    assert touching.any()
+def test_fragments_that_meet_count_their_paths_once() -> None:
+    """Head on, elastic and alike, level without weight: each comes back on its line, two radii before the other's."""
+    line = 0.5 * np.arange(9.0)
+    place, velocity = np.zeros((2, 9, 3)), np.zeros((2, 9, 3))
+    place[:, :, 0], place[:, :, 1], place[:, :, 2] = np.array([[-2.0], [2.0]]), line, 1.0
+    velocity[:, :, 0] = np.array([[300.0], [-300.0]])
+    fragments = launched(place.reshape(-1, 3), velocity.reshape(-1, 3))
+    contact = flight.Contact(restitution=1.0, distance=20.0)
+    found, _, result = lengths(fragments, gravity=0.0, domain=Domain(radius=150.0), contact=contact)
+    assert len(result.contacts) == 9
+    each = 2.0 + np.sqrt(150.0**2 - line**2) - 2.0 * contact.radius(fragments)[0]
+    assert found.sum() == pytest.approx(2.0 * each.sum(), rel=1e-9)

@@ -223,13 +223,17 @@ def test_a_wide_hole_and_one_at_the_edge_end_the_map(hole: tuple[slice, slice], 
         assert np.array_equal(ground.beyond, ~np.isfinite(heights))
 
 
-def test_holes_that_touch_at_a_corner_are_one() -> None:
-    heights = np.zeros((21, 21))
+@pytest.mark.parametrize("turned", [False, True])
+@pytest.mark.parametrize("down", [1, -1])
+def test_holes_that_touch_at_a_corner_are_one(turned: bool, down: int) -> None:
+    """At the far end of a map that is longer one way than the other."""
+    heights = np.zeros((41, 21))
     for at in range(6):
-        heights[5 + at, 5 + at] = np.nan  # 60 m along both axes
+        heights[33 + down * at, 5 + at] = np.nan  # 60 m along both axes
     heights[15, 3] = np.nan
-    with pytest.warns(FlightWarning, match="7 of 441 .*; 6 of them, in wide holes"):
-        assert not HeightMap(heights, 10.0, holes="neighbours").beyond[15, 3]
+    with pytest.warns(FlightWarning, match="7 of 861 .*; 6 of them, in wide holes"):
+        ground = HeightMap(heights.T if turned else heights, 10.0, holes="neighbours")
+    assert not (ground.beyond.T if turned else ground.beyond)[15, 3]
 
 
 def test_where_a_hole_ends_the_map_its_reach_ends() -> None:

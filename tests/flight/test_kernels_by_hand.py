@@ -9,25 +9,33 @@ import numpy as np
 import pytest
 from scipy.integrate import RK45
 from scipy.interpolate import BPoly
+from scipy.optimize import brentq
 
 from flight.drag import Drag
 from flight.fluence import PolarGrid
 from flight.hazard.criteria import Criteria
-from flight.kernels import motion
-from flight.kernels.cells import cells_of, home
-from flight.kernels.collision import _closing
-from flight.kernels.events import IN_FLIGHT, LANDED, LEFT_DOMAIN, Limits, ending
-from flight.kernels.fluence import _cell_of, _nearest
-from flight.kernels.motion import LANES, ROWS, Surroundings, accelerate, take_step
-from flight.kernels.roots import STACK_SHAPE, sign_changes
-from flight.kernels.surfaces import PIECES_SHAPE
 from flight.scene.air import ConstantAir
+from tests.plain import plain
 
-NOWHERE = Limits(
+KERNELS = plain("flight.kernels")
+motion, IN_FLIGHT, LANDED, LEFT_DOMAIN = (
+    KERNELS.motion, KERNELS.events.IN_FLIGHT, KERNELS.events.LANDED, KERNELS.events.LEFT_DOMAIN,
+)  # fmt: skip
+LANES, ROWS, Surroundings, accelerate = motion.LANES, motion.ROWS, motion.Surroundings, motion.accelerate
+sign_changes, STACK_SHAPE = KERNELS.roots.sign_changes, KERNELS.roots.STACK_SHAPE
+
+NOWHERE = KERNELS.events.Limits(
     ground=math.nan, origin_x=0.0, origin_y=0.0, domain_radius=math.inf, ceiling=math.inf, floor=-math.inf,
     time_limit=1e9, tolerance=1e-6, fixed_step=0.0, longest_step=1.0, most_steps=100, path_points=0,
 )  # fmt: skip
 """From -20 to 40 m along x and from -10 to 20 m along y."""
+
+
+@pytest.fixture(autouse=True)
+def _as_compiled():
+    """Compiled kernels divide by zero and overflow without a warning."""
+    with np.errstate(all="ignore"):
+        yield
 
 
 def test_the_azimuth_cell_is_that_of_the_angle() -> None:
@@ -41,7 +49,10 @@ def test_the_azimuth_cell_is_that_of_the_angle() -> None:
     assert clear.sum() > 2900
     for angle, cell in zip(angles[clear], np.floor(cells[clear]), strict=True):
         distance = generator.uniform(0.1, 500.0)
-        assert _cell_of(distance * math.cos(angle), distance * math.sin(angle), near, turns) == cell % turns
+        assert (
+            KERNELS.fluence._cell_of(distance * math.cos(angle), distance * math.sin(angle), near, turns)
+            == cell % turns
+        )
 
 
 @pytest.mark.parametrize(
@@ -57,11 +68,11 @@ def test_the_azimuth_cell_is_that_of_the_angle() -> None:
     ],
 )
 def test_the_nearest_of_a_chord_is_its_foot_or_its_end(start, end, expected) -> None:
-    assert _nearest(*start, *end) == pytest.approx(expected, abs=1e-12)
+    assert KERNELS.fluence._nearest(*start, *end) == pytest.approx(expected, abs=1e-12)
     for turn in np.radians([17.0, 120.0, 251.0]):
         c, s = math.cos(turn), math.sin(turn)
         turned = [(c * x - s * y, s * x + c * y) for x, y in (start, end)]
-        assert _nearest(*turned[0], *turned[1]) == pytest.approx(expected, abs=1e-12)
+        assert KERNELS.fluence._nearest(*turned[0], *turned[1]) == pytest.approx(expected, abs=1e-12)
 
 
 def straight(start, end) -> np.ndarray:
@@ -88,8 +99,12 @@ def straight(start, end) -> np.ndarray:
 def test_a_step_ends_where_its_straight_path_meets_the_first_limit(limits, end, share, status) -> None:
     """From (1, y, 10) m; what earlier steps have left among the scratch plays no part."""
     points = straight((1.0, limits.get("origin_y", 0.0), 10.0), end)
-    roots, stack, pieces = np.full(12, 0.001), np.full(STACK_SHAPE, 0.001), np.full(PIECES_SHAPE, 0.001)
-    found, how = ending(points, NOWHERE._replace(**limits), pieces, stack, roots)
+    roots, stack, pieces = (
+        np.full(12, 0.001),
+        np.full(STACK_SHAPE, 0.001),
+        np.full(KERNELS.surfaces.PIECES_SHAPE, 0.001),
+    )
+    found, how = KERNELS.events.ending(points, NOWHERE._replace(**limits), pieces, stack, roots)
     assert found == pytest.approx(share, abs=1e-12)
     assert how == status
 
@@ -106,11 +121,48 @@ def test_two_paths_close_by_the_rate_of_their_distance() -> None:
         rate = float(place @ speed) / float(np.linalg.norm(place))
         if rate < 0.0:
             closing += 1
-            assert _closing(relative, length, theta, -rate * (1.0 - 1e-9))
-            assert not _closing(relative, length, theta, -rate * (1.0 + 1e-9))
+            assert KERNELS.collision._closing(relative, length, theta, -rate * (1.0 - 1e-9))
+            assert not KERNELS.collision._closing(relative, length, theta, -rate * (1.0 + 1e-9))
         else:
-            assert not _closing(relative, length, theta, 0.0)
+            assert not KERNELS.collision._closing(relative, length, theta, 0.0)
     assert 15 < closing < 45
+
+
+def test_curved_paths_meet_where_their_distance_first_falls_to_the_reach() -> None:
+    """Quintics that begin together or one later, against the distance at 2,000 times and a bisection.
+
+    At random; at random, but together at the very end; and nearly straight and fast, as most are.
+    """
+    generator, end, seen = np.random.default_rng(12), 0.03, {True: 0, False: 0}
+    scratch, roots = np.zeros((KERNELS.collision.SCRATCH_ROWS, KERNELS.roots.LARGEST_DEGREE + 3)), np.zeros(16)
+    for trial in range(240):
+        starts, kind = [(0.0, 0.0), (0.0, 0.011), (0.019, 0.0)][trial % 3], trial // 3 % 3
+        paths = generator.normal(size=(2, 3, 6)) + generator.normal(size=(2, 3, 1))
+        reach = float(generator.uniform(0.5, 2.5))
+        if kind == 1:
+            paths[1, :, :5] += 3.0 * np.eye(3)[trial % 3][:, None] * generator.choice([-1.0, 1.0])
+            paths[1, :, 5] = paths[0, :, 5] + 0.5 * reach * generator.uniform(-1.0, 1.0, 3)
+        elif kind == 2:
+            way, middle = generator.normal(scale=40.0, size=(2, 3, 1)), generator.uniform(0.0, 1.0, (2, 1, 1))
+            paths = 0.05 * paths + way * (np.arange(6.0) / 5.0 - middle)
+        one, other = (BPoly(path.T[:, None, :], [start, end]) for path, start in zip(paths, starts, strict=True))
+
+        def excess(time, one=one, other=other, reach=reach):
+            return np.linalg.norm(one(time) - other(time), axis=-1) - reach
+
+        times = np.linspace(max(starts), end, 2001)
+        apart = excess(times)
+        turns = np.flatnonzero((apart[1:-1] < apart[:-2]) & (apart[1:-1] < apart[2:]))
+        if np.abs(apart[1:-1][turns]).min(initial=1.0) < 1e-3 or abs(apart[-1]) < 1e-6:
+            continue  # they touch, or nearly
+        falls = np.flatnonzero((apart[:-1] > 0.0) & (apart[1:] <= 0.0))
+        found = KERNELS.collision.first_collision(
+            paths[0], starts[0], paths[1], starts[1], end, reach, 0.0, scratch, roots
+        )
+        expected = brentq(excess, times[falls[0]], times[falls[0] + 1], xtol=1e-15) if falls.size else math.inf
+        assert found == pytest.approx(expected, abs=1e-9), trial
+        seen[bool(falls.size)] += 1
+    assert min(seen.values()) > 50
 
 
 def test_the_errors_of_a_step_are_those_of_dormand_and_princes_pair():
@@ -129,7 +181,7 @@ def test_the_errors_of_a_step_are_those_of_dormand_and_princes_pair():
     q[motion.HEIGHT], q[motion.RELATIVE : motion.RELATIVE + 3] = q[2], q[3:6]
     q = q.ravel()
     accelerate(q, motion.SLOPE, around)
-    take_step(q, around)
+    motion.take_step(q, around)
     found = q.reshape(ROWS, LANES)
 
     def fall(y):
@@ -181,13 +233,13 @@ def test_two_boxes_that_share_cells_meet_in_the_lowest_of_them_alone() -> None:
             low = generator.uniform(-0.8, 0.8, 3)
             box = np.concatenate([low, low + generator.uniform(0.0, 1.5, 3)])
             boxes.append(box)
-            number = cells_of(box, 0.7, cells)
+            number = KERNELS.cells.cells_of(box, 0.7, cells)
             assert (cells == np.floor(box / 0.7)).all()
             assert number == np.prod(cells[3:] - cells[:3] + 1)
         each = [set(itertools.product(*(range(r[k], r[3 + k] + 1) for k in range(3)))) for r in ranges]
         shared = each[0] & each[1]
         for cell in each[0] | each[1]:
-            assert home(ranges[0], ranges[1], *cell) == (bool(shared) and cell == min(shared))
+            assert KERNELS.cells.home(ranges[0], ranges[1], *cell) == (bool(shared) and cell == min(shared))
         met += bool(shared)
     assert 20 < met < 180
 
@@ -212,3 +264,30 @@ def test_signs_change_where_bernstein_polynomials_cross_zero(coefficients, expec
     stack[0, : degree + 1] = coefficients
     found = sign_changes(stack, degree, 1.0, roots)
     assert roots[:found].tolist() == pytest.approx(expected, abs=1e-7)
+
+
+def test_root_isolation_against_known_roots() -> None:
+    """Bernstein polynomials built from their roots: all inside [0, 1] found, in order, with multiplicity by sign."""
+    generator = np.random.default_rng(0)
+    stack, roots = np.zeros(STACK_SHAPE), np.zeros(16)
+    for trial in range(150):
+        degree = int(generator.integers(2, KERNELS.roots.LARGEST_DEGREE + 1))
+        known = generator.uniform(-0.5, 1.5, degree)
+        if trial % 3 == 0:
+            known[1] = known[0] + 10.0 ** generator.uniform(-5, -2)  # a close pair
+        if np.diff(np.sort(known)).min() < 1e-6:
+            continue
+        # product of (t - r) in Bernstein form: multiply by the factor with coefficients (-r, 1 - r)
+        coefficients = np.ones(1)
+        for r in known:
+            n = coefficients.size
+            wider = np.zeros(n + 1)
+            k = np.arange(n)
+            wider[:-1] += coefficients * (n - k) / n * -r
+            wider[1:] += coefficients * (k + 1) / n * (1.0 - r)
+            coefficients = wider
+        stack[0, : degree + 1] = coefficients
+        found = sign_changes(stack, degree, np.abs(coefficients).max(), roots)
+        inside = np.sort(known[(known > 0.0) & (known < 1.0)])
+        assert found == inside.size, f"trial {trial}: {roots[:found]} for {inside}"
+        assert roots[:found] == pytest.approx(inside, abs=1e-7)

@@ -87,9 +87,10 @@ def test_only_what_is_within_25_km_is_read(tmp_path: Path) -> None:
 # --- A distance that lies on a map of heights is that of a larger map, whatever the ground does beyond
 
 STEP, FAR = 10.0, 1000.0
-REALISATIONS, NUMBER = 16, 1000
+REALISATIONS, NUMBER = 8, 1000
 
 
+@cache
 def ground(kind: str, half: float) -> HeightMap:
     """A square map of this half-width (m), the same within it whatever its size."""
     x = np.arange(-half, half + 0.5 * STEP, STEP)

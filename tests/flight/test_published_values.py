@@ -159,8 +159,8 @@ def test_smoothing_over_distance_keeps_numbers_and_its_slope_is_a_derivative():
     assert np.abs(radial.slope[cell] * SPACING).sum() == pytest.approx(2.0 * numbers.max(), rel=0.02)
     ring = 2.0 * math.pi * np.exp(2.0 * radial.places)  # ground per ln r all round
     assert radial.area * grid.azimuth_cells == pytest.approx(ring, rel=1e-12)
-    # As far as four standard deviations beyond the last cell.
-    assert radial.places[-1] == pytest.approx(math.log(grid.edges[-1]) + 4.0 * RADIAL, abs=SPACING)
+    # As far as four standard deviations beyond the last cell, and no place farther.
+    assert 0.0 <= radial.places[-1] - math.log(grid.edges[-1]) - 4.0 * RADIAL < SPACING
 
 
 @pytest.mark.parametrize(

@@ -95,6 +95,20 @@ def test_successive_ricochets_in_vacuum() -> None:
     assert row["last_status"] == Status.LANDED
 
 
+def test_the_way_after_an_impact_is_the_flights_own() -> None:
+    """In air: from where it leaves the ground a fragment flies as one that is launched there."""
+    law = Ricochet(10.0, 0.7, 1.5)
+    impact, following = fly(shot(5.0, 500.0, mass=0.02), ricochet=law).ricochets[:2]
+    kept, departure = law.after(impact["angle"])
+    turn, speed = math.radians(departure), kept * math.sqrt(2.0 * impact["energy"] / 0.02)
+    again = Fragments(0.02, impact["position"], (speed * math.cos(turn), 0.0, speed * math.sin(turn)))
+    row = fly(again, ricochet="none").landing[0]
+    assert following["time"] - impact["time"] == pytest.approx(row["time"], rel=1e-5)
+    for name in ("position", "energy"):
+        assert following[name] == pytest.approx(row[name], rel=1e-5, abs=1e-9), name
+    assert following["position"][0] > impact["position"][0] + 20.0
+
+
 def test_a_ricochet_never_adds_energy_and_stays_in_its_plane() -> None:
     """Random velocities on random faces, laws to the ends of their ranges; what is not turned is left as it came."""
     generator = np.random.default_rng(2)

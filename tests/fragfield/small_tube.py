@@ -10,4 +10,7 @@ BURST = {"cell_size": "14 mm", "end_time": "12 us", "energy_tolerance": 1.0, "ou
 
 
 def tube_case():
-    return fragfield.Case(title="A tube", burst=BURST, round=[TUBE], witness=[{"name": "ring", "radius": "7.62 m"}])
+    return fragfield.Case(
+        title="A tube", burst=BURST, round=[TUBE], witness=[{"name": "ring", "radius": "7.62 m"}],
+        break_up={"realisations": 8}, hazard={"tolerance": 0.5, "max_realisations": 8},
+    )  # fmt: skip

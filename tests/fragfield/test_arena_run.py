@@ -5,9 +5,12 @@ from __future__ import annotations
 import json
 import math
 
+import numpy as np
 import pytest
 
 from flight.arena import COLUMNS, ArenaTable
+from fragfield.case import CaseTable
+from fragfield.pipeline.arena import arena_realisation
 from tests.flight.test_arena import burst
 from tests.fragfield.short_run import invoke
 
@@ -103,6 +106,12 @@ def test_the_report_has_the_zones(runs):
     html = (runs / "a" / "report.html").read_text(encoding="utf-8")
     assert "<caption>Fragments by polar zone</caption>" in html
     assert 'id="figure-polar_zones"' in html
+
+
+def test_without_a_round_one_stands_upright_a_metre_over_the_origin():
+    table = ArenaTable.of([burst(seed) for seed in range(2)])
+    flown = arena_realisation(table, CaseTable.model_validate({"flight": {"origin": ["3 m", "4 m"]}}), 0)
+    np.testing.assert_array_equal(flown.position, np.broadcast_to([3.0, 4.0, 1.0], flown.position.shape))
 
 
 def test_planes_of_symmetry_are_refused(runs, tmp_path):
@@ -209,7 +218,7 @@ def test_what_cannot_be_compared_or_scaled(tmp_path):
     assert 'found "scale" (did you mean "scaled"?); allowed: "checked", "scaled" or "as_given"' in done.stderr
 
 
-def test_a_run_states_what_was_recovered_and_refuses_before_it_begins(tmp_path):
+def test_a_run_states_what_was_recovered_and_refuses_before_it_begins(tmp_path, quick_report):
     (tmp_path / "case.toml").write_text(ROUND, encoding="utf-8")
     run = ("fly", tmp_path / "case.toml", "--fragments", _table_of(tmp_path, 0.12), "--out", tmp_path / "run")
     done = invoke(*run)

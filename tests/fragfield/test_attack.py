@@ -25,12 +25,12 @@ FEW = settings(max_examples=150, deadline=None, derandomize=True, suppress_healt
 
 
 def test_generated_cases_are_taken_or_refused_with_their_key(tmp_path):
-    assert generated_cases(tmp_path, 18, 60, math.inf) == []
+    assert generated_cases(tmp_path, 18, 40, math.inf) == []
 
 
 @pytest.mark.dolfinx
 def test_damaged_files_of_a_run_are_refused_or_harmless(whole_run, tmp_path):
-    assert files.attack(whole_run[0], tmp_path, 18, 40, math.inf) == []
+    assert files.attack(whole_run[0], tmp_path, 18, 25, math.inf) == []
 
 
 @pytest.fixture(scope="module")

@@ -12,7 +12,7 @@ import pytest
 from flight import Fragments
 from fragfield.case import load_case, plain
 from fragfield.case.conversion.attitude import attitude_of, attitude_words, axis_of
-from fragfield.case.conversion.placing import placed
+from fragfield.case.conversion.rounds import placed
 from fragfield.case.conversion.turned import Arrangement
 from fragfield.case.load import case_from_document
 from fragfield.case.write import to_toml

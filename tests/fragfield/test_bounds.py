@@ -14,7 +14,8 @@ from fragfield.case.load import case_from_document
 from fragfield.case.messages import marks_of, tables_in
 from fragfield.case.schema import CaseTable
 from fragfield.errors import InputError
-from fragfield_base.inputs import UNIT_BOUNDS, Bounds, OnlyWith, Quantity, Vector
+from fragfield_base.bounds import UNIT_BOUNDS, Bounds, OnlyWith
+from fragfield_base.inputs import Quantity, Vector
 from fragfield_base.units import DIMENSIONS
 from tests.attack.cases import BASE
 from tests.fragfield.short_run import ROOT, SHORT, invoke
@@ -129,6 +130,11 @@ def test_the_ready_cases_are_usual(path):
     assert list(outside_soft(case)) == []
 
 
+def named(text):
+    """A parameter in the name of a test."""
+    return text if len(text) < 100 else f"{len(text)} characters"
+
+
 @pytest.mark.parametrize(
     ("setting", "words"),
     [
@@ -150,6 +156,7 @@ def test_the_ready_cases_are_usual(path):
             "found 2 points up to 1e+297 m; allowed: ",
         ),
     ],
+    ids=named,
 )  # fmt: skip
 def test_what_cannot_be_is_refused_with_the_key_and_the_reason(setting, words, tmp_path):
     path = tmp_path / "mine.toml"
@@ -170,6 +177,7 @@ def test_what_cannot_be_is_refused_with_the_key_and_the_reason(setting, words, t
          "stack.round: found no table [[round]]"),
         (SHORT + '\n[stack]\narrangement = "row"\ncount = 2\ngap = "2e10 m"\n', "stack.gap: found 2e+10 m; allowed: "),
     ],
+    ids=named,
 )  # fmt: skip
 def test_documents_of_no_sense_are_refused(text, words, tmp_path):
     path = tmp_path / "mine.toml"
@@ -198,6 +206,7 @@ def test_what_is_unusual_is_said_by_check(tmp_path):
         ("seed = 1", '"se\\ned" = 1', "se\\ned: found the control character U+000A; allowed: text"),
         ("seed = 1", f"{'.'.join('a' * 5000)} = 1", "a: found tables nested deeper; allowed: 30 levels"),
     ],
+    ids=named,
 )
 def test_texts_that_command_a_terminal_and_keys_without_end_are_refused(old, new, words, tmp_path):
     path = tmp_path / "mine.toml"

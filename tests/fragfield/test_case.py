@@ -14,8 +14,8 @@ from pydantic_core import PydanticUndefined
 from fragfield.case import CaseTable, differences, load_case, read_resolved, to_toml
 from fragfield.case.load import case_from_document
 from fragfield.case.messages import marks_of, tables_in
-from fragfield.case.tables.break_up import BreakUpTable
 from fragfield.case.tables.burst import (
+    BreakUpTable,
     BurstTable,
     ContactTable,
     HourglassTable,

@@ -16,7 +16,7 @@ from burst_fenicsx.kernels.geometry.faces import reordered
 from burst_fenicsx.meshing import mesh_profile, mesh_round
 from burst_fenicsx.problem import ContactSettings, Mirror, RigidPlane, ShockInitiation
 from fragfield.case import differences, load_case, read_resolved, to_toml
-from fragfield.case.conversion.burst import burst_rounds
+from fragfield.case.conversion.rounds import burst_rounds
 from fragfield.case.conversion.stages import burst_settings
 from fragfield.case.load import case_from_document
 from fragfield.errors import InputError

@@ -9,7 +9,7 @@ from burst_fenicsx.geometry import load_profile
 from burst_fenicsx.kernels.geometry.faces import reordered
 from burst_fenicsx.meshing import mesh_profile
 from fragfield.case import load_case, read_resolved, to_toml
-from fragfield.case.conversion.burst import burst_rounds
+from fragfield.case.conversion.rounds import burst_rounds
 from fragfield.case.conversion.stages import break_up_settings, burst_settings, flight_arguments, hazard_criteria
 from fragfield.case.load import case_from_document
 from fragfield.errors import InputError

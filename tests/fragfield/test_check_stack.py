@@ -12,7 +12,7 @@ from fragfield.case import load_case
 from fragfield.case.load import case_from_document
 from fragfield.checking.check import check_report
 from fragfield.checking.show import check_text
-from fragfield.hazard.arrangement import with_images
+from fragfield.hazard.contents import with_images
 from tests.fragfield.short_run import ROOT, invoke
 
 ROUND = {"name": "shell", "profile": "m107", "explosive": "comp_b", "casing": "steel_m107"}

@@ -19,7 +19,7 @@ from fragfield.errors import InputError
 from fragfield.studies.cluster import ClusterRuns
 from fragfield.studies.runner import make_all
 from fragfield_base.interruption import Interruption
-from fragfield_base.locking import locked
+from fragfield_base.writing import locked
 from tests.fragfield.short_run import RINGS
 
 distributed = pytest.importorskip("distributed")

@@ -160,6 +160,8 @@ def test_lines_and_arcs_of_a_polyline_come_back_exactly(tmp_path):
         (f'width="{420 * 72 / 25.4}pt" viewBox="0 0 420 120"', "matrix(1 0 0 1 10 60)", {}),
         ('width="1587px" height="453px" viewBox="0 0 420 120"', "translate(10 60)", {"unit": "1 mm"}),
         ("", f"scale({K90})", {"unit": "0.28222222 mm"}),
+        ('width="420mm" height="240mm" viewBox="-10 -60 420 120"', "", {}),  # the whole is shown
+        ('width="420mm" height="60mm" viewBox="-10 -60 420 120" preserveAspectRatio="xMidYMid slice"', "", {}),
         ('width="120mm" height="420mm" viewBox="-60 -10 120 420"', "rotate(90)", {}),
     ],
 )  # fmt: skip
@@ -197,6 +199,11 @@ def opened(gap):
             space.add_lwpolyline([tuple(one) for one in part], format="xyb", dxfattribs={"layer": "CASING"})
 
     return draw
+
+
+def above_zero(document, corners):
+    opened(0.8)(document, [one._replace(y=one.y + 7.0) for one in corners])
+    document.modelspace().add_line((-5, 7), (390, 7), dxfattribs={"layer": "AXIS"})
 
 
 def differing(document, corners):
@@ -252,6 +259,7 @@ def without_hollow(document, corners):
 REFUSED = {
     "no unit": (None, {"units": 0}, {}, r"names no unit \(\$INSUNITS is 0.*410 x 52.4.*needed: unit"),
     "gap": (opened(0.8), {}, {}, r"nearest loose ends are 0.8 mm apart, at \(383.419, 45.148\) \(up to 0.1 mm"),
+    "gap off zero": (above_zero, {}, {}, r"nearest loose ends are 0.8 mm apart, at \(383.419, 52.148\)"),
     "halves differ": (differing, {}, {}, r"halves differ by 0.499. mm at station 331"),
     "crosses itself": (crossing, {}, {}, r"crosses itself at \("),
     "undercut": (grooved, {}, {}, r"outer contour runs back along the axis at \(325, 45\), by 10 mm"),
@@ -262,7 +270,7 @@ REFUSED = {
     "no axis": (far_off, {}, {}, r'neither x = 0 nor y = 0 bounds the section; needed: axis.*"y = 61.2"'),
     "inner wall missing": (without_inner_wall, {}, {}, r"inner line ends at \(331.819, 38.755\), neither"),
     "no cavity": (without_hollow, {}, {}, "found no cavity: the outline encloses no hollow"),
-    "layer": (None, {}, {"layers": ["CASNG"]}, 'layers: found "CASNG"; did you mean "CASING"'),
+    "layer": (None, {}, {"layers": ["CASNG"]}, r'layers: found "CASNG" \(did you mean "CASING"'),
     "axis in words": (None, {}, {"axis": "middle"}, r'axis: found "middle"; allowed: a line such as "y = 0"'),
     "wrong side": (None, {}, {"nose": "top"}, 'nose: found "top" with an axis that is horizontal; allowed: left or'),
     "size": (None, {"units": 6}, {}, "383.4 m large with a unit of 1000 mm; allowed: 1 mm to 20 m; give unit"),

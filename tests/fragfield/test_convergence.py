@@ -16,7 +16,7 @@ from fragfield.errors import InputError
 from fragfield.files.run_directory import SCRATCH, STAGES, RunDirectory
 from fragfield.hazard.recommended import not_included_words, recommended_of
 from fragfield.pipeline import convergence as module
-from fragfield.pipeline.convergence import convergence_of, with_cells
+from fragfield.pipeline.convergence import convergence_of
 from fragfield.pipeline.job import Job, RunOptions
 from fragfield.pipeline.parallel import Team
 from fragfield.report.findings.hazard import convergence_findings
@@ -53,19 +53,25 @@ def _with(job, asked):
 
 
 def _stub(monkeypatch, values, made):
-    """Other sizes that give a function of the size in place of a burst."""
+    """Other sizes that give a function of the size in place of a burst and its flight."""
 
-    def computed(_job, case, words):
+    def burst(case, *_):
         size = case.burst.cell_size
         made.append((size, case.break_up.realisations))
         if isinstance(found := values(size), Exception):
-            words.append(str(found))
-            return None
-        own = module._own_result(BURST, FLOWN, HEADLINE)
-        changed = {name: None if value is None else value * found / 1009.0 for name, value in own.values.items()}
-        return replace(own, size=size, cells=round(1600 * (0.003 / size) ** 2), values=changed)
+            raise found
+        share = found / 1009.0
+        scaled = {key: share * BURST[key] for key in ("mean_initial_speed", "max_initial_speed", "outer_diameter")}
+        quantiles = {key: share * value for key, value in BURST["speed_quantiles"].items()}
+        cells = round(1600 * (0.003 / size) ** 2)
+        return {**BURST, **scaled, "speed_quantiles": quantiles, "cell_size": size, "cells": cells}, share
 
-    monkeypatch.setattr(module, "_computed", computed)
+    def flown(_case, share, *_):
+        headline = {**HEADLINE, "expected": share * HEADLINE["expected"]}
+        return SimpleNamespace(hazard=SimpleNamespace(counts=FLOWN.hazard.counts, headline=headline)), 5
+
+    monkeypatch.setattr(module, "burst_beside", burst)
+    monkeypatch.setattr(module, "flown_beside", flown)
 
 
 FLOWN = SimpleNamespace(
@@ -156,13 +162,13 @@ def test_sizes_count_by_the_number_of_cells(job, monkeypatch):
 
 def test_a_size_that_fails_is_reported_and_the_others_count(job, monkeypatch):
     made = []
-    _stub(monkeypatch, lambda size: ValueError("6 mm: no layer") if size > 0.005 else 1009.0 + size, made)
+    _stub(monkeypatch, lambda size: InputError("no layer") if size > 0.005 else 1009.0 + size, made)
     found = convergence_of(job, FLOWN, HEADLINE)
     assert len(found["sizes"]) == 2
-    assert found["reason"] == "6 mm: no layer"
-    _stub(monkeypatch, lambda size: ValueError(f"{1e3 * size:.3g} mm: no layer"), made)
+    assert found["reason"] == "6 mm could not be computed: no layer"
+    _stub(monkeypatch, lambda _: InputError("no layer"), made)
     found = convergence_of(job, FLOWN, HEADLINE)
-    assert found["reason"] == "6 mm: no layer; 4.24 mm: no layer"
+    assert found["reason"] == "6 mm could not be computed: no layer; 4.24 mm could not be computed: no layer"
     assert recommended_of(HEADLINE, found)["not_included"]["grid"] == found["reason"]
 
 
@@ -182,13 +188,12 @@ def test_nothing_is_left_behind(job, monkeypatch, error):
         raise error
 
     monkeypatch.setattr(burst_fenicsx, "simulate", simulate)
-    words = []
+    job = _with(job, "quick")
     if isinstance(error, KeyboardInterrupt):
         with pytest.raises(KeyboardInterrupt):
-            module._computed(job, with_cells(job.case, 0.006, 2, "axisymmetric"), words)
+            convergence_of(job, FLOWN, HEADLINE)
     else:
-        assert module._computed(job, with_cells(job.case, 0.006, 2, "axisymmetric"), words) is None
-        assert words == ["6 mm could not be computed: the mesh cannot be made"]
+        assert convergence_of(job, FLOWN, HEADLINE)["reason"] == "6 mm could not be computed: the mesh cannot be made"
     assert list(job.target.path.iterdir()) == []
 
 

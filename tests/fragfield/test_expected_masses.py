@@ -9,7 +9,7 @@ import pytest
 from burst_fenicsx.geometry import load_profile
 from burst_fenicsx.geometry.files import PROFILES
 from fragfield.case.checks.expected_masses import likely_cause
-from fragfield.case.conversion.placing import masses_of
+from fragfield.case.conversion.rounds import masses_of
 from fragfield.case.load import case_from_document, read_document
 from fragfield.errors import InputError
 from fragfield.studies.uncertainty.plan import _bare

@@ -15,7 +15,8 @@ import pytest
 from flight.hazard.contours import write_geojson, write_kml
 from fragfield.case import load_case
 from fragfield.case.conversion.surroundings import ground_of, site_of
-from fragfield.hazard.arrangement import image_names
+from fragfield.hazard import site_map
+from fragfield.hazard.contents import image_names
 from fragfield.hazard.site_map import VERDICTS, Shape, terrain_lines, to_contours
 from fragfield.report.document import css_text
 from tests.flight.clouds import cloud
@@ -232,6 +233,14 @@ def test_lines_of_terrain_have_the_height_of_the_ground(site):
         height = ground.at(line.points[:, 0], line.points[:, 1])
         assert height == pytest.approx(np.full(len(height), line.properties["height_m"]), abs=1e-6)
         assert not line.closed
+
+
+def test_the_recommended_distance_goes_all_around_the_rounds(site):
+    (circle,) = site_map._recommended(site, 100.0)
+    away = circle.points - np.asarray(site.flight.origin)
+    assert np.hypot(*away.T) == pytest.approx(np.full(len(away), 100.0))
+    turn = np.sort(np.degrees(np.arctan2(away[:, 1], away[:, 0])))
+    assert np.diff([*turn, turn[0] + 360.0]).max() < 1.001
 
 
 def test_places_lines_and_points_reach_geojson_and_kml(site, tmp_path):

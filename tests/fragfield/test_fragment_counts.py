@@ -12,7 +12,7 @@ import pytest
 
 from flight.arena import ArenaTable
 from fragfield.case import load_case, load_changed_case
-from fragfield.case.conversion.fragment_counts import counts_of, read_counts
+from fragfield.case.conversion.mean_mass import counts_of, read_counts
 from fragfield.case.conversion.stages import break_up_settings
 from fragfield.case.load import case_from_document, read_resolved
 from fragfield.case.write import to_toml
@@ -253,11 +253,10 @@ def short_counted(tmp_path, whole_run):
     casing = json.loads((whole_run[0] / "summary.json").read_text())["burst"]["casing_mass"]
     write_groups(tmp_path / "pit.csv", pieces(0.06, casing, above=5e-3), edges=np.geomspace(5e-3, 0.64, 8))
     case = tmp_path / "case.toml"
-    assert SHORT.count("[break_up]\n") == 1
-    few = SHORT.replace(
-        "[break_up]\n", '[break_up]\nmean_mass = "pit.csv"\nvelocity_source = "gurney"\nrealisations = 2\n'
+    few = SHORT.replace("tolerance = 0.5\nmax_realisations = 8", "max_realisations = 3")
+    case.write_text(
+        few.replace("realisations = 8", 'mean_mass = "pit.csv"\nvelocity_source = "gurney"\nrealisations = 2')
     )
-    case.write_text(few + "\n[hazard]\nmax_realisations = 3\n")
     folder = Path(shutil.copytree(whole_run[0], tmp_path / "run"))
     return case, folder
 

@@ -19,8 +19,7 @@ from fragfield import errors
 from fragfield.cli.guard import guarded
 from fragfield.errors import EXIT_FAULT, exit_code_of, message_of
 from fragfield.pipeline import chain as pipeline
-from fragfield.terminal.logs import logged
-from fragfield.terminal.visible_text import hidden_in, visible
+from fragfield.terminal.logs import hidden_in, logged, visible
 from tests.fragfield.short_run import SHORT, command, environment, invoke, python
 
 

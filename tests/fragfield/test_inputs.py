@@ -12,8 +12,9 @@ from fragfield.case import CaseTable
 from fragfield.case.checks.bounds import choice_faults, not_read, outside_hard, outside_soft
 from fragfield.case.messages import explain
 from fragfield.case.tables.base import Table, values_of
+from fragfield_base.bounds import Bounds, OnlyWith, check_inputs
 from fragfield_base.errors import InputError
-from fragfield_base.inputs import Bounds, Length, OnlyWith, Quantity, check_inputs
+from fragfield_base.inputs import Length, Quantity
 
 
 @dataclass(frozen=True)

@@ -12,8 +12,8 @@ import pytest
 import flight
 from fragfield import check
 from fragfield.case import load_case
-from fragfield.case.checks import map_size
-from fragfield.case.checks.map_size import _range, farthest_throw, map_warnings
+from fragfield.case.checks import estimates
+from fragfield.case.checks.estimates import _range, farthest_throw, map_warnings
 from fragfield.checking.check import check_report
 from fragfield.errors import InputError
 from fragfield.hazard.certainty import beyond_map_words
@@ -100,8 +100,8 @@ def test_the_farthest_throw_is_that_of_one_piece_in_a_hundred_events(monkeypatch
     case = case.model_copy(update={"round": case.round * rounds})
     walls = [SimpleNamespace(mean=0.01, mass=20.0, speed=1000.0), SimpleNamespace(mean=0.01, mass=0.3, speed=800.0)]
     seen = []
-    monkeypatch.setattr("fragfield.case.checks.fragment_numbers.expected_means", lambda *_: walls)
-    monkeypatch.setattr(map_size, "_range", lambda _, mass, speed: seen.extend([mass, speed]) or 2.0 * mass)
+    monkeypatch.setattr("fragfield.case.checks.estimates.expected_means", lambda *_: walls)
+    monkeypatch.setattr(estimates, "_range", lambda _, mass, speed: seen.extend([mass, speed]) or 2.0 * mass)
     heaviest = {1: 0.744941, 3: 0.885073}[rounds]  # 5 g times 12.20607^2, 13.30468^2
     assert farthest_throw(case) == pytest.approx(2.0 * heaviest, rel=1e-5)
     assert seen[0] == pytest.approx([heaviest, 0.3], rel=1e-5)
@@ -110,7 +110,7 @@ def test_the_farthest_throw_is_that_of_one_piece_in_a_hundred_events(monkeypatch
 
 @pytest.mark.parametrize(("throw", "warned"), [(499.0, False), (501.0, True)])
 def test_a_map_must_reach_as_far_as_the_farthest_throw(monkeypatch, tmp_path: Path, throw: float, warned: bool) -> None:
-    monkeypatch.setattr(map_size, "farthest_throw", lambda *_: throw)
+    monkeypatch.setattr(estimates, "farthest_throw", lambda *_: throw)
     assert bool(list(map_warnings(read(tmp_path, 500.0)))) == warned
 
 

@@ -13,6 +13,7 @@ import pytest
 import fragfield
 from flight.arena import ArenaTable
 from tests.flight.test_arena import burst
+from tests.fragfield.plain_reports import leave_out_figures
 from tests.fragfield.short_run import invoke
 
 CASE = """title = "One number"
@@ -38,7 +39,9 @@ def run(tmp_path_factory):
     (folder / "case.toml").write_text(CASE, encoding="utf-8")
     done = invoke("fly", folder / "case.toml", "--fragments", folder / "test.csv", "--out", folder / "run")
     assert done.exit_code == 0, done.stderr
-    report = invoke("report", folder / "run")
+    with pytest.MonkeyPatch.context() as patch:
+        leave_out_figures(patch)
+        report = invoke("report", folder / "run")
     assert report.exit_code == 0, report.stderr
     return folder / "run", done.stdout
 

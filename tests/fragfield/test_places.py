@@ -175,7 +175,7 @@ PERSON = [feature("Point", at(50, 0), name="clerk", kind="person")]
         ([feature("Point", [7.0, 95.0], kind="person")], {}, "found the latitude 95; allowed: -90 to 90"),
         (PLACES, {"unit": "1 m"}, r'known kind by the property "kind".*: "Halle" \(1\), "Point" \(1\), "Baum"|"Halle"'),
         (PERSON, {"kind": "use"}, r'no known kind by the property "use".*"Point" \(1\).*kinds = { "Point" = "person" }'),  # noqa: E501
-        (PERSON, {"kinds": {"x": "persn"}}, 'kinds."x": found "persn"; did you mean "person"'),
+        (PERSON, {"kinds": {"x": "persn"}}, r'kinds."x": found "persn" \(did you mean "person"'),
         ([feature("Polygon", [HALL], kind="person")], {}, 'found a Polygon as "person"; allowed: a Point; a place that has'),  # noqa: E501
         ([feature("Polygon", [HALL], kind="building")], {}, "height: missing; needed: a property height with its unit"),
         ([feature("Polygon", [HALL], kind="building", height=6)], {}, "height: found 6, without a unit.*height_m"),

@@ -9,7 +9,7 @@ import pytest
 import fragfield
 from fragfield.case import load_case
 from fragfield.hazard.contents import COMPARISON, DISPOSAL, SITING, contents_of
-from fragfield.hazard.prescribed import minimum_part, official_part
+from fragfield.hazard.recommended import minimum_part, official_part
 from fragfield.hazard.rules import rules_for
 from fragfield.report import read_run
 from fragfield.report.tables.rules import minimum_words, prescribed_table

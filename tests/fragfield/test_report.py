@@ -293,7 +293,7 @@ def test_report_may_be_written_elsewhere_and_figures_repeat(tmp_path):
     assert (tmp_path / "out" / "figures" / "speed_along_round.svg").read_bytes() == again
 
 
-def test_pictures_that_were_begun_before_the_report_are_waited_for(tmp_path, monkeypatch):
+def test_pictures_that_were_begun_before_the_report_are_waited_for(tmp_path, monkeypatch, without_figures):
     monkeypatch.setattr(assemble, "PictureProcess", None)  # no other is started
     drawing = MagicMock()
     drawing.__enter__.return_value = drawing

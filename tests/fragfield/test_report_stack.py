@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from fragfield.case import CaseTable
-from fragfield.hazard.shock_exposure import exposed_rounds, exposure_words
+from fragfield.hazard.verdict import exposed_rounds, exposure_words
 from fragfield.report.blocks import Rows, Table
 from fragfield.report.findings.findings import findings
 from fragfield.report.reading.run_files import RunFiles, read_run

@@ -12,7 +12,7 @@ import pytest
 
 import fragfield
 from burst_fenicsx.geometry import profile_from_table
-from fragfield.case.conversion.burst import burst_rounds
+from fragfield.case.conversion.rounds import burst_rounds
 from fragfield.report.figures.drawing import drawing_style
 from fragfield.report.figures.round_drawing import centre_of_mass, draw_round, round_masses
 from tests.fragfield.short_run import command, environment

@@ -8,7 +8,7 @@ import pytest
 
 from fragfield.errors import InputError
 from fragfield.files.run_directory import RunDirectory
-from fragfield.files.signature import SIGNATURE, read_signature, sign
+from fragfield.files.stamped import SIGNATURE, read_signature, sign
 from fragfield.studies.uncertainty import results
 from tests.fragfield.short_run import invoke
 

@@ -14,9 +14,9 @@ from flight import Barricade, Building, Fragments, HeightMap, Wall
 from flight.hazard.site import Site, longitude_of
 from flight.scene.ricochet import KINDS
 from fragfield.case import load_case, read_resolved, to_toml
-from fragfield.case.checks.map_size import map_warnings
+from fragfield.case.checks.estimates import map_warnings
 from fragfield.case.conversion.clearance import min_clearance
-from fragfield.case.conversion.placing import meshed, placed
+from fragfield.case.conversion.rounds import meshed, placed
 from fragfield.case.conversion.stages import flight_arguments
 from fragfield.case.conversion.surroundings import describe_surroundings, site_of
 from fragfield.errors import InputError

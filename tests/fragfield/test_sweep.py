@@ -11,7 +11,6 @@ import subprocess
 import sys
 import threading
 import time
-from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -241,7 +240,7 @@ def test_a_damaged_table_is_named(tmp_path, calls, text):
 
 
 @pytest.mark.dolfinx
-def test_a_row_has_the_numbers_of_its_run_and_a_burst_is_made_once(tmp_path, monkeypatch):
+def test_a_row_has_the_numbers_of_its_run_and_a_burst_is_made_once(tmp_path, monkeypatch, quick_report):
     from burst_fenicsx import run_burst
 
     bursts, simulate = [], run_burst.simulate
@@ -323,25 +322,24 @@ def test_a_script_is_not_run_again_by_its_processes(tmp_path):
 
 
 @pytest.mark.cores
-@pytest.mark.parametrize(("jobs", "most"), [(1, 1), (3, 3), (8, 5)])
+@pytest.mark.parametrize(("jobs", "most"), [(1, 1), (2, 2), (8, 4)])
 def test_so_many_runs_go_side_by_side(tmp_path, calls, monkeypatch, jobs, most):
     plain, at_work, seen = LocalRuns.call, [], []
     together = threading.Barrier(most)
 
     def call(worker, request):
         at_work.append(request)
-        with suppress(threading.BrokenBarrierError):
-            together.wait(timeout=5.0)  # broken where fewer than so many come together
+        together.wait(timeout=60.0)
         seen.append(len(at_work))
         answer = plain(worker, request)
         at_work.remove(request)
         return answer
 
     monkeypatch.setattr(LocalRuns, "call", call)
-    sizes = ",".join(f"{size} mm" for size in (12, 13, 14, 15, 16))
+    sizes = ",".join(f"{size} mm" for size in (12, 13, 14, 15))
     done = invoke("sweep", TUBE, f"burst.cell_size={sizes}", "--out", tmp_path / "out", "--jobs", jobs, "--json")
     rows = json.loads(done.stdout)["runs"]
-    assert [row["state"] for row in rows] == ["done"] * 5
+    assert [row["state"] for row in rows] == ["done"] * 4
     assert [row["values"]["burst.cell_size"] for row in rows] == sizes.split(",")
     assert max(seen) == most
 

@@ -75,7 +75,7 @@ def test_pandas_reads_every_csv_without_options(run):
 
 
 def case_lines(run):
-    from fragfield.files.info import describe
+    from fragfield.files.provenance import describe
 
     return describe(run.path / "landing.h5")["attributes"]["case"].splitlines()
 

@@ -13,8 +13,7 @@ import transition
 from fragfield.case import load_case
 from fragfield.case.conversion.stages import break_up_settings
 from fragfield.files.run_directory import SCRATCH, RunDirectory
-from fragfield.hazard.rules import rules_of
-from fragfield.hazard.tp12 import BEAM, STACK, stack_counts, tp12_part, tp12_rules
+from fragfield.hazard.rules import BEAM, STACK, rules_of, stack_counts, tp12_part, tp12_rules
 from fragfield.pipeline.job import Job, RunOptions
 from fragfield.pipeline.parallel import Team
 from fragfield.pipeline.single_round import REALISATIONS, SingleRound, single_round, single_round_case

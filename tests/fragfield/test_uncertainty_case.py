@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from burst_fenicsx.data import DATA_DIRECTORY
+from burst_fenicsx.geometry import load_profile, profile_names
 from burst_fenicsx.materials.library import casing_names
 from fragfield.case import differences, load_case, read_resolved, to_toml
 from fragfield.case.checks.uncertain_inputs import unit_of_key
@@ -21,7 +21,6 @@ RADIUS = {
     "name": "leakage radius", "keys": ["burst.leakage.radius_ratio"], "distribution": "uniform", "low": 1.59,
     "high": 2.1, "source": "published",
 }  # fmt: skip
-PROFILES = sorted(path.stem for path in (DATA_DIRECTORY / "profiles").glob("*.toml"))
 
 
 def _case(*inputs, file=TUBE, changes=None, **table):
@@ -95,7 +94,8 @@ def test_no_run_depends_on_the_table():
 
 
 @pytest.mark.parametrize(
-    ("profile", "casing"), [*((one, "steel_paper") for one in PROFILES), *(("tube", one) for one in casing_names())]
+    ("profile", "casing"),
+    [*((one, "steel_paper") for one in profile_names()), *(("tube", one) for one in casing_names())],
 )
 def test_every_built_in_round_has_a_default_set_with_sources(profile, casing):
     entry = {"name": "it", "profile": profile, "explosive": "comp_b", "casing": casing}
@@ -115,6 +115,9 @@ def test_every_built_in_round_has_a_default_set_with_sources(profile, casing):
     assert found["heat of detonation"].distribution.parameters["standard_deviation"] == 0.05
     assert found["heat of detonation"].judgement
     assert found["mean fragment mass"].distribution.parameters["factor"] == 1.6
+    shape, moved = load_profile(profile), found["ignition place"].distribution.parameters
+    assert moved["low"] == 0.0
+    assert moved["high"] == pytest.approx(0.1 * (shape.charge_end - shape.charge_front), rel=1e-3)
 
 
 def test_an_own_input_replaces_the_default_of_its_name_or_key():

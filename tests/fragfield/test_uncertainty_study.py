@@ -191,24 +191,22 @@ def test_a_distance_that_is_not_determined_is_said(made, tmp_path, monkeypatch):
     assert "not determined: mass has not landed" in states["messages"][0]
 
 
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
+def test_another_study_is_not_mixed_in(made, tmp_path):
+    out = tmp_path / "out"
+    assert _invoke(out, "--samples", 20).exit_code == 0
+    before = (out / "samples.jsonl").read_bytes()
+    for options, message in (
         ((), "holds a study of uncertainty; allowed: --resume to continue it, --overwrite to compute it again"),
         (("--resume", "--samples", 21), "this one differs in samples, points; use another --out, or --overwrite"),
         (("--resume", "--samples", 20, "--seed", 5), "this one differs in seed, points"),
         (("--resume", "--samples", 20, "--set", "burst.cell_size=5 mm"), "this one differs in case"),
-    ],
-)
-def test_another_study_is_not_mixed_in(made, tmp_path, options, message):
-    assert _invoke(tmp_path / "out", "--samples", 20).exit_code == 0
-    before = (tmp_path / "out" / "samples.jsonl").read_bytes()
-    done = _invoke(tmp_path / "out", *options)
-    assert done.exit_code == 2
-    assert message in done.stderr
-    assert (tmp_path / "out" / "samples.jsonl").read_bytes() == before
-    assert _invoke(tmp_path / "out", "--samples", 21, "--overwrite").exit_code == 0
-    assert read_results(tmp_path / "out")["design"]["samples"] == 21
+    ):
+        done = _invoke(out, *options)
+        assert done.exit_code == 2
+        assert message in done.stderr
+        assert (out / "samples.jsonl").read_bytes() == before
+    assert _invoke(out, "--samples", 21, "--overwrite").exit_code == 0
+    assert read_results(out)["design"]["samples"] == 21
 
 
 def test_a_pair_makes_its_few_bursts_first(made, tmp_path):

@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 
 from fragfield.case import load_case
-from fragfield.case.conversion.axisymmetry import burst_geometry
-from fragfield.case.tables.stack import PlaneTable
+from fragfield.case.conversion.symmetry import burst_geometry
+from fragfield.case.tables.round import PlaneTable
 from fragfield.errors import InputError
 from fragfield.report.blocks import Paragraph, Table
 from fragfield.report.findings.bearing import bears_on

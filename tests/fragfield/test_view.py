@@ -14,6 +14,8 @@ import pytest
 
 from fragfield.errors import InputError
 from fragfield.report import read_run, write_report
+from fragfield.report.figures.burst import speed_along_round
+from fragfield.report.figures.drawing import draw_figure
 from fragfield.view import PictureUnavailableError, interactive, offscreen, offscreen_fault, show
 from fragfield.view.interactive import interactive_fault
 from fragfield.view.scenes import burst_at, burst_states, burst_times, cut, final_burst, middle_plane, section
@@ -89,6 +91,26 @@ def test_an_end_of_the_drawing_process_is_reported(run, monkeypatch, child, kind
     monkeypatch.setattr(offscreen, "start_function", lambda *_, **streams: subprocess.Popen(command, **streams))
     with pytest.raises(kind, match=words):
         view_run(run, window=False)
+
+
+@needs_vtk
+def test_the_process_of_a_run_draws_the_figures_of_its_report(run, tmp_path):
+    with offscreen.PictureProcess(run, tmp_path, "run") as process:
+        for stage in ("burst", "break-up", "fly"):
+            process.go_on(stage)
+        assert not process.finish()
+        assert {"speed_along_round", "number_by_mass"} <= set(process.figures)
+        assert process.figures["speed_along_round"] == draw_figure(read_run(run), speed_along_round)
+    assert (tmp_path / "figures" / "picture_of_burst.png").is_file()
+
+
+def test_a_report_whose_process_has_ended_draws_its_figures_itself(run, tmp_path, monkeypatch):
+    command = [sys.executable, "-c", "import os; os._exit(3)"]
+    monkeypatch.setattr(offscreen, "start_function", lambda *_, **streams: subprocess.Popen(command, **streams))
+    page = write_report(run, tmp_path / "report.html", drawing=offscreen.PictureProcess(run, tmp_path, "run"))
+    text = page.read_text(encoding="utf-8")
+    assert "figure-speed_along_round" in text
+    assert "No picture" in text
 
 
 def test_a_display_that_answers_no_more_is_said(run, monkeypatch, caplog):

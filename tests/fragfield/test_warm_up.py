@@ -12,10 +12,11 @@ import pytest
 from typer.testing import CliRunner
 
 from fragfield.case import read_resolved
-from fragfield.case.conversion.axisymmetry import burst_geometry
+from fragfield.case.conversion.symmetry import burst_geometry
 from fragfield.cli import app
 from fragfield.studies.processes import LocalRuns
-from tests import warm_up as warm_up_of_tests
+from fragfield_base.kernel_cache import cache_root
+from tests import kernel_caches
 
 ROOT = Path(__file__).parents[2]
 COMPILED = """
@@ -70,9 +71,7 @@ def test_a_run_after_it_compiles_nothing(tmp_path):
     assert run("-c", COMPILED, "run", ROOT / "cases" / "m107_tnt.toml", *options).rpartition("compiled: ")[2] == ""
 
 
-def test_the_tests_warm_up_knows_the_folders_of_today():
-    """What `tests/warm_up.py` takes over and links are the cache folders that the kernels name now."""
-    done = subprocess.run([sys.executable, "-c", warm_up_of_tests.CURRENT], capture_output=True, text=True, check=True)
-    names = done.stdout.split()
-    assert [name.split("-")[0] for name in names] == ["burst", "flight", "transition"]
-    assert len(set(names)) == 3
+def test_the_tests_share_the_kernels_of_today():
+    """What `tests/kernel_caches.py` takes over and links are cache folders that the kernels name now."""
+    found = {name.split("-")[0] for name in kernel_caches.folders() if (cache_root() / name).is_dir()}
+    assert found == {"burst", "flight", "transition"}

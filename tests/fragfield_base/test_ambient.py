@@ -115,7 +115,7 @@ def test_no_modules_of_the_working_folder_and_those_of_the_user_last(tmp_path):
 
 
 def test_a_process_of_its_own_is_settled(monkeypatch):
-    from fragfield_base.own_process import run_function
+    from fragfield_base.ambient import run_function
 
     for name, value in {**LAUNCH, "SLURM_PROCID": "1", "NUMBA_NUM_THREADS": "0", "MPLBACKEND": "none"}.items():
         monkeypatch.setenv(name, value)

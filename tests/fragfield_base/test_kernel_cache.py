@@ -86,34 +86,38 @@ def test_a_link_is_judged_by_what_it_leads_to(places):
 
 
 @root_only
-@pytest.mark.parametrize("package", ["flight.kernels.cells", "transition.kernels.clusters"])
-def test_a_planted_pickle_does_not_run(places, package):
-    """A cache that another user made, under every name that numba could look for, with code that leaves a trace."""
-    trace = places / "ran"
+def test_a_planted_pickle_does_not_run(places):
+    """A cache that another user made, under the names that numba looks for; in one of the user's own it would run."""
+    trace, planted = places / "ran", places / "tmp" / f"fragfield-{os.geteuid()}"
+    (places / "little.py").write_text(
+        "import numba\nfrom fragfield_base.kernel_cache import cache_root, compiled_with\n"
+        "def twice(x):\n    return 2 * x\ntwice = compiled_with(numba, twice, 'little')\n"
+    )
+    environment = {"PATH": os.environ["PATH"], "PYTHONPATH": f"{ROOT}:{places}", "HOME": "/proc/nowhere"}
+    environment["TMPDIR"] = str(places / "tmp")
 
     class Payload:
         def __reduce__(self):
             return os.system, (f"touch {trace}",)
 
-    planted = places / "tmp" / f"fragfield-{os.geteuid()}"
-    code = f"import {package}; from fragfield_base.kernel_cache import cache_root; print(cache_root())"
-    environment = {"PATH": os.environ["PATH"], "PYTHONPATH": str(ROOT), "HOME": "/proc/nowhere"}
-    environment["TMPDIR"] = str(places / "tmp")
-
     def start():
-        command = [sys.executable, "-c", code]
-        return subprocess.run(command, capture_output=True, text=True, check=True, cwd=ROOT, env=environment)
+        command = [sys.executable, "-c", "import little; print(little.twice(3), little.cache_root())"]
+        done = subprocess.run(command, capture_output=True, text=True, check=True, cwd=ROOT, env=environment)
+        return done.stdout.strip()
 
-    honest = start()
-    assert honest.stdout.strip() == str(planted)
-    # What numba has laid out (the folders of each source) is filled with payloads under its own names.
-    for folder in [entry for entry in planted.rglob("*") if entry.is_dir()] or [planted]:
-        for name in ("cells.fill_cells-71.py311.nbi", "clusters.collect-97.py311.nbi"):
-            (folder / name).write_bytes(pickle.dumps(Payload()))
+    def plant():
+        (index,) = planted.rglob("little.twice-*.nbi")
+        index.write_bytes(pickle.dumps(Payload()))
+
+    assert start() == f"6 {planted}"
+    plant()
+    assert start() == f"6 {planted}"
+    assert trace.exists()
+    trace.unlink()
+    plant()
     for entry in [planted, *planted.rglob("*")]:
         os.chown(entry, 12345, 12345)
-    done = start()
-    assert done.stdout.strip() == "None"
+    assert start() == "6 None"
     assert not trace.exists()
 
 

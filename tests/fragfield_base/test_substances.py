@@ -8,8 +8,7 @@ import tomllib
 import numpy as np
 import pytest
 
-from fragfield_base.errors import InputError
-from fragfield_base.names import plain_key
+from fragfield_base.errors import InputError, plain_key
 from fragfield_base.substances import (
     FOLDERS,
     GRADES,

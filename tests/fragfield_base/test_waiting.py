@@ -109,8 +109,7 @@ def test_kernels_settle_it_and_the_import_of_the_program_does_not(package, polic
 
 
 @pytest.mark.skipif(ctypes.util.find_library("gomp") is None, reason="there is no libgomp")
-@pytest.mark.parametrize(("given", "policy"), [({}, "PASSIVE"), ({"OMP_WAIT_POLICY": "active"}, "ACTIVE")])
-def test_the_library_takes_it(given, policy):
+def test_the_library_takes_it():
     """What libgomp itself says that it has read, in a process that uses a shared loop of ours."""
     code = """
         import os
@@ -127,6 +126,6 @@ def test_the_library_takes_it(given, policy):
         add(numpy.zeros(8))
         print(numba.threading_layer())
     """
-    done = _printed(code, OMP_DISPLAY_ENV="TRUE", NUMBA_THREADING_LAYER="omp", NUMBA_NUM_THREADS="2", **given)
+    done = _printed(code, OMP_DISPLAY_ENV="TRUE", NUMBA_THREADING_LAYER="omp", NUMBA_NUM_THREADS="2")
     assert done.stdout.strip() == "omp"
-    assert f"OMP_WAIT_POLICY = '{policy}'" in done.stderr
+    assert "OMP_WAIT_POLICY = 'PASSIVE'" in done.stderr

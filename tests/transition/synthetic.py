@@ -9,6 +9,7 @@ import h5py
 import numpy as np
 
 from fragfield_base.burst_snapshot import FORMAT, FORMAT_VERSION, SEGMENTS
+from fragfield_base.hdf5_files import _seal_of
 from transition.snapshot import Snapshot
 
 if TYPE_CHECKING:
@@ -16,6 +17,20 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 STEEL, TNT = 7850.0, 1630.0
+
+
+def sealed(path: Path, act: Callable[[h5py.File], object] = lambda file: None) -> Path:
+    """The file, after what `act` changes in it, with the seal of the burst stage: no process looks through it first."""
+    with h5py.File(path, "a") as file:
+        act(file)
+    content = path.read_bytes()
+    path.write_bytes(content + _seal_of(content))
+    return path
+
+
+def fill(name: str, index: object, value: object) -> Callable[[h5py.File], object]:
+    """A change for `sealed`: the value in place of some of a data set's."""
+    return lambda file: file[name].__setitem__(index, value)
 
 
 def radial(places: np.ndarray) -> np.ndarray:
@@ -44,7 +59,7 @@ class CasedTube:
 
     def read(self, path: Path) -> Snapshot:
         """Write, and read back."""
-        return Snapshot.read(self.write(path))
+        return Snapshot.read(sealed(self.write(path)))
 
     def segments(self, group, mine, part, segment, station, mass, speed) -> None:
         """Write the table of a round's segments, whose cells are `mine`, into its group."""

@@ -99,14 +99,14 @@ def test_a_part_below_a_quarter_is_taken_from_around_a_point(share, plane):
 @pytest.mark.parametrize("axis", [(1.0, 0.0, 0.0), (0.0, -1.0, 0.0), (0.0, 0.0, 2.0)])
 def test_a_region_is_hollow_from_a_tenth_of_its_mean_square(square, hollow, axis):
     """Twenty points at a distance of 1 about the centre and two nearer: smallest over mean square passes a tenth."""
-    generator, q = np.random.default_rng(7), np.empty(9)
+    generator, q, centre = np.random.default_rng(7), np.empty(9), np.array([4.0, -3.0, 1.0])
     way = generator.normal(size=(10, 3))
     way /= np.linalg.norm(way, axis=1)[:, None]
     near = math.sqrt(square) * way[:1]
-    row = np.column_stack([np.concatenate([way, -way, near, -near]) + 4.0, np.ones(22)])
-    _cut(row, 0, 22, 0.5, np.ones(3), 0.3, np.full(3, 4.0), np.array(axis), np.empty(3), q)
+    row = np.column_stack([np.concatenate([way, -way, near, -near]) + centre, np.ones(22)])
+    _cut(row, 0, 22, 0.5, np.ones(3), 0.3, centre, np.array(axis), np.empty(3), q)
     assert (q[4] == 1.0) == hollow
-    _cut(row, 0, 22, 0.5, np.ones(3), 0.3, np.full(3, 4.0), np.zeros(3), np.empty(3), q)
+    _cut(row, 0, 22, 0.5, np.ones(3), 0.3, centre, np.zeros(3), np.empty(3), q)
     assert q[4] == 0.0
 
 

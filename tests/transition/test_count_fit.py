@@ -78,7 +78,7 @@ def test_expected_numbers_give_their_scale_back(scale, dimension):
     assert fit.mean == pytest.approx(sum(SEGMENTS.masses) / number, rel=1e-6)
 
 
-@pytest.mark.parametrize(("edges", "kept"), [(OPEN, 1.0), (OPEN, 0.7), (COARSE_ONLY, 0.7)])
+@pytest.mark.parametrize(("edges", "kept"), [(OPEN, 1.0), (COARSE_ONLY, 0.7)])
 def test_scale_is_recovered_to_its_stated_error(edges, kept):
     """200 tests of a round with a known scale, with pieces lost at random: bias, spread and coverage."""
     generator = np.random.default_rng(5)
@@ -104,9 +104,9 @@ def test_standard_error_is_that_of_a_parametric_bootstrap():
     share = np.array(fit.expected) / counts.pieces
     again = [
         math.log(fit_counts(replace(counts, number=tuple(map(float, row))), segments=SEGMENTS).scale)
-        for row in generator.multinomial(int(counts.pieces), share, size=400)
+        for row in generator.multinomial(int(counts.pieces), share, size=200)
     ]
-    assert np.std(again) == pytest.approx(fit.curvature_error, rel=0.12)  # 400 of them: 3.5 % each standard error
+    assert np.std(again) == pytest.approx(fit.curvature_error, rel=0.17)  # 200 of them: 5 % each standard error
 
 
 def test_fine_groups_change_nothing_and_coarse_ones_little():
@@ -292,6 +292,13 @@ def test_rounds_that_differ_take_no_table_of_one(counted, tmp_path):
     tube = Tube(radial_cells=1, around=16, axial=20, places=((0.0, 0.0, 0.0), (0.4, 0.0, 0.0)))
     pair = tube.read(tmp_path / "pair.h5")
     assert BreakUp(pair, BreakUpSettings(mean_mass=counted)).fit.completeness == pytest.approx(1.0, abs=0.1)
-    heavier = np.where(pair.round == 1, 1.1, 1.0) * pair.mass
-    with pytest.raises(InputError, match="the fragments of one kind of round, and the rounds here are of several"):
-        BreakUp(replace(pair, mass=heavier), BreakUpSettings(mean_mass=counted))
+
+    def other(share):
+        changed = replace(pair, mass=np.where(pair.round == 1, share, 1.0) * pair.mass)
+        return BreakUp(changed, BreakUpSettings(mean_mass=counted))
+
+    for share in (0.981, 1.019):
+        assert len(other(share).rounds) == 2
+    for share in (0.979, 1.021):
+        with pytest.raises(InputError, match="the fragments of one kind of round, and the rounds here are of several"):
+            other(share)

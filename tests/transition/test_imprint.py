@@ -93,27 +93,33 @@ def imprints(found, columns):
     return p_values
 
 
-@pytest.mark.parametrize(
-    ("size", "count"),
-    [(8, 60), pytest.param(8, 200, marks=pytest.mark.slow), pytest.param(3, 200, marks=pytest.mark.slow)],
-)
-def test_directions_show_no_mesh(tmp_path, size, count):
-    found = velocities(tmp_path, size, count)
-    p_values = imprints(found, MESHES[size]["around"])
+@pytest.fixture(scope="module")
+def coarse(tmp_path_factory):
+    return velocities(tmp_path_factory.mktemp("coarse"), 8, 60)
+
+
+def test_directions_show_no_mesh(coarse):
+    p_values = imprints(coarse, MESHES[8]["around"])
     assert all(p_value > LEVEL for _, p_value in p_values.values()), p_values
 
 
-def test_velocities_of_whole_cells_would_be_found(tmp_path):
+@pytest.mark.slow
+@pytest.mark.parametrize("size", [8, 3])
+def test_directions_of_many_show_no_mesh(tmp_path, size):
+    p_values = imprints(velocities(tmp_path, size, 200), MESHES[size]["around"])
+    assert all(p_value > LEVEL for _, p_value in p_values.values()), p_values
+
+
+def test_velocities_of_whole_cells_would_be_found(coarse):
     """The tests see what they are for: fragments that move as the middle of the cell that they lie in."""
-    found = velocities(tmp_path, 8, 60)
     height, turn = 0.3 / MESHES[8]["axial"] * AXIAL, 2.0 * np.pi / MESHES[8]["around"]
-    coarse = []
-    for mass, v in found:
+    jumping = []
+    for mass, v in coarse:
         up = (np.floor(v[:, 2] / height + 0.5)) * height
         angle = (np.floor(np.arctan2(v[:, 1], v[:, 0]) / turn) + 0.5) * turn
         level = np.hypot(v[:, 0], v[:, 1])
-        coarse.append((mass, np.column_stack([level * np.cos(angle), level * np.sin(angle), up])))
-    p_values = imprints(coarse, MESHES[8]["around"])
+        jumping.append((mass, np.column_stack([level * np.cos(angle), level * np.sin(angle), up])))
+    p_values = imprints(jumping, MESHES[8]["around"])
     assert all(p_value <= LEVEL for name, (_, p_value) in p_values.items() if "phase" in name or "sectors" in name), (
         p_values
     )
@@ -121,7 +127,7 @@ def test_velocities_of_whole_cells_would_be_found(tmp_path):
 
 def test_order_of_the_cells_plays_no_part(tmp_path):
     """The same casing with its cells reversed: other fragments, the same numbers by direction and compactness."""
-    tube = Tube(**MESHES[8], velocity=linear, ends=(), kinds=("wall",)).read(tmp_path / "s.h5")
+    tube = Tube(around=18, axial=18, radial_cells=2, velocity=linear, ends=(), kinds=("wall",)).read(tmp_path / "s.h5")
     order = np.arange(len(tube.cells))[::-1]
     names = ("cells", "part", "round", "segment", "station", "mass")
     other = replace(tube, **{name: np.ascontiguousarray(getattr(tube, name)[order]) for name in names})

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.transition.synthetic import Tube
-from transition import BreakUp, BreakUpSettings, InputError
+from transition import BreakUp, BreakUpSettings
 from transition.law.mean_mass import (
     ASPECT_RATIO,
     explosive_constant,
@@ -64,22 +64,6 @@ def test_constants_of_the_explosives_are_those_in_ounces_and_inches():
     in_si = math.sqrt(28.349523125e-3) * 0.0254 ** (-7.0 / 6.0)
     for name, constant in (("TNT", 0.312), ("Composition B", 0.222)):
         assert explosive_constant(name, None) == pytest.approx(constant * in_si, rel=2e-3), name
-
-
-@pytest.mark.parametrize(
-    ("values", "message"),
-    [
-        ({"mean_mass_factor": 0.9}, r"break_up.mean_mass_factor: found 0.9; allowed: 1 to 1000"),
-        ({"mean_mass_factor": math.inf}, r"break_up.mean_mass_factor: found inf; allowed: 1 to 1000"),
-        ({"mean_mass_factor": "1.6"}, r"break_up.mean_mass_factor: found '1.6'; a number is needed"),
-        ({"fracture_stress": 0.0}, r"break_up.fracture_stress: found 0; allowed: 100000 to 1e\+12 Pa"),
-        ({"fracture_gamma": -1.0}, r"break_up.fracture_gamma: found -1; allowed: 0.01 to 100000"),
-        ({"mean_mass": "mott_1946"}, r"break_up.mean_mass: found 'mott_1946'; did you mean 'mott_1947'"),
-    ],
-)
-def test_settings_at_fault_are_refused(values, message):
-    with pytest.raises(InputError, match=message):
-        BreakUpSettings(**values)
 
 
 def test_equivalent_cylinder_has_diameter_and_charge_ratio():

@@ -63,12 +63,12 @@ def test_inverse_undoes_survival_over_twelve_decades(dimension):
 @pytest.mark.parametrize("dimension", DIMENSIONS)
 def test_sampled_moments_follow_the_closed_forms(dimension):
     law = MottLaw.from_mean(MEAN, dimension)
-    drawn = law.inverse(1.0 - np.random.default_rng(5).random(400_000))
+    drawn = law.inverse(1.0 - np.random.default_rng(5).random(100_000))
     for order in (0.5, 1.0, 2.0):
         error = np.sqrt((law.moment(2 * order) - law.moment(order) ** 2) / drawn.size)
         assert abs((drawn**order).mean() - law.moment(order)) < 4.0 * error, (order, error)
     heavy = 3.0 * MEAN
-    assert drawn[drawn > heavy].sum() / drawn.sum() == pytest.approx(float(law.mass_fraction_above(heavy)), rel=0.02)
+    assert drawn[drawn > heavy].sum() / drawn.sum() == pytest.approx(float(law.mass_fraction_above(heavy)), rel=0.04)
 
 
 def test_eq_21_of_a_155_mm_shell_agrees_with_its_measured_mean():
@@ -91,7 +91,7 @@ def test_gurney_sarmousakis_by_hand():
     assert explosive_constant("comp_b", None) == explosive_constant("Composition B", None) == 2.71
     with pytest.raises(InputError, match=r"explosive 'TNTX'; did you mean 'TNT'\? \(allowed: Composition B, TNT\)"):
         explosive_constant("TNTX", None)
-    assert explosive_constant("anything", 3.0) == 3.0
+    assert (explosive_constant("anything", 3.0), explosive_constant("TNT", 0.0)) == (3.0, 0.0)
 
 
 def test_gurney_speed_of_tnt():

@@ -9,12 +9,10 @@ import numpy as np
 import pytest
 
 from transition import BreakUp, BreakUpSettings, InputError
-from transition.breaking_up import _whole
 from transition.cells.cell_points import numbers
 from transition.cells.shape_functions import CORNERS, modes, trilinear
 from transition.kernels import clusters, sampling
 from transition.kernels.sampling import _A, _B, _C, _SHARE, _TILE, _X, _quantiles
-from transition.law.mean_mass import explosive_constant
 from transition.law.segment_law import _at_rupture
 
 
@@ -81,14 +79,6 @@ def test_a_million_points_are_shared_out_in_proportion():
     assert set(numbers(cells, [0.001, 0.02], most=10)[0].tolist()) == {8}
 
 
-@pytest.mark.parametrize(
-    ("name", "constant"), [("TNT", 3.81), ("tnt", 3.81), ("Comp. B", 2.71), ("composition_b", 2.71)]
-)
-def test_explosives_are_known_by_any_spelling(name, constant):
-    assert explosive_constant(name, None) == constant
-    assert explosive_constant(name, 0.0) == 0.0
-
-
 def segment(**changed):
     data = {"outer_radius": 0.08, "wall_thickness": 0.02, "start": 0.1, "end": 0.115}
     return SimpleNamespace(data=SimpleNamespace(**data | changed), is_end=False)
@@ -114,13 +104,6 @@ def test_an_end_is_as_thick_as_it_is_long_where_that_is_less(end, wall):
     piece.is_end = True
     found = _at_rupture(piece, BreakUpSettings(critical_strain=0.5), "")
     assert found == (pytest.approx(0.12), pytest.approx(wall / 2.25), "critical_strain")
-
-
-def test_whole_numbers_from_zero_are_taken():
-    assert [_whole("seed", value) for value in (0, 7, np.int64(3), True)] == [0, 7, 3, 1]
-    for value in (-1, 0.5, "1", None):
-        with pytest.raises(InputError, match=r"break_up seed: found .*; a whole number from 0 upwards is needed"):
-            _whole("seed", value)
 
 
 def test_a_law_that_makes_dust_is_refused_before_it_fills_the_memory():

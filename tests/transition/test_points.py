@@ -7,7 +7,7 @@ import pytest
 
 from tests.transition.synthetic import Tube
 from transition import BreakUpSettings, break_up
-from transition.cells.cell_points import POINTS_PER_FRAGMENT, CellPoints, numbers
+from transition.cells.cell_points import CellPoints
 from transition.cells.points import MaterialPoints
 
 
@@ -57,23 +57,6 @@ def test_points_fill_a_cell_evenly(count):
     assert ((found - len(points) / 64.0) ** 2).sum() / (len(points) / 64.0) < 92.0  # 63 degrees of freedom
     again = made.draw(generator)
     assert np.abs(again.position - points.position).max() > 0.1
-
-
-def test_numbers_follow_the_lightest_fragment_and_the_cap():
-    generator = np.random.default_rng(1)
-    masses = [generator.uniform(0.5e-3, 8e-3, 500), generator.uniform(1e-3, 2e-3, 300)]
-    found = numbers(masses, [1e-3, 2e-2])
-    for number, mass, lightest in zip(found, masses, (1e-3, 2e-2), strict=True):
-        assert (mass / number <= lightest / POINTS_PER_FRAGMENT * (1.0 + 1e-12)).all()
-        assert (number % 2 == 0).all()
-        assert number.min() >= 8
-    assert (found[1] == 8).all()
-    capped = numbers(masses, [1e-3, 2e-2], most=12_000)
-    assert sum(int(number.sum()) for number in capped) <= 12_000
-    assert (numbers(masses, [1e-9, 1e-9], most=1)[0] == 8).all()
-    fine = numbers([np.full(60_000, 1e-4), np.array([1e-4, 2.5e-4, 6e-4])], [8e-4, 8e-4])
-    assert (fine[0] == 2).all()
-    assert fine[1].tolist() == [2, 4, 6]
 
 
 def test_points_of_parts_stand_one_after_the_other():

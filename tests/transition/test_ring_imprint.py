@@ -27,12 +27,12 @@ def velocities(folder, size, count):
     return [(f.mass, f.velocity) for f in (prepared.fragments(29, number) for number in range(count))]
 
 
-@pytest.mark.parametrize(
-    ("size", "count"),
-    [(8, 60), pytest.param(8, 200, marks=pytest.mark.slow), pytest.param(3, 200, marks=pytest.mark.slow)],
-)
-def test_directions_show_no_mesh_and_no_azimuth(tmp_path, size, count):
-    found = velocities(tmp_path, size, count)
+@pytest.fixture(scope="module")
+def coarse(tmp_path_factory):
+    return velocities(tmp_path_factory.mktemp("rings"), 8, 60)
+
+
+def check(found):
     p_values = imprints(found, 36)  # columns of the hexahedra of this cell size
     for name, fold in (("opposite points", 2), ("blocks of four points", 4)):
         azimuths = [np.degrees(np.arctan2(v[:, 1], v[:, 0])) for _, v in found]
@@ -40,12 +40,21 @@ def test_directions_show_no_mesh_and_no_azimuth(tmp_path, size, count):
     assert all(p_value > LEVEL for _, p_value in p_values.values()), p_values
 
 
-def test_points_all_in_the_half_plane_would_be_found(tmp_path):
+def test_directions_show_no_mesh_and_no_azimuth(coarse):
+    check(coarse)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("size", [8, 3])
+def test_directions_of_many_show_no_mesh_and_no_azimuth(tmp_path, size):
+    check(velocities(tmp_path, size, 200))
+
+
+def test_points_all_in_the_half_plane_would_be_found(coarse):
     """The tests see what they are for: azimuths in blocks of four at fixed places, elevations of whole rings."""
-    found = velocities(tmp_path, 8, 60)
     height = 0.3 / MESHES[8]["axial"] * AXIAL
     azimuths, tangents = [], []
-    for _, v in found:
+    for _, v in coarse:
         bearing = np.degrees(np.arctan2(v[:, 1], v[:, 0]))
         azimuths.append(np.where(np.arange(bearing.size) % 8 == 0, np.round(bearing / 90.0) * 90.0, bearing))
         up = np.round(v[:, 2] / height) * height

@@ -45,9 +45,9 @@ def test_one_realisation_follows_the_law_far_closer_than_independent_draws(dimen
     assert np.mean(strays) < 0.35 * np.sqrt(number) + 2.0, strays
 
 
-@pytest.mark.parametrize("dimension", DIMENSIONS)
 @pytest.mark.parametrize(
-    ("number", "realisations", "bias"), [(12.0, 2000, 0.45), (40.0, 1200, 0.35), (300.0, 600, 0.12)]
+    ("dimension", "number", "realisations", "bias"),
+    [(2, 12.0, 2000, 0.45), (3, 12.0, 2000, 0.45), ("mixed", 40.0, 600, 0.35), (2, 300.0, 600, 0.12)],
 )
 def test_number_above_any_mass_is_right_in_expectation(dimension, number, realisations, bias):
     """Closing on the mass adds less than half a fragment at any mass: a share of the number that falls with 1/n."""

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fragfield_base.mass_groups import group_outside
+from fragfield_base.arrays import group_outside
 from transition.errors import InputError
 
 if TYPE_CHECKING:

@@ -78,7 +78,7 @@ def outer_radius(bore_radius: float, charge_ratio: float, explosive_density: flo
 def tube_of(charge_ratio: float) -> dict[str, Any]:
     """Changes of the case that give the tube this mass of charge over that of steel."""
     from fragfield.case import load_case
-    from fragfield.case.conversion.burst import burst_rounds
+    from fragfield.case.conversion.rounds import burst_rounds
 
     (item,) = burst_rounds(load_case(ROOT / REFERENCE["case"]))
     profile = item.profile

@@ -29,8 +29,8 @@ from burst_fenicsx.kernels.vectors.tensors import (
     Matrix,
     Symmetric,
     Vector,
-    apply,
     dot,
+    fma,
     load_vector,
     scaled,
     store_matrix,
@@ -38,6 +38,7 @@ from burst_fenicsx.kernels.vectors.tensors import (
 )
 
 __all__ = [
+    "RINGS",
     "STORED_ROWS",
     "AxisymmetricState",
     "Four",
@@ -62,9 +63,9 @@ Four = tuple[float, float, float, float]
 _VELOCITY = at.POSITION + 12
 _BR, _BZ, _A = at.GRADIENT, at.GRADIENT + 4, at.GRADIENT + 8  # m2
 _INVERSE_SHARE = at.GRADIENT + 12  # inverse of the cell's share of its nodes' masses, 4 rows, 1/kg
-_MODE_R, _MODE_Z = at.HOURGLASS_MODES, at.HOURGLASS_MODES + 1  # hourglass mode of the positions, m
-_AREA = at.HOURGLASS_MODES + 2  # of the quadrilateral, m2
-_GAMMA_SQUARE = at.HOURGLASS_MODES + 3  # sum over the nodes of gamma^2 times the inverse share, 1/kg
+_MODE_R, _MODE_Z = at.RING, at.RING + 1  # hourglass mode of the positions, m
+_AREA = at.RING + 2  # of the quadrilateral, m2
+_GAMMA_SQUARE = at.RING + 3  # sum over the nodes of gamma^2 times the inverse share, 1/kg
 
 
 class AxisymmetricState(NamedTuple):
@@ -77,6 +78,7 @@ _gather, _gather_means = make_gather(corners=4)
 
 STORED_ROWS = 3
 """Numbers of elastic hourglass forces that a cell stores: those of its one mode."""
+RINGS = True
 
 _SIXTH, _TWELFTH = 2.0 * np.pi / 6.0, 2.0 * np.pi / 12.0
 
@@ -154,15 +156,13 @@ def _store(v: Four, scratch: np.ndarray, row: int, lane: int) -> None:
 
 @block_kernel
 def gather(block: int, nodes: Nodes, grid: Grid, element: AxisymmetricState, scratch: np.ndarray) -> None:
-    """Gather positions and velocities of a block's nodes, mean ones over the cells' step, and the cells' masses."""
+    """Gather positions and velocities of a block's nodes, mean ones over the cells' step, and their mass shares."""
     cells, rows = grid.cells[block], scratch[_VELOCITY * LANES :]
     _gather(cells, grid.dofmap, nodes.position, scratch[at.POSITION * LANES :])
     if grid.mixed[block]:
         _gather_means(cells, grid.dofmap, grid.level[block], nodes.finest, nodes.velocity, nodes.mean, rows)
     else:
         _gather(cells, grid.dofmap, nodes.velocity, rows)
-    for lane in range(LANES):
-        scratch[at.MASS * LANES + lane] = grid.mass[block * LANES + lane]
     for k in range(4 * LANES):
         scratch[_INVERSE_SHARE * LANES + k] = element.inverse_share[block, k]
 
@@ -263,11 +263,12 @@ def store_forces(
 
 
 @block_kernel
-def add_forces(count: int, cells: np.ndarray, dofmap: np.ndarray, scratch: np.ndarray, force: np.ndarray) -> None:
-    """Add the nodal forces of the first `count` cells of a block to `force` (nodes, 3) in N."""
+def add_forces(block: int, grid: Grid, scratch: np.ndarray, force: np.ndarray) -> None:
+    """Add the nodal forces of a block's cells to `force` (nodes, 3) in N."""
+    cells = grid.cells[block]
     for n in range(4):
-        for lane in range(count):
-            node = np.uint64(dofmap[np.uint64(cells[lane]), n])
+        for lane in range(grid.filled[block]):
+            node = np.uint64(grid.dofmap[np.uint64(cells[lane]), n])
             force[node, 0] += scratch[(at.POSITION + n) * LANES + lane]
             force[node, 2] += scratch[(at.POSITION + 4 + n) * LANES + lane]
 
@@ -275,7 +276,10 @@ def add_forces(count: int, cells: np.ndarray, dofmap: np.ndarray, scratch: np.nd
 @lane_function
 def turn_stored(rotation: Matrix, scratch: np.ndarray, lane: int) -> None:
     """Turn the stored elastic force with the cell."""
-    store_vector(apply(rotation, load_vector(scratch, at.HOURGLASS_FORCE, lane)), scratch, at.HOURGLASS_FORCE, lane)
+    (xx, _, xz), _, (zx, _, zz) = rotation
+    x, z = scratch[at.HOURGLASS_FORCE * LANES + lane], scratch[(at.HOURGLASS_FORCE + 2) * LANES + lane]
+    scratch[at.HOURGLASS_FORCE * LANES + lane] = fma(xx, x, xz * z)
+    scratch[(at.HOURGLASS_FORCE + 2) * LANES + lane] = fma(zx, x, zz * z)
 
 
 @lane_function

@@ -25,7 +25,7 @@ from burst_fenicsx.kernels.axisymmetric.line_points import (
 )
 from burst_fenicsx.kernels.axisymmetric.line_pressure import spread_pressure
 from burst_fenicsx.kernels.contact.slide_law import SlideLaw, around, slide
-from burst_fenicsx.kernels.lanes import inlined_kernel, kernel
+from burst_fenicsx.kernels.lanes import block_kernel, inlined_kernel
 from burst_fenicsx.kernels.state import ChargeState, Grid, Nodes, SolidState
 from burst_fenicsx.kernels.vectors.exact import quantise
 
@@ -50,7 +50,7 @@ class LineContact(NamedTuple):
     deepest: np.ndarray  # (2,) m so far: penetration while a front runs, and after it
 
 
-@kernel
+@block_kernel
 def act_on_line(
     time: float, contact: LineContact, nodes: Nodes, grid: Grid, solid: SolidState, charge: ChargeState
 ) -> None:
@@ -99,7 +99,7 @@ def _work(half_step: float, contact: LineContact, velocity: np.ndarray, rounding
     return total
 
 
-@kernel
+@block_kernel
 def add_line_forces(
     law: SlideLaw,
     line: SlideLine,

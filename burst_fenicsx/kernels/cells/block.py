@@ -9,13 +9,14 @@ Element (`one_point`, `eight_points`, `axisymmetric.quadrilateral`)
     store_forces, add_forces : nodal forces of a mean stress and of hourglass forces; into the nodes' sums.
     turn_stored : stored forces of hourglass control turned with the cell.
     set_damping, set_stiffness : coefficients of a lane; both return what the step must bear of a vector of square one.
-    STORED_ROWS : numbers of elastic hourglass forces that a cell stores.
+    STORED_ROWS : numbers of elastic hourglass forces that a cell stores. RINGS : whether its cells are rings.
     may_exceed, bound : whether that may be too much; upper limits of the coefficients.
     dashpots, springs_and_dashpots : generalised forces against the modes (N) and their power (W).
 
 Material (`solid.make_solid`, `charge`)
     PARAMETERS, HAS_SPRINGS : columns of its table; whether its hourglass control has springs.
     load, make_update, store : the cells' state into the scratch, through the step, and back.
+    prefetch_state : the state of a block brought near before it is loaded.
     load_point, store_point : the state of one point, where there is any.
     elasticity, sound_speeds, total_stress : for the stable step, viscosity and forces.
     erode, clear_state : of cells that are no continuum any more, see `erosion`.
@@ -31,7 +32,8 @@ from burst_fenicsx.kernels.cells import layout as at
 from burst_fenicsx.kernels.cells.erosion import drop_forces, freeze_cells
 from burst_fenicsx.kernels.cells.solid import make_solid
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, inlined_kernel, lane_function, widest_vectors
-from burst_fenicsx.kernels.vectors.exact import quantise
+from burst_fenicsx.kernels.vectors.exact import quantise, row_sum
+from burst_fenicsx.kernels.vectors.nodal_values import load_slots, prefetch_dofs, prefetch_slots, store_slots
 from burst_fenicsx.materials import laws
 
 if TYPE_CHECKING:
@@ -68,15 +70,19 @@ def viscosity_and_step(
     return viscous, length / (np.sqrt(fastest * fastest + damped * damped) + damped)
 
 
-@lane_function
-def _lower_limits(cell: int, stable: float, volume: float, fraction: float, limits: np.ndarray) -> None:
-    """Take a cell's stable step over `fraction` (s) and its volume (m3) into the smallest of `limits`."""
-    if stable < fraction * limits[0]:
-        limits[0] = stable / fraction
-    if not volume >= limits[1]:
-        # Not a number must not be overwritten by the next cell.
-        limits[1] = volume if volume == volume else -np.inf
-        limits[2] = cell
+@block_kernel
+def _lower_limits(
+    block: int, min_volume: int, fraction: float, grid: Grid, scratch: np.ndarray, limits: np.ndarray
+) -> None:
+    """Take a block's stable steps over `fraction` (s) and volumes (m3) into the smallest of `limits`."""
+    for lane in range(grid.filled[block]):
+        stable, volume = scratch[at.STABLE * LANES + lane], scratch[min_volume * LANES + lane]
+        if stable < fraction * limits[0]:
+            limits[0] = stable / fraction
+        if not volume >= limits[1]:
+            # Not a number must not be overwritten by the next cell.
+            limits[1] = volume if volume == volume else -np.inf
+            limits[2] = grid.cells[block, lane]
 
 
 @lane_function
@@ -100,6 +106,7 @@ def make_block(element: ModuleType, material: Any) -> Any:  # noqa: ANN401
         getattr(element, name, _nothing) for name in ("move_point", "add_point", "end_points")
     )
     load, store, erode, clear_state = material.load, material.store, material.erode, material.clear_state
+    prefetch_state = material.prefetch_state
     load_point, store_point = (getattr(material, name, _nothing) for name in ("load_point", "store_point"))
     elasticity, sound_speeds, total_stress = material.elasticity, material.sound_speeds, material.total_stress
 
@@ -143,6 +150,25 @@ def make_block(element: ModuleType, material: Any) -> Any:  # noqa: ANN401
             element.store_forces(total_stress(scratch, lane), resistance, fraction, rounding, scratch, lane)
 
     @block_kernel
+    def find_work(
+        step: float, fraction: float, filled: int, rounding: float, scratch: np.ndarray, limits: np.ndarray
+    ) -> int:
+        """Work of viscosity and hourglass control of the lanes that hold a cell; count those below the `limits`."""
+        widest_vectors()
+        count = 0
+        for lane in range(LANES):
+            volume, viscous = scratch[at.VOLUME * LANES + lane], scratch[at.VISCOUS * LANES + lane]
+            # Mean of both ends of the step, as the forces work: at a front q changes within it.
+            viscous = 0.5 * (scratch[at.OLD_VISCOUS * LANES + lane] + viscous)
+            heat = -quantise(viscous * (volume - scratch[at.OLD_VOLUME * LANES + lane]), rounding)
+            work = quantise(scratch[at.POWER * LANES + lane] * step, rounding)
+            scratch[at.HEAT * LANES + lane] = heat if lane < filled else 0.0
+            scratch[at.POWER * LANES + lane] = work if lane < filled else 0.0
+            low = scratch[at.STABLE * LANES + lane] < fraction * limits[0]
+            count += 0 if (scratch[min_volume * LANES + lane] >= limits[1]) & (not low) else 1
+        return count
+
+    @block_kernel
     def add_work(
         block: int,
         step: float,
@@ -153,21 +179,25 @@ def make_block(element: ModuleType, material: Any) -> Any:  # noqa: ANN401
         limits: np.ndarray,
     ) -> None:
         """Add up the work of viscosity and hourglass control and find the limits."""
-        slot = block * LANES
-        heat = power = 0.0
-        for lane in range(grid.filled[block]):
-            volume, viscous = scratch[at.VOLUME * LANES + lane], scratch[at.VISCOUS * LANES + lane]
-            stable = scratch[at.STABLE * LANES + lane]
-            # Mean of both ends of the step, as the forces work: at a front q changes within it.
-            work = 0.5 * (grid.viscous[slot + lane] + viscous) * (volume - grid.volume[slot + lane])
-            heat -= quantise(work, grid.rounding)
-            power += quantise(scratch[at.POWER * LANES + lane] * step, grid.rounding)
-            grid.viscous[slot + lane] = viscous
-            grid.stable[slot + lane] = stable
-            grid.volume[slot + lane] = volume
-            _lower_limits(grid.cells[block, lane], stable, scratch[min_volume * LANES + lane], fraction, limits)
-        energy[1] += heat
-        energy[2] += power
+        if find_work(step, fraction, grid.filled[block], grid.rounding, scratch, limits) > 0:
+            _lower_limits(block, min_volume, fraction, grid, scratch, limits)
+        store_slots(block, scratch, at.VISCOUS, grid.viscous)
+        store_slots(block, scratch, at.STABLE, grid.stable)
+        store_slots(block, scratch, at.VOLUME, grid.volume)
+        energy[1] += row_sum(scratch, at.HEAT)
+        energy[2] += row_sum(scratch, at.POWER)
+
+    @block_kernel
+    def prefetch_next(block: int, grid: Grid, state: Any) -> None:  # noqa: ANN401
+        """Bring near what the next block keeps, and which nodes the one after it has; its nodes `gather` brings."""
+        last = len(grid.filled) - 1
+        next_block = min(block + 1, last)
+        prefetch_slots(next_block, grid.mass)
+        prefetch_slots(next_block, grid.volume)
+        prefetch_slots(next_block, grid.viscous)
+        prefetch_slots(next_block, grid.stable)
+        prefetch_state(next_block, grid, state)
+        prefetch_dofs(grid.cells[min(block + 2, last)], grid.dofmap)
 
     @inlined_kernel
     def advance_block(
@@ -197,6 +227,9 @@ def make_block(element: ModuleType, material: Any) -> Any:  # noqa: ANN401
         """
         parameters = state.parameters[grid.material[block]]
         element.gather(block, nodes, grid, rings, scratch)
+        load_slots(block, grid.mass, scratch, at.MASS)
+        load_slots(block, grid.volume, scratch, at.OLD_VOLUME)
+        load_slots(block, grid.viscous, scratch, at.OLD_VISCOUS)
         element.move(step, scratch)
         stage = load(block, time, parameters, grid, state, scratch)
         any_eroded = erode(block, min_volume, parameters, grid, state, eroded, scratch) > 0
@@ -213,10 +246,11 @@ def make_block(element: ModuleType, material: Any) -> Any:  # noqa: ANN401
         element.bound(next_dt, stiffen(step, next_dt, parameters, scratch) > 0, scratch)
         if any_eroded:
             clear_state(block, grid, parameters, state, eroded, scratch)
+        prefetch_next(block, grid, state)
         resist(fraction, nodes.rounding, scratch)
         if any_eroded:
             drop_forces(block, eroded, scratch)
-        element.add_forces(grid.filled[block], grid.cells[block], grid.dofmap, scratch, nodes.force)
+        element.add_forces(block, grid, scratch, nodes.force)
         store(block, step, parameters, grid, state, scratch, energy)
         add_work(block, step, fraction, grid, scratch, energy, limits)
 
@@ -249,7 +283,8 @@ def make_solid_block(element: ModuleType) -> Any:  # noqa: ANN401
 
         return choose
 
-    *first, last = (make_block(element, make_solid(law, element.STORED_ROWS)) for law in laws("solids"))
+    rings = getattr(element, "RINGS", False)
+    *first, last = (make_block(element, make_solid(law, element.STORED_ROWS, rings=rings)) for law in laws("solids"))
     for number in reversed(range(len(first))):
         last = before(number, first[number], last)
     return last

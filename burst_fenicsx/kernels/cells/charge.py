@@ -13,7 +13,8 @@ from burst_fenicsx.kernels.cells.erosion import BEFORE, WHOLE, clear_lane
 from burst_fenicsx.kernels.constants import CRUSHED, FRONT_SOUND
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function, widest_vectors
 from burst_fenicsx.kernels.state import ChargeState, Grid
-from burst_fenicsx.kernels.vectors.exact import quantise
+from burst_fenicsx.kernels.vectors.exact import quantise, row_sum
+from burst_fenicsx.kernels.vectors.nodal_values import load_cells, store_cells
 from burst_fenicsx.kernels.vectors.tensors import (
     Symmetric,
     dot,
@@ -23,6 +24,7 @@ from burst_fenicsx.kernels.vectors.tensors import (
     store_symmetric,
     symmetric_square,
 )
+from burst_fenicsx.kernels.vectors.transposition import WIDTH, address, prefetch
 from burst_fenicsx.materials import laws
 
 __all__ = [
@@ -33,6 +35,7 @@ __all__ = [
     "erode",
     "load",
     "make_update",
+    "prefetch_state",
     "sound_speeds",
     "store",
     "total_stress",
@@ -40,6 +43,7 @@ __all__ = [
 
 PARAMETERS, HAS_SPRINGS = at.CHARGE_PARAMETERS, False
 
+_MAY_BE_CRUSHED = 1.001 * CRUSHED  # relative volume above which no rounding makes a cell crushed
 _MODEL = at.CHARGE_PARAMETERS.index("model")
 
 
@@ -71,17 +75,15 @@ def load(block: int, time: float, parameters: np.ndarray, grid: Grid, state: Cha
 
     Returns the smallest fraction burnt before. Where all is burnt, the row of burning by compression is not set.
     """
-    slot, by_compression = block * LANES, parameters[8]
+    by_compression, cells, in_rows = parameters[8], grid.cells[block], grid.in_rows[block]
+    load_cells(cells, in_rows, address(state.burn_fraction), 1, scratch, at.CHARGE_BURN)
+    load_cells(cells, in_rows, address(state.pressure), 1, scratch, at.CHARGE_OLD_PRESSURE)
+    load_cells(cells, in_rows, address(state.energy), 1, scratch, at.CHARGE_ENERGY)
+    for lane in range(LANES):
+        scratch[at.CHARGE_LEAKAGE * LANES + lane] = state.leakage[np.uint64(state.axial_slice[np.uint64(cells[lane])])]
     min_burn = 1.0
     for lane in range(LANES):
-        cell = np.uint64(grid.cells[block, lane])
-        burn = state.burn_fraction[cell]
-        min_burn = min(min_burn, burn)
-        scratch[at.CHARGE_BURN * LANES + lane] = burn
-        scratch[at.CHARGE_OLD_PRESSURE * LANES + lane] = state.pressure[cell]
-        scratch[at.CHARGE_ENERGY * LANES + lane] = state.energy[cell]
-        scratch[at.CHARGE_LEAKAGE * LANES + lane] = state.leakage[state.axial_slice[cell]]
-        scratch[at.CHARGE_OLD_VOLUME * LANES + lane] = grid.volume[slot + lane]
+        min_burn = min(min_burn, scratch[at.CHARGE_BURN * LANES + lane])
     for k in range(6 * LANES):
         scratch[at.STRESS * LANES + k] = 0.0
     if min_burn < 1.0:
@@ -197,6 +199,23 @@ def total_stress(scratch: np.ndarray, lane: int) -> Symmetric:
 
 
 @block_kernel
+def _find_work(filled: int, rounding: float, parameters: np.ndarray, scratch: np.ndarray) -> None:
+    """Work of the pressure and what viscosity turns to heat, which the energy takes up, of lanes that hold a cell."""
+    widest_vectors()
+    for lane in range(LANES):
+        change = scratch[at.VOLUME * LANES + lane] - scratch[at.OLD_VOLUME * LANES + lane]
+        # Mean of both ends of the step, as the forces work: at the front q rises and falls within a few steps.
+        viscous = scratch[at.OLD_VISCOUS * LANES + lane] + scratch[at.VISCOUS * LANES + lane]
+        heating = -0.5 * viscous * change
+        pressure = 0.5 * (scratch[at.CHARGE_OLD_PRESSURE * LANES + lane] + scratch[at.CHARGE_PRESSURE * LANES + lane])
+        work = quantise(scratch[at.CHARGE_LEAKAGE * LANES + lane] * pressure * change, rounding)
+        scratch[at.PRODUCTS_WORK * LANES + lane] = work if lane < filled else 0.0
+        scratch[at.PRODUCTS_HEAT * LANES + lane] = quantise(heating, rounding) if lane < filled else 0.0
+        # The shock's heat enters the products' energy a step late, but whole.
+        scratch[at.CHARGE_ENERGY * LANES + lane] += heating * parameters[0] / scratch[at.MASS * LANES + lane]
+
+
+@block_kernel
 def store(
     block: int,
     step: float,  # noqa: ARG001
@@ -207,25 +226,23 @@ def store(
     energy: np.ndarray,
 ) -> None:
     """Write the cell state back and add up the work of the pressure and what viscosity turns to heat."""
-    slot = block * LANES
-    heat = work = 0.0
-    for lane in range(grid.filled[block]):
-        cell = np.uint64(grid.cells[block, lane])
-        pressure = scratch[at.CHARGE_PRESSURE * LANES + lane]
-        change = scratch[at.VOLUME * LANES + lane] - scratch[at.CHARGE_OLD_VOLUME * LANES + lane]
-        # Mean of both ends of the step, as the forces work: at the front q rises and falls within a few steps.
-        heating = -0.5 * (grid.viscous[slot + lane] + scratch[at.VISCOUS * LANES + lane]) * change
-        heat += quantise(heating, grid.rounding)
-        mean_pressure = 0.5 * (scratch[at.CHARGE_OLD_PRESSURE * LANES + lane] + pressure)
-        work += quantise(scratch[at.CHARGE_LEAKAGE * LANES + lane] * mean_pressure * change, grid.rounding)
-        state.pressure[cell] = pressure
-        state.burn_fraction[cell] = scratch[at.CHARGE_BURN * LANES + lane]
-        # The shock's heat enters the products' energy a step late, but whole.
-        state.energy[cell] = (
-            scratch[at.CHARGE_ENERGY * LANES + lane] + heating * parameters[0] / scratch[at.MASS * LANES + lane]
-        )
-    energy[3] += work
-    energy[4] += heat
+    _find_work(grid.filled[block], grid.rounding, parameters, scratch)
+    energy[3] += row_sum(scratch, at.PRODUCTS_WORK)
+    energy[4] += row_sum(scratch, at.PRODUCTS_HEAT)
+    cells, in_rows = grid.cells[block], grid.in_rows[block]
+    store_cells(cells, in_rows, address(state.pressure), 1, scratch, at.CHARGE_PRESSURE)
+    store_cells(cells, in_rows, address(state.burn_fraction), 1, scratch, at.CHARGE_BURN)
+    store_cells(cells, in_rows, address(state.energy), 1, scratch, at.CHARGE_ENERGY)
+
+
+@block_kernel
+def prefetch_state(block: int, grid: Grid, state: ChargeState) -> None:
+    """Bring a block's state near: its cells mostly follow one another."""
+    for lane in (0, WIDTH, LANES - 1):
+        later_by = np.uint64(8) * np.uint64(grid.cells[block, lane])
+        prefetch(address(state.burn_fraction) + later_by)
+        prefetch(address(state.pressure) + later_by)
+        prefetch(address(state.energy) + later_by)
 
 
 @block_kernel
@@ -240,6 +257,14 @@ def erode(
 ) -> int:
     """Mark cells of products that have hardly any volume left; how many of the block are eroded."""
     slot, count = block * LANES, 0
+    for lane in range(LANES):
+        # Most are far from it: without a division.
+        full = scratch[min_volume * LANES + lane] * parameters[0]
+        count += 1 if full > _MAY_BE_CRUSHED * scratch[at.MASS * LANES + lane] else 0
+        count -= 1 if eroded[slot + lane] != WHOLE else 0
+    if count == LANES:
+        return 0
+    count = 0
     for lane in range(LANES):
         relative = scratch[min_volume * LANES + lane] * parameters[0] / scratch[at.MASS * LANES + lane]
         if not relative > CRUSHED and scratch[at.CHARGE_BURN * LANES + lane] >= 1.0 and eroded[slot + lane] == WHOLE:

@@ -25,12 +25,13 @@ from typing import TypeAlias
 import numpy as np
 
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, kernel, lane_function
-from burst_fenicsx.kernels.vectors.nodal_values import make_gather
+from burst_fenicsx.kernels.vectors.nodal_values import gather_modes
 from burst_fenicsx.kernels.vectors.tensors import (
     Matrix,
     Vector,
     add_cross,
     add_outer,
+    add_scaled,
     cross,
     dot,
     fma,
@@ -39,6 +40,7 @@ from burst_fenicsx.kernels.vectors.tensors import (
     scaled,
     store_vector,
 )
+from burst_fenicsx.kernels.vectors.transposition import WIDTH
 
 __all__ = [
     "PER_CELL",
@@ -47,10 +49,9 @@ __all__ = [
     "block_volumes",
     "cell_gradient",
     "cell_modes",
-    "cell_modes_earlier",
-    "component_modes",
     "hexahedron_volumes",
     "load_gradient",
+    "modes_earlier",
     "squared_gradients",
     "store_gradient",
     "store_nodal_forces",
@@ -65,87 +66,26 @@ PER_CELL = 1.0 / 64.0
 _THIRD = 1.0 / 3.0
 
 
-_gather, _ = make_gather(corners=8)
-
-
-@lane_function
-def _walsh(
-    v0: float, v1: float, v2: float, v3: float, v4: float, v5: float, v6: float, v7: float
-) -> tuple[float, float, float, float, float, float, float]:
-    """Modes 1 to 7 of nodal values."""
-    s01, d01 = v0 + v1, v1 - v0
-    s23, d23 = v2 + v3, v3 - v2
-    s45, d45 = v4 + v5, v5 - v4
-    s67, d67 = v6 + v7, v7 - v6
-    ss03, sd03 = s01 + s23, s23 - s01
-    ds03, dd03 = d01 + d23, d23 - d01
-    ss47, sd47 = s45 + s67, s67 - s45
-    ds47, dd47 = d45 + d67, d67 - d45
-    return ds03 + ds47, sd03 + sd47, dd03 + dd47, ss47 - ss03, ds47 - ds03, sd47 - sd03, dd47 - dd03
-
-
-@lane_function
-def component_modes(scratch: np.ndarray, row: int, lane: int) -> tuple[float, float, float, float, float, float, float]:
-    """Modes 1 to 7 of one component, whose nodal values lie in every third row from `row` on."""
-    return _walsh(
-        scratch[row * LANES + lane],
-        scratch[(row + 3) * LANES + lane],
-        scratch[(row + 6) * LANES + lane],
-        scratch[(row + 9) * LANES + lane],
-        scratch[(row + 12) * LANES + lane],
-        scratch[(row + 15) * LANES + lane],
-        scratch[(row + 18) * LANES + lane],
-        scratch[(row + 21) * LANES + lane],
-    )
-
-
 @lane_function
 def cell_modes(scratch: np.ndarray, row: int, lane: int) -> Modes:
-    """Modes 1 to 7 of a nodal vector field that `gather` has put in the rows from `row` on."""
-    x, y = component_modes(scratch, row, lane), component_modes(scratch, row + 1, lane)
-    return _vectors(x, y, component_modes(scratch, row + 2, lane))
+    """Modes 1 to 7 of a nodal vector field that `gather_modes` has put in the rows from `row` on."""
+    a, b, c = load_vector(scratch, row, lane), load_vector(scratch, row + 3, lane), load_vector(scratch, row + 6, lane)
+    f, e = load_vector(scratch, row + 9, lane), load_vector(scratch, row + 12, lane)
+    d, g = load_vector(scratch, row + 15, lane), load_vector(scratch, row + 18, lane)
+    return a, b, f, c, e, d, g
 
 
 @lane_function
-def cell_modes_earlier(scratch: np.ndarray, row: int, rate_row: int, back: float, lane: int) -> Modes:
-    """As `cell_modes`, at the time `back` (s, negative) from now; `rate_row` is the first row of the field's rates."""
-    x = _component_earlier(scratch, row, rate_row, back, lane)
-    y = _component_earlier(scratch, row + 1, rate_row + 1, back, lane)
-    return _vectors(x, y, _component_earlier(scratch, row + 2, rate_row + 2, back, lane))
-
-
-@lane_function
-def _component_earlier(
-    scratch: np.ndarray, row: int, rate_row: int, back: float, lane: int
-) -> tuple[float, float, float, float, float, float, float]:
-    """Modes 1 to 7 of one component for `cell_modes_earlier`."""
-    return _walsh(
-        fma(back, scratch[rate_row * LANES + lane], scratch[row * LANES + lane]),
-        fma(back, scratch[(rate_row + 3) * LANES + lane], scratch[(row + 3) * LANES + lane]),
-        fma(back, scratch[(rate_row + 6) * LANES + lane], scratch[(row + 6) * LANES + lane]),
-        fma(back, scratch[(rate_row + 9) * LANES + lane], scratch[(row + 9) * LANES + lane]),
-        fma(back, scratch[(rate_row + 12) * LANES + lane], scratch[(row + 12) * LANES + lane]),
-        fma(back, scratch[(rate_row + 15) * LANES + lane], scratch[(row + 15) * LANES + lane]),
-        fma(back, scratch[(rate_row + 18) * LANES + lane], scratch[(row + 18) * LANES + lane]),
-        fma(back, scratch[(rate_row + 21) * LANES + lane], scratch[(row + 21) * LANES + lane]),
-    )
-
-
-@lane_function
-def _vectors(
-    x: tuple[float, float, float, float, float, float, float],
-    y: tuple[float, float, float, float, float, float, float],
-    z: tuple[float, float, float, float, float, float, float],
-) -> Modes:
-    """Modes of a vector field from those of its components."""
+def modes_earlier(now: Modes, back: float, rate: Modes) -> Modes:
+    """Modes at the time `back` (s, negative) from now, of modes that change at a `rate`."""
     return (
-        (x[0], y[0], z[0]),
-        (x[1], y[1], z[1]),
-        (x[2], y[2], z[2]),
-        (x[3], y[3], z[3]),
-        (x[4], y[4], z[4]),
-        (x[5], y[5], z[5]),
-        (x[6], y[6], z[6]),
+        add_scaled(now[0], back, rate[0]),
+        add_scaled(now[1], back, rate[1]),
+        add_scaled(now[2], back, rate[2]),
+        add_scaled(now[3], back, rate[3]),
+        add_scaled(now[4], back, rate[4]),
+        add_scaled(now[5], back, rate[5]),
+        add_scaled(now[6], back, rate[6]),
     )
 
 
@@ -256,12 +196,17 @@ def store_nodal_forces(
 
 @block_kernel
 def block_volumes(
-    cells: np.ndarray, dofmap: np.ndarray, position: np.ndarray, nodal: np.ndarray, volume: np.ndarray
+    cells: np.ndarray,
+    dofmap: np.ndarray,
+    in_rows: np.ndarray,
+    position: np.ndarray,
+    modes: np.ndarray,
+    volume: np.ndarray,
 ) -> None:
-    """Exact volumes (LANES,) of a block's trilinear cells in m3; arguments as for `gather`, `nodal` (24 LANES,)."""
-    _gather(cells, dofmap, position, nodal)
+    """Exact volumes (LANES,) of a block's trilinear cells in m3; arguments as for `gather_modes`, `modes` its rows."""
+    gather_modes(cells, dofmap, in_rows, position, modes)
     for lane in range(LANES):
-        _, whole = cell_gradient(cell_modes(nodal, 0, lane))
+        _, whole = cell_gradient(cell_modes(modes, 0, lane))
         volume[lane] = PER_CELL * whole
 
 
@@ -270,11 +215,11 @@ def hexahedron_volumes(position: np.ndarray, dofmap: np.ndarray) -> np.ndarray:
     """Exact volume of each trilinear cell (cells,) in m3; `position` (nodes, 3) m, `dofmap` (cells, 8) int32."""
     count = dofmap.shape[0]
     volumes, cells = np.empty(count), np.empty(LANES, dtype=np.int32)
-    nodal, volume = np.empty(24 * LANES), np.empty(LANES)
+    modes, volume, in_rows = np.empty(21 * LANES), np.empty(LANES), np.zeros(LANES // WIDTH, dtype=np.int8)
     for first in range(0, count, LANES):
         for lane in range(LANES):
             cells[lane] = min(first + lane, count - 1)
-        block_volumes(cells, dofmap, position, nodal, volume)
+        block_volumes(cells, dofmap, in_rows, position, modes, volume)
         for lane in range(min(LANES, count - first)):
             volumes[first + lane] = volume[lane]
     return volumes

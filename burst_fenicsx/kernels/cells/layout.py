@@ -7,10 +7,13 @@ own rows that of the velocities. Rows of one material or element alone begin wit
 
 from __future__ import annotations
 
-POSITION, VELOCITY = 0, 24  # nodal values, m and m/s
+POSITION, VELOCITY = 0, 24  # of a hexahedron the modes 1, 2, 4, 3, 5, 6, 7 of its nodes', m and m/s; else nodal values
+HOURGLASS_MODES = POSITION + 9  # those of the positions, 12 rows, m
 FORCE = 0  # nodal values, N
 GRADIENT = 48  # of the volume by the nodes' positions, 18 rows, m2; of a hexahedron as `cell_gradient` gives it
-HOURGLASS_MODES = 66  # hourglass modes of the positions, 12 rows, m
+RING = 66  # of a ring's own, 4 rows
+OLD_VOLUME, OLD_VISCOUS, HEAT = 70, 71, 72  # before the step, m3 and Pa; work of the viscosity, J
+PLASTIC, PRODUCTS_WORK, PRODUCTS_HEAT = 73, 74, 75  # work of the step, J
 RATE = 78  # velocity gradient at the point that the material is asked for, 9 rows, 1/s
 HOURGLASS_RATE = 87  # of the modes, 12 rows, m/s
 VOLUME = 99  # m3
@@ -33,7 +36,6 @@ HOURGLASS_FORCE = VELOCITY + 11  # stored elastic hourglass forces, 12 rows or t
 SOLID_STRENGTH = VELOCITY + 23  # with several points, the largest shear strength of those done, Pa
 
 CHARGE_OLD_DEVIATOR = VELOCITY + 6  # of the unreacted charge before the step, 6 rows, Pa
-CHARGE_OLD_VOLUME = VELOCITY + 12  # m3
 CHARGE_OLD_PRESSURE, CHARGE_PRESSURE = VELOCITY + 13, VELOCITY + 14  # of the whole cell before leakage, Pa
 CHARGE_BURN = VELOCITY + 15  # burnt fraction
 CHARGE_BY_COMPRESSION = VELOCITY + 16  # burnt fraction over the compression
@@ -42,7 +44,7 @@ CHARGE_LEAKAGE = VELOCITY + 18  # factor on the pressure
 CHARGE_STIFFNESS = VELOCITY + 19  # -V dP/dV, Pa
 CHARGE_POWER = VELOCITY + 20  # of the deviator, W/m3
 
-POINTS_SUM = POSITION  # modes 1 to 7 of the nodal forces, 21 rows, an eighth of a N
+POINTS_SUM = 170  # modes 1 to 7 of the nodal forces, 21 rows, an eighth of a N
 POINTS_POSITION, POINTS_VELOCITY = 114, 135  # an eighth of the modes 1 to 7, 21 rows each, m and m/s
 POINTS_COFACTOR = 156  # of the Jacobian at the point, 9 rows, m2
 POINTS_DETERMINANT, POINTS_MIDDLE = 165, 166  # volume of the point, m3; the same half a step ago
@@ -50,7 +52,7 @@ POINTS_TENSION = 167  # sum over the points of the mean stress times the volume,
 POINTS_PLASTIC = 168  # plastic work of the step, J
 POINTS_MIN_VOLUME = 169  # eight times the smallest volume of a point, m3
 
-SCRATCH_ROWS = 172
+SCRATCH_ROWS = 192
 """Rows of `LANES` doubles that a block of any kind needs."""
 
 SOLID_PARAMETERS = (

@@ -18,9 +18,8 @@ from burst_fenicsx.kernels.cells.hexahedron import (
     Modes,
     cell_gradient,
     cell_modes,
-    cell_modes_earlier,
-    component_modes,
     load_gradient,
+    modes_earlier,
     squared_gradients,
     store_gradient,
     store_nodal_forces,
@@ -28,7 +27,7 @@ from burst_fenicsx.kernels.cells.hexahedron import (
 from burst_fenicsx.kernels.constants import MOST_DAMPED, MOST_STIFF
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function, widest_vectors
 from burst_fenicsx.kernels.state import Grid, Nodes
-from burst_fenicsx.kernels.vectors.nodal_values import add_nodal_forces, make_gather
+from burst_fenicsx.kernels.vectors.nodal_values import add_nodal_forces, gather_mean_modes, gather_modes, prefetch_nodes
 from burst_fenicsx.kernels.vectors.tensors import (
     Matrix,
     Symmetric,
@@ -67,7 +66,6 @@ __all__ = [
 Forces = tuple[Vector, Vector, Vector, Vector]
 
 _ROOT_8 = np.sqrt(8.0)
-_gather, _gather_means = make_gather(corners=8)
 
 STORED_ROWS = 12
 """Numbers of elastic hourglass forces that a cell stores, three of each mode."""
@@ -75,20 +73,20 @@ STORED_ROWS = 12
 
 @block_kernel
 def gather(block: int, nodes: Nodes, grid: Grid, element: Any, scratch: np.ndarray) -> None:  # noqa: ANN401, ARG001
-    """Gather positions and velocities of a block's nodes, mean ones over the cells' step, and the cells' masses."""
-    cells, rows = grid.cells[block], scratch[at.VELOCITY * LANES :]
-    _gather(cells, grid.dofmap, nodes.position, scratch[at.POSITION * LANES :])
+    """Gather modes of the positions and velocities of a block, the velocities mean ones over the cells' step."""
+    cells, in_rows, rows = grid.cells[block], grid.in_rows[block], scratch[at.VELOCITY * LANES :]
+    gather_modes(cells, grid.dofmap, in_rows, nodes.position, scratch[at.POSITION * LANES :])
     if grid.mixed[block]:
-        _gather_means(cells, grid.dofmap, grid.level[block], nodes.finest, nodes.velocity, nodes.mean, rows)
+        gather_mean_modes(cells, grid.dofmap, grid.level[block], nodes.finest, nodes.velocity, nodes.mean, rows)
     else:
-        _gather(cells, grid.dofmap, nodes.velocity, rows)
-    for lane in range(LANES):
-        scratch[at.MASS * LANES + lane] = grid.mass[block * LANES + lane]
+        gather_modes(cells, grid.dofmap, in_rows, nodes.velocity, rows)
+    next_cells = grid.cells[min(block + 1, len(grid.filled) - 1)]
+    prefetch_nodes(next_cells, grid.dofmap, nodes.position, nodes.velocity, nodes.force)
 
 
 @block_kernel
 def move(step: float, scratch: np.ndarray) -> None:
-    """From nodal places and velocities to what describes the cells' motion in the step (s) and their shape after it.
+    """From modes of places and velocities to what describes the cells' motion in the step (s) and their shape then.
 
     The velocity gradient is the mean one on the mid-step configuration. The hourglass rates are
     q_ia = sum over nodes of gamma_a v_i (Flanagan and Belytschko 1981, Eq. 43-51): gamma is the mode less its linear
@@ -97,8 +95,8 @@ def move(step: float, scratch: np.ndarray) -> None:
     """
     widest_vectors()
     for lane in range(LANES):
-        # Places first, then one component of the velocity after the other: all modes at once fill the registers twice.
-        middle = cell_modes_earlier(scratch, at.POSITION, at.VELOCITY, -0.5 * step, lane)
+        position, velocity = cell_modes(scratch, at.POSITION, lane), cell_modes(scratch, at.VELOCITY, lane)
+        middle = modes_earlier(position, -0.5 * step, velocity)
         gradient, volume = cell_gradient(middle)
         inverse = 1.0 / volume
         _move_component(0, middle, gradient, inverse, scratch, lane)
@@ -106,13 +104,8 @@ def move(step: float, scratch: np.ndarray) -> None:
         _move_component(2, middle, gradient, inverse, scratch, lane)
         xx, yy = scratch[at.RATE * LANES + lane], scratch[(at.RATE + 4) * LANES + lane]
         scratch[at.DILATATION * LANES + lane] = xx + yy + scratch[(at.RATE + 8) * LANES + lane]
-        position = cell_modes(scratch, at.POSITION, lane)
         gradient, volume = cell_gradient(position)
         store_gradient(gradient, scratch, at.GRADIENT, lane)
-        store_vector(position[2], scratch, at.HOURGLASS_MODES, lane)
-        store_vector(position[4], scratch, at.HOURGLASS_MODES + 3, lane)
-        store_vector(position[5], scratch, at.HOURGLASS_MODES + 6, lane)
-        store_vector(position[6], scratch, at.HOURGLASS_MODES + 9, lane)
         (xx, yy, zz), largest = squared_gradients(gradient)
         inverse = 1.0 / volume
         scratch[at.VOLUME * LANES + lane] = PER_CELL * volume
@@ -128,7 +121,10 @@ def _move_component(i: int, middle: Modes, gradient: Gradient, inverse: float, s
     `middle` are the modes of the positions half a step ago, `gradient` and `inverse` what `cell_gradient` makes of
     them, the volume inverted.
     """
-    v1, v2, v3, v4, v5, v6, v7 = component_modes(scratch, at.VELOCITY + i, lane)
+    v1, v2 = scratch[(at.VELOCITY + i) * LANES + lane], scratch[(at.VELOCITY + 3 + i) * LANES + lane]
+    v4, v3 = scratch[(at.VELOCITY + 6 + i) * LANES + lane], scratch[(at.VELOCITY + 9 + i) * LANES + lane]
+    v5, v6 = scratch[(at.VELOCITY + 12 + i) * LANES + lane], scratch[(at.VELOCITY + 15 + i) * LANES + lane]
+    v7 = scratch[(at.VELOCITY + 18 + i) * LANES + lane]
     row = scaled(v1, gradient[0])
     row = add_scaled(row, v2, gradient[1])
     row = add_scaled(row, v3, gradient[2])
@@ -200,9 +196,10 @@ def store_forces(
 
 
 @block_kernel
-def add_forces(count: int, cells: np.ndarray, dofmap: np.ndarray, scratch: np.ndarray, force: np.ndarray) -> None:
-    """Add the nodal forces of the first `count` cells of a block to `force` (nodes, 3) in N."""
-    add_nodal_forces(count, cells, dofmap, scratch[at.FORCE * LANES :], force)
+def add_forces(block: int, grid: Grid, scratch: np.ndarray, force: np.ndarray) -> None:
+    """Add the nodal forces of a block's cells to `force` (nodes, 3) in N."""
+    rows = scratch[at.FORCE * LANES :]
+    add_nodal_forces(grid.filled[block], grid.cells[block], grid.dofmap, grid.in_rows[block], rows, force)
 
 
 @lane_function

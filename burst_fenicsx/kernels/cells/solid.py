@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from burst_fenicsx.kernels.cells import layout as at
-from burst_fenicsx.kernels.cells.elastic import elastic_energy, elastic_trial, moduli, spin
+from burst_fenicsx.kernels.cells.elastic import elastic_energy, moduli, ring_trial, turned_trial
 from burst_fenicsx.kernels.cells.erosion import BEFORE, NOW, WHOLE, clear_lane
 from burst_fenicsx.kernels.constants import NOTHING_LEFT
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function, widest_vectors
 from burst_fenicsx.kernels.state import Grid, SolidState
-from burst_fenicsx.kernels.vectors.exact import quantise
-from burst_fenicsx.kernels.vectors.nodal_values import cells_of_lanes
+from burst_fenicsx.kernels.vectors.exact import quantise, row_sum
+from burst_fenicsx.kernels.vectors.nodal_values import cells_of_lanes, load_cells, load_slots, prefetch_slots, store_cells
 from burst_fenicsx.kernels.vectors.tensors import Symmetric, load_matrix, load_symmetric, store_symmetric
 from burst_fenicsx.kernels.vectors.transposition import (
     WIDTH,
@@ -44,10 +44,10 @@ def _load_point(block: int, point: int, grid: Grid, state: SolidState, scratch: 
         stored = addresses(start, _STRESS_BYTES * points, cells_of_lanes(grid.cells[block], first))
         load_triples(stored, scratch, at.STRESS * LANES + first)
         load_triples(later(stored, _HALF_A_STRESS), scratch, (at.STRESS + 3) * LANES + first)
-    for lane in range(LANES):
-        cell = np.uint64(grid.cells[block, lane])
-        scratch[at.SOLID_SHEAR_STRAIN * LANES + lane] = state.shear_strain[cell, point]
-        scratch[at.SOLID_VOLUME_STRAIN * LANES + lane] = state.volume_strain[cell, point]
+    cells, in_rows, count = grid.cells[block], grid.in_rows[block], state.stress.shape[1]
+    later_by = np.uint64(8 * point)
+    load_cells(cells, in_rows, address(state.shear_strain) + later_by, count, scratch, at.SOLID_SHEAR_STRAIN)
+    load_cells(cells, in_rows, address(state.volume_strain) + later_by, count, scratch, at.SOLID_VOLUME_STRAIN)
 
 
 @block_kernel
@@ -60,10 +60,10 @@ def _store_point(block: int, point: int, grid: Grid, state: SolidState, scratch:
         stored = addresses(start, _STRESS_BYTES * points, cells_of_lanes(grid.cells[block], first))
         store_triples(scratch, at.STRESS * LANES + first, stored)
         store_triples(scratch, (at.STRESS + 3) * LANES + first, later(stored, _HALF_A_STRESS))
-    for lane in range(grid.filled[block]):
-        cell = np.uint64(grid.cells[block, lane])
-        state.shear_strain[cell, point] = scratch[at.SOLID_SHEAR_STRAIN * LANES + lane]
-        state.volume_strain[cell, point] = scratch[at.SOLID_VOLUME_STRAIN * LANES + lane]
+    cells, in_rows, count = grid.cells[block], grid.in_rows[block], state.stress.shape[1]
+    later_by = np.uint64(8 * point)
+    store_cells(cells, in_rows, address(state.shear_strain) + later_by, count, scratch, at.SOLID_SHEAR_STRAIN)
+    store_cells(cells, in_rows, address(state.volume_strain) + later_by, count, scratch, at.SOLID_VOLUME_STRAIN)
 
 
 @lane_function
@@ -107,37 +107,56 @@ def _clear_state(
         clear_lane(scratch, lane)
 
 
-def make_solid(law: ModuleType, stored_rows: int) -> SimpleNamespace:
+def make_solid(law: ModuleType, stored_rows: int, *, rings: bool = False) -> SimpleNamespace:
     """Material of solids for `block.make_block`, with the strength of a module of `materials.solids`.
 
-    `stored_rows` is how many numbers of hourglass forces the element stores.
+    `stored_rows` is how many numbers of hourglass forces the element stores; of `rings` the hoop stress is principal.
     """
-    strengths, is_elastic, return_stress = law.strengths, law.is_elastic, law.return_stress
+    strengths, is_elastic = law.strengths, law.is_elastic
+    trial_of, return_stress = turned_trial, law.return_stress
+    if rings:
+        trial_of, return_stress = ring_trial, getattr(law, "return_ring_stress", law.return_stress)
 
     @block_kernel
     def load(
         block: int,
         time: float,  # noqa: ARG001
         parameters: np.ndarray,  # noqa: ARG001
-        grid: Grid,
+        grid: Grid,  # noqa: ARG001
         state: SolidState,
         scratch: np.ndarray,
     ) -> float:
-        """Gather what a block's cells keep besides the state of their points; prefetch the next block's."""
-        slot = block * LANES
+        """Gather what a block's cells keep besides the state of their points."""
+        load_slots(block, state.softening_scale, scratch, at.SOLID_SOFTENING)
         for lane in range(LANES):
-            scratch[at.SOLID_SOFTENING * LANES + lane] = state.softening_scale[slot + lane]
             scratch[at.SOLID_STRENGTH * LANES + lane] = 0.0
         for k in range(stored_rows * LANES):
             scratch[at.HOURGLASS_FORCE * LANES + k] = state.hourglass[block, k]
-        next_block = min(block + 1, len(grid.filled) - 1)
-        start = address(state.hourglass) + np.uint64(next_block * stored_rows * LANES * 8)
+        return 0.0
+
+    @block_kernel
+    def prefetch_state(block: int, grid: Grid, state: SolidState) -> None:
+        """Bring a block's state near."""
+        prefetch_slots(block, state.softening_scale)
+        points = np.uint64(8 * state.shear_strain.shape[1])
+        for lane in (0, WIDTH, LANES - 1):
+            later_by = points * np.uint64(grid.cells[block, lane])
+            prefetch(address(state.shear_strain) + later_by)
+            prefetch(address(state.volume_strain) + later_by)
+        start = address(state.hourglass) + np.uint64(block * stored_rows * LANES * 8)
         for line in range(stored_rows * LANES * 8 // 64):
             prefetch(start + np.uint64(64 * line))
         start, stride = address(state.stress), _STRESS_BYTES * np.uint64(state.stress.shape[1])
         for lane in range(LANES):
-            prefetch(start + stride * np.uint64(grid.cells[next_block, lane]))
-        return 0.0
+            prefetch(start + stride * np.uint64(grid.cells[block, lane]))
+
+    @block_kernel
+    def find_work(filled: int, rounding: float, scratch: np.ndarray) -> None:
+        """Plastic work of the lanes that hold a cell."""
+        widest_vectors()
+        for lane in range(LANES):
+            work = scratch[at.SOLID_DISSIPATION * LANES + lane] * scratch[at.VOLUME * LANES + lane]
+            scratch[at.PLASTIC * LANES + lane] = quantise(work, rounding) if lane < filled else 0.0
 
     @block_kernel
     def store(
@@ -152,12 +171,8 @@ def make_solid(law: ModuleType, stored_rows: int) -> SimpleNamespace:
         """Write the stored hourglass forces back and add up the plastic work."""
         for k in range(stored_rows * LANES):
             state.hourglass[block, k] = scratch[at.HOURGLASS_FORCE * LANES + k]
-        plastic = 0.0
-        for lane in range(grid.filled[block]):
-            plastic += quantise(
-                scratch[at.SOLID_DISSIPATION * LANES + lane] * scratch[at.VOLUME * LANES + lane], grid.rounding
-            )
-        energy[0] += plastic
+        find_work(grid.filled[block], grid.rounding, scratch)
+        energy[0] += row_sum(scratch, at.PLASTIC)
 
     @lane_function
     def strengths_of(parameters: np.ndarray, scratch: np.ndarray, lane: int) -> tuple[float, float]:
@@ -197,8 +212,7 @@ def make_solid(law: ModuleType, stored_rows: int) -> SimpleNamespace:
             plastic = 0
             for lane in range(LANES):
                 rate = load_matrix(scratch, at.RATE, lane)
-                rotation = spin(rate, step)
-                stress = elastic_trial(load_symmetric(scratch, at.STRESS, lane), rotation, rate, step, lame, shear)
+                rotation, stress = trial_of(load_symmetric(scratch, at.STRESS, lane), rate, step, lame, shear)
                 store_symmetric(stress, scratch, at.STRESS, lane)
                 turn_stored(rotation, scratch, lane)
                 tau, sigma = strengths_of(parameters, scratch, lane)
@@ -283,6 +297,7 @@ def make_solid(law: ModuleType, stored_rows: int) -> SimpleNamespace:
         return_plastic=return_plastic,
         store_point=_store_point,
         store=store,
+        prefetch_state=prefetch_state,
         elasticity=_elasticity,
         sound_speeds=sound_speeds,
         total_stress=_total_stress,

@@ -16,9 +16,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from burst_fenicsx.kernels.cells.erosion import WHOLE
 from burst_fenicsx.kernels.constants import OFF_EDGE
 from burst_fenicsx.kernels.contact.coulomb import add_product, product, trial_slip
-from burst_fenicsx.kernels.contact.slide_law import SlideLaw, around, has_left, slide
+from burst_fenicsx.kernels.contact.slide_law import SlideLaw, has_left, slide
 from burst_fenicsx.kernels.contact.slide_points import (
     BEYOND,
     GAP,
@@ -89,6 +90,7 @@ _ROWS = 57
 @kernel
 def attached_state(
     first: np.ndarray,
+    around: np.ndarray,
     cells: np.ndarray,
     rows: np.ndarray,
     charge: ChargeState,
@@ -97,11 +99,33 @@ def attached_state(
     rounding: tuple[float, float],
     total: np.ndarray,
 ) -> None:
-    """Sums `total` (rows, 3), exact, over the charge's cells around the interface nodes `rows` (k,), see `around`.
+    """Sums `total` (rows, 3), exact, over the charge's cells around the interface nodes `rows` (k,).
 
-    The cells of row k are `cells` from `first[k]` to `first[k + 1]`.
+    Those of row k are the members `around`[first[k]:first[k + 1]] of `cells`. The columns are burn fractions and
+    pressures (Pa) after leakage, rounded by `quantise` with these constants, and the number of cells not eroded.
     """
-    on_threads(rows.size, _attached_some, (first, cells, rows, charge, eroded, slot, rounding, total))
+    values = np.empty((cells.size, 3))  # every cell lies at several nodes
+    on_threads(cells.size, _cell_state, (cells, charge, eroded, slot, rounding, values))
+    on_threads(rows.size, _attached_some, (first, around, rows, values, total))
+
+
+@kernel
+def _cell_state(
+    start: int,
+    stop: int,
+    cells: np.ndarray,
+    charge: ChargeState,
+    eroded: np.ndarray,
+    slot: np.ndarray,
+    rounding: tuple[float, float],
+    values: np.ndarray,
+) -> None:
+    for k in range(start, stop):
+        cell = np.uint64(cells[k])
+        vented = charge.leakage[charge.axial_slice[cell]] * charge.pressure[cell]
+        values[k, 0] = quantise(charge.burn_fraction[cell], rounding[0])
+        values[k, 1] = quantise(vented, rounding[1])
+        values[k, 2] = 1.0 if eroded[slot[cell]] == WHOLE else 0.0
 
 
 @kernel
@@ -109,17 +133,16 @@ def _attached_some(
     start: int,
     stop: int,
     first: np.ndarray,
-    cells: np.ndarray,
+    around: np.ndarray,
     rows: np.ndarray,
-    charge: ChargeState,
-    eroded: np.ndarray,
-    slot: np.ndarray,
-    rounding: tuple[float, float],
+    values: np.ndarray,
     total: np.ndarray,
 ) -> None:
     for k in range(start, stop):
-        chosen = cells[first[k] : first[k + 1]]
-        burnt, pressure, whole = around(chosen, charge, eroded, slot, rounding[0], rounding[1])
+        burnt, pressure, whole = 0.0, 0.0, 0.0
+        for at in range(first[k], first[k + 1]):
+            member = np.uint64(around[at])
+            burnt, pressure, whole = burnt + values[member, 0], pressure + values[member, 1], whole + values[member, 2]
         total[rows[k], 0], total[rows[k], 1], total[rows[k], 2] = burnt, pressure, whole
 
 

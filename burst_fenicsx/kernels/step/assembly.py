@@ -78,10 +78,10 @@ def advance_halves(
 ) -> None:
     """Advance by the halves `first` to `last` of the substeps of a macro step `step` (s).
 
-    In the half 2 k the nodes move from the substep k to the next one (Eq. 3), in the half 2 k + 1 the cells that end a
-    step there follow and set the forces (N) of their nodes (Eq. 1). A cell of level l advances by `step` / 2^l, and its
-    forces count for that fraction of it, and so do those of a meridian's `contact` (Eqs. 12-15) at the ends of its own
-    steps. Held nodes lose their forces where more halves follow.
+    In the half 2 k the nodes move from the substep k to the next one (Eq. 3), and their used forces are cleared. In
+    the half 2 k + 1 the cells that end a step there follow and add forces (N) to their nodes (Eq. 1). A cell of level l
+    advances by `step` / 2^l, and its forces count for that fraction of it, and so do those of a meridian's `contact`
+    (Eqs. 12-15) at the ends of its own steps. Held nodes lose their forces where more halves follow.
 
     The work is shared by so many `threads`. The macro step begins at the time `begin` (s) and lasts `duration` (s);
     `velocity_step` is the interval of the velocity update in its first half (s). `element` is one of those above; the
@@ -102,17 +102,14 @@ def advance_halves(
                 on_threads(moving, _move_nodes, (motion, interval, step, substep, nodes))
             continue
         min_level, time = _min_level(substep + 1, highest), begin + duration * ((substep + 1) / (1 << highest))
-        if len(element) == 2:
-            _clear(0, motion.moving[min_level], motion.order, nodes.force)
-        else:
-            on_threads(motion.moving[min_level], _clear, (motion.order, nodes.force))
         for colour in range(schedule.colour_offset.size - 1):
             chunks = schedule.chunk[schedule.colour_offset[colour] : schedule.colour_offset[colour + 1]]
-            cells = element, nodes, grid, schedule, solid, charge, rings, totals, scratch
+            cells = element, nodes, grid, schedule, solid, charge, rings, totals
             if len(element) == 2:
-                _run_pieces(0, threads, threads, chunks, step, time, min_level, *cells)
+                for chunk in chunks:
+                    _run_chunk(chunk, step, time, min_level, *cells, scratch[0])
             else:
-                on_threads(threads, _run_pieces, (threads, chunks, step, time, min_level, *cells))
+                on_threads(threads, _run_pieces, (threads, chunks, step, time, min_level, *cells, scratch))
         if contact is not None and min_level <= contact.level:
             act_on_line(time, contact, nodes, grid, solid, charge)
 
@@ -155,13 +152,6 @@ def _run_pieces(
     last = _piece_begins(stop, threads, chunks, schedule.active, min_level)
     for k in range(first, last):
         _run_chunk(chunks[k], step, time, min_level, element, nodes, grid, schedule, solid, charge, rings, totals, work)
-
-
-@kernel
-def _clear(first: int, last: int, rows: np.ndarray, values: np.ndarray) -> None:
-    for k in range(first, last):
-        for i in range(3):
-            values[rows[k], i] = 0.0
 
 
 @kernel
@@ -258,7 +248,8 @@ def _move_nodes(
     first, last : which nodes move, in order. motion : their levels and masses.
     velocity_step : interval of the velocity update (s). step : macro step (s).
     substep : how many of the shortest steps of the macro step have gone by.
-    nodes : positions, velocities and mean velocities are advanced under the forces, the resultants of Eq. 2.
+    nodes : positions, velocities and mean velocities are advanced under the forces, the resultants of Eq. 2, which are
+        cleared for the cells to add to: their lines are in the cache here.
     """
     order, levels, has_coarser_cell, inverse_mass = motion[:4]
     highest = motion.moving.size - 1
@@ -270,6 +261,7 @@ def _move_nodes(
         y = velocity[node, 1] + push * force[node, 1]
         z = velocity[node, 2] + push * force[node, 2]
         velocity[node, 0], velocity[node, 1], velocity[node, 2] = x, y, z
+        force[node, 0] = force[node, 1] = force[node, 2] = 0.0
         position[node, 0] += own * x
         position[node, 1] += own * y
         position[node, 2] += own * z

@@ -39,11 +39,11 @@ def elastic_energies(
     poisson: np.ndarray,
     volume: np.ndarray,
     slot: np.ndarray,
-    energy: np.ndarray,
+    terms: np.ndarray,
 ) -> None:
-    """Elastic energies (k,) in J of the solid `cells` (k,), of moduli (k,) in Pa and Poisson's ratios (k,).
+    """Elastic energies in J of the solid `cells` (k,), of moduli (k,) in Pa and Poisson's ratios (k,).
 
-    `stress` (cells, points, 6) Pa, `volume` (slots,) m3, `slot` (cells,).
+    `stress` (cells, points, 6) Pa, `volume` (slots,) m3, `slot` (cells,); into the first column of `terms` (cells, n).
     """
     points = stress.shape[1]
     for k in range(cells.size):
@@ -53,7 +53,7 @@ def elastic_energies(
             xy, yz, zx = stress[cell, point, 3], stress[cell, point, 4], stress[cell, point, 5]
             square = xx * xx + yy * yy + zz * zz + 2.0 * (xy * xy + yz * yz + zx * zx)
             twice += (1.0 + poisson[k]) * square - poisson[k] * (xx + yy + zz) ** 2
-        energy[k] = 0.5 * volume[slot[cell]] * twice / (modulus[k] * points)
+        terms[cell, 0] = 0.5 * volume[slot[cell]] * twice / (modulus[k] * points)
 
 
 @kernel

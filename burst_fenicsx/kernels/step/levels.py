@@ -15,9 +15,9 @@ _BITS = 64
 def node_levels(dofmap: np.ndarray, level: np.ndarray, finest: np.ndarray, coarsest: np.ndarray) -> None:
     """Highest and lowest level of the cells around each node, (nodes,) int8, overwritten.
 
-    `dofmap` (cells, corners) int32; `level` (cells,) int8.
+    `dofmap` (cells, corners) int32; `level` (cells,) int8, -1 of cells that take no steps.
     """
-    finest[:] = 0
+    finest[:] = -1
     coarsest[:] = 127
     for cell in range(dofmap.shape[0]):
         for n in range(dofmap.shape[1]):

@@ -11,9 +11,11 @@ from __future__ import annotations
 
 import math
 
-from burst_fenicsx.kernels.lanes import kernel
+import numpy as np
 
-__all__ = ["quantise", "quantum", "rounding_constant"]
+from burst_fenicsx.kernels.lanes import LANES, kernel, lane_function
+
+__all__ = ["quantise", "quantum", "rounding_constant", "row_sum"]
 
 
 def rounding_constant(largest: float) -> float:
@@ -41,3 +43,12 @@ def quantum(rounding: float) -> float:
 def quantise(value: float, rounding: float) -> float:
     """Round `value`, a number or an array, to a multiple of the quantum that belongs to the constant `rounding`."""
     return (value + rounding) - rounding
+
+
+@lane_function
+def row_sum(rows: np.ndarray, row: int) -> float:
+    """Sum of a row of rounded numbers."""
+    total = 0.0
+    for lane in range(LANES):
+        total += rows[row * LANES + lane]
+    return total

@@ -10,6 +10,7 @@ from burst_fenicsx.kernels.vectors.exact import quantise
 from burst_fenicsx.kernels.vectors.transposition import address, prefetch
 
 __all__ = [
+    "acting_rows",
     "clear_rows",
     "copy_motion",
     "hold_rows",
@@ -124,6 +125,19 @@ def largest_in_column(values: np.ndarray, column: int, rows: np.ndarray) -> floa
     for row in rows:
         largest = max(largest, values[row, column])
     return largest
+
+
+@kernel
+def acting_rows(force: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """Those of the `rows` (k,) int32 of `force` (n, 3) that are not zero."""
+    acting, count = np.empty(rows.size, dtype=np.int32), 0
+    start = address(force)
+    for k in range(rows.size):
+        prefetch(start + _ROW_BYTES * np.uint64(rows[min(k + _AHEAD, rows.size - 1)]))
+        row = np.uint64(rows[k])
+        acting[count] = rows[k]
+        count += (force[row, 0] != 0.0) | (force[row, 1] != 0.0) | (force[row, 2] != 0.0)
+    return acting[:count].copy()
 
 
 @kernel

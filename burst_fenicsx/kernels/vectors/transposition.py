@@ -22,7 +22,23 @@ from burst_fenicsx.kernels.lanes import LANES, lane_function
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-__all__ = ["WIDTH", "add_triples", "address", "addresses", "later", "load_triples", "prefetch", "store_triples"]
+__all__ = [
+    "WIDTH",
+    "add_run",
+    "add_triples",
+    "address",
+    "addresses",
+    "later",
+    "load_modes",
+    "load_modes_of_runs",
+    "load_run",
+    "load_singles",
+    "load_triples",
+    "prefetch",
+    "store_run",
+    "store_singles",
+    "store_triples",
+]
 
 WIDTH = 8
 """Vectors that are transposed together."""
@@ -34,14 +50,14 @@ _BYTES = 8
 
 @intrinsic
 def address(typing_context: Any, array: Any) -> tuple[Any, Callable[..., Any]]:  # noqa: ARG001
-    """Address of the first number of an array of doubles that lie without gaps.
+    """Address of the first number of an array of doubles, or of nodes' numbers, that lie without gaps.
 
     Raises
     ------
     numba.TypingError
         The array is another one: its numbers would be read as what they are not.
     """
-    if array.dtype != types.float64 or array.layout != "C":
+    if array.dtype not in (types.float64, types.int32) or array.layout != "C":
         raise TypingError(f"vectors lie as float64 without gaps here, not as {array}")
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
@@ -100,18 +116,7 @@ def load_triples(typing_context: Any, places: Any, rows: Any, start: Any) -> tup
     """Load three numbers each from eight addresses to rows: component i of vector k to `rows[start + i LANES + k]`."""
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        vectors = [_load_three(builder, place) for place in cgutils.unpack_tuple(builder, arguments[0], WIDTH)]
-        # Four registers of two vectors each, (0, 4), (1, 5), (2, 6), (3, 7).
-        doubled = [_shuffled(builder, vectors[k], vectors[k + 4], range(8)) for k in range(4)]
-        even, odd = (0, 8, 2, 10, 4, 12, 6, 14), (1, 9, 3, 11, 5, 13, 7, 15)
-        xz_low, y_low = (_shuffled(builder, doubled[0], doubled[1], part) for part in (even, odd))
-        xz_high, y_high = (_shuffled(builder, doubled[2], doubled[3], part) for part in (even, odd))
-        first, second = (0, 1, 8, 9, 4, 5, 12, 13), (2, 3, 10, 11, 6, 7, 14, 15)
-        found = (
-            _shuffled(builder, xz_low, xz_high, first),
-            _shuffled(builder, y_low, y_high, first),
-            _shuffled(builder, xz_low, xz_high, second),
-        )
+        found = _turned(builder, cgutils.unpack_tuple(builder, arguments[0], WIDTH))
         for i, row in enumerate(found):
             _store(builder, row, _row(context, builder, signature.args[1], arguments[1:], i, row.type))
         return context.get_dummy_value()
@@ -144,6 +149,150 @@ def add_triples(typing_context: Any, rows: Any, start: Any, places: Any) -> tupl
         return context.get_dummy_value()
 
     return types.none(rows, types.intp, _PLACES), generate
+
+
+@intrinsic
+def load_singles(typing_context: Any, places: Any, rows: Any, start: Any) -> tuple[Any, Callable[..., Any]]:  # noqa: ARG001
+    """Load a number each from eight addresses, that of address k to `rows[start + k]`."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        row = ir.VectorType(_DOUBLE, WIDTH)(ir.Undefined)
+        for k, place in enumerate(cgutils.unpack_tuple(builder, arguments[0], WIDTH)):
+            row = builder.insert_element(row, _load(builder, _pointer(builder, place, _DOUBLE), _DOUBLE), _INDEX(k))
+        _store(builder, row, _row(context, builder, signature.args[1], arguments[1:], 0, row.type))
+        return context.get_dummy_value()
+
+    return types.none(_PLACES, rows, types.intp), generate
+
+
+@intrinsic
+def store_singles(typing_context: Any, rows: Any, start: Any, places: Any) -> tuple[Any, Callable[..., Any]]:  # noqa: ARG001
+    """Store `rows[start + k]` to the address k of eight: the reverse of `load_singles`."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        eight = ir.VectorType(_DOUBLE, WIDTH)
+        row = _load(builder, _row(context, builder, signature.args[0], arguments, 0, eight), eight)
+        for k, place in enumerate(cgutils.unpack_tuple(builder, arguments[2], WIDTH)):
+            _store(builder, builder.extract_element(row, _INDEX(k)), _pointer(builder, place, _DOUBLE))
+        return context.get_dummy_value()
+
+    return types.none(rows, types.intp, _PLACES), generate
+
+
+@intrinsic
+def load_run(typing_context: Any, place: Any, rows: Any, start: Any) -> tuple[Any, Callable[..., Any]]:  # noqa: ARG001
+    """As `load_singles`, of numbers that follow one another from one address on."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        eight = ir.VectorType(_DOUBLE, WIDTH)
+        row = _load(builder, _pointer(builder, arguments[0], eight), eight)
+        _store(builder, row, _row(context, builder, signature.args[1], arguments[1:], 0, eight))
+        return context.get_dummy_value()
+
+    return types.none(types.uint64, rows, types.intp), generate
+
+
+@intrinsic
+def store_run(typing_context: Any, rows: Any, start: Any, place: Any) -> tuple[Any, Callable[..., Any]]:  # noqa: ARG001
+    """The reverse of `load_run`."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        eight = ir.VectorType(_DOUBLE, WIDTH)
+        row = _load(builder, _row(context, builder, signature.args[0], arguments, 0, eight), eight)
+        _store(builder, row, _pointer(builder, arguments[2], eight))
+        return context.get_dummy_value()
+
+    return types.none(rows, types.intp, types.uint64), generate
+
+
+@intrinsic
+def load_modes(typing_context: Any, places: Any, rows: Any, start: Any) -> tuple[Any, Callable[..., Any]]:  # noqa: ARG001
+    """Load three numbers each from eight addresses for every corner of eight hexahedra; their modes to rows.
+
+    The modes are those of `cells.hexahedron`, in the order 1, 2, 4, 3, 5, 6, 7: component i of mode m of cell k to
+    `rows[start + (3 m + i) LANES + k]`. They are made in the registers.
+    """
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        corners = [
+            _turned(builder, cgutils.unpack_tuple(builder, corner, WIDTH))
+            for corner in cgutils.unpack_tuple(builder, arguments[0], 8)
+        ]
+        _store_modes(context, builder, signature, arguments, corners)
+        return context.get_dummy_value()
+
+    return types.none(types.UniTuple(_PLACES, 8), rows, types.intp), generate
+
+
+@intrinsic
+def load_modes_of_runs(typing_context: Any, places: Any, rows: Any, start: Any) -> tuple[Any, Callable[..., Any]]:  # noqa: ARG001
+    """As `load_modes`, where the vectors of each corner follow one another from one address on."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        corners = [_turned_run(builder, place) for place in cgutils.unpack_tuple(builder, arguments[0], 8)]
+        _store_modes(context, builder, signature, arguments, corners)
+        return context.get_dummy_value()
+
+    return types.none(_PLACES, rows, types.intp), generate
+
+
+@intrinsic
+def add_run(typing_context: Any, rows: Any, start: Any, place: Any) -> tuple[Any, Callable[..., Any]]:  # noqa: ARG001
+    """As `add_triples` to vectors that follow one another from one address on."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        eight = ir.VectorType(_DOUBLE, WIDTH)
+        x, y, z = (
+            _load(builder, _row(context, builder, signature.args[0], arguments, i, eight), eight) for i in range(3)
+        )
+        pairs = _shuffled(builder, x, y, [k // 2 + WIDTH * (k % 2) for k in range(2 * WIDTH)])
+        whole = _shuffled(builder, z, z, [k % WIDTH for k in range(2 * WIDTH)])
+        order = [2 * (k // 3) + k % 3 if k % 3 < 2 else 2 * WIDTH + k // 3 for k in range(3 * WIDTH)]
+        for part in range(3):
+            value = _shuffled(builder, pairs, whole, order[WIDTH * part : WIDTH * (part + 1)])
+            pointer = _pointer(builder, arguments[2], eight, WIDTH * part)
+            _store(builder, builder.fadd(_load(builder, pointer, eight), value), pointer)
+        return context.get_dummy_value()
+
+    return types.none(rows, types.intp, types.uint64), generate
+
+
+def _store_modes(context: Any, builder: Any, signature: Any, arguments: Any, corners: list[Any]) -> None:
+    """Modes of the rows of eight corners to rows."""
+    for i in range(3):
+        values = [corner[i] for corner in corners]
+        for bit in (1, 2, 4):
+            for low in (k for k in range(8) if not k & bit):
+                one, other = values[low], values[low | bit]
+                values[low], values[low | bit] = builder.fadd(one, other), builder.fsub(other, one)
+        for m, mode in enumerate((1, 2, 4, 3, 5, 6, 7)):
+            place = _row(context, builder, signature.args[1], arguments[1:], 3 * m + i, values[mode].type)
+            _store(builder, values[mode], place)
+
+
+def _turned(builder: Any, places: Any) -> tuple[Any, Any, Any]:
+    """Rows of the three numbers at each of eight addresses."""
+    vectors = [_load_three(builder, place) for place in places]
+    # Four registers of two vectors each, (0, 4), (1, 5), (2, 6), (3, 7).
+    doubled = [_shuffled(builder, vectors[k], vectors[k + 4], range(8)) for k in range(4)]
+    even, odd = (0, 8, 2, 10, 4, 12, 6, 14), (1, 9, 3, 11, 5, 13, 7, 15)
+    xz_low, y_low = (_shuffled(builder, doubled[0], doubled[1], part) for part in (even, odd))
+    xz_high, y_high = (_shuffled(builder, doubled[2], doubled[3], part) for part in (even, odd))
+    first, second = (0, 1, 8, 9, 4, 5, 12, 13), (2, 3, 10, 11, 6, 7, 14, 15)
+    return (
+        _shuffled(builder, xz_low, xz_high, first),
+        _shuffled(builder, y_low, y_high, first),
+        _shuffled(builder, xz_low, xz_high, second),
+    )
+
+
+def _turned_run(builder: Any, place: Any) -> list[Any]:
+    """Rows of the three numbers of eight vectors that follow one another."""
+    eight = ir.VectorType(_DOUBLE, WIDTH)
+    a, b, c = (_load(builder, _pointer(builder, place, eight, WIDTH * part), eight) for part in range(3))
+    low = _shuffled(builder, a, b, range(2 * WIDTH))
+    high = _shuffled(builder, c, c, [k % WIDTH for k in range(2 * WIDTH)])
+    return [_shuffled(builder, low, high, [3 * k + i for k in range(WIDTH)]) for i in range(3)]
 
 
 def _triples(context: Any, builder: Any, array: Any, arguments: Any) -> list[tuple[Any, Any, Any]]:

@@ -124,7 +124,7 @@ def press(parameters: np.ndarray, scratch: np.ndarray) -> None:
         per_volume = parameters[0] / scratch[at.MASS * LANES + lane]
         v = scratch[at.VOLUME * LANES + lane] * per_volume
         xi = scratch[at.CHARGE_BURN * LANES + lane]
-        change = v - scratch[at.CHARGE_OLD_VOLUME * LANES + lane] * per_volume
+        change = v - scratch[at.OLD_VOLUME * LANES + lane] * per_volume
         e1, e2 = a * np.exp(-r1 * v), b * np.exp(-r2 * v)
         cold = (1.0 - omega / (r1 * v)) * e1 + (1.0 - omega / (r2 * v)) * e2
         others = scratch[at.CHARGE_OLD_PRESSURE * LANES + lane] + (1.0 - xi) * unreacted(v, parameters)[0]

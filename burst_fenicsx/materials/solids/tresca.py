@@ -15,7 +15,7 @@ import numpy as np
 
 from burst_fenicsx.kernels.cells.layout import SOLID_OWN
 from burst_fenicsx.kernels.lanes import lane_function
-from burst_fenicsx.kernels.vectors.tensors import Symmetric, dot, fma, symmetric_square
+from burst_fenicsx.kernels.vectors.tensors import Symmetric, Vector, dot, fma, symmetric_square
 from burst_fenicsx.problem import CasingMaterial
 
 __all__ = [
@@ -25,6 +25,7 @@ __all__ = [
     "is_elastic",
     "principal_stresses",
     "return_principal",
+    "return_ring_stress",
     "return_stress",
     "softened_strength",
     "strengths",
@@ -220,6 +221,17 @@ def return_principal(
 
 
 @lane_function
+def _plastic_flow(change: Vector, returned: Vector, modulus: float, poisson: float) -> tuple[float, float, float]:
+    """Plastic strains and work, as those of `return_stress`, of a change of the principal stresses to `returned`."""
+    e1, e2, e3 = change
+    mean = (e1 + e2 + e3) * _THIRD
+    f = e1 - mean, e2 - mean, e3 - mean
+    by_shear, by_bulk = (1.0 + poisson) / modulus, 3.0 * (1.0 - 2.0 * poisson) / modulus  # 1/(2 G), 1/K
+    work = -by_shear * dot(f, returned) - by_bulk * mean * (returned[0] + returned[1] + returned[2]) * _THIRD
+    return by_shear * np.sqrt(dot(f, f)), -by_bulk * mean, work
+
+
+@lane_function
 def return_stress(
     stress: Symmetric, tau: float, sigma: float, modulus: float, poisson: float
 ) -> tuple[Symmetric, float, float, float]:
@@ -244,12 +256,7 @@ def return_stress(
     s1, s2, s3, first, dyad, difference = principal_stresses(stress)
     r1, r2, r3 = return_principal(s1, s2, s3, tau, sigma, poisson)
     e1, e2, e3 = r1 - s1, r2 - s2, r3 - s3
-    mean = (e1 + e2 + e3) * _THIRD
-    f1, f2, f3 = e1 - mean, e2 - mean, e3 - mean
-    by_shear, by_bulk = (1.0 + poisson) / modulus, 3.0 * (1.0 - 2.0 * poisson) / modulus  # 1/(2 G), 1/K
-    shear_strain = by_shear * np.sqrt(dot((f1, f2, f3), (f1, f2, f3)))
-    volume_strain = -by_bulk * mean
-    work = -by_shear * dot((f1, f2, f3), (r1, r2, r3)) - by_bulk * mean * (r1 + r2 + r3) * _THIRD
+    shear_strain, volume_strain, work = _plastic_flow((e1, e2, e3), (r1, r2, r3), modulus, poisson)
 
     # The change e n n^T + u p p^T + l q q^T with p p^T + q q^T = 1 - n n^T.
     alone = e1 if first else e3
@@ -265,4 +272,26 @@ def return_stress(
         fma(alone, dyad[4], fma(half, difference[4], yz)),
         fma(alone, dyad[5], fma(half, difference[5], zx)),
     )
+    return returned, shear_strain, volume_strain, work
+
+
+@lane_function
+def return_ring_stress(
+    stress: Symmetric, tau: float, sigma: float, modulus: float, poisson: float
+) -> tuple[Symmetric, float, float, float]:
+    """The same as `return_stress` for a ring, whose hoop stress yy is a principal one: those in the plane by Mohr."""
+    xx, hoop, zz, _, _, zx = stress
+    centre, half = 0.5 * (xx + zz), 0.5 * (xx - zz)
+    radius = np.sqrt(fma(half, half, zx * zx))
+    upper, lower = centre + radius, centre - radius
+    over = 1.0 / (radius + _TINY)
+    s1, s2, s3 = max(upper, hoop), max(min(upper, hoop), lower), min(lower, hoop)
+    r1, r2, r3 = return_principal(s1, s2, s3, tau, sigma, poisson)
+    e1, e2, e3 = r1 - s1, r2 - s2, r3 - s3
+    shear_strain, volume_strain, work = _plastic_flow((e1, e2, e3), (r1, r2, r3), modulus, poisson)
+    first, last = hoop >= upper, hoop < lower
+    alone = e1 if first else (e3 if last else e2)
+    above, below = (e2 if first else e1), (e2 if last else e3)
+    middle, apart = 0.5 * (above + below), 0.5 * (above - below) * over
+    returned = fma(apart, half, xx + middle), hoop + alone, fma(-apart, half, zz + middle), 0.0, 0.0, fma(apart, zx, zx)
     return returned, shear_strain, volume_strain, work

@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING
 from nicegui import ui
 
 from fragfield.app.drawing import PATTERNS
-from fragfield.app.markup import box, note, set_defaults
-from fragfield.app.page import PAGES, CasePage
+from fragfield.app.page import PAGES, CasePage, box, note, set_defaults
 from fragfield.errors import InputError
 
 if TYPE_CHECKING:
-    from fragfield.app.session import Session
+    from fragfield.app.document import Session
 
 __all__ = ["add_pages"]
 

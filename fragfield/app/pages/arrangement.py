@@ -7,16 +7,15 @@ from typing import TYPE_CHECKING, Any
 
 from nicegui import run, ui
 
+from fragfield.app.drawing import plan_svg
 from fragfield.app.forms import entries_form, form
-from fragfield.app.markup import box, facts, fold, heading, html, note
+from fragfield.app.page import box, facts, fold, heading, html, note
 from fragfield.app.pages.run import checked, kilograms
-from fragfield.app.plan import plan_svg
 from fragfield.numbers import number
 
 if TYPE_CHECKING:
     from fragfield.app.page import CasePage
 
-__all__ = ["content"]
 
 _MOST_LISTED = 40
 _STACKS: dict[str, dict[str, Any]] = {

@@ -13,11 +13,11 @@ from nicegui import ui
 
 import fragfield
 from fragfield.app.forms import form
-from fragfield.app.markup import act, box, choose, heading, html, note, shown_facts
+from fragfield.app.page import act, box, choose, heading, html, note, shown_facts
 from fragfield.app.pages.result import cell_words
 from fragfield.errors import message_of
 from fragfield.files.run_directory import RunDirectory
-from fragfield.files.signature import SIGNATURE, read_signature, sign
+from fragfield.files.stamped import SIGNATURE, read_signature, sign
 from fragfield.hazard.certainty import metres
 from fragfield.numbers import number
 from fragfield.quantities import QUANTITIES
@@ -28,7 +28,6 @@ if TYPE_CHECKING:
 
     from fragfield.app.page import CasePage
 
-__all__ = ["content"]
 
 _SAMPLES = 60
 _COMPARED = ("distances", "places", "casing", "by_zone")

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 from nicegui import ui
 
 import fragfield
-from fragfield.app.markup import act, box, choose, facts, heading, html, note
-from fragfield.app.uploads import files_in, keep_file, upload
+from fragfield.app.forms import files_in, keep_file, upload
+from fragfield.app.page import act, box, choose, facts, heading, html, note
 from fragfield.app.workspace import safe_name
 from fragfield.numbers import number
 
@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from fragfield.app.page import CasePage
     from fragfield.case import CaseTable
 
-__all__ = ["content", "take_answer"]
 
 _KINDS = (".csv", ".txt", ".tsv", ".xlsx", ".ods", ".h5")
 _CHOICES = {

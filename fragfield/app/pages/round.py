@@ -16,9 +16,8 @@ from burst_fenicsx.materials.library import burst_explosive_names, casing_names,
 from burst_fenicsx.problem import Round
 from fragfield.app.contour import ContourTable, from_case, to_case
 from fragfield.app.drawing import round_facts, round_svg
-from fragfield.app.forms import field_input, form
-from fragfield.app.markup import Raw, act, box, choose, facts, fold, heading, html, note
-from fragfield.app.uploads import files_in, keep_file, upload
+from fragfield.app.forms import field_input, files_in, form, keep_file, upload
+from fragfield.app.page import Raw, act, box, choose, facts, fold, heading, html, note
 from fragfield.errors import InputError
 from fragfield.numbers import number
 from fragfield_base.units import UnitError, read_measure
@@ -28,10 +27,9 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from fragfield.app.document import CaseDocument
+    from fragfield.app.fields import Texts
     from fragfield.app.page import CasePage
-    from fragfield.app.texts import Texts
 
-__all__ = ["BARE", "OWN_ROUND", "content", "drawn_round"]
 
 _DRAWINGS = (".dxf", ".svg", ".csv", ".xlsx", ".ods")
 _UNITS = ("mm", "cm", "m", "in")

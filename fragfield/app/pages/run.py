@@ -12,8 +12,7 @@ import fragfield
 from fragfield.app.fields import fields_of
 from fragfield.app.forms import folded, form
 from fragfield.app.jobs import cancel, forget, jobs_of
-from fragfield.app.markup import act, box, facts, fold, heading, html, note
-from fragfield.app.page import page_of
+from fragfield.app.page import act, box, facts, fold, heading, html, note, page_of
 from fragfield.errors import InputError
 from fragfield.files.run_directory import STAGES, RunDirectory
 from fragfield.numbers import number
@@ -23,7 +22,6 @@ if TYPE_CHECKING:
     from fragfield.app.jobs import Job
     from fragfield.app.page import CasePage
 
-__all__ = ["checked", "content", "kilograms", "preset_values"]
 
 PRESETS = {"quick": (13, "off", 8), "standard": (26, "standard", None), "final": (39, "final", 100)}
 """Cells across the largest diameter, grid convergence and fewest realisations (None: the default) of each preset."""

@@ -8,11 +8,10 @@ from urllib.parse import quote
 
 from nicegui import run, ui
 
-from fragfield.app.forms import entries_form, field_input, form
-from fragfield.app.markup import act, box, choose, facts, heading, html, note
+from fragfield.app.forms import entries_form, field_input, files_in, form, keep_file, upload
+from fragfield.app.page import act, box, choose, facts, heading, html, note
 from fragfield.app.pages.run import checked
 from fragfield.app.site_plan import background_of, exported, imported, move, plan_of, site_in
-from fragfield.app.uploads import files_in, keep_file, upload
 from fragfield.errors import InputError
 from fragfield.hazard.certainty import metres
 from fragfield_base.writing import write_bytes
@@ -22,7 +21,6 @@ if TYPE_CHECKING:
 
     from fragfield.app.page import CasePage
 
-__all__ = ["content"]
 
 _NEW: dict[str, tuple[str, dict[str, Any]]] = {
     "person": ("exposed", {"position": ["60 m", "60 m"]}),

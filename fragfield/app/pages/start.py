@@ -8,16 +8,15 @@ from urllib.parse import urlencode
 
 from nicegui import ui
 
-from fragfield.app.markup import box, heading, note
+from fragfield.app.forms import keep_file, upload
+from fragfield.app.page import box, heading, note
 from fragfield.app.security import MOST_UPLOADED
-from fragfield.app.uploads import keep_file, upload
 from fragfield.app.workspace import safe_name
 
 if TYPE_CHECKING:
     from fragfield.app.page import CasePage
     from fragfield.app.workspace import Listed
 
-__all__ = ["content", "make_case"]
 
 _TEMPLATES = {"single": "round", "workshop": "site", "arena": "data", "drawing": "round"}
 """The page that a case made from each is opened on."""

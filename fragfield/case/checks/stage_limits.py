@@ -10,10 +10,9 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING
 
-from fragfield.case.checks.fragment_numbers import check_numbers
-from fragfield.case.checks.map_size import map_faults
+from fragfield.case.checks.estimates import check_numbers, map_faults
 from fragfield.case.conversion.exposed_sites import exposed_sites_of
-from fragfield.case.conversion.placing import first_alike, masses_of
+from fragfield.case.conversion.rounds import first_alike, masses_of
 from fragfield.case.conversion.stages import (
     break_up_settings,
     flight_arguments,
@@ -24,7 +23,7 @@ from fragfield.case.conversion.stages import (
 )
 from fragfield.case.conversion.surroundings import check_surroundings
 from fragfield.case.tables.round import ExplosiveTable
-from fragfield_base.inputs import show
+from fragfield_base.errors import show
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -33,7 +32,6 @@ if TYPE_CHECKING:
     from fragfield.case.tables.round import RoundTable
     from transition import BreakUpSettings
 
-__all__ = ["stage_faults"]
 
 _MOST_CELLS = 20_000_000  # of the hazard distance: 160 MB a field, of which a batch of realisations keeps several
 _NAMED = re.compile(r"^(witness|obstacle) (.+?): ")
@@ -55,8 +53,8 @@ def _cells(case: CaseTable) -> Iterator[str]:
     from burst_fenicsx.axisymmetric.mesh import check_meridian_size
     from burst_fenicsx.errors import InputError
     from burst_fenicsx.meshing.sizing import check_mesh_size
-    from fragfield.case.conversion.axisymmetry import burst_geometry
-    from fragfield.case.conversion.placing import profile_of
+    from fragfield.case.conversion.rounds import profile_of
+    from fragfield.case.conversion.symmetry import burst_geometry
 
     if case.burst is None:
         return
@@ -113,7 +111,7 @@ def _of_round(key: str, entry: RoundTable, settings: BreakUpSettings) -> Iterato
 
 
 def _stations(key: str, entry: RoundTable, stations: tuple[float, ...]) -> Iterator[str]:
-    from fragfield.case.conversion.placing import profile_of
+    from fragfield.case.conversion.rounds import profile_of
 
     if not isinstance(entry.profile, dict) or not stations:
         return

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 from fragfield.case.checks.bounds import choice_faults
 from fragfield.case.messages import marks_of, tables_in
 from fragfield.errors import nearest
-from fragfield_base.inputs import NotAllowedError, NumberOrWord, Quantity, Vector, show
+from fragfield_base.errors import show
+from fragfield_base.inputs import NotAllowedError, NumberOrWord, Quantity, Vector
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -16,10 +17,8 @@ if TYPE_CHECKING:
     from pydantic import BaseModel
     from pydantic.fields import FieldInfo
 
-    from fragfield.case.schema import CaseTable
-    from fragfield.case.tables.uncertainty import UncertainInputTable
+    from fragfield.case.schema import CaseTable, UncertainInputTable
 
-__all__ = ["check_uncertainty", "parameters_of", "unit_of_key"]
 
 _PARAMETERS = ("low", "high", "mode", "mean", "standard_deviation", "median", "factor", "values", "weights")
 _POSITIVE = ("standard_deviation", "median")
@@ -29,12 +28,8 @@ _OWN = ("uncertainty", "seed", "title", "document", "official")
 def unit_of_key(key: str) -> str | None:
     """SI unit of what a dotted key of the schema holds (empty: a pure number), None where it is not numeric.
 
-    Entries of lists, by `*`, number or name, are not checked here.
-
-    Raises
-    ------
-    ValueError
-        There is no such key, or it holds a table; the text is that of a message without the key.
+    Entries of lists, by `*`, number or name, are not checked here. Raises ValueError: there is no such key, or it holds
+    a table; the text is that of a message without the key.
     """
     from fragfield.case.schema import CaseTable
 
@@ -152,10 +147,7 @@ def _check_discrete(where: str, entry: UncertainInputTable) -> Iterator[str]:
 def parameters_of(entry: UncertainInputTable) -> dict[str, Any]:
     """The distribution's numbers in the SI unit of its keys, or as pure factors.
 
-    Raises
-    ------
-    ValueError
-        One has no unit, or one of another dimension; the text begins with the name of the parameter.
+    Raises ValueError: one has no unit, or one of another dimension; the text begins with the name of the parameter.
     """
     unit = "" if entry.applies == "factor" else unit_of_key(entry.keys[0])
     found: dict[str, Any] = {}

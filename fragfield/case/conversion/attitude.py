@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from fragfield.case.schema import CaseTable
     from fragfield.case.tables.round import RoundTable
 
-__all__ = ["attitude_faults", "attitude_of", "attitude_words", "axis_of", "is_mixed", "with_axes"]
 
 Vector = tuple[float, float, float]
 UP: Vector = (0.0, 0.0, 1.0)

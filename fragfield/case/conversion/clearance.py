@@ -22,7 +22,6 @@ if TYPE_CHECKING:
 
     Vectors = NDArray[np.float64]
 
-__all__ = ["Body", "Hull", "Revolved", "clearance", "min_clearance", "near_pairs", "placed_body"]
 
 ALIKE = 1e-9  # distances that differ by less are equal, and the first pair counts (m)
 _CHORD_ERROR = 1e-6  # of an arc replaced by chords (m)
@@ -56,22 +55,15 @@ class Body(Protocol):
 
 @dataclass(frozen=True)
 class Revolved:
-    """A solid of revolution.
-
-    Attributes
-    ----------
-    position : numpy.ndarray, shape (3,)
-        Point of the axis from which heights count (m).
-    axis : numpy.ndarray, shape (3,)
-        Unit vector.
-    heights, radii : numpy.ndarray, shape (n,)
-        Meridian: rising heights along the axis, and radii there (m); straight in between.
-    """
+    """A solid of revolution."""
 
     position: Vectors
+    """numpy.ndarray, shape (3,): point of the axis from which heights count (m)."""
     axis: Vectors
+    """numpy.ndarray, shape (3,): unit vector."""
     heights: Vectors
     radii: Vectors
+    """numpy.ndarray, shape (n,): meridian: rising heights along the axis, and radii there (m); straight in between."""
 
     @property
     def centre(self) -> Vectors:
@@ -145,17 +137,14 @@ class Hull:
     """The convex hull of points: of a round from a mesh file.
 
     Distances beyond its edges are those from the planes of its faces: never too large.
-
-    Attributes
-    ----------
-    points : (n, 3) m, corners, and points along the edges. axis : (3,) unit vector.
-    normals, levels : (faces, 3) outward unit normals, and (faces,) m, x . n on the faces.
     """
 
     points: Vectors
+    """(n, 3) m, corners, and points along the edges. axis : (3,) unit vector."""
     axis: Vectors
     normals: Vectors
     levels: Vectors
+    """(faces, 3) outward unit normals, and (faces,) m, x . n on the faces."""
 
     @classmethod
     def of(cls, points: ArrayLike, axis: ArrayLike) -> Hull:

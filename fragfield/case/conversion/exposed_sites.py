@@ -10,9 +10,15 @@ import numpy as np
 
 from flight.scene.plan import clipped, contains, signed_area
 from fragfield.case.conversion.surroundings import bearing_of, ground_height, site_of
-from fragfield.case.tables.exposed import AreaTable, ExposedBuildingTable, PersonTable, RoadTable
-from fragfield.case.tables.ground import BuildingTable, WallTable
-from fragfield_base.inputs import show
+from fragfield.case.tables.surroundings import (
+    AreaTable,
+    BuildingTable,
+    ExposedBuildingTable,
+    PersonTable,
+    RoadTable,
+    WallTable,
+)
+from fragfield_base.errors import show
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -22,19 +28,10 @@ if TYPE_CHECKING:
     from flight.hazard.exposed import Prism
     from flight.scene.walls import StoppingWall
     from fragfield.case.schema import CaseTable
-    from fragfield.case.tables.exposed import BarrierTable, ExposedTable
-    from fragfield.case.tables.ground import ObstacleTable
+    from fragfield.case.tables.surroundings import BarrierTable, ExposedTable, ObstacleTable
 
     Array = NDArray[np.float64]
 
-__all__ = [
-    "ExposedSite",
-    "check_exposed",
-    "describe_exposed",
-    "outline_of",
-    "exposed_sites_of",
-    "resolved_exposed",
-]
 
 PIECE = 10.0  # m: pieces of roads and areas, where they are not too many
 MOST_PIECES = 24
@@ -43,24 +40,16 @@ DEPTH = 1.0  # m by which prisms reach below the lowest ground
 
 @dataclass(frozen=True, eq=False)
 class ExposedSite:
-    """An exposed site.
-
-    Attributes
-    ----------
-    table : ExposedTable
-        As in the case, resolved.
-    outline : (k, 2) float64
-        Of its plan (m).
-    prisms : tuple of Prism
-        In which fragments are counted: one, or the pieces of a road or an area.
-    area : float
-        That one person or vehicle presents (m2); of no meaning for a building.
-    """
+    """An exposed site."""
 
     table: ExposedTable
+    """As in the case, resolved."""
     outline: Array
+    """(k, 2) float64: of its plan (m)."""
     prisms: tuple[Prism, ...]
+    """In which fragments are counted: one, or the pieces of a road or an area."""
     area: float
+    """That one person or vehicle presents (m2); of no meaning for a building."""
 
     @property
     def is_building(self) -> bool:
@@ -198,14 +187,14 @@ def _exposed_site(case: CaseTable, entry: ExposedTable) -> ExposedSite:
 def outline_of(obstacle: ObstacleTable) -> Array:
     """Corners (4, 2) of an obstacle's plan (m); of a bank that of its foot on level ground."""
     if isinstance(obstacle, BuildingTable):
-        return _rectangle(obstacle.centre, obstacle.length, obstacle.width, obstacle.azimuth)
+        return rectangle(obstacle.centre, obstacle.length, obstacle.width, obstacle.azimuth)
     start, end = np.asarray(obstacle.start), np.asarray(obstacle.end)
     way, (x, y) = end - start, (0.5 * (start + end)).tolist()
     if isinstance(obstacle, WallTable):
         foot = obstacle.thickness
     else:
         foot = obstacle.crest_width + 2.0 * obstacle.slope * obstacle.height
-    return _rectangle((x, y), float(np.hypot(*way)), foot, math.atan2(way[1], way[0]))
+    return rectangle((x, y), float(np.hypot(*way)), foot, math.atan2(way[1], way[0]))
 
 
 def _building(case: CaseTable, entry: ExposedBuildingTable, energy: float) -> tuple[Array, Prism]:
@@ -223,7 +212,7 @@ def _building(case: CaseTable, entry: ExposedBuildingTable, energy: float) -> tu
         assert entry.height is not None
         centre, size, base = entry.position, (entry.length, entry.width, entry.height), entry.base
         azimuth = entry.azimuth
-    outline = _rectangle(centre, size[0], size[1], azimuth)
+    outline = rectangle(centre, size[0], size[1], azimuth)
     ground = ground_height(case, *centre) if base is None else base
     lowest = min(ground, *(ground_height(case, x, y) for x, y in outline.tolist()))
     wall, roof = _wall(entry.wall), _wall(entry.roof)
@@ -242,7 +231,7 @@ def _open(case: CaseTable, entry: PersonTable | RoadTable | AreaTable) -> tuple[
         assert entry.position is not None  # checked
         away = np.subtract(entry.position, case.flight.origin)
         extent = entry.extent or min(5.0, max(1.0, 0.1 * float(np.hypot(*away))))
-        outline = _rectangle(entry.position, extent, extent, math.atan2(away[1], away[0]))
+        outline = rectangle(entry.position, extent, extent, math.atan2(away[1], away[0]))
         return outline, [outline]
     assert entry.points is not None  # checked
     points = np.array(entry.points, dtype=np.float64)
@@ -304,7 +293,8 @@ def _prism(case: CaseTable, piece: Array, height: float, energy: float) -> Prism
     return Prism(piece, min(ground) - DEPTH, float(np.mean(ground)) + height, energy, height)
 
 
-def _rectangle(centre: tuple[float, float], length: float, width: float, azimuth: float) -> Array:
+def rectangle(centre: tuple[float, float], length: float, width: float, azimuth: float) -> Array:
+    """Corners (4, 2) of a rectangle whose length points to an azimuth (rad)."""
     along = 0.5 * length * np.array([math.cos(azimuth), math.sin(azimuth)])
     across = 0.5 * width * np.array([-math.sin(azimuth), math.cos(azimuth)])
     return np.asarray(centre) + np.array([along + across, across - along, -along - across, along - across])

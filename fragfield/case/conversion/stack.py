@@ -8,7 +8,7 @@ import numpy as np
 
 from fragfield.case.checks.bounds import choice_faults
 from fragfield.errors import nearest
-from fragfield_base.inputs import show
+from fragfield_base.errors import show
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -16,12 +16,10 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from fragfield.case.schema import CaseTable
-    from fragfield.case.tables.round import IgnitionTable, RoundTable
-    from fragfield.case.tables.stack import StackTable
+    from fragfield.case.tables.round import IgnitionTable, RoundTable, StackTable
 
     Array = NDArray[np.float64]
 
-__all__ = ["across_horizontally", "check_stack", "expanded", "pallet", "row", "stacked_names", "triangle"]
 
 _MOST_ROUNDS = 1000
 _UPRIGHT = 1e-6  # sine of the angle to the vertical, or to the horizontal, up to which a round stands, or lies
@@ -68,7 +66,7 @@ def expanded(case: CaseTable) -> list[RoundTable]:
 
 def _places(case: CaseTable, template: RoundTable, stack: StackTable) -> Array:
     """Positions of the rounds (m), shape (n, 3)."""
-    from fragfield.case.conversion.placing import lift_to, outsides
+    from fragfield.case.conversion.rounds import lift_to, outsides
 
     bodies = outsides(template, case)
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any, Literal
 
-from fragfield.case.conversion.axisymmetry import burst_geometry, is_axisymmetric
-from fragfield.case.conversion.burst import degrees_of, settings_in
+from fragfield.case.conversion.rounds import degrees_of, settings_in
 from fragfield.case.conversion.surroundings import ground_height, surroundings
+from fragfield.case.conversion.symmetry import burst_geometry, is_axisymmetric
 from fragfield.case.tables.flight import CylinderTable, PanelTable
 
 if TYPE_CHECKING:
@@ -25,16 +25,6 @@ if TYPE_CHECKING:
     from fragfield.case.tables.flight import CollisionsTable, FlightTable, PolygonTable, WindTable
     from transition import BreakUpSettings
 
-__all__ = [
-    "break_up_settings",
-    "burst_settings",
-    "flight_arguments",
-    "hazard_criteria",
-    "hazard_directions",
-    "hazard_grid",
-    "kernel_degrees",
-]
-
 
 def burst_settings(case: CaseTable, *, geometry: Geometry | None = None) -> BurstSettings:
     """Settings of the burst stage; the case must have a table [burst]. `geometry` overrides the case's choice."""
@@ -47,7 +37,7 @@ def break_up_settings(case: CaseTable) -> BreakUpSettings:
 
     values = case.break_up.model_dump(exclude={"realisations", "counts"})
     if case.break_up.mean_mass_is_file:
-        from fragfield.case.conversion.fragment_counts import counts_of
+        from fragfield.case.conversion.mean_mass import counts_of
 
         assert case.break_up.counts is not None  # read when the case was resolved
         values["mean_mass"] = counts_of(case.break_up.counts)
@@ -118,9 +108,9 @@ def hazard_criteria(case: CaseTable) -> Criteria:
 def hazard_directions(case: CaseTable, *, elsewhere: bool = False) -> tuple[str, tuple[float, ...]]:
     """Basis of the hazard distance, and mirror planes of the arrangement (degrees); none for given fragments.
 
-    See `fragfield.case.conversion.directions`.
+    See `fragfield.case.conversion.symmetry`.
     """
-    from fragfield.case.conversion.directions import hazard_basis, mirror_planes
+    from fragfield.case.conversion.symmetry import hazard_basis, mirror_planes
 
     if elsewhere or not case.round:
         return "worst_direction", ()

@@ -8,7 +8,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from fragfield.case.tables.ground import BarricadeTable, BuildingTable, WallTable
+from fragfield.case.tables.surroundings import BarricadeTable, BuildingTable, WallTable
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -17,20 +17,7 @@ if TYPE_CHECKING:
     from flight.hazard.site import Site
     from flight.scene.obstacles import Obstacle
     from fragfield.case.schema import CaseTable
-    from fragfield.case.tables.ground import GroundTable
-
-__all__ = [
-    "altitude_of",
-    "bearing_of",
-    "check_surroundings",
-    "describe_surroundings",
-    "direction_words",
-    "ground_height",
-    "ground_of",
-    "site_of",
-    "surroundings",
-    "with_bearing",
-]
+    from fragfield.case.tables.surroundings import GroundTable
 
 
 def surroundings(case: CaseTable) -> dict[str, Any]:

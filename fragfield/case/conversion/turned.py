@@ -10,11 +10,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fragfield.case.conversion.axisymmetry import all_azimuths_alike
-from fragfield.case.conversion.burst import burst_round
-from fragfield.case.conversion.directions import mirror_planes
-from fragfield.case.conversion.placing import placed, profile_of
+from fragfield.case.conversion.rounds import burst_round, placed, profile_of
 from fragfield.case.conversion.surroundings import ground_height
+from fragfield.case.conversion.symmetry import all_azimuths_alike, mirror_planes
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -27,7 +25,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["Arrangement", "Turned", "origin_faults"]
 
 _SLICES = 400  # of a profile, for the centre of mass of its casing
 _NEAR = 0.5  # m in plan, from the origin of the distances to the centre of the casings
@@ -35,23 +32,16 @@ _NEAR = 0.5  # m in plan, from the origin of the distances to the centre of the 
 
 @dataclass(frozen=True, eq=False)
 class Turned:
-    """An arrangement in one attitude.
-
-    Attributes
-    ----------
-    inclination, roll : float
-        Degrees: of the arrangement's vertical from upright, towards +x; and about its vertical, before.
-    case : CaseTable
-        With the rounds' axes and positions, and planes of symmetry, as turned.
-    matrix, shift : (3, 3) and (3,) float64
-        The motion x -> matrix x + shift (m) from the arrangement as placed.
-    """
+    """An arrangement in one attitude."""
 
     inclination: float
     roll: float
+    """Degrees: of the arrangement's vertical from upright, towards +x; and about its vertical, before."""
     case: CaseTable
+    """With the rounds' axes and positions, and planes of symmetry, as turned."""
     matrix: Array
     shift: Array
+    """(3, 3) and (3,) float64: the motion x -> matrix x + shift (m) from the arrangement as placed."""
 
     def fragments(self, placed: Fragments) -> Fragments:
         """Fragments after the motion: masses, speeds and shapes stay."""

@@ -15,8 +15,6 @@ from typing import Any, ClassVar
 
 from pydantic import BaseModel, ConfigDict, Discriminator
 
-__all__ = ["Table", "by_kind", "name_or_table", "values_of"]
-
 
 class Table(BaseModel):
     """A table of the case file. The docstring under a field is its entry in the reference."""

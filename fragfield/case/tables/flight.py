@@ -11,42 +11,25 @@ from flight.integrate.contact import Contact
 from flight.integrate.integrator import Adaptive
 from flight.scene.air import STANDARD_GRAVITY
 from fragfield.case.tables.base import Table, by_kind, name_or_table
-from fragfield.case.tables.ground import GroundTable, Size
+from fragfield.case.tables.surroundings import GroundTable, Size
+from fragfield_base.bounds import Bounds, Entries, OnlyWith
 from fragfield_base.inputs import (
     Angle,
     ArealDensity,
-    Bounds,
     Density,
     Direction,
     Energy,
-    Entries,
     FrictionAngle,
     Length,
     Offset,
-    OnlyWith,
     Position,
     PositiveLength,
     Quantity,
     Speed,
     Time,
-    degrees,
 )
+from fragfield_base.units import degrees
 from transition.settings import SHAPE_FACTOR, BreakUpSettings
-
-__all__ = [
-    "AirTable",
-    "CollisionsTable",
-    "CylinderTable",
-    "FlightTable",
-    "HazardTable",
-    "IntegratorTable",
-    "PanelTable",
-    "PolygonTable",
-    "StackRuleTable",
-    "ShapeTable",
-    "WindTable",
-    "WitnessTable",
-]
 
 
 def _name_or_number(value: object) -> str:

@@ -9,21 +9,11 @@ from typing import TYPE_CHECKING, Annotated
 from pydantic import Discriminator, Field, Tag
 
 from fragfield.case.tables.base import Table, name_or_table
-from fragfield_base.inputs import Quantity, Vector, degrees
+from fragfield_base.inputs import Quantity, Vector
+from fragfield_base.units import degrees
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
-
-__all__ = [
-    "DocumentTable",
-    "Latitude",
-    "Longitude",
-    "OfficialTable",
-    "PlacesTable",
-    "OnEarth",
-    "SiteTable",
-    "check_official",
-]
 
 
 @dataclass(frozen=True)

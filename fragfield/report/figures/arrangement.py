@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from burst_fenicsx.geometry import Profile
     from fragfield.case import CaseTable
-    from fragfield.case.tables.stack import PlaneTable
+    from fragfield.case.tables.round import PlaneTable
     from fragfield.report.reading.run_files import RunFiles
 
 __all__ = ["arrangement_figure", "outlines"]
@@ -75,7 +75,7 @@ def outlines(case: CaseTable, vertical: int) -> Iterator[tuple[str, NDArray[np.f
 
 def _bodies(case: CaseTable) -> Iterator[tuple[str, NDArray[np.float64], bool]]:
     """Name, points of the surface (n, 3) in m and whether it is an image, of every round with a contour."""
-    from fragfield.case.conversion.burst import burst_rounds
+    from fragfield.case.conversion.rounds import burst_rounds
 
     surfaces = [
         (item.name, _surface(item.profile, np.array(item.position), np.array(item.axis)), False)

@@ -64,8 +64,7 @@ class _Sheet:
 
 def drawn_rounds(case: CaseTable) -> list[Round]:
     """The rounds of a resolved case that differ in more than place and ignition."""
-    from fragfield.case.conversion.burst import burst_rounds
-    from fragfield.case.conversion.placing import first_alike
+    from fragfield.case.conversion.rounds import burst_rounds, first_alike
 
     rounds = burst_rounds(case) if case.round else []
     return [rounds[index] for index in dict.fromkeys(first_alike(case))] if rounds else []
@@ -73,7 +72,7 @@ def drawn_rounds(case: CaseTable) -> list[Round]:
 
 def expected_masses(case: CaseTable) -> list[dict[str, float]]:
     """Masses (kg) of casing and charge that the drawings of `drawn_rounds` give, as far as the case has them."""
-    from fragfield.case.conversion.placing import first_alike
+    from fragfield.case.conversion.rounds import first_alike
 
     tables = [case.round[index].expected for index in dict.fromkeys(first_alike(case))] if case.round else []
     return [{} if table is None else {key: mass for key, mass in table if mass is not None} for table in tables]

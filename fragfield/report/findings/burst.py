@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fragfield.hazard.shock_exposure import exposed_rounds, exposure_words
+from fragfield.hazard.verdict import exposed_rounds, exposure_words
 from fragfield.numbers import number
 from fragfield.report.blocks import Finding
 from fragfield.report.findings.hazard import value_of

@@ -150,15 +150,15 @@ class RunFiles:
         return str(found) if found else None
 
 
-def read_run(folder: Path | str, *, pictured: bool = False) -> RunFiles:
+def read_run(folder: Path | str, *, flown: bool = True, case: bool = True) -> RunFiles:
     """Read a run directory.
 
     Parameters
     ----------
     folder : Path
         Directory written by `fragfield run`, or by some of its stages.
-    pictured : bool
-        Only what pictures show, which is complete while the fragments still fly: burst, fragments, summary.
+    flown, case : bool
+        Whether to read the flight, and the case: a picture needs neither, and is drawn while the fragments still fly.
 
     Returns
     -------
@@ -177,10 +177,10 @@ def read_run(folder: Path | str, *, pictured: bool = False) -> RunFiles:
     known = ["case.toml", "summary.json", *STAGE_FILES.values()]
     if not any((root / name).is_file() for name in known):
         raise InputError(f"{root}: not a run directory, it contains none of the files ({', '.join(known)})")
-    _read_texts(run, case=not pictured)
+    _read_texts(run, case=case)
     _read_snapshot(run)
     _read_fragments(run)
-    if not pictured:
+    if flown:
         _read_landing(run)
     return run
 

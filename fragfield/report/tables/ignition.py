@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from fragfield.case.tables.round import ExplosiveTable
-from fragfield.hazard.shock_exposure import exposed_rounds
+from fragfield.hazard.verdict import exposed_rounds
 from fragfield.numbers import number
 from fragfield.report.blocks import Section, Table
 

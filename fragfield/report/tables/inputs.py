@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from fragfield.case.active import active_tables
+from fragfield.case.checks.bounds import active_tables
 from fragfield.numbers import Row, of_case
 from fragfield.report.blocks import Rows
 from fragfield.report.tables.rounds import POSITION_KEYS, alike

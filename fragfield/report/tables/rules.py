@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from fragfield.hazard.certainty import whole_metres
-from fragfield.hazard.prescribed import USES, official_note
+from fragfield.hazard.recommended import USES, official_note
 from fragfield.report.blocks import Paragraph, Points, Table
 
 if TYPE_CHECKING:

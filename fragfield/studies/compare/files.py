@@ -13,7 +13,7 @@ import numpy as np
 from fragfield.errors import InputError
 from fragfield.report.figures.drawing import GREY, LINES, WIDE, drawing_style, new_figure, to_bytes
 from fragfield.studies.compare.comparison import flat_tables
-from fragfield_base.inputs import show
+from fragfield_base.errors import show
 from fragfield_base.writing import harmless, write_bytes, write_text
 
 if TYPE_CHECKING:

@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from fragfield.case.difference import document_differences
 from fragfield.case.load import read_document
+from fragfield.case.write import document_differences
 from fragfield.errors import InputError
 from fragfield.files.run_directory import RunDirectory
 from fragfield.files.stamped import stored_case_text
 from fragfield.hazard.recommended import not_included_words
-from fragfield_base.inputs import show
+from fragfield_base.errors import show
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -7,7 +7,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from fragfield.errors import InputError
-from fragfield.hazard.arrangement import with_images
+from fragfield.hazard.contents import with_images
 from fragfield.studies.sweep.plan import SweepPlan, plan_sweep
 
 if TYPE_CHECKING:

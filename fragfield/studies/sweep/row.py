@@ -7,7 +7,6 @@ import json
 from typing import TYPE_CHECKING, Any
 
 from fragfield.case import plain
-from fragfield.case.conversion.axisymmetry import burst_geometry
 from fragfield.errors import InputError
 from fragfield.hazard.recommended import recommended_of
 from fragfield.pipeline.convergence import OF_A_SWEEP
@@ -22,14 +21,9 @@ if TYPE_CHECKING:
 
     from fragfield.case import CaseTable
 
-__all__ = ["digest_of", "is_brief", "perform_row", "stored_rows"]
+__all__ = ["digest_of", "perform_row", "stored_rows"]
 
 _LARGEST = 1 << 28  # bytes of sweep.json
-
-
-def is_brief(case: CaseTable) -> bool:
-    """Whether a run takes seconds, and has nothing to go on from: its burst is axisymmetric."""
-    return case.burst is not None and bool(case.round) and burst_geometry(case).geometry == "axisymmetric"
 
 
 def digest_of(case: CaseTable) -> str:

@@ -15,12 +15,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fragfield.case import differences, to_toml
+from fragfield.case.conversion.symmetry import is_brief
 from fragfield.errors import EXIT_DONE, EXIT_INTERRUPTED, EXIT_NUMERICAL, InputError, exit_code_of, message_of, nearest
 from fragfield.files.run_directory import STAGES, RunDirectory
 from fragfield.pipeline.parallel import launched_size
 from fragfield.studies.runner import make_all, runs_of
 from fragfield.studies.sweep.results import DONE, FAILED, KEPT, WAITING, results_of, write_tables
-from fragfield.studies.sweep.row import digest_of, is_brief, stored_rows
+from fragfield.studies.sweep.row import digest_of, stored_rows
 from fragfield_base.writing import write_text
 
 if TYPE_CHECKING:

@@ -7,9 +7,9 @@ from functools import cache
 from importlib import resources
 from typing import TYPE_CHECKING, Any
 
-from fragfield.case.conversion.placing import profile_of
+from fragfield.case.conversion.rounds import profile_of
 from fragfield.case.conversion.stages import break_up_settings
-from fragfield.case.tables.uncertainty import UncertainInputTable
+from fragfield.case.schema import UncertainInputTable
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -13,7 +13,7 @@ from fragfield_base.inputs import with_unit
 
 if TYPE_CHECKING:
     from fragfield.case import CaseTable
-    from fragfield.case.tables.uncertainty import UncertainInputTable
+    from fragfield.case.schema import UncertainInputTable
 
 __all__ = ["UncertainInput", "inputs_of"]
 

@@ -9,8 +9,7 @@ import numpy as np
 
 from fragfield.errors import EXIT_DONE, EXIT_NUMERICAL, InputError
 from fragfield.files.stamped import read_stamped_json, stamped_json
-from fragfield.hazard.prescribed import minimum_part
-from fragfield.hazard.recommended import recommended_of
+from fragfield.hazard.recommended import minimum_part, recommended_of
 from fragfield.hazard.site_map import write_contours
 from fragfield.quantities import column_of, shown
 from fragfield.studies.uncertainty.indices import Analysis, analyse

@@ -22,8 +22,7 @@ from fragfield.studies.uncertainty.journal import Journal
 from fragfield.studies.uncertainty.plan import plan_study
 from fragfield.studies.uncertainty.results import write_results
 from fragfield_base.cores import cores
-from fragfield_base.locking import locked
-from fragfield_base.writing import write_text
+from fragfield_base.writing import locked, write_text
 
 if TYPE_CHECKING:
     from fragfield.studies.runner import Runs

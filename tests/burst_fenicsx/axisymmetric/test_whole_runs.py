@@ -22,7 +22,7 @@ from burst_fenicsx.meshing.placement import frame
 from burst_fenicsx.problem import Leakage, RigidPlane
 from burst_fenicsx.run_burst import simulate
 from fragfield.case import load_case
-from fragfield.case.conversion.burst import burst_rounds
+from fragfield.case.conversion.rounds import burst_rounds
 from fragfield.case.conversion.stages import burst_settings
 from tests.burst_fenicsx.tubes import SETTINGS, tube
 from tests.datasets import datasets, same_data

@@ -24,8 +24,9 @@ import numpy as np
 from flight.arena import ArenaTable
 from flight.errors import InputError as FlightInputError
 from flight.files.text_tables import import_hint, in_columns_of, read_columns
-from fragfield.case.tables.break_up import FragmentCountsTable
+from fragfield.case.tables.burst import FragmentCountsTable
 from fragfield.errors import InputError, nearest
+from fragfield_base.errors import show
 from fragfield_base.inputs import with_unit
 from fragfield_base.paths import absolute
 from fragfield_base.reading import read_text
@@ -41,8 +42,11 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
     Groups = tuple[Array, Array, Array | None]
+    from collections.abc import Iterator
 
-__all__ = ["check_counts", "counts_of", "read_counts", "with_counts"]
+    from fragfield.case.tables.burst import BreakUpTable
+    from fragfield_base.substances import Substance
+
 
 _MASSES = ("mass_from_kg", "mass_to_kg", "mass_above_kg", "mass_kg")
 _FORMS = "mass_from_g, mass_to_g, number or mass_above_g, number or mass_g or the columns of an arena table"
@@ -81,7 +85,7 @@ def counts_of(table: FragmentCountsTable) -> FragmentCounts:
 
 def check_counts(case: CaseTable, source: str) -> None:
     """Refuse counts that fix no mean mass, hold another mass than the casing, or stand for rounds that differ."""
-    from fragfield.case.conversion.placing import are_alike, masses_of
+    from fragfield.case.conversion.rounds import are_alike, masses_of
 
     if case.break_up.counts is None or not case.break_up.mean_mass_is_file:
         return
@@ -105,11 +109,8 @@ def check_counts(case: CaseTable, source: str) -> None:
 def read_counts(path: Path, name: str | None = None) -> FragmentCounts:
     """Read a file of counted fragments; messages and results call it `name`, by default the name of the file.
 
-    Raises
-    ------
-    InputError
-        Of flight, of the break-up or ours: no such file, columns that are not of one of the forms, groups that overlap
-        or leave a gap, numbers that are no counts; the message names the file.
+    Raises InputError: of flight, of the break-up or ours: no such file, columns that are not of one of the forms,
+    groups that overlap or leave a gap, numbers that are no counts; the message names the file.
     """
     name = path.name if name is None else name
     read = read_columns(path, "pit")
@@ -228,3 +229,61 @@ def _of_arena(path: Path, table: ArenaTable) -> Groups:
         numbers.append(float(n))
         masses.append(float(m))
     return np.array(edges), np.array([*numbers, 0.0]), np.array([*masses, 0.0])
+
+
+_FILE = "a file of fragments that a test of it counted"
+_NEEDED: dict[str, tuple[str, ...]] = {
+    "mott": ("critical_strain", "fracture_energy"),
+    "mott_1947": ("critical_strain", "fracture_stress", "fracture_gamma"),
+    _FILE: ("critical_strain",),
+}
+"""By law: its inputs that are the casing's own."""
+
+
+def with_casing_data(break_up: BreakUpTable, casings: list[Substance], source: str) -> BreakUpTable:
+    """The table [break_up] with what its law needs of the casings, as far as the case leaves it out.
+
+    `source` is the case's file, for messages. Raises InputError: a casing's file lacks it, or two casings differ in it;
+    the message names the laws that remain.
+    """
+    law = _FILE if break_up.mean_mass_is_file else break_up.mean_mass
+    needed = _NEEDED.get(law, ()) if isinstance(law, str) else ()
+    values = {key: _of_casings(key, casings, source) for key in needed if key not in break_up.model_fields_set}
+    lacking = [key for key, value in values.items() if value is None]
+    if casings and lacking:
+        raise InputError(f"{source}: {_refusal(break_up, law, lacking, casings)}")
+    changes = {key: value for key, value in values.items() if casings and value != getattr(break_up, key)}
+    return break_up.model_copy(update=changes) if changes else break_up
+
+
+def _refusal(break_up: BreakUpTable, law: object, lacking: list[str], casings: list[Substance]) -> str:
+    names = [show(one.name) for one in casings if any(one.value("break_up", key) is None for key in lacking)]
+    given = break_up.model_fields_set
+    remaining = [f"break_up.mean_mass = {show(one)}" for one in _remaining(casings, given) if one != law]
+    keys = " and ".join([f"break_up.{key}" for key in lacking])
+    return (
+        f"break_up.mean_mass: {show(law) if law != _FILE else law} needs {' and '.join(lacking)}, of which the casing "
+        f"{' and '.join(names)} has no data; allowed: {' or '.join([f'with {keys} given', *remaining])}, or the mean "
+        'mass itself from a test, for example "14.9 g"'
+    )
+
+
+def _remaining(casings: list[Substance], given: set[str]) -> Iterator[str]:
+    """Laws for which all is given or known."""
+    for law in ("mott", "mott_1947"):
+        keys = [key for key in _NEEDED[law] if key not in given]
+        if all(one.value("break_up", key) is not None for one in casings for key in keys):
+            yield law
+
+
+def _of_casings(key: str, casings: list[Substance], source: str) -> float | None:
+    """The one value of all casings; None where one of them has none."""
+    values = {one.name: one.value("break_up", key) for one in casings}
+    if None in values.values():
+        return None
+    if len(set(values.values())) > 1:
+        listed = ", ".join(f"{value:g} of {name}" for name, value in values.items())
+        raise InputError(
+            f"{source}: break_up.{key}: missing, and the casings differ in it: {listed}; give one for all rounds"
+        )
+    return next(iter(values.values()), None)

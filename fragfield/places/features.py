@@ -1,0 +1,359 @@
+"""Features of GeoJSON (RFC 7946, and older files that name a coordinate system), KML and KMZ files."""
+
+from __future__ import annotations
+
+import json
+import zipfile
+from collections import Counter
+from dataclasses import dataclass, field
+from io import BytesIO
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from flight.files.raster import INSTALL
+from fragfield.errors import InputError
+from fragfield_base.reading import parsed_xml, read_bytes, read_text
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+    from xml.etree.ElementTree import Element
+
+
+Shape = Literal["Point", "LineString", "Polygon"]
+MOST_BYTES = 1 << 26
+"""Of a file that is read."""
+
+
+@dataclass(frozen=True, eq=False)
+class Feature:
+    """One point, line or polygon."""
+
+    name: str
+    """Empty where it has none."""
+    shape: Shape
+    """"Point", "LineString" or "Polygon"."""
+    rings: tuple[Array, ...]
+    """(n, 2) each: longitudes and latitudes (degrees); of a polygon its outline, not closed, and then its
+    holes."""
+    properties: dict[str, Any] = field(default_factory=dict)
+    """By name."""
+    folders: tuple[str, ...] = ()
+    """Those of a KML that it lies in, the innermost last."""
+    where: str = ""
+    """For messages: 'feature 3 ("school")'."""
+
+
+def positions(values: object, shape: Shape, where: str) -> Array:
+    """Longitudes and latitudes (n, 2) of a list of positions, each of two or three numbers.
+
+    The last point of a closed ring, and points that follow themselves, are left out. Raises InputError: not such a
+    list, or too few points.
+    """
+    try:
+        found = np.array([[float(one[0]), float(one[1])] for one in values], dtype=np.float64)  # type: ignore[attr-defined]
+    except (TypeError, ValueError, IndexError, KeyError):
+        raise InputError(
+            f"{where}: found positions that are no lists of numbers; allowed: longitude, latitude"
+        ) from None
+    if not np.isfinite(found).all():
+        raise InputError(f"{where}: found a position that is not finite; allowed: longitude, latitude")
+    if len(found) > 1:
+        found = found[np.concatenate([[True], (np.diff(found, axis=0) != 0.0).any(axis=1)])]
+    if shape == "Polygon" and len(found) > 1 and (found[0] == found[-1]).all():
+        found = found[:-1]
+    least = {"Point": 1, "LineString": 2, "Polygon": 3}[shape]
+    if len(found) < least:
+        raise InputError(f"{where}: found a {shape} of {len(found)} different positions; allowed: {least} or more")
+    return found
+
+
+_SHAPES: dict[str, tuple[Shape, int]] = {
+    "Point": ("Point", 0), "MultiPoint": ("Point", 1), "LineString": ("LineString", 0),
+    "MultiLineString": ("LineString", 1), "Polygon": ("Polygon", 0), "MultiPolygon": ("Polygon", 1),
+}  # fmt: skip
+"""Shape of a geometry's parts, and whether it has several."""
+_WGS84 = ("CRS84", "EPSG:4326", "EPSG::4326", "EPSG:6.6:4326", "WGS84")
+_NAMES = ("name", "Name", "NAME", "title", "label")
+_DEEPEST = 8
+
+
+def read_geojson(path: Path) -> tuple[list[Feature], list[str]]:
+    """Features of a GeoJSON file, and what was left out or done to them, in words.
+
+    Raises InputError: no GeoJSON, a coordinate system that is not known, positions that are none, no features.
+    """
+    try:
+        found = json.loads(read_text(path, InputError, most=MOST_BYTES), parse_constant=_no_constant)
+    except RecursionError:
+        raise InputError(f"{path}: not a GeoJSON: nested too deep") from None
+    except json.JSONDecodeError as fault:
+        several = (
+            "; one feature a line is no GeoJSON: put them into a FeatureCollection" if fault.msg == "Extra data" else ""
+        )
+        raise InputError(f"{path}: not JSON ({fault.msg} at line {fault.lineno}){several}") from None
+    except ValueError as fault:
+        raise InputError(f"{path}: not a GeoJSON ({fault})") from None
+    if not isinstance(found, dict) or not isinstance(found.get("type"), str):
+        raise InputError(f"{path}: found JSON without a type; allowed: a FeatureCollection of GeoJSON")
+    to_earth, words = _coordinates(path, found)
+    left_out: Counter[str] = Counter()
+    features = list(_features(path, found, to_earth, left_out))
+    if not features:
+        raise InputError(f"{path}: found no feature with a place in it")
+    notes = [words] if words else []
+    notes += [f"{number} {what} left out" for what, number in left_out.items()]
+    return features, notes
+
+
+def _no_constant(name: str) -> None:
+    raise ValueError(f"{name} is not JSON")
+
+
+def _coordinates(path: Path, found: dict[str, Any]) -> tuple[Callable[[Array], Array], str]:
+    """What turns the file's positions into longitudes and latitudes on WGS 84, and which system it names."""
+    if "crs" not in found:
+        return _as_they_are, ""
+    crs = found["crs"]
+    name = (
+        crs.get("properties", {}).get("name")
+        if isinstance(crs, dict) and isinstance(crs.get("properties"), dict)
+        else None
+    )
+    if not isinstance(name, str):
+        raise InputError(
+            f"{path}: crs: found {json.dumps(crs)[:80]}; allowed: the name of a coordinate system, or no crs: WGS 84"
+        )
+    if any(name.upper().endswith(known) for known in _WGS84):
+        return _as_they_are, ""
+    try:
+        import pyproj
+    except ImportError:
+        raise InputError(f"{path}: crs: found {name}, which needs pyproj: {INSTALL}; or a file in WGS 84") from None
+    try:
+        system = pyproj.CRS.from_user_input(name)
+        # A name alone is searched for, and a part of another name is found.
+        if ":" not in name and system.name.casefold() != name.casefold():
+            raise pyproj.exceptions.CRSError(name)
+        turn = pyproj.Transformer.from_crs(system, "EPSG:4326", always_xy=True)
+    except pyproj.exceptions.CRSError:
+        raise InputError(
+            f'{path}: crs: found "{name}"; allowed: a coordinate system that pyproj knows, such as EPSG:25832'
+        ) from None
+
+    def to_earth(points: Array) -> Array:
+        return np.column_stack(turn.transform(points[:, 0], points[:, 1]))
+
+    return to_earth, f"positions turned from {name} to WGS 84"
+
+
+def _as_they_are(points: Array) -> Array:
+    return points
+
+
+def _features(
+    path: Path, found: dict[str, Any], to_earth: Callable[[Array], Array], left_out: Counter[str]
+) -> Iterator[Feature]:
+    kind = found["type"]
+    if kind == "FeatureCollection":
+        members = found.get("features")
+        if not isinstance(members, list):
+            raise InputError(f"{path}: features: found {type(members).__name__}; allowed: a list")
+    elif kind == "Feature":
+        members = [found]
+    elif kind in _SHAPES or kind == "GeometryCollection":
+        members = [{"type": "Feature", "geometry": found, "properties": None}]
+    else:
+        raise InputError(
+            f'{path}: found the type "{kind}"; allowed: a FeatureCollection, a Feature or a geometry of GeoJSON'
+        )
+    for number, member in enumerate(members, start=1):
+        where = f"{path}: feature {number}"
+        if not isinstance(member, dict) or member.get("type") != "Feature":
+            raise InputError(f"{where}: found no Feature; allowed: an object of that type")
+        known = member.get("properties") or {}
+        if not isinstance(known, dict):
+            raise InputError(f"{where}: properties: found {type(known).__name__}; allowed: an object or null")
+        name = next((str(known[key]) for key in _NAMES if known.get(key) not in (None, "")), "")
+        where += f' ("{name}")' if name else ""
+        geometry = member.get("geometry")
+        if geometry is None:
+            left_out["features without a place"] += 1
+            continue
+        for shape, rings in _geometries(geometry, where, 0):
+            yield Feature(name, shape, tuple(map(to_earth, rings)), known, (), where)
+
+
+def _geometries(geometry: Any, where: str, depth: int) -> Iterator[tuple[Shape, tuple[Array, ...]]]:  # noqa: ANN401
+    kind = geometry.get("type") if isinstance(geometry, dict) else None
+    if kind == "GeometryCollection" and depth < _DEEPEST:
+        for part in geometry.get("geometries") or []:
+            yield from _geometries(part, where, depth + 1)
+        return
+    if kind not in _SHAPES:
+        raise InputError(
+            f'{where}: found a geometry of the type "{kind}"; allowed: {", ".join([*_SHAPES, "GeometryCollection"])}'
+        )
+    shape, several = _SHAPES[kind]
+    given = geometry.get("coordinates")
+    if not isinstance(given, list) or not given:
+        raise InputError(f"{where}: found a {kind} without coordinates; allowed: longitude, latitude")
+    for part in given if several else [given]:
+        if shape == "Point":
+            yield shape, (positions([part], shape, where),)
+        elif shape == "LineString":
+            yield shape, (positions(part, shape, where),)
+        elif isinstance(part, list):
+            yield shape, tuple(positions(ring, shape, where) for ring in part)
+        else:
+            raise InputError(f"{where}: found a Polygon without rings; allowed: a list of rings")
+
+
+_FOLDERS = ("kml", "Document", "Folder")
+_DEEPEST_FOLDER = 64
+_NOT_READ = ("NetworkLink", "GroundOverlay", "ScreenOverlay", "PhotoOverlay", "Tour", "Model", "Track", "MultiTrack")
+
+
+def read_kml(path: Path) -> tuple[list[Feature], list[str]]:
+    """Features of a KML file, of a KMZ those of its main document, and what was left out, in words.
+
+    Heights play no part: sites stand on the ground of the case. That is said where a placemark stands above it. Raises
+    InputError: no KML, an XML entity that is not harmless, positions that are none, no placemarks.
+    """
+    root = parsed_xml(_document(path, read_bytes(path, InputError, most=MOST_BYTES)), str(path), InputError)
+    if _tag(root) != "kml":
+        raise InputError(f"{path}: found XML whose outermost element is {_tag(root)!r}; allowed: a KML")
+    left_out: Counter[str] = Counter()
+    features: list[Feature] = []
+    for number, (placemark, folders) in enumerate(_placemarks(root, (), left_out, 0), start=1):
+        features += _of_placemark(path, placemark, folders, number, left_out)
+    if not features:
+        listed = ", ".join(f"{number} {what}" for what, number in left_out.items()) or "nothing"
+        raise InputError(f"{path}: found no placemark with a point, a line or a polygon, only {listed}")
+    high = left_out.pop("above the ground", 0)
+    notes = [f"{number} {what} left out" for what, number in left_out.items()]
+    if high:
+        notes.append(f"{high} placemarks stand above the ground in the file; their heights are not used")
+    return features, notes
+
+
+def _document(path: Path, data: bytes) -> bytes:
+    """The KML of a file, of a KMZ that of its archive's first .kml, the one in its root before others."""
+    if not data.startswith(b"PK"):
+        return data
+    try:
+        with zipfile.ZipFile(BytesIO(data)) as archive:
+            names = [one for one in archive.infolist() if one.filename.casefold().endswith(".kml")]
+            if not names:
+                raise InputError(f"{path}: found an archive without a .kml; allowed: a KMZ")
+            chosen = min(names, key=lambda one: one.filename.count("/"))
+            if chosen.file_size > MOST_BYTES:
+                raise InputError(
+                    f"{path}: {chosen.filename} has {chosen.file_size} bytes; allowed: at most {MOST_BYTES}"
+                )
+            with archive.open(chosen) as stream:
+                return stream.read(MOST_BYTES)
+    except (zipfile.BadZipFile, RuntimeError, NotImplementedError, EOFError, OSError) as fault:
+        raise InputError(f"{path}: not a KMZ that can be read ({fault})") from None
+
+
+def _tag(element: Element) -> str:
+    return str(element.tag).rpartition("}")[2]
+
+
+def _child(element: Element, name: str) -> Element | None:
+    return next((one for one in element if _tag(one) == name), None)
+
+
+def _text(element: Element | None) -> str:
+    return "" if element is None else (element.text or "").strip()
+
+
+def _placemarks(
+    element: Element, folders: tuple[str, ...], left_out: Counter[str], depth: int
+) -> Iterator[tuple[Element, tuple[str, ...]]]:
+    if depth > _DEEPEST_FOLDER:
+        raise InputError(f"found folders nested deeper than {_DEEPEST_FOLDER}; allowed: fewer")
+    for child in element:
+        tag = _tag(child)
+        if tag == "Placemark":
+            yield child, folders
+        elif tag in _FOLDERS:
+            name = _text(_child(child, "name"))
+            yield from _placemarks(child, (*folders, name) if name else folders, left_out, depth + 1)
+        elif tag in _NOT_READ:
+            left_out[tag] += 1
+
+
+def _of_placemark(
+    path: Path, placemark: Element, folders: tuple[str, ...], number: int, left_out: Counter[str]
+) -> Iterator[Feature]:
+    name = _text(_child(placemark, "name"))
+    where = f"{path}: placemark {number}" + (f' ("{name}")' if name else "")
+    known = dict(_properties(placemark))
+    found = list(_elements(placemark, where, left_out, 0))
+    if not found:
+        left_out["placemarks without a place"] += 1
+    for shape, rings in found:
+        yield Feature(name, shape, rings, known, folders, where)
+
+
+def _properties(placemark: Element) -> Iterator[tuple[str, str]]:
+    """Extended data: <Data name><value>, and <SimpleData name> of a schema."""
+    extended = _child(placemark, "ExtendedData")
+    for element in () if extended is None else extended.iter():
+        if _tag(element) == "Data" and element.get("name"):
+            yield element.get("name", ""), _text(_child(element, "value"))
+        elif _tag(element) == "SimpleData" and element.get("name"):
+            yield element.get("name", ""), _text(element)
+
+
+def _elements(
+    element: Element, where: str, left_out: Counter[str], depth: int
+) -> Iterator[tuple[Shape, tuple[Array, ...]]]:
+    for child in element:
+        tag = _tag(child)
+        if tag == "MultiGeometry" and depth < _DEEPEST_FOLDER:
+            yield from _elements(child, where, left_out, depth + 1)
+        elif tag == "Point":
+            yield "Point", (_positions(child, "Point", where, left_out),)
+        elif tag == "LineString":
+            yield "LineString", (_positions(child, "LineString", where, left_out),)
+        elif tag == "LinearRing":
+            yield "Polygon", (_positions(child, "Polygon", where, left_out),)
+        elif tag == "Polygon":
+            rings = [
+                _positions(ring, "Polygon", where, left_out)
+                for boundary in ("outerBoundaryIs", "innerBoundaryIs")
+                for held in child
+                if _tag(held) == boundary
+                for ring in held
+                if _tag(ring) == "LinearRing"
+            ]
+            if not rings:
+                raise InputError(f"{where}: found a Polygon without an outerBoundaryIs; allowed: one LinearRing in it")
+            yield "Polygon", tuple(rings)
+        elif tag in _NOT_READ:
+            left_out[tag] += 1
+
+
+def _positions(element: Element, shape: Shape, where: str, left_out: Counter[str]) -> Array:
+    text = _text(_child(element, "coordinates"))
+    tuples = [part.split(",") for part in text.split()]
+    if not tuples or any(not 2 <= len(one) <= 3 or "" in one for one in tuples):
+        bad = next((",".join(one) for one in tuples if not 2 <= len(one) <= 3 or "" in one), "nothing")
+        raise InputError(
+            f'{where}: coordinates: found "{bad[:40]}"; allowed: longitude,latitude or longitude,latitude,altitude '
+            "without blanks in it, with decimal points"
+        )
+    mode = _text(_child(element, "altitudeMode"))
+    if mode not in ("", "clampToGround", "clampToSeaFloor") and any(
+        len(one) == 3 and one[2].strip("0.-+") for one in tuples
+    ):
+        left_out["above the ground"] += 1
+    return positions(tuples, shape, where)
