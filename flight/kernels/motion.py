@@ -42,8 +42,8 @@ PIECE, AIR, FROM, TO, ORIGIN, LAW = 45, 46, 54, 55, 56, 57
 # mass (kg); end of the flight at the latest (s); 1 after an impact on the ground; steps taken and rejected; lowest and
 # highest Mach number of the flight; 1 on its last step in time; lowest and highest control point of the step by axis
 MASS, LATEST, AFTER, STEPS, REJECTED, LOWEST_MACH, HIGHEST_MACH, FINAL, HULL = 61, 62, 63, 64, 65, 66, 67, 68, 69
-# of the step: factor of the next one, larger of the squared speeds at its ends, what may happen on it, and whether it is
-# to be taken again, or is taken with nothing happening
+# of the step: factor of the next one, larger of the squared speeds at its ends, what may happen on it, and whether it
+# is to be taken again, or is taken with nothing happening
 NEXT, FASTEST, EVENT, AGAIN, QUIET = 75, 76, 77, 78, 79
 LEFT = 80  # piece of the air table plus one that a lane needs, then whether it has left its piece of the drag table
 ROWS = 81

@@ -81,7 +81,7 @@ _ENDS, _STRIKES, _PASSES, _MEETS = int(ENDS), int(STRIKES), int(PASSES), int(MEE
 _ROOTS = 16  # crossings of one surface on a step, at most
 
 
-@inner_kernel()
+@inner_kernel(_nrt=True)
 def _with_room(table: Array, used: int, more: int) -> Array:
     """The table, or a longer one with its used rows, where so many more have no room."""
     if used + more <= table.shape[0]:
@@ -91,7 +91,7 @@ def _with_room(table: Array, used: int, more: int) -> Array:
     return longer
 
 
-@inner_kernel(_nrt=False)
+@inner_kernel()
 def _write_state(q: Array, lane: int, record: Array) -> None:
     """Time, position and velocity of a lane into a record."""
     record[0] = q[TIME * LANES + lane]
@@ -99,7 +99,7 @@ def _write_state(q: Array, lane: int, record: Array) -> None:
         record[1 + j] = q[(STATE + j) * LANES + lane]
 
 
-@inner_kernel(_nrt=False)
+@inner_kernel()
 def _add_flight(q: Array, lane: int, first: Array) -> None:
     """Steps and Mach numbers of a flight that has ended, to those of the fragment's flights before."""
     first[7] += q[STEPS * LANES + lane]
@@ -132,10 +132,11 @@ def fly_chunk(
     """Fly the fragments start..stop-1 to their end, and on from every ricochet; rows of `ends` count from `start`.
 
     `clock` (n, 2) holds the time of each launch and the time at which that flight ends at the latest (s), `surfaces`
-    how fragments ricochet off the ground and off each obstacle, `boxes` as of `lanes.Watched`. Returns crossings, points of paths, impacts on obstacles (rows count from `start`) and on the ground (the
-    same), in no order of fragments but in that of time for each. Lengths of paths near the ground are added to
-    `lengths` (before and after the first impact on the ground, azimuth, distance; without azimuths: not counted); last
-    comes whether its cells reach far enough.
+    how fragments ricochet off the ground and off each obstacle, `boxes` as of `lanes.Watched`. Returns crossings,
+    points of paths, impacts on obstacles and on the ground (their rows count from `start`), in no order of fragments
+    but in that of time for each. Lengths of paths near the ground are added to `lengths` (before and after the first
+    impact on the ground, azimuth, distance; without azimuths: not counted); last comes whether its cells reach far
+    enough.
     """
     many_points = limits.path_points
     counts = lengths.shape[1] > 0
@@ -238,7 +239,7 @@ def fly_chunk(
                 near_end, passing = event & (_ENDS | _STRIKES) > 0, event & _PASSES > 0
                 meets, after = event & _MEETS > 0, int(q[AFTER * LANES + lane])
                 if passing and not (near_end or some_obstacles):
-                    counted = count_chord(q, lane, mass[fragment], limits, near, lengths[after])
+                    counted = count_chord(q, lane, mass[fragment], limits, near, lengths, after)
                     passing = counted < 0
                     inside &= counted != 0
                 if near_end or passing or meets or many_points > 0:
@@ -261,13 +262,15 @@ def fly_chunk(
                             limits,
                             terrain,
                             near,
-                            lengths[after],
+                            lengths,
+                            after,
                             stack,
                             roots,
                             out,
                         )
                     if meets:
-                        hits = _with_room(hits, hit_count, _ROOTS * witnesses.shape[0])
+                        if hit_count + _ROOTS * witnesses.shape[0] > hits.shape[0]:
+                            hits = _with_room(hits, hit_count, _ROOTS * witnesses.shape[0])
                         hit_count = record_hits(
                             witnesses,
                             vertices,
