@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from fragfield.case import load_case
+from fragfield.case.conversion.placing import mirrored
 from fragfield.case.load import case_from_document
 from fragfield.checking.check import check_report
 from fragfield.checking.show import check_text
@@ -64,9 +65,13 @@ def test_images_of_the_rounds_in_two_planes_of_symmetry():
         {"name": "y", "kind": "symmetry", "normal": [0, -1, 0], "point": ["0 m", "1 m", "0 m"]},
         {"name": "earth", "kind": "ground"},
     ]
-    images = with_images(_case(round={"position": ["0.3 m", "0.5 m", "0 m"]}, plane=planes))
+    case = _case(round={"position": ["0.3 m", "0.5 m", "0 m"]}, plane=planes)
+    images = with_images(case)
     expected = [[0.3, 0.5, 0], [-0.3, 0.5, 0], [0.3, 1.5, 0], [-0.3, 1.5, 0]]
     assert images == pytest.approx(np.array(expected))
+    bodies = mirrored(case, [(np.array([0.3, 0.5, 0.0]), np.array([0.6, 0.8, 0.0]), "shell")])
+    assert np.array([place for place, _, _ in bodies]) == pytest.approx(np.array(expected))
+    assert [axis.tolist() for _, axis, _ in bodies] == [[x, y, 0.0] for y in (0.8, -0.8) for x in (0.6, -0.6)]
 
 
 def test_mirrored_rounds_count_for_how_near_the_witness_stands():

@@ -124,6 +124,14 @@ def test_pieces_cover_the_place_once(tmp_path):
     assert len(yard.prisms) <= 24
 
 
+def test_the_outline_of_a_road_goes_round_its_bends(tmp_path):
+    """Two metres wide, with a bend of 90 degrees: its corners are where both sides meet."""
+    table = '[[exposed]]\nname = "road"\nkind = "road"\nwidth = "2 m"\npoints = '
+    (road,) = exposed_sites_of(load(tmp_path, f'{table}[["30 m", "0 m"], ["40 m", "0 m"], ["40 m", "10 m"]]\n'))
+    expected = [(30, -1), (41, -1), (41, 10), (39, 10), (39, 1), (30, 1)]
+    assert road.outline == pytest.approx(np.array(expected))
+
+
 def test_the_document_changes_nothing_that_is_computed(tmp_path):
     from fragfield.case import differences
 

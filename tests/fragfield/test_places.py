@@ -154,6 +154,9 @@ def test_longitudes_beyond_180_degrees_are_the_same_places(tmp_path):
         made.append(tables_of_places(PlacesTable(file="a"), path, Site(10.0, 179.9999, 90.0))[0])
     assert made[0] == made[1]
     assert made[0]["exposed"][0]["position"] == ["21.928 m", "0 m"]
+    # The site is where the origin of the flight lies.
+    moved, _ = tables_of_places(PlacesTable(file="a"), path, Site(10.0, 179.9999, 90.0), (100.0, -40.0))
+    assert moved["exposed"][0]["position"] == ["121.928 m", "-40 m"]
 
 
 def swapped(places):

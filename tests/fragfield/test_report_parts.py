@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pint
 import pytest
 
 from docs.hooks.reference import summary_reference
 from fragfield.case import CaseTable
 from fragfield.hazard.certainty import margin_metres, metres, metres_and_error, whole_metres
-from fragfield.numbers import UNKNOWN, number, of_case, row
+from fragfield.numbers import _LADDERS, UNKNOWN, number, of_case, row
 from fragfield.quantities import QUANTITIES, quantity, schema, shown
 from fragfield.report import read_run
 from fragfield.report.document import code_words
@@ -26,6 +28,8 @@ from fragfield.studies.compare import compare_runs
 from fragfield.studies.sweep.results import results_of
 from fragfield.terminal.show import summary_text
 from fragfield_base.inputs import Measured
+
+UNITS = pint.UnitRegistry()
 
 
 @pytest.mark.parametrize(
@@ -51,6 +55,16 @@ def test_practical_values_stand_beside_si(value, unit, shown, si):
     found = row("x", value, unit)
     plain = str.maketrans({"\u00a0": " ", "\u202f": " "})
     assert (found.value.translate(plain), found.si.translate(plain)) == (shown, si)
+
+
+@pytest.mark.parametrize("si", _LADDERS)
+def test_practical_units_are_those_that_they_are_called(si):
+    for power in range(-9, 13):
+        text = row("x", 1.5 * 10.0**power, si).value
+        if "×" not in text:
+            value, unit = re.fullmatch(r"([\d.,]+)\s?(\D.*)", text).groups()
+            found = float(value.replace(",", "")) * UNITS(unit.replace("°", "degree"))
+            assert found.to(si).magnitude == pytest.approx(1.5 * 10.0**power, rel=5e-3), text
 
 
 @pytest.mark.parametrize(
