@@ -185,7 +185,7 @@ class BurstFields:
 
     @cached_property
     def charge_cells(self) -> list[np.ndarray]:
-        """This rank's cells of each round's charge."""
+        """Own cells of each round's charge."""
         charge = self.mesh.part == Part.CHARGE
         return [np.flatnonzero(charge & (self.mesh.round == index)) for index in range(len(self.products))]
 

@@ -88,7 +88,9 @@ def fastest_signal(solid: np.ndarray, products: Sequence[Products], rounds: Sequ
     """The fastest (m/s) that anything comes on in the rounds at rest: fronts, and plane waves in metal."""
     modulus, poisson, density = solid[solid[:, 2] > 0.0, :3].T
     waves = np.sqrt(modulus * (1.0 - poisson) / ((1.0 + poisson) * (1.0 - 2.0 * poisson) * density))
-    fronts = [max(model.front_speed, item.explosive.detonation_velocity) for model, item in zip(products, rounds, strict=True)]
+    fronts = [
+        max(model.front_speed, item.explosive.detonation_velocity) for model, item in zip(products, rounds, strict=True)
+    ]
     return float(max(waves.max(initial=0.0), *fronts))
 
 

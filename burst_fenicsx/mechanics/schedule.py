@@ -107,8 +107,8 @@ class Chunks:
     def blocks(self, level: np.ndarray, highest: int = 0) -> Blocks:
         """Arrange the cells in blocks by the levels of their steps, (cells,), and the highest of all ranks.
 
-        Within a chunk solid cells come before charge, and cells of short steps before those of long ones and of none, so
-        that what takes part in a step lies together.
+        Within a chunk solid cells come before charge, and cells of short steps before those of long ones, and of none:
+        what takes part in a step lies together.
         """
         below = int(level.max(initial=0)) - level.astype(np.int64)
         key = ((2 * self._chunk + self._charge) * (below.max(initial=0) + 1) + below) * self._materials + self._material

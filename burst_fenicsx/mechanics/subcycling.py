@@ -152,5 +152,4 @@ class Subcycling:
         self.motion = Motion(order, finest[order], has_coarser_cell[order], self._fields.inverse_mass[order], moving)
         self.cell_steps = int((1 << level[level >= 0].astype(np.int64)).sum())
         nodes.mean[:] = nodes.velocity
-        nodes.force[finest < 0] = 0.0  # of nodes that do not move none is found
         self._fields.regroup(level, self.highest)

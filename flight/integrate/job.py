@@ -14,7 +14,7 @@ import numpy as np
 from flight.fluence import Fluence, FluenceGrid, PolarGrid
 from flight.integrate.integrator import Adaptive, FixedStep
 from flight.rows import HITS, LANDING, OBSTACLE_HITS, RICOCHETS, Trajectories
-from flight.scene.targets import Cylinder, pack
+from flight.scene.targets import Cylinder, pack, within
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -35,6 +35,7 @@ __all__ = ["FlightJob", "FlightProgress", "Flown"]
 
 CHUNK = 3072  # fragments a thread takes at once
 _HIT_FRAGMENT, _PATH_FRAGMENT, _STRUCK_FRAGMENT, _GROUND_FRAGMENT = 8, 7, 9, 8  # columns
+_NOWHERE = np.array([math.inf, -math.inf] * 3)  # a box that nothing lies in
 _AFTER_GROUND = 10  # column of a crossing: 1 after an impact on the ground
 EXTENSION = 4.0  # of the cells of paths near the ground, where fragments pass beyond them
 MOST_STEPS = 100_000_000  # of one fragment
@@ -123,7 +124,7 @@ class FlightJob:
         self.fluence: Fluence | None = None
         self.scene, self.terrain, self.obstacles = scene, scene.terrain(), scene.obstacle_rows()
         self.surfaces = scene.surfaces()
-        self.boxes = np.stack([_box_around(self.obstacles), _box_around(self.rows)])
+        self.boxes = np.stack([_around(self.obstacles), _NOWHERE, _around(self.rows), within(self.witnesses)])
 
     def run(self, threads: int, on_progress: Callable[[FlightProgress], None] | None, began: float) -> Flown:
         """Fly all."""
@@ -309,7 +310,7 @@ class FlightJob:
         return rows
 
 
-def _box_around(rows: NDArray[np.float64]) -> NDArray[np.float64]:
+def _around(rows: NDArray[np.float64]) -> NDArray[np.float64]:
     """Box (6,) around the boxes of obstacles or witnesses: low and high by axis; one that nothing touches of none."""
     low, high = rows[:, 1:7:2].min(axis=0, initial=math.inf), rows[:, 2:7:2].max(axis=0, initial=-math.inf)
     return np.stack([low, high], axis=1).ravel()

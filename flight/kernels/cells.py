@@ -44,7 +44,7 @@ def cells_of(box: Array, size: float, cells: Whole) -> int:
     return count
 
 
-@inner_kernel(_nrt=False)
+@inner_kernel()
 def home(first: Whole, second: Whole, x: int, y: int, z: int) -> bool:
     """Whether this cell is the lowest that both of two ranges of cells (6,) touch: there the pair is tested."""
     return (

@@ -25,7 +25,7 @@ SCRATCH_ROWS = STACK_SHAPE[0] + 4  # rows of LARGEST_DEGREE + 3 numbers: the sta
 TOUCHING = 1e-9  # share of the reach; closer than that counts as touching, not as overlapping
 
 
-@inner_kernel(_nrt=False)
+@inner_kernel()
 def _restrict(path: Array, theta: float, out: Array) -> None:
     """Bernstein coefficients (3, 6) of the part of a path from its position `theta` to its end (de Casteljau)."""
     for axis in range(3):
@@ -37,7 +37,7 @@ def _restrict(path: Array, theta: float, out: Array) -> None:
                 row[i] += theta * (row[i + 1] - row[i])
 
 
-@inner_kernel(_nrt=False)
+@inner_kernel()
 def path_state(path: Array, length: float, theta: float, out: Array) -> None:
     """Place and velocity (6,) at `theta` of a path (3, 6) that takes `length` seconds."""
     s, t = 1.0 - theta, theta
@@ -50,7 +50,7 @@ def path_state(path: Array, length: float, theta: float, out: Array) -> None:
         out[3 + axis] = 5.0 * (high - low) / length
 
 
-@inner_kernel(_nrt=False)
+@inner_kernel()
 def first_collision(
     first: Array, first_start: float, second: Array, second_start: float, end: float, reach: float, min_speed: float,
     scratch: Array, roots: Array,
@@ -111,7 +111,7 @@ def first_collision(
     return math.inf
 
 
-@inner_kernel(_nrt=False)
+@inner_kernel()
 def _stays_apart(relative: Array, reach: float) -> bool:
     """Return from the control points whether a relative path keeps farther from the origin than `reach`.
 
@@ -139,7 +139,7 @@ def _stays_apart(relative: Array, reach: float) -> bool:
     return nearest > (reach + math.sqrt(bulge)) ** 2 * (1.0 + 1e-9)
 
 
-@inner_kernel(_nrt=False)
+@inner_kernel()
 def _closing(relative: Array, length: float, theta: float, min_speed: float) -> bool:
     """Return whether the distance falls faster than `min_speed` at a position of the relative path."""
     s, t = 1.0 - theta, theta
@@ -155,7 +155,7 @@ def _closing(relative: Array, length: float, theta: float, min_speed: float) -> 
     return rate < -min_speed * math.sqrt(distance)
 
 
-@inner_kernel(_nrt=False)
+@inner_kernel()
 def strike(
     first: Array, second: Array, first_spin: Array, second_spin: Array, first_mass: float, second_mass: float,
     first_radius: float, second_radius: float, restitution: float, friction: float,

@@ -24,5 +24,8 @@ def kernel(function: Callable[..., Any]) -> Any:  # noqa: ANN401 - numba's dispa
 
 
 def inner_kernel(**options: Any) -> Callable[[Callable[..., Any]], Any]:
-    """Compile a function that other kernels call, with these options of numba.njit."""
-    return partial(compiled_with, numba, error_model="numpy", **options)
+    """Compile a function that other kernels call, with these options of numba.njit.
+
+    Arrays that it looks at are not counted as in use, so that it can make none: one that does says `_nrt=True`.
+    """
+    return partial(compiled_with, numba, error_model="numpy", **{"_nrt": False, **options})

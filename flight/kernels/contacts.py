@@ -112,7 +112,7 @@ def advance(chosen: Whole, spheres: Spheres, around: Surroundings, until: float)
     return math.sqrt(quickest)
 
 
-@inner_kernel(_nrt=False)
+@inner_kernel()
 def _boxes_overlap(boxes: Array, i: int, j: int) -> bool:
     """Whether the boxes about the paths of two fragments overlap. One test without branches for all six faces."""
     return (
@@ -125,7 +125,7 @@ def _boxes_overlap(boxes: Array, i: int, j: int) -> bool:
     )
 
 
-@inner_kernel(_nrt=False)
+@inner_kernel()
 def _pair(i: int, j: int, spheres: Spheres, until: float, touch: Touch, scratch: Array, roots: Array) -> float:
     """Time at which two fragments whose boxes overlap meet; infinite where they do not, or only below the ground."""
     reach = spheres.radius[i] + spheres.radius[j]
@@ -135,7 +135,7 @@ def _pair(i: int, j: int, spheres: Spheres, until: float, touch: Touch, scratch:
     )  # fmt: skip
 
 
-@inner_kernel(_nrt=False)
+@inner_kernel()
 def _struck_lately(i: int, j: int, since: float, spheres: Spheres) -> bool:
     """Whether the first fragment has struck the second after a time, as far as its partners are kept."""
     found = False
@@ -144,14 +144,14 @@ def _struck_lately(i: int, j: int, since: float, spheres: Spheres) -> bool:
     return found
 
 
-@inner_kernel(_nrt=False)
+@inner_kernel()
 def _state_at(i: int, time: float, spheres: Spheres, until: float, out: Array) -> None:
     """Place and velocity (6,) of a fragment at a time of its path."""
     length = until - spheres.since[i]
     path_state(spheres.path[i], length, (time - spheres.since[i]) / length, out)
 
 
-@inner_kernel()
+@inner_kernel(_nrt=True)
 def _enter(
     k: int, spheres: Spheres, cell: float, buckets: int, chain: Whole, links: list[tuple[int, int, int, int, int]]
 ) -> None:
@@ -170,7 +170,7 @@ def _enter(
         before[axis], before[3 + axis] = min(now[axis], before[axis]), max(now[3 + axis], before[3 + axis])
 
 
-@inner_kernel(_nrt=False)
+@inner_kernel()
 def _search(
     first: int, last: int, starts: Whole, member: Whole, place: Whole, spheres: Spheres, until: float, touch: Touch,
     scratch: Array, roots: Array, times: Array, pairs: Whole,

@@ -83,7 +83,7 @@ def ending(points: Array, limits: Limits, pieces: Array, stack: Array, roots: Ar
     return theta, status
 
 
-@inner_kernel(_nrt=False)
+@inner_kernel()
 def ending_in_scene(
     points: Array, theta: float, status: int, terrain: Terrain, obstacles: Array, terrain_pieces: Array,
     events: Array, stack: Array, roots: Array,

@@ -46,13 +46,13 @@ class FluenceCells(NamedTuple):
     per_width: float  # of an azimuth cell
 
 
-@inner_kernel(_nrt=False)
+@inner_kernel()
 def highest_counted(limits: Limits, terrain: Terrain, near: FluenceCells) -> float:
     """Height above which nothing counts."""
     return near.height + (terrain.highest if terrain.heights.shape[0] > 0 else limits.ground)
 
 
-@inner_kernel(_nrt=False)
+@inner_kernel()
 def _cell_of(x: float, y: float, near: FluenceCells, cells: int) -> int:
     """Azimuth cell of a position; the angle to 2e-8 (Abramowitz and Stegun 4.4.49), in half the time of atan2."""
     u, v = abs(x), abs(y)
@@ -81,13 +81,14 @@ def _cell_of(x: float, y: float, near: FluenceCells, cells: int) -> int:
     return cell + cells if cell < 0 else (cell - cells if cell >= cells else cell)
 
 
-@inner_kernel(_nrt=False)
+@inner_kernel()
 def count_chord(
-    q: Array, lane: int, mass: float, limits: Limits, near: FluenceCells, lengths: NDArray[np.int64]
+    q: Array, lane: int, mass: float, limits: Limits, near: FluenceCells, lengths: NDArray[np.int64], leg: int
 ) -> int:
     """Add a short step over flat ground as its chord, up to the height; most steps near the ground are such.
 
-    Returns 1 where it lies within the cells, 0 where it leaves them, and -1 where it needs `count_path`.
+    `leg` is 0 before the first impact on the ground, and 1 after it. Returns 1 where it lies within the cells, 0 where
+    it leaves them, and -1 where it needs `count_path`.
     """
     z0, z1 = q[(STATE + 2) * LANES + lane], q[(NEW + 2) * LANES + lane]
     low, high, top = min(z0, z1), max(z0, z1), limits.ground + near.height
@@ -106,7 +107,7 @@ def count_chord(
         squared += 0.5 * (q[(STATE + j) * LANES + lane] ** 2 + q[(NEW + j) * LANES + lane] ** 2)
     if 0.5 * mass * squared < near.energy:
         return 1
-    turn = _cell_of(x0 + x1, y0 + y1, near, lengths.shape[0])
+    turn = _cell_of(x0 + x1, y0 + y1, near, lengths.shape[1])
     share = 1.0
     if high > top:  # so short a step is straight
         share = (top - low) / (high - low)
@@ -115,32 +116,32 @@ def count_chord(
         else:
             first = last + share * (first - last)
     amount = share * math.sqrt(level + rise * rise) * PER_METRE
-    return 1 if _add(lengths, turn, near, min(first, last), max(first, last), amount) else 0
+    return 1 if _add(lengths, leg, turn, near, min(first, last), max(first, last), amount) else 0
 
 
-@inner_kernel(_nrt=False)
+@inner_kernel()
 def count_path(
     points: Array, until: float, h: float, mass: float, limits: Limits, terrain: Terrain, near: FluenceCells,
-    lengths: NDArray[np.int64], stack: Array, roots: Array, out: Array,
+    lengths: NDArray[np.int64], leg: int, stack: Array, roots: Array, out: Array,
 ) -> bool:  # fmt: skip
     """Add the step's path up to its position `until`; returns whether all of it lies within the cells."""
     if terrain.heights.shape[0] > 0:
-        return _count_part(points, 0.0, until, h, mass, limits, terrain, near, lengths, out)
+        return _count_part(points, 0.0, until, h, mass, limits, terrain, near, lengths, leg, out)
     top = limits.ground + near.height
     found = cross_plane(points, 0.0, 0.0, top, 0.0, 0.0, 1.0, stack, roots)
     start, below, inside = 0.0, points[2, 0] < top, True
     for k in range(found + 1):
         end = min(roots[k], until) if k < found else until
         if below and end > start:
-            inside &= _count_part(points, start, end, h, mass, limits, terrain, near, lengths, out)
+            inside &= _count_part(points, start, end, h, mass, limits, terrain, near, lengths, leg, out)
         start, below = end, not below
     return inside
 
 
-@inner_kernel(_nrt=False)
+@inner_kernel()
 def _count_part(
     points: Array, begin: float, end: float, h: float, mass: float, limits: Limits, terrain: Terrain,
-    near: FluenceCells, lengths: NDArray[np.int64], out: Array,
+    near: FluenceCells, lengths: NDArray[np.int64], leg: int, out: Array,
 ) -> bool:  # fmt: skip
     """`count_path` between two positions on the step; on a map of heights only what lies below the height there."""
     hilly = terrain.heights.shape[0] > 0
@@ -178,13 +179,13 @@ def _count_part(
         x, y = out[0] - limits.origin_x, out[1] - limits.origin_y
         radius = math.hypot(x, y)
         outward = 0.5 * part * h * (x * out[3] + y * out[4]) / radius if radius > 0.0 else 0.0
-        turn = _cell_of(x, y, near, lengths.shape[0])
+        turn = _cell_of(x, y, near, lengths.shape[1])
         amount = math.sqrt(squared) * part * h * PER_METRE
-        inside &= _add(lengths, turn, near, radius - abs(outward), radius + abs(outward), amount)
+        inside &= _add(lengths, leg, turn, near, radius - abs(outward), radius + abs(outward), amount)
     return inside
 
 
-@inner_kernel(_nrt=False)
+@inner_kernel()
 def _nearest(x0: float, y0: float, x1: float, y1: float) -> float:
     """Distance of a chord from the origin."""
     u, v = x1 - x0, y1 - y0
@@ -193,9 +194,9 @@ def _nearest(x0: float, y0: float, x1: float, y1: float) -> float:
     return math.hypot(x0 + share * u, y0 + share * v)
 
 
-@inner_kernel(_nrt=False)
+@inner_kernel()
 def _add(
-    lengths: NDArray[np.int64], turn: int, near: FluenceCells, low: float, high: float, amount: float
+    lengths: NDArray[np.int64], leg: int, turn: int, near: FluenceCells, low: float, high: float, amount: float
 ) -> bool:  # fmt: skip
     """Spread an amount evenly over the distances from low to high; returns whether the cells reach that far."""
     low = max(low, 0.0)
@@ -206,11 +207,11 @@ def _add(
     small = min(int((low - big * near.cell) * (near.per_cell * parts)), parts - 1)
     edge = big * near.cell + (small + 1) * width
     if high <= edge:
-        lengths[turn, near.first[big] + small] += np.int64(amount + 0.5)
+        lengths[leg, turn, near.first[big] + small] += np.int64(amount + 0.5)
         return True
     rate = amount / (high - low)
     while high > edge:
-        lengths[turn, near.first[big] + small] += np.int64(rate * max(edge - low, 0.0) + 0.5)
+        lengths[leg, turn, near.first[big] + small] += np.int64(rate * max(edge - low, 0.0) + 0.5)
         low = edge
         small += 1
         if small == parts:
@@ -219,5 +220,5 @@ def _add(
                 return False
             parts, width = near.parts[big], near.part_width[big]
         edge = big * near.cell + (small + 1) * width
-    lengths[turn, near.first[big] + small] += np.int64(rate * (high - low) + 0.5)
+    lengths[leg, turn, near.first[big] + small] += np.int64(rate * (high - low) + 0.5)
     return True

@@ -98,7 +98,7 @@ class Ends(NamedTuple):
     contacts: Integers
 
 
-@inner_kernel(_nrt=False)
+@inner_kernel()
 def impact(
     row: int, how: int, which: int, face: int, end: Array, ends: Ends, surfaces: Array, limits: Limits,
     terrain: Terrain, obstacles: Array, struck: Array, ground: Array,

@@ -10,7 +10,10 @@ import numpy as np
 from flight.kernels.compiling import inner_kernel
 from flight.kernels.motion import (
     AFTER,
+    AGAIN,
     AREA,
+    EVENT,
+    FASTEST,
     FINAL,
     HEIGHT,
     HIGHEST_MACH,
@@ -21,7 +24,9 @@ from flight.kernels.motion import (
     MACH,
     MASS,
     NEW,
+    NEXT,
     PLACE_ERROR,
+    QUIET,
     REJECTED,
     RELATIVE,
     SLOPE,
@@ -42,24 +47,24 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 __all__ = [
-    "ENDS", "MEETS", "PASSES", "SHORTEST_STEP", "SMALLEST_FACTOR", "Watched", "begin_steps", "go_on", "load",
-    "move_lane", "prepare", "sift", "step_factors",
+    "ENDS", "MEETS", "PASSES", "SHORTEST_STEP", "SMALLEST_FACTOR", "STRIKES", "Watched", "begin_steps", "go_on",
+    "load", "move_lane", "prepare", "sift", "step_factors",
 ]  # fmt: skip
 
 SAFETY, SMALLEST_FACTOR, LARGEST_FACTOR = 0.9, 0.2, 6.0
 FIRST_STEP = 0.15  # times the time in which drag and gravity would undo the velocity
 MIN_SPEED = 1.0  # m/s; below it the tolerance is absolute
 SHORTEST_STEP = 1e-12  # s; an error that shrinks with no step is not an error of the step
-# what may happen on a step: its end, at a fragment's flight's; a path to be counted near the ground; a crossing; else
-ENDS, PASSES, MEETS, OTHER = 1, 2, 4, 8
+# what a step needs a closer look for: the flight may end, off obstacles or on one; a path is to be counted near the
+# ground; a witness may be crossed; anything else; the step itself
+ENDS, STRIKES, PASSES, MEETS, _OTHER, _LOOK = 1.0, 2.0, 4.0, 8.0, 16.0, 32.0
 
 
 class Watched(NamedTuple):
     """Where steps need a closer look. Units: m, J."""
 
-    obstacles: Array  # (6,) box around all obstacles, low and high by axis
-    witnesses: Array  # (6,) box around all witnesses
-    boxes: bool  # whether there is any of either
+    boxes: Array  # (4, 6) around all obstacles, in which none is struck, around all witnesses, in which none is met
+    any_box: bool  # whether there is an obstacle or a witness
     counted_below: float  # height below which paths are counted; -inf: none are
     energy: float  # from which they are
     highest: float  # point of a map; -inf: there is none
@@ -116,7 +121,7 @@ def move_lane(q: Array, source: int, target: int) -> None:
     load(q, target, q, source)
 
 
-@inner_kernel()
+@inner_kernel(forceinline=True)
 def begin_steps(q: Array, limits: Limits) -> None:
     """Size of the step of every lane, and whether it is the last one before the fragment's time is over."""
     for i in range(LANES):
@@ -128,8 +133,8 @@ def begin_steps(q: Array, limits: Limits) -> None:
         q[STEP * LANES + i] = latest - time if final else h
 
 
-@inner_kernel()
-def step_factors(q: Array, factors: Array, limits: Limits) -> None:
+@inner_kernel(forceinline=True)
+def step_factors(q: Array, limits: Limits) -> None:
     """Factor of the next step of every lane; below zero where this step is rejected, nan where it failed.
 
     The exponent 3/16 stands for the classical 1/5: it needs square roots only, which the processor takes for all
@@ -144,6 +149,7 @@ def step_factors(q: Array, factors: Array, limits: Limits) -> None:
         u, v, w = q[(NEW + 3) * LANES + i], q[(NEW + 4) * LANES + i], q[(NEW + 5) * LANES + i]
         after = u * u + v * v + w * w
         reference = max(before, after)
+        q[FASTEST * LANES + i] = reference
         reference = (max(smallest, reference)) * sharpness
         place, velocity = q[PLACE_ERROR * LANES + i] / (h * h), q[VELOCITY_ERROR * LANES + i]
         error = (max(place, velocity)) / reference + 1e-30
@@ -152,14 +158,14 @@ def step_factors(q: Array, factors: Array, limits: Limits) -> None:
         factor = SAFETY / (sixteenth * math.sqrt(sixteenth))
         factor = max(factor, SMALLEST_FACTOR)
         factor = min(factor, LARGEST_FACTOR)
-        factors[i] = factor if error <= 1.0 else -factor
-        factors[i] = factors[i] + 0.0 * after  # not a number, or infinite, stays so
+        factor = factor if error <= 1.0 else -factor
+        q[NEXT * LANES + i] = factor + 0.0 * after  # not a number, or infinite, stays so
     if limits.fixed_step > 0.0:
         for i in range(LANES):
-            factors[i] = 1.0 if factors[i] == factors[i] else factors[i]
+            q[NEXT * LANES + i] = 1.0 + 0.0 * q[NEXT * LANES + i]
 
 
-@inner_kernel()
+@inner_kernel(forceinline=True)
 def _hull(q: Array, axis: int) -> None:
     """Lowest and highest control point of every lane's step along an axis (`motion.place_points`)."""
     for i in range(LANES):
@@ -173,62 +179,64 @@ def _hull(q: Array, axis: int) -> None:
         q[(HULL + 2 * axis + 1) * LANES + i] = max(start, end, p1, p4, p2, p3)
 
 
-@inner_kernel()
-def _mark_box(q: Array, box: Array, mark: int, events: NDArray[np.int64]) -> None:
-    """Mark the lanes whose hull touches a box."""
+@inner_kernel(forceinline=True)
+def _mark_box(q: Array, box: Array, inner: Array, mark: float) -> None:
+    """Mark the lanes whose hull touches a box, and is not wholly within an inner one."""
     x0, x1, y0, y1, z0, z1 = box[0], box[1], box[2], box[3], box[4], box[5]
+    u0, u1, v0, v1, w0, w1 = inner[0], inner[1], inner[2], inner[3], inner[4], inner[5]
     for i in range(LANES):
-        misses = (q[(HULL + 1) * LANES + i] < x0) | (q[HULL * LANES + i] > x1)
-        misses |= (q[(HULL + 3) * LANES + i] < y0) | (q[(HULL + 2) * LANES + i] > y1)
-        misses |= (q[(HULL + 5) * LANES + i] < z0) | (q[(HULL + 4) * LANES + i] > z1)
-        events[i] |= 0 if misses else mark
+        left, right = q[HULL * LANES + i], q[(HULL + 1) * LANES + i]
+        front, back = q[(HULL + 2) * LANES + i], q[(HULL + 3) * LANES + i]
+        low, high = q[(HULL + 4) * LANES + i], q[(HULL + 5) * LANES + i]
+        misses = (right < x0) | (left > x1) | (back < y0) | (front > y1) | (high < z0) | (low > z1)
+        within = (left > u0) & (right < u1) & (front > v0) & (back < v1) & (low > w0) & (high < w1)
+        q[EVENT * LANES + i] += 0.0 if misses | within else mark
 
 
-@inner_kernel()
-def sift(q: Array, factors: Array, limits: Limits, watched: Watched, events: NDArray[np.int64]) -> None:
-    """Take to their next step the lanes on whose step nothing can happen; `events` (LANES,) is 0 for these.
-
-    Of the others it says what may happen; a lane whose step was not taken has OTHER alone.
-    """
+@inner_kernel(forceinline=True)
+def sift(q: Array, limits: Limits, watched: Watched) -> None:
+    """Take to their next step the lanes on whose step nothing can happen; EVENT is 0 for these, else what may."""
     _hull(q, 2)
+    ground, floor, ceiling, top = limits.ground, limits.floor, limits.ceiling, watched.highest
+    everywhere = ENDS if limits.domain_radius < np.inf else 0.0
+    below, energy, always = watched.counted_below, watched.energy, _OTHER if watched.always else 0.0
     for i in range(LANES):
         low, high = q[(HULL + 4) * LANES + i], q[(HULL + 5) * LANES + i]
-        ends = (low < limits.ground) | (low < limits.floor) | (high > limits.ceiling) | (low <= watched.highest)
-        before = after = 0.0
-        for j in range(3):
-            before += q[(STATE + 3 + j) * LANES + i] ** 2
-            after += q[(NEW + 3 + j) * LANES + i] ** 2
-        energy = 0.5 * q[MASS * LANES + i] * max(before, after)
-        passes = (low < watched.counted_below) & (energy >= watched.energy)
-        events[i] = (ENDS if ends | (limits.domain_radius < np.inf) else 0) | (PASSES if passes else 0)
-    if watched.boxes:
+        ends = (low < ground) | (low < floor) | (high > ceiling) | (low <= top)
+        passes = (low < below) & (0.5 * q[MASS * LANES + i] * q[FASTEST * LANES + i] >= energy)
+        event = (ENDS if ends else everywhere) + (PASSES if passes else 0.0)
+        q[EVENT * LANES + i] = event + (always + _OTHER * q[FINAL * LANES + i])
+    if watched.any_box:
         _hull(q, 0)
         _hull(q, 1)
-        _mark_box(q, watched.obstacles, ENDS, events)
-        _mark_box(q, watched.witnesses, MEETS, events)
+        _mark_box(q, watched.boxes[0], watched.boxes[1], STRIKES)
+        _mark_box(q, watched.boxes[2], watched.boxes[3], MEETS)
+    most = float(limits.most_steps)
     for i in range(LANES):
-        h, factor = q[STEP * LANES + i], factors[i]
-        shorter = -factor * h
-        count = q[STEPS * LANES + i] + q[REJECTED * LANES + i] + 1.0
-        more = count < limits.most_steps
-        taken = factor > 0.0
-        again = (factor < 0.0) & (shorter >= SHORTEST_STEP) & more
-        quiet = taken & (events[i] == 0) & (q[FINAL * LANES + i] == 0.0) & more & (not watched.always)
-        events[i] = 0 if quiet | again else ((events[i] | OTHER) if taken else OTHER)
-        q[REJECTED * LANES + i] += 1.0 if again else 0.0
-        q[STEP * LANES + i] = shorter if again else (h * factor if quiet else h)
-        q[STEPS * LANES + i] += 1.0 if quiet else 0.0
-        q[TIME * LANES + i] += h if quiet else 0.0
-        mach = q[MACH * LANES + i]
+        h, factor = q[STEP * LANES + i], q[NEXT * LANES + i]
+        more = q[STEPS * LANES + i] + q[REJECTED * LANES + i] + 1.0 < most
+        again = (factor < 0.0) & (-factor * h >= SHORTEST_STEP) & more
+        quiet = (factor > 0.0) & (q[EVENT * LANES + i] == 0.0) & more
+        event = q[EVENT * LANES + i] if factor > 0.0 else 0.0
+        q[EVENT * LANES + i] = 0.0 if again | quiet else event + _LOOK
+        q[AGAIN * LANES + i] = 1.0 if again else 0.0
+        q[QUIET * LANES + i] = 1.0 if quiet else 0.0
+    for i in range(LANES):
+        h, mach = q[STEP * LANES + i], q[MACH * LANES + i]
+        again, quiet = q[AGAIN * LANES + i], q[QUIET * LANES + i]
+        following = h * (abs(q[NEXT * LANES + i]))
+        q[STEP * LANES + i] = following if again + quiet > 0.0 else h
+        q[TIME * LANES + i] += h if quiet > 0.0 else 0.0
+        q[STEPS * LANES + i] += quiet
+        q[REJECTED * LANES + i] += again
         lowest, highest = q[LOWEST_MACH * LANES + i], q[HIGHEST_MACH * LANES + i]
-        q[LOWEST_MACH * LANES + i] = min(lowest, mach) if quiet else lowest
-        q[HIGHEST_MACH * LANES + i] = max(highest, mach) if quiet else highest
-        q[FINAL * LANES + i] = 2.0 if quiet else q[FINAL * LANES + i]
+        q[LOWEST_MACH * LANES + i] = min(lowest, mach) if quiet > 0.0 else lowest
+        q[HIGHEST_MACH * LANES + i] = max(highest, mach) if quiet > 0.0 else highest
     for j in range(9):
         old, new = (STATE + j, NEW + j) if j < 6 else (SLOPE + j - 6, SLOPE + 12 + j)
         for i in range(LANES):
-            quiet = q[FINAL * LANES + i] == 2.0
-            q[old * LANES + i] = q[new * LANES + i] if quiet else q[old * LANES + i]
+            before, after = q[old * LANES + i], q[new * LANES + i]
+            q[old * LANES + i] = after if q[QUIET * LANES + i] > 0.0 else before
 
 
 @inner_kernel()

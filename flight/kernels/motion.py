@@ -42,8 +42,11 @@ PIECE, AIR, FROM, TO, ORIGIN, LAW = 45, 46, 54, 55, 56, 57
 # mass (kg); end of the flight at the latest (s); 1 after an impact on the ground; steps taken and rejected; lowest and
 # highest Mach number of the flight; 1 on its last step in time; lowest and highest control point of the step by axis
 MASS, LATEST, AFTER, STEPS, REJECTED, LOWEST_MACH, HIGHEST_MACH, FINAL, HULL = 61, 62, 63, 64, 65, 66, 67, 68, 69
-ROWS = 75
-GROUP = 8  # lanes that are looked at together for whether one has left its piece of a table
+# of the step: factor of the next one, larger of the squared speeds at its ends, what may happen on it, and whether it
+# is to be taken again, or is taken with nothing happening
+NEXT, FASTEST, EVENT, AGAIN, QUIET = 75, 76, 77, 78, 79
+LEFT = 80  # piece of the air table plus one that a lane needs, then whether it has left its piece of the drag table
+ROWS = 81
 
 
 class Surroundings(NamedTuple):
@@ -126,16 +129,15 @@ def accelerate(q: Array, slope: int, around: Surroundings) -> None:
     last_piece, last_bin = np.int64(pieces.shape[0] - 1), np.int64(bins.shape[0] - 1)
     last_row = np.int64(table.shape[0] - 1)
     top_mach = (last_bin + 0.5) / around.drag_bins_per_mach
-    for first in range(0, LANES, GROUP):  # looked up again only where a lane has left its piece
-        left = 0
-        for i in range(first, first + GROUP):
-            left += q[PIECE * LANES + i] != min(np.int64(q[HEIGHT * LANES + i]), last_piece) + 1.0
-        if left == 0:
-            continue
-        for i in range(first, first + GROUP):
-            piece = min(np.int64(q[HEIGHT * LANES + i]), last_piece)
-            if q[PIECE * LANES + i] != piece + 1.0:
-                q[PIECE * LANES + i] = piece + 1.0
+    left = 0
+    for i in range(LANES):  # looked up again only where a lane has left its piece
+        q[LEFT * LANES + i] = min(np.floor(q[HEIGHT * LANES + i]), float(last_piece)) + 1.0
+        left += np.int64(q[PIECE * LANES + i] != q[LEFT * LANES + i])
+    if left > 0:
+        for i in range(LANES):
+            if q[PIECE * LANES + i] != q[LEFT * LANES + i]:
+                q[PIECE * LANES + i] = q[LEFT * LANES + i]
+                piece = np.int64(q[LEFT * LANES + i]) - 1
                 for k in range(8):
                     q[(AIR + k) * LANES + i] = pieces[piece, k]
     for i in range(LANES):
@@ -148,17 +150,18 @@ def accelerate(q: Array, slope: int, around: Surroundings) -> None:
             q[(AIR + 4) * LANES + i], q[(AIR + 5) * LANES + i], q[(AIR + 6) * LANES + i], q[(AIR + 7) * LANES + i],
         )  # fmt: skip
         q[MACH * LANES + i] = q[SPEED * LANES + i] * (c0 + rise * (c1 + rise * (c2 + rise * c3)))
-    for first in range(0, LANES, GROUP):
-        left = 0
-        for i in range(first, first + GROUP):
-            mach = q[MACH * LANES + i]
-            left += not ((q[FROM * LANES + i] <= mach) & (mach < q[TO * LANES + i]))
-        if left == 0:
+    for i in range(LANES):
+        mach = q[MACH * LANES + i]
+        q[LEFT * LANES + i] = 0.0 if (q[FROM * LANES + i] <= mach) & (mach < q[TO * LANES + i]) else 1.0
+    for first in range(LEFT * LANES, (LEFT + 1) * LANES, 8):
+        some = (q[first] + q[first + 1]) + (q[first + 2] + q[first + 3])
+        others = (q[first + 4] + q[first + 5]) + (q[first + 6] + q[first + 7])
+        if some + others == 0.0:
             continue
-        for i in range(first, first + GROUP):
-            mach = q[MACH * LANES + i]
-            if q[FROM * LANES + i] <= mach < q[TO * LANES + i]:
+        for i in range(first - LEFT * LANES, first - LEFT * LANES + 8):
+            if q[LEFT * LANES + i] == 0.0:
                 continue
+            mach = q[MACH * LANES + i]
             row = bins[np.int64((min(top_mach, mach)) * around.drag_bins_per_mach)]
             row = min(row + np.int64(mach >= table[row, 5]), last_row)  # an infinite one is at the end of the last row
             q[FROM * LANES + i] = table[row, 0] if row > 0 else 0.0

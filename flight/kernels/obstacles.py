@@ -25,7 +25,7 @@ EVENTS_SHAPE = (2, 5 * FACES + 1)
 NOWHERE = 2.0
 
 
-@inner_kernel(_nrt=False)
+@inner_kernel()
 def enter_obstacles(
     points: Array, obstacles: Array, until: float, events: Array, stack: Array, roots: Array
 ) -> tuple[float, int, int]:
@@ -44,7 +44,7 @@ def enter_obstacles(
     return theta, which, face
 
 
-@inner_kernel(_nrt=False)
+@inner_kernel()
 def _enter(points: Array, row: Array, events: Array, stack: Array, roots: Array) -> tuple[float, int]:
     """Place where the step enters one body, and the face.
 

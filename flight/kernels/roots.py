@@ -30,7 +30,7 @@ NARROWEST = 2.0**-60
 PRODUCT = np.array([[math.comb(5, i) * math.comb(5, j) / math.comb(10, i + j) for j in range(6)] for i in range(6)])
 
 
-@inner_kernel(_nrt=False)
+@inner_kernel()
 def _variations(row: Array, degree: int) -> int:
     """Sign changes in the sequence of coefficients, zeros as positive."""
     count = 0
@@ -43,7 +43,25 @@ def _variations(row: Array, degree: int) -> int:
     return count
 
 
-@inner_kernel(_nrt=False)
+@inner_kernel()
+def _at(row: Array, degree: int, t: float, work: Array) -> tuple[float, float]:
+    """Value and slope of a polynomial (de Casteljau); of the fifth degree without going through memory."""
+    if degree == 5:
+        a, b, c, d, e, f = row[0], row[1], row[2], row[3], row[4], row[5]
+        a, b, c, d, e = a + t * (b - a), b + t * (c - b), c + t * (d - c), d + t * (e - d), e + t * (f - e)
+        a, b, c, d = a + t * (b - a), b + t * (c - b), c + t * (d - c), d + t * (e - d)
+        a, b, c = a + t * (b - a), b + t * (c - b), c + t * (d - c)
+        a, b = a + t * (b - a), b + t * (c - b)
+        return a + t * (b - a), 5.0 * (b - a)
+    for i in range(degree + 1):
+        work[i] = row[i]
+    for level in range(degree, 1, -1):
+        for i in range(level):
+            work[i] += t * (work[i + 1] - work[i])
+    return work[0] + t * (work[1] - work[0]), degree * (work[1] - work[0])
+
+
+@inner_kernel()
 def _single_root(row: Array, degree: int, work: Array) -> float:
     """Place in [0, 1] of the only sign change: Newton's method kept inside a bracket by bisection."""
     low, high = 0.0, 1.0
@@ -60,15 +78,7 @@ def _single_root(row: Array, degree: int, work: Array) -> float:
     for _ in range(100):
         if not low <= t <= high:
             t = 0.5 * (low + high)
-        for i in range(degree + 1):
-            work[i] = row[i]
-        slope = 0.0
-        for level in range(degree, 0, -1):
-            if level == 1:
-                slope = degree * (work[1] - work[0])
-            for i in range(level):
-                work[i] += t * (work[i + 1] - work[i])
-        value = work[0]
+        value, slope = _at(row, degree, t, work)
         if (value >= 0.0) == low_positive:
             low = t
         else:
@@ -84,7 +94,7 @@ def _single_root(row: Array, degree: int, work: Array) -> float:
     return t
 
 
-@inner_kernel(_nrt=False)
+@inner_kernel()
 def sign_changes(stack: Array, degree: int, scale: float, roots: Array) -> int:
     """Find all sign changes on [0, 1] of the polynomial whose coefficients stand in stack[0, :degree + 1].
 

@@ -45,14 +45,14 @@ FARTHEST_SQUARED = 32.0**2  # radii squared; a step that reaches farther is halv
 NARROWEST_PIECE = 2.0**-50
 
 
-@inner_kernel(_nrt=False)
+@inner_kernel()
 def lowest_of(row: Array, first: int) -> float:
     """Smallest of the six coefficients from the column `first`: no point of the curve lies below it."""
     a, b, c, d, e, f = row[first], row[first + 1], row[first + 2], row[first + 3], row[first + 4], row[first + 5]
     return min(a, b, c, d, e, f)
 
 
-@inner_kernel(_nrt=False)
+@inner_kernel()
 def highest_of(row: Array, first: int) -> float:
     """Greatest of the six coefficients from the column `first`: no point of the curve lies above it."""
     a, b, c, d, e, f = row[first], row[first + 1], row[first + 2], row[first + 3], row[first + 4], row[first + 5]

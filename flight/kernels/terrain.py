@@ -46,14 +46,14 @@ class Terrain(NamedTuple):
     highest: float
 
 
-@inner_kernel(_nrt=False)
+@inner_kernel()
 def _index(position: float, start: float, step: float, cells: int) -> int:
     """Cell of a position along one axis; the nearest one beyond the edges."""
     index = math.floor((position - start) / step)
     return int(min(max(index, 0.0), cells - 1.0))
 
 
-@inner_kernel(_nrt=False)
+@inner_kernel()
 def _shape(terrain: Terrain, row: int, column: int) -> tuple[float, float, float, float]:
     """Height of a cell's first corner, its rise over one cell along x, along y, and its twist."""
     h = terrain.heights
@@ -61,7 +61,7 @@ def _shape(terrain: Terrain, row: int, column: int) -> tuple[float, float, float
     return corner, east - corner, north - corner, (h[row + 1, column + 1] - north) - (east - corner)
 
 
-@inner_kernel(_nrt=False)
+@inner_kernel()
 def height_at(terrain: Terrain, x: float, y: float) -> float:
     """Height of the ground (m)."""
     row = _index(y, terrain.south, terrain.step_y, terrain.heights.shape[0] - 1)
@@ -72,7 +72,7 @@ def height_at(terrain: Terrain, x: float, y: float) -> float:
     return corner + u * rise_x + v * rise_y + u * v * twist
 
 
-@inner_kernel(_nrt=False)
+@inner_kernel()
 def slope_at(terrain: Terrain, x: float, y: float) -> tuple[float, float]:
     """Rise of the ground per length along x and along y."""
     row = _index(y, terrain.south, terrain.step_y, terrain.heights.shape[0] - 1)
@@ -83,7 +83,7 @@ def slope_at(terrain: Terrain, x: float, y: float) -> tuple[float, float]:
     return (rise_x + v * twist) / terrain.step_x, (rise_y + u * twist) / terrain.step_y
 
 
-@inner_kernel(_nrt=False)
+@inner_kernel()
 def cross_terrain(
     points: Array, terrain: Terrain, until: float, pieces: Array, events: Array, stack: Array, roots: Array
 ) -> float:
@@ -126,7 +126,7 @@ def cross_terrain(
     return NOWHERE
 
 
-@inner_kernel(_nrt=False)
+@inner_kernel()
 def _greatest(terrain: Terrain, south: int, north: int, west: int, east: int) -> float:
     """Bound from above of the heights over a block of cells, from the level where it covers few entries."""
     level = 0
@@ -141,7 +141,7 @@ def _greatest(terrain: Terrain, south: int, north: int, west: int, east: int) ->
     return greatest
 
 
-@inner_kernel(_nrt=False)
+@inner_kernel()
 def _cut(piece: Array, at: float, left: Array) -> None:
     """Cut the curve at a position in [0, 1] (de Casteljau): the left part into `left`, the right part stays."""
     for j in range(0, 18, 6):
@@ -152,7 +152,7 @@ def _cut(piece: Array, at: float, left: Array) -> None:
             left[j + level] = piece[j]
 
 
-@inner_kernel(_nrt=False)
+@inner_kernel()
 def _cross_cells(
     piece: Array, terrain: Terrain, south: int, north: int, west: int, east: int, pieces: Array, events: Array,
     stack: Array, roots: Array,
@@ -205,7 +205,7 @@ def _cross_cells(
     return NOWHERE
 
 
-@inner_kernel(_nrt=False)
+@inner_kernel()
 def _cross_cell(part: Array, terrain: Terrain, row: int, column: int, stack: Array, roots: Array) -> float:
     """`cross_terrain` of a part over one cell; the position on the part."""
     corner, rise_x, rise_y, twist = _shape(terrain, row, column)

@@ -30,6 +30,7 @@ from flight.kernels.lanes import (
     PASSES,
     SHORTEST_STEP,
     SMALLEST_FACTOR,
+    STRIKES,
     Watched,
     begin_steps,
     go_on,
@@ -41,11 +42,13 @@ from flight.kernels.lanes import (
 )
 from flight.kernels.motion import (
     AFTER,
+    EVENT,
     FINAL,
     HIGHEST_MACH,
     LANES,
     LATEST,
     LOWEST_MACH,
+    NEXT,
     REJECTED,
     ROWS,
     STATE,
@@ -74,10 +77,11 @@ __all__ = ["HIT_COLUMNS", "PATH_COLUMNS", "Ends", "Limits", "fly_chunk"]
 
 # time, place (3), velocity (3), fragment
 PATH_COLUMNS = 8
+_ENDS, _STRIKES, _PASSES, _MEETS = int(ENDS), int(STRIKES), int(PASSES), int(MEETS)
 _ROOTS = 16  # crossings of one surface on a step, at most
 
 
-@inner_kernel()
+@inner_kernel(_nrt=True)
 def _with_room(table: Array, used: int, more: int) -> Array:
     """The table, or a longer one with its used rows, where so many more have no room."""
     if used + more <= table.shape[0]:
@@ -87,7 +91,7 @@ def _with_room(table: Array, used: int, more: int) -> Array:
     return longer
 
 
-@inner_kernel(_nrt=False)
+@inner_kernel()
 def _write_state(q: Array, lane: int, record: Array) -> None:
     """Time, position and velocity of a lane into a record."""
     record[0] = q[TIME * LANES + lane]
@@ -95,7 +99,7 @@ def _write_state(q: Array, lane: int, record: Array) -> None:
         record[1 + j] = q[(STATE + j) * LANES + lane]
 
 
-@inner_kernel(_nrt=False)
+@inner_kernel()
 def _add_flight(q: Array, lane: int, first: Array) -> None:
     """Steps and Mach numbers of a flight that has ended, to those of the fragment's flights before."""
     first[7] += q[STEPS * LANES + lane]
@@ -128,11 +132,11 @@ def fly_chunk(
     """Fly the fragments start..stop-1 to their end, and on from every ricochet; rows of `ends` count from `start`.
 
     `clock` (n, 2) holds the time of each launch and the time at which that flight ends at the latest (s), `surfaces`
-    how fragments ricochet off the ground and off each obstacle, `boxes` (2, 6) the boxes around all obstacles and all
-    witnesses. Returns crossings, points of paths, impacts on obstacles (rows count from `start`) and on the ground (the
-    same), in no order of fragments but in that of time for each. Lengths of paths near the ground are added to
-    `lengths` (before and after the first impact on the ground, azimuth, distance; without azimuths: not counted); last
-    comes whether its cells reach far enough.
+    how fragments ricochet off the ground and off each obstacle, `boxes` as of `lanes.Watched`. Returns crossings,
+    points of paths, impacts on obstacles and on the ground (their rows count from `start`), in no order of fragments
+    but in that of time for each. Lengths of paths near the ground are added to `lengths` (before and after the first
+    impact on the ground, azimuth, distance; without azimuths: not counted); last comes whether its cells reach far
+    enough.
     """
     many_points = limits.path_points
     counts = lengths.shape[1] > 0
@@ -140,18 +144,17 @@ def fly_chunk(
     struck, ground = np.empty((64, STRUCK_COLUMNS)), np.empty((1024, GROUND_COLUMNS))
     hit_count = path_count = struck_count = ground_count = 0
     inside, adaptive = True, limits.fixed_step <= 0.0
-    some_obstacles, some_witnesses, hilly = obstacles.shape[0] > 0, witnesses.shape[0] > 0, terrain.heights.shape[0] > 0
+    some_obstacles, hilly = obstacles.shape[0] > 0, terrain.heights.shape[0] > 0
     watched = Watched(
-        boxes[0], boxes[1], some_obstacles or some_witnesses,
+        boxes, some_obstacles or witnesses.shape[0] > 0,
         highest_counted(limits, terrain, near) if counts else -np.inf, near.energy, terrain.highest, many_points > 0,
     )  # fmt: skip
-    q, ahead, factors = np.zeros(ROWS * LANES), np.zeros(ROWS * LANES), np.zeros(LANES)
+    q, ahead = np.zeros(ROWS * LANES), np.zeros(ROWS * LANES)
     out, points, stack = np.empty(6), np.zeros((6, 6)), np.empty(STACK_SHAPE)
     roots, end = np.empty(_ROOTS), np.empty(7)
     pieces, crossed = np.empty(PIECES_SHAPE), np.empty(EVENTS_SHAPE)
     terrain_pieces = np.empty(TERRAIN_PIECES_SHAPE)
-    events, rows = np.zeros(LANES, np.int64), np.zeros(LANES, np.int64)
-    flying, free = np.zeros(LANES, np.int64), np.zeros(LANES, np.bool_)
+    rows, flying, free = np.zeros(LANES, np.int64), np.zeros(LANES, np.int64), np.zeros(LANES, np.bool_)
 
     number = stop - start
     waiting = np.arange(number)  # a ring of those to be launched: first all, then those that ricochet
@@ -210,15 +213,16 @@ def fly_chunk(
 
         begin_steps(q, limits)
         take_step(q, around)
-        step_factors(q, factors, limits)
-        sift(q, factors, limits, watched, events)
+        step_factors(q, limits)
+        sift(q, limits, watched)
 
         for lane in range(active):
-            if events[lane] == 0:
+            event = int(q[EVENT * LANES + lane])
+            if event == 0:
                 continue
             row = flying[lane]
             fragment = start + row
-            h, time, factor = q[STEP * LANES + lane], q[TIME * LANES + lane], factors[lane]
+            h, time, factor = q[STEP * LANES + lane], q[TIME * LANES + lane], q[NEXT * LANES + lane]
             ended, theta, obstacle, face = IN_FLIGHT, 2.0, -1, -1
             if not factor > 0.0:
                 q[REJECTED * LANES + lane] += 1.0
@@ -232,10 +236,10 @@ def fly_chunk(
                     continue
             else:
                 q[STEPS * LANES + lane] += 1.0
-                near_end, passing = (events[lane] & ENDS) > 0, (events[lane] & PASSES) > 0
-                meets, after = (events[lane] & MEETS) > 0, int(q[AFTER * LANES + lane])
+                near_end, passing = event & (_ENDS | _STRIKES) > 0, event & _PASSES > 0
+                meets, after = event & _MEETS > 0, int(q[AFTER * LANES + lane])
                 if passing and not (near_end or some_obstacles):
-                    counted = count_chord(q, lane, mass[fragment], limits, near, lengths[after])
+                    counted = count_chord(q, lane, mass[fragment], limits, near, lengths, after)
                     passing = counted < 0
                     inside &= counted != 0
                 if near_end or passing or meets or many_points > 0:
@@ -258,13 +262,15 @@ def fly_chunk(
                             limits,
                             terrain,
                             near,
-                            lengths[after],
+                            lengths,
+                            after,
                             stack,
                             roots,
                             out,
                         )
                     if meets:
-                        hits = _with_room(hits, hit_count, _ROOTS * witnesses.shape[0])
+                        if hit_count + _ROOTS * witnesses.shape[0] > hits.shape[0]:
+                            hits = _with_room(hits, hit_count, _ROOTS * witnesses.shape[0])
                         hit_count = record_hits(
                             witnesses,
                             vertices,

@@ -172,6 +172,23 @@ def pack(witnesses: Sequence[Witness]) -> tuple[NDArray[np.float64], NDArray[np.
     return _grouped(rows, witnesses), np.concatenate(vertices) if vertices else np.zeros((0, 2))
 
 
+def within(witnesses: Sequence[Witness]) -> NDArray[np.float64]:
+    """Box (6,) in which no witness is: inscribed in the narrowest of upright cylinders; empty among other surfaces."""
+    box = np.array([np.inf, -np.inf] * 3)
+    if not witnesses or not all(isinstance(witness, Cylinder) for witness in witnesses):
+        return box
+    inscribed = []
+    for witness in witnesses:
+        assert isinstance(witness, Cylinder)
+        x, y = witness.centre
+        half = witness.radius / math.sqrt(2.0) - SLACK * (1.0 + abs(x) + abs(y) + witness.radius)
+        inscribed.append([x - half, x + half, y - half, y + half])
+    each = np.array(inscribed)
+    low, high = each[:, ::2].max(axis=0), each[:, 1::2].min(axis=0)
+    box[0:4:2], box[1:4:2], box[4:] = low, high, (-np.inf, np.inf)
+    return box
+
+
 def _grouped(rows: NDArray[np.float64], witnesses: Sequence[Witness]) -> NDArray[np.float64]:
     made, start = [np.zeros((0, COLUMNS))], 0
     while start < len(rows):

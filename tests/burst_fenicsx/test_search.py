@@ -230,33 +230,34 @@ def test_bounds_reject_no_face_that_a_node_has_entered():
 
 
 def test_faces_left_out_until_they_are_due_change_nothing():
-    """Nodes that fly at a waving sheet have the same contacts as where every face is looked at in every step."""
+    """A node and a sheet that fly at each other as fast as the bound allows, and waver: the contacts of every look."""
     rng = np.random.default_rng(8)
     places, bodies = sheets(5, seed=3, bodies=1)
     sheet, faces, step = 5.0 * places, bodies.faces, 0.02
     law, node = CollisionLaw(max_squared_frequency=1.0, step=step, friction=0.3), len(sheet)
     met, looked = 0, []
-    for _ in range(100):
-        position = np.vstack([sheet, sheet[rng.integers(node)] + rng.normal(0.0, 0.4, 3)])
+    for _ in range(60):
         outward = rng.normal(0.0, 1.0, 3)
+        towards = outward / np.linalg.norm(outward)
+        start = sheet[rng.integers(node)] + rng.normal(0.0, 0.3, 3) - rng.uniform(0.3, 1.2) * towards
+        position, velocity = np.vstack([sheet, start]), np.zeros((node + 1, 3))
         lazy, eager = one_node_over(faces, node, outward), one_node_over(faces, node, outward)
-        velocity, travel = np.zeros_like(position), 0.0
-        velocity[node] = rng.normal(0.0, 4.0, 3)
+        travel = 0.0
         for _ in range(40):
-            velocity[:node] = rng.normal(0.0, 1.0, (node, 3))
+            velocity[:node] = -towards + rng.normal(0.0, 0.1, (node, 3))
+            velocity[node] = towards + rng.normal(0.0, 0.1, 3)
             position += step * velocity
             moved = 2.0 * step * np.linalg.norm(velocity, axis=1).max()
             travel += moved
             eager.due[:], eager.soonest[:] = -np.inf, -np.inf
             for state in (lazy, eager):
                 find_contacts(law, state, position, velocity, np.ones(node + 1), travel, moved)
-            for name in ("face", "push", "weight", "energies", "touching", "penetration", "unloaded", "slip"):
-                if name != "weight" or lazy.face[0] >= 0:
-                    np.testing.assert_array_equal(getattr(lazy, name), getattr(eager, name))
+            for name in ("face", "push", "energies", "touching", "penetration", "unloaded", "slip"):
+                np.testing.assert_array_equal(getattr(lazy, name), getattr(eager, name))
             met += int(lazy.face[0] >= 0)
             looked.append(lazy.due_count[0] / len(faces))
     assert met > 50
-    assert np.mean(looked) < 0.6
+    assert np.mean(looked) < 0.5
 
 
 def entered_face(corners, place, velocity, outward, step):

@@ -15,10 +15,12 @@ from mpi4py import MPI
 
 from burst_fenicsx import simulation
 from burst_fenicsx.errors import InputError
+from burst_fenicsx.geometry import load_profile
 from burst_fenicsx.kernels.geometry.faces import reordered
+from burst_fenicsx.mechanics import fields
 from burst_fenicsx.mechanics.step_control import BurningTimes
 from burst_fenicsx.meshing import mesh_profile
-from burst_fenicsx.problem import IgnitionPoint, Leakage, Part
+from burst_fenicsx.problem import BurstSettings, IgnitionPoint, Leakage, Part
 from burst_fenicsx.run_burst import simulate
 from burst_fenicsx.simulation import Simulation
 from tests.burst_fenicsx.boxes import STEEL, TNT
@@ -297,3 +299,19 @@ def test_acceleration_is_not_complete_while_a_charge_burns_or_waits_for_its_dela
         run._burnt_out = lambda run=run: Simulation._burnt_out(run)
         Simulation._acceleration_is_complete(run)
         assert run.acceleration_complete == complete
+
+
+def test_cells_that_nothing_has_reached_take_no_steps_and_change_nothing(monkeypatch, tmp_path):
+    settings, states = BurstSettings(cell_size=8e-3, end_time=4e-6), []
+    for ahead in (fields.AHEAD, 1e9):
+        monkeypatch.setattr(fields, "AHEAD", ahead)
+        run = Simulation([tube(profile=load_profile("m107"))], settings, tmp_path, MPI.COMM_SELF, {})
+        run.writes_series = False
+        run.run()
+        states.append(run)
+    resting, stepping = states
+    assert resting.solver.cell_steps < 0.9 * stepping.solver.cell_steps
+    for name, function in resting.fields.functions.items():
+        np.testing.assert_array_equal(function.x.array, stepping.fields.functions[name].x.array, err_msg=name)
+    np.testing.assert_array_equal(resting.fields.nodes.position, stepping.fields.nodes.position)
+    np.testing.assert_array_equal(resting.ledger.sums, stepping.ledger.sums)

@@ -8,7 +8,14 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from burst_fenicsx.materials.solids.tresca import is_elastic, principal_stresses, return_stress, softened_strength
+from burst_fenicsx.kernels.cells.elastic import ring_trial, turned_trial
+from burst_fenicsx.materials.solids.tresca import (
+    is_elastic,
+    principal_stresses,
+    return_ring_stress,
+    return_stress,
+    softened_strength,
+)
 from tests.burst_fenicsx.boxes import matrices
 
 MODULUS, POISSON = 210e9, 0.3
@@ -189,6 +196,31 @@ def test_principal_stresses_equal_lapacks_to_round_off(trials):
         if s1 > s3:
             worst_dyad = max(worst_dyad, np.abs(dyad @ dyad - dyad).max(), abs(np.trace(dyad) - 1.0))
     assert max(worst_value, worst_stress, worst_dyad) < 1e-14, (worst_value, worst_stress, worst_dyad)
+
+
+def test_the_stress_of_a_ring_is_returned_as_any_other(trials):
+    _, tau, sigma, _, stress = (column[::5] for column in trials)
+    stress = stress * [1.0, 1.0, 1.0, 0.0, 0.0, 1.0]
+    expected = returned(stress, tau, sigma)
+    for k, arguments in enumerate(zip(stress.tolist(), tau.tolist(), sigma.tolist(), strict=True)):
+        found = return_ring_stress(tuple(arguments[0]), *arguments[1:], MODULUS, POISSON)
+        scale = np.abs(stress[k]).max() + tau[k]
+        np.testing.assert_allclose(found[0], expected[0][k], rtol=0.0, atol=1e-11 * scale)
+        np.testing.assert_allclose(found[1:3], [expected[1][k], expected[2][k]], rtol=0.0, atol=1e-10 * scale / MODULUS)
+        assert found[3] == pytest.approx(expected[3][k], rel=1e-9, abs=1e-10 * scale**2 / MODULUS)
+        assert return_ring_stress(tuple(arguments[0]), np.inf, np.inf, MODULUS, POISSON) == (
+            tuple(arguments[0]), 0.0, 0.0, 0.0,
+        )  # fmt: skip
+
+
+def test_a_ring_turns_as_any_cell_to_the_last_bit():
+    random = np.random.default_rng(5)
+    for _ in range(50):
+        rr, rz, zr, zz, hoop = random.normal(0.0, 1e5, 5).tolist()
+        xx, yy, zz_, zx = random.normal(0.0, 1e9, 4).tolist()
+        rate = ((rr, 0.0, rz), (0.0, hoop, 0.0), (zr, 0.0, zz))
+        arguments = (xx, yy, zz_, 0.0, 0.0, zx), rate, 1e-6, 1.2e11, 8e10
+        assert ring_trial(*arguments) == turned_trial(*arguments)
 
 
 def test_strength_falls_linearly_to_zero_and_stays_there():

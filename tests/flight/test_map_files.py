@@ -123,8 +123,7 @@ def found(kind: str, half: float) -> ExpectedDistance:
     return expected_distance(groups, hazard.Criteria().density)
 
 
-@pytest.mark.parametrize("half", [100.0, 200.0])
-@pytest.mark.parametrize("kind", ["falls", "hills"])
+@pytest.mark.parametrize(("kind", "half"), [("falls", 100.0), ("falls", 200.0), ("hills", 200.0)])
 def test_a_distance_on_the_map_is_that_of_a_larger_map(kind: str, half: float) -> None:
     small, large = found(kind, half), found(kind, FAR)
     assert small.upper is not None

@@ -265,11 +265,10 @@ def everything() -> dict:
 
 def test_none_disappears_and_threads_do_not_matter() -> None:
     fragments = cloud(4500, seed=4, height=2.0)
-    one, two, three = (fly(fragments, threads=threads, sample=20, **everything()) for threads in (1, 2, 3))
-    for other in (two, three):
-        for table in ("landing", "hits", "obstacle_hits"):
-            assert getattr(one, table).tobytes() == getattr(other, table).tobytes(), table
-        assert one.trajectories.position.tobytes() == other.trajectories.position.tobytes()
+    one, three = (fly(fragments, threads=threads, sample=20, **everything()) for threads in (1, 3))
+    for table in ("landing", "hits", "obstacle_hits"):
+        assert getattr(one, table).tobytes() == getattr(three, table).tobytes(), table
+    assert one.trajectories.position.tobytes() == three.trajectories.position.tobytes()
     for field in ("status", "last_status"):
         counts = one.summary[field]
         assert sum(entry["fragments"] for entry in counts.values()) == 4500

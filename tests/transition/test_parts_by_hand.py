@@ -12,25 +12,28 @@ from transition import BreakUp, BreakUpSettings, InputError
 from transition.cells.cell_points import numbers
 from transition.cells.shape_functions import CORNERS, modes, trilinear
 from transition.kernels import clusters, sampling
-from transition.kernels.sampling import _quantile
+from transition.kernels.sampling import _A, _B, _C, _SHARE, _TILE, _X, _quantiles
 from transition.law.segment_law import _at_rupture
 
 
 @pytest.mark.parametrize("seed", range(4))
 def test_quantiles_of_a_density_are_where_its_integral_has_their_share(seed):
     """Of (p + q x)^2 and of those that vanish at an end or inside; to the ends of the interval."""
-    generator = np.random.default_rng(seed)
-    for _ in range(300):
+    generator, w = np.random.default_rng(seed), np.zeros((12, _TILE))
+    for i in range(_TILE):
         root, lift = generator.uniform(-1.3, 1.3), generator.choice([0.0, 1e-6, 0.1, 5.0])
-        a, b, c = generator.choice([(root * root + lift, -2.0 * root, 1.0), (1.0, -1.0, 0.0), (1.0, 1.0, 0.0)])
+        w[[_A, _B, _C], i] = generator.choice(
+            [(root * root + lift, -2.0 * root, 1.0), (1.0, -1.0, 0.0), (1.0, 1.0, 0.0)]
+        )
+        w[_SHARE, i] = generator.choice([1e-9, 1e-4, generator.uniform(), 1.0 - 1e-4])
+    _quantiles(w.ravel())
+    a, b, c = w[[_A, _B, _C]]
 
-        def integral(x, a=a, b=b, c=c):
-            return a * (x + 1.0) + 0.5 * b * (x * x - 1.0) + c / 3.0 * (x**3 + 1.0)
+    def integral(x):
+        return a * (x + 1.0) + 0.5 * b * (x * x - 1.0) + c / 3.0 * (x**3 + 1.0)
 
-        share = float(generator.choice([1e-9, 1e-4, generator.uniform(), 1.0 - 1e-4]))
-        found = _quantile(a, b, c, share)
-        assert -1.0 <= found <= 1.0
-        assert integral(found) / integral(1.0) == pytest.approx(share, abs=1e-9)
+    assert (np.abs(w[_X]) <= 1.0).all()
+    np.testing.assert_allclose(integral(w[_X]) / integral(1.0), w[_SHARE], rtol=0.0, atol=1e-9)
 
 
 def test_modes_give_the_field_back():

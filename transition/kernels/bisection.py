@@ -23,15 +23,20 @@ _ROUND_OFF = 1e-12  # share of a point that is not worth a cut
 
 
 @kernel
+def _angle(along: float, across: float) -> float:
+    """A number from 0 to 4 that rises with the angle of (along, across), as an arc tangent does."""
+    part = across / (abs(along) + abs(across) + 1e-300)
+    ahead = part if part >= 0.0 else 4.0 + part
+    return ahead if along >= 0.0 else 2.0 - part
+
+
+@kernel
 def _key(row: NDArray[np.float64], i: int, q: NDArray[np.float64]) -> float:
     """By what a cut orders the rows: a height, a distance, or an angle about an axis (`q[4]` is 1)."""
     x, y, z = row[i, 0], row[i, 1], row[i, 2]
     if q[4] == 0.0:
         return q[0] * x + q[1] * y + q[2] * z + q[3] * (x * x + y * y + z * z)
-    along = q[0] * x + q[1] * y + q[2] * z + q[3]
-    across = q[5] * x + q[6] * y + q[7] * z + q[8]
-    part = across / (abs(along) + abs(across) + 1e-300)  # rises with the angle, as an arc tangent does
-    return (part if part >= 0.0 else 4.0 + part) if along >= 0.0 else 2.0 - part
+    return _angle(q[0] * x + q[1] * y + q[2] * z + q[3], q[5] * x + q[6] * y + q[7] * z + q[8])
 
 
 @kernel
@@ -181,28 +186,27 @@ def _partition(
 ) -> tuple[float, int]:
     """Put the rows whose keys are below the pivot first; their mass (kg), and the row behind them.
 
-    Every row is swapped, needed or not (Lomuto's scheme): without a branch that no processor could foresee.
+    Rows are moved, needed or not, without a branch that no processor could foresee: of angles each to where it stands,
+    of other keys each that is not below to where the last of these stood (Lomuto's scheme). Indices without a sign are
+    not looked at for counting from the end.
     """
-    below, behind = 0.0, begin
-    if q[4] == 0.0:
-        a, b, c, d = q[0], q[1], q[2], q[3]
-        for j in range(begin, end):
-            x, y, z, mass, number = row[j, 0], row[j, 1], row[j, 2], row[j, 3], ident[j]
+    below, behind, one, none = 0.0, np.uint64(begin), np.uint64(1), np.uint64(0)
+    a, b, c, d, e, f, g, h = q[0], q[1], q[2], q[3], q[5], q[6], q[7], q[8]
+    angular = q[4] != 0.0
+    for j in range(np.uint64(begin), np.uint64(end)):
+        x, y, z, mass, number = row[j, 0], row[j, 1], row[j, 2], row[j, 3], ident[j]
+        if angular:
+            is_below = _angle(a * x + b * y + c * z + d, e * x + f * y + g * z + h) < pivot
+            goal = behind if is_below else j
+        else:
             is_below = a * x + b * y + c * z + d * (x * x + y * y + z * z) < pivot
-            for k in range(4):
-                row[j, k] = row[behind, k]
-            ident[j] = ident[behind]
-            row[behind, 0], row[behind, 1], row[behind, 2], row[behind, 3] = x, y, z, mass
-            ident[behind] = number
-            below += mass if is_below else 0.0
-            behind += 1 if is_below else 0
-        return below, behind
-    for j in range(begin, end):
-        if _key(row, j, q) < pivot:
-            below += row[j, 3]
-            _swap(row, ident, behind, j)
-            behind += 1
-    return below, behind
+            goal = behind
+        x0, y0, z0, mass0, number0 = row[goal, 0], row[goal, 1], row[goal, 2], row[goal, 3], ident[goal]
+        row[j, 0], row[j, 1], row[j, 2], row[j, 3], ident[j] = x0, y0, z0, mass0, number0
+        row[goal, 0], row[goal, 1], row[goal, 2], row[goal, 3], ident[goal] = x, y, z, mass, number
+        below += mass if is_below else 0.0
+        behind += one if is_below else none
+    return below, np.int64(behind)
 
 
 @kernel

@@ -19,4 +19,4 @@ _STAMP = digest_of(Path(__file__).parent.glob("*.py"))
 
 def kernel(function: Callable[..., Any]) -> Any:  # noqa: ANN401 - numba's dispatcher has no type
     """Compile a function for one thread and without the interpreter's lock."""
-    return compiled_with(numba, function, f"transition-{_STAMP}", nogil=True)
+    return compiled_with(numba, function, f"transition-{_STAMP}", nogil=True, error_model="numpy")

@@ -89,26 +89,43 @@ def _fraction(x: float) -> float:
     return x - math.floor(x)
 
 
+# rows of the scratch array of a tile of pairs: coefficients of the density, share; bracket; position; 1 once found; ...
+_A, _B, _C, _SHARE, _LOW, _HIGH, _X, _FOUND, _U, _T, _COSINE, _SINE = range(12)
+_TILE = 64  # pairs that are placed together: a multiple of two
+
+
 @kernel
-def _quantile(a: float, b: float, c: float, share: float) -> float:
-    """Where in [-1, 1] the integral of a + b x + c x2 from -1 reaches `share` of its whole; the density is >= 0."""
-    wanted = share * (2.0 * a + 2.0 / 3.0 * c)
-    low, high = -1.0, 1.0
-    x = 2.0 * share - 1.0
+def _quantiles(w: NDArray[np.float64]) -> None:
+    """Where in [-1, 1] the integrals of a + b x + c x2 from -1 reach their shares of the wholes; densities are >= 0.
+
+    For the pairs of a tile side by side: Newton's method, each kept inside its bracket by bisection.
+    """
+    for i in range(_TILE):
+        w[_LOW * _TILE + i], w[_HIGH * _TILE + i], w[_FOUND * _TILE + i] = -1.0, 1.0, 0.0
+        w[_X * _TILE + i] = 2.0 * w[_SHARE * _TILE + i] - 1.0
     for _ in range(_ITERATIONS):
-        excess = a * (x + 1.0) + 0.5 * b * (x * x - 1.0) + c / 3.0 * (x * x * x + 1.0) - wanted
-        if excess > 0.0:
-            high = x
-        else:
-            low = x
-        density = a + b * x + c * x * x
-        following = x - excess / density if density > 0.0 else low - 1.0
-        if not low < following < high:
-            following = 0.5 * (low + high)
-        if abs(following - x) < 1e-5:  # the next step would be about the square of it
-            return following
-        x = following
-    return x
+        left = 0
+        for i in range(_TILE):
+            a, b, c = w[_A * _TILE + i], w[_B * _TILE + i], w[_C * _TILE + i]
+            x, low, high = w[_X * _TILE + i], w[_LOW * _TILE + i], w[_HIGH * _TILE + i]
+            found = w[_FOUND * _TILE + i]
+            wanted = w[_SHARE * _TILE + i] * (2.0 * a + 2.0 / 3.0 * c)
+            excess = a * (x + 1.0) + 0.5 * b * (x * x - 1.0) + c / 3.0 * (x * x * x + 1.0) - wanted
+            high = x if excess > 0.0 else high
+            low = low if excess > 0.0 else x
+            density = a + b * x + c * x * x
+            newton = x - excess / (density if density > 0.0 else 1.0)
+            following = newton if density > 0.0 else low - 1.0
+            middle = 0.5 * (low + high)
+            following = following if (low < following) & (following < high) else middle
+            near = abs(following - x) < 1e-5  # the next step would be about the square of it
+            w[_X * _TILE + i] = following if found == 0.0 else x
+            w[_LOW * _TILE + i], w[_HIGH * _TILE + i] = low, high
+            found = 1.0 if near else found
+            w[_FOUND * _TILE + i] = found
+            left += np.int64(found == 0.0)
+        if left == 0:
+            return
 
 
 @kernel
@@ -158,39 +175,55 @@ def sample_rings(
     mass, owner : (p,)
         Written: an equal share of the ring's mass (kg) for each of its points, and the ring's number.
     """
-    excess = np.empty(_RING_FUNCTIONS)
-    for cell in range(offset.size - 1):
-        begin, number = offset[cell], offset[cell + 1] - offset[cell]
-        share = cell_mass[cell] / number
-        excess[:] = 0.0
-        c = density[cell]
-        for four in range(number // 4):
+    pairs, w = mass.size // 2, np.zeros(12 * _TILE)
+    owner_of = np.empty(_TILE, np.int64)
+    cell = 0
+    for tile in range(0, pairs, _TILE):
+        filled = min(_TILE, pairs - tile)
+        for k in range(0, filled, 2):
+            while 2 * (tile + k) >= offset[cell + 1]:
+                cell += 1
+            four, c = (2 * (tile + k) - offset[cell]) // 4, density[cell]
             first = _fraction(shift[cell, 0] + four * _STEP[0])
             second = _fraction(shift[cell, 1] + four * _STEP[1])
             turn = _fraction(shift[cell, 2] + four * _STEP[2])  # of the whole circle: strides see all of it
             cosine, sine = math.cos(2.0 * math.pi * turn), math.sin(2.0 * math.pi * turn)
-            for pair in range(2):
-                s = first if pair == 0 else 1.0 - first
-                t = second if pair == 0 else 1.0 - second
-                u = _quantile(
-                    2.0 * c[0, 0] + 2.0 / 3.0 * c[0, 2], 2.0 * c[1, 0] + 2.0 / 3.0 * c[1, 2], 2.0 * c[2, 0], s
-                )
-                v = _quantile(
-                    c[0, 0] + (c[1, 0] + c[2, 0] * u) * u, c[0, 1] + (c[1, 1] + c[2, 1] * u) * u,
-                    c[0, 2] + c[1, 2] * u, t,
-                )  # fmt: skip
-                if pair == 1:
-                    cosine, sine = -sine, cosine
-                for side in range(2):
-                    point = begin + 4 * four + 2 * pair + side
-                    for j in range(_RING_FUNCTIONS):
-                        f = modes[cell, 0, j] + modes[cell, 1, j] * u + (modes[cell, 2, j] + modes[cell, 3, j] * u) * v
-                        values[point, j] = f
-                        excess[j] += f
-                    # Opposite points get exactly opposite directions.
-                    sign = 1.0 - 2.0 * side
-                    values[point, 4], values[point, 5] = sign * cosine, sign * sine
-                    mass[point], owner[point] = share, label[cell]
+            w[_COSINE * _TILE + k], w[_SINE * _TILE + k] = cosine, sine
+            w[_COSINE * _TILE + k + 1], w[_SINE * _TILE + k + 1] = -sine, cosine
+            w[_SHARE * _TILE + k], w[_SHARE * _TILE + k + 1] = first, 1.0 - first
+            w[_T * _TILE + k], w[_T * _TILE + k + 1] = second, 1.0 - second
+            for i in range(k, k + 2):
+                w[_A * _TILE + i] = 2.0 * c[0, 0] + 2.0 / 3.0 * c[0, 2]
+                w[_B * _TILE + i] = 2.0 * c[1, 0] + 2.0 / 3.0 * c[1, 2]
+                w[_C * _TILE + i] = 2.0 * c[2, 0]
+                owner_of[i] = cell
+        _quantiles(w)
+        for i in range(filled):
+            c, u = density[owner_of[i]], w[_X * _TILE + i]
+            w[_U * _TILE + i], w[_SHARE * _TILE + i] = u, w[_T * _TILE + i]
+            w[_A * _TILE + i] = c[0, 0] + (c[1, 0] + c[2, 0] * u) * u
+            w[_B * _TILE + i] = c[0, 1] + (c[1, 1] + c[2, 1] * u) * u
+            w[_C * _TILE + i] = c[0, 2] + c[1, 2] * u
+        _quantiles(w)
+        for i in range(filled):
+            at, u, v = owner_of[i], w[_U * _TILE + i], w[_X * _TILE + i]
+            share = cell_mass[at] / (offset[at + 1] - offset[at])
+            point = 2 * (tile + i)
+            for j in range(_RING_FUNCTIONS):
+                f = modes[at, 0, j] + modes[at, 1, j] * u + (modes[at, 2, j] + modes[at, 3, j] * u) * v
+                values[point, j] = values[point + 1, j] = f
+            # Opposite points get exactly opposite directions.
+            values[point, 4], values[point, 5] = w[_COSINE * _TILE + i], w[_SINE * _TILE + i]
+            values[point + 1, 4], values[point + 1, 5] = -w[_COSINE * _TILE + i], -w[_SINE * _TILE + i]
+            for side in range(2):
+                mass[point + side], owner[point + side] = share, label[at]
+    excess = np.empty(_RING_FUNCTIONS)
+    for cell in range(offset.size - 1):
+        begin, number = offset[cell], offset[cell + 1] - offset[cell]
+        e0 = e1 = e2 = e3 = 0.0
+        for point in range(begin, begin + number):
+            e0, e1, e2, e3 = e0 + values[point, 0], e1 + values[point, 1], e2 + values[point, 2], e3 + values[point, 3]
+        excess[0], excess[1], excess[2], excess[3] = e0, e1, e2, e3
         for j in range(_RING_FUNCTIONS):
             excess[j] = excess[j] / number - mean[cell, j]
         for point in range(begin, begin + number):

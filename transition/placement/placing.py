@@ -121,7 +121,8 @@ def place(
     number = fragment_mass.size
     size = point_mass.size + number - 1
     row, point = np.empty((size, 4)), np.empty(size, dtype=np.int64)
-    row[: point_mass.size, :3], row[: point_mass.size, 3] = position, point_mass
+    for k, column in enumerate((*position.T, point_mass)):  # numpy copies columns faster than rows of three
+        row[: point_mass.size, k] = column
     point[: point_mass.size] = np.arange(point_mass.size)
     first, pieces = np.empty((2, number), dtype=np.int64)
     order = generator.permutation(number)

@@ -76,9 +76,7 @@ def elastic_trial(
 
 
 @lane_function
-def turned_trial(
-    stress: Symmetric, rate: Matrix, step: float, lame: float, shear: float
-) -> tuple[Matrix, Symmetric]:
+def turned_trial(stress: Symmetric, rate: Matrix, step: float, lame: float, shear: float) -> tuple[Matrix, Symmetric]:
     """Rotation of the step (s) and the trial stress (Pa), as `spin` and `elastic_trial` give them."""
     rotation = spin(rate, step)
     return rotation, elastic_trial(stress, rotation, rate, step, lame, shear)
