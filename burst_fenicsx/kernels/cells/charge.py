@@ -13,8 +13,8 @@ from burst_fenicsx.kernels.cells.erosion import BEFORE, WHOLE, clear_lane
 from burst_fenicsx.kernels.constants import CRUSHED, FRONT_SOUND
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function, widest_vectors
 from burst_fenicsx.kernels.state import ChargeState, Grid
+from burst_fenicsx.kernels.vectors.cell_values import load_cells, store_cells
 from burst_fenicsx.kernels.vectors.exact import quantise, row_sum
-from burst_fenicsx.kernels.vectors.nodal_values import load_cells, store_cells
 from burst_fenicsx.kernels.vectors.tensors import (
     Symmetric,
     dot,

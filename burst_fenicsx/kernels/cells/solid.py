@@ -13,14 +13,14 @@ from burst_fenicsx.kernels.cells.erosion import BEFORE, NOW, WHOLE, clear_lane
 from burst_fenicsx.kernels.constants import NOTHING_LEFT
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function, widest_vectors
 from burst_fenicsx.kernels.state import Grid, SolidState
-from burst_fenicsx.kernels.vectors.exact import quantise, row_sum
-from burst_fenicsx.kernels.vectors.nodal_values import (
+from burst_fenicsx.kernels.vectors.cell_values import (
     cells_of_lanes,
     load_cells,
     load_slots,
     prefetch_slots,
     store_cells,
 )
+from burst_fenicsx.kernels.vectors.exact import quantise, row_sum
 from burst_fenicsx.kernels.vectors.tensors import Symmetric, load_matrix, load_symmetric, store_symmetric
 from burst_fenicsx.kernels.vectors.transposition import (
     WIDTH,
