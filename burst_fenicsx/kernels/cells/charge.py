@@ -257,14 +257,12 @@ def erode(
 ) -> int:
     """Mark cells of products that have hardly any volume left; how many of the block are eroded."""
     slot, count = block * LANES, 0
-    for lane in range(LANES):
-        # Most are far from it: without a division.
+    near = False
+    for lane in range(LANES):  # no division for most blocks, which are far from it
         full = scratch[min_volume * LANES + lane] * parameters[0]
-        count += 1 if full > _MAY_BE_CRUSHED * scratch[at.MASS * LANES + lane] else 0
-        count -= 1 if eroded[slot + lane] != WHOLE else 0
-    if count == LANES:
+        near |= (not full > _MAY_BE_CRUSHED * scratch[at.MASS * LANES + lane]) | (eroded[slot + lane] != WHOLE)
+    if not near:
         return 0
-    count = 0
     for lane in range(LANES):
         relative = scratch[min_volume * LANES + lane] * parameters[0] / scratch[at.MASS * LANES + lane]
         if not relative > CRUSHED and scratch[at.CHARGE_BURN * LANES + lane] >= 1.0 and eroded[slot + lane] == WHOLE:
