@@ -132,11 +132,19 @@ class PictureProcess:
     def figures(self) -> dict[str, bytes | None]:
         """Figures (SVG) of the report by name, None of those without data, once a run's are drawn; else none."""
         if self._process is not None and self._waits:
-            self._process.wait()
+            self._end(self._process)
             self._drawn.seek(0)
             with suppress(ValueError):  # it did not come so far
                 return {name: None if text is None else text.encode() for name, text in json.load(self._drawn).items()}
         return {}
+
+    @staticmethod
+    def _end(process: subprocess.Popen[bytes]) -> int:
+        """Wait for the end of a process that gets no further stage; its exit code."""
+        with suppress(OSError):
+            if process.stdin is not None:
+                process.stdin.close()
+        return process.wait()
 
     def __enter__(self) -> PictureProcess:
         return self
@@ -160,7 +168,7 @@ class PictureProcess:
         """
         if self._process is None:
             return self._fault
-        code = self._process.wait()
+        code = self._end(self._process)
         self._words.seek(0)
         words = self._words.read().strip()
         last = (words.splitlines() or [f"exit code {code}"])[-1]

@@ -31,7 +31,7 @@ def draw_nothing(patch: pytest.MonkeyPatch) -> None:
 def leave_out_pictures(patch: pytest.MonkeyPatch) -> None:
     """Have reports written without pictures."""
     patch.setattr(fragfield.report, "write_report", partial(fragfield.report.write_report, pictures=False))
-    patch.setattr(chain, "_with_pictures", lambda job, _: job)
+    patch.setattr(chain, "_with_pictures", lambda job, *_: job)
 
 
 if __name__ == "__main__":

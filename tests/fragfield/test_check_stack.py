@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from fragfield.case import load_case
-from fragfield.case.conversion.placing import mirrored
+from fragfield.case.conversion.rounds import mirrored
 from fragfield.case.load import case_from_document
 from fragfield.checking.check import check_report
 from fragfield.checking.show import check_text

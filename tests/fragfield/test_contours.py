@@ -206,6 +206,13 @@ def above_zero(document, corners):
     document.modelspace().add_line((-5, 7), (390, 7), dxfattribs={"layer": "AXIS"})
 
 
+def standing(document, corners):
+    turned = [one._replace(x=one.y + 7.0, y=one.x, bulge=-one.bulge) for one in corners]
+    for part in (turned[:4], [turned[3]._replace(y=turned[3].y + 0.8), *turned[4:], turned[0]]):
+        document.modelspace().add_lwpolyline([tuple(one) for one in part], format="xyb", dxfattribs={"layer": "CASING"})
+    document.modelspace().add_line((7, -5), (7, 390), dxfattribs={"layer": "AXIS"})
+
+
 def differing(document, corners):
     polyline(document, corners)
     polyline(document, [one._replace(y=-one.y, bulge=-one.bulge) for one in moved(corners, 2, (0.0, 0.5))])
@@ -260,6 +267,7 @@ REFUSED = {
     "no unit": (None, {"units": 0}, {}, r"names no unit \(\$INSUNITS is 0.*410 x 52.4.*needed: unit"),
     "gap": (opened(0.8), {}, {}, r"nearest loose ends are 0.8 mm apart, at \(383.419, 45.148\) \(up to 0.1 mm"),
     "gap off zero": (above_zero, {}, {}, r"nearest loose ends are 0.8 mm apart, at \(383.419, 52.148\)"),
+    "gap, standing": (standing, {}, {}, r"nearest loose ends are 0.8 mm apart, at \(52.148, 383.419\)"),
     "halves differ": (differing, {}, {}, r"halves differ by 0.499. mm at station 331"),
     "crosses itself": (crossing, {}, {}, r"crosses itself at \("),
     "undercut": (grooved, {}, {}, r"outer contour runs back along the axis at \(325, 45\), by 10 mm"),

@@ -22,9 +22,8 @@ from fragfield.studies.processes import LocalRuns, perform
 from fragfield.studies.sweep import plan_sweep
 from fragfield.studies.sweep.results import results_of
 from tests.fragfield.run_tasks import answer
-from tests.fragfield.short_run import RINGS, invoke
+from tests.fragfield.short_run import RINGS, ROOT, invoke
 
-ROOT = Path(__file__).parents[2]
 TUBE, PAIR = ROOT / "cases" / "tube.toml", ROOT / "cases" / "m107_pair.toml"
 SUMMARY = {
     "burst": {"mean_initial_speed": 1000.0, "max_initial_speed": 1300.0, "energy_error": 0.004, "lost_cells": 0,
