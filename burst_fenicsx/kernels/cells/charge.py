@@ -13,7 +13,6 @@ from burst_fenicsx.kernels.cells.erosion import BEFORE, WHOLE, clear_lane
 from burst_fenicsx.kernels.constants import CRUSHED, FRONT_SOUND
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function, widest_vectors
 from burst_fenicsx.kernels.state import ChargeState, Grid
-from burst_fenicsx.kernels.vectors.cell_values import load_cells
 from burst_fenicsx.kernels.vectors.exact import quantise, row_sum
 from burst_fenicsx.kernels.vectors.tensors import (
     Symmetric,
@@ -75,15 +74,15 @@ def load(block: int, time: float, parameters: np.ndarray, grid: Grid, state: Cha
 
     Returns the smallest fraction burnt before. Where all is burnt, the row of burning by compression is not set.
     """
-    by_compression, cells, in_rows = parameters[8], grid.cells[block], grid.in_rows[block]
-    load_cells(cells, in_rows, address(state.burn_fraction), 1, scratch, at.CHARGE_BURN)
-    load_cells(cells, in_rows, address(state.pressure), 1, scratch, at.CHARGE_OLD_PRESSURE)
-    load_cells(cells, in_rows, address(state.energy), 1, scratch, at.CHARGE_ENERGY)
+    by_compression, min_burn = parameters[8], 1.0
     for lane in range(LANES):
-        scratch[at.CHARGE_LEAKAGE * LANES + lane] = state.leakage[np.uint64(state.axial_slice[np.uint64(cells[lane])])]
-    min_burn = 1.0
-    for lane in range(LANES):
-        min_burn = min(min_burn, scratch[at.CHARGE_BURN * LANES + lane])
+        cell = np.uint64(grid.cells[block, lane])
+        burn = state.burn_fraction[cell]
+        min_burn = min(min_burn, burn)
+        scratch[at.CHARGE_BURN * LANES + lane] = burn
+        scratch[at.CHARGE_OLD_PRESSURE * LANES + lane] = state.pressure[cell]
+        scratch[at.CHARGE_ENERGY * LANES + lane] = state.energy[cell]
+        scratch[at.CHARGE_LEAKAGE * LANES + lane] = state.leakage[np.uint64(state.axial_slice[cell])]
     for k in range(6 * LANES):
         scratch[at.STRESS * LANES + k] = 0.0
     if min_burn < 1.0:

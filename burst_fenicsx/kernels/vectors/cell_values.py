@@ -1,6 +1,6 @@
-"""Numbers that a block's cells keep, copied to rows, a lane a cell, and back.
+"""What a block's cells keep: which they are, their numbers slot by slot copied to rows and back, their nodes' numbers.
 
-They lie by slot, a block behind the other, or by cell; of a row of cells they are a run there too.
+A block's are asked for by `prefetch` while the one before it computes: else every block would wait for memory.
 """
 
 from __future__ import annotations
@@ -13,14 +13,11 @@ from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function
 from burst_fenicsx.kernels.vectors.transposition import (
     WIDTH,
     address,
-    addresses,
     copy_run,
-    load_singles,
     prefetch,
-    store_singles,
 )
 
-__all__ = ["Cells", "cells_of_lanes", "load_cells", "load_slots", "prefetch_slots", "store_cells", "store_slots"]
+__all__ = ["Cells", "cells_of_lanes", "load_slots", "prefetch_dofs", "prefetch_slots", "store_slots"]
 
 Cells: TypeAlias = tuple[np.uint64, np.uint64, np.uint64, np.uint64, np.uint64, np.uint64, np.uint64, np.uint64]
 
@@ -62,44 +59,15 @@ def store_slots(block: int, rows: np.ndarray, row: int, values: np.ndarray) -> N
         copy_run(_place(rows, row * LANES + first), _place(values, block * LANES + first))
 
 
-@block_kernel
-def load_cells(
-    cells: np.ndarray, in_rows: np.ndarray, start: np.uint64, points: int, rows: np.ndarray, row: int
-) -> None:
-    """Copy a number of each of a block's cells to a row.
-
-    Parameters
-    ----------
-    cells, in_rows : of the block, as of `nodal_values.gather_modes`.
-    start : address of the first cell's number; a cell has so many `points`, with a number each.
-    rows, row : the row of the scratch.
-    """
-    for first in range(0, LANES, WIDTH):
-        own = cells_of_lanes(cells, first)
-        if points == 1 and in_rows[first // WIDTH]:
-            copy_run(start + _BYTES * own[0], _place(rows, row * LANES + first))
-        else:
-            load_singles(addresses(start, _BYTES * np.uint64(points), own), rows, row * LANES + first)
-
-
-@block_kernel
-def store_cells(
-    cells: np.ndarray, in_rows: np.ndarray, start: np.uint64, points: int, rows: np.ndarray, row: int
-) -> None:
-    """Copy a row back to the cells, the reverse of `load_cells`; of lanes with the same cell the first one's counts.
-
-    Lanes that repeat a block's last cell may have started from other numbers of their slots.
-    """
-    for first in range(LANES - WIDTH, -1, -WIDTH):
-        own = cells_of_lanes(cells, first)
-        if points == 1 and in_rows[first // WIDTH]:
-            copy_run(_place(rows, row * LANES + first), start + _BYTES * own[0])
-        else:
-            store_singles(rows, row * LANES + first, addresses(start, _BYTES * np.uint64(points), own))
-
-
 @lane_function
 def prefetch_slots(block: int, values: np.ndarray) -> None:
     """Bring a block's `values` (slots,) near."""
     for first in range(0, LANES, WIDTH):
         prefetch(_place(values, block * LANES + first))
+
+
+@block_kernel
+def prefetch_dofs(cells: np.ndarray, dofmap: np.ndarray) -> None:
+    """Bring the rows of `dofmap` (all cells, corners) int32 of a block near, two of which fill a line."""
+    for lane in range(0, LANES, 2):
+        prefetch(address(dofmap) + np.uint64(4 * dofmap.shape[1]) * np.uint64(cells[lane]))

@@ -1,8 +1,7 @@
 """Vectors of a block's nodes gathered into rows, a lane a cell, and nodal forces added back.
 
-Hexahedra gather modes instead of nodal values. Of a row of cells, whose nodes are a run at each corner, `transposition`
-moves these whole. What a block further on will gather is prefetched, since nodes lie too far apart for the processor to
-foresee.
+Hexahedra gather modes instead of nodal values. Where eight cells are a row of a regular mesh their nodes are a run at
+each corner, which is moved whole. Nodes lie where no processor foresees them: the next block's are prefetched.
 """
 
 from __future__ import annotations
@@ -29,7 +28,6 @@ __all__ = [
     "gather_mean_modes",
     "gather_modes",
     "make_gather",
-    "prefetch_dofs",
     "prefetch_nodes",
 ]
 
@@ -222,13 +220,6 @@ def add_nodal_forces(
             node = np.uint64(dofmap[cell, n])
             for i in range(3):
                 force[node, i] += rows[(3 * n + i) * LANES + lane]
-
-
-@block_kernel
-def prefetch_dofs(cells: np.ndarray, dofmap: np.ndarray) -> None:
-    """Bring the rows of `dofmap` (all cells, corners) int32 of a block near, two of which fill a line."""
-    for lane in range(0, LANES, 2):
-        prefetch(address(dofmap) + np.uint64(4 * dofmap.shape[1]) * np.uint64(cells[lane]))
 
 
 @block_kernel

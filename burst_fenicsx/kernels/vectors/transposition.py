@@ -32,10 +32,8 @@ __all__ = [
     "copy_run",
     "later",
     "load_modes",
-    "load_singles",
     "load_triples",
     "prefetch",
-    "store_singles",
     "store_triples",
 ]
 
@@ -192,33 +190,6 @@ def load_modes(typing_context: Any, places: Any, rows: Any, start: Any) -> tuple
         return context.get_dummy_value()
 
     return types.none(places, rows, types.intp), generate
-
-
-@intrinsic
-def load_singles(typing_context: Any, places: Any, rows: Any, start: Any) -> tuple[Any, Callable[..., Any]]:  # noqa: ARG001
-    """Load a number each from eight addresses, that of address k to `rows[start + k]`."""
-
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        row = _EIGHT(ir.Undefined)
-        for k, place in enumerate(cgutils.unpack_tuple(builder, arguments[0], WIDTH)):
-            row = builder.insert_element(row, _load(builder, _pointer(builder, place, _DOUBLE), _DOUBLE), _INDEX(k))
-        _store(builder, row, _row(context, builder, signature.args[1], arguments[1:], 0))
-        return context.get_dummy_value()
-
-    return types.none(_PLACES, rows, types.intp), generate
-
-
-@intrinsic
-def store_singles(typing_context: Any, rows: Any, start: Any, places: Any) -> tuple[Any, Callable[..., Any]]:  # noqa: ARG001
-    """Store `rows[start + k]` to the address k of eight, of equal addresses the first one's number last."""
-
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        row = _load(builder, _row(context, builder, signature.args[0], arguments, 0), _EIGHT)
-        for k, place in reversed(list(enumerate(cgutils.unpack_tuple(builder, arguments[2], WIDTH)))):
-            _store(builder, builder.extract_element(row, _INDEX(k)), _pointer(builder, place, _DOUBLE))
-        return context.get_dummy_value()
-
-    return types.none(rows, types.intp, _PLACES), generate
 
 
 @intrinsic
