@@ -14,7 +14,7 @@ from burst_fenicsx.kernels.constants import CRUSHED, FRONT_SOUND
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function, widest_vectors
 from burst_fenicsx.kernels.state import ChargeState, Grid
 from burst_fenicsx.kernels.vectors.exact import quantise, row_sum
-from burst_fenicsx.kernels.vectors.nodal_values import load_cells
+from burst_fenicsx.kernels.vectors.nodal_values import load_cells, store_cells
 from burst_fenicsx.kernels.vectors.tensors import (
     Symmetric,
     dot,
@@ -229,11 +229,10 @@ def store(
     _find_work(grid.filled[block], grid.rounding, parameters, scratch)
     energy[3] += row_sum(scratch, at.PRODUCTS_WORK)
     energy[4] += row_sum(scratch, at.PRODUCTS_HEAT)
-    for lane in range(grid.filled[block]):  # no others: padded slots may hold older volumes
-        cell = np.uint64(grid.cells[block, lane])
-        state.pressure[cell] = scratch[at.CHARGE_PRESSURE * LANES + lane]
-        state.burn_fraction[cell] = scratch[at.CHARGE_BURN * LANES + lane]
-        state.energy[cell] = scratch[at.CHARGE_ENERGY * LANES + lane]
+    cells, in_rows = grid.cells[block], grid.in_rows[block]
+    store_cells(cells, in_rows, address(state.pressure), 1, scratch, at.CHARGE_PRESSURE)
+    store_cells(cells, in_rows, address(state.burn_fraction), 1, scratch, at.CHARGE_BURN)
+    store_cells(cells, in_rows, address(state.energy), 1, scratch, at.CHARGE_ENERGY)
 
 
 @block_kernel
