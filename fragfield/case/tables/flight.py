@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Discriminator, Field, Tag
 
@@ -15,10 +15,8 @@ from fragfield.case.tables.surroundings import GroundTable, Size
 from fragfield_base.bounds import Bounds, Entries, OnlyWith
 from fragfield_base.inputs import (
     Angle,
-    ArealDensity,
     Density,
     Direction,
-    Energy,
     FrictionAngle,
     Length,
     Offset,
@@ -257,17 +255,10 @@ class StackRuleTable(Table):
     """Rounds in the top layer; left out: counted from their positions."""
 
 
-class HazardTable(Table):
+class HazardTable(Table, Criteria):
     """What counts as hazardous."""
 
-    energy: Annotated[Energy, Bounds(1e-3, 1e8, "79 J injures; a car at full speed has 1 MJ", usual=(1.0, 1e5))] = (
-        Criteria.energy
-    )
-    """A fragment with this energy or more at impact is hazardous (58 ft lb)."""
-    density: Annotated[
-        ArealDensity, Bounds(1e-9, 1e4, "acceptable densities lie near one on 56 m^2", usual=(1e-4, 1.0))
-    ] = Criteria.density
-    """Acceptable number of hazardous fragments per area (one per 600 ft2)."""
+    ORDER: ClassVar = ("energy", "density", "sectors", "distance_cell", "kernel", "tolerance", "max_realisations")
     sectors: Annotated[int, Bounds(1, 3600, "sectors narrower than 0.1 degree hold no fragments")] = 72
     """Azimuth sectors; 72 are 5 degrees each, the first centred on +x."""
     distance_cell: Annotated[
@@ -285,13 +276,5 @@ class HazardTable(Table):
     """Realisations are added until standard error and bias bound of the hazard distance are below this part of it."""
     max_realisations: int = Field(default=500, ge=1, le=100_000)
     """Realisations beyond which none are added; break_up.realisations is the fewest."""
-    person_area: Annotated[
-        float, Quantity("m^2", "0.58 m^2", above=0.0), Bounds(1e-3, 100.0, "areas of persons", usual=(0.1, 2.0))
-    ] = Criteria.person_area
-    """Area of a person that a fragment may hit."""
-    person_height: Annotated[
-        float, Quantity("m", "1.8 m", minimum=0.0), Bounds(0.0, 10.0, "heights of persons", usual=(0.0, 2.5))
-    ] = Criteria.person_height
-    """Height of a person: a fragment passing lower may hit."""
     stack_rule: StackRuleTable = StackRuleTable()
     """How the rule of DDESB TP-12 counts the rounds of a stack."""

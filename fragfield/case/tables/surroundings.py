@@ -6,6 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, Tag
 
+from flight.scene.walls import StoppingWall
 from fragfield.case.tables.base import Table, by_kind
 from fragfield.case.tables.site import Latitude, Longitude, OnEarth
 from fragfield_base.bounds import Bounds, OnlyWith
@@ -130,15 +131,8 @@ ObstacleTable = Annotated[
 ]
 
 
-class BarrierTable(Table):
+class BarrierTable(Table, StoppingWall):
     """A wall or roof by which fragments may be shown to be stopped."""
-
-    material: Literal["concrete", "steel"]
-    """Concrete, by the modified NDRC relation, or mild steel plate, by that of BRL; see the theory of the hazard."""
-    thickness: PositiveLength
-    """Thickness."""
-    strength: Annotated[float, Quantity("Pa", "30 MPa", above=0.0)] = 30e6
-    """Cylinder strength of concrete."""
 
 
 class _ExposedTable(Table):
