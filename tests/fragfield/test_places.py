@@ -240,6 +240,15 @@ def test_convex_parts_cover_an_outline_and_the_box_holds_it():
         parts = convex_parts(outline)
         assert sum(map(signed_area, parts)) == pytest.approx(signed_area(outline), rel=2e-3)
         assert 1 < len(parts) <= 9
+        (centre, length, width, azimuth), more = box_around(outline)
+        assert length * width == pytest.approx((1.0 + more) * signed_area(outline))
+        assert length >= width
+        along = np.radians(azimuth + np.array([0.0, 90.0]))
+        own = (outline - centre) @ np.array([np.cos(along), np.sin(along)])
+        assert 2.0 * np.abs(own).max(axis=0) == pytest.approx([length, width])
+        angles = np.radians(np.arange(0.0, 90.0, 0.1))
+        sides = [np.ptp(outline @ [[np.cos(a), -np.sin(a)], [np.sin(a), np.cos(a)]], axis=0) for a in angles]
+        assert length * width <= np.prod(sides, axis=1).min() + 1e-9, "no other box is smaller"
     corners = np.array([[0.0, 0.0], [40.0, 0.0], [40.0, 9.0], [0.0, 9.0]])
     rotation = np.array([[math.cos(2.0), math.sin(2.0)], [-math.sin(2.0), math.cos(2.0)]])
     (centre, length, width, azimuth), more = box_around(corners @ rotation)

@@ -228,7 +228,7 @@ def store(
     _find_work(grid.filled[block], grid.rounding, parameters, scratch)
     energy[3] += row_sum(scratch, at.PRODUCTS_WORK)
     energy[4] += row_sum(scratch, at.PRODUCTS_HEAT)
-    for lane in range(grid.filled[block]):  # no others: padded slots may hold older volumes
+    for lane in range(grid.filled[block]):
         cell = np.uint64(grid.cells[block, lane])
         state.pressure[cell] = scratch[at.CHARGE_PRESSURE * LANES + lane]
         state.burn_fraction[cell] = scratch[at.CHARGE_BURN * LANES + lane]
