@@ -12,8 +12,6 @@ from fragfield.cli.application import CaseOrRun, CellSize, Json, Quiet, Schedule
 from fragfield.cli.guard import give, guarded
 from fragfield.errors import EXIT_NUMERICAL
 
-__all__ = ["limit", "sweep", "uncertainty", "warm_up"]
-
 Varied = Annotated[Path, typer.Argument(parser=file_path, metavar="CASE", help="The case file that is varied.")]
 RunThreads = Annotated[
     int | None, typer.Option("--threads", min=1, metavar="N", help="Threads of each run; default 1.")

@@ -31,7 +31,6 @@ if TYPE_CHECKING:
     from fragfield.report.reading.run_files import RunFiles
     from fragfield.report.sections import Draw
 
-__all__ = ["write_page", "write_report"]
 
 _MIME = {"svg": "image/svg+xml", "png": "image/png"}
 
@@ -81,10 +80,7 @@ def write_report(
 def write_page(run: RunFiles, target: Path, parts: Callable[[Draw], list[Section]]) -> Path:
     """Write a page of other sections with the report's template, figures in `figures` beside it; the page.
 
-    Raises
-    ------
-    InputError
-        No right to write.
+    Raises InputError: no right to write.
     """
     illustrator = _Illustrator(run, target.parent / "figures", None)
     return _write(run, illustrator, target, lambda: parts(illustrator.draw), lambda _: None)

@@ -9,8 +9,6 @@ from markupsafe import Markup, escape
 if TYPE_CHECKING:
     from fragfield.report.reading.run_files import RunFiles
 
-__all__ = ["code_words", "css_text", "identity_line"]
-
 
 def code_words(text: str) -> Markup:
     """A text as HTML, what stands between a pair of backticks as code."""

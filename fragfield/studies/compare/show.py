@@ -13,7 +13,6 @@ if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
 
-__all__ = ["print_comparison"]
 
 _NEAREST = 10.0  # m, of the table by distance
 _MOST_LINES = 12  # of the table by distance, and of differences

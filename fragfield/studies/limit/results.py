@@ -13,7 +13,6 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
-__all__ = ["limit_words", "print_limit", "write_limit"]
 
 _WIDE = 200  # characters of a line where no terminal sets a bound
 _COLUMNS = {

@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
-__all__ = ["DONE", "FAILED", "KEPT", "WAITING", "print_sweep", "results_of", "write_tables"]
 
 DONE, KEPT, FAILED, WAITING = "done", "kept", "failed", "waiting"
 """States of a run: computed now, kept from before, ended with an error, not yet begun."""

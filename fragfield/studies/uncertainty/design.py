@@ -9,7 +9,6 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["latin_hypercube", "seed_of", "shared_bursts"]
 
 _EDGE = 1e-12  # normal distributions have no quantile at 0 and 1
 _SEEDS = 2**32

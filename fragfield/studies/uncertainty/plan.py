@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from fragfield.case import CaseTable
     from fragfield.studies.uncertainty.inputs import UncertainInput
 
-__all__ = ["Study", "plan_study"]
 
 _ENDS = (1e-3, 0.5, 1.0 - 1e-3)  # probabilities at which a case must be sound before anything runs
 _LEFT_OUT = ("uncertainty", "witness", "stack")
@@ -33,33 +32,22 @@ _LEFT_OUT = ("uncertainty", "witness", "stack")
 
 @dataclass(frozen=True, eq=False)
 class Study:
-    """A study of uncertain inputs.
-
-    Attributes
-    ----------
-    case : CaseTable
-        Resolved, with every input as the case file has it.
-    inputs : tuple of UncertainInput
-        d of them.
-    seed : int
-        Of the points, and of every sample's random numbers.
-    realisations : int
-        Realisations of the break-up in each sample.
-    points : (n, d) float64
-        In the unit cube.
-    burst : (n,) int64 or None
-        Which of the shared bursts a sample uses; None where each has a burst of its own.
-    geometry : str
-        Why bursts are shared or not, in words.
-    """
+    """A study of uncertain inputs."""
 
     case: CaseTable
+    """Resolved, with every input as the case file has it."""
     inputs: tuple[UncertainInput, ...]
+    """d of them."""
     seed: int
+    """Of the points, and of every sample's random numbers."""
     realisations: int
+    """Realisations of the break-up in each sample."""
     points: NDArray[np.float64]
+    """(n, d) float64: in the unit cube."""
     burst: NDArray[np.int64] | None
+    """(n,) int64 or None: which of the shared bursts a sample uses; None where each has a burst of its own."""
     geometry: str
+    """Why bursts are shared or not, in words."""
     _document: dict[str, Any]
 
     @property
@@ -115,10 +103,8 @@ def _without_source(entry: UncertainInput) -> dict[str, Any]:
 def plan_study(case: CaseTable, *, samples: int | None = None, seed: int | None = None) -> Study:
     """Plan a study of a resolved case; what is left out comes from its table [uncertainty].
 
-    Raises
-    ------
-    InputError
-        There is no input, one makes a case that cannot be computed, or there are too few samples or bursts.
+    Raises InputError: there is no input, one makes a case that cannot be computed, or there are too few samples or
+    bursts.
     """
     table = case.uncertainty or UncertaintyTable()
     if case.burst is None or not case.round:

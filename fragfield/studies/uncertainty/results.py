@@ -27,7 +27,6 @@ if TYPE_CHECKING:
     from fragfield.files.run_directory import RunDirectory
     from fragfield.studies.uncertainty.plan import Study
 
-__all__ = ["RESULT", "assess", "read_results", "write_results"]
 
 RESULT = "uncertainty.json"
 _SITE = ("density", "hits", "probability")

@@ -10,7 +10,6 @@ from fragfield.hazard.recommended import parts_words
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-__all__ = ["print_study"]
 
 _WIDE = 160  # characters of a line where no terminal sets a bound
 
