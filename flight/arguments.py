@@ -17,7 +17,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-__all__ = ["number_of_parts", "real_array", "require_number", "require_numbers"]
 
 _UNITS = {
     "": "a plain number",
@@ -93,12 +92,8 @@ def real_array(
 ) -> NDArray[np.float64]:
     """Values as float64; texts among them are refused, also those that NumPy would read as numbers.
 
-    With a `shape` they must have it and be finite.
-
-    Raises
-    ------
-    InputError
-        Texts, what NumPy cannot read as numbers, another shape, or a value that is not finite.
+    With a `shape` they must have it and be finite. Raises InputError: texts, what NumPy cannot read as numbers, another
+    shape, or a value that is not finite.
     """
     try:
         found = np.asarray(value)

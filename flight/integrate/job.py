@@ -31,7 +31,6 @@ if TYPE_CHECKING:
     from flight.scene.targets import Witness
     from flight.scene.wind import Wind
 
-__all__ = ["FlightJob", "FlightProgress", "Flown"]
 
 CHUNK = 3072  # fragments a thread takes at once
 _HIT_FRAGMENT, _PATH_FRAGMENT, _STRUCK_FRAGMENT, _GROUND_FRAGMENT = 8, 7, 9, 8  # columns

@@ -46,7 +46,7 @@ class Spread:
 def without_statistical_error(values: NDArray[np.float64], noise: float) -> tuple[NDArray[np.float64], bool]:
     """Values drawn towards their mean until their variance is that of the inputs alone; and whether that was done.
 
-    `values`; `noise`: variance of the values' own errors, independent of the inputs.
+    `values` (n,); `noise`: variance of the values' own errors, independent of the inputs.
     """
     variance = float(values.var(ddof=1))
     caused = variance - noise
@@ -64,8 +64,8 @@ def spread_of(
 ) -> Spread:
     """Spread over samples.
 
-    `values`; `errors` (n,): standard errors of the values; `rng`: of the bootstrap; `burst` (n,): shared bursts, which
-    the bootstrap then draws whole.
+    `values` (n,); `errors` (n,): standard errors of the values; `rng`: of the bootstrap; `burst` (n,): shared bursts,
+    which the bootstrap then draws whole.
     """
     noise = 0.0 if errors is None else float((errors**2).mean())
     own, resolved = without_statistical_error(values, noise)
