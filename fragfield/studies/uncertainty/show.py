@@ -11,17 +11,13 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
 
-_WIDE = 160  # characters of a line where no terminal sets a bound
-
-
 def print_study(found: Mapping[str, Any]) -> None:
     """Print the recommended distance, the shares of the inputs and the exposed sites."""
-    from rich.console import Console
     from rich.table import Table
 
-    console = Console(highlight=False, markup=False, soft_wrap=True)
-    if not console.is_terminal:
-        console.width = _WIDE
+    from fragfield.terminal.show import plain_console
+
+    console = plain_console(wide=160)
     states = found["states"]
     lost = states["failed"] + states["not_determined"] + states["missing"]
     if lost:
