@@ -145,7 +145,7 @@ def uncertainty(
     Exit code 3 where a sample failed or has no distance; they are counted and left out.
     """
     with guarded(json=json, quiet=quiet):
-        from fragfield.studies.uncertainty.show import print_study
+        from fragfield.studies.uncertainty.results import print_study
 
         found = fragfield.run_uncertainty(
             case, out=out, samples=samples, seed=seed, set=settings or (), cell_size=cell_size,
