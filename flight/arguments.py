@@ -19,8 +19,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-__all__ = ["Size", "Thickness", "number_of_parts", "real_array", "require_number", "require_numbers"]
-
 _STANDING = "obstacles, panels and buildings are smaller than 10 km and larger than 1 mm"
 Size = Annotated[PositiveLength, Bounds(1e-3, 1e4, _STANDING)]
 Thickness = Annotated[PositiveLength, Bounds(1e-3, 1e3, _STANDING)]
@@ -99,12 +97,8 @@ def real_array(
 ) -> NDArray[np.float64]:
     """Values as float64; texts among them are refused, also those that NumPy would read as numbers.
 
-    With a `shape` they must have it and be finite.
-
-    Raises
-    ------
-    InputError
-        Texts, what NumPy cannot read as numbers, another shape, or a value that is not finite.
+    With a `shape` they must have it and be finite. Raises InputError: texts, what NumPy cannot read as numbers, another
+    shape, or a value that is not finite.
     """
     try:
         found = np.asarray(value)

@@ -22,7 +22,6 @@ if TYPE_CHECKING:
 
     from flight.fluence import PolarGrid
 
-__all__ = ["SHALLOWEST", "Criteria", "hit_probability"]
 
 SHALLOWEST = math.radians(0.01)  # paths closer to level than this count as this steep
 

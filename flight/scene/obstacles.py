@@ -24,7 +24,6 @@ if TYPE_CHECKING:
 
     Face = tuple[NDArray[np.float64], NDArray[np.float64]]  # a point of it, its outward unit normal
 
-__all__ = ["Barricade", "Building", "Obstacle", "Wall", "count_by_face", "depth_in", "pack_obstacles"]
 
 FIRST_FACE, FACES, COLUMNS = 7, 6, 43  # as in flight.kernels.obstacles
 DEPTH = 1.0  # m that obstacles reach below the lowest ground, so that nothing passes under them

@@ -21,7 +21,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["Cylinder", "Panel", "Polygon", "Witness", "pack"]
 
 CYLINDER, RECTANGLE, POLYGON, GROUP, COLUMNS = 0, 1, 2, 3, 25  # as in flight.kernels.surfaces
 SLACK = 1e-9  # by which boxes are wider than their surface, relative and in m: rounding must not cut an edge off

@@ -23,7 +23,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["MATERIALS", "StoppingWall", "concrete_limit", "steel_limit"]
 
 FRAGMENT_DENSITY = 7850.0  # kg/m3
 SHARPEST = 1.14  # nose factor N of the modified NDRC relation

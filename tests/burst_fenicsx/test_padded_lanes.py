@@ -71,7 +71,7 @@ def spoil_padded_lanes(path, blocks):
     "changes", [{}, {"quadrature": "full"}, {"geometry": "axisymmetric", "cell_size": 12e-3}], ids=str
 )
 def test_blocks_that_are_not_full_do_what_others_do(tmp_path, monkeypatch, changes):
-    """In the usual chunks, and in many small ones that go on from a checkpoint and are arranged anew."""
+    """In the usual chunks, and in many small ones that go on from a checkpoint and are arranged again."""
     settings = replace(SETTINGS, end_time=END, **changes)
 
     def run(name):

@@ -176,18 +176,20 @@ def test_hit_records() -> None:
 
 
 def test_outline_with_a_notch() -> None:
-    """Shots on a grid through an L: an upright one and a tilted one, each counted inside its corners only."""
+    """Shots on a grid through an L, upright and tilted, behind a triangle: each counted inside its own corners only."""
     outline = np.array([[0.0, 0.0], [4.0, 0.0], [4.0, 1.0], [1.0, 1.0], [1.0, 3.0], [0.0, 3.0]])
     y, z = (a.ravel() for a in np.meshgrid(np.arange(-0.45, 5.0, 0.1), np.arange(-0.45, 4.0, 0.1)))
     inside = (y > 0.0) & (z > 0.0) & (((y < 4.0) & (z < 1.0)) | ((y < 1.0) & (z < 3.0)))
     shots = Fragments(0.1, np.stack([0.0 * y, y, z], axis=1), (300.0, 0.0, 0.0))
+    triangle = Polygon([(2.0, 0.0, 0.0), (2.0, 4.03, 0.0), (2.0, 0.0, 4.03)], name="triangle")
     for slope in (0.0, 0.7):
         corners = np.column_stack([5.0 + slope * outline[:, 1], outline])
         for order in (corners, corners[::-1]):
-            result = fly(
-                shots, air="vacuum", gravity=0.0, ground=None, time_limit=0.1, witnesses=[Polygon(order, name="L")]
-            )
-            assert np.array_equal(result.hits["fragment"], np.flatnonzero(inside))
+            both = [triangle, Polygon(order, name="L")]
+            result = fly(shots, air="vacuum", gravity=0.0, ground=None, time_limit=0.1, witnesses=both)
+            assert np.array_equal(result.hits_on("L")["fragment"], np.flatnonzero(inside))
+            before = np.flatnonzero((y > 0.0) & (z > 0.0) & (y + z < 4.03))
+            assert np.array_equal(result.hits_on("triangle")["fragment"], before)
 
 
 def test_two_of_one_name_are_asked_by_index() -> None:

@@ -64,12 +64,13 @@ def french(path):
     path.write_bytes(lines(head, ";", ",", "\u202f").encode("utf-8-sig"))
 
 
-def excel_text(path):
+def excel_text(path, encoding="utf-16"):
+    """With its byte-order mark, or without where the order is named."""
     head = "\t".join([
         "Polar angle from", "Polar angle to", "Mass from (g)", "Mass to (g)", "Number of fragments", "Mean mass (g)",
         "Mean speed (m/s)", "Max speed (m/s)",
     ])  # fmt: skip
-    path.write_bytes(lines([head], "\t").encode("utf-16"))
+    path.write_bytes(lines([head], "\t").encode(encoding))
 
 
 def quoted(path):
@@ -123,6 +124,8 @@ DIALECTS = {
     "en.csv": english, "de.csv": german, "fr.csv": french, "excel.txt": excel_text, "mac.csv": quoted,
     "merged.xlsx": excel, "sheet.ods": ods, "matrix.csv": matrix,
     "unit_first.csv": lambda path: matrix(path, "Masse (g) {}"),
+    "little_end.txt": lambda path: excel_text(path, "utf-16-le"),
+    "big_end.txt": lambda path: excel_text(path, "utf-16-be"),
 }  # fmt: skip
 
 

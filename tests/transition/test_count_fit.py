@@ -11,7 +11,7 @@ import pytest
 from tests.transition.synthetic import Tube
 from transition import BreakUp, BreakUpSettings
 from transition.errors import InputError
-from transition.law.count_fit import SegmentMasses, expected_numbers, fit_counts
+from transition.law.count_fit import SegmentMasses, _chi_square, expected_numbers, fit_counts
 from transition.law.fragment_counts import FragmentCounts
 from transition.law.mott import MottLaw
 
@@ -155,6 +155,13 @@ def test_a_law_that_does_not_fit_is_rejected_and_widens_the_error():
     widened = math.sqrt(fit.chi_square / fit.degrees)
     assert fit.standard_error == pytest.approx(widened * fit.curvature_error)
     assert widened > 2.0
+
+
+def test_chi_square_joins_groups_of_few_pieces_by_hand():
+    """From the heaviest on to five expected pieces or more; what is left joins the lightest group."""
+    chi_square, degrees = _chi_square(np.array([2.0, 30.0, 6.0, 3.0, 1.0]), np.array([3.0, 28.0, 5.5, 4.0, 2.0]))
+    assert chi_square == pytest.approx(2.0**2 / 6.0 + 0.5**2 / 5.5 + 1.0 / 31.0)
+    assert degrees == 1
 
 
 def test_weighed_pieces_are_taken_as_weighed():
