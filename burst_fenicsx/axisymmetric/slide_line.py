@@ -146,9 +146,8 @@ class LineContactForces(ContactForces):
         """As `ContactForces.take_sums`."""
         self.work, self.friction = self.work + self._sums[0], self.friction + self._sums[1]
         self._sums[:] = 0.0
-        largest, (at_front, after) = self.penetrations, self._deepest.tolist()
-        largest.interface_at_front = max(largest.interface_at_front, at_front)
-        largest.interface_after = max(largest.interface_after, after)
+        for depth, front_is_active in zip(self._deepest, (True, False), strict=True):
+            self.penetrations.at_interface(float(depth), front_is_active=front_is_active)
 
 
 def meridian_contact(mesh: MeridianMesh, fields: BurstFields, settings: BurstSettings) -> ContactForces:

@@ -87,7 +87,7 @@ class CollidingSurfaces:
         if self._comm.size > 1:
             self._comm.Allreduce(MPI.IN_PLACE, self._mass)
         self.searched_at = np.zeros((0, 3))
-        self.travel, self._moved = np.inf, 0.0
+        self.travel = np.inf
         no_one = np.zeros(0, dtype=np.int32)
         self.state: Collisions = Collisions(
             node=no_one,
@@ -112,11 +112,6 @@ class CollidingSurfaces:
             weight=np.zeros((0, 4)),
             push=np.zeros((0, 4)),
             energies=np.zeros((0, 2)),
-            due=np.zeros(0),
-            soonest=np.zeros(0),
-            active=no_one,
-            due_count=no_one,
-            wanted=np.zeros(len(surfaces.faces), dtype=bool),
         )
         self._near_rows = self._near_local = np.zeros(0, dtype=np.int32)
         self._any_near = False  # on any rank
@@ -131,8 +126,7 @@ class CollidingSurfaces:
 
         `speed` is `fastest` of all ranks (m/s).
         """
-        self._moved = 2.0 * step * speed
-        self.travel += self._moved
+        self.travel += 2.0 * step * speed
         return self.travel > self._reach
 
     def drop_faces(self, eroded: np.ndarray, opened: ContactSurfaces | None = None) -> None:
@@ -150,7 +144,6 @@ class CollidingSurfaces:
                 edge=opened.edge,
                 ball=np.zeros((count, 5)),
                 bound=np.zeros((count, 20)),
-                wanted=np.zeros(count, dtype=bool),
             )
         self._whole = ~eroded[self.surfaces.cell]
         self.travel = np.inf
@@ -213,10 +206,6 @@ class CollidingSurfaces:
             weight=np.zeros((count, 4)),
             push=np.zeros((count, 4)),
             energies=np.zeros((count, 2)),
-            due=np.full(len(candidate), -np.inf),
-            soonest=np.full(count, -np.inf),
-            active=np.empty(len(candidate), dtype=np.int32),
-            due_count=np.zeros(count, dtype=np.int32),
         )
         near = np.zeros(len(surfaces.node), dtype=bool)
         near[slaves] = True
@@ -283,7 +272,7 @@ class CollidingSurfaces:
         if not self._any_near:
             return []
         law = CollisionLaw(max_squared_frequency, step, self._friction)
-        find_contacts(law, self.state, self._position, self._velocity, self._mass, self.travel, self._moved)
+        find_contacts(law, self.state, self._position, self._velocity, self._mass)
         clear_rows(self._sums, self._near_rows)
         clear_rows(self._sums, self._halo.needed)
         rounding = CONTACT_FORCES * self._fields.nodes.rounding

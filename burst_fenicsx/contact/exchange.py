@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
@@ -21,8 +22,7 @@ CONTACT_FORCES = 2.0**8
 """How much coarser contact's forces are rounded than those of cells: where walls collide, several contacts push one
 node, together by more than four times the largest force of a cell, up to which sums of the cells' terms are exact."""
 
-
-_TAG = 17_406
+_TAG = 17_406  # of contact's messages
 
 
 class Halo:
@@ -77,37 +77,31 @@ def exchange_rows(comm: MPI.Comm, fetched: Sequence[Fetched], given: Sequence[Gi
     """
     if comm.size == 1:
         return
-    pieces: dict[int, list[np.ndarray]] = {}
-    sizes: dict[int, int] = {}
+    sent: defaultdict[int, list[np.ndarray]] = defaultdict(list)
+    expected: defaultdict[int, list[tuple[np.ndarray, np.ndarray, bool]]] = defaultdict(list)
     for halo, arrays in fetched:
         for array in arrays:
             for rank, rows in halo.lent.items():
-                pieces.setdefault(rank, []).append(array[rows].ravel())
+                sent[rank].append(array[rows].ravel())
             for rank, rows in halo.taken.items():
-                sizes[rank] = sizes.get(rank, 0) + len(rows) * array.shape[1]
+                expected[rank].append((array, rows, False))
     for halo, sums in given:
         for rank, rows in halo.taken.items():
-            pieces.setdefault(rank, []).append(sums[rows].ravel())
+            sent[rank].append(sums[rows].ravel())
         for rank, rows in halo.lent.items():
-            sizes[rank] = sizes.get(rank, 0) + len(rows) * sums.shape[1]
-    received = {rank: np.empty(size) for rank, size in sizes.items()}
-    sent = {rank: np.concatenate(some) for rank, some in pieces.items()}
+            expected[rank].append((sums, rows, True))
+    received = {
+        rank: np.empty(sum(len(rows) * array.shape[1] for array, rows, _ in some)) for rank, some in expected.items()
+    }
     requests = [comm.Irecv(values, rank, _TAG) for rank, values in received.items()]
-    requests += [comm.Isend(values, rank, _TAG) for rank, values in sent.items()]
+    requests += [comm.Isend(np.concatenate(pieces), rank, _TAG) for rank, pieces in sent.items()]
     MPI.Request.Waitall(requests)
-    begin = dict.fromkeys(received, 0)
-
-    def next_rows(rank: int, rows: np.ndarray, columns: int) -> np.ndarray:
-        start, begin[rank] = begin[rank], begin[rank] + len(rows) * columns
-        return received[rank][start : begin[rank]].reshape(-1, columns)
-
-    for halo, arrays in fetched:
-        for array in arrays:
-            for rank, rows in halo.taken.items():
-                array[rows] = next_rows(rank, rows, array.shape[1])
-    for halo, sums in given:
-        for rank, rows in halo.lent.items():
-            sums[rows] += next_rows(rank, rows, sums.shape[1])
+    for rank, some in expected.items():
+        end = 0
+        for array, rows, is_added in some:
+            begin, end = end, end + len(rows) * array.shape[1]
+            values = received[rank][begin:end].reshape(len(rows), -1)
+            array[rows] = array[rows] + values if is_added else values
 
 
 class NearFaces:

@@ -168,7 +168,7 @@ class AxialSlices:
         moved -= self.start
         moved *= self.outward
         x, y, z = moved.T
-        terms = (x + y + z + self.rounding) - self.rounding  # `quantise` without a call: this is done with every step
+        terms = quantise(x + y + z, self.rounding)
         moved = np.bincount(self.slice_of_node, weights=terms, minlength=len(self.initial_radius))
         if self.comm.size > 1:
             moved = self.comm.allreduce(moved)

@@ -13,7 +13,6 @@ from burst_fenicsx.kernels.state import Totals
 from burst_fenicsx.kernels.step.assembly import advance_halves, make_scratch
 from burst_fenicsx.kernels.vectors.rows import hold_rows
 from burst_fenicsx.mechanics.erosion import check_cells, erode
-from burst_fenicsx.mechanics.huge_pages import use_huge_pages
 from burst_fenicsx.mechanics.nodal_loads import NodalLoads, held_nodes
 from burst_fenicsx.mechanics.step_control import BurningTimes, StepControl
 from burst_fenicsx.mechanics.subcycling import Subcycling
@@ -82,7 +81,6 @@ class BurstSolver:
         self.levels = Subcycling(fields, contact)
         self._in_substeps = contact is not None and contact.acts_in_substeps
         self.control = StepControl(fields, settings.time_step, self.levels, self.burning, self.loads)
-        use_huge_pages((*fields.nodes, *fields.grid, *fields.solid, *fields.charge, *self.levels.motion))
         self.add_forces(0.0)
 
     def step(self, until: float = np.inf) -> None:

@@ -22,8 +22,6 @@ def one_node_on_a_face(xi, eta):
         outward=np.zeros((5, 3)), slip=np.zeros((5, 3)), penetration=np.zeros(5), unloaded=np.zeros(5),
         stiffness=np.zeros(5), sharing=np.zeros(5),
         face=np.full(1, -1, dtype=np.int32), weight=np.zeros((1, 4)), push=np.zeros((1, 4)), energies=np.zeros((1, 2)),
-        due=np.zeros(1), soonest=np.zeros(1), active=np.zeros(1, dtype=np.int32), due_count=np.zeros(1, dtype=np.int32),
-        wanted=np.zeros(1, dtype=bool),
     )  # fmt: skip
     weigh_corners(xi, eta, state.weight[0])
     return state

@@ -32,8 +32,8 @@ from burst_fenicsx.kernels.cells import layout as at
 from burst_fenicsx.kernels.cells.erosion import drop_forces, freeze_cells
 from burst_fenicsx.kernels.cells.solid import make_solid
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, inlined_kernel, lane_function, widest_vectors
+from burst_fenicsx.kernels.vectors.cell_values import load_slots, prefetch_dofs, prefetch_slots, store_slots
 from burst_fenicsx.kernels.vectors.exact import quantise, row_sum
-from burst_fenicsx.kernels.vectors.nodal_values import load_slots, prefetch_dofs, prefetch_slots, store_slots
 from burst_fenicsx.materials import laws
 
 if TYPE_CHECKING:

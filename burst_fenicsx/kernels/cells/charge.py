@@ -14,7 +14,6 @@ from burst_fenicsx.kernels.constants import CRUSHED, FRONT_SOUND
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function, widest_vectors
 from burst_fenicsx.kernels.state import ChargeState, Grid
 from burst_fenicsx.kernels.vectors.exact import quantise, row_sum
-from burst_fenicsx.kernels.vectors.nodal_values import load_cells, store_cells
 from burst_fenicsx.kernels.vectors.tensors import (
     Symmetric,
     dot,
@@ -75,15 +74,15 @@ def load(block: int, time: float, parameters: np.ndarray, grid: Grid, state: Cha
 
     Returns the smallest fraction burnt before. Where all is burnt, the row of burning by compression is not set.
     """
-    by_compression, cells, in_rows = parameters[8], grid.cells[block], grid.in_rows[block]
-    load_cells(cells, in_rows, address(state.burn_fraction), 1, scratch, at.CHARGE_BURN)
-    load_cells(cells, in_rows, address(state.pressure), 1, scratch, at.CHARGE_OLD_PRESSURE)
-    load_cells(cells, in_rows, address(state.energy), 1, scratch, at.CHARGE_ENERGY)
+    by_compression, min_burn = parameters[8], 1.0
     for lane in range(LANES):
-        scratch[at.CHARGE_LEAKAGE * LANES + lane] = state.leakage[np.uint64(state.axial_slice[np.uint64(cells[lane])])]
-    min_burn = 1.0
-    for lane in range(LANES):
-        min_burn = min(min_burn, scratch[at.CHARGE_BURN * LANES + lane])
+        cell = np.uint64(grid.cells[block, lane])
+        burn = state.burn_fraction[cell]
+        min_burn = min(min_burn, burn)
+        scratch[at.CHARGE_BURN * LANES + lane] = burn
+        scratch[at.CHARGE_OLD_PRESSURE * LANES + lane] = state.pressure[cell]
+        scratch[at.CHARGE_ENERGY * LANES + lane] = state.energy[cell]
+        scratch[at.CHARGE_LEAKAGE * LANES + lane] = state.leakage[np.uint64(state.axial_slice[cell])]
     for k in range(6 * LANES):
         scratch[at.STRESS * LANES + k] = 0.0
     if min_burn < 1.0:
@@ -229,10 +228,11 @@ def store(
     _find_work(grid.filled[block], grid.rounding, parameters, scratch)
     energy[3] += row_sum(scratch, at.PRODUCTS_WORK)
     energy[4] += row_sum(scratch, at.PRODUCTS_HEAT)
-    cells, in_rows = grid.cells[block], grid.in_rows[block]
-    store_cells(cells, in_rows, address(state.pressure), 1, scratch, at.CHARGE_PRESSURE)
-    store_cells(cells, in_rows, address(state.burn_fraction), 1, scratch, at.CHARGE_BURN)
-    store_cells(cells, in_rows, address(state.energy), 1, scratch, at.CHARGE_ENERGY)
+    for lane in range(grid.filled[block]):
+        cell = np.uint64(grid.cells[block, lane])
+        state.pressure[cell] = scratch[at.CHARGE_PRESSURE * LANES + lane]
+        state.burn_fraction[cell] = scratch[at.CHARGE_BURN * LANES + lane]
+        state.energy[cell] = scratch[at.CHARGE_ENERGY * LANES + lane]
 
 
 @block_kernel
@@ -257,14 +257,12 @@ def erode(
 ) -> int:
     """Mark cells of products that have hardly any volume left; how many of the block are eroded."""
     slot, count = block * LANES, 0
-    for lane in range(LANES):
-        # Most are far from it: without a division.
+    near = False
+    for lane in range(LANES):  # no division for most blocks, which are far from it
         full = scratch[min_volume * LANES + lane] * parameters[0]
-        count += 1 if full > _MAY_BE_CRUSHED * scratch[at.MASS * LANES + lane] else 0
-        count -= 1 if eroded[slot + lane] != WHOLE else 0
-    if count == LANES:
+        near |= (not full > _MAY_BE_CRUSHED * scratch[at.MASS * LANES + lane]) | (eroded[slot + lane] != WHOLE)
+    if not near:
         return 0
-    count = 0
     for lane in range(LANES):
         relative = scratch[min_volume * LANES + lane] * parameters[0] / scratch[at.MASS * LANES + lane]
         if not relative > CRUSHED and scratch[at.CHARGE_BURN * LANES + lane] >= 1.0 and eroded[slot + lane] == WHOLE:

@@ -13,14 +13,12 @@ from burst_fenicsx.kernels.cells.erosion import BEFORE, NOW, WHOLE, clear_lane
 from burst_fenicsx.kernels.constants import NOTHING_LEFT
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function, widest_vectors
 from burst_fenicsx.kernels.state import Grid, SolidState
-from burst_fenicsx.kernels.vectors.exact import quantise, row_sum
-from burst_fenicsx.kernels.vectors.nodal_values import (
+from burst_fenicsx.kernels.vectors.cell_values import (
     cells_of_lanes,
-    load_cells,
     load_slots,
     prefetch_slots,
-    store_cells,
 )
+from burst_fenicsx.kernels.vectors.exact import quantise, row_sum
 from burst_fenicsx.kernels.vectors.tensors import Symmetric, load_matrix, load_symmetric, store_symmetric
 from burst_fenicsx.kernels.vectors.transposition import (
     WIDTH,
@@ -50,10 +48,10 @@ def _load_point(block: int, point: int, grid: Grid, state: SolidState, scratch: 
         stored = addresses(start, _STRESS_BYTES * points, cells_of_lanes(grid.cells[block], first))
         load_triples(stored, scratch, at.STRESS * LANES + first)
         load_triples(later(stored, _HALF_A_STRESS), scratch, (at.STRESS + 3) * LANES + first)
-    cells, in_rows, count = grid.cells[block], grid.in_rows[block], state.stress.shape[1]
-    later_by = np.uint64(8 * point)
-    load_cells(cells, in_rows, address(state.shear_strain) + later_by, count, scratch, at.SOLID_SHEAR_STRAIN)
-    load_cells(cells, in_rows, address(state.volume_strain) + later_by, count, scratch, at.SOLID_VOLUME_STRAIN)
+    for lane in range(LANES):
+        cell = np.uint64(grid.cells[block, lane])
+        scratch[at.SOLID_SHEAR_STRAIN * LANES + lane] = state.shear_strain[cell, point]
+        scratch[at.SOLID_VOLUME_STRAIN * LANES + lane] = state.volume_strain[cell, point]
 
 
 @block_kernel
@@ -65,10 +63,10 @@ def _store_point(block: int, point: int, grid: Grid, state: SolidState, scratch:
         stored = addresses(start, _STRESS_BYTES * points, cells_of_lanes(grid.cells[block], first))
         store_triples(scratch, at.STRESS * LANES + first, stored)
         store_triples(scratch, (at.STRESS + 3) * LANES + first, later(stored, _HALF_A_STRESS))
-    cells, in_rows, count = grid.cells[block], grid.in_rows[block], state.stress.shape[1]
-    later_by = np.uint64(8 * point)
-    store_cells(cells, in_rows, address(state.shear_strain) + later_by, count, scratch, at.SOLID_SHEAR_STRAIN)
-    store_cells(cells, in_rows, address(state.volume_strain) + later_by, count, scratch, at.SOLID_VOLUME_STRAIN)
+    for lane in range(grid.filled[block]):
+        cell = np.uint64(grid.cells[block, lane])
+        state.shear_strain[cell, point] = scratch[at.SOLID_SHEAR_STRAIN * LANES + lane]
+        state.volume_strain[cell, point] = scratch[at.SOLID_VOLUME_STRAIN * LANES + lane]
 
 
 @lane_function

@@ -2,10 +2,6 @@
 
 First every node finds the face that it has entered and the force between them, side by side; then the forces are
 added in order, see `springs`. Both surfaces of a pair take their turn as nodes and as faces.
-
-A node and a face are looked at again when what surfaces may have approached each other has used up their distance: all
-that makes them touch asks for a depth within `_ENTRY` of a step's travel, and `_LATE` of an edge in another round's
-face, below that of the last step, and for a distance within `_OFF_RIM` of the depth.
 """
 
 from __future__ import annotations
@@ -25,7 +21,6 @@ _OFF_RIM = 1.5  # of its depth: a node farther from the face than this is not un
 _BESIDE = 0.1  # of its depth: a node off a rim by less still counts as under the face
 _LATE = 0.1  # of the face's initial edge: a node that came in beside a face is taken up where it lies no deeper
 _OPPOSED = -0.2  # cosine between a node's own normal and that of a face that it may have entered
-_FAR = 8.0  # steps: how far a ball must lie away to be left out without a look at the face's normals
 _TIE = 1e-9  # distances that differ by less, relatively, are one
 _ALIKE = 1e-6  # cosines, and places over the face's initial edge, that differ by less are one
 _LIKE = 0.5  # cosine above which a face looks like the one that a node touched before
@@ -33,48 +28,11 @@ _LIKE = 0.5  # cosine above which a face looks like the one that a node touched 
 
 @kernel
 def find_contacts(
-    law: CollisionLaw,
-    state: Collisions,
-    position: np.ndarray,
-    velocity: np.ndarray,
-    mass: np.ndarray,
-    travel: float,
-    moved: float,
+    law: CollisionLaw, state: Collisions, position: np.ndarray, velocity: np.ndarray, mass: np.ndarray
 ) -> None:
-    """Find each node's face and the force between them (N) into `state`; places and speeds (nodes, 3), `mass` kg.
-
-    No two nodes have moved against each other by more than `travel` since the search, and `moved` in this step (m).
-    """
-    late = 0.0
-    for face in state.near:
-        late = max(late, _OFF_RIM * _LATE * state.edge[face])
-    on_threads(state.node.size, _choose_some, (state, travel + _OFF_RIM * _ENTRY * moved, late))
-    chosen, count = np.empty(state.near.size, dtype=np.int32), 0
-    for face in state.near:
-        if state.wanted[face]:
-            state.wanted[face] = False
-            chosen[count] = face
-            count += 1
-    bound_faces(position, velocity, state.faces, chosen[:count], state.ball, state.bound)
-    on_threads(state.node.size, _find_some, (law, state, position, velocity, mass, travel, moved, late))
-
-
-@kernel
-def _choose_some(start: int, stop: int, state: Collisions, reach: float, late: float) -> None:
-    """Choose the active candidates of the nodes from `start` to `stop`: those due within `reach` (m)."""
-    first, nodes, candidate, touching = state.first, state.node, state.candidate, state.touching
-    due, soonest, active, count, wanted = state.due, state.soonest, state.active, state.due_count, state.wanted
-    for k in range(start, stop):
-        node, until, last = nodes[k], reach, first[k]
-        if touching[node] != 0:
-            until += _OFF_RIM * state.penetration[node] + late
-        if soonest[k] <= until:
-            for c in range(first[k], first[k + 1]):
-                if due[c] <= until:
-                    active[last] = c
-                    wanted[candidate[c]] = True
-                    last += 1
-        count[k] = last - first[k]
+    """Find each node's face and the force between them (N) into `state`; places and speeds (nodes, 3), `mass` kg."""
+    bound_faces(position, velocity, state.faces, state.near, state.ball, state.bound)
+    on_threads(state.node.size, _find_some, (law, state, position, velocity, mass))
 
 
 @kernel
@@ -86,57 +44,46 @@ def _find_some(
     position: np.ndarray,
     velocity: np.ndarray,
     mass: np.ndarray,
-    travel: float,
-    moved: float,
-    late: float,
 ) -> None:
     """Find the contacts of the nodes from `start` to `stop`; a call for every node would cost more than most nodes."""
     corner, trial = np.empty((4, 3)), np.empty(8)
     weight, relative, point = np.empty(4), np.empty(3), np.empty(8)
     faces, face_round, edge, candidate = state.faces, state.face_round, state.edge, state.candidate
-    ball, bound, due = state.ball, state.bound, state.due
+    ball, bound = state.ball, state.bound
     first, nodes, node_round, before = state.first, state.node, state.node_round, state.touching
     energies, push, found, depths = state.energies, state.push, state.face, state.penetration
     for k in range(start, stop):
         node = nodes[k]
-        touching = before[node]
-        if state.due_count[k] == 0 and touching == 0:
-            continue
         energies[k, 0], energies[k, 1] = 0.0, 0.0
         push[k, 0], push[k, 1], push[k, 2], push[k, 3] = 0.0, 0.0, 0.0, 0.0
         found[k] = -1
         x, y, z = position[node, 0], position[node, 1], position[node, 2]
         speed = np.sqrt(velocity[node, 0] ** 2 + velocity[node, 1] ** 2 + velocity[node, 2] ** 2)
-        depth_before, own_round = depths[node], node_round[node]
-        far = _FAR * moved + 2.0 * late + (_OFF_RIM * depth_before if touching != 0 else 0.0)
+        touching, depth_before, own_round = before[node], depths[node], node_round[node]
         best, nearest, unloaded = -1, np.inf, 0.0
-        for a in range(first[k], first[k] + state.due_count[k]):
-            pair = state.active[a]
-            face = candidate[pair]
-            # Most candidates are rejected here, without a call: too far away, in front, or too deep to have come in by
-            # this face. The face lies within its ball, and along each normal between its corners; a node above all
-            # corners along all four normals is in front of whatever lies between them.
-            other = face_round[face] != own_round
+        for c in range(first[k], first[k + 1]):
+            face = candidate[c]
+            # Most candidates are rejected here, without a call: too far from the face's ball, in front, or too deep to
+            # have come in by this face. A node above all corners along all four normals is in front of whatever lies
+            # between them.
             dx, dy, dz = x - ball[face, 0], y - ball[face, 1], z - ball[face, 2]
             square, reach = dx**2 + dy**2 + dz**2, _DEEPEST * edge[face]
-            apart, left = np.sqrt(square) - ball[face, 3], travel - (late if other else 0.0)
-            if apart > far:  # far enough to be left out for some steps
-                due[pair] = left + (1.0 - _TIE) * apart
+            if square > (ball[face, 3] + reach) ** 2:
                 continue
             deepest = _ENTRY * law.step * (speed + ball[face, 4])
             if touching == 1 + face_round[face]:
                 deepest += depth_before + _LATE * edge[face]
-            elif other:
+            elif face_round[face] != own_round:
                 deepest += _LATE * edge[face]
             within = (1.0 + _TIE) * min(_OFF_RIM * min(deepest, reach), nearest)
+            if square > (ball[face, 3] + within) ** 2:
+                continue
             in_front, too_deep = True, True
             for n in range(0, 20, 5):
                 along = dx * bound[face, n] + dy * bound[face, n + 1] + dz * bound[face, n + 2]
                 in_front &= along > bound[face, n + 4]
                 too_deep &= along < bound[face, n + 3] - deepest
-                apart = max(apart, along - bound[face, n + 4], bound[face, n + 3] - along)
-            due[pair] = left + (1.0 - _TIE) * apart
-            if in_front or too_deep or apart > within:
+            if in_front or too_deep:
                 continue
             for n in range(4):
                 for i in range(3):
@@ -156,7 +103,6 @@ def _find_some(
             if free < np.inf:
                 best, nearest, unloaded = face, distance, free
                 point[:] = trial
-        state.soonest[k] = due[first[k] : first[k + 1]].min()
         if best >= 0 and not _outside_beside(k, best, nearest, state, position, corner, trial, point):
             weigh_corners(point[0], point[1], state.weight[k])
             _relative_velocity(node, state.faces[best], state.weight[k], velocity, relative)
@@ -285,8 +231,8 @@ def _outside_beside(
     node, own = state.node[k], state.face_round[best]
     faces, ball, bound = state.faces, state.ball, state.bound
     x, y, z = position[node, 0], position[node, 1], position[node, 2]
-    for a in range(state.first[k], state.first[k] + state.due_count[k]):
-        face = state.candidate[state.active[a]]
+    for c in range(state.first[k], state.first[k + 1]):
+        face = state.candidate[c]
         dx, dy, dz = x - ball[face, 0], y - ball[face, 1], z - ball[face, 2]
         square = dx**2 + dy**2 + dz**2
         if square > (ball[face, 3] + (1.0 + _TIE) * nearest) ** 2 or state.face_round[face] != own:

@@ -62,11 +62,6 @@ class Collisions(NamedTuple):
     weight: np.ndarray  # (slaves, 4), of the face's nodes (Eq. 17)
     push: np.ndarray  # (slaves, 4): force on the node (N), reduced mass (kg)
     energies: np.ndarray  # (slaves, 2) J: stored, friction in this step
-    due: np.ndarray  # (candidates,) m: how far surfaces may approach each other, from the search on, before they touch
-    soonest: np.ndarray  # (slaves,) m, the least of it among a node's candidates
-    active: np.ndarray  # (candidates,) int32, those that are due in this step: of slave k from `first[k]` on ...
-    due_count: np.ndarray  # (slaves,) int32, ... so many
-    wanted: np.ndarray  # (faces,) bool, scratch
 
 
 @kernel

@@ -1,12 +1,17 @@
-"""Values of a block of cells and of its nodes: gathered into rows, a lane a cell, and nodal forces added back."""
+"""Vectors of a block's nodes gathered into rows, a lane a cell, and nodal forces added back.
+
+Hexahedra gather modes instead of nodal values. Where eight cells are a row of a regular mesh their nodes are a run at
+each corner, which is moved whole. Nodes lie where no processor foresees them: the next block's are prefetched.
+"""
 
 from __future__ import annotations
 
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function
+from burst_fenicsx.kernels.vectors.cell_values import Cells, cells_of_lanes
 from burst_fenicsx.kernels.vectors.transposition import (
     WIDTH,
     add_run,
@@ -14,98 +19,19 @@ from burst_fenicsx.kernels.vectors.transposition import (
     address,
     addresses,
     load_modes,
-    load_modes_of_runs,
-    load_run,
-    load_singles,
     load_triples,
     prefetch,
-    store_run,
-    store_singles,
 )
 
 __all__ = [
     "add_nodal_forces",
-    "cells_of_lanes",
     "gather_mean_modes",
     "gather_modes",
-    "load_cells",
-    "load_slots",
     "make_gather",
-    "prefetch_dofs",
     "prefetch_nodes",
-    "prefetch_slots",
-    "store_cells",
-    "store_slots",
 ]
 
-Cells: TypeAlias = tuple[np.uint64, np.uint64, np.uint64, np.uint64, np.uint64, np.uint64, np.uint64, np.uint64]
-
 _NODE_BYTES = np.uint64(24)  # of a nodal vector
-_BYTES = np.uint64(8)  # of a number
-
-
-@lane_function
-def cells_of_lanes(cells: np.ndarray, first: int) -> Cells:
-    """`WIDTH` cells of a block from lane `first` on; unsigned, so that no code counts negative ones from the end."""
-    return (
-        np.uint64(cells[first]),
-        np.uint64(cells[first + 1]),
-        np.uint64(cells[first + 2]),
-        np.uint64(cells[first + 3]),
-        np.uint64(cells[first + 4]),
-        np.uint64(cells[first + 5]),
-        np.uint64(cells[first + 6]),
-        np.uint64(cells[first + 7]),
-    )
-
-
-@block_kernel
-def load_slots(block: int, values: np.ndarray, rows: np.ndarray, row: int) -> None:
-    """Copy a block's `values` (slots,) to a row."""
-    start = address(values) + _BYTES * np.uint64(block * LANES)
-    for first in range(0, LANES, WIDTH):
-        load_run(start + _BYTES * np.uint64(first), rows, row * LANES + first)
-
-
-@block_kernel
-def store_slots(block: int, rows: np.ndarray, row: int, values: np.ndarray) -> None:
-    """Copy a row back to a block's `values` (slots,)."""
-    start = address(values) + _BYTES * np.uint64(block * LANES)
-    for first in range(0, LANES, WIDTH):
-        store_run(rows, row * LANES + first, start + _BYTES * np.uint64(first))
-
-
-@block_kernel
-def load_cells(
-    cells: np.ndarray, in_rows: np.ndarray, start: np.uint64, points: int, rows: np.ndarray, row: int
-) -> None:
-    """Copy a number of each of a block's cells to a row.
-
-    Parameters
-    ----------
-    cells, in_rows : as of `gather_modes`.
-    start : address of the first cell's number; a cell has so many `points`, with a number each.
-    rows, row : the row of the scratch.
-    """
-    for first in range(0, LANES, WIDTH):
-        own = cells_of_lanes(cells, first)
-        if points == 1 and in_rows[first // WIDTH]:
-            load_run(start + _BYTES * own[0], rows, row * LANES + first)
-        else:
-            load_singles(addresses(start, _BYTES * np.uint64(points), own), rows, row * LANES + first)
-
-
-@block_kernel
-def store_cells(
-    cells: np.ndarray, in_rows: np.ndarray, start: np.uint64, points: int, rows: np.ndarray, row: int
-) -> None:
-    """Copy a row back to the cells, the reverse of `load_cells`; of padded lanes as well, see `Grid`."""
-    for first in range(0, LANES, WIDTH):
-        own = cells_of_lanes(cells, first)
-        if points == 1 and in_rows[first // WIDTH]:
-            store_run(rows, row * LANES + first, start + _BYTES * own[0])
-        else:
-            store_singles(rows, row * LANES + first, addresses(start, _BYTES * np.uint64(points), own))
 
 
 @lane_function
@@ -172,7 +98,7 @@ def gather_modes(
     ----------
     cells : (LANES,) int32, the block's cells (padded with its last one).
     dofmap : (cells, 8) int32 nodes.
-    in_rows : (LANES / WIDTH,) int8, whether the nodes of so many lanes follow one another, at each corner.
+    in_rows : (LANES / WIDTH,) int8, whether so many lanes are a row of cells, whose nodes are a run at each corner.
     field : (nodes, 3).
     rows : (21 LANES or more,), overwritten.
     """
@@ -180,7 +106,7 @@ def gather_modes(
     for first in range(0, LANES, WIDTH):
         own = cells_of_lanes(cells, first)
         if in_rows[first // WIDTH]:
-            load_modes_of_runs(addresses(start, _NODE_BYTES, _corners(own[0], dofmap)), rows, first)
+            load_modes(addresses(start, _NODE_BYTES, _corners(own[0], dofmap)), rows, first)
         else:
             load_modes(
                 (
@@ -196,35 +122,6 @@ def gather_modes(
                 rows,
                 first,
             )
-
-
-@lane_function
-def prefetch_slots(block: int, values: np.ndarray) -> None:
-    """Bring a block's `values` (slots,) near."""
-    start = address(values) + _BYTES * np.uint64(block * LANES)
-    for first in range(0, LANES, WIDTH):
-        prefetch(start + _BYTES * np.uint64(first))
-
-
-@block_kernel
-def prefetch_dofs(cells: np.ndarray, dofmap: np.ndarray) -> None:
-    """Bring the rows of `dofmap` (all cells, corners) int32 of a block near, two of which fill a line."""
-    for lane in range(0, LANES, 2):
-        prefetch(address(dofmap) + np.uint64(4 * dofmap.shape[1]) * np.uint64(cells[lane]))
-
-
-@block_kernel
-def prefetch_nodes(
-    cells: np.ndarray, dofmap: np.ndarray, position: np.ndarray, velocity: np.ndarray, force: np.ndarray
-) -> None:
-    """Bring the nodes of a block of hexahedra near: of every third cell, at four corners, where rows share nodes."""
-    for lane in range(0, LANES, 3):
-        cell = np.uint64(cells[lane])
-        for n in (0, 3, 4, 7):
-            later_by = _NODE_BYTES * np.uint64(dofmap[cell, n])
-            prefetch(address(position) + later_by)
-            prefetch(address(velocity) + later_by)
-            prefetch(address(force) + later_by)
 
 
 @block_kernel
@@ -323,3 +220,17 @@ def add_nodal_forces(
             node = np.uint64(dofmap[cell, n])
             for i in range(3):
                 force[node, i] += rows[(3 * n + i) * LANES + lane]
+
+
+@block_kernel
+def prefetch_nodes(
+    cells: np.ndarray, dofmap: np.ndarray, position: np.ndarray, velocity: np.ndarray, force: np.ndarray
+) -> None:
+    """Bring the nodes of a block of hexahedra near: of every third cell, at four corners, where rows share nodes."""
+    for lane in range(0, LANES, 3):
+        cell = np.uint64(cells[lane])
+        for n in (0, 3, 4, 7):
+            later_by = _NODE_BYTES * np.uint64(dofmap[cell, n])
+            prefetch(address(position) + later_by)
+            prefetch(address(velocity) + later_by)
+            prefetch(address(force) + later_by)

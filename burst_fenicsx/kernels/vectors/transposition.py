@@ -3,7 +3,8 @@
 Fields of nodes and cells lie vector by vector, as dolfinx and output want them; the kernels compute on rows, one
 component of all lanes after the other. Moved number by number that costs as much as the mechanics. Here eight vectors
 are loaded whole and transposed by shuffles, which the compiler makes by itself only where addresses follow each other.
-LLVM's generic instructions: any processor.
+The vectors lie at eight addresses or, where a mesh is regular, as a run, one behind the other from one address on,
+which three loads bring instead of eight. LLVM's generic instructions: any processor.
 """
 
 from __future__ import annotations
@@ -28,15 +29,11 @@ __all__ = [
     "add_triples",
     "address",
     "addresses",
+    "copy_run",
     "later",
     "load_modes",
-    "load_modes_of_runs",
-    "load_run",
-    "load_singles",
     "load_triples",
     "prefetch",
-    "store_run",
-    "store_singles",
     "store_triples",
 ]
 
@@ -44,6 +41,7 @@ WIDTH = 8
 """Vectors that are transposed together."""
 
 _DOUBLE, _INDEX = ir.DoubleType(), ir.IntType(32)
+_EIGHT = ir.VectorType(_DOUBLE, WIDTH)
 _PLACES = types.UniTuple(types.uint64, WIDTH)
 _BYTES = 8
 
@@ -116,9 +114,8 @@ def load_triples(typing_context: Any, places: Any, rows: Any, start: Any) -> tup
     """Load three numbers each from eight addresses to rows: component i of vector k to `rows[start + i LANES + k]`."""
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        found = _turned(builder, cgutils.unpack_tuple(builder, arguments[0], WIDTH))
-        for i, row in enumerate(found):
-            _store(builder, row, _row(context, builder, signature.args[1], arguments[1:], i, row.type))
+        for i, row in enumerate(_turned(builder, arguments[0])):
+            _store(builder, row, _row(context, builder, signature.args[1], arguments[1:], i))
         return context.get_dummy_value()
 
     return types.none(_PLACES, rows, types.intp), generate
@@ -152,54 +149,18 @@ def add_triples(typing_context: Any, rows: Any, start: Any, places: Any) -> tupl
 
 
 @intrinsic
-def load_singles(typing_context: Any, places: Any, rows: Any, start: Any) -> tuple[Any, Callable[..., Any]]:  # noqa: ARG001
-    """Load a number each from eight addresses, that of address k to `rows[start + k]`."""
+def add_run(typing_context: Any, rows: Any, start: Any, place: Any) -> tuple[Any, Callable[..., Any]]:  # noqa: ARG001
+    """As `add_triples` to a run of vectors."""
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        row = ir.VectorType(_DOUBLE, WIDTH)(ir.Undefined)
-        for k, place in enumerate(cgutils.unpack_tuple(builder, arguments[0], WIDTH)):
-            row = builder.insert_element(row, _load(builder, _pointer(builder, place, _DOUBLE), _DOUBLE), _INDEX(k))
-        _store(builder, row, _row(context, builder, signature.args[1], arguments[1:], 0, row.type))
-        return context.get_dummy_value()
-
-    return types.none(_PLACES, rows, types.intp), generate
-
-
-@intrinsic
-def store_singles(typing_context: Any, rows: Any, start: Any, places: Any) -> tuple[Any, Callable[..., Any]]:  # noqa: ARG001
-    """Store `rows[start + k]` to the address k of eight: the reverse of `load_singles`."""
-
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        eight = ir.VectorType(_DOUBLE, WIDTH)
-        row = _load(builder, _row(context, builder, signature.args[0], arguments, 0, eight), eight)
-        for k, place in enumerate(cgutils.unpack_tuple(builder, arguments[2], WIDTH)):
-            _store(builder, builder.extract_element(row, _INDEX(k)), _pointer(builder, place, _DOUBLE))
-        return context.get_dummy_value()
-
-    return types.none(rows, types.intp, _PLACES), generate
-
-
-@intrinsic
-def load_run(typing_context: Any, place: Any, rows: Any, start: Any) -> tuple[Any, Callable[..., Any]]:  # noqa: ARG001
-    """As `load_singles`, of numbers that follow one another from one address on."""
-
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        eight = ir.VectorType(_DOUBLE, WIDTH)
-        row = _load(builder, _pointer(builder, arguments[0], eight), eight)
-        _store(builder, row, _row(context, builder, signature.args[1], arguments[1:], 0, eight))
-        return context.get_dummy_value()
-
-    return types.none(types.uint64, rows, types.intp), generate
-
-
-@intrinsic
-def store_run(typing_context: Any, rows: Any, start: Any, place: Any) -> tuple[Any, Callable[..., Any]]:  # noqa: ARG001
-    """The reverse of `load_run`."""
-
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        eight = ir.VectorType(_DOUBLE, WIDTH)
-        row = _load(builder, _row(context, builder, signature.args[0], arguments, 0, eight), eight)
-        _store(builder, row, _pointer(builder, arguments[2], eight))
+        x, y, z = (_load(builder, _row(context, builder, signature.args[0], arguments, i), _EIGHT) for i in range(3))
+        pairs = _shuffled(builder, x, y, [k // 2 + WIDTH * (k % 2) for k in range(2 * WIDTH)])
+        whole = _shuffled(builder, z, z, [k % WIDTH for k in range(2 * WIDTH)])
+        order = [2 * (k // 3) + k % 3 if k % 3 < 2 else 2 * WIDTH + k // 3 for k in range(3 * WIDTH)]
+        for part in range(3):
+            value = _shuffled(builder, pairs, whole, order[WIDTH * part : WIDTH * (part + 1)])
+            pointer = _pointer(builder, arguments[2], _EIGHT, WIDTH * part)
+            _store(builder, builder.fadd(_load(builder, pointer, _EIGHT), value), pointer)
         return context.get_dummy_value()
 
     return types.none(rows, types.intp, types.uint64), generate
@@ -207,72 +168,45 @@ def store_run(typing_context: Any, rows: Any, start: Any, place: Any) -> tuple[A
 
 @intrinsic
 def load_modes(typing_context: Any, places: Any, rows: Any, start: Any) -> tuple[Any, Callable[..., Any]]:  # noqa: ARG001
-    """Load three numbers each from eight addresses for every corner of eight hexahedra; their modes to rows.
+    """Load three numbers each of every corner of eight hexahedra, and put their modes to rows.
 
-    The modes are those of `cells.hexahedron`, in the order 1, 2, 4, 3, 5, 6, 7: component i of mode m of cell k to
-    `rows[start + (3 m + i) LANES + k]`. They are made in the registers.
+    `places` are eight addresses for each of the eight corners or, where those are runs, one for each. The modes are
+    those of `cells.hexahedron`, in the order 1, 2, 4, 3, 5, 6, 7: component i of mode m of cell k to
+    `rows[start + (3 m + i) LANES + k]`. They are made here, while the values are in registers: no kernel needs those.
     """
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        corners = [
-            _turned(builder, cgutils.unpack_tuple(builder, corner, WIDTH))
-            for corner in cgutils.unpack_tuple(builder, arguments[0], 8)
-        ]
-        _store_modes(context, builder, signature, arguments, corners)
+        turned = _turned_run if signature.args[0] == _PLACES else _turned
+        corners = [turned(builder, corner) for corner in cgutils.unpack_tuple(builder, arguments[0], 8)]
+        for i in range(3):
+            values = [corner[i] for corner in corners]
+            for bit in (1, 2, 4):
+                for low in (k for k in range(8) if not k & bit):
+                    one, other = values[low], values[low | bit]
+                    values[low], values[low | bit] = builder.fadd(one, other), builder.fsub(other, one)
+            for m, mode in enumerate((1, 2, 4, 3, 5, 6, 7)):
+                row = _row(context, builder, signature.args[1], arguments[1:], 3 * m + i)
+                _store(builder, values[mode], row)
         return context.get_dummy_value()
 
-    return types.none(types.UniTuple(_PLACES, 8), rows, types.intp), generate
+    return types.none(places, rows, types.intp), generate
 
 
 @intrinsic
-def load_modes_of_runs(typing_context: Any, places: Any, rows: Any, start: Any) -> tuple[Any, Callable[..., Any]]:  # noqa: ARG001
-    """As `load_modes`, where the vectors of each corner follow one another from one address on."""
+def copy_run(typing_context: Any, place: Any, other: Any) -> tuple[Any, Callable[..., Any]]:  # noqa: ARG001
+    """Copy the eight numbers from an address on to another one, as one vector."""
 
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        corners = [_turned_run(builder, place) for place in cgutils.unpack_tuple(builder, arguments[0], 8)]
-        _store_modes(context, builder, signature, arguments, corners)
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:  # noqa: ARG001
+        eight = _load(builder, _pointer(builder, arguments[0], _EIGHT), _EIGHT)
+        _store(builder, eight, _pointer(builder, arguments[1], _EIGHT))
         return context.get_dummy_value()
 
-    return types.none(_PLACES, rows, types.intp), generate
-
-
-@intrinsic
-def add_run(typing_context: Any, rows: Any, start: Any, place: Any) -> tuple[Any, Callable[..., Any]]:  # noqa: ARG001
-    """As `add_triples` to vectors that follow one another from one address on."""
-
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        eight = ir.VectorType(_DOUBLE, WIDTH)
-        x, y, z = (
-            _load(builder, _row(context, builder, signature.args[0], arguments, i, eight), eight) for i in range(3)
-        )
-        pairs = _shuffled(builder, x, y, [k // 2 + WIDTH * (k % 2) for k in range(2 * WIDTH)])
-        whole = _shuffled(builder, z, z, [k % WIDTH for k in range(2 * WIDTH)])
-        order = [2 * (k // 3) + k % 3 if k % 3 < 2 else 2 * WIDTH + k // 3 for k in range(3 * WIDTH)]
-        for part in range(3):
-            value = _shuffled(builder, pairs, whole, order[WIDTH * part : WIDTH * (part + 1)])
-            pointer = _pointer(builder, arguments[2], eight, WIDTH * part)
-            _store(builder, builder.fadd(_load(builder, pointer, eight), value), pointer)
-        return context.get_dummy_value()
-
-    return types.none(rows, types.intp, types.uint64), generate
-
-
-def _store_modes(context: Any, builder: Any, signature: Any, arguments: Any, corners: list[Any]) -> None:
-    """Modes of the rows of eight corners to rows."""
-    for i in range(3):
-        values = [corner[i] for corner in corners]
-        for bit in (1, 2, 4):
-            for low in (k for k in range(8) if not k & bit):
-                one, other = values[low], values[low | bit]
-                values[low], values[low | bit] = builder.fadd(one, other), builder.fsub(other, one)
-        for m, mode in enumerate((1, 2, 4, 3, 5, 6, 7)):
-            place = _row(context, builder, signature.args[1], arguments[1:], 3 * m + i, values[mode].type)
-            _store(builder, values[mode], place)
+    return types.none(types.uint64, types.uint64), generate
 
 
 def _turned(builder: Any, places: Any) -> tuple[Any, Any, Any]:
     """Rows of the three numbers at each of eight addresses."""
-    vectors = [_load_three(builder, place) for place in places]
+    vectors = [_load_three(builder, place) for place in cgutils.unpack_tuple(builder, places, WIDTH)]
     # Four registers of two vectors each, (0, 4), (1, 5), (2, 6), (3, 7).
     doubled = [_shuffled(builder, vectors[k], vectors[k + 4], range(8)) for k in range(4)]
     even, odd = (0, 8, 2, 10, 4, 12, 6, 14), (1, 9, 3, 11, 5, 13, 7, 15)
@@ -287,9 +221,8 @@ def _turned(builder: Any, places: Any) -> tuple[Any, Any, Any]:
 
 
 def _turned_run(builder: Any, place: Any) -> list[Any]:
-    """Rows of the three numbers of eight vectors that follow one another."""
-    eight = ir.VectorType(_DOUBLE, WIDTH)
-    a, b, c = (_load(builder, _pointer(builder, place, eight, WIDTH * part), eight) for part in range(3))
+    """Rows of the three numbers of a run of eight vectors."""
+    a, b, c = (_load(builder, _pointer(builder, place, _EIGHT, WIDTH * part), _EIGHT) for part in range(3))
     low = _shuffled(builder, a, b, range(2 * WIDTH))
     high = _shuffled(builder, c, c, [k % WIDTH for k in range(2 * WIDTH)])
     return [_shuffled(builder, low, high, [3 * k + i for k in range(WIDTH)]) for i in range(3)]
@@ -297,8 +230,7 @@ def _turned_run(builder: Any, place: Any) -> list[Any]:
 
 def _triples(context: Any, builder: Any, array: Any, arguments: Any) -> list[tuple[Any, Any, Any]]:
     """Of each vector: its address, its first two components and its third one, from three rows."""
-    eight = ir.VectorType(_DOUBLE, WIDTH)
-    x, y, z = (_load(builder, _row(context, builder, array, arguments, i, eight), eight) for i in range(3))
+    x, y, z = (_load(builder, _row(context, builder, array, arguments, i), _EIGHT) for i in range(3))
     found = []
     for k, place in enumerate(cgutils.unpack_tuple(builder, arguments[2], WIDTH)):
         pair = _shuffled(builder, x, y, (k, WIDTH + k))
@@ -306,11 +238,11 @@ def _triples(context: Any, builder: Any, array: Any, arguments: Any) -> list[tup
     return found
 
 
-def _row(context: Any, builder: Any, array: Any, arguments: Any, i: int, kind: Any) -> Any:
+def _row(context: Any, builder: Any, array: Any, arguments: Any, i: int) -> Any:
     """Pointer to eight lanes of row i of `rows`, `start` in the first two of the arguments."""
     data = context.make_array(array)(context, builder, arguments[0]).data
     at = builder.add(arguments[1], ir.IntType(64)(i * LANES))
-    return builder.bitcast(builder.gep(data, [at]), kind.as_pointer())
+    return builder.bitcast(builder.gep(data, [at]), _EIGHT.as_pointer())
 
 
 def _pointer(builder: Any, place: Any, kind: Any, at: int = 0) -> Any:
