@@ -21,8 +21,9 @@ if TYPE_CHECKING:
     from flight.fragments import Fragments
     from flight.hazard.flown import hazard_distance
     from flight.integrate.contact import Contact
-    from flight.integrate.fly import FlightProgress, fly, range_table
+    from flight.integrate.fly import fly, range_table
     from flight.integrate.integrator import Adaptive, Domain, FixedStep
+    from flight.integrate.job import FlightProgress
     from flight.result import FlightResult
     from flight.rows import CONTACTS, HITS, LANDING, OBSTACLE_HITS, Status, Trajectories, to_pandas
     from flight.scene.air import VACUUM, ConstantAir, StandardAtmosphere

@@ -31,7 +31,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["COLUMNS", "ArenaTable", "is_arena_file"]
 
 COLUMNS = (
     "zone_from_deg", "zone_to_deg", "mass_from_kg", "mass_to_kg", "number", "mean_mass_kg", "mean_speed_m_s",

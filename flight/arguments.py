@@ -6,18 +6,22 @@ The flight is a library of numbers; units are read by the case file of fragfield
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 
 from flight.errors import InputError
+from fragfield_base.bounds import Bounds
+from fragfield_base.inputs import PositiveLength
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from numpy.typing import NDArray
 
-__all__ = ["number_of_parts", "real_array", "require_number", "require_numbers"]
+_STANDING = "obstacles, panels and buildings are smaller than 10 km and larger than 1 mm"
+Size = Annotated[PositiveLength, Bounds(1e-3, 1e4, _STANDING)]
+Thickness = Annotated[PositiveLength, Bounds(1e-3, 1e3, _STANDING)]
 
 _UNITS = {
     "": "a plain number",
@@ -93,12 +97,8 @@ def real_array(
 ) -> NDArray[np.float64]:
     """Values as float64; texts among them are refused, also those that NumPy would read as numbers.
 
-    With a `shape` they must have it and be finite.
-
-    Raises
-    ------
-    InputError
-        Texts, what NumPy cannot read as numbers, another shape, or a value that is not finite.
+    With a `shape` they must have it and be finite. Raises InputError: texts, what NumPy cannot read as numbers, another
+    shape, or a value that is not finite.
     """
     try:
         found = np.asarray(value)

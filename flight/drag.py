@@ -11,15 +11,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from flight.arguments import require_number
-from flight.errors import InputError, nearest
+from flight.errors import InputError
 from flight.files.text_tables import import_hint, line_of_row, read_columns
 from flight.scene.tables import evaluate_pieces, monotone_pieces
+from fragfield_base.errors import names_allowed
 from fragfield_base.reading import read_text
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["BUILT_IN", "Drag"]
 
 BUILT_IN = {
     "shell_fragment": "shell_fragment_tp12.csv",
@@ -82,7 +82,7 @@ class Drag:
     def named(cls, name: str) -> Drag:
         """Return a built-in table: shell_fragment, sphere, cube_face_on or cube_corner_on."""
         if name not in BUILT_IN:
-            raise InputError(f"drag: unknown table {name!r}{nearest(name, BUILT_IN)}, or give a .csv file")
+            raise InputError(f"drag: unknown table {name!r}{names_allowed(name, BUILT_IN)}, or give a .csv file")
         with resources.as_file(resources.files("flight") / "data" / "drag" / BUILT_IN[name]) as path:
             return cls._from_file(path, name)
 

@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 from fragfield_base import errors
-from fragfield_base.errors import names_allowed as nearest
-
-__all__ = ["FlightWarning", "InputError", "NotDeterminedError", "nearest"]
 
 
 class InputError(errors.InputError):

@@ -23,7 +23,6 @@ if TYPE_CHECKING:
 
     from flight.kernels.fluence import FluenceCells
 
-__all__ = ["Fluence", "FluenceGrid", "PolarGrid"]
 
 SHORTEST = 0.2  # of a distance cell: a piece of a path, where a tenth of its distance is less
 FINEST = 0.1  # of a distance cell of the tables
@@ -189,20 +188,14 @@ class FluenceGrid:
 
     A fragment counts where its kinetic energy there is `energy` or more. After a ricochet its path counts on, apart
     from what came before its first impact on the ground.
-
-    Attributes
-    ----------
-    grid : PolarGrid
-        Cells; where fragments pass farther than its reach, `fly` extends it.
-    energy : float
-        Of a hazardous fragment (J).
-    height : float
-        Of a person above the ground (m).
     """
 
     grid: PolarGrid
+    """Cells; where fragments pass farther than its reach, `fly` extends it."""
     energy: float = 79.0
+    """Of a hazardous fragment (J)."""
     height: float = 1.8
+    """Of a person above the ground (m)."""
 
     def table(self) -> FluenceCells:
         """For the kernels."""
@@ -218,19 +211,14 @@ class FluenceGrid:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Fluence:
-    """Lengths of the paths of hazardous fragments below a person's height.
-
-    Attributes
-    ----------
-    cells : FluenceGrid
-        What was counted; its grid reaches as far as needed.
-    before, after : (a, r) float64
-        Of all fragments by cell of the grid (m): before their first impact on the ground, and after it.
-    """
+    """Lengths of the paths of hazardous fragments below a person's height."""
 
     cells: FluenceGrid
+    """What was counted; its grid reaches as far as needed."""
     before: NDArray[np.float64]
     after: NDArray[np.float64]
+    """(a, r) float64: of all fragments by cell of the grid (m): before their first impact on the ground, and after
+    it."""
 
     def __repr__(self) -> str:
         azimuths, distances = self.lengths.shape

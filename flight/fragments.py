@@ -18,7 +18,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["ARRAYS", "Fragments", "check_possible", "shaped"]
 
 # What files may hold.
 POSSIBLE = {"mass": (1e-15, 1e6), "shape_factor": (1e-3, 1e9), "position": (-1e7, 1e7), "velocity": (-5e4, 5e4)}
@@ -215,10 +214,7 @@ def _check(fragments: Fragments) -> None:
 def shaped(fragments: Fragments, shape: Shape, seed: int = 0) -> Fragments:
     """Fragments with the shape factors that a model gives them; `seed` of what is drawn.
 
-    Raises
-    ------
-    InputError
-        The shape is no model.
+    Raises InputError: the shape is no model.
     """
     if not isinstance(shape, Shape):
         raise InputError(f"shape is {shape!r}, allowed: flight.shape.Mean, Lognormal or Box")
@@ -228,10 +224,7 @@ def shaped(fragments: Fragments, shape: Shape, seed: int = 0) -> Fragments:
 def check_possible(fragments: Fragments, source: str) -> None:
     """Refuse fragments of a file that cannot be: a damaged file, or a wrong unit; some would never land.
 
-    Raises
-    ------
-    InputError
-        With the `source`, the first such fragment and what is possible.
+    Raises InputError: with the `source`, the first such fragment and what is possible.
     """
     for name, what in (("mass", "kg"), ("shape_factor", "kg/m3"), ("position", "m"), ("velocity", "m/s")):
         (low, high), value = POSSIBLE[name], getattr(fragments, name)

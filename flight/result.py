@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from flight.errors import InputError, nearest
+from flight.errors import InputError
 from flight.rows import HITS, OBSTACLE_HITS, RICOCHETS, Status, Trajectories, to_pandas
+from fragfield_base.errors import names_allowed
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -19,8 +20,6 @@ if TYPE_CHECKING:
     from flight.fluence import Fluence
     from flight.scene.obstacles import Obstacle
     from flight.scene.targets import Witness
-
-__all__ = ["FlightResult"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -99,7 +98,7 @@ class FlightResult:
         if isinstance(witness, str):
             names = [surface.name for surface in self.witnesses]
             if witness not in names:
-                raise InputError(f"no witness {witness!r}{nearest(witness, names)}")
+                raise InputError(f"no witness {witness!r}{names_allowed(witness, names)}")
             if names.count(witness) > 1:
                 raise InputError(f"{names.count(witness)} witnesses are called {witness!r}; ask by index")
             witness = names.index(witness)

@@ -11,18 +11,6 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = [
-    "CONTACTS",
-    "HITS",
-    "LANDING",
-    "OBSTACLE_HITS",
-    "RICOCHETS",
-    "Status",
-    "Trajectories",
-    "flat_columns",
-    "to_pandas",
-]
-
 
 class Status(IntEnum):
     """How a flight ended; every fragment has one."""

@@ -17,19 +17,6 @@ from flight.errors import InputError
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = [
-    "BOX_5_2_1_STEEL",
-    "Box",
-    "DEFAULT_SHAPE_FACTOR",
-    "FORGED_STEEL_SHELL",
-    "HEAVY_PIECES_OF_STACKS",
-    "Lognormal",
-    "Mean",
-    "NATURAL_FRAGMENTS_MEAN",
-    "Shape",
-    "box_shape_factor",
-    "describe",
-]
 
 FORGED_STEEL_SHELL = 2600.0  # kg/m3; DDESB Technical Paper 12 (1975)
 NATURAL_FRAGMENTS_MEAN = 2370.0  # kg/m3; mean over natural fragments
@@ -86,18 +73,12 @@ class Lognormal:
 
 @dataclass(frozen=True)
 class Box:
-    """Fragments as tumbling rectangular boxes: the mean area, a quarter of the surface.
-
-    Attributes
-    ----------
-    ratios : (3,) floats
-        Of the edges; 5:2:1 is the box of Wang et al.
-    density : float
-        Of the casing's material (kg/m3).
-    """
+    """Fragments as tumbling rectangular boxes: the mean area, a quarter of the surface."""
 
     ratios: tuple[float, float, float] = (5.0, 2.0, 1.0)
+    """(3,) floats: of the edges; 5:2:1 is the box of Wang et al."""
     density: float = 7800.0
+    """Of the casing's material (kg/m3)."""
 
     def __post_init__(self) -> None:
         """Refuse what is no box."""

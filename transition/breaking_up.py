@@ -36,8 +36,6 @@ if TYPE_CHECKING:
 
     from flight.fragments import Fragments
 
-__all__ = ["BreakUp", "BreakUpResult", "BrokenRound", "SegmentResult", "break_up", "realisations"]
-
 
 @dataclass(frozen=True, eq=False)
 class _Part:

@@ -25,8 +25,6 @@ if TYPE_CHECKING:
     from transition.placement.isometry import Isometry
     from transition.snapshot import Snapshot
 
-__all__ = ["Casing", "HexahedralCasing", "RingCasing", "casing_of"]
-
 
 class Casing(Protocol):
     """State of the casings at the end of the burst; cells are indices of `Snapshot.casing`."""

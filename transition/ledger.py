@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from flight.fragments import Fragments
     from transition.placement.isometry import Isometry
 
-__all__ = ["CasingSums", "BreakUpLedger", "casing_sums", "ledger", "ring_sums"]
-
 
 @dataclass(frozen=True)
 class BreakUpLedger:
@@ -25,37 +23,27 @@ class BreakUpLedger:
 
     The casing's momentum and energy are those of its lumped nodal masses (an eighth of each cell's mass at each of
     its nodes; for a ring the integral of rho N_a 2 pi r dA), as the burst stage steps them.
-
-    Attributes
-    ----------
-    mass, casing_mass : float
-        Of the fragments and of the casing cells (kg).
-    mass_error : float
-        (mass - casing_mass)/casing_mass.
-    momentum, casing_momentum : tuple of float
-        Vector sums (kg m/s).
-    momentum_error : float
-        Length of the difference over the casing's sum of mass times speed, since opposite sides cancel in the
-        momentum itself.
-    energy, casing_energy : float
-        Kinetic (J).
-    energy_error : float
-        (energy - casing_energy)/casing_energy; 0 for a casing at rest.
-    cell_energy : float
-        Kinetic energy of the cells moving as one piece each (J), rings by their cross-section. Fragments smaller
-        than a cell keep more of the casing's energy, those of many cells less.
     """
 
     mass: float
     casing_mass: float
+    """Of the fragments and of the casing cells (kg)."""
     mass_error: float
+    """(mass - casing_mass)/casing_mass."""
     momentum: tuple[float, float, float]
     casing_momentum: tuple[float, float, float]
+    """Vector sums (kg m/s)."""
     momentum_error: float
+    """Length of the difference over the casing's sum of mass times speed, since opposite sides cancel in the momentum
+    itself."""
     energy: float
     casing_energy: float
+    """Kinetic (J)."""
     energy_error: float
+    """(energy - casing_energy)/casing_energy; 0 for a casing at rest."""
     cell_energy: float
+    """Kinetic energy of the cells moving as one piece each (J), rings by their cross-section. Fragments smaller than a
+    cell keep more of the casing's energy, those of many cells less."""
 
 
 @dataclass(frozen=True)
@@ -98,14 +86,9 @@ def ring_sums(
 ) -> CasingSums:
     """Sums over the rings of an axisymmetric casing.
 
-    Parameters
-    ----------
-    ring_mass, shares : (m,), (m, 4)
-        Masses (kg) and their shares at the nodes (`transition.cells.meridian.node_shares`).
-    velocity : (m, 4, 2)
-        Radial and axial velocity of the nodes (m/s).
-    axis : (3,)
-        Unit axis of the round.
+    `ring_mass` (m,), `shares` (m, 4): masses (kg) and their shares at the nodes
+    (`transition.cells.meridian.node_shares`); `velocity` (m, 4, 2): radial and axial velocity of the nodes (m/s);
+    `axis` (3,): unit axis of the round.
     """
     nodal = ring_mass[:, None] * shares
     squares = (velocity**2).sum(axis=2)

@@ -17,32 +17,21 @@ if TYPE_CHECKING:
     from transition.placement.mirroring import Image
     from transition.placement.placing import Clusters
 
-__all__ = ["BreakUpResult", "BrokenRound", "SegmentResult"]
-
 
 @dataclass(frozen=True, eq=False)
 class BrokenRound:
-    """A round whose casing breaks up: one of those computed, or an image of one behind planes of symmetry.
-
-    Attributes
-    ----------
-    name : str
-        Its own, or that of the image.
-    computed : int
-        Number of the computed round.
-    image : Image or None
-        Where it is mirrored; None for a computed round.
-    mirror_of : str or None
-        Name of the computed round that it is an image of; None for a computed round.
-    axis : tuple of float
-        Direction from the base to the nose.
-    """
+    """A round whose casing breaks up: one of those computed, or an image of one behind planes of symmetry."""
 
     name: str
+    """Its own, or that of the image."""
     computed: int
+    """Number of the computed round."""
     image: Image | None
+    """Where it is mirrored; None for a computed round."""
     mirror_of: str | None
+    """Name of the computed round that it is an image of; None for a computed round."""
     axis: tuple[float, float, float]
+    """Direction from the base to the nose."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,16 +15,6 @@ from transition.errors import InputError
 from transition.law.fragment_counts import FragmentCounts
 from transition.law.mean_mass_data import FACTOR_SOURCE, FACTORS
 
-__all__ = [
-    "DIRECTION_SCATTER",
-    "MEAN_MASS",
-    "MOST_FRAGMENTS",
-    "SHAPE_FACTOR",
-    "BreakUpSettings",
-    "MeanMassLaw",
-    "Stations",
-]
-
 Stations = tuple[float, ...]
 
 MOST_FRAGMENTS = 20_000_000

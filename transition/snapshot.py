@@ -29,7 +29,6 @@ if TYPE_CHECKING:
     import h5py
     from numpy.typing import NDArray
 
-__all__ = ["RoundData", "Snapshot"]
 
 _TOUCHING = 1e-6  # of the rounds' extent
 

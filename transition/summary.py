@@ -14,8 +14,6 @@ if TYPE_CHECKING:
     from transition.results import BrokenRound, SegmentResult
     from transition.settings import BreakUpSettings
 
-__all__ = ["summarised"]
-
 
 def summarised(
     rounds: Sequence[BrokenRound],

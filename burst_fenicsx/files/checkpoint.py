@@ -149,13 +149,16 @@ def _restore(arrays: h5py.Group, solver: BurstSolver) -> None:
     kept = _kept(solver)
     _put(arrays, *next(kept))
     levels.step, levels.contact_level = float(arrays["longest_step"][()]), int(arrays["contact_level"][()])
-    levels.set_levels(arrays["level"][()])
+    level = arrays["level"][()]
+    levels.set_levels(level)
     state.grid = state.grid._replace(longest=levels.step)
     if contact is not None:
         contact.set_level(levels.contact_level)
         contact.restore_eroded(arrays["contact/eroded"][()])
     for name, owner, keys in kept:  # arrays of the blocks as they are now
         _put(arrays, name, owner, keys)
+    # Padded lanes must hold what the cells do: earlier versions left older numbers in them.
+    state.regroup(level, levels.highest)
     if solver.initiation is not None:
         solver.initiation.restore(_group(arrays, "initiation"))
         solver.burning.update()

@@ -25,7 +25,11 @@ class Nodes(NamedTuple):
 
 
 class Grid(NamedTuple):
-    """Blocks of cells of one material."""
+    """Blocks of cells of one material.
+
+    Padded lanes repeat their block's last cell and are stepped and stored like it. So whatever stands over slots must
+    be the same in them as in the lane that holds the cell: as `Blocks.by_slot` and `BurstFields.regroup` put it.
+    """
 
     dofmap: np.ndarray  # (cells, 8) int32 nodes
     cells: np.ndarray  # (blocks, LANES) int32, padded with the block's last cell

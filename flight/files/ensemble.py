@@ -44,15 +44,6 @@ if TYPE_CHECKING:
     import h5py
     from numpy.typing import NDArray
 
-__all__ = [
-    "CSV_FILES",
-    "FragmentEnsemble",
-    "ensemble_columns",
-    "read_ensemble",
-    "read_fragment_ensemble",
-    "write_ensemble",
-    "write_fragment_ensemble",
-]
 
 FORMAT, FRAGMENTS_FORMAT, FORMAT_VERSION, FRAGMENTS_VERSION = (
     "fragfield ensemble", "fragfield ensemble of fragments", 3, 1,
@@ -137,10 +128,7 @@ def ensemble_columns(found: EnsembleHazard) -> dict[str, dict[str, NDArray[Any]]
 def read_ensemble(path: str | Path) -> tuple[EnsembleHazard, dict[str, NDArray[Any]]]:
     """Read ensemble.h5 back: the hazard over the realisations, and hits by realisation and sector on every surface.
 
-    Raises
-    ------
-    InputError
-        No such file, another format, or data cut off.
+    Raises InputError: no such file, another format, or data cut off.
     """
     with open_checked(Path(path), FORMAT, FORMAT_VERSION) as file:
         try:
@@ -224,21 +212,14 @@ def read_fragment_ensemble(path: str | Path) -> FragmentEnsemble:
 
 @dataclass(frozen=True)
 class FragmentEnsemble(Sequence[Fragments]):
-    """Realisations in a file, read when they are asked for: thousands of them would fill the memory.
-
-    Attributes
-    ----------
-    path : Path
-        The file.
-    offset : tuple of int, (n + 1,)
-        Rows at which realisations begin and end.
-    round_names : tuple of str
-        Names of the rounds.
-    """
+    """Realisations in a file, read when they are asked for: thousands of them would fill the memory."""
 
     path: Path
+    """The file."""
     offset: tuple[int, ...]
+    """tuple of int, (n + 1,): rows at which realisations begin and end."""
     round_names: tuple[str, ...]
+    """Names of the rounds."""
 
     def __len__(self) -> int:
         """Number of realisations."""

@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from flight.errors import InputError, nearest
+from flight.errors import InputError
 from flight.files.raster import MOST_NODES, Raster, holes_filled_with_nan
+from fragfield_base.errors import names_allowed
 from fragfield_base.reading import read_text
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["read_esri_grid"]
 
 _HEADER = ("ncols", "nrows", "xllcorner", "yllcorner", "xllcenter", "yllcenter", "cellsize", "dx", "dy", "nodata_value")
 _NO_SENTINEL = ("null", "none")  # as 12D writes where every node has a height
@@ -61,7 +61,7 @@ def _header(path: Path, lines: list[str]) -> tuple[dict[str, float], int]:
             break
         key = words[0].lower()
         if key not in _HEADER:
-            raise InputError(f"{path}: line {start + 1}: unknown key {words[0]!r}{nearest(key, _HEADER)}")
+            raise InputError(f"{path}: line {start + 1}: unknown key {words[0]!r}{names_allowed(key, _HEADER)}")
         if key == "nodata_value" and words[1].lower() in _NO_SENTINEL:
             words[1] = "nan"
         try:

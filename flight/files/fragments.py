@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from flight.errors import InputError, nearest
+from flight.errors import InputError
 from flight.files.hdf5 import open_checked, put_texts, write_attributes
 from flight.files.text_tables import import_hint, in_columns_of, read_columns, write_columns
 from fragfield_base.arrays import group_of, numbers, texts
-from fragfield_base.errors import nearest_name
+from fragfield_base.errors import names_allowed, nearest_name
 from fragfield_base.hdf5_files import creating
 
 if TYPE_CHECKING:
@@ -19,7 +19,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-__all__ = ["ARRAYS", "CSV_COLUMNS", "FORMAT_NAME", "FORMAT_VERSION", "fragment_columns", "read", "write"]
 
 FORMAT_NAME = "fragfield fragments"
 FORMAT_VERSION = 1
@@ -99,7 +98,7 @@ def _read_csv(path: Path) -> dict[str, NDArray[np.float64]]:
         )
     for name in columns:
         if name not in CSV_COLUMNS:
-            raise InputError(f"{path}: unknown column {name!r}{nearest(name, CSV_COLUMNS)}")
+            raise InputError(f"{path}: unknown column {name!r}{names_allowed(name, CSV_COLUMNS)}")
     if missing:
         raise InputError(f"{path}: column {', '.join(missing)} missing; found {', '.join(columns)}")
     zero = np.zeros_like(columns["mass_kg"])

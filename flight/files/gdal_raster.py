@@ -23,7 +23,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-__all__ = ["DRIVERS", "own_environment", "read_gdal_raster", "read_geo_keys"]
 
 _DIRECTORY = 34735  # the TIFF tag of the keys, of short integers
 PLAN_UNIT, HEIGHT_UNIT = 3076, 4099  # ProjLinearUnitsGeoKey, VerticalUnitsGeoKey
@@ -73,10 +72,7 @@ def _refuse_second_libraries(path: Path) -> None:
 def read_gdal_raster(path: Path, band: int | None) -> Raster:
     """One band of a raster.
 
-    Raises
-    ------
-    InputError
-        rasterio is not installed, or the file is no single band of heights with a position.
+    Raises InputError: rasterio is not installed, or the file is no single band of heights with a position.
     """
     with own_environment():
         _refuse_second_libraries(path)

@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     import h5py
     from numpy.typing import NDArray
 
-__all__ = ["TABLES", "open_checked", "put", "put_texts", "read_table", "write_attributes", "write_table"]
 
 TABLES = {
     "landing": (LANDING, ""),
@@ -52,10 +51,7 @@ def write_table(
 def read_table(path: str | Path, kind: str) -> tuple[NDArray[Any], list[str]]:
     """Read a table of `TABLES` back, with the names that its rows refer to.
 
-    Raises
-    ------
-    InputError
-        No such file, another table, or data cut off.
+    Raises InputError: no such file, another table, or data cut off.
     """
     path, (dtype, names) = Path(path), TABLES[kind]
     fields = dtype.names or ()

@@ -20,7 +20,6 @@ if TYPE_CHECKING:
 
     from flight.files.raster import Raster
 
-__all__ = ["Grid", "read_grid"]
 
 FARTHEST = 25_000.0
 """Distance (m) from x = y = 0 along x and y to which a map is read; no fragment flies farther."""

@@ -23,7 +23,6 @@ if TYPE_CHECKING:
 
     from flight.files.raster import Raster
 
-__all__ = ["Plane", "Vertical", "plane_of", "read_projection", "vertical_of"]
 
 _FALSE_METRES = 0.002  # relative error of a grid's metres, beyond which the map is projected again
 _APART = 10.0  # m, by which a site's two positions may differ
@@ -33,22 +32,15 @@ _LIKE_DEGREES = 0.1  # cells without a unit that are smaller, between -360 and 3
 
 @dataclass(frozen=True)
 class Plane:
-    """How x and y belong to a raster.
-
-    Attributes
-    ----------
-    to_pixels, from_pixels : callable
-        Columns and rows of x and y (m), and back.
-    own_grid : bool
-        Whether x and y are the map's own coordinates in metres, moved to the site.
-    words : dict
-        `crs`, `plan_unit`, `north`, `position`: what was read and taken.
-    """
+    """How x and y belong to a raster."""
 
     to_pixels: Callable[[Any, Any], tuple[Any, Any]]
     from_pixels: Callable[[Any, Any], tuple[Any, Any]]
+    """Columns and rows of x and y (m), and back."""
     own_grid: bool
+    """Whether x and y are the map's own coordinates in metres, moved to the site."""
     words: dict[str, str]
+    """`crs`, `plan_unit`, `north`, `position`: what was read and taken."""
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-__all__ = ["HEIGHT_UNITS", "INSTALL", "MOST_NODES", "Raster", "holes_filled_with_nan", "metres_of", "unit_words"]
 
 INSTALL = (
     "apt-get install python3-rasterio python3-pyproj proj-bin, or conda install -c conda-forge rasterio pyproj: from "
@@ -36,37 +35,25 @@ _METRES = ("metre", "metres", "meter", "meters", "m")
 
 @dataclass
 class Raster:
-    """What a file holds.
-
-    Attributes
-    ----------
-    path : Path
-        The file.
-    form : str
-        Its format, in words.
-    shape : (2,) ints
-        Rows and columns.
-    affine : (a, b, c, d, e, f)
-        Coordinates of a pixel's centre, in the coordinate system's units: x = a column + b row + c, y = d column +
-        e row + f.
-    read : callable
-        Heights of rows and columns (slices), as the file scales them, not a number in holes.
-    crs : pyproj.CRS or None
-        Coordinate system, in the file or beside it.
-    unit : str or None
-        Unit of the heights that the file states.
-    notes : list of str
-        What else decides how the values are read.
-    """
+    """What a file holds."""
 
     path: Path
+    """The file."""
     form: str
+    """Its format, in words."""
     shape: tuple[int, int]
+    """(2,) ints: rows and columns."""
     affine: tuple[float, float, float, float, float, float]
+    """(a, b, c, d, e, f): coordinates of a pixel's centre, in the coordinate system's units: x = a column + b row + c,
+    y = d column + e row + f."""
     read: Callable[[slice, slice], NDArray[np.float64]]
+    """Heights of rows and columns (slices), as the file scales them, not a number in holes."""
     crs: Any = None
+    """Coordinate system, in the file or beside it."""
     unit: str | None = None
+    """Unit of the heights that the file states."""
     notes: list[str] = field(default_factory=list)
+    """What else decides how the values are read."""
 
     def coordinates(self, column: Any, row: Any) -> tuple[Any, Any]:  # noqa: ANN401 - numbers or arrays
         """X and y of the centres of pixels."""

@@ -22,7 +22,6 @@ if TYPE_CHECKING:
 
     from flight.rows import Trajectories
 
-__all__ = ["csv_columns", "write_trajectories"]
 
 FORMAT_VERSION = 1
 PATHS_FORMAT = "fragfield trajectories"

@@ -30,10 +30,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-__all__ = [
-    "DELIMITERS", "METADATA", "Labels", "column_names", "converted", "import_hint", "in_columns_of", "line_of_row",
-    "read_columns", "write_columns",
-]  # fmt: skip
 
 METADATA = "csv-metadata.json"
 """File beside the tables that says of each its columns and its provenance."""
@@ -46,18 +42,12 @@ DELIMITERS = {",": "comma", ";": "semicolon", "\t": "tab"}
 
 @dataclass(frozen=True, eq=False)
 class Labels:
-    """A column of few texts that many rows share.
-
-    Attributes
-    ----------
-    texts : sequence of str
-        Each once.
-    which : (n,) int
-        Number of every row's text.
-    """
+    """A column of few texts that many rows share."""
 
     texts: Sequence[str]
+    """Each once."""
     which: NDArray[Any]
+    """(n,) int: number of every row's text."""
 
     def __len__(self) -> int:
         """Number of rows."""
@@ -143,13 +133,9 @@ def read_columns(path: Path, kind: str = "") -> dict[str, NDArray[np.float64]]:
     """Read a table of numbers as one float64 array a column.
 
     Cells are separated by commas, semicolons or tabs, as in the line of column names; decimals have a point. `kind` is
-    that of `fragfield import --kind`, for the message about a table of another form.
-
-    Raises
-    ------
-    InputError
-        No such file, no table in it, several or no delimiters in the column names, or a cell that is not a number (the
-        message names the line, and how a table of another form is converted).
+    that of `fragfield import --kind`, for the message about a table of another form. Raises InputError: no such file,
+    no table in it, several or no delimiters in the column names, or a cell that is not a number (the message names the
+    line, and how a table of another form is converted).
     """
     try:
         return _read_columns(path)
@@ -190,10 +176,7 @@ def in_columns_of(
 ) -> dict[str, NDArray[np.float64]]:
     """Columns under the `known` names, converted where a name ends with another unit of the same dimension.
 
-    Raises
-    ------
-    InputError
-        One quantity stands in two columns; names that are not known stay as they are.
+    Raises InputError: one quantity stands in two columns; names that are not known stay as they are.
     """
     stems = {name.removesuffix(f"_{unit}"): (name, unit) for name in known if (unit := _unit_at_end(name))}
     found: dict[str, NDArray[np.float64]] = {}

@@ -31,16 +31,6 @@ if TYPE_CHECKING:
     from flight.hazard.ensemble import EnsembleHazard
     from flight.hazard.site import Site
 
-__all__ = [
-    "Contour",
-    "contours_of",
-    "cut_line",
-    "cut_outline",
-    "outline",
-    "smooth_outline",
-    "write_geojson",
-    "write_kml",
-]
 
 ARC_STEP = 1.0  # degrees between two points of an arc, at most
 _KML = "http://www.opengis.net/kml/2.2"

@@ -8,31 +8,42 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 
 from flight.arguments import real_array, require_number, require_numbers
 from flight.fluence import FluenceGrid
+from fragfield_base.bounds import Bounds
+from fragfield_base.inputs import ArealDensity, Energy, Quantity
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from flight.fluence import PolarGrid
 
-__all__ = ["SHALLOWEST", "Criteria", "hit_probability"]
 
 SHALLOWEST = math.radians(0.01)  # paths closer to level than this count as this steep
 
 
 @dataclass(frozen=True)
 class Criteria:
-    """What counts as a hazard: energy (J), density (1/m2), and the person's area (m2) and height (m)."""
+    """What counts as a hazard; in SI. The case's table [hazard] is made from it."""
 
-    energy: float = 79.0  # 58 ft lb
-    density: float = 1.0 / 55.7  # 1 per 600 ft2
-    person_area: float = 0.58
-    person_height: float = 1.8
+    energy: Annotated[Energy, Bounds(1e-3, 1e8, "79 J injures; a car at full speed has 1 MJ", usual=(1.0, 1e5))] = 79.0
+    """A fragment with this energy or more at impact is hazardous (58 ft lb)."""
+    density: Annotated[
+        ArealDensity, Bounds(1e-9, 1e4, "acceptable densities lie near one on 56 m^2", usual=(1e-4, 1.0))
+    ] = 1.0 / 55.7
+    """Acceptable number of hazardous fragments per area (one per 600 ft2)."""
+    person_area: Annotated[
+        float, Quantity("m^2", "0.58 m^2", above=0.0), Bounds(1e-3, 100.0, "areas of persons", usual=(0.1, 2.0))
+    ] = 0.58
+    """Area of a person that a fragment may hit."""
+    person_height: Annotated[
+        float, Quantity("m", "1.8 m", minimum=0.0), Bounds(0.0, 10.0, "heights of persons", usual=(0.0, 2.5))
+    ] = 1.8
+    """Height of a person: a fragment passing lower may hit."""
 
     def __post_init__(self) -> None:
         """Refuse criteria that mean nothing."""

@@ -22,7 +22,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["Curve", "EnsembleHazard"]
 
 LOW, HIGH = 0.05, 0.95  # of single events
 

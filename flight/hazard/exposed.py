@@ -34,7 +34,6 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
     Stops = Callable[[Array, Array], NDArray[np.bool_]]
 
-__all__ = ["COUNTS", "Prism", "count_exposed", "surfaces_of"]
 
 MARGIN = 1e-3  # m by which the surfaces stand off, so that a wall behind them stops no fragment before it is counted
 

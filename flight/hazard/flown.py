@@ -6,13 +6,14 @@ import warnings
 from typing import TYPE_CHECKING, Any, Literal
 
 from flight.arguments import require_number
-from flight.errors import FlightWarning, InputError, NotDeterminedError, nearest
+from flight.errors import FlightWarning, InputError, NotDeterminedError
 from flight.fluence import PolarGrid
 from flight.fragments import Fragments
 from flight.hazard.criteria import Criteria
 from flight.hazard.density.directions import KERNEL, Directions
 from flight.hazard.pool import FlightCounts, PooledFlights
 from flight.scene.air import STANDARD_GRAVITY
+from fragfield_base.errors import names_allowed
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -20,7 +21,6 @@ if TYPE_CHECKING:
     from flight.hazard.density.distance import ExpectedDistance
     from flight.hazard.ensemble import EnsembleHazard
 
-__all__ = ["ensemble_hazard", "hazard_distance"]
 
 NARROWEST = 1.0  # degrees of the kernel: cells are a quarter as wide, and their number squared is in every estimate
 _BASES = {"worst": "worst_direction", "all": "all_azimuths"}
@@ -107,7 +107,7 @@ def _check(events: Sequence[Fragments], by: str, kernel: float, arguments: dict[
     if not len(events):
         raise InputError("hazard_distance: there are no realisations; needed: one or more")
     if by not in _BASES:
-        raise InputError(f"hazard_distance: by is {by!r}{nearest(by, _BASES)}")
+        raise InputError(f"hazard_distance: by is {by!r}{names_allowed(by, _BASES)}")
     require_number("hazard_distance", "kernel", kernel, "degrees", low=NARROWEST, high=180.0)
     if "fluence" in arguments:
         raise InputError("hazard_distance: fluence is its own; give criteria and kernel")

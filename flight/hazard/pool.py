@@ -29,7 +29,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["LARGEST_MISSING", "Completeness", "KEPT", "TOLERANCE", "FlightCounts", "PooledFlights"]
 
 LARGEST_MISSING = 1e-3  # of the mass that could be hazardous
 _UNENDED = (Status.TIME_OUT, Status.LEFT_DOMAIN, Status.STEP_LIMIT, Status.NOT_A_NUMBER)
@@ -47,25 +46,19 @@ class Completeness:
 
     A fragment could be hazardous whose kinetic energy at launch, with that of its fall from there to the lowest ground,
     is that of the criterion or more, or is NaN.
-
-    Attributes
-    ----------
-    fragments, landed, stopped, hits : int
-        Fragments, those that landed, those that an obstacle stopped, and crossings of witness surfaces.
-    possible, missing : float
-        Mass of fragments that could be hazardous, and of those of them whose flight has not ended on the ground or at
-        an obstacle (kg).
-    ended : tuple of int
-        Number of those missing by status: out of time, left the domain, out of steps, NaN.
     """
 
     fragments: int = 0
     landed: int = 0
     stopped: int = 0
     hits: int = 0
+    """Fragments, those that landed, those that an obstacle stopped, and crossings of witness surfaces."""
     possible: float = 0.0
     missing: float = 0.0
+    """Mass of fragments that could be hazardous, and of those of them whose flight has not ended on the ground or at an
+    obstacle (kg)."""
     ended: tuple[int, ...] = (0, 0, 0, 0)
+    """Number of those missing by status: out of time, left the domain, out of steps, NaN."""
 
     @classmethod
     def of(

@@ -18,7 +18,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["Retardation"]
 
 _FINEST = 2e-3  # in ln v, of the integral over the drag table
 

@@ -23,10 +23,11 @@ import numpy as np
 
 from flight.arguments import real_array, require_number
 from flight.drag import Drag
-from flight.errors import InputError, nearest
+from flight.errors import InputError
 from flight.hazard.retardation import Retardation
 from flight.scene.air import STANDARD_GRAVITY
 from flight.shape import HEAVY_PIECES_OF_STACKS
+from fragfield_base.errors import names_allowed
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -37,9 +38,6 @@ if TYPE_CHECKING:
     from flight.hazard.criteria import Criteria
 
     Array = NDArray[np.float64]
-
-__all__ = ["BeamDistance", "MottField", "PolarField", "StackDistance"]
-__all__ += ["COVERS", "beam_distance", "effective_number", "procedure", "stack_distance"]
 
 COVERS = {"open": (0.9, 0.1), "earth": (0.7, 0.1)}
 """Weights of the rounds on the side and of those on top, by the stack's cover (p. 11, after Fugelso 1973)."""
@@ -75,7 +73,7 @@ def effective_number(side: float, top: float, cover: str = "open") -> float:
         A number below zero or without meaning, none at all, or another cover.
     """
     if cover not in COVERS:
-        raise InputError(f"stack rule: cover is {cover!r}{nearest(cover, COVERS)}; allowed: {', '.join(COVERS)}")
+        raise InputError(f"stack rule: cover is {cover!r}{names_allowed(cover, COVERS)}; allowed: {', '.join(COVERS)}")
     for name, value in (("side", side), ("top", top)):
         require_number("stack rule", name, value, "", low=0.0)
     number = COVERS[cover][0] * side + COVERS[cover][1] * top
@@ -140,22 +138,15 @@ def solid_angle(low: float, high: float) -> float:
 
 @dataclass(frozen=True)
 class BeamDistance:
-    """Where the density in the worst polar zone of a single round falls to the acceptable one.
-
-    Attributes
-    ----------
-    distance : float
-        m; 0 where it never reaches it.
-    low, high : float
-        The zone (degrees from the nose).
-    per_steradian : float
-        Hazardous fragments per steradian at that distance.
-    """
+    """Where the density in the worst polar zone of a single round falls to the acceptable one."""
 
     distance: float
+    """m; 0 where it never reaches it."""
     low: float
     high: float
+    """The zone (degrees from the nose)."""
     per_steradian: float
+    """Hazardous fragments per steradian at that distance."""
 
 
 def beam_distance(
@@ -186,21 +177,14 @@ def beam_distance(
 
 @dataclass(frozen=True)
 class MottField:
-    """Q0 exp(-(2 m / m0)^(1/2)) fragments per steradian heavier than m, with one speed.
-
-    Attributes
-    ----------
-    per_steradian : float
-        Q0 (1/sr).
-    mean_mass : float
-        m0 (kg).
-    speed : float
-        V (m/s).
-    """
+    """Q0 exp(-(2 m / m0)^(1/2)) fragments per steradian heavier than m, with one speed."""
 
     per_steradian: float
+    """Q0 (1/sr)."""
     mean_mass: float
+    """m0 (kg)."""
     speed: float
+    """V (m/s)."""
 
     @classmethod
     def fitted(cls, field: PolarField, low: float, high: float) -> MottField:
@@ -208,12 +192,8 @@ class MottField:
 
         Above a mass m_c the law is an exponential in x = (2 m)^(1/2), whose parameter m0^(1/2) is the mean of x - x_c
         (maximum likelihood); Q0 is such that the number above m_c is kept. Above m_c lie seven tenths of the zone's
-        mass: the paper asks to emphasise the coarse end (step 3).
-
-        Raises
-        ------
-        InputError
-            Too few fragments in the coarse end, or all of one mass.
+        mass: the paper asks to emphasise the coarse end (step 3). Raises InputError: too few fragments in the coarse
+        end, or all of one mass.
         """
         zone = field.zone(low, high)
         mass = -np.sort(-zone.mass)
@@ -237,28 +217,19 @@ class MottField:
 
 @dataclass(frozen=True)
 class StackDistance:
-    """Distance of a stack, and what it rests on.
-
-    Attributes
-    ----------
-    distance : float
-        m.
-    lightest : float
-        Lightest hazardous fragment there (kg).
-    free_fall : bool
-        Whether it is hazardous at its terminal speed.
-    low, high : float
-        Polar zone of the single round (degrees from the nose).
-    single : MottField
-        Of the single round in that zone.
-    """
+    """Distance of a stack, and what it rests on."""
 
     distance: float
+    """m."""
     lightest: float
+    """Lightest hazardous fragment there (kg)."""
     free_fall: bool
+    """Whether it is hazardous at its terminal speed."""
     low: float
     high: float
+    """Polar zone of the single round (degrees from the nose)."""
     single: MottField
+    """Of the single round in that zone."""
 
 
 def procedure(

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from flight.arguments import require_number, require_numbers
-from flight.errors import InputError, nearest
+from flight.errors import InputError
 from flight.rows import CONTACTS
+from fragfield_base.errors import names_allowed
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
@@ -22,7 +23,6 @@ if TYPE_CHECKING:
     from flight.kernels.contacts import Spheres, Touch
     from flight.kernels.motion import Surroundings
 
-__all__ = ["FEWEST", "Contact", "Encounters"]
 
 COMPARED = 10.0  # pairs a fragment that a window aims at: fewer make windows short, more make them expensive
 TURN = 0.1  # share of its velocity that drag may take from a fragment within a window
@@ -88,7 +88,7 @@ class Contact:
         require_number("contact", "restitution", self.restitution, "", low=0.0, high=1.0)
         require_number("contact", "friction_angle_deg", self.friction_angle_deg, "degrees", low=0.0, below=90.0)
         if self.between not in ("all", "rounds"):
-            raise InputError(f"contact: between is {self.between!r}{nearest(self.between, ('all', 'rounds'))}")
+            raise InputError(f"contact: between is {self.between!r}{names_allowed(self.between, ('all', 'rounds'))}")
 
     def radius(self, fragments: Fragments) -> NDArray[np.float64]:
         """Radii (n,) of the spheres (m)."""

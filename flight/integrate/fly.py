@@ -10,7 +10,7 @@ import numpy as np
 
 from flight.arguments import real_array, require_number
 from flight.drag import Drag
-from flight.errors import DragTableWarning, InputError, nearest
+from flight.errors import DragTableWarning, InputError
 from flight.fragments import Fragments, shaped
 from flight.integrate.contact import Contact, Encounters
 from flight.integrate.integrator import Adaptive, Domain, FixedStep
@@ -24,6 +24,7 @@ from flight.scene.ricochet import Ricochet
 from flight.scene.scene import Scene
 from flight.shape import DEFAULT_SHAPE_FACTOR, describe
 from fragfield_base.cores import cores
+from fragfield_base.errors import names_allowed
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -38,7 +39,6 @@ if TYPE_CHECKING:
     from flight.scene.wind import Wind
     from flight.shape import Shape
 
-__all__ = ["RANGES", "FlightProgress", "fly", "range_table"]
 
 RANGES = np.dtype(
     [
@@ -234,7 +234,7 @@ def _air(value: Air | str | float, ground: float | HeightMap | None) -> Air:
         altitude = ground.datum if isinstance(ground, HeightMap) else None
         names: dict[str, Air] = {"standard": StandardAtmosphere(altitude or 0.0), "vacuum": ConstantAir(0.0)}
         if value not in names:
-            raise InputError(f"air: unknown name {value!r}{nearest(value, names)}, or a density in kg/m3")
+            raise InputError(f"air: unknown name {value!r}{names_allowed(value, names)}, or a density in kg/m3")
         return names[value]
     return ConstantAir(float(value)) if isinstance(value, int | float) else value
 

@@ -8,8 +8,6 @@ from dataclasses import dataclass
 from flight.arguments import require_number, require_numbers
 from flight.errors import InputError
 
-__all__ = ["Adaptive", "Domain", "FixedStep", "Integrator"]
-
 
 @dataclass(frozen=True)
 class Adaptive:

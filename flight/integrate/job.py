@@ -31,7 +31,6 @@ if TYPE_CHECKING:
     from flight.scene.targets import Witness
     from flight.scene.wind import Wind
 
-__all__ = ["FlightJob", "FlightProgress", "Flown"]
 
 CHUNK = 3072  # fragments a thread takes at once
 _HIT_FRAGMENT, _PATH_FRAGMENT, _STRUCK_FRAGMENT, _GROUND_FRAGMENT = 8, 7, 9, 8  # columns
@@ -197,9 +196,9 @@ class FlightJob:
         tolerance = min(self.limits.tolerance, Adaptive().tolerance)
         limits = self.limits._replace(path_points=POINTS_PER_STEP, fixed_step=0.0, tolerance=tolerance)
         starts = range(0, chosen.size, CHUNK)
-        none = self._lengths(None)
+        uncounted = self._lengths(None)
         path = np.concatenate(
-            [self._fly(few, start, min(start + CHUNK, chosen.size), limits, none).path for start in starts]
+            [self._fly(few, start, min(start + CHUNK, chosen.size), limits, uncounted).path for start in starts]
         )
         start_rows = np.searchsorted(path[:, _PATH_FRAGMENT], np.arange(chosen.size + 1))
         return Trajectories(

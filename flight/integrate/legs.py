@@ -19,29 +19,19 @@ if TYPE_CHECKING:
     from flight.fragments import Fragments
     from flight.integrate.job import Flown
 
-__all__ = ["Legs", "legs_between"]
-
 
 @dataclass(frozen=True, eq=False)
 class Legs:
-    """All legs, by fragment and then time.
-
-    Attributes
-    ----------
-    launched : Fragments
-        The fragments at launch.
-    fragments : Fragments
-        The same at the start of every leg.
-    clock : (legs, 2) float64
-        Start and latest end of each (s), infinite for a fragment's last.
-    first : (n + 1,) int64
-        First leg of each fragment, and the number of legs.
-    """
+    """All legs, by fragment and then time."""
 
     launched: Fragments
+    """The fragments at launch."""
     fragments: Fragments
+    """The same at the start of every leg."""
     clock: NDArray[np.float64]
+    """(legs, 2) float64: start and latest end of each (s), infinite for a fragment's last."""
     first: NDArray[np.int64]
+    """(n + 1,) int64: first leg of each fragment, and the number of legs."""
 
     @property
     def owner(self) -> NDArray[np.int64]:

@@ -129,7 +129,7 @@ def accelerate(q: Array, slope: int, around: Surroundings) -> None:
     last_piece, last_bin = np.int64(pieces.shape[0] - 1), np.int64(bins.shape[0] - 1)
     last_row = np.int64(table.shape[0] - 1)
     top_mach = (last_bin + 0.5) / around.drag_bins_per_mach
-    left = 0
+    left = np.int64(0)
     for i in range(LANES):  # looked up again only where a lane has left its piece
         q[LEFT * LANES + i] = min(np.floor(q[HEIGHT * LANES + i]), float(last_piece)) + 1.0
         left += np.int64(q[PIECE * LANES + i] != q[LEFT * LANES + i])

@@ -14,7 +14,6 @@ from flight.scene.tables import hermite_pieces
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["EARTH_RADIUS", "STANDARD_GRAVITY", "Air", "AirTable", "ConstantAir", "StandardAtmosphere", "VACUUM"]
 
 EARTH_RADIUS = 6_356_766.0  # m; of the geopotential altitude, US Standard Atmosphere 1976, section 1.2.5
 STANDARD_GRAVITY = 9.80665  # m/s2; the same section
@@ -29,23 +28,16 @@ TABLE_BOTTOM, TABLE_TOP, TABLE_STEP = -5000.0, 84_800.0, 100.0  # geopotential m
 
 @dataclass(frozen=True)
 class AirTable:
-    """What the kernels read: cubics of equal width in geopotential height, constant beyond the ends.
-
-    Attributes
-    ----------
-    bottom, step : float
-        Geopotential altitude of the first entry and width of a piece (m).
-    pieces : (n, 8) float64
-        Coefficients of the density (kg/m3) and of one over the speed of sound (s/m), in powers of the height above the
-        piece's lower end.
-    site_altitude : float
-        Altitude of z = 0 above sea level (m).
-    """
+    """What the kernels read: cubics of equal width in geopotential height, constant beyond the ends."""
 
     bottom: float
     step: float
+    """Geopotential altitude of the first entry and width of a piece (m)."""
     pieces: NDArray[np.float64]
+    """(n, 8) float64: coefficients of the density (kg/m3) and of one over the speed of sound (s/m), in powers of the
+    height above the piece's lower end."""
     site_altitude: float
+    """Altitude of z = 0 above sea level (m)."""
 
 
 class Air(Protocol):

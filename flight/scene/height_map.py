@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from flight.arguments import real_array, require_number
-from flight.errors import FlightWarning, InputError, nearest
+from flight.errors import FlightWarning, InputError
 from flight.scene.holes import fill_holes
+from fragfield_base.errors import names_allowed
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -21,7 +22,6 @@ if TYPE_CHECKING:
     from flight.files.height_map import Grid
     from flight.kernels.terrain import Terrain
 
-__all__ = ["HeightMap"]
 
 _LOWEST, _HIGHEST = -500.0, 9000.0  # m, of ground on Earth
 _SMALLEST = 10.0  # m, of a map
@@ -186,7 +186,7 @@ class HeightMap:
             if found is not None:
                 real_array(str(path), place, found, unit, (size,))
         if height_unit is not None and height_unit not in HEIGHT_UNITS:
-            raise InputError(f"{path}: height_unit is {height_unit!r}{nearest(str(height_unit), HEIGHT_UNITS)}")
+            raise InputError(f"{path}: height_unit is {height_unit!r}{names_allowed(str(height_unit), HEIGHT_UNITS)}")
         grid = read_grid(path, site, earth, band, height_unit)
         _check_heights(grid.heights, 0.0, str(path))
         if datum == "site":

@@ -13,7 +13,6 @@ if TYPE_CHECKING:
 
     Indices = NDArray[np.int64]
 
-__all__ = ["fill_holes"]
 
 _AROUND = [(j, i) for j in (-1, 0, 1) for i in (-1, 0, 1) if (j, i) != (0, 0)]
 _NARROW, _NARROW_NODES = 30.0, 4  # m, and nodes: a hole as wide as one of them is known by its rim

@@ -1,16 +1,21 @@
-"""Walls, barricades and buildings: they stop or deflect fragments and count hits by face."""
+"""Walls, barricades and buildings: they stop or deflect fragments and count hits by face.
+
+Lengths in m. The case's tables [[obstacle]] are made from the dataclasses.
+"""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
 
-from flight.arguments import real_array, require_number, require_numbers
+from flight.arguments import Size, Thickness, real_array, require_number, require_numbers
 from flight.errors import InputError
 from flight.scene.ricochet import Ricochet
+from fragfield_base.bounds import Bounds
+from fragfield_base.inputs import Length, Offset
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -19,7 +24,6 @@ if TYPE_CHECKING:
 
     Face = tuple[NDArray[np.float64], NDArray[np.float64]]  # a point of it, its outward unit normal
 
-__all__ = ["Barricade", "Building", "Obstacle", "Wall", "count_by_face", "depth_in", "pack_obstacles"]
 
 FIRST_FACE, FACES, COLUMNS = 7, 6, 43  # as in flight.kernels.obstacles
 DEPTH = 1.0  # m that obstacles reach below the lowest ground, so that nothing passes under them
@@ -27,13 +31,28 @@ SLACK = 1e-6  # m by which boxes are wider
 UP = np.array([0.0, 0.0, 1.0])
 
 
-@dataclass(frozen=True)
-class _AlongLine:
-    """An obstacle along a line on the ground, from `start` to `end` (x, y), with its height (m)."""
+@dataclass(frozen=True, kw_only=True)
+class _Standing:
+    """What all obstacles have; they reach down to the ground everywhere."""
 
-    start: tuple[float, float]
-    end: tuple[float, float]
-    height: float
+    name: str
+    """A name of its own."""
+    base: Length | None = None
+    """z from which its height counts; left out: the ground at its centre."""
+    ricochet: Ricochet | str | None = None
+    """Kind of surface, off which fragments ricochet at grazing angles; "none": they stop."""
+
+
+@dataclass(frozen=True)
+class _AlongLine(_Standing):
+    """An obstacle along a line on the ground."""
+
+    start: Offset
+    """x and y of one end of its centre line or crest."""
+    end: Offset
+    """x and y of the other end; left and right are as seen from start to end."""
+    height: Size
+    """Height of the wall or crest."""
 
     @property
     def plan_centre(self) -> tuple[float, float]:
@@ -43,16 +62,11 @@ class _AlongLine:
 
 @dataclass(frozen=True)
 class Wall(_AlongLine):
-    """An upright wall from `start` to `end` (x, y) along its centre line, with its height and thickness (m).
+    """An upright wall. Faces: left and right as seen from start to end, start, end, top."""
 
-    Its height counts from `base` (z; None: the ground at its centre); it reaches down to the ground everywhere. Faces:
-    left and right as seen from start to end, start, end, top.
-    """
-
-    thickness: float = 0.2
-    base: float | None = None
-    ricochet: Ricochet | str | None = None
-    name: str = "wall"
+    thickness: Thickness = 0.2
+    """Thickness."""
+    name: str = field(default="wall", kw_only=True)
     faces: ClassVar[tuple[str, ...]] = ("left", "right", "start", "end", "top", "under")
 
     def __post_init__(self) -> None:
@@ -68,16 +82,13 @@ class Wall(_AlongLine):
 
 @dataclass(frozen=True)
 class Barricade(_AlongLine):
-    """An earth barricade: a bank along its crest from `start` to `end` (x, y), with sloped sides and upright ends.
+    """An earth barricade: a bank with sloped sides and upright ends. Faces as of `Wall`."""
 
-    Height and width of the crest (m); `slope` is how far the sides run out for each unit of height. Else as `Wall`.
-    """
-
-    crest_width: float = 1.0
-    slope: float = 2.0
-    base: float | None = None
-    ricochet: Ricochet | str | None = None
-    name: str = "barricade"
+    crest_width: Thickness = 1.0
+    """Width of the crest."""
+    slope: Annotated[float, Bounds(0.0, 1e3, "flatter than any bank")] = 2.0
+    """How far the sides run out for each unit of height."""
+    name: str = field(default="barricade", kw_only=True)
     faces: ClassVar[tuple[str, ...]] = ("left", "right", "start", "end", "crest", "under")
 
     def __post_init__(self) -> None:
@@ -93,20 +104,20 @@ class Barricade(_AlongLine):
 
 
 @dataclass(frozen=True)
-class Building:
-    """A box about `centre` (x, y): `length` along `azimuth` (degrees from +x, counter-clockwise), width, height (m).
+class Building(_Standing):
+    """A box. Faces: front, whose normal points along the azimuth, back, left, right, roof."""
 
-    Faces: front, whose normal points along the azimuth, back, left, right, roof. Else as `Wall`.
-    """
-
-    centre: tuple[float, float]
-    length: float
-    width: float
-    height: float
+    centre: Offset
+    """x and y of the centre of its plan."""
+    length: Size
+    """Along `azimuth`."""
+    width: Size
+    """Across `azimuth`."""
+    height: Size
+    """Height."""
     azimuth: float = 0.0
-    base: float | None = None
-    ricochet: Ricochet | str | None = None
-    name: str = "building"
+    """Direction of its length (degrees), from +x counter-clockwise."""
+    name: str = field(default="building", kw_only=True)
     faces: ClassVar[tuple[str, ...]] = ("left", "right", "back", "front", "roof", "under")
 
     def __post_init__(self) -> None:

@@ -11,7 +11,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["clipped", "contains", "signed_area"]
 
 _SAME = 1e-9  # in the unit of the corners: nearer ones are one
 

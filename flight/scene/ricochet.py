@@ -35,12 +35,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from flight.arguments import require_number
-from flight.errors import InputError, nearest
+from flight.errors import InputError
+from fragfield_base.errors import names_allowed
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["EXPONENT", "KINDS", "RANGE", "Ricochet"]
 
 EXPONENT = 4.0 / 3.0
 """Of the angle over the critical one, in the logarithm of the share of speed kept; as in flight.kernels.impacts."""
@@ -105,7 +105,7 @@ class Ricochet:
         if value == "none":
             return None
         if value not in KINDS:
-            raise InputError(f"ricochet: unknown kind of surface {value!r}{nearest(value, [*KINDS, 'none'])}")
+            raise InputError(f"ricochet: unknown kind of surface {value!r}{names_allowed(value, [*KINDS, 'none'])}")
         return KINDS[value]
 
     def scaled(

@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from flight.fragments import Fragments
     from flight.kernels.terrain import Terrain
 
-__all__ = ["Scene"]
 
 ON_THE_GROUND = 1e-9  # m above a map's surface at which a fragment on it starts, as LIFT in flight.kernels.impacts
 

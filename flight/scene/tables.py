@@ -12,8 +12,6 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["evaluate_pieces", "hermite_pieces", "monotone_pieces", "monotone_slopes"]
-
 
 def monotone_slopes(x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
     """Slopes of the shape-preserving cubic through (x, y), shapes (n,).

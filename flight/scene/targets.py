@@ -1,22 +1,26 @@
-"""Witness surfaces: they record every fragment that crosses them and stop none."""
+"""Witness surfaces: they record every fragment that crosses them and stop none.
+
+Lengths in m. The case's tables [[witness]] are made from the dataclasses, but for those of polygons.
+"""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 
-from flight.arguments import real_array, require_number, require_numbers
+from flight.arguments import Size, real_array, require_number, require_numbers
 from flight.errors import InputError
+from fragfield_base.bounds import Bounds
+from fragfield_base.inputs import Direction, Length, Offset, Position, PositiveLength
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["Cylinder", "Panel", "Polygon", "Witness", "pack"]
 
 CYLINDER, RECTANGLE, POLYGON, GROUP, COLUMNS = 0, 1, 2, 3, 25  # as in flight.kernels.surfaces
 SLACK = 1e-9  # by which boxes are wider than their surface, relative and in m: rounding must not cut an edge off
@@ -24,15 +28,16 @@ SLACK = 1e-9  # by which boxes are wider than their surface, relative and in m: 
 
 @dataclass(frozen=True)
 class Cylinder:
-    """A vertical cylinder (a witness ring): radius (m), axis at `centre` (x, y), from `bottom` to `top` (z, m).
+    """A vertical cylinder (a witness ring)."""
 
-    Without bottom and top it reaches over all heights.
-    """
-
-    radius: float
-    centre: tuple[float, float] = (0.0, 0.0)
-    bottom: float = -math.inf
-    top: float = math.inf
+    radius: Annotated[PositiveLength, Bounds(1e-3, 1e5, "no fragment flies as far as 100 km")]
+    """Radius."""
+    centre: Offset = (0.0, 0.0)
+    """x and y of its axis."""
+    bottom: Length = -math.inf
+    """z of the lower rim; left out: unbounded."""
+    top: Length = math.inf
+    """z of the upper rim; left out: unbounded."""
     name: str = "cylinder"
 
     def __post_init__(self) -> None:
@@ -51,13 +56,18 @@ class Cylinder:
 
 @dataclass(frozen=True)
 class Panel:
-    """A plane rectangle: `centre` (m), `normal`, `width` across and `height` along `up` (m)."""
+    """A plane rectangle."""
 
-    centre: tuple[float, float, float]
-    normal: tuple[float, float, float]
-    width: float
-    height: float
-    up: tuple[float, float, float] = (0.0, 0.0, 1.0)
+    centre: Position
+    """Its centre."""
+    normal: Direction
+    """Its normal."""
+    width: Size
+    """Across `up`."""
+    height: Size
+    """Along `up`."""
+    up: Direction = (0.0, 0.0, 1.0)
+    """Direction of its height."""
     name: str = "panel"
 
     def __post_init__(self) -> None:

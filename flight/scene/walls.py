@@ -10,19 +10,19 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import numpy as np
 
 from flight.arguments import require_numbers
 from flight.errors import InputError
+from fragfield_base.inputs import PositiveLength, Quantity
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     Array = NDArray[np.float64]
 
-__all__ = ["MATERIALS", "StoppingWall", "concrete_limit", "steel_limit"]
 
 FRAGMENT_DENSITY = 7850.0  # kg/m3
 SHARPEST = 1.14  # nose factor N of the modified NDRC relation
@@ -84,11 +84,14 @@ def steel_limit(mass: Array, speed: Array, diameter: Array) -> Array:
 
 @dataclass(frozen=True)
 class StoppingWall:
-    """A wall or roof: material ("concrete" or "steel"), thickness (m), cylinder strength of concrete (Pa)."""
+    """A wall or roof by which fragments may be shown to be stopped; in SI. The case's tables are made from it."""
 
-    material: str
-    thickness: float
-    strength: float = 30e6
+    material: Literal["concrete", "steel"]
+    """Concrete, by the modified NDRC relation, or mild steel plate, by that of BRL; see the theory of the hazard."""
+    thickness: PositiveLength
+    """Thickness."""
+    strength: Annotated[float, Quantity("Pa", "30 MPa", above=0.0)] = 30e6
+    """Cylinder strength of concrete."""
 
     def __post_init__(self) -> None:
         """Refuse materials without a relation."""

@@ -14,8 +14,6 @@ from flight.scene.tables import evaluate_pieces, monotone_pieces
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["Wind"]
-
 
 @dataclass(frozen=True, eq=False)
 class Wind:

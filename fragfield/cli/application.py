@@ -12,27 +12,6 @@ from fragfield.errors import InputError
 from fragfield.pipeline.parallel import launched_commands, launched_rank
 from fragfield_base.paths import absolute
 
-__all__ = [
-    "CaseOrRun",
-    "CellSize",
-    "Drawing",
-    "FragmentsFile",
-    "Html",
-    "Json",
-    "Out",
-    "Overwrite",
-    "Profile",
-    "ProgressFile",
-    "Quiet",
-    "Resume",
-    "Scheduler",
-    "Settings",
-    "Threads",
-    "Window",
-    "app",
-    "file_path",
-]
-
 app = typer.Typer(
     name="fragfield",
     help="Hazard distances of the fragments of cased charges, for explosives safety: burst, break-up, flight, report.",

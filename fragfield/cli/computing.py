@@ -35,8 +35,6 @@ if TYPE_CHECKING:
     from fragfield.interface.results import Run
     from fragfield.terminal.progress import Progress
 
-__all__ = ["break_up", "burst", "check", "fly", "report", "run"]
-
 
 @app.command()
 def check(

@@ -11,8 +11,6 @@ import fragfield
 from fragfield.cli.application import Json, Quiet, app, file_path
 from fragfield.cli.guard import give, guarded
 
-__all__ = ["convert"]
-
 
 @app.command()
 def convert(

@@ -18,8 +18,6 @@ from fragfield_base.paths import shown
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-__all__ = ["give", "guarded", "print_paths"]
-
 
 def print_paths(found: dict[str, Any]) -> None:
     """Print the paths of a result, one a line."""

@@ -14,8 +14,6 @@ from fragfield.cli.streams import to_stdout
 from fragfield.errors import InputError
 from fragfield_base.paths import absolute, start_folder
 
-__all__ = ["compare", "info", "new", "open_pages", "view"]
-
 
 @app.command()
 def view(case: CaseOrRun, window: Window = None, html: Html = False, quiet: Quiet = False, json: Json = False) -> None:

@@ -16,7 +16,6 @@ from fragfield_base.paths import leave_folder
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-__all__ = ["finish_messages", "prepare_process", "silence", "to_stdout"]
 
 _FEWEST_FILES, _MANY_FILES = 64, 1024
 _MIN_STACK = 1 << 20  # bytes; the compiler and MPI need several hundred thousand
@@ -26,12 +25,8 @@ def prepare_process() -> list[str]:
     """Open what is closed, let no letter fail, and keep this process from what it has not been given; its arguments.
 
     Libraries see neither the arguments, nor the user's variables (`fragfield_base.ambient`), nor the working folder.
-
-    Raises
-    ------
-    InputError
-        A variable holds what it must not, or a limit is lower than what MPI needs, which would end the process by
-        itself.
+    Raises InputError: a variable holds what it must not, or a limit is lower than what MPI needs, which would end the
+    process by itself.
     """
     # A file that is opened while a standard stream is closed would get its number, and what libraries write there.
     for number in range(3):

@@ -12,8 +12,6 @@ from fragfield.cli.application import CaseOrRun, CellSize, Json, Quiet, Schedule
 from fragfield.cli.guard import give, guarded
 from fragfield.errors import EXIT_NUMERICAL
 
-__all__ = ["limit", "sweep", "uncertainty", "warm_up"]
-
 Varied = Annotated[Path, typer.Argument(parser=file_path, metavar="CASE", help="The case file that is varied.")]
 RunThreads = Annotated[
     int | None, typer.Option("--threads", min=1, metavar="N", help="Threads of each run; default 1.")
@@ -147,7 +145,7 @@ def uncertainty(
     Exit code 3 where a sample failed or has no distance; they are counted and left out.
     """
     with guarded(json=json, quiet=quiet):
-        from fragfield.studies.uncertainty.show import print_study
+        from fragfield.studies.uncertainty.results import print_study
 
         found = fragfield.run_uncertainty(
             case, out=out, samples=samples, seed=seed, set=settings or (), cell_size=cell_size,

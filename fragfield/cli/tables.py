@@ -14,8 +14,6 @@ from fragfield.cli.guard import give, guarded, print_paths
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-__all__ = ["import_", "tables"]
-
 
 @app.command(name="import")
 def import_(

@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from fragfield.case import CaseTable
     from fragfield.case.checks.expected_masses import RecoveredMass
 
-__all__ = ["arena_basis", "arena_of", "arena_realisation", "read_arena", "write_arena"]
 
 _log = logging.getLogger(__name__)
 
@@ -27,11 +26,8 @@ _log = logging.getLogger(__name__)
 def read_arena(path: Path | None, case: CaseTable) -> tuple[ArenaTable, RecoveredMass] | None:
     """The table of a file with the numbers that are flown, and what of the casing it holds; None: no arena table.
 
-    Raises
-    ------
-    InputError
-        The table cannot be read, its mass is not that of the case's rounds, or the case has planes of symmetry: give
-        every round its own place.
+    Raises InputError: the table cannot be read, its mass is not that of the case's rounds, or the case has planes of
+    symmetry: give every round its own place.
     """
     from flight.arena import ArenaTable, is_arena_file
 

@@ -31,7 +31,6 @@ if TYPE_CHECKING:
     from fragfield.pipeline.job import Job
     from transition import BreakUp
 
-__all__ = ["INCLINATION", "ROLL", "attitudes_of", "coarse_attitudes", "flown_attitude", "fly_all", "fly_attitudes"]
 
 INCLINATION = (15.0, 5.0)
 """Steps (degrees) from one inclination to the next: of the coarse grid, then beside the worst."""
@@ -78,10 +77,7 @@ def fly_all(job: Job, realisations: Sequence[Fragments], prepared: BreakUp | Non
 def fly_attitudes(job: Job, source: Realisations, flights: Flights) -> FlownEnsemble | None:
     """Fly an arrangement of mixed attitudes: the ensemble of the worst attitude, with the curve over all. Collective.
 
-    Raises
-    ------
-    InputError
-        The fragments are from a file: how they would turn is not known.
+    Raises InputError: the fragments are from a file: how they would turn is not known.
     """
     if job.options.fragments is not None and source.arena is None:
         raise InputError(

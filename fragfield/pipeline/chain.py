@@ -31,7 +31,6 @@ if TYPE_CHECKING:
     from fragfield.files.run_directory import RunDirectory, Stage
     from fragfield.pipeline.job import RunOptions
 
-__all__ = ["run_chain"]
 
 _log = logging.getLogger(__name__)
 

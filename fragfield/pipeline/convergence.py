@@ -26,7 +26,6 @@ if TYPE_CHECKING:
     from fragfield.pipeline.ensemble import FlownEnsemble
     from fragfield.pipeline.job import Job
 
-__all__ = ["OF_A_SWEEP", "convergence_of", "with_cells"]
 
 OF_A_SWEEP = "no grid convergence: not computed for the runs of a sweep"
 

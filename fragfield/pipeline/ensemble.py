@@ -31,13 +31,6 @@ if TYPE_CHECKING:
     from fragfield.pipeline.realisations import Realisations
     from transition import BreakUpResult
 
-__all__ = [
-    "EnsembleFlight",
-    "Flights",
-    "FlownEnsemble",
-    "above_ground",
-    "break_up_all",
-]
 
 _AT_ONCE = 48  # realisations of a batch
 _FEWEST_MORE = 12
@@ -47,39 +40,27 @@ _log = logging.getLogger(__name__)
 
 @dataclass(frozen=True, eq=False)
 class FlownEnsemble:
-    """What the flights of all realisations gave.
-
-    Attributes
-    ----------
-    first : FlightResult
-        The first realisation's flight, row by row.
-    hazard : EnsembleHazard
-        Over all.
-    witnesses : dict from a surface's name to (n, s) arrays of flight.hazard.density.sectors.SECTOR_HITS
-        Hits by realisation and sector, of the realisations that are kept.
-    completeness : Completeness
-        How the flights of all fragments ended.
-    more : bool
-        Whether more realisations could be made.
-    exposed : list of dict
-        What the exposed sites of the case meet, as in summary.json.
-    flights : int
-        Realisations flown, in all attitudes.
-    attitude : Turned, optional
-        The worst one of mixed attitudes, to which all else belongs.
-    curve : list of dict
-        Distances over mixed attitudes, as `hazard.attitude.curve` of summary.json.
-    """
+    """What the flights of all realisations gave."""
 
     first: FlightResult
+    """The first realisation's flight, row by row."""
     hazard: EnsembleHazard
+    """Over all."""
     witnesses: dict[str, NDArray[Any]]
+    """dict from a surface's name to (n, s) arrays of flight.hazard.density.sectors.SECTOR_HITS: hits by realisation and
+    sector, of the realisations that are kept."""
     completeness: Completeness
+    """How the flights of all fragments ended."""
     more: bool
+    """Whether more realisations could be made."""
     exposed: list[dict[str, Any]]
+    """What the exposed sites of the case meet, as in summary.json."""
     flights: int
+    """Realisations flown, in all attitudes."""
     attitude: Turned | None = None
+    """The worst one of mixed attitudes, to which all else belongs."""
     curve: list[dict[str, Any]] = field(default_factory=list)
+    """Distances over mixed attitudes, as `hazard.attitude.curve` of summary.json."""
 
 
 def break_up_all(job: Job, snapshot_file: Path) -> tuple[BreakUpResult, list[Fragments]] | None:

@@ -27,17 +27,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-__all__ = [
-    "FACTOR_OBSERVED",
-    "FACTOR_RANGE",
-    "KINDS",
-    "NORMAL_95",
-    "ORDERS",
-    "GridConvergence",
-    "Kind",
-    "grid_convergence",
-    "observed_order",
-]
 
 FACTOR_OBSERVED = 1.25
 """Safety factor of Roache's index where the order was observed with three sizes."""
@@ -66,31 +55,21 @@ _SIGNIFICANT = 2.0  # standard errors of a difference
 
 @dataclass(frozen=True)
 class GridConvergence:
-    """What several cell sizes say of a number.
-
-    Attributes
-    ----------
-    kind : str
-        "monotone" (order observed), "oscillating", "diverging", "two_sizes", "statistical" (the values differ by no
-        more than two of their standard errors), "constant" (they do not differ) or "one_size".
-    order : float or None
-        Observed order p, not clipped; only where monotone.
-    order_used : float or None
-        Order of the uncertainty: the observed one within `ORDERS`, else 1.
-    extrapolated : float or None
-        Limit for cells of no size; only where constant, or monotone with an order of 0.5 or more.
-    uncertainty : float or None
-        Of the value with the size asked for, in its unit: the grid convergence index, half a band of about 95 %.
-    factor : float or None
-        Safety factor in it.
-    """
+    """What several cell sizes say of a number."""
 
     kind: Kind
+    """"monotone" (order observed), "oscillating", "diverging", "two_sizes", "statistical" (the values differ by no more
+    than two of their standard errors), "constant" (they do not differ) or "one_size"."""
     order: float | None
+    """Observed order p, not clipped; only where monotone."""
     order_used: float | None
+    """Order of the uncertainty: the observed one within `ORDERS`, else 1."""
     extrapolated: float | None
+    """Limit for cells of no size; only where constant, or monotone with an order of 0.5 or more."""
     uncertainty: float | None
+    """Of the value with the size asked for, in its unit: the grid convergence index, half a band of about 95 %."""
     factor: float | None
+    """Safety factor in it."""
 
 
 def observed_order(sizes: Sequence[float], values: Sequence[float]) -> float | None:
@@ -130,22 +109,11 @@ def grid_convergence(
 ) -> GridConvergence:
     """Order and limit of a value, and its uncertainty with one of the sizes.
 
-    Parameters
-    ----------
-    sizes : (n,) floats
-        Different cell sizes, in any order and unit.
-    values : (n,) floats
-        What was computed with them.
-    standard_errors : (n,) floats, optional
-        Statistical errors of the values; they decide whether a trend is significant, and where it is not, what slope
-        with the cell size they may hide. The error of the value itself is not part of `uncertainty`.
-    at : float, optional
-        Cell size whose value's uncertainty is asked for; left out: the smallest.
-
-    Raises
-    ------
-    ValueError
-        Sizes that are not positive or not different, numbers that are not finite, or lengths that differ.
+    `sizes` (n,): different cell sizes, in any order and unit; `values` (n,): what was computed with them;
+    `standard_errors` (n,): statistical errors of the values; they decide whether a trend is significant, and where it
+    is not, what slope with the cell size they may hide. The error of the value itself is not part of `uncertainty`;
+    `at`: cell size whose value's uncertainty is asked for; left out: the smallest. Raises ValueError: sizes that are
+    not positive or not different, numbers that are not finite, or lengths that differ.
     """
     h, f = np.asarray(sizes, dtype=float), np.asarray(values, dtype=float)
     errors = np.zeros(len(h)) if standard_errors is None else np.asarray(standard_errors, dtype=float)

@@ -28,54 +28,36 @@ if TYPE_CHECKING:
     from fragfield.terminal.progress import Progress, ProgressReporter
     from fragfield.view.offscreen import PictureProcess
 
-__all__ = ["Job", "RunOptions", "finite"]
-
 
 @dataclass(frozen=True)
 class RunOptions:
-    """What the command line or a Python program asks for, from there to the stages as it is.
-
-    Attributes
-    ----------
-    target : Path
-        A case file or a run directory.
-    out : Path, optional
-        Run directory to write; left out: the run directory given, or runs/NAME for NAME.toml.
-    cell_size : str, optional
-        Replaces `burst.cell_size`.
-    threads : int, optional
-        Threads of a rank.
-    resume, overwrite : bool
-        See `RunDirectory.claim`.
-    quiet : bool
-        No progress.
-    fragments : Path, optional
-        Fragments from another source, for the stage `fly`.
-    settings : sequence of str, or mapping
-        KEY=VALUE, or values by dotted key, that replace values of the case.
-    lean : bool
-        Numbers alone, for a sweep: no report, no files for visualisation, no other cell sizes.
-    profile : bool
-        Time the parts of the burst.
-    made : CaseTable, optional
-        The resolved case, instead of a file's; `target` is then its run directory, and a stage's case is this one.
-    follow : callable, optional
-        Called with the progress, on rank 0.
-    """
+    """What the command line or a Python program asks for, from there to the stages as it is."""
 
     target: Path
+    """A case file or a run directory."""
     out: Path | None = None
+    """Run directory to write; left out: the run directory given, or runs/NAME for NAME.toml."""
     cell_size: str | None = None
+    """Replaces `burst.cell_size`."""
     threads: int | None = None
+    """Threads of a rank."""
     resume: bool = False
     overwrite: bool = False
+    """See `RunDirectory.claim`."""
     quiet: bool = False
+    """No progress."""
     fragments: Path | None = None
+    """Fragments from another source, for the stage `fly`."""
     settings: Settings = ()
+    """KEY=VALUE, or values by dotted key, that replace values of the case."""
     lean: bool = False
+    """Numbers alone, for a sweep: no report, no files for visualisation, no other cell sizes."""
     profile: bool = False
+    """Time the parts of the burst."""
     made: CaseTable | None = None
+    """The resolved case, instead of a file's; `target` is then its run directory, and a stage's case is this one."""
     follow: Callable[[Progress], object] | None = None
+    """Called with the progress, on rank 0."""
 
     @property
     def asked(self) -> str:
@@ -117,40 +99,27 @@ class RunOptions:
 
 @dataclass(frozen=True)
 class Job:
-    """What a stage works on.
-
-    Attributes
-    ----------
-    case : CaseTable
-        Resolved.
-    source, target : RunDirectory
-        Where the stage reads and writes; the same but for `--out`.
-    team : Team
-        The ranks of the launch.
-    reporter : ProgressReporter
-        Follows the stages on the terminal.
-    options : RunOptions
-        What was asked for.
-    attitude : Turned, optional
-        The one attitude in which an arrangement of mixed attitudes is flown; left out: all.
-    pictures : PictureProcess, optional
-        Draws burst and fragments for the report while these fly.
-    numbers_alone : bool
-        Neither bounds by direction nor bands of densities, unless another number rests on them.
-    noted : dict
-        What has been put into summary.json.
-    """
+    """What a stage works on."""
 
     case: CaseTable
+    """Resolved."""
     source: RunDirectory
     target: RunDirectory
+    """Where the stage reads and writes; the same but for `--out`."""
     team: Team
+    """The ranks of the launch."""
     reporter: ProgressReporter
+    """Follows the stages on the terminal."""
     options: RunOptions
+    """What was asked for."""
     attitude: Turned | None = None
+    """The one attitude in which an arrangement of mixed attitudes is flown; left out: all."""
     pictures: PictureProcess | None = None
+    """Draws burst and fragments for the report while these fly."""
     numbers_alone: bool = False
+    """Neither bounds by direction nor bands of densities, unless another number rests on them."""
     noted: dict[str, Any] = field(default_factory=dict)
+    """What has been put into summary.json."""
 
     @property
     def cores(self) -> int:

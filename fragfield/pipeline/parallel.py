@@ -13,7 +13,6 @@ from fragfield.errors import InputError
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-__all__ = ["Team", "launched_commands", "launched_rank", "launched_size"]
 
 Shared = TypeVar("Shared")
 _RANK_VARIABLES = ("OMPI_COMM_WORLD_RANK", "PMI_RANK", "PMIX_RANK")

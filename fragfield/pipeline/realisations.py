@@ -13,8 +13,6 @@ if TYPE_CHECKING:
     from fragfield.pipeline.job import Job
     from transition import BreakUp
 
-__all__ = ["Realisations"]
-
 
 class Realisations:
     """The realisations of a run, by number.

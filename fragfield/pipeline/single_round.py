@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from fragfield.pipeline.job import Job
     from transition import Snapshot
 
-__all__ = ["SingleRound", "single_round", "single_round_case"]
 
 REALISATIONS = 12
 """Break-ups of the round: of an M107 they fix the beam distance to 0.4 % and that of a stack to 0.6 %."""
@@ -32,18 +31,12 @@ _log = logging.getLogger(__name__)
 
 @dataclass(frozen=True)
 class SingleRound:
-    """The fragments of one round by polar angle.
-
-    Attributes
-    ----------
-    field : PolarField or None
-        None where there is none.
-    source : str
-        Where they come from, or why there are none.
-    """
+    """The fragments of one round by polar angle."""
 
     field: PolarField | None
+    """None where there is none."""
     source: str
+    """Where they come from, or why there are none."""
 
 
 def single_round(job: Job, realisations: Sequence[Fragments]) -> SingleRound:

@@ -24,7 +24,6 @@ if TYPE_CHECKING:
     from fragfield.files.run_directory import Stage
     from fragfield.pipeline.job import Job
 
-__all__ = ["Job", "break_up", "burst", "fly", "perform", "recorded_warnings", "report"]
 
 _log = logging.getLogger(__name__)
 

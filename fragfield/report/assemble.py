@@ -11,9 +11,10 @@ from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from markupsafe import Markup, escape
+
 from fragfield.errors import InputError
 from fragfield.report.blocks import Columns, Illustration
-from fragfield.report.document import code_words, css_text, identity_line
 from fragfield.report.figures.drawing import draw_figure
 from fragfield.report.map_page import write_map
 from fragfield.report.reading.run_files import read_run
@@ -31,7 +32,6 @@ if TYPE_CHECKING:
     from fragfield.report.reading.run_files import RunFiles
     from fragfield.report.sections import Draw
 
-__all__ = ["write_page", "write_report"]
 
 _MIME = {"svg": "image/svg+xml", "png": "image/png"}
 
@@ -81,10 +81,7 @@ def write_report(
 def write_page(run: RunFiles, target: Path, parts: Callable[[Draw], list[Section]]) -> Path:
     """Write a page of other sections with the report's template, figures in `figures` beside it; the page.
 
-    Raises
-    ------
-    InputError
-        No right to write.
+    Raises InputError: no right to write.
     """
     illustrator = _Illustrator(run, target.parent / "figures", None)
     return _write(run, illustrator, target, lambda: parts(illustrator.draw), lambda _: None)
@@ -207,3 +204,25 @@ def _readable(date: str) -> str:
         return datetime.fromisoformat(date).astimezone(UTC).strftime("%Y-%m-%d %H:%M UTC")
     except ValueError:
         return date
+
+
+def code_words(text: str) -> Markup:
+    """A text as HTML, what stands between a pair of backticks as code."""
+    parts = text.split("`")
+    if len(parts) % 2 == 0:
+        return escape(text)
+    code = Markup("<code>{}</code>")
+    return Markup("").join(code.format(part) if number % 2 else escape(part) for number, part in enumerate(parts))
+
+
+def css_text(text: str) -> str:
+    """A text as it stands between the quotes of a CSS string in a page."""
+    safe = "".join(f"\\{ord(sign):x} " if sign in '\\"<>&\n\r\f' else sign for sign in text)
+    return " ".join(safe.split("\t"))
+
+
+def identity_line(run: RunFiles) -> str:
+    """Classification, number and revision in one line; empty where the case gives none."""
+    document = run.document
+    revision = f"revision {document.revision}" if document.revision else ""
+    return " · ".join(part for part in (document.classification, document.number, revision) if part)

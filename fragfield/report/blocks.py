@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Literal
 if TYPE_CHECKING:
     from fragfield.numbers import Row
 
-__all__ = ["Beside", "Block", "Card", "Cards", "Columns", "Finding", "Findings", "Group", "Illustration", "Paragraph", "Points", "Rows", "Section", "Signatures", "Table", "Text", "Weight"]  # fmt: skip  # noqa: E501
 
 _LONGEST_NUMBER = 18  # characters of a cell: "1,017.4 ± 4.0", "12,345 – 23,456"
 

@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     from fragfield.report.blocks import Finding
     from fragfield.report.reading.run_files import RunFiles
 
-__all__ = ["decision_section"]
-
 
 def decision_section(run: RunFiles, all_findings: Sequence[Finding]) -> Section:
     """The page on which a decision is taken and signed."""

@@ -18,8 +18,6 @@ if TYPE_CHECKING:
 
     from fragfield.report.reading.run_files import RunFiles
 
-__all__ = ["map_data", "write_map"]
-
 
 def map_data(run: RunFiles) -> dict[str, Any] | None:
     """What the page draws, in metres of the site's frame; None where there is no map."""
@@ -60,16 +58,7 @@ def map_data(run: RunFiles) -> dict[str, Any] | None:
 def write_map(run: RunFiles, path: Path, *, identity: str, written: str) -> bool:
     """Write the page; False where there is no map.
 
-    Parameters
-    ----------
-    run : RunFiles
-        The run.
-    path : Path
-        The page.
-    identity : str
-        Document number, revision and classification.
-    written : str
-        When.
+    `run`: the run; `path`: the page; `identity`: document number, revision and classification; `written`: when.
     """
     data = map_data(run)
     if data is None:

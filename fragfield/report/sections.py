@@ -34,20 +34,12 @@ if TYPE_CHECKING:
     Draw = Callable[[str, str, str, Callable[[RunFiles], Figure | None]], list[Illustration]]
     Picture = Callable[[str, str, str], list[Block]]
 
-__all__ = ["sections"]
-
 
 def sections(run: RunFiles, draw: Draw, picture: Picture) -> list[Section]:
     """All sections in order.
 
-    Parameters
-    ----------
-    run : RunFiles
-        The run.
-    draw : callable
-        Makes a figure from its name, title, caption and drawing function; an empty list where there is no data.
-    picture : callable
-        Makes one of the off-screen pictures from its name, title and caption, alike.
+    `run`: the run; `draw`: makes a figure from its name, title, caption and drawing function; an empty list where there
+    is no data; `picture`: makes one of the off-screen pictures from its name, title and caption, alike.
     """
     found = tuple(findings(run))
     return [

@@ -50,16 +50,6 @@ if TYPE_CHECKING:
     Draw = Callable[[str, str, str, Callable[[RunFiles], Figure | None]], list[Illustration]]
     Picture = Callable[[str, str, str], list[Block]]
 
-__all__ = [
-    "annexes_of_stages",
-    "convergence_section",
-    "figures_of_stage",
-    "fragments_section",
-    "hazard_section",
-    "rounds_section",
-    "speeds_section",
-]
-
 
 _MOST_DRAWN = 3
 """Different rounds that are drawn."""

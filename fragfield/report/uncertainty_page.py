@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     from fragfield.report.blocks import Block
     from fragfield.report.reading.run_files import RunFiles
 
-__all__ = ["write_uncertainty_page"]
 
 _PARTS = (
     ("uncertainty", "The recommended distance"),
@@ -28,14 +27,8 @@ _PARTS = (
 def write_uncertainty_page(folder: Path, run_directory: Path, found: Mapping[str, Any]) -> Path:
     """Write uncertainty.html and its figures.
 
-    Parameters
-    ----------
-    folder : Path
-        The study's.
-    run_directory : Path
-        The nominal run, for title, document number and version.
-    found : mapping
-        uncertainty.json.
+    `folder`: the study's; `run_directory`: the nominal run, for title, document number and version; `found`:
+    uncertainty.json.
     """
     run = read_run(run_directory)
     run.summary["uncertainty"] = dict(found)

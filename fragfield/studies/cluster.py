@@ -18,8 +18,6 @@ from fragfield.studies.processes import perform
 from fragfield_base.interruption import end_requested
 from fragfield_base.writing import locked
 
-__all__ = ["ClusterRuns"]
-
 _ANSWER = 20.0  # s for the scheduler to answer
 _LOOK = 1.0  # s between two looks whether the work was interrupted
 _PAUSE = 0.5

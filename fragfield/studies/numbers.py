@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from fragfield.case import CaseTable
     from fragfield.pipeline.beside import Burst
 
-__all__ = ["answer_of", "burst_of", "flown_parts", "shared_burst"]
 
 _last: dict[object, Burst] = {}
 """The last burst of this process: runs that differ in the break-up or the flight alone have the same."""

@@ -29,7 +29,6 @@ if TYPE_CHECKING:
 
     Task = Callable[[dict[str, Any]], tuple[int, str]]
 
-__all__ = ["LocalRuns", "perform"]
 
 _WATCH = 0.5  # s between two looks whether the process that gives the work is still there
 _starting = threading.Lock()
@@ -40,12 +39,9 @@ _working = threading.Event()
 def perform(request: dict[str, Any]) -> tuple[int, str]:
     """Make the run of a request in this process; exit code and message.
 
-    Parameters
-    ----------
-    request : dict
-        `stage`, `case_file`, `out`, `resume`, `overwrite` and `threads`. Requests of the stages "sample" and "row" have
-        keys of their own, see `fragfield.studies.uncertainty.sample` and `fragfield.studies.sweep.row`, and their
-        results as message.
+    `request`: `stage`, `case_file`, `out`, `resume`, `overwrite` and `threads`. Requests of the stages "sample" and
+    "row" have keys of their own, see `fragfield.studies.uncertainty.sample` and `fragfield.studies.sweep.row`, and
+    their results as message.
     """
     from fragfield.pipeline.chain import run_chain
     from fragfield.pipeline.job import RunOptions

@@ -10,7 +10,6 @@ from fragfield_base.cores import cores
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-__all__ = ["Runs", "make_all", "runs_of"]
 
 _WAIT = 0.2  # s; a wait without end would not see Ctrl-C on every system
 
@@ -18,15 +17,10 @@ Outcome = TypeVar("Outcome")
 
 
 class Runs(Protocol):
-    """What makes runs: `fragfield.studies.processes.LocalRuns`, or `fragfield.studies.cluster.ClusterRuns`.
-
-    Attributes
-    ----------
-    size : int
-        Runs at one time.
-    """
+    """What makes runs: `fragfield.studies.processes.LocalRuns`, or `fragfield.studies.cluster.ClusterRuns`."""
 
     size: int
+    """Runs at one time."""
 
     def call(self, request: dict[str, Any]) -> tuple[int, str]:
         """Make one run, from any thread; its exit code and, where that is not 0, why."""
@@ -54,21 +48,9 @@ def make_all(
 ) -> None:
     """Make the runs with these numbers, as many at one time as `runs` allows, and report every end in this thread.
 
-    Parameters
-    ----------
-    runs : Runs
-        Closed at the end, and interrupted first where an error or Ctrl-C ends the work.
-    numbers : sequence of int
-        Runs, in the order in which they are begun.
-    make : callable
-        Makes a run by `runs.call`, in a thread.
-    ended : callable
-        Called with a run's number and what `make` returned.
-
-    Raises
-    ------
-    BaseException
-        What `make` or `ended` raised; no further run is begun.
+    `runs`: closed at the end, and interrupted first where an error or Ctrl-C ends the work; `numbers`: runs, in the
+    order in which they are begun; `make`: makes a run by `runs.call`, in a thread; `ended`: called with a run's number
+    and what `make` returned. Raises BaseException: what `make` or `ended` raised; no further run is begun.
     """
     with ThreadPoolExecutor(runs.size) as threads:
         try:

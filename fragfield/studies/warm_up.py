@@ -12,8 +12,6 @@ from fragfield.studies.sweep.results import FAILED
 from fragfield.studies.sweep.work import SweepOptions, run_sweep
 from fragfield_base.kernel_cache import cache_root
 
-__all__ = ["warm_up"]
-
 _CASE = """
 title = "Kernels compiled"
 

@@ -31,9 +31,16 @@ OFFICIAL_LABELS = {
 _WIDTH = 120  # letters of a line in a text
 
 
-def plain_console(file: TextIO | None = None) -> Console:
-    """A console that prints texts as they are, on stdout or into a file: names of rounds may hold brackets."""
-    return Console(file=file, width=None if file is None else _WIDTH, highlight=False, markup=False, soft_wrap=True)
+def plain_console(file: TextIO | None = None, *, wide: int | None = None) -> Console:
+    """A console that prints texts as they are, on stdout or into a file: names of rounds may hold brackets.
+
+    `wide`: letters of a line on stdout where no terminal sets a bound.
+    """
+    width = None if file is None else _WIDTH
+    console = Console(file=file, width=width, highlight=False, markup=False, soft_wrap=True)
+    if wide is not None and not console.is_terminal:
+        console.width = wide
+    return console
 
 
 def number_text(value: object, factor: float) -> str:

@@ -28,12 +28,6 @@ if TYPE_CHECKING:
 
     from fragfield.report.reading.run_files import RunFiles
 
-__all__ = [
-    "interactive_fault",
-    "view_of_burst",
-    "view_of_fragments",
-    "write_interactive_views",
-]
 
 _ALONE = re.compile(r"https://kitware\.github\.io/vtk-js/icon/favicon-[^`\"']*")
 """Icons that vtk.js asks the network for when a page is opened."""
@@ -58,17 +52,7 @@ def interactive_fault() -> str | None:
 def write_interactive_views(run: RunFiles, folder: Path) -> None:
     """Write a page for the burst and one for the fragments, as far as the run has them.
 
-    Parameters
-    ----------
-    run : RunFiles
-        The run.
-    folder : Path
-        Where to write.
-
-    Raises
-    ------
-    PictureUnavailableError
-        trame-vtk is missing.
+    `run`: the run; `folder`: where to write. Raises PictureUnavailableError: trame-vtk is missing.
     """
     if fault := interactive_fault():
         raise PictureUnavailableError(fault)

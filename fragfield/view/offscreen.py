@@ -22,17 +22,6 @@ if TYPE_CHECKING:
     from pathlib import Path
     from types import TracebackType
 
-__all__ = [
-    "DONE",
-    "INPUT",
-    "UNAVAILABLE",
-    "VIEWS",
-    "PictureProcess",
-    "PictureUnavailableError",
-    "display_available",
-    "offscreen_fault",
-    "use_offscreen",
-]
 
 VIEWS = {"picture_of_burst": "view_burst.html", "picture_of_fragments": "view_fragments.html"}
 """Interactive page beside each picture."""
@@ -161,10 +150,7 @@ class PictureProcess:
     def finish(self) -> str:
         """Wait for the files; why VTK draws none here, or nothing.
 
-        Raises
-        ------
-        InputError
-            A file of the run is damaged, or a folder cannot be written.
+        Raises InputError: a file of the run is damaged, or a folder cannot be written.
         """
         if self._process is None:
             return self._fault

@@ -20,17 +20,6 @@ if TYPE_CHECKING:
     from fragfield.report.reading.run_files import RunFiles
     from transition.placement.mirroring import Image
 
-__all__ = [
-    "STREAK",
-    "burst_at",
-    "burst_states",
-    "burst_times",
-    "cut",
-    "final_burst",
-    "fragment_points",
-    "middle_plane",
-    "section",
-]
 
 STREAK = 1e-4
 """Time (s) that fragments have flown on, without drag, where they are shown."""
@@ -179,10 +168,7 @@ def cut(grid: pyvista.UnstructuredGrid) -> tuple[pyvista.PolyData, pyvista.PolyD
 def fragment_points(run: RunFiles, streak: float = 0.0) -> tuple[pyvista.PolyData, NDArray[np.float64]]:
     """Fragments as points with speed and size, and the places that they leave within `streak` seconds.
 
-    Raises
-    ------
-    InputError
-        The break-up has not been run.
+    Raises InputError: the break-up has not been run.
     """
     import pyvista
 
@@ -198,24 +184,17 @@ def fragment_points(run: RunFiles, streak: float = 0.0) -> tuple[pyvista.PolyDat
 
 @dataclass(frozen=True, eq=False)
 class _Revolved:
-    """Cells around the axis with the nodes' speed.
-
-    Attributes
-    ----------
-    points, speed : (n, 3), (n,)
-        Nodes (m) and their speed (m/s).
-    hexahedra, wedges : (k, 8), (w, 6)
-        Cells in VTK's order; those at the axis are wedges.
-    part_of_hexahedra, part_of_wedges : (k,), (w,)
-        Their parts.
-    """
+    """Cells around the axis with the nodes' speed."""
 
     points: NDArray[np.float64]
     speed: NDArray[np.float64]
+    """(n, 3), (n,): nodes (m) and their speed (m/s)."""
     hexahedra: NDArray[np.int64]
     wedges: NDArray[np.int64]
+    """(k, 8), (w, 6): cells in VTK's order; those at the axis are wedges."""
     part_of_hexahedra: NDArray[np.int32]
     part_of_wedges: NDArray[np.int32]
+    """(k,), (w,): their parts."""
 
 
 def _revolved(

@@ -26,8 +26,6 @@ from fragfield.view.offscreen import (
 )
 from fragfield.view.scenes import final_burst, fragment_points, section
 
-__all__ = ["draw", "open_window", "view_run"]
-
 if TYPE_CHECKING:
     from collections.abc import Callable
 

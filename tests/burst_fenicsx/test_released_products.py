@@ -25,9 +25,9 @@ pytestmark = pytest.mark.dolfinx
 def release(fields, cells):
     """Put burnt cells of the charge into the state of released ones, crushed to the volume at which that happens."""
     assert (fields.charge.burn_fraction[cells] == 1.0).all()
-    slots = fields.blocks.slot_of_cell[cells]
-    fields.solid.eroded[slots] = BEFORE
-    fields.grid.volume[slots] = CRUSHED * fields.cell_mass[cells] / TNT.density
+    eroded, volume = (fields.blocks.by_cell(values) for values in (fields.solid.eroded, fields.grid.volume))
+    eroded[cells], volume[cells] = BEFORE, CRUSHED * fields.cell_mass[cells] / TNT.density
+    fields.solid.eroded[:], fields.grid.volume[:] = (fields.blocks.by_slot(values) for values in (eroded, volume))
 
 
 def at_the_wall(run):

@@ -18,7 +18,7 @@ from fragfield.case.conversion.surroundings import ground_of, site_of
 from fragfield.hazard import site_map
 from fragfield.hazard.contents import image_names
 from fragfield.hazard.site_map import VERDICTS, Shape, terrain_lines, to_contours
-from fragfield.report.document import css_text
+from fragfield.report.assemble import css_text
 from tests.flight.clouds import cloud
 from tests.fragfield.browser import needs_chromium, open_page, script_errors
 from tests.fragfield.short_run import ROOT, invoke

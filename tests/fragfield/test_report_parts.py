@@ -18,7 +18,7 @@ from fragfield.hazard.certainty import margin_metres, metres, metres_and_error, 
 from fragfield.numbers import _LADDERS, UNKNOWN, number, of_case, row
 from fragfield.quantities import QUANTITIES, quantity, schema, shown
 from fragfield.report import read_run
-from fragfield.report.document import code_words
+from fragfield.report.assemble import code_words
 from fragfield.report.figures.fragments import number_above, segment_laws
 from fragfield.report.findings.findings import findings
 from fragfield.report.reading.run_files import RunFiles

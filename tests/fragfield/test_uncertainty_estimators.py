@@ -7,10 +7,10 @@ import pytest
 from scipy import stats
 
 from fragfield.hazard.recommended import NORMAL_95
-from fragfield.studies.uncertainty.design import latin_hypercube, seed_of, shared_bursts
 from fragfield.studies.uncertainty.distributions import Distribution
 from fragfield.studies.uncertainty.expansion import discrete_basis, fit, legendre_basis, terms_of
 from fragfield.studies.uncertainty.indices import analyse
+from fragfield.studies.uncertainty.plan import latin_hypercube, seed_of, shared_bursts
 from fragfield.studies.uncertainty.spread import spread_of, without_statistical_error
 
 A, B = 7.0, 0.1  # of Ishigami and Homma's function

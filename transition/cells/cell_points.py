@@ -31,7 +31,6 @@ if TYPE_CHECKING:
 
     from transition.law.mott import MottLaw
 
-__all__ = ["MASS_THAT_MATTERS", "MOST_POINTS", "POINTS_PER_FRAGMENT", "CellPoints", "lightest_that_matters", "numbers"]
 
 POINTS_PER_FRAGMENT = 8
 MASS_THAT_MATTERS = 0.98
@@ -57,17 +56,10 @@ def numbers(
 ) -> list[NDArray[np.int64]]:
     """Points of every cell of several segments, a multiple of `together`.
 
-    Parameters
-    ----------
-    cell_mass : sequence of (m,) float64
-        Masses of the cells (kg), by segment.
-    lightest : sequence of float
-        The lightest fragment that matters (kg), by segment: it spans `POINTS_PER_FRAGMENT` points or more.
-    most : int
-        Where all segments together would need more points, every segment has fewer in proportion, down to `together`
-        a cell.
-    together : int
-        How many points a source places at a time: 2 or 4.
+    `cell_mass` (m,): masses of the cells (kg), by segment; `lightest`: the lightest fragment that matters (kg), by
+    segment: it spans `POINTS_PER_FRAGMENT` points or more; `most`: where all segments together would need more points,
+    every segment has fewer in proportion, down to `together` a cell; `together`: how many points a source places at a
+    time: 2 or 4.
     """
     cells = sum(mass.size for mass in cell_mass)
     fewest = 8 if 8 * cells <= _EIGHT_UP_TO else together
@@ -83,28 +75,19 @@ def numbers(
 
 @dataclass(frozen=True, eq=False)
 class CellPoints:
-    """Source of the points of one segment.
-
-    Attributes
-    ----------
-    round, segment : int
-        The segment's round and its index therein.
-    cells : (m,) int64
-        Its cells, as indices of `Snapshot.casing`.
-    cell_mass : (m,) float64
-        Their masses (kg).
-    modes : (m, 8, 6) float64
-        Coefficients of position (m) and velocity (m/s) in them.
-    number : (m,) int64
-        Points of each cell.
-    """
+    """Source of the points of one segment."""
 
     round: int
     segment: int
+    """The segment's round and its index therein."""
     cells: NDArray[np.int64]
+    """(m,) int64: its cells, as indices of `Snapshot.casing`."""
     cell_mass: NDArray[np.float64]
+    """(m,) float64: their masses (kg)."""
     modes: NDArray[np.float64]
+    """(m, 8, 6) float64: coefficients of position (m) and velocity (m/s) in them."""
     number: NDArray[np.int64]
+    """(m,) int64: points of each cell."""
 
     @classmethod
     def of_segment(

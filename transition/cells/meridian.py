@@ -20,7 +20,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["HalfPlane", "bilinear", "mass_density", "node_shares", "quad_modes", "ring_volumes", "check_meridian"]
 
 QUAD_CORNERS = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]], dtype=float)
 """Reference coordinates of the nodes, counter-clockwise (VTK's order)."""
@@ -31,30 +30,19 @@ _MODES_AT_CORNERS = np.stack([np.ones(4), _XI, _ETA, _XI * _ETA])
 
 @dataclass(frozen=True, eq=False)
 class HalfPlane:
-    """The half plane of the meridian.
-
-    Attributes
-    ----------
-    origin : (3,) float64
-        Centre of the round's base plane (m).
-    frame : (3, 3) float64
-        Rows: the outward direction e1, e2 = axis x e1, and the unit axis, from the base to the nose.
-    """
+    """The half plane of the meridian."""
 
     origin: NDArray[np.float64]
+    """(3,) float64: centre of the round's base plane (m)."""
     frame: NDArray[np.float64]
+    """(3, 3) float64: rows: the outward direction e1, e2 = axis x e1, and the unit axis, from the base to the nose."""
 
     @classmethod
     def of(cls, position: ArrayLike, axis: ArrayLike, reference: NDArray[np.float64], where: str) -> HalfPlane:
         """Half plane from the axis of a round towards its outermost node before the burst.
 
-        `position` is the centre of its base plane (m), `reference` (n, 3) are the nodes before the burst; `where`
-        names file and round in messages.
-
-        Raises
-        ------
-        InputError
-            All nodes lie on the axis.
+        `position` is the centre of its base plane (m), `reference` (n, 3) are the nodes before the burst; `where` names
+        file and round in messages. Raises InputError: all nodes lie on the axis.
         """
         along = np.asarray(axis, dtype=np.float64)
         along = along / np.linalg.norm(along)

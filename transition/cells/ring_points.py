@@ -26,7 +26,6 @@ if TYPE_CHECKING:
 
     from transition.cells.meridian import HalfPlane
 
-__all__ = ["POINTS_TOGETHER", "RingPoints"]
 
 POINTS_TOGETHER = 4
 """The number of points of a ring is a multiple of this."""
@@ -34,33 +33,22 @@ POINTS_TOGETHER = 4
 
 @dataclass(frozen=True, eq=False)
 class RingPoints:
-    """Source of the points of one segment.
-
-    Attributes
-    ----------
-    segment : int
-        The segment's index; the round is the only one.
-    cells : (m,) int64
-        Its rings, as indices of `Snapshot.casing`.
-    cell_mass : (m,) float64
-        Their masses (kg).
-    reference : (m, 4, 2) float64
-        Radius and height of the nodes before the burst (m), counter-clockwise.
-    state : (m, 4, 4) float64
-        Radius and height (m), radial and axial velocity (m/s) of the nodes now.
-    number : (m,) int64
-        Points of each ring: a multiple of `POINTS_TOGETHER`.
-    half : HalfPlane
-        The half plane of the meridian.
-    """
+    """Source of the points of one segment."""
 
     segment: int
+    """The segment's index; the round is the only one."""
     cells: NDArray[np.int64]
+    """(m,) int64: its rings, as indices of `Snapshot.casing`."""
     cell_mass: NDArray[np.float64]
+    """(m,) float64: their masses (kg)."""
     reference: NDArray[np.float64]
+    """(m, 4, 2) float64: radius and height of the nodes before the burst (m), counter-clockwise."""
     state: NDArray[np.float64]
+    """(m, 4, 4) float64: radius and height (m), radial and axial velocity (m/s) of the nodes now."""
     number: NDArray[np.int64]
+    """(m,) int64: points of each ring: a multiple of `POINTS_TOGETHER`."""
     half: HalfPlane
+    """The half plane of the meridian."""
 
     def draw(self, generator: np.random.Generator) -> MaterialPoints:
         """Points of one realisation, ring by ring."""

@@ -14,7 +14,6 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["CORNERS", "modes", "trilinear"]
 
 CORNERS = np.array(
     [[-1, -1, -1], [1, -1, -1], [1, 1, -1], [-1, 1, -1], [-1, -1, 1], [1, -1, 1], [1, 1, 1], [-1, 1, 1]], dtype=float
@@ -33,12 +32,7 @@ def modes(corners: NDArray[np.float64]) -> NDArray[np.float64]:
 def trilinear(corners: NDArray[np.float64], point: NDArray[np.float64]) -> NDArray[np.float64]:
     """Trilinear interpolation in hexahedra (Eq. 31 with the hexahedron's shape functions).
 
-    Parameters
-    ----------
-    corners : (k, 8, 3) float64
-        Values at the nodes in VTK's order.
-    point : (k, 3) float64
-        Coordinates 0 to 1 in the reference cell.
+    `corners` (k, 8, 3): values at the nodes in VTK's order; `point` (k, 3): coordinates 0 to 1 in the reference cell.
     """
     x, y, z = (np.stack([1.0 - point[:, i], point[:, i]]) for i in range(3))
     along_x, along_y = (0, 1, 1, 0) * 2, (0, 0, 1, 1) * 2

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -183,7 +183,7 @@ def _pivot(
 @kernel
 def _partition(
     row: NDArray[np.float64], ident: NDArray[np.int64], begin: int, end: int, q: NDArray[np.float64], pivot: float
-) -> tuple[float, int]:
+) -> tuple[float, Any]:
     """Put the rows whose keys are below the pivot first; their mass (kg), and the row behind them.
 
     Rows are moved, needed or not, without a branch that no processor could foresee: of angles each to where it stands,

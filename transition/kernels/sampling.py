@@ -104,7 +104,7 @@ def _quantiles(w: NDArray[np.float64]) -> None:
         w[_LOW * _TILE + i], w[_HIGH * _TILE + i], w[_FOUND * _TILE + i] = -1.0, 1.0, 0.0
         w[_X * _TILE + i] = 2.0 * w[_SHARE * _TILE + i] - 1.0
     for _ in range(_ITERATIONS):
-        left = 0
+        left = np.int64(0)
         for i in range(_TILE):
             a, b, c = w[_A * _TILE + i], w[_B * _TILE + i], w[_C * _TILE + i]
             x, low, high = w[_X * _TILE + i], w[_LOW * _TILE + i], w[_HIGH * _TILE + i]

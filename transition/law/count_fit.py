@@ -34,7 +34,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["MIN_COMPLETENESS", "MAX_MASS", "CountFit", "SegmentMasses", "expected_numbers", "fit_counts"]
 
 MAX_MASS = 1.1
 """Mass of a table's pieces over that of the casings above which they are not of this round; see `mass_margin`."""
@@ -49,60 +48,40 @@ _LARGE = 1e6  # kg: a casing that limits no mean mass
 
 @dataclass(frozen=True)
 class SegmentMasses:
-    """What the fit takes of the segments.
-
-    Attributes
-    ----------
-    relative : tuple of float
-        Mean masses by the law (kg), of which the ratios count; infinite: the segment stays whole.
-    masses : tuple of float
-        Masses of the segments (kg).
-    rounds : int
-        Rounds that they belong to, all alike.
-    """
+    """What the fit takes of the segments."""
 
     relative: tuple[float, ...]
+    """Mean masses by the law (kg), of which the ratios count; infinite: the segment stays whole."""
     masses: tuple[float, ...]
+    """Masses of the segments (kg)."""
     rounds: int = 1
+    """Rounds that they belong to, all alike."""
 
 
 @dataclass(frozen=True)
 class CountFit:
-    """Scale of the mean masses by a test, and how well it is known. SI units.
-
-    Attributes
-    ----------
-    counts : FragmentCounts
-        What was counted.
-    scale : float
-        k: factor on the mean masses that were given.
-    mean : float
-        Mean mass of all pieces of the round, the uncounted light ones included (kg).
-    curvature_error, standard_error : float
-        Standard error of ln k from the likelihood's curvature; the same with the scatter of a law that does not fit.
-    expected : tuple of float
-        Pieces expected in each group; their sum is that counted.
-    chi_square : float
-        Pearson's, over groups joined until 5 pieces or more are expected in each.
-    degrees : int
-        Its degrees of freedom: groups joined less two; 0: nothing is left to judge the law by.
-    recovered : float or None
-        Mass of the pieces over that of the casings; where they were not weighed, with the law's mean in every group.
-        None: the casings are not known.
-    in_range : float
-        Mass fraction that the law has in the table's range of masses.
-    """
+    """Scale of the mean masses by a test, and how well it is known. SI units."""
 
     counts: FragmentCounts
+    """What was counted."""
     scale: float
+    """k: factor on the mean masses that were given."""
     mean: float
+    """Mean mass of all pieces of the round, the uncounted light ones included (kg)."""
     curvature_error: float
     standard_error: float
+    """Standard error of ln k from the likelihood's curvature; the same with the scatter of a law that does not fit."""
     expected: tuple[float, ...]
+    """Pieces expected in each group; their sum is that counted."""
     chi_square: float
+    """Pearson's, over groups joined until 5 pieces or more are expected in each."""
     degrees: int
+    """Its degrees of freedom: groups joined less two; 0: nothing is left to judge the law by."""
     recovered: float | None
+    """Mass of the pieces over that of the casings; where they were not weighed, with the law's mean in every group.
+    None: the casings are not known."""
     in_range: float
+    """Mass fraction that the law has in the table's range of masses."""
 
     @property
     def factor(self) -> float:
@@ -158,16 +137,9 @@ class CountFit:
 def expected_numbers(ends: Array, scale: float, relative: Array, masses: Array, law: MottLaw) -> Array:
     """Pieces that the segments of one round have in each group.
 
-    Parameters
-    ----------
-    ends : (g + 1,)
-        Edges of the groups (kg); the last may be infinite.
-    scale : float
-        k.
-    relative, masses : (s,)
-        Mean masses at k = 1 and masses of the segments (kg); infinite means are of segments that stay whole.
-    law : MottLaw
-        With the mean 1.
+    `ends` (g + 1,): edges of the groups (kg); the last may be infinite; `scale`: k; `relative`, `masses` (s,): mean
+    masses at k = 1 and masses of the segments (kg); infinite means are of segments that stay whole; `law`: with the
+    mean 1.
     """
     mean = np.minimum(scale * relative, masses)
     above = (masses / mean * law.survival(ends[:, None] / mean)).sum(axis=1)
@@ -182,20 +154,10 @@ def fit_counts(
 ) -> CountFit:
     """Fit the scale of largest likelihood.
 
-    Parameters
-    ----------
-    counts : FragmentCounts
-        Pieces counted in a test.
-    dimension, mixed_fraction
-        Of Mott's law, as in `BreakUpSettings`.
-    segments : SegmentMasses or None
-        Of the round; None: one law for all pieces, whose mean (kg) is the scale.
-
-    Raises
-    ------
-    InputError
-        The counts determine no scale, hold more than `MAX_MASS` times the casings' mass, or less than
-        `MIN_COMPLETENESS` of what the law has in their range.
+    `counts`: pieces counted in a test; `dimension`, `mixed_fraction`: of Mott's law, as in `BreakUpSettings`;
+    `segments`: of the round; None: one law for all pieces, whose mean (kg) is the scale. Raises InputError: the counts
+    determine no scale, hold more than `MAX_MASS` times the casings' mass, or less than `MIN_COMPLETENESS` of what the
+    law has in their range.
     """
     law, ends = MottLaw.from_mean(1.0, dimension, mixed_fraction), counts.ends
     known = segments or SegmentMasses((1.0,), (_LARGE,))

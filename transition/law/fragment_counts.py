@@ -14,7 +14,6 @@ from transition.errors import InputError
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["FEWEST", "FragmentCounts"]
 
 FEWEST = 20
 """Pieces below which no mean mass is fitted: its standard error would be 45 % or more."""

@@ -5,20 +5,9 @@ from __future__ import annotations
 import math
 from typing import Literal
 
+from fragfield_base.errors import names_allowed
 from fragfield_base.substances import substance_key, substance_title, substances_with
-from transition.errors import InputError, nearest
-
-__all__ = [
-    "ASPECT_RATIO",
-    "PAPER_PREFACTOR",
-    "explosive_constant",
-    "gurney_coefficient",
-    "gurney_sarmousakis",
-    "gurney_speed",
-    "mott_1947",
-    "mott_linfoot",
-    "ruptured",
-]
+from transition.errors import InputError
 
 PAPER_PREFACTOR = 0.3815  # the printed 381.5 of Eq. 21, read as grams
 ASPECT_RATIO = 1.6  # length over breadth of a piece: mean over three sets of recovered fragments (Felix et al. 2022)
@@ -105,7 +94,8 @@ def explosive_constant(explosive: str, given: float | None) -> float:
         return float(constant)
     raise InputError(
         f"break_up.mean_mass = 'gurney_sarmousakis': no constant is known for the explosive {explosive!r}"
-        f"{nearest(explosive, map(substance_title, constants))}; give break_up.explosive_constant in kg^(1/2) m^(-7/6)"
+        f"{names_allowed(explosive, map(substance_title, constants))}; "
+        "give break_up.explosive_constant in kg^(1/2) m^(-7/6)"
     )
 
 

@@ -14,9 +14,6 @@ from fragfield_base.substances import substance_key
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-__all__ = ["EXPLOSIVES", "FACTORS", "FACTOR_SOURCE", "OUTER_DIAMETER", "STEEL_DENSITY", "STEEL_YIELD", "WALL_RATIO"]
-__all__ += ["equivalent_cylinder", "outside_data"]
-
 FACTORS = {"mott": 1.6, "mott_1947": 1.9, "gurney_sarmousakis": 1.5}
 """By law: geometric standard deviation of computed over measured mean mass about 1, over the published data."""
 FACTOR_SOURCE = "validation/mean_mass: published shells of 75 to 240 mm and cylinders of 63.5 mm"
@@ -53,16 +50,9 @@ def outside_data(
 ) -> Iterator[str]:
     """Yield in which respects no published data are near a casing; nothing where data are near.
 
-    Parameters
-    ----------
-    outer_diameter : float
-        Largest (m).
-    charge_ratio : float
-        Mass of the charge over that of the casing.
-    casing : (float, float or None)
-        Density (kg/m3) and yield strength (Pa; None: not known).
-    filling : (str, float)
-        Name and density (kg/m3) of the explosive.
+    `outer_diameter`: largest (m); `charge_ratio`: mass of the charge over that of the casing; `casing` (float, float or
+    None): density (kg/m3) and yield strength (Pa; None: not known); `filling` (str, float): name and density (kg/m3) of
+    the explosive.
     """
     (casing_density, casing_yield), (explosive, explosive_density) = casing, filling
     low, high = OUTER_DIAMETER

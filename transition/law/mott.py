@@ -18,7 +18,6 @@ from transition.errors import InputError
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["MottLaw", "MottPart"]
 
 Dimension = Literal[2, 3]
 

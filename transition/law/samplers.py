@@ -22,31 +22,22 @@ if TYPE_CHECKING:
 
     from transition.law.mott import MottLaw
 
-__all__ = ["Draw", "Graded", "Quantile", "Sampler"]
 
 _MIN_MASS = 1e-12  # kg: the law has pieces of any smallness, and a file of fragments has none below 1e-15 kg
 
 
 @dataclass(frozen=True, eq=False)
 class Draw:
-    """Fragments drawn for one segment.
-
-    Attributes
-    ----------
-    mass : (n,) float64
-        Masses (kg), falling.
-    deficit : float
-        Mass of the segment that no fragment carries (kg).
-    closure : float
-        Factor by which the masses were multiplied to close on the segment's mass; 1 is none.
-    method : str
-        "quantile" or "graded".
-    """
+    """Fragments drawn for one segment."""
 
     mass: NDArray[np.float64]
+    """(n,) float64: masses (kg), falling."""
     deficit: float
+    """Mass of the segment that no fragment carries (kg)."""
     closure: float
+    """Factor by which the masses were multiplied to close on the segment's mass; 1 is none."""
     method: str
+    """"quantile" or "graded"."""
 
 
 class Sampler(Protocol):

@@ -29,41 +29,29 @@ if TYPE_CHECKING:
     from transition.settings import BreakUpSettings
     from transition.snapshot import RoundData
 
-__all__ = ["SegmentLaw", "outside_of", "segment_law", "segment_laws"]
 
 _ALIKE = 0.02  # of a segment's mass, by which the meshes of rounds that are alike may differ
 
 
 @dataclass(frozen=True)
 class SegmentLaw:
-    """How a segment breaks. SI units.
-
-    Attributes
-    ----------
-    law : MottLaw
-        With the mean mass of the segment.
-    mass : float
-        Of the segment's cells (kg).
-    n0 : float
-        Expected number of fragments M/mean (Eq. 20).
-    v0 : float
-        Speed used in the law (m/s); of an end piece that of its expansion.
-    radius, wall : float
-        Outer radius and wall at rupture (m).
-    rupture : str
-        Where these come from: "critical_strain", or "unstretched" (a nose).
-    rate : float
-        Rate of hoop strain at rupture: v0 over the radius (1/s).
-    """
+    """How a segment breaks. SI units."""
 
     law: MottLaw
+    """With the mean mass of the segment."""
     mass: float
+    """Of the segment's cells (kg)."""
     n0: float
+    """Expected number of fragments M/mean (Eq. 20)."""
     v0: float
+    """Speed used in the law (m/s); of an end piece that of its expansion."""
     radius: float
     wall: float
+    """Outer radius and wall at rupture (m)."""
     rupture: str
+    """Where these come from: "critical_strain", or "unstretched" (a nose)."""
     rate: float
+    """Rate of hoop strain at rupture: v0 over the radius (1/s)."""
 
 
 @dataclass(frozen=True)
@@ -79,19 +67,8 @@ def segment_laws(
 ) -> tuple[tuple[SegmentLaw, ...], CountFit | None]:
     """Laws of all segments, and the fit of their mean masses to the pieces of a test, where the settings hold them.
 
-    Parameters
-    ----------
-    segments, masses : sequences
-        Segments of all rounds, and their masses (kg).
-    rounds : sequence of RoundData
-        The rounds.
-    settings : BreakUpSettings
-        Choices of the break-up.
-
-    Raises
-    ------
-    InputError
-        As `segment_law` and `fit_counts`; a test's pieces with rounds that are not alike.
+    `segments`, `masses`: segments of all rounds, and their masses (kg); `rounds`: the rounds; `settings`: choices of
+    the break-up. Raises InputError: as `segment_law` and `fit_counts`; a test's pieces with rounds that are not alike.
     """
     pairs = list(zip(segments, masses, strict=True))
     if not isinstance(settings.mean_mass, FragmentCounts):
@@ -123,10 +100,7 @@ def segment_law(
 ) -> SegmentLaw:
     """Law of a segment of `mass` (kg); `scale` is a factor on its mean mass.
 
-    Raises
-    ------
-    InputError
-        The burst's speed, radius or wall of the segment cannot be used.
+    Raises InputError: the burst's speed, radius or wall of the segment cannot be used.
     """
     speed, at = _state(segment, mass, data, settings)
     mean = min(scale * _mean_mass(segment, data, settings, at), mass)

@@ -15,7 +15,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fragfield_base.burst_snapshot import CHARGE, SEGMENT_KINDS, SegmentRecord
-from transition.errors import InputError, nearest
+from fragfield_base.errors import names_allowed
+from transition.errors import InputError
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -23,31 +24,21 @@ if TYPE_CHECKING:
     from transition.settings import Stations
     from transition.snapshot import RoundData, Snapshot
 
-__all__ = ["CasingSegment", "casing_segments"]
-
 
 @dataclass(frozen=True, eq=False)
 class CasingSegment:
-    """A segment and the casing cells that make it.
-
-    Attributes
-    ----------
-    round, index : int
-        Number of the round and of the segment within it.
-    data : SegmentRecord
-        Its description; masses and speed as the cells have them.
-    cells : (k,) int64
-        Its cells, as places in `Snapshot.casing`.
-    expansion : float
-        Outward speed at its outer radius (m/s): of all expansions with a speed in proportion to the distance from
-        the axis, the one nearest to the cells'. What moves along the axis only has none.
-    """
+    """A segment and the casing cells that make it."""
 
     round: int
     index: int
+    """Number of the round and of the segment within it."""
     data: SegmentRecord
+    """Its description; masses and speed as the cells have them."""
     cells: NDArray[np.int64]
+    """(k,) int64: its cells, as places in `Snapshot.casing`."""
     expansion: float
+    """Outward speed at its outer radius (m/s): of all expansions with a speed in proportion to the distance from the
+    axis, the one nearest to the cells'. What moves along the axis only has none."""
 
     @property
     def is_end(self) -> bool:
@@ -60,23 +51,15 @@ def casing_segments(
 ) -> tuple[CasingSegment, ...]:
     """Segments of all rounds, by round and from the nose to the base; those without cells are left out.
 
-    Parameters
-    ----------
-    snapshot : Snapshot
-        End of the burst stage.
-    stations : stations, mapping from round name to stations, or None
-        Cuts (m from the nose end) for all rounds or for the rounds named; None: the segments of the burst stage.
-
-    Raises
-    ------
-    InputError
-        A station beyond a round's length, an unknown round, or stations between which there is no casing cell.
+    `snapshot`: end of the burst stage; `stations`: cuts (m from the nose end) for all rounds or for the rounds named;
+    None: the segments of the burst stage. Raises InputError: a station beyond a round's length, an unknown round, or
+    stations between which there is no casing cell.
     """
     if isinstance(stations, Mapping):
         names = [data.name for data in snapshot.rounds]
         for name in stations:
             if name not in names:
-                raise InputError(f"break_up.segments: no round {name!r}{nearest(name, names)}")
+                raise InputError(f"break_up.segments: no round {name!r}{names_allowed(name, names)}")
     segments: list[CasingSegment] = []
     for index, data in enumerate(snapshot.rounds):
         own = np.flatnonzero(snapshot.round[snapshot.casing] == index)

@@ -13,7 +13,6 @@ from transition.cells.shape_functions import trilinear
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["Directions", "Shares", "cell_shares", "compare_directions", "ring_shares"]
 
 Shares = tuple["NDArray[np.float64]", "NDArray[np.float64]"]
 
@@ -57,13 +56,9 @@ def cell_shares(
 ) -> Shares:
     """Shares of a casing's mass by polar angle (36,) and azimuth (72,), with the velocity's change inside the cells.
 
-    Parameters
-    ----------
-    cell_mass, node_velocity : (m,), (m, 8, 3)
-        Casing cells and the velocities of their nodes (kg, m/s). Each cell is taken at the middles of 4 x 4 x 4 equal
-        parts: one velocity a cell would show the columns of cells instead of the velocity field.
-    axis : tuple of float
-        Axis of the round, from which polar angles count.
+    `cell_mass` (m,), `node_velocity` (m, 8, 3): casing cells and the velocities of their nodes (kg, m/s). Each cell is
+    taken at the middles of 4 x 4 x 4 equal parts: one velocity a cell would show the columns of cells instead of the
+    velocity field; `axis`: axis of the round, from which polar angles count.
     """
     polar, azimuth = np.zeros(36), np.zeros(72)
     for index in np.ndindex((_SAMPLES,) * 3):
@@ -82,17 +77,10 @@ def ring_shares(
 ) -> Shares:
     """The same of an axisymmetric casing: its rings fly on cones around the round's axis.
 
-    Parameters
-    ----------
-    ring_mass : (m,)
-        Masses of the rings (kg).
-    reference : (m, 4, 2)
-        Radius and height of the nodes before the burst (m), by which the mass is distributed.
-    node_velocity : (m, 4, 2)
-        Radial and axial velocity of the nodes now (m/s). Each ring is taken at the middles of 4 x 4 equal parts of its
-        reference square; by azimuth the mass is gathered on cones an eighth of a degree apart.
-    axis : tuple of float
-        Axis of the round.
+    `ring_mass` (m,): masses of the rings (kg); `reference` (m, 4, 2): radius and height of the nodes before the burst
+    (m), by which the mass is distributed; `node_velocity` (m, 4, 2): radial and axial velocity of the nodes now (m/s).
+    Each ring is taken at the middles of 4 x 4 equal parts of its reference square; by azimuth the mass is gathered on
+    cones an eighth of a degree apart; `axis`: axis of the round.
     """
     density = mass_density(reference)
     middles = (np.arange(_SAMPLES) + 0.5) / _SAMPLES
@@ -130,16 +118,9 @@ def compare_directions(
 ) -> Directions:
     """Directions of a round's fragments beside those of its casing.
 
-    Parameters
-    ----------
-    fragment_mass, fragment_velocity : (n,), (n, 3)
-        As they fly (kg, m/s).
-    placed_velocity : (n, 3)
-        Before their directions scatter (m/s): these are the casing's, and the differences are theirs.
-    cells : pair of arrays
-        `cell_shares` or `ring_shares` of the casing.
-    axis : tuple of float
-        Axis of the round.
+    `fragment_mass` (n,), `fragment_velocity` (n, 3): as they fly (kg, m/s); `placed_velocity` (n, 3): before their
+    directions scatter (m/s): these are the casing's, and the differences are theirs; `cells`: `cell_shares` or
+    `ring_shares` of the casing; `axis`: axis of the round.
     """
     fragments = _shares(fragment_mass, fragment_velocity, np.asarray(axis))
     placed = _shares(fragment_mass, placed_velocity, np.asarray(axis))

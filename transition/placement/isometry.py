@@ -11,23 +11,15 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["Isometry", "rotation", "Attitude", "draw_attitude"]
-
 
 @dataclass(frozen=True, eq=False)
 class Isometry:
-    """A map x -> Q x + s with an orthogonal Q.
-
-    Attributes
-    ----------
-    matrix : (3, 3) float64
-        Q; its determinant is 1 for a rotation, -1 for an odd number of reflections.
-    shift : (3,) float64
-        s, where the origin goes (m).
-    """
+    """A map x -> Q x + s with an orthogonal Q."""
 
     matrix: NDArray[np.float64]
+    """(3, 3) float64: Q; its determinant is 1 for a rotation, -1 for an odd number of reflections."""
     shift: NDArray[np.float64]
+    """(3,) float64: s, where the origin goes (m)."""
 
     def place(self, positions: NDArray[np.float64]) -> NDArray[np.float64]:
         """Positions (..., 3) in m after the motion."""
@@ -61,18 +53,12 @@ _NONE = (0.0, 0.0)
 
 @dataclass(frozen=True)
 class Attitude:
-    """How one realisation is turned and tilted.
-
-    Attributes
-    ----------
-    turn : float or None
-        Angle about the round's own axis (rad); None for several rounds, which are not turned.
-    tilt : (float, float)
-        Rotation vector about the horizontal axes x and y (rad).
-    """
+    """How one realisation is turned and tilted."""
 
     turn: float | None = None
+    """Angle about the round's own axis (rad); None for several rounds, which are not turned."""
     tilt: tuple[float, float] = _NONE
+    """(float, float): rotation vector about the horizontal axes x and y (rad)."""
 
     @property
     def tilting(self) -> Isometry | None:
@@ -83,14 +69,9 @@ class Attitude:
 def draw_attitude(seed: int, number: int, *, turned: bool, tilt: float) -> Attitude:
     """Draw the attitude of a realisation.
 
-    Parameters
-    ----------
-    seed, number : int
-        Of the ensemble, and of the realisation in it. The turn does not depend on whether there is a tilt.
-    turned : bool
-        Whether to turn by an angle that is uniform over the circle.
-    tilt : float
-        Standard deviation of the tilt about each of the two horizontal axes (rad).
+    `seed`, `number`: of the ensemble, and of the realisation in it. The turn does not depend on whether there is a
+    tilt; `turned`: whether to turn by an angle that is uniform over the circle; `tilt`: standard deviation of the tilt
+    about each of the two horizontal axes (rad).
     """
     own = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(number,)))
     around = float(2.0 * np.pi * own.random())

@@ -19,7 +19,6 @@ from transition.placement.isometry import Isometry
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-__all__ = ["Image", "SymmetryPlane", "images"]
 
 _RIGHT = 1e-6  # cosine up to which two planes stand at right angles
 
@@ -35,15 +34,10 @@ class SymmetryPlane:
 
 @dataclass(frozen=True, eq=False)
 class Image(Isometry):
-    """One mirrored copy of everything computed.
-
-    Attributes
-    ----------
-    planes : tuple of str
-        Names of the planes that it is mirrored at, one after the other.
-    """
+    """One mirrored copy of everything computed."""
 
     planes: tuple[str, ...]
+    """Names of the planes that it is mirrored at, one after the other."""
 
     def name_of(self, name: str) -> str:
         """Name of the image of the round `name`."""
@@ -57,17 +51,8 @@ def images(planes: Sequence[SymmetryPlane], source: str = "planes") -> tuple[Ima
 
     They are ordered by the number of reflections and then by the planes' names, whatever the order of the planes.
 
-    Parameters
-    ----------
-    planes : sequence of SymmetryPlane
-        None, one, two or three.
-    source : str
-        Where they come from, for messages.
-
-    Raises
-    ------
-    InputError
-        Planes that do not stand at right angles to each other.
+    `planes`: none, one, two or three; `source`: where they come from, for messages. Raises InputError: planes that do
+    not stand at right angles to each other.
     """
     planes = sorted(planes, key=lambda plane: plane.name)
     for first, second in combinations(planes, 2):

@@ -27,34 +27,24 @@ if TYPE_CHECKING:
 
     from transition.cells.points import MaterialPoints
 
-__all__ = ["Clusters", "place"]
 
 _CLOSED = 1e-9  # share of the mass within which fragments and points are taken to have the same
 
 
 @dataclass(frozen=True, eq=False)
 class Clusters:
-    """The points of every fragment. A piece is a point, or the part of one that a fragment has.
-
-    Attributes
-    ----------
-    mass : (n,) float64
-        Mass of the fragments (kg): the sum of their pieces.
-    offset : (n + 1,) int64
-        Pieces `offset[f]` to `offset[f + 1]` are those of fragment f.
-    point : (p,) int64
-        Point of every piece.
-    piece : (p,) float64
-        Mass of every piece (kg).
-    chosen : (n,) int64
-        One point of each fragment, drawn at random by mass.
-    """
+    """The points of every fragment. A piece is a point, or the part of one that a fragment has."""
 
     mass: NDArray[np.float64]
+    """(n,) float64: mass of the fragments (kg): the sum of their pieces."""
     offset: NDArray[np.int64]
+    """(n + 1,) int64: pieces `offset[f]` to `offset[f + 1]` are those of fragment f."""
     point: NDArray[np.int64]
+    """(p,) int64: point of every piece."""
     piece: NDArray[np.float64]
+    """(p,) float64: mass of every piece (kg)."""
     chosen: NDArray[np.int64]
+    """(n,) int64: one point of each fragment, drawn at random by mass."""
 
     @classmethod
     def concatenate(cls, parts: Sequence[tuple[Clusters, int]]) -> Clusters:

@@ -17,7 +17,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["deviated", "scattered"]
 
 _STIFFEST = 0.25
 """Fraction of the sum of mass times speed below which a direction's momentum cannot be restored by small turns."""
@@ -28,12 +27,8 @@ _MOST_ROUNDS = 30
 def deviated(directions: Array, angles: Array) -> Array:
     """Unit vectors (n, 3) turned by rotation vectors that are perpendicular to them.
 
-    Parameters
-    ----------
-    directions : (n, 3)
-        Unit vectors.
-    angles : (n, 2)
-        Components of the rotation vector along two axes perpendicular to each direction and to each other (rad).
+    `directions` (n, 3): unit vectors; `angles` (n, 2): components of the rotation vector along two axes perpendicular
+    to each direction and to each other (rad).
     """
     # The axis of a frame farthest from the direction is never parallel to it.
     helper = np.eye(3)[np.abs(directions).argmin(axis=1)]
@@ -52,12 +47,8 @@ def scattered(mass: Array, velocity: Array, angles: Array) -> Array:
     unit vectors, in the directions in which that is possible: fragments that all fly one way lose the fraction
     1 - cos of their deviation of the momentum along it. A segment of one piece keeps its direction.
 
-    Parameters
-    ----------
-    mass, velocity : (n,), (n, 3)
-        Of the fragments before (kg, m/s).
-    angles : (n, 2)
-        See `deviated`: independent normal components with the standard deviation of the scatter (rad).
+    `mass` (n,), `velocity` (n, 3): of the fragments before (kg, m/s); `angles` (n, 2): see `deviated`: independent
+    normal components with the standard deviation of the scatter (rad).
     """
     speed = np.linalg.norm(velocity, axis=1)
     moving = speed > 0.0

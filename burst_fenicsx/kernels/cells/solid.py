@@ -61,7 +61,6 @@ def _store_point(block: int, point: int, grid: Grid, state: SolidState, scratch:
     """Write the state of one point of each cell back."""
     points = np.uint64(state.stress.shape[1])
     start = address(state.stress) + _STRESS_BYTES * np.uint64(point)
-    # Lanes that repeat the block's last cell hold the same.
     for first in range(0, LANES, WIDTH):
         stored = addresses(start, _STRESS_BYTES * points, cells_of_lanes(grid.cells[block], first))
         store_triples(scratch, at.STRESS * LANES + first, stored)

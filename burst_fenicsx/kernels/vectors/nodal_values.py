@@ -99,11 +99,8 @@ def load_cells(
 def store_cells(
     cells: np.ndarray, in_rows: np.ndarray, start: np.uint64, points: int, rows: np.ndarray, row: int
 ) -> None:
-    """Copy a row back to the cells, the reverse of `load_cells`; of lanes with the same cell the first one's counts.
-
-    Lanes that repeat a block's last cell may have started from other numbers of their slots.
-    """
-    for first in range(LANES - WIDTH, -1, -WIDTH):
+    """Copy a row back to the cells, the reverse of `load_cells`; of padded lanes as well, see `Grid`."""
+    for first in range(0, LANES, WIDTH):
         own = cells_of_lanes(cells, first)
         if points == 1 and in_rows[first // WIDTH]:
             store_run(rows, row * LANES + first, start + _BYTES * own[0])

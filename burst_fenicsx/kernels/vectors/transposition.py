@@ -167,12 +167,12 @@ def load_singles(typing_context: Any, places: Any, rows: Any, start: Any) -> tup
 
 @intrinsic
 def store_singles(typing_context: Any, rows: Any, start: Any, places: Any) -> tuple[Any, Callable[..., Any]]:  # noqa: ARG001
-    """Store `rows[start + k]` to the address k of eight, of equal addresses the first one's number last."""
+    """Store `rows[start + k]` to the address k of eight: the reverse of `load_singles`."""
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         eight = ir.VectorType(_DOUBLE, WIDTH)
         row = _load(builder, _row(context, builder, signature.args[0], arguments, 0, eight), eight)
-        for k, place in reversed(list(enumerate(cgutils.unpack_tuple(builder, arguments[2], WIDTH)))):
+        for k, place in enumerate(cgutils.unpack_tuple(builder, arguments[2], WIDTH)):
             _store(builder, builder.extract_element(row, _INDEX(k)), _pointer(builder, place, _DOUBLE))
         return context.get_dummy_value()
 

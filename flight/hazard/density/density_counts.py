@@ -22,8 +22,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["density_counts", "DensityGroups"]
-
 
 def density_counts(result: FlightResult, *, ricochet: bool = True) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """What one flight adds to the densities, by cell of azimuth and distance, up to the farthest that holds anything.

@@ -18,7 +18,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["Directions", "KERNEL", "RADIAL", "SPACING"]
 
 KERNEL = 10.0
 """Half-width of the azimuth kernel (degrees): narrower than the jets between neighbouring rounds."""

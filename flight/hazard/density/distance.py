@@ -13,8 +13,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["ExpectedDistance"]
-
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ExpectedDistance:

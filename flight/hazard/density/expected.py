@@ -38,7 +38,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["Estimate", "KINDS", "expected_distance"]
 
 KINDS = ("ground", "normal")
 INSIDE, BEYOND = 0.6, 1.0  # of ln r about a distance, in which its bootstrap looks for it

@@ -21,8 +21,6 @@ if TYPE_CHECKING:
 
     from flight.scene.targets import Cylinder, Panel, Polygon
 
-__all__ = ["Tally", "sectors_of", "tally", "SECTOR_HITS", "by_azimuth", "density_on", "sector_hits"]
-
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Tally:
@@ -95,10 +93,7 @@ def tally(landing: FlightResult | NDArray[Any], energy: float = 79.0, *, sector_
 def sectors_of(azimuth: NDArray[np.float64], width: float) -> tuple[NDArray[np.int64], int]:
     """Return the sector of every azimuth (degrees), and the number of sectors; the first is centred on 0.
 
-    Raises
-    ------
-    InputError
-        The width (degrees) is not a whole fraction of 360.
+    Raises InputError: the width (degrees) is not a whole fraction of 360.
     """
     count = number_of_parts("hazard", "sector_width", width, 360.0)
     return np.floor(azimuth / width + 0.5).astype(np.int64) % count, count

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from fragfield.case.conversion.rounds import degrees_of, settings_in
 from fragfield.case.conversion.surroundings import ground_height, surroundings
 from fragfield.case.conversion.symmetry import burst_geometry, is_axisymmetric
+from fragfield.case.tables.base import values_of
 from fragfield.case.tables.flight import CylinderTable, PanelTable
 
 if TYPE_CHECKING:
@@ -102,7 +103,7 @@ def hazard_criteria(case: CaseTable) -> Criteria:
     """What counts as a hazard."""
     from flight.hazard.criteria import Criteria
 
-    return Criteria(case.hazard.energy, case.hazard.density, case.hazard.person_area, case.hazard.person_height)
+    return Criteria(**values_of(case.hazard, Criteria))
 
 
 def hazard_directions(case: CaseTable, *, elsewhere: bool = False) -> tuple[str, tuple[float, ...]]:

@@ -2,23 +2,22 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Discriminator, Field, Tag
 
 from flight.hazard.criteria import Criteria
 from flight.integrate.contact import Contact
-from flight.integrate.integrator import Adaptive
-from flight.scene.air import STANDARD_GRAVITY
+from flight.integrate.integrator import Adaptive, FixedStep
+from flight.scene.air import STANDARD_GRAVITY, ConstantAir
+from flight.scene.targets import Cylinder, Panel
+from flight.shape import Box
 from fragfield.case.tables.base import Table, by_kind, name_or_table
-from fragfield.case.tables.surroundings import GroundTable, Size
+from fragfield.case.tables.surroundings import GroundTable
 from fragfield_base.bounds import Bounds, Entries, OnlyWith
 from fragfield_base.inputs import (
     Angle,
-    ArealDensity,
     Density,
-    Direction,
-    Energy,
     FrictionAngle,
     Length,
     Offset,
@@ -56,7 +55,7 @@ class AirTable(Table):
     """For model = "constant"; 0 is a vacuum."""
     sound_speed: Annotated[
         Speed, Bounds(10.0, 1e4, "speeds of sound of gases", usual=(250.0, 400.0)), OnlyWith("model", ("constant",))
-    ] = 340.294
+    ] = ConstantAir.sound_speed_everywhere
     """For model = "constant"."""
 
 
@@ -108,7 +107,7 @@ class IntegratorTable(Table):
     """Relative error of a step, for method = "adaptive"; 3e-8 keeps a range within 1e-6 of itself, 1e-6 within 4e-5."""
     step: Annotated[
         Time, Bounds(1e-8, 1.0, "a fragment stops within seconds", usual=(1e-6, 0.01)), OnlyWith("method", ("fixed",))
-    ] = 1e-4
+    ] = FixedStep.step
     """For method = "fixed" (the paper: 0.1 ms)."""
 
 
@@ -127,10 +126,10 @@ class ShapeTable(Table):
     ] = None
     """For model = "lognormal": standard deviation of the logarithm of the factor; an assumption, no law is known."""
     ratios: Annotated[list[float], Bounds(1e-3, 1000.0, "ratios of edges, not of atoms", usual=(0.1, 50.0)), _BOX] = (
-        Field(default=[5.0, 2.0, 1.0], min_length=3, max_length=3)
+        Field(default=[*Box.ratios], min_length=3, max_length=3)
     )
     """For model = "box": ratios of the edges."""
-    density: Annotated[Density, Bounds(100.0, 2.5e4, "densities of casings", usual=(1000.0, 2e4)), _BOX] = 7800.0
+    density: Annotated[Density, Bounds(100.0, 2.5e4, "densities of casings", usual=(1000.0, 2e4)), _BOX] = Box.density
     """For model = "box": of the casing."""
 
 
@@ -191,40 +190,26 @@ class FlightTable(Table):
     """Number of trajectories kept for ParaView, spread over the fragments."""
 
 
-class CylinderTable(Table):
+class CylinderTable(Table, Cylinder):
     """A vertical witness cylinder."""
 
+    ORDER: ClassVar = ("name", "kind")
     name: str = Field(min_length=1)
     """A name of its own."""
     kind: Literal["cylinder"] = "cylinder"
     """A vertical cylinder."""
-    radius: Annotated[PositiveLength, Bounds(1e-3, 1e5, "no fragment flies as far as 100 km")]
-    """Radius."""
-    centre: Offset = (0.0, 0.0)
-    """x and y of its axis."""
-    bottom: Length | None = None
-    """z of the lower rim; left out: unbounded."""
-    top: Length | None = None
-    """z of the upper rim; left out: unbounded."""
+    bottom: Length | None = None  # type: ignore[assignment]
+    top: Length | None = None  # type: ignore[assignment]
 
 
-class PanelTable(Table):
+class PanelTable(Table, Panel):
     """A plane rectangular witness panel."""
 
+    ORDER: ClassVar = ("name", "kind")
     name: str = Field(min_length=1)
     """A name of its own."""
     kind: Literal["panel"]
     """A plane rectangle."""
-    centre: Position
-    """Its centre."""
-    normal: Direction
-    """Its normal."""
-    width: Size
-    """Across `up`."""
-    height: Size
-    """Along `up`."""
-    up: Direction = (0.0, 0.0, 1.0)
-    """Direction of its height."""
 
 
 class PolygonTable(Table):
@@ -257,17 +242,10 @@ class StackRuleTable(Table):
     """Rounds in the top layer; left out: counted from their positions."""
 
 
-class HazardTable(Table):
+class HazardTable(Table, Criteria):
     """What counts as hazardous."""
 
-    energy: Annotated[Energy, Bounds(1e-3, 1e8, "79 J injures; a car at full speed has 1 MJ", usual=(1.0, 1e5))] = (
-        Criteria.energy
-    )
-    """A fragment with this energy or more at impact is hazardous (58 ft lb)."""
-    density: Annotated[
-        ArealDensity, Bounds(1e-9, 1e4, "acceptable densities lie near one on 56 m^2", usual=(1e-4, 1.0))
-    ] = Criteria.density
-    """Acceptable number of hazardous fragments per area (one per 600 ft2)."""
+    ORDER: ClassVar = ("energy", "density", "sectors", "distance_cell", "kernel", "tolerance", "max_realisations")
     sectors: Annotated[int, Bounds(1, 3600, "sectors narrower than 0.1 degree hold no fragments")] = 72
     """Azimuth sectors; 72 are 5 degrees each, the first centred on +x."""
     distance_cell: Annotated[
@@ -285,13 +263,5 @@ class HazardTable(Table):
     """Realisations are added until standard error and bias bound of the hazard distance are below this part of it."""
     max_realisations: int = Field(default=500, ge=1, le=100_000)
     """Realisations beyond which none are added; break_up.realisations is the fewest."""
-    person_area: Annotated[
-        float, Quantity("m^2", "0.58 m^2", above=0.0), Bounds(1e-3, 100.0, "areas of persons", usual=(0.1, 2.0))
-    ] = Criteria.person_area
-    """Area of a person that a fragment may hit."""
-    person_height: Annotated[
-        float, Quantity("m", "1.8 m", minimum=0.0), Bounds(0.0, 10.0, "heights of persons", usual=(0.0, 2.5))
-    ] = Criteria.person_height
-    """Height of a person: a fragment passing lower may hit."""
     stack_rule: StackRuleTable = StackRuleTable()
     """How the rule of DDESB TP-12 counts the rounds of a stack."""

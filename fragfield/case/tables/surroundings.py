@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field, Tag
 
+from flight.scene.obstacles import Barricade, Building, Wall
+from flight.scene.walls import StoppingWall
 from fragfield.case.tables.base import Table, by_kind
 from fragfield.case.tables.site import Latitude, Longitude, OnEarth
 from fragfield_base.bounds import Bounds, OnlyWith
@@ -13,9 +15,6 @@ from fragfield_base.inputs import Angle, ArealDensity, Energy, Length, Offset, P
 
 Surface = Literal["soft_soil", "hard_soil", "sand", "rock", "concrete", "asphalt", "water", "none"]
 
-_STANDING = "obstacles, panels and buildings are smaller than 10 km and larger than 1 mm"
-Size = Annotated[PositiveLength, Bounds(1e-3, 1e4, _STANDING)]
-Thickness = Annotated[PositiveLength, Bounds(1e-3, 1e3, _STANDING)]
 _MAP = OnlyWith("map", without=(None,), refused=True)
 _RICOCHET = OnlyWith("ricochet", without=("none",), refused=True)
 
@@ -62,62 +61,37 @@ class GroundTable(Table):
     """Factor on the standard deviation of the ground's slopes, at which fragments graze it; 0.25 to 2 is its range."""
 
 
-class _StandingTable(Table):
-    """What all obstacles have."""
-
-    name: str = Field(min_length=1)
-    """A name of its own."""
-    base: Length | None = None
-    """z from which its height counts; left out: the ground at its centre."""
-    ricochet: Surface = "none"
-    """Kind of surface, off which fragments ricochet at grazing angles; "none": they stop."""
+_FIRST = ("name", "base", "ricochet", "kind")
 
 
-class WallTable(_StandingTable):
+class WallTable(Table, Wall):
     """An upright wall."""
 
+    ORDER: ClassVar = _FIRST
+    name: str = Field(min_length=1)
+    ricochet: Surface = "none"
     kind: Literal["wall"]
     """An upright wall."""
-    start: Offset
-    """x and y of one end of its centre line."""
-    end: Offset
-    """x and y of the other end; left and right are as seen from start to end."""
-    height: Size
-    """Height."""
-    thickness: Thickness = 0.2
-    """Thickness."""
 
 
-class BarricadeTable(_StandingTable):
+class BarricadeTable(Table, Barricade):
     """An earth barricade."""
 
+    ORDER: ClassVar = _FIRST
+    name: str = Field(min_length=1)
+    ricochet: Surface = "none"
     kind: Literal["barricade"]
     """A bank with sloped sides and upright ends."""
-    start: Offset
-    """x and y of one end of its crest."""
-    end: Offset
-    """x and y of the other end; left and right are as seen from start to end."""
-    height: Size
-    """Height of the crest."""
-    crest_width: Thickness = 1.0
-    """Width of the crest."""
-    slope: Annotated[float, Bounds(0.0, 1e3, "flatter than any bank")] = 2.0
-    """How far the sides run out for each unit of height."""
 
 
-class BuildingTable(_StandingTable):
+class BuildingTable(Table, Building):
     """A building as a box."""
 
+    ORDER: ClassVar = _FIRST
+    name: str = Field(min_length=1)
+    ricochet: Surface = "none"
     kind: Literal["building"]
     """A box; hits are counted on its four walls and its roof."""
-    centre: Offset
-    """x and y of the centre of its plan."""
-    length: Size
-    """Along `azimuth`."""
-    width: Size
-    """Across `azimuth`."""
-    height: Size
-    """Height."""
     azimuth: Angle = 0.0
     """Direction of its length, from +x counter-clockwise; the front looks there."""
 
@@ -130,15 +104,8 @@ ObstacleTable = Annotated[
 ]
 
 
-class BarrierTable(Table):
+class BarrierTable(Table, StoppingWall):
     """A wall or roof by which fragments may be shown to be stopped."""
-
-    material: Literal["concrete", "steel"]
-    """Concrete, by the modified NDRC relation, or mild steel plate, by that of BRL; see the theory of the hazard."""
-    thickness: PositiveLength
-    """Thickness."""
-    strength: Annotated[float, Quantity("Pa", "30 MPa", above=0.0)] = 30e6
-    """Cylinder strength of concrete."""
 
 
 class _ExposedTable(Table):

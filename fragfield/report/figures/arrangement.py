@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from fragfield.case.tables.round import PlaneTable
     from fragfield.report.reading.run_files import RunFiles
 
-__all__ = ["arrangement_figure", "outlines"]
 
 _STATIONS, _AROUND = 41, 36  # of a round's surface
 _MOST_NAMED = 4

@@ -13,7 +13,6 @@ if TYPE_CHECKING:
 
     from fragfield.report.reading.run_files import RunFiles
 
-__all__ = ["casing_over_time", "energy_ledger", "speed_along_round"]
 
 _FEW_ROUNDS = 3  # of which the largest speed is drawn as well
 _LEDGER = {

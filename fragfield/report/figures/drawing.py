@@ -16,7 +16,6 @@ if TYPE_CHECKING:
 
     Drawing = Callable[[RunFiles], Figure | None]
 
-__all__ = ["ACCENT", "COLUMN", "GREY", "INK", "LINES", "RULE", "SPEED_MAP", "WIDE", "blank_figure", "draw_figure", "drawing_style", "new_figure", "to_bytes"]  # fmt: skip  # noqa: E501
 
 COLUMN, WIDE = 3.6, 7.4
 """Widths of figures (inches): a column of a printed page, which is the width of a telephone, and the whole page."""

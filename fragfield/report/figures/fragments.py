@@ -17,9 +17,6 @@ if TYPE_CHECKING:
     from fragfield.report.reading.run_files import RunFiles
 
 
-__all__ = ["NumberLaw", "directions", "number_above", "number_by_mass", "segment_laws"]
-
-
 def number_by_mass(run: RunFiles) -> Figure | None:
     """Number of fragments heavier than m against sqrt(m): law and sample, in total and by segment."""
     if not run.fragments or not len(run.fragments["mass"]):

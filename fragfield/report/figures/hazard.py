@@ -16,7 +16,6 @@ if TYPE_CHECKING:
 
     from fragfield.report.reading.run_files import RunFiles
 
-__all__ = ["density_curve", "landing_map", "polar_by_sector"]
 
 _SHADE = 0.28  # of a band's colour: seen on paper, and two on each other still distinguished
 _NOTHING = 1e-12  # of a logarithmic axis

@@ -24,7 +24,6 @@ if TYPE_CHECKING:
     from fragfield.case import CaseTable
     from fragfield.report.reading.run_files import RunFiles
 
-__all__ = ["centre_of_mass", "draw_round", "drawn_rounds", "expected_masses", "round_drawing", "round_masses"]
 
 _HEIGHT = 4.1  # inches of the round at most
 _LEFT, _RIGHT = 1.35, 1.0  # inches beside it for dimensions
@@ -89,10 +88,7 @@ def round_drawing(run: RunFiles, number: int) -> Figure | None:
 def draw_round(item: Round, expected: Mapping[str, float] | None = None) -> Figure:
     """The drawing of a round with a profile, with the masses (kg) that its own drawing gives as `expected`.
 
-    Raises
-    ------
-    InputError
-        The round is a mesh of hexahedra, which has no contour.
+    Raises InputError: the round is a mesh of hexahedra, which has no contour.
     """
     profile = item.profile
     if profile is None:

@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from fragfield.hazard.site_map import Shape
     from fragfield.report.reading.run_files import RunFiles
 
-__all__ = ["exposed_figure", "north_of", "site_figure", "site_shapes"]
 
 _TERRAIN, _OBSTACLE = "#b7a98c", COLORS["obstacle"]
 _BESIDE = ((0, 7, "center"), (0, -7, "center"), (7, 0, "left"), (-7, 0, "right"), (0, 17, "center"), (0, -17, "center"))

@@ -11,7 +11,6 @@ if TYPE_CHECKING:
 
     from fragfield.report.reading.run_files import RunFiles
 
-__all__ = ["distribution_figure", "places_figure", "tornado_figure"]
 
 _LIGHT = "#9db7cf"
 

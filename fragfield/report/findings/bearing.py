@@ -15,8 +15,6 @@ if TYPE_CHECKING:
 
     from fragfield.report.reading.run_files import RunFiles
 
-__all__ = ["bears_on"]
-
 
 def _has_burst(run: RunFiles) -> bool:
     return "burst" in run.stages

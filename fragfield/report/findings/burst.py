@@ -16,7 +16,6 @@ from fragfield.report.tables.ignition import initiated_by_shock, never_initiated
 if TYPE_CHECKING:
     from fragfield.report.reading.run_files import RunFiles
 
-__all__ = ["burst_findings", "ledger_findings"]
 
 _MOST_HOURGLASS = 0.1
 _MOST_IMBALANCE = 0.05

@@ -14,7 +14,6 @@ if TYPE_CHECKING:
     from fragfield.report.blocks import Weight
     from fragfield.report.reading.run_files import RunFiles
 
-__all__ = ["findings"]
 
 _ORDER: dict[Weight, int] = {"stop": 0, "warning": 1, "note": 2, "good": 3}
 _JUDGED = {"certainty", "contact_energy", "drag_table", "passed_through", "rounds_alone"}

@@ -16,7 +16,6 @@ from fragfield.report.tables.counted import counted_findings
 if TYPE_CHECKING:
     from fragfield.report.reading.run_files import RunFiles
 
-__all__ = ["break_up_findings", "convergence_findings", "counted", "flight_findings", "imprint_findings", "value_of"]
 
 _MOST_TOLERANCES = 3.0  # of hazard.tolerance, that the cells may add
 

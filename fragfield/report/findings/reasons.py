@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from fragfield.report.blocks import Finding
     from fragfield.report.reading.run_files import RunFiles
 
-__all__ = ["reasons_against", "reasons_for"]
 
 _EACH = 3
 _MEASURED = ("m107_1944", "polar_zones", "copper_cylinder", "colliding_tubes", "steel_tubes", "paper_3_1", "paper_3_2")

@@ -12,8 +12,6 @@ if TYPE_CHECKING:
     from fragfield.case import CaseTable
     from fragfield.report.reading.run_files import RunFiles
 
-__all__ = ["MAY_BE_USED_FOR", "MUST_NOT_BE_USED_FOR", "limits", "summary_terms"]
-
 
 def summary_terms(run: RunFiles) -> str:
     """What the recommended distance and its parts are."""

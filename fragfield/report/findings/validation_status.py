@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from fragfield.report.blocks import Block
     from fragfield.report.reading.run_files import RunFiles
 
-__all__ = ["Record", "read_record", "shown_size", "shown_value", "validation_blocks", "validation_words"]
 
 _FORMAT, _FORMAT_VERSION = "fragfield validation", 1
 _COMMAND = "“python -m validation --record”"
@@ -66,10 +65,7 @@ class Record:
 def read_record(path: Traversable | None = None) -> Record:
     """Read the record of the validation; one that is not there is empty.
 
-    Raises
-    ------
-    InputError
-        The file is no such record.
+    Raises InputError: the file is no such record.
     """
     file = path if path is not None else resources.files("fragfield") / "data" / "validation.json"
     if not file.is_file():

@@ -29,7 +29,6 @@ if TYPE_CHECKING:
     from fragfield.case.tables.site import DocumentTable
     from transition.placement.mirroring import SymmetryPlane
 
-__all__ = ["STAGE_FILES", "RoundTables", "RunFiles", "read_run"]
 
 STAGE_FILES = {
     "burst": "burst_snapshot.h5",
@@ -226,10 +225,7 @@ def _read_snapshot(run: RunFiles) -> None:
 def _stage_file(run: RunFiles, stage: str, what: str) -> Iterator[h5py.File | None]:
     """The file of a stage, open for reading, or None where there is none; notes its provenance.
 
-    Raises
-    ------
-    InputError
-        The block does not find all that it looks for in the file.
+    Raises InputError: the block does not find all that it looks for in the file.
     """
     path = run.folder / STAGE_FILES[stage]
     if not path.is_file():

@@ -15,8 +15,6 @@ if TYPE_CHECKING:
 
     from fragfield.report.reading.run_files import RunFiles
 
-__all__ = ["attitude_figure", "attitude_sections", "attitude_sentence"]
-
 
 def attitude_sentence(run: RunFiles) -> str:
     """The attitude in words with the height over the ground; empty where the run has no case."""

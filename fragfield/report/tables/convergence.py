@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from fragfield.report.blocks import Block
     from fragfield.report.reading.run_files import RunFiles
 
-__all__ = ["convergence_figure", "convergence_notes", "convergence_tables"]
 
 _NOTE = (
     "Uncertainty of this run's value due to cell size alone: the grid convergence index of Roache and ASME V&V 20, "

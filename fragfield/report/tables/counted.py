@@ -13,7 +13,6 @@ if TYPE_CHECKING:
 
     from fragfield.report.reading.run_files import RunFiles
 
-__all__ = ["counted_findings", "counted_table"]
 
 _REJECTED = 0.05  # of probability; the break-up widens the standard error there
 _COMPLETE = (0.8, 1.05)  # mass of the pieces over that of the law in the same range
@@ -22,14 +21,8 @@ _COMPLETE = (0.8, 1.05)  # mass of the pieces over that of the law in the same r
 def counted_findings(test: dict[str, Any], factor: float, *, own_factor: bool) -> Iterator[Finding]:
     """What the mean mass was fitted to, how well the law fits, and how much of the casing the pieces hold.
 
-    Parameters
-    ----------
-    test : dict
-        `break_up.mean_mass.test` of summary.json.
-    factor : float
-        Factor of the mean mass's uncertainty.
-    own_factor : bool
-        Whether the case gives that factor.
+    `test`: `break_up.mean_mass.test` of summary.json; `factor`: factor of the mean mass's uncertainty; `own_factor`:
+    whether the case gives that factor.
     """
     recovered, in_range = test["recovered_fraction"], test["fraction_in_range"]
     several = "" if test["rounds"] == 1.0 else f" of {number(test['rounds'], 3)} rounds"

@@ -17,8 +17,6 @@ if TYPE_CHECKING:
 
     from fragfield.report.reading.run_files import RunFiles
 
-__all__ = ["direction_table", "distance_table"]
-
 
 def distance_table(run: RunFiles) -> Iterator[Table]:
     """The recommended distance, its parts, and beside it what single events do."""

@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     from fragfield.report.blocks import Block
     from fragfield.report.reading.run_files import RunFiles
 
-__all__ = ["exposed_entries", "exposed_tables", "obstacle_tables", "verdict_table"]
 
 _GRAVEST = ("not met", "not determined", "not shown", "met")
 _MOST_SITES = 8

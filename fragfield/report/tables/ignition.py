@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     from fragfield.report.reading.run_files import RunFiles
 
 
-__all__ = ["exposure_table", "ignition_table", "initiated_by_shock", "never_initiated", "profile_section"]
-
 _BY = {"point": "own point", "delay": "own point, delayed", "shock": "shock"}
 _NOTE = (
     "Positions are those at rest. Shock: the first cell of the charge whose pressure stayed above that of "

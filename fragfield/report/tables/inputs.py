@@ -14,8 +14,6 @@ if TYPE_CHECKING:
 
     from fragfield.report.reading.run_files import RunFiles
 
-__all__ = ["input_tables"]
-
 
 def input_tables(run: RunFiles) -> Iterator[Rows]:
     """One table for each part of the resolved case; keys that take no part in the run are left out."""

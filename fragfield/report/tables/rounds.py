@@ -20,15 +20,6 @@ if TYPE_CHECKING:
     from fragfield.case.tables.round import RoundTable
     from fragfield.report.reading.run_files import RoundTables, RunFiles
 
-__all__ = [
-    "POSITION_KEYS",
-    "alike",
-    "arrangement_table",
-    "broken_rounds_table",
-    "contact_rows",
-    "round_table",
-    "segment_table",
-]
 
 MOST_ROUNDS_SHOWN = 4
 """Tables by round and segment show no more rounds than this: those of a stack are mostly alike."""

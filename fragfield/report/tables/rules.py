@@ -14,8 +14,6 @@ if TYPE_CHECKING:
     from fragfield.report.blocks import Block
     from fragfield.report.reading.run_files import RunFiles
 
-__all__ = ["minimum_words", "prescribed_table", "rule_tables"]
-
 
 def rule_tables(run: RunFiles) -> Iterator[Block]:
     """The computed distance, every rule's distance, and what each rests on."""

@@ -17,16 +17,6 @@ if TYPE_CHECKING:
 
     from fragfield.report.reading.run_files import RunFiles
 
-__all__ = [
-    "alike_around",
-    "azimuth_tables",
-    "break_up_rows",
-    "flight_rows",
-    "ledger_table",
-    "mesh_rows",
-    "provenance_rows",
-    "quantity_rows",
-]
 
 _LEDGER = {
     "products_work": "Work of the products",

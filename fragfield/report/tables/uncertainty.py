@@ -15,7 +15,6 @@ if TYPE_CHECKING:
 
     from fragfield.report.reading.run_files import RunFiles
 
-__all__ = ["uncertainty_blocks", "uncertainty_section"]
 
 _NOT_IN_IT = (
     "What is not in it: the error of the models themselves, shown by comparison with measurements (section "

@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from flight.arena import ArenaTable
     from fragfield.report.reading.run_files import RunFiles
 
-__all__ = ["wide_zones", "zone_figure", "zone_table"]
 
 JOINER = "\u2060"  # no line breaks here
 _WIDTH = 10.0  # degrees of a zone, where the tables allow it

@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from flight.hazard.ensemble import EnsembleHazard
     from fragfield.studies.compare.runs import ComparedRun
 
-__all__ = ["DENSITIES", "compare_runs", "flat_tables"]
 
 DENSITIES = ("ground_density", "normal_density")
 """Hazardous fragments (1/m2) by area of ground and normal to paths, over all azimuths or in the worst direction."""

@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["write_comparison"]
 
 _PICTURED = (("hits", "ratio of numbers"), ("max_initial_speed", "ratio of largest speeds"))
 
@@ -31,12 +30,8 @@ _PICTURED = (("hits", "ratio of numbers"), ("max_initial_speed", "ratio of large
 def write_comparison(found: dict[str, Any], folder: Path) -> None:
     """Write comparison.json, a table of each kind as CSV, and comparison.png.
 
-    Tables that would be empty are left out. The paths go into `found["files"]`.
-
-    Raises
-    ------
-    InputError
-        The folder cannot be made or written, or is a run's.
+    Tables that would be empty are left out. The paths go into `found["files"]`. Raises InputError: the folder cannot be
+    made or written, or is a run's.
     """
     if (folder / "case.toml").exists():
         raise InputError(f"{folder}: holds a run; a comparison needs a folder of its own")

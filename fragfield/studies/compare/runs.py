@@ -20,34 +20,25 @@ if TYPE_CHECKING:
 
     from flight.hazard.ensemble import EnsembleHazard
 
-__all__ = ["ComparedRun", "check_alike", "differences_of", "notes_on", "read_compared_run"]
 
 _ROUND_OFF = 1e-12  # an angle written as a default and one read in degrees differ in their last digit
 
 
 @dataclass(frozen=True, eq=False)
 class ComparedRun:
-    """What a comparison takes of a run.
-
-    Attributes
-    ----------
-    folder : Path
-        Its directory.
-    case : dict
-        Tables of its case, as resolved.
-    summary : dict
-        summary.json.
-    hazard : EnsembleHazard, optional
-        Over its realisations; None where it has not been flown.
-    hits : dict from a surface's name to (n, s) arrays of flight.hazard.density.sectors.SECTOR_HITS
-        Hits by realisation and sector.
-    """
+    """What a comparison takes of a run."""
 
     folder: Path
+    """Its directory."""
     case: dict[str, Any]
+    """Tables of its case, as resolved."""
     summary: dict[str, Any]
+    """summary.json."""
     hazard: EnsembleHazard | None
+    """Over its realisations; None where it has not been flown."""
     hits: dict[str, NDArray[Any]]
+    """dict from a surface's name to (n, s) arrays of flight.hazard.density.sectors.SECTOR_HITS: hits by realisation and
+    sector."""
 
     @property
     def flown(self) -> bool:

@@ -13,7 +13,6 @@ if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
 
-__all__ = ["print_comparison"]
 
 _NEAREST = 10.0  # m, of the table by distance
 _MOST_LINES = 12  # of the table by distance, and of differences
@@ -27,19 +26,17 @@ _RATIOS = (
 
 def print_comparison(found: Mapping[str, Any]) -> None:
     """Print what `comparison.compare_runs` found, tables by distance thinned out."""
-    from rich.console import Console
+    from fragfield.terminal.show import plain_console
 
-    console = Console(highlight=False, markup=False, soft_wrap=True)
+    console = plain_console()
     for key, word in (("run", "run"), ("reference", "over")):
         one = found[key]
         number = "not flown" if one["realisations"] is None else f"{one['realisations']} realisations"
         document = f", document {one['document']}" if one["document"] else ""
-        console.print(
-            f"{word:5}{one['directory']}: {one['title']} (seed {one['seed']}, {number}{document})", markup=False
-        )
+        console.print(f"{word:5}{one['directory']}: {one['title']} (seed {one['seed']}, {number}{document})")
     _print_lines(console, "the cases differ in", found["differences"])
     for note in found["notes"]:
-        console.print(f"note: {note}", markup=False)
+        console.print(f"note: {note}")
     if found["casing"]:
         console.print(_casing_table(found["casing"]))
     if found["distances"]:
@@ -53,7 +50,7 @@ def print_comparison(found: Mapping[str, Any]) -> None:
     if found["by_zone"]:
         console.print(_zone_table(found["by_zone"]))
     for path in found.get("files", ()):
-        console.print(f"written to {path}", markup=False)
+        console.print(f"written to {path}")
 
 
 def _print_lines(console: Console, head: str, lines: Sequence[str]) -> None:
@@ -61,7 +58,7 @@ def _print_lines(console: Console, head: str, lines: Sequence[str]) -> None:
         return
     console.print(f"{head}")
     for line in lines[:_MOST_LINES]:
-        console.print(f"  {line}", markup=False)
+        console.print(f"  {line}")
     if len(lines) > _MOST_LINES:
         console.print(f"  and {len(lines) - _MOST_LINES} more keys")
 

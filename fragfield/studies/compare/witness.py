@@ -13,7 +13,6 @@ from fragfield.errors import InputError
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["Estimates", "compare_hits", "compared", "estimate", "sectors_together"]
 
 _COLUMNS = (
     "hits",
@@ -49,10 +48,7 @@ class Estimates:
 def estimate(each: NDArray[np.float64]) -> Estimates:
     """Mean over the realisations and its standard error.
 
-    Parameters
-    ----------
-    each : (n, k) float64
-        One row a realisation; NaN where a realisation says nothing, which then does not count.
+    `each` (n, k): one row a realisation; NaN where a realisation says nothing, which then does not count.
     """
     known = ~np.isnan(each)
     number = known.sum(axis=0)
@@ -80,17 +76,8 @@ def compared(run: Estimates, reference: Estimates) -> list[dict[str, float | Non
 def sectors_together(sectors: int, width: float | None) -> int:
     """How many of the runs' sectors make one of the comparison, an odd number so that centres stay centres.
 
-    Parameters
-    ----------
-    sectors : int
-        Of the runs.
-    width : float or None
-        Asked for (degrees); None: 15 degrees where that is possible, else the runs' own.
-
-    Raises
-    ------
-    InputError
-        The width is no odd multiple of the runs' own, or no whole fraction of the circle.
+    `sectors`: of the runs; `width`: asked for (degrees); None: 15 degrees where that is possible, else the runs' own.
+    Raises InputError: the width is no odd multiple of the runs' own, or no whole fraction of the circle.
     """
     allowed = {together * 360.0 / sectors: together for together in range(1, sectors + 1, 2) if sectors % together == 0}
     if width is None:

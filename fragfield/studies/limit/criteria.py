@@ -14,7 +14,6 @@ if TYPE_CHECKING:
 
     from fragfield.case import CaseTable
 
-__all__ = ["LimitCriteria", "judged"]
 
 _OFFICIAL = "hazardous_fragment_distance"
 _DISTANCE = Quantity("m", "300 m", above=0.0)
@@ -22,27 +21,18 @@ _DISTANCE = Quantity("m", "300 m", above=0.0)
 
 @dataclass(frozen=True)
 class LimitCriteria:
-    """What every allowed number of rounds meets.
-
-    Attributes
-    ----------
-    distance : float or None
-        The recommended distance and the official one are at most this (m); None: not asked for.
-    exposed : bool
-        The criterion of every exposed site is met.
-    """
+    """What every allowed number of rounds meets."""
 
     distance: float | None
+    """The recommended distance and the official one are at most this (m); None: not asked for."""
     exposed: bool
+    """The criterion of every exposed site is met."""
 
     @classmethod
     def of(cls, case: CaseTable, distance: str | None) -> LimitCriteria:
         """The criteria of a case, and a distance with its unit.
 
-        Raises
-        ------
-        InputError
-            The distance is none, or there is nothing to meet.
+        Raises InputError: the distance is none, or there is nothing to meet.
         """
         metres_given = None
         if distance is not None:

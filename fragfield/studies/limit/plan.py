@@ -15,7 +15,6 @@ if TYPE_CHECKING:
 
     from fragfield.case import CaseTable
 
-__all__ = ["MOST_VALUES", "listed_values", "plan_limit", "round_count"]
 
 MOST_VALUES = 200
 _RANGE = re.compile(r"(?P<low>\d+)\s*\.\.\s*(?P<high>\d+)")
@@ -25,18 +24,9 @@ _EXAMPLE = 'stack.count=1..20, or stack.counts="[1,1,1],[2,1,1],[2,2,1]"'
 def plan_limit(case_file: Path, setting: str) -> SweepPlan:
     """Read the values of a key and resolve the case of each.
 
-    Parameters
-    ----------
-    case_file : Path
-        The case that is varied.
-    setting : str
-        KEY=LOW..HIGH for all whole numbers from one to the other, or KEY=VALUE,VALUE,... as a sweep takes them; the
-        number of rounds must rise from each value to the next.
-
-    Raises
-    ------
-    InputError
-        The setting cannot be read, a case is at fault, or the number of rounds does not rise.
+    `case_file`: the case that is varied; `setting`: KEY=LOW..HIGH for all whole numbers from one to the other, or
+    KEY=VALUE,VALUE,... as a sweep takes them; the number of rounds must rise from each value to the next. Raises
+    InputError: the setting cannot be read, a case is at fault, or the number of rounds does not rise.
     """
     plan = plan_sweep(case_file, [listed_values(setting)])
     if len(plan.runs) < 2:

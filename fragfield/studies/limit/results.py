@@ -13,9 +13,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
-__all__ = ["limit_words", "print_limit", "write_limit"]
 
-_WIDE = 200  # characters of a line where no terminal sets a bound
 _COLUMNS = {
     "rounds": "rounds",
     "explosive": "net_explosive_quantity_kg",
@@ -50,13 +48,12 @@ def limit_words(found: Mapping[str, Any]) -> str:
 
 def print_limit(found: Mapping[str, Any]) -> None:
     """Print one line a run computed, the limit, and what is to be known of it."""
-    from rich.console import Console
     from rich.table import Table
     from rich.text import Text
 
-    console = Console(highlight=False, markup=False, soft_wrap=True)
-    if not console.is_terminal:
-        console.width = _WIDE
+    from fragfield.terminal.show import plain_console
+
+    console = plain_console(wide=200)
     table = Table(box=None, pad_edge=False)
     for head in (found["key"], "rounds", "net explosive kg", "recommended m", "prescribed m", "", "criteria", ""):
         table.add_column(Text(head), justify="right" if head not in ("", "criteria") else "left", no_wrap=True)

@@ -24,7 +24,6 @@ if TYPE_CHECKING:
     from fragfield.studies.sweep.plan import SweepPlan
     from fragfield.studies.sweep.work import SweepOptions
 
-__all__ = ["find_limit", "limit_of"]
 
 _SIGNIFICANT = 2.0  # standard errors of a difference
 

@@ -18,7 +18,6 @@ if TYPE_CHECKING:
 
     from fragfield.case import CaseTable
 
-__all__ = ["PlannedRun", "SweepPlan", "labels_of", "plan_sweep"]
 
 _EXAMPLE = 'burst.cell_size="8 mm,6 mm"'
 _OPENING, _CLOSING, _QUOTES = "[{(", "]})", "\"'"

@@ -16,12 +16,9 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
-__all__ = ["DONE", "FAILED", "KEPT", "WAITING", "print_sweep", "results_of", "write_tables"]
 
 DONE, KEPT, FAILED, WAITING = "done", "kept", "failed", "waiting"
 """States of a run: computed now, kept from before, ended with an error, not yet begun."""
-
-_WIDE = 200  # characters of a line where no terminal sets a bound
 
 
 def results_of(summary: Mapping[str, Any]) -> dict[str, Any]:
@@ -52,13 +49,12 @@ def write_tables(found: Mapping[str, Any], folder: Path) -> None:
 
 def print_sweep(found: Mapping[str, Any]) -> None:
     """Print one line a run, and why runs failed."""
-    from rich.console import Console
     from rich.table import Table
     from rich.text import Text
 
-    console = Console(highlight=False, markup=False, soft_wrap=True)
-    if not console.is_terminal:
-        console.width = _WIDE
+    from fragfield.terminal.show import plain_console
+
+    console = plain_console(wide=200)
     table = Table(box=None, pad_edge=False)
     for label in labels_of(found["keys"]).values():
         table.add_column(Text(label), no_wrap=True)
@@ -87,8 +83,8 @@ def print_sweep(found: Mapping[str, Any]) -> None:
                 console.print(f"the recommended distances do not include {words}")
     for row in found["runs"]:
         if row["state"] == FAILED:
-            console.print(f"{row['name']} failed (exit code {row['exit_code']}): {row['message']}", markup=False)
-    console.print(f"written to {found['directory']}", markup=False)
+            console.print(f"{row['name']} failed (exit code {row['exit_code']}): {row['message']}")
+    console.print(f"written to {found['directory']}")
 
 
 def _numbers(results: Mapping[str, Any]) -> list[str]:

@@ -21,7 +21,6 @@ if TYPE_CHECKING:
 
     from fragfield.case import CaseTable
 
-__all__ = ["digest_of", "perform_row", "stored_rows"]
 
 _LARGEST = 1 << 28  # bytes of sweep.json
 
@@ -50,10 +49,7 @@ def _is_whole(row: Mapping[str, Any]) -> bool:
 def perform_row(request: dict[str, Any]) -> tuple[int, str]:
     """Make a run in this process; exit code, and `results` and `message` of its row as JSON, or why there are none.
 
-    Parameters
-    ----------
-    request : dict
-        `case`, resolved; `of`: "run" or "burst"; `threads`.
+    `request`: `case`, resolved; `of`: "run" or "burst"; `threads`.
     """
     return answer_of(lambda: _made(request))
 

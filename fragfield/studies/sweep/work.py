@@ -30,7 +30,6 @@ if TYPE_CHECKING:
     from fragfield.studies.runner import Runs
     from fragfield.studies.sweep.plan import PlannedRun, SweepPlan
 
-__all__ = ["SweepOptions", "check_directories", "make_runs", "planned_row", "run_sweep"]
 
 _STAGES = ("run", "burst")
 _PATIENCE = 60.0  # s for which a run on a cluster waits for one that a lost worker has not yet ended
@@ -39,40 +38,27 @@ _TABLE_SECONDS = 2.0  # between two writings of the tables
 
 @dataclass(frozen=True)
 class SweepOptions:
-    """How the runs are made.
-
-    Attributes
-    ----------
-    folder : Path
-        Holds the tables, and the run directories that are kept.
-    stage : "run" or "burst"
-        Burst, break-up and flight, or the burst alone.
-    threads : int, optional
-        Threads of a run; left out: one.
-    jobs : int, optional
-        Runs side by side; left out: as many as the cores that this process may use hold.
-    resume : bool
-        Keep finished runs and continue unfinished ones.
-    overwrite : bool
-        Replace runs of other cases in the same directories.
-    quiet : bool
-        No progress.
-    scheduler : str, optional
-        Address of a dask scheduler, whose workers make the runs; `folder` must be the same folder for all of them
-        where run directories are kept.
-    keep_runs : bool
-        Keep a run directory of every run.
-    """
+    """How the runs are made."""
 
     folder: Path
+    """Holds the tables, and the run directories that are kept."""
     stage: str = "run"
+    """"run" or "burst": burst, break-up and flight, or the burst alone."""
     threads: int | None = None
+    """Threads of a run; left out: one."""
     resume: bool = False
+    """Keep finished runs and continue unfinished ones."""
     overwrite: bool = False
+    """Replace runs of other cases in the same directories."""
     quiet: bool = False
+    """No progress."""
     jobs: int | None = None
+    """Runs side by side; left out: as many as the cores that this process may use hold."""
     scheduler: str | None = None
+    """Address of a dask scheduler, whose workers make the runs; `folder` must be the same folder for all of them where
+    run directories are kept."""
     keep_runs: bool = False
+    """Keep a run directory of every run."""
 
     def __post_init__(self) -> None:
         """Refuse stages that begin with files of another run."""
@@ -142,11 +128,8 @@ def make_runs(
 def check_directories(plan: SweepPlan, options: SweepOptions) -> None:
     """Refuse before the first run what would be refused at the last one.
 
-    Raises
-    ------
-    InputError
-        This is a rank of several, or a directory or a row is that of another case's run and `overwrite` is not asked
-        for.
+    Raises InputError: this is a rank of several, or a directory or a row is that of another case's run and `overwrite`
+    is not asked for.
     """
     if launched_size() > 1:
         raise InputError("a study starts its own parallel runs; it does not run under mpirun")

@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from fragfield.case import CaseTable
     from fragfield.case.tables.round import RoundTable
 
-__all__ = ["default_inputs"]
 
 _LINEAR = {"mott": "break_up.prefactor", "mott_1947": "break_up.fracture_stress"}
 """Keys in which the mean mass of a law is linear, see transition.law.mean_mass."""

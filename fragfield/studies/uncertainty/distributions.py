@@ -12,28 +12,21 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["Distribution"]
 
 _DIGITS = 12  # of a sampled value: what a case file, a table and a hash can repeat on every machine
 
 
 @dataclass(frozen=True)
 class Distribution:
-    """A distribution in one dimension.
-
-    Attributes
-    ----------
-    kind : str
-        "uniform", "normal", "lognormal", "triangular" or "discrete".
-    parameters : mapping
-        uniform: `low`, `high`; normal: `mean`, `standard_deviation`; lognormal: `median`, `factor`, the geometric
-        standard deviation; triangular: `low`, `mode`, `high`; normal and lognormal are cut off at `low` and `high`
-        where these are given, without a heap of probability there; discrete: `values`, `weights` (all alike where
-        they are None).
-    """
+    """A distribution in one dimension."""
 
     kind: str
+    """"uniform", "normal", "lognormal", "triangular" or "discrete"."""
     parameters: Mapping[str, Any]
+    """uniform: `low`, `high`; normal: `mean`, `standard_deviation`; lognormal: `median`, `factor`, the geometric
+    standard deviation; triangular: `low`, `mode`, `high`; normal and lognormal are cut off at `low` and `high` where
+    these are given, without a heap of probability there; discrete: `values`, `weights` (all alike where they are
+    None)."""
 
     @property
     def is_continuous(self) -> bool:

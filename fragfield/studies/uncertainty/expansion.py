@@ -22,7 +22,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-__all__ = ["Expansion", "discrete_basis", "fit", "legendre_basis", "terms_of"]
 
 DRAWS = 1000
 _MOST_DEGREE = 12
@@ -48,14 +47,8 @@ def discrete_basis(place: NDArray[np.int64], shares: NDArray[np.float64]) -> NDA
 def terms_of(degrees: Sequence[int], total: int, alone: Sequence[int] = ()) -> NDArray[np.int64]:
     """Degrees (t, d) of all products up to a total degree.
 
-    Parameters
-    ----------
-    degrees : sequence of int
-        Highest degree of each input.
-    total : int
-        Highest sum of degrees.
-    alone : sequence of int
-        Inputs of which no two stand in one product: those of shared bursts, of which there are few.
+    `degrees`: highest degree of each input; `total`: highest sum of degrees; `alone`: inputs of which no two stand in
+    one product: those of shared bursts, of which there are few.
     """
     rows = [row for sum_ in range(total + 1) for row in _rows(degrees, sum_)]
     apart = [row for row in rows if sum(row[i] > 0 for i in alone) <= 1]
@@ -74,25 +67,17 @@ def _rows(degrees: Sequence[int], total: int) -> Iterator[tuple[int, ...]]:
 
 @dataclass(frozen=True, eq=False)
 class Expansion:
-    """A fitted expansion.
-
-    Attributes
-    ----------
-    terms : (t, d) int64
-        Degrees of each product; the first is the mean.
-    coefficients, variances : (t,) float64
-        With their own variances.
-    unexplained : float
-        Leave-one-out error over the variance of the values: 0 is perfect, 1 is no better than the mean.
-    draws : (b, t), (b, t) float64
-        Coefficients in the bootstrap, and what their squares are too large by.
-    """
+    """A fitted expansion."""
 
     terms: NDArray[np.int64]
+    """(t, d) int64: degrees of each product; the first is the mean."""
     coefficients: NDArray[np.float64]
     variances: NDArray[np.float64]
+    """(t,) float64: with their own variances."""
     unexplained: float
+    """Leave-one-out error over the variance of the values: 0 is perfect, 1 is no better than the mean."""
     draws: tuple[NDArray[np.float64], NDArray[np.float64]]
+    """(b, t), (b, t) float64: coefficients in the bootstrap, and what their squares are too large by."""
 
     @property
     def degree(self) -> int:

@@ -16,7 +16,6 @@ if TYPE_CHECKING:
 
     from fragfield.studies.uncertainty.distributions import Distribution
 
-__all__ = ["Analysis", "analyse", "basis_of"]
 
 _MOST_DEGREE = 12
 _TORNADO = (0.05, 0.95)
@@ -24,22 +23,15 @@ _TORNADO = (0.05, 0.95)
 
 @dataclass(frozen=True, eq=False)
 class Analysis:
-    """What the samples say of one result.
-
-    Attributes
-    ----------
-    indices : list of dict
-        For each input `total` and `first`, with `total_standard_error`, `total_low`, `total_high` (95 %) and alike.
-    tornado : list of dict
-        For each input the mean result with it at 5 % and 95 % of its probability, `low` and `high`; of a discrete
-        input the smallest and the largest over its steps.
-    estimator : dict
-        `degree`, `terms`, `unexplained`, `samples` of the expansion.
-    """
+    """What the samples say of one result."""
 
     indices: list[dict[str, float]]
+    """For each input `total` and `first`, with `total_standard_error`, `total_low`, `total_high` (95 %) and alike."""
     tornado: list[dict[str, float]]
+    """For each input the mean result with it at 5 % and 95 % of its probability, `low` and `high`; of a discrete input
+    the smallest and the largest over its steps."""
     estimator: dict[str, Any]
+    """`degree`, `terms`, `unexplained`, `samples` of the expansion."""
 
 
 def basis_of(distribution: Distribution, u: NDArray[np.float64], degree: int) -> NDArray[np.float64]:

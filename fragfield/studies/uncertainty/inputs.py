@@ -15,43 +15,30 @@ if TYPE_CHECKING:
     from fragfield.case import CaseTable
     from fragfield.case.schema import UncertainInputTable
 
-__all__ = ["UncertainInput", "inputs_of"]
 
 _BURST = ("burst", "round", "plane", "stack")
 
 
 @dataclass(frozen=True)
 class UncertainInput:
-    """An uncertain input, ready to be sampled.
-
-    Attributes
-    ----------
-    name : str
-        For tables and figures.
-    keys : tuple of str
-        Dotted keys of the resolved case; all get the same draw.
-    applies : "value", "factor" or "shift"
-        What the draw is to a key.
-    distribution : Distribution
-        In `unit`.
-    unit : str
-        SI unit of the draw; empty for pure numbers, factors and words.
-    source : str
-        Where the distribution comes from.
-    judgement : bool
-        Whether it is a judgement.
-    is_default : bool
-        Whether it comes from the default set.
-    """
+    """An uncertain input, ready to be sampled."""
 
     name: str
+    """For tables and figures."""
     keys: tuple[str, ...]
+    """Dotted keys of the resolved case; all get the same draw."""
     applies: str
+    """"value", "factor" or "shift": what the draw is to a key."""
     distribution: Distribution
+    """In `unit`."""
     unit: str
+    """SI unit of the draw; empty for pure numbers, factors and words."""
     source: str
+    """Where the distribution comes from."""
     judgement: bool
+    """Whether it is a judgement."""
     is_default: bool
+    """Whether it comes from the default set."""
 
     @property
     def in_burst(self) -> bool:
@@ -98,10 +85,7 @@ def _moved(old: object, draw: float, *, factor: bool) -> object:
 def inputs_of(case: CaseTable) -> list[UncertainInput]:
     """The uncertain inputs of a resolved case: its own first, then those of the default set that it does not replace.
 
-    Raises
-    ------
-    InputError
-        There are none.
+    Raises InputError: there are none.
     """
     table = case.uncertainty
     own = [_input(entry, is_default=False) for entry in table.input] if table is not None else []

@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     from pathlib import Path
     from typing import Self
 
-__all__ = ["IDENTITY", "SAMPLES", "Journal"]
 
 IDENTITY, SAMPLES = "study.json", "samples.jsonl"
 _MOST = 1 << 31
@@ -44,10 +43,8 @@ class Journal:
     def begin(self, identity: Mapping[str, Any], *, resume: bool, overwrite: bool) -> None:
         """Make the folder ready, and with `resume` read the samples that have ended.
 
-        Raises
-        ------
-        InputError
-            The folder holds a study and neither `resume` nor `overwrite` is asked for, or it is another study.
+        Raises InputError: the folder holds a study and neither `resume` nor `overwrite` is asked for, or it is another
+        study.
         """
         path, samples = self.folder / IDENTITY, self.folder / SAMPLES
         if self.exists and not (resume or overwrite):

@@ -16,7 +16,6 @@ from fragfield.case.load import case_from_document
 from fragfield.case.schema import UncertaintyTable
 from fragfield.case.write import tables_to_toml
 from fragfield.errors import InputError
-from fragfield.studies.uncertainty.design import latin_hypercube, seed_of, shared_bursts
 from fragfield.studies.uncertainty.inputs import inputs_of
 
 if TYPE_CHECKING:
@@ -25,41 +24,65 @@ if TYPE_CHECKING:
     from fragfield.case import CaseTable
     from fragfield.studies.uncertainty.inputs import UncertainInput
 
-__all__ = ["Study", "plan_study"]
 
+_EDGE = 1e-12  # normal distributions have no quantile at 0 and 1
+_SEEDS = 2**32
 _ENDS = (1e-3, 0.5, 1.0 - 1e-3)  # probabilities at which a case must be sound before anything runs
 _LEFT_OUT = ("uncertainty", "witness", "stack")
 
 
+def latin_hypercube(dimensions: int, samples: int, seed: int) -> NDArray[np.float64]:
+    """Points (n, d): every input has one point in each n-th of its probability (McKay, Beckman and Conover 1979)."""
+    generator = np.random.RandomState(seed % _SEEDS)
+    edges = np.arange(samples + 1) * (1.0 / samples)
+    points = generator.uniform(edges[:-1, None], edges[1:, None], size=(samples, dimensions))
+    for column in points.T:
+        generator.shuffle(column)
+    return np.clip(points, _EDGE, 1.0 - _EDGE)
+
+
+def shared_bursts(
+    in_burst: NDArray[np.bool_], samples: int, bursts: int, seed: int
+) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Points (n, d) of which groups share the coordinates of the burst's inputs, and each point's burst (n,).
+
+    Coordinates of burst inputs are a Latin hypercube of so many points; the others one of n points. Bursts are dealt
+    out evenly and at random.
+    """
+    points = np.empty((samples, len(in_burst)))
+    rng = np.random.default_rng(np.random.SeedSequence([seed, 1]))
+    burst = rng.permutation(np.arange(samples) % bursts)
+    if in_burst.any():
+        points[:, in_burst] = latin_hypercube(int(in_burst.sum()), bursts, seed)[burst]
+    if not in_burst.all():
+        points[:, ~in_burst] = latin_hypercube(int((~in_burst).sum()), samples, seed + 1)
+    return points, burst
+
+
+def seed_of(study: int, sample: int) -> int:
+    """Seed of one sample's random numbers, whichever worker makes it and when."""
+    state = np.random.SeedSequence([study, sample]).generate_state(1, np.uint64)
+    return int(state[0] >> np.uint64(1))
+
+
 @dataclass(frozen=True, eq=False)
 class Study:
-    """A study of uncertain inputs.
-
-    Attributes
-    ----------
-    case : CaseTable
-        Resolved, with every input as the case file has it.
-    inputs : tuple of UncertainInput
-        d of them.
-    seed : int
-        Of the points, and of every sample's random numbers.
-    realisations : int
-        Realisations of the break-up in each sample.
-    points : (n, d) float64
-        In the unit cube.
-    burst : (n,) int64 or None
-        Which of the shared bursts a sample uses; None where each has a burst of its own.
-    geometry : str
-        Why bursts are shared or not, in words.
-    """
+    """A study of uncertain inputs."""
 
     case: CaseTable
+    """Resolved, with every input as the case file has it."""
     inputs: tuple[UncertainInput, ...]
+    """d of them."""
     seed: int
+    """Of the points, and of every sample's random numbers."""
     realisations: int
+    """Realisations of the break-up in each sample."""
     points: NDArray[np.float64]
+    """(n, d) float64: in the unit cube."""
     burst: NDArray[np.int64] | None
+    """(n,) int64 or None: which of the shared bursts a sample uses; None where each has a burst of its own."""
     geometry: str
+    """Why bursts are shared or not, in words."""
     _document: dict[str, Any]
 
     @property
@@ -115,10 +138,8 @@ def _without_source(entry: UncertainInput) -> dict[str, Any]:
 def plan_study(case: CaseTable, *, samples: int | None = None, seed: int | None = None) -> Study:
     """Plan a study of a resolved case; what is left out comes from its table [uncertainty].
 
-    Raises
-    ------
-    InputError
-        There is no input, one makes a case that cannot be computed, or there are too few samples or bursts.
+    Raises InputError: there is no input, one makes a case that cannot be computed, or there are too few samples or
+    bursts.
     """
     table = case.uncertainty or UncertaintyTable()
     if case.burst is None or not case.round:

@@ -11,17 +11,12 @@ from fragfield.studies.numbers import answer_of, burst_of, flown_parts, shared_b
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-__all__ = ["perform_sample", "results_of_summary"]
-
 
 def perform_sample(request: dict[str, Any]) -> tuple[int, str]:
     """Make a sample in this process; exit code, and its results as JSON, or why there are none.
 
-    Parameters
-    ----------
-    request : dict
-        `case`: the tables of its resolved case; `scratch`: a folder for the burst's files, which are removed, or one
-        that is not there, for the machine's own folder; `burst`: run directory of a burst that is shared, or None.
+    `request`: `case`: the tables of its resolved case; `scratch`: a folder for the burst's files, which are removed, or
+    one that is not there, for the machine's own folder; `burst`: run directory of a burst that is shared, or None.
     """
     return answer_of(lambda: _made(request))
 

@@ -10,7 +10,6 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["QUANTILES", "Spread", "spread_of", "without_statistical_error"]
 
 QUANTILES = (0.05, 0.5, 0.95)
 _DRAWS = 400
@@ -18,36 +17,26 @@ _DRAWS = 400
 
 @dataclass(frozen=True)
 class Spread:
-    """Quantiles of a result as the inputs alone spread it.
-
-    Attributes
-    ----------
-    low, median, high : float
-        5, 50 and 95 %.
-    low_standard_error, median_standard_error, high_standard_error : float
-        For the number of samples, by the bootstrap.
-    mean, standard_deviation : float
-        Of the inputs' spread.
-    statistical_error : float
-        Standard deviation that the statistical errors of the samples add; taken out of the above.
-    resolved : bool
-        Whether the inputs' variance exceeds that of the statistical errors; where not, nothing is taken out and the
-        quantiles are too wide.
-    samples : int
-        How many.
-    """
+    """Quantiles of a result as the inputs alone spread it."""
 
     low: float
     median: float
     high: float
+    """5, 50 and 95 %."""
     low_standard_error: float
     median_standard_error: float
     high_standard_error: float
+    """For the number of samples, by the bootstrap."""
     mean: float
     standard_deviation: float
+    """Of the inputs' spread."""
     statistical_error: float
+    """Standard deviation that the statistical errors of the samples add; taken out of the above."""
     resolved: bool
+    """Whether the inputs' variance exceeds that of the statistical errors; where not, nothing is taken out and the
+    quantiles are too wide."""
     samples: int
+    """How many."""
 
     def as_dict(self) -> dict[str, Any]:
         """As uncertainty.json has it."""
@@ -57,11 +46,7 @@ class Spread:
 def without_statistical_error(values: NDArray[np.float64], noise: float) -> tuple[NDArray[np.float64], bool]:
     """Values drawn towards their mean until their variance is that of the inputs alone; and whether that was done.
 
-    Parameters
-    ----------
-    values : (n,) float64
-    noise : float
-        Variance of the values' own errors, independent of the inputs.
+    `values` (n,); `noise`: variance of the values' own errors, independent of the inputs.
     """
     variance = float(values.var(ddof=1))
     caused = variance - noise
@@ -79,15 +64,8 @@ def spread_of(
 ) -> Spread:
     """Spread over samples.
 
-    Parameters
-    ----------
-    values : (n,) float64
-    errors : (n,) float64, optional
-        Standard errors of the values.
-    rng : numpy.random.Generator
-        Of the bootstrap.
-    burst : (n,) int64, optional
-        Shared bursts, which the bootstrap then draws whole.
+    `values` (n,); `errors` (n,): standard errors of the values; `rng`: of the bootstrap; `burst` (n,): shared bursts,
+    which the bootstrap then draws whole.
     """
     noise = 0.0 if errors is None else float((errors**2).mean())
     own, resolved = without_statistical_error(values, noise)

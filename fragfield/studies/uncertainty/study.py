@@ -28,7 +28,6 @@ if TYPE_CHECKING:
     from fragfield.studies.runner import Runs
     from fragfield.studies.uncertainty.plan import Study
 
-__all__ = ["StudyOptions", "run_study"]
 
 NOMINAL, BURSTS, SCRATCH = "nominal", "bursts", ".samples"
 _TRIES = 3  # of a sample whose process was killed
@@ -40,32 +39,22 @@ _log = logging.getLogger(__name__)
 
 @dataclass(frozen=True)
 class StudyOptions:
-    """How a study is made.
-
-    Attributes
-    ----------
-    folder : Path
-        Holds the study.
-    samples, seed : optional
-        Instead of those of the case.
-    workers : int, optional
-        Samples at one time; left out: one for each core, or each thread of the cluster.
-    scheduler : str, optional
-        Address of a dask scheduler, whose workers make the samples.
-    resume, overwrite : bool
-        Continue the study in the folder, or replace it.
-    quiet : bool
-        No progress.
-    """
+    """How a study is made."""
 
     folder: Path
+    """Holds the study."""
     samples: int | None = None
     seed: int | None = None
+    """Instead of those of the case."""
     workers: int | None = None
+    """Samples at one time; left out: one for each core, or each thread of the cluster."""
     scheduler: str | None = None
+    """Address of a dask scheduler, whose workers make the samples."""
     resume: bool = False
     overwrite: bool = False
+    """Continue the study in the folder, or replace it."""
     quiet: bool = False
+    """No progress."""
 
 
 def run_study(request: RunOptions, options: StudyOptions) -> dict[str, Any]:
