@@ -96,6 +96,26 @@ def test_a_cut_from_an_axis_goes_round_it_once(axis, gap, turn):
     assert senses == {1, 399}  # either way round, by the random numbers
 
 
+@pytest.mark.parametrize("number", [2, 3, 5])
+def test_a_cut_of_few_points_begins_in_their_widest_gap(number):
+    generator, axis = np.random.default_rng(number), np.array([0.3, -0.5, 0.8])
+    tried = 0
+    for _ in range(40):
+        angles = np.sort(generator.uniform(0.0, 2.0 * np.pi, number))
+        gaps = np.diff(np.append(angles, angles[0] + 2.0 * np.pi))
+        widest = int(np.argmax(gaps))
+        if np.sort(gaps)[-2] > gaps[widest] - 0.4:  # the angles are counted in bins
+            continue
+        tried += 1
+        shuffled = generator.permutation(number)
+        rows, centre = around(axis, angles[shuffled], generator)
+        q = np.empty(9)
+        _angular(rows, 0, number, np.array([1.0, 0.3, 0.1]), 0.37, centre, axis, q)
+        order = shuffled[np.argsort([_key(rows, i, q) for i in range(number)])]
+        assert {int(order[0]), int(order[-1])} == {widest, (widest + 1) % number}
+    assert tried > 10
+
+
 @pytest.mark.parametrize("axis", [(0.0, 0.0, 1.0), (0.0, -2.0, 0.0), (0.5, 0.0, 0.0), (0.0, 0.0, 0.0)])
 def test_a_ring_is_cut_from_its_axis_and_by_a_plane_where_it_has_none(axis):
     """`q[4]` says which; every cut is finite."""
