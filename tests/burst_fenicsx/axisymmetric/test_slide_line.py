@@ -10,7 +10,7 @@ import pytest
 pytest.importorskip("dolfinx")
 
 from burst_fenicsx.axisymmetric.mesh import mesh_meridian
-from burst_fenicsx.axisymmetric.slide_line import LineContactForces, _line_edges
+from burst_fenicsx.axisymmetric.slide_line import _line_edges
 from burst_fenicsx.geometry import load_profile
 from burst_fenicsx.kernels.axisymmetric.slide_line import add_line_forces
 from burst_fenicsx.kernels.cells.erosion import BEFORE
@@ -172,25 +172,6 @@ def test_gas_in_a_tube_that_gives_way_closes_the_ledger():
     assert entry.kinetic_casing > 0.05 * entry.products_work
     assert entry.energy_error < 5e-3
     assert solver.contact.penetrations.interface_after < 0.02 * cell
-
-
-@pytest.mark.slow  # the kernels without contact are compiled for this alone
-def test_contact_acts_within_the_substeps_as_it_does_between_them(monkeypatch):
-    """To the last bit: taken along by the kernels, and called where its steps end."""
-    ends = []
-    for within in (True, False):
-        monkeypatch.setattr(LineContactForces, "acts_in_substeps", within)
-        solver, _, _ = gas_tube(held=False, local=True)
-        run_until(solver, 5e-6)
-        ends.append(solver)
-    one, other = ends
-    assert one.levels.highest > one.levels.contact_level
-    assert one.contact.work < 0.0 < one.contact.penetrations.interface_after
-    for name in ("position", "velocity", "force"):
-        np.testing.assert_array_equal(getattr(one.fields.nodes, name), getattr(other.fields.nodes, name))
-    np.testing.assert_array_equal(one.contact.force, other.contact.force)
-    assert (one.contact.work, one.contact.friction) == (other.contact.work, other.contact.friction)
-    assert one.contact.penetrations == other.contact.penetrations
 
 
 def test_a_node_slides_through_a_hollow_corner_and_one_that_began_there_has_both_sides():
