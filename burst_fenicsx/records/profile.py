@@ -93,10 +93,12 @@ def _parts(run: Simulation) -> Iterator[tuple[object, str, str]]:
     yield solver.ledger, "add", "ledger: sums"
     yield solver.leakage, "update", "venting"
     yield contact, "add_forces", "contact: rows of forces, mean velocities"
-    if isinstance(contact.interface, SlidingInterface):
-        yield contact.interface, "add_forces", "contact: charge on casing"
+    for method in ("bring", "find_forces", "take_reactions"):
+        if isinstance(contact.interface, SlidingInterface):
+            yield contact.interface, method, "contact: charge on casing"
+        if contact.collisions is not None:
+            yield contact.collisions, method, "contact: casings on each other"
     if contact.collisions is not None:
         yield contact.collisions, "search", "contact: search"
-        yield contact.collisions, "add_forces", "contact: casings on each other"
     for plane in contact.planes:
         yield plane, "add_forces", "contact: planes"

@@ -101,9 +101,9 @@ def test_the_step_of_contact_is_the_same_before_and_after_a_choice_of_levels(bef
         return blocks.cell_levels
 
     levels.choose = choose
-    one = control(_levels=levels, _fields=SimpleNamespace(blocks=blocks, grid=grid, charge=charge, mesh=mesh),
-                  contact_step=WANTED, uncut_step=WANTED)  # fmt: skip
-    assert one.choose_levels(AFTER) is blocks.cell_levels
+    fields = SimpleNamespace(blocks=blocks, grid=grid, charge=charge, mesh=mesh, at_rest_until=np.zeros(2))
+    one = control(_levels=levels, _fields=fields, contact_step=WANTED, uncut_step=WANTED)
+    np.testing.assert_array_equal(one.choose_levels(AFTER), blocks.cell_levels)
     assert one.uncut_step / 2**after == pytest.approx(WANTED / 2**before, rel=1e-12)
 
 
