@@ -297,6 +297,16 @@ def make_fields(
     energy = of_cells["products_energy"]
     for index, model in enumerate(products):
         energy[(mesh.round == index) & (mesh.part == Part.CHARGE)] = model.start_energy
+    nodes = Nodes(
+        position, of_nodes["velocity"], of_nodes["force"], rounding_constant(largest_force),
+        np.zeros(len(position), dtype=np.int8), np.zeros_like(position),
+    )  # fmt: skip
+    grid = Grid(
+        mesh.dofmap, blocks.cells, blocks.count, blocks.material, blocks.level,
+        np.zeros(len(blocks.cells), dtype=np.int8), blocks.in_rows, blocks.by_slot(cell_mass), slot_volume,
+        np.zeros_like(slot_volume), np.full_like(slot_volume, np.inf), 0.0,
+        rounding_constant(LARGEST_WORK * pressure * float(mesh.cell_sums(volume))),
+    )  # fmt: skip
     return BurstFields(
         mesh=mesh,
         functions=functions,
@@ -308,16 +318,8 @@ def make_fields(
         element=element,
         kind=FULL_QUADRATURE if points > 1 else element.kind,
         products=products,
-        nodes=Nodes(
-            position, of_nodes["velocity"], of_nodes["force"], rounding_constant(largest_force),
-            np.zeros(len(position), dtype=np.int8), np.zeros_like(position),
-        ),  # fmt: skip
-        grid=Grid(
-            mesh.dofmap, blocks.cells, blocks.count, blocks.material, blocks.level,
-            np.zeros(len(blocks.cells), dtype=np.int8), blocks.in_rows, blocks.by_slot(cell_mass), slot_volume,
-            np.zeros_like(slot_volume), np.full_like(slot_volume, np.inf), 0.0,
-            rounding_constant(LARGEST_WORK * pressure * float(mesh.cell_sums(volume))),
-        ),  # fmt: skip
+        nodes=nodes,
+        grid=grid,
         solid=SolidState(
             parameters=solid_table,
             stress=of_cells["stress"],
