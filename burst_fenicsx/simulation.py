@@ -128,9 +128,10 @@ class Simulation(AssembledBurst):
         self.first_step_at, self.first_cell_step_at = self.solver.steps, self.solver.cell_steps
 
     def run(self) -> None:
-        """Step until the end, taking the ledger, outputs and checkpoints on the way."""
+        """Step until the end, taking the ledger, outputs and checkpoints on the way; then all states are written."""
         with Interruption(self.comm) as interruption:
             self._run(interruption)
+        self._writing.wait()
 
     def _run(self, interruption: Interruption) -> None:
         self._open_series()
