@@ -31,7 +31,7 @@ _CLOCKS = ("wall_seconds", "seconds_per_cell_step", "peak_memory_bytes", "checks
 
 
 _WITHOUT_REPORT = (
-    "import fragfield.pipeline.stages as stages; stages._STAGE_FUNCTIONS['report'] = lambda job, stage: None; "
+    "import fragfield.pipeline.stages as stages; stages._STAGE_FUNCTIONS['report'] = lambda job, stage: {}; "
 )
 _OFTEN = "import burst_fenicsx.simulation as one; one._CHECKPOINT_SECONDS = 0.2; "
 _COMMAND = "import sys; from fragfield.cli import main; sys.argv[0] = 'fragfield'; main()"
