@@ -33,7 +33,9 @@ _CLOCKS = ("wall_seconds", "seconds_per_cell_step", "peak_memory_bytes", "checks
 _WITHOUT_REPORT = (
     "import fragfield.pipeline.stages as stages; stages._STAGE_FUNCTIONS['report'] = lambda job, stage: {}; "
 )
-_OFTEN = "import burst_fenicsx.simulation as one; one._CHECKPOINT_SECONDS = 0.2; "
+# PETSc, loaded before its variables are settled, takes signals for itself and ends the command at once on its way out.
+_SETTLED = "from fragfield_base.ambient import settle; settle(RuntimeError); "
+_OFTEN = _SETTLED + "import burst_fenicsx.simulation as one; one._CHECKPOINT_SECONDS = 0.2; "
 _COMMAND = "import sys; from fragfield.cli import main; sys.argv[0] = 'fragfield'; main()"
 
 
