@@ -13,7 +13,7 @@ from burst_fenicsx.axisymmetric.mesh import outer_edges
 from burst_fenicsx.contact.charge_contacts import ChargeContacts, slide_law
 from burst_fenicsx.contact.forces import ContactForces
 from burst_fenicsx.kernels.axisymmetric.line_points import SPREAD, LineContacts, SlideLine
-from burst_fenicsx.kernels.axisymmetric.slide_line import LineContact, add_line_forces
+from burst_fenicsx.kernels.axisymmetric.slide_line import LineContact
 from burst_fenicsx.kernels.cells.layout import CHARGE_PARAMETERS
 from burst_fenicsx.kernels.constants import SMOOTH
 from burst_fenicsx.problem import Part
@@ -106,14 +106,6 @@ class LineInterface(ChargeContacts):
             load=np.zeros(len(fields.mass)),
         )
         super().__init__(fields, self.line.nodes, np.arange(count, dtype=np.int32), cell_of_edge)
-
-    def add_forces(self, max_squared_frequency: float, step: float, velocity: np.ndarray, force: np.ndarray) -> None:
-        """As `ChargeContacts.add_forces`."""
-        state, law = self._fields, slide_law(self.settings, max_squared_frequency, step)
-        add_line_forces(
-            law, self.line, self.contacts, state.charge, state.solid.eroded, state.blocks.slot_of_cell,
-            state.nodes.position, velocity, state.mass, force,
-        )  # fmt: skip
 
 
 class LineContactForces(ContactForces):

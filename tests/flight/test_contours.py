@@ -104,7 +104,7 @@ def test_a_smooth_line_is_nowhere_nearer_than_the_distances_and_has_no_steps(wid
     distance[30 : 30 + width] = 20.0
     distance[100:101] = 120.0
     azimuth, line = smooth_outline(distance, 10.0)
-    assert np.diff(np.append(azimuth, 360.0)) == pytest.approx(360.0 / len(azimuth)), "all round"
+    assert np.diff(np.append(azimuth, 360.0)) == pytest.approx(360.0 / len(azimuth)), "over all azimuths"
     own = np.interp(azimuth, np.arange(144) * 2.5, distance, period=360.0)
     assert (line >= own - 1e-9).all()
     assert line.max() == 120.0

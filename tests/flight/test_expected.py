@@ -243,7 +243,7 @@ def test_what_lies_beyond_the_grid_has_no_cell() -> None:
     ("sectors", "kernel", "cells"), [(72, 10.0, 144), (36, 20.0, 72), (72, 9.9, 216), (5, 32.0, 90)]
 )
 def test_half_a_kernel_holds_four_cells_and_both_ends_of_a_diameter_lie_alike(sectors, kernel, cells) -> None:
-    """No more cells of a sector than that takes, but for an even number all round."""
+    """No more cells of a sector than that takes, but for an even number over all azimuths."""
     grid = PolarGrid.of(sectors, kernel)
     assert grid.azimuth_cells == cells
     assert 4.0 * grid.width <= kernel * (1.0 + 1e-9)

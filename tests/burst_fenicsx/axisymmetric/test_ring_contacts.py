@@ -9,6 +9,7 @@ import pytest
 
 pytest.importorskip("dolfinx")
 
+from burst_fenicsx.contact.charge_contacts import slide_law
 from burst_fenicsx.kernels.axisymmetric.slide_line import add_line_forces
 from burst_fenicsx.kernels.contact.slide_law import SlideLaw
 from burst_fenicsx.kernels.vectors.exact import quantum
@@ -46,7 +47,10 @@ def slid(tensile, cohesion, friction=FRICTION, *, gap=0.0, slip=0.0, burnt=0.0, 
             position[charge, 0] -= gap if number == 1 else 0.0  # the charge lies within
             position[charge, 2] += slip / steps
             velocity[charge, 2] = slip / steps / STEP
-        interface.add_forces(BUDGET, STEP, velocity, np.zeros_like(velocity))
+        add_line_forces(
+            slide_law(settings, BUDGET, STEP), interface.line, contacts, state.charge, state.solid.eroded,
+            state.blocks.slot_of_cell, position, velocity, state.mass, np.zeros_like(velocity),
+        )  # fmt: skip
         heat += contacts.tally[:, 1]
     inner = np.abs(state.start[contacts.slave, 2] / LENGTH_OF_BENCH - 0.5) < 0.3
     # Each node's share of the surface: 2 pi r times the cell.
