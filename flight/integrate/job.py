@@ -238,7 +238,7 @@ class FlightJob:
             start, end, *arrays, self.around, limits, self.terrain, self.obstacles, self.surfaces, self.rows,
             self.vertices, self.boxes, self._fluence_cells, lengths, ends,
         )  # fmt: skip
-        ground = ground[ricochets[ground[:, 8].astype(np.int64)] > 0]
+        ground = ground[ricochets[ground[:, _GROUND_FRAGMENT].astype(np.int64)] > 0]
         struck, ground = _sorted(struck, _STRUCK_FRAGMENT), _sorted(ground, _GROUND_FRAGMENT)
         struck[:, _STRUCK_FRAGMENT] += start
         ground[:, _GROUND_FRAGMENT] += start
