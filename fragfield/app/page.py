@@ -14,7 +14,6 @@ from fragfield.app.fields import page_texts
 from fragfield.app.jobs import start_job
 from fragfield.case.messages import key_path
 from fragfield.errors import message_of
-from fragfield.files.stamped import refuse_signed
 from fragfield_base import errors
 
 if TYPE_CHECKING:
@@ -95,11 +94,11 @@ def shown_facts(rows: Iterable[Sequence[str]], heads: Sequence[str] = ()) -> Non
     html(facts(rows, heads))
 
 
-PAGES = ("start", "round", "arrangement", "site", "data", "run", "result", "confidence")
+PAGES = ("start", "round", "arrangement", "site", "run", "result")
 """Names of the pages, in order; `/name` is the address of each."""
 _OF_TABLE = {
     "round": "round", "official": "round", "stack": "arrangement", "plane": "arrangement", "site": "site",
-    "exposed": "site", "obstacle": "site", "document": "confidence", "uncertainty": "confidence",
+    "exposed": "site", "obstacle": "site",
 }  # fmt: skip
 _ON_ARRANGEMENT = ("position", "base", "attitude", "azimuth", "axis", "ignition", "initiation")
 _TICK, _ALIVE = 0.4, 3.0  # s: between looks at the case, after which a page that says nothing is closed
@@ -185,18 +184,14 @@ class CasePage:
                     refused(error)
             return None
 
-    def queue(self, title: str, target: str, *commands: Sequence[str], result: str = "") -> None:
-        """Save the case and queue commands of the command line that write into `target`; then go to the queue.
-
-        A signed run is refused here as by the commands. `result` is the run to be shown then, where it is another.
-        """
+    def queue(self, title: str, target: str, *commands: Sequence[str]) -> None:
+        """Save the case and queue commands of the command line that write into `target`; then go to the queue."""
 
         def start() -> None:
-            refuse_signed(self.session.space.folder / target)
             if self.case.is_draft:
                 self.case.save()
             words = [list(one) for one in commands]
-            start_job(self.session.space, title=title, case=self.case.name, run=result or target, commands=words)
+            start_job(self.session.space, title=title, case=self.case.name, run=target, commands=words)
 
         if self.attempt(start):
             ui.navigate.to(self.address("run"))

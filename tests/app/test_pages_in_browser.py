@@ -15,7 +15,7 @@ import fragfield
 from fragfield.case import load_case
 from tests.app.conftest import PATIENCE, ROOT, small, wait_for, with_cases
 
-PAGES = ("start", "round", "arrangement", "site", "data", "run", "result", "confidence")
+PAGES = ("start", "round", "arrangement", "site", "run", "result")
 pytestmark = [pytest.mark.slow, pytest.mark.cores]
 SITE = ("m107_pair_site.toml", "m107_pair_site.asc")
 
@@ -144,8 +144,6 @@ def test_a_second_window_says_so_and_a_fault_leads_to_its_field(application):
     first.wait_for_timeout(1200 * PATIENCE)
     assert "another window" not in first.locator(".news").inner_text()
     second.goto(f"{application.base}/site?case={SITE[0]}")
-    second.goto(f"{application.base}/confidence?case={SITE[0]}")
-    second.locator('[data-key="document.number"]').fill("N-2")
     first.wait_for_timeout(3000 * PATIENCE)
     first.locator('[data-key="burst.cell_size"]').first.fill("6")
     first.wait_for_function("document.body.innerText.includes('without a unit')")
@@ -159,7 +157,7 @@ def test_a_second_window_says_so_and_a_fault_leads_to_its_field(application):
 def test_nonsense_in_every_field_of_a_page_is_no_fault_of_the_program(application):
     with_cases(application.folder, *SITE)
     application.start()
-    for name in ("round", "arrangement", "site", "run", "confidence"):
+    for name in ("round", "arrangement", "site", "run"):
         page = application.page(f"/{name}?case={SITE[0]}")
         page.wait_for_timeout(1500 * PATIENCE)
         closed = page.locator(".q-expansion-item:not(.q-expansion-item--expanded) > div > .q-item")

@@ -1,4 +1,4 @@
-"""Page 7, the result of a run: the decision, the map, the views, and every table by the catalogue of quantities."""
+"""Page 6, the result of a run: the decision, the map, the views, and every table by the catalogue of quantities."""
 
 from __future__ import annotations
 

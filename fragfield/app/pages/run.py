@@ -1,4 +1,4 @@
-"""Page 6, check and run: findings by severity, presets, what it will cost, and the queue of runs."""
+"""Page 5, check and run: findings by severity, presets, what it will cost, and the queue of runs."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 PRESETS = {"quick": (13, "off", 8), "standard": (26, "standard", None), "final": (39, "final", 100)}
 """Cells across the largest diameter, grid convergence and fewest realisations (None: the default) of each preset."""
 _KEY = re.compile(r"^([a-z_]+(\[\d+\])?(\.[a-z_]+(\[\d+\])?)*)( =|:| \()")
-_FOLDED = ("burst", "break_up", "flight", "hazard", "witness")
+_FOLDED = ("burst", "break_up", "flight", "hazard", "witness", "uncertainty", "document")
 _LOOK = 1.0  # s between looks at the queue
 
 
