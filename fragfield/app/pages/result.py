@@ -243,7 +243,7 @@ class _Parts:
             title = texts("result.fly_title", name=case)
             with box("choices"):
                 ui.link(texts("result.move"), page.address("site"))
-                act(texts("result.fly_again"), "fly", lambda: page.queue(title, self.name, *commands))
+                act(texts("result.fly_again"), "fly", lambda: page.compute(title, self.name, *commands))
         self._framed("map.html")
 
     def direction(self) -> None:
