@@ -14,7 +14,6 @@ import tomlkit
 from pydantic import ValidationError
 from tomlkit.exceptions import TOMLKitError
 
-from fragfield.app.fields import LANGUAGES
 from fragfield.case import CaseTable
 from fragfield.case.load import case_from_document
 from fragfield.case.messages import explain
@@ -307,21 +306,11 @@ class Session:
     ----------
     space : Workspace
         The folder.
-    language : str
-        Of the pages; empty: as chosen before, else English.
     """
 
-    def __init__(self, space: Workspace, language: str = "") -> None:
+    def __init__(self, space: Workspace) -> None:
         self.space = space
-        self.language = language or str(space.settings().get("language", ""))
-        if self.language not in LANGUAGES:
-            self.language = "en"
         self._open: dict[str, CaseDocument] = {}
-
-    def speak(self, language: str) -> None:
-        """Change the language of the pages, and keep it."""
-        self.language = language if language in LANGUAGES else "en"
-        self.space.keep(language=self.language)
 
     def open(self, name: str) -> CaseDocument:
         """The case of that name, the same for all pages; raises InputError where it cannot be read."""

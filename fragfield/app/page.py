@@ -10,7 +10,7 @@ from urllib.parse import urlencode
 from nicegui import run, ui
 
 from fragfield.app.document import Fault, steps_of
-from fragfield.app.fields import LANGUAGES, texts_in
+from fragfield.app.fields import page_texts
 from fragfield.app.jobs import start_job
 from fragfield.case.messages import key_path
 from fragfield.errors import message_of
@@ -132,7 +132,7 @@ class CasePage:
 
     def __init__(self, session: Session, name: str, document: CaseDocument | None, focus: str = "") -> None:
         self.session, self.name, self.document, self.focus = session, name, document, focus
-        self.texts: Texts = texts_in(session.language)
+        self.texts: Texts = page_texts()
         self._inputs: dict[str, Element] = {}
         self._seen = self._own = document.version if document is not None else 0
         self._listeners: list[Callable[[], object]] = []
@@ -236,9 +236,6 @@ class CasePage:
                     self._state = note("", "state").props("role=status")
                     self._save = ui.button(texts("case.save"), on_click=self._save_case).props("dense id=save")
                     self._drop = ui.button(texts("case.drop"), on_click=self._drop_draft).props("dense flat")
-                ui.select(LANGUAGES, value=texts.language, on_change=lambda event: self._speak(event.value)).props(
-                    f'borderless aria-label="{texts("page.language")}"', remove="outlined"
-                ).classes("language")
             if case is not None:
                 with ui.element("nav").props(f'aria-label="{texts("page.pages")}"'):
                     for number, name in enumerate(PAGES, start=1):
@@ -247,10 +244,6 @@ class CasePage:
         if case is not None:
             self._news = box("news").props("role=status")
             self._faults = box("faults").props("role=alert")
-
-    def _speak(self, language: str) -> None:
-        self.attempt(lambda: self.session.speak(language))
-        ui.navigate.reload()
 
     def _save_case(self) -> None:
         if self.attempt(self.case.save):

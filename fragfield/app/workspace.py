@@ -112,7 +112,7 @@ class Workspace:
         return str(Path("runs") / Path(case).stem)
 
     def settings(self) -> dict[str, Any]:
-        """What the user chose for the application itself, such as the language."""
+        """What the user chose for the application itself, such as a picture below a map."""
         with suppress(OSError, ValueError):
             found = json.loads(self.state("settings.json").read_text(encoding="utf-8"))
             return found if isinstance(found, dict) else {}

@@ -122,14 +122,13 @@ def open_pages(
         str, typer.Option("--host", metavar="ADDRESS", help="Address to listen at; in a container 0.0.0.0.")
     ] = "127.0.0.1",
     browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Open the default browser.")] = True,
-    language: Annotated[str, typer.Option("--language", metavar="en|de", help="Language of the pages.")] = "",
 ) -> None:
     """Work on a case in the browser: draw the round, arrange the site, run, read the result; all on this machine."""
     with guarded(json=False, quiet=False):
         from fragfield.app.server import serve
 
         start = case or start_folder(InputError)
-        serve(start, announce=_announce, host=host, port=port, browser=browser, language=language)
+        serve(start, announce=_announce, host=host, port=port, browser=browser)
 
 
 def _announce(words: str) -> None:

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from flight.files.ensemble import write_ensemble
-from fragfield.app.fields import texts_in
+from fragfield.app.fields import page_texts
 from fragfield.app.pages.result import Directions
 from tests.flight.test_ensemble import ensemble
 
-TEXTS = texts_in("en")
+TEXTS = page_texts()
 
 
 @pytest.mark.parametrize("basis", ["worst_direction", "all_azimuths"])

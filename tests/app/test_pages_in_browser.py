@@ -134,20 +134,6 @@ def test_a_picture_lies_below_the_map_by_its_corners(application):
     assert float(mark.get_attribute("cy")) == pytest.approx(y + height * (100.0 - place[1]) / 200.0, abs=0.1)
 
 
-def test_the_pages_speak_german(application):
-    with_cases(application.folder, *SITE)
-    application.start("--language", "de")
-    page = application.page(f"/run?case={SITE[0]}")
-    field = page.get_by_role("textbox", name="Zellgröße *").first
-    field.focus()
-    page.get_by_text("Angestrebte Kantenlänge der Zellen; die einzige Größe des Netzes.").first.wait_for()
-    folds = " ".join(page.locator(".folded").all_inner_texts())
-    assert all(word in folds for word in ("Zerlegung", "Splitterbildung", "Flug", "Gefährdung", "Zählflächen"))
-    page.goto(f"{application.base}/site?case={SITE[0]}")
-    page.get_by_role("textbox", name="Geographische Breite *").first.wait_for()
-    assert page.locator("#site-map svg").get_attribute("aria-label") == "Karte des Geländes"
-
-
 def test_a_second_window_says_so_and_a_fault_leads_to_its_field(application):
     with_cases(application.folder, *SITE)
     application.start()

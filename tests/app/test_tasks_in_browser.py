@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from burst_fenicsx.geometry import load_profile
-from fragfield.app.fields import texts_in
+from fragfield.app.fields import page_texts
 from fragfield.app.pages.result import Directions
 from fragfield.case import load_case
 from tests.app.conftest import PATIENCE, small, wait_for
@@ -248,11 +248,11 @@ def _look_along(page, run, azimuth):
     known = Directions.of(run)
     assert known.differ
     page.locator("[data-key=azimuth]").fill(f"{azimuth:g}")
-    for _, words in known.facts(azimuth, texts_in("en")):
+    for _, words in known.facts(azimuth, page_texts()):
         wait_for(page, words, at=".q-tab-panel table.facts")
     curve = page.locator(".q-tab-panel polyline.normal-curve").get_attribute("points")
-    assert curve in known.svg(azimuth, texts_in("en"))
-    assert curve not in known.svg(known.deciding, texts_in("en"))
+    assert curve in known.svg(azimuth, page_texts())
+    assert curve not in known.svg(known.deciding, page_texts())
 
 
 def _summary(run):
