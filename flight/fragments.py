@@ -211,14 +211,14 @@ def _check(fragments: Fragments) -> None:
         _refuse(source, name, value, ~np.isfinite(value).all(axis=1), f"three finite numbers ({what})")
 
 
-def shaped(fragments: Fragments, shape: Shape, seed: int = 0) -> Fragments:
+def shaped(fragments: Fragments, shape: Shape, seed: int | Sequence[int] = 0) -> Fragments:
     """Fragments with the shape factors that a model gives them; `seed` of what is drawn.
 
     Raises InputError: the shape is no model.
     """
     if not isinstance(shape, Shape):
         raise InputError(f"shape is {shape!r}, allowed: flight.shape.Mean, Lognormal or Box")
-    return replace(fragments, shape_factor=shape.factors(len(fragments), seed))
+    return replace(fragments, shape_factor=shape.factors(fragments, seed))
 
 
 def check_possible(fragments: Fragments, source: str) -> None:

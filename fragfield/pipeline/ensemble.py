@@ -280,7 +280,8 @@ class Flights:
 
         ground = self.arguments["ground"]
         fragments = above_ground(fragments, ground, warn=number == 0)
-        arguments = self.arguments if number == 0 else {**self.arguments, "sample": 0}
+        sample = self.arguments["sample"] if number == 0 else 0
+        arguments = {**self.arguments, "sample": sample, "seed": (self.case.seed, number)}
         result = flight.fly(fragments, **arguments, fluence=self.near, threads=threads, on_progress=on_progress)
         exposed, without = (self.exposed.count(result, fragments, self.own, ricochet=one) for one in (True, False))
         if len(result.witnesses) > self.own:
