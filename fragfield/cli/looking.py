@@ -60,9 +60,6 @@ def new(
         str | None, typer.Option("--stack", metavar="ARRANGEMENT", help="Arrangement of copies: row, triangle, pallet.")
     ] = None,
     lying: Annotated[bool, typer.Option("--lying", help="The round lies on the ground, its axis along y.")] = False,
-    every_key: Annotated[
-        bool, typer.Option("--all", help="Every key of the case file, not only the usual ones.")
-    ] = False,
     quiet: Quiet = False,
     json: Json = False,
 ) -> None:
@@ -70,9 +67,7 @@ def new(
     with guarded(json=json, quiet=quiet):
         from fragfield.case.new_case import write_new_case
 
-        written = write_new_case(
-            absolute(name, InputError), round_, explosive, casing=casing, stack=stack, lying=lying, every_key=every_key
-        )
+        written = write_new_case(absolute(name, InputError), round_, explosive, casing=casing, stack=stack, lying=lying)
         give({"case": [str(written)]}, json=json, show=print_paths)
 
 

@@ -59,7 +59,7 @@ class Directions:
 
     @property
     def differ(self) -> bool:
-        """Whether the run has a density for every direction; else one holds for all, or it is of an earlier version."""
+        """Whether the run has a density for every direction; else one holds for all."""
         return self.expected.density_by_direction.size > 0
 
     @property
