@@ -34,8 +34,8 @@ def test_runs_are_made_again_or_gone_on_with(tmp_path, calls):
     runs = Runs(tmp_path)
     folder = runs.run("pair", CASE, "8 mm")
     assert folder == tmp_path / "pair_8_mm"
-    assert made[-1][3:] == ["run", str(tmp_path / "pair_8_mm.toml"), "--set", "burst.cell_size=8 mm", "--out", str(folder),
-                            "--overwrite"]  # fmt: skip
+    assert made[-1][3:] == ["run", str(tmp_path / "pair_8_mm.toml"), "--set", "burst.cell_size=8 mm", "--out",
+                            str(folder), "--overwrite"]  # fmt: skip
     assert load_case(tmp_path / "pair_8_mm.toml").burst.geometry == "3d"  # whatever the case leaves to choose
     assert runs.bursts == [("pair_8_mm", {"number": 1})]
     _, burst = runs.burst("single", "cases/m107_tnt.toml", "8 mm")
