@@ -54,7 +54,7 @@ def write_results(
         nominal.make()
         write_text(nominal.file(RESULT), text, InputError)
         _renew(nominal, found)
-    except InputError:  # a run that may only be read, or is signed
+    except InputError:  # a run that may only be read
         if not nominal.path.is_dir():
             raise
     return found

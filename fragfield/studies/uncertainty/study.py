@@ -223,7 +223,7 @@ def _pages(nominal: RunDirectory, folder: Path, found: dict[str, Any]) -> None:
     from fragfield.report.uncertainty_page import write_uncertainty_page
 
     write_uncertainty_page(folder, nominal.path, found)
-    with suppress(InputError):  # a run that may only be read, or is signed; the study has its own page
+    with suppress(InputError):  # a run that may only be read; the study has its own page
         nominal.make()
         write_report(nominal.path)
 
