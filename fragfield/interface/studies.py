@@ -178,11 +178,11 @@ class Uncertainty:
 
     @property
     def effects(self) -> Table:
-        """A row an input: its share of the distance's variance in total and alone, with standard errors.
+        """A row an input: its share of the distance's variance, with standard error and 95 % interval.
 
         Without rows where the samples are too few for shares.
         """
-        return table_of_rows("effects", (self.found["distance"] or {}).get("indices") or [])
+        return table_of_rows("effects", (self.found["distance"] or {}).get("shares") or [])
 
     def __repr__(self) -> str:
         return f"<fragfield.Uncertainty {str(self.path)!r}: {self.found['design']['samples']} samples>"
