@@ -78,9 +78,9 @@ def exposed_tables(run: RunFiles) -> Iterator[Block]:
         f"Expected value and, after it, its upper bound (95 %), over {number(entries[0]['realisations'])} "
         "realisations, along the computed paths: barricades, terrain and obstacles shield. Of a site in the open the "
         "worst place of the size of a person or a vehicle counts; where all azimuths are alike, densities are those "
-        "over all azimuths. Hits on people and vehicles: assuming that all are present; on a building: on its walls and roof. Margin: from the "
-        "nearest edge to the line of the expected density (its bound by direction), negative inside."
-        + (f" Without a margin: {sheltered}." if sheltered else "")
+        "over all azimuths. Hits on people and vehicles: assuming that all are present; on a building: on its walls "
+        "and roof. Margin: from the nearest edge to the line of the expected density (its bound by direction), "
+        "negative inside." + (f" Without a margin: {sheltered}." if sheltered else "")
     )
     yield Table("Exposed sites, all numbers", head, tuple(lines), note)
     yield from _walls(entries)
