@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 SMALLEST, LARGEST, RELATIVE = 1.0, 5.0, 0.1  # m, m, and of the distance: width of a place, where cells are no wider
 LEVEL = 0.95
 _ACROSS = 8  # points across a place, by which the ground that obstacles cover is found
-_LEAST_FREE = 0.25  # of a place, to which the density is referred at least: a narrower strip holds no person
+_MIN_FREE = 0.25  # of a place, to which the density is referred at least: a narrower strip holds no person
 
 
 def sum_bound(total: Array, variance: Array, largest: Array, level: float = LEVEL) -> Array:
@@ -179,7 +179,7 @@ class PlaceSums:
         touched = self.places.touched(pieces)
         free = self.places.free(touched, plans)
         open_ground = free > 0.0 if (free > 0.0).any() else free >= 0.0
-        chosen, area = touched[open_ground], self.places.area[touched] * np.maximum(free, _LEAST_FREE)
+        chosen, area = touched[open_ground], self.places.area[touched] * np.maximum(free, _MIN_FREE)
         area = area[open_ground]
         if self.spread is not None:
             chosen = np.flatnonzero(np.isin(self.places.ring, self.places.ring[touched]))

@@ -88,7 +88,7 @@ def test_the_meadow_around_the_small_one_finds_its_hot_spot() -> None:
     assert few < 200 < many, "as many places as the site touches, all counted by the flight itself"
 
 
-def test_ground_under_obstacles_holds_nobody() -> None:
+def test_ground_under_obstacles_does_not_count() -> None:
     """A building covers five sixths of the ground: the same hits on what is left are denser by the ground covered."""
     sums = PlaceSums(GRID, 1.8)
     sums.add(np.ones(GRID.shape), np.ones(GRID.shape))
