@@ -239,3 +239,31 @@ def test_a_run_states_what_was_recovered_and_refuses_before_it_begins(tmp_path, 
     page = " ".join((tmp_path / "run" / "report.html").read_text(encoding="utf-8").split())
     assert "12 % of the 21.92 kg of the casing; its numbers are flown times 8.333" in page
     assert "Recovered of the casing" in page
+
+
+def test_an_arena_run_keeps_the_rules_that_need_no_mass(runs):
+    found = json.loads((runs / "a" / "summary.json").read_text())
+    assert found["rules"]["contents"] is None
+    assert (found["hazard"]["recommended"] or 0.0) < 381.0
+    siting = found["distance_to_apply"]["siting"]
+    assert siting["distance"] == 381.0
+    assert {one["reason"] for one in siting["left_out"]} == {"the masses of the rounds are not known here"}
+    assert found["distance_to_apply"]["line"].startswith(
+        "Distance to apply: at least 381 m (storage and handling, incomplete), at least "
+    )
+
+
+def test_an_arena_run_takes_the_masses_of_the_rounds_of_its_case(tmp_path):
+    (tmp_path / "case.toml").write_text(ROUND, encoding="utf-8")
+    done = invoke(
+        "fly", tmp_path / "case.toml", "--fragments", _table_of(tmp_path, 1.0), "--out", tmp_path / "run", "--json"
+    )
+    assert done.exit_code == 0, done.stderr
+    found = json.loads(done.stdout)
+    contents = found["rules"]["contents"]
+    assert contents["all_up"] > CASING > contents["explosive"] > 0.0
+    assert found["distance_to_apply"]["siting"]["distance"] == 381.0
+    assert found["distance_to_apply"]["disposal"]["distance"] == pytest.approx(
+        634.0 * contents["all_up"] ** (1.0 / 6.0)
+    )
+    assert "incomplete" not in found["distance_to_apply"]["line"]
