@@ -98,9 +98,10 @@ def serve(
     query = {key: value for key, value in (("case", case), ("run", run), ("token", token)) if value}
     shown = "127.0.0.1" if host in _ANY else f"[{host}]" if ":" in host else host
     address = f"http://{shown}:{port}/{page}?{urlencode(query, quote_via=quote)}"
-    app = application(Session(space), token=token, port=port, hosts=() if _is_local(host) else ("*",))
+    session = Session(space)
+    app = application(session, token=token, port=port, hosts=() if _is_local(host) else ("*",))
     config = uvicorn.Config(app, log_level="error", access_log=False, ws_max_size=1 << 24, lifespan="on")
-    announce(f"fragfield app: {space.folder}\n{address}\nCtrl-C ends it; runs go on.")
+    announce(f"fragfield app: {space.folder}\n{address}\nCtrl-C ends it, and stops a run as Cancel does.")
     later = [threading.Timer(_WARM_UP, _warm_up)]
     if browser:
         later.append(threading.Timer(_BROWSER, webbrowser.open, (address,)))
@@ -112,6 +113,8 @@ def serve(
             uvicorn.Server(config).run(sockets=[listener])
     finally:
         listener.close()
+        if session.job is not None:
+            session.job.end()
 
 
 def _warm_up() -> None:

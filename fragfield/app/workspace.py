@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 STATE = ".fragfield"
-"""Folder within it for drafts, jobs and settings; it may be deleted when nothing runs."""
+"""Folder within it for logs and settings; it may be deleted when nothing runs."""
 _MOST_LISTED = 60
 _NOT_IN_A_NAME = re.compile(r"[^\w.-]+")
 

@@ -266,7 +266,7 @@ def recorded_warnings(job: Job, stage: str) -> Iterator[dict[str, Any]]:
         return
     before = job.source.summary().get("findings")
     now = [*(one for one in before or [] if one["stage"] != stage), *records.found]
-    if now != before and (now or stage != "report"):  # a report adds its page, and no key to a run of an older version
+    if now != before and (now or stage != "report"):  # a report adds its page, and no empty key
         parts["findings"] = now
     if parts:
         job.note(parts)

@@ -1,4 +1,4 @@
-"""The density along a direction, as page 7 shows it of a run's ensemble.h5."""
+"""The density along a direction, as page 6 shows it of a run's ensemble.h5."""
 
 from __future__ import annotations
 

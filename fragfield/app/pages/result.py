@@ -1,4 +1,4 @@
-"""Page 7, the result of a run: the decision, the map, the views, and every table by the catalogue of quantities."""
+"""Page 6, the result of a run: the decision, the map, the views, and every table by the catalogue of quantities."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ class Directions:
 
     @property
     def differ(self) -> bool:
-        """Whether the run has a density for every direction; else one holds for all, or it is of an earlier version."""
+        """Whether the run has a density for every direction; else one holds for all."""
         return self.expected.density_by_direction.size > 0
 
     @property
@@ -245,7 +245,7 @@ class _Parts:
             title = texts("result.fly_title", name=case)
             with box("choices"):
                 ui.link(texts("result.move"), page.address("site"))
-                act(texts("result.fly_again"), "fly", lambda: page.queue(title, self.name, *commands))
+                act(texts("result.fly_again"), "fly", lambda: page.compute(title, self.name, *commands))
         self._framed("map.html")
 
     def direction(self) -> None:
