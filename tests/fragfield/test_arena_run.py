@@ -1,4 +1,4 @@
-"""An arena test's table flown as a run, and two runs beside each other by polar zone and exposed site."""
+"""An arena test's table flown as a run."""
 
 from __future__ import annotations
 
@@ -61,22 +61,6 @@ def test_the_table_flown_again_from_the_run_gives_the_same_distance(runs, tmp_pa
     first = json.loads((runs / "a" / "summary.json").read_text())["hazard"]
     for key in ("recommended", "expected", "upper", "standard_error"):
         assert again[key] == first[key]
-
-
-def test_two_revisions_stand_beside_each_other(runs, tmp_path):
-    done = invoke("compare", runs / "b", runs / "a", "--out", tmp_path / "both")
-    assert done.exit_code == 0, done.stderr
-    assert "document Z-1 B" in done.stdout
-    assert "document Z-1 A" in done.stdout
-    assert "fragments of one round by polar zone" in done.stdout
-    found = json.loads((tmp_path / "both" / "comparison.json").read_text())
-    assert [row["from_deg"] for row in found["by_zone"]] == [10.0 * k for k in range(18)]
-    assert found["by_zone"][9]["number"]["ratio"] == pytest.approx(1.0)
-    (place,) = found["places"]
-    assert place["run"]["part_of_criterion"] < place["reference"]["part_of_criterion"]
-    assert place["run"]["margin"] - place["reference"]["margin"] == pytest.approx(20.0, abs=3.0)
-    assert (tmp_path / "both" / "by_zone.csv").is_file()
-    assert (tmp_path / "both" / "places.csv").is_file()
 
 
 def test_places_use_all_azimuths_where_they_are_alike(runs, tmp_path):
