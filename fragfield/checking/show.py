@@ -249,7 +249,6 @@ def _surroundings(found: Mapping[str, Any]) -> Iterator[str | Table]:
         yield (
             f"exposed {entry['name']}: {entry['kind']}, {entry['distance']:.1f} m at "
             + direction_words(entry["azimuth_deg"], entry["bearing_deg"], whole=True)
-            + (f", in {entry['pieces']} pieces" if entry["pieces"] > 1 else "")
         )
 
 
