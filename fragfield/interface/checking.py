@@ -71,8 +71,8 @@ class CheckResult:
         The case.
     found : dict
         As `fragfield check --json` prints it: `rounds`, `arrangement`, `geometry`, `mesh`, `symmetry`, `expected`,
-        `warnings`, `official`, `contents`, `rules`, and `fragments` where such were given; numbers in SI. Of a case
-        without a burst `case`, `fragments` and `warnings` alone.
+        `warnings`, `official`, `contents`, `rules`, `distance_to_apply`, and `fragments` where such were given; numbers
+        in SI. Of a case without a burst there are no `rounds` to `expected`.
     """
 
     case: Case
