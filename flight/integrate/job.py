@@ -107,7 +107,7 @@ class FlightJob:
         self.around = motion.Surroundings(
             table.bottom, table.step, table.pieces, table.site_altitude, rows, bins, bins_per_mach,
             np.zeros((0, 9)) if wind is None else wind.table(),
-            float(scene.ground_at(*origin) or 0.0), float(gravity),
+            scene.height_at(*origin), float(gravity),
         )  # fmt: skip
         fixed = isinstance(integrator, FixedStep)
         self.limits = Limits(
