@@ -71,8 +71,8 @@ class CheckResult:
         The case.
     found : dict
         As `fragfield check --json` prints it: `rounds`, `arrangement`, `geometry`, `mesh`, `symmetry`, `expected`,
-        `warnings`, `official`, `contents`, `rules`, and `fragments` where such were given; numbers in SI. Of a case
-        without a burst `case`, `fragments` and `warnings` alone.
+        `warnings`, `official`, `contents`, `rules`, `distance_to_apply`, and `fragments` where such were given; numbers
+        in SI. Of a case without a burst there are no `rounds` to `expected`.
     """
 
     case: Case
@@ -184,7 +184,7 @@ def convert(
     Parameters
     ----------
     file : path
-        .dxf, .svg, .csv, .xlsx or .ods of a round's casing, or .geojson, .json, .kml or .kmz of places.
+        .dxf, .csv, .xlsx or .ods of a round's casing, or .geojson, .json, .kml or .kmz of places.
     set : sequence of str, or mapping
         Values of the keys of `round.contour`, such as `["unit=1 mm"]`; of a map those of `site.places`, and `latitude`,
         `longitude` and `bearing` of the site.

@@ -105,7 +105,7 @@ def test_the_law_comes_back(made, tmp_path):
     assert hazard["parts"]["inputs"] == spread["high"] - hazard["base"]
     nominal = RunDirectory(Path(found["nominal_run"])).summary()
     assert {key: nominal["hazard"][key] for key in hazard} == hazard
-    assert nominal["minimum"]["siting"]["distance"] == hazard["recommended"]
+    assert nominal["distance_to_apply"]["computed"] == hazard["recommended"]
     bars = {one["name"]: one["high"] - one["low"] for one in found["distance"]["tornado"]}
     assert bars["heat of detonation"] == pytest.approx(2 * 1.645 * 5.0, rel=0.1)
     assert bars["drag coefficient"] < -4.0

@@ -10,8 +10,9 @@ import numpy as np
 from fragfield.errors import EXIT_DONE, EXIT_NUMERICAL, InputError
 from fragfield.files.stamped import read_stamped_json, stamped_json
 from fragfield.hazard.certainty import metres
-from fragfield.hazard.recommended import minimum_part, parts_words, recommended_of
+from fragfield.hazard.recommended import parts_words, recommended_of
 from fragfield.hazard.site_map import write_contours
+from fragfield.hazard.to_apply import DistanceToApply
 from fragfield.quantities import column_of, shown
 from fragfield.studies.uncertainty.sample import results_of_summary
 from fragfield.studies.uncertainty.shares import Analysis, analyse
@@ -65,8 +66,8 @@ def _renew(nominal: RunDirectory, study: Mapping[str, Any]) -> None:
     summary = nominal.summary()
     hazard = recommended_of(summary["hazard"], summary.get("convergence"), study)
     rules = (summary.get("rules") or {}).get("rules") or ()
-    minimum = minimum_part(hazard, summary.get("official"), rules)
-    nominal.write_summary({**summary, "hazard": hazard, "minimum": minimum})
+    to_apply = DistanceToApply.of(hazard, summary.get("official"), rules)
+    nominal.write_summary({**summary, "hazard": hazard, "distance_to_apply": to_apply.as_dict()})
     if nominal.file("contours.geojson").is_file():
         from flight.files.ensemble import read_ensemble
         from fragfield.files.provenance import provenance_of
