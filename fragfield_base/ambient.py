@@ -50,7 +50,7 @@ _KEPT = {
     "OMP_WAIT_POLICY": (r"active|passive", "active or passive"),
     "OPENBLAS_NUM_THREADS": _COUNT,
 }
-"""Variables that are taken from the user, and their values: they decide on speed, `FRAGFIELD_PROCESSOR` on last digits."""
+"""Variables taken from the user, and their values: they decide on speed, FRAGFIELD_PROCESSOR on last digits."""
 _PLACES = ("MPLCONFIGDIR", "NUMBA_CACHE_DIR")
 _DROPPED = re.compile(
     r"(BLIS|CPL|DOLFINX|FFCX|GDAL|GMSH|GOMP|H5PY|HDF5|KMP|MATPLOTLIB|MKL|MPL|NPY|NUMBA|NUMEXPR|OGR|OMP|OPENBLAS|PETSC|"

@@ -25,6 +25,8 @@ WORKER = os.environ.get("PYTEST_XDIST_WORKER", "")
 """Name of this process among those of pytest-xdist; empty where there are none."""
 
 narrow()
+if os.environ.get("FRAGFIELD_PROCESSOR"):  # for processes that read no variables of ours; see `narrow`
+    os.environ["PYTHONWARNINGS"] = "ignore:During parsing environment variable:RuntimeWarning"
 if os.environ.get("PYTHONDONTWRITEBYTECODE") and (_ROOT := cache_root()) is not None:
     # Compiled sources are a fifth of every start of the program and two fifths of the collection: outside the tree.
     del os.environ["PYTHONDONTWRITEBYTECODE"]
