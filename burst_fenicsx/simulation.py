@@ -106,9 +106,7 @@ class Simulation(AssembledBurst):
         self._resumed_at: float | None = None
         self._checkpoint_at = self.clocks.start if self.geometry.upright else -np.inf
         self.first_step_at, self.first_cell_step_at = 0, 0
-        self.acceleration = Acceleration(
-            self.fields.products, self.settings.leakage, self.settings.acceleration_left
-        )
+        self.acceleration = Acceleration(self.fields.products, self.settings.leakage, self.settings.acceleration_left)
         self.acceleration_complete: float | None = None
         self._before: tuple[float, _Arrays, _Arrays] | None = None  # time and fields before a step beyond an output
 
@@ -330,10 +328,12 @@ class Simulation(AssembledBurst):
     def finish(self) -> BurstResult:
         """Write the snapshot, last of all files, and give the summary, of all rounds; collective.
 
-        Its velocities are those that the fragments start with: those at the end, times what is left of the acceleration.
+        Its velocities are those that fragments start with: those at the end times `speed_factors`.
         """
         whole, factors = self.completion, self.speed_factors()
-        along = whole.measures([item.times(factor) for item, factor in zip(self.measures.rounds(), factors, strict=True)])
+        along = whole.measures(
+            [item.times(factor) for item, factor in zip(self.measures.rounds(), factors, strict=True)]
+        )
         masses, speeds = self.measures.segment_masses_and_speeds()
         speeds = [factor * speed for factor, speed in zip(factors, speeds, strict=True)]
         records = whole.records(round_records(self, masses, speeds))
@@ -369,7 +369,7 @@ class Simulation(AssembledBurst):
         return BurstResult(summary, along, history)
 
     def speed_factors(self) -> np.ndarray:
-        """Speeds that fragments start with over those at the end (rounds,): 1 where an end was given or none was found."""
+        """Speeds that fragments start with over those at the end (rounds,); 1 of an end that was given."""
         left = self.acceleration.left() if self._ended_by_acceleration else np.zeros(len(self.rounds))
         return np.sqrt(1.0 + np.nan_to_num(left))
 

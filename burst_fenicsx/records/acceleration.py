@@ -38,8 +38,8 @@ class Acceleration:
     ----------
     rows : entry after entry: time (s), kinetic energies (rounds) in J, mean radii (rounds) in m.
     asymptotes : entry after entry: K_inf (rounds) in J, NaN where there is none yet.
-    excess : entry after entry, by how much the burst is not over: the largest, over the rounds that have been initiated,
-        of what is left over `left` and of the change of K_inf over `STEADY_ASYMPTOTE` of it. 1 ends the burst.
+    excess : entry after entry, 1 where the burst ends: the largest, over the rounds that have been initiated, of what
+        is left over `left` and of the change of K_inf over `STEADY_ASYMPTOTE` of it.
     """
 
     def __init__(self, products: Sequence[Products], leakage: Leakage, left: float) -> None:
@@ -86,7 +86,7 @@ class Acceleration:
         return float(times[1] + (last - 1.0) / (before - last) * (times[1] - times[0]))
 
     def left(self) -> np.ndarray:
-        """Fraction of its kinetic energy that each casing would still gain (rounds,), K_inf / K - 1; NaN if not known."""
+        """Fraction of its kinetic energy that each casing would still gain (rounds,), K_inf / K - 1; or NaN."""
         count = len(self.asymptotes[-1]) if self.asymptotes else 0
         return self.asymptotes[-1] / self.rows[-1][1 : 1 + count] - 1.0 if count else np.zeros(0)
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numba
 import numpy as np
 
+from burst_fenicsx.kernels.constants import CHECK_INTERVAL
 from burst_fenicsx.mechanics.detonation import ignition_times, place_ignition
 from burst_fenicsx.meshing.placement import frame
 from burst_fenicsx.records.exposure import verdict
@@ -18,11 +19,11 @@ from burst_fenicsx.records.measures import speed_quantiles, speeds_and_bound
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from burst_fenicsx.simulation import Simulation
     from burst_fenicsx.mechanics.initiation import Source
     from burst_fenicsx.problem import Round
     from burst_fenicsx.records.exposure import Exposure
     from burst_fenicsx.records.measures import RoundMeasures
+    from burst_fenicsx.simulation import Simulation
 
 __all__ = ["Clocks", "burst_summary", "ignitions"]
 
@@ -94,7 +95,7 @@ def burst_summary(
         "released_casing_mass": distortion.released_casing_mass,
         "passed_through": run.interpenetration.summary(),
         "energy_error": max(entry.energy_error for entry in run.ledger.entries),
-        "energy_error_at_checks": _error_at_outputs(run),
+        "energy_error_at_checks": _error_at_checks(run),
         "energy_error_at_end": last.energy_error,
         "contact_error": max(entry.contact_error for entry in run.ledger.entries),
         "contact_error_at_end": last.contact_error,
@@ -146,12 +147,12 @@ def _or_none(value: float) -> float | None:
     return value if np.isfinite(value) else None
 
 
-def _error_at_outputs(run: Simulation) -> float:
-    """Largest error of the ledger at the times of output; between them, while the first cells burn, it is larger."""
+def _error_at_checks(run: Simulation) -> float:
+    """Largest error of the ledger at multiples of `CHECK_INTERVAL`; while the first cells burn it is larger."""
     entries = run.ledger.entries
     times = np.array([entry.time for entry in entries])
-    outputs = np.arange(1, int(times[-1] / run.settings.output_interval + 1e-9) + 1) * run.settings.output_interval
-    nearest = {int(np.argmin(np.abs(times - output))) for output in (*outputs, times[-1])}
+    checks = np.arange(CHECK_INTERVAL, times[-1], CHECK_INTERVAL)
+    nearest = {int(np.argmin(np.abs(times - check))) for check in (*checks, times[-1])}
     return max(entries[row].energy_error for row in nearest)
 
 

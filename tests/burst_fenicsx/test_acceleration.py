@@ -39,7 +39,7 @@ def taken(energies, radii=RADII, *, beta=1.0, left=0.1, initiated=ONE):
 
 @pytest.mark.parametrize(("beta", "exponent"), [(1.0, 5.0 / 3.0), (0.0, 2.0 / 3.0), (2.0, 8.0 / 3.0)])
 def test_thin_products_give_the_asymptote_whenever_one_stops(beta, exponent):
-    """K = K_inf (1 - (a/r)^n): every entry's line ends in K_inf, and the burst where (a/r)^n / (1 - (a/r)^n) = `left`."""
+    """K = K_inf (1 - (a/r)^n): every line ends in K_inf, the burst where (a/r)^n / (1 - (a/r)^n) = `left`."""
     start = 0.05
     for left in (0.3, 0.1, 0.05):
         radii = start * np.geomspace(1.01, 200.0, 3000)
@@ -54,7 +54,7 @@ def test_thin_products_give_the_asymptote_whenever_one_stops(beta, exponent):
 
 
 def test_the_end_is_foreseen_between_two_entries():
-    """Entries 3 mm apart: the time by the line through the last two is that of the radius to a thirtieth of an entry."""
+    """Entries 3 mm apart: the time by the line through the last two is right to a thirtieth of an entry."""
     radii = np.arange(0.05, 0.4, 3e-3)
     energies = 1.0 - (0.04 / radii) ** (5.0 / 3.0)
     exact = (0.04 * 11.0 ** (3.0 / 5.0) - radii[0]) / 3e-3 * 1e-6
@@ -129,7 +129,7 @@ def ended(tmp_path_factory):
 def test_fragments_start_with_the_asymptote_which_a_longer_burst_confirms(ended, tmp_path):
     """The end is where a tenth is left; speeds handed over are those at the end times the root of what is left.
 
-    A burst half as long again has the same asymptote to 1 %; its own speeds, of an end that was given, stay as they are.
+    A burst half as long again has the same asymptote to 1 %; its speeds, of an end that was given, stay as they are.
     """
     result, folder = ended
     summary = result.summary
@@ -158,7 +158,7 @@ def test_no_data_set_moves_with_the_output_interval(ended, tmp_path):
             one.visititems(lambda name, item: names.append(name) if isinstance(item, h5py.Dataset) else None)  # noqa: B023
             assert len(names) > 30
             for name in names:
-                np.testing.assert_array_equal(other[name][()], one[name][()], err_msg=name)  # noqa: PT011
+                np.testing.assert_array_equal(other[name][()], one[name][()], err_msg=name)
             end = one.attrs["time"]
         times = [float(text.split('"')[0]) for text in (tmp_path / "burst.xdmf").read_text().split('Time Value="')[1:]]
         np.testing.assert_allclose(times, [*np.arange(0.0, end, interval), end], rtol=1e-9)

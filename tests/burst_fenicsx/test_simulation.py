@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from types import SimpleNamespace
 
 import h5py
 import numpy as np
@@ -18,7 +17,6 @@ from burst_fenicsx.errors import InputError
 from burst_fenicsx.geometry import load_profile
 from burst_fenicsx.kernels.geometry.faces import reordered
 from burst_fenicsx.mechanics import fields
-from burst_fenicsx.mechanics.step_control import BurningTimes
 from burst_fenicsx.meshing import mesh_profile
 from burst_fenicsx.problem import BurstSettings, IgnitionPoint, Leakage, Part
 from burst_fenicsx.run_burst import simulate
