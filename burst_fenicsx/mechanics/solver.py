@@ -93,7 +93,7 @@ class BurstSolver:
         NumericalStop
             If a cell is lost or the state is not a number any more.
         """
-        if self.time // EROSION_INTERVAL > (self.time - self.time_step) // EROSION_INTERVAL:
+        if self.steps == 0 or self.time // EROSION_INTERVAL > (self.time - self.time_step) // EROSION_INTERVAL:
             self.erode_metal()
         if self.control.levels_are_due(self.time):
             self.choose_levels()
