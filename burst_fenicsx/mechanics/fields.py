@@ -175,7 +175,7 @@ class BurstFields:
         return self.mesh.node_sums(terms)
 
     def solid_sums(self, half_step: float = 0.0) -> np.ndarray:
-        """Elastic energy (J), mass (kg) and size of momentum (kg m/s) of casings, kinetic energy (J) of each; collective.
+        """Elastic energy (J), casings' mass (kg) and size of momentum (kg m/s), each one's kinetic energy (J); collective.
 
         (3 + rounds,). A casing's cell moves with the mean velocity of its nodes, brought on by `half_step` (s).
         """
