@@ -166,7 +166,7 @@ class Simulation(AssembledBurst):
                 if solver.time >= check * (1.0 - 1e-12) or finished:
                     self._check()
                     check += CHECK_INTERVAL
-                self._report_progress(end, began)
+                self._report_progress(until, began)
                 # Here, between two steps, and nowhere else the state is one that a run can go on from.
                 if solver.time > 0.0 and interruption.asked():
                     self._write_checkpoint()
@@ -348,6 +348,13 @@ class Simulation(AssembledBurst):
         summary = burst_summary(self, along, charge_masses)
         self.interpenetration.log_result(summary["contact"], summary["folded_casing_mass"])
         self._warn_of_contact()
+        if self.settings.end_time is None and self.acceleration_complete is None and self.comm.rank == 0:
+            _log.warning(
+                "the casings still accelerate or collide at burst.time_limit = %g s: fragments start with the speeds "
+                "of that time",
+                self.settings.time_limit,
+                extra={"code": "no_end"},
+            )
         if self.comm.rank == 0 and self.geometry.upright and self.writes_series:
             self._write_revolved()
         self._finish_series()

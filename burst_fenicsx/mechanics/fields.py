@@ -175,7 +175,7 @@ class BurstFields:
         return self.mesh.node_sums(terms)
 
     def solid_sums(self, half_step: float = 0.0) -> np.ndarray:
-        """Elastic energy (J), casings' mass (kg) and size of momentum (kg m/s), each one's kinetic energy (J); collective.
+        """Elastic energy (J), casings' mass (kg), size of momentum (kg m/s), kinetic energy of each (J); collective.
 
         (3 + rounds,). A casing's cell moves with the mean velocity of its nodes, brought on by `half_step` (s).
         """
