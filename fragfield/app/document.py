@@ -1,9 +1,8 @@
-"""A case file that is being edited: its text with comments, its draft on disk, and what is wrong in it."""
+"""A case file that is being edited: its text with comments, and what is wrong in it."""
 
 from __future__ import annotations
 
 import copy
-import hashlib
 import re
 import tomllib
 from contextlib import suppress
@@ -14,7 +13,7 @@ import tomlkit
 from pydantic import ValidationError
 from tomlkit.exceptions import TOMLKitError
 
-from fragfield.app.fields import LANGUAGES
+from fragfield.app.jobs import Job
 from fragfield.case import CaseTable
 from fragfield.case.load import case_from_document
 from fragfield.case.messages import explain
@@ -60,17 +59,11 @@ def steps_of(key: str) -> tuple[str | int, ...]:
 
 @dataclass
 class CaseDocument:
-    """One case file and its draft.
-
-    The file changes when it is saved; every change in between is in the draft, which stands in the application's own
-    folder and is taken up again after the application was killed. `version` counts the changes of this process.
-    """
+    """One case file, and its text with the changes that are not saved; `version` counts them."""
 
     space: Workspace
     name: str
     version: int = 0
-    pages: dict[str, tuple[float, float]] = field(default_factory=dict)
-    """Windows that show it: by their id, when they were opened and when they last said so (s)."""
     _text: str = ""
     _saved: str = ""
     _read_text: str | None = None
@@ -78,11 +71,7 @@ class CaseDocument:
 
     def __post_init__(self) -> None:
         self.path = self.space.inside(self.name)
-        self._draft = self.space.state(f"drafts/{hashlib.sha256(self.name.encode()).hexdigest()[:16]}.toml")
         self._saved = self._text = self._read()
-        with suppress(OSError, InputError):
-            if self._draft.is_file():
-                self._text = read_text(self._draft, InputError, most=_MOST)
         self._checked: tuple[int, CaseTable | None, list[Fault]] | None = None
 
     def _read(self) -> str:
@@ -92,7 +81,7 @@ class CaseDocument:
 
     @property
     def text(self) -> str:
-        """The draft, or the file where nothing was changed."""
+        """With what is not saved."""
         return self._text
 
     @property
@@ -142,28 +131,22 @@ class CaseDocument:
         self.replace(_with_comments(self._text, path, value, wanted))
 
     def replace(self, text: str) -> None:
-        """Take another text for the whole, and keep it in the draft."""
+        """Take another text for the whole."""
         if len(text) > _MOST:
             raise InputError(f"{self.name}: found {len(text)} characters; allowed: at most {_MOST}")
         if text == self._text:
             return
         self._text, self.version = text, self.version + 1
-        if self.is_draft:
-            write_text(self._draft, text, InputError)
-        else:
-            self._draft.unlink(missing_ok=True)
 
     def save(self) -> None:
-        """Write the draft into the file."""
+        """Write the text into the file."""
         write_text(self.path, self._text, InputError)
         self._saved, self.version = self._text, self.version + 1
-        self._draft.unlink(missing_ok=True)
 
     def reload(self) -> None:
-        """Take the file as it stands on disk, and drop the draft."""
+        """Take the file as it stands on disk."""
         self._saved = self._text = self._read()
         self.version += 1
-        self._draft.unlink(missing_ok=True)
 
     def resolved(self) -> CaseTable | None:
         """The case as the command line resolves it; None where it has faults."""
@@ -297,31 +280,26 @@ def _as_item(value: object) -> Any:  # noqa: ANN401 - tomlkit's item
     return table
 
 
-_MOST_OPEN = 20
-
-
 class Session:
-    """State of the application that is in no file; everything else is read from the folder each time.
+    """State of the application that is in no file: unsaved changes, and the run that is computed.
 
     Parameters
     ----------
     space : Workspace
         The folder.
-    language : str
-        Of the pages; empty: as chosen before, else English.
     """
 
-    def __init__(self, space: Workspace, language: str = "") -> None:
+    def __init__(self, space: Workspace) -> None:
         self.space = space
-        self.language = language or str(space.settings().get("language", ""))
-        if self.language not in LANGUAGES:
-            self.language = "en"
+        self.job: Job | None = None
+        """The run that is computed, or was computed last."""
         self._open: dict[str, CaseDocument] = {}
 
-    def speak(self, language: str) -> None:
-        """Change the language of the pages, and keep it."""
-        self.language = language if language in LANGUAGES else "en"
-        self.space.keep(language=self.language)
+    def compute(self, title: str, run: str, commands: Sequence[Sequence[str]]) -> None:
+        """Start commands that write into a run directory; raises InputError while another run is computed."""
+        if self.job is not None and self.job.is_live:
+            raise InputError(f"{self.job.run}: is being computed; one run at a time: wait for its end, or cancel it")
+        self.job = Job(self.space, title, run, commands)
 
     def open(self, name: str) -> CaseDocument:
         """The case of that name, the same for all pages; raises InputError where it cannot be read."""
@@ -329,8 +307,6 @@ class Session:
         key = self.space.name_of(path)
         if key not in self._open:
             self._open[key] = CaseDocument(self.space, key)
-            while len(self._open) > _MOST_OPEN:
-                self._open.pop(next(iter(self._open)))
         elif not self._open[key].is_draft and self._open[key].changed_on_disk:
             self._open[key].reload()
         return self._open[key]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 import tomllib
 from dataclasses import dataclass, field
 from functools import cache
@@ -179,58 +178,34 @@ def read_field(entry: Field, text: str) -> object:
     return text if isinstance(value, str) else value
 
 
-LANGUAGES = {"en": "English", "de": "Deutsch"}
-
-
 class Texts:
-    """Texts in one language; what it lacks is shown in English, a name that no language has is a fault.
+    """Texts of the pages by group and name; words for the fields are those of the inputs' metadata."""
 
-    In English the words for fields are those of the inputs' metadata; other languages have a table of them.
-    """
-
-    def __init__(self, language: str) -> None:
-        self.language = language
-        groups = _read("texts").items()
-        self._texts = {f"{group}.{name}": words.get(language, words["en"])
-                       for group, table in groups for name, words in table.items()}  # fmt: skip
-        self._words = _read(f"fields_{language}")
+    def __init__(self) -> None:
+        groups = tomllib.loads((resources.files("fragfield.app") / "texts.toml").read_text(encoding="utf-8"))
+        self._texts = {f"{group}.{name}": words for group, table in groups.items() for name, words in table.items()}
 
     def __call__(self, name: str, /, **values: object) -> str:
-        """A text with its places filled in."""
+        """A text with its places filled in; raises KeyError where there is none of that name."""
         return self._texts[name].format(**values) if values else self._texts[name]
-
-    def _field(self, key: str) -> list[str] | None:
-        known = self._words.get("fields", {})
-        return known.get(key) or known.get(re.sub(r"\[\w+\]", "", key))
 
     def label(self, key: str) -> str:
         """Label of a field by its key, as `Field.key` has it."""
         name = key.rpartition(".")[2]
-        return (self._field(key) or [self._texts.get(f"key.{name}", name.replace("_", " "))])[0]
-
-    def meaning(self, entry: Field) -> str:
-        """What a field means."""
-        return (self._field(entry.key) or ["", entry.meaning])[1]
+        return self._texts.get(f"key.{name}", name.replace("_", " "))
 
     def help(self, entry: Field) -> str:
         """Everything that is known of a field, in sentences."""
-        allowed, bounds, why = entry.allowed, entry.bounds, self._words.get("reasons", {}).get(entry.why, entry.why)
-        for phrase, own in self._words.get("phrases", {}).items():
-            allowed, bounds = allowed.replace(phrase, own), bounds.replace(phrase, own)
-        parts = [self.meaning(entry)]
-        if allowed:
-            parts.append(f"{self('form.allowed')}: {allowed}.")
-        if bounds:
-            parts.append(f"{self('form.bounds')}: {bounds} ({why})." if why else f"{self('form.bounds')}: {bounds}.")
+        parts = [entry.meaning]
+        if entry.allowed:
+            parts.append(f"{self('form.allowed')}: {entry.allowed}.")
+        if entry.bounds:
+            why = f" ({entry.why})" if entry.why else ""
+            parts.append(f"{self('form.bounds')}: {entry.bounds}{why}.")
         return " ".join(part for part in parts if part)
 
 
 @cache
-def texts_in(language: str) -> Texts:
-    """Texts in a language, English where it is not shipped."""
-    return Texts(language if language in LANGUAGES else "en")
-
-
-def _read(name: str) -> dict[str, dict[str, Any]]:
-    file = resources.files("fragfield.app") / f"{name}.toml"
-    return tomllib.loads(file.read_text(encoding="utf-8")) if file.is_file() else {}
+def page_texts() -> Texts:
+    """Those of the package, read once."""
+    return Texts()

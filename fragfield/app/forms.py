@@ -62,7 +62,7 @@ def folded(page: CasePage, path: tuple[str | int, ...], entry: Field, *, without
     """A sub-table, or a list of them, that opens where it is set or where a fault is; built when it is opened."""
     opened = page.focus.startswith(key_path(path)) or (len(path) > 1 and page.case.get(path) not in (None, {}, []))
     with fold(page.texts.label(entry.key), opened=opened) as part:
-        if words := page.texts.meaning(entry):
+        if words := entry.meaning:
             note(words, "meaning")
         place = box()
     page.bind(path, part)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from html import escape
 from typing import TYPE_CHECKING, Any
 from urllib.parse import urlencode
@@ -10,11 +9,9 @@ from urllib.parse import urlencode
 from nicegui import run, ui
 
 from fragfield.app.document import Fault, steps_of
-from fragfield.app.fields import LANGUAGES, texts_in
-from fragfield.app.jobs import start_job
+from fragfield.app.fields import page_texts
 from fragfield.case.messages import key_path
 from fragfield.errors import message_of
-from fragfield.files.stamped import refuse_signed
 from fragfield_base import errors
 
 if TYPE_CHECKING:
@@ -95,14 +92,14 @@ def shown_facts(rows: Iterable[Sequence[str]], heads: Sequence[str] = ()) -> Non
     html(facts(rows, heads))
 
 
-PAGES = ("start", "round", "arrangement", "site", "data", "run", "result", "confidence")
+PAGES = ("start", "round", "arrangement", "site", "run", "result")
 """Names of the pages, in order; `/name` is the address of each."""
 _OF_TABLE = {
     "round": "round", "official": "round", "stack": "arrangement", "plane": "arrangement", "site": "site",
-    "exposed": "site", "obstacle": "site", "document": "confidence", "uncertainty": "confidence",
+    "exposed": "site", "obstacle": "site",
 }  # fmt: skip
 _ON_ARRANGEMENT = ("position", "base", "attitude", "azimuth", "axis", "ignition", "initiation")
-_TICK, _ALIVE = 0.4, 3.0  # s: between looks at the case, after which a page that says nothing is closed
+_TICK = 0.4  # s between looks at the case
 
 
 def page_of(key: str) -> str:
@@ -132,7 +129,7 @@ class CasePage:
 
     def __init__(self, session: Session, name: str, document: CaseDocument | None, focus: str = "") -> None:
         self.session, self.name, self.document, self.focus = session, name, document, focus
-        self.texts: Texts = texts_in(session.language)
+        self.texts: Texts = page_texts()
         self._inputs: dict[str, Element] = {}
         self._seen = self._own = document.version if document is not None else 0
         self._listeners: list[Callable[[], object]] = []
@@ -185,18 +182,13 @@ class CasePage:
                     refused(error)
             return None
 
-    def queue(self, title: str, target: str, *commands: Sequence[str], result: str = "") -> None:
-        """Save the case and queue commands of the command line that write into `target`; then go to the queue.
-
-        A signed run is refused here as by the commands. `result` is the run to be shown then, where it is another.
-        """
+    def compute(self, title: str, target: str, *commands: Sequence[str]) -> None:
+        """Save the case and start commands of the command line that write into `target`; then go to the run."""
 
         def start() -> None:
-            refuse_signed(self.session.space.folder / target)
             if self.case.is_draft:
                 self.case.save()
-            words = [list(one) for one in commands]
-            start_job(self.session.space, title=title, case=self.case.name, run=result or target, commands=words)
+            self.session.compute(title, target, commands)
 
         if self.attempt(start):
             ui.navigate.to(self.address("run"))
@@ -236,9 +228,6 @@ class CasePage:
                     self._state = note("", "state").props("role=status")
                     self._save = ui.button(texts("case.save"), on_click=self._save_case).props("dense id=save")
                     self._drop = ui.button(texts("case.drop"), on_click=self._drop_draft).props("dense flat")
-                ui.select(LANGUAGES, value=texts.language, on_change=lambda event: self._speak(event.value)).props(
-                    f'borderless aria-label="{texts("page.language")}"', remove="outlined"
-                ).classes("language")
             if case is not None:
                 with ui.element("nav").props(f'aria-label="{texts("page.pages")}"'):
                     for number, name in enumerate(PAGES, start=1):
@@ -246,11 +235,11 @@ class CasePage:
                         link.props(f'accesskey="{number}"' + (' aria-current="page"' if name == self.name else ""))
         if case is not None:
             self._news = box("news").props("role=status")
+            with self._news:
+                note(texts("case.changed_on_disk"), "warning")
+                ui.button(texts("case.read_again"), on_click=self._drop_draft).props("dense flat")
+            self._news.set_visibility(False)
             self._faults = box("faults").props("role=alert")
-
-    def _speak(self, language: str) -> None:
-        self.attempt(lambda: self.session.speak(language))
-        ui.navigate.reload()
 
     def _save_case(self) -> None:
         if self.attempt(self.case.save):
@@ -261,20 +250,15 @@ class CasePage:
             ui.navigate.reload()
 
     async def _tick(self) -> None:
-        case, client = self.case, ui.context.client
-        if not client.has_socket_connection:
+        case = self.case
+        if not ui.context.client.has_socket_connection:
             return
-        now = time.monotonic()
-        tab = client.tab_id or client.id
-        case.pages[tab] = (case.pages.get(tab, (now, now))[0], now)
-        for other in [other for other, (_, seen) in case.pages.items() if now - seen > _ALIVE]:
-            del case.pages[other]
         if case.version != self._own and case.version != self._seen:
             self._seen = self._own = case.version
             ui.navigate.reload()  # another page changed the case
             return
         self._seen = case.version
-        self._show_news(first=tab == min(case.pages, key=lambda one: case.pages[one][0]))
+        self._show_state()
         if self._shown != case.version:
             version = case.version
             faults = await run.io_bound(case.faults)
@@ -287,23 +271,13 @@ class CasePage:
                 if hasattr(found, "__await__"):
                     await found
 
-    def _show_news(self, *, first: bool) -> None:
-        """Whether the case is saved, open elsewhere, or was changed by another program."""
+    def _show_state(self) -> None:
+        """Whether the case is saved, or was changed by another program."""
         case, texts = self.case, self.texts
         self._state.set_text(texts("case.draft") if case.is_draft else texts("case.unchanged"))
         self._save.set_enabled(case.is_draft)
         self._drop.set_visibility(case.is_draft)
-        news = [] if first else [texts("case.twice")]
-        if case.changed_on_disk:
-            news.append(texts("case.changed_on_disk"))
-        if news != getattr(self, "_known", None):
-            self._known = news
-            self._news.clear()
-            with self._news:
-                for words in news:
-                    note(words, "warning")
-                if case.changed_on_disk:
-                    ui.button(texts("case.read_again"), on_click=self._drop_draft).props("dense flat")
+        self._news.set_visibility(case.changed_on_disk)
 
     def _show_faults(self, faults: Sequence[Fault]) -> None:
         """Put every fault at its field; those of no field, or of one in a closed part, are listed above the page."""

@@ -65,7 +65,7 @@ _BROWSER, _WARM_UP = 0.3, 2.0  # s after the start
 
 def serve(
     given: Path | None, *, announce: Callable[[str], object], host: str = "127.0.0.1", port: int = 0,
-    browser: bool = True, language: str = "",
+    browser: bool = True,
 ) -> None:  # fmt: skip
     """Show the pages until the command is interrupted.
 
@@ -79,8 +79,6 @@ def serve(
         Address to listen at; port 0: a free one. Another host than this machine's is for containers.
     browser : bool
         Open the default browser.
-    language : str
-        "en" or "de"; empty: as chosen before.
 
     Raises
     ------
@@ -100,9 +98,10 @@ def serve(
     query = {key: value for key, value in (("case", case), ("run", run), ("token", token)) if value}
     shown = "127.0.0.1" if host in _ANY else f"[{host}]" if ":" in host else host
     address = f"http://{shown}:{port}/{page}?{urlencode(query, quote_via=quote)}"
-    app = application(Session(space, language), token=token, port=port, hosts=() if _is_local(host) else ("*",))
+    session = Session(space)
+    app = application(session, token=token, port=port, hosts=() if _is_local(host) else ("*",))
     config = uvicorn.Config(app, log_level="error", access_log=False, ws_max_size=1 << 24, lifespan="on")
-    announce(f"fragfield app: {space.folder}\n{address}\nCtrl-C ends it; runs go on.")
+    announce(f"fragfield app: {space.folder}\n{address}\nCtrl-C ends it, and stops a run as Cancel does.")
     later = [threading.Timer(_WARM_UP, _warm_up)]
     if browser:
         later.append(threading.Timer(_BROWSER, webbrowser.open, (address,)))
@@ -114,6 +113,8 @@ def serve(
             uvicorn.Server(config).run(sockets=[listener])
     finally:
         listener.close()
+        if session.job is not None:
+            session.job.end()
 
 
 def _warm_up() -> None:
@@ -139,7 +140,7 @@ def application(session: Session, *, token: str, port: int, hosts: tuple[str, ..
     add_pages(session)
     ui.run_with(
         app, title="fragfield", favicon="🛡", tailwind=False, show_welcome_message=False, reconnect_timeout=10.0,
-        language="de" if session.language == "de" else "en-US",
+        language="en-US",
     )  # fmt: skip
     _keep_faults(session)
     app.add_middleware(Guard, token=token, port=port, hosts=hosts)

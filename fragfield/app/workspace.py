@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 STATE = ".fragfield"
-"""Folder within it for drafts, jobs and settings; it may be deleted when nothing runs."""
+"""Folder within it for logs and settings; it may be deleted when nothing runs."""
 _MOST_LISTED = 60
 _NOT_IN_A_NAME = re.compile(r"[^\w.-]+")
 
@@ -112,7 +112,7 @@ class Workspace:
         return str(Path("runs") / Path(case).stem)
 
     def settings(self) -> dict[str, Any]:
-        """What the user chose for the application itself, such as the language."""
+        """What the user chose for the application itself, such as a picture below a map."""
         with suppress(OSError, ValueError):
             found = json.loads(self.state("settings.json").read_text(encoding="utf-8"))
             return found if isinstance(found, dict) else {}

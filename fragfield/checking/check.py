@@ -17,8 +17,8 @@ from fragfield.checking.case_warnings import case_warnings, mean_mass_warnings, 
 from fragfield.checking.cost import RANKS, block_of, expected_cost, on_cores
 from fragfield.contours.read import is_of_file
 from fragfield.hazard.contents import arrangement, contents_of
-from fragfield.hazard.recommended import official_part
 from fragfield.hazard.rules import rules_for
+from fragfield.hazard.to_apply import DistanceToApply, official_part
 from fragfield.pipeline.arena import read_arena
 from fragfield.pipeline.attitudes import attitudes_of
 from fragfield_base.cores import cores
@@ -42,8 +42,9 @@ def check_report(case: CaseTable) -> dict[str, Any]:
     -------
     dict
         `case`, `rounds`, `arrangement`, `geometry`, `mesh` (of what is computed), `symmetry`, `expected`,
-        `warnings`, `official` (as in summary.json), `contents` (net explosive quantity and masses)
-        and `rules` (those by mass, each with its distance or the reason why it does not apply); numbers in SI.
+        `warnings`, `official` (as in summary.json), `contents` (net explosive quantity and masses), `rules` (those by
+        mass, each with its distance or the reason why it does not apply) and `distance_to_apply` (as in summary.json,
+        without the computed distance); numbers in SI.
 
     Raises
     ------
@@ -137,8 +138,13 @@ def _of_drawing(table: RoundTable, found: Mapping[str, Any]) -> dict[str, Any]:
 def _prescribed(case: CaseTable, described: Sequence[dict[str, Any]]) -> dict[str, Any]:
     """Official distances, and net explosive quantity and rules by mass."""
     contents = contents_of(case, {"burst": {"rounds": described}})
-    rules = [] if contents is None else [asdict(rule) for rule in rules_for(contents, case.official)]
-    return {"official": official_part(case), "contents": contents and asdict(contents), "rules": rules}
+    rules, official = [asdict(rule) for rule in rules_for(contents, case.official)], official_part(case)
+    return {
+        "official": official,
+        "contents": contents and asdict(contents),
+        "rules": rules,
+        "distance_to_apply": DistanceToApply.of(None, official, rules).as_dict(),
+    }
 
 
 def _meshed(item: Round, settings: BurstSettings, cuts: Sequence[Mirror]) -> tuple[CellMesh, MeshQuality]:
@@ -250,7 +256,8 @@ def fragments_report(case: CaseTable, path: Path) -> dict[str, Any]:
     -------
     dict
         `fragments`: `file`, `number` and `mass` (kg) of all fragments as they are flown, of an arena table those of one
-        round; and of that `recovered`, as `flight.recovered` of summary.json. `warnings`.
+        round; and of that `recovered`, as `flight.recovered` of summary.json. `warnings`, and `official`, `contents`,
+        `rules` and `distance_to_apply` as of `check_report`.
 
     Raises
     ------
@@ -263,8 +270,8 @@ def fragments_report(case: CaseTable, path: Path) -> dict[str, Any]:
 
         fragments = Fragments.read(path)
         held = {"file": path.name, "number": len(fragments), "mass": float(fragments.mass.sum())}
-        return {"fragments": held, "warnings": given_on_map(case, path)}
+        return {"fragments": held, "warnings": given_on_map(case, path), **_prescribed(case, ())}
     table, recovered = found
     held = {"file": path.name, "number": float(table.number.sum()), "mass": table.total_mass}
     warnings = [recovered.warning] if recovered.warning else []
-    return {"fragments": {**held, "recovered": recovered.summary()}, "warnings": warnings}
+    return {"fragments": {**held, "recovered": recovered.summary()}, "warnings": warnings, **_prescribed(case, ())}

@@ -12,7 +12,7 @@ from fragfield.case.conversion.attitude import attitude_words
 from fragfield.case.conversion.surroundings import direction_words
 from fragfield.hazard.certainty import metres
 from fragfield.hazard.contents import quantity_words
-from fragfield.hazard.recommended import USES, official_note
+from fragfield.hazard.to_apply import DistanceToApply
 from fragfield.terminal.progress import duration
 from fragfield.terminal.show import OFFICIAL_LABELS, number_text, plain_console, stripped
 from fragfield_base.substances import substance_title
@@ -63,6 +63,8 @@ def _found(found: Mapping[str, Any]) -> Iterator[str | Table]:
         yield f"{held['file']}: {held['number']:.10g} fragments of {held['mass']:.4g} kg"
         if recovered := held.get("recovered"):
             yield recovered["words"]
+    if "distance_to_apply" in found:
+        yield from _prescribed(found)
     for warning in found["warnings"]:
         yield f"warning: {warning}"
     for path in found.get("drawings") or ():
@@ -108,7 +110,6 @@ def _burst(found: Mapping[str, Any]) -> Iterator[str | Table]:
         yield f"per round: {each['cells']:.0f} cells, {_gigabytes(each)}, {duration(each['core_seconds'])} on one core"
     if stack := expected.get("stack"):
         yield from _stack(stack)
-    yield from _prescribed(found)
 
 
 def _stack(stack: Mapping[str, Any]) -> Iterator[str | Table]:
@@ -142,15 +143,11 @@ def _prescribed(found: Mapping[str, Any]) -> Iterator[str | Table]:
         for key, label in OFFICIAL_LABELS.items():
             if official[key] is not None:
                 yield f"{label}: {metres(official[key])}, {official['source']}"
-        if note := official_note(official):
-            yield note
-    if not (contents := found.get("contents")):
-        return
-    yield quantity_words(contents["explosive"], contents["tnt"], contents["equivalents"])
-    for use, title in USES.items():
-        inside = [f"{rule['name']}: {metres(rule['distance'])}" for rule in found["rules"]
-                  if rule["use"] == use and rule["distance"] is not None]  # fmt: skip
-        yield f"rules in range, {title}: {'; '.join(inside) or 'none'}"
+    if contents := found.get("contents"):
+        yield quantity_words(contents["explosive"], contents["tnt"], contents["equivalents"])
+    to_apply = DistanceToApply.read(found["distance_to_apply"])
+    yield f"{to_apply.line}, as prescribed; a larger computed distance takes its place"
+    yield from (f"  {words}" for words in to_apply.words)
 
 
 def _alike(rounds: Iterable[Mapping[str, Any]]) -> list[tuple[list[str], Mapping[str, Any]]]:
@@ -252,7 +249,6 @@ def _surroundings(found: Mapping[str, Any]) -> Iterator[str | Table]:
         yield (
             f"exposed {entry['name']}: {entry['kind']}, {entry['distance']:.1f} m at "
             + direction_words(entry["azimuth_deg"], entry["bearing_deg"], whole=True)
-            + (f", in {entry['pieces']} pieces" if entry["pieces"] > 1 else "")
         )
 
 

@@ -4,7 +4,7 @@ A directory holds one case. It is made when missing; an empty one is used as it 
 case or of another, keeps them: it is refused, unless `resume` continues the same case, `overwrite` removes that
 run's files (only those), or a stage's own inputs are unchanged. One that holds anything else is always refused. While
 a command writes into it, others are refused by a lock, which the system takes away from a process that ends, however
-it ends. A signed run is never written into (`fragfield.files.stamped`).
+it ends.
 """
 
 from __future__ import annotations
@@ -18,14 +18,7 @@ from typing import TYPE_CHECKING, Any
 
 from fragfield.case import differences, read_resolved, to_toml
 from fragfield.errors import InputError
-from fragfield.files.stamped import (
-    SIGNATURE,
-    read_stamped_json,
-    refuse_signed,
-    stamped_json,
-    stamped_toml,
-    stored_case_text,
-)
+from fragfield.files.stamped import read_stamped_json, stamped_json, stamped_toml, stored_case_text
 from fragfield_base.writing import DRAFT, locked, write_text
 
 if TYPE_CHECKING:
@@ -101,7 +94,17 @@ STAGES: dict[str, Stage] = {
                 "contours.kml",
                 "uncertainty.json",
             ),
-            ("flight", "witness", "obstacle", "hazard", "exposed", "rules", "official", "minimum", "convergence"),
+            (
+                "flight",
+                "witness",
+                "obstacle",
+                "hazard",
+                "exposed",
+                "rules",
+                "official",
+                "distance_to_apply",
+                "convergence",
+            ),
             ("flight", "witness", "hazard", "site", "obstacle", "exposed", "official"),
         ),
         Stage(
@@ -117,7 +120,7 @@ STAGES: dict[str, Stage] = {
 _MOST_DIFFERENCES = 10
 SCRATCH = ".convergence"
 """Folder of a run's files with other cell sizes, which are removed; one that a killed run left goes as well."""
-_OWN_FILES = ("case.toml", "summary.json", "run.log", "csv-metadata.json", SIGNATURE)
+_OWN_FILES = ("case.toml", "summary.json", "run.log", "csv-metadata.json")
 
 
 @dataclass(frozen=True)
@@ -218,8 +221,7 @@ class RunDirectory:
             raise InputError(_differ(self.path, changed, hint))
 
     def make(self) -> None:
-        """Make the directory; raises InputError where it cannot be made or written, or holds a signed run."""
-        refuse_signed(self.path)
+        """Make the directory; raises InputError where it cannot be made or written."""
         try:
             self.path.mkdir(parents=True, exist_ok=True)
         except OSError as error:

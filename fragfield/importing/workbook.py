@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import datetime as dt
+import re
 import xml.parsers.expat as expat
 import zipfile
 from io import BytesIO
 from itertools import zip_longest
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from fragfield.errors import InputError
 from fragfield.importing.sheet import (
@@ -34,6 +35,8 @@ if TYPE_CHECKING:
 _MOST_UNPACKED = 1 << 28
 _MOST_ROWS = 1_048_576
 _LOST = "a date, what a spreadsheet makes of entries such as 3.5 or 5-10: the number is lost; enter it again as text"
+_HIDDEN_ROW = re.compile(rb"""<(?:\w+:)?row\s[^>]*\bhidden=["'](?:1|true)["']""")
+_LINKED = re.compile(r"'(?:file|https?|smb):")
 _UNCOMPUTED = "a formula without a value: open the workbook in a spreadsheet, let it compute, and save it"
 _INSTALL = "pip install fragfield[tables]"
 
@@ -61,23 +64,38 @@ def read_workbook(path: Path, sheet: str | None = None) -> Sheet:
     data = read_bytes(path, InputError, most=MOST_BYTES)
     kind = _checked_archive(path, data)
     tables = _xlsx(path, data) if kind == "xlsx" else _ods(path, data)
-    filled = {name: rows for name, rows in tables.items() if rows}
-    name, reason = _chosen(path, filled, list(tables), sheet)
-    return Sheet(path, name, filled[name], [Guess("sheet", name, reason)])
+    filled = {name: one.rows for name, one in tables.items() if one.rows and not one.is_hidden}
+    hidden = ", ".join(repr(name) for name, one in tables.items() if one.rows and one.is_hidden)
+    left_out = f"; hidden and left out: {hidden}" if hidden else ""
+    name, reason = _chosen(path, filled, [name for name, one in tables.items() if not one.is_hidden], sheet, left_out)
+    guesses = [Guess("sheet", name, reason + left_out)]
+    if tables[name].hidden_rows:
+        guesses.append(Guess("hidden rows", str(tables[name].hidden_rows), "by a filter or by hand; they are read"))
+    return Sheet(path, name, filled[name], guesses)
 
 
-def _chosen(path: Path, filled: Mapping[str, list[Row]], names: list[str], sheet: str | None) -> tuple[str, str]:
+class _Table(NamedTuple):
+    """Rows of a sheet, whether it is hidden, and how many of its rows are."""
+
+    rows: list[Row]
+    is_hidden: bool
+    hidden_rows: int
+
+
+def _chosen(
+    path: Path, filled: Mapping[str, list[Row]], names: list[str], sheet: str | None, left_out: str
+) -> tuple[str, str]:
     if sheet is not None:
         name = next((one for one in names if one == sheet), None)
         if name is None and sheet.isdigit() and 1 <= int(sheet) <= len(names):
             name = names[int(sheet) - 1]
         if name is None:
-            raise InputError(f"{path}: sheet {sheet!r}{names_allowed(sheet, names)}")
+            raise InputError(f"{path}: sheet {sheet!r}{names_allowed(sheet, names)}{left_out}")
         if name not in filled:
             raise InputError(f"{path}: sheet {name!r} is empty")
         return name, "as given"
     if not filled:
-        raise InputError(f"{path}: no cell of it holds anything")
+        raise InputError(f"{path}: no cell of it holds anything{left_out}")
     if len(filled) > 1:
         raise QuestionError(f"{path}: {len(filled)} sheets hold something", "sheet", [repr(one) for one in filled])
     return next(iter(filled)), "the only one that holds anything"
@@ -129,8 +147,8 @@ def _has_entities(archive: zipfile.ZipFile, entry: zipfile.ZipInfo) -> bool:
     return b"<!DOCTYPE" in head or b"<!ENTITY" in head or head.startswith((b"\xff\xfe", b"\xfe\xff"))
 
 
-def _xlsx(path: Path, data: bytes) -> dict[str, list[Row]]:
-    """Visible sheets of an XLSX file: values as the spreadsheet computed them."""
+def _xlsx(path: Path, data: bytes) -> dict[str, _Table]:
+    """Sheets of an XLSX file: values as the spreadsheet computed them."""
     try:
         import openpyxl
     except ModuleNotFoundError:
@@ -138,15 +156,16 @@ def _xlsx(path: Path, data: bytes) -> dict[str, list[Row]]:
     try:
         values = openpyxl.load_workbook(BytesIO(data), read_only=True, data_only=True)
         formulas = openpyxl.load_workbook(BytesIO(data), read_only=True, data_only=False)
-        found: dict[str, list[Row]] = {}
+        found: dict[str, _Table] = {}
         for table in values.worksheets:
-            if table.sheet_state != "visible":
-                continue
             written = formulas[table.title]
             for sheet in (table, written):
                 sheet.reset_dimensions()  # what the file claims, which may be all of a sheet
             both = zip(table.iter_rows(), written.iter_rows(), strict=False)
-            found[table.title] = _rows(path, (_paired(*pair) for pair in both))
+            with zipfile.ZipFile(BytesIO(data)) as archive:
+                hidden_rows = len(_HIDDEN_ROW.findall(archive.read(table._worksheet_path)))
+            rows = _rows(path, (_paired(*pair) for pair in both))
+            found[table.title] = _Table(rows, table.sheet_state != "visible", hidden_rows)
         return found
     except InputError:
         raise
@@ -154,14 +173,22 @@ def _xlsx(path: Path, data: bytes) -> dict[str, list[Row]]:
         raise InputError(f"{path}: damaged, or not as spreadsheets write XLSX ({error})") from None
 
 
-def _paired(values: Iterable[Any], formulas: Iterable[Any]) -> Iterator[Cell]:
+def _paired(values: Iterable[Any], formulas: Iterable[Any]) -> tuple[int | None, list[Cell]]:
+    """Line that the cells of a row name, and what they hold.
+
+    A row need not say its number; the library counts the rows that are written, though their cells say theirs.
+    """
+    line: int | None = None
+    cells: list[Cell] = []
     for value, formula in zip_longest(values, formulas):
+        line = getattr(value, "row", line)
         held = None if value is None else value.value
         written = None if formula is None else formula.value
         if held is None and isinstance(written, str) and written.startswith("="):
-            yield Refused(written, _UNCOMPUTED)
+            cells.append(Refused(written, _UNCOMPUTED))
         else:
-            yield _cell(held)
+            cells.append(_cell(held))
+    return line, cells
 
 
 def _cell(value: object) -> Cell:
@@ -177,10 +204,12 @@ def _cell(value: object) -> Cell:
     return Refused(str(text), _LOST) if DATE.fullmatch(str(text)) else text
 
 
-def _rows(path: Path, lines: Iterable[Iterable[Cell]]) -> list[Row]:
+def _rows(path: Path, lines: Iterable[tuple[int | None, list[Cell]]]) -> list[Row]:
+    """Rows that hold something, by the lines that they name, or as they follow each other."""
     rows: list[Row] = []
     number = 0
-    for line, cells in enumerate(lines, 1):
+    for count, (named, cells) in enumerate(lines, 1):
+        line = count if named is None else named
         kept: list[Cell] = []
         for at, cell in enumerate(cells):
             if cell == "":
@@ -197,44 +226,60 @@ def _rows(path: Path, lines: Iterable[Iterable[Cell]]) -> list[Row]:
     return rows
 
 
-def _ods(path: Path, data: bytes) -> dict[str, list[Row]]:
+def _ods(path: Path, data: bytes) -> dict[str, _Table]:
     """Sheets of an ODS file."""
     try:
+        from odf.office import Annotation
         from odf.opendocument import load
-        from odf.table import Table
+        from odf.style import Style, TableProperties
+        from odf.table import Table, TableRow
     except ModuleNotFoundError:
         raise InputError(f"{path}: reading ODS needs odfpy, which is not installed: {_INSTALL}") from None
     _check_whole(path, data)
     try:
         document = load(BytesIO(data))
-        return {
-            str(table.getAttribute("name")): _rows(path, _ods_lines(path, table))
-            for table in document.spreadsheet.getElementsByType(Table)
+        for note in document.spreadsheet.getElementsByType(Annotation):  # a comment, whose text would be its cell's
+            note.parentNode.removeChild(note)
+        hidden = {
+            style.getAttribute("name")
+            for style in document.automaticstyles.getElementsByType(Style)
+            for properties in style.getElementsByType(TableProperties)
+            if str(properties.getAttribute("display")) == "false"
         }
+        found: dict[str, _Table] = {}
+        for table in document.spreadsheet.getElementsByType(Table):
+            name = str(table.getAttribute("name"))
+            # A copy of a linked workbook's sheet, called by its address, is never shown.
+            is_hidden = table.getAttribute("stylename") in hidden or _LINKED.match(name) is not None
+            rows = table.getElementsByType(TableRow)
+            hidden_rows = sum(
+                int(row.getAttribute("numberrowsrepeated") or 1)
+                for row in rows
+                if row.getAttribute("visibility") in ("collapse", "filter") and any(_ods_cells(path, row))
+            )
+            found[name] = _Table(_rows(path, _ods_lines(path, rows)), is_hidden, hidden_rows)
+        return found
     except InputError:
         raise
     except Exception as error:  # noqa: BLE001 - a damaged file ends in errors of many kinds
         raise InputError(f"{path}: damaged, or not as spreadsheets write ODS ({error})") from None
 
 
-def _ods_lines(path: Path, table: Any) -> Iterator[list[Cell]]:  # noqa: ANN401 - of odfpy
+def _ods_lines(path: Path, rows: Iterable[Any]) -> Iterator[tuple[None, list[Cell]]]:
     """Lines of a sheet; what is repeated stands once in the file, empty ends of sheets a million times."""
-    from odf.table import TableRow
-
     line = 0
-    for row in table.getElementsByType(TableRow):
+    for row in rows:
         times = int(row.getAttribute("numberrowsrepeated") or 1)
         cells = _ods_cells(path, row)
         if not any(cell != "" for cell in cells):
-            cells = []
             line += times
             if line <= _MOST_ROWS:
-                yield from ([] for _ in range(times))
+                yield from ((None, []) for _ in range(times))
             continue
         line += times
         checked_size(path, line, max(len(cells), 1))
         for _ in range(times):
-            yield cells
+            yield None, cells
 
 
 def _ods_cells(path: Path, row: Any) -> list[Cell]:  # noqa: ANN401 - of odfpy
@@ -257,13 +302,16 @@ def _ods_cells(path: Path, row: Any) -> list[Cell]:  # noqa: ANN401 - of odfpy
 
 def _ods_cell(cell: Any) -> Cell:  # noqa: ANN401 - of odfpy
     from odf import teletype
+    from odf.text import P
 
     kind = cell.getAttribute("valuetype")
     if kind in ("float", "currency", "percentage"):
         value = float(cell.getAttribute("value"))
         return Refused(f"{100.0 * value:g} %", "a percentage") if kind == "percentage" else value
+    # Paragraphs are lines; a drawing that lies on the cell has its own, farther in.
+    text = "\n".join(teletype.extractText(one) for one in cell.childNodes if getattr(one, "qname", "") == P().qname)
     if kind in ("date", "time"):
-        return Refused(teletype.extractText(cell), _LOST)
+        return Refused(text, _LOST)
     if kind is None and cell.getAttribute("formula"):
         return Refused(str(cell.getAttribute("formula")), _UNCOMPUTED)
-    return _cell(teletype.extractText(cell))
+    return _cell(text or cell.getAttribute("stringvalue"))

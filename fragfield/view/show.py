@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fragfield.errors import InputError
-from fragfield.files.stamped import refuse_signed
 from fragfield.report.figures.drawing import SPEED_MAP
 from fragfield.report.reading.run_files import RunFiles, read_run
 from fragfield.view.offscreen import (
@@ -52,7 +51,7 @@ def view_run(run_dir: Path | str, *, window: bool | None = None, html: bool = Fa
     Raises
     ------
     InputError
-        Nothing to look at: neither the burst nor the break-up has been run; or the run is signed, and not for a window.
+        Nothing to look at: neither the burst nor the break-up has been run.
     PictureUnavailableError
         VTK cannot draw here, or a package that the pages need is missing.
     """
@@ -70,7 +69,6 @@ def view_run(run_dir: Path | str, *, window: bool | None = None, html: bool = Fa
             )
         if named:
             _log.warning("%s: pictures are written instead of a window", named)
-    refuse_signed(run.folder)
     with PictureProcess(run.folder, run.folder, "pages" if html else "pictures") as process:
         if fault := process.finish():
             raise PictureUnavailableError(fault)

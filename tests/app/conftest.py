@@ -43,10 +43,10 @@ class Application:
         self.address = next(line.strip() for line in lines if line.startswith("http"))
         self.base = re.match(r"http://[^/]+", self.address)[0]
 
-    def stop(self, *, kill: bool = False) -> str:
+    def stop(self) -> str:
         """End it; what it wrote on standard error."""
         assert self.process is not None
-        (self.process.kill if kill else self.process.terminate)()
+        self.process.terminate()
         return self.process.communicate(timeout=60)[1]
 
     def page(self, place: str = "", width: int = 1280) -> Any:

@@ -1,4 +1,4 @@
-"""The density along a direction, as page 7 shows it of a run's ensemble.h5."""
+"""The density along a direction, as page 6 shows it of a run's ensemble.h5."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from flight.files.ensemble import write_ensemble
-from fragfield.app.fields import texts_in
+from fragfield.app.fields import page_texts
 from fragfield.app.pages.result import Directions
 from tests.flight.test_ensemble import ensemble
 
-TEXTS = texts_in("en")
+TEXTS = page_texts()
 
 
 @pytest.mark.parametrize("basis", ["worst_direction", "all_azimuths"])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import os
+import re
 import zipfile
 
 import openpyxl
@@ -140,3 +141,106 @@ def test_files_that_are_no_workbooks(name, content, message, tmp_path):
     (tmp_path / name).write_bytes(content)
     with pytest.raises(fragfield.InputError, match=message):
         fragfield.import_table(tmp_path / name)
+
+
+def rewritten(path, part, change):
+    """A workbook whose part `part` is changed as text."""
+    source = zipfile.ZipFile(io.BytesIO(path.read_bytes()))
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as target:
+        for entry in source.namelist():
+            content = source.read(entry)
+            target.writestr(entry, change(content.decode()).encode() if entry == part else content)
+    return path
+
+
+COMMENT = (
+    "<office:annotation><dc:creator>A</dc:creator><dc:date>2026-11-25T10:00:00</dc:date>"
+    "<text:p>1</text:p><text:p>per quadrant</text:p></office:annotation>"
+)
+
+
+@pytest.mark.parametrize("where", ["before", "after", "within"])
+def test_comments_of_an_ods_are_no_part_of_numbers_and_names(where, tmp_path):
+    """In text cells and in the heads of columns, with author and date, as LibreOffice writes them."""
+    write_ods(tmp_path / "t.ods", [HEAD, ["0-90", "3", "1.5", "800"], ["90-180", "900", "2.5", "900"]])
+
+    def commented(text):
+        for words in ("number", "900", "mean mass (g)"):
+            cell = f"<text:p>{words}</text:p>"
+            assert cell in text
+            text = text.replace(
+                cell,
+                {
+                    "before": COMMENT + cell,
+                    "after": cell + COMMENT,
+                    "within": f"<text:p>{words}{COMMENT}</text:p>",
+                }[where],
+            )
+        return text
+
+    table = fragfield.import_table(rewritten(tmp_path / "t.ods", "content.xml", commented))
+    assert table.summary["pieces"] == 903
+    assert table.summary["mass"] == pytest.approx(3 * 1.5e-3 + 900 * 2.5e-3)
+
+
+def test_two_lines_of_a_cell_are_no_number(tmp_path):
+    write_ods(tmp_path / "t.ods", [HEAD, ["0-90", "3", "1.5", "800"], ["90-180", "900", "2.5", "900"]])
+    path = rewritten(tmp_path / "t.ods", "content.xml", lambda text: text.replace(
+        "<text:p>900</text:p>", "<text:p>9</text:p><text:p>00</text:p>", 1))  # fmt: skip
+    with pytest.raises(fragfield.InputError, match="'9 00'"):
+        fragfield.import_table(path)
+
+
+HIDDEN = (
+    '<style:style style:name="hid" style:family="table"><style:table-properties table:display="false"/></style:style>'
+)
+OTHER = (
+    '<table:table table:name="{name}"{style}><table:table-row><table:table-cell office:value-type="float" '
+    'office:value="3"><text:p>3</text:p></table:table-cell></table:table-row></table:table></office:spreadsheet>'
+)
+
+
+@pytest.mark.parametrize(
+    ("name", "style"), [("old", ' table:style-name="hid"'), ("'file:///C:/x/masses.ods'#$Sheet1", "")]
+)
+def test_hidden_sheets_and_copies_of_linked_files_are_left_out_of_an_ods_and_said(name, style, tmp_path):
+    write_ods(tmp_path / "t.ods", [HEAD, ["0-90", 3, 1.5, 800], ["90-180", 4, 2.5, 900]])
+
+    def with_other(text):
+        text = re.sub(
+            r"<office:automatic-styles/>", f"<office:automatic-styles>{HIDDEN}</office:automatic-styles>", text
+        )
+        return text.replace("</office:spreadsheet>", OTHER.format(name=name, style=style))
+
+    path = rewritten(tmp_path / "t.ods", "content.xml", with_other)
+    guess = fragfield.import_table(path).guesses[0]
+    assert guess.value == "Blatt1"
+    assert f"hidden and left out: {name!r}" in guess.reason
+
+
+def test_hidden_rows_are_read_and_said(tmp_path):
+    rows = [HEAD, ["0-90", 3, 1.5, 800], ["90-180", 4, 2.5, 900]]
+    write_ods(tmp_path / "t.ods", rows)
+    last = '<table:table-row><table:table-cell office:value-type="string"><text:p>90-180'
+    rewritten(tmp_path / "t.ods", "content.xml", lambda text: text.replace(
+        last, last.replace("row>", 'row table:visibility="filter">', 1)))  # fmt: skip
+    workbook(tmp_path / "t.xlsx", ("a", rows), change=lambda book: setattr(book["a"].row_dimensions[3], "hidden", True))
+    for name in ("t.ods", "t.xlsx"):
+        table = fragfield.import_table(tmp_path / name)
+        assert table.summary["pieces"] == 7
+        assert "hidden rows: 1 (by a filter or by hand; they are read)" in map(str, table.guesses)
+
+
+@pytest.mark.parametrize("cells", ["numbered", "not numbered"])
+def test_lines_of_an_xlsx_whose_rows_lack_numbers(cells, tmp_path):
+    """Rows need not name their number; where their cells do, an empty row before them counts."""
+    rows = [HEAD, ["0-90", 3, 1.5, 800], [], [], ["90-180", 4, "many", 900]]
+    path = workbook(tmp_path / "t.xlsx", ("a", rows))
+
+    def unnumbered(text):
+        text = re.sub(r'<row r="\d+"', "<row", text)
+        return text if cells == "numbered" else re.sub(r'<c r="[A-Z]+\d+"', "<c", text)
+
+    rewritten(path, "xl/worksheets/sheet1.xml", unnumbered)
+    with pytest.raises(fragfield.InputError, match=f"cell C{5 if cells == 'numbered' else 3} "):
+        fragfield.import_table(path)

@@ -24,7 +24,7 @@ from fragfield.report.findings.findings import findings
 from fragfield.report.reading.run_files import RunFiles
 from fragfield.report.tables.inputs import input_tables
 from fragfield.report.tables.stages import quantity_rows
-from fragfield.studies.compare import compare_runs
+from fragfield.studies.ratios import ratios
 from fragfield.studies.sweep.results import results_of
 from fragfield.terminal.show import summary_text
 from fragfield_base.inputs import Measured
@@ -373,4 +373,4 @@ def test_a_new_output_is_one_entry(reported_pair, monkeypatch):
     assert results_of(run.summary)["melt_mass"] == 0.0123
     assert "| `melt_mass` | kg | Mass of melt |" in summary_reference()
     assert new in shown("convergence")
-    assert compare_runs(reported_pair, reported_pair)["casing"]  # of runs that lack it, nothing is said
+    assert ratios(reported_pair, reported_pair)  # of runs that lack it, nothing is said

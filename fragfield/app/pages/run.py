@@ -1,4 +1,4 @@
-"""Page 6, check and run: findings by severity, presets, what it will cost, and the queue of runs."""
+"""Page 5, check and run: findings by severity, presets, what it will cost, and the run itself."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ from nicegui import ui
 import fragfield
 from fragfield.app.fields import fields_of
 from fragfield.app.forms import folded, form
-from fragfield.app.jobs import cancel, forget, jobs_of
 from fragfield.app.page import act, box, facts, fold, heading, html, note, page_of
 from fragfield.errors import InputError
 from fragfield.files.run_directory import STAGES, RunDirectory
@@ -26,8 +25,8 @@ if TYPE_CHECKING:
 PRESETS = {"quick": (13, "off", 8), "standard": (26, "standard", None), "final": (39, "final", 100)}
 """Cells across the largest diameter, grid convergence and fewest realisations (None: the default) of each preset."""
 _KEY = re.compile(r"^([a-z_]+(\[\d+\])?(\.[a-z_]+(\[\d+\])?)*)( =|:| \()")
-_FOLDED = ("burst", "break_up", "flight", "hazard", "witness")
-_LOOK = 1.0  # s between looks at the queue
+_FOLDED = ("burst", "break_up", "flight", "hazard", "witness", "uncertainty", "document")
+_LOOK = 1.0  # s between looks at the run
 
 
 def content(page: CasePage) -> None:
@@ -44,8 +43,8 @@ def content(page: CasePage) -> None:
             heading(texts("run.cost"))
             cost = html()
             starter = _Starter(page)
-            heading(texts("run.queue"))
-            queue = _Queue(page)
+            heading(texts("run.now"))
+            job = _Now(page)
 
     async def judged() -> None:
         found = await threads.io_bound(checked, page)
@@ -54,7 +53,7 @@ def content(page: CasePage) -> None:
         cost.set_content(_cost(page, found) if found is not None else f'<p class="meaning">{texts("run.no_cost")}</p>')
 
     page.follow(judged)
-    ui.timer(_LOOK, queue.look)
+    ui.timer(_LOOK, job.look)
 
 
 def checked(page: CasePage) -> dict[str, Any] | None:
@@ -214,38 +213,34 @@ class _Starter:
         self._show()
 
     def go(self, *options: str) -> None:
-        """Save the case and queue its run."""
+        """Save the case and start its run."""
         page = self.page
         title = str(page.case.get(("title",)) or page.case.name)
-        page.queue(title, self.run, ["run", page.case.name, "--out", self.run, *options])
+        page.compute(title, self.run, ["run", page.case.name, "--out", self.run, *options])
 
 
-class _Queue:
-    """The jobs of the folder, the newest first, looked at while the page is open."""
+class _Now:
+    """The run that is computed, or was computed last, looked at while the page is open."""
 
     def __init__(self, page: CasePage) -> None:
         self.page = page
-        self.place = box().props("data-box=queue")
-        self.shown: list[object] | None = None
+        self.place = box().props("data-box=job")
+        self.shown: object = ()
         self.look()
 
     def look(self) -> None:
-        """Read the jobs again, and show them where something has changed."""
-        jobs = jobs_of(self.page.session.space)[:10]
-        now: list[object] = [(job.file.name, job.state, job.progress()) for job in jobs]
+        """Show it again where something has changed."""
+        job = self.page.session.job
+        now = None if job is None else (job, job.state, job.progress())
         if now == self.shown:
             return
         self.shown = now
         self.place.clear()
         with self.place:
-            for job in jobs:
+            if job is None:
+                note(self.page.texts("run.no_job"))
+            else:
                 self._job(job)
-            if not jobs:
-                note(self.page.texts("run.no_jobs"))
-
-    def _forget(self, job: Job) -> None:
-        forget(job)
-        self.look()
 
     def _job(self, job: Job) -> None:
         texts = self.page.texts
@@ -253,16 +248,14 @@ class _Queue:
             with box("choices"):
                 ui.label(job.title).style("font-weight:600")
                 note(texts(f"job.{job.state}"), "state")
-                if job.state in ("queued", "running"):
-                    act(texts("run.cancel"), "cancel", lambda: cancel(job))
+                if job.state == "running":
+                    act(texts("run.cancel"), "cancel", job.cancel)
                 if job.state == "done":
                     ui.link(texts("run.to_result"), self.page.address("result", run=job.run))
-                if not job.is_live:
-                    act(texts("form.remove"), "forget", lambda: self._forget(job), "dense flat")
             if job.is_live:
                 _stages(texts, job)
             elif job.state == "failed":
-                note(texts("job.code", code="–" if job.code is None else job.code), "fault")
+                note(texts("job.code", code=job.code), "fault")
             if job.state != "done" and (words := job.words()):
                 with fold(texts("run.log"), opened=job.state == "failed"), box("words", "pre"):
                     ui.label(words)

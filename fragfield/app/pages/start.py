@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from fragfield.app.workspace import Listed
 
 
-_TEMPLATES = {"single": "round", "workshop": "site", "arena": "data", "drawing": "round"}
+_TEMPLATES = {"single": "round", "workshop": "site", "drawing": "round"}
 """The page that a case made from each is opened on."""
 _UPLOADS = (".toml", ".csv", ".tsv", ".txt", ".xlsx", ".ods", ".asc", ".tif", ".tiff", ".png", ".jpg", ".geojson",
             ".kml", ".kmz", ".dxf", ".svg", ".msh")  # fmt: skip

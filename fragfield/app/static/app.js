@@ -20,7 +20,7 @@ document.addEventListener("keydown", event => {
     event.preventDefault();
     document.getElementById("save")?.click();
   }
-  const digit = event.altKey && !event.ctrlKey && /^Digit[1-8]$/.test(event.code) && Number(event.code.slice(5));
+  const digit = event.altKey && !event.ctrlKey && /^Digit[1-6]$/.test(event.code) && Number(event.code.slice(5));
   if (digit) {
     event.preventDefault();
     document.querySelectorAll("nav a")[digit - 1]?.click();

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING, Any, Literal
 
 from fragfield.case.conversion.rounds import degrees_of, settings_in
@@ -136,11 +135,11 @@ def _wind(table: WindTable, ground: float) -> Wind | None:
     import flight
 
     if table.model == "profile":
-        directions = [math.degrees(angle) for angle in table.directions or []]
+        directions = [degrees_of(angle) for angle in table.directions or []]
         return flight.Wind.profile(table.heights or [], table.speeds or [], directions)
     if table.speed == 0.0:
         return None
-    towards = math.degrees(table.towards)
+    towards = degrees_of(table.towards)
     if table.model == "power_law":
         return flight.Wind.power_law(table.speed, towards, table.reference_height, table.exponent, ground)
     return flight.Wind.constant(table.speed, towards)

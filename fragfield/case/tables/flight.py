@@ -263,5 +263,8 @@ class HazardTable(Table, Criteria):
     """Realisations are added until standard error and bias bound of the hazard distance are below this part of it."""
     max_realisations: int = Field(default=500, ge=1, le=100_000)
     """Realisations beyond which none are added; break_up.realisations is the fewest."""
+    protective_works: list[str] = Field(default_factory=list)
+    """Names of the obstacles and wall planes that enclose the rounds, for rules that know protective works; no other
+    wall, deck or building counts as such."""
     stack_rule: StackRuleTable = StackRuleTable()
     """How the rule of DDESB TP-12 counts the rounds of a stack."""
