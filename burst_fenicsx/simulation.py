@@ -191,9 +191,9 @@ class Simulation(AssembledBurst):
         radii = leakage.radii(self.fields.nodes.position).reshape(weights.shape)
         radii = (radii * weights).sum(axis=1) / weights.sum(axis=1)
         ignition = self.fields.charge.ignition_time
-        initiated = np.array([(ignition[cells] <= time).any() for cells in self.fields.charge_cells])
-        initiated = self.comm.allreduce(initiated, op=MPI.LOR)
-        self.acceleration.record(time, self.ledger.kinetic_casings, radii, initiated)
+        ignited = np.array([np.count_nonzero(ignition[cells] <= time) for cells in self.fields.charge_cells])
+        ignited = self.comm.allreduce(ignited) if self.comm.size > 1 else ignited
+        self.acceleration.record(time, self.ledger.kinetic_casings, radii, ignited > 0)
         if self.acceleration_complete is None and self._burnt_out() and self.acceleration.end() <= time:
             self.acceleration_complete = time
 

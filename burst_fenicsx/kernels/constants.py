@@ -93,7 +93,7 @@ CHECK_INTERVAL = 10e-6
 """... and what has passed through, whether a checkpoint is due, of this."""
 ASYMPTOTE_GROWTH = 1.3
 """Growth of the charge's radius over which the asymptote of the casing's kinetic energy is taken ..."""
-STEADY_ASYMPTOTE = 0.03
+STEADY_ASYMPTOTE = 0.05
 """... and meanwhile may not move by more than this fraction: casings that collide move it, the thin products do not."""
 
 # Energies.
