@@ -24,7 +24,6 @@ from fragfield.report.sections import sections
 from fragfield.view import offscreen_fault
 from fragfield.view.interactive import interactive_fault
 from tests.fragfield.synthetic_run import write_run
-from tests.fragfield.test_compare import NOT_INCLUDED
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -156,9 +155,10 @@ def test_numbers_are_those_of_the_summary(page, summary):
     hazard = summary["hazard"]
     assert card(page, "Recommended distance") == str(math.ceil(hazard["recommended"]))
     texts = " ".join(page.texts)
+    left_out = "grid (no other cell size gave a distance), inputs (no study of uncertain inputs)"
     parts = hazard["parts"]
     words = f"expected distance {math.ceil(parts['expected'])} m; added as squares: randomness of the break-up"
-    assert f"{words} {parts['randomness']:.1f} m; not included: {NOT_INCLUDED}." in texts
+    assert f"{words} {parts['randomness']:.1f} m; not included: {left_out}." in texts
     low, high = hazard["single_event"]["low"], hazard["single_event"]["high"]
     assert f"{round(low):,}\u00a0–\u00a0{round(high):,}" in texts
 
@@ -247,7 +247,7 @@ def test_flight_of_fragments_from_elsewhere(tmp_path):
     assert keys == [key for key in SECTIONS if key not in ("rounds", "speeds", "burst", "convergence")]
     assert names == [name for name in [*FIGURES[2:7], FIGURES[-1]] if name != "directions"]
     assert "of arena_test.csv; no burst was computed" in words
-    said = words.partition("case.toml, as resolved")[0].partition("Validation cases")[0]
+    said = words.partition("case.toml, as resolved")[0].partition("Comparisons that bear")[0]
     for false in ("Not yet run", "prescribed burn", "Every round is assumed", "leakage", "random break-up", "handed"):
         assert false not in said, false
 
