@@ -116,7 +116,7 @@ def test_the_first_page_says_what_how_far_why_and_who_signs(page):
              "Reasons against", "Computed by", "Reviewed by", "Approved by")  # fmt: skip
     places = [first.index(text) for text in words]
     assert places == sorted(places)
-    assert "Recommended distance" in first[: first.index("Reasons to trust it")]
+    assert "Computed: recommended distance" in first[: first.index("Reasons to trust it")]
 
 
 def test_page_needs_nothing_else(html, page):
@@ -173,7 +173,9 @@ def test_a_distance_that_is_not_determined_is_said_in_place_of_a_number(tmp_path
     with h5py.File(folder / "ensemble.h5", "a") as file:
         file.attrs["undetermined"] = reason
     _, _, words = outline(folder)
-    assert "Card(label='Recommended distance', value='not determined', unit='', note='3 % of the mass" in words
+    assert (
+        "Card(label='Computed: recommended distance', value='not determined', unit='', note='3 % of the mass" in words
+    )
     assert f"The distance is not determined: {reason}" in words
     assert "weight='stop'" in words
 
