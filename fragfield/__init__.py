@@ -6,7 +6,7 @@ From Python::
 
     case = fragfield.Case.from_toml("first.toml", set=["burst.cell_size=8 mm"])
     run = fragfield.run(case, out="runs/first")
-    print(run.hazard.upper)
+    print(run.hazard)
 
 `fragfield.open` reads a run directory that is there. Every name is loaded when it is first used: neither dolfinx nor
 MPI, matplotlib or pandas come with the import. The guide's page "Python" has examples.

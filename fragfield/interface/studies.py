@@ -178,11 +178,11 @@ class Uncertainty:
 
     @property
     def effects(self) -> Table:
-        """A row an input: its share of the distance's variance in total and alone, with standard errors.
+        """A row an input: its share of the distance's variance, with standard error and 95 % interval.
 
         Without rows where the samples are too few for shares.
         """
-        return table_of_rows("effects", (self.found["distance"] or {}).get("indices") or [])
+        return table_of_rows("effects", (self.found["distance"] or {}).get("shares") or [])
 
     def __repr__(self) -> str:
         return f"<fragfield.Uncertainty {str(self.path)!r}: {self.found['design']['samples']} samples>"
@@ -205,7 +205,6 @@ def run_uncertainty(
     samples: int | None = None,
     seed: int | None = None,
     set: Sequence[str] | Mapping[str, Any] = (),  # noqa: A002 - as `--set`
-    cell_size: str | None = None,
     workers: int | None = None,
     scheduler: str | None = None,
     resume: bool = False,
@@ -222,7 +221,7 @@ def run_uncertainty(
         Folder of the study; left out: runs/NAME_uncertainty. A case made in Python needs one.
     samples, seed : optional
         Instead of those of `[uncertainty]`: number, seed of points and samples.
-    set, cell_size
+    set
         Values that replace those of the case, see `Case.from_toml`.
     workers : int, optional
         Samples at one time; left out: all cores.
@@ -248,7 +247,7 @@ def run_uncertainty(
 
     folder, file = study_folder(case, out, "uncertainty")
     options = StudyOptions(folder, samples, seed, workers, scheduler, resume, overwrite, not progress)
-    nominal = options_of(written_case(case, file), cell_size=cell_size, set=set, progress=progress)
+    nominal = options_of(written_case(case, file), set=set, progress=progress)
     return Uncertainty(folder, run_study(nominal, options))
 
 

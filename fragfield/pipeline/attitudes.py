@@ -17,7 +17,7 @@ import numpy as np
 from fragfield.case.conversion.attitude import attitude_of, is_mixed
 from fragfield.case.conversion.turned import Arrangement
 from fragfield.errors import InputError
-from fragfield.hazard.exposed_turned import worst_of_attitudes
+from fragfield.hazard.exposed import worst_of_attitudes
 from fragfield.pipeline.ensemble import EnsembleFlight, Flights
 from fragfield.pipeline.realisations import Realisations
 
@@ -137,7 +137,7 @@ class _Envelope:
         for key, one in sorted(self.flown.items()):
             assert one.found is not None  # on rank 0
             ended = not one.found.pool.completeness.reason
-            entries.append((key, one.found.exposed.assess(self.job.case, hazard, determined=ended)))
+            entries.append((key, one.found.exposed.assess(hazard, determined=ended)))
         return worst_of_attitudes(entries) if self.job.case.exposed else []
 
     def _fly(self, key: Key, number: int) -> None:

@@ -26,7 +26,6 @@ if TYPE_CHECKING:
     from fragfield.files.run_directory import Stage
     from fragfield.pipeline.parallel import Team
     from fragfield.terminal.progress import Progress, ProgressReporter
-    from fragfield.view.offscreen import PictureProcess
 
 
 @dataclass(frozen=True)
@@ -37,8 +36,6 @@ class RunOptions:
     """A case file or a run directory."""
     out: Path | None = None
     """Run directory to write; left out: the run directory given, or runs/NAME for NAME.toml."""
-    cell_size: str | None = None
-    """Replaces `burst.cell_size`."""
     threads: int | None = None
     """Threads of a rank."""
     resume: bool = False
@@ -66,7 +63,6 @@ class RunOptions:
         words = [f"{self.target}{made}", *(f"--{name}" for name in ("resume", "overwrite") if getattr(self, name))]
         words += [f"--out {self.out}"] if self.out is not None else []
         words += [f"--fragments {self.fragments}"] if self.fragments is not None else []
-        words += [f"--cell-size {self.cell_size}"] if self.cell_size is not None else []
         return " ".join([*words, *(f"--set {one}" for one in _listed(self.settings))])
 
     def case(self, *, burst: bool = True) -> CaseTable:
@@ -80,7 +76,7 @@ class RunOptions:
         return self._loaded(self.target, burst=burst)
 
     def _loaded(self, path: Path, *, burst: bool) -> CaseTable:
-        return load_case(path, self.settings, cell_size=self.cell_size, burst=burst)
+        return load_case(path, self.settings, burst=burst)
 
     @property
     def directory(self) -> RunDirectory:
@@ -114,8 +110,6 @@ class Job:
     """What was asked for."""
     attitude: Turned | None = None
     """The one attitude in which an arrangement of mixed attitudes is flown; left out: all."""
-    pictures: PictureProcess | None = None
-    """Draws burst and fragments for the report while these fly."""
     numbers_alone: bool = False
     """Neither bounds by direction nor bands of densities, unless another number rests on them."""
     noted: dict[str, Any] = field(default_factory=dict)

@@ -26,7 +26,8 @@ def inputs_that_differ(run: Path, reference: Path) -> list[str]:
 def ratios(run: Path, reference: Path) -> list[dict[str, Any]]:
     """A row a quantity that both runs have: its path in the summary, label, unit, both values, ratio and its error.
 
-    The standard error is that of independent realisations, None where a run has none. Raises InputError where a
+    The standard error is that of independent realisations, None where a run has none. Recommended distances that hold
+    different parts have no ratio: one would seem larger by what is known of it alone. Raises InputError where a
     summary is damaged or has no results.
     """
     summaries = [_summary(folder) for folder in (run, reference)]
@@ -44,7 +45,8 @@ def _row(one: Quantity, run: Mapping[str, Any], reference: Mapping[str, Any]) ->
     mine, other = one.of(run), one.of(reference)
     if mine is None or other is None:
         return
-    ratio = mine / other if other else None
+    alike = not one.path.endswith(".recommended") or _parts(run) == _parts(reference)
+    ratio = mine / other if other and alike else None
     errors = [value_at(each, one.error) if one.error else None for each in (run, reference)]
     error = None
     if ratio and None not in errors:
@@ -53,6 +55,11 @@ def _row(one: Quantity, run: Mapping[str, Any], reference: Mapping[str, Any]) ->
         "quantity": one.path, "label": one.label, "unit": one.unit, "run": mine, "reference": other, "ratio": ratio,
         "ratio_error": error,
     }  # fmt: skip
+
+
+def _parts(summary: Mapping[str, Any]) -> set[str]:
+    """The parts that a recommended distance holds."""
+    return {name for name, value in summary["hazard"]["parts"].items() if value is not None}
 
 
 def print_ratios(found: Mapping[str, Any]) -> None:
@@ -70,3 +77,5 @@ def print_ratios(found: Mapping[str, Any]) -> None:
         numbers = (row[key] for key in ("run", "reference", "ratio", "ratio_error"))
         table.add_row(row["label"], row["unit"], *("" if value is None else f"{value:.4g}" for value in numbers))
     console.print(table)
+    if any(row["ratio"] is None and row["reference"] for row in found["ratios"]):
+        console.print("no ratio of recommended distances: they hold different parts; compare the expected distances")

@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 import fragfield
+from fragfield.files.run_directory import RunDirectory
 from fragfield.files.stamped import read_stamped_json
+from fragfield.studies.ratios import ratios
 from tests.fragfield.short_run import invoke
 from tests.fragfield.synthetic_run import write_run
 
@@ -47,6 +49,19 @@ def test_the_command_prints_what_differs_and_the_ratios(runs):
     assert "Mean initial speed, by mass" in done.stdout
     stored = json.loads(invoke("compare", *runs, "--json").stdout)
     assert [row["ratio"] for row in stored["ratios"]] == list(fragfield.compare_runs(*runs)["ratio"])
+
+
+def test_sums_of_unlike_parts_are_not_divided(runs, tmp_path):
+    other = write_run(tmp_path / "other")
+    summary = read_stamped_json(other / "summary.json")
+    summary["hazard"]["parts"] |= {"inputs": 10.0}
+    summary["hazard"]["recommended"] += 5.0
+    RunDirectory(other).write_summary(summary)
+    rows = {row["quantity"]: row["ratio"] for row in ratios(runs[1], other)}
+    assert rows["hazard.recommended"] is None
+    assert rows["hazard.expected"] == 1.0
+    assert "no ratio of recommended distances: they hold different parts" in invoke("compare", runs[1], other).stdout
+    assert "no ratio" not in invoke("compare", *runs).stdout
 
 
 def test_a_burst_alone_and_what_is_no_run(runs, tmp_path):

@@ -19,7 +19,7 @@ FOUND = {
     "states": {"failed": 0},
     "distance": {
         "spread": {"low": 90.2, "median": 110.0, "high": 133.4},
-        "indices": [{"name": "prefactor", "total": 0.7, "total_standard_error": 0.1}],
+        "shares": [{"name": "prefactor", "share": 0.7, "share_standard_error": 0.1}],
     },
     "hazard": {
         "recommended": 141.2,
@@ -83,7 +83,7 @@ def test_a_study_of_uncertainty_passes_what_is_asked_and_gives_the_distance(tmp_
     assert options.quiet
     assert found.recommended == 141.2
     assert found.spread == (90.2, 110.0, 133.4)
-    assert found.effects["total"][0] == 0.7
+    assert found.effects["share"][0] == 0.7
     assert str(found).splitlines()[0] == "recommended distance 142 m"
     done = invoke("uncertainty", TUBE, "--out", tmp_path / "study", "--samples", "8", "--json")
     assert done.exit_code == 0, done.stderr

@@ -1,4 +1,4 @@
-"""Page 6, the result of a run: the decision, the map, the views, and every table by the catalogue of quantities."""
+"""Page 6, the result of a run: the decision, the map, the figures, and every table by the catalogue of quantities."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ class Directions:
 
     @property
     def differ(self) -> bool:
-        """Whether the run has a density for every direction; else one holds for all, or it is of an earlier version."""
+        """Whether the run has a density for every direction; else one holds for all."""
         return self.expected.density_by_direction.size > 0
 
     @property
@@ -161,7 +161,7 @@ def content(page: CasePage, run: str = "") -> None:
     except fragfield.InputError as error:
         note(str(error), "fault")
         return
-    parts = (part.decision, part.map, part.direction, part.figures, part.view, part.numbers, part.tables, part.files)
+    parts = (part.decision, part.map, part.direction, part.figures, part.numbers, part.tables, part.files)
     with ui.tabs().props("no-caps align=left inline-label outside-arrows mobile-arrows") as tabs:
         for build in parts:
             ui.tab(build.__name__, texts(f"result.{build.__name__}"))
@@ -207,6 +207,10 @@ class _Parts:
         texts, hazard = self.texts, self.summary.get("hazard") or {}
         with box("columns"):
             with box(tag="section"):
+                if to_apply := self.summary.get("distance_to_apply"):
+                    note(to_apply["line"], "number").props("data-box=to_apply")
+                    for words in to_apply["words"]:
+                        note(words)
                 heading(texts("result.recommended"))
                 if hazard.get("determined"):
                     note(f"{whole_metres(hazard['recommended'])} m", "number").props("data-box=recommended")
@@ -214,8 +218,6 @@ class _Parts:
                 else:
                     note(texts("result.undetermined"), "number")
                     note(str(hazard.get("reason") or texts("result.not_computed")), "fault")
-                for words in (self.summary.get("minimum") or {}).get("words", ()):
-                    note(words)
             with box(tag="section"):
                 heading(texts("result.verdicts"))
                 self._verdicts()
@@ -297,16 +299,6 @@ class _Parts:
                         "width:100%"
                     )
                     ui.link(picture.stem.replace("_", " "), address, new_tab=True)
-
-    def view(self) -> None:
-        """The pages in three dimensions."""
-        there = [name for name in ("view_fragments.html", "view_burst.html") if (self.path / name).is_file()]
-        for name in there[:1]:
-            self._framed(name)
-        for name in there[1:]:
-            ui.link(self.texts("result.alone", name=name), self._address(name), new_tab=True)
-        if not there:
-            note(self.texts("result.no_view"), "meaning")
 
     def numbers(self) -> None:
         """Every value of summary.json that the catalogue lists, by stage."""
