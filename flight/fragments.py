@@ -211,7 +211,7 @@ def _check(fragments: Fragments) -> None:
         )  # fmt: skip
 
 
-def shaped(fragments: Fragments, shape: Shape, seed: int | Sequence[int] = 0) -> Fragments:
+def shaped(fragments: Fragments, shape: Shape, seed: int = 0) -> Fragments:
     """Fragments with the shape factors that a model gives them; `seed` of what is drawn.
 
     Raises InputError: the shape is no model.

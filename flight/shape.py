@@ -15,13 +15,9 @@ from flight.arguments import real_array, require_number
 from flight.errors import InputError
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from numpy.typing import NDArray
 
     from flight.fragments import Fragments
-
-    Seed = int | Sequence[int]
 
 
 FORGED_STEEL_SHELL = 2600.0  # kg/m3; DDESB Technical Paper 12 (1975)
@@ -50,7 +46,7 @@ class Mean:
         """Refuse what is no shape factor."""
         require_number("shape", "shape factor of the mean", self.shape_factor, "kg/m3", above=0.0)
 
-    def factors(self, fragments: Fragments, seed: Seed) -> NDArray[np.float64]:  # noqa: ARG002 - nothing is drawn
+    def factors(self, fragments: Fragments, seed: int) -> NDArray[np.float64]:  # noqa: ARG002 - nothing is drawn
         """Shape factors of fragments."""
         return np.full(len(fragments), float(self.shape_factor))
 
@@ -71,7 +67,7 @@ class Lognormal:
         require_number("shape", "median of the lognormal", self.median, "kg/m3", above=0.0)
         require_number("shape", "spread of the lognormal", self.spread, "", low=0.0, high=2.0)
 
-    def factors(self, fragments: Fragments, seed: Seed) -> NDArray[np.float64]:
+    def factors(self, fragments: Fragments, seed: int) -> NDArray[np.float64]:
         """Shape factors of fragments, drawn by the rows of each segment: a row more changes no other segment."""
         normal = np.empty(len(fragments))
         pairs = np.stack([fragments.round, fragments.segment], axis=1)
@@ -98,7 +94,7 @@ class Box:
             raise InputError(f"shape: ratios of the box are {self.ratios}, needed: three finite numbers above zero")
         require_number("shape", "density of the box", self.density, "kg/m3", above=0.0)
 
-    def factors(self, fragments: Fragments, seed: Seed) -> NDArray[np.float64]:  # noqa: ARG002 - nothing is drawn
+    def factors(self, fragments: Fragments, seed: int) -> NDArray[np.float64]:  # noqa: ARG002 - nothing is drawn
         """Shape factors of fragments."""
         return np.full(len(fragments), box_shape_factor(self.density, *self.ratios))
 

@@ -74,7 +74,7 @@ def fly(
     origin: tuple[float, float] = (0.0, 0.0),
     fluence: FluenceGrid | None = None,
     sample: int | ArrayLike = 0,
-    seed: int | Sequence[int] = 0,
+    seed: int = 0,
     threads: int | None = None,
     on_progress: Callable[[FlightProgress], None] | None = None,
 ) -> FlightResult:
@@ -120,8 +120,8 @@ def fly(
         Count the lengths of paths below a person's height, by azimuth and distance; needs a ground.
     sample : int or indices
         Fragments whose paths are kept: that many drawn with `seed`, or those named.
-    seed : int or sequence of int
-        Of whatever is drawn at random: the shapes of realisations are independent where their seeds differ.
+    seed : int
+        Of whatever is drawn at random.
     threads : int, optional
         Default: all cores this process may use. The result does not depend on it.
     on_progress : callable, optional
@@ -245,7 +245,7 @@ def _air(value: Air | str | float, ground: float | HeightMap | None) -> Air:
     return ConstantAir(float(value)) if isinstance(value, int | float) else value
 
 
-def _chosen(sample: int | ArrayLike, number: int, seed: int | Sequence[int]) -> NDArray[np.int64]:
+def _chosen(sample: int | ArrayLike, number: int, seed: int) -> NDArray[np.int64]:
     if isinstance(sample, int | np.integer):
         if sample < 0:
             raise InputError(f"sample is {sample}, needed: zero or more, or indices of fragments")
