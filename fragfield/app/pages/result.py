@@ -265,7 +265,8 @@ class _Parts:
         form(page, ("document",), only=("number", "revision", "prepared_by", "reviewed_by", "approved_by"))
         title = texts("result.report_title", name=case)
         command = ["report", case, "--out", self.name]
-        act(texts("result.write_report"), "write-report", lambda: page.compute(title, self.name, command))
+        with box("choices"):
+            act(texts("result.write_report"), "write-report", lambda: page.compute(title, self.name, command))
 
     def _verdicts(self) -> None:
         texts, rows = self.texts, []

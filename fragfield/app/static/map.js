@@ -126,8 +126,9 @@
         if (labelled && Math.hypot(x - labelled[0], y - labelled[1]) < 60) continue;
         labelled = [x, y];
       }
+      const others = one.kind === "round" ? data.shapes.filter(other => other.kind === "round" && Math.hypot(...place(other.points[0]).map((v, i) => v - [x, y][i])) < 60).length - 1 : 0;
       const text = make("text", {x, y: y - 9, "font-size": one.kind === "terrain" ? 9.5 : 12, fill: look.stroke, "text-anchor": "middle", class: "halo"}, svg);
-      text.textContent = one.name;
+      text.textContent = others ? `${one.name} + ${others}` : one.name;
     }
     data.handles.forEach((one, index) => {
       const [x, y] = place(one.at), key = one.path.join(".");
