@@ -22,7 +22,7 @@ def test_the_case_reaches_every_setting_of_the_burst(tmp_path):
     settings = burst_settings(case)
     assert (settings.cell_size, settings.quadrature, settings.products, settings.burn) == (0.009, "full", "jwl", "time")
     assert settings.end_time is None
-    assert settings.acceleration_window == 20e-6
+    assert settings.acceleration_left == 0.05
     assert (settings.time_step.cfl, settings.time_step.fixed) == (0.7, 10e-9)
     assert not settings.leakage.enabled
     assert settings.viscosity.linear == 0.1
