@@ -218,8 +218,8 @@ class RunDirectory:
         keys = [key for one in earlier if self.file(one.result).is_file() for key in one.keys]
         if changed := differences(self.stored_case(), case, within=keys):
             hint = (
-                f"its {stage.needs or 'summary.json'} does not belong to this case; run the earlier stages again, or use "
-                "another --out"
+                f"its {stage.needs or 'summary.json'} does not belong to this case; run the earlier stages again, or "
+                "use another --out"
             )
             raise InputError(_differ(self.path, changed, hint))
 
