@@ -353,11 +353,11 @@ def _steepness(table: ArenaTable, law: float) -> tuple[Array, Array, Array]:
     return a, b, np.sinh(0.5 * (lower + upper))
 
 
-def _within_groups(table: ArenaTable, law: float, row: NDArray[np.int64], chance: Array) -> Array:
+def _within_groups(table: ArenaTable, law: float, row: NDArray[np.int64], quantile: Array) -> Array:
     """Masses (kg) at quantiles of the law within the groups of the rows."""
     a, b, u = (one[row] for one in _steepness(table, law))
     steep = np.where(np.abs(u) > 1e-6, u, 1e-6)
-    y = -np.log1p(chance * np.expm1(-steep)) / steep
+    y = -np.log1p(quantile * np.expm1(-steep)) / steep
     return np.maximum((a + (b - a) * y) ** (1.0 / law), DUST)
 
 
