@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from fragfield.case import CaseTable
+from fragfield.case.load import case_from_document
 from fragfield.hazard.verdict import exposed_rounds, exposure_words
 from fragfield.report.blocks import Rows, Table
 from fragfield.report.findings.findings import findings
@@ -148,9 +149,11 @@ def test_images_are_named_with_their_rounds(pallet):
 
 def reported(case=None, records=(), **burst):
     tables = {"burst": {"cell_size": "0.01 m"}, **(case or {})}
-    tables["round"] = [{**ROUND, **one} for one in tables.get("round", ())]
+    rounds = tables.get("round", ({"name": "a"},))
+    tables["round"] = [{**ROUND, "position": [f"{n} m", "0 m", "1 m"], **one} for n, one in enumerate(rounds)]
     summary = {"burst": burst, "findings": list(records)}
-    run = RunFiles(None, case=CaseTable.model_validate(tables), summary=summary)
+    case = case_from_document(tables, source="case", folder=Path())
+    run = RunFiles(None, case=case, summary=summary)
     return [(item.weight, item.text) for item in findings(run)]
 
 
@@ -203,7 +206,7 @@ def test_rounds_without_contact_are_reported_once():
     record = {"stage": "burst", "code": "rounds_alone", "severity": "warning", "text": text}
     alone = [text for _, text in reported(case, [record]) if "alone" in text]
     assert len(alone) == 1
-    assert alone[0].startswith("Contact of surfaces is switched off")
+    assert alone[0].startswith("burst.contact.surfaces = false: 2 rounds are computed as if each stood alone")
     case["burst"]["contact"]["surfaces"] = True
     assert not [text for _, text in reported(case) if "alone" in text]
 
