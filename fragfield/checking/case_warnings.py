@@ -106,10 +106,11 @@ def doubts(case: CaseTable, *, burst: bool = True) -> Iterator[str]:
         wall, station = thinnest_wall(profile)
         if wall < _WALL_CELLS * settings.cell_size:
             name = f"{case.round[index].name}{f' and {number - 1} alike' if number > 1 else ''}"
+            enough = math.floor(1e4 * wall / _WALL_CELLS) / 10.0  # mm
             yield (
                 f"the thinnest wall of {name}, {1e3 * wall:.1f} mm at {1e3 * station:.0f} mm from the nose, is "
-                f"{wall / settings.cell_size:.1f} cells of {1e3 * settings.cell_size:g} mm thick; {_WALL_CELLS:g} or more resolve its "
-                f"bending: set burst.cell_size to {math.floor(1e4 * wall / _WALL_CELLS) / 10.0:g} mm or less"
+                f"{wall / settings.cell_size:.1f} cells of {1e3 * settings.cell_size:g} mm thick; {_WALL_CELLS:g} or "
+                f"more resolve its bending: set burst.cell_size to {enough:g} mm or less"
             )
 
 

@@ -113,6 +113,12 @@ def single_words(hazard: Mapping[str, Any]) -> str:
     return f"{rounded_metres(found['low'])} to {rounded_metres(found['high'])} m"
 
 
+def single_note(hazard: Mapping[str, Any]) -> str:
+    """What the distances of single events are, and that none of them is one to keep."""
+    own = "" if hazard.get("basis") == "all_azimuths" else " in its own worst direction"
+    return f"no distance to keep: each of {hazard['single_event']['realisations']} events alone{own}"
+
+
 def beyond_map_words(case: CaseTable, expected: ExpectedDistance) -> str:
     """Why a distance is not determined that reaches beyond the map, where the ground is not known; else empty.
 

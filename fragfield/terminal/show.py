@@ -10,7 +10,15 @@ from rich.table import Table
 
 from fragfield.case.conversion.attitude import attitude_words
 from fragfield.case.conversion.surroundings import direction_words
-from fragfield.hazard.certainty import basis_words, margin_metres, metres, ricochet_words, rounded_metres, single_words
+from fragfield.hazard.certainty import (
+    basis_words,
+    margin_metres,
+    metres,
+    ricochet_words,
+    rounded_metres,
+    single_note,
+    single_words,
+)
 from fragfield.hazard.contents import quantity_words
 from fragfield.hazard.recommended import parts_words
 from fragfield.hazard.verdict import criterion_words, exposed_rounds, exposure_words, part_of_criterion
@@ -170,7 +178,7 @@ def _hazard(hazard: Mapping[str, Any]) -> Iterator[str | Table]:
             ("without ricochet", metres(short["recommended"]), f"the same up to the first impact; others {others}")
         )
     lines += [
-        ("single events", single_words(hazard), "5 to 95 %, each by its own worst direction, no distance to keep"),
+        ("single events", single_words(hazard), f"5 to 95 %, {single_note(hazard)}"),
         ("largest throw", f"{rounded_metres(hazard['largest_throw'])} m", "of a single fragment, no distance to keep"),
     ]
     for label, value, note in lines:

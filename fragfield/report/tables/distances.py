@@ -7,7 +7,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fragfield.case.conversion.surroundings import bearing_of, direction_words
-from fragfield.hazard.certainty import basis_words, metres_and_error, ricochet_words, rounded_metres, whole_metres
+from fragfield.hazard.certainty import (
+    basis_words,
+    metres_and_error,
+    ricochet_words,
+    rounded_metres,
+    single_note,
+    whole_metres,
+)
 from fragfield.hazard.recommended import RULE, parts_of
 from fragfield.numbers import SPACE, number
 from fragfield.report.blocks import Table
@@ -53,7 +60,7 @@ def distance_table(run: RunFiles) -> Iterator[Table]:
         ),
         (
             "Single events: median, 5 to 95 %", f"{rounded_metres(single['median'])}, {span}",
-            f"no distance to keep: each of {number(single['realisations'])} events alone, in its own worst direction",
+            single_note(hazard),
         ),
         ("Largest throw", rounded_metres(hazard["largest_throw"]), "no distance to keep: the farthest fragment"),
     ]  # fmt: skip
