@@ -124,7 +124,7 @@ def test_a_distance_is_rounded_up_everywhere(value, text):
     assert whole_metres(value) == text
     if value is not None:
         assert metres(value) == f"{text} m"
-        assert metres_and_error(value, 1.94) == f"{text} ± 1.9"
+        assert metres_and_error(value, 1.94) == f"{value:,.1f} ± 1.9"
 
 
 @pytest.mark.parametrize(("value", "text"), [(12.9, "+12"), (-0.1, "−1"), (-12.2, "−13"), (None, "–")])
