@@ -15,14 +15,13 @@ from fragfield.case.conversion.rounds import burst_rounds, first_alike
 from fragfield.case.conversion.stages import break_up_settings, burst_settings
 from fragfield.case.conversion.symmetry import burst_geometry
 from fragfield.checking.case_warnings import case_warnings, mean_mass_warnings, substances_of, waiting_on_estimates
-from fragfield.checking.cost import RANKS, block_of, expected_cost, on_cores
+from fragfield.checking.cost import expected_cost
 from fragfield.contours.read import is_of_file
 from fragfield.hazard.contents import arrangement, contents_of
 from fragfield.hazard.rules import rules_for
 from fragfield.hazard.to_apply import DistanceToApply, official_part
 from fragfield.pipeline.arena import read_arena
 from fragfield.pipeline.attitudes import attitudes_of
-from fragfield_base.cores import cores
 from transition.law.mean_mass import gurney_coefficient, gurney_speed
 
 if TYPE_CHECKING:
@@ -82,15 +81,10 @@ def check_report(case: CaseTable) -> dict[str, Any]:
     )
     if is_mixed(case):
         expected["attitudes"] = attitudes_of(case)
-    arranged = arrangement(case)
-    if (nearest := arranged["min_clearance"]) is not None:
-        block = block_of(case, nearest["clearance"], described[0]["outer_diameter"])
-        if block is not None:
-            expected["stack"] = _stack(expected, *block)
     return {
         "case": plain(case),
         "rounds": described,
-        "arrangement": arranged,
+        "arrangement": arrangement(case),
         "geometry": {"choice": settings.geometry, "reason": burst_geometry(case).reason},
         "mesh": {
             "cells": cells,
@@ -108,18 +102,6 @@ def check_report(case: CaseTable) -> dict[str, Any]:
             *check_numbers(case, break_up_settings(case), margin=1.0),
         ],
         **_prescribed(case, described),
-    }
-
-
-def _stack(expected: Mapping[str, Any], block: CaseTable, counts: tuple[int, ...]) -> dict[str, Any]:
-    """Cost of a large stack on many cores and ranks, and its block that need be computed together."""
-    own = check_report(block)["expected"]
-    return {
-        "counts": list(counts),
-        "rounds": len(block.round),
-        "block": {"memory_bytes": own["memory_bytes"], "core_seconds": own["core_seconds"]},
-        "threads": on_cores(expected, cores(), ranks=False),
-        "ranks": on_cores(expected, RANKS, ranks=True),
     }
 
 

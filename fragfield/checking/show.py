@@ -105,26 +105,6 @@ def _burst(found: Mapping[str, Any]) -> Iterator[str | Table]:
             f"mixed attitudes: the flight is computed in {number} attitudes and in finer steps beside the worst; it "
             f"takes about {number} to {3 * number} times as long as in one attitude"
         )
-    if len(found["rounds"]) > 1:
-        each = expected["per_round"]
-        yield f"per round: {each['cells']:.0f} cells, {_gigabytes(each)}, {duration(each['core_seconds'])} on one core"
-    if stack := expected.get("stack"):
-        yield from _stack(stack)
-
-
-def _stack(stack: Mapping[str, Any]) -> Iterator[str | Table]:
-    """A block that stands for a large stack, and what the whole costs."""
-    block, size = stack["block"], " x ".join(str(count) for count in stack["counts"])
-    words = (
-        f"a block of {size} has corner, edge and inner rounds as the whole; rounds beyond the next change the mean "
-        "speed of a casing by about 1 %"
-    )
-    if stack["rounds"] == 1:
-        words = "the rounds are accelerated before they meet; one stands for all"
-    cost = f"{_gigabytes(block)}, {_about(block['core_seconds'])} on one core"
-    yield f"computed together: {words} ({cost})"
-    for found, what in ((stack["threads"], "cores of this machine"), (stack["ranks"], "ranks")):
-        yield f"the whole on {found['cores']} {what}: {_about(found['seconds'])}, {_gigabytes(found)}"
 
 
 def _gigabytes(cost: Mapping[str, Any]) -> str:

@@ -60,7 +60,7 @@ def test_probability() -> None:
     assert hit_probability(LIMIT) == pytest.approx(1.0 - np.exp(-0.58 / 55.7))
     assert hit_probability(0.0) == 0.0
     for density in (-1.0, [0.1, np.nan]):
-        with pytest.raises(flight.InputError, match=r"density is (-1|nan) 1/m2, needed: zero or more"):
+        with pytest.raises(InputError, match=r"density is (-1|nan) 1/m2, needed: zero or more"):
             hit_probability(density)
 
 
