@@ -24,7 +24,6 @@ from fragfield.report.sections import sections
 from fragfield.view import offscreen_fault
 from fragfield.view.interactive import interactive_fault
 from tests.fragfield.synthetic_run import write_run
-from tests.fragfield.test_compare import NOT_INCLUDED
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -154,11 +153,13 @@ def test_every_figure_is_there_once(page, run):
 
 def test_numbers_are_those_of_the_summary(page, summary):
     hazard = summary["hazard"]
-    assert card(page, "Recommended distance") == str(math.ceil(hazard["recommended"]))
+    assert card(page, "Computed: recommended distance") == str(math.ceil(hazard["recommended"]))
     texts = " ".join(page.texts)
     parts = hazard["parts"]
-    words = f"expected distance {math.ceil(parts['expected'])} m; added as squares: randomness of the break-up"
-    assert f"{words} {parts['randomness']:.1f} m; not included: {NOT_INCLUDED}." in texts
+    words = f"expected distance {parts['expected']:.1f} m; added as squares: randomness of the break-up"
+    together = f"together {math.ceil(10.0 * hazard['recommended']) / 10.0:.1f} m"
+    missing = "not included: grid (no other cell size gave a distance), inputs (no study of uncertain inputs)"
+    assert f"{words} {parts['randomness']:.1f} m; {together}; {missing}." in texts
     low, high = hazard["single_event"]["low"], hazard["single_event"]["high"]
     assert f"{round(low):,}\u00a0–\u00a0{round(high):,}" in texts
 

@@ -168,7 +168,11 @@ def reported(case=None, records=(), **burst):
         ({"max_interface_penetration_at_front": 4e-4}, "good", "overlap by at most 4 % of a cell"),
         ({"max_interface_penetration": 2e-4}, "warning", "after the front has passed by up to 2.0 % of a cell; 1 % is"),
         ({"max_collision_penetration": 7e-4}, "warning", "Colliding surfaces overlap by up to 7.0 %"),
-        ({"max_plane_penetration": 7e-4}, "warning", "Casings penetrate a plane by up to 7.0 %"),
+        (
+            {"max_plane_penetration": 7e-4},
+            "warning",
+            "Casings penetrate a plane of symmetry (found by the program) by up to 7.0 %",
+        ),
     ],
 )
 def test_findings_follow_contact(contact, weight, words):

@@ -193,9 +193,9 @@ def wind_words(case: CaseTable) -> str:
 
 def air_words(case: CaseTable) -> str:
     """The air at the origin's ground: density and temperature, of constant air that of its speed of sound."""
-    from fragfield.case.conversion.stages import flight_arguments
+    from fragfield.case.conversion.stages import air_of
 
-    air, ground = flight_arguments(case)["air"], ground_height(case, *case.flight.origin)
+    air, ground = air_of(case), ground_height(case, *case.flight.origin)
     density, sound = float(air.density(ground)), float(air.sound_speed(ground))
     celsius = sound**2 / (_ADIABATIC * _GAS_CONSTANT) - 273.15
     if case.flight.air.model == "standard":

@@ -95,7 +95,7 @@ def plain_name(name: str) -> str:
     import matplotlib as mpl
 
     missing = []
-    for letter in filter(str.isprintable, dict.fromkeys(name)):
+    for letter in dict.fromkeys("".join(name.split())):
         family = _family_with(letter)
         if family is None:
             missing.append(letter)

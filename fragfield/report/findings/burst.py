@@ -27,7 +27,7 @@ _OVERLAPS = (
 )
 
 
-_OWN_PLANE = "a plane of symmetry between rounds, which the program took"
+_OWN_PLANE = "a plane of symmetry (found by the program)"
 
 
 def _limit(run: RunFiles) -> tuple[float, str]:
