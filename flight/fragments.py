@@ -204,7 +204,7 @@ def _check(fragments: Fragments) -> None:
         )
     for name, (low, high) in _POSSIBLE.items():
         value = getattr(fragments, name)
-        each = value.reshape(len(value), -1)
+        each = value.reshape(len(value), value.size // max(len(value), 1))
         _refuse(
             source, name, value, ~((each >= low) & (each <= high)).all(axis=1),
             f"from {low:g} to {high:g} {_UNITS[name]}",

@@ -173,7 +173,7 @@ class Runs:
 
 
 def _sound(burst: Mapping[str, Any]) -> bool:
-    errors = burst["energy_error_at_outputs"], burst["contact_error_at_end"]
+    errors = burst["energy_error_at_checks"], burst["contact_error_at_end"]
     return all(error <= LARGEST_ENERGY_ERROR for error in errors) and not burst["lost_cells"]
 
 

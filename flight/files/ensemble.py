@@ -242,7 +242,10 @@ class FragmentEnsemble(Sequence[Fragments]):
             for number in numbers:
                 rows = slice(self.offset[number], self.offset[number + 1])
                 arrays = {name: file[f"fragments/{name}"][rows] for name in ARRAYS}
-                found.append(Fragments(**arrays, round_names=self.round_names))
+                try:
+                    found.append(Fragments(**arrays, round_names=self.round_names))
+                except InputError as error:
+                    raise InputError(f"{self.path}: {error}") from None
         return found
 
 

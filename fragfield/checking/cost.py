@@ -18,16 +18,16 @@ if TYPE_CHECKING:
     from burst_fenicsx.problem import BurstSettings, Round
 
 
-# Fitted to ten bursts: tube with 9 mm cells and the 155 mm projectile with 3, 4, 6, 8 and 12 mm to 120 us, M107 with 8,
-# 10, 12 and 14 mm until it gained less than 1 % in 10 us; the estimate was 0.6 to 1.2 times their steps. The finer the
-# cells, the thinner the thinnest becomes: against the first stable step the mean one falls with the cell's size over
-# the round's radius, times this factor, and with one over the casing's expansion; acceleration is complete at about
-# this expansion.
+# Fitted to ten bursts: tube with 9 mm cells and the 155 mm projectile with 3, 4, 6, 8 and 12 mm to 120 us, M107 with
+# 8, 10, 12 and 14 mm until it had a tenth of its energy to gain; the estimate was 0.6 to 1.2 times their steps. The
+# finer the cells, the thinner the thinnest becomes: against the first stable step the mean one falls with the cell's
+# size over the round's radius, times this factor, and with one over the casing's expansion; acceleration is complete
+# at about this expansion.
 _THINNING = 8.5
 # Where cells take steps of their own, the mean one over the time in which a wave runs through the mean cell, by the
 # projectile with 3 and 8 mm cells (0.35 and 0.29).
 _OWN_STEP = 0.32
-_EXPANSION_AT_END = 2.9
+_EXPANSION_AT_END = 2.7
 # Memory of one process, by rows of one to four M107 with 6 and 8 mm cells, whole and as quarters (within a twentieth).
 # Images of what symmetry leaves are joined to the whole at every output.
 _BYTES_PER_CELL, _BYTES_PER_CELL_OF_WHOLE = 2_450.0, 1_050.0

@@ -222,6 +222,7 @@ def _surroundings(found: Mapping[str, Any]) -> Iterator[str | Table]:
     for entry in found["obstacles"]:
         yield (
             f"obstacle {entry['name']}: {entry['kind']}, z {entry['base']:.4g} to {entry['top']:.4g} m, "
+            + (f"its top {entry['height']:.4g} m over the ground below, " if entry["follows"] else "")
             + ("stops fragments" if entry["ricochet"] == "none" else f"ricochet as off {entry['ricochet']}")
         )
     for entry in found["exposed"]:

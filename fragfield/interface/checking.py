@@ -184,7 +184,7 @@ def convert(
     Parameters
     ----------
     file : path
-        .dxf, .svg, .csv, .xlsx or .ods of a round's casing, or .geojson, .json, .kml or .kmz of places.
+        .dxf, .csv, .xlsx or .ods of a round's casing, or .geojson, .json, .kml or .kmz of places.
     set : sequence of str, or mapping
         Values of the keys of `round.contour`, such as `["unit=1 mm"]`; of a map those of `site.places`, and `latitude`,
         `longitude` and `bearing` of the site.

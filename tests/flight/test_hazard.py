@@ -19,7 +19,7 @@ def landed(distance, azimuth, energy=100.0, angle=90.0) -> np.ndarray:
     return rows
 
 
-def isotropic(number: int, height: float, speed: float = 1e5) -> Fragments:
+def isotropic(number: int, height: float, speed: float = 5e4) -> Fragments:
     generator = np.random.default_rng(0)
     direction = generator.normal(size=(number, 3))
     direction /= np.linalg.norm(direction, axis=1, keepdims=True)

@@ -188,7 +188,12 @@ def made_by_contact(at_end: float, largest: float, gain: float) -> dict:
         ("burst", {"lost_cells": 30, "cells": 1000}, "stop", "30 of 1,000 cells were lost"),
         ("burst", {"lost_cells": 0, "cells": 1000}, "good", "No cell was lost"),
         ("burst", {"contact": {"max_collision_penetration": 6e-4}}, "warning", "overlap by up to 10.0 % of a cell"),
-        ("burst", {"acceleration_complete": None, "kinetic_energy_growth": 0.04}, "warning", "grew by 4 %"),
+        (
+            "burst",
+            {"acceleration_complete": None, "acceleration_left": 0.14},
+            "warning",
+            "14 % of its kinetic energy would still come",
+        ),
         ("burst", {"momentum_error": 1e-6}, "warning", "momentum drifts by 1.0e-06"),
         ("break_up", {"mass_error": -0.08}, "warning", "8 % less mass"),
         (

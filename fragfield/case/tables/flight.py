@@ -85,7 +85,7 @@ class WindTable(Table):
     ] = 1.0 / 7.0
     """For model = "power_law"."""
     heights: Annotated[list[Length] | None, Entries(10000, "heights of a sounding"), _PROFILE] = None
-    """For model = "profile": heights z, rising."""
+    """For model = "profile": heights over the ground below a fragment, rising."""
     speeds: Annotated[
         list[Annotated[float, Quantity("m/s", "5 m/s", minimum=0.0)]] | None,
         Bounds(0.0, 200.0, "no wind up to 20 km is faster", usual=(0.0, 100.0)),

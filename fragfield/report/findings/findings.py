@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 _ORDER: dict[Weight, int] = {"stop": 0, "warning": 1, "note": 2, "good": 3}
-_JUDGED = {"certainty", "contact_energy", "drag_table", "passed_through", "rounds_alone"}
+_JUDGED = {"certainty", "contact_energy", "drag_table", "no_end", "passed_through", "rounds_alone"}
 """Codes of recorded warnings whose matter is judged here from numbers."""
 
 
