@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 _EACH = 3
 _MEASURED = {
-    "m107_1944": "; counted there over all directions alike and without gravity, not in the worst direction",
+    "m107_1944": "; counted there over the whole sphere without gravity: beside the round fragments are denser",
     "polar_zones": "", "copper_cylinder": "", "colliding_tubes": "", "steel_tubes": "",
     "paper_3_1": "", "paper_3_2": "",
 }  # fmt: skip
