@@ -139,6 +139,7 @@ def ladder(monkeypatch, tmp_path, capsys):
     page.write_text("".join(marks), encoding="utf-8")
     front.write_text("<!-- begin validation -->\n<!-- end validation -->\n", encoding="utf-8")
     monkeypatch.setattr(validation, "RECORD", tmp_path / "data" / "validation.json")
+    monkeypatch.setattr(validation, "EVIDENCE", tmp_path / "data" / "evidence.json")
     monkeypatch.setattr(validation, "write_pages", lambda *two: readme.write_pages(*two, page, front))
 
     def run(arguments, studies):

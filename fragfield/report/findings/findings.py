@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 from fragfield.checking.case_warnings import doubts
 from fragfield.report.blocks import Finding
 from fragfield.report.findings.burst import burst_findings, ledger_findings
+from fragfield.report.findings.evidence import validation_words
 from fragfield.report.findings.hazard import break_up_findings, convergence_findings, flight_findings, imprint_findings
-from fragfield.report.findings.validation_status import read_record, validation_words
 
 if TYPE_CHECKING:
     from fragfield.report.blocks import Weight
@@ -32,7 +32,7 @@ def findings(run: RunFiles) -> list[Finding]:
     ]
     found += [*convergence_findings(run), *_recorded(run)]
     if run.provenance:
-        found.append(Finding(*validation_words(read_record(), run)))
+        found.append(Finding(*validation_words(run)))
     return sorted(found, key=lambda item: _ORDER[item.weight])
 
 
