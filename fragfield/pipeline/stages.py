@@ -60,7 +60,6 @@ def burst(job: Job, stage: Stage) -> dict[str, Any]:
             on_progress=job.reporter.burst,
             resume=job.options.resume,
             series=not job.options.lean,
-            profile=job.options.profile,
         )
         part = {**result.summary, "geometry_reason": choice.reason}
     if alone:
