@@ -21,7 +21,6 @@ import numpy as np
 
 from fragfield.case.conversion.exposed_sites import ExposedSite, exposed_sites_of
 from fragfield.case.conversion.surroundings import bearing_of
-from fragfield.hazard.recommended import NORMAL_95
 from fragfield.hazard.verdict import criterion_of, no_margin, verdict_of
 
 if TYPE_CHECKING:
@@ -34,6 +33,7 @@ if TYPE_CHECKING:
     from fragfield.case import CaseTable
 
 
+NORMAL_95 = 1.6448536269514722
 LEVEL = 0.95
 _SHORT = ("density_normal", "density_ground", "expected_hits", "probability")  # given without ricochet too
 

@@ -107,6 +107,7 @@ def fly(job: Job, stage: Stage) -> dict[str, Any]:
     if flown is None:
         job.team.broadcast()
         return {}
+    assert flown.first is not None  # a run flies realisations
     provenance = provenance_of(job.case)
     files = ThreadPoolExecutor(1, "files")  # the disk takes its time
     writing = [
@@ -125,9 +126,15 @@ def fly(job: Job, stage: Stage) -> dict[str, Any]:
         summary["fragments_file"] = job.options.fragments.name
         if found := read_arena(job.options.fragments, job.case):
             summary["recovered"] = found[1].summary()
-    headline = {**flown.hazard.headline, "possible_mass": flown.completeness.possible,
-                "mass_not_landed": flown.completeness.missing, "more_realisations": flown.more,
-                "ricochet": job.case.flight.ground.ricochet, "attitude": flown_attitude(job, flown)}  # fmt: skip
+    headline = {
+        **flown.hazard.headline,
+        "realisations_because": flown.realisations_because,
+        "possible_mass": flown.completeness.possible,
+        "mass_not_landed": flown.completeness.missing,
+        "more_realisations": flown.more,
+        "ricochet": job.case.flight.ground.ricochet,
+        "attitude": flown_attitude(job, flown),
+    }
     headline["bearing_deg"] = bearing_of(job.case, headline.get("direction_deg"))
     if words := certainty(headline):
         _log.warning("%s", words, extra={"code": "certainty"})

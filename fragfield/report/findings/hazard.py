@@ -112,6 +112,8 @@ def _certainty(hazard: dict[str, Any]) -> list[Finding]:
         return [Finding("warning", f"{words[0].upper()}{words[1:]}.")]
     text = f"{number(int(hazard['realisations']))} realisations fix the expected distance to"
     found = [Finding("good", f"{text} {100 * hazard['tolerance']:g} % (standard error).")]
+    if hazard.get("method") == "integral":
+        found = [Finding("good", "The expected density is an integral: no random number is in the distance.")]
     if hazard["expected"] and hazard["max_bias"] > 0.5 * hazard["standard_error"]:
         share = 100 * hazard["max_bias"] / hazard["expected"]
         text = f"Taking the worst direction may bias the expected distance by up to {share:.1g} % either way."

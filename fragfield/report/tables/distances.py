@@ -7,7 +7,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fragfield.case.conversion.surroundings import direction_words, site_of
-from fragfield.hazard.certainty import basis_words, metres_and_error, ricochet_words, rounded_metres, whole_metres
+from fragfield.hazard.certainty import (
+    basis_words,
+    metres_and_error,
+    ricochet_words,
+    rounded_metres,
+    source_words,
+    whole_metres,
+)
 from fragfield.hazard.recommended import RULE, parts_of
 from fragfield.numbers import SPACE, number
 from fragfield.report.blocks import Table
@@ -36,7 +43,7 @@ def distance_table(run: RunFiles) -> Iterator[Table]:
         ("Recommended distance", whole_metres(hazard["recommended"]), f"to keep; {basis_words(hazard)}"),
         (
             "Expected distance", metres_and_error(expected.value, hazard["standard_error"], SPACE),
-            f"mean of {number(hazard['realisations'])} realisations{bias if hazard['max_bias'] else ''}",
+            f"{source_words(hazard)}{bias if hazard['max_bias'] else ''}",
         ),
         *(
             (f"– {part.words}", "–" if part.value is None else f"{part.value:.1f}", part.reason or "part of it")
@@ -55,9 +62,13 @@ def distance_table(run: RunFiles) -> Iterator[Table]:
             "Single events: median, 5 to 95 %", f"{rounded_metres(single['median'])}, {span}",
             f"no distance to keep: the same estimate on each of {number(single['realisations'])} events alone",
         ),
-        ("Largest throw", rounded_metres(hazard["largest_throw"]), "no distance to keep: the farthest fragment"),
+        (
+            "Throw exceeded in 5 % of events", rounded_metres(hazard["largest_throw"]),
+            "no distance to keep: the farthest fragment of an event",
+        ),
     ]  # fmt: skip
-    note = f"{RULE} ± is the standard error by bootstrap over the realisations.{_tilt_words(run)}"
+    of_what = "of the integral by shifts of its points, else by bootstrap over the realisations"
+    note = f"{RULE} ± is the standard error: {of_what}.{_tilt_words(run)}"
     yield Table("Distances", head, tuple(lines), note)
 
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fragfield.hazard.recommended import NORMAL_95
+from fragfield.hazard.exposed import NORMAL_95
 from fragfield.hazard.verdict import part_of_criterion
 from fragfield.quantities import shown, value_at
 from fragfield.report.tables.zones import wide_zones
