@@ -239,7 +239,7 @@ set_up
 case $act in
     install) say "ready: .venv/bin/fragfield --help" ;;
     demo)
-        "$bin/fragfield" run cases/grenade_155_tnt.toml --cell-size "8 mm" --out runs/demo --overwrite "$@"
+        "$bin/fragfield" run cases/grenade_155_tnt.toml --set burst.cell_size="8 mm" --out runs/demo --overwrite "$@"
         say "the report is runs/demo/report.html, the pictures are in runs/demo/figures"
         ;;
     examples)

@@ -23,9 +23,9 @@ __all__ = ["compilation"]
 _ROOT = Path(__file__).resolve().parent.parent
 _COMPILE_TARGET = 20.0  # s, from the interpreter's start to the first step and beyond
 _COMMANDS = {
-    "single_round_to_the_report": ("run", "cases/m107_tnt.toml", "--cell-size", "6 mm"),
+    "single_round_to_the_report": ("run", "cases/m107_tnt.toml", "--set", "burst.cell_size=6 mm"),
     "pair_in_three_dimensions": (
-        "burst", "cases/m107_pair.toml", "--cell-size", "12 mm", "--set", "burst.end_time=30 us",
+        "burst", "cases/m107_pair.toml", "--set", "burst.cell_size=12 mm", "--set", "burst.end_time=30 us",
     ),
 }  # fmt: skip
 

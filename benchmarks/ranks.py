@@ -83,7 +83,7 @@ def _main() -> None:
     from fragfield.case.conversion.stages import burst_settings
 
     numba.set_num_threads(1)
-    case, comm = load_case(_PAIR, cell_size=_SIZE), MPI.COMM_WORLD
+    case, comm = load_case(_PAIR, {"burst.cell_size": _SIZE}), MPI.COMM_WORLD
     settings = replace(burst_settings(case, geometry="3d"), end_time=_END, symmetry="off")
     with tempfile.TemporaryDirectory() as folder:
         run = Simulation(burst_rounds(case), settings, Path(folder), comm, {})

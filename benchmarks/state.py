@@ -41,7 +41,7 @@ def one_step(run: Simulation) -> None:
 def new_run(cell_size: float, quadrature: Quadrature = "one_point") -> Simulation:
     """The case with cells of this size (m), at rest and unreacted; its folder is removed when the process ends."""
     logging.getLogger("burst_fenicsx").setLevel(logging.ERROR)
-    case = load_case(CASE, cell_size=f"{1e3 * cell_size:g} mm")
+    case = load_case(CASE, {"burst.cell_size": f"{1e3 * cell_size:g} mm"})
     settings = burst_settings(case, geometry="3d")
     settings = replace(
         settings, symmetry="off", quadrature=quadrature, time_step=replace(settings.time_step, subcycling=False)

@@ -40,7 +40,7 @@ def _burst(case: Path, cell_size: float) -> dict[str, Any]:
     with tempfile.TemporaryDirectory(prefix="fragfield-bench-") as folder:
         command = [
             sys.executable, "-m", "fragfield", "burst", str(case), "--out", folder, "--overwrite", "--profile",
-            "--quiet", "--cell-size", f"{1e3 * cell_size:g} mm", "--set", "burst.geometry=3d",
+            "--quiet", "--set", f"burst.cell_size={1e3 * cell_size:g} mm", "--set", "burst.geometry=3d",
         ]  # fmt: skip
         subprocess.run(command, cwd=CASE.parent.parent, check=True)
         found: dict[str, Any] = json.loads((Path(folder) / "summary.json").read_text(encoding="utf-8"))["burst"]

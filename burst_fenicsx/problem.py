@@ -257,13 +257,12 @@ class BurstSettings:
         Quantity("s", "120 us", above=0.0),
         Bounds(1e-9, 1e-2, "a burst is over within milliseconds", usual=(1e-5, 1e-3)),
     ] = None
-    """End of the burst, for stop = "time"; left out: when the acceleration is complete."""
-    acceleration_tolerance: Annotated[
-        float, Bounds(0.0, 1.0, "a fraction of the energy", above=True, below=True), _NO_END
-    ] = 1e-2
-    """Acceleration is complete when the casing's kinetic energy grows by less than this fraction ..."""
-    acceleration_window: Annotated[Time, Bounds(1e-9, 1e-2, "a burst is over within milliseconds"), _NO_END] = 10e-6
-    """... over this time."""
+    """End of the burst, complete or not: speeds are those at that time; left out: by `acceleration_left`."""
+    acceleration_left: Annotated[
+        float, Bounds(0.0, 1.0, "a fraction of the energy", above=True, below=True, usual=(0.02, 0.2)), _NO_END
+    ] = 0.1
+    """The burst ends where every casing's kinetic energy has at most this fraction to gain by its asymptote, which the
+    fragments' speeds are taken to."""
     time_limit: Annotated[Time, Bounds(1e-9, 0.1, "a burst is over within milliseconds"), _NO_END] = 1e-3
     """Never longer than this."""
     energy_tolerance: Annotated[float, Bounds(0.0, 1.0, "a fraction of the work", above=True)] = 0.05

@@ -18,10 +18,11 @@ from burst_fenicsx.files.checkpoint import read_checkpoint, write_checkpoint
 from burst_fenicsx.files.output import Background, TimeSeries
 from burst_fenicsx.files.revolve import revolution, write_revolved
 from burst_fenicsx.files.snapshot import write_snapshot
-from burst_fenicsx.kernels.constants import LARGEST_CONTACT_ERROR
+from burst_fenicsx.kernels.constants import CHECK_INTERVAL, LARGEST_CONTACT_ERROR
 from burst_fenicsx.mechanics.erosion import erode_at_end
 from burst_fenicsx.meshing.placement import frame, place
 from burst_fenicsx.problem import BurstSettings, Mirror, Round
+from burst_fenicsx.records.acceleration import Acceleration
 from burst_fenicsx.records.gather import output_fields, snapshot_fields
 from burst_fenicsx.records.measures import RoundMeasures
 from burst_fenicsx.records.rounds import round_records
@@ -38,8 +39,9 @@ _log = logging.getLogger(__name__)
 
 _HISTORY_INTERVAL = 1e-6
 _PROGRESS_SECONDS = 0.2
-# Checkpoints are kept at outputs, the first at once, of a meridian after as long, and then not more often than this: no
-# more than that is lost.
+_Arrays = dict[str, np.ndarray]
+# Checkpoints are kept where the state is checked, the first at once, of a meridian after as long, and then not more
+# often than this: no more than that is lost.
 _CHECKPOINT_SECONDS = 30.0
 
 
@@ -78,7 +80,7 @@ class Simulation(AssembledBurst):
     Attributes
     ----------
     writes_series : whether burst.xdmf and what else is for visualisation alone are written.
-    acceleration_complete : when it was (s).
+    acceleration : of the casings. acceleration_complete : when it was (s).
     """
 
     writes_series = True
@@ -104,7 +106,9 @@ class Simulation(AssembledBurst):
         self._resumed_at: float | None = None
         self._checkpoint_at = self.clocks.start if self.geometry.upright else -np.inf
         self.first_step_at, self.first_cell_step_at = 0, 0
+        self.acceleration = Acceleration(self.fields.products, self.settings.leakage, self.settings.acceleration_left)
         self.acceleration_complete: float | None = None
+        self._before: tuple[float, _Arrays, _Arrays] | None = None  # time and fields before a step beyond an output
 
     @property
     def checkpoint_path(self) -> Path:
@@ -122,6 +126,7 @@ class Simulation(AssembledBurst):
         records = read_checkpoint(self.checkpoint_path, self.solver, self.key)
         self.interpenetration.largest = records["passed_through"]
         self.exposures.values[:] = records["exposure"]
+        self.acceleration.restore(records["acceleration"])
         complete = float(records["acceleration_complete"])
         self.acceleration_complete = complete if np.isfinite(complete) else None
         self._resumed_at = self.solver.time
@@ -139,25 +144,29 @@ class Simulation(AssembledBurst):
         end = settings.end_time if settings.end_time is not None else settings.time_limit
         entries = self.ledger.entries
         history = entries[-1].time + _HISTORY_INTERVAL if entries else 0.0
-        output = 0.0
-        while output < solver.time * (1.0 + 1e-9):  # of a resumed burst, or one that begins with its first ignition
-            output += settings.output_interval
+        # Of a resumed burst, or one that begins with its first ignition, not the first.
+        self._next_output = _multiple_from(solver.time, settings.output_interval)
+        check = _multiple_from(solver.time, CHECK_INTERVAL)
+        until = min(end, self._expected_end())
         self.clocks.first_step = clock.perf_counter() - self.clocks.start
         began = clock.perf_counter()
         try:
             while True:
                 finished = solver.time >= end * (1.0 - 1e-12) or self._ended_by_acceleration
                 recorded = bool(entries) and entries[-1].time >= solver.time  # by the run that was interrupted here
-                if (solver.time >= history or finished) and not recorded:
+                if (solver.time >= min(history, until) or finished) and not recorded:
                     self._record()
                     history = solver.time + _HISTORY_INTERVAL
-                    finished = finished or self._acceleration_is_complete()
+                    until = min(end, self._expected_end())
+                    finished = finished or self._ended_by_acceleration
                 if finished:
+                    solver.bring_velocities()
                     erode_at_end(self.fields)
-                if solver.time >= output * (1.0 - 1e-12) or finished:
-                    self._write_output()
-                    output += settings.output_interval
-                self._report_progress(end, began)
+                self._write_outputs(finished=finished)
+                if solver.time >= check * (1.0 - 1e-12) or finished:
+                    self._check()
+                    check += CHECK_INTERVAL
+                self._report_progress(until, began)
                 # Here, between two steps, and nowhere else the state is one that a run can go on from.
                 if solver.time > 0.0 and interruption.asked():
                     self._write_checkpoint()
@@ -165,7 +174,7 @@ class Simulation(AssembledBurst):
                     raise KeyboardInterrupt
                 if finished:
                     break
-                solver.step(min(output, end))
+                solver.step(until, self._keep_before if self.writes_series else None)
                 self.exposures.update(solver.time, solver.time_step)
         except BaseException:
             self._writing.close()
@@ -174,20 +183,23 @@ class Simulation(AssembledBurst):
             self.clocks.stepping += clock.perf_counter() - began
 
     def _record(self) -> None:
+        """Take the ledger and the casings' energies, and note when their acceleration is complete; collective."""
+        time, leakage = self.solver.time, self.leakage
         diameter = self.measures.outer_diameter(self.measures.outer_radii())
-        self.ledger.record(self.fields, self.solver.time, self.solver.time_step, diameter, self.contact)
+        self.ledger.record(self.fields, time, self.solver.time_step, diameter, self.contact)
+        weights = (leakage.initial_radius**2).reshape(len(self.rounds), -1)  # charge of the slices
+        radii = leakage.radii(self.fields.nodes.position).reshape(weights.shape)
+        radii = (radii * weights).sum(axis=1) / weights.sum(axis=1)
+        ignition = self.fields.charge.ignition_time
+        ignited = np.array([np.count_nonzero(ignition[cells] <= time) for cells in self.fields.charge_cells])
+        ignited = self.comm.allreduce(ignited) if self.comm.size > 1 else ignited
+        self.acceleration.record(time, self.ledger.kinetic_casings, radii, ignited > 0)
+        if self.acceleration_complete is None and self._burnt_out() and self.acceleration.end() <= time:
+            self.acceleration_complete = time
 
-    def _acceleration_is_complete(self) -> bool:
-        """Note when the casing's kinetic energy has stopped growing; end the run there unless an end was given."""
-        now = self.ledger.entries[-1]
-        window = self.settings.acceleration_window
-        if self.acceleration_complete is None and now.time > window and now.kinetic_casing > 0.0:
-            before = next((entry for entry in reversed(self.ledger.entries) if entry.time <= now.time - window), None)
-            grown = (now.kinetic_casing - before.kinetic_casing) / now.kinetic_casing if before else 1.0
-            # Casings that collide lose kinetic energy for a while: that is no end of the acceleration.
-            if before and self._burnt_out() and abs(grown) < self.settings.acceleration_tolerance:
-                self.acceleration_complete = now.time
-        return self._ended_by_acceleration
+    def _expected_end(self) -> float:
+        """When the acceleration will have ended the burst (s), by the entries so far; infinite while a charge burns."""
+        return self.acceleration.end() if self.settings.end_time is None and self._burnt_out() else np.inf
 
     @property
     def _ended_by_acceleration(self) -> bool:
@@ -209,27 +221,49 @@ class Simulation(AssembledBurst):
             )
             self._output_at = max(self._series.times, default=-np.inf)
 
-    def _write_output(self) -> None:
-        if self.writes_series:
-            self._begin_state()
+    def _check(self) -> None:
         self.check_state()
         due = self.comm.bcast(clock.perf_counter() - self._checkpoint_at >= _CHECKPOINT_SECONDS)  # by rank 0's clock
         if self.solver.time > 0.0 and due:
             self._write_checkpoint()
 
-    def _begin_state(self) -> None:
-        """Begin to write the state to the series; collective."""
+    def _keep_before(self, time: float) -> None:
+        """Keep the fields before a step to a time (s) beyond the next output; collective."""
+        if time > self._next_output:
+            self._before = self.solver.time, *self._output_fields()
+
+    def _write_outputs(self, *, finished: bool) -> None:
+        """Write the states that are due, between two steps along the line, and the last one as it is; collective."""
+        time, interval = self.solver.time, self.settings.output_interval
+        due = time >= self._next_output * (1.0 - 1e-12)
+        if not self.writes_series or not (due or finished):
+            self._next_output += interval if due else 0.0
+            return
+        now = self._output_fields()
+        while self._next_output <= time * (1.0 + 1e-12):
+            if self._before is None or self._next_output >= time * (1.0 - 1e-12):
+                self._write_state(time, *now)
+            else:
+                since, *before = self._before
+                weight = (self._next_output - since) / (time - since)
+                self._write_state(self._next_output, *map(partial(_between, weight), before, now))
+            self._next_output += interval
+        self._before = None
+        if finished:
+            self._write_state(time, *now)
+
+    def _output_fields(self) -> tuple[_Arrays, _Arrays]:
+        force = self.contact.force if self.contact.exists else None
+        return output_fields(self.fields, force, with_nodal_stress=self.settings.nodal_stress)
+
+    def _write_state(self, time: float, points: _Arrays, cells: _Arrays) -> None:
+        """Begin to write a state to the series, unless it is there; collective."""
         self._writing.make_room()
-        points, cells = output_fields(
-            self.fields,
-            self.contact.force if self.contact.exists else None,
-            with_nodal_stress=self.settings.nodal_stress,
-        )
-        if self._series is not None:
+        if self._series is not None and time > self._output_at:
+            points, cells = dict(points), dict(cells)
             self._to_world(points, cells)
-            if self.solver.time > self._output_at:
-                self._output_at = self.solver.time
-                self._writing.begin(partial(self._write_series, self._series, self.solver.time, points, cells))
+            self._output_at = time
+            self._writing.begin(partial(self._write_series, self._series, time, points, cells))
 
     def _finish_series(self) -> None:
         """Wait until every state so far is written, for good."""
@@ -264,6 +298,7 @@ class Simulation(AssembledBurst):
         self._checkpoint_at = clock.perf_counter()
         records = {
             "passed_through": self.interpenetration.largest,
+            "acceleration": self.acceleration.array(),
             "acceleration_complete": np.array(self.acceleration_complete or np.nan),
             "exposure": self.exposures.values,
         }
@@ -291,20 +326,35 @@ class Simulation(AssembledBurst):
         )
 
     def finish(self) -> BurstResult:
-        """Write the snapshot, last of all files, and give the summary, of all rounds; collective."""
-        whole = self.completion
-        along = self.measures.rounds()
-        records = whole.records(round_records(self, *self.measures.segment_masses_and_speeds()))
-        along = whole.measures(along)
+        """Write the snapshot, last of all files, and give the summary, of all rounds; collective.
+
+        Its velocities are those that fragments start with: those at the end times `speed_factors`.
+        """
+        whole, factors = self.completion, self.speed_factors()
+        along = whole.measures(
+            [item.times(factor) for item, factor in zip(self.measures.rounds(), factors, strict=True)]
+        )
+        masses, speeds = self.measures.segment_masses_and_speeds()
+        speeds = [factor * speed for factor, speed in zip(factors, speeds, strict=True)]
+        records = whole.records(round_records(self, masses, speeds))
         nodes, cells = snapshot_fields(self.fields)
+        if nodes:
+            of_round = np.empty(len(self.mesh.nodes), dtype=np.int64)
+            of_round[self.mesh.cells] = self.mesh.round[:, None]
+            nodes["velocity"] *= factors[of_round][:, None]
         self._to_world(nodes)
         history = whole.history(self.ledger.columns())
         charge_masses = [record.charge_mass for record in records]
-        summary = burst_summary(
-            self, along, charge_masses, self.clocks, self.first_cell_step_at, self.acceleration_complete
-        )
+        summary = burst_summary(self, along, charge_masses)
         self.interpenetration.log_result(summary["contact"], summary["folded_casing_mass"])
         self._warn_of_contact()
+        if self.settings.end_time is None and self.acceleration_complete is None and self.comm.rank == 0:
+            _log.warning(
+                "the casings still accelerate or collide at burst.time_limit = %g s: fragments start with the speeds "
+                "of that time",
+                self.settings.time_limit,
+                extra={"code": "no_end"},
+            )
         if self.comm.rank == 0 and self.geometry.upright and self.writes_series:
             self._write_revolved()
         self._finish_series()
@@ -324,6 +374,11 @@ class Simulation(AssembledBurst):
                 geometry=self.geometry.name,
             )
         return BurstResult(summary, along, history)
+
+    def speed_factors(self) -> np.ndarray:
+        """Speeds that fragments start with over those at the end (rounds,); 1 of an end that was given."""
+        left = self.acceleration.left() if self._ended_by_acceleration else np.zeros(len(self.rounds))
+        return np.sqrt(1.0 + np.nan_to_num(left))
 
     def _warn_of_contact(self) -> None:
         """Warn where contact has made or lost much of the work by the end."""
@@ -345,3 +400,16 @@ class Simulation(AssembledBurst):
         swept = revolution(start["reference"], self.mesh.cells, self.rounds[0].position, self.rounds[0].axis)
         path = self.out_dir / "burst_revolved"
         write_revolved(path, swept, self.solver.time, points.pop("position"), points, cells, self.provenance)
+
+
+def _multiple_from(time: float, interval: float) -> float:
+    """Smallest multiple of the interval that lies beyond the time, or 0 at time 0 (s)."""
+    return float(interval * np.ceil(time / interval * (1.0 + 1e-9)))
+
+
+def _between(weight: float, before: _Arrays, after: _Arrays) -> _Arrays:
+    """Fields by name on the line from those before a step to those after it; what counts or marks is that after it."""
+    return {
+        name: (1.0 - weight) * before[name] + weight * values if values.dtype.kind == "f" else values
+        for name, values in after.items()
+    }

@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
 
-# What files may hold.
-POSSIBLE = {"mass": (1e-15, 1e6), "shape_factor": (1e-3, 1e9), "position": (-1e7, 1e7), "velocity": (-5e4, 5e4)}
+# what can be, in a file or an array; some of the rest would never land
+_POSSIBLE = {"mass": (1e-15, 1e6), "shape_factor": (1e-3, 1e9), "position": (-1e7, 1e7), "velocity": (-5e4, 5e4)}
 ARRAYS = files.ARRAYS
 _UNITS = {"mass": "kg", "position": "m", "velocity": "m/s", "shape_factor": "kg/m3"}
 
@@ -47,7 +47,7 @@ class Fragments:
     Raises
     ------
     InputError
-        On shapes that do not fit, a mass or shape factor that is not above zero, or a value that is not finite.
+        On shapes that do not fit, or a value that cannot be: a wrong unit, or not a finite number.
     """
 
     mass: NDArray[np.float64]
@@ -175,7 +175,6 @@ class Fragments:
         arrays, names = files.read(Path(path))
         try:
             found = cls(**arrays, round_names=names)
-            check_possible(found, "fragments")
         except InputError as error:
             raise InputError(f"{path}: {error}") from None
         return found
@@ -203,12 +202,13 @@ def _check(fragments: Fragments) -> None:
         raise InputError(
             f"{source}: round {int(fragments.round.max())} has no name; there are {len(fragments.round_names)} names"
         )
-    for name, what in (("mass", "kg"), ("shape_factor", "kg/m3")):
+    for name, (low, high) in _POSSIBLE.items():
         value = getattr(fragments, name)
-        _refuse(source, name, value, ~(np.isfinite(value) & (value > 0.0)), f"a finite number above zero ({what})")
-    for name, what in (("position", "m"), ("velocity", "m/s")):
-        value = getattr(fragments, name)
-        _refuse(source, name, value, ~np.isfinite(value).all(axis=1), f"three finite numbers ({what})")
+        each = value.reshape(len(value), value.size // max(len(value), 1))
+        _refuse(
+            source, name, value, ~((each >= low) & (each <= high)).all(axis=1),
+            f"from {low:g} to {high:g} {_UNITS[name]}",
+        )  # fmt: skip
 
 
 def shaped(fragments: Fragments, shape: Shape, seed: int = 0) -> Fragments:
@@ -219,18 +219,6 @@ def shaped(fragments: Fragments, shape: Shape, seed: int = 0) -> Fragments:
     if not isinstance(shape, Shape):
         raise InputError(f"shape is {shape!r}, allowed: flight.shape.Mean, Lognormal or Box")
     return replace(fragments, shape_factor=shape.factors(len(fragments), seed))
-
-
-def check_possible(fragments: Fragments, source: str) -> None:
-    """Refuse fragments of a file that cannot be: a damaged file, or a wrong unit; some would never land.
-
-    Raises InputError: with the `source`, the first such fragment and what is possible.
-    """
-    for name, what in (("mass", "kg"), ("shape_factor", "kg/m3"), ("position", "m"), ("velocity", "m/s")):
-        (low, high), value = POSSIBLE[name], getattr(fragments, name)
-        each = value.reshape(len(value), -1)
-        bad = ~((each >= low) & (each <= high)).all(axis=1)
-        _refuse(source, name, value, bad, f"from {low:g} to {high:g} {what}")
 
 
 def _refuse(source: str, name: str, value: NDArray[Any], bad: NDArray[np.bool_], needed: str) -> None:

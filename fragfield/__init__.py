@@ -6,7 +6,7 @@ From Python::
 
     case = fragfield.Case.from_toml("first.toml", set=["burst.cell_size=8 mm"])
     run = fragfield.run(case, out="runs/first")
-    print(run.hazard.upper)
+    print(run.hazard)
 
 `fragfield.open` reads a run directory that is there. Every name is loaded when it is first used: neither dolfinx nor
 MPI, matplotlib or pandas come with the import. The guide's page "Python" has examples.
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from fragfield.interface.limit import Limit, run_limit
     from fragfield.interface.results import Run, open  # noqa: A004 - as h5py.File has its `open`
     from fragfield.interface.running import run
-    from fragfield.interface.studies import Comparison, Sweep, Uncertainty, compare_runs, run_sweep, run_uncertainty
+    from fragfield.interface.studies import Sweep, Uncertainty, compare_runs, run_sweep, run_uncertainty
     from fragfield.interface.tables import Table
     from fragfield.terminal.progress import Progress
     from fragfield_base.errors import InputError, NumericalStop
@@ -44,7 +44,6 @@ __all__ = [
     "Case",
     "CheckResult",
     "Converted",
-    "Comparison",
     "HazardDistance",
     "ImportedTable",
     "InputError",
@@ -81,7 +80,7 @@ __getattr__, __dir__ = lazy_names(
         "fragfield.interface.limit": "Limit run_limit",
         "fragfield.interface.results": "Run open",
         "fragfield.interface.running": "run",
-        "fragfield.interface.studies": "Comparison Sweep Uncertainty compare_runs run_sweep run_uncertainty",
+        "fragfield.interface.studies": "Sweep Uncertainty compare_runs run_sweep run_uncertainty",
         "fragfield.interface.tables": "Table",
         "fragfield.terminal.progress": "Progress",
         "fragfield_base.errors": "InputError NumericalStop",

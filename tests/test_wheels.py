@@ -189,7 +189,7 @@ def test_the_whole_computes_a_case_beside_the_systems_dolfinx(index, tmp_path):
     broken = run(python, "-m", "pip", "check", cwd=tmp_path, check=False).stdout.splitlines()
     assert not [line for line in broken if line.startswith("fragfield")], broken
     program = tmp_path / "venv" / "bin" / "fragfield"
-    options = ("--cell-size", "15 mm", "--set", "burst.end_time=60 us", "--out", "run", "--quiet")
+    options = ("--set", "burst.cell_size=15 mm", "--set", "burst.end_time=60 us", "--out", "run", "--quiet")
     run(program, "run", ROOT / "cases" / "tube.toml", *options, cwd=tmp_path)
     for name in ("burst_snapshot.h5", "summary.json", "report.html"):
         assert (tmp_path / "run" / name).is_file(), name

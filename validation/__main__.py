@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 
 from fragfield.errors import EXIT_FAULT, EXIT_INPUT, nearest
 from validation.readme import write_pages
-from validation.record import RECORD, entry, read_record, reason_against, write_record
+from validation.record import EVIDENCE, RECORD, entry, read_record, reason_against, write_evidence, write_record
 from validation.rows import Rows, print_rows
 from validation.runs import FOLDER, Runs, StudyError
 
@@ -171,6 +171,7 @@ def _keep(rows: Rows, stopped: str | None) -> bool:
     known = read_record(RECORD) | {rows.case: entry(rows)}
     ordered = {name: known[name] for name in CASES if name in known}
     write_record(ordered, RECORD)
+    write_evidence(ordered, EVIDENCE)
     write_pages(ordered, {name: case.meaning for name, case in CASES.items()})
     return True
 

@@ -1,4 +1,4 @@
-"""The results of the validation: one JSON file that goes with the program, which the report and the page read.
+"""The results of the validation: one JSON file, of which the pages are made, and what the report takes of it.
 
 Of every case it says when, by which version and revision it was computed; a case computed again replaces its entry, if
 it came to its end with full cells and every row has numbers::
@@ -25,11 +25,16 @@ if TYPE_CHECKING:
 
     from validation.rows import Rows
 
-__all__ = ["FORMAT", "RECORD", "entry", "read_record", "reason_against", "write_record"]
+__all__ = ["EVIDENCE", "FORMAT", "RECORD", "entry", "read_record", "reason_against", "write_evidence", "write_record"]
 
 FORMAT = "fragfield validation"
 FORMAT_VERSION = 1
-RECORD = Path(__file__).resolve().parent.parent / "fragfield" / "data" / "validation.json"
+RECORD = Path(__file__).resolve().parent / "record.json"
+EVIDENCE = RECORD.parent.parent / "fragfield" / "data" / "evidence.json"
+"""What goes with the program, for its report."""
+_MEASURED = ("m107_1944", "polar_zones", "copper_cylinder", "colliding_tubes", "steel_tubes", "paper_3_1", "paper_3_2")
+"""Studies against measurements or published results, the nearest to a distance first."""
+_SHOWN = ("case", "quantity", "ours", "reference", "unit", "error", "tolerance", "source", "subjects")
 
 
 def reason_against(rows: Rows, stopped: str | None) -> str:
@@ -85,5 +90,25 @@ def write_record(entries: Mapping[str, Any], path: Path = RECORD) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
     content = {"format": FORMAT, "format_version": FORMAT_VERSION, "cases": dict(entries)}
     text = json.dumps(content, indent=1, allow_nan=False) + "\n"
+    with replacing(path, OSError) as file:
+        file.write(text.encode("utf-8"))
+
+
+def write_evidence(entries: Mapping[str, Any], path: Path = EVIDENCE) -> None:
+    """Write numbers of checks and the comparisons with measurements, one a line, for the report."""
+    judged = [row for one in entries.values() for row in one["rows"]
+              if row["passed"] is not None and row["kind"] != "comparison"]  # fmt: skip
+    head = {
+        "checks": [sum(row["passed"] for row in judged), len(judged)],
+        "versions": sorted({one["fragfield"] for one in entries.values()}),
+        "revisions": sorted({one["revision"] for one in entries.values()}),
+    }
+    rows = [
+        {key: float(f"{row[key]:.4g}") if isinstance(row[key], float) else row[key] for key in _SHOWN}
+        for name in _MEASURED if name in entries for row in entries[name]["rows"]
+        if row["kind"] == "comparison" and row["error"] is not None
+    ]  # fmt: skip
+    lines = ",\n".join(f"  {json.dumps(row, ensure_ascii=False)}" for row in rows)
+    text = f'{json.dumps(head)[:-1]}, "comparisons": [\n{lines}\n]}}\n'
     with replacing(path, OSError) as file:
         file.write(text.encode("utf-8"))

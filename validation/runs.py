@@ -120,7 +120,17 @@ class Runs:
         return out
 
     def _make(self, name: str, path: Path, size: str, stage: str, out: Path) -> None:
-        command = [sys.executable, "-m", "fragfield", stage, str(path), "--cell-size", size, "--out", str(out)]
+        command = [
+            sys.executable,
+            "-m",
+            "fragfield",
+            stage,
+            str(path),
+            "--set",
+            f"burst.cell_size={size}",
+            "--out",
+            str(out),
+        ]
         command += ["--threads", str(self.threads)] if self.threads else []
         if self.ranks > 1:
             command = ["mpirun", "-n", str(self.ranks), *command]
@@ -163,7 +173,7 @@ class Runs:
 
 
 def _sound(burst: Mapping[str, Any]) -> bool:
-    errors = burst["energy_error_at_outputs"], burst["contact_error_at_end"]
+    errors = burst["energy_error_at_checks"], burst["contact_error_at_end"]
     return all(error <= LARGEST_ENERGY_ERROR for error in errors) and not burst["lost_cells"]
 
 
@@ -175,7 +185,7 @@ def _finished(out: Path, case: Path, size: str, stage: str) -> bool:
 
     directory = RunDirectory(out)
     try:
-        if not directory.exists or differences(directory.stored_case(), load_case(case, cell_size=size)):
+        if not directory.exists or differences(directory.stored_case(), load_case(case, {"burst.cell_size": size})):
             return False
     except InputError:  # of a version that had other keys
         return False

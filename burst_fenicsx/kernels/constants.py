@@ -57,7 +57,7 @@ EARLIEST_FRONT = 0.9
 CONTACT_FRACTION = 0.7
 """Contact's step, whose square its stiffness goes against, over the first step, or that in which cells burn."""
 STEPS_PER_CHOICE = 16
-"""Levels are chosen again, and cells to erode are looked for, after so many macro steps ..."""
+"""Levels are chosen again after so many macro steps ..."""
 MIN_FRACTION = 0.9
 """... or where cells have got so thin that the macro step has to be cut below this fraction of what was chosen ..."""
 FEWEST_STEPS = 4
@@ -84,6 +84,17 @@ REFLECTION_TIME = 10e-6
 """For about this long (s) after the last cell has burnt out the front is reflected from the casing."""
 GREATEST_GROWTH = 16.0
 """Sums of radial displacements, for venting, stay exact up to four times this many initial radii."""
+
+# Times at which the state is looked at.
+
+EROSION_INTERVAL = 2e-6
+"""Cells to erode are looked for whenever the time (s) passes a multiple of this."""
+CHECK_INTERVAL = 10e-6
+"""... and what has passed through, whether a checkpoint is due, of this."""
+ASYMPTOTE_GROWTH = 1.3
+"""Growth of the charge's radius over which the asymptote of the casing's kinetic energy is taken ..."""
+STEADY_ASYMPTOTE = 0.05
+"""... and meanwhile may not move by more than this fraction: casings that collide move it, the thin products do not."""
 
 # Energies.
 

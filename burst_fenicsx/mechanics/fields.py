@@ -125,10 +125,15 @@ class BurstFields:
         now = self.element.volumes(self.nodes.position, self.mesh.dofmap)
         return np.where(self.eroded, self.blocks.by_cell(self.grid.volume), now)
 
-    def casing_speeds(self) -> tuple[np.ndarray, np.ndarray]:
-        """Own cells of casings (k,), and the size of the mean of each one's nodal velocities (k,) in m/s."""
-        speed = np.empty(len(self._casing))
-        mean_speeds(self.nodes.velocity, self.mesh.dofmap, self._casing, speed)
+    def casing_speeds(self, half_step: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
+        """Own cells of casings (k,), and the size of the mean of each one's nodal velocities (k,) in m/s.
+
+        The velocities are brought on by `half_step` (s).
+        """
+        velocity, speed = self.nodes.velocity, np.empty(len(self._casing))
+        if half_step > 0.0:
+            velocity = velocity + (half_step * self.inverse_mass)[:, None] * self.nodes.force
+        mean_speeds(velocity, self.mesh.dofmap, self._casing, speed)
         return self._casing, speed
 
     @cached_property
@@ -169,18 +174,19 @@ class BurstFields:
         node_terms(half_step, self.mass, self.inverse_mass, self.nodes.velocity, self.nodes.force, terms)
         return self.mesh.node_sums(terms)
 
-    def solid_sums(self) -> np.ndarray:
-        """Elastic energy (J); mass (kg), momentum's size (kg m/s) and kinetic energy (J) of casings, (4,); collective.
+    def solid_sums(self, half_step: float = 0.0) -> np.ndarray:
+        """Elastic energy (J), casings' mass (kg), size of momentum (kg m/s), kinetic energy of each (J); collective.
 
-        A casing's cell moves with the mean velocity of its nodes.
+        (3 + rounds,). A casing's cell moves with the mean velocity of its nodes, brought on by `half_step` (s).
         """
-        terms = np.zeros((self.mesh.cells, 4))
+        terms = np.zeros((self.mesh.cells, 3 + len(self.products)))
         slot = self.blocks.slot_of_cell
         cells, modulus, poisson = self._elastic
         elastic_energies(cells, self.solid.stress, modulus, poisson, self.grid.volume, slot, terms)
-        casing, speed = self.casing_speeds()
+        casing, speed = self.casing_speeds(half_step)
         mass = self.cell_mass[casing]
-        terms[casing, 1], terms[casing, 2], terms[casing, 3] = mass, mass * speed, 0.5 * mass * speed**2
+        terms[casing, 1], terms[casing, 2] = mass, mass * speed
+        terms[casing, 3 + self.mesh.round[casing]] = 0.5 * mass * speed**2
         return self.mesh.cell_sums(terms)
 
     @cached_property

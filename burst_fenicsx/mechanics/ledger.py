@@ -64,6 +64,7 @@ class Ledger:
     sums : (5,) J: plastic, viscous, hourglass, work of the charge, its own viscous heat, of this rank.
     released : (rounds, 2) J: work and own viscous heat of each round's charge, of this rank.
     chemical_energies : (rounds,) J, of each round's charge.
+    kinetic_casings : (rounds,) J, of each round's casing at the last entry.
     balanced : (k, 3) unit vectors at right angles to each other, along which the momentum of the images balances that
         of the computed part: there nothing is left to check.
     """
@@ -74,6 +75,7 @@ class Ledger:
     comm: MPI.Comm
     sums: np.ndarray = field(default_factory=lambda: np.zeros(5))
     released: np.ndarray = field(init=False)
+    kinetic_casings: np.ndarray = field(init=False)
     external_work: float = 0.0  # J, of all ranks, on rank 0
     damping: float = 0.0
     balanced: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
@@ -82,6 +84,7 @@ class Ledger:
     def __post_init__(self) -> None:
         """Start every round's sums at nothing."""
         self.released = np.zeros((len(self.chemical_energies), 2))
+        self.kinetic_casings = np.zeros(len(self.chemical_energies))
 
     @classmethod
     def at_rest(cls, state: BurstFields, energy_tolerance: float, balanced: np.ndarray) -> Ledger:
@@ -122,7 +125,7 @@ class Ledger:
         if contact is not None:
             momentum -= contact.impulse
         momentum -= self.balanced.T @ (self.balanced @ momentum)
-        strain, mass, weighted, kinetic_casing = fields_now.solid_sums()
+        strain, mass, weighted, *of_casings = fields_now.solid_sums(0.5 * step)
         of_contact = (contact.energy, contact.gain) if contact is not None else (0.0, 0.0)
         local = np.array([*self.sums, self.external_work, *of_contact])
         total = self.comm.allreduce(local) if self.comm.size > 1 else local
@@ -135,7 +138,7 @@ class Ledger:
             time=time,
             time_step=step,
             kinetic=float(kinetic),
-            kinetic_casing=float(kinetic_casing),
+            kinetic_casing=float(np.sum(of_casings)),
             strain=float(strain),
             plastic=float(plastic),
             viscous=float(viscous),
@@ -154,6 +157,7 @@ class Ledger:
             outer_diameter=diameter,
         )
         self.entries.append(entry)
+        self.kinetic_casings = np.array(of_casings)
         enough = MIN_WORK_FOR_A_STOP * self.chemical_energies.max(initial=0.0)
         if not abs(stored - gain - supplied) / max(scale, enough) <= self.energy_tolerance:
             raise NumericalStop(

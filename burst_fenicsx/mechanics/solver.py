@@ -8,7 +8,7 @@ import numba
 import numpy as np
 
 from burst_fenicsx import compat
-from burst_fenicsx.kernels.constants import STEPS_PER_CHOICE
+from burst_fenicsx.kernels.constants import EROSION_INTERVAL
 from burst_fenicsx.kernels.state import Totals
 from burst_fenicsx.kernels.step.assembly import advance_halves, make_scratch
 from burst_fenicsx.kernels.vectors.rows import hold_rows
@@ -83,19 +83,23 @@ class BurstSolver:
         self.control = StepControl(fields, settings.time_step, self.levels, self.burning, self.loads)
         self.add_forces(0.0)
 
-    def step(self, until: float = np.inf) -> None:
+    def step(self, until: float = np.inf, before: Callable[[float], None] | None = None) -> None:
         """Advance by one macro step, not beyond the time `until` (s).
+
+        `before` is called with the time (s) to which the step leads, while the state is still the old one.
 
         Raises
         ------
         NumericalStop
             If a cell is lost or the state is not a number any more.
         """
-        if self.steps % STEPS_PER_CHOICE == 0:
+        if self.steps == 0 or self.time // EROSION_INTERVAL > (self.time - self.time_step) // EROSION_INTERVAL:
             self.erode_metal()
         if self.control.levels_are_due(self.time):
             self.choose_levels()
         step = self.control.next_step(self.time, until)
+        if before is not None:
+            before(self.time + step)
         self.advance(step)
         self.time_step = step
         self.steps += 1
@@ -178,13 +182,17 @@ class BurstSolver:
         level = self.control.choose_levels(self.time)
         if level is None:
             return
-        self._advance_halves(0, 1, self.time, 0.0, 0.0, 0.5 * self.time_step)
-        self.time_step = 0.0
+        self.bring_velocities()
         self.levels.set_levels(level)
         if self.contact is not None:
             self.contact.set_level(self.levels.contact_level)
         self.add_forces(0.0)
         self.ledger.add(self._totals.energy, self._totals.released)  # of cells that have just been eroded
+
+    def bring_velocities(self) -> None:
+        """Bring the velocities from half a step before to the time of the positions."""
+        self._advance_halves(0, 1, self.time, 0.0, 0.0, 0.5 * self.time_step)
+        self.time_step = 0.0
 
     def erode_metal(self) -> None:
         """Erode cells of casings that are no continuum any more; contact leaves their faces; collective."""

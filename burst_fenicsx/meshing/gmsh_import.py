@@ -7,7 +7,7 @@ from contextlib import redirect_stderr, redirect_stdout
 from io import StringIO
 from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 
@@ -80,15 +80,15 @@ def read_gmsh(
     ------
     InputError
         Unreadable file; cells that are not linear hexahedra; a missing, empty or unknown physical group; cells in no
-        group; inverted cells; parts that do not share nodes or fall apart; a round off its axis; segments that do not
-        fit.
+        group or in two; inverted cells; parts that do not share nodes or fall apart; a round off its axis; segments
+        that do not fit.
     """
     path = Path(path)
     if unit not in LENGTH_UNITS:
         raise InputError(f"{path}: unit = '{unit}'; {nearest_name(unit, LENGTH_UNITS)}")
     try:
         points, cells, part = _hexahedra(_parsed(path))
-        _check_numbers(points, cells, unit)
+        _check_numbers(points, cells, part, unit)
         used, flat = np.unique(cells, return_inverse=True)
         base = (0.0, 0.0, 0.0) if file_position is None else file_position
         local = to_local(points[used], base, file_axis) * LENGTH_UNITS[unit]
@@ -139,31 +139,39 @@ def _parsed(path: Path) -> Any:  # noqa: ANN401 - meshio's class
     if path.suffix.lower() != ".msh":
         raise InputError(f"'{path.suffix}' is not a gmsh mesh; a file that ends in .msh is expected")
     with path.open("rb") as file:
-        _check_lines(file, size)
+        has_view = _check_lines(file, size)
     try:
         with redirect_stdout(StringIO()), redirect_stderr(StringIO()):  # meshio reports to the console
             mesh = meshio.read(path, file_format="gmsh")
         mesh.points = np.asarray(mesh.points, dtype=np.float64).reshape(-1, 3)
     except (Exception, SystemExit) as error:  # meshio leaves the program on some faults
         why = f"{type(error).__name__}: {' '.join(str(error).split())[:300]}"
+        if has_view:
+            why = "it holds a view of gmsh, which is no part of a mesh: save the mesh without its views"
         raise InputError(f"not a readable gmsh mesh ({why})") from error
     return mesh
 
 
-def _check_lines(file: Iterable[bytes], size: int) -> None:
-    """Refuse what makes meshio reserve more memory than a file of `size` bytes needs."""
-    section, is_text_2 = b"", False
+def _check_lines(file: Iterable[bytes], size: int) -> bool:
+    """Refuse what makes meshio reserve more memory than a file of `size` bytes needs; whether there is a view."""
+    section, is_text_2, has_view, meshes = b"", False, False, 0
     for line in file:
         if any(int(number) > size for number in _LONG_NUMBER.findall(line)):
             raise InputError("not a readable gmsh mesh (it declares more than a file of its size can hold)")
         if line.startswith(b"$"):
             section = line.strip()
+            meshes += section == b"$MeshFormat"
+            has_view |= section in (b"$NodeData", b"$ElementData", b"$ElementNodeData")
         elif section == b"$MeshFormat":
             is_text_2 = line.split()[:2] in ([b"2.2", b"0"], [b"2", b"0"], [b"2.1", b"0"])
         elif is_text_2 and section == b"$Nodes" and not b"".join(line.split()[:1]).isdigit():
             # 1e300, inf and nan would become the largest number of a node there is.
             shown = line[:40].decode(errors="replace").split()[:1]
             raise InputError(f"not a readable gmsh mesh (found {shown} as a node's number; allowed: whole numbers)")
+    if meshes > 1:
+        words = ", as gmsh appends a view: save the mesh without its views" if has_view else ""
+        raise InputError(f"{meshes} meshes in one file{words}; allowed: one")
+    return has_view
 
 
 def _hexahedra(mesh: Any) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.int32]]:  # noqa: ANN401
@@ -172,6 +180,7 @@ def _hexahedra(mesh: Any) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArr
     for name in names.values():
         if name not in GROUPS:
             raise InputError(f"physical volume '{name}' is unknown; {nearest_name(name, GROUPS)}")
+    _check_groups(mesh, names.values())
     cells, parts = [np.zeros((0, 8), dtype=np.int64)], [np.zeros(0, dtype=np.int32)]
     for block, tags in zip(mesh.cells, mesh.cell_data.get("gmsh:physical", [None] * len(mesh.cells)), strict=True):
         if block.type.rstrip("0123456789") in _FLAT:
@@ -198,7 +207,21 @@ def _hexahedra(mesh: Any) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArr
     return mesh.points, np.concatenate(cells), part
 
 
-def _check_numbers(points: NDArray[np.float64], cells: NDArray[np.int64], unit: str) -> None:
+def _check_groups(mesh: Any, names: Iterable[str]) -> None:  # noqa: ANN401
+    """Refuse blocks of format 4.1 in two physical volumes, of which the reader's cell data keep the first."""
+    sets = {name: mesh.cell_sets[name] for name in names if name in mesh.cell_sets}
+    for block in range(len(mesh.cells)):
+        groups = [name for name, members in sets.items() if len(members[block])]
+        if len(groups) > 1:
+            _refuse_two_groups(len(mesh.cells[block].data), groups)
+
+
+def _refuse_two_groups(number: int, groups: Sequence[str]) -> NoReturn:
+    words = " and ".join(f"'{name}'" for name in groups)
+    raise InputError(f"{number} hexahedra belong to the physical volumes {words}; every cell must belong to one")
+
+
+def _check_numbers(points: NDArray[np.float64], cells: NDArray[np.int64], part: NDArray[np.int32], unit: str) -> None:
     """Refuse nodes at infinity, meshes of no round's size, node numbers that do not exist, and cells given twice."""
     if len(cells) > _MOST_CELLS:
         raise InputError(f"{len(cells)} hexahedra; at most {_MOST_CELLS} are allowed")
@@ -217,8 +240,17 @@ def _check_numbers(points: NDArray[np.float64], cells: NDArray[np.int64], unit: 
             f"the mesh is {extent:.3g} m large in the unit '{unit}'; allowed: {_SMALLEST:g} to {_LARGEST:g} m"
             f"{f': the numbers of the file look like {likely}' if likely else ''}"
         )
-    _, first, count = np.unique(np.sort(cells, axis=1), axis=0, return_index=True, return_counts=True)
+    _, first, same, count = np.unique(
+        np.sort(cells, axis=1), axis=0, return_index=True, return_inverse=True, return_counts=True
+    )
     if (count > 1).any():
+        # Format 2.2 has a cell of two groups twice, once for each.
+        same = same.ravel()  # in numpy 2.0 of two dimensions
+        others = np.flatnonzero(part != part[first[same]])
+        if len(others):
+            _refuse_two_groups(
+                len(others), [Part(int(part[at])).name.lower() for at in (first[same[others[0]]], others[0])]
+            )
         raise InputError(
             f"{int((count > 1).sum())} hexahedra are there more than once; the first of them is hexahedron "
             f"{int(first[count > 1].min()) + 1} in file order (in gmsh: Coherence Mesh removes doubles)"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -38,7 +38,7 @@ SPEED_QUANTILES = (90, 99)
 
 @dataclass(frozen=True, eq=False)
 class RoundMeasures:
-    """One round's casing at one time.
+    """One round's casing at one time, or with the speeds that its fragments start with.
 
     Attributes
     ----------
@@ -64,6 +64,11 @@ class RoundMeasures:
     def largest(self) -> float:
         """Largest mean speed of a casing cell (m/s)."""
         return float(self.max_speed.max(initial=0.0))
+
+    def times(self, factor: float) -> RoundMeasures:
+        """The same with all speeds times a factor."""
+        names = ("mean_speed", "max_speed", "speed")
+        return replace(self, **{name: factor * getattr(self, name) for name in names})
 
     @property
     def fastest(self) -> float:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numba
 import numpy as np
 
+from burst_fenicsx.kernels.constants import CHECK_INTERVAL
 from burst_fenicsx.mechanics.detonation import ignition_times, place_ignition
 from burst_fenicsx.meshing.placement import frame
 from burst_fenicsx.records.exposure import verdict
@@ -18,11 +19,11 @@ from burst_fenicsx.records.measures import speed_quantiles, speeds_and_bound
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from burst_fenicsx.assembled import AssembledBurst
     from burst_fenicsx.mechanics.initiation import Source
     from burst_fenicsx.problem import Round
     from burst_fenicsx.records.exposure import Exposure
     from burst_fenicsx.records.measures import RoundMeasures
+    from burst_fenicsx.simulation import Simulation
 
 __all__ = ["Clocks", "burst_summary", "ignitions"]
 
@@ -38,12 +39,9 @@ class Clocks:
 
 
 def burst_summary(
-    run: AssembledBurst,
+    run: Simulation,
     along: Sequence[RoundMeasures],
     charge_masses: Sequence[float],
-    clocks: Clocks,
-    first_cell_step: int,
-    acceleration_complete: float | None,
 ) -> dict[str, Any]:
     """Summarise a finished run; collective.
 
@@ -52,18 +50,16 @@ def burst_summary(
     run : the run.
     along : speeds and diameters along each round of the whole arrangement.
     charge_masses : of each of these rounds (kg).
-    clocks, first_cell_step : times of the run, and the steps of cells before it went on from a checkpoint.
-    acceleration_complete : when it was (s).
     """
     solver, last = run.solver, run.ledger.entries[-1]
     distortion = run.measures.distortion()
     cell_steps = run.comm.allreduce(solver.cell_steps)
-    done = max(cell_steps - run.comm.allreduce(first_cell_step), 1)
+    clocks, done = run.clocks, max(cell_steps - run.comm.allreduce(run.first_cell_step_at), 1)
     casing = np.array([item.casing_mass.sum() for item in along])
     means = np.array([item.mean for item in along])
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
-    earlier = [e for e in run.ledger.entries if e.time <= last.time - run.settings.acceleration_window]
-    growth = (last.kinetic_casing - earlier[-1].kinetic_casing) / last.kinetic_casing if earlier else None
+    left, asymptotes = run.acceleration.left(), run.acceleration.asymptotes[-1] * run.part.multiplicity
+    energies_now = run.ledger.kinetic_casings * run.part.multiplicity
     contact = _of_all_images(run.contact.summary(), run.part.images)
     whole, source = run.part.whole, run.part.source
     shocks = run.completion.of_rounds(run.initiation.sources) if run.initiation is not None else [None] * len(whole)
@@ -87,6 +83,7 @@ def burst_summary(
         "casing_mass": float(casing.sum()),
         "charge_mass": float(sum(charge_masses)),
         "mean_initial_speed": float((means * casing).sum() / casing.sum()),
+        "mean_speed_at_end": last.mean_casing_speed,
         "max_initial_speed": max(item.largest for item in along),
         "speed_quantiles": speed_quantiles(along),
         **speeds_and_bound(run.fields, run.part.images),
@@ -98,7 +95,7 @@ def burst_summary(
         "released_casing_mass": distortion.released_casing_mass,
         "passed_through": run.interpenetration.summary(),
         "energy_error": max(entry.energy_error for entry in run.ledger.entries),
-        "energy_error_at_outputs": _error_at_outputs(run),
+        "energy_error_at_checks": _error_at_checks(run),
         "energy_error_at_end": last.energy_error,
         "contact_error": max(entry.contact_error for entry in run.ledger.entries),
         "contact_error_at_end": last.contact_error,
@@ -106,8 +103,8 @@ def burst_summary(
         "max_penetration": contact["max_penetration"],
         "contact": contact,
         "products_balance": float(balances @ energies / energies.sum()),
-        "acceleration_complete": acceleration_complete,
-        "kinetic_energy_growth": growth,
+        "acceleration_complete": run.acceleration_complete,
+        "acceleration_left": _or_none(float(asymptotes.sum() / energies_now.sum() - 1.0)),
         "products": run.settings.products,
         "quadrature": run.settings.quadrature,
         "cell_size": run.settings.cell_size,
@@ -120,6 +117,7 @@ def burst_summary(
                 "casing_mass": float(measure.casing_mass.sum()),
                 "charge_mass": float(charge),
                 "mean_initial_speed": measure.mean,
+                "acceleration_left": _or_none(float(left[source[index]])),
                 "max_initial_speed": measure.largest,
                 "speed_quantiles": speed_quantiles([measure]),
                 "outer_diameter": float(np.nanmax(measure.outer_diameter)),
@@ -145,12 +143,16 @@ def _of_all_images(contact: dict[str, Any], images: int) -> dict[str, Any]:
     return {**contact, **{name: images * contact[name] for name in extensive}}
 
 
-def _error_at_outputs(run: AssembledBurst) -> float:
-    """Largest error of the ledger at the times of output; between them, while the first cells burn, it is larger."""
+def _or_none(value: float) -> float | None:
+    return value if np.isfinite(value) else None
+
+
+def _error_at_checks(run: Simulation) -> float:
+    """Largest error of the ledger at multiples of `CHECK_INTERVAL`; while the first cells burn it is larger."""
     entries = run.ledger.entries
     times = np.array([entry.time for entry in entries])
-    outputs = np.arange(1, int(times[-1] / run.settings.output_interval + 1e-9) + 1) * run.settings.output_interval
-    nearest = {int(np.argmin(np.abs(times - output))) for output in (*outputs, times[-1])}
+    checks = np.arange(CHECK_INTERVAL, times[-1], CHECK_INTERVAL)
+    nearest = {int(np.argmin(np.abs(times - check))) for check in (*checks, times[-1])}
     return max(entries[row].energy_error for row in nearest)
 
 

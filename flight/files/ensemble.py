@@ -29,7 +29,7 @@ import numpy as np
 from flight.errors import InputError
 from flight.files.hdf5 import open_checked, put, put_texts, write_attributes
 from flight.files.text_tables import write_columns
-from flight.fragments import ARRAYS, Fragments, check_possible
+from flight.fragments import ARRAYS, Fragments
 from flight.hazard.criteria import Criteria, hit_probability
 from flight.hazard.density.distance import ExpectedDistance
 from flight.hazard.density.expected import KINDS
@@ -242,9 +242,10 @@ class FragmentEnsemble(Sequence[Fragments]):
             for number in numbers:
                 rows = slice(self.offset[number], self.offset[number + 1])
                 arrays = {name: file[f"fragments/{name}"][rows] for name in ARRAYS}
-                found.append(Fragments(**arrays, round_names=self.round_names))
-        for one in found:
-            check_possible(one, str(self.path))
+                try:
+                    found.append(Fragments(**arrays, round_names=self.round_names))
+                except InputError as error:
+                    raise InputError(f"{self.path}: {error}") from None
         return found
 
 

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flight.errors import InputError
-from flight.files.raster import INSTALL, Raster, holes_filled_with_nan, metres_of
+from flight.files.raster import DIGITS, INSTALL, Raster, holes_filled_with_nan, metres_of
 from fragfield_base.reading import read_text
 
 if TYPE_CHECKING:
@@ -202,6 +202,9 @@ def _raster(path: Path, form: str, dataset: Any, number: int, found: dict[str, A
 
     from rasterio.enums import ColorInterp
 
+    # GDAL makes single numbers of shorter floats, or before that half ones.
+    bits = "16" if dataset.dtypes[number - 1] == "float16" else dataset.tags(number, ns="IMAGE_STRUCTURE").get("NBITS")
+    digits = DIGITS.get(bits) if dataset.dtypes[number - 1].startswith("float") else None
     clear = [index for index, kind in enumerate(dataset.colorinterp, 1) if kind == ColorInterp.alpha]
 
     def read(rows: slice, columns: slice) -> NDArray[np.float64]:
@@ -217,7 +220,7 @@ def _raster(path: Path, form: str, dataset: Any, number: int, found: dict[str, A
                         mask &= again.read(index, window=window) != 0
             except Exception as error:  # noqa: BLE001 - as above
                 raise InputError(f"{path}: cannot be read as {form} ({_last(error)})") from None
-        heights = holes_filled_with_nan(values, nodata)
+        heights = holes_filled_with_nan(values, nodata, digits)
         heights[~mask] = np.nan
         return heights * scale + offset
 

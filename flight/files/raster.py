@@ -25,6 +25,8 @@ INSTALL = (
 MOST_NODES = 200_000_000
 _HUGE = 1e30  # no height; what is beyond is a sentinel, of which programs print 6 to 18 digits
 _SINGLE = 1e-6  # relative: sentinels are stored in single precision and written with seven digits or more
+DIGITS = {"16": 10, "24": 16}
+"""Binary digits, after the first, of floats stored in so many bits."""
 
 _SURVEY_FOOT = 1200.0 / 3937.0
 HEIGHT_UNITS = {"m": 1.0, "ft": 0.3048, "us_ft": _SURVEY_FOOT}
@@ -67,8 +69,11 @@ class Raster:
         return (e * (x - c) - b * (y - f)) / det, (a * (y - f) - d * (x - c)) / det
 
 
-def holes_filled_with_nan(values: NDArray[Any], nodata: float | None) -> NDArray[np.float64]:
-    """Values as float64, NaN where they are the sentinel; of floats compared as they are stored in single precision."""
+def holes_filled_with_nan(values: NDArray[Any], nodata: float | None, digits: int | None = None) -> NDArray[np.float64]:
+    """Values as float64, NaN where they are the sentinel; of floats compared as they are stored.
+
+    `digits` are the binary ones of floats shorter than single precision; programs round the sentinel to them or cut it.
+    """
     found = values.astype(np.float64)
     if nodata is None or np.isnan(nodata):
         holes = ~np.isfinite(found)
@@ -77,7 +82,10 @@ def holes_filled_with_nan(values: NDArray[Any], nodata: float | None) -> NDArray
     elif values.dtype.kind in "iu":
         holes = found == nodata
     else:
-        holes = ~np.isfinite(found) | (np.abs(found - nodata) <= _SINGLE * abs(nodata))
+        step = 0.0 if digits is None else np.ldexp(1.0, int(np.frexp(nodata)[1]) - 1 - digits)
+        holes = (
+            ~np.isfinite(found) | (np.abs(found - nodata) <= _SINGLE * abs(nodata)) | (np.abs(found - nodata) < step)
+        )
     found[holes] = np.nan
     return found
 

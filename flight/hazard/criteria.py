@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated
 import numpy as np
 
 from flight.arguments import real_array, require_number, require_numbers
+from flight.errors import InputError
 from flight.fluence import FluenceGrid
 from fragfield_base.bounds import Bounds
 from fragfield_base.inputs import ArealDensity, Energy, Quantity
@@ -56,6 +57,12 @@ class Criteria:
 
 
 def hit_probability(density: ArrayLike, person_area: float = 0.58) -> NDArray[np.float64]:
-    """Probability p = 1 - exp(-q A) of a hit on a person of area A (m2) at a density q normal to the paths (1/m2)."""
-    require_number("hazard", "person_area", person_area, "m2")
-    return np.asarray(-np.expm1(-person_area * real_array("hazard", "density", density, "1/m2")))
+    """Probability p = 1 - exp(-q A) of a hit on a person of area A (m2) at a density q normal to the paths (1/m2).
+
+    Raises InputError: a density or an area is below zero or not a number.
+    """
+    require_number("hazard", "person_area", person_area, "m2", low=0.0)
+    values = real_array("hazard", "density", density, "1/m2")
+    if not (values >= 0.0).all():
+        raise InputError(f"hazard: density is {values[~(values >= 0.0)].flat[0]:g} 1/m2, needed: zero or more")
+    return np.asarray(-np.expm1(-person_area * values))

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import hashlib
 import warnings
 from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
 
 from flight.arguments import require_number
 from flight.errors import FlightWarning, InputError, NotDeterminedError
@@ -85,16 +88,29 @@ def ensemble_hazard(
     grid = PolarGrid.of(kernel=kernel)
     cells = criteria.fluence_grid(grid)
     ricochet = Ricochet.of(arguments.get("ricochet", "soft_soil")) is not None
+    seen: set[bytes] = set()
     pool = PooledFlights(Directions(grid, _BASES[by], kernel), criteria, ricochet=ricochet)
     with warnings.catch_warnings():
         for fragments in events:
             if not isinstance(fragments, Fragments):
                 raise InputError(f"hazard_distance: found {type(fragments).__name__} among the realisations; {_NEEDED}")
+            _check_new(fragments, seen)
             result = fly(fragments, **arguments, fluence=cells)
             gravity = arguments.get("gravity", STANDARD_GRAVITY)
             pool.add(FlightCounts.of(result, fragments, ground=arguments["ground"], gravity=gravity))
             warnings.simplefilter("ignore", FlightWarning)  # reported for the first
     return pool.hazard()
+
+
+def _check_new(fragments: Fragments, seen: set[bytes]) -> None:
+    """Refuse a set that was flown before: equal sets would give a bound without scatter."""
+    key = hashlib.sha256(b"".join(np.ascontiguousarray(one).tobytes() for one in
+                                  (fragments.mass, fragments.position, fragments.velocity))).digest()  # fmt: skip
+    if key in seen:
+        raise InputError(
+            f"hazard_distance: realisation {len(seen)} has the fragments of another one; needed: independent events"
+        )
+    seen.add(key)
 
 
 _NEEDED = "needed: flight.Fragments, or a sequence of them"

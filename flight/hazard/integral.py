@@ -156,12 +156,6 @@ class Integral:
     def _folded(self, fields: Array) -> Array:
         return np.stack([self.directions.folded(one) for one in fields])
 
-    @property
-    def all_around(self) -> Array:
-        """`fields` with all azimuth cells, also where these are alike."""
-        cells = self.directions.grid.azimuth_cells
-        return np.repeat(self.fields / cells, cells, axis=3) if self.directions.axisymmetric else self.fields
-
     @cached_property
     def throw(self) -> float:
         """Distance (m) beyond which 5 % of events throw a fragment: 1 - exp(-number beyond) is 0.05 there.

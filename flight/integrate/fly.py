@@ -10,7 +10,7 @@ import numpy as np
 
 from flight.arguments import real_array, require_number
 from flight.drag import Drag
-from flight.errors import DragTableWarning, InputError
+from flight.errors import DragTableWarning, FlightWarning, InputError
 from flight.fragments import Fragments, shaped
 from flight.integrate.contact import Contact, Encounters
 from flight.integrate.integrator import Adaptive, Domain, FixedStep
@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from flight.shape import Shape
 
 
+_HEAVY = 5.0  # kg: where no fragment is lighter, grams may have been meant
 RANGES = np.dtype(
     [
         ("mass", "f8"),  # kg
@@ -141,6 +142,11 @@ def fly(
     _check(gravity, time_limit, origin, threads, integrator)
     scene = Scene(ground, Ricochet.of(ricochet), tuple(obstacles))
     scene.check(fragments, origin)
+    if len(fragments) and (lightest := float(fragments.mass.min())) >= _HEAVY:
+        warnings.warn(
+            f"fragments: the lightest of {len(fragments)} weighs {lightest:g} kg; masses are in kilograms",
+            FlightWarning, stacklevel=2,
+        )  # fmt: skip
     fragments = fragments if shape is None else shaped(fragments, shape, seed)
     job = FlightJob(
         fragments, _air(air, ground), drag, gravity, wind, scene, witnesses, integrator, domain or Domain(), time_limit,

@@ -109,7 +109,8 @@ class FlightJob:
         table = air.table()
         self.around = motion.Surroundings(
             table.bottom, table.step, table.pieces, table.site_altitude, rows, bins, bins_per_mach,
-            np.zeros((0, 9)) if wind is None else wind.table(), float(gravity),
+            np.zeros((0, 9)) if wind is None else wind.table(),
+            scene.height_at(*origin), float(gravity),
         )  # fmt: skip
         fixed = isinstance(integrator, FixedStep)
         self.limits = Limits(

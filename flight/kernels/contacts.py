@@ -13,6 +13,7 @@ from flight.kernels.collision import SCRATCH_ROWS, first_collision, path_state, 
 from flight.kernels.compiling import inner_kernel, kernel
 from flight.kernels.motion import (
     AREA,
+    GROUND,
     HEIGHT,
     LANES,
     NEW,
@@ -88,9 +89,10 @@ def advance(chosen: Whole, spheres: Spheres, around: Surroundings, until: float)
             for j in range(3):
                 q[(RELATIVE + j) * LANES + lane] = spheres.state[i, 3 + j]
             q[HEIGHT * LANES + lane] = spheres.state[i, 2]
+            q[GROUND * LANES + lane] = around.ground
             q[AREA * LANES + lane] = spheres.drag_area[i]
             q[STEP * LANES + lane] = until - spheres.since[i]
-        accelerate(q, SLOPE, around)
+        accelerate(q, SLOPE, 0.0, around)
         take_step(q, around)
         for lane in range(min(LANES, chosen.size - first)):
             i = chosen[first + lane]

@@ -136,6 +136,8 @@ def impact(
 ) -> bool:  # fmt: skip
     """Let a fragment whose flight has just ended in the state `end` ricochet or stay; returns whether it flies on.
 
+    `which` is a row of `obstacles`, -1 for the ground; an obstacle may have several, whose number comes first in each.
+
     `struck` and `ground` are the rows for an impact on an obstacle, or on the ground; `key` draws the slopes there.
     """
     state = ends.last[row]
@@ -146,12 +148,13 @@ def impact(
             ends.first[row, k] = end[k]
         ends.first_status[row] = LANDED
     goes_on = False
+    number = int(obstacles[which, 0]) if which >= 0 else -1
     nx, ny, nz = 0.0, 0.0, 1.0
     if how in (LANDED, STOPPED):
         ends.contacts[row] += 1
         nx, ny, nz = _normal(state, which, face, terrain, obstacles)
         slope = standard_normal(key, ends.contacts[row])
-        goes_on = ends.contacts[row] < MOST_CONTACTS and ricochet(state, nx, ny, nz, surfaces[1 + which], slope)
+        goes_on = ends.contacts[row] < MOST_CONTACTS and ricochet(state, nx, ny, nz, surfaces[1 + number], slope)
         record = ground if how == LANDED else struck
         for k in range(7):
             record[k] = end[k]
@@ -159,17 +162,17 @@ def impact(
             leaving = math.sqrt(state[4] * state[4] + state[5] * state[5] + state[6] * state[6])
             record[7], record[8], record[9] = leaving if goes_on else 0.0, row, ends.ricochets[row]
         else:
-            record[7], record[8], record[9], record[10] = which, face, row, 0.0 if goes_on else 1.0
+            record[7], record[8], record[9], record[10] = number, face, row, 0.0 if goes_on else 1.0
     if goes_on:
         ends.ricochets[row] += which < 0
         state[1], state[2], state[3] = state[1] + LIFT * nx, state[2] + LIFT * ny, state[3] + LIFT * nz
         if state[0] < limits.time_limit:
             return True
-        how, which, face = TIME_OUT, -1, -1
+        how, number, face = TIME_OUT, -1, -1
     if ends.first_status[row] == 0:
         for k in range(7):
             ends.first[row, k] = end[k]
         ends.first_status[row] = how
     ends.last_status[row] = how
-    ends.stopped_by[row, 0], ends.stopped_by[row, 1] = which, face
+    ends.stopped_by[row, 0], ends.stopped_by[row, 1] = number, face
     return False

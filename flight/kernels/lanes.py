@@ -15,6 +15,7 @@ from flight.kernels.motion import (
     EVENT,
     FASTEST,
     FINAL,
+    GROUND,
     HEIGHT,
     HIGHEST_MACH,
     HULL,
@@ -29,6 +30,7 @@ from flight.kernels.motion import (
     QUIET,
     REJECTED,
     RELATIVE,
+    RISE,
     SLOPE,
     STATE,
     STEP,
@@ -37,18 +39,20 @@ from flight.kernels.motion import (
     VELOCITY_ERROR,
     accelerate,
 )
+from flight.kernels.terrain import height_at
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from flight.kernels.events import Limits
     from flight.kernels.motion import Surroundings
+    from flight.kernels.terrain import Terrain
 
     Array = NDArray[np.float64]
 
 __all__ = [
-    "ENDS", "MEETS", "PASSES", "SHORTEST_STEP", "SMALLEST_FACTOR", "STRIKES", "Watched", "begin_steps", "go_on",
-    "load", "move_lane", "prepare", "sift", "step_factors",
+    "ENDS", "MEETS", "PASSES", "SHORTEST_STEP", "SMALLEST_FACTOR", "STRIKES", "Watched", "begin_steps",
+    "changes_over_ground", "foresee_ground", "go_on", "load", "move_lane", "prepare", "sift", "step_factors",
 ]  # fmt: skip
 
 SAFETY, SMALLEST_FACTOR, LARGEST_FACTOR = 0.9, 0.2, 6.0
@@ -74,7 +78,7 @@ class Watched(NamedTuple):
 @inner_kernel()
 def prepare(
     ahead: Array, rows: NDArray[np.int64], number: int, start: int, state: Array, mass: Array, shape_factor: Array,
-    around: Surroundings, limits: Limits,
+    around: Surroundings, limits: Limits, terrain: Terrain,
 ) -> None:  # fmt: skip
     """Bring the next fragments to their start in the scratch array `ahead`: state, acceleration, first step.
 
@@ -92,7 +96,10 @@ def prepare(
         m = mass[start + row]
         ahead[MASS * LANES + lane] = m
         ahead[AREA * LANES + lane] = 0.5 * (m / shape_factor[start + row]) ** (2.0 / 3.0) / m
-    accelerate(ahead, SLOPE, around)
+        ahead[GROUND * LANES + lane] = around.ground
+        if changes_over_ground(around, terrain):
+            ahead[GROUND * LANES + lane] = height_at(terrain, state[row, 1], state[row, 2])
+    accelerate(ahead, SLOPE, 0.0, around)
     for lane in range(LANES):
         size = speed = 0.0
         for j in range(3):
@@ -105,13 +112,29 @@ def prepare(
 
 
 @inner_kernel()
+def changes_over_ground(around: Surroundings, terrain: Terrain) -> bool:
+    """Whether the wind at a height z is another where the ground below is: a profile over a map."""
+    return around.wind_rows.shape[0] > 2 and terrain.heights.shape[0] > 0
+
+
+@inner_kernel()
+def foresee_ground(q: Array, terrain: Terrain) -> None:
+    """Rise of the ground below every lane over its step, to where its velocity and acceleration take it."""
+    for i in range(LANES):
+        h = q[STEP * LANES + i]
+        x = q[STATE * LANES + i] + h * (q[(STATE + 3) * LANES + i] + 0.5 * h * q[SLOPE * LANES + i])
+        y = q[(STATE + 1) * LANES + i] + h * (q[(STATE + 4) * LANES + i] + 0.5 * h * q[(SLOPE + 1) * LANES + i])
+        q[RISE * LANES + i] = height_at(terrain, x, y) - q[GROUND * LANES + i]
+
+
+@inner_kernel()
 def load(q: Array, lane: int, ahead: Array, place: int) -> None:
     """Put the fragment prepared at `place` of `ahead` into a lane."""
     for j in range(6):
         q[(STATE + j) * LANES + lane] = ahead[(STATE + j) * LANES + place]
     for j in range(3):
         q[(SLOPE + j) * LANES + lane] = ahead[(SLOPE + j) * LANES + place]
-    for row in (AREA, STEP, TIME, MASS, LATEST, AFTER, STEPS, REJECTED, LOWEST_MACH, HIGHEST_MACH):
+    for row in (GROUND, AREA, STEP, TIME, MASS, LATEST, AFTER, STEPS, REJECTED, LOWEST_MACH, HIGHEST_MACH):
         q[row * LANES + lane] = ahead[row * LANES + place]
 
 
@@ -227,6 +250,7 @@ def sift(q: Array, limits: Limits, watched: Watched) -> None:
         following = h * (abs(q[NEXT * LANES + i]))
         q[STEP * LANES + i] = following if again + quiet > 0.0 else h
         q[TIME * LANES + i] += h if quiet > 0.0 else 0.0
+        q[GROUND * LANES + i] += q[RISE * LANES + i] if quiet > 0.0 else 0.0
         q[STEPS * LANES + i] += quiet
         q[REJECTED * LANES + i] += again
         lowest, highest = q[LOWEST_MACH * LANES + i], q[HIGHEST_MACH * LANES + i]
@@ -251,4 +275,5 @@ def go_on(q: Array, lane: int, factor: float) -> None:
         q[(SLOPE + j) * LANES + lane] = q[(SLOPE + 18 + j) * LANES + lane]
     h = q[STEP * LANES + lane]
     q[TIME * LANES + lane] += h
+    q[GROUND * LANES + lane] += q[RISE * LANES + lane]
     q[STEP * LANES + lane] = h * factor

@@ -1,7 +1,8 @@
 """Acceleration of fragments and one Dormand-Prince step, for a block of fragments side by side.
 
-The equation of motion is x'' = a(z, v): gravity, and drag that depends on height and velocity only (Eqs. 32-33). So the
-stages need no horizontal position, and the Runge-Kutta formulas for positions are collapsed once, here, into sums over
+The equation of motion is x'' = a(z, v): gravity, and drag that depends on height and velocity only (Eqs. 32-33); where
+the wind changes with the height over a map, the ground below rises evenly over a step. So the stages need no horizontal
+position, and the Runge-Kutta formulas for positions are collapsed once, here, into sums over
 accelerations.
 
 A stage waits for the one before it, and within it the drag for the air: one fragment alone leaves the processor idle.
@@ -46,7 +47,8 @@ MASS, LATEST, AFTER, STEPS, REJECTED, LOWEST_MACH, HIGHEST_MACH, FINAL, HULL = 6
 # is to be taken again, or is taken with nothing happening
 NEXT, FASTEST, EVENT, AGAIN, QUIET = 75, 76, 77, 78, 79
 LEFT = 80  # piece of the air table plus one that a lane needs, then whether it has left its piece of the drag table
-ROWS = 81
+GROUND, RISE = 81, 82  # height of the ground below the lane at the start of the step, its rise over the step (m)
+ROWS = 83
 
 
 class Surroundings(NamedTuple):
@@ -60,6 +62,7 @@ class Surroundings(NamedTuple):
     drag_bins: NDArray[np.int64]
     drag_bins_per_mach: float
     wind_rows: Array
+    ground: float  # over which the heights of the wind count: flat ground, or that of a map at the origin
     gravity: float
 
 
@@ -92,10 +95,10 @@ F1, F2, F3, F4, F5, F6 = _PLACE_E[0], _PLACE_E[1], _PLACE_E[2], _PLACE_E[3], _PL
 
 
 @inner_kernel(forceinline=True)
-def _subtract_wind(q: Array, wind_rows: Array) -> None:
-    """Turn the velocities in RELATIVE into velocities relative to the wind at HEIGHT."""
+def _subtract_wind(q: Array, at: float, wind_rows: Array) -> None:
+    """Turn the velocities in RELATIVE into velocities relative to the wind at HEIGHT, over the ground there."""
     for lane in range(LANES):
-        z = q[HEIGHT * LANES + lane]
+        z = q[HEIGHT * LANES + lane] - (q[GROUND * LANES + lane] + at * q[RISE * LANES + lane])
         row = wind_rows.shape[0] - 1
         while row > 0 and z < wind_rows[row, 0]:
             row -= 1
@@ -106,14 +109,16 @@ def _subtract_wind(q: Array, wind_rows: Array) -> None:
 
 
 @inner_kernel(forceinline=True)
-def accelerate(q: Array, slope: int, around: Surroundings) -> None:
+def accelerate(q: Array, slope: int, at: float, around: Surroundings) -> None:
     """Accelerations (m/s2) of all lanes into the three rows from `slope`, and the Mach number.
+
+    `at` is the position on the step, from 0 to 1, for the ground below the lanes.
 
     Reads heights z (m) from HEIGHT and velocities (m/s) from RELATIVE; both are overwritten.
     a = -Cd(M) rho(z) |v_rel| v_rel A / (2 m) - g e_z (Wang et al., Eqs. 32-33).
     """
     if around.wind_rows.shape[0] > 0:
-        _subtract_wind(q, around.wind_rows)
+        _subtract_wind(q, at, around.wind_rows)
     pieces = around.air_pieces
     top = float(pieces.shape[0])
     pieces_per_metre = 1.0 / around.air_step
@@ -198,7 +203,7 @@ def take_step(q: Array, around: Surroundings) -> None:
     for i in range(LANES):
         h = q[STEP * LANES + i]
         q[HEIGHT * LANES + i] = q[(STATE + 2) * LANES + i] + C2 * h * q[(STATE + 5) * LANES + i]
-    accelerate(q, SLOPE + 3, around)
+    accelerate(q, SLOPE + 3, C2, around)
     for j in range(3):
         for i in range(LANES):
             h = q[STEP * LANES + i]
@@ -208,7 +213,7 @@ def take_step(q: Array, around: Surroundings) -> None:
         h = q[STEP * LANES + i]
         a = q[(SLOPE + 2) * LANES + i]
         q[HEIGHT * LANES + i] = q[(STATE + 2) * LANES + i] + h * (C3 * q[(STATE + 5) * LANES + i] + h * (P31 * a))
-    accelerate(q, SLOPE + 6, around)
+    accelerate(q, SLOPE + 6, C3, around)
     for j in range(3):
         for i in range(LANES):
             h = q[STEP * LANES + i]
@@ -220,7 +225,7 @@ def take_step(q: Array, around: Surroundings) -> None:
         q[HEIGHT * LANES + i] = q[(STATE + 2) * LANES + i] + h * (
             C4 * q[(STATE + 5) * LANES + i] + h * (P41 * a + P42 * b)
         )
-    accelerate(q, SLOPE + 9, around)
+    accelerate(q, SLOPE + 9, C4, around)
     for j in range(3):
         for i in range(LANES):
             h = q[STEP * LANES + i]
@@ -233,7 +238,7 @@ def take_step(q: Array, around: Surroundings) -> None:
         q[HEIGHT * LANES + i] = q[(STATE + 2) * LANES + i] + h * (
             C5 * q[(STATE + 5) * LANES + i] + h * (P51 * a + P52 * b + P53 * c)
         )
-    accelerate(q, SLOPE + 12, around)
+    accelerate(q, SLOPE + 12, C5, around)
     for j in range(3):
         for i in range(LANES):
             h = q[STEP * LANES + i]
@@ -249,7 +254,7 @@ def take_step(q: Array, around: Surroundings) -> None:
         q[HEIGHT * LANES + i] = q[(STATE + 2) * LANES + i] + h * (
             q[(STATE + 5) * LANES + i] + h * (P61 * a + P62 * b + P63 * c + P64 * d)
         )
-    accelerate(q, SLOPE + 15, around)
+    accelerate(q, SLOPE + 15, 1.0, around)
     for j in range(3):
         for i in range(LANES):
             h = q[STEP * LANES + i]
@@ -267,7 +272,7 @@ def take_step(q: Array, around: Surroundings) -> None:
         q[HEIGHT * LANES + i] = q[(NEW + 2) * LANES + i]
         q[PLACE_ERROR * LANES + i] = 0.0
         q[VELOCITY_ERROR * LANES + i] = 0.0
-    accelerate(q, SLOPE + 18, around)
+    accelerate(q, SLOPE + 18, 1.0, around)
     for j in range(3):
         for i in range(LANES):
             h = q[STEP * LANES + i]

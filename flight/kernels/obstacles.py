@@ -18,7 +18,8 @@ if TYPE_CHECKING:
 __all__ = ["EVENTS_SHAPE", "FACES", "FIRST_FACE", "OBSTACLE_COLUMNS", "enter_obstacles"]
 
 FACES = 6
-# a row: unused, box (6), as a witness's; from this column on a point (3) and the outward normal (3) of each face
+# a row: number of the obstacle; box (6), as a witness's; from this column on a point (3) and the outward normal (3) of
+# each face
 FIRST_FACE = 7
 OBSTACLE_COLUMNS = FIRST_FACE + 6 * FACES
 EVENTS_SHAPE = (2, 5 * FACES + 1)

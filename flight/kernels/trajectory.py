@@ -33,6 +33,8 @@ from flight.kernels.lanes import (
     STRIKES,
     Watched,
     begin_steps,
+    changes_over_ground,
+    foresee_ground,
     go_on,
     load,
     move_lane,
@@ -145,6 +147,7 @@ def fly_chunk(
     struck, ground = np.empty((64, STRUCK_COLUMNS)), np.empty((1024, GROUND_COLUMNS))
     hit_count = path_count = struck_count = ground_count = 0
     inside, adaptive = True, limits.fixed_step <= 0.0
+    shears = changes_over_ground(around, terrain)
     some_obstacles, hilly = obstacles.shape[0] > 0, terrain.heights.shape[0] > 0
     watched = Watched(
         boxes, some_obstacles or witnesses.shape[0] > 0,
@@ -191,7 +194,7 @@ def fly_chunk(
                 for k in range(prepared):
                     rows[k] = waiting[(taken + k) % number]
                 taken += prepared
-                prepare(ahead, rows, prepared, start, ends.last, mass, shape_factor, around, limits)
+                prepare(ahead, rows, prepared, start, ends.last, mass, shape_factor, around, limits, terrain)
             row = rows[used]
             load(q, lane, ahead, used)
             used += 1
@@ -227,6 +230,8 @@ def fly_chunk(
             break
 
         begin_steps(q, limits)
+        if shears:
+            foresee_ground(q, terrain)
         take_step(q, around)
         step_factors(q, limits)
         sift(q, limits, watched)

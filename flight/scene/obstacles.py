@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
@@ -23,11 +24,15 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     Face = tuple[NDArray[np.float64], NDArray[np.float64]]  # a point of it, its outward unit normal
+    # height of the ground (m) at x and y, None where there is none
+    Ground = Callable[[NDArray[np.float64], NDArray[np.float64]], NDArray[np.float64] | None]
 
 
 FIRST_FACE, FACES, COLUMNS = 7, 6, 43  # as in flight.kernels.obstacles
 DEPTH = 1.0  # m that obstacles reach below the lowest ground, so that nothing passes under them
-SLACK = 1e-6  # m by which boxes are wider
+SLACK = 1e-6  # m by which boxes are wider, and parts of a crest longer where they join
+SPACING = 0.5  # m between the points at which a crest meets the ground below
+CREST = 0.02  # of the height, by which a crest may lie off its height over the ground
 UP = np.array([0.0, 0.0, 1.0])
 
 
@@ -38,7 +43,8 @@ class _Standing:
     name: str
     """A name of its own."""
     base: Length | None = None
-    """z from which its height counts; left out: the ground at its centre."""
+    """z from which its height counts: its top is level; left out: the ground, of a building at its centre, of a wall or
+    barricade below each point of its line: its crest follows the ground."""
     ricochet: Ricochet | str | None = None
     """Kind of surface, off which fragments ricochet at grazing angles; "none": they stop."""
 
@@ -54,10 +60,29 @@ class _AlongLine(_Standing):
     height: Size
     """Height of the wall or crest."""
 
-    @property
-    def plan_centre(self) -> tuple[float, float]:
-        """Centre of its plan (x, y)."""
-        return 0.5 * (self.start[0] + self.end[0]), 0.5 * (self.start[1] + self.end[1])
+    def crest(self, ground: Ground) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Positions along its line (n,), from 0 to 1, and heights z of its crest there (m), straight between them."""
+        ends = np.array([0.0, 1.0])
+        if self.base is not None:
+            return ends, np.full(2, self.base + self.height)
+        start, way = np.array(self.start), np.subtract(self.end, self.start)
+        along = np.linspace(0.0, 1.0, 2 + math.ceil(float(np.hypot(*way)) / SPACING))
+        found = ground(*(start[:, None] + way[:, None] * along))
+        if found is None:
+            raise InputError(f"obstacle {self.name}: there is no ground to stand on; give it a base (z, m)")
+        top = np.asarray(found) + self.height
+        kept = _straight_parts(along, top, CREST * self.height)
+        return along[kept], top[kept]
+
+    def _body(
+        self, half_width: float, slope: float, top: float | tuple[float, float], bottom: float,
+        part: tuple[float, float],
+    ) -> tuple[list[Face], NDArray[np.float64]]:  # fmt: skip
+        start, way = np.array([*self.start, 0.0]), np.array([*np.subtract(self.end, self.start), 0.0])
+        length = float(np.linalg.norm(way))
+        centre, half = start + 0.5 * sum(part) * way, 0.5 * (part[1] - part[0]) * length
+        half += SLACK if part != (0.0, 1.0) else 0.0  # so that no path slips in where two parts join
+        return _prism(centre, way / length, half, half_width, slope, top, bottom)
 
 
 @dataclass(frozen=True)
@@ -72,12 +97,13 @@ class Wall(_AlongLine):
     def __post_init__(self) -> None:
         """Refuse what is not a wall."""
         _check(self, ("start", "end"), ("height", "thickness"))
-        _direction(self)
+        _check_line(self)
 
-    def sides(self, top: float, bottom: float) -> tuple[list[Face], NDArray[np.float64]]:
-        """Faces from `bottom` to `top` (z, m), and the corners of their hull (n, 3)."""
-        centre, along, half = _direction(self)
-        return _prism(centre, along, half, 0.5 * self.thickness, 0.0, top, bottom)
+    def sides(
+        self, top: float | tuple[float, float], bottom: float, part: tuple[float, float] = (0.0, 1.0)
+    ) -> tuple[list[Face], NDArray[np.float64]]:
+        """Faces of a part of its line from `bottom` to `top` (z, m; at both ends), and corners of their hull (n, 3)."""
+        return self._body(0.5 * self.thickness, 0.0, top, bottom, part)
 
 
 @dataclass(frozen=True)
@@ -95,12 +121,13 @@ class Barricade(_AlongLine):
         """Refuse what is not a bank."""
         _check(self, ("start", "end"), ("height", "crest_width"))
         require_number(f"obstacle {self.name}", "slope", self.slope, "", low=0.0)
-        _direction(self)
+        _check_line(self)
 
-    def sides(self, top: float, bottom: float) -> tuple[list[Face], NDArray[np.float64]]:
+    def sides(
+        self, top: float | tuple[float, float], bottom: float, part: tuple[float, float] = (0.0, 1.0)
+    ) -> tuple[list[Face], NDArray[np.float64]]:
         """As of `Wall`."""
-        centre, along, half = _direction(self)
-        return _prism(centre, along, half, 0.5 * self.crest_width, self.slope, top, bottom)
+        return self._body(0.5 * self.crest_width, self.slope, top, bottom, part)
 
 
 @dataclass(frozen=True)
@@ -125,13 +152,21 @@ class Building(_Standing):
         _check(self, ("centre",), ("length", "width", "height"))
         require_number(f"obstacle {self.name}", "azimuth", self.azimuth, "degrees", finite=True)
 
-    @property
-    def plan_centre(self) -> tuple[float, float]:
-        """Centre of its plan (x, y)."""
-        return float(self.centre[0]), float(self.centre[1])
+    def crest(self, ground: Ground) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """As of `Wall`; level."""
+        base = self.base
+        if base is None:
+            below = ground(*np.array(self.centre, dtype=np.float64)[:, None])
+            if below is None:
+                raise InputError(f"obstacle {self.name}: there is no ground to stand on; give it a base (z, m)")
+            base = float(below[0])
+        return np.array([0.0, 1.0]), np.full(2, base + self.height)
 
-    def sides(self, top: float, bottom: float) -> tuple[list[Face], NDArray[np.float64]]:
-        """As of `Wall`."""
+    def sides(
+        self, top: float | tuple[float, float], bottom: float, part: tuple[float, float] = (0.0, 1.0)
+    ) -> tuple[list[Face], NDArray[np.float64]]:
+        """As of `Wall`; of the whole."""
+        del part
         turn = math.radians(self.azimuth)
         along = np.array([math.cos(turn), math.sin(turn), 0.0])
         centre = np.array([*self.centre, 0.0])
@@ -141,38 +176,55 @@ class Building(_Standing):
 Obstacle = Wall | Barricade | Building
 
 
-def pack_obstacles(
-    obstacles: Sequence[Obstacle], lowest: float | None, ground: Callable[[float, float], float | None]
-) -> NDArray[np.float64]:
-    """Rows (n, 43) for the kernels.
+def pack_obstacles(obstacles: Sequence[Obstacle], lowest: float | None, ground: Ground) -> NDArray[np.float64]:
+    """Rows (n, 43) for the kernels, one for each straight part of a crest; the number of the obstacle comes first.
 
-    `lowest` is the lowest ground (z, m), None without ground, and `ground` gives its height at (x, y). Raises
-    InputError for an obstacle that has no ground to stand on, or does not stand out of it.
+    `lowest` is the lowest ground (z, m), None without ground. Raises InputError for an obstacle that has no ground to
+    stand on, or does not stand out of it.
     """
-    rows = np.zeros((len(obstacles), COLUMNS))
-    for row, obstacle in zip(rows, obstacles, strict=True):
+    rows: list[NDArray[np.float64]] = []
+    for index, obstacle in enumerate(obstacles):
         if not isinstance(obstacle, Wall | Barricade | Building):
             raise InputError(
                 f"obstacle {obstacle!r}: a {type(obstacle).__name__}, allowed: flight.Wall, Barricade or Building"
             )
-        x, y = obstacle.plan_centre
-        below = ground(x, y)
-        base = below if obstacle.base is None else obstacle.base
-        if base is None:
-            raise InputError(f"obstacle {obstacle.name}: there is no ground to stand on; give it a base (z, m)")
-        top = base + obstacle.height
-        if below is not None and top <= below:
+        along, tops = obstacle.crest(ground)
+        below = ground(*_centre(obstacle)[:, None])
+        if below is not None and obstacle.base is not None and tops[0] <= below[0]:
             raise InputError(
-                f"obstacle {obstacle.name}: its top at {top:g} m is not above the ground there, {below:g} m; "
+                f"obstacle {obstacle.name}: its top at {tops[0]:g} m is not above the ground there, {below[0]:g} m; "
                 "raise its base or leave it out"
             )
-        bottom = base if lowest is None else min(base, lowest) - DEPTH
-        faces, corners = obstacle.sides(top, bottom)
-        slack = SLACK * (1.0 + np.abs(corners).max())
-        row[1:7:2], row[2:7:2] = corners.min(axis=0) - slack, corners.max(axis=0) + slack
-        for number, (point, normal) in enumerate(faces):
-            row[FIRST_FACE + 6 * number : FIRST_FACE + 6 * number + 6] = [*point, *normal]
-    return rows
+        bottom = float(tops.min()) - obstacle.height if lowest is None else min(tops.min() - obstacle.height, lowest)
+        for part, top in zip(pairwise(along.tolist()), pairwise(tops.tolist()), strict=True):
+            faces, corners = obstacle.sides(top, bottom - DEPTH, part)
+            slack = SLACK * (1.0 + np.abs(corners).max())
+            row = np.zeros(COLUMNS)
+            row[0], row[1:7:2], row[2:7:2] = index, corners.min(axis=0) - slack, corners.max(axis=0) + slack
+            row[FIRST_FACE:] = np.ravel(faces)
+            rows.append(row)
+    return np.array(rows).reshape(-1, COLUMNS)
+
+
+def _centre(obstacle: Obstacle) -> NDArray[np.float64]:
+    """Of its plan (2,)."""
+    if isinstance(obstacle, Building):
+        return np.array(obstacle.centre, dtype=np.float64)
+    return 0.5 * np.add(obstacle.start, obstacle.end)
+
+
+def _straight_parts(along: NDArray[np.float64], height: NDArray[np.float64], tolerance: float) -> NDArray[np.int64]:
+    """Points between which a line lies within a tolerance of all others (Douglas and Peucker 1973)."""
+    kept, waiting = {0, len(along) - 1}, [(0, len(along) - 1)]
+    while waiting:
+        first, last = waiting.pop()
+        inner = slice(first, last + 1)
+        off = np.abs(height[inner] - np.interp(along[inner], along[[first, last]], height[[first, last]]))
+        if off.max() > tolerance:
+            between = first + int(np.argmax(off))
+            kept.add(between)
+            waiting += [(first, between), (between, last)]
+    return np.array(sorted(kept))
 
 
 def depth_in(rows: NDArray[np.float64], position: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -227,28 +279,29 @@ def _check(obstacle: Obstacle, places: tuple[str, ...], lengths: tuple[str, ...]
         raise InputError(f"{owner}: {error}") from None
 
 
-def _direction(obstacle: Wall | Barricade) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
-    """Centre, unit vector from start to end, half the length."""
-    way = np.array([obstacle.end[0] - obstacle.start[0], obstacle.end[1] - obstacle.start[1], 0.0])
-    length = float(np.linalg.norm(way))
-    if not length > 0.0:
+def _check_line(obstacle: Wall | Barricade) -> None:
+    if tuple(obstacle.start) == tuple(obstacle.end):
         raise InputError(f"obstacle {obstacle.name}: start and end are both {obstacle.start}; they must differ")
-    return np.array([*obstacle.plan_centre, 0.0]), way / length, 0.5 * length
 
 
 def _prism(
     centre: NDArray[np.float64], along: NDArray[np.float64], half_length: float, half_width: float, slope: float,
-    top: float, bottom: float,
+    top: float | tuple[float, float], bottom: float,
 ) -> tuple[list[Face], NDArray[np.float64]]:  # fmt: skip
     """Faces left, right, start, end, top, under, of a body whose left and right run out by `slope` below its top."""
     left = np.array([-along[1], along[0], 0.0])
-    crest = centre + top * UP
-    faces = [(crest + s * half_width * left, (s * left + slope * UP) / math.hypot(1.0, slope)) for s in (1.0, -1.0)]
+    first, last = np.broadcast_to(top, 2).tolist()
+    crest = centre + 0.5 * (first + last) * UP
+    over = UP - 0.5 * (last - first) / half_length * along  # across a crest that rises along its line
+    faces = []
+    for s in (1.0, -1.0):
+        normal = s * left + slope * over
+        faces.append((crest + s * half_width * left, normal / np.linalg.norm(normal)))
     faces += [(crest + s * half_length * along, s * along) for s in (-1.0, 1.0)]
-    faces += [(crest, UP), (centre + bottom * UP, -UP)]
-    foot = half_width + slope * (top - bottom)
+    faces += [(crest, over / np.linalg.norm(over)), (centre + bottom * UP, -UP)]
     corners = [
         centre + s * half_length * along + t * width * left + z * UP
-        for s in (-1.0, 1.0) for t in (-1.0, 1.0) for z, width in ((top, half_width), (bottom, foot))
+        for s, end in ((-1.0, first), (1.0, last)) for t in (-1.0, 1.0)
+        for z, width in ((end, half_width), (bottom, half_width + slope * (end - bottom)))
     ]  # fmt: skip
     return faces, np.array(corners)

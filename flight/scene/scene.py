@@ -44,9 +44,16 @@ class Scene:
         """Height of flat ground (m); not a number where there is a map or no ground."""
         return math.nan if self.ground is None or isinstance(self.ground, HeightMap) else float(self.ground)
 
-    def ground_at(self, x: float, y: float) -> float | None:
-        """Height of the ground (m), None where there is none."""
-        return float(self.ground.at(x, y)) if isinstance(self.ground, HeightMap) else self.ground
+    def ground_at(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64] | None:
+        """Heights of the ground (n,) in m, None where there is none."""
+        if isinstance(self.ground, HeightMap):
+            return np.asarray(self.ground.at(x, y))
+        return None if self.ground is None else np.full(len(x), float(self.ground))
+
+    def height_at(self, x: float, y: float) -> float:
+        """Height of the ground (m), zero where there is none."""
+        found = self.ground_at(np.array([x], dtype=np.float64), np.array([y], dtype=np.float64))
+        return 0.0 if found is None else float(found[0])
 
     def terrain(self) -> Terrain:
         """The map for the kernels; without rows where the ground is flat."""
@@ -117,15 +124,16 @@ class Scene:
         if not self.obstacles:
             return
         rows = self.obstacle_rows()
-        ground = self.ground_at(*origin)
-        for row, obstacle in zip(rows, self.obstacles, strict=True):
-            inside = np.flatnonzero(depth_in(row[None], position)[:, 0] > 0.0)
+        for index, obstacle in enumerate(self.obstacles):
+            own = rows[rows[:, 0] == index]
+            inside = np.flatnonzero((depth_in(own, position) > 0.0).any(axis=1))
             if inside.size:
                 raise InputError(
                     f"obstacle {obstacle.name}: {inside.size} {what} start inside it, the first is number {inside[0]} "
                     f"at {tuple(position[inside[0]].tolist())} m; move the obstacle off the rounds"
                 )
-            if ground is not None and depth_in(row[None], np.array([[*origin, ground]]))[0, 0] > 0.0:
+            at_origin = np.array([[*origin, self.height_at(*origin)]])
+            if self.ground is not None and (depth_in(own, at_origin) > 0.0).any():
                 place = (float(origin[0]), float(origin[1]))
                 raise InputError(
                     f"obstacle {obstacle.name}: it stands on the origin {place} m, from which distances are "

@@ -17,15 +17,16 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Wind:
-    """Horizontal velocity of the air over height, constant below the first and above the last entry.
+    """Horizontal velocity of the air by the height over the ground, constant below the first and above the last entry.
 
-    Between entries each component follows a cubic that does not overshoot. The direction is the one the wind
-    blows towards, counter-clockwise from +x like every azimuth here.
+    The height is that over the ground below a fragment; without ground it is z. Between entries each component follows
+    a cubic that does not overshoot. The direction is the one the wind blows towards, counter-clockwise from +x like
+    every azimuth here.
 
     Attributes
     ----------
     height : (n,) float64
-        Heights z (m), rising.
+        Heights over the ground (m), rising.
     velocity : (n, 2) float64
         Velocity along x and y (m/s).
     """
@@ -55,7 +56,7 @@ class Wind:
 
     @classmethod
     def profile(cls, height: ArrayLike, speed: ArrayLike, towards_deg: ArrayLike) -> Wind:
-        """Wind from heights (m), speeds (m/s) and azimuths it blows towards (degrees), each (n,) or single."""
+        """Wind from heights (m), speeds (m/s) and azimuths that it blows towards (degrees), each (n,) or single."""
         given = (("height", height, "m"), ("speed", speed, "m/s"), ("towards_deg", towards_deg, "degrees"))
         try:
             arrays = np.broadcast_arrays(*(np.atleast_1d(real_array("wind", *one)) for one in given))
@@ -75,20 +76,18 @@ class Wind:
         towards_deg: float,
         reference_height: float = 10.0,
         exponent: float = 1.0 / 7.0,
-        ground: float = 0.0,
         top: float = 1000.0,
     ) -> Wind:
-        """Wind growing as (height above ground / reference height)^exponent up to `top` (m above ground)."""
+        """Wind growing as (height over the ground / reference height)^exponent up to `top` (m over the ground)."""
         require_number("wind", "reference_height", reference_height, "m", above=0.0)
         require_number("wind", "top", top, "m", above=0.0)
         require_number("wind", "exponent", exponent, "", finite=True)
         require_number("wind", "speed", speed, "m/s")
-        require_number("wind", "ground", ground, "m")
         rise = np.concatenate([[0.0], np.geomspace(min(0.1, 0.01 * top), top, 41)])
-        return cls.profile(ground + rise, speed * (rise / reference_height) ** exponent, towards_deg)
+        return cls.profile(rise, speed * (rise / reference_height) ** exponent, towards_deg)
 
     def at(self, height: ArrayLike) -> NDArray[np.float64]:
-        """Velocity (..., 2) in m/s at heights z (m)."""
+        """Velocity (..., 2) in m/s at heights over the ground (m)."""
         position = np.asarray(height, dtype=np.float64)
         if self.height.size == 1:
             return np.broadcast_to(self.velocity[0], (*position.shape, 2)).copy()

@@ -41,7 +41,7 @@ def load_changed_case(path: Path, changes: Mapping[str, Any]) -> CaseTable:
     return case_from_document(changed, source=source, folder=path.parent)
 
 
-def load_case(path: Path, settings: Settings = (), *, cell_size: str | None = None, burst: bool = True) -> CaseTable:
+def load_case(path: Path, settings: Settings = (), *, burst: bool = True) -> CaseTable:
     """Read, check and resolve a case file.
 
     Parameters
@@ -50,8 +50,6 @@ def load_case(path: Path, settings: Settings = (), *, cell_size: str | None = No
         The file; names of files in it are relative to its folder.
     settings : sequence of str, or mapping
         Of `--set`: KEY=VALUE with dotted keys, or values by such keys, see `changed_document`.
-    cell_size : str, optional
-        Of `--cell-size`: replaces `burst.cell_size`, with its unit.
     burst : bool
         Whether the case must describe a burst; a flight of given fragments needs none.
 
@@ -65,27 +63,26 @@ def load_case(path: Path, settings: Settings = (), *, cell_size: str | None = No
     InputError
         Any fault; the message names file and key, what was found and what is allowed.
     """
-    document, source = set_document(path, settings, cell_size=cell_size)
+    document, source = set_document(path, settings)
     return case_from_document(document, source=source, folder=path.parent, burst=burst)
 
 
-def set_document(path: Path, settings: Settings = (), *, cell_size: str | None = None) -> tuple[dict[str, Any], str]:
+def set_document(path: Path, settings: Settings = ()) -> tuple[dict[str, Any], str]:
     """Tables of a case file with the values of `--set`, and what messages call them; as `load_case`."""
     try:
-        changes = read_settings(settings, cell_size=cell_size)
+        changes = read_settings(settings)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
     given = settings.items() if isinstance(settings, Mapping) else [text.split("=", 1) for text in settings]
-    ways = [" ".join(f"--set {key}={value}" for key, value in given)] if given else []
-    ways += ["--cell-size"] if cell_size is not None else []
-    source = f"{path} with {' and '.join(ways)}" if ways else str(path)
+    ways = " ".join(f"--set {key}={value}" for key, value in given)
+    source = f"{path} with {ways}" if ways else str(path)
     document = changed_document(read_document(path), changes, source=source, folder=path.parent)
     document.setdefault("title", visible(path.stem))
     return document, source
 
 
-def read_settings(settings: Settings, *, cell_size: str | None = None) -> dict[str, Any]:
-    """Values by dotted key, of texts KEY=VALUE or of a mapping, with that of `--cell-size`.
+def read_settings(settings: Settings) -> dict[str, Any]:
+    """Values by dotted key, of texts KEY=VALUE or of a mapping.
 
     Raises InputError: a text cannot be read, or a key comes twice.
     """
@@ -102,10 +99,6 @@ def read_settings(settings: Settings, *, cell_size: str | None = None) -> dict[s
             if key in found:
                 raise InputError(f"--set {key} is given twice; give one value")
             found[key] = read_value(text)
-    if cell_size is not None:
-        if "burst.cell_size" in found:
-            raise InputError("--cell-size and --set burst.cell_size both given; use one of them")
-        found["burst.cell_size"] = cell_size
     return found
 
 

@@ -13,6 +13,7 @@ from pydantic import ValidationError
 
 from fragfield.case.checks.consistency import check_case, check_charges
 from fragfield.case.checks.expected_masses import unit_faults
+from fragfield.case.checks.protective_works import check_protective_works
 from fragfield.case.checks.stage_limits import stage_faults
 from fragfield.case.conversion.attitude import attitude_faults, is_mixed, with_axes
 from fragfield.case.conversion.exposed_sites import resolved_exposed
@@ -92,6 +93,7 @@ def case_from_document(document: Mapping[str, Any], *, source: str, folder: Path
     case = _resolved(case, source, folder)
     _raise(source, check_charges(case, stacked))
     _raise(source, check_geometry(case))
+    _raise(source, list(check_protective_works(case)))
     if is_mixed(case):
         _raise(source, _with_location(lambda: list(origin_faults(case)), source))
     check_counts(case, source)

@@ -44,9 +44,14 @@ _HEAD = """\
 
 
 def write_new_case(
-    path: Path, profile: str, explosive: str, *, casing: str | None = None, stack: str | None = None,
-    lying: bool = False, every_key: bool = False,
-) -> Path:  # fmt: skip
+    path: Path,
+    profile: str,
+    explosive: str,
+    *,
+    casing: str | None = None,
+    stack: str | None = None,
+    lying: bool = False,
+) -> Path:
     """Write a case of one round, or of a stack of it, with every key explained.
 
     Parameters
@@ -59,8 +64,6 @@ def write_new_case(
         Arrangement of copies of the round, as `stack.arrangement`.
     lying : bool
         The round lies on the ground, its axis along y, so that a row of them stands side by side along x.
-    every_key : bool
-        With the sub-tables of every table.
 
     Returns
     -------
@@ -76,7 +79,7 @@ def write_new_case(
     if path.exists() or path.is_symlink():
         raise InputError(f"{path}: is there already; nothing was written, choose another name")
     chosen = _chosen(profile, explosive, casing, stack, lying=lying)
-    text = _HEAD.format(name=path.name, stem=path.stem) + commented_case(chosen, every_key=every_key)
+    text = _HEAD.format(name=path.name, stem=path.stem) + commented_case(chosen)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -161,11 +164,10 @@ def _value(model: type[BaseModel], name: str) -> object:
     return tomllib.loads(f"value = {_example(model.model_fields[name])}")["value"]
 
 
-def commented_case(chosen: Mapping[str, Any], *, every_key: bool = False) -> str:
+def commented_case(chosen: Mapping[str, Any]) -> str:
     """A case file (TOML) with comments, in which the keys of `chosen`, tables as a file has them, are set.
 
-    The others stand with their defaults behind a `#` without a space, in the units of their examples. `every_key`: the
-    sub-tables of its tables too, as "[burst.leakage]".
+    The others stand with their defaults behind a `#` without a space, in the units of their examples.
     """
     lines: list[str] = []
     further = []
@@ -177,9 +179,9 @@ def commented_case(chosen: Mapping[str, Any], *, every_key: bool = False) -> str
         elif isinstance(value, list):
             for entry in value:
                 model = next((one for one in models if _is_kind(one, entry)), models[0])
-                lines += ["", *_table(model, (name,), entry, field, every_key=every_key, head=f"[[{name}]]")]
+                lines += ["", *_table(model, (name,), entry, field, head=f"[[{name}]]")]
         elif isinstance(value, dict):
-            lines += ["", *_table(models[0], (name,), value, field, every_key=every_key)]
+            lines += ["", *_table(models[0], (name,), value, field)]
         else:
             head = f"[[{name}]]" if get_origin(field.annotation) is list else f"[{name}]"
             further += _comment(f"{head}  {field.description or _first_line(models[0])}")
@@ -198,8 +200,6 @@ def _table(
     path: tuple[str, ...],
     chosen: Mapping[str, Any],
     field: FieldInfo | None,
-    *,
-    every_key: bool,
     head: str = "",
 ) -> Iterator[str]:
     """A table with its own keys and then its sub-tables."""
@@ -214,12 +214,9 @@ def _table(
             tables[name] = (table, entry)
     for name, (table, entry) in tables.items():
         if name in chosen:
-            yield from ["", *_table(table, (*path, name), chosen[name], None, every_key=every_key)]
-        elif entry.default is None or not every_key:
-            yield from _comment(f"[{'.'.join((*path, name))}]  {entry.description or _first_line(table)}")
+            yield from ["", *_table(table, (*path, name), chosen[name], None)]
         else:
-            lines = _table(table, (*path, name), {}, entry, every_key=every_key)
-            yield from ["", *(line.replace("[", "#[", 1) if line.startswith("[") else line for line in lines)]
+            yield from _comment(f"[{'.'.join((*path, name))}]  {entry.description or _first_line(table)}")
 
 
 def _sub_table(field: FieldInfo) -> type[BaseModel] | None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 from typing import TYPE_CHECKING, Any
 
 from fragfield_base.errors import show
@@ -100,45 +99,26 @@ def _flat(value: object, path: str = "") -> Iterator[tuple[str, Any]]:
         yield path, value
 
 
-def differences(stored: CaseTable, now: CaseTable, within: Sequence[str] | None = None) -> list[str]:
-    """Lines `key: stored 0.006 m, now 0.008 m`, one per key in which two resolved cases differ.
-
-    Titles, notes and sources do not count. `within`: only keys that are one of these or lie in one of these tables.
-    """
-    return document_differences(plain(stored, units=True), plain(now, units=True), within)
-
-
-def document_differences(
-    stored: Mapping[str, Any],
-    now: Mapping[str, Any],
+def differences(
+    stored: CaseTable,
+    now: CaseTable,
     within: Sequence[str] | None = None,
     *,
     words: tuple[str, str] = ("stored", "now"),
-    tolerance: float = 0.0,
 ) -> list[str]:
-    """As `differences`, of two resolved cases as tables with units.
+    """Lines `key: stored 0.006 m, now 0.008 m`, one per key in which two resolved cases differ; `words` name them.
 
-    `words` name the two cases; values with the same unit whose numbers agree to the relative `tolerance` do not count.
+    Titles, notes and sources do not count. `within`: only keys that are one of these or lie in one of these tables.
     """
-    before, after = (dict(_flat(document)) for document in (stored, now))
+    before, after = (dict(_flat(plain(case, units=True))) for case in (stored, now))
     lines = []
     for key in dict.fromkeys([*before, *after]):
         words_only = key.rpartition(".")[2] in _WORDS_ONLY or key.startswith(_NOT_COMPUTED)
         if words_only or not (within is None or any(_lies_in(key, table) for table in within)):
             continue
-        if not _agree(before.get(key), after.get(key), tolerance):
+        if before.get(key) != after.get(key):
             lines.append(f"{key}: {words[0]} {_shown(before, key)}, {words[1]} {_shown(after, key)}")
     return lines
-
-
-def _agree(one: object, other: object, tolerance: float) -> bool:
-    if one == other or tolerance == 0.0 or not (isinstance(one, str) and isinstance(other, str)):
-        return one == other
-    (number, _, unit), (other_number, _, other_unit) = one.partition(" "), other.partition(" ")
-    try:
-        return unit == other_unit and math.isclose(float(number), float(other_number), rel_tol=tolerance)
-    except ValueError:
-        return False
 
 
 def _lies_in(key: str, table: str) -> bool:

@@ -74,6 +74,11 @@ def case_warnings(
             'burst.burn = "time" does not give a steady front with Landau products: cells ahead of it may be crushed; '
             '"time_or_compression" ignites them'
         )
+    if settings.end_time is not None:
+        yield (
+            f"burst.end_time = {settings.end_time:g} s: the burst ends there, complete or not, and fragments "
+            "start with the speeds of that time; left out, it ends by its asymptote, not before casings have collided"
+        )
     if not settings.leakage.enabled:
         yield "burst.leakage.enabled = false: the products expand without venting, so speeds are upper bounds"
     fixed = settings.time_step.fixed

@@ -14,14 +14,13 @@ from fragfield.case.conversion.rounds import burst_rounds, first_alike
 from fragfield.case.conversion.stages import break_up_settings, burst_settings
 from fragfield.case.conversion.symmetry import burst_geometry
 from fragfield.checking.case_warnings import case_warnings, mean_mass_warnings, substances_of, waiting_on_estimates
-from fragfield.checking.cost import RANKS, block_of, expected_cost, on_cores
+from fragfield.checking.cost import expected_cost
 from fragfield.contours.read import is_of_file
 from fragfield.hazard.contents import arrangement, contents_of
-from fragfield.hazard.recommended import official_part
 from fragfield.hazard.rules import rules_for
+from fragfield.hazard.to_apply import DistanceToApply, official_part
 from fragfield.pipeline.arena import read_arena
 from fragfield.pipeline.attitudes import attitudes_of
-from fragfield_base.cores import cores
 from transition.law.mean_mass import gurney_coefficient, gurney_speed
 
 if TYPE_CHECKING:
@@ -42,8 +41,9 @@ def check_report(case: CaseTable) -> dict[str, Any]:
     -------
     dict
         `case`, `rounds`, `arrangement`, `geometry`, `mesh` (of what is computed), `symmetry`, `expected`,
-        `warnings`, `official` (as in summary.json), `contents` (net explosive quantity and masses)
-        and `rules` (those by mass, each with its distance or the reason why it does not apply); numbers in SI.
+        `warnings`, `official` (as in summary.json), `contents` (net explosive quantity and masses), `rules` (those by
+        mass, each with its distance or the reason why it does not apply) and `distance_to_apply` (as in summary.json,
+        without the computed distance); numbers in SI.
 
     Raises
     ------
@@ -80,15 +80,10 @@ def check_report(case: CaseTable) -> dict[str, Any]:
     )
     if is_mixed(case):
         expected["attitudes"] = attitudes_of(case)
-    arranged = arrangement(case)
-    if (nearest := arranged["min_clearance"]) is not None:
-        block = block_of(case, nearest["clearance"], described[0]["outer_diameter"])
-        if block is not None:
-            expected["stack"] = _stack(expected, *block)
     return {
         "case": plain(case),
         "rounds": described,
-        "arrangement": arranged,
+        "arrangement": arrangement(case),
         "geometry": {"choice": settings.geometry, "reason": burst_geometry(case).reason},
         "mesh": {
             "cells": cells,
@@ -109,18 +104,6 @@ def check_report(case: CaseTable) -> dict[str, Any]:
     }
 
 
-def _stack(expected: Mapping[str, Any], block: CaseTable, counts: tuple[int, ...]) -> dict[str, Any]:
-    """Cost of a large stack on many cores and ranks, and its block that need be computed together."""
-    own = check_report(block)["expected"]
-    return {
-        "counts": list(counts),
-        "rounds": len(block.round),
-        "block": {"memory_bytes": own["memory_bytes"], "core_seconds": own["core_seconds"]},
-        "threads": on_cores(expected, cores(), ranks=False),
-        "ranks": on_cores(expected, RANKS, ranks=True),
-    }
-
-
 def _of_drawing(table: RoundTable, found: Mapping[str, Any]) -> dict[str, Any]:
     """How the contour of a round was read from a file, and the masses of its drawing with what ours differ by."""
     made: dict[str, Any] = {}
@@ -137,8 +120,13 @@ def _of_drawing(table: RoundTable, found: Mapping[str, Any]) -> dict[str, Any]:
 def _prescribed(case: CaseTable, described: Sequence[dict[str, Any]]) -> dict[str, Any]:
     """Official distances, and net explosive quantity and rules by mass."""
     contents = contents_of(case, {"burst": {"rounds": described}})
-    rules = [] if contents is None else [asdict(rule) for rule in rules_for(contents, case.official)]
-    return {"official": official_part(case), "contents": contents and asdict(contents), "rules": rules}
+    rules, official = [asdict(rule) for rule in rules_for(contents, case.official)], official_part(case)
+    return {
+        "official": official,
+        "contents": contents and asdict(contents),
+        "rules": rules,
+        "distance_to_apply": DistanceToApply.of(None, official, rules).as_dict(),
+    }
 
 
 def _meshed(item: Round, settings: BurstSettings, cuts: Sequence[Mirror]) -> tuple[CellMesh, MeshQuality]:
@@ -250,7 +238,8 @@ def fragments_report(case: CaseTable, path: Path) -> dict[str, Any]:
     -------
     dict
         `fragments`: `file`, `number` and `mass` (kg) of all fragments as they are flown, of an arena table those of one
-        round; and of that `recovered`, as `flight.recovered` of summary.json. `warnings`.
+        round; and of that `recovered`, as `flight.recovered` of summary.json. `warnings`, and `official`, `contents`,
+        `rules` and `distance_to_apply` as of `check_report`.
 
     Raises
     ------
@@ -263,8 +252,8 @@ def fragments_report(case: CaseTable, path: Path) -> dict[str, Any]:
 
         fragments = Fragments.read(path)
         held = {"file": path.name, "number": len(fragments), "mass": float(fragments.mass.sum())}
-        return {"fragments": held, "warnings": given_on_map(case, path)}
+        return {"fragments": held, "warnings": given_on_map(case, path), **_prescribed(case, ())}
     table, recovered = found
     held = {"file": path.name, "number": float(table.number.sum()), "mass": table.total_mass}
     warnings = [recovered.warning] if recovered.warning else []
-    return {"fragments": {**held, "recovered": recovered.summary()}, "warnings": warnings}
+    return {"fragments": {**held, "recovered": recovered.summary()}, "warnings": warnings, **_prescribed(case, ())}

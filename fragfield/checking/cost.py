@@ -1,4 +1,4 @@
-"""Estimated cost of a burst: steps, time step, memory and time, in total and per round."""
+"""Estimated cost of a burst: steps, time step, memory and time."""
 
 from __future__ import annotations
 
@@ -8,33 +8,30 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fragfield.case.conversion.rounds import first_alike
-
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Sequence
 
     import numpy as np
     from numpy.typing import NDArray
 
     from burst_fenicsx.meshing.mesh import CellMesh
     from burst_fenicsx.problem import BurstSettings, Round
-    from fragfield.case import CaseTable
 
 
-# Fitted to ten bursts: tube with 9 mm cells and the 155 mm projectile with 3, 4, 6, 8 and 12 mm to 120 us, M107 with 8,
-# 10, 12 and 14 mm until it gained less than 1 % in 10 us; the estimate was 0.6 to 1.2 times their steps. The finer the
-# cells, the thinner the thinnest becomes: against the first stable step the mean one falls with the cell's size over
-# the round's radius, times this factor, and with one over the casing's expansion; acceleration is complete at about
-# this expansion.
+# Fitted to ten bursts: tube with 9 mm cells and the 155 mm projectile with 3, 4, 6, 8 and 12 mm to 120 us, M107 with
+# 8, 10, 12 and 14 mm until it had a tenth of its energy to gain; the estimate was 0.6 to 1.2 times their steps. The
+# finer the cells, the thinner the thinnest becomes: against the first stable step the mean one falls with the cell's
+# size over the round's radius, times this factor, and with one over the casing's expansion; acceleration is complete
+# at about this expansion.
 _THINNING = 8.5
 # Where cells take steps of their own, the mean one over the time in which a wave runs through the mean cell, by the
 # projectile with 3 and 8 mm cells (0.35 and 0.29).
 _OWN_STEP = 0.32
-EXPANSION_AT_END = 2.9
+_EXPANSION_AT_END = 2.7
 # Memory of one process, by rows of one to four M107 with 6 and 8 mm cells, whole and as quarters (within a twentieth).
 # Images of what symmetry leaves are joined to the whole at every output.
 _BYTES_PER_CELL, _BYTES_PER_CELL_OF_WHOLE = 2_450.0, 1_050.0
-BYTES_AT_START = 272e6
+_BYTES_AT_START = 272e6
 # Time of a core, within a factor of two from machine to machine; what contact adds is that of a M107 with 8 mm cells.
 _SECONDS_PER_CELL_STEP = 0.3e-6
 _BONDS, _SURFACES = 0.1, 0.7  # shares that bonds and the search for surfaces that meet add
@@ -55,7 +52,7 @@ class _Shell:
     @property
     def complete(self) -> float:
         """Time (s) at which acceleration may be complete."""
-        return self.start + (EXPANSION_AT_END - 1.0) / self.growth
+        return self.start + (_EXPANSION_AT_END - 1.0) / self.growth
 
     def stretched(self, end: float) -> float:
         """Integral of the expansion, 1 before the start, over the time to `end` (s)."""
@@ -93,8 +90,7 @@ def expected_cost(
     -------
     dict
         `stable_time_step` (the first one), `mean_time_step` of a cell, `end_time` (s), `steps` of a cell on average,
-        `cell_steps`, `memory_bytes`, `core_seconds`, and `per_round` with the mean of `cells`, `memory_bytes` and
-        `core_seconds` over the rounds.
+        `cell_steps`, `memory_bytes`, `core_seconds`.
     """
     initiated = _times_initiated(rounds, described)
     shells = [_Shell.of(entry, found, time) for entry, found, time in zip(rounds, described, initiated, strict=True)]
@@ -127,13 +123,8 @@ def expected_cost(
         "end_time": end,
         "steps": steps,
         "cell_steps": steps * cells,
-        "memory_bytes": BYTES_AT_START + memory,
+        "memory_bytes": _BYTES_AT_START + memory,
         "core_seconds": seconds,
-        "per_round": {
-            "cells": cells / len(rounds),
-            "memory_bytes": memory / len(rounds),
-            "core_seconds": seconds / len(rounds),
-        },
     }
 
 
@@ -172,49 +163,3 @@ def _sound_speed(entry: Round) -> float:
     nu = entry.casing.poisson_ratio
     modulus = entry.casing.elastic_modulus * (1.0 - nu) / ((1.0 + nu) * (1.0 - 2.0 * nu))
     return math.sqrt(modulus / entry.casing.density)
-
-
-_ALONG = 4  # rounds along an axis of a block
-RANKS = 64
-_EFFICIENCY = 0.82  # of two ranks that have a round each, `benchmarks/README.md`; more have not been measured
-
-
-def block_of(case: CaseTable, clearance: float, diameter: float) -> tuple[CaseTable, tuple[int, ...]] | None:
-    """The smallest block of a row or a pallet in which every round stands as in the whole.
-
-    Parameters
-    ----------
-    case : CaseTable
-        Resolved, with a burst.
-    clearance, diameter : float
-        Smallest clear distance of two rounds, and their diameter (m): casings farther apart are accelerated before they
-        meet, and one round stands for all.
-
-    Returns
-    -------
-    The case of the block, and its numbers of rounds along x, y and z. None where the rounds are no grid, differ, or are
-    not all initiated at once, and where the block is the whole.
-    """
-    rounds = case.round
-    if len({(entry.axis, tuple(entry.ignition or ())) for entry in rounds}) != 1 or not rounds[0].ignition:
-        return None
-    if any(first_alike(case)):
-        return None
-    places = np.round([entry.position for entry in rounds], 6)
-    levels = [np.unique(along, return_inverse=True) for along in places.T]
-    counts = [len(values) for values, _ in levels]
-    along = _ALONG if clearance < (EXPANSION_AT_END - 1.0) * diameter else 1
-    if int(np.prod(counts)) != len(rounds) or max(counts) <= along:
-        return None
-    inside = np.all([place < along for _, place in levels], axis=0)
-    within = [entry for entry, kept in zip(rounds, inside.tolist(), strict=True) if kept]
-    return case.model_copy(update={"round": within}), tuple(min(count, along) for count in counts)
-
-
-def on_cores(expected: Mapping[str, Any], cores: int, *, ranks: bool) -> dict[str, Any]:
-    """Seconds and memory of a burst on several cores: as so many threads, or as so many ranks."""
-    return {
-        "cores": cores,
-        "seconds": expected["core_seconds"] / (cores * (_EFFICIENCY if cores > 1 else 1.0)),
-        "memory_bytes": expected["memory_bytes"] + (cores - 1) * BYTES_AT_START * ranks,
-    }

@@ -12,7 +12,7 @@ from fragfield.case.conversion.attitude import attitude_words
 from fragfield.case.conversion.surroundings import direction_words
 from fragfield.hazard.certainty import metres
 from fragfield.hazard.contents import quantity_words
-from fragfield.hazard.recommended import USES, official_note
+from fragfield.hazard.to_apply import DistanceToApply
 from fragfield.terminal.progress import duration
 from fragfield.terminal.show import OFFICIAL_LABELS, number_text, plain_console, stripped
 from fragfield_base.substances import substance_title
@@ -63,6 +63,8 @@ def _found(found: Mapping[str, Any]) -> Iterator[str | Table]:
         yield f"{held['file']}: {held['number']:.10g} fragments of {held['mass']:.4g} kg"
         if recovered := held.get("recovered"):
             yield recovered["words"]
+    if "distance_to_apply" in found:
+        yield from _prescribed(found)
     for warning in found["warnings"]:
         yield f"warning: {warning}"
     for path in found.get("drawings") or ():
@@ -103,27 +105,6 @@ def _burst(found: Mapping[str, Any]) -> Iterator[str | Table]:
             f"mixed attitudes: the flight is computed in {number} attitudes and in finer steps beside the worst; it "
             f"takes about {number} to {3 * number} times as long as in one attitude"
         )
-    if len(found["rounds"]) > 1:
-        each = expected["per_round"]
-        yield f"per round: {each['cells']:.0f} cells, {_gigabytes(each)}, {duration(each['core_seconds'])} on one core"
-    if stack := expected.get("stack"):
-        yield from _stack(stack)
-    yield from _prescribed(found)
-
-
-def _stack(stack: Mapping[str, Any]) -> Iterator[str | Table]:
-    """A block that stands for a large stack, and what the whole costs."""
-    block, size = stack["block"], " x ".join(str(count) for count in stack["counts"])
-    words = (
-        f"a block of {size} has corner, edge and inner rounds as the whole; rounds beyond the next change the mean "
-        "speed of a casing by about 1 %"
-    )
-    if stack["rounds"] == 1:
-        words = "the rounds are accelerated before they meet; one stands for all"
-    cost = f"{_gigabytes(block)}, {_about(block['core_seconds'])} on one core"
-    yield f"computed together: {words} ({cost})"
-    for found, what in ((stack["threads"], "cores of this machine"), (stack["ranks"], "ranks")):
-        yield f"the whole on {found['cores']} {what}: {_about(found['seconds'])}, {_gigabytes(found)}"
 
 
 def _gigabytes(cost: Mapping[str, Any]) -> str:
@@ -142,15 +123,11 @@ def _prescribed(found: Mapping[str, Any]) -> Iterator[str | Table]:
         for key, label in OFFICIAL_LABELS.items():
             if official[key] is not None:
                 yield f"{label}: {metres(official[key])}, {official['source']}"
-        if note := official_note(official):
-            yield note
-    if not (contents := found.get("contents")):
-        return
-    yield quantity_words(contents["explosive"], contents["tnt"], contents["equivalents"])
-    for use, title in USES.items():
-        inside = [f"{rule['name']}: {metres(rule['distance'])}" for rule in found["rules"]
-                  if rule["use"] == use and rule["distance"] is not None]  # fmt: skip
-        yield f"rules in range, {title}: {'; '.join(inside) or 'none'}"
+    if contents := found.get("contents"):
+        yield quantity_words(contents["explosive"], contents["tnt"], contents["equivalents"])
+    to_apply = DistanceToApply.read(found["distance_to_apply"])
+    yield f"{to_apply.line}, as prescribed; a larger computed distance takes its place"
+    yield from (f"  {words}" for words in to_apply.words)
 
 
 def _alike(rounds: Iterable[Mapping[str, Any]]) -> list[tuple[list[str], Mapping[str, Any]]]:
@@ -246,13 +223,13 @@ def _surroundings(found: Mapping[str, Any]) -> Iterator[str | Table]:
     for entry in found["obstacles"]:
         yield (
             f"obstacle {entry['name']}: {entry['kind']}, z {entry['base']:.4g} to {entry['top']:.4g} m, "
+            + (f"its top {entry['height']:.4g} m over the ground below, " if entry["follows"] else "")
             + ("stops fragments" if entry["ricochet"] == "none" else f"ricochet as off {entry['ricochet']}")
         )
     for entry in found["exposed"]:
         yield (
             f"exposed {entry['name']}: {entry['kind']}, {entry['distance']:.1f} m at "
             + direction_words(entry["azimuth_deg"], entry["bearing_deg"], whole=True)
-            + (f", in {entry['pieces']} pieces" if entry["pieces"] > 1 else "")
         )
 
 

@@ -67,9 +67,6 @@ Out = Annotated[
     Path | None,
     typer.Option("--out", parser=file_path, metavar="DIR", help="Run directory; default runs/NAME, or the run itself."),
 ]
-CellSize = Annotated[
-    str | None, typer.Option("--cell-size", metavar='"6 mm"', help="Replaces burst.cell_size; with its unit.")
-]
 Settings = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="KEY=VALUE", help="Replaces a value of the case, by its dotted key; repeatable."),

@@ -9,7 +9,6 @@ import typer
 import fragfield
 from fragfield.cli.application import (
     CaseOrRun,
-    CellSize,
     Drawing,
     FragmentsFile,
     Json,
@@ -39,7 +38,6 @@ if TYPE_CHECKING:
 @app.command()
 def check(
     case: CaseOrRun,
-    cell_size: CellSize = None,
     settings: Settings = None,
     fragments: FragmentsFile = None,
     drawing: Drawing = None,
@@ -54,7 +52,7 @@ def check(
     with guarded(json=json, quiet=quiet):
         from fragfield.checking.show import print_check
 
-        done = fragfield.check(case, cell_size=cell_size, set=settings or (), fragments=fragments)
+        done = fragfield.check(case, set=settings or (), fragments=fragments)
         shown = done.case.values if resolved else None
         drawn = {"drawings": [str(path) for path in done.draw(drawing)]} if drawing is not None else {}
         give(done.found | drawn, json=json, show=lambda found: print_check(found, shown))
@@ -64,7 +62,6 @@ def check(
 def run(
     case: CaseOrRun,
     out: Out = None,
-    cell_size: CellSize = None,
     settings: Settings = None,
     threads: Threads = None,
     resume: Resume = False,
@@ -76,7 +73,7 @@ def run(
     """Run the whole chain: burst, break-up, flight, report."""
     with guarded(json=json, quiet=quiet):
         done = fragfield.run(
-            case, out=out, cell_size=cell_size, set=settings or (), threads=threads, resume=resume,
+            case, out=out, set=settings or (), threads=threads, resume=resume,
             overwrite=overwrite, progress=_progress(progress_file, quiet=quiet),
         )  # fmt: skip
         _give_summary(done, json=json, flown=True)
@@ -86,7 +83,6 @@ def run(
 def burst(
     case: CaseOrRun,
     out: Out = None,
-    cell_size: CellSize = None,
     settings: Settings = None,
     threads: Threads = None,
     resume: Resume = False,
@@ -98,7 +94,7 @@ def burst(
     """Compute the detonation and the acceleration of the casings."""
     with guarded(json=json, quiet=quiet):
         done = fragfield.run(
-            case, out=out, cell_size=cell_size, set=settings or (), threads=threads, resume=resume,
+            case, out=out, set=settings or (), threads=threads, resume=resume,
             overwrite=overwrite, profile=profile, progress=not quiet, only="burst",
         )  # fmt: skip
         _give_summary(done, json=json, flown=False)

@@ -19,7 +19,7 @@ def convert(
         typer.Argument(
             parser=file_path,
             metavar="FILE",
-            help="Drawing (.dxf, .svg), table of diameters, or map (.geojson, .kml, .kmz).",
+            help="Drawing (.dxf), table of diameters, or map (.geojson, .kml, .kmz).",
         ),
     ],
     settings: Annotated[

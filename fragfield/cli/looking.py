@@ -7,7 +7,6 @@ from typing import Annotated
 
 import typer
 
-import fragfield
 from fragfield.cli.application import CaseOrRun, Html, Json, Quiet, Window, app, file_path
 from fragfield.cli.guard import give, guarded, print_paths
 from fragfield.cli.streams import to_stdout
@@ -61,9 +60,6 @@ def new(
         str | None, typer.Option("--stack", metavar="ARRANGEMENT", help="Arrangement of copies: row, triangle, pallet.")
     ] = None,
     lying: Annotated[bool, typer.Option("--lying", help="The round lies on the ground, its axis along y.")] = False,
-    every_key: Annotated[
-        bool, typer.Option("--all", help="Every key of the case file, not only the usual ones.")
-    ] = False,
     quiet: Quiet = False,
     json: Json = False,
 ) -> None:
@@ -71,9 +67,7 @@ def new(
     with guarded(json=json, quiet=quiet):
         from fragfield.case.new_case import write_new_case
 
-        written = write_new_case(
-            absolute(name, InputError), round_, explosive, casing=casing, stack=stack, lying=lying, every_key=every_key
-        )
+        written = write_new_case(absolute(name, InputError), round_, explosive, casing=casing, stack=stack, lying=lying)
         give({"case": [str(written)]}, json=json, show=print_paths)
 
 
@@ -85,28 +79,16 @@ def compare(
     reference: Annotated[
         Path, typer.Argument(parser=file_path, metavar="RUN", help="The reference run, such as the single round's.")
     ],
-    out: Annotated[
-        Path | None,
-        typer.Option("--out", parser=file_path, metavar="DIR", help="Write tables (CSV, JSON) and a picture there."),
-    ] = None,
-    sector: Annotated[
-        float | None,
-        typer.Option("--sector", metavar="DEGREES", help="Width of the sectors; default 15, or as the runs have them."),
-    ] = None,
-    all_round: Annotated[
-        bool, typer.Option("--all-round", help="Divide by the reference's mean over all azimuths.")
-    ] = False,
     quiet: Quiet = False,
     json: Json = False,
 ) -> None:
-    """Divide one run by another: witness surfaces by azimuth, hazards by distance, casing speeds."""
+    """Divide the results of one run by those of another, after the inputs in which they differ."""
     with guarded(json=json, quiet=quiet):
-        from fragfield.studies.compare import print_comparison
+        from fragfield.studies.ratios import inputs_that_differ, print_ratios, ratios
 
-        done = fragfield.compare_runs(run, reference, sector=sector, all_round=all_round)
-        if out is not None:
-            done.write(out)
-        give(done.found, json=json, show=print_comparison)
+        folders = [absolute(folder, InputError) for folder in (run, reference)]
+        found = {"differences": inputs_that_differ(*folders), "ratios": ratios(*folders)}
+        give(found, json=json, show=print_ratios)
 
 
 @app.command("app")

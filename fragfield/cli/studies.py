@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import typer
 
 import fragfield
-from fragfield.cli.application import CaseOrRun, CellSize, Json, Quiet, Scheduler, Settings, app, file_path
+from fragfield.cli.application import CaseOrRun, Json, Quiet, Scheduler, Settings, app, file_path
 from fragfield.cli.guard import give, guarded
 from fragfield.errors import EXIT_NUMERICAL
 
@@ -124,7 +124,6 @@ def uncertainty(
             "--out", parser=file_path, metavar="DIR", help="Folder for the study; default runs/NAME_uncertainty."
         ),
     ] = None,
-    cell_size: CellSize = None,
     settings: Settings = None,
     workers: Annotated[
         int | None, typer.Option("--workers", min=1, metavar="N", help="Samples at the same time; default all cores.")
@@ -148,7 +147,7 @@ def uncertainty(
         from fragfield.studies.uncertainty.results import print_study
 
         found = fragfield.run_uncertainty(
-            case, out=out, samples=samples, seed=seed, set=settings or (), cell_size=cell_size,
+            case, out=out, samples=samples, seed=seed, set=settings or (),
             workers=workers, scheduler=scheduler, resume=resume, overwrite=overwrite, progress=not quiet,
         ).found  # fmt: skip
         give(found, json=json, show=print_study)

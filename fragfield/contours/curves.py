@@ -33,7 +33,7 @@ class Curve:
     points: Array
     """(n, 2) float64: on the curve, from its start to its end (m), up is +y."""
     layer: str = ""
-    """Its layer in a DXF, its group in an SVG."""
+    """Its layer."""
 
     @property
     def is_straight(self) -> bool:
@@ -62,12 +62,10 @@ class Sheet:
     """Number of entities that are no contour, by what they are."""
     notes: list[str] = field(default_factory=list)
     """What was found, in words."""
-    up: float = 1.0
-    """1 where y counts upwards in the file, -1 where it counts downwards."""
 
     def place(self, x: float, y: float) -> str:
         """A position (m) in the file's coordinates, for messages."""
-        return f"({x / self.unit + 0.0:.6g}, {self.up * y / self.unit + 0.0:.6g})"
+        return f"({x / self.unit + 0.0:.6g}, {y / self.unit + 0.0:.6g})"
 
     @property
     def points(self) -> Array:

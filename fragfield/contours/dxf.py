@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import struct
 from collections import Counter
 from functools import partial
 from io import BytesIO
@@ -35,6 +36,8 @@ _HIDDEN = re.compile(r"^(HIDDEN|DASHED|ACAD_ISO0[23]W|VERDECKT|PHANTOM)", re.IGN
 _MOST_BYTES = 1 << 27
 _MOST_ENTITIES = 200_000
 _DEEPEST = 16
+_BINARY = b"AutoCAD Binary DXF\r\n\x1a\x00"
+_RELEASE_2000 = b"  0\nSECTION\n  2\nHEADER\n  9\n$ACADVER\n  1\nAC1015\n  0\nENDSEC\n"
 _FLAT = 1e-6  # z over the extent that still is the plane of the sheet
 
 
@@ -52,7 +55,7 @@ def read_dxf(path: Path, *, unit: float | None, layers: Sequence[str] | None, to
     present: Counter[str] = Counter()
     curves: list[Curve] = []
     axes: list[Curve] = []
-    for entity, layer in _entities(document, ignored):
+    for entity, layer in _entities(document, ignored, notes):
         kind = entity.dxftype()
         if kind not in _CURVES:
             ignored[kind] += 1
@@ -62,6 +65,9 @@ def read_dxf(path: Path, *, unit: float | None, layers: Sequence[str] | None, to
             continue
         line = _line_type(document, entity, layer)
         pieces = [Curve(points * found, layer) for points in _points(path, entity, FINE * tolerance / found)]
+        if not pieces:
+            ignored[f"{kind} of no length"] += 1
+            continue
         if _CENTRE.search(line) or (is_axis_name(layer) and kind == "LINE"):
             axes += [piece for piece in pieces if piece.is_straight]
             continue
@@ -79,7 +85,9 @@ def read_dxf(path: Path, *, unit: float | None, layers: Sequence[str] | None, to
 def _opened(path: Path) -> Drawing:
     try:
         from ezdxf import recover
+        from ezdxf.document import Drawing
         from ezdxf.lldxf.const import DXFError
+        from ezdxf.lldxf.tagger import binary_tags_loader
     except ImportError:
         raise InputError(
             f"{path}: drawings need ezdxf: pip install 'fragfield[drawings]', or pip install ezdxf"
@@ -88,8 +96,12 @@ def _opened(path: Path) -> Drawing:
     if re.match(rb"AC10\d\d", data):
         raise InputError(f"{path}: found a DWG; allowed: a DXF, as which every program that writes DWG can save it")
     try:
+        if data.startswith(_BINARY):
+            return Drawing.load(binary_tags_loader(data))
+        if b"$ACADVER" not in data and b"AcDb" in data:  # else taken for a release without AcDb
+            data = _RELEASE_2000 + data
         document, _ = recover.read(BytesIO(data))
-    except (DXFError, OSError, ValueError, KeyError, IndexError, AttributeError, TypeError, EOFError) as fault:
+    except (DXFError, struct.error, OSError, ValueError, LookupError, AttributeError, TypeError, EOFError) as fault:
         words = " ".join(str(fault).split())[:200] or type(fault).__name__
         raise InputError(f"{path}: not a DXF that can be read ({words})") from None
     return document
@@ -125,8 +137,10 @@ def _layers(path: Path, document: Drawing, names: Sequence[str]) -> set[str]:
     return folded(path, names, known)
 
 
-def _entities(document: Drawing, ignored: Counter[str]) -> Iterator[tuple[DXFGraphic, str]]:
+def _entities(document: Drawing, ignored: Counter[str], notes: list[str]) -> Iterator[tuple[DXFGraphic, str]]:
     """Entities of the model space with their layers, those of blocks in place of their references."""
+    from ezdxf.xclip import XClip
+
     waiting: list[tuple[Any, str, int]] = [(one, one.dxf.layer, 0) for one in document.modelspace()]
     waiting.reverse()
     number = 0
@@ -142,6 +156,12 @@ def _entities(document: Drawing, ignored: Counter[str]) -> Iterator[tuple[DXFGra
         if block is None or block.block.is_xref or depth >= _DEEPEST:
             ignored["reference to a drawing or block that is not there"] += 1
             continue
+        if entity.dxf.get("invisible", 0) or (layer in document.layers and document.layers.get(layer).is_frozen()):
+            ignored["reference to a block on a frozen layer, or invisible"] += 1
+            continue
+        clip = XClip(entity)
+        if clip.has_clipping_path and clip.is_clipping_enabled:
+            notes.append(f"block {entity.dxf.name} is clipped in the drawing, and was taken whole")
         for single in entity.multi_insert() if entity.mcount > 1 else [entity]:
             inner = list(
                 single.virtual_entities(skipped_entity_callback=lambda one, _: ignored.update([one.dxftype()]))
@@ -174,6 +194,7 @@ def _points(path: Path, entity: Any, deviation: float) -> Iterator[np.ndarray[An
             raise InputError(
                 f"{path}: found a POLYLINE that is a mesh of faces on layer {entity.dxf.layer}; allowed: curves"
             )
+        _straighten(entity, deviation)
         for piece in entity.virtual_entities():
             yield from _points(path, piece, deviation)
         return
@@ -188,31 +209,67 @@ def _points(path: Path, entity: Any, deviation: float) -> Iterator[np.ndarray[An
     except (ValueError, ZeroDivisionError, IndexError) as fault:
         raise InputError(f"{where} that cannot be computed ({fault})") from None
     for points in pieces:
+        if len(points) < 2:  # of no length
+            continue
         placed = np.array([tuple(point) for point in points], dtype=np.float64)
         if not np.isfinite(placed).all():
             raise InputError(f"{where} with coordinates that are no numbers")
         placed = placed[np.concatenate([[True], (np.diff(placed, axis=0) != 0.0).any(axis=1)])]
         if len(placed) < 2:
             continue
-        if placed.shape[1] == 3 and np.ptp(placed[:, 2]) > _FLAT * np.ptp(placed, axis=0).max():
+        z = (
+            placed[:, 2]
+            if kind != "SPLINE"
+            else np.array([point[2] for point in entity.construction_tool().control_points])
+        )
+        if np.ptp(z) > _FLAT * np.ptp(placed, axis=0).max():
             raise InputError(
-                f"{where} that leaves the plane of the sheet, z {placed[:, 2].min():g} to {placed[:, 2].max():g}; "
+                f"{where} that leaves the plane of the sheet, z {z.min():g} to {z.max():g}; "
                 "allowed: a section drawn in x and y"
             )
         yield placed[:, :2]
 
 
+def _straighten(entity: Any, deviation: float) -> None:  # noqa: ANN401 - ezdxf's
+    """Make lines of a polyline's arcs that are flatter than `deviation`: their centres would be too far to compute."""
+    if entity.dxftype() == "LWPOLYLINE":
+        corners = [list(one) for one in entity.get_points("xyseb")]
+    else:
+        corners = [[*one.dxf.location.vec2, 0.0, 0.0, one.dxf.bulge] for one in entity.vertices]
+    for corner, after in zip(corners, corners[1:] + corners[:1], strict=True):
+        if abs(corner[4]) * np.hypot(after[0] - corner[0], after[1] - corner[1]) <= 2.0 * deviation:
+            corner[4] = 0.0
+    if entity.dxftype() == "LWPOLYLINE":
+        entity.set_points(corners, format="xyseb")
+    else:
+        for vertex, corner in zip(entity.vertices, corners, strict=True):
+            vertex.dxf.bulge = corner[4]
+
+
 def _spline(entity: Any, deviation: float) -> Iterator[Any]:  # noqa: ANN401 - ezdxf's
-    """Points of a spline between its corners: knots as many together as its degree."""
-    curve = entity.construction_tool()
-    knots, many = np.unique(np.asarray(list(curve.knots()), dtype=np.float64), return_counts=True)
-    ends = np.unique([knots[0], *knots[many >= curve.degree], knots[-1]])
+    """Points of a spline between its corners: knots as many together as its degree.
+
+    The curve is defined between the knots that have as many before and behind them as the degree. The library draws it
+    from the first knot to the last: of a closed curve with uniform knots, as modellers write it, that adds two ends
+    off the curve.
+    """
+    from scipy.interpolate import BSpline
+
+    tool = entity.construction_tool()
+    knots, degree = np.asarray(tool.knots(), dtype=np.float64), tool.degree
+    weights = np.asarray(tool.weights() or np.ones(tool.count), dtype=np.float64)[:, None]
+    control = np.array([tuple(point) for point in tool.control_points])
+    curve = BSpline(knots, np.hstack([weights * control, weights]), degree)
+    first, last = knots[degree], knots[-degree - 1]
+    found, many = np.unique(knots, return_counts=True)
+    ends = np.unique([first, *found[(many >= degree) & (found > first) & (found < last)], last])
+
+    def at(start: float, end: float, share: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
+        placed = curve(start + (end - start) * share)
+        return np.asarray(placed[:, :3] / placed[:, 3:])
+
     for start, end in pairwise(ends.tolist()):
-        yield sampled(partial(_between, curve, start, end), deviation)
-
-
-def _between(curve: Any, start: float, end: float, share: np.ndarray[Any, Any]) -> list[Any]:  # noqa: ANN401 - ezdxf's
-    return list(curve.points((start + (end - start) * share).tolist()))
+        yield sampled(partial(at, start, end), deviation)
 
 
 def _nothing(document: Drawing, present: Counter[str], ignored: Counter[str], layers: Sequence[str] | None) -> str:

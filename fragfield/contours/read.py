@@ -27,7 +27,6 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from fragfield.case.tables.round import ContourTable
-    from fragfield.contours.pieces import Pieces
 
 
 _LINE = re.compile(r"^\s*([xy])\s*=\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*$")
@@ -52,8 +51,7 @@ class Axis:
 
     def words(self, sheet: Sheet) -> str:
         """As it is asked for, in units of the file."""
-        name, sign = ("y", sheet.up) if self.direction == "horizontal" else ("x", 1.0)
-        return f"{name} = {sign * self.offset / sheet.unit + 0.0:.6g}"
+        return f"{'y' if self.direction == 'horizontal' else 'x'} = {self.offset / sheet.unit + 0.0:.6g}"
 
 
 def turned(curves: Sequence[Curve], axis: Axis) -> list[Curve]:
@@ -80,7 +78,7 @@ def find_axis(path: object, sheet: Sheet, asked: str | None, near: float) -> Axi
             )
         offset = float(found[2]) * sheet.unit
         if found[1] == "y":
-            return Axis("horizontal", sheet.up * offset, "as asked for")
+            return Axis("horizontal", offset, "as asked for")
         return Axis("upright", offset, "as asked for")
     possible = _centre_lines(path, sheet, points, near) or list(_possible(points, near))
     best = _longer(points, possible)
@@ -201,7 +199,7 @@ def _refined(points: Array) -> Array:
     return np.concatenate(parts) if len(points) < 100 else points
 
 
-KINDS = (".dxf", ".svg", ".csv", ".tsv", ".txt", ".xlsx", ".ods")
+KINDS = (".dxf", ".csv", ".tsv", ".txt", ".xlsx", ".ods")
 """Endings of the files that are read."""
 _MARK = "(SHA-256 "
 _DIGITS = 6  # of a millimetre
@@ -218,13 +216,13 @@ def profile_of_contour(table: ContourTable, path: Path) -> tuple[dict[str, Any],
     if kind not in KINDS:
         raise InputError(f"{path}: found a file that ends in {kind or 'nothing'}; allowed: {', '.join(KINDS)}")
     digest = hashlib.sha256(read_bytes(path, InputError)).hexdigest()[:16]
-    if kind in (".dxf", ".svg"):
+    if kind == ".dxf":
         section, words, unit = _of_drawing(table, path)
     else:
         from fragfield.contours.table import section_of_table
 
         section, words, unit = section_of_table(table, path)
-    length = float(section.outer.stations[-1])
+    length = float(section.outer[-1, 0])
     if not 1e-3 <= length <= 20.0:
         raise InputError(f"{path}: the round is {length:.4g} m long; allowed: 1 mm to 20 m; give its unit")
     outer, cavity = _points(path, section.outer, "outer contour"), _points(path, section.cavity, "cavity")
@@ -258,9 +256,7 @@ def casing_volume(profile: Mapping[str, Any]) -> float:
     """Volume of the casing (m3) of a profile's tables of `profile_of_contour`."""
     from burst_fenicsx.geometry import Contour
 
-    outer, cavity = (
-        Contour.from_points(profile[key]["points"], profile[key].get("arcs", ()), key) for key in ("outer", "cavity")
-    )
+    outer, cavity = (Contour.from_points(profile[key]["points"], (), key) for key in ("outer", "cavity"))
     return 1e-9 * (outer.volume() - cavity.volume())  # of mm3
 
 
@@ -271,10 +267,8 @@ def is_of_file(profile: Mapping[str, Any]) -> bool:
 
 def _of_drawing(table: ContourTable, path: Path) -> tuple[Section, list[str], float]:
     from fragfield.contours.dxf import read_dxf
-    from fragfield.contours.svg import read_svg
 
-    read = read_dxf if path.suffix.casefold() == ".dxf" else read_svg
-    sheet = read(path, unit=table.unit_length, layers=table.layers, tolerance=table.tolerance)
+    sheet = read_dxf(path, unit=table.unit_length, layers=table.layers, tolerance=table.tolerance)
     near = table.gap
     extent = float(np.ptp(sheet.points, axis=0).max())
     if not 1e-3 <= extent <= 20.0:
@@ -303,30 +297,15 @@ def _of_drawing(table: ContourTable, path: Path) -> tuple[Section, list[str], fl
         *sheet.notes,
         f"axis {axis.words(sheet)}, {axis.why}",
         nose_words,
-        f"lines and arcs within {1e3 * table.tolerance:g} mm",
+        f"chords within {1e3 * table.tolerance:g} mm",
     ]
     if sheet.ignored:
         section.notes.append(f"no contour: {counted(sheet.ignored)}")
     return section, words, sheet.unit
 
 
-def _points(path: Path, pieces: Pieces, name: str) -> dict[str, Any]:
-    """Points and arcs as a profile has them, in rounded millimetres."""
-    if len(pieces.stations) > _MOST_POINTS:
-        raise InputError(
-            f"{path}: the {name} has {len(pieces.stations)} points; allowed: {_MOST_POINTS}; give a larger tolerance"
-        )
-    points = np.round(1e3 * np.column_stack([pieces.stations, pieces.radii]), _DIGITS) + 0.0
-    made: dict[str, Any] = {"points": points.tolist()}
-    if pieces.arcs.any():
-        made["arcs"] = _rounded_arcs(points, 1e3 * pieces.arcs)
-    return made
-
-
-def _rounded_arcs(points: np.ndarray[Any, Any], arcs: np.ndarray[Any, Any]) -> list[float]:
-    """Radii that are not too small for their chords by the rounding of the points."""
-    way = np.diff(points, axis=0)
-    smallest = (way**2).sum(axis=1) / (2.0 * way[:, 0])  # with one end upright
-    size = np.round(np.abs(arcs), _DIGITS)
-    size = np.where(size < smallest, smallest * (1.0 + 1e-9), size)
-    return (np.where(arcs == 0.0, 0.0, np.sign(arcs) * size)).tolist()
+def _points(path: Path, line: Array, name: str) -> dict[str, Any]:
+    """Points as a profile has them, in rounded millimetres."""
+    if len(line) > _MOST_POINTS:
+        raise InputError(f"{path}: the {name} has {len(line)} points; allowed: {_MOST_POINTS}; give a larger tolerance")
+    return {"points": (np.round(1e3 * line, _DIGITS) + 0.0).tolist()}

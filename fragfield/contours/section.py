@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fragfield.contours.curves import Chain, Curve, above_axis, check_crossings, join
-from fragfield.contours.pieces import Pieces, fitted
 from fragfield.errors import InputError
 
 if TYPE_CHECKING:
@@ -28,10 +27,10 @@ _FEWEST = 0.02  # of the length: a shorter chain is a mark, not a contour
 
 @dataclass(frozen=True, eq=False)
 class Section:
-    """Outer contour and cavity of a casing, stations from the nose end, and what was mended, in words."""
+    """Outer contour and cavity of a casing: stations from the nose end and radii (n, 2) in m; what was mended."""
 
-    outer: Pieces
-    cavity: Pieces
+    outer: Array
+    cavity: Array
     notes: list[str]
 
 
@@ -98,8 +97,7 @@ def _half(
             made.append(_monotone(name, stations, tolerance, near, here))
         except InputError as fault:
             raise InputError(f"{fault}{_loose_words(chains, near, place)}") from None
-    pieces = [fitted(one, tolerance) for one in made]
-    return Section(pieces[0], pieces[1], list(_mended(joined, chains)))
+    return Section(chords(made[0], tolerance), chords(made[1], tolerance), list(_mended(joined, chains)))
 
 
 def _mended(joined: Joined, chains: Sequence[Chain]) -> list[str]:
@@ -262,20 +260,33 @@ def with_cones(parts: Sequence[Array], half: float) -> list[Array]:
     return made
 
 
+def chords(parts: Sequence[Array], tolerance: float) -> Array:
+    """Corners of the fewest chords that Douglas and Peucker's way finds within `tolerance` (m) of a line's points.
+
+    `parts` (n, 2) follow each other, each beginning where the one before ends.
+    """
+    points = np.concatenate([parts[0][:1], *(one[1:] for one in parts)])
+    kept = np.zeros(len(points), dtype=bool)
+    kept[[0, -1]] = True
+    waiting = [(0, len(points) - 1)]
+    while waiting:
+        first, last = waiting.pop()
+        way, away = points[last] - points[first], points[first + 1 : last] - points[first]
+        off = np.abs(way[0] * away[:, 1] - way[1] * away[:, 0]) / np.hypot(*way)
+        if off.size and off.max() > tolerance:
+            worst = first + 1 + int(np.argmax(off))
+            kept[worst] = True
+            waiting += [(first, worst), (worst, last)]
+    return points[kept]
+
+
 def _difference(one: Section, other: Section) -> tuple[float, float]:
     """Largest difference (m) of the radii of two halves, and its station."""
     worst = (0.0, 0.0)
     for first, second in ((one.outer, other.outer), (one.cavity, other.cavity)):
-        ends = max(abs(first.stations[0] - second.stations[0]), abs(first.stations[-1] - second.stations[-1]))
-        worst = max(worst, (float(ends), float(first.stations[0])))
-        low, high = max(first.stations[0], second.stations[0]), min(first.stations[-1], second.stations[-1])
-        at = np.linspace(low, high, _COMPARED)
-        off = np.abs(_radius(first, at) - _radius(second, at))
+        ends = float(np.abs(first[[0, -1], 0] - second[[0, -1], 0]).max())
+        worst = max(worst, (ends, float(first[0, 0])))
+        at = np.linspace(max(first[0, 0], second[0, 0]), min(first[-1, 0], second[-1, 0]), _COMPARED)
+        off = np.abs(np.interp(at, *first.T) - np.interp(at, *second.T))
         worst = max(worst, (float(off.max()), float(at[int(np.argmax(off))])))
     return worst
-
-
-def _radius(pieces: Pieces, at: Array) -> Array:
-    from burst_fenicsx.geometry import Contour
-
-    return Contour(tuple(pieces.stations), tuple(pieces.radii), tuple(pieces.arcs)).radius(at)

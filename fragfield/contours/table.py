@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
 
-from fragfield.contours.pieces import fitted
-from fragfield.contours.section import Section, with_cones
+from fragfield.contours.section import Section, chords, with_cones
 from fragfield.errors import InputError
 from fragfield.importing.cells import NotANumberError, Numbers, decimal_of
 from fragfield.importing.sheet import QuestionError
@@ -85,7 +84,7 @@ def section_of_table(table: ContourTable, path: Path) -> tuple[Section, list[str
                 f"{path}: found {len(line)} rows of an {name} diameter or radius; allowed: two stations or more"
             )
         parts = with_cones([np.array(pair) for pair in pairwise(line)], table.tolerance)
-        contours.append(fitted(parts, table.tolerance))
+        contours.append(chords(parts, table.tolerance))
     read = "; ".join(f'"{column.name}" {_words(column)}' for _, column in columns.values())
     return Section(contours[0], contours[1], concluded), [read, words], columns["station"][1].factor
 

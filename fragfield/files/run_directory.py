@@ -94,7 +94,17 @@ STAGES: dict[str, Stage] = {
                 "contours.kml",
                 "uncertainty.json",
             ),
-            ("flight", "witness", "obstacle", "hazard", "exposed", "rules", "official", "minimum", "convergence"),
+            (
+                "flight",
+                "witness",
+                "obstacle",
+                "hazard",
+                "exposed",
+                "rules",
+                "official",
+                "distance_to_apply",
+                "convergence",
+            ),
             ("flight", "witness", "hazard", "site", "obstacle", "exposed", "official"),
         ),
         Stage(

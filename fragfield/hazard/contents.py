@@ -169,7 +169,7 @@ class Contents:
     at_once: bool = True
     """Whether every round is ignited at the same time."""
     protective_works: tuple[str, ...] = ()
-    """Names of obstacles and walls of the case."""
+    """What encloses the rounds, `hazard.protective_works` of the case."""
     alike: bool = True
     """Whether all rounds have the same contour, casing and explosive."""
 
@@ -182,7 +182,7 @@ def quantity_words(explosive: float, tnt: float, equivalents: Sequence[str]) -> 
 
 
 def contents_of(case: CaseTable, summary: Mapping[str, Any]) -> Contents | None:
-    """What a resolved case's rounds hold, images behind planes of symmetry too; None for fragments from another source.
+    """What a resolved case's rounds hold, images behind planes of symmetry too; None of a case without rounds.
 
     Rounds from mesh files take their masses from the burst's part of summary.json; without it there is None.
     """
@@ -224,10 +224,7 @@ def contents_of(case: CaseTable, summary: Mapping[str, Any]) -> Contents | None:
         _clearance(case, profiles) if known and in_a_row else None,
         max(_charge_diameter(profile) for profile in profiles) if known else None,
         _ignited_at_once(case.round),
-        (
-            *(f"{one.kind} “{one.name}”" for one in case.obstacle),
-            *(f"wall “{plane.name}”" for plane in case.plane if plane.kind == "wall"),
-        ),
+        tuple(case.hazard.protective_works),
         are_alike(case),
     )
 
@@ -317,7 +314,7 @@ class Rule:
     use: str
     """What it is prescribed for, "siting" or "disposal"; "comparison": it is shown beside the others alone."""
     distance: float | None
-    """In m; None outside the rule's range."""
+    """In m; None where it does not apply."""
     source: str
     formula: str
     inputs: str
@@ -326,6 +323,10 @@ class Rule:
     """Why the rule does not apply to this arrangement; empty where it does."""
     basis: str = "mass alone"
     """What it rests on."""
+    outside: float | None = None
+    """What its formula gives where it does not apply (m); None where it gives nothing."""
+    missing: bool = False
+    """Whether it is prescribed for such rounds and none takes its place: the others are incomplete without it."""
 
     def __post_init__(self) -> None:
         if (self.distance is None) != bool(self.reason):

@@ -1,54 +1,52 @@
 """Exposed sites over all realisations: densities, hits and probabilities with bounds, and the verdict on each.
 
 Bounds are one-sided at 95 % and hold for the expected value, for what the randomness of the break-up leaves open, not
-for the uncertainty of inputs and models. A sum of weights of rare hits is bounded by
-the gamma law of Fay and Feuer (Statistics in Medicine 16, 1997), which for equal weights is the exact Poisson bound
-and holds where nothing was hit at all; its variance is the larger of the hits' own and that between realisations. A
-share of realisations is bounded by Clopper and Pearson (1934). Where all azimuths are alike (one upright round of
-revolution over even ground), a site in the open takes its densities from the curves over all azimuths that the hazard
-distance rests on: the same expected value, known far better than by what passed at one azimuth. Of the pieces of a
-road or an area the worst counts, by its estimate and, for the bound, by the largest of the pieces' bounds: that bounds
-the worst site whichever it is.
+for the uncertainty of inputs and models. A sum of weights of rare hits is bounded by the gamma law of Fay and Feuer
+(Statistics in Medicine 16, 1997), which for equal weights is the exact Poisson bound; its variance is the larger of the
+hits' own and that between realisations, and its largest weight the larger of a single hit's and of the total of one
+realisation, since hits of one event may come together. Where nothing was hit at all it is the bound of single hits. A
+share of realisations is bounded by Clopper and Pearson (1934).
+
+A site in the open is judged by the worst of the places that it touches (`fragfield.hazard.places`). Where all azimuths
+are alike (one upright round of revolution over even ground), it takes its densities from the curves over all azimuths
+that the hazard distance rests on: the same expected value, known far better than by what passed at one azimuth. Beside
+rounds whose nose may point anywhere the densities at a site for every direction of the nose are those of one flight at
+all azimuths, smoothed by the kernel of the hazard distance.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fragfield.case.conversion.exposed_sites import ExposedSite, exposed_sites_of
+from fragfield.case.conversion.exposed_sites import exposed_sites_of, outline_of
 from fragfield.case.conversion.surroundings import bearing_of
-from fragfield.hazard.verdict import criterion_of, no_margin, verdict_of
+from fragfield.hazard.places import LEVEL, PlaceSums, kernel_weights, sum_bound
+from fragfield.hazard.verdict import criterion_of, no_margin, part_of_criterion, verdict_of
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
     from flight import FlightResult, Fragments
+    from flight.fluence import FluenceGrid, PolarGrid
     from flight.hazard.density.distance import ExpectedDistance
     from flight.hazard.ensemble import EnsembleHazard
+    from flight.hazard.exposed import Prism
     from flight.scene.targets import Witness
     from fragfield.case import CaseTable
+    from fragfield.case.conversion.exposed_sites import ExposedSite
+
+    Fields = tuple[NDArray[np.float64], NDArray[np.float64]]
 
 
 NORMAL_95 = 1.6448536269514722
-LEVEL = 0.95
 _SHORT = ("density_normal", "density_ground", "expected_hits", "probability")  # given without ricochet too
-
-
-def sum_bound(total: float, squares: float, largest: float, level: float = LEVEL) -> float:
-    """One-sided upper bound, at `level`, of the expected value of a sum of weights over independent rare events.
-
-    `total` and `squares` are the sums of the weights and of their squares (or an estimate of the sum's variance); no
-    weight is above `largest`. Fay and Feuer 1997: (v + w^2) / (y + w) times the gamma quantile of shape (y + w)^2 / (v
-    + w^2).
-    """
-    from scipy.special import gammaincinv
-
-    mean, variance = total + largest, squares + largest**2
-    return float(variance / mean * gammaincinv(mean**2 / variance, level))
 
 
 def share_bound(count: int, number: int, level: float = LEVEL) -> float:
@@ -60,94 +58,139 @@ def share_bound(count: int, number: int, level: float = LEVEL) -> float:
 
 @dataclass(frozen=True, eq=False)
 class ExposedPlaces:
-    """The exposed sites of a case, and the witness surfaces around them."""
+    """What the flights of a case count for its exposed sites, beyond the fields of its hazard distance."""
 
     sites: list[ExposedSite]
     """In the order of the case."""
+    usual: FluenceGrid
+    """What counts for the hazard distance."""
 
     @classmethod
-    def of(cls, case: CaseTable) -> ExposedPlaces:
+    def of(cls, case: CaseTable, usual: FluenceGrid) -> ExposedPlaces:
         """Those of a resolved case."""
-        return cls(exposed_sites_of(case))
+        return cls(exposed_sites_of(case), usual)
+
+    @cached_property
+    def prisms(self) -> list[Prism]:
+        """Of the buildings."""
+        return [site.prism for site in self.sites if site.prism is not None]
+
+    @cached_property
+    def further(self) -> list[FluenceGrid]:
+        """What counts at sites in the open with an energy or a height of their own."""
+        usual = self.usual.energy, self.usual.height
+        own = {(site.energy, site.height) for site in self.sites if site.prism is None} - {usual}
+        return [replace(self.usual, energy=energy, height=height) for energy, height in sorted(own)]
 
     @property
     def surfaces(self) -> list[Witness]:
-        """Witness surfaces of all sites."""
+        """Witness surfaces of the buildings."""
         from flight.hazard.exposed import surfaces_of
 
-        return surfaces_of([prism for site in self.sites for prism in site.prisms])
+        return surfaces_of(self.prisms)
 
     def count(self, result: FlightResult, fragments: Fragments, first: int, *, ricochet: bool = True) -> NDArray[Any]:
-        """Counts of one flight (prisms,), whose witnesses from `first` on are `surfaces`, with or without ricochet."""
+        """Counts of one flight (buildings,), whose witnesses from `first` on are `surfaces`."""
         from flight.hazard.exposed import count_exposed
 
-        prisms = [prism for site in self.sites for prism in site.prisms]
-        if not prisms:
-            return count_exposed(result, prisms, first, fragments.position, np.zeros(0))
         with np.errstate(over="ignore"):
-            speed = np.linalg.norm(fragments.velocity, axis=1)
-        return count_exposed(result, prisms, first, fragments.position, speed, ricochet=ricochet)
+            speed = fragments.speed
+        return count_exposed(result, self.prisms, first, fragments.position, speed, ricochet=ricochet)
 
 
-@dataclass(eq=False)
+@dataclass(frozen=True, eq=False)
+class ExposedCounts:
+    """What one flight gives the exposed sites, with or without ricochet."""
+
+    fields: dict[tuple[float, float], Fields]
+    """Landings, and lengths of paths over the height, by energy (J) and height (m)."""
+    buildings: NDArray[Any]
+    """Counts (buildings,) of flight.hazard.exposed.COUNTS."""
+
+
 class ExposedSums:
-    """Sums of the counts over realisations, in bounded memory."""
+    """Sums of the counts over realisations, in bounded memory.
 
-    sites: list[ExposedSite]
-    """The sites."""
-    realisations: int = 0
-    """How many were added."""
-    _sums: dict[str, NDArray[np.float64]] = field(default_factory=dict)
-    _between: dict[str, NDArray[np.float64]] = field(default_factory=dict)
-    _with_hits: NDArray[np.int64] | None = None
-    _with_through: NDArray[np.int64] | None = None
-    _energy: NDArray[np.float64] | None = None
-    _short: ExposedSums | None = None
+    Parameters
+    ----------
+    case : CaseTable
+        Resolved; of an attitude in which it is turned, as turned.
+    sites : list of ExposedSite
+        The sites.
+    grid : PolarGrid
+        Of the fields.
+    kernel : float
+        Half-width of the azimuth kernel (degrees).
+    turned : bool
+        Whether the nose may point anywhere.
+    alike : bool
+        Whether all azimuths are alike: then the mean over them is taken.
+    """
 
-    def add(self, counts: NDArray[Any], short: NDArray[Any] | None = None) -> None:
-        """Add the counts of one realisation (prisms,), and those without ricochet."""
+    def __init__(
+        self, case: CaseTable, sites: list[ExposedSite], grid: PolarGrid, kernel: float, *, turned: bool = False,
+        alike: bool = False,
+    ) -> None:  # fmt: skip
+        self.case, self.sites, self.realisations = case, sites, 0
+        cells = grid.azimuth_cells
+        self._spread = np.full((cells, cells), 1.0 / cells) if alike else None
+        if turned and not alike:
+            self._spread = kernel_weights(grid, kernel)
+        self._new = lambda: ExposedSums(case, sites, grid, kernel, turned=turned, alike=alike)
+        self._grid, self._turned = grid, turned
+        self._places: dict[tuple[float, float], PlaceSums] = {}
+        self._sums: dict[str, NDArray[np.float64]] = {}
+        self._between: dict[str, NDArray[np.float64]] = {}
+        self._most: dict[str, NDArray[np.float64]] = {}  # total of one realisation
+        self._with: dict[str, NDArray[np.int64]] = {}  # realisations with any
+        self._energy: NDArray[np.float64] | None = None
+        self._short: ExposedSums | None = None
+
+    def add(self, counts: ExposedCounts, short: ExposedCounts | None = None) -> None:
+        """Add one realisation, and what it gives without ricochet."""
         if short is not None:
-            self._short = self._short or ExposedSums(self.sites)
+            self._short = self._short or self._new()
             self._short.add(short)
-        for name in counts.dtype.names or ():
-            values = counts[name].astype(np.float64)
+        for key, field in counts.fields.items():
+            if key not in self._places:
+                self._places[key] = PlaceSums(self._grid, key[1], self._spread)
+            self._places[key].add(*field)
+        buildings = counts.buildings
+        for name in buildings.dtype.names or ():
+            values = buildings[name].astype(np.float64)
             self._sums[name] = self._sums.get(name, 0.0) + values
             self._between[name] = self._between.get(name, 0.0) + values**2
-        hit, through = (counts[name] > 0 for name in ("hits", "through"))
-        self._with_hits = hit.astype(np.int64) + (0 if self._with_hits is None else self._with_hits)
-        self._with_through = through.astype(np.int64) + (0 if self._with_through is None else self._with_through)
-        self._energy = counts["energy"] if self._energy is None else np.maximum(self._energy, counts["energy"])
+            self._most[name] = np.maximum(self._most.get(name, 0.0), values)
+        for name in ("hits", "through"):
+            self._with[name] = self._with.get(name, 0) + (buildings[name] > 0).astype(np.int64)
+        self._energy = buildings["energy"] if self._energy is None else np.maximum(self._energy, buildings["energy"])
         self.realisations += 1
 
-    def _mean(self, name: str, index: int, scale: float, largest: float) -> dict[str, float | None]:
-        """Expected value over realisations with bound and standard error; weights are up to `largest`, over `scale`."""
+    def _mean(self, name: str, index: int, single: float) -> dict[str, float | None]:
+        """Expected value over realisations with bound and standard error; one hit weighs at most `single`."""
         n = self.realisations
         total, between = float(self._sums[name][index]), float(self._between[name][index])
         squares = float(self._sums[f"{name}_squares"][index]) if f"{name}_squares" in self._sums else total
         spread = n / (n - 1) * max(between - total**2 / n, 0.0) if n > 1 else 0.0
-        upper = sum_bound(total, max(squares, spread), largest)
-        error = math.sqrt(spread) / n / scale if n > 1 else None
-        return {"expected": total / n / scale, "upper": upper / n / scale, "standard_error": error}
+        largest = max(single, float(self._most[name][index]))
+        upper = float(sum_bound(np.array(total), np.array(max(squares, spread)), np.array(largest)))
+        error = math.sqrt(spread) / n if n > 1 else None
+        return {"expected": total / n, "upper": upper / n, "standard_error": error}
 
-    def assess(self, case: CaseTable, found: EnsembleHazard, *, determined: bool = True) -> list[dict[str, Any]]:
+    def assess(self, found: EnsembleHazard, *, determined: bool = True) -> list[dict[str, Any]]:
         """Entries of summary.json, one a site (SI, degrees); `determined`: whether all flights ended."""
-        entries, first = [], 0
-        for site in self.sites:
-            pieces = range(first, first + len(site.prisms))
-            first = pieces.stop
-            entries.append(self._entry(case, site, pieces, found, determined=determined))
-        return entries
+        return [self._entry(site, found, determined=determined) for site in self.sites]
 
-    def _entry(
-        self, case: CaseTable, site: ExposedSite, pieces: range, found: EnsembleHazard, *, determined: bool
-    ) -> dict[str, Any]:
+    def _entry(self, site: ExposedSite, found: EnsembleHazard, *, determined: bool) -> dict[str, Any]:
+        case = self.case
         away = site.edge() - np.asarray(case.flight.origin)
         distance = np.hypot(away[:, 0], away[:, 1])
         nearest = int(np.argmin(distance))
         azimuth = math.degrees(math.atan2(away[nearest, 1], away[nearest, 0])) % 360.0
-        values = self._values(case, site, pieces, found, found.expected)
+        values = self._values(site, None if found.undetermined else found.expected)
         if self._short is not None:
-            short = self._short._values(case, site, pieces, found, found.without_ricochet or found.expected)
+            expected = None if found.undetermined else found.without_ricochet or found.expected
+            short = self._short._values(site, expected)
             values["without_ricochet"] = {name: short[name] for name in _SHORT}
         quantity, limit = criterion_of(case, site)
         entry: dict[str, Any] = {
@@ -158,9 +201,9 @@ class ExposedSums:
             "distance": float(distance[nearest]),
             "azimuth_deg": azimuth,
             "bearing_deg": bearing_of(case, azimuth),
-            "energy": site.prisms[0].energy,
+            "energy": site.energy,
             **(values if determined else dict.fromkeys(values)),
-            "largest_energy": self._largest_energy(pieces),
+            "largest_energy": values["largest_energy"],
             "criterion": {"quantity": quantity, "limit": limit},
             "realisations": self.realisations,
             "level": LEVEL,
@@ -170,75 +213,67 @@ class ExposedSums:
         entry["margin"] = None if entry["no_margin"] else _margin(away, distance, found)
         return entry
 
-    def _largest_energy(self, pieces: range) -> float | None:
-        assert self._energy is not None  # a flight has been added
-        return float(self._energy[pieces.start : pieces.stop].max())
-
-    def _values(
-        self, case: CaseTable, site: ExposedSite, pieces: range, found: EnsembleHazard, expected: ExpectedDistance
-    ) -> dict[str, Any]:
-        if site.is_building:
-            return self._building(pieces[0], site)
-        return self._open(case, pieces, site, None if found.undetermined else expected)
-
-    def _open(
-        self, case: CaseTable, pieces: range, site: ExposedSite, expected: ExpectedDistance | None
-    ) -> dict[str, Any]:
-        normal, ground = [], []
-        for index, prism in zip(pieces, site.prisms, strict=True):
-            normal.append(self._mean("track", index, prism.volume, prism.longest))
-            ground.append(self._mean("landings", index, prism.area, 1.0))
-        return self._of_densities(site, normal, ground, _all_round(case, site, expected))
-
-    @staticmethod
-    def _of_densities(
-        site: ExposedSite, normal: list[dict[str, float | None]], ground: list[dict[str, float | None]],
-        around: dict[str, dict[str, float | None]] | None = None,
-    ) -> dict[str, Any]:  # fmt: skip
-        """Values of a site in the open by the densities of its pieces, or by those over all azimuths."""
-        worst = int(
-            np.argmax([max(n["expected"] or 0.0, g["expected"] or 0.0) for n, g in zip(normal, ground, strict=True)])
-        )
-        counted = {"normal": _worst(normal), "ground": _worst(ground)}
-        density = around or counted
-        table = site.table
-        target = site.area * getattr(table, "number", 1.0)
-        hits = {key: None if value is None else value * target for key, value in density["normal"].items()}
-        x, y = site.prisms[worst].corners.mean(axis=0).tolist()
+    def _values(self, site: ExposedSite, expected: ExpectedDistance | None) -> dict[str, Any]:
+        if site.prism is not None:
+            buildings = [one for one in self.sites if one.prism is not None]
+            return self._building(buildings.index(site), site, site.prism)
+        origin = np.asarray(self.case.flight.origin)
+        plans = [outline_of(one) - origin for one in self.case.obstacle]
+        places = self._places[site.energy, site.height]
+        (ground, normal), worst, count = places.worst([piece - origin for piece in site.pieces], plans)
+        around = None if self._turned else _all_round(self.case, site, expected)
+        if around is not None:
+            ground, normal = around["ground"], around["normal"]
+        target = site.area * getattr(site.table, "number", 1.0)
+        hits = {key: None if value is None else value * target for key, value in normal.items()}
         return {
-            "density_normal": density["normal"],
-            "density_ground": density["ground"],
-            "counted": counted if around else None,
+            "density_normal": normal,
+            "density_ground": ground,
             "expected_hits": hits,
             "probability": {key: -math.expm1(-(hits[key] or 0.0)) for key in ("expected", "upper")},
-            "pieces": len(site.prisms),
-            "worst_place": [x, y],
+            "places": count,
+            "worst_place": (worst + origin).tolist(),
             "target_area": target,
             "not_stopped": None,
             "barrier": None,
+            "largest_energy": None,
         }
 
-    def _building(self, index: int, site: ExposedSite) -> dict[str, Any]:
-        assert self._with_hits is not None  # a flight has been added
-        assert self._with_through is not None
-        prism, n = site.prisms[0], self.realisations
-        count, through = int(self._with_hits[index]), int(self._with_through[index])
+    def _building(self, index: int, site: ExposedSite, prism: Prism) -> dict[str, Any]:
+        assert self._energy is not None  # a flight has been added
+        n = self.realisations
+        count, through = int(self._with["hits"][index]), int(self._with["through"][index])
         barriers = {name: getattr(prism, name).source for name in ("wall", "roof") if getattr(prism, name) is not None}
-        passed = self._mean("through", index, 1.0, 1.0)
+        passed = self._mean("through", index, 1.0)
         return {
-            "density_normal": self._mean("fluence", index, 1.0, 1.0 / prism.min_shadow),
+            "density_normal": self._mean("fluence", index, 1.0 / prism.min_shadow),
             "density_ground": None,
-            "counted": None,
-            "expected_hits": self._mean("hits", index, 1.0, 1.0),
+            "expected_hits": self._mean("hits", index, 1.0),
             "probability": {"expected": count / n, "upper": share_bound(count, n)},
-            "pieces": 1,
+            "places": 1,
             "worst_place": list(site.centre),
             "target_area": None,
             "not_stopped": {**passed, "probability": {"expected": through / n, "upper": share_bound(through, n)}}
             if barriers
             else None,
             "barrier": barriers or None,
+            "largest_energy": float(self._energy[index]),
         }
+
+
+def worst_of_attitudes(entries: Sequence[tuple[tuple[float, float], list[dict[str, Any]]]]) -> list[dict[str, Any]]:
+    """For every site its entry in the attitude in which least is left to its criterion, with that attitude.
+
+    `entries`: inclination and roll (degrees), and the entries `exposed` of summary.json, of every attitude that was
+    flown.
+    """
+    worst = []
+    for of_site in zip(*(rows for _, rows in entries), strict=True):
+        parts = [np.inf if (part := part_of_criterion(one)) is None else part for one in of_site]
+        at = int(np.argmax(parts))
+        inclination, roll = entries[at][0]
+        worst.append({**of_site[at], "worst_inclination_deg": inclination, "worst_roll_deg": roll})
+    return worst
 
 
 def _all_round(
@@ -251,15 +286,16 @@ def _all_round(
     """
     from flight.hazard.density.expected import KINDS
 
-    prism = site.prisms[0]
     usual = case.hazard.energy, case.hazard.person_height
     if expected is None or expected.direction is not None or not expected.density_high.size:
         return None
-    if (prism.energy, prism.height) != usual:
+    if (site.energy, site.height) != usual:
         return None
     away = site.edge() - np.asarray(case.flight.origin)
     distance = np.hypot(away[:, 0], away[:, 1])
-    at = np.log(np.geomspace(max(float(distance.min()), 1e-3), float(distance.max()) * (1.0 + 1e-9), 65))
+    ends = np.clip([distance.min(), distance.max()], 1e-3, None)
+    inner = expected.radius[(expected.radius > ends[0]) & (expected.radius < ends[1])]
+    at = np.log(np.concatenate([ends, inner]))  # between its points the curve is a line in logarithms
     factor = student_bound(expected.groups)
     made: dict[str, dict[str, float | None]] = {}
     for kind, name in enumerate(KINDS):
@@ -271,12 +307,14 @@ def _all_round(
         worst = int(np.argmax(mean))
         if not np.isfinite([mean[worst], low[worst], high[worst]]).all():
             return None
-        spread = 0.5 * (high[worst] - low[worst]) / NORMAL_95
+        with np.errstate(invalid="ignore"):
+            spread = 0.5 * (high - low) / NORMAL_95
+            upper = np.exp(mean + factor * spread)
         value = math.exp(mean[worst])
         made[name] = {
             "expected": value,
-            "upper": value * math.exp(factor * spread),
-            "standard_error": value * spread,
+            "upper": float(upper[np.isfinite(upper)].max()),
+            "standard_error": value * float(spread[worst]),
         }
     return made
 
@@ -286,12 +324,6 @@ def student_bound(groups: int) -> float:
     from scipy.special import stdtrit
 
     return float(stdtrit(groups - 1, LEVEL)) * math.sqrt(groups / (groups - 1))
-
-
-def _worst(values: list[dict[str, float | None]]) -> dict[str, float | None]:
-    """Largest estimate with its standard error, and the largest of all bounds."""
-    worst = max(values, key=lambda value: value["expected"] or 0.0)
-    return {**worst, "upper": max(value["upper"] or 0.0 for value in values)}
 
 
 def _margin(away: NDArray[np.float64], distance: NDArray[np.float64], found: EnsembleHazard) -> float | None:

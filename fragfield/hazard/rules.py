@@ -39,6 +39,7 @@ _PRESSURES = (5e3, 21e3)  # among the levels by which IATG 02.20 (2021), Table 8
 _MOST_BY_QUANTITY = 450.0  # lb, of the hazardous fragment distance by net explosive weight
 _MOST_K40 = 1e5  # lb
 _WASTE = ((100.0, 204.0), (1000.0, 380.0), (10_000.0, 530.0), (30_000.0, 690.0))  # lb, m
+_UNKNOWN = "the masses of the rounds are not known here"
 _DANGER = "IATG 01.80 and IMAS TN 10.20/01 (UN SaferGuard), read at second hand; disposal in the open"
 
 LEFT_OUT = (
@@ -82,106 +83,122 @@ def pressure_distance(tnt: float, pressure: float) -> float | None:
 def hazardous_fragment_distance(explosive: float) -> float | None:
     """Distance (m) for hazardous fragments by net explosive mass (kg), hazard division 1.1 in the open.
 
-    291.3 + 79.2 ln W ft below 100 lb, -1133.9 + 389 ln W above, at least 236 ft; W in lb up to 450 lb.
+    291.3 + 79.2 ln W ft below 100 lb, -1133.9 + 389 ln W above, at least 236 ft; W in lb, prescribed up to 450 lb.
     """
     pounds = explosive / POUND
-    if not 0.0 < pounds <= _MOST_BY_QUANTITY:
+    if not pounds > 0.0:
         return None
     feet = 291.3 + 79.2 * math.log(pounds) if pounds < 100.0 else -1133.9 + 389.0 * math.log(pounds)
     return FOOT * max(feet, 236.0)
 
 
-def rules_for(contents: Contents, official: OfficialTable | None = None) -> Iterator[Rule]:
+def rules_for(contents: Contents | None, official: OfficialTable | None = None) -> Iterator[Rule]:
     """Every rule, with its distance for these contents or the reason why it does not apply to them.
 
     Where the round's own published distance (`official`) is there for so many rounds, rules for items whose distance is
-    not known do not apply.
+    not known do not apply. Without contents a rule that needs masses has no distance.
     """
     yield from _siting_fragments(contents, _known_item(contents, official))
     yield from _disposal(contents)
     yield from _blast(contents)
 
 
-def _siting_fragments(contents: Contents, known: str) -> Iterator[Rule]:
+def _rule(distance: float | None, reason: str, *, missing: bool = False, **what: Any) -> Rule:
+    """A rule by the distance of its formula (m) and why it does not apply; `missing` counts where it does not."""
+    if not reason:
+        return Rule(distance=distance, **what)
+    return Rule(distance=None, reason=reason, outside=distance, missing=missing, **what)
+
+
+def _siting_fragments(contents: Contents | None, known: str) -> Iterator[Rule]:
     """Fragment distances for storage and handling; `known` says why the item's own distance replaces them."""
-    mass = contents.explosive
-    reason = known or _too_much(mass, _MOST_BY_QUANTITY)
-    yield Rule(
-        "Hazardous fragment distance by net explosive weight", "fragments", SITING,
-        None if reason else hazardous_fragment_distance(mass),
-        "DoD 6055.09 (hazard division 1.1, open), as in 14 CFR 420, Table E-1; coefficients read at second hand",
-        "291.3 + 79.2 ln W ft below 100 lb, −1133.9 + 389 ln W above; at least 236 ft", _quantity(mass),
-        "up to 450 lb (204 kg); not for an item whose own distance is published", reason,
+    mass = None if contents is None else contents.explosive
+    yield _rule(
+        mass and hazardous_fragment_distance(mass), known or _too_much(mass, _MOST_BY_QUANTITY), missing=not known,
+        name="Hazardous fragment distance by net explosive weight", hazard="fragments", use=SITING,
+        source="DoD 6055.09 (hazard division 1.1, open), as in 14 CFR 420, Table E-1; coefficients read at second hand",
+        formula="291.3 + 79.2 ln W ft below 100 lb, −1133.9 + 389 ln W above; at least 236 ft", inputs=_quantity(mass),
+        range="up to 450 lb (204 kg); not for an item whose own distance is published",
     )  # fmt: skip
-    yield Rule(
-        "Fragment distance of a cased item whose own is not known", "fragments", SITING,
-        None if known else 1250.0 * FOOT,
-        "US Army subcourse MM0150, p. 6, after TM 9-1300-206 (hazard class 1.1)", "1250 ft", "none",
-        "projectiles, bombs and the like whose minimum distance is not known", known,
+    yield _rule(
+        1250.0 * FOOT, known,
+        name="Fragment distance of a cased item whose own is not known", hazard="fragments", use=SITING,
+        source="US Army subcourse MM0150, p. 6, after TM 9-1300-206 (hazard class 1.1)", formula="1250 ft",
+        inputs="none", range="projectiles, bombs and the like whose minimum distance is not known",
     )  # fmt: skip
 
 
-def _disposal(contents: Contents) -> Iterator[Rule]:
+def _disposal(contents: Contents | None) -> Iterator[Rule]:
     """Distances for disposal in the open."""
-    mass, all_up, number = contents.explosive, contents.all_up, contents.rounds
-    works = contents.protective_works
-    behind = f"protective works in the case: {_listed(works)}" if works else ""
-    words = f"all-up mass {all_up:.3g} kg of {number} round{'s' if number > 1 else ''}, unpackaged"
+    mass = all_up = heaviest = None
+    behind, words, single = _UNKNOWN, "all-up mass not known", "all-up mass not known"
+    if contents is not None:
+        mass, all_up, heaviest = contents.explosive, contents.all_up, contents.largest_round
+        works = contents.protective_works
+        behind = f"protective works enclose the rounds: {_listed(works)}" if works else ""
+        number = f"{contents.rounds} round{'s' if contents.rounds > 1 else ''}"
+        words = f"all-up mass {all_up:.3g} kg of {number}, unpackaged"
+        single = f"all-up mass {heaviest:.3g} kg of the heaviest round"
     for name, factor in (("public access possible", 634.0), ("public access denied", 444.0)):
-        yield Rule(
-            f"Explosion danger area, {name}", "fragments", DISPOSAL,
-            None if behind else factor * all_up ** (1.0 / 6.0), _DANGER,
-            f"{factor:.0f} M^(1/6) m", words, "single and multiple items; no protective works", behind,
+        yield _rule(
+            all_up and factor * all_up ** (1.0 / 6.0), behind, missing=True,
+            name=f"Explosion danger area, {name}", hazard="fragments", use=DISPOSAL, source=_DANGER,
+            formula=f"{factor:.0f} M^(1/6) m", inputs=words, range="single and multiple items; no protective works",
         )  # fmt: skip
-    no_row = behind or _no_row(contents)
-    yield Rule(
-        "Explosion danger area, items in a row", "fragments", DISPOSAL,
-        None if no_row else 370.0 * contents.largest_round**0.2, _DANGER,
-        "370 M^(1/5) m", f"all-up mass {contents.largest_round:.3g} kg of the heaviest round",
-        "two or more items in a straight row, more than one charge diameter apart, detonated at once; no protective "
-        "works", no_row,
+    yield _rule(
+        heaviest and 370.0 * heaviest**0.2, behind or _no_row(contents), missing=bool(behind),
+        name="Explosion danger area, items in a row", hazard="fragments", use=DISPOSAL, source=_DANGER,
+        formula="370 M^(1/5) m", inputs=single,
+        range="two or more items in a straight row, more than one charge diameter apart, detonated at once; no "
+        "protective works",
     )  # fmt: skip
-    reason = _too_much(mass, _WASTE[-1][0])
-    yield Rule(
-        "Open detonation of waste explosives, to the property of others", "fragments", DISPOSAL,
-        None if reason else next(metres for pounds, metres in _WASTE if mass <= pounds * POUND), "40 CFR 265.382",
-        "204 m to 100 lb, 380 m to 1,000 lb, 530 m to 10,000 lb, 690 m to 30,000 lb", _quantity(mass),
-        "up to 30,000 lb (13.6 t)", reason,
+    yield _rule(
+        next((metres for pounds, metres in _WASTE if mass is not None and mass <= pounds * POUND), None),
+        _too_much(mass, _WASTE[-1][0]),
+        missing=True,
+        name="Open detonation of waste explosives, to the property of others", hazard="fragments", use=DISPOSAL,
+        source="40 CFR 265.382",
+        formula="204 m to 100 lb, 380 m to 1,000 lb, 530 m to 10,000 lb, 690 m to 30,000 lb", inputs=_quantity(mass),
+        range="up to 30,000 lb (13.6 t)",
     )  # fmt: skip
 
 
-def _blast(contents: Contents) -> Iterator[Rule]:
+def _blast(contents: Contents | None) -> Iterator[Rule]:
     """Blast distances, by the equivalent of the net explosive quantity in TNT."""
-    words = quantity_words(contents.explosive, contents.tnt, contents.equivalents)
-    reason = _too_much(contents.tnt, _MOST_K40, "TNT equivalent")
-    yield Rule(
-        "Inhabited building distance, K 40", "blast", SITING,
-        None if reason else 40.0 * FOOT / POUND ** (1.0 / 3.0) * contents.tnt ** (1.0 / 3.0),
-        "DoD 6055.9, as quoted by Swisdak, A Consequence Minimization Approach to Explosive Siting",
-        "40 W^(1/3) ft with W in lb of TNT: 15.87 Q^(1/3) m", words, "blast alone, 8.1 kPa; to 100,000 lb (45 t)",
-        reason,
+    tnt = None if contents is None else contents.tnt
+    words = (contents and quantity_words(contents.explosive, contents.tnt, contents.equivalents)) or _quantity(None)
+    yield _rule(
+        tnt and 40.0 * FOOT / POUND ** (1.0 / 3.0) * tnt ** (1.0 / 3.0), _too_much(tnt, _MOST_K40, "TNT equivalent"),
+        missing=True, name="Inhabited building distance, K 40", hazard="blast", use=SITING,
+        source="DoD 6055.9, as quoted by Swisdak, A Consequence Minimization Approach to Explosive Siting",
+        formula="40 W^(1/3) ft with W in lb of TNT: 15.87 Q^(1/3) m", inputs=words,
+        range="blast alone, 8.1 kPa; to 100,000 lb (45 t)",
     )  # fmt: skip
     for pressure in _PRESSURES:
-        reach = pressure_distance(contents.tnt, pressure)
-        yield Rule(
-            f"Peak incident overpressure {pressure / 1e3:g} kPa (a level of IATG 02.20, Table 8)", "blast", COMPARISON,
-            reach, "Kingery and Bulmash 1984, as fitted by Swisdak 1994 (DTIC ADA526744), Table 1",
-            "hemisphere of TNT on the ground", words, "0.2 to 198.5 m/kg^(1/3); casing and height not considered",
-            "" if reach is not None else "the pressure lies outside the fitted range",
+        reach = tnt and pressure_distance(tnt, pressure)
+        outside = "" if reach is not None else "the pressure lies outside the fitted range"
+        yield _rule(
+            reach, _UNKNOWN if tnt is None else outside,
+            name=f"Peak incident overpressure {pressure / 1e3:g} kPa (a level of IATG 02.20, Table 8)", hazard="blast",
+            use=COMPARISON, source="Kingery and Bulmash 1984, as fitted by Swisdak 1994 (DTIC ADA526744), Table 1",
+            formula="hemisphere of TNT on the ground", inputs=words,
+            range="0.2 to 198.5 m/kg^(1/3); casing and height not considered",
         )  # fmt: skip
 
 
-def _known_item(contents: Contents, official: OfficialTable | None) -> str:
+def _known_item(contents: Contents | None, official: OfficialTable | None) -> str:
     """Why rules for unknown items do not apply: the round's own distance is there for as many; empty where they do."""
-    if official is None or official.hazardous_fragment_distance is None:
+    if contents is None or official is None or official.hazardous_fragment_distance is None:
         return ""
     if contents.rounds > official.rounds or not contents.alike:
         return ""
     return "the round's own distance is published, see the official one"
 
 
-def _no_row(contents: Contents) -> str:
+def _no_row(contents: Contents | None) -> str:
     """Why the rounds are no row of separate items detonated at once; empty where they are."""
+    if contents is None:
+        return _UNKNOWN
     if contents.rounds < 2:
         return "a single round"
     if not contents.in_a_row:
@@ -196,28 +213,28 @@ def _no_row(contents: Contents) -> str:
     return "" if contents.at_once else "the rounds are not all ignited at the same time"
 
 
-def _too_much(mass: float, pounds: float, what: str = "net explosive quantity") -> str:
-    """Why a mass (kg) is above a rule's largest; empty where it is not."""
+def _too_much(mass: float | None, pounds: float, what: str = "net explosive quantity") -> str:
+    """Why a mass (kg) is above a rule's largest or not known; empty where it is neither."""
+    if mass is None:
+        return _UNKNOWN
     return "" if mass <= pounds * POUND else f"{what} {mass:.4g} kg, above {pounds * POUND:.4g} kg ({pounds:,.0f} lb)"
 
 
-def _quantity(mass: float) -> str:
-    return f"net explosive quantity {mass:.3g} kg"
+def _quantity(mass: float | None) -> str:
+    return "net explosive quantity not known" if mass is None else f"net explosive quantity {mass:.3g} kg"
 
 
 def _listed(names: tuple[str, ...]) -> str:
     return ", ".join(names) if len(names) <= 3 else f"{', '.join(names[:2])} and {len(names) - 2} more"
 
 
-def rules_of(case: CaseTable, summary: Mapping[str, Any], single: SingleRound) -> dict[str, Any] | None:
-    """The part `rules` of summary.json; None where the case has no rounds. `single` is one of its rounds alone."""
+def rules_of(case: CaseTable, summary: Mapping[str, Any], single: SingleRound) -> dict[str, Any]:
+    """The part `rules` of summary.json. `single` is one of the case's rounds alone."""
     contents = contents_of(case, summary)
-    if contents is None:
-        return None
     part = tp12_part(case, single)
     rules = [*tp12_rules(case, part), *rules_for(contents, case.official)]
     return {
-        "contents": asdict(contents),
+        "contents": contents and asdict(contents),
         "tp12": part,
         "rules": [asdict(rule) for rule in rules],
         "left_out": list(LEFT_OUT),
@@ -281,7 +298,7 @@ def tp12_rules(case: CaseTable, part: Mapping[str, Any]) -> Iterator[Rule]:
         reason="" if beam else source,
         basis=_BASIS,
     )
-    if len(with_images(case)) < 2:
+    if not case.round or len(with_images(case)) < 2:
         return
     yield Rule(
         name=STACK,

@@ -73,12 +73,12 @@ def no_margin(case: CaseTable, site: ExposedSite) -> str:
     may pass on either side of it.
     """
     quantity, limit = criterion_of(case, site)
-    prism, usual = site.prisms[0], (case.hazard.energy, case.hazard.person_height)
+    usual = case.hazard.energy, case.hazard.person_height
     if quantity != "density":
         return f"judged by the {_WORDS[quantity]}, not by the density of the distance"
-    if site.is_building:
+    if site.prism is not None:
         return "a building is judged by the hits on its walls and roof"
-    if limit != case.hazard.density or (prism.energy, prism.height) != usual:
+    if limit != case.hazard.density or (site.energy, site.height) != usual:
         return "has a density, energy or height of its own"
     origin = np.asarray(case.flight.origin, dtype=np.float64)
     between = [one.name for one in case.obstacle if _stands_between(outline_of(one), origin, site.edge())]

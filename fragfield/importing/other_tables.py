@@ -9,7 +9,7 @@ import numpy as np
 
 from flight.drag import Drag
 from flight.errors import InputError as FlightInputError
-from flight.fragments import Fragments, check_possible
+from flight.fragments import Fragments
 from fragfield.errors import InputError
 from fragfield_base.inputs import with_unit
 
@@ -86,11 +86,9 @@ def fragment_table(columns: Columns) -> Fragments:
         name: columns.whole(name) for name in ("shape_factor", "round", "segment") if name in columns
     }
     try:
-        found = Fragments(columns.whole("mass"), position, velocity, **more)
-        check_possible(found, "fragments")
+        return Fragments(columns.whole("mass"), position, velocity, **more)
     except FlightInputError as error:
         raise InputError(f"{columns.layout.sheet.path}: {error}") from None
-    return found
 
 
 def drag_table(columns: Columns) -> Drag:

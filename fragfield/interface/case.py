@@ -68,7 +68,6 @@ class Case:
         path: str | os.PathLike[str],
         *,
         set: Sequence[str] | Mapping[str, Any] = (),  # noqa: A002 - as `--set`
-        cell_size: str | None = None,
         burst: bool = True,
     ) -> Case:
         """Read, check and resolve a case file.
@@ -80,8 +79,6 @@ class Case:
         set : sequence of str, or mapping
             Values that replace those of the file, as `--set`: `["burst.cell_size=8 mm"]`, or
             `{"burst.cell_size": "8 mm"}`.
-        cell_size : str, optional
-            Replaces `burst.cell_size`, as `--cell-size`.
         burst : bool
             Whether the case must describe a burst; a flight of given fragments needs none.
 
@@ -91,7 +88,7 @@ class Case:
             No such file, no TOML, or any fault in it; the message names file and key.
         """
         where = absolute(path, InputError)
-        document, source = set_document(where, set, cell_size=cell_size)
+        document, source = set_document(where, set)
         made = cls.__new__(cls)
         made._fill(document, source, where.parent, where, burst=burst)
         return made
@@ -171,7 +168,6 @@ def case_of(
     target: Case | str | os.PathLike[str],
     *,
     set: Sequence[str] | Mapping[str, Any] = (),  # noqa: A002 - as `--set`
-    cell_size: str | None = None,
     burst: bool = True,
 ) -> Case:
     """The case meant by a Case, the path of a case file, or that of a run directory, with some values replaced.
@@ -179,14 +175,14 @@ def case_of(
     A file must describe a burst unless `burst` is False; a Case is as it was made.
     """
     if isinstance(target, Case):
-        changes = read_settings(set, cell_size=cell_size)
+        changes = read_settings(set)
         return target.changed(changes) if changes else target
     path = absolute(target, InputError)
     if path.is_dir():
         stored = RunDirectory(path)
         stored.stored_case()  # says what is missing, in the words of a run directory
         path = stored.case_file
-    return Case.from_toml(path, set=set, cell_size=cell_size, burst=burst)
+    return Case.from_toml(path, set=set, burst=burst)
 
 
 def _rounds(case: Resolved) -> str:

@@ -71,8 +71,8 @@ class CheckResult:
         The case.
     found : dict
         As `fragfield check --json` prints it: `rounds`, `arrangement`, `geometry`, `mesh`, `symmetry`, `expected`,
-        `warnings`, `official`, `contents`, `rules`, and `fragments` where such were given; numbers in SI. Of a case
-        without a burst `case`, `fragments` and `warnings` alone.
+        `warnings`, `official`, `contents`, `rules`, `distance_to_apply`, and `fragments` where such were given; numbers
+        in SI. Of a case without a burst there are no `rounds` to `expected`.
     """
 
     case: Case
@@ -107,7 +107,6 @@ def check(
     case: Case | str | os.PathLike[str],
     *,
     set: Sequence[str] | Mapping[str, Any] = (),  # noqa: A002 - as `--set`
-    cell_size: str | None = None,
     fragments: str | os.PathLike[str] | None = None,
 ) -> CheckResult:
     """Masses, speeds, mesh and cost that follow from a case, and warnings.
@@ -116,7 +115,7 @@ def check(
     ----------
     case : Case or path
         A case, a case file or a run directory.
-    set, cell_size
+    set
         Values that replace those of the case, see `Case.from_toml`.
     fragments : path, optional
         Fragments or an arena table that are to be flown instead of the run's own: `found["fragments"]` says what of the
@@ -127,7 +126,7 @@ def check(
     InputError
         The case is at fault, its mesh cannot be made, or the fragments do not fit it.
     """
-    found = case_of(case, set=set, cell_size=cell_size, burst=fragments is None)
+    found = case_of(case, set=set, burst=fragments is None)
     given = None if fragments is None else fragments_report(found.values, absolute(fragments, InputError))
     if found.values.burst is None and given is not None:
         return CheckResult(found, {"case": plain(found.values), **given})
@@ -185,7 +184,7 @@ def convert(
     Parameters
     ----------
     file : path
-        .dxf, .svg, .csv, .xlsx or .ods of a round's casing, or .geojson, .json, .kml or .kmz of places.
+        .dxf, .csv, .xlsx or .ods of a round's casing, or .geojson, .json, .kml or .kmz of places.
     set : sequence of str, or mapping
         Values of the keys of `round.contour`, such as `["unit=1 mm"]`; of a map those of `site.places`, and `latitude`,
         `longitude` and `bearing` of the site.

@@ -1,4 +1,4 @@
-"""The recommended distance of a run and its parts if it is determined, otherwise the reason."""
+"""The distances to apply of a run; the recommended one and its parts if it is determined, otherwise the reason."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 from fragfield.errors import InputError, NotDeterminedError
 from fragfield.hazard.certainty import basis_words, is_determined, metres, ricochet_words, source_words
 from fragfield.hazard.recommended import parts_words
+from fragfield.hazard.to_apply import DistanceToApply
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -16,19 +17,33 @@ if TYPE_CHECKING:
 
 
 class HazardDistance:
-    """The recommended distance and its parts; the part "hazard" of summary.json.
+    """The distances to apply, the recommended one and its parts.
 
     Parameters
     ----------
-    found : mapping
-        That part.
+    summary : mapping
+        summary.json.
     directory : Path
         Of the run.
     """
 
-    def __init__(self, found: Mapping[str, Any], directory: Path) -> None:
-        self._found = dict(found)
+    def __init__(self, summary: Mapping[str, Any], directory: Path) -> None:
+        self._found = dict(summary.get("hazard") or {})
+        self._to_apply = summary.get("distance_to_apply")
         self._directory = directory
+
+    @property
+    def to_apply(self) -> DistanceToApply:
+        """The distances to apply, for storage and handling (`siting`) and disposal in the open; determined or not.
+
+        `line` is what every view shows first, `words` say what each is by and what was left out.
+        """
+        if self._to_apply is None:
+            raise InputError(
+                f"{self._directory}: contains no distance to apply, because another version computed the flight; "
+                "run `fragfield fly` again"
+            )
+        return DistanceToApply.read(self._to_apply)
 
     @property
     def determined(self) -> bool:
@@ -133,8 +148,11 @@ class HazardDistance:
 
     def __str__(self) -> str:
         if not self.determined:
-            return f"recommended distance: not determined\n  {self.reason}"
+            return f"{self.to_apply.line}\nrecommended distance: not determined\n  {self.reason}"
         number = f"{source_words(self._found)}; {basis_words(self._found)}"
         if words := ricochet_words(self._found):
             number += f"; {words}"
-        return f"recommended distance {metres(self.recommended)}\n  {parts_words(self._found)}\n  {number}"
+        return (
+            f"{self.to_apply.line}\nrecommended distance {metres(self.recommended)}\n  {parts_words(self._found)}\n"
+            f"  {number}"
+        )

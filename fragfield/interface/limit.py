@@ -53,7 +53,7 @@ class Limit:
     def table(self) -> Table:
         """A row a run computed: value, rounds, net explosive quantity (kg), distances (m), `met` and reasons."""
         key = self.found["key"]
-        names = ("rounds", "explosive", "recommended", "standard_error", "minimum")
+        names = ("rounds", "explosive", "recommended", "standard_error", "to_apply")
         return table_of_rows(
             "limit",
             [
@@ -87,9 +87,9 @@ def run_limit(
 ) -> Limit:
     """Find the largest number of rounds for which a case still meets its criteria.
 
-    Every exposed site must meet its criterion, and, where `distance` is given, the recommended distance and
-    the official one must not exceed it. The smallest and the largest number are computed first, then the interval
-    between met and not met is halved.
+    Every exposed site must meet its criterion, and, where `distance` is given, the distance to apply for storage and
+    handling (the largest of the recommended, the official and the prescribed ones) must not exceed it. The smallest and
+    the largest number are computed first, then the interval between met and not met is halved.
 
     Parameters
     ----------

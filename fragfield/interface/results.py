@@ -117,11 +117,11 @@ class Run:
 
     @property
     def hazard(self) -> HazardDistance:
-        """The recommended distance and its parts; raises InputError where nothing was flown."""
+        """The distances to apply, the recommended one and its parts; raises InputError where nothing was flown."""
         from fragfield.interface.hazard import HazardDistance
 
         self._file("landing.h5", "fly")
-        return HazardDistance(self.summary.get("hazard") or {}, self.path)
+        return HazardDistance(self.summary, self.path)
 
     @property
     def exposed(self) -> list[dict[str, Any]]:
@@ -132,11 +132,6 @@ class Run:
     def official(self) -> dict[str, Any] | None:
         """The case's official distances (m), as in summary.json; None where it has none."""
         return self.summary.get("official")
-
-    @property
-    def minimum(self) -> dict[str, Any]:
-        """The distances not to go below, for "siting" and "disposal", as in summary.json; empty before the flight."""
-        return self.summary.get("minimum") or {}
 
     @property
     def findings(self) -> list[str]:

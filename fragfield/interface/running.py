@@ -25,7 +25,6 @@ def run(
     *,
     out: str | os.PathLike[str] | None = None,
     set: Sequence[str] | Mapping[str, Any] = (),  # noqa: A002 - as `--set`
-    cell_size: str | None = None,
     only: str | None = None,
     fragments: str | os.PathLike[str] | None = None,
     threads: int | None = None,
@@ -43,7 +42,7 @@ def run(
     out : path, optional
         Run directory to write; left out: runs/NAME for NAME.toml, or the run directory given. A case made in Python
         needs one.
-    set, cell_size
+    set
         Values that replace those of the case, see `Case.from_toml`.
     only : "burst", "break-up", "fly" or "report", optional
         One stage alone, from the files of the stages before it.
@@ -86,7 +85,7 @@ def run(
     if fragments is not None and only != "fly":
         raise InputError('fragments: found without only="fly"; allowed: only together with it')
     options = options_of(
-        case, out=out, set=set, cell_size=cell_size, fragments=fragments, threads=threads, resume=resume,
+        case, out=out, set=set, fragments=fragments, threads=threads, resume=resume,
         overwrite=overwrite, profile=profile, progress=progress, burst=only in (None, "burst"),
     )  # fmt: skip
     from fragfield.interface.results import Run
@@ -101,7 +100,6 @@ def options_of(
     *,
     out: str | os.PathLike[str] | None = None,
     set: Sequence[str] | Mapping[str, Any] = (),  # noqa: A002 - as `--set`
-    cell_size: str | None = None,
     fragments: str | os.PathLike[str] | None = None,
     threads: int | None = None,
     resume: bool = False,
@@ -122,8 +120,8 @@ def options_of(
 
     made = None
     if isinstance(case, Case):
-        found = case_of(case, set=set, cell_size=cell_size)
-        set, cell_size, made = (), None, found.values  # noqa: A001
+        found = case_of(case, set=set)
+        set, made = (), found.values  # noqa: A001
         if burst and (faults := check_case(made)):
             raise InputError(join_faults("case", faults))
         if out is None:
@@ -132,7 +130,7 @@ def options_of(
             out = absolute(f"runs/{found.path.stem}", InputError)
         case = out
     return RunOptions(
-        absolute(case, InputError), None if out is None else absolute(out, InputError), cell_size, threads, resume,
+        absolute(case, InputError), None if out is None else absolute(out, InputError), threads, resume,
         overwrite, progress is False, None if fragments is None else absolute(fragments, InputError), set,
         profile=profile, made=made,
         follow=progress if callable(progress) else None,

@@ -1,4 +1,4 @@
-"""`fragfield.run_sweep`, `compare_runs` and `run_uncertainty`: many runs of a case, and the comparison of two."""
+"""`fragfield.run_sweep`, `compare_runs` and `run_uncertainty`: many runs of a case, and the ratios of two."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fragfield.errors import InputError, NotDeterminedError, nearest
+from fragfield.errors import InputError, NotDeterminedError
 from fragfield.hazard.certainty import metres
 from fragfield.hazard.recommended import parts_words
 from fragfield.interface.case import Case, setting_of, study_folder, written_case
@@ -121,87 +121,29 @@ def run_sweep(
     return Sweep(folder, found)
 
 
-@dataclass(frozen=True, repr=False)
-class Comparison:
-    """One run divided by another.
-
-    Attributes
-    ----------
-    found : dict
-        As `fragfield compare --json` prints it: `casing`, `distances`, `witness`, `by_distance`, `by_zone`, `places`,
-        `differences`, `notes`.
-    """
-
-    found: dict[str, Any]
-
-    @property
-    def tables(self) -> tuple[str, ...]:
-        """Names of the tables that there are rows for."""
-        return tuple(name for name, rows in self._rows().items() if rows)
-
-    def table(self, name: str) -> Table:
-        """One table, ratios with their standard errors; raises InputError for a name that there is not."""
-        rows = self._rows()
-        if name not in rows or not rows[name]:
-            raise InputError(
-                f"comparison: found no table {name!r}{nearest(name, self.tables)}; allowed: {', '.join(self.tables)}"
-            )
-        return table_of_rows(name, rows[name])
-
-    def write(self, folder: str | os.PathLike[str]) -> Path:
-        """Write comparison.json, the tables as CSV files and comparison.png into a folder."""
-        from fragfield.studies.compare import write_comparison
-
-        target = absolute(folder, InputError)
-        write_comparison(self.found, target)
-        return target
-
-    def _rows(self) -> dict[str, list[dict[str, Any]]]:
-        from fragfield.studies.compare.comparison import flat_tables
-
-        return flat_tables(self.found)
-
-    def __repr__(self) -> str:
-        one, other = (self.found[key]["directory"] for key in ("run", "reference"))
-        return f"<fragfield.Comparison {one!r} over {other!r}>"
-
-    def __str__(self) -> str:
-        lines = [f"{self.found['run']['directory']} over {self.found['reference']['directory']}"]
-        lines += [
-            f"  {row.get('quantity') or row.get('label')}: {row['ratio']:.3g}"
-            for row in [*self.found["casing"], *self.found["distances"]]
-            if row["ratio"] is not None
-        ]
-        return "\n".join(lines)
-
-
-def compare_runs(
-    run: Run | str | os.PathLike[str],
-    reference: Run | str | os.PathLike[str],
-    *,
-    sector: float | None = None,
-    all_round: bool = False,
-) -> Comparison:
+def compare_runs(run: Run | str | os.PathLike[str], reference: Run | str | os.PathLike[str]) -> Table:
     """Divide what a run gave by what a reference run gave, a pair by its single round.
 
     Parameters
     ----------
     run, reference : Run or path
-        Runs with the same witness surfaces.
-    sector : float, optional
-        Width of the azimuth sectors (degrees); left out: 15, or as the runs have them.
-    all_round : bool
-        Divide hits by the reference's mean over all azimuths.
+        Runs, or their directories.
+
+    Returns
+    -------
+    Table
+        A row a quantity: `quantity` (its path in the summary), `label`, `unit`, `run`, `reference` (SI), `ratio` and
+        `ratio_error` (standard error, NaN where a run has none).
 
     Raises
     ------
     InputError
-        A directory is no run, the witness surfaces differ, or the sector is not possible.
+        A directory is no run, or its summary is damaged or has no results.
     """
-    from fragfield.studies import compare
+    from fragfield.studies.ratios import ratios
 
     folders = [one.path if isinstance(one, Run) else absolute(one, InputError) for one in (run, reference)]
-    return Comparison(compare.compare_runs(*folders, sector=sector, all_round=all_round))
+    return table_of_rows("ratios", ratios(*folders))
 
 
 @dataclass(frozen=True, repr=False)
@@ -236,11 +178,11 @@ class Uncertainty:
 
     @property
     def effects(self) -> Table:
-        """A row an input: its share of the distance's variance in total and alone, with standard errors.
+        """A row an input: its share of the distance's variance, with standard error and 95 % interval.
 
         Without rows where the samples are too few for shares.
         """
-        return table_of_rows("effects", (self.found["distance"] or {}).get("indices") or [])
+        return table_of_rows("effects", (self.found["distance"] or {}).get("shares") or [])
 
     def __repr__(self) -> str:
         return f"<fragfield.Uncertainty {str(self.path)!r}: {self.found['design']['samples']} samples>"
@@ -263,7 +205,6 @@ def run_uncertainty(
     samples: int | None = None,
     seed: int | None = None,
     set: Sequence[str] | Mapping[str, Any] = (),  # noqa: A002 - as `--set`
-    cell_size: str | None = None,
     workers: int | None = None,
     scheduler: str | None = None,
     resume: bool = False,
@@ -280,7 +221,7 @@ def run_uncertainty(
         Folder of the study; left out: runs/NAME_uncertainty. A case made in Python needs one.
     samples, seed : optional
         Instead of those of `[uncertainty]`: number, seed of points and samples.
-    set, cell_size
+    set
         Values that replace those of the case, see `Case.from_toml`.
     workers : int, optional
         Samples at one time; left out: all cores.
@@ -306,7 +247,7 @@ def run_uncertainty(
 
     folder, file = study_folder(case, out, "uncertainty")
     options = StudyOptions(folder, samples, seed, workers, scheduler, resume, overwrite, not progress)
-    nominal = options_of(written_case(case, file), cell_size=cell_size, set=set, progress=progress)
+    nominal = options_of(written_case(case, file), set=set, progress=progress)
     return Uncertainty(folder, run_study(nominal, options))
 
 

@@ -17,7 +17,7 @@ import numpy as np
 from fragfield.case.conversion.attitude import attitude_of, is_mixed
 from fragfield.case.conversion.turned import Arrangement
 from fragfield.errors import InputError
-from fragfield.hazard.exposed_turned import worst_of_attitudes
+from fragfield.hazard.exposed import worst_of_attitudes
 from fragfield.pipeline.ensemble import EnsembleFlight, Flights
 from fragfield.pipeline.realisations import Realisations
 
@@ -93,9 +93,7 @@ def _fly_integrated(
     if not found.curve:
         return flown
     hazard = replace(flown.hazard, expected=everywhere(flown.hazard.expected))
-    return replace(
-        flown, hazard=hazard, attitude=attitude, curve=found.curve, exposed=found.exposed_sites(job.case, hazard)
-    )
+    return replace(flown, hazard=hazard, attitude=attitude, curve=found.curve)
 
 
 def everywhere(expected: ExpectedDistance) -> ExpectedDistance:
@@ -161,7 +159,7 @@ class _Envelope:
         for key, one in sorted(self.flown.items()):
             assert one.found is not None  # on rank 0
             ended = not one.found.pool.completeness.reason
-            entries.append((key, one.found.exposed.assess(self.job.case, hazard, determined=ended)))
+            entries.append((key, one.found.exposed.assess(hazard, determined=ended)))
         return worst_of_attitudes(entries) if self.job.case.exposed else []
 
     def _fly(self, key: Key, number: int) -> None:

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from flight.hazard.integral import Integral
     from flight.hazard.pool import Completeness, FlightCounts
     from fragfield.case.conversion.turned import Turned
+    from fragfield.hazard.exposed import ExposedCounts
     from fragfield.pipeline.job import Job
     from fragfield.pipeline.realisations import Realisations
     from transition import BreakUpResult
@@ -153,7 +154,6 @@ class _Found:
         from fragfield.case.conversion.exposed_sites import exposed_sites_of
         from fragfield.case.conversion.stages import hazard_criteria, hazard_directions, hazard_grid, kernel_degrees
         from fragfield.hazard.exposed import ExposedSums
-        from fragfield.hazard.exposed_turned import TurnedSums
         from fragfield.pipeline.arena import arena_basis
 
         self.case, self.integral = job.case, integral
@@ -168,21 +168,16 @@ class _Found:
         self.pool = PooledFlights(directions, hazard_criteria(job.case), ricochet=ricochet)
         self.tables: list[dict[str, NDArray[Any]]] = []
         sites = exposed_sites_of(job.case)
-        self.exposed: ExposedSums = ExposedSums(sites)
-        if turned:
-            self.exposed = TurnedSums(sites, case=job.case, grid=grid, kernel=kernel, alike=basis == "all_azimuths")
+        alike = basis == "all_azimuths"
+        self.exposed = ExposedSums(job.case, sites, grid, kernel, turned=turned, alike=alike)
         # of a site, and of whether the distance lies within the map
         self.thorough = not job.numbers_alone or bool(sites) or job.case.flight.ground.map is not None
 
     def add(self, parts: Sequence[_Part]) -> None:
         """Add realisations in the order of their numbers, so that no sum depends on the ranks."""
-        from fragfield.hazard.exposed_turned import TurnedSums
-
         for part in parts:
             self.pool.add(part.counts)
-            if isinstance(self.exposed, TurnedSums):
-                self.exposed.add_fields(part.counts.density, part.counts.without_ricochet)
-            elif self.exposed.sites:
+            if self.exposed.sites:
                 self.exposed.add(part.exposed, part.exposed_short)
             if part.tables is not None:
                 self.tables.append(part.tables)
@@ -211,7 +206,7 @@ class _Found:
         unended = self.pool.completeness.reason
         found = self.pool.hazard(self.case.hazard.tolerance, every_direction=self.thorough, integral=self.integral)
         found = replace(found, undetermined=unended or beyond_map_words(self.case, found.expected))
-        exposed = self.exposed.assess(self.case, found, determined=not unended) if self.exposed.sites else []
+        exposed = self.exposed.assess(found, determined=not unended) if self.exposed.sites else []
         return FlownEnsemble(
             first, found, witnesses, self.pool.completeness, source.more, exposed, self.pool.realisations
         )
@@ -223,15 +218,14 @@ class _Part:
 
     counts: FlightCounts
     tables: dict[str, NDArray[Any]] | None
-    exposed: NDArray[Any]
-    exposed_short: NDArray[Any]
+    exposed: ExposedCounts
+    exposed_short: ExposedCounts
 
 
 class Flights:
     """The flights of one rank, with one progress: the first on all threads, the others side by side."""
 
     def __init__(self, job: Job) -> None:
-        from fragfield.case.conversion.attitude import is_mixed
         from fragfield.case.conversion.stages import flight_arguments, hazard_criteria, hazard_grid
         from fragfield.hazard.exposed import ExposedPlaces
 
@@ -240,8 +234,7 @@ class Flights:
             self.arguments["sample"] = 0  # no paths for ParaView
         self.criteria, self.case = hazard_criteria(job.case), job.case
         self.near = self.criteria.fluence_grid(hazard_grid(job.case))
-        # Of mixed attitudes what sites meet is taken from the fields: their surfaces would be in one direction alone.
-        self.exposed = ExposedPlaces([]) if is_mixed(job.case) or job.attitude else ExposedPlaces.of(job.case)
+        self.exposed = ExposedPlaces.of(job.case, self.near)
         self.own = len(self.arguments["witnesses"])  # the case's own surfaces come first
         self.arguments["witnesses"] += self.exposed.surfaces
         self.job, self.done, self.total = job, 0, 0
@@ -285,15 +278,17 @@ class Flights:
     ) -> _Part:  # fmt: skip
         """Counts of one realisation, and its hits by sector on every surface."""
         import flight
+        from flight.hazard.density.density_counts import density_counts
         from flight.hazard.density.sectors import sector_hits
         from flight.hazard.pool import KEPT, FlightCounts
+        from fragfield.hazard.exposed import ExposedCounts
 
         ground = self.arguments["ground"]
         fragments = above_ground(fragments, ground, warn=number == 0)
         arguments = self.arguments if number == 0 else {**self.arguments, "sample": 0}
         arguments = {**arguments, "seed": _seed(self.case.seed, number)}
         result = flight.fly(fragments, **arguments, fluence=self.near, threads=threads, on_progress=on_progress)
-        exposed, without = (self.exposed.count(result, fragments, self.own, ricochet=one) for one in (True, False))
+        buildings = [self.exposed.count(result, fragments, self.own, ricochet=one) for one in (True, False)]
         if len(result.witnesses) > self.own:
             own = result.hits["witness"] < self.own
             result = replace(result, witnesses=result.witnesses[: self.own], hits=result.hits[own])
@@ -301,6 +296,13 @@ class Flights:
         if number == 0:
             self.first = result
         counts = FlightCounts.of(result, fragments, ground=ground, gravity=self.case.flight.gravity)
+        fields = {(self.near.energy, self.near.height): (counts.density, counts.without_ricochet)}
+        for grid in self.exposed.further:  # sites with an energy or height of their own: the same flight, counted again
+            again = flight.fly(fragments, **{**arguments, "witnesses": (), "sample": 0}, fluence=grid, threads=threads)
+            fields[grid.energy, grid.height] = density_counts(again), density_counts(again, ricochet=False)
+        exposed, without = (
+            ExposedCounts({key: both[leg] for key, both in fields.items()}, buildings[leg]) for leg in (0, 1)
+        )
         if number >= KEPT:
             return _Part(counts, None, exposed, without)
         names, width = [surface.name for surface in result.witnesses], 360.0 / self.case.hazard.sectors

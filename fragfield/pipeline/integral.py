@@ -43,6 +43,7 @@ def why_not_integrated(case: CaseTable, *, given: bool = False) -> str:
     wind, shape = case.flight.wind, case.flight.shape
     reasons = {
         geometry.reason: geometry.geometry != "axisymmetric",
+        "exposed sites beside rounds of any attitude": is_mixed(case) and bool(case.exposed),
         "wind": wind.speed != 0.0 or any(wind.speeds or ()),
         "a map of heights": case.flight.ground.map is not None,
         "obstacles": bool(case.obstacle),
@@ -100,16 +101,13 @@ class Integrand:
         if attitude is not None or not is_mixed(self.case):
             return Solved(self.integral(attitude), attitude)
         arrangement = Arrangement(self.case)  # of one round of revolution, which a roll does not change
-        found: dict[float, tuple[Turned, Integral]] = {}
         rows: dict[float, dict[str, Any]] = {}
 
         def add(inclination: float) -> None:
-            if inclination in found or not 0.0 <= inclination <= 180.0:
+            if inclination in rows or not 0.0 <= inclination <= 180.0:
                 return
-            turned = arrangement.turned(inclination)
-            integral = self.integral(turned, finely=False)
+            integral = self.integral(arrangement.turned(inclination), finely=False)
             expected = integral.expected(every_direction=False)
-            found[inclination] = turned, integral
             rows[inclination] = {
                 "inclination_deg": inclination, "roll_deg": 0.0, "expected": expected.distance,
                 "upper": expected.upper, "standard_error": expected.standard_error,
@@ -122,8 +120,8 @@ class Integrand:
         while worst != (worst := max(rows, key=lambda one: rows[one]["expected"])):
             add(worst - FINE)
             add(worst + FINE)
-        turned = found[worst][0]
-        return Solved(self.integral(turned), turned, [rows[one] for one in sorted(rows)], found)
+        turned = arrangement.turned(worst)
+        return Solved(self.integral(turned), turned, [rows[one] for one in sorted(rows)])
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,8 +132,6 @@ class Solved:
     attitude: Turned | None
     curve: list[dict[str, Any]] = field(default_factory=list)
     """Distances over mixed attitudes, as `hazard.attitude.curve` of summary.json."""
-    attitudes: dict[float, tuple[Turned, Integral]] = field(default_factory=dict)
-    """By inclination (degrees), of mixed ones."""
 
     def hazard(self, tolerance: float) -> EnsembleHazard:
         """The hazard of the integral alone, without what single events do."""
@@ -147,26 +143,6 @@ class Solved:
             Tally(none, none, none.astype(np.float64)), self.integral.criteria, tolerance,
             self.integral.expected(every_direction=False), np.zeros(0), integral=self.integral,
         )  # fmt: skip
-
-    def exposed_sites(self, case: CaseTable, hazard: EnsembleHazard) -> list[dict[str, Any]]:
-        """What the exposed sites meet, each in its worst attitude of those integrated."""
-        from fragfield.case.conversion.exposed_sites import exposed_sites_of
-        from fragfield.hazard.exposed_turned import TurnedSums, worst_of_attitudes
-
-        sites = exposed_sites_of(case)
-        if not sites:
-            return []
-        entries = []
-        for inclination, (turned, integral) in sorted(self.attitudes.items()):
-            directions = integral.directions
-            sums = TurnedSums(
-                sites, case=turned.case, grid=directions.grid, kernel=directions.kernel,
-                alike=directions.axisymmetric,
-            )  # fmt: skip
-            for whole, short in zip(*integral.all_around, strict=True):
-                sums.add_fields(whole, short)
-            entries.append(((inclination, 0.0), sums.assess(case, hazard, determined=True)))
-        return worst_of_attitudes(entries)
 
 
 def _turned(intensity: Intensity, attitude: Turned) -> Intensity:

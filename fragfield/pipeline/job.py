@@ -37,8 +37,6 @@ class RunOptions:
     """A case file or a run directory."""
     out: Path | None = None
     """Run directory to write; left out: the run directory given, or runs/NAME for NAME.toml."""
-    cell_size: str | None = None
-    """Replaces `burst.cell_size`."""
     threads: int | None = None
     """Threads of a rank."""
     resume: bool = False
@@ -66,7 +64,6 @@ class RunOptions:
         words = [f"{self.target}{made}", *(f"--{name}" for name in ("resume", "overwrite") if getattr(self, name))]
         words += [f"--out {self.out}"] if self.out is not None else []
         words += [f"--fragments {self.fragments}"] if self.fragments is not None else []
-        words += [f"--cell-size {self.cell_size}"] if self.cell_size is not None else []
         return " ".join([*words, *(f"--set {one}" for one in _listed(self.settings))])
 
     def case(self, *, burst: bool = True) -> CaseTable:
@@ -80,7 +77,7 @@ class RunOptions:
         return self._loaded(self.target, burst=burst)
 
     def _loaded(self, path: Path, *, burst: bool) -> CaseTable:
-        return load_case(path, self.settings, cell_size=self.cell_size, burst=burst)
+        return load_case(path, self.settings, burst=burst)
 
     @property
     def directory(self) -> RunDirectory:

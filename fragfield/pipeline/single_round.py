@@ -49,6 +49,8 @@ def single_round(job: Job, realisations: Sequence[Fragments]) -> SingleRound:
     """
     from flight.hazard.tp12 import PolarField
 
+    if job.options.fragments is not None:
+        return SingleRound(None, "no single round: the fragments come from a file, not from a burst")
     burst = job.source.summary().get("burst") or {}
     own = job.source.file("burst_snapshot.h5")
     began = time.perf_counter()

@@ -92,9 +92,10 @@ def fly(job: Job, stage: Stage) -> dict[str, Any]:
     from flight.files.ensemble import write_ensemble
     from fragfield.case.conversion.stages import hazard_criteria
     from fragfield.case.conversion.surroundings import bearing_of, with_bearing
-    from fragfield.hazard.recommended import minimum_part, official_part, recommended_of
+    from fragfield.hazard.recommended import recommended_of
     from fragfield.hazard.rules import rules_of
     from fragfield.hazard.site_map import write_contours
+    from fragfield.hazard.to_apply import DistanceToApply, official_part
     from fragfield.pipeline.attitudes import flown_attitude, fly_all
     from fragfield.pipeline.convergence import convergence_of
     from fragfield.pipeline.single_round import single_round
@@ -142,13 +143,12 @@ def fly(job: Job, stage: Stage) -> dict[str, Any]:
         {**entry, "faces": [with_bearing(job.case, face) for face in entry["faces"]]}
         for entry in flown.first.by_face(criteria.energy)
     ]
-    own = job.options.fragments is None and bool(job.case.round)
-    rules = rules_of(job.case, job.source.summary(), single_round(job, realisations)) if own else None
+    rules = rules_of(job.case, job.source.summary(), single_round(job, realisations))
     official = official_part(job.case)
     convergence = convergence_of(job, flown, headline)  # of one rank, while the others wait
     job.team.broadcast()
     headline = recommended_of(headline, convergence)
-    minimum = minimum_part(headline, official, (rules or {}).get("rules") or ())
+    to_apply = DistanceToApply.of(headline, official, rules["rules"])
     write_contours(job.case, flown.hazard, job.target, provenance, flown.exposed, headline["recommended"])
     for one in writing:
         one.result()
@@ -160,7 +160,7 @@ def fly(job: Job, stage: Stage) -> dict[str, Any]:
         "exposed": flown.exposed,
         "rules": rules,
         "official": official,
-        "minimum": minimum,
+        "distance_to_apply": to_apply.as_dict(),
         "convergence": convergence,
     }
 
@@ -273,7 +273,7 @@ def recorded_warnings(job: Job, stage: str) -> Iterator[dict[str, Any]]:
         return
     before = job.source.summary().get("findings")
     now = [*(one for one in before or [] if one["stage"] != stage), *records.found]
-    if now != before and (now or stage != "report"):  # a report adds its page, and no key to a run of an older version
+    if now != before and (now or stage != "report"):  # a report adds its page, and no empty key
         parts["findings"] = now
     if parts:
         job.note(parts)

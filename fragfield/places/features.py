@@ -216,33 +216,44 @@ def _geometries(geometry: Any, where: str, depth: int) -> Iterator[tuple[Shape, 
 
 _FOLDERS = ("kml", "Document", "Folder")
 _DEEPEST_FOLDER = 64
+_MOST_NAMED = 5
 _NOT_READ = ("NetworkLink", "GroundOverlay", "ScreenOverlay", "PhotoOverlay", "Tour", "Model", "Track", "MultiTrack")
 
 
 def read_kml(path: Path) -> tuple[list[Feature], list[str]]:
     """Features of a KML file, of a KMZ those of its main document, and what was left out, in words.
 
-    Heights play no part: sites stand on the ground of the case. That is said where a placemark stands above it. Raises
-    InputError: no KML, an XML entity that is not harmless, positions that are none, no placemarks.
+    What is switched off (visibility 0, of the placemark or of a folder that it lies in) is left out. Heights play no
+    part: sites stand on the ground of the case. That is said where a placemark stands above it. Raises InputError: no
+    KML, an XML entity that is not harmless, positions that are none, no placemarks.
     """
-    root = parsed_xml(_document(path, read_bytes(path, InputError, most=MOST_BYTES)), str(path), InputError)
+    left_out: Counter[str] = Counter()
+    root = parsed_xml(_document(path, read_bytes(path, InputError, most=MOST_BYTES), left_out), str(path), InputError)
     if _tag(root) != "kml":
         raise InputError(f"{path}: found XML whose outermost element is {_tag(root)!r}; allowed: a KML")
-    left_out: Counter[str] = Counter()
     features: list[Feature] = []
-    for number, (placemark, folders) in enumerate(_placemarks(root, (), left_out, 0), start=1):
+    hidden: list[str] = []
+    for number, (placemark, folders, is_shown) in enumerate(_placemarks(root, (), left_out, 0), start=1):
+        if not is_shown:
+            hidden.append(f'"{_text(_child(placemark, "name"))}"')
+            continue
         features += _of_placemark(path, placemark, folders, number, left_out)
+    if hidden:
+        shown = ", ".join(hidden[:_MOST_NAMED]) + (", ..." if len(hidden) > _MOST_NAMED else "")
+        left_out[f"placemarks that are switched off in the file (visibility 0: {shown})"] = len(hidden)
     if not features:
         listed = ", ".join(f"{number} {what}" for what, number in left_out.items()) or "nothing"
         raise InputError(f"{path}: found no placemark with a point, a line or a polygon, only {listed}")
-    high = left_out.pop("above the ground", 0)
+    high, timed = left_out.pop("above the ground", 0), left_out.pop("of a time", 0)
     notes = [f"{number} {what} left out" for what, number in left_out.items()]
     if high:
         notes.append(f"{high} placemarks stand above the ground in the file; their heights are not used")
+    if timed:
+        notes.append(f"{timed} placemarks hold for a time or a span of it in the file; they are taken for all times")
     return features, notes
 
 
-def _document(path: Path, data: bytes) -> bytes:
+def _document(path: Path, data: bytes, left_out: Counter[str]) -> bytes:
     """The KML of a file, of a KMZ that of its archive's first .kml, the one in its root before others."""
     if not data.startswith(b"PK"):
         return data
@@ -256,6 +267,8 @@ def _document(path: Path, data: bytes) -> bytes:
                 raise InputError(
                     f"{path}: {chosen.filename} has {chosen.file_size} bytes; allowed: at most {MOST_BYTES}"
                 )
+            if len(names) > 1:
+                left_out[f"further .kml of the archive (beside {chosen.filename})"] = len(names) - 1
             with archive.open(chosen) as stream:
                 return stream.read(MOST_BYTES)
     except (zipfile.BadZipFile, RuntimeError, NotImplementedError, EOFError, OSError) as fault:
@@ -275,17 +288,19 @@ def _text(element: Element | None) -> str:
 
 
 def _placemarks(
-    element: Element, folders: tuple[str, ...], left_out: Counter[str], depth: int
-) -> Iterator[tuple[Element, tuple[str, ...]]]:
+    element: Element, folders: tuple[str, ...], left_out: Counter[str], depth: int, is_shown: bool = True
+) -> Iterator[tuple[Element, tuple[str, ...], bool]]:
+    """Placemarks, the folders that they lie in, and whether both are switched on."""
     if depth > _DEEPEST_FOLDER:
         raise InputError(f"found folders nested deeper than {_DEEPEST_FOLDER}; allowed: fewer")
     for child in element:
         tag = _tag(child)
+        is_on = is_shown and _text(_child(child, "visibility")) not in ("0", "false")
         if tag == "Placemark":
-            yield child, folders
+            yield child, folders, is_on
         elif tag in _FOLDERS:
             name = _text(_child(child, "name"))
-            yield from _placemarks(child, (*folders, name) if name else folders, left_out, depth + 1)
+            yield from _placemarks(child, (*folders, name) if name else folders, left_out, depth + 1, is_on)
         elif tag in _NOT_READ:
             left_out[tag] += 1
 
@@ -296,6 +311,8 @@ def _of_placemark(
     name = _text(_child(placemark, "name"))
     where = f"{path}: placemark {number}" + (f' ("{name}")' if name else "")
     known = dict(_properties(placemark))
+    if any(_tag(one) in ("TimeSpan", "TimeStamp") for one in placemark):
+        left_out["of a time"] += 1
     found = list(_elements(placemark, where, left_out, 0))
     if not found:
         left_out["placemarks without a place"] += 1

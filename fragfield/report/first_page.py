@@ -7,12 +7,13 @@ from typing import TYPE_CHECKING
 
 from fragfield.hazard.certainty import basis_words, whole_metres
 from fragfield.hazard.recommended import parts_words
+from fragfield.hazard.to_apply import DistanceToApply
 from fragfield.numbers import Row, number
 from fragfield.report.blocks import Block, Card, Cards, Columns, Group, Paragraph, Points, Rows, Section, Signatures
 from fragfield.report.findings.reasons import reasons_against, reasons_for
 from fragfield.report.tables.attitudes import attitude_sentence
 from fragfield.report.tables.exposed_sites import verdict_table
-from fragfield.report.tables.rules import minimum_words, prescribed_table
+from fragfield.report.tables.rules import prescribed_table
 from fragfield_base.substances import substance_title
 
 if TYPE_CHECKING:
@@ -29,7 +30,7 @@ def decision_section(run: RunFiles, all_findings: Sequence[Finding]) -> Section:
     blocks: list[Block] = [
         Columns((
             Rows("What was computed", tuple(_what(run))),
-            Group((Cards((_distance(run),)), *_prescribed(run))),
+            Group((Cards(tuple(_distances(run))), *_prescribed(run))),
         )),
         *verdict_table(run),
         Columns((
@@ -42,23 +43,24 @@ def decision_section(run: RunFiles, all_findings: Sequence[Finding]) -> Section:
 
 
 def _prescribed(run: RunFiles) -> Iterator[Block]:
-    """Below which distance not to go, and the prescribed ones."""
-    if "flight" in run.missing:
-        return
-    if words := tuple(minimum_words(run)):
-        yield Points(words)
+    """What each distance is by, what was left out, and the prescribed ones."""
+    if part := run.part("distance_to_apply"):
+        yield Points(DistanceToApply.read(part).words)
     yield from prescribed_table(run)
 
 
-def _distance(run: RunFiles) -> Card:
-    """The recommended distance with its parts in one line."""
-    hazard = run.part("hazard")
+def _distances(run: RunFiles) -> Iterator[Card]:
+    """The distance to apply, and the computed one with its parts in one line."""
+    if part := run.part("distance_to_apply"):
+        yield Card("Distance to apply", DistanceToApply.read(part).distances, "")
+    title, hazard = "Computed: recommended distance", run.part("hazard")
     if not hazard:
-        return Card("Recommended distance", "–", "", "not computed")
-    if not hazard["determined"]:
-        return Card("Recommended distance", "not determined", "", hazard["reason"])
-    note = f"{parts_words(hazard)}. Basis: {basis_words(hazard)}."
-    return Card("Recommended distance", whole_metres(hazard["recommended"]), "m", note)
+        yield Card(title, "–", "", "not computed")
+    elif not hazard["determined"]:
+        yield Card(title, "not determined", "", hazard["reason"])
+    else:
+        note = f"{parts_words(hazard)}. Basis: {basis_words(hazard)}."
+        yield Card(title, whole_metres(hazard["recommended"]), "m", note)
 
 
 def _what(run: RunFiles) -> Iterator[Row]:

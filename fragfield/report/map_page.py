@@ -70,7 +70,8 @@ def write_map(run: RunFiles, path: Path, *, identity: str, written: str) -> bool
     text = json.dumps(data, allow_nan=False).replace("</", "<\\/")
     environment = Environment(autoescape=True, undefined=StrictUndefined)
     page = environment.from_string(source).render(
-        title=run.title, data=text, identity=f"{identity} · " if identity else "", written=written,
+        title=run.title, to_apply=run.part("distance_to_apply").get("line", ""), data=text,
+        identity=f"{identity} · " if identity else "", written=written,
         program_version=run.provenance.get("program_version") or __version__,
     )  # fmt: skip
     write_text(path, page, InputError)

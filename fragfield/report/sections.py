@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 from fragfield.report.blocks import Block, Columns, Findings, Group, Paragraph, Points, Section, Text
 from fragfield.report.findings import statements
+from fragfield.report.findings.evidence import validation_blocks
 from fragfield.report.findings.findings import findings
-from fragfield.report.findings.validation_status import read_record, validation_blocks
 from fragfield.report.first_page import decision_section
 from fragfield.report.stage_sections import (
     annexes_of_stages,
@@ -51,7 +51,7 @@ def sections(run: RunFiles, draw: Draw, picture: Picture) -> list[Section]:
         *([speeds_section(run, draw, picture), convergence_section(run, draw)] if "burst" in run.stages else []),
         *uncertainty_section(run, draw),
         *annexes_of_stages(run, draw),
-        Section("validation", "Validation of this version", list(validation_blocks(read_record(), run)), annex=True),
+        Section("validation", "Validation of this version", list(validation_blocks(run)), annex=True),
         Section("provenance", "Versions and files", list(provenance_rows(run)), annex=True),
         Section("inputs", "Inputs as resolved", list(_inputs(run)), annex=True),
         *attitude_sections(run),

@@ -99,6 +99,9 @@ def _parts(summary: Mapping[str, Any]) -> Iterator[str | Table]:
     yield table
     if recovered := (summary.get("flight") or {}).get("recovered"):
         yield recovered["words"]
+    if to_apply := summary.get("distance_to_apply"):
+        yield to_apply["line"]
+        yield from (f"  {words}" for words in to_apply["words"])
     yield from _hazard(summary.get("hazard") or {})
     yield from _tp12((summary.get("rules") or {}).get("tp12") or {})
     yield from _prescribed(summary)
@@ -189,14 +192,13 @@ def _tp12(part: Mapping[str, Any]) -> Iterator[str | Table]:
 
 
 def _prescribed(summary: Mapping[str, Any]) -> Iterator[str | Table]:
-    """Official distances of the round, net explosive quantity, and the distance not to go below."""
+    """Official distances of the round, and net explosive quantity."""
     official = summary.get("official") or {}
     for key, label in OFFICIAL_LABELS.items():
         if official.get(key) is not None:
             yield f"{label:37}{metres(official[key]):>16}  {official['source']}"
     if contents := (summary.get("rules") or {}).get("contents"):
         yield quantity_words(contents["explosive"], contents["tnt"], contents["equivalents"])
-    yield from (summary.get("minimum") or {}).get("words") or ()
 
 
 def print_info(found: Mapping[str, Any]) -> None:

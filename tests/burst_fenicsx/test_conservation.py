@@ -112,7 +112,7 @@ def test_place_and_direction_in_space_do_not_matter(tmp_path):
 
 
 def test_the_order_of_cells_and_nodes_does_not_matter(tmp_path, monkeypatch):
-    """Sums in another order: round-off only."""
+    """Sums in another order: round-off, which a few thousand steps and contacts that open amplify, and no more."""
     _, still, velocity = run(tmp_path)
     random = np.random.default_rng(4)
     usual = geometries.mesh_round
@@ -131,7 +131,7 @@ def test_the_order_of_cells_and_nodes_does_not_matter(tmp_path, monkeypatch):
     # The charge's own nodes where it meets the casing come after those of the mesh, in the order of the pairs.
     count = len(kept["nodes"])
     np.testing.assert_allclose(moved[:count], still[kept["nodes"]], atol=1e-12)
-    np.testing.assert_allclose(mixed[:count], velocity[kept["nodes"]], atol=1e-10 * np.abs(velocity).max())
+    np.testing.assert_allclose(mixed[:count], velocity[kept["nodes"]], atol=1e-8 * np.abs(velocity).max())
 
 
 def test_the_kernels_cube_root_is_exact_to_round_off():

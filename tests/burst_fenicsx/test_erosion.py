@@ -364,7 +364,7 @@ def test_products_leave_the_faces_of_eroded_cells_for_good(tmp_path):
 def summary_of_case(folder, file, changes, cell_size, **settings):
     """Summary of the whole burst of a case with some of its values replaced."""
     folder.mkdir(exist_ok=True)
-    case = load_case(ROOT / file, changes, cell_size=cell_size)
+    case = load_case(ROOT / file, {**changes, "burst.cell_size": cell_size})
     going = Simulation(burst_rounds(case), replace(burst_settings(case), **settings), folder, MPI.COMM_SELF, {})
     going.run()
     return going.finish().summary

@@ -132,10 +132,12 @@ def test_a_round_may_be_a_mesh_file(tmp_path, tube):
     assert np.all(mesh.round == 1)
 
 
-@pytest.mark.parametrize("version", [2.2, 4.1])
-def test_a_mesh_made_by_gmsh_is_read(tmp_path, version):
+def write_by_gmsh(path, version, groups, view=None):
+    """A square bar in 8 layers, its core charge and its rim casing, with the physical volumes `groups`.
+
+    `view`: "alone" or "appended", as gmsh saves what it shows.
+    """
     gmsh = pytest.importorskip("gmsh")
-    path = tmp_path / "box.msh"
     gmsh.initialize(interruptible=False)
     try:
         gmsh.option.setNumber("General.Terminal", 0)
@@ -157,17 +159,49 @@ def test_a_mesh_made_by_gmsh_is_read(tmp_path, version):
             made = geo.extrude([(2, surface)], 0, 0, 0.2, numElements=[8], recombine=True)
             volumes += [tag for dimension, tag in made if dimension == 3]
         geo.synchronize()
-        gmsh.model.addPhysicalGroup(3, volumes[:1], 7, "charge")
-        gmsh.model.addPhysicalGroup(3, volumes[1:], 9, "casing")
+        for name, chosen in groups:
+            gmsh.model.addPhysicalGroup(3, volumes[chosen], name=name)
         gmsh.model.mesh.generate(3)
         gmsh.write(str(path))
+        if view:
+            shown = gmsh.view.add("size")
+            gmsh.view.addModelData(shown, 0, gmsh.model.getCurrent(), "NodeData", [1], [[1.0]])
+            gmsh.view.write(shown, str(path), append=view == "appended")
     finally:
         gmsh.finalize()
-    mesh = read_gmsh(path)
+    return path
+
+
+CORE, RIM = slice(0, 1), slice(1, None)
+
+
+@pytest.mark.parametrize("version", [2.2, 4.1])
+def test_a_mesh_made_by_gmsh_is_read(tmp_path, version):
+    mesh = read_gmsh(write_by_gmsh(tmp_path / "box.msh", version, [("charge", CORE), ("casing", RIM)]))
     volume = cell_volumes(mesh)
     assert len(mesh.cells) == 8 * (16 + 4 * 8)
     assert volume[mesh.part == Part.CHARGE].sum() == pytest.approx(0.06**2 * 0.2)
     assert volume[mesh.part == Part.CASING].sum() == pytest.approx((0.1**2 - 0.06**2) * 0.2)
+
+
+@pytest.mark.parametrize("version", [2.2, 4.1])
+@pytest.mark.parametrize("order", [("casing", "fuze"), ("fuze", "casing")])
+def test_a_volume_in_two_physical_groups_is_refused_by_both_names(tmp_path, version, order):
+    """Of which format 2.2 writes the cells twice, and of format 4.1 the reader's cell data hold the first group."""
+    groups = [("charge", CORE), *((name, RIM if name == "casing" else slice(1, 2)) for name in order)]
+    path = write_by_gmsh(tmp_path / "box.msh", version, groups)
+    both = "('casing' and 'fuze'|'fuze' and 'casing')"
+    with pytest.raises(InputError, match=rf"box\.msh: 64 hexahedra belong to the physical volumes {both}; every cell"):
+        read_gmsh(path)
+
+
+@pytest.mark.parametrize("version", [2.2, 4.1])
+@pytest.mark.parametrize("view", ["alone", "appended"])
+def test_a_file_with_a_view_is_refused_in_plain_words(tmp_path, version, view):
+    path = write_by_gmsh(tmp_path / "box.msh", version, [("charge", CORE), ("casing", RIM)], view)
+    with pytest.raises(InputError, match=r"view.*: save the mesh without its views") as refused:
+        read_gmsh(path)
+    assert "Error" not in str(refused.value)
 
 
 def test_other_cells_are_refused_with_type_and_group(tmp_path, tube):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from types import SimpleNamespace
 
 import h5py
 import numpy as np
@@ -18,7 +17,6 @@ from burst_fenicsx.errors import InputError
 from burst_fenicsx.geometry import load_profile
 from burst_fenicsx.kernels.geometry.faces import reordered
 from burst_fenicsx.mechanics import fields
-from burst_fenicsx.mechanics.step_control import BurningTimes
 from burst_fenicsx.meshing import mesh_profile
 from burst_fenicsx.problem import BurstSettings, IgnitionPoint, Leakage, Part
 from burst_fenicsx.run_burst import simulate
@@ -206,21 +204,6 @@ def test_series_opens_in_vtk_and_equals_the_state(finished):
     np.testing.assert_allclose(grid.cell_data["pressure"][charge], pushed, rtol=1e-6)
 
 
-def test_the_run_ends_when_the_acceleration_is_complete(tmp_path):
-    """Without an end time; the time is that of the summary, and the growth lies below the tolerance."""
-    settings = replace(SETTINGS, end_time=None, acceleration_tolerance=0.15, acceleration_window=15e-6)
-    result = simulate([tube()], settings, tmp_path, comm=MPI.COMM_SELF)
-    end = result.summary["end_time"]
-    assert end == result.summary["acceleration_complete"]
-    assert 60e-6 < end < 200e-6
-    kinetic = result.history["kinetic_casing"]
-    before = np.flatnonzero(result.history["time"] <= end - 15e-6)[-1]
-    growth = 1.0 - kinetic[before] / kinetic[-1]
-    assert 0.0 < growth < 0.15
-    assert result.summary["kinetic_energy_growth"] == pytest.approx(growth, rel=1e-12)
-    assert result.history["time"][-1] == end
-
-
 def test_the_time_limit_ends_a_run_that_keeps_accelerating(tmp_path):
     settings = replace(SETTINGS, end_time=None, time_limit=15e-6)
     result = simulate([tube()], settings, tmp_path, comm=MPI.COMM_SELF)
@@ -271,34 +254,6 @@ def test_a_snapshot_that_cannot_be_written_is_refused(tmp_path):
 
     with pytest.raises(InputError, match=r"nowhere.burst_snapshot.h5: cannot be written: .*; name a folder"):
         write_snapshot(tmp_path / "nowhere" / "burst_snapshot.h5", 0.0, {}, {}, [], [], {}, {})
-
-
-@pytest.mark.parametrize(
-    ("ignition", "pressed", "complete"),
-    [
-        ((1e-6, np.inf, 90e-6), False, None),  # the last cell is ignited later
-        ((1e-6, np.inf, 60e-6), False, None),  # it burns until 72 us
-        ((1e-6, np.inf, 57e-6), False, 70e-6),  # until 69 us
-        ((1e-6, np.inf, 57e-6), True, None),  # a shock is about to initiate the other charge
-        ((np.inf, np.inf, np.inf), False, None),  # nothing has been initiated yet
-    ],
-)
-def test_acceleration_is_not_complete_while_a_charge_burns_or_waits_for_its_delay(ignition, pressed, complete):
-    """Casings of one speed for a whole window end the run, but not before the last initiated charge has burnt out."""
-    entries = [SimpleNamespace(time=time, kinetic_casing=3.0) for time in (10e-6, 40e-6, 70e-6)]
-    charge = SimpleNamespace(ignition_time=np.array(ignition), burn_rate=np.full(3, 1.0 / 12e-6))
-    fields = SimpleNamespace(charge=charge, mesh=SimpleNamespace(comm=MPI.COMM_SELF))
-    shocks = SimpleNamespace(is_pressed=lambda: pressed)
-    for watched in (shocks,) if pressed else (shocks, None):
-        run = SimpleNamespace(
-            ledger=SimpleNamespace(entries=entries), fields=fields, initiation=watched,
-            settings=replace(SETTINGS, end_time=None, acceleration_window=20e-6, acceleration_tolerance=0.01),
-            solver=SimpleNamespace(time=70e-6, burning=BurningTimes(fields)), comm=MPI.COMM_SELF,
-            acceleration_complete=None, _ended_by_acceleration=None,
-        )  # fmt: skip
-        run._burnt_out = lambda run=run: Simulation._burnt_out(run)
-        Simulation._acceleration_is_complete(run)
-        assert run.acceleration_complete == complete
 
 
 def test_cells_that_nothing_has_reached_take_no_steps_and_change_nothing(monkeypatch, tmp_path):

@@ -268,7 +268,7 @@ def test_gas_gives_a_strengthless_wall_no_tangential_momentum(layers):
 
 def test_products_leave_the_wall_of_a_closed_round_nowhere(tmp_path):
     """The M107 with coarse cells to 100 us: no contact is lost, nothing sinks in, momentum and energy stay."""
-    case = load_case(Path(__file__).parents[2] / "cases" / "m107_tnt.toml", cell_size="10 mm")
+    case = load_case(Path(__file__).parents[2] / "cases" / "m107_tnt.toml", {"burst.cell_size": "10 mm"})
     settings = replace(burst_settings(case), end_time=100e-6)
     found = simulate(burst_rounds(case), settings, tmp_path, comm=MPI.COMM_SELF).summary
     assert found["contact"]["off_surface"] == 0

@@ -18,12 +18,13 @@ from tests.burst_fenicsx.boxes import BARE, ELASTIC, box, burst, grid, run_until
 
 pytestmark = pytest.mark.dolfinx
 
-WIDTHS = np.repeat([8e-3, 2e-3, 0.5e-3, 4e-3], [24, 8, 8, 12])
+# No width is a power of two times the thinnest: strains of 1e-4, or a last bit, would choose the levels.
+WIDTHS = np.repeat([7e-3, 1.7e-3, 0.5e-3, 3.4e-3], [24, 8, 8, 12])
 LENGTH = WIDTHS.sum()
 
 
 def graded_bar():
-    """Bar of cells 8, 2, 0.5 and 4 mm long, 8 mm wide: steps sixteen times apart."""
+    """Bar of cells 7, 1.7, 0.5 and 3.4 mm long, 8 mm wide: steps eight times apart."""
     lines = np.concatenate([[0.0], np.cumsum(WIDTHS)])
 
     def carry(points):
@@ -108,7 +109,9 @@ def test_mean_velocities_over_a_cells_step_are_its_nodes_displacements():
     between = motion.order[(motion.level == 1) & (motion.has_coarser_cell == 1)]
     assert len(between)
     displacement = (nodes.position - before)[between]
-    np.testing.assert_allclose(nodes.mean[between] * solver.time_step, displacement, rtol=1e-9, atol=1e-18)
+    round_off = 2**solver.levels.highest * np.spacing(LENGTH)  # of the positions, in each substep
+    assert np.abs(displacement[:, 0]).max() > 1e6 * round_off
+    np.testing.assert_allclose(nodes.mean[between] * solver.time_step, displacement, rtol=0.0, atol=round_off)
 
 
 def test_energy_and_momentum_stay_over_many_periods():
@@ -152,8 +155,8 @@ def test_the_error_falls_with_the_square_of_the_step(finely_stepped, subcycling)
         moved = solver.fields.nodes.position - solver.fields.start
         errors.append(np.abs(moved - exact).max() / np.abs(exact).max())
     rates = np.log2(np.array(errors[:-1]) / np.array(errors[1:]))
-    assert rates[-1] > 1.7, (errors, rates)
-    assert errors[0] < 0.02, errors
+    assert rates[-1] > 1.9, (errors, rates)
+    assert errors[0] < 0.01, errors
 
 
 def test_far_fewer_steps_of_cells_are_made():

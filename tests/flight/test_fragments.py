@@ -9,7 +9,7 @@ import h5py
 import numpy as np
 import pytest
 
-from flight import Fragments, InputError, fly
+from flight import FlightWarning, Fragments, InputError, fly
 from flight.fragments import shaped
 from flight.shape import BOX_5_2_1_STEEL, Box, Lognormal, Mean, box_shape_factor
 from tests.flight.clouds import cloud
@@ -64,7 +64,7 @@ def test_presented_area_of_tumbling_box() -> None:
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"mass": [0.01, 0.0]}, r"mass of fragment 1 is 0\.0; needed: a finite number above zero"),
+        ({"mass": [0.01, 0.0]}, r"mass of fragment 1 is 0\.0; needed: from 1e-15 to 1e\+06 kg"),
         ({"mass": [-1.0, 0.0]}, r"mass of fragment 0 is -1\.0, and 1 more"),
         ({"velocity": [[1, 2, 3], [np.nan, 0, 0]]}, r"velocity of fragment 1 is \[nan"),
         ({"position": [[0, 0, np.inf], [0, 0, 0]]}, r"position of fragment 0"),
@@ -230,3 +230,8 @@ def test_the_flight_takes_the_model_and_says_so() -> None:
 def test_messages(make, message: str) -> None:
     with pytest.raises(InputError, match=message):
         make()
+
+
+def test_masses_that_may_be_grams_are_named() -> None:
+    with pytest.warns(FlightWarning, match="the lightest of 2 weighs 10 kg; masses are in kilograms"):
+        fly(Fragments([10.0, 20.0], (0.0, 0.0, 1.0), (10.0, 0.0, 5.0)))

@@ -19,7 +19,7 @@ def landed(distance, azimuth, energy=100.0, angle=90.0) -> np.ndarray:
     return rows
 
 
-def isotropic(number: int, height: float, speed: float = 1e5) -> Fragments:
+def isotropic(number: int, height: float, speed: float = 5e4) -> Fragments:
     generator = np.random.default_rng(0)
     direction = generator.normal(size=(number, 3))
     direction /= np.linalg.norm(direction, axis=1, keepdims=True)
@@ -59,6 +59,9 @@ def test_sectors_energy_and_throw() -> None:
 def test_probability() -> None:
     assert hit_probability(LIMIT) == pytest.approx(1.0 - np.exp(-0.58 / 55.7))
     assert hit_probability(0.0) == 0.0
+    for density in (-1.0, [0.1, np.nan]):
+        with pytest.raises(InputError, match=r"density is (-1|nan) 1/m2, needed: zero or more"):
+            hit_probability(density)
 
 
 def test_table_by_azimuth() -> None:

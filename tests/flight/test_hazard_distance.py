@@ -122,3 +122,10 @@ def test_no_other_number_of_a_flight_has_that_name() -> None:
     result = flight.fly(ONE)
     assert not [name for name in dir(result) if "hazard" in name]
     assert not [name for name in result.summary if "hazard" in name]
+
+
+def test_equal_realisations_are_refused() -> None:
+    """Twenty times one event would have a bound without scatter."""
+    one, other = fan(90, 1.0, 0.01), fan(90, 1.0, 0.01, turn=1.0)
+    with pytest.raises(flight.InputError, match="realisation 2 has the fragments of another one"):
+        flight.hazard_distance([one, other, fan(90, 1.0, 0.01)], by="all", **VACUUM)

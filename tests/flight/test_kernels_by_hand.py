@@ -171,7 +171,16 @@ def test_the_errors_of_a_step_are_those_of_dormand_and_princes_pair():
     rows, bins, per_mach = Drag.constant(1.0).table()
     table = ConstantAir(density).table()
     around = Surroundings(
-        table.bottom, table.step, table.pieces, table.site_altitude, rows, bins, per_mach, np.zeros((0, 9)), gravity
+        table.bottom,
+        table.step,
+        table.pieces,
+        table.site_altitude,
+        rows,
+        bins,
+        per_mach,
+        np.zeros((0, 9)),
+        0.0,
+        gravity,
     )
     start = np.array([[0.0, 0.0, 100.0, 700.0, -200.0, 150.0], [0.0, 0.0, 50.0, -20.0, 900.0, -300.0]])
     q = np.zeros((ROWS, LANES))
@@ -180,7 +189,7 @@ def test_the_errors_of_a_step_are_those_of_dormand_and_princes_pair():
     q[motion.STEP], q[motion.AREA] = step, area
     q[motion.HEIGHT], q[motion.RELATIVE : motion.RELATIVE + 3] = q[2], q[3:6]
     q = q.ravel()
-    accelerate(q, motion.SLOPE, around)
+    accelerate(q, motion.SLOPE, 0.0, around)
     motion.take_step(q, around)
     found = q.reshape(ROWS, LANES)
 
@@ -208,7 +217,16 @@ def test_a_lane_forgets_a_fragment_of_infinite_speed():
     memory[: len(rows)] = rows
     air = ConstantAir(1.2).table()
     around = Surroundings(
-        air.bottom, air.step, air.pieces, air.site_altitude, memory[: len(rows)], bins, per_mach, np.zeros((0, 9)), 9.81
+        air.bottom,
+        air.step,
+        air.pieces,
+        air.site_altitude,
+        memory[: len(rows)],
+        bins,
+        per_mach,
+        np.zeros((0, 9)),
+        0.0,
+        9.81,
     )
 
     def accelerations(q, speed):
@@ -216,7 +234,7 @@ def test_a_lane_forgets_a_fragment_of_infinite_speed():
         rows[motion.AREA], rows[motion.HEIGHT] = 0.05, 100.0
         rows[motion.RELATIVE] = speed
         rows[motion.RELATIVE + 1 : motion.RELATIVE + 3] = 0.0
-        accelerate(q, motion.SLOPE, around)
+        accelerate(q, motion.SLOPE, 0.0, around)
         return rows[motion.SLOPE : motion.SLOPE + 3].copy()
 
     used, fresh = np.zeros(ROWS * LANES), np.zeros(ROWS * LANES)

@@ -18,6 +18,7 @@ import pytest
 
 from flight import FlightWarning, HeightMap, InputError
 from flight.files.gdal_raster import read_gdal_raster
+from flight.files.raster import DIGITS, holes_filled_with_nan
 from tests.flight.maps import (  # fmt: skip
     CELL,
     EARTH,
@@ -159,6 +160,10 @@ TROUBLES = [
             keyed(*UTM_KEYS, heights=with_hole(-3.4e38), hole="-3.39999999999999996e+38"), TWELVE),
     Trouble("nodata -3.4e38, stored as the lowest single number", "geotiffjs/geotiff.js/issues/259",
             keyed(*UTM_KEYS, heights=with_hole(LOWEST), hole="-3.39999999999999996e+38"), TWELVE),
+    Trouble("nodata -9999, stored as -9992 in half precision", "OSGeo/gdal/pull/12135",
+            tif(with_hole(-9999.0), nodata=-9999.0, nbits=16), TWELVE),
+    Trouble("heights in half precision", "jblindsay/whitebox-tools/issues/98", tif(nodata=-9999.0, nbits=16)),
+    Trouble("nodata -9999 in floats of 24 bits", "own", tif(with_hole(-9999.9), nodata=-9999.9, nbits=24), TWELVE),
     Trouble("nodata -3.4e+38 of an ESRI grid", "firelab/windninja/issues/576",
             asc(("-3.4e+38", "-3.40282e+38"), with_hole(np.nan), "-3.4e+38"), TWELVE),
     Trouble("nodata -9999.9 of an ESRI grid, written with one digit more", "OSGeo/gdal/issues/7486",
@@ -394,3 +399,12 @@ def test_a_second_set_of_libraries_is_refused_beside_dolfinx(tmp_path, monkeypat
         InputError, match=r"m\.tif: found rasterio from PyPI beside dolfinx.*apt-get install python3-rasterio"
     ):
         read_gdal_raster(tmp_path / "m.tif", None)
+
+
+@pytest.mark.parametrize(("nodata", "stored"), [(-9999.0, -10000.0), (-9999.0, -9992.0), (500.0, 500.0)])
+def test_a_sentinel_in_half_precision_is_rounded_or_cut(nodata: float, stored: float) -> None:
+    """And the numbers next to the one that is stored are heights."""
+    below, above = (float(np.nextafter(np.float16(stored), np.float16(way))) for way in (-np.inf, np.inf))
+    holes = np.isnan(holes_filled_with_nan(np.array([below, stored, above, 320.25], dtype="f4"), nodata, DIGITS["16"]))
+    assert holes.tolist()[1::2] == [True, False]
+    assert holes.sum() == (2 if nodata == -9999.0 else 1), "-9999 lies between two of them"

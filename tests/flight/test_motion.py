@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from scipy.integrate import DOP853
+from scipy.integrate import DOP853, solve_ivp
 from scipy.interpolate import PchipInterpolator
 
 from flight import (
@@ -19,6 +19,7 @@ from flight import (
     FixedStep,
     FlightWarning,
     Fragments,
+    HeightMap,
     InputError,
     StandardAtmosphere,
     Status,
@@ -213,7 +214,8 @@ def test_start_at_the_edges() -> None:
 
 
 def test_nan_is_reported_not_dropped() -> None:
-    fragments = Fragments(0.1, (0.0, 0.0, 1.0), [[1e200, 0.0, 0.0], [300.0, 0.0, 0.0]])
+    fragments = Fragments(0.1, (0.0, 0.0, 1.0), [[1.0, 0.0, 0.0], [300.0, 0.0, 0.0]])
+    fragments.velocity[0, 0] = 1e200  # given so, it would be refused
     with pytest.warns(FlightWarning):
         result = fly(fragments)
     assert result.landing["status"].tolist() == [Status.NOT_A_NUMBER, Status.LANDED]
@@ -291,3 +293,41 @@ def test_a_table_of_single_fragments_is_the_parabola_in_a_vacuum() -> None:
     assert table["arrival_speed"] ** 2 == pytest.approx(table["speed"] ** 2 + 2.0 * GRAVITY * 2.0, rel=1e-9)
     assert table["energy"] == pytest.approx(0.5 * table["mass"] * table["arrival_speed"] ** 2, rel=1e-12)
     assert np.isnan(range_table(0.01, 100.0, 45.0, time_limit=0.1)["range"]).all()
+
+
+@pytest.mark.parametrize("slope", [-0.15, 0.15])
+def test_wind_over_a_map_counts_from_the_ground_below(slope: float) -> None:
+    """From a hilltop or a valley, with the wind of the power law: against scipy's DOP853 with the ground below."""
+    axis = np.arange(-2000.0, 2001.0, 40.0)
+    x, y = np.meshgrid(axis, axis)
+    heights = slope * np.sqrt(x**2 + y**2 + 100.0**2) + 6.0 * np.sin(x / 90.0)
+    heights -= heights[len(axis) // 2, len(axis) // 2]
+    hill = HeightMap(heights, 40.0, (axis[0], axis[0]))
+    wind, density = Wind.power_law(20.0, 20.0), 1.2
+    fragments = Fragments(
+        [0.005, 0.05, 0.3, 0.05], (0.0, 0.0, 1.0),
+        [[400.0, 0.0, 300.0], [600.0, 200.0, 500.0], [-300.0, 500.0, 400.0], [500.0, 0.0, 40.0]],
+    )  # fmt: skip
+    landing = fly(fragments, air=density, drag=1.0, wind=wind, ground=hill, ricochet="none").landing
+    still = fly(fragments, air=density, drag=1.0, ground=hill, ricochet="none").landing
+    for one, end, calm in zip(range(4), landing, still, strict=True):
+        area = 0.5 * float(fragments.presented_area[one] / fragments.mass[one])
+
+        def motion(_: float, state: np.ndarray, area: float = area) -> np.ndarray:
+            over = state[2] - float(hill.at(state[0], state[1]))
+            relative = state[3:] - [*wind.at(over), 0.0]
+            return np.concatenate([state[3:], -area * density * np.linalg.norm(relative) * relative])
+
+        def fall(t: float, state: np.ndarray) -> np.ndarray:
+            return motion(t, state) - [0.0, 0.0, 0.0, 0.0, 0.0, GRAVITY]
+
+        def ground(_: float, state: np.ndarray) -> float:
+            return float(state[2] - hill.at(state[0], state[1]))
+
+        ground.terminal, ground.direction = True, -1.0
+        start = [*fragments.position[one], *fragments.velocity[one]]
+        way = solve_ivp(fall, (0.0, 100.0), start, "DOP853", events=ground, rtol=1e-7, atol=1e-5, max_step=0.2)
+        drift = np.hypot(*(end["position"] - calm["position"])[:2])
+        error = np.hypot(*(end["position"] - way.y_events[0][0][:3])[:2])
+        assert drift > (20.0 if one < 3 else 0.2)
+        assert error < 0.01 * drift + 1e-3, (one, error, drift)

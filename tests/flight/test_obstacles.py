@@ -343,3 +343,45 @@ def test_example_of_the_readme(capsys) -> None:
     code, _, rest = next(part for part in text.split("```python\n")[1:] if "Barricade" in part).partition("```")
     exec(compile(code, "README.md", "exec"), {})
     assert capsys.readouterr().out == rest.partition("```text\n")[2].partition("```")[0]
+
+
+def gully(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Level ground with a gully 8 m deep and 26 m wide across y = 0, rising by 5 % along y."""
+    return 0.05 * y - 8.0 * np.clip(1.0 - np.abs(y) / 13.0, 0.0, 1.0) + 0.0 * x
+
+
+@pytest.mark.parametrize("kind", [Wall, Barricade])
+def test_a_crest_follows_the_ground_below_each_point(kind: type) -> None:
+    """Level shots across one line over a gully stop up to its height over the ground there, and no higher."""
+    axis = np.arange(-100.0, 101.0, 2.0)
+    ground = HeightMap(gully(*np.meshgrid(axis, axis)), 2.0, (axis[0], axis[0]))
+    line = kind((20.0, -50.0), (20.0, 50.0), 4.0)
+    generator = np.random.default_rng(5)
+    y, over = generator.uniform(-49.0, 49.0, 4000), generator.uniform(0.1, 8.0, 4000)
+    start = np.column_stack([np.full_like(y, -15.0), y, ground.at(np.full_like(y, 20.0), y) + over])
+    shots = Fragments(0.01, start, (1000.0, 0.0, 0.0))
+    scene = {"air": "vacuum", "gravity": 0.0, "ground": ground, "ricochet": "none", "time_limit": 0.05,
+             "origin": (-90.0, 0.0)}  # fmt: skip
+    stopped = fly(shots, obstacles=[line], **scene).landing["status"] == Status.STOPPED
+    clear = np.abs(over - 4.0) > 0.02 * 4.0 + 1e-3
+    assert np.array_equal(stopped[clear], over[clear] < 4.0)
+    level = kind((20.0, -50.0), (20.0, 50.0), 4.0, base=0.0)
+    stopped = fly(shots, obstacles=[level], **scene).landing["status"] == Status.STOPPED
+    assert np.array_equal(stopped, start[:, 2] < 4.0), "with a level of its own its top is level"
+
+
+def test_no_path_slips_in_where_parts_of_a_crest_join() -> None:
+    """Shots exactly at the joints, and hits counted as of one obstacle with the faces of a level one."""
+    axis = np.arange(-100.0, 101.0, 2.0)
+    ground = HeightMap(gully(*np.meshgrid(axis, axis)), 2.0, (axis[0], axis[0]))
+    walls = [Wall((40.0, -90.0), (40.0, -89.0), 2.0, name="other"), Wall((20.0, -50.0), (20.0, 50.0), 4.0)]
+    along, tops = walls[1].crest(ground.at)
+    assert 4 <= len(along) <= 12
+    y = np.concatenate([-50.0 + 100.0 * along[1:-1], np.linspace(-49.0, 49.0, 99)])
+    height = np.interp(y, -50.0 + 100.0 * along, tops)
+    start = np.column_stack([np.zeros_like(y), y, height - 1.0])
+    result = fly(Fragments(0.01, start, (1000.0, 0.0, 0.0)), air="vacuum", gravity=0.0, ground=ground,
+                 ricochet="none", obstacles=walls)  # fmt: skip
+    assert (result.landing["obstacle"] == 1).all()
+    assert (result.landing["face"] == 0).all()
+    assert np.abs(result.landing["position"][:, 0] - 19.9).max() < 1e-9

@@ -17,7 +17,7 @@ cell_size = "9 mm"
 quadrature = "full"
 products = "jwl"
 burn = "time"
-acceleration_window = "20 us"
+acceleration_left = 0.05
 time_step = { cfl = 0.7, fixed = "10 ns" }
 leakage = { enabled = false }
 viscosity = { linear = 0.1 }

@@ -1,4 +1,4 @@
-"""The body of the 105 mm M1 as drawings: a DXF or an SVG of its half section, as people draw it."""
+"""The body of the 105 mm M1 as drawings: a DXF of its half section, as people draw it."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
     from pathlib import Path
 
-__all__ = ["CHARGE", "SHELL", "Corner", "outline", "svg_path", "write_dxf", "write_svg"]
+__all__ = ["CHARGE", "SHELL", "Corner", "outline", "write_dxf"]
 
 SHELL = load_profile("m1_105")
 CHARGE = {"charge_front": "50 mm", "fuze": "0.192 kg"}
@@ -74,29 +74,3 @@ def polyline(document, corners, layer="CASING", **more):
     space = document.modelspace()
     add = space.add_polyline2d if document.dxfversion < "AC1015" else space.add_lwpolyline
     return add([tuple(one) for one in corners], format="xyb", close=True, dxfattribs={"layer": layer, **more})
-
-
-def svg_path() -> str:
-    """The outline as the data of an SVG path, y down."""
-    corners = outline()
-    words = [f"M {corners[0].x:.6f},{-corners[0].y:.6f}"]
-    for start, end in zip(corners, [*corners[1:], corners[0]], strict=True):
-        arc = ""
-        if start.bulge:
-            chord = math.dist(start[:2], end[:2])
-            radius = chord * (1.0 + start.bulge**2) / (4.0 * abs(start.bulge))
-            arc = f"A {radius:.6f},{radius:.6f} 0 0 {int(start.bulge < 0)}"
-        words.append(f"{arc or 'L'} {end.x:.6f},{-end.y:.6f}")
-    return " ".join([*words, "Z"])
-
-
-def write_svg(path: Path, body: str = "", attributes: str = "", head: str = "") -> Path:
-    """Write an SVG in millimetres around a body, by default the outline in a layer and its axis."""
-    attributes = attributes or 'width="420mm" height="120mm" viewBox="-10 -60 420 120"'
-    body = body or (
-        f'<g inkscape:label="Casing" id="layer1"><path d="{svg_path()}"/></g>'
-        '<g id="axis"><line x1="-10" y1="0" x2="400" y2="0"/></g>'
-    )
-    spaces = 'xmlns="http://www.w3.org/2000/svg" xmlns:inkscape="http://www.inkscape.org/namespaces/inkscape"'
-    path.write_text(f'<?xml version="1.0" encoding="UTF-8"?>\n{head}<svg {spaces} {attributes}>{body}</svg>\n')
-    return path

@@ -119,7 +119,7 @@ def test_the_reference_can_be_generated_from_the_schema():
 
 def test_differences_name_the_keys(tmp_path):
     path = write_case(tmp_path, FULL)
-    one, other = load_case(path), load_case(path, cell_size="8 mm")
+    one, other = load_case(path), load_case(path, {"burst.cell_size": "8 mm"})
     assert differences(one, other) == ['burst.cell_size: stored "0.009 m", now "0.008 m"']
     assert differences(one, other, within=["round", "burst.leakage"]) == []
     changed = load_case(

@@ -34,7 +34,7 @@ from tests.fragfield.case_documents import CASE, a_round, changed, changed_burst
             ["burst.end_time: found 0.00012 s", "contradict"],
         ),
         (changed_burst({"end_time": "2 ms"}), ["burst.end_time: found 0.002 s", "time_limit"]),
-        (changed_burst({"acceleration_window": "2 ms"}), ["burst.acceleration_window"]),
+        (changed_burst({"acceleration_left": 1.5}), ["burst.acceleration_left"]),
         (changed(round=[a_round(), a_round()]), ['round[2].name: found "a", the name of round[1]']),
         (changed(round=[a_round(), a_round(name="b")]), ["round[2].position", "77.5 mm into round[1]"]),
         (

@@ -133,7 +133,9 @@ def test_a_resolved_stack_reads_back_as_the_same_case(tmp_path):
     assert read_resolved(path) == case
     assert load_case(path) == case
     assert "stack" not in tomllib.loads(path.read_text())
-    assert differences(case, load_case(path, cell_size="9 mm")) == ['burst.cell_size: stored "0.01 m", now "0.009 m"']
+    assert differences(case, load_case(path, {"burst.cell_size": "9 mm"})) == [
+        'burst.cell_size: stored "0.01 m", now "0.009 m"'
+    ]
 
 
 @pytest.mark.parametrize(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+import flight as flight_library
 from burst_fenicsx.geometry import load_profile
 from burst_fenicsx.kernels.geometry.faces import reordered
 from burst_fenicsx.meshing import mesh_profile
@@ -21,7 +22,7 @@ def test_the_case_reaches_every_setting_of_the_burst(tmp_path):
     settings = burst_settings(case)
     assert (settings.cell_size, settings.quadrature, settings.products, settings.burn) == (0.009, "full", "jwl", "time")
     assert settings.end_time is None
-    assert settings.acceleration_window == 20e-6
+    assert settings.acceleration_left == 0.05
     assert (settings.time_step.cfl, settings.time_step.fixed) == (0.7, 10e-9)
     assert not settings.leakage.enabled
     assert settings.viscosity.linear == 0.1
@@ -114,14 +115,20 @@ def test_what_a_person_is_reaches_the_hazard(reached):
 
 def test_a_power_law_of_wind_counts_from_the_ground(reached):
     """At the reference height above ground that lies 50 m up the given speed blows, and none on the ground itself."""
+    drifts = []
     wind = {"model": "power_law", "speed": "8 m/s", "towards": "90 deg", "reference_height": "10 m", "exponent": 0.25}
     for height in (0.0, 50.0):
         flight = {"wind": wind, "ground": {"height": f"{height} m"}}
         case = reached(flight=flight, round=[a_round(position=["0 m", "0 m", f"{height + 1.0} m"])])
-        found = flight_arguments(case)["wind"]
-        assert found.at(height + 10.0) == pytest.approx([0.0, 8.0], abs=1e-6)
-        assert found.at(height + 1.6) == pytest.approx([0.0, 8.0 * 0.16**0.25], rel=0.01, abs=1e-6)
-        assert np.hypot(*found.at(height)) < 0.5 * 8.0
+        arguments = flight_arguments(case)
+        found = arguments["wind"]
+        assert found.at(10.0) == pytest.approx([0.0, 8.0], abs=1e-6)
+        assert found.at(1.6) == pytest.approx([0.0, 8.0 * 0.16**0.25], rel=0.01, abs=1e-6)
+        assert np.hypot(*found.at(0.0)) < 0.5 * 8.0
+        shot = flight_library.Fragments(0.01, (0.0, 0.0, height + 1.0), (300.0, 0.0, 200.0))
+        drifts.append(float(flight_library.fly(shot, **{**arguments, "air": 1.2}).landing["position"][0, 1]))
+    assert drifts[0] > 1.0
+    assert drifts[1] == pytest.approx(drifts[0], rel=1e-6)
 
 
 def test_the_altitude_of_the_site_reaches_the_air(reached):

@@ -80,12 +80,6 @@ def test_a_stage_without_its_input_says_which_command_makes_it(tmp_path):
         assert not (tmp_path / "run").exists()
 
 
-def test_a_cell_size_on_the_command_line_needs_its_unit_too():
-    done = invoke("check", CASES[0], "--cell-size", "6")
-    assert done.exit_code == 2
-    assert 'with --cell-size: burst.cell_size: found "6" without a unit' in done.stderr
-
-
 @pytest.mark.parametrize("command", ["check", "run"])
 @pytest.mark.parametrize(
     ("settings", "message"),
@@ -97,12 +91,10 @@ def test_a_cell_size_on_the_command_line_needs_its_unit_too():
         (["=8 mm"], "found --set '=8 mm'; needed: KEY=VALUE"),
         (["seed=1", "seed=2"], "--set seed is given twice"),
         (["round.7.explosive=tnt"], "round.7.explosive: there is no entry 7"),
-        (["burst.cell_size=8 mm", "--cell-size"], "--cell-size and --set burst.cell_size both given"),
     ],
 )
 def test_a_setting_that_cannot_be_used_is_an_input_error(command, settings, message, tmp_path):
-    arguments = [word for setting in settings if "--" not in setting for word in ("--set", setting)]
-    arguments += ["--cell-size", "9 mm"] if "--cell-size" in settings else []
+    arguments = [word for setting in settings for word in ("--set", setting)]
     arguments += [] if command == "check" else ["--out", tmp_path / "run"]
     done = invoke(command, ROOT / "cases" / "tube.toml", *arguments)
     assert done.exit_code == 2
@@ -133,7 +125,7 @@ def test_exit_codes_of_errors():
 
 @pytest.mark.parametrize("path", CASES, ids=lambda path: path.stem)
 def test_check_derives_masses_speeds_and_costs(path):
-    done = invoke("check", path, "--cell-size", "8 mm", "--json")
+    done = invoke("check", path, "--set", "burst.cell_size=8 mm", "--json")
     assert done.exit_code == 0, done.stderr
     found = json.loads(done.stdout)
     entry = found["rounds"][0]

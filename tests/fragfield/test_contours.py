@@ -17,9 +17,8 @@ from burst_fenicsx.geometry import profile_from_table
 from fragfield.case.tables.round import ContourTable
 from fragfield.contours.read import profile_of_contour
 from fragfield.errors import InputError
-from tests.fragfield.drawn_shells import CHARGE, SHELL, polyline, svg_path, write_dxf, write_svg
+from tests.fragfield.drawn_shells import CHARGE, SHELL, polyline, write_dxf
 
-K90 = 90.0 / 25.4  # user units a millimetre of older Inkscape
 FINE = 2e-4  # of the volumes, with a tolerance of 0.01 mm
 
 
@@ -132,57 +131,20 @@ def test_the_shell_comes_out_of_every_way_to_draw_it(tmp_path, name):
     tables = tables_of(write_dxf(tmp_path / "shell.dxf", draw), **options)
     assert_shell(tables, 1e-3 if name == "lines and arcs in any order" else FINE)
     assert said in f"{tables['source']} {tables.get('notes')}"
-    assert len(tables["outer"]["points"]) < 12  # arcs are arcs, not hundreds of chords
+    assert len(tables["outer"]["points"]) < 40  # as few chords as the tolerance allows
 
 
-def test_lines_and_arcs_of_a_polyline_come_back_exactly(tmp_path):
-    """With the profile's own points, so that segments, mesh and every result are the same."""
-    for path in (
-        write_dxf(tmp_path / "a.dxf"),
-        write_svg(tmp_path / "a.svg"),
-        write_dxf(tmp_path / "b.dxf", release="R12"),
-    ):
+def test_chords_are_within_the_tolerance_of_the_arcs_drawn(tmp_path):
+    for path in (write_dxf(tmp_path / "a.dxf"), write_dxf(tmp_path / "b.dxf", release="R12")):
         tables = tables_of(path, **({"unit": "1 mm"} if path.stem == "b" else {}))  # R12 knows no unit
         for name, contour in (("outer", SHELL.outer), ("cavity", SHELL.cavity)):
-            points = np.column_stack([contour.stations, contour.radii]) * 1e3
-            assert tables[name]["points"] == pytest.approx(points, abs=2e-6)
-            assert tables[name]["arcs"] == pytest.approx(np.array(contour.arcs) * 1e3, rel=1e-6)
+            found = np.array(tables[name]["points"])
+            assert found[[0, -1]] == pytest.approx(1e3 * np.array([contour.stations, contour.radii])[:, [0, -1]].T)
+            fine = np.linspace(found[0, 0], found[-1, 0], 20_000)
+            off = np.interp(fine, *found.T) - 1e3 * contour.radius(1e-3 * fine)
+            assert np.abs(off).max() < 0.0105
     assert tables["charge"] == {"front": 50.0}
     assert tables["fuze"] == {"fill": "inert", "mass": 0.192}
-
-
-@pytest.mark.parametrize(
-    ("attributes", "transform", "options"),
-    [
-        ('width="420mm" height="120mm" viewBox="-10 -60 420 120"', "", {}),
-        ('width="42cm" viewBox="0 0 420 120"', "translate(10 60)", {"axis": "y = 60"}),
-        (f'width="420mm" viewBox="0 0 {420 * K90} {120 * K90}"', f"scale({K90}) translate(10 60)", {}),
-        (f'width="{420 * 72 / 25.4}pt" viewBox="0 0 420 120"', "matrix(1 0 0 1 10 60)", {}),
-        ('width="1587px" height="453px" viewBox="0 0 420 120"', "translate(10 60)", {"unit": "1 mm"}),
-        ("", f"scale({K90})", {"unit": "0.28222222 mm"}),
-        ('width="420mm" height="240mm" viewBox="-10 -60 420 120"', "", {}),  # the whole is shown
-        ('width="420mm" height="60mm" viewBox="-10 -60 420 120" preserveAspectRatio="xMidYMid slice"', "", {}),
-        ('width="120mm" height="420mm" viewBox="-60 -10 120 420"', "rotate(90)", {}),
-    ],
-)  # fmt: skip
-def test_svg_of_any_scale(tmp_path, attributes, transform, options):
-    """Millimetres, centimetres, points; user units of 90 dots an inch; pixels with the unit that is asked for."""
-    body = f'<g transform="{transform}"><path d="{svg_path()}"/><path id="axis" d="M -5,0 H 390"/></g><text>M1</text>'
-    tables = tables_of(write_svg(tmp_path / "a.svg", body, attributes or 'id="none"'), **options)
-    assert_shell(tables)
-    assert tables["notes"] == "no contour: 1 text"
-
-
-def test_both_halves_by_reference_and_an_entity_as_illustrator_writes_it(tmp_path):
-    head = '<!DOCTYPE svg [<!ENTITY ns_svg "http://www.w3.org/2000/svg">]>\n'
-    body = (
-        f'<defs><path id="half" d="{svg_path()}"/></defs><use href="#half"/><use href="#half" transform="scale(1 -1)"/>'
-        f'<g style="display:none"><path d="M 0,0 L 99,99"/></g>'
-    )
-    tables = tables_of(write_svg(tmp_path / "a.svg", body, head=head))
-    assert_shell(tables)
-    assert "symmetric" in tables["source"]
-    assert "both halves are drawn" in tables["notes"]
 
 
 def moved(corners, at, by):
@@ -306,13 +268,7 @@ def test_a_gap_within_the_tolerance_is_closed_and_said(tmp_path):
     [
         ("a.dxf", b"AC1027\0\0", "found a DWG; allowed: a DXF"),
         ("a.dxf", b"no drawing", "not a DXF that can be read"),
-        ("a.step", b"", "ends in .step; allowed: .dxf, .svg"),
-        ("a.svg", b"<svg", "not well-formed XML"),
-        ("a.svg", b'<!DOCTYPE svg [<!ENTITY x SYSTEM "/etc/passwd">]><svg>&x;</svg>', "XML entity 'x' of another file"),
-        ("a.svg", b'<svg xmlns="http://www.w3.org/2000/svg" width="20px"/>', "pixels have no length; needed: unit"),
-        ("a.svg", b'<svg xmlns="http://www.w3.org/2000/svg" width="20mm"/>', "without the viewBox they scale"),
-        ("a.svg", b'<svg xmlns="http://www.w3.org/2000/svg" width="9mm" height="9mm" viewBox="0 0 9 9"/>', "no path"),
-        ("a.svg", b'<svg width="9mm" height="9mm" viewBox="0 0 9 3" preserveAspectRatio="none"/>', "1 mm a unit"),
+        ("a.step", b"", "ends in .step; allowed: .dxf, .csv"),
     ],
 )  # fmt: skip
 def test_files_that_are_no_drawings(tmp_path, name, data, message):

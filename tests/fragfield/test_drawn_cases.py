@@ -16,7 +16,7 @@ from burst_fenicsx.meshing import mesh_profile
 from burst_fenicsx.problem import Part
 from fragfield.case.load import case_from_document, read_document
 from fragfield.errors import InputError
-from tests.fragfield.drawn_shells import CHARGE, SHELL, write_dxf, write_svg
+from tests.fragfield.drawn_shells import CHARGE, SHELL, write_dxf
 from tests.fragfield.short_run import invoke
 
 EXPECTED = {"casing": "11.81 kg", "charge": "2.195 kg"}
@@ -28,18 +28,17 @@ def case_of(folder, **entry):
 
 
 def test_a_round_from_a_drawing_is_the_round_of_the_same_profile(tmp_path):
-    """Contours to a nanometre, so masses, segments and mesh are the same; the resolved case needs no drawing."""
+    """Chords of 0.01 mm: masses within a thousandth, the same nose and base; the resolved case needs no drawing."""
     write_dxf(tmp_path / "shell.dxf")
-    write_svg(tmp_path / "shell.svg")
     tables = read_document(PROFILES / "m1_105.toml")
     by_hand = case_of(tmp_path, profile={key: value for key, value in tables.items() if key != "segment"})
-    for name in ("shell.dxf", "shell.svg"):
-        drawn = case_of(tmp_path, contour={"file": name, **CHARGE}, expected=EXPECTED)
-        assert drawn.round[0].contour is None
-        one, other = (profile_from_table(case.round[0].profile, where="a") for case in (by_hand, drawn))
-        assert np.allclose(one.outer.stations + one.outer.radii, other.outer.stations + other.outer.radii, atol=1e-9)
-        assert [(s.kind, round(s.end, 8)) for s in one.segments] == [(s.kind, round(s.end, 8)) for s in other.segments]
-        assert other.casing_volume == pytest.approx(one.casing_volume, rel=1e-7)
+    drawn = case_of(tmp_path, contour={"file": "shell.dxf", **CHARGE}, expected=EXPECTED)
+    assert drawn.round[0].contour is None
+    one, other = (profile_from_table(case.round[0].profile, where="a") for case in (by_hand, drawn))
+    assert other.casing_volume == pytest.approx(one.casing_volume, rel=1e-3)
+    assert other.charge_volume == pytest.approx(one.charge_volume, rel=1e-3)
+    ends = [(s.kind, round(s.start, 6), round(s.end, 6)) for s in (one.segments[0], one.segments[-1])]
+    assert [(s.kind, round(s.start, 6), round(s.end, 6)) for s in (other.segments[0], other.segments[-1])] == ends
 
 
 def test_a_contour_by_its_name_alone_and_masses_that_do_not_fit(tmp_path):
@@ -142,7 +141,7 @@ def test_check_says_how_a_contour_was_read_and_what_its_masses_differ_by(tmp_pat
         f'contour = {{ file = "shell.dxf", {keys} }}\n'
     )
     found = fragfield.check(tmp_path / "case.toml")
-    assert found.found["rounds"][0]["drawing"]["casing"]["deviation"] == pytest.approx(11.81 / 11.8 - 1.0, abs=2e-5)
+    assert found.found["rounds"][0]["drawing"]["casing"]["deviation"] == pytest.approx(11.81 / 11.8 - 1.0, abs=3e-4)
     shown = str(found)
     assert "unit millimetres, by $INSUNITS; axis y = 0, a centre line; nose left" in shown.replace("\n", " ")
     assert "casing mass, contours against drawing" in shown
@@ -175,7 +174,7 @@ def test_convert_writes_a_profile_and_tables_of_places(tmp_path):
     [
         ("shell.dxf", ["--set", "uni=mm"], 'uni: unknown key (did you mean "unit"?); allowed here: axis'),
         ("a.geojson", [], "latitude: missing"),
-        ("a.pdf", [], "ends in .pdf; allowed: .dxf, .svg"),
+        ("a.pdf", [], "ends in .pdf; allowed: .dxf, .csv"),
         ("shell.dxf", ["--out", "shell.dat"], "ends in .dat; allowed: .toml"),
     ],
 )

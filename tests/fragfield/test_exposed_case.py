@@ -9,14 +9,17 @@ import numpy as np
 import pytest
 from scipy.stats import gamma
 
+from flight.fluence import PolarGrid
 from flight.hazard.density.distance import ExpectedDistance
 from flight.hazard.exposed import COUNTS
+from flight.scene.plan import signed_area
 from fragfield.case import load_case
 from fragfield.case.conversion.exposed_sites import describe_exposed, exposed_sites_of
 from fragfield.case.conversion.surroundings import direction_words, site_of
 from fragfield.case.load import case_from_document
 from fragfield.errors import InputError
-from fragfield.hazard.exposed import ExposedSums, share_bound, sum_bound
+from fragfield.hazard.exposed import ExposedCounts, ExposedSums, share_bound
+from fragfield.hazard.places import Places, PlaceSums, sum_bound
 from fragfield.hazard.verdict import no_margin, verdict_of
 
 SITE = '[site]\nlatitude = "51.5 deg"\nlongitude = "7 deg"\nbearing = "30 deg"\n'
@@ -110,18 +113,15 @@ def test_places_on_earth_lie_where_contours_would_put_them(tmp_path):
     assert turn == pytest.approx(30.0 - np.degrees(np.arctan2(east, north)), abs=0.3)
 
 
-def test_pieces_cover_the_place_once(tmp_path):
+def test_convex_pieces_cover_a_road_and_an_area(tmp_path):
     case = load(
         tmp_path,
         '[[exposed]]\nname = "road"\nkind = "road"\npoints = [["-100 m", "50 m"], ["40 m", "50 m"]]\nwidth = "6 m"\n'
         '[[exposed]]\nname = "yard"\nkind = "area"\npoints = [["50 m", "0 m"], ["90 m", "0 m"], ["70 m", "50 m"]]\n',
     )  # fmt: skip
     road, yard = exposed_sites_of(case)
-    assert sum(prism.area for prism in road.prisms) == pytest.approx(140.0 * 6.0)
-    assert sum(prism.area for prism in yard.prisms) == pytest.approx(1000.0, rel=0.01)
-    assert sum(prism.area for prism in yard.prisms) <= 1000.0 + 1e-9
-    assert len(road.prisms) == 14
-    assert len(yard.prisms) <= 24
+    assert [abs(signed_area(piece)) for piece in road.pieces] == pytest.approx([140.0 * 6.0])
+    assert [abs(signed_area(piece)) for piece in yard.pieces] == pytest.approx([1000.0])
 
 
 def test_the_outline_of_a_road_goes_round_its_bends(tmp_path):
@@ -184,8 +184,8 @@ def test_check_shows_bearings_where_there_is_a_site(tmp_path):
 @pytest.mark.parametrize(("count", "exact"), [(0, 2.9957), (1, 4.7439), (5, 10.5130), (20, 29.0620)])
 def test_equal_weights_give_the_poisson_bound(count, exact):
     # upper 95 % limits of a Poisson mean (chi-square quantiles over two)
-    assert sum_bound(count, count, 1.0) == pytest.approx(exact, rel=1e-4)
-    assert sum_bound(3.0 * count, 9.0 * count, 3.0) == pytest.approx(3.0 * exact, rel=1e-4)
+    assert sum_bound(count, count, np.array(1.0)) == pytest.approx(exact, rel=1e-4)
+    assert sum_bound(3.0 * count, 9.0 * count, np.array(3.0)) == pytest.approx(3.0 * exact, rel=1e-4)
 
 
 def test_share_bound_is_that_of_clopper_and_pearson():
@@ -201,14 +201,36 @@ def test_coverage_of_unequal_weights(mean):
     generator, trials, held = np.random.default_rng(7), 3000, 0
     for _ in range(trials):
         weights = generator.uniform(0.0, 2.0, generator.poisson(mean))
-        held += sum_bound(weights.sum(), (weights**2).sum(), 2.0) >= mean
+        held += sum_bound(weights.sum(), (weights**2).sum(), np.array(2.0)) >= mean
     assert held / trials >= 0.95 - 1.64 * np.sqrt(0.05 * 0.95 / trials)
 
 
-POISSON_SIX = 11.8424  # upper 95 % limit of the mean where six were counted
+@pytest.mark.slow
+@pytest.mark.parametrize("bundle", [1, 10, 100])
+def test_coverage_where_hits_come_in_bundles(bundle):
+    """Of 64 realisations each has 0.05 events on average, every one of so many hits: 96 % of bounds hold."""
+    grid, trials, realisations, events = PolarGrid(8, 1, 10.0, 1), 2000, 64, 0.05
+    generator = np.random.default_rng(11)
+    held = 0
+    for _ in range(trials):
+        sums = PlaceSums(grid, 1.8)
+        for number in generator.poisson(events, realisations):
+            field = np.zeros(grid.shape)
+            field[0, -1] = bundle * number
+            sums.add(field, 0.0 * field)
+        here = sums.places.of_cells[0, -1]
+        (ground, _), _, _ = sums.worst(
+            [sums.places.centre(here) + np.array([[0.0, 0.0], [1e-3, 0.0], [0.0, 1e-3]])], []
+        )
+        held += ground["upper"] * sums.places.area[here] >= bundle * events
+    assert held / trials >= 0.95 - 2.0 * np.sqrt(0.05 * 0.95 / trials), held / trials
+
+
+POISSON_NONE = 2.995732  # upper 95 % limit of the mean where nothing was counted
 FOUR_OF_SIX = (2, 1, 1, 2)  # counts of four realisations, less scattered than Poisson's
+BY_PAIRS = gamma.ppf(0.95, 64.0 / 10.0, scale=10.0 / 8.0)  # of the mean 6 + 2 and the variance 6 + 2 x 2
 ALL_AT_ONCE = (6, 0, 0, 0)
-BY_VARIANCE = gamma.ppf(0.95, 49.0 / 37.0, scale=37.0 / 7.0)  # of the mean 6 + 1 and the variance 4 x 9 + 1
+BY_BUNDLE = gamma.ppf(0.95, 144.0 / 72.0, scale=72.0 / 12.0)  # of the mean 6 + 6 and the variance 4 x 9 + 6 x 6
 SHELL = {"name": "shell", "profile": "m107", "explosive": "tnt", "casing": "steel_m107", "attitude": "upright",
          "position": ["0 m", "0 m", "1 m"]}  # fmt: skip
 PERSON = {"name": "person", "position": ["80 m", "0 m"], "extent": "5 m"}
@@ -218,46 +240,60 @@ OFFICE = {"name": "office", "kind": "building", "position": ["0 m", "-60 m"], "l
           "height": "3 m", "wall": {"material": "steel", "thickness": "9 mm"}}  # fmt: skip
 
 
-def assessed(entry, counts, *, expected=None):
-    """Entry of summary.json and prisms of one site, by counts {name: of the first prism in every realisation}."""
+GRID = PolarGrid.of(72, 10.0, 10.0, 200.0)
+
+
+def assessed(entry, counts=None, fields=None, *, expected=None, alike=False):
+    """Entry of summary.json of one site, by counts {name: in every realisation} or fields of every realisation."""
     case = case_from_document(
         {"title": "t", "burst": {"cell_size": "12 mm"}, "round": [SHELL], "exposed": [entry]}, source="case",
         folder=None,
     )  # fmt: skip
     (site,) = exposed_sites_of(case)
-    sums = ExposedSums([site])
+    sums = ExposedSums(case, [site], GRID, 10.0, alike=alike)
     for number in range(4):
-        row = np.zeros(len(site.prisms), dtype=COUNTS)
-        for name, values in counts.items():
-            row[name][: len(np.atleast_1d(values[number]))] = values[number]
-        sums.add(row)
+        row = np.zeros(1 if site.prism is not None else 0, dtype=COUNTS)
+        for name, values in (counts or {}).items():
+            row[name] = values[number]
+        empty = np.zeros(GRID.shape)
+        sums.add(ExposedCounts({(site.energy, site.height): (empty, empty) if fields is None else fields[number]}, row))
     found = SimpleNamespace(expected=expected, undetermined="" if expected else "no flight", without_ricochet=None)
-    return sums.assess(case, found)[0], site.prisms
+    return sums.assess(found)[0]
 
 
-@pytest.mark.parametrize(("counts", "bound"), [(FOUR_OF_SIX, POISSON_SIX), (ALL_AT_ONCE, BY_VARIANCE)])
+@pytest.mark.parametrize(
+    ("counts", "bound"), [((0, 0, 0, 0), POISSON_NONE), (FOUR_OF_SIX, BY_PAIRS), (ALL_AT_ONCE, BY_BUNDLE)]
+)
 def test_densities_of_a_site_by_hand(counts, bound):
     """Landings over area, lengths over volume: mean, standard error of the mean, and the bound of the sum."""
-    longest = math.hypot(5.0 * math.sqrt(2.0), 1.8)
-    lengths = longest * np.array(counts)
-    entry, (prism,) = assessed(PERSON, {"landings": counts, "track": lengths, "track_squares": longest * lengths})
-    error = np.std(counts, ddof=1) / 2.0
-    for name, unit in (("density_ground", 25.0), ("density_normal", 25.0 * 1.8 / longest)):
+    places = Places(GRID)
+    (here,) = places.touched([np.array([[80.0, 0.9], [80.1, 0.9], [80.0, 1.0]])])
+    turn, cell = np.argwhere(places.of_cells == here)[0]
+    corners = places.corners[here]
+    longest = np.hypot(max(np.hypot(*(one - other)) for one in corners for other in corners), 1.8) / 1.8
+    fields = []
+    for number in counts:
+        landings = np.zeros(GRID.shape)
+        landings[turn, cell] = number
+        fields.append((landings, longest * landings))
+    entry = assessed(PERSON | {"position": ["80 m", "0.9 m"], "extent": "0.1 m"}, fields=fields)
+    area = places.area[here]
+    mean, error = np.mean(counts), np.std(counts, ddof=1) / 2.0
+    for name, unit in (("density_ground", area), ("density_normal", area / longest)):
         found = [entry[name][key] * unit for key in ("expected", "upper", "standard_error")]
-        assert found == pytest.approx([1.5, bound / 4.0, error], rel=1e-5), name
-    assert prism.longest == pytest.approx(longest)
+        assert found == pytest.approx([mean, bound / 4.0, error], rel=1e-5), name
+    assert entry["places"] == 1
+    assert entry["worst_place"] == pytest.approx([80.0, 0.9], abs=5.0)
 
 
-def test_every_target_on_a_road_counts_and_of_its_pieces_the_largest_bound():
-    landings = [*zip(FOUR_OF_SIX, (5, 0, 0, 0), strict=True)]
-    entry, prisms = assessed(ROAD, {"track": FOUR_OF_SIX, "track_squares": FOUR_OF_SIX, "landings": landings})
-    hits = 2 * 10.0 * 1.5 / prisms[0].volume
+def test_every_target_on_a_road_counts():
+    landings = np.zeros(GRID.shape)
+    landings[:, 40:] = 0.05
+    entry = assessed(ROAD, fields=4 * [(landings, landings)])
+    hits = 2 * 10.0 * entry["density_normal"]["expected"]
+    assert hits > 0.0
     assert entry["expected_hits"]["expected"] == pytest.approx(hits)
     assert entry["probability"]["expected"] == pytest.approx(1.0 - math.exp(-hits))
-    assert entry["density_ground"]["expected"] == pytest.approx(1.5 / prisms[0].area)
-    second = gamma.ppf(0.95, 36.0 / 26.0, scale=26.0 / 6.0)  # five at once have a larger bound than six
-    assert second > POISSON_SIX
-    assert entry["density_ground"]["upper"] == pytest.approx(second / 4.0 / prisms[0].area)
 
 
 def test_hits_on_a_building_by_hand():
@@ -265,9 +301,9 @@ def test_hits_on_a_building_by_hand():
     shadow = 9.0 * 3.0
     weights = np.array((2, 2, 2, 0)) / shadow
     counts = {"hits": (2, 2, 2, 0), "through": (1, 0, 1, 0), "fluence": weights, "fluence_squares": weights / shadow}
-    entry, _ = assessed(OFFICE, counts)
-    assert entry["expected_hits"]["upper"] == pytest.approx(POISSON_SIX / 4.0, rel=1e-5)
-    assert entry["density_normal"]["upper"] == pytest.approx(POISSON_SIX / 4.0 / shadow, rel=1e-5)
+    entry = assessed(OFFICE, counts)
+    assert entry["expected_hits"]["upper"] == pytest.approx(BY_PAIRS / 4.0, rel=1e-5)
+    assert entry["density_normal"]["upper"] == pytest.approx(BY_PAIRS / 4.0 / shadow, rel=1e-5)
     assert entry["probability"] == {"expected": 0.75, "upper": pytest.approx(0.95**0.25)}
     assert entry["not_stopped"]["probability"] == {"expected": 0.5, "upper": pytest.approx(0.9024, abs=1e-4)}
 
@@ -281,14 +317,14 @@ def test_where_all_azimuths_are_alike_the_curve_is_taken_at_the_nearest_edge():
         100.0, 110.0, 2.0, 90.0, 100.0, "all_azimuths", None, 10, 10, None, (), 0.0, np.zeros(1), one, one, radius,
         curve, curve * math.exp(-0.16448536), curve * math.exp(0.16448536),
     )  # fmt: skip
-    entry, _ = assessed(PERSON, {}, expected=expected)
+    entry = assessed(PERSON, expected=expected)
     factor = 1.8331 * math.sqrt(10.0 / 9.0)
     for name, density in (("density_ground", 77.5**-3.0), ("density_normal", 2.0 * 77.5**-3.0)):
         found = [entry[name][key] / density for key in ("expected", "upper", "standard_error")]
         assert found == pytest.approx([1.0, math.exp(0.1 * factor), 0.1], rel=1e-4)
-        assert entry["counted"][name.partition("_")[2]]["expected"] == 0.0
     assert entry["margin"] == pytest.approx(77.5 - 110.0, abs=0.01)
-    assert assessed(PERSON | {"energy": "100 J"}, {}, expected=expected)[0]["counted"] is None
+    own = assessed(PERSON | {"energy": "100 J"}, expected=expected)
+    assert own["density_ground"]["expected"] == 0.0, "a site with an energy of its own takes what was counted for it"
 
 
 @pytest.mark.parametrize(

@@ -100,11 +100,6 @@ def test_arguments_of_a_case_are_checked(tube):
         fragfield.Case([TUBE])
     with pytest.raises(fragfield.InputError, match='set: found the text "seed=3"; needed: a list of KEY=VALUE'):
         fragfield.Case.from_toml(ROOT / "cases" / "tube.toml", set="seed=3")
-    for settings in ({"burst.cell_size": "8 mm"}, ["burst.cell_size=8 mm"]):
-        with pytest.raises(fragfield.InputError, match=r"burst\.cell_size both given; use one of them"):
-            fragfield.Case.from_toml(ROOT / "cases" / "tube.toml", set=settings, cell_size="6 mm")
-        with pytest.raises(fragfield.InputError, match=r"burst\.cell_size both given; use one of them"):
-            fragfield.check(tube, set=settings, cell_size="6 mm")
     with pytest.raises(fragfield.InputError, match=r"burst.cell_siz: unknown key"):
         tube.changed({"burst.cell_siz": "8 mm"})
 
@@ -113,7 +108,7 @@ def test_set_takes_texts_and_mappings():
     path = ROOT / "cases" / "tube.toml"
     texts = fragfield.Case.from_toml(path, set=["burst.cell_size=8 mm", "seed=7"])
     mapping = fragfield.Case.from_toml(path, set={"burst.cell_size": "8 mm", "seed": 7})
-    assert texts == mapping == fragfield.Case.from_toml(path, cell_size="8 mm").changed(["seed=7"])
+    assert texts == mapping == fragfield.Case.from_toml(path).changed(["burst.cell_size=8 mm", "seed=7"])
     assert texts.values.burst.cell_size == 0.008
     assert texts.title == mapping.title == fragfield.Case.from_toml(path).title
 
@@ -124,7 +119,7 @@ def test_check_is_that_of_the_command_line(tmp_path, tube):
     assert json.loads(printed.stdout) == json.loads(json.dumps(found.found))
     assert found.warnings == found.found["warnings"] != []
     assert found.found["mesh"]["cells"] > 100
-    finer = fragfield.check(tube, cell_size="7 mm", set={"seed": 3})
+    finer = fragfield.check(tube, set={"burst.cell_size": "7 mm", "seed": 3})
     assert finer.found["mesh"]["cells"] > 2 * found.found["mesh"]["cells"]
 
 

@@ -13,6 +13,7 @@ import fragfield
 from fragfield.case import read_resolved
 from fragfield.files.run_directory import RunDirectory
 from fragfield.hazard.recommended import recommended_of
+from fragfield.hazard.to_apply import DistanceToApply
 from fragfield.studies.limit import LimitCriteria
 from fragfield.studies.limit.criteria import judged
 from fragfield.studies.limit.plan import round_count
@@ -80,9 +81,11 @@ def computed(monkeypatch):
         hazard = recommended_of(hazard, {"reason": "no grid convergence: not computed for the runs of a sweep"})
         sites = [{"name": one.name, "verdict": "met" if law["met"](rounds) else "not met"} for one in case.exposed]
         rules = {"contents": {"explosive": 5.0 * rounds}}
-        minimum = {"siting": {"distance": 40.0, "by": "a rule"}}
+        to_apply = DistanceToApply.of(hazard, None, []).as_dict()
         parts = {name: [] for name in ("burst", "break_up", "flight", "witness", "obstacle", "convergence", "official")}
-        directory.write_summary({**parts, "hazard": hazard, "exposed": sites, "rules": rules, "minimum": minimum})
+        directory.write_summary(
+            {**parts, "hazard": hazard, "exposed": sites, "rules": rules, "distance_to_apply": to_apply}
+        )
         return 0, ""
 
     monkeypatch.setattr(LocalRuns, "call", call)
@@ -181,8 +184,8 @@ def test_resumed_search_computes_nothing_twice_and_writes_its_table(case_file, c
     assert again.exit_code == 0, again.stderr
     assert made == first
     assert (
-        "limit: 5 rounds (stack.count = 5, net explosive quantity 25 kg), so that the recommended distance is at most"
-        in (again.stdout)
+        "limit: 5 rounds (stack.count = 5, net explosive quantity 25 kg), so that the distance to apply for "
+        "storage and handling is at most" in (again.stdout)
     )
     with (folder / "limit.csv").open(encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
@@ -228,7 +231,7 @@ def test_a_distance_that_falls_is_said_and_every_number_shows_what_bisection_mis
 
 
 def row(rounds: int, distance: float, *, met: bool = True, error: float = 1.0) -> dict:
-    return {"rounds": rounds, "recommended": distance, "standard_error": error, "met": met, "minimum": None,
+    return {"rounds": rounds, "recommended": distance, "standard_error": error, "met": met, "to_apply": None,
             "explosive": 1.0, "values": {"k": rounds}, "directory": "d", "exit_code": 0}  # fmt: skip
 
 
@@ -241,18 +244,35 @@ def test_a_fall_is_judged_by_two_standard_errors_of_the_difference(drop, words):
         assert f"({words} the statistical error)" in said[0]
 
 
-@pytest.mark.parametrize(("official", "met"), [(90.0, True), (90.1, False)])
-def test_the_official_distance_must_not_exceed_the_given_one_either(official, met):
-    summary = {"hazard": {"determined": True, "recommended": 50.0, "standard_error": 1.0},
-               "official": {"hazardous_fragment_distance": official}}  # fmt: skip
-    found = judged(summary, LimitCriteria(90.0, exposed=False))
-    assert found["reasons"] == ([] if met else ["official distance 91 m"])
+@pytest.mark.parametrize(
+    ("official", "rules", "reasons"),
+    [
+        (90.0, [], []),
+        (90.1, [], ["91 m by the official hazardous fragment distance"]),
+        (None, [("unknown item", 381.0, None)], ["381 m by the rule “unknown item” (fragments)"]),
+        (None, [("by mass", None, 91.0)], ["91 m by the formula of “by mass”, which does not apply because too much"]),
+        (None, [("by mass", None, 89.0)], []),
+    ],
+)
+def test_official_distance_and_rules_must_not_exceed_the_given_one_either(official, rules, reasons):
+    hazard = {"determined": True, "recommended": 50.0, "standard_error": 1.0, "largest_throw": 99.0}
+    part = official and {"hazardous_fragment_distance": official, "covers": True}
+    entries = [
+        {"name": name, "use": "siting", "hazard": "fragments", "distance": distance, "outside": outside,
+         "reason": "too much", "missing": True}
+        for name, distance, outside in rules
+    ]  # fmt: skip
+    to_apply = DistanceToApply.of(hazard, part, entries).as_dict()
+    assert (
+        judged({"hazard": hazard, "distance_to_apply": to_apply}, LimitCriteria(90.0, exposed=False))["reasons"]
+        == reasons
+    )
 
 
 @pytest.mark.slow
 def test_limit_of_a_computed_row(case_file):
     done = invoke(
-        "limit", case_file, "stack.count=1..3", "--distance", "60 m", "--all", "--out", case_file.parent / "runs"
+        "limit", case_file, "stack.count=1..3", "--distance", "400 m", "--all", "--out", case_file.parent / "runs"
     )
     assert done.exit_code == 0, done.stderr
     found = json.loads((case_file.parent / "runs" / "limit.json").read_text(encoding="utf-8"))
@@ -261,5 +281,6 @@ def test_limit_of_a_computed_row(case_file):
     for one in found["runs"]:
         summary = RunDirectory(Path(one["directory"])).summary()
         assert one["recommended"] == summary["hazard"]["recommended"]
-        assert one["met"] == (summary["hazard"]["recommended"] <= 60.0)
+        assert one["to_apply"] == summary["distance_to_apply"]["siting"]["distance"]
+        assert one["met"] == (one["to_apply"] <= 400.0)
     assert found["limit"] is not None

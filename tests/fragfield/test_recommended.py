@@ -7,7 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from fragfield.hazard.recommended import NORMAL_95, not_included_words, parts_of, parts_words, recommended_of
+from fragfield.hazard.exposed import NORMAL_95
+from fragfield.hazard.recommended import not_included_words, parts_of, parts_words, recommended_of
 
 HAZARD = {"determined": True, "reason": "", "expected": 100.0, "upper": 103.0, "standard_error": 1.8}
 

@@ -24,7 +24,6 @@ from fragfield.report.sections import sections
 from fragfield.view import offscreen_fault
 from fragfield.view.interactive import interactive_fault
 from tests.fragfield.synthetic_run import write_run
-from tests.fragfield.test_compare import NOT_INCLUDED
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -117,7 +116,7 @@ def test_the_first_page_says_what_how_far_why_and_who_signs(page):
              "Reasons against", "Computed by", "Reviewed by", "Approved by")  # fmt: skip
     places = [first.index(text) for text in words]
     assert places == sorted(places)
-    assert "Recommended distance" in first[: first.index("Reasons to trust it")]
+    assert "Computed: recommended distance" in first[: first.index("Reasons to trust it")]
 
 
 def test_page_needs_nothing_else(html, page):
@@ -156,9 +155,10 @@ def test_numbers_are_those_of_the_summary(page, summary):
     hazard = summary["hazard"]
     assert card(page, "Recommended distance") == str(math.ceil(hazard["recommended"]))
     texts = " ".join(page.texts)
+    left_out = "grid (no other cell size gave a distance), inputs (no study of uncertain inputs)"
     parts = hazard["parts"]
     words = f"expected distance {math.ceil(parts['expected'])} m; added as squares: randomness of the break-up"
-    assert f"{words} {parts['randomness']:.1f} m; not included: {NOT_INCLUDED}." in texts
+    assert f"{words} {parts['randomness']:.1f} m; not included: {left_out}." in texts
     low, high = hazard["single_event"]["low"], hazard["single_event"]["high"]
     assert f"{round(low):,}\u00a0–\u00a0{round(high):,}" in texts
 
@@ -173,7 +173,9 @@ def test_a_distance_that_is_not_determined_is_said_in_place_of_a_number(tmp_path
     with h5py.File(folder / "ensemble.h5", "a") as file:
         file.attrs["undetermined"] = reason
     _, _, words = outline(folder)
-    assert "Card(label='Recommended distance', value='not determined', unit='', note='3 % of the mass" in words
+    assert (
+        "Card(label='Computed: recommended distance', value='not determined', unit='', note='3 % of the mass" in words
+    )
     assert f"The distance is not determined: {reason}" in words
     assert "weight='stop'" in words
 
@@ -247,7 +249,7 @@ def test_flight_of_fragments_from_elsewhere(tmp_path):
     assert keys == [key for key in SECTIONS if key not in ("rounds", "speeds", "burst", "convergence")]
     assert names == [name for name in [*FIGURES[2:7], FIGURES[-1]] if name != "directions"]
     assert "of arena_test.csv; no burst was computed" in words
-    said = words.partition("case.toml, as resolved")[0].partition("Validation cases")[0]
+    said = words.partition("case.toml, as resolved")[0].partition("Comparisons that bear")[0]
     for false in ("Not yet run", "prescribed burn", "Every round is assumed", "leakage", "random break-up", "handed"):
         assert false not in said, false
 

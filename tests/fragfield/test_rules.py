@@ -11,6 +11,8 @@ import pytest
 
 from fragfield.case.tables.site import OfficialTable
 from fragfield.hazard.contents import (
+    COMPARISON,
+    DISPOSAL,
     SITING,
     Contents,
     Rule,
@@ -102,6 +104,8 @@ def test_fragment_distance_by_quantity_ends_at_450_pounds():
     assert not inside.reason
     assert outside.distance is None
     assert outside.reason == "net explosive quantity 204.1 kg, above 204.1 kg (450 lb)"
+    assert outside.outside == pytest.approx(1242.6 * FOOT, abs=0.15)
+    assert outside.missing
 
 
 @pytest.mark.parametrize(("rounds", "known"), [(1, True), (2, True), (3, False)])
@@ -120,9 +124,11 @@ def test_rules_for_unknown_items_end_where_the_official_distance_covers_the_roun
 def test_danger_areas_end_at_protective_works(name):
     open_ground = in_a_row(0.2)
     assert found_rule(open_ground, name).distance is not None
-    behind = replace(open_ground, protective_works=("wall “barricade”",))
-    assert found_rule(behind, name).distance is None
-    assert found_rule(behind, name).reason == "protective works in the case: wall “barricade”"
+    behind = found_rule(replace(open_ground, protective_works=("bank",)), name)
+    assert behind.distance is None
+    assert behind.outside == found_rule(open_ground, name).distance
+    assert behind.missing
+    assert behind.reason == "protective works enclose the rounds: bank"
 
 
 @pytest.mark.parametrize(
@@ -188,11 +194,74 @@ def test_rows_are_recognised_from_the_case(tmp_path):
     assert not row_of(tmp_path, ("0.2 m", "0 m"), ("0.2 m", "0.4 m"), more=mirror).in_a_row
 
 
-def test_protective_works_are_obstacles_and_walls_not_planes_of_symmetry_or_ground(tmp_path):
-    wall = '[[plane]]\nname = "barricade"\nkind = "wall"\npoint = ["1 m", "0 m", "0 m"]\nnormal = [-1, 0, 0]\n'
-    ground = '[[plane]]\nname = "earth"\nkind = "ground"\n'
-    assert row_of(tmp_path, ("0 m", "0 m"), more=ground).protective_works == ()
-    assert row_of(tmp_path, ("0 m", "0 m"), more=wall).protective_works == ("wall “barricade”",)
+WALL = '[[plane]]\nname = "{0}"\nkind = "wall"\npoint = ["{1} m", "{2} m", "0 m"]\nnormal = [{3}, {4}, {5}]\n'
+WALLS = {
+    "west": WALL.format("west", -2, 0, 1, 0, 0), "east": WALL.format("east", 2, 0, -1, 0, 0),
+    "south": WALL.format("south", 0, -2, 0, 1, 0), "deck": WALL.format("deck", 0, 0, 0, 0, 1),
+}  # fmt: skip
+FAR = '[[obstacle]]\nname = "far"\nkind = "wall"\nstart = ["300 m", "0 m"]\nend = ["300 m", "1 m"]\nheight = "1 m"\n'
+FAR += 'thickness = "0.2 m"\n'
+BANKS = "".join(
+    f'[[obstacle]]\nname = "{name}"\nkind = "barricade"\nheight = "2 m"\n'
+    f'start = ["{x1} m", "{y1} m"]\nend = ["{x2} m", "{y2} m"]\n'
+    for name, x1, y1, x2, y2 in (("n", -9, 9, 9, 9), ("s", -9, -9, 9, -9), ("w", -9, -9, -9, 9), ("e", 9, -9, 9, 9))
+)
+
+
+def works(*names: str) -> str:
+    return f"[hazard]\nprotective_works = [{', '.join(f'{chr(34)}{name}{chr(34)}' for name in names)}]\n"
+
+
+def test_no_wall_deck_or_building_counts_as_protective_works_unless_the_case_says_so(tmp_path):
+    for more in ("".join(WALLS.values()), FAR, BANKS):
+        assert row_of(tmp_path, ("0 m", "0 m"), more=more).protective_works == ()
+
+
+def test_more_rounds_on_a_deck_never_need_less_than_fewer_in_a_row():
+    from fragfield.case import load_case
+
+    eight, four = (
+        [
+            rule
+            for rule in rules_for(contents_of(load_case(ROOT / "cases" / f"{name}.toml"), {}))
+            if rule.use == DISPOSAL
+        ]
+        for name in ("m107_pallet_2x4", "m107_row4")
+    )
+    ends = [max(rule.distance for rule in rules if rule.distance is not None) for rules in (eight, four)]
+    assert ends == pytest.approx([634.0 * (8 * 42.8) ** (1 / 6), 634.0 * (4 * 42.8) ** (1 / 6)], rel=2e-3)
+
+
+@pytest.mark.parametrize(("names", "more"), [(("west", "east", "south"), "walls"), (("n", "s", "w"), "banks"),
+                                             (("n", "s", "w", "e"), "banks")])  # fmt: skip
+def test_works_that_enclose_the_rounds_count_when_the_case_names_them(tmp_path, names, more):
+    text = works(*names) + ("".join(WALLS.values()) if more == "walls" else BANKS)
+    assert row_of(tmp_path, ("0 m", "0 m"), more=text).protective_works == names
+
+
+@pytest.mark.parametrize(
+    ("names", "message"),
+    [
+        (("far",), "which close 0 of 360 degrees around the rounds; allowed: works that enclose them, on 270 degrees"),
+        (("west",), "which close 180 of 360 degrees"),
+        (("west", "east", "deck"), 'found "deck", a plane under or over the rounds; allowed: upright walls'),
+        (("eats",), 'found "eats"; allowed: "far", "west", "east", "south", "deck" (did you mean "east"?)'),
+    ],
+)
+def test_works_that_leave_the_rounds_open_are_refused(tmp_path, names, message):
+    from fragfield.errors import InputError
+
+    with pytest.raises(InputError) as refused:
+        row_of(tmp_path, ("0 m", "0 m"), more=works(*names) + "".join(WALLS.values()) + FAR)
+    assert message in str(refused.value)
+
+
+def test_without_masses_rules_that_need_none_apply_and_the_others_are_missing():
+    rules = list(rules_for(None))
+    assert [rule.distance for rule in rules if rule.distance is not None] == [1250.0 * FOOT]
+    for rule in rules:
+        assert rule.distance is not None or rule.reason == "the masses of the rounds are not known here"
+        assert rule.missing == (rule.distance is None and rule.use != COMPARISON)
 
 
 def test_k40_ends_at_100_000_pounds_of_tnt():

@@ -30,7 +30,7 @@ def case():
 
 @pytest.fixture(scope="module")
 def other():
-    return load_case(TUBE, cell_size="9 mm")
+    return load_case(TUBE, {"burst.cell_size": "9 mm"})
 
 
 def _complete(run, *names):

@@ -5,14 +5,11 @@ from __future__ import annotations
 import json
 import math
 
-import numpy as np
 import pytest
 
 import fragfield
 import fragfield.studies.uncertainty as package
-from fragfield.files.stamped import stamped_toml
 from tests.fragfield.short_run import invoke
-from tests.fragfield.synthetic_run import write_run
 from tests.fragfield.test_sweep import TUBE, calls
 
 __all__ = ["calls"]  # the fixture, for pytest
@@ -22,7 +19,7 @@ FOUND = {
     "states": {"failed": 0},
     "distance": {
         "spread": {"low": 90.2, "median": 110.0, "high": 133.4},
-        "indices": [{"name": "prefactor", "total": 0.7, "total_standard_error": 0.1}],
+        "shares": [{"name": "prefactor", "share": 0.7, "share_standard_error": 0.1}],
     },
     "hazard": {
         "recommended": 141.2,
@@ -76,24 +73,6 @@ def test_a_case_made_in_python_is_swept_from_its_file(calls, tmp_path):
         fragfield.run_sweep(made, {"seed": [1]})
 
 
-def test_a_comparison_has_tables_and_writes_them(tmp_path):
-    one, other = write_run(tmp_path / "one"), write_run(tmp_path / "other", title="Other")
-    for folder in (one, other):
-        (folder / "case.toml").write_text(stamped_toml((folder / "case.toml").read_text()))
-    found = fragfield.compare_runs(fragfield.open(one), other)
-    assert {"casing", "distances", "by_azimuth"} <= set(found.tables)
-    ratios = found.table("casing")["ratio"]
-    np.testing.assert_allclose(ratios, 1.0)
-    assert len(found.table("by_azimuth")) == len(found.found["witness"][0]["by_azimuth"])
-    with pytest.raises(fragfield.InputError, match=r"no table 'by_azimut' \(did you mean \"by_azimuth\"\?\)"):
-        found.table("by_azimut")
-    assert str(found).startswith(f"{one} over {other}")
-    assert (found.write(tmp_path / "out") / "comparison.json").is_file()
-    done = invoke("compare", one, other, "--json")
-    assert done.exit_code == 0, done.stderr
-    assert json.loads(done.stdout) == json.loads(json.dumps({k: v for k, v in found.found.items() if k != "files"}))
-
-
 def test_a_study_of_uncertainty_passes_what_is_asked_and_gives_the_distance(tmp_path, monkeypatch):
     asked = []
     monkeypatch.setattr(package, "run_study", lambda request, options: asked.append((request, options)) or dict(FOUND))
@@ -104,7 +83,7 @@ def test_a_study_of_uncertainty_passes_what_is_asked_and_gives_the_distance(tmp_
     assert options.quiet
     assert found.recommended == 141.2
     assert found.spread == (90.2, 110.0, 133.4)
-    assert found.effects["total"][0] == 0.7
+    assert found.effects["share"][0] == 0.7
     assert str(found).splitlines()[0] == "recommended distance 142 m"
     done = invoke("uncertainty", TUBE, "--out", tmp_path / "study", "--samples", "8", "--json")
     assert done.exit_code == 0, done.stderr

@@ -91,10 +91,10 @@ def test_the_law_comes_back(made, tmp_path):
     assert done.exit_code == 0, done.output
     found = read_results(tmp_path / "out")
     heat, drag = 25.0, 9e2 * 0.15**2 / 6.0
-    by_name = {one["name"]: one for one in found["distance"]["indices"]}
+    by_name = {one["name"]: one for one in found["distance"]["shares"]}
     for name, share in (("heat of detonation", heat), ("drag coefficient", drag), ("softening", 0.0)):
         one = by_name[name]
-        assert abs(one["total"] - share / (heat + drag)) < 3.0 * one["total_standard_error"] + 0.01, name
+        assert abs(one["share"] - share / (heat + drag)) < 3.0 * one["share_standard_error"] + 0.01, name
     spread = found["distance"]["spread"]
     assert spread["standard_deviation"] == pytest.approx(np.sqrt(heat + drag), rel=0.08)
     assert spread["statistical_error"] == 1.0
@@ -105,7 +105,7 @@ def test_the_law_comes_back(made, tmp_path):
     assert hazard["parts"]["inputs"] == spread["high"] - hazard["base"]
     nominal = RunDirectory(Path(found["nominal_run"])).summary()
     assert {key: nominal["hazard"][key] for key in hazard} == hazard
-    assert nominal["minimum"]["siting"]["distance"] == hazard["recommended"]
+    assert nominal["distance_to_apply"]["computed"] == hazard["recommended"]
     bars = {one["name"]: one["high"] - one["low"] for one in found["distance"]["tornado"]}
     assert bars["heat of detonation"] == pytest.approx(2 * 1.645 * 5.0, rel=0.1)
     assert bars["drag coefficient"] < -4.0
@@ -220,7 +220,7 @@ def test_a_pair_makes_its_few_bursts_first(made, tmp_path):
     found = read_results(tmp_path / "out")
     assert found["design"]["bursts"] == 8
     assert "three dimensions" in found["design"]["geometry"]
-    assert max(found["distance"]["indices"], key=lambda one: one["total"])["name"] == "heat of detonation"
+    assert max(found["distance"]["shares"], key=lambda one: one["share"])["name"] == "heat of detonation"
 
 
 def test_a_burst_that_fails_ends_the_study(made, tmp_path):

@@ -66,7 +66,7 @@ def test_a_run_after_it_compiles_nothing(tmp_path):
         return done.stdout
 
     assert tmp_path / json.loads(run("-m", "fragfield", "warm-up", "--json"))["cache"] == tmp_path / "cache"
-    options = ("--out", tmp_path / "out", "--cell-size", "12 mm", "--set", "burst.end_time=30 us", "--quiet")
+    options = ("--out", tmp_path / "out", "--set", "burst.cell_size=12 mm", "--set", "burst.end_time=30 us", "--quiet")
     assert run("-c", COMPILED, "run", ROOT / "cases" / "m107_tnt.toml", *options).rpartition("compiled: ")[2] == ""
 
 

@@ -77,15 +77,15 @@ def test_coarse_cells_judge_nothing_but_verification():
     assert not rows.sound
 
 
-BURST = {"energy_error_at_outputs": 0.004, "contact_error_at_end": 0.009, "lost_cells": 0}
+BURST = {"energy_error_at_checks": 0.004, "contact_error_at_end": 0.009, "lost_cells": 0}
 
 
 @pytest.mark.parametrize(
     ("change", "sound"),
     [
         ({}, 2),
-        ({"energy_error_at_outputs": 0.011}, 1),
-        ({"energy_error_at_outputs": math.nan}, 1),
+        ({"energy_error_at_checks": 0.011}, 1),
+        ({"energy_error_at_checks": math.nan}, 1),
         ({"contact_error_at_end": 0.011}, 1),
         ({"lost_cells": 1}, 1),
     ],
@@ -139,6 +139,7 @@ def ladder(monkeypatch, tmp_path, capsys):
     page.write_text("".join(marks), encoding="utf-8")
     front.write_text("<!-- begin validation -->\n<!-- end validation -->\n", encoding="utf-8")
     monkeypatch.setattr(validation, "RECORD", tmp_path / "data" / "validation.json")
+    monkeypatch.setattr(validation, "EVIDENCE", tmp_path / "data" / "evidence.json")
     monkeypatch.setattr(validation, "write_pages", lambda *two: readme.write_pages(*two, page, front))
 
     def run(arguments, studies):

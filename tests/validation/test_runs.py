@@ -34,8 +34,8 @@ def test_runs_are_made_again_or_gone_on_with(tmp_path, calls):
     runs = Runs(tmp_path)
     folder = runs.run("pair", CASE, "8 mm")
     assert folder == tmp_path / "pair_8_mm"
-    assert made[-1][3:] == ["run", str(tmp_path / "pair_8_mm.toml"), "--cell-size", "8 mm", "--out", str(folder),
-                            "--overwrite"]  # fmt: skip
+    assert made[-1][3:] == ["run", str(tmp_path / "pair_8_mm.toml"), "--set", "burst.cell_size=8 mm", "--out",
+                            str(folder), "--overwrite"]  # fmt: skip
     assert load_case(tmp_path / "pair_8_mm.toml").burst.geometry == "3d"  # whatever the case leaves to choose
     assert runs.bursts == [("pair_8_mm", {"number": 1})]
     _, burst = runs.burst("single", "cases/m107_tnt.toml", "8 mm")
@@ -62,7 +62,7 @@ def test_a_finished_run_of_the_same_case_is_kept_and_one_of_an_earlier_version_m
     folder.mkdir()
     file = tmp_path / "stored.toml"
     file.write_text(changed_case(ROOT / CASE, {"burst.geometry": "3d"}), encoding="utf-8")
-    RunDirectory(folder).write_case(load_case(file, cell_size="8 mm"))
+    RunDirectory(folder).write_case(load_case(file, {"burst.cell_size": "8 mm"}))
     RunDirectory(folder).write_summary({"burst": {}})
     (folder / "burst_snapshot.h5").touch()
     assert runs.run("pair", CASE, "8 mm", stage="burst") == folder

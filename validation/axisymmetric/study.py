@@ -52,7 +52,7 @@ def study(runs: Runs, rows: Rows) -> None:
                 rows.verify(f"{name}, {size}, three dimensions: mean speed with {words}", ours,
                             solid["mean_initial_speed"], change["allowed"], "the defaults", "m/s",
                             *subjects)  # fmt: skip
-    momentum, energy = (max(burst[one] for burst in made) for one in ("momentum_error", "energy_error_at_outputs"))
+    momentum, energy = (max(burst[one] for burst in made) for one in ("momentum_error", "energy_error_at_checks"))
     rows.bound("axial momentum error, largest", momentum, (0.0, 1e-12), "conservation of momentum", "", "meridian")
     rows.bound("energy error at the outputs, largest", energy, (0.0, REFERENCE["energy_error"]),
                "conservation of energy", "", "meridian")  # fmt: skip

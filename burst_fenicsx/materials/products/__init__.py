@@ -43,6 +43,10 @@ class Products(Protocol):
         """Relative volume at the Chapman-Jouguet state."""
 
     @property
+    def dilute_exponent(self) -> float:
+        """Isentropic exponent of products that have expanded far."""
+
+    @property
     def front_speed(self) -> float:
         """Speed (m/s) of a front that compression burns by itself."""
 

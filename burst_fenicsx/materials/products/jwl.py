@@ -45,6 +45,11 @@ class JwlProducts:
         return self.constants.E0
 
     @property
+    def dilute_exponent(self) -> float:
+        """Isentropic exponent of products that have expanded far."""
+        return 1.0 + self.constants.omega
+
+    @property
     def parameters(self) -> tuple[float, ...]:
         """Columns of the table of explosives."""
         c = self.constants

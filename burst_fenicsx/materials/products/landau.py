@@ -60,6 +60,11 @@ class LandauProducts:
         return self.initial_pressure, self.knee_pressure, self.knee_volume
 
     @property
+    def dilute_exponent(self) -> float:
+        """Isentropic exponent of products that have expanded far."""
+        return GAMMA_DILUTE
+
+    @property
     def front_speed(self) -> float:
         """Speed (m/s) of a front that compression burns by itself: P0 = 27/256 rho D^2.
 

@@ -59,7 +59,7 @@ class Directions:
 
     @property
     def differ(self) -> bool:
-        """Whether the run has a density for every direction; else one holds for all, or it is of an earlier version."""
+        """Whether the run has a density for every direction; else one holds for all."""
         return self.expected.density_by_direction.size > 0
 
     @property
@@ -207,6 +207,10 @@ class _Parts:
         texts, hazard = self.texts, self.summary.get("hazard") or {}
         with box("columns"):
             with box(tag="section"):
+                if to_apply := self.summary.get("distance_to_apply"):
+                    note(to_apply["line"], "number").props("data-box=to_apply")
+                    for words in to_apply["words"]:
+                        note(words)
                 heading(texts("result.recommended"))
                 if hazard.get("determined"):
                     note(f"{whole_metres(hazard['recommended'])} m", "number").props("data-box=recommended")
@@ -214,8 +218,6 @@ class _Parts:
                 else:
                     note(texts("result.undetermined"), "number")
                     note(str(hazard.get("reason") or texts("result.not_computed")), "fault")
-                for words in (self.summary.get("minimum") or {}).get("words", ()):
-                    note(words)
             with box(tag="section"):
                 heading(texts("result.verdicts"))
                 self._verdicts()

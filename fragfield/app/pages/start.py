@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 _TEMPLATES = {"single": "round", "workshop": "site", "drawing": "round"}
 """The page that a case made from each is opened on."""
 _UPLOADS = (".toml", ".csv", ".tsv", ".txt", ".xlsx", ".ods", ".asc", ".tif", ".tiff", ".png", ".jpg", ".geojson",
-            ".kml", ".kmz", ".dxf", ".svg", ".msh")  # fmt: skip
+            ".kml", ".kmz", ".dxf", ".msh")  # fmt: skip
 
 
 def content(page: CasePage) -> None:

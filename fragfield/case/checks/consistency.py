@@ -102,11 +102,6 @@ def _stop_rules(burst: BurstTable) -> Iterator[str]:
             f"burst.output.interval: found {burst.output.interval:g} s; allowed: at least {end / _MOST_STATES:g} s, "
             f"for {_MOST_STATES} states up to {end:g} s"
         )
-    if burst.acceleration_window > burst.time_limit:
-        yield (
-            f"burst.acceleration_window: found {burst.acceleration_window:g} s; "
-            f"allowed: at most burst.time_limit, {burst.time_limit:g} s"
-        )
 
 
 def _unique(key: str, names: Sequence[str]) -> Iterator[str]:

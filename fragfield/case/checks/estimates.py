@@ -91,8 +91,7 @@ def check_numbers(case: CaseTable, settings: BreakUpSettings, *, margin: float =
     first = first_alike(case)
     items = {index: burst_round(case.round[index], f"round[{index + 1}]") for index in set(first)}
     means = {index: expected_means(item, settings) for index, item in items.items()}
-    images = 2 ** sum(plane.kind == "symmetry" for plane in case.plane)  # they are perpendicular to each other
-    number = images * sum(one.mass / one.mean for index in first for one in means[index])
+    number = _images(case) * sum(one.mass / one.mean for index in first for one in means[index])
     every = [one for found in means.values() for one in found]
     known = all(one.exact for one in every)
     if number > (1.0 if known else margin) * MOST_FRAGMENTS:
@@ -105,6 +104,11 @@ def check_numbers(case: CaseTable, settings: BreakUpSettings, *, margin: float =
     if settings.sampler == "graded":
         for index, found in means.items():
             yield from _empty_grades(f"round[{index + 1}]", found, settings, margin)
+
+
+def _images(case: CaseTable) -> int:
+    """Of every round by the planes of symmetry, itself included; they are perpendicular to each other."""
+    return int(2 ** sum(plane.kind == "symmetry" for plane in case.plane))
 
 
 def _inputs(settings: BreakUpSettings) -> str:
@@ -220,7 +224,7 @@ def farthest_throw(case: CaseTable) -> float | None:
         settings = break_up_settings(case)
         for index in set(first_alike(case)):
             for one in expected_means(burst_round(case.round[index], f"round[{index + 1}]"), settings):
-                number = len(case.round) * _ONE_IN * one.mass / one.mean
+                number = _images(case) * len(case.round) * _ONE_IN * one.mass / one.mean
                 heaviest = min(0.5 * one.mean * math.log(number) ** 2, one.mass)
                 pieces.append((heaviest, _FASTER * one.speed))
     except errors.InputError:

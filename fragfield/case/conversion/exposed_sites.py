@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from flight.scene.plan import clipped, contains, signed_area
+from flight.scene.plan import contains, signed_area
 from fragfield.case.conversion.surroundings import bearing_of, ground_height, site_of
 from fragfield.case.tables.surroundings import (
     AreaTable,
@@ -33,8 +33,6 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 
-PIECE = 10.0  # m: pieces of roads and areas, where they are not too many
-MOST_PIECES = 24
 DEPTH = 1.0  # m by which prisms reach below the lowest ground
 
 
@@ -46,15 +44,16 @@ class ExposedSite:
     """As in the case, resolved."""
     outline: Array
     """(k, 2) float64: of its plan (m)."""
-    prisms: tuple[Prism, ...]
-    """In which fragments are counted: one, or the pieces of a road or an area."""
+    pieces: tuple[Array, ...]
+    """(k, 2) float64: convex polygons that make up its plan (m)."""
+    energy: float
+    """From which a fragment is hazardous (J)."""
+    height: float
+    """Below which fragments count (m)."""
     area: float
     """That one person or vehicle presents (m2); of no meaning for a building."""
-
-    @property
-    def is_building(self) -> bool:
-        """Whether it is a building."""
-        return isinstance(self.table, ExposedBuildingTable)
+    prism: Prism | None = None
+    """In which hits are counted: of a building."""
 
     @property
     def centre(self) -> tuple[float, float]:
@@ -161,14 +160,14 @@ def _exposed_site(case: CaseTable, entry: ExposedTable) -> ExposedSite:
     energy = case.hazard.energy if entry.energy is None else entry.energy
     if isinstance(entry, ExposedBuildingTable):
         outline, prism = _building(case, entry, energy)
-        exposed = ExposedSite(entry, outline, (prism,), 0.0)
+        exposed = ExposedSite(entry, outline, (outline,), energy, prism.height, 0.0, prism)
     else:
         height = case.hazard.person_height if entry.height is None else entry.height
         if not height > 0.0:
             raise InputError("no height to count fragments in; give it a height, hazard.person_height is zero")
         area = case.hazard.person_area if entry.target_area is None else entry.target_area
         outline, pieces = _open(case, entry)
-        exposed = ExposedSite(entry, outline, tuple(_prism(case, piece, height, energy) for piece in pieces), area)
+        exposed = ExposedSite(entry, outline, tuple(pieces), energy, height, area)
     for one in case.round:
         if contains(exposed.outline, np.array([one.position[:2]]))[0]:
             raise InputError(
@@ -226,7 +225,7 @@ def _wall(table: BarrierTable | None) -> StoppingWall | None:
 
 
 def _open(case: CaseTable, entry: PersonTable | RoadTable | AreaTable) -> tuple[Array, list[Array]]:
-    """Outline of an exposed site in the open, and the plans of its pieces."""
+    """Outline of an exposed site in the open, and convex pieces of its plan."""
     if isinstance(entry, PersonTable):
         assert entry.position is not None  # checked
         away = np.subtract(entry.position, case.flight.origin)
@@ -237,7 +236,7 @@ def _open(case: CaseTable, entry: PersonTable | RoadTable | AreaTable) -> tuple[
     points = np.array(entry.points, dtype=np.float64)
     if isinstance(entry, RoadTable):
         return _strip(points, entry.width)
-    return points, _cells(points)
+    return points, [points]
 
 
 def _strip(points: Array, width: float) -> tuple[Array, list[Array]]:
@@ -248,49 +247,15 @@ def _strip(points: Array, width: float) -> tuple[Array, list[Array]]:
     if not lengths.min() > 0.0:
         raise InputError("two points of the road are the same")
     across = np.column_stack([-ways[:, 1], ways[:, 0]]) / lengths[:, None]
-    longest = max(PIECE, float(lengths.sum()) / max(1, MOST_PIECES - len(lengths)))
-    pieces = []
-    for start, way, length, side in zip(points, ways, lengths, across, strict=False):
-        parts = math.ceil(length / longest - 1e-9)
-        ends = start + way * (np.arange(parts + 1) / parts)[:, None]
-        left, right = ends + 0.5 * width * side, ends - 0.5 * width * side
-        pieces += [np.array([right[i], right[i + 1], left[i + 1], left[i]]) for i in range(parts)]
+    ends = np.stack([points[:-1], points[1:]], axis=1)
+    side = 0.5 * width * across[:, None]
+    pieces = list(np.concatenate([ends - side, (ends + side)[:, ::-1]], axis=1))
     corner = np.concatenate([across[:1], across[:-1] + across[1:], across[-1:]])
     corner = corner / np.maximum((corner**2).sum(axis=1), 0.5)[:, None] * np.where(
         np.arange(len(points)) % (len(points) - 1) == 0, 1.0, 2.0
     )[:, None]  # fmt: skip
     outline = np.concatenate([points - 0.5 * width * corner, (points + 0.5 * width * corner)[::-1]])
     return outline, pieces
-
-
-def _cells(corners: Array) -> list[Array]:
-    """A convex polygon cut by a square grid."""
-    low, high = corners.min(axis=0), corners.max(axis=0)
-    size = max(PIECE, math.sqrt(float(np.prod(high - low)) / MOST_PIECES))
-    counts = np.maximum(1, np.ceil((high - low) / size - 1e-9)).astype(int)
-    while counts.prod() > MOST_PIECES:
-        size *= 1.05
-        counts = np.maximum(1, np.ceil((high - low) / size - 1e-9)).astype(int)
-    steps = (high - low) / counts
-    made = []
-    for i in range(counts[0]):
-        for j in range(counts[1]):
-            piece = corners
-            for axis, number in ((0, i), (1, j)):
-                for more, sign in ((0, 1.0), (1, -1.0)):
-                    bound = low[axis] + (number + more) * steps[axis]
-                    piece = clipped(piece, axis, bound, sign)
-            if len(piece) >= 3 and abs(signed_area(piece)) > 1e-2 * float(np.prod(steps)):
-                made.append(piece)
-    return made
-
-
-def _prism(case: CaseTable, piece: Array, height: float, energy: float) -> Prism:
-    from flight.hazard.exposed import Prism
-
-    x, y = piece.mean(axis=0).tolist()
-    ground = [ground_height(case, *corner) for corner in [(x, y), *piece.tolist()]]
-    return Prism(piece, min(ground) - DEPTH, float(np.mean(ground)) + height, energy, height)
 
 
 def rectangle(centre: tuple[float, float], length: float, width: float, azimuth: float) -> Array:
@@ -310,7 +275,7 @@ def _is_convex(corners: Array) -> bool:
 
 
 def describe_exposed(case: CaseTable) -> list[dict[str, Any]]:
-    """Exposed sites for `fragfield check`: name, kind, distance and direction of the nearest edge, pieces."""
+    """Exposed sites for `fragfield check`: name, kind, distance and direction of the nearest edge."""
     found = []
     for exposed in exposed_sites_of(case):
         away = exposed.edge() - np.asarray(case.flight.origin)
@@ -319,5 +284,5 @@ def describe_exposed(case: CaseTable) -> list[dict[str, Any]]:
         azimuth = math.degrees(math.atan2(away[nearest, 1], away[nearest, 0])) % 360.0
         entry = {"name": exposed.table.name, "kind": exposed.table.kind, "distance": float(distance[nearest])}
         direction = {"azimuth_deg": azimuth, "bearing_deg": bearing_of(case, azimuth)}
-        found.append({**entry, **direction, "pieces": len(exposed.prisms)})
+        found.append({**entry, **direction})
     return found

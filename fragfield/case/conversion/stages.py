@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING, Any, Literal
 
 from fragfield.case.conversion.rounds import degrees_of, settings_in
-from fragfield.case.conversion.surroundings import ground_height, surroundings
+from fragfield.case.conversion.surroundings import surroundings
 from fragfield.case.conversion.symmetry import burst_geometry, is_axisymmetric
 from fragfield.case.tables.base import values_of
 from fragfield.case.tables.flight import CylinderTable, PanelTable
@@ -62,7 +61,7 @@ def flight_arguments(case: CaseTable) -> dict[str, Any]:
         "air": air,
         "drag": flight.Drag.of(table.drag).scaled(table.drag_factor),
         "gravity": table.gravity,
-        "wind": _wind(table.wind, ground_height(case, *table.origin)),
+        "wind": _wind(table.wind),
         **surroundings(case),
         "witnesses": [_surface(surface) for surface in case.witness],
         "integrator": flight.Adaptive(table.integrator.tolerance)
@@ -132,17 +131,17 @@ def hazard_grid(case: CaseTable) -> PolarGrid:
     return PolarGrid.of(hazard.sectors, kernel_degrees(case), hazard.distance_cell)
 
 
-def _wind(table: WindTable, ground: float) -> Wind | None:
+def _wind(table: WindTable) -> Wind | None:
     import flight
 
     if table.model == "profile":
-        directions = [math.degrees(angle) for angle in table.directions or []]
+        directions = [degrees_of(angle) for angle in table.directions or []]
         return flight.Wind.profile(table.heights or [], table.speeds or [], directions)
     if table.speed == 0.0:
         return None
-    towards = math.degrees(table.towards)
+    towards = degrees_of(table.towards)
     if table.model == "power_law":
-        return flight.Wind.power_law(table.speed, towards, table.reference_height, table.exponent, ground)
+        return flight.Wind.power_law(table.speed, towards, table.reference_height, table.exponent)
     return flight.Wind.constant(table.speed, towards)
 
 

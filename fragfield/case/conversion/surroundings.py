@@ -80,13 +80,19 @@ def check_surroundings(case: CaseTable) -> None:
 
 def describe_surroundings(case: CaseTable) -> dict[str, Any]:
     """Ground, ricochet and obstacles in numbers, for `fragfield check` (m)."""
+    import numpy as np
+
+    from flight.scene.scene import Scene
+
     found = surroundings(case)
     ground, ricochet = found["ground"], found["ricochet"]
+    scene = Scene(ground)
     described: dict[str, Any] = {"height": ground} if isinstance(ground, float) else _map_extent(ground)
     obstacles = []
     for obstacle, entry in zip(found["obstacles"], case.obstacle, strict=True):
-        base = ground_height(case, *obstacle.plan_centre) if obstacle.base is None else obstacle.base
-        standing = {"name": entry.name, "kind": entry.kind, "base": base, "top": base + obstacle.height}
+        tops = obstacle.crest(scene.ground_at)[1]
+        heights = {"base": float(tops.min()) - obstacle.height, "top": float(tops.max()), "height": obstacle.height}
+        standing = {"name": entry.name, "kind": entry.kind, **heights, "follows": bool(np.ptp(tops) > 0.0)}
         obstacles.append({**standing, "ricochet": entry.ricochet})
     return {
         "ground": described,

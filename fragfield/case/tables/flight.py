@@ -85,7 +85,7 @@ class WindTable(Table):
     ] = 1.0 / 7.0
     """For model = "power_law"."""
     heights: Annotated[list[Length] | None, Entries(10000, "heights of a sounding"), _PROFILE] = None
-    """For model = "profile": heights z, rising."""
+    """For model = "profile": heights over the ground below a fragment, rising."""
     speeds: Annotated[
         list[Annotated[float, Quantity("m/s", "5 m/s", minimum=0.0)]] | None,
         Bounds(0.0, 200.0, "no wind up to 20 km is faster", usual=(0.0, 100.0)),
@@ -263,5 +263,8 @@ class HazardTable(Table, Criteria):
     """Realisations are added until standard error and bias bound of the hazard distance are below this part of it."""
     max_realisations: int = Field(default=500, ge=1, le=100_000)
     """Realisations beyond which none are added; break_up.realisations is the fewest."""
+    protective_works: list[str] = Field(default_factory=list)
+    """Names of the obstacles and wall planes that enclose the rounds, for rules that know protective works; no other
+    wall, deck or building counts as such."""
     stack_rule: StackRuleTable = StackRuleTable()
     """How the rule of DDESB TP-12 counts the rounds of a stack."""

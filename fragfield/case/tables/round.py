@@ -126,11 +126,11 @@ class ContourTable(Table):
     """A contour of the casing from a drawing or a table of diameters, in place of a profile."""
 
     file: str = Field(min_length=1)
-    """A section in DXF or SVG, half of it or both halves, or a table of diameters or radii (.csv, .xlsx, .ods)."""
+    """A section in DXF, half of it or both halves, or a table of diameters or radii (.csv, .xlsx, .ods)."""
     unit: UnitOfFile = None
     """Length of one unit of the file; left out: as the file says, and refused where it does not."""
     layers: list[str] | None = Field(default=None, min_length=1)
-    """Layers (DXF), or labels or names of groups (SVG), that hold the outline of the casing; left out: all."""
+    """Layers that hold the outline of the casing; left out: all."""
     axis: str | None = None
     """The axis in units of the file, such as "y = 0" or "x = 12.5"; left out: the centre line, or where it is clear."""
     nose: Literal["left", "right", "top", "bottom", "first", "last"] | None = None
@@ -138,7 +138,7 @@ class ContourTable(Table):
     tolerance: Annotated[float, Quantity("m", "0.01 mm", above=0.0), Bounds(1e-7, 1e-3, "a wall has millimetres")] = (
         1e-5
     )
-    """By which lines and arcs may be off the curves of the drawing."""
+    """By which chords may be off the curves of the drawing."""
     gap: Annotated[float, Quantity("m", "0.1 mm", above=0.0), Bounds(1e-6, 5e-3, "a wall has millimetres")] = 1e-4
     """Gaps up to this one are closed; larger ones are refused."""
     charge_front: Annotated[float | None, Quantity("m", "80 mm", minimum=0.0)] = None

@@ -1,1 +1,1 @@
-"""What a reader must know before using the numbers: findings, statements, state of the validation."""
+"""What a reader must know before using the numbers: findings, statements, evidence of the validation."""

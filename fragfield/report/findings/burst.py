@@ -165,12 +165,14 @@ def burst_findings(run: RunFiles) -> list[Finding]:
             )
     found += [*_contact_findings(run, size), *_passed_findings(run), *_unreacted(run)]
     if "acceleration_complete" in part and part["acceleration_complete"] is None:
-        growth = value_of(part, "kinetic_energy_growth")
-        how = (
-            f" (kinetic energy grew by {number(100 * growth, 2)} % over the last window)" if growth is not None else ""
-        )
+        left = value_of(part, "acceleration_left")
+        how = f": {number(100 * left, 2)} % of its kinetic energy would still come" if left is not None else ""
         found.append(
-            Finding("warning", f"The casing still accelerates at the end of the burst{how}: speeds are underestimated.")
+            Finding(
+                "warning",
+                f"The acceleration of the casings is not complete at the end of the burst{how}. Speeds are those at "
+                "that time: underestimated, or those of casings that still collide.",
+            )
         )
     return found
 

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 from fragfield.case.checks.bounds import outside_soft
 from fragfield.report.blocks import Finding
 from fragfield.report.findings.burst import burst_findings, ledger_findings
+from fragfield.report.findings.evidence import validation_words
 from fragfield.report.findings.hazard import break_up_findings, convergence_findings, flight_findings, imprint_findings
-from fragfield.report.findings.validation_status import read_record, validation_words
 
 if TYPE_CHECKING:
     from fragfield.report.blocks import Weight
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 _ORDER: dict[Weight, int] = {"stop": 0, "warning": 1, "note": 2, "good": 3}
-_JUDGED = {"certainty", "contact_energy", "drag_table", "passed_through", "rounds_alone"}
+_JUDGED = {"certainty", "contact_energy", "drag_table", "no_end", "passed_through", "rounds_alone"}
 """Codes of recorded warnings whose matter is judged here from numbers."""
 
 
@@ -32,7 +32,7 @@ def findings(run: RunFiles) -> list[Finding]:
     ]
     found += [*convergence_findings(run), *_recorded(run)]
     if run.provenance:
-        found.append(Finding(*validation_words(read_record(), run)))
+        found.append(Finding(*validation_words(run)))
     return sorted(found, key=lambda item: _ORDER[item.weight])
 
 

@@ -3,25 +3,23 @@
 from __future__ import annotations
 
 from itertools import chain, islice
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from fragfield.hazard.recommended import PARTS
 from fragfield.numbers import number
 from fragfield.report.findings.burst import burst_findings, ledger_findings
+from fragfield.report.findings.evidence import bearing, shown
 from fragfield.report.findings.hazard import convergence_findings, flight_findings
 from fragfield.report.findings.statements import limits
-from fragfield.report.findings.validation_status import read_record, shown_size, shown_value
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Iterator, Sequence
 
     from fragfield.report.blocks import Finding
     from fragfield.report.reading.run_files import RunFiles
 
 
 _EACH = 3
-_MEASURED = ("m107_1944", "polar_zones", "copper_cylinder", "colliding_tubes", "steel_tubes", "paper_3_1", "paper_3_2")
-"""Studies against measurements or published results, the nearest to a distance first."""
 
 
 def reasons_for(run: RunFiles) -> list[str]:
@@ -51,32 +49,23 @@ def _first_sentence(text: str) -> str:
     return f"{head}." if point else text
 
 
-def _compared(run: RunFiles) -> list[Mapping[str, Any]]:
-    """Comparisons of the studies against measurements that bear on the run, the nearest first."""
-    rows = [row for row in read_record().compared(run) if row["case"] in _MEASURED and row["error"] is not None]
-    # A row of what only such runs have says more of this one: of several rounds for a stack.
-    return sorted(rows, key=lambda row: (-len(row["subjects"]), _MEASURED.index(row["case"])))
-
-
 def _measured(run: RunFiles) -> Iterator[str]:
     """By study: how far off its comparisons are, with the one of the median error as the example."""
-    rows = _compared(run)
+    rows = bearing(run)
     for study in dict.fromkeys(row["case"] for row in rows):
         own = sorted((row for row in rows if row["case"] == study), key=lambda row: abs(row["error"]))
-        example, last = own[len(own) // 2], own[-1]
+        example, (ours, theirs, *_) = own[len(own) // 2], shown(own[len(own) // 2])
         yield (
-            f"Validation {study} ({example['source'].partition(';')[0]}): {example['quantity']} "
-            f"{shown_value(example['ours'], example)}, there {shown_value(example['reference'], example)}; largest of "
-            f"{len(own)} differences {shown_size(last, 'error')}."
+            f"Validation {study} ({example['source'].partition(';')[0]}): {example['quantity']} {ours}, there "
+            f"{theirs}; largest of {len(own)} differences {shown(own[-1])[2]}."
         )
 
 
 def _missed(run: RunFiles) -> Iterator[str]:
     """Comparisons outside the test's own uncertainty, the farthest first."""
-    missed = [row for row in _compared(run) if row["passed"] is False and row["tolerance"]]
+    missed = [row for row in bearing(run) if row["tolerance"] and abs(row["error"]) > row["tolerance"]]
     for row in sorted(missed, key=lambda row: -abs(row["error"]) / row["tolerance"]):
-        ours, theirs = (shown_value(row[key], row) for key in ("ours", "reference"))
-        error, tolerance = (shown_size(row, key) for key in ("error", "tolerance"))
+        ours, theirs, error, tolerance = shown(row)
         yield (
             f"Validation {row['case']}: {row['quantity']} {ours}, in the test {theirs} ({error}; the test is known to "
             f"{tolerance})."

@@ -68,19 +68,19 @@ def exposed_tables(run: RunFiles) -> Iterator[Block]:
             _bounded(entry["probability"]),
             margin_metres(entry["margin"]),
             _few(entry["largest_energy"]),
-            number(entry["pieces"]),
+            number(entry["places"]),
         )
         for entry in entries
     ]
-    head = ("Exposed site", "Density normal to the path, per 55.7 m²", "On the ground, per 55.7 m²", "Expected hits", "Probability of one or more", "Margin by density (m)", "Largest energy (J)", "Pieces")  # fmt: skip  # noqa: E501
+    head = ("Exposed site", "Density normal to the path, per 55.7 m²", "On the ground, per 55.7 m²", "Expected hits", "Probability of one or more", "Margin by density (m)", "Largest energy (J)", "Places")  # fmt: skip  # noqa: E501
     sheltered = "; ".join(f"{entry['name']}: {entry['no_margin']}" for entry in entries if entry["no_margin"])
     note = (
         f"Expected value and, after it, its upper bound (95 %), over {number(entries[0]['realisations'])} "
-        "realisations, along the computed paths: barricades, terrain and obstacles shield. Of a road or an area the "
-        "piece where it is worst counts; where all azimuths are alike, densities are those over all azimuths. Hits on "
-        "people and vehicles: assuming that all are present; on a building: on its walls and roof. Margin: from the "
-        "nearest edge to the line of the expected density (its bound by direction), negative inside."
-        + (f" Without a margin: {sheltered}." if sheltered else "")
+        "realisations, along the computed paths: barricades, terrain and obstacles shield. Of a site in the open the "
+        "worst place of the size of a person or a vehicle counts; where all azimuths are alike, densities are those "
+        "over all azimuths. Hits on people and vehicles: assuming that all are present; on a building: on its walls "
+        "and roof. Margin: from the nearest edge to the line of the expected density (its bound by direction), "
+        "negative inside." + (f" Without a margin: {sheltered}." if sheltered else "")
     )
     yield Table("Exposed sites, all numbers", head, tuple(lines), note)
     yield from _walls(entries)

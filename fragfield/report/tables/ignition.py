@@ -24,7 +24,7 @@ _NOTE = (
 
 
 def _ignition(run: RunFiles) -> Iterator[tuple[str, list[dict[str, Any]]]]:
-    """Name of each round and what initiated it, in order of time; runs of older versions have none."""
+    """Name of each round and what initiated it, in order of time."""
     for entry in run.part("burst").get("rounds") or []:
         if isinstance(entry.get("ignition"), list):
             yield str(entry.get("name")), entry["ignition"]

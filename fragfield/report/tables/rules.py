@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from fragfield.hazard.certainty import whole_metres
-from fragfield.hazard.recommended import USES, official_note
+from fragfield.hazard.to_apply import USES
 from fragfield.report.blocks import Paragraph, Points, Table
 
 if TYPE_CHECKING:
@@ -77,20 +77,9 @@ _OFFICIAL = (
 )
 
 
-def minimum_words(run: RunFiles) -> Iterator[str]:
-    """For each activity the distance not to go below; none for a run of a former version."""
-    minimum = run.part("minimum")
-    if not minimum:
-        return
-    for use, title in USES.items():
-        if minimum[use]["distance"] is not None:
-            distance, by = whole_metres(minimum[use]["distance"]), minimum[use]["by"]
-            yield f"{title[0].upper()}{title[1:]}: do not apply less than {distance} m, by {by}."
-
-
 def prescribed_table(run: RunFiles) -> Iterator[Table]:
     """Distances that an authority publishes for the round, and the largest rule in range of each kind."""
-    if not run.part("minimum"):
+    if not run.part("distance_to_apply"):
         return
     official, listed = run.part("official"), run.part("rules").get("rules") or ()
     lines = [
@@ -102,8 +91,7 @@ def prescribed_table(run: RunFiles) -> Iterator[Table]:
         inside = [rule for rule in listed if rule.get("use") == use and rule["distance"] is not None]
         for against in ("fragments", "blast"):
             lines += _largest([rule for rule in inside if rule["hazard"] == against], f"{title}, {against}")
-    note = official_note(official) if official else "No official distance of the round is in the case ([official])."
-    yield Table("Prescribed distances", ("Prescribed for", "m", "By"), tuple(lines), note)
+    yield Table("Prescribed distances", ("Prescribed for", "m", "By"), tuple(lines))
 
 
 def _largest(rules: list[Mapping[str, object]], what: str) -> Iterator[tuple[str, str, str]]:

@@ -18,13 +18,13 @@ if TYPE_CHECKING:
 
 _NOT_IN_IT = (
     "What is not in it: the error of the models themselves, shown by comparison with measurements (section "
-    "on validation), and inputs that are not listed. An index says which input is worth a measurement; it does not "
+    "on validation), and inputs that are not listed. A share says which input is worth a measurement; it does not "
     "make the input better known."
 )
 _APPLIES = {"value": "", "factor": "factor on the case's value: ", "shift": "added to the case's value: "}
 _ESTIMATOR = (
-    "Shares from a polynomial expansion of degree {degree} ({terms} terms) fitted to {samples} samples; "
-    "it leaves {left} % of their variance, statistical errors of the samples among it. Errors by bootstrap."
+    "By regression of the ranks of {samples} samples on the inputs; it leaves {left} % of their variance: joint "
+    "effects, effects that are not monotone, and statistical errors of the samples. Errors by bootstrap."
 )
 
 
@@ -53,9 +53,9 @@ def uncertainty_blocks(run: RunFiles, draw: Callable[..., Sequence[Block]]) -> I
     yield from draw(
         "uncertainty_tornado", "Effect of each input on the expected distance",
         "Mean distance with one input at 5 % and at 95 % of its own distribution (for discrete inputs over all steps), "
-        "the others at random. Light: the input at its low end.", tornado_figure,
+        "by linear regression. Light: the input at its low end.", tornado_figure,
     )  # fmt: skip
-    yield from _indices("Share of each input in the variance of the distance", found["distance"])
+    yield from _shares("Share of each input in the variance of the distance", found["distance"])
     yield from draw(
         "uncertainty_sites", "Exposed sites over the inputs",
         "Expected hits at each exposed site: 5 to 95 % over the inputs (bar), median (dot), the run itself (cross).",
@@ -113,31 +113,23 @@ def _capital(text: str) -> str:
     return text[:1].upper() + text[1:]
 
 
-def _indices(title: str, entry: Mapping[str, Any]) -> Iterator[Block]:
+def _shares(title: str, entry: Mapping[str, Any]) -> Iterator[Block]:
     estimator = entry["estimator"]
-    if "indices" not in entry:
+    if "shares" not in entry:
         yield Paragraph(f"No shares of the inputs: {estimator['reason']}.")
         return
-    order = sorted(entry["indices"], key=lambda one: -one["total"])
+    order = sorted(entry["shares"], key=lambda one: -one["share"])
     lines = tuple(
         (
             one["name"],
-            f"{100 * one['total']:.1f}{SPACE}±{SPACE}{100 * one['total_standard_error']:.1f}",
-            f"{100 * one['total_low']:.0f}{SPACE}–{SPACE}{100 * one['total_high']:.0f}",
-            f"{100 * one['first']:.1f}{SPACE}±{SPACE}{100 * one['first_standard_error']:.1f}",
+            f"{100 * one['share']:.1f}{SPACE}±{SPACE}{100 * one['share_standard_error']:.1f}",
+            f"{100 * one['share_low']:.0f}{SPACE}–{SPACE}{100 * one['share_high']:.0f}",
         )
         for one in order
     )
-    head = ("Input", "total effect (%)", "95 %", "first order (%)")
-    left = f"{100 * estimator['unexplained']:.0f}"
-    note = _ESTIMATOR.format(**{**estimator, "left": left})
-    yield Table(
-        title,
-        head,
-        lines,
-        f"{note} Total effects may add up to more than 100 %: the joint effect of several inputs counts for each "
-        "of them.",
-    )
+    left = f"{100 * (1.0 - estimator['explained']):.0f}"
+    note = _ESTIMATOR.format(samples=estimator["samples"], left=left)
+    yield Table(title, ("Input", "share (%)", "95 %"), lines, note)
 
 
 def _places(found: Mapping[str, Any]) -> Iterator[Block]:
@@ -152,8 +144,8 @@ def _places(found: Mapping[str, Any]) -> Iterator[Block]:
             if entry is None:
                 continue
             spread = entry["spread"]
-            largest = max(entry.get("indices") or [], key=lambda one: one["total"], default=None)
-            most = "–" if largest is None else f"{largest['name']} ({100 * largest['total']:.0f}{SPACE}%)"
+            largest = max(entry.get("shares") or [], key=lambda one: one["share"], default=None)
+            most = "–" if largest is None else f"{largest['name']} ({100 * largest['share']:.0f}{SPACE}%)"
             values = (entry["nominal"], spread["low"], spread["median"], spread["high"])
             lines.append((place["name"], words, *(f"{value:.3g}" for value in values), most))
     if lines:

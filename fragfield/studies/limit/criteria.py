@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from fragfield.errors import InputError
 from fragfield.hazard.certainty import metres
+from fragfield.hazard.to_apply import DistanceOfUse, DistanceToApply
 from fragfield_base.inputs import NotAllowedError, Quantity
 
 if TYPE_CHECKING:
@@ -15,7 +16,6 @@ if TYPE_CHECKING:
     from fragfield.case import CaseTable
 
 
-_OFFICIAL = "hazardous_fragment_distance"
 _DISTANCE = Quantity("m", "300 m", above=0.0)
 
 
@@ -24,7 +24,7 @@ class LimitCriteria:
     """What every allowed number of rounds meets."""
 
     distance: float | None
-    """The recommended distance and the official one are at most this (m); None: not asked for."""
+    """The distance to apply for storage and handling is at most this (m); None: not asked for."""
     exposed: bool
     """The criterion of every exposed site is met."""
 
@@ -52,7 +52,7 @@ class LimitCriteria:
         """What is asked for, in words."""
         parts = ["the criterion of every exposed site is met"] if self.exposed else []
         if self.distance is not None:
-            parts.append(f"the recommended distance is at most {metres(self.distance)}")
+            parts.append(f"the distance to apply for storage and handling is at most {metres(self.distance)}")
         return " and ".join(parts)
 
 
@@ -63,25 +63,31 @@ def judged(summary: Mapping[str, Any], criteria: LimitCriteria) -> dict[str, Any
     -------
     dict
         `explosive` (kg; None where it is not known), `recommended` (m: the recommended distance, None where it is not
-        determined), `standard_error` (m), `minimum` (m, prescribed for storage and handling, the recommended one
-        among it), `not_met` (names of exposed sites) and `reasons`, empty where all is met.
+        determined), `standard_error` (m), `to_apply` (m: for storage and handling, the largest of the recommended, the
+        official and the prescribed ones), `not_met` (names of exposed sites) and `reasons`, empty where all is met. A
+        rule that is left out for its range counts by its formula.
     """
     hazard = summary.get("hazard") or {}
     distance = hazard.get("recommended")
-    official = (summary.get("official") or {}).get(_OFFICIAL)
+    found = summary.get("distance_to_apply")
+    siting = DistanceToApply.read(found).siting if found else DistanceOfUse(None, None)
     sites = [entry for entry in summary.get("exposed") or [] if entry["verdict"] != "met"] if criteria.exposed else []
     reasons = [f"{entry['name']}: {entry['verdict']}" for entry in sites]
     if distance is None:
         reasons.append("the distance is not determined")
     if criteria.distance is not None:
-        for name, value in (("recommended", distance), ("official", official)):
-            if value is not None and value > criteria.distance:
-                reasons.append(f"{name} distance {metres(value)}")
+        if siting.distance is not None and siting.distance > criteria.distance:
+            reasons.append(f"{metres(siting.distance)} by {siting.by}")
+        reasons += [
+            f"{metres(one.distance)} by the formula of “{one.name}”, which does not apply because {one.reason}"
+            for one in siting.left_out
+            if one.missing and one.distance is not None and one.distance > criteria.distance
+        ]
     return {
         "explosive": ((summary.get("rules") or {}).get("contents") or {}).get("explosive"),
+        "to_apply": siting.distance,
         "recommended": distance,
         "standard_error": hazard.get("standard_error"),
-        "minimum": ((summary.get("minimum") or {}).get("siting") or {}).get("distance"),
         "not_met": [entry["name"] for entry in sites],
         "reasons": reasons,
     }

@@ -19,7 +19,7 @@ _COLUMNS = {
     "explosive": "net_explosive_quantity_kg",
     "recommended": "recommended_m",
     "standard_error": "standard_error_m",
-    "minimum": "prescribed_m",
+    "to_apply": "to_apply_m",
     "met": "met",
     "state": "state",
     "exit_code": "exit_code",
@@ -55,16 +55,16 @@ def print_limit(found: Mapping[str, Any]) -> None:
 
     console = plain_console(wide=200)
     table = Table(box=None, pad_edge=False)
-    for head in (found["key"], "rounds", "net explosive kg", "recommended m", "prescribed m", "", "criteria", ""):
+    for head in (found["key"], "rounds", "net explosive kg", "recommended m", "to apply m", "", "criteria", ""):
         table.add_column(Text(head), justify="right" if head not in ("", "criteria") else "left", no_wrap=True)
     for row in found["runs"]:
         explosive = "-" if row["explosive"] is None else f"{row['explosive']:.4g}"
-        distances = (whole_metres(row[key], "-") for key in ("recommended", "minimum"))
+        distances = (whole_metres(row[key], "-") for key in ("recommended", "to_apply"))
         cells = [str(row["values"][found["key"]]), str(row["rounds"]), explosive, *distances, row["state"]]
         cells += ["met" if row["met"] else "not met", "; ".join(row["reasons"])]
         table.add_row(*map(Text, cells))
     console.print(table)
-    console.print("recommended: the recommended distance; prescribed: not to go below, for storage and handling")
+    console.print("recommended: the computed distance; to apply: for storage and handling, by whatever is largest")
     for words in dict.fromkeys(row["results"]["not_included"] for row in found["runs"]):
         if words:
             console.print(f"the recommended distances do not include {words}")

@@ -126,10 +126,10 @@ def limit_of(rows: Sequence[Mapping[str, Any]], key: str, *, asked: Sequence[int
             "(--all computes every one)."
         )
     words += _not_monotonic(rows)
-    if met_up_to is not None and met_up_to["minimum"] is not None and met_up_to["minimum"] > met_up_to["recommended"]:
+    if met_up_to is not None and met_up_to["to_apply"] is not None and met_up_to["to_apply"] > met_up_to["recommended"]:
         words.append(
-            f"For storage and handling rules or the official distance prescribe {metres(met_up_to['minimum'])} at the "
-            f"limit, more than the recommended {metres(met_up_to['recommended'])}: do not apply less."
+            f"At the limit the distance to apply for storage and handling is {metres(met_up_to['to_apply'])}, more "
+            f"than the recommended {metres(met_up_to['recommended'])}."
         )
     failed = any(row["exit_code"] not in (EXIT_DONE, None) for row in rows)
     return {

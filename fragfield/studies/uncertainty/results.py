@@ -10,11 +10,12 @@ import numpy as np
 from fragfield.errors import EXIT_DONE, EXIT_NUMERICAL, InputError
 from fragfield.files.stamped import read_stamped_json, stamped_json
 from fragfield.hazard.certainty import metres
-from fragfield.hazard.recommended import minimum_part, parts_words, recommended_of
+from fragfield.hazard.recommended import parts_words, recommended_of
 from fragfield.hazard.site_map import write_contours
+from fragfield.hazard.to_apply import DistanceToApply
 from fragfield.quantities import column_of, shown
-from fragfield.studies.uncertainty.indices import Analysis, analyse
 from fragfield.studies.uncertainty.sample import results_of_summary
+from fragfield.studies.uncertainty.shares import Analysis, analyse
 from fragfield.studies.uncertainty.spread import spread_of, without_statistical_error
 from fragfield.version import __version__
 from fragfield_base.writing import csv_table, write_text
@@ -65,8 +66,8 @@ def _renew(nominal: RunDirectory, study: Mapping[str, Any]) -> None:
     summary = nominal.summary()
     hazard = recommended_of(summary["hazard"], summary.get("convergence"), study)
     rules = (summary.get("rules") or {}).get("rules") or ()
-    minimum = minimum_part(hazard, summary.get("official"), rules)
-    nominal.write_summary({**summary, "hazard": hazard, "minimum": minimum})
+    to_apply = DistanceToApply.of(hazard, summary.get("official"), rules)
+    nominal.write_summary({**summary, "hazard": hazard, "distance_to_apply": to_apply.as_dict()})
     if nominal.file("contours.geojson").is_file():
         from flight.files.ensemble import read_ensemble
         from fragfield.files.provenance import provenance_of
@@ -89,7 +90,7 @@ def assess(study: Study, rows: Mapping[int, Mapping[str, Any]], summary: Mapping
     -------
     dict
         `exit_code` (3 where a sample failed or has no distance), `title`, `inputs`, `design`, `states` (numbers of
-        samples by state, and the first messages), `distance` (the expected one) and `exposed` (spread, indices,
+        samples by state, and the first messages), `distance` (the expected one) and `exposed` (spread, shares,
         tornado), and `hazard`, the recommended distance of the nominal run with its parts, as in summary.json.
     """
     values = [rows.get(number, {}).get("results") or {} for number in range(study.samples)]
@@ -145,14 +146,14 @@ def _column(values: list[Mapping[str, Any]], name: str) -> NDArray[np.float64]:
 
 
 def _quantity(study: Study, values: NDArray[np.float64], errors: NDArray[np.float64] | None) -> dict[str, Any]:
-    """Spread, indices and tornado of one result."""
+    """Spread, shares and tornado of one result."""
     known = np.isfinite(values)
     used = None if errors is None or not np.isfinite(errors[known]).all() else errors[known]
     rng = np.random.default_rng(np.random.SeedSequence([study.seed, 3]))
     spread = spread_of(values[known], used, rng, None if study.burst is None else study.burst[known])
     analysis = analyse(
         [entry.distribution for entry in study.inputs], study.points, values,
-        seed=study.seed, burst=study.burst, in_burst=[entry.in_burst for entry in study.inputs],
+        seed=study.seed, burst=study.burst,
     )  # fmt: skip
     own, _ = without_statistical_error(values[known], spread.statistical_error**2)
     entry: dict[str, Any] = {
@@ -162,10 +163,10 @@ def _quantity(study: Study, values: NDArray[np.float64], errors: NDArray[np.floa
     if isinstance(analysis, Analysis):
         names = [one.name for one in study.inputs]
         entry["estimator"] = analysis.estimator
-        entry["indices"] = [{"name": name, **one} for name, one in zip(names, analysis.indices, strict=True)]
+        entry["shares"] = [{"name": name, **one} for name, one in zip(names, analysis.shares, strict=True)]
         entry["tornado"] = [{"name": name, **one} for name, one in zip(names, analysis.tornado, strict=True)]
     else:
-        entry["estimator"] = {"name": "none", "reason": analysis}
+        entry["estimator"] = {"reason": analysis}
     return entry
 
 
@@ -227,11 +228,11 @@ def print_study(found: Mapping[str, Any]) -> None:
         f"{spread['high']:.1f} m (± {spread['high_standard_error']:.1f} m for {spread['samples']} samples)"
     )
     table = Table(box=None, pad_edge=False)
-    for head in ("input", "total effect %", "first order %", "distance at its 5 and 95 %, m"):
+    for head in ("input", "share of the variance %", "distance at its 5 and 95 %, m"):
         table.add_column(head, justify="left" if head == "input" else "right")
-    for one, bar in zip(found["distance"].get("indices") or [], found["distance"].get("tornado") or [], strict=True):
-        shares = [f"{100 * one[key]:.1f} ± {100 * one[f'{key}_standard_error']:.1f}" for key in ("total", "first")]
-        table.add_row(one["name"], *shares, f"{bar['low']:.1f}  {bar['high']:.1f}")
+    for one, bar in zip(found["distance"].get("shares") or [], found["distance"].get("tornado") or [], strict=True):
+        share = f"{100 * one['share']:.1f} ± {100 * one['share_standard_error']:.1f}"
+        table.add_row(one["name"], share, f"{bar['low']:.1f}  {bar['high']:.1f}")
     console.print(table)
     for site in found["exposed"]:
         if site["hits"] is not None:

@@ -123,9 +123,9 @@ def _nominal(request: RunOptions, options: StudyOptions) -> RunDirectory:
     """The run with every input as the case has it: given as a directory, or made here."""
     if request.target.is_dir():
         directory = RunDirectory(request.target)
-        if request.settings or request.cell_size:
+        if request.settings:
             raise InputError(
-                f"{directory.path}: found --set or --cell-size with a run directory, whose run is the nominal one; "
+                f"{directory.path}: found --set with a run directory, whose run is the nominal one; "
                 "allowed: with a case file"
             )
         if not directory.complete(STAGES["fly"]):
@@ -133,9 +133,7 @@ def _nominal(request: RunOptions, options: StudyOptions) -> RunDirectory:
         return directory
     directory = RunDirectory(options.folder / NOMINAL)
     done = [stage for stage in ("burst", "break-up", "fly") if directory.complete(STAGES[stage])]
-    own = RunOptions(
-        request.target, directory.path, request.cell_size, resume=True, quiet=options.quiet, settings=request.settings
-    )
+    own = RunOptions(request.target, directory.path, resume=True, quiet=options.quiet, settings=request.settings)
     for stage in ("burst", "break-up", "fly"):
         if stage not in done:
             _report(f"nominal run: {stage}", options)

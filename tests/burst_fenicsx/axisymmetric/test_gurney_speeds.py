@@ -20,7 +20,7 @@ pytestmark = pytest.mark.dolfinx
 
 BORE, LENGTH, RATIO = 40.0, 480.0, 0.4  # radius and length (mm), charge over casing by mass
 STEEL = load_casing("steel_1045")
-SETTINGS = BurstSettings(cell_size=8e-3, products="jwl", acceleration_tolerance=0.002, geometry="axisymmetric")
+SETTINGS = BurstSettings(cell_size=8e-3, products="jwl", geometry="axisymmetric")
 
 
 def speed_of_the_middle(explosive, folder, casing=STEEL):

@@ -42,7 +42,7 @@ def folders(tmp_path, *names):
 
 def projectile(cell_size, **changes):
     """The 155 mm projectile with coarse cells: rounds, and settings in its meridian."""
-    case = load_case(CASES / "grenade_155_tnt.toml", cell_size=cell_size)
+    case = load_case(CASES / "grenade_155_tnt.toml", {"burst.cell_size": cell_size})
     return burst_rounds(case), replace(burst_settings(case), geometry="axisymmetric", **changes)
 
 

@@ -1,0 +1,107 @@
+"""What the casings' kinetic energies tend to, and with it the end of the burst."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from burst_fenicsx.kernels.constants import ASYMPTOTE_GROWTH, STEADY_ASYMPTOTE
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from burst_fenicsx.materials.products import Products
+    from burst_fenicsx.problem import Leakage
+
+__all__ = ["Acceleration"]
+
+_FEWEST_ENTRIES = 4  # of which a line is taken
+
+
+class Acceleration:
+    """Kinetic energy of each round's casing beside the mean radius of its charge, and its asymptote.
+
+    Thin products have P ~ v^-gamma with v ~ r^2, and vent by (r_cr / r)^beta (Eq. 7): their power P r dr/dt gives
+
+        K(r) = K_inf - C r^-n,    n = 2 (gamma - 1) + beta
+
+    K_inf is the intercept of the line of least squares of K over r^-n, taken while r grows by `ASYMPTOTE_GROWTH`. The
+    slope of ln K over ln r would give the same on that branch, but that of the middle of the window: 1 % more.
+
+    Parameters
+    ----------
+    products : of each round. leakage : of all.
+    left : fraction of a casing's kinetic energy that may still be to come at the end.
+
+    Attributes
+    ----------
+    rows : entry after entry: time (s), kinetic energies (rounds) in J, mean radii (rounds) in m.
+    asymptotes : entry after entry: K_inf (rounds) in J, NaN where there is none yet.
+    excess : entry after entry, 1 where the burst ends: the largest, over the rounds that have been initiated, of what
+        is left over `left` and of the change of K_inf over `STEADY_ASYMPTOTE` of it.
+    """
+
+    def __init__(self, products: Sequence[Products], leakage: Leakage, left: float) -> None:
+        beta = leakage.beta if leakage.enabled else 0.0
+        self._exponents = np.array([2.0 * (item.dilute_exponent - 1.0) + beta for item in products])
+        self._left = left
+        self.rows: list[np.ndarray] = []
+        self.asymptotes: list[np.ndarray] = []
+        self.excess: list[float] = []
+
+    def record(self, time: float, energies: np.ndarray, radii: np.ndarray, initiated: np.ndarray) -> None:
+        """Take the casings' kinetic energies (rounds,) in J and mean radii (rounds,) in m at a time (s).
+
+        Rounds that nothing has `initiated` (rounds,) are not waited for.
+        """
+        self.rows.append(np.concatenate([[time], energies, radii]))
+        count = len(energies)
+        rows, asymptote, excess = np.array(self.rows), np.full(count, np.nan), np.full(count, np.inf)
+        for index in range(count):
+            energy, radius = rows[:, 1 + index], rows[:, 1 + count + index]
+            window = _since_growth(radius)
+            if window < 0 or len(rows) - window < _FEWEST_ENTRIES or not energy[-1] > 0.0:
+                continue
+            thinning = radius[window:] ** -self._exponents[index]
+            offset = thinning - thinning.mean()
+            slope = (offset @ energy[window:]) / (offset @ offset)
+            asymptote[index] = energy[window:].mean() - slope * thinning.mean()
+            before = np.array([row[index] for row in self.asymptotes[window:]] + [asymptote[index]])
+            change = np.ptp(before) / asymptote[index]  # NaN before there are enough
+            left = asymptote[index] / energy[-1] - 1.0
+            if np.isfinite(change):
+                excess[index] = max(abs(left) / self._left, abs(change) / STEADY_ASYMPTOTE)
+        self.asymptotes.append(asymptote)
+        self.excess.append(float(excess[initiated].max(initial=0.0)) if initiated.any() else np.inf)
+
+    def end(self) -> float:
+        """Time (s) at which the burst is over, by the last two entries: their own, or one to come; infinite if none."""
+        if self.excess and self.excess[-1] <= 1.0:
+            return float(self.rows[-1][0])
+        before, last = self.excess[-2:] if len(self.excess) > 1 else (np.inf, np.inf)
+        if not last < before < np.inf:
+            return np.inf
+        times = self.rows[-2][0], self.rows[-1][0]
+        return float(times[1] + (last - 1.0) / (before - last) * (times[1] - times[0]))
+
+    def left(self) -> np.ndarray:
+        """Fraction of its kinetic energy that each casing would still gain (rounds,), K_inf / K - 1; or NaN."""
+        count = len(self.asymptotes[-1]) if self.asymptotes else 0
+        return self.asymptotes[-1] / self.rows[-1][1 : 1 + count] - 1.0 if count else np.zeros(0)
+
+    def array(self) -> np.ndarray:
+        """All entries for a checkpoint (entries, 2 + 3 rounds): rows, asymptotes, excess."""
+        return np.column_stack([self.rows, self.asymptotes, self.excess])
+
+    def restore(self, entries: np.ndarray) -> None:
+        """Go on from what `array` gave."""
+        count = len(self._exponents)
+        rows, asymptotes, excess = np.split(entries, [1 + 2 * count, 1 + 3 * count], axis=1)
+        self.rows, self.asymptotes, self.excess = list(rows), list(asymptotes), excess[:, 0].tolist()
+
+
+def _since_growth(radius: np.ndarray) -> int:
+    """First entry since which the last radius has grown by `ASYMPTOTE_GROWTH`; -1 before."""
+    smaller = np.flatnonzero(radius * ASYMPTOTE_GROWTH < radius[-1])
+    return int(smaller[-1]) if len(smaller) else -1

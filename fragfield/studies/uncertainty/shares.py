@@ -1,0 +1,130 @@
+"""Share of each input in the variance of a result, by rank regression.
+
+The ranks of the result are a linear function of the probabilities u of the inputs, fitted by least squares (Iman and
+Conover, Technometrics 21 (1979) 499): exact for what is monotone in each input, blind to what rises and falls again and
+to joint effects, which the part of the ranks' variance that the fit leaves shows. A share is the square of an input's
+coefficient, less what its own variance adds, over the sum of all. Errors come from the wild bootstrap (Wu 1986):
+residuals keep their sample, or their shared burst, and change signs at random.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from fragfield.studies.uncertainty.distributions import Distribution
+
+
+DRAWS = 1000
+_TORNADO = (0.05, 0.95)
+
+
+@dataclass(frozen=True, eq=False)
+class Analysis:
+    """What the samples say of one result."""
+
+    shares: list[dict[str, float]]
+    """For each input `share`, `share_standard_error`, and `share_low`, `share_high` (95 %)."""
+    tornado: list[dict[str, float]]
+    """For each input the mean result with it at 5 % and 95 % of its probability, `low` and `high`, by a regression of
+    the values themselves; of a discrete input the smallest and the largest over its steps."""
+    estimator: dict[str, Any]
+    """`explained`, the part of the ranks' variance that the regression explains (R^2), and `samples`."""
+
+
+def columns_of(distribution: Distribution, u: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Columns (n, k) of an input at probabilities u, with mean 0, variance 1 and no correlation over its distribution.
+
+    One of a continuous input; of a discrete one, whose steps have no order, as many as it has steps but one.
+    """
+    if distribution.is_continuous:
+        return np.sqrt(12.0) * (u[:, None] - 0.5)
+    weights = np.diff(distribution.edges())
+    kept = weights > 0.0
+    step, weight = (np.cumsum(kept) - 1)[distribution.quantile(u).astype(np.int64)], np.sqrt(weights[kept])
+    q, r = np.linalg.qr(np.vander(np.linspace(-1.0, 1.0, len(weight)), increasing=True) * weight[:, None])
+    return np.asarray((q * np.sign(np.diag(r)) / weight[:, None])[step, 1:])
+
+
+def analyse(
+    distributions: Sequence[Distribution],
+    points: NDArray[np.float64],
+    values: NDArray[np.float64],
+    *,
+    seed: int,
+    burst: NDArray[np.int64] | None = None,
+) -> Analysis | str:
+    """Shares and tornado of one result over all samples.
+
+    Parameters
+    ----------
+    distributions : d Distributions
+    points : (n, d) float64
+        In the unit cube.
+    values : (n,) float64
+        NaN where a sample gave none.
+    seed : int
+        Of the bootstrap.
+    burst : (n,) int64, optional
+        Which shared burst a sample used.
+
+    Returns
+    -------
+    Analysis, or why there is none, in words
+    """
+    known = np.isfinite(values)
+    number = int(known.sum())
+    if number < 2 or not np.ptp(values[known]) > 0.0:
+        return "the samples do not differ"
+    parts = [columns_of(one, points[known, i]) for i, one in enumerate(distributions)]
+    matrix = np.hstack([np.ones((number, 1)), *parts])
+    if number < matrix.shape[1] + 2:
+        return f"{number} samples are too few for {len(distributions)} inputs; needed: {matrix.shape[1] + 2}"
+    order = np.argsort(np.argsort(values[known], kind="stable"), kind="stable")
+    ranks = (order + 0.5) / number
+    q, r = np.linalg.qr(matrix)
+    operator = np.linalg.solve(r, q.T)
+    fitted = matrix @ operator @ ranks
+    enlarged = (ranks - fitted) / np.sqrt(np.maximum(1.0 - (q**2).sum(axis=1), 1e-12))  # for leverage
+    group = np.arange(number) if burst is None else np.unique(burst[known], return_inverse=True)[1]
+    rng = np.random.default_rng(np.random.SeedSequence([seed, 2]))
+    signs = rng.choice([-1.0, 1.0], size=(DRAWS, int(group.max()) + 1))
+    coefficients, draws = operator @ ranks, (fitted + enlarged * signs[:, group]) @ operator.T
+    own, linear = draws.var(axis=0, ddof=1), operator @ values[known]
+    ends = np.cumsum([1, *(part.shape[1] for part in parts)])
+    places = [slice(first, last) for first, last in pairwise(ends.tolist())]
+    # A draw's squares are too large twice over: by its own variance and by that of the coefficients it began with.
+    share, of_draws = (_shares(found**2 - times * own, places) for found, times in ((coefficients, 1.0), (draws, 2.0)))
+    low, high = np.quantile(of_draws, [0.025, 0.975], axis=0)
+    error = of_draws.std(axis=0, ddof=1)
+    return Analysis(
+        [
+            {"share": share[i], "share_standard_error": error[i], "share_low": low[i], "share_high": high[i]}
+            for i in range(len(parts))
+        ],
+        [_bar(one, linear[place], linear[0]) for one, place in zip(distributions, places, strict=True)],
+        {"explained": float(fitted.var() / ranks.var()), "samples": number},
+    )
+
+
+def _shares(squares: NDArray[np.float64], places: Sequence[slice]) -> NDArray[np.float64]:
+    """Shares (..., d) of squared coefficients (..., k); all 0 where nothing is left of them."""
+    each = np.stack([np.maximum(squares[..., place].sum(axis=-1), 0.0) for place in places], axis=-1)
+    total = each.sum(axis=-1, keepdims=True)
+    return np.asarray(each / np.where(total > 0.0, total, 1.0))
+
+
+def _bar(distribution: Distribution, coefficients: NDArray[np.float64], mean: float) -> dict[str, float]:
+    """The mean result with one input at its ends, by a linear regression."""
+    u = np.array(_TORNADO) if distribution.is_continuous else np.linspace(1e-9, 1.0 - 1e-9, 401)
+    effect = mean + columns_of(distribution, u) @ coefficients
+    low, high = effect if distribution.is_continuous else (effect.min(), effect.max())
+    return {"low": float(low), "high": float(high)}

@@ -1,0 +1,77 @@
+"""One run over another: values, ratios and their errors, what is refused and what is printed."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+import fragfield
+from fragfield.files.run_directory import RunDirectory
+from fragfield.files.stamped import read_stamped_json
+from fragfield.studies.ratios import ratios
+from tests.fragfield.short_run import invoke
+from tests.fragfield.synthetic_run import write_run
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("ratios")
+    return write_run(folder / "pair", rounds=2, title="Two rounds"), write_run(folder / "single")
+
+
+def test_the_pair_over_the_single_round(runs):
+    found = fragfield.compare_runs(fragfield.open(runs[0]), runs[1])
+    rows = dict(zip(found["quantity"], found.to_numpy(), strict=True))
+    fragments = rows["break_up.fragments"]
+    assert (fragments["run"], fragments["reference"], fragments["ratio"]) == (3600, 1800, 2.0)
+    expected = rows["hazard.expected"]
+    values = [read_stamped_json(folder / "summary.json")["hazard"] for folder in runs]
+    assert expected["ratio"] == values[0]["expected"] / values[1]["expected"] > 1.1
+    trials = [  # of errors ten times as small: there the ratio is linear in both
+        np.random.default_rng(seed).normal(one["expected"], 0.1 * one["standard_error"], 200_000)
+        for seed, one in enumerate(values)
+    ]
+    assert expected["ratio_error"] == pytest.approx(10.0 * np.std(trials[0] / trials[1]), rel=0.02)
+    assert np.isnan(rows["hazard.largest_throw"]["ratio_error"])
+
+
+def test_a_run_over_itself_is_one(runs):
+    np.testing.assert_array_equal(fragfield.compare_runs(runs[0], runs[0])["ratio"], 1.0)
+    assert "no input differs" in invoke("compare", runs[0], runs[0]).stdout
+
+
+def test_the_command_prints_what_differs_and_the_ratios(runs):
+    done = invoke("compare", *runs)
+    assert done.exit_code == 0, done.stderr
+    assert "round[1].position: reference ['0.0 m', '0.0 m', '0.0 m'], run ['-0.095 m', '0.0 m', '0.0 m']" in done.stdout
+    assert "Mean initial speed, by mass" in done.stdout
+    stored = json.loads(invoke("compare", *runs, "--json").stdout)
+    assert [row["ratio"] for row in stored["ratios"]] == list(fragfield.compare_runs(*runs)["ratio"])
+
+
+def test_sums_of_unlike_parts_are_not_divided(runs, tmp_path):
+    other = write_run(tmp_path / "other")
+    summary = read_stamped_json(other / "summary.json")
+    summary["hazard"]["parts"] |= {"inputs": 10.0}
+    summary["hazard"]["recommended"] += 5.0
+    RunDirectory(other).write_summary(summary)
+    rows = {row["quantity"]: row["ratio"] for row in ratios(runs[1], other)}
+    assert rows["hazard.recommended"] is None
+    assert rows["hazard.expected"] == 1.0
+    assert "no ratio of recommended distances: they hold different parts" in invoke("compare", runs[1], other).stdout
+    assert "no ratio" not in invoke("compare", *runs).stdout
+
+
+def test_a_burst_alone_and_what_is_no_run(runs, tmp_path):
+    burst = write_run(tmp_path / "burst", stages=1)
+    assert {row.partition(".")[0] for row in fragfield.compare_runs(runs[0], burst)["quantity"]} == {"burst"}
+    begun = write_run(tmp_path / "begun", stages=0)
+    for folder, message in (
+        (tmp_path / "none", "no such run directory"), (tmp_path, "it contains no case.toml"),
+        (begun, "its summary.json has no results"),
+    ):  # fmt: skip
+        done = invoke("compare", runs[0], folder)
+        assert done.exit_code == 2
+        assert message in done.stderr
