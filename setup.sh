@@ -197,7 +197,7 @@ set_up() {
     write_constraints >"$venv/constraints.txt"
     install_h5py
     say "Python packages, pinned by constraints/ (2 GB, a few minutes)"
-    pip_install --editable ./flight --editable ".[view,app,terrain,tables,drawings,test,lint,docs]" || refuse \
+    pip_install --editable ./flight --editable ".[app,terrain,tables,drawings,test,lint,docs]" || refuse \
         "pip could not install the Python packages; its reason stands above." \
         "No network? pip needs https://pypi.org or a mirror (PIP_INDEX_URL); behind a proxy set https_proxy." \
         "Certificates? PIP_CERT names the file to trust. Disk full? About 2 GB are needed here."

@@ -109,15 +109,7 @@ FragmentsFile = Annotated[
         help="Fly these fragments (.h5, .csv, or an arena table), not the run's.",
     ),
 ]
-Window = Annotated[
-    bool | None,
-    typer.Option("--window/--pictures", help="Open a window, or write pictures; default: as possible."),
-]
-
 Scheduler = Annotated[
     str | None,
     typer.Option("--scheduler", metavar="ADDRESS", help="Run on the workers of this dask scheduler: tcp://node1:8786."),
-]
-Html = Annotated[
-    bool, typer.Option("--html", help="Write interactive 3-D pages, view_burst.html and view_fragments.html.")
 ]

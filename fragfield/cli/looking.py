@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from fragfield.cli.application import CaseOrRun, Html, Json, Quiet, Window, app, file_path
+from fragfield.cli.application import CaseOrRun, Json, Quiet, app, file_path
 from fragfield.cli.guard import give, guarded, print_paths
 from fragfield.cli.streams import to_stdout
 from fragfield.errors import InputError
@@ -15,18 +15,19 @@ from fragfield_base.paths import absolute, start_folder
 
 
 @app.command()
-def view(case: CaseOrRun, window: Window = None, html: Html = False, quiet: Quiet = False, json: Json = False) -> None:
-    """Look at a run: in a window where there is a display, else as pictures; or as 3-D pages."""
+def view(
+    run: CaseOrRun,
+    window: Annotated[bool, typer.Option("--window", help="Open pyvista's window instead.")] = False,
+    quiet: Quiet = False,
+    json: Json = False,
+) -> None:
+    """Write pictures of a run, the burst at four times and the fragments; ParaView opens its .xdmf files."""
     with guarded(json=json, quiet=quiet):
         from fragfield.interface.running import options_of
         from fragfield.view import view_run
 
-        written = view_run(options_of(case).source.path, window=window, html=html)
-        give(
-            {"pages" if html else "pictures": [str(path) for path in written]},
-            json=json,
-            show=print_paths,
-        )
+        written = view_run(options_of(run).source.path, window=window)
+        give({"pictures": [str(path) for path in written]}, json=json, show=print_paths)
 
 
 @app.command()

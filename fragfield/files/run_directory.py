@@ -111,7 +111,7 @@ STAGES: dict[str, Stage] = {
             "report",
             "",
             "report.html",
-            ("view_burst.html", "view_fragments.html", "map.html", "report.html"),
+            ("map.html", "report.html"),
             (),
             ("title", "document"),
         ),

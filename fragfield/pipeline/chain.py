@@ -5,12 +5,10 @@ from __future__ import annotations
 import logging
 import sys
 from contextlib import ExitStack, contextmanager
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from fragfield.case.checks.bounds import outside_soft
 from fragfield.case.checks.estimates import given_on_map
-from fragfield.case.conversion.symmetry import is_brief
 from fragfield.errors import EXIT_FAULT, InputError, exit_code_of, message_of
 from fragfield.files.run_directory import STAGES
 from fragfield.pipeline.arena import read_arena
@@ -19,12 +17,11 @@ from fragfield.pipeline.parallel import Team
 from fragfield.pipeline.stages import perform
 from fragfield.terminal.logs import logged, visible
 from fragfield.terminal.progress import ProgressReporter
-from fragfield.view.offscreen import PictureProcess
 from fragfield_base.hdf5_files import check_sound
 from fragfield_base.writing import has_locks
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterator
     from typing import Any
 
     from fragfield.case import CaseTable
@@ -66,17 +63,9 @@ def run_chain(options: RunOptions, only: str | None = None) -> dict[str, Any]:
             _warn_of_locks(directory, team)
         job = Job(case, directory if from_burst else options.source, directory, team, reporter, options)
         stages = _waiting(job) if only is None else [STAGES[only]]
-        drawing = only is None and team.first and not options.lean
-        done = [stage for stage in STAGES.values() if stage not in stages]
         with _together(team):
             for stage in stages[: None if only else -1]:
-                # beside a long burst the libraries would lie in memory for nothing
-                if drawing and job.pictures is None and (stage.name == "fly" or is_brief(case)):
-                    job = _with_pictures(job, held, done)
                 perform(job, stage)
-                done.append(stage)
-                if job.pictures is not None:
-                    job.pictures.go_on(stage.name)
         if only is not None:
             return directory.summary() if team.first else {}
         if not team.first:
@@ -87,14 +76,6 @@ def run_chain(options: RunOptions, only: str | None = None) -> dict[str, Any]:
             if not options.lean:
                 perform(job, stages[-1])
             return directory.summary()
-
-
-def _with_pictures(job: Job, held: ExitStack, done: Sequence[Stage]) -> Job:
-    """The job with a process that draws what each stage has computed while the next ones compute."""
-    pictures = held.enter_context(PictureProcess(job.target.path, job.target.path, "run"))
-    for stage in done:
-        pictures.go_on(stage.name)
-    return replace(job, pictures=pictures)
 
 
 def _waiting(job: Job) -> list[Stage]:

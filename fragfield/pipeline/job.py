@@ -26,7 +26,6 @@ if TYPE_CHECKING:
     from fragfield.files.run_directory import Stage
     from fragfield.pipeline.parallel import Team
     from fragfield.terminal.progress import Progress, ProgressReporter
-    from fragfield.view.offscreen import PictureProcess
 
 
 @dataclass(frozen=True)
@@ -111,8 +110,6 @@ class Job:
     """What was asked for."""
     attitude: Turned | None = None
     """The one attitude in which an arrangement of mixed attitudes is flown; left out: all."""
-    pictures: PictureProcess | None = None
-    """Draws burst and fragments for the report while these fly."""
     numbers_alone: bool = False
     """Neither bounds by direction nor bands of densities, unless another number rests on them."""
     noted: dict[str, Any] = field(default_factory=dict)

@@ -220,7 +220,7 @@ def report(job: Job, stage: Stage) -> dict[str, Any]:
     """The report of whatever the run directory holds: report.html."""
     from fragfield.report import write_report
 
-    write_report(job.source.path, job.target.file(stage.result), drawing=job.pictures)
+    write_report(job.source.path, job.target.file(stage.result))
     return {}
 
 

@@ -20,7 +20,7 @@ from fragfield.report.map_page import write_map
 from fragfield.report.reading.run_files import read_run
 from fragfield.report.sections import sections
 from fragfield.version import __version__
-from fragfield.view.offscreen import VIEWS, PictureProcess
+from fragfield.view.offscreen import drawing
 from fragfield_base.writing import write_files, write_text
 
 if TYPE_CHECKING:
@@ -41,7 +41,6 @@ def write_report(
     path: Path | str | None = None,
     *,
     pictures: bool = True,
-    drawing: PictureProcess | None = None,
 ) -> Path:
     """Write the report of a run, whole or in part.
 
@@ -52,10 +51,7 @@ def write_report(
     path : Path, optional
         The page to write; left out: `report.html` in the run directory. Figures go to `figures` beside it.
     pictures : bool
-        Draw the burst and the fragments by VTK; where VTK cannot draw, the report says so and goes on. Beside the
-        page go interactive views of both, where trame-vtk is installed.
-    drawing : PictureProcess, optional
-        Has begun to draw them beside the page; left out: it is started.
+        Draw the burst and the fragments by VTK; where VTK cannot draw, the report says so and goes on.
 
     Returns
     -------
@@ -70,8 +66,8 @@ def write_report(
     run = read_run(Path(run_dir))
     target = Path(path) if path is not None else run.folder / "report.html"
     folder = target.parent / "figures"
-    with (drawing or PictureProcess(run.folder, target.parent, "report")) if pictures else nullcontext() as process:
-        illustrator = _Illustrator(run, folder, process)
+    with drawing(run.folder, folder, wide=False) if pictures else nullcontext() as finish:
+        illustrator = _Illustrator(run, folder, finish)
         return _write(
             run, illustrator, target, lambda: sections(run, illustrator.draw, illustrator.picture),
             lambda written: write_map(run, target.with_name("map.html"), identity=identity_line(run), written=written),
@@ -109,26 +105,24 @@ def _write(
 class _Illustrator:
     """Draws each figure once, and keeps it as SVG beside the page; pictures come from another process."""
 
-    def __init__(self, run: RunFiles, folder: Path, process: PictureProcess | None) -> None:
+    def __init__(self, run: RunFiles, folder: Path, pictures: Callable[[], str] | None) -> None:
         self.run = run
         self.folder = folder
-        self.process = process
+        self.pictures = pictures
         self.count = 0
         self.files: dict[Path, bytes] = {}
 
     def draw(
         self, name: str, title: str, caption: str, function: Callable[[RunFiles], Figure | None]
     ) -> list[Illustration]:
-        known = {} if self.process is None else self.process.figures
-        drawn = known[name] if name in known else draw_figure(self.run, function)
-        if drawn is None:
+        if (drawn := draw_figure(self.run, function)) is None:
             return []
         self.count += 1
         self.files[self.folder / f"{name}.svg"] = drawn
         return [Illustration(name, title, caption, image=_uri(drawn, "svg"))]
 
     def picture(self, name: str, title: str, caption: str) -> list[Block]:
-        if self.process is None:
+        if self.pictures is None:
             return []
         self.count += 1
         return [Illustration(name, title, caption)]
@@ -136,19 +130,17 @@ class _Illustrator:
     def finish(self, parts: list[Section]) -> None:
         """Write the files, put the pictures in their places once they are drawn, and figures side by side."""
         write_files(self.files, InputError)
-        fault = self.process.finish() if self.process is not None else ""
+        fault = self.pictures() if self.pictures is not None else ""
         for part in parts:
             part.blocks = list(_side_by_side([self._with_picture(block, fault) for block in part.blocks]))
 
     def _with_picture(self, block: Block, fault: str) -> Block:
-        """A picture, or why there is none, with the page beside the report that shows the same to be turned."""
+        """A picture, or why there is none."""
         if not isinstance(block, Illustration) or block.image:
             return block
         if fault:
             return replace(block, missing=fault)
-        png = (self.folder / f"{block.name}.png").read_bytes()
-        view = VIEWS[block.name]
-        return replace(block, image=_uri(png, "png"), view=view if (self.folder.parent / view).is_file() else "")
+        return replace(block, image=_uri((self.folder / f"{block.name}.png").read_bytes(), "png"))
 
 
 def _side_by_side(blocks: list[Block]) -> Iterator[Block]:

@@ -122,8 +122,6 @@ class Illustration:
     image: str = ""
     missing: str = ""
     """Why the picture could not be drawn, instead of it."""
-    view: str = ""
-    """The file beside the report that shows the same in three dimensions."""
     kind: str = "illustration"
 
 

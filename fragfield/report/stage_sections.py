@@ -12,7 +12,6 @@ from fragfield.report.figures import fragments as fragment_figures
 from fragfield.report.figures import hazard as hazard_figures
 from fragfield.report.figures import round_drawing
 from fragfield.report.figures import site as site_figure
-from fragfield.report.figures.drawing import draw_figure
 from fragfield.report.tables import zones as zone_blocks
 from fragfield.report.tables.attitudes import attitude_figure
 from fragfield.report.tables.convergence import convergence_figure, convergence_notes, convergence_tables
@@ -60,28 +59,6 @@ def _blocks_of_stage(run: RunFiles, stage: str, blocks: Callable[[], list[Block]
     if stage in run.missing:
         return [Paragraph(f"Not computed: the stage “{stage}” has not been run in this directory.")]
     return blocks()
-
-
-def figures_of_stage(run: RunFiles, stage: str) -> dict[str, str | None]:
-    """Figures (SVG) by name, None of those without data, of the sections that show what a stage computes."""
-    drawn: dict[str, str | None] = {}
-
-    def draw(name: str, title: str, caption: str, function: Callable[[RunFiles], Figure | None]) -> list[Illustration]:
-        del title, caption
-        figure = draw_figure(run, function)
-        drawn[name] = None if figure is None else figure.decode()
-        return []
-
-    if stage == "burst":
-        rounds_section(run, draw)
-        speeds_section(run, draw, lambda *_: [])
-    elif stage == "break-up":
-        fragments_section(run, draw, lambda *_: [])
-    else:
-        hazard_section(run, draw)
-        convergence_section(run, draw)
-        annexes_of_stages(run, draw)
-    return drawn
 
 
 def rounds_section(run: RunFiles, draw: Draw) -> Section:

@@ -1,8 +1,8 @@
-"""Looking at a run: pictures and interactive pages drawn off-screen, or a window where there is a display."""
+"""Looking at a run: pictures drawn off-screen, or pyvista's window; ParaView opens burst.xdmf and trajectories.xdmf."""
 
 from __future__ import annotations
 
-from fragfield.view.offscreen import PictureUnavailableError, display_available, offscreen_fault
-from fragfield.view.show import open_window, view_run
+from fragfield.view.offscreen import PictureUnavailableError, offscreen_fault
+from fragfield.view.show import view_run
 
-__all__ = ["PictureUnavailableError", "display_available", "offscreen_fault", "open_window", "view_run"]
+__all__ = ["PictureUnavailableError", "offscreen_fault", "view_run"]

@@ -1,30 +1,21 @@
-"""Drawing by VTK without a window, in a process of its own.
-
-Where a driver is missing VTK ends its process; whoever asked for a picture goes on and says so.
-"""
+"""Drawing by VTK without a window, in a process beside: where a driver is missing VTK ends its process."""
 
 from __future__ import annotations
 
 import ctypes
-import json
 import os
 import subprocess
 import sys
-import tempfile
-from contextlib import suppress
-from functools import cached_property
+from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from fragfield.errors import InputError
-from fragfield_base.ambient import start_function
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
     from pathlib import Path
-    from types import TracebackType
 
 
-VIEWS = {"picture_of_burst": "view_burst.html", "picture_of_fragments": "view_fragments.html"}
-"""Interactive page beside each picture."""
 _WINDOWS = {
     "libEGL.so.1": "vtkEGLRenderWindow",
     "libOSMesa.so.8": "vtkOSOpenGLRenderWindow",
@@ -32,7 +23,8 @@ _WINDOWS = {
     "libOSMesa.so": "vtkOSOpenGLRenderWindow",
 }
 _CURE = "install libegl1 (Debian: apt-get install libegl1), then run `fragfield report` or `fragfield view` again"
-DONE, FAULT, INPUT, UNAVAILABLE = 0, 1, 2, 3
+INPUT = 2
+"""Exit code of the process where a file of the run is damaged, as of the command line."""
 
 
 class PictureUnavailableError(RuntimeError):
@@ -47,24 +39,8 @@ def _loadable(name: str) -> bool:
     return True
 
 
-def display_available() -> bool:
-    """Whether a window can be opened: an X server answers and lets this user in (VTK asks no other on Linux).
-
-    The variable DISPLAY alone says little: it outlives its server, in `screen` and batch jobs for one.
-    """
-    if sys.platform == "darwin":
-        return True
-    if not os.environ.get("DISPLAY"):
-        return False
-    try:
-        library = ctypes.CDLL("libX11.so.6")
-    except OSError:
-        return False
-    library.XOpenDisplay.restype, library.XCloseDisplay.argtypes = ctypes.c_void_p, [ctypes.c_void_p]
-    if (display := library.XOpenDisplay(None)) is None:
-        return False
-    library.XCloseDisplay(display)
-    return True
+def _library() -> str | None:
+    return next((name for name in _WINDOWS if _loadable(name)), None)
 
 
 def offscreen_fault() -> str:
@@ -83,85 +59,27 @@ def use_offscreen() -> None:
         os.environ["VTK_DEFAULT_OPENGL_WINDOW"] = _WINDOWS[library]
 
 
-def _library() -> str | None:
-    return next((name for name in _WINDOWS if _loadable(name)), None)
+@contextmanager
+def drawing(run: Path, folder: Path, *, wide: bool) -> Iterator[Callable[[], str]]:
+    """While it is entered the pictures of a run are drawn into a folder; what it gives waits for them.
 
-
-class PictureProcess:
-    """A process that draws the pictures or pages of a run; a context manager, at whose end it has ended too.
-
-    Parameters
-    ----------
-    run : Path
-        The run directory.
-    folder : Path
-        Interactive pages go there, pictures into its folder `figures`.
-    what : "run", "report", "pictures" or "pages"
-        Narrow pictures, and pages where trame-vtk is installed; wide pictures; pages. For a run as for its report, with
-        the report's figures: the process loads its libraries, and waits for `go_on` after each stage.
+    That function's result says why VTK draws none here; empty: they are there. It raises InputError where a file of
+    the run is damaged, or the folder cannot be written.
     """
+    if fault := offscreen_fault():
+        yield lambda: fault
+        return
+    words = [sys.executable, "-m", "fragfield.view", str(run.absolute()), str(folder.absolute()), str(int(wide))]
+    with subprocess.Popen(words, stdin=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True) as process:
 
-    def __init__(self, run: Path, folder: Path, what: str) -> None:
-        self._fault, self._waits = offscreen_fault(), what == "run"
-        drawn, words = (tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace") for _ in range(2))  # noqa: SIM115
-        self._drawn, self._words = drawn, words  # closed by __exit__
-        places = [str(place.absolute()) for place in (run, folder)]
-        self._process = None if self._fault else start_function(
-            "fragfield.view.show", "draw", *places, what, stdin=subprocess.PIPE, stdout=drawn, stderr=words
-        )  # fmt: skip
+        def finish() -> str:
+            said = process.communicate()[1].strip().splitlines()
+            last = said[-1] if said else f"exit code {process.returncode}"
+            if process.returncode == INPUT:
+                raise InputError(last)
+            return f"VTK fails to draw without a window here ({last}); {_CURE}" if process.returncode else ""
 
-    def go_on(self, stage: str) -> None:
-        """Let the process of a run draw what a stage has computed."""
-        if self._process is not None and self._process.stdin is not None:
-            with suppress(OSError):  # it has ended
-                self._process.stdin.write(f"{stage}\n".encode())
-                self._process.stdin.flush()
-
-    @cached_property
-    def figures(self) -> dict[str, bytes | None]:
-        """Figures (SVG) of the report by name, None of those without data, once a run's are drawn; else none."""
-        if self._process is not None and self._waits:
-            self._end(self._process)
-            self._drawn.seek(0)
-            with suppress(ValueError):  # it did not come so far
-                return {name: None if text is None else text.encode() for name, text in json.load(self._drawn).items()}
-        return {}
-
-    @staticmethod
-    def _end(process: subprocess.Popen[bytes]) -> int:
-        """Wait for the end of a process that gets no further stage; its exit code."""
-        with suppress(OSError):
-            if process.stdin is not None:
-                process.stdin.close()
-        return process.wait()
-
-    def __enter__(self) -> PictureProcess:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
-    ) -> None:
-        if self._process is not None:
-            self._process.kill()
-            self._process.communicate()
-        self._drawn.close()
-        self._words.close()
-
-    def finish(self) -> str:
-        """Wait for the files; why VTK draws none here, or nothing.
-
-        Raises InputError: a file of the run is damaged, or a folder cannot be written.
-        """
-        if self._process is None:
-            return self._fault
-        code = self._end(self._process)
-        self._words.seek(0)
-        words = self._words.read().strip()
-        last = (words.splitlines() or [f"exit code {code}"])[-1]
-        if code == INPUT:
-            raise InputError(last)
-        if code == FAULT:
-            raise RuntimeError(f"pictures could not be drawn: {words}")
-        if code == DONE:
-            return ""
-        return last if code == UNAVAILABLE else f"VTK fails to draw without a window here ({last}); {_CURE}"
+        try:
+            yield finish
+        finally:
+            process.kill()

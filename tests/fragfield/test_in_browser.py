@@ -1,4 +1,4 @@
-"""The pages in a real browser: every figure drawn, nothing to scroll sideways, printed whole, 3-D views alive."""
+"""The pages in a real browser: every figure drawn, nothing to scroll sideways, printed whole."""
 
 from __future__ import annotations
 
@@ -9,11 +9,8 @@ import subprocess
 from html import escape, unescape
 from pathlib import Path
 
-import numpy as np
 import pytest
 
-from fragfield.view import offscreen_fault
-from fragfield.view.interactive import interactive_fault
 from tests.fragfield.browser import needs_chromium, open_page, script_errors
 from tests.fragfield.test_report import FIGURES
 
@@ -92,23 +89,3 @@ def test_print_breaks_pages_where_a_reader_would(run, tmp_path):
         assert any(words in line for line in signed[0]), words
     assert not any(re.match(r"2\s+Rounds", line) for line in pages[0])
     assert any(re.match(r"2\s+Rounds", line) for line in pages[1]), "the first page fits one"
-
-
-@pytest.mark.skipif(
-    bool(interactive_fault() or offscreen_fault()), reason=str(interactive_fault() or offscreen_fault())
-)
-@pytest.mark.parametrize("name", ["view_burst.html", "view_fragments.html"])
-def test_interactive_view_draws_offline(run, tmp_path, name):
-    from matplotlib.image import imread
-
-    picture = tmp_path / "view.png"
-    done = open_page(
-        run / name, tmp_path, "--window-size=900,700", "--virtual-time-budget=8000", f"--screenshot={picture}"
-    )  # fmt: skip
-    assert script_errors(done) == []
-    text = (run / name).read_text(encoding="utf-8")
-    assert "/vtk-js/icon/" not in text, "icons are not asked from the network"
-    assert "Content-Security-Policy" in text.partition("<script")[0]
-    scene = imread(picture)[140:520, :, :3]  # between the heading and the colour bar
-    coloured = (np.ptp(scene, axis=2) > 0.1).mean()
-    assert coloured > 0.02, f"{name}: only {coloured:.1%} of the view is coloured"

@@ -8,7 +8,6 @@ import math
 import re
 from html.parser import HTMLParser
 from typing import TYPE_CHECKING
-from unittest.mock import MagicMock
 from xml.etree import ElementTree as ET
 
 import h5py
@@ -17,12 +16,10 @@ import pytest
 
 from fragfield.errors import InputError
 from fragfield.files.stamped import stamped_toml
-from fragfield.report import assemble, read_run, write_report
+from fragfield.report import read_run, write_report
 from fragfield.report.figures.burst import speed_along_round
 from fragfield.report.figures.drawing import drawing_style, to_bytes
 from fragfield.report.sections import sections
-from fragfield.view import offscreen_fault
-from fragfield.view.interactive import interactive_fault
 from tests.fragfield.synthetic_run import write_run
 
 if TYPE_CHECKING:
@@ -35,7 +32,6 @@ FIGURES = [
 BODY = ["decision", "rounds", "hazard", "warnings", "fragments", "speeds", "convergence"]
 ANNEXES = ["azimuths", "flight", "break-up", "burst", "validation", "provenance", "inputs"]
 SECTIONS = [*BODY, *ANNEXES]
-VIEWS = [] if interactive_fault() or offscreen_fault() else ["view_burst.html", "view_fragments.html"]
 NO_CONTENT = {"meta", "link", "img", "source", "br"}
 
 
@@ -106,7 +102,7 @@ def test_page_is_well_formed_and_in_order(page):
     assert [attributes["id"] for attributes in page.all("section")] == SECTIONS
     assert [one["id"] for one in page.all("section") if one.get("class") == "annex"] == ANNEXES
     links = {str(attributes["href"]) for attributes in page.all("a")}
-    assert links == {f"#{key}" for key in SECTIONS} | set(VIEWS)
+    assert links == {f"#{key}" for key in SECTIONS}
 
 
 def test_the_first_page_says_what_how_far_why_and_who_signs(page):
@@ -124,7 +120,7 @@ def test_page_needs_nothing_else(html, page):
     for tag, attributes in page.tags:
         for name in ("src", "srcset", "href", "data", "poster"):
             value = attributes.get(name) or "#"
-            known = value.startswith(("data:image/", "#")) or (tag == "a" and value in VIEWS)
+            known = value.startswith(("data:image/", "#"))
             assert known, f"<{tag} {name}> leads to {value[:60]}"
     style = re.search(r"<style>(.*?)</style>", html, re.DOTALL)
     assert style is not None
@@ -293,16 +289,6 @@ def test_report_may_be_written_elsewhere_and_figures_repeat(tmp_path):
         assert figure is not None
         again = to_bytes(figure, "svg")
     assert (tmp_path / "out" / "figures" / "speed_along_round.svg").read_bytes() == again
-
-
-def test_pictures_that_were_begun_before_the_report_are_waited_for(tmp_path, monkeypatch, without_figures):
-    monkeypatch.setattr(assemble, "PictureProcess", None)  # no other is started
-    drawing = MagicMock()
-    drawing.__enter__.return_value = drawing
-    drawing.finish.return_value = "drawn nowhere"
-    page = Page(write_report(write_run(tmp_path / "run"), drawing=drawing).read_text(encoding="utf-8"))
-    drawing.finish.assert_called_once_with()
-    assert page.text.count("drawn nowhere") == 2
 
 
 def test_damaged_and_foreign_input_is_named(tmp_path):

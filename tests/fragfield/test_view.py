@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import subprocess
 import sys
-from contextlib import nullcontext
-from types import SimpleNamespace
 from typing import TYPE_CHECKING
 
 import h5py
@@ -14,10 +11,7 @@ import pytest
 
 from fragfield.errors import InputError
 from fragfield.report import read_run, write_report
-from fragfield.report.figures.burst import speed_along_round
-from fragfield.report.figures.drawing import draw_figure
-from fragfield.view import PictureUnavailableError, interactive, offscreen, offscreen_fault, show
-from fragfield.view.interactive import interactive_fault
+from fragfield.view import PictureUnavailableError, offscreen, offscreen_fault
 from fragfield.view.scenes import burst_at, burst_states, burst_times, cut, final_burst, middle_plane, section
 from fragfield.view.show import view_run
 from fragfield_base.hdf5_files import creating
@@ -34,14 +28,11 @@ def run(tmp_path_factory) -> Path:
     return write_run(tmp_path_factory.mktemp("view") / "run", stages=2)
 
 
-needs_pages = pytest.mark.skipif(interactive_fault() is not None, reason=str(interactive_fault()))
-
-
 @needs_vtk
 def test_pictures_show_something(run):
     from matplotlib.image import imread
 
-    written = view_run(run, window=False)
+    written = view_run(run)
     assert [path.name for path in written] == ["picture_of_burst.png", "picture_of_fragments.png"]
     for path in written:
         pixels = imread(path)[..., :3]
@@ -49,25 +40,10 @@ def test_pictures_show_something(run):
         assert coloured > 0.05, f"{path.name}: only {coloured:.1%} of the picture is coloured"
 
 
-@needs_vtk
-@needs_pages
-def test_interactive_pages_hold_all_fragments_or_say_how_many(run, monkeypatch, tmp_path):
-    burst, fragments = view_run(run, html=True)
-    for page in (burst, fragments):
-        assert page.parent == run
-        assert page.stat().st_size < 10e6
-    assert "Section of the burst at 120 µs" in burst.read_text(encoding="utf-8")
-    total = len(read_run(run).fragments["mass"])
-    assert f"{total:,} fragments 100 µs after" in fragments.read_text(encoding="utf-8")
-    monkeypatch.setattr(interactive, "MOST_TRIANGLES", 2000)
-    fewer = interactive.view_of_fragments(read_run(run), tmp_path)
-    assert f"100 of {total:,} fragments" in fewer.read_text(encoding="utf-8")
-
-
 def test_missing_library_is_reported_and_the_report_goes_on(run, monkeypatch):
     monkeypatch.setattr(offscreen, "_loadable", lambda name: False)
     with pytest.raises(PictureUnavailableError, match=r"needs libEGL or libOSMesa.*apt-get install libegl1"):
-        view_run(run, window=False)
+        view_run(run)
     text = write_report(run).read_text(encoding="utf-8")
     assert text.count("No picture: VTK needs libEGL or libOSMesa") == 2
     assert "figure-speed_along_round" in text
@@ -76,53 +52,24 @@ def test_missing_library_is_reported_and_the_report_goes_on(run, monkeypatch):
 @pytest.mark.parametrize(
     ("child", "kind", "words"),
     [
-        (
-            "os.write(2, b'no driver\\n'); os.kill(os.getpid(), 11)",
-            PictureUnavailableError,
-            "VTK fails to draw .*no driver",
-        ),
-        ("os.write(2, b'burst.h5: damaged\\n'); os._exit(2)", InputError, "burst.h5: damaged"),
-        ("line_3", RuntimeError, "line_3"),
+        ("import os; os.write(2, b'no EGL\\n'); os.kill(os.getpid(), 11)", PictureUnavailableError, "fails .*no EGL"),
+        ("import os; os.write(2, b'burst.h5: damaged\\n'); os._exit(2)", InputError, "burst.h5: damaged"),
     ],
 )
-def test_an_end_of_the_drawing_process_is_reported(run, monkeypatch, child, kind, words):
+def test_an_end_of_the_drawing_process_is_reported(run, tmp_path, monkeypatch, child, kind, words):
     """A library without a driver ends VTK's process by a signal; errors of ours come as what they are."""
-    command = [sys.executable, "-c", f"import os; {child}"]
-    monkeypatch.setattr(offscreen, "start_function", lambda *_, **streams: subprocess.Popen(command, **streams))
+    python = tmp_path / "python"
+    python.write_text(f'#!/bin/sh\nexec {sys.executable} -c "{child}"\n')
+    python.chmod(0o700)
+    monkeypatch.setattr(offscreen, "offscreen_fault", lambda: "")
+    monkeypatch.setattr(offscreen.sys, "executable", str(python))
     with pytest.raises(kind, match=words):
-        view_run(run, window=False)
+        view_run(run)
 
 
-@needs_vtk
-def test_the_process_of_a_run_draws_the_figures_of_its_report(run, tmp_path):
-    with offscreen.PictureProcess(run, tmp_path, "run") as process:
-        for stage in ("burst", "break-up", "fly"):
-            process.go_on(stage)
-        assert not process.finish()
-        assert {"speed_along_round", "number_by_mass"} <= set(process.figures)
-        assert process.figures["speed_along_round"] == draw_figure(read_run(run), speed_along_round)
-    assert (tmp_path / "figures" / "picture_of_burst.png").is_file()
-
-
-def test_a_report_whose_process_has_ended_draws_its_figures_itself(run, tmp_path, monkeypatch):
-    command = [sys.executable, "-c", "import os; os._exit(3)"]
-    monkeypatch.setattr(offscreen, "start_function", lambda *_, **streams: subprocess.Popen(command, **streams))
-    page = write_report(run, tmp_path / "report.html", drawing=offscreen.PictureProcess(run, tmp_path, "run"))
-    text = page.read_text(encoding="utf-8")
-    assert "figure-speed_along_round" in text
-    assert "No picture" in text
-
-
-def test_a_display_that_answers_no_more_is_said(run, monkeypatch, caplog):
-    """A window that is asked for and cannot be is an error; pictures instead of one are announced."""
-    monkeypatch.setenv("DISPLAY", ":987")
-    with pytest.raises(PictureUnavailableError, match="no X server answers at DISPLAY=:987; allowed: --pictures"):
-        view_run(run, window=True)
-    monkeypatch.setattr(show, "PictureProcess", lambda *_: nullcontext(SimpleNamespace(finish=lambda: "")))
-    view_run(run)
-    assert "DISPLAY=:987: pictures are written instead of a window" in caplog.text
-    monkeypatch.delenv("DISPLAY")
-    with pytest.raises(PictureUnavailableError, match="no window can be opened: DISPLAY is not set"):
+def test_a_window_without_a_display_is_refused(run, monkeypatch):
+    monkeypatch.delenv("DISPLAY", raising=False)
+    with pytest.raises(InputError, match="--window: DISPLAY is not set"):
         view_run(run, window=True)
 
 

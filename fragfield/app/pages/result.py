@@ -1,4 +1,4 @@
-"""Page 6, the result of a run: the decision, the map, the views, and every table by the catalogue of quantities."""
+"""Page 6, the result of a run: the decision, the map, the figures, and every table by the catalogue of quantities."""
 
 from __future__ import annotations
 
@@ -161,7 +161,7 @@ def content(page: CasePage, run: str = "") -> None:
     except fragfield.InputError as error:
         note(str(error), "fault")
         return
-    parts = (part.decision, part.map, part.direction, part.figures, part.view, part.numbers, part.tables, part.files)
+    parts = (part.decision, part.map, part.direction, part.figures, part.numbers, part.tables, part.files)
     with ui.tabs().props("no-caps align=left inline-label outside-arrows mobile-arrows") as tabs:
         for build in parts:
             ui.tab(build.__name__, texts(f"result.{build.__name__}"))
@@ -299,16 +299,6 @@ class _Parts:
                         "width:100%"
                     )
                     ui.link(picture.stem.replace("_", " "), address, new_tab=True)
-
-    def view(self) -> None:
-        """The pages in three dimensions."""
-        there = [name for name in ("view_fragments.html", "view_burst.html") if (self.path / name).is_file()]
-        for name in there[:1]:
-            self._framed(name)
-        for name in there[1:]:
-            ui.link(self.texts("result.alone", name=name), self._address(name), new_tab=True)
-        if not there:
-            note(self.texts("result.no_view"), "meaning")
 
     def numbers(self) -> None:
         """Every value of summary.json that the catalogue lists, by stage."""
