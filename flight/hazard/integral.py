@@ -209,7 +209,7 @@ def integrate(
     table = (air or StandardAtmosphere()).table()
     around = motion.Surroundings(
         table.bottom, table.step, table.pieces, table.site_altitude, rows, bins, bins_per_mach, np.zeros((0, 9)),
-        float(gravity),
+        ground, float(gravity),
     )  # fmt: skip
     near = criteria.fluence_grid(directions.grid).table()
     scatter = _scatter(source, directions, origin)
