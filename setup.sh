@@ -31,6 +31,7 @@ usage: sh setup.sh [ACT] [ARGUMENT...]
   demo       the demonstration: cases/grenade_155_tnt.toml with coarse cells, into runs/demo
   examples   the scripts of examples/, with their pictures, into runs/examples; "pictures": also into the gallery of docs/
   test       the tests, on two cores or more side by side; arguments go to pytest (-n 0: one after the other)
+  processors the tests twice, with code for processors with AVX2 and with SSE4 alone; arguments as of test
   lint       ruff, mypy, import-linter, the list of words that are not used
   attack     generated cases, damaged files, signals and full disks for 30 minutes; arguments: MINUTES SEED
   validate   the slow tests and the validation cases; arguments go to python -m validation
@@ -219,7 +220,7 @@ browser() {  # Chromium, for the tests of the application and pictures of pages;
 act=${1:-install}
 [ $# -eq 0 ] || shift
 case $act in
-    install | demo | examples | test | lint | attack | validate | bench | docs) ;;
+    install | demo | examples | test | processors | lint | attack | validate | bench | docs) ;;
     help | -h | --help) usage && exit 0 ;;
     *)
         printf 'setup: unknown act "%s".\n\n' "$act" >&2
@@ -236,6 +237,8 @@ if [ "${VIRTUAL_ENV:-}" = "$venv" ]; then unset VIRTUAL_ENV; fi
 PATH=$(printf '%s' "$PATH" | sed -e "s|^$bin:||" -e "s|:$bin||g")
 if [ "$(id -u)" -eq 0 ]; then export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1; fi
 set_up
+# The mathematical functions of glibc are chosen when a process begins.
+if [ "${FRAGFIELD_PROCESSOR:-}" = sse4 ]; then export GLIBC_TUNABLES=glibc.cpu.hwcaps=-AVX,-AVX2,-FMA,-FMA4; fi
 case $act in
     install) say "ready: .venv/bin/fragfield --help" ;;
     demo)
@@ -261,6 +264,14 @@ case $act in
         fi
         # A missing dolfinx or mpirun must fail here, not be skipped.
         FRAGFIELD_REQUIRE_ALL=1 exec "$bin/python" -m pytest "$@"
+        ;;
+    processors)
+        status=0
+        for processor in avx2 sse4; do
+            say "the tests with code for a processor with $processor"
+            FRAGFIELD_PROCESSOR=$processor sh setup.sh test "$@" || status=1
+        done
+        exit "$status"
         ;;
     lint)
         status=0

@@ -28,7 +28,14 @@ OURS = Path(__file__).resolve().parent.parent
 _COUNT = (r"[1-9]\d{0,3}", "a whole number of 1 to 9999")
 _SPIN = (r"\d+|infinite|infinity", "a whole number, or infinite")
 _ANY = (r".*", "any text")
+_AVX512 = "AVX512F AVX512CD AVX512_SKX AVX512_CLX AVX512_CNL AVX512_ICL X86_V4"
+_PROCESSORS = {
+    "avx2": ("haswell", _AVX512),
+    "sse4": ("nehalem", f"AVX F16C FMA3 AVX2 X86_V3 {_AVX512}"),
+}
+"""Processors as LLVM and OpenBLAS name them, and what numpy must not use there, in the names of all its versions."""
 _KEPT = {
+    "FRAGFIELD_PROCESSOR": ("|".join(_PROCESSORS), " or ".join(_PROCESSORS)),
     "GOMP_SPINCOUNT": _SPIN,
     "KMP_BLOCKTIME": _SPIN,
     "MPLCONFIGDIR": _ANY,
@@ -43,7 +50,7 @@ _KEPT = {
     "OMP_WAIT_POLICY": (r"active|passive", "active or passive"),
     "OPENBLAS_NUM_THREADS": _COUNT,
 }
-"""Variables of libraries that are taken from the user, and their values: they decide on speed, on no result."""
+"""Variables taken from the user, and their values: they decide on speed, FRAGFIELD_PROCESSOR on last digits."""
 _PLACES = ("MPLCONFIGDIR", "NUMBA_CACHE_DIR")
 _DROPPED = re.compile(
     r"(BLIS|CPL|DOLFINX|FFCX|GDAL|GMSH|GOMP|H5PY|HDF5|KMP|MATPLOTLIB|MKL|MPL|NPY|NUMBA|NUMEXPR|OGR|OMP|OPENBLAS|PETSC|"
@@ -105,6 +112,7 @@ def settle(error: type[Exception]) -> None:
             os.environ[name] = str(Path(place).absolute())
     _found["kept"] = [f"{name}={os.environ[name]}" for name in sorted(_KEPT) if os.environ.get(name)]
     os.environ.update(_with_program(_FORCED if launched else _FORCED | _ALONE))
+    narrow()
     if cores() < affinity():  # libraries count the cores alone, not the time that a container has of them
         for name in ("NUMBA_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
             os.environ.setdefault(name, str(cores()))
@@ -135,6 +143,24 @@ def check_variables(error: type[Exception]) -> None:
             del os.environ[name]
         elif value is not None and not _is_valid(name):
             raise error(f"{name}: found {value!r} in the environment; allowed: {allowed}, or to unset it")
+
+
+def narrow() -> None:
+    """Have libraries that are loaded from now on compute as on the processor that FRAGFIELD_PROCESSOR names."""
+    chosen = os.environ.get("FRAGFIELD_PROCESSOR")
+    if not chosen:
+        return
+    import warnings
+
+    name, without = _PROCESSORS[chosen.lower()]
+    os.environ |= {
+        "NPY_DISABLE_CPU_FEATURES": without,
+        "NUMBA_CPU_FEATURES": "",  # else this processor's
+        "NUMBA_CPU_NAME": name,
+        "OPENBLAS_CORETYPE": name.capitalize(),
+    }
+    # What another version or the processor does not know cannot be disabled, as numpy says.
+    warnings.filterwarnings("ignore", "During parsing environment variable 'NPY_DISABLE", RuntimeWarning)
 
 
 def is_launched(error: type[Exception]) -> bool:

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+from fragfield_base.ambient import narrow
 from fragfield_base.kernel_cache import cache_root
 from tests.kernel_caches import folder_of, share
 from tests.ranks import ROOT, Ranks, mpirun_command, mpirun_environment
@@ -23,7 +24,9 @@ if TYPE_CHECKING:
 WORKER = os.environ.get("PYTEST_XDIST_WORKER", "")
 """Name of this process among those of pytest-xdist; empty where there are none."""
 
-
+narrow()
+if os.environ.get("FRAGFIELD_PROCESSOR"):  # for processes that read no variables of ours; see `narrow`
+    os.environ["PYTHONWARNINGS"] = "ignore:During parsing environment variable:RuntimeWarning"
 if os.environ.get("PYTHONDONTWRITEBYTECODE") and (_ROOT := cache_root()) is not None:
     # Compiled sources are a fifth of every start of the program and two fifths of the collection: outside the tree.
     del os.environ["PYTHONDONTWRITEBYTECODE"]

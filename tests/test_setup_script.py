@@ -96,7 +96,7 @@ def test_unknown_act_gets_the_known_ones_listed(machine: Machine) -> None:
     done = machine.run("instal")
     assert done.returncode == 2
     assert 'unknown act "instal"' in done.stderr
-    for act in ("install", "demo", "test", "lint", "attack", "validate", "bench", "docs"):
+    for act in ("install", "demo", "test", "processors", "lint", "attack", "validate", "bench", "docs"):
         assert f"\n  {act} " in done.stderr
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -23,7 +24,7 @@ CONTACT_STATE = ("face", "point", "bonded", "off", "stiffness", "slip", "tally",
 
 def slide_law(settings: ContactSettings, max_squared_frequency: float, step: float) -> SlideLaw:
     """The law in a step (s), with springs of at most that squared frequency (1/s2)."""
-    friction = float(np.tan(np.radians(settings.friction_angle)))
+    friction = math.tan(math.radians(settings.friction_angle))
     return SlideLaw(max_squared_frequency, step, settings.tensile_strength, settings.cohesion, friction)
 
 

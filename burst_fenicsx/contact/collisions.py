@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -57,7 +58,7 @@ class CollidingSurfaces:
         self.searches = 0
         self._fields = fields
         self._comm = fields.mesh.comm
-        self._friction = float(np.tan(np.radians(friction_angle)))
+        self._friction = math.tan(math.radians(friction_angle))
         self._reach = reach
         self._load_rounding = rounding_constant(_LARGEST_LOAD)
         count = len(surfaces.node)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -94,7 +95,7 @@ class PlaneContact:
         normal = np.asarray(plane.normal, dtype=float)
         self._normal = normal / np.linalg.norm(normal)
         self._level = float(self._normal @ np.asarray(plane.point, dtype=float))
-        self._friction = float(np.tan(np.radians(plane.friction_angle)))
+        self._friction = math.tan(math.radians(plane.friction_angle))
         count = len(nodes)
         self.state: PlaneState = PlaneState(
             node=np.asarray(nodes, dtype=np.int32),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import numpy as np
+import math
 
 # Element erosion: volumes over the initial one.
 
@@ -24,7 +24,7 @@ BENT = 0.1
 """What it may have come in besides, of the distance below: the surface bends under it."""
 OFF_EDGE = 0.5
 """Of a face's size or an edge's length: a node farther beyond the rim, or deeper, has left: half a cell is its own."""
-SMOOTH = float(np.cos(np.radians(45.0)))
+SMOOTH = math.cos(math.radians(45.0))
 """Cosine between normals above which faces or edges are one smooth surface: half of a right-angled corner."""
 
 # Contact of surfaces.

@@ -14,6 +14,7 @@ from burst_fenicsx.kernels.geometry.faces import FACES, area_vectors
 from burst_fenicsx.kernels.vectors.exact import quantise, rounding_constant
 from burst_fenicsx.meshing.placement import frame
 from burst_fenicsx.problem import Part
+from fragfield_base.elementary import power
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -193,7 +194,7 @@ class AxialSlices:
         self.factor[:-1] = 1.0
         if len(opened):
             ratio = self._critical[opened] / radii[opened]
-            self.factor[opened] = self.settings.alpha * ratio**self.settings.beta
+            self.factor[opened] = self.settings.alpha * power(ratio, self.settings.beta)
 
 
 def _nearest_with_nodes(count: np.ndarray, per_round: int) -> np.ndarray:

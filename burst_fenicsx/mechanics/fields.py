@@ -31,6 +31,7 @@ from burst_fenicsx.mechanics.detonation import burn_rates, cell_ignition, earlie
 from burst_fenicsx.mechanics.material_tables import fastest_signal, largest_pressure, material_tables
 from burst_fenicsx.mechanics.schedule import Blocks, Chunks
 from burst_fenicsx.problem import Part
+from fragfield_base.elementary import cbrt
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -75,7 +76,7 @@ HEXAHEDRON = Element(
     folded=folded_cells,
     mass_fractions=lambda position, dofmap: np.broadcast_to(0.125, dofmap.shape),  # noqa: ARG005 - as every element
     burn_rates=burn_rates,
-    lengths=lambda position, dofmap, volume: np.cbrt(volume),  # noqa: ARG005
+    lengths=lambda position, dofmap, volume: cbrt(volume),  # noqa: ARG005
     largest_faces=largest_faces,
 )
 

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+
+from fragfield_base.elementary import cos, sin
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -16,8 +19,8 @@ __all__ = ["CORE_RADIUS", "CORE_SIDE_RADIUS", "SectionGrid", "equal_area_factor"
 # three angles at a corner of the core are 130 and twice 115 degrees, and its cells are as large as those of the rings.
 # Of the shapes tried (0.72 to 0.83, 20 to 28 degrees) on the built-in rounds this one has the longest shortest edge.
 CORE_RADIUS = 0.75
-SIDE_TURN = np.radians(20.0)
-CORE_SIDE_RADIUS = CORE_RADIUS * np.sqrt(0.5) * (1.0 + np.tan(SIDE_TURN / 2.0))
+SIDE_TURN = math.radians(20.0)
+CORE_SIDE_RADIUS = CORE_RADIUS * np.sqrt(0.5) * (1.0 + math.tan(SIDE_TURN / 2.0))
 
 
 @dataclass(frozen=True)
@@ -52,7 +55,7 @@ def equal_area_factor(sides: int) -> float:
     It is sqrt(a / sin a) with a = 2 pi / n.
     """
     angle = 2.0 * np.pi / sides
-    return float(np.sqrt(angle / np.sin(angle)))
+    return math.sqrt(angle / math.sin(angle))
 
 
 def section_grid(core: int, rings: int, wall: int) -> SectionGrid:
@@ -69,7 +72,7 @@ def section_grid(core: int, rings: int, wall: int) -> SectionGrid:
     """
     around = 4 * core
     angle = -0.25 * np.pi + 2.0 * np.pi * np.arange(around) / around
-    circle = equal_area_factor(around) * np.column_stack([np.cos(angle), np.sin(angle)])
+    circle = equal_area_factor(around) * np.column_stack([cos(angle), sin(angle)])
 
     square = _rounded_square(core)
     edge = np.arange(core)
@@ -96,10 +99,10 @@ def section_grid(core: int, rings: int, wall: int) -> SectionGrid:
 def _rounded_square(core: int) -> NDArray[np.float64]:
     """Nodes of the core over the disc's radius, row by row, shape ((N + 1)^2, 2): transfinite between four arcs."""
     half = CORE_RADIUS * np.sqrt(0.5)
-    arc_radius = half / np.sin(SIDE_TURN)
+    arc_radius = half / math.sin(SIDE_TURN)
     place = np.linspace(-1.0, 1.0, core + 1)
-    along = arc_radius * np.sin(SIDE_TURN * place)
-    height = half - arc_radius * np.cos(SIDE_TURN) + arc_radius * np.cos(SIDE_TURN * place)
+    along = arc_radius * sin(SIDE_TURN * place)
+    height = half - arc_radius * math.cos(SIDE_TURN) + arc_radius * cos(SIDE_TURN * place)
     # Opposite sides mirror each other, so the transfinite map is a product: each row is a scaled arc.
     u, v = np.meshgrid(place, place)
     x = u * height[:, None] + along[None, :] - half * u

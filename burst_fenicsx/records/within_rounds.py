@@ -8,6 +8,7 @@ import numpy as np
 
 from burst_fenicsx.kernels.geometry.faces import FACES, area_vectors
 from burst_fenicsx.meshing.placement import frame
+from fragfield_base.elementary import arctan2
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -68,7 +69,7 @@ class CasingRadii:
         low, high = self._ends[index]
         along = (z - low) / (high - low)
         station = np.clip((0.5 * along + 0.25) * self._bins, 0, self._bins - 1).astype(np.int64)
-        sector = ((np.arctan2(y, x) / (2.0 * np.pi) + 0.5) * self._sectors).astype(np.int64) % self._sectors
+        sector = ((arctan2(y, x) / (2.0 * np.pi) + 0.5) * self._sectors).astype(np.int64) % self._sectors
         return station, sector, np.hypot(x, y)
 
     def _local(self, points: np.ndarray, index: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -51,9 +51,21 @@ def test_variables_of_libraries_are_dropped_and_named():
     assert record["kept"] == ["NUMBA_NUM_THREADS=2", "OMP_NUM_THREADS=4,2", "OMP_WAIT_POLICY=passive"]
 
 
+def test_a_processor_is_named_for_all_libraries_and_kept_for_processes_of_ours():
+    variables, record, _ = settled(FRAGFIELD_PROCESSOR="avx2", NUMBA_CPU_NAME="generic")
+    assert (variables["NUMBA_CPU_NAME"], variables["NUMBA_CPU_FEATURES"]) == ("haswell", "")
+    without = variables["NPY_DISABLE_CPU_FEATURES"].split()
+    assert "AVX512F" in without
+    assert "AVX2" not in without
+    assert record == {"ignored": ["NUMBA_CPU_NAME"], "kept": ["FRAGFIELD_PROCESSOR=avx2"]}
+    variables, _, _ = settled(FRAGFIELD_PROCESSOR="sse4")
+    assert {"AVX", "AVX2", "FMA3", "AVX512F"} <= set(variables["NPY_DISABLE_CPU_FEATURES"].split())
+
+
 @pytest.mark.parametrize(
     ("name", "value"),
     [
+        ("FRAGFIELD_PROCESSOR", "avx512"),
         ("NUMBA_NUM_THREADS", "0"),
         ("NUMBA_NUM_THREADS", "all"),
         ("OMP_NUM_THREADS", "-1"),

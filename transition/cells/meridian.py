@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fragfield_base.elementary import cos, sin
 from transition.errors import InputError
 
 if TYPE_CHECKING:
@@ -72,7 +73,7 @@ class HalfPlane:
     def turned(self, components: NDArray[np.float64], angle: NDArray[np.float64]) -> NDArray[np.float64]:
         """Vectors (n, 3) of radial and axial components (n, 2), turned by `angle` (n,) in rad about the axis."""
         radial, axial = components[:, 0], components[:, 1]
-        return np.column_stack([radial * np.cos(angle), radial * np.sin(angle), axial]) @ self.frame
+        return np.column_stack([radial * cos(angle), radial * sin(angle), axial]) @ self.frame
 
 
 def quad_modes(corners: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fragfield_base.elementary import cos, sin
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -37,7 +39,8 @@ def deviated(directions: Array, angles: Array) -> Array:
     second = np.cross(directions, first)
     turned_to = angles[:, :1] * second - angles[:, 1:] * first  # rotation vector x direction
     size = np.linalg.norm(angles, axis=1, keepdims=True)
-    return np.asarray(np.cos(size) * directions + np.sinc(size / np.pi) * turned_to)
+    of_turn = sin(size) / np.maximum(size, np.finfo(float).tiny)  # of no turn, `turned_to` is zero
+    return np.asarray(cos(size) * directions + of_turn * turned_to)
 
 
 def scattered(mass: Array, velocity: Array, angles: Array) -> Array:

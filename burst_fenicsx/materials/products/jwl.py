@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -11,6 +12,7 @@ from burst_fenicsx.errors import InputError
 from burst_fenicsx.kernels.cells import layout as at
 from burst_fenicsx.kernels.cells.charge_pressure import mix, unreacted
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, widest_vectors
+from fragfield_base.elementary import exp, power
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -65,13 +67,13 @@ class JwlProducts:
         """
         c, start = self.constants, self.cj_volume
         energy = c.E0 + 0.5 * self.density * self.front_speed**2 * (1.0 - start) ** 2
-        cold = c.A / c.R1 * np.exp(-c.R1 * start) + c.B / c.R2 * np.exp(-c.R2 * start)
+        cold = c.A / c.R1 * math.exp(-c.R1 * start) + c.B / c.R2 * math.exp(-c.R2 * start)
         tail = c.omega * (energy - cold) * start**c.omega
         nodes, weights = np.polynomial.legendre.leggauss(_ESCAPE_POINTS)
         x = 0.5 * (nodes + 1.0)
-        v = start * x ** (-2.0 / c.omega)
-        slope = c.A * c.R1 * np.exp(-c.R1 * v) + c.B * c.R2 * np.exp(-c.R2 * v)
-        slope += (1.0 + c.omega) * tail * v ** -(2.0 + c.omega)
+        v = start * power(x, -2.0 / c.omega)
+        slope = c.A * c.R1 * exp(-c.R1 * v) + c.B * c.R2 * exp(-c.R2 * v)
+        slope += (1.0 + c.omega) * tail * power(v, -(2.0 + c.omega))
         gained = 0.5 * weights @ (np.sqrt(slope / self.density) * (2.0 / c.omega) * v / x)
         return float((1.0 - start) * self.front_speed + gained)
 
@@ -79,8 +81,8 @@ class JwlProducts:
         """Pressure (Pa) at the relative volume and the internal energy per initial volume (J/m3)."""
         c = self.constants
         v, e = np.asarray(volume, dtype=float), np.asarray(energy, dtype=float)
-        first = c.A * (1.0 - c.omega / (c.R1 * v)) * np.exp(-c.R1 * v)
-        second = c.B * (1.0 - c.omega / (c.R2 * v)) * np.exp(-c.R2 * v)
+        first = c.A * (1.0 - c.omega / (c.R1 * v)) * exp(-c.R1 * v)
+        second = c.B * (1.0 - c.omega / (c.R2 * v)) * exp(-c.R2 * v)
         return first + second + c.omega * e / v
 
     def remaining_work(self, volume: ArrayLike, energy: ArrayLike) -> np.ndarray:
