@@ -153,8 +153,8 @@ def test_numbers_are_those_of_the_summary(page, summary):
     texts = " ".join(page.texts)
     left_out = "grid (no other cell size gave a distance), inputs (no study of uncertain inputs)"
     parts = hazard["parts"]
-    words = f"expected distance {math.ceil(parts['expected'])} m; added as squares: randomness of the break-up"
-    assert f"{words} {parts['randomness']:.1f} m; not included: {left_out}." in texts
+    words = f"expected distance {math.ceil(parts['expected'])} m; added as squares: points of the integral"
+    assert f"{words} {parts['quadrature']:.1f} m; not included: {left_out}." in texts
     low, high = hazard["single_event"]["low"], hazard["single_event"]["high"]
     assert f"{round(low):,}\u00a0–\u00a0{round(high):,}" in texts
 
