@@ -82,10 +82,10 @@ class SegmentIntensity:
         return mass, 1.0 / mass
 
     def _graded(self, sampler: Graded, quantiles: Array) -> tuple[Array, Array]:
-        draw = sampler.draw(self.law.law, self.law.mass, np.random.default_rng(0))  # nothing in it is random
-        index = np.searchsorted(np.cumsum(draw.mass), quantiles * self.law.mass)
-        missing = index == len(draw.mass)
-        mass = draw.mass[np.minimum(index, len(draw.mass) - 1)]
+        masses, counts = sampler.grades(self.law.law, self.law.n0, self.law.mass)
+        grade = np.searchsorted(np.cumsum(masses * counts), quantiles * self.law.mass)
+        missing = grade == len(masses)  # mass that no grade carries
+        mass = masses[np.minimum(grade, len(masses) - 1)]
         return mass, np.where(missing, 0.0, 1.0 / mass)
 
     def rings(self, fragments: Array, quantiles: Array, across: Array) -> tuple[Array, Array]:

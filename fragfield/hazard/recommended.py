@@ -1,13 +1,14 @@
 """The recommended distance: the expected distance, and what is not known of it, added up.
 
-    recommended = expected + sqrt(quadrature^2 + randomness^2 + grid^2 + inputs^2)
+    recommended = expected + sqrt(quadrature^2 + randomness^2 + grid^2 + table^2 + inputs^2)
 
 Every part beside the expected distance is the half-width of its one-sided band of 95 %. Where the expected density is
 an integral there is no randomness, and the quadrature is the bound of its points, some tenths of a metre; elsewhere
 the randomness is the upper bound over the realisations less the expected distance. Of the grid it is the whole grid
-convergence index, a band about a limit that lies to one side; of the inputs their 95 % quantile less the expected
-distance. Independent contributions at one level are added as squares, as ASME V&V 20 (2009) adds the standard
-uncertainties of inputs and numerics. A part that is not known is not in the sum; `not_included` says why.
+convergence index, a band about a limit that lies to one side; of an arena table what other laws within its groups and
+zones twice as wide change; of the inputs their 95 % quantile less the expected distance. Independent contributions at
+one level are added as squares, as ASME V&V 20 (2009) adds the standard uncertainties of inputs and numerics. A part
+that is not known is not in the sum; `not_included` says why.
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ PARTS = {
     "quadrature": "points of the integral",
     "randomness": "randomness of the break-up",
     "grid": "grid",
+    "table": "groups and zones of the arena table",
     "inputs": "inputs",
 }
 """The parts of the recommended distance, in words."""
@@ -77,6 +79,7 @@ def recommended_of(
         "expected": expected,
         **_statistical(hazard, hazard),
         "grid": grid,
+        "table": hazard.get("table_width"),
         "inputs": None if spread is None else max(float(spread["high"]) - expected, 0.0),
     }
     reasons = {
