@@ -192,6 +192,8 @@ class _Found:
         if self.integral is not None and not self.exposed.sites:
             return done
         error = self.pool.expected(draws=DRAWS // 4, every_direction=False).uncertainty  # fewer, to save time
+        if error <= tolerance:  # so is it by all draws, from which the verdict comes?
+            error = self.pool.expected(every_direction=False).uncertainty
         if error <= tolerance:
             return done
         needed = math.ceil(1.1 * done * (error / tolerance) ** 2) if math.isfinite(error) else most

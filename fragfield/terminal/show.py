@@ -16,8 +16,13 @@ from fragfield.hazard.certainty import (
     metres,
     ricochet_words,
     rounded_metres,
+<<<<<<< HEAD
     single_words,
     source_words,
+=======
+    single_note,
+    single_words,
+>>>>>>> main
 )
 from fragfield.hazard.contents import quantity_words
 from fragfield.hazard.recommended import parts_words
@@ -117,7 +122,8 @@ def _exposed_words(entry: Mapping[str, Any]) -> str:
     """Verdict on an exposed site, by which criterion, where it lies, and its margin where one says something."""
     part, where = part_of_criterion(entry), direction_words(entry["azimuth_deg"], entry["bearing_deg"], whole=True)
     shown = "" if part is None else f"; {part:.2g} of the limit"
-    margin = "" if entry["margin"] is None else f"; margin by density {margin_metres(entry['margin'])} m"
+    agrees = entry["margin"] is not None and (entry["margin"] >= 0.0) == (entry["verdict"] == "met")
+    margin = f"; margin by density {margin_metres(entry['margin'])} m" if agrees else ""
     verdict = f"{entry['verdict']} ({criterion_words(entry)}{shown})"
     return f"{verdict}, {rounded_metres(entry['distance'])} m, {where}{margin}"
 
@@ -171,10 +177,18 @@ def _hazard(hazard: Mapping[str, Any]) -> Iterator[str | Table]:
     yield f"  {source_words(hazard)}; {basis_words(hazard)}"
     lines = []
     if short := hazard.get("without_ricochet"):
-        lines.append(("without ricochet", metres(short["recommended"]), ricochet_words(hazard).partition(";")[0]))
+        others = ricochet_words(hazard).partition(";")[0]
+        lines.append(
+            ("without ricochet", metres(short["recommended"]), f"the same up to the first impact; others {others}")
+        )
     lines += [
+<<<<<<< HEAD
         ("single events", single_words(hazard), "5 to 95 %, no distance to keep"),
         ("throw exceeded in 5 % of events", f"{rounded_metres(hazard['largest_throw'])} m", "no distance to keep"),
+=======
+        ("single events", single_words(hazard), f"5 to 95 %, {single_note(hazard)}"),
+        ("largest throw", f"{rounded_metres(hazard['largest_throw'])} m", "of a single fragment, no distance to keep"),
+>>>>>>> main
     ]
     for label, value, note in lines:
         yield f"{label:37}{value:>16}  {note}"

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fragfield.case.conversion.surroundings import bearing_of, direction_words
 from fragfield.numbers import Row, number, row
 from fragfield.quantities import shown
 from fragfield.report.blocks import Rows, Table
@@ -145,7 +146,7 @@ def azimuth_tables(run: RunFiles) -> Iterator[Table]:
             continue
         lines = [
             (
-                f"{line.get('azimuth_deg', 0):.0f}",
+                _direction(run, line.get("azimuth_deg", 0.0)),
                 number(line.get("hits")),
                 number(line["hazardous_hits"]) if line.get("hazardous_hits") is not None else "–",
                 _rounded(line.get("mean_initial_speed")),
@@ -153,10 +154,14 @@ def azimuth_tables(run: RunFiles) -> Iterator[Table]:
             )
             for line in rows
         ]
-        head = ("Azimuth (°)", "Hits", "Hazardous", "Mean (m/s)", "Largest (m/s)")
+        head = ("Direction", "Hits", "Hazardous", "Mean (m/s)", "Largest (m/s)")
         if lines:
             name = witness.get("name", "")
             yield Table(f"Witness “{name}”", head, _cells(lines), "Initial speeds.", columns=2)
+
+
+def _direction(run: RunFiles, azimuth: float) -> str:
+    return direction_words(azimuth, None if run.case is None else bearing_of(run.case, azimuth), whole=True)
 
 
 def alike_around(run: RunFiles) -> bool:
