@@ -16,13 +16,9 @@ from fragfield.hazard.certainty import (
     metres,
     ricochet_words,
     rounded_metres,
-<<<<<<< HEAD
-    single_words,
-    source_words,
-=======
     single_note,
     single_words,
->>>>>>> main
+    source_words,
 )
 from fragfield.hazard.contents import quantity_words
 from fragfield.hazard.recommended import parts_words
@@ -182,13 +178,8 @@ def _hazard(hazard: Mapping[str, Any]) -> Iterator[str | Table]:
             ("without ricochet", metres(short["recommended"]), f"the same up to the first impact; others {others}")
         )
     lines += [
-<<<<<<< HEAD
-        ("single events", single_words(hazard), "5 to 95 %, no distance to keep"),
-        ("throw exceeded in 5 % of events", f"{rounded_metres(hazard['largest_throw'])} m", "no distance to keep"),
-=======
         ("single events", single_words(hazard), f"5 to 95 %, {single_note(hazard)}"),
-        ("largest throw", f"{rounded_metres(hazard['largest_throw'])} m", "of a single fragment, no distance to keep"),
->>>>>>> main
+        ("throw exceeded in 5 % of events", f"{rounded_metres(hazard['largest_throw'])} m", "no distance to keep"),
     ]
     for label, value, note in lines:
         yield f"{label:37}{value:>16}  {note}"

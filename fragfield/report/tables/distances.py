@@ -6,21 +6,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-<<<<<<< HEAD
-from fragfield.case.conversion.surroundings import direction_words, site_of
-=======
 from fragfield.case.conversion.surroundings import bearing_of, direction_words
->>>>>>> main
 from fragfield.hazard.certainty import (
     basis_words,
     metres_and_error,
     ricochet_words,
     rounded_metres,
-<<<<<<< HEAD
-    source_words,
-=======
     single_note,
->>>>>>> main
+    source_words,
     whole_metres,
 )
 from fragfield.hazard.recommended import RULE, parts_of
