@@ -21,8 +21,12 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from transition.cells.points import PointSource
+    from transition.intensity import Intensity
+    from transition.law.samplers import Sampler
+    from transition.law.segment_law import SegmentLaw
     from transition.law.segments import CasingSegment
     from transition.placement.isometry import Isometry
+    from transition.settings import BreakUpSettings
     from transition.snapshot import Snapshot
 
 
@@ -50,6 +54,7 @@ class HexahedralCasing:
         self._snapshot = snapshot
         self._mass = snapshot.mass[snapshot.casing]
         self._corners, self._velocity = snapshot.position[nodes], snapshot.velocity[nodes]
+        self._reference = snapshot.reference[nodes]
 
     def sources(self, segments: Sequence[CasingSegment], lightest: Sequence[float]) -> tuple[PointSource, ...]:
         """See `Casing`."""
@@ -57,10 +62,20 @@ class HexahedralCasing:
         number = numbers(masses, lightest)
         return tuple(
             CellPoints.of_segment(
-                (s.round, s.index), s.cells, mass, self._corners[s.cells], self._velocity[s.cells], count
+                (s.round, s.index), s.cells, mass, self._corners[s.cells], self._velocity[s.cells],
+                self._before(s), count,
             )
             for s, mass, count in zip(segments, masses, number, strict=True)
-        )
+        )  # fmt: skip
+
+    def _before(self, segment: CasingSegment) -> NDArray[np.float64]:
+        """Positions (m, 8, 3) before the burst, across and along the round's axis from the centre of its base (m)."""
+        data = self._snapshot.rounds[segment.round]
+        along = np.asarray(data.axis) / np.linalg.norm(data.axis)
+        first = np.cross(along, np.eye(3)[np.abs(along).argmin()])
+        first /= np.linalg.norm(first)
+        frame = np.stack([first, np.cross(along, first), along])
+        return np.asarray((self._reference[segment.cells] - np.asarray(data.position)) @ frame.T)
 
     def sums(self, computed: int) -> CasingSums:
         """See `Casing`."""
@@ -98,6 +113,36 @@ class RingCasing:
             RingPoints(s.index, s.cells, mass, self._reference[s.cells], self._state[s.cells], count, self._half)
             for s, mass, count in zip(segments, masses, number, strict=True)
         )
+
+    def intensity(
+        self, segments: Sequence[CasingSegment], laws: Sequence[SegmentLaw], samplers: Sequence[Sampler],
+        settings: BreakUpSettings,
+    ) -> Intensity:  # fmt: skip
+        """Expected fragments of the segments by their laws."""
+        from transition.intensity import Intensity, SegmentIntensity
+
+        x, y, z = (float(value) for value in self._half.axis)
+        station = self._reference[:, :, 1].mean(axis=1)
+        parts = []
+        for segment, law, sampler in zip(segments, laws, samplers, strict=True):
+            # along the axis, so that neighbours in the order are neighbours in the casing
+            cells = segment.cells[np.argsort(station[segment.cells], kind="stable")]
+            _, first, corners = np.unique(
+                self._snapshot.cells[self._snapshot.casing][cells].ravel(), return_index=True, return_inverse=True
+            )
+            parts.append(
+                SegmentIntensity(
+                    law,
+                    sampler,
+                    self._mass[cells],
+                    corners.reshape(-1, 4),
+                    self._reference[cells].reshape(len(corners), 2)[first],
+                    self._state[cells].reshape(len(corners), 4)[first],
+                    settings.velocity == "mean",
+                )
+            )
+        place = (float(self._half.origin[0]), float(self._half.origin[1]), float(self._half.origin[2]))
+        return Intensity(tuple(parts), (x, y, z), place, settings.direction_scatter, float(settings.shape_factor))
 
     def sums(self, computed: int) -> CasingSums:  # noqa: ARG002 - there is one round
         """See `Casing`."""
