@@ -16,8 +16,6 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from fragfield.hazard.certainty import metres
-
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
@@ -119,9 +117,10 @@ def parts_words(hazard: Mapping[str, Any]) -> str:
     if not rows:
         return ""
     names = list(PARTS.values())[1:]
-    base = ", ".join(f"{row.words} {metres(row.value)}" for row in rows if row.words not in names)
+    base = ", ".join(f"{row.words} {row.value:.1f} m" for row in rows if row.words not in names)
     widths = [f"{row.words} {row.value:.1f} m" for row in rows if row.words in names and row.value is not None]
-    added = f"; added as squares: {', '.join(widths)}" if widths else ""
+    together = math.ceil(10.0 * float(hazard["recommended"]) - 1e-9) / 10.0
+    added = f"; added as squares: {', '.join(widths)}; together {together:.1f} m" if widths else ""
     missing = not_included_words(hazard)
     return f"{base}{added}{f'; not included: {missing}' if missing else ''}"
 

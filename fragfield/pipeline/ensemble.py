@@ -182,6 +182,8 @@ class _Found:
         if not more or done >= most or self.pool.completeness.reason:
             return done
         error = self.pool.expected(draws=DRAWS // 4, every_direction=False).uncertainty  # fewer, to save time
+        if error <= tolerance:  # so is it by all draws, from which the verdict comes?
+            error = self.pool.expected(every_direction=False).uncertainty
         if error <= tolerance:
             return done
         needed = math.ceil(1.1 * done * (error / tolerance) ** 2) if math.isfinite(error) else most
@@ -276,6 +278,7 @@ class Flights:
         ground = self.arguments["ground"]
         fragments = above_ground(fragments, ground, warn=number == 0)
         arguments = self.arguments if number == 0 else {**self.arguments, "sample": 0}
+        arguments = {**arguments, "seed": _seed(self.case.seed, number)}
         result = flight.fly(fragments, **arguments, fluence=self.near, threads=threads, on_progress=on_progress)
         buildings = [self.exposed.count(result, fragments, self.own, ricochet=one) for one in (True, False)]
         if len(result.witnesses) > self.own:
@@ -305,6 +308,11 @@ class Flights:
     def _progress(self, state: FlightProgress) -> None:
         seconds = time.perf_counter() - self.began
         self.job.reporter.flight(replace(state, done=self.done + state.done, total=self.total, wall_seconds=seconds))
+
+
+def _seed(seed: int, number: int) -> int:
+    """Seed of what is drawn in the flight of a realisation, which is independent of the others."""
+    return int(np.random.SeedSequence(seed, spawn_key=(number,)).generate_state(1, np.uint64)[0]) if number else seed
 
 
 def above_ground(fragments: Fragments, ground: float | HeightMap, *, warn: bool = True) -> Fragments:

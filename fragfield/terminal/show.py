@@ -10,7 +10,15 @@ from rich.table import Table
 
 from fragfield.case.conversion.attitude import attitude_words
 from fragfield.case.conversion.surroundings import direction_words
-from fragfield.hazard.certainty import basis_words, margin_metres, metres, ricochet_words, rounded_metres, single_words
+from fragfield.hazard.certainty import (
+    basis_words,
+    margin_metres,
+    metres,
+    ricochet_words,
+    rounded_metres,
+    single_note,
+    single_words,
+)
 from fragfield.hazard.contents import quantity_words
 from fragfield.hazard.recommended import parts_words
 from fragfield.hazard.verdict import criterion_words, exposed_rounds, exposure_words, part_of_criterion
@@ -109,7 +117,8 @@ def _exposed_words(entry: Mapping[str, Any]) -> str:
     """Verdict on an exposed site, by which criterion, where it lies, and its margin where one says something."""
     part, where = part_of_criterion(entry), direction_words(entry["azimuth_deg"], entry["bearing_deg"], whole=True)
     shown = "" if part is None else f"; {part:.2g} of the limit"
-    margin = "" if entry["margin"] is None else f"; margin by density {margin_metres(entry['margin'])} m"
+    agrees = entry["margin"] is not None and (entry["margin"] >= 0.0) == (entry["verdict"] == "met")
+    margin = f"; margin by density {margin_metres(entry['margin'])} m" if agrees else ""
     verdict = f"{entry['verdict']} ({criterion_words(entry)}{shown})"
     return f"{verdict}, {rounded_metres(entry['distance'])} m, {where}{margin}"
 
@@ -164,9 +173,12 @@ def _hazard(hazard: Mapping[str, Any]) -> Iterator[str | Table]:
     yield f"  {number}; {basis_words(hazard)}"
     lines = []
     if short := hazard.get("without_ricochet"):
-        lines.append(("without ricochet", metres(short["recommended"]), ricochet_words(hazard).partition(";")[0]))
+        others = ricochet_words(hazard).partition(";")[0]
+        lines.append(
+            ("without ricochet", metres(short["recommended"]), f"the same up to the first impact; others {others}")
+        )
     lines += [
-        ("single events", single_words(hazard), "5 to 95 %, no distance to keep"),
+        ("single events", single_words(hazard), f"5 to 95 %, {single_note(hazard)}"),
         ("largest throw", f"{rounded_metres(hazard['largest_throw'])} m", "of a single fragment, no distance to keep"),
     ]
     for label, value, note in lines:

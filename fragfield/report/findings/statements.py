@@ -64,11 +64,11 @@ def _limits(run: RunFiles) -> Iterator[str]:
             "azimuth 0."
         )
     if run.case is not None:
-        yield from _of_flight(run.case, several=_many_rounds(run))
+        yield from _of_flight(run.case, several=many_rounds(run))
 
 
 def _of_burst(run: RunFiles) -> Iterator[str]:
-    if _many_rounds(run):
+    if many_rounds(run):
         yield (
             "Every round is assumed to detonate as specified in the case; whether and when neighbours are "
             "initiated is an "
@@ -130,7 +130,7 @@ def _names_of_obstacles(case: CaseTable) -> str:
     return ", ".join(names) if len(names) <= 6 else f"{', '.join(names[:6])} and {len(names) - 6} more"
 
 
-def _many_rounds(run: RunFiles) -> bool:
+def many_rounds(run: RunFiles) -> bool:
     """Whether several rounds burst, those behind planes of symmetry among them."""
     if run.case is None:
         return len(run.rounds) > 1

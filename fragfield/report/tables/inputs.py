@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 
 from fragfield.case.checks.bounds import active_tables
+from fragfield.case.conversion.surroundings import bearing_of, direction_words
 from fragfield.numbers import Row, of_case
 from fragfield.report.blocks import Rows
 from fragfield.report.tables.rounds import POSITION_KEYS, alike
@@ -12,11 +14,18 @@ from fragfield.report.tables.rounds import POSITION_KEYS, alike
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from fragfield.case import CaseTable
     from fragfield.report.reading.run_files import RunFiles
 
 
+_DIRECTIONS = ("towards", "directions", "azimuth")
+
+
 def input_tables(run: RunFiles) -> Iterator[Rows]:
-    """One table for each part of the resolved case; keys that take no part in the run are left out."""
+    """One table for each part of the resolved case; keys that take no part in the run are left out.
+
+    Directions are azimuths, or with a site bearings, as in all of the report.
+    """
     if run.case is None:
         return
     case = active_tables(run.case, own_fragments=run.fragments_file is None)
@@ -25,13 +34,27 @@ def input_tables(run: RunFiles) -> Iterator[Rows]:
         yield Rows("Case", tuple(_flat("", own)))
     for key, value in case.items():
         if isinstance(value, dict):
-            yield Rows(_words(key).capitalize(), tuple(_flat("", value)))
+            yield Rows(_words(key).capitalize(), tuple(_flat("", _directed(run.case, value))))
         elif key == "round" and len(value) > 1:
             yield from _rounds(value)
         elif _is_table(value):
             for index, entry in enumerate(value, start=1):
                 name = f"“{entry['name']}”" if entry.get("name") else str(index)
-                yield Rows(f"{_words(key).capitalize()} {name}", tuple(_flat("", entry)))
+                yield Rows(f"{_words(key).capitalize()} {name}", tuple(_flat("", _directed(run.case, entry))))
+
+
+def _directed(case: CaseTable, table: Any) -> Any:  # noqa: ANN401 - any value of a table
+    """A table with its horizontal directions in words."""
+
+    def words(value: Any) -> str:  # noqa: ANN401 - one angle, or several
+        if isinstance(value, list):
+            return ", ".join(map(words, value))
+        turn = math.degrees(value.value)
+        return direction_words(turn, bearing_of(case, turn))
+
+    if not isinstance(table, dict):
+        return table
+    return {key: words(value) if key in _DIRECTIONS else _directed(case, value) for key, value in table.items()}
 
 
 def _rounds(rounds: list[dict[str, Any]]) -> Iterator[Rows]:

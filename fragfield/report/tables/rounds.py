@@ -90,7 +90,7 @@ def round_table(run: RunFiles) -> Iterator[Table]:
     for item in run.rounds[:MOST_ROUNDS_SHOWN]:
         yield Table(
             f"Segments of {item.name}",
-            ("Segment", "From (mm)", "To (mm)", "Wall (mm)", "Casing (kg)", "Charge (kg)", "Speed (m/s)"),
+            ("Segment", "From (mm)", "To (mm)", "Mean wall (mm)", "Casing (kg)", "Charge (kg)", "Speed (m/s)"),
             tuple(
                 (
                     str(line["name"]),

@@ -8,12 +8,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fragfield.case.conversion.surroundings import bearing_of, direction_words
 from fragfield.numbers import Row, number, row
 from fragfield.quantities import shown
 from fragfield.report.blocks import Rows, Table
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
+    from pathlib import Path
 
     from fragfield.report.reading.run_files import RunFiles
 
@@ -144,7 +146,7 @@ def azimuth_tables(run: RunFiles) -> Iterator[Table]:
             continue
         lines = [
             (
-                f"{line.get('azimuth_deg', 0):.0f}",
+                _direction(run, line.get("azimuth_deg", 0.0)),
                 number(line.get("hits")),
                 number(line["hazardous_hits"]) if line.get("hazardous_hits") is not None else "–",
                 _rounded(line.get("mean_initial_speed")),
@@ -152,10 +154,14 @@ def azimuth_tables(run: RunFiles) -> Iterator[Table]:
             )
             for line in rows
         ]
-        head = ("Azimuth (°)", "Hits", "Hazardous", "Mean (m/s)", "Largest (m/s)")
+        head = ("Direction", "Hits", "Hazardous", "Mean (m/s)", "Largest (m/s)")
         if lines:
             name = witness.get("name", "")
             yield Table(f"Witness “{name}”", head, _cells(lines), "Initial speeds.", columns=2)
+
+
+def _direction(run: RunFiles, azimuth: float) -> str:
+    return direction_words(azimuth, None if run.case is None else bearing_of(run.case, azimuth), whole=True)
 
 
 def alike_around(run: RunFiles) -> bool:
@@ -201,10 +207,15 @@ def provenance_rows(run: RunFiles) -> Iterator[Rows | Table]:
     for path in sorted(run.folder.iterdir()):
         if path.is_file() and path.suffix in {".toml", ".json", ".h5", ".csv", ".xdmf"}:
             size = path.stat().st_size
-            digest = "too large" if size > 200_000_000 else hashlib.sha256(path.read_bytes()).hexdigest()[:16]
+            digest = "too large" if size > 200_000_000 else digest_of(path)
             lines.append((path.name, number(size), digest))
     if lines:
         yield Table("Files of the run", ("File", "Bytes", "SHA-256, first 16"), _cells(lines))
+
+
+def digest_of(path: Path) -> str:
+    """First 16 digits of a file's SHA-256."""
+    return hashlib.sha256(path.read_bytes()).hexdigest()[:16]
 
 
 def _json(text: str | None) -> dict[str, Any]:
