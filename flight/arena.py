@@ -5,13 +5,15 @@ A polar zone lies between two angles from the nose; 90 degrees is abreast. Fragm
 group 0 with number 0, so that every zone tested is in the file. Numbers are per round and may be fractions: means
 over tests or realisations.
 
-Table and file hold what such tests hold, and no more: within a zone directions are even over the sphere, within a
-group all fragments have the group's mean mass and mean speed.
+Table and file hold what such tests hold, and no more. Fragments made from them are spread: within a zone directions
+are even over the sphere; within a group masses follow a law N(> m) ~ exp(-c m^law) between its edges, whose c gives the
+group's mean mass (law = 1/2 is that of Mott); speeds spread evenly to both sides of the mean, as far as the largest.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -39,6 +41,8 @@ COLUMNS = (
 LIGHTEST = 1e-5  # kg: lower edge of the lightest group
 LIGHTEST_MEAN = 1e-6  # kg: a file whose fragments are lighter on average is refused
 PER_OCTAVE = 2  # mass groups
+DUST = 1e-9  # kg: none is lighter
+MOTT = 0.5  # power of the mass in the law within a group
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -213,11 +217,26 @@ class ArenaTable:
             "hazardous": np.bincount(self.zone, weights=dangerous, minlength=size),
         }
 
+    def merged(self) -> ArenaTable:
+        """The table with its zones joined in pairs: what a test with zones twice as wide would have reported."""
+        zones = np.append(self.zones[:-1:2], self.zones[-1])
+        zone = self.zone // 2
+        key, inverse = np.unique(np.column_stack([zone, self.mass_from, self.mass_to]), axis=0, return_inverse=True)
+        inverse = inverse.ravel()
+        number, mass, moment = (
+            np.bincount(inverse, weights=weights).astype(np.float64)
+            for weights in (self.number, self.number * self.mass, self.number * self.mass * self.speed)
+        )
+        largest = np.zeros(len(key))
+        np.maximum.at(largest, inverse, self.max_speed)
+        mean, speed = mass / np.maximum(number, 1e-300), moment / np.maximum(mass, 1e-300)
+        return ArenaTable(zones, key[:, 0].astype(np.int64), key[:, 1], key[:, 2], number, mean, speed, largest)
+
     def realisation(
         self, seed: int, number: int = 0, *, position: ArrayLike = (0.0, 0.0, 1.0), axis: ArrayLike = (0.0, 0.0, 1.0),
-        shape_factor: float = DEFAULT_SHAPE_FACTOR, round_number: int = 0,
+        shape_factor: float = DEFAULT_SHAPE_FACTOR, round_number: int = 0, law: float = MOTT,
     ) -> Fragments:  # fmt: skip
-        """Fragments of one round: directions at random within their zones, fractions of a number at random.
+        """Fragments of one round, at random within their zones and groups; fractions of a number at random.
 
         Parameters
         ----------
@@ -229,6 +248,8 @@ class ArenaTable:
             k in the presented area (kg/m3).
         round_number : int
             Number of the round.
+        law : float
+            Power of the mass in the law within a group.
         """
         generator = np.random.default_rng(np.random.SeedSequence((seed, number, round_number, 0x41524E41)))
         whole = np.floor(self.number)
@@ -251,10 +272,10 @@ class ArenaTable:
         way = cosine[:, None] * along + sine[:, None] * (
             np.cos(turn)[:, None] * first + np.sin(turn)[:, None] * second
         )  # fmt: skip
-        return Fragments(
-            self.mass[row], tuple(place), self.speed[row, None] * way, shape_factor,
-            round_number,
-        )  # fmt: skip
+        mass = _within_groups(self, law, row, generator.random(row.size))
+        beyond = np.clip(self.max_speed - self.speed, 0.0, self.speed)[row]
+        speed = self.speed[row] + beyond * (generator.random(row.size) + generator.random(row.size) - 1.0)
+        return Fragments(mass, tuple(place), speed[:, None] * way, shape_factor, round_number)
 
     def write(self, path: Path, provenance: Mapping[str, str] | None = None) -> Path:
         """Write the file; `provenance` goes into the metadata beside it."""
@@ -309,6 +330,35 @@ class ArenaTable:
             )  # fmt: skip
         except InputError as error:
             raise InputError(f"{path}: {error}") from None
+
+
+@lru_cache(maxsize=8)
+def _steepness(table: ArenaTable, law: float) -> tuple[Array, Array, Array]:
+    """Edges a and b of every group in x = m^law, and u of the density exp(-u (x - a) / (b - a)) with its mean mass."""
+    heaviest = np.maximum(table.total_mass, table.mass)
+    low = np.minimum(table.mass_from, table.mass)
+    high = np.maximum(np.minimum(table.mass_to, heaviest), table.mass)
+    a, b = low**law, high**law
+    x, w = np.polynomial.legendre.leggauss(48)
+    lower, upper = np.full(len(low), -5.0), np.full(len(low), 30.0)  # of asinh u
+    for _ in range(60):
+        middle = 0.5 * (lower + upper)
+        u = np.sinh(middle)[:, None]
+        reach = np.minimum(1.0, 40.0 / np.maximum(u, 1e-300))  # beyond it nothing is left of a steep law
+        y = np.where(u > 0.0, reach, 1.0) * 0.5 * (x + 1.0)
+        weight = w * np.exp(-u * (y - np.where(u < 0.0, 1.0, 0.0)))
+        mass = (a[:, None] + (b - a)[:, None] * y) ** (1.0 / law)
+        heavy = (weight * mass).sum(axis=1) > table.mass * weight.sum(axis=1)
+        lower, upper = np.where(heavy, middle, lower), np.where(heavy, upper, middle)
+    return a, b, np.sinh(0.5 * (lower + upper))
+
+
+def _within_groups(table: ArenaTable, law: float, row: NDArray[np.int64], quantile: Array) -> Array:
+    """Masses (kg) at quantiles of the law within the groups of the rows."""
+    a, b, u = (one[row] for one in _steepness(table, law))
+    steep = np.where(np.abs(u) > 1e-6, u, 1e-6)
+    y = -np.log1p(quantile * np.expm1(-steep)) / steep
+    return np.maximum((a + (b - a) * y) ** (1.0 / law), DUST)
 
 
 def is_arena_file(path: Path) -> bool:

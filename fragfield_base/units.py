@@ -71,6 +71,8 @@ def read_measure(text: str) -> Measure:
     """Read a number with its unit; raises UnitError with the reason in words that follow the text."""
     if len(text) > MOST_CHARACTERS:
         raise UnitError(f"which has {len(text)} characters, more than any value needs ({MOST_CHARACTERS})")
+    if _COMMA.search(text):
+        raise UnitError("which has a comma; a number has a decimal point, and no sign between thousands")
     reader = _Reader(text)
     sign = reader.sign()
     number, factor, powers = reader.product(0)
@@ -99,6 +101,7 @@ def _powers_of(symbol: str) -> Powers:
 
 
 _NUMBER = re.compile(r"(?:\d{1,40}(?:\.\d{0,40})?|\.\d{1,40})(?:[eE][-+]?\d{1,4})?(?![\d.])")
+_COMMA = re.compile(r"\d,\d")
 _NAME = re.compile(r"[^\W\d]\w{0,39}|°")
 _EXPONENT = re.compile(r"\s*(?:\*\*|\^)\s*([-+]?\d(?![\d.eE])|\(\s*[-+]?\d\s*\))")
 _RAISED = re.compile(r"\s*(?:\*\*|\^)")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from itertools import product
 from operator import index
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -14,6 +15,7 @@ from fragfield_base.cores import cores
 from transition.casing import casing_of
 from transition.cells.cell_points import POINTS_PER_FRAGMENT, lightest_that_matters
 from transition.cells.points import MaterialPoints
+from transition.draws import Draws
 from transition.errors import InputError
 from transition.law.samplers import Graded, Quantile, Sampler
 from transition.law.segment_law import outside_of, segment_laws
@@ -22,7 +24,7 @@ from transition.ledger import CasingSums, ledger
 from transition.placement.directions import Directions, Shares, compare_directions
 from transition.placement.isometry import Attitude, Isometry, draw_attitude, rotation
 from transition.placement.mirroring import Image, images
-from transition.placement.placing import Clusters, place
+from transition.placement.placing import CURVE_DRAWS, Clusters, Sheet, place
 from transition.placement.scatter import scattered
 from transition.results import BreakUpResult, BrokenRound, SegmentResult
 from transition.settings import MOST_FRAGMENTS, BreakUpSettings
@@ -84,6 +86,13 @@ class BreakUp:
         self.laws, self.fit = segment_laws(self.segments, masses, self.snapshot.rounds, self.settings)
         self._outside = outside_of(self.snapshot.rounds, self.settings)
         self._sources = self._casing.sources(self.segments, [lightest_that_matters(law.law) for law in self.laws])
+        self._sheets = [
+            Sheet.of(
+                source.draw(Draws(0).generator("points")).reference,
+                1.0 if segment.is_end else law.radius / segment.data.outer_radius,
+            )
+            for source, law, segment in zip(self._sources, self.laws, self.segments, strict=True)
+        ]
         self._images = images(self.snapshot.planes, self.snapshot.source)
         self.rounds = tuple(_rounds(self.snapshot, self._images))
         self._turned = self.settings.random_roll and len(self.rounds) == 1
@@ -94,9 +103,9 @@ class BreakUp:
     def realisation(self, seed: int, number: int = 0) -> BreakUpResult:
         """Break the casing up once.
 
-        Every (realisation, round, segment) has a random stream of its own, so that the result of one does not depend
-        on which others are computed, in which order, or on which rank; so has every image. Turns and tilts have
-        a stream of their own too.
+        Every quantity drawn for a segment or its image in a realisation has a random stream of its own
+        (`transition.draws`), so that no result depends on which others are computed, in which order, or on which rank.
+        So have turns and tilts.
 
         Parameters
         ----------
@@ -161,27 +170,24 @@ class BreakUp:
 
     def _parts(self, seed: int, number: int) -> Iterator[_Part]:
         self._check_number()
-        entropy, number = _whole("seed", seed), _whole("realisation", number)
-        # Children of a segment's stream end in 0 and 1; images count from 2 and so keep clear of them.
-        for copy in range(len(self._images) + 1):
-            for segment, law, source in zip(self.segments, self.laws, self._sources, strict=True):
-                key = (number, segment.round, segment.index, *((copy + 1,) if copy else ()))
-                stream = np.random.SeedSequence(entropy, spawn_key=key)
-                drawing, placing = (np.random.default_rng(child) for child in stream.spawn(2))
-                try:
-                    draw = self._sampler(segment).draw(law.law, law.mass, drawing)
-                except InputError as error:
-                    name = self.snapshot.rounds[segment.round].name
-                    raise InputError(f"round {name!r}, segment {segment.data.name!r}: {error}") from None
-                points = source.draw(placing)
-                axis = self.snapshot.rounds[segment.round].axis
-                clusters = place(draw.mass, points.position, points.mass, placing, axis)
-                scatter = self.settings.direction_scatter
-                angles = scatter * placing.standard_normal((clusters.mass.size, 2)) if scatter > 0.0 else None
-                own = copy * len(self.snapshot.rounds) + segment.round
-                resolved = POINTS_PER_FRAGMENT * float(points.mass.max())
-                result = SegmentResult(own, segment, law, draw, clusters.mass.size, len(points), resolved)
-                yield _Part(result, points, clusters, angles)
+        seed, number = _whole("seed", seed), _whole("realisation", number)
+        prepared = list(zip(self.segments, self.laws, self._sources, self._sheets, strict=True))
+        for copy, (segment, law, source, sheet) in product(range(len(self._images) + 1), prepared):
+            draws = Draws(seed, number, (segment.round, segment.index, copy))
+            try:
+                draw = self._sampler(segment).draw(law.law, law.mass, draws)
+            except InputError as error:
+                name = self.snapshot.rounds[segment.round].name
+                raise InputError(f"round {name!r}, segment {segment.data.name!r}: {error}") from None
+            points = source.draw(draws.generator("points"))
+            along = sheet.order(points.reference, draws.uniform("curve", CURVE_DRAWS))
+            clusters = place(draw.mass, along, points.mass, draws)
+            scatter = self.settings.direction_scatter
+            angles = scatter * draws.normal("scatter", clusters.mass.size, 2) if scatter > 0.0 else None
+            own = copy * len(self.snapshot.rounds) + segment.round
+            resolved = POINTS_PER_FRAGMENT * float(points.mass.max())
+            result = SegmentResult(own, segment, law, draw, clusters.mass.size, len(points), resolved)
+            yield _Part(result, points, clusters, angles)
 
     def _sampler(self, segment: CasingSegment) -> Sampler:
         if self.settings.sampler == "graded" and not segment.is_end:

@@ -50,6 +50,7 @@ class HexahedralCasing:
         self._snapshot = snapshot
         self._mass = snapshot.mass[snapshot.casing]
         self._corners, self._velocity = snapshot.position[nodes], snapshot.velocity[nodes]
+        self._reference = snapshot.reference[nodes]
 
     def sources(self, segments: Sequence[CasingSegment], lightest: Sequence[float]) -> tuple[PointSource, ...]:
         """See `Casing`."""
@@ -57,10 +58,20 @@ class HexahedralCasing:
         number = numbers(masses, lightest)
         return tuple(
             CellPoints.of_segment(
-                (s.round, s.index), s.cells, mass, self._corners[s.cells], self._velocity[s.cells], count
+                (s.round, s.index), s.cells, mass, self._corners[s.cells], self._velocity[s.cells],
+                self._before(s), count,
             )
             for s, mass, count in zip(segments, masses, number, strict=True)
-        )
+        )  # fmt: skip
+
+    def _before(self, segment: CasingSegment) -> NDArray[np.float64]:
+        """Positions (m, 8, 3) before the burst, across and along the round's axis from the centre of its base (m)."""
+        data = self._snapshot.rounds[segment.round]
+        along = np.asarray(data.axis) / np.linalg.norm(data.axis)
+        first = np.cross(along, np.eye(3)[np.abs(along).argmin()])
+        first /= np.linalg.norm(first)
+        frame = np.stack([first, np.cross(along, first), along])
+        return np.asarray((self._reference[segment.cells] - np.asarray(data.position)) @ frame.T)
 
     def sums(self, computed: int) -> CasingSums:
         """See `Casing`."""

@@ -32,7 +32,7 @@ def quantities(burst: Mapping[str, Any]) -> dict[str, float]:
     found = {"end (us)": 1e6 * burst["end_time"], "mean speed at the end (m/s)": speed}
     if left is not None:
         found["its asymptote (m/s)"] = speed * sqrt(1.0 + left)
-    return found | {"mean initial speed handed over (m/s)": burst["mean_initial_speed"]}
+    return found | {"mean speed handed over (m/s)": burst["mean_initial_speed"]}
 
 
 def table(name: str, size: str, bursts: Sequence[Mapping[str, Any]]) -> list[str]:

@@ -36,7 +36,7 @@ class ContourTable:
 
 
 def number_of(text: str) -> int | float | str:
-    """The number that a text is, with a point or a comma; the text itself where it is none."""
+    """The number that a text is; the text itself where it is none."""
     exact = _decimal(text)
     if exact is None:
         return text
@@ -136,8 +136,6 @@ def _length(profile: dict[str, Any]) -> Decimal:
 
 def _decimal(text: str) -> Decimal | None:
     text = text.strip()
-    if text.count(",") == 1 and "." not in text:
-        text = text.replace(",", ".")
     try:
         exact = Decimal(text)
     except DecimalException:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import itertools
 import re
 import tomllib
 from contextlib import suppress
@@ -139,9 +140,23 @@ class CaseDocument:
         self._text, self.version = text, self.version + 1
 
     def save(self) -> None:
-        """Write the text into the file."""
+        """Write the text into the file; raises InputError where another program has written it since it was read."""
+        if self.changed_on_disk:
+            raise InputError(
+                f"{self.name}: another program has changed the file since it was read; read it again, or keep your "
+                "changes as a new file"
+            )
         write_text(self.path, self._text, InputError)
         self._saved, self.version = self._text, self.version + 1
+
+    def write_copy(self) -> str:
+        """Write the text into a new file beside the case, and take the case as it stands on disk; name of the copy."""
+        stem = re.sub(r"_\d+$", "", self.path.stem)
+        copies = (self.path.with_name(f"{stem}_{number}.toml") for number in itertools.count(2))
+        path = next(one for one in copies if not one.exists())
+        write_text(path, self._text, InputError)
+        self.reload()
+        return self.space.name_of(path)
 
     def reload(self) -> None:
         """Take the file as it stands on disk."""

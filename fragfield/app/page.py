@@ -211,6 +211,7 @@ class CasePage:
         """Begin to look at the case; called when the page is built."""
         if self.document is None:
             return
+        ui.run_javascript("fragfield.current()")
         ui.timer(_TICK, self._tick)
         ui.timer(0.05, self._tick, once=True)
         if self.focus:
@@ -238,12 +239,19 @@ class CasePage:
             with self._news:
                 note(texts("case.changed_on_disk"), "warning")
                 ui.button(texts("case.read_again"), on_click=self._drop_draft).props("dense flat")
+                act(texts("case.keep_copy"), "keep-copy", self._keep_copy, "dense flat")
             self._news.set_visibility(False)
             self._faults = box("faults").props("role=alert")
 
     def _save_case(self) -> None:
         if self.attempt(self.case.save):
             ui.notify(self.texts("case.saved", name=self.case.name), type="positive")
+
+    def _keep_copy(self) -> None:
+        made: list[str] = []
+        if self.attempt(lambda: made.append(self.case.write_copy())):
+            self.document = self.session.open(made[0])
+            ui.navigate.to(self.address(self.name))
 
     def _drop_draft(self) -> None:
         if self.attempt(self.case.reload):

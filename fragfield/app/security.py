@@ -79,7 +79,8 @@ class Guard:
     async def _welcome(self, scope: Scope, send: Send, query: dict[str, str]) -> None:
         """Keep the token in a cookie, and out of the address from now on."""
         place = scope["path"] + (f"?{urlencode(query)}" if query else "")
-        cookie = f"{self._cookie}={self._token}; Path=/; HttpOnly; SameSite=Strict"
+        # Strict would keep it from the page that follows here on a click in a chat or a terminal in a browser.
+        cookie = f"{self._cookie}={self._token}; Path=/; HttpOnly; SameSite=Lax"
         headers = [(b"location", place.encode("latin-1", "replace")), (b"set-cookie", cookie.encode("latin-1"))]
         await send({"type": "http.response.start", "status": 303, "headers": headers})
         await send({"type": "http.response.body", "body": b""})

@@ -167,8 +167,13 @@ def _corner(case: CaseDocument, key: str, text: str) -> tuple[float, float]:
     return corner
 
 
-def plan_of(case: CaseDocument, circles: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    """What the map draws: shapes, marks to drag, circles about the origin, terrain, north (degrees from +x)."""
+def plan_of(
+    case: CaseDocument, circles: Sequence[dict[str, Any]], resolved: Sequence[dict[str, Any]] | None = None
+) -> dict[str, Any]:
+    """What the map draws: shapes, marks to drag, circles about the origin, terrain, north (degrees from +x).
+
+    `resolved`: the rounds as the case places them, those of a stack one by one; None: as the draft has them.
+    """
     tables, shapes, handles = case.tables, [], []
     for table in ("obstacle", "exposed"):
         entries = tables.get(table)
@@ -180,7 +185,8 @@ def plan_of(case: CaseDocument, circles: Sequence[dict[str, Any]]) -> dict[str, 
             handles += [{"path": list(path), "at": list(at), "name": name, "table": table} for path, at in marks]
             shapes += _shape(table, entry, name, [at for _, at in marks])
     rounds = tables.get("round")
-    for index, entry in enumerate(rounds if isinstance(rounds, list) else []):
+    shapes += resolved or []
+    for index, entry in enumerate(rounds if resolved is None and isinstance(rounds, list) else []):
         position = entry.get("position") if isinstance(entry, dict) else None
         place = _pair(position[:2]) if isinstance(position, list) and len(position) == 3 else (0.0, 0.0)
         if place is not None:

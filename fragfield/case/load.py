@@ -152,8 +152,9 @@ def _resolved(case: CaseTable, source: str, folder: Path) -> CaseTable:
         key = f"round[{number}]"
         rounds.append(_resolved_round(entry, source, key, folder))
     case = _with_altitude(_with_files(case, source, folder), source)
+    standing = {entry.name for entry in rounds if entry.base == "ground"}
     rounds = [_with_location(partial(on_base, entry, case), source) for entry in rounds]
-    rounds = _with_location(partial(expanded, case.model_copy(update={"round": rounds})), source)
+    rounds = _with_location(partial(expanded, case.model_copy(update={"round": rounds}), standing), source)
     planes = [resolved_plane(entry) for entry in case.plane]
     changes: dict[str, Any] = {"round": rounds, "stack": None, "plane": planes}
     changes["exposed"] = resolved_exposed(case)

@@ -53,6 +53,7 @@ def yield_stress(casing: CasingMaterial) -> float:
 
 _MIN_WALL_CELLS = 2.0
 _MASS_TOLERANCE = 0.005
+_GROWTH = 2.0  # radii, by which casings have grown when they no longer accelerate: 1.7 of the M107
 _FUZE_DENSITIES = (700.0, 8000.0)  # kg/m3: from plastics, partly hollow, to solid steel
 
 
@@ -91,6 +92,7 @@ def case_warnings(
         others = f" and {number - 1} alike" if number > 1 else ""
         key = f"round[{index + 1}] ({described[index]['name']}{others})"
         yield from _round_warnings(key, settings, described[index])
+    yield from obstacle_warnings(case, settings, described)
     yield from witness_warnings(case, max(found["outer_diameter"] for found in described))
 
 
@@ -151,6 +153,28 @@ def _round_warnings(key: str, settings: BurstSettings, found: dict[str, Any]) ->
     passage = found["charge_length"] / found["detonation_velocity"]
     if settings.end_time is not None and settings.end_time < passage:
         yield f"{key}: burst.end_time = {settings.end_time:g} s ends before the front has passed ({passage:.3g} s)"
+
+
+def obstacle_warnings(case: CaseTable, settings: BurstSettings, described: Sequence[dict[str, Any]]) -> Iterator[str]:
+    """Obstacles of the flight that a casing reaches while it grows: the burst does not know them."""
+    from transition.law.mean_mass import gurney_speed
+
+    for number, (entry, found) in enumerate(zip(case.round, described, strict=True), start=1):
+        radius = 0.5 * found["outer_diameter"]
+        growth = _GROWTH * radius
+        if settings.end_time is not None and found["charge_ratio"] > 0.0:
+            growth = settings.end_time * gurney_speed(found["detonation_velocity"], found["charge_ratio"])
+        along = np.asarray(entry.axis) / np.linalg.norm(entry.axis) * found["length"]
+        axis = np.asarray(entry.position) + np.linspace(0.0, 1.0, 9)[:, None] * along
+        for obstacle in case.obstacle:
+            plan = outline_of(obstacle)
+            away = min(_distances(point[:2], plan)[0] for point in axis)
+            if away < radius + growth:
+                yield (
+                    f"obstacle {obstacle.name}: {away:.3g} m from the axis of round[{number}] ({found['name']}), whose "
+                    f"casing grows to about {radius + growth:.2g} m in the burst, where no obstacle stops it: a run "
+                    'whose fragments start inside it is refused; move it, or use a plane of kind "wall" in the burst'
+                )
 
 
 def witness_warnings(case: CaseTable, largest_diameter: float) -> Iterator[str]:

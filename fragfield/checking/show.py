@@ -98,7 +98,8 @@ def _burst(found: Mapping[str, Any]) -> Iterator[str | Table]:
     yield (
         f"expected: about {expected['steps']} steps of a cell, {expected['mean_time_step'] * 1e9:.3g} ns on average, "
         f"to {expected['end_time'] * 1e6:.3g} us, {_gigabytes(expected)}, "
-        f"{_about(expected['core_seconds'])} on one core"
+        f"{_about(expected['core_seconds'])} on one core; flights, the bursts of the grid convergence and the report "
+        "come on top"
     )
     if number := expected.get("attitudes"):
         yield (

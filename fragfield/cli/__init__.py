@@ -6,6 +6,7 @@ what it needs, so `fragfield fly` works without dolfinx.
 
 from __future__ import annotations
 
+import os
 import signal
 import sys
 from contextlib import suppress
@@ -19,6 +20,28 @@ from fragfield_base.interruption import SIGNALS
 __all__ = ["app", "computing", "drawings", "looking", "main", "studies", "tables"]
 
 
+_COMPLETE = "_FRAGFIELD_COMPLETE"
+_GROUPS = {
+    "A case and its result": ("new", "check", "run", "report", "view", "tables", "info", "app"),
+    "Files of others": ("convert", "import"),
+    "Studies of many runs": ("sweep", "limit", "uncertainty", "compare"),
+    "Stages of a run": ("burst", "break-up", "fly"),
+    "This machine": ("warm-up",),
+}
+"""Commands in the order of their use."""
+
+
+def _grouped() -> None:
+    known = {command.name or command.callback.__name__: command for command in app.registered_commands}  # type: ignore[union-attr]
+    app.registered_commands[:] = [known.pop(name) for names in _GROUPS.values() for name in names]
+    assert not known, f"no group has {', '.join(known)}"
+    for command, group in zip(app.registered_commands, (key for key in _GROUPS for _ in _GROUPS[key]), strict=True):
+        command.rich_help_panel = group
+
+
+_grouped()
+
+
 def main() -> None:
     """Entry point of the command `fragfield`."""
     # A batch system ends a job by SIGTERM, a lost connection by SIGHUP: treated like Ctrl-C, the burst leaves a
@@ -30,7 +53,8 @@ def main() -> None:
     sys.unraisablehook = interrupt_again
     try:
         try:
-            app(prepare_process())
+            # A shell that completes a word asks by variables, which are not for a command.
+            app([] if _COMPLETE in os.environ else prepare_process(), prog_name=app.info.name)
         finally:
             sys.stdout.flush()
     except KeyboardInterrupt:  # before or after the guarded part

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from typing import TYPE_CHECKING
 
 import typer
@@ -71,11 +72,16 @@ def run(
     json: Json = False,
 ) -> None:
     """Run the whole chain: burst, break-up, flight, report."""
+    began = time.monotonic()
     with guarded(json=json, quiet=quiet):
         done = fragfield.run(
             case, out=out, set=settings or (), threads=threads, resume=resume,
             overwrite=overwrite, progress=_progress(progress_file, quiet=quiet),
         )  # fmt: skip
+        if not quiet and launched_rank() == 0:
+            from fragfield.terminal.progress import duration
+
+            typer.echo(f"fragfield: done in {duration(time.monotonic() - began)}", err=True)
         _give_summary(done, json=json, flown=True)
 
 

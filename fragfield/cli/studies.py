@@ -125,8 +125,8 @@ def uncertainty(
         ),
     ] = None,
     settings: Settings = None,
-    workers: Annotated[
-        int | None, typer.Option("--workers", min=1, metavar="N", help="Samples at the same time; default all cores.")
+    jobs: Annotated[
+        int | None, typer.Option("--jobs", min=1, metavar="N", help="Samples at the same time; default all cores.")
     ] = None,
     scheduler: Scheduler = None,
     resume: Annotated[
@@ -148,7 +148,7 @@ def uncertainty(
 
         found = fragfield.run_uncertainty(
             case, out=out, samples=samples, seed=seed, set=settings or (),
-            workers=workers, scheduler=scheduler, resume=resume, overwrite=overwrite, progress=not quiet,
+            jobs=jobs, scheduler=scheduler, resume=resume, overwrite=overwrite, progress=not quiet,
         ).found  # fmt: skip
         give(found, json=json, show=print_study)
     raise typer.Exit(found["exit_code"])

@@ -217,7 +217,10 @@ class RunDirectory:
         earlier = list(STAGES.values())[: list(STAGES).index(stage.name)]
         keys = [key for one in earlier if self.file(one.result).is_file() for key in one.keys]
         if changed := differences(self.stored_case(), case, within=keys):
-            hint = f"its {stage.needs} does not belong to this case; run the earlier stages again, or use another --out"
+            hint = (
+                f"its {stage.needs or 'summary.json'} does not belong to this case; run the earlier stages again, or "
+                "use another --out"
+            )
             raise InputError(_differ(self.path, changed, hint))
 
     def make(self) -> None:

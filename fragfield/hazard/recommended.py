@@ -1,10 +1,11 @@
 """The recommended distance: the expected distance, and what is not known of it, added up.
 
-    recommended = base + sqrt(randomness^2 + grid^2 + inputs^2 + samples^2)
+    recommended = base + sqrt(randomness^2 + grid^2 + table^2 + inputs^2 + samples^2)
 
 Every part beside the base is the half-width of its one-sided band of 95 %: of the randomness of the break-up the upper
 bound less the expected distance; of the grid the whole grid convergence index, a band about a limit that lies to one
-side; of the inputs their 95 % quantile less the base; of the number of samples 1.645 standard errors of that quantile.
+side; of an arena table what other laws within its groups and zones twice as wide change; of the inputs their 95 %
+quantile less the base; of the number of samples 1.645 standard errors of that quantile.
 Independent contributions at one level are added as squares, as ASME V&V 20 (2009) adds the standard uncertainties of
 inputs and numerics. The base is the expected distance, or the median over the inputs where a study gives a larger one,
 so that a study never lowers the number. A part that is not known is not in the sum; `not_included` says why.
@@ -26,6 +27,7 @@ PARTS = {
     "expected": "expected distance",
     "randomness": "randomness of the break-up",
     "grid": "grid",
+    "table": "groups and zones of the arena table",
     "inputs": "inputs",
     "samples": "number of samples",
 }
@@ -34,7 +36,7 @@ RULE = (
     "Expected distance, or the median over the inputs where that is larger, plus the root of the sum of squares of the "
     "other parts, each the half-width of its one-sided band of 95 %."
 )
-_WIDTHS = ("randomness", "grid", "inputs", "samples")
+_WIDTHS = ("randomness", "grid", "table", "inputs", "samples")
 _NO_GRID = "no grid convergence: "
 
 
@@ -79,6 +81,7 @@ def recommended_of(
         "expected": expected,
         "randomness": _randomness(hazard),
         "grid": grid,
+        "table": hazard.get("table_width"),
         "inputs": None if spread is None else max(float(spread["high"]) - base, 0.0),
         "samples": None if spread is None else NORMAL_95 * float(spread["high_standard_error"]),
     }

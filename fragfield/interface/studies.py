@@ -205,7 +205,7 @@ def run_uncertainty(
     samples: int | None = None,
     seed: int | None = None,
     set: Sequence[str] | Mapping[str, Any] = (),  # noqa: A002 - as `--set`
-    workers: int | None = None,
+    jobs: int | None = None,
     scheduler: str | None = None,
     resume: bool = False,
     overwrite: bool = False,
@@ -223,7 +223,7 @@ def run_uncertainty(
         Instead of those of `[uncertainty]`: number, seed of points and samples.
     set
         Values that replace those of the case, see `Case.from_toml`.
-    workers : int, optional
+    jobs : int, optional
         Samples at one time; left out: all cores.
     scheduler : str, optional
         Address of a dask scheduler, whose workers make the samples.
@@ -246,7 +246,7 @@ def run_uncertainty(
     from fragfield.studies.uncertainty import StudyOptions, run_study
 
     folder, file = study_folder(case, out, "uncertainty")
-    options = StudyOptions(folder, samples, seed, workers, scheduler, resume, overwrite, not progress)
+    options = StudyOptions(folder, samples, seed, jobs, scheduler, resume, overwrite, not progress)
     nominal = options_of(written_case(case, file), set=set, progress=progress)
     return Uncertainty(folder, run_study(nominal, options))
 

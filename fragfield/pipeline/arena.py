@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import logging
+import math
+import warnings
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from flight.arena import MOTT
 from fragfield.case.checks.expected_masses import recovered_mass
+from fragfield.case.conversion.rounds import charge_centre
 from fragfield.errors import InputError
 
 if TYPE_CHECKING:
@@ -18,16 +22,20 @@ if TYPE_CHECKING:
     from flight.arena import ArenaTable
     from fragfield.case import CaseTable
     from fragfield.case.checks.expected_masses import RecoveredMass
+    from fragfield.pipeline.job import Job
 
 
+_WIDEST = 30.0  # degrees of a zone with fragments
+_OTHER_LAWS = (1.0 / 3.0, 1.0)
+_MOST_FLOWN = 32  # realisations of each table beside the run's own
 _log = logging.getLogger(__name__)
 
 
 def read_arena(path: Path | None, case: CaseTable) -> tuple[ArenaTable, RecoveredMass] | None:
     """The table of a file with the numbers that are flown, and what of the casing it holds; None: no arena table.
 
-    Raises InputError: the table cannot be read, its mass is not that of the case's rounds, or the case has planes of
-    symmetry: give every round its own place.
+    Raises InputError: the table cannot be read or carry a distance, its mass is not that of the case's rounds, or the
+    case has planes of symmetry: give every round its own place.
     """
     from flight.arena import ArenaTable, is_arena_file
 
@@ -38,15 +46,26 @@ def read_arena(path: Path | None, case: CaseTable) -> tuple[ArenaTable, Recovere
             "arena tables and planes of symmetry: give every round its own table [[round]] with its position"
         )
     table = ArenaTable.read(path)
+    width = np.diff(table.zones)
+    wide = np.flatnonzero((width[table.zone] > _WIDEST + 1e-9) & (table.number > 0.0))
+    if wide.size:
+        zone = table.zone[wide[0]]
+        raise InputError(
+            f"{path}: fragments in a zone from {table.zones[zone]:g} to {table.zones[zone + 1]:g} degrees; allowed: "
+            f"zones of at most {_WIDEST:g} degrees, wider ones do not say where a round throws its fragments"
+        )
     recovered = recovered_mass(case, table, str(path))
     return table.scaled(recovered.factor), recovered
 
 
-def arena_realisation(table: ArenaTable, case: CaseTable, number: int) -> Fragments:
-    """Fragments of all rounds of a case, each alone; of a case without rounds one upright round 1 m up."""
+def arena_realisation(table: ArenaTable, case: CaseTable, number: int, *, law: float = MOTT) -> Fragments:
+    """Fragments of all rounds of a case, each alone, from the middle of its charge.
+
+    Of a case without rounds one upright round, its charge 1 m up. `law`: power of the mass within a group.
+    """
     from flight import Fragments
 
-    places = [(one.position, one.axis) for one in case.round] or [((*case.flight.origin, 1.0), (0.0, 0.0, 1.0))]
+    places = [(charge_centre(one), one.axis) for one in case.round] or [((*case.flight.origin, 1.0), (0.0, 0.0, 1.0))]
     if number == 0 and len(places) > 1:
         _log.warning(
             "the arena table is that of one round: %d rounds fly as if each were alone",
@@ -57,11 +76,44 @@ def arena_realisation(table: ArenaTable, case: CaseTable, number: int) -> Fragme
         [
             table.realisation(
                 case.seed, number, position=position, axis=axis, shape_factor=case.flight.shape_factor,
-                round_number=index,
+                round_number=index, law=law,
             )
             for index, (position, axis) in enumerate(places)
         ]
     )  # fmt: skip
+
+
+def table_width(job: Job, table: ArenaTable, number: int) -> float:
+    """What the widths of a table's groups and zones leave open of the expected distance: a half-width (m).
+
+    Within groups Mott's law is taken: the larger of the changes where the mass counts by the power 1/3, of pieces
+    broken along three dimensions, or 1. Zones: the change where they are twice as wide. All by the same first
+    realisations, the two added as squares.
+    """
+    import flight
+    from flight.hazard.density.directions import Directions
+    from flight.hazard.pool import FlightCounts, PooledFlights
+    from fragfield.case.conversion.stages import flight_arguments, hazard_criteria, hazard_grid, kernel_degrees
+    from fragfield.pipeline.ensemble import above_ground
+
+    case, basis = job.case, arena_basis(job.case)[0]
+    grid, criteria = hazard_grid(case), hazard_criteria(case)
+    arguments = {**flight_arguments(case), "witnesses": (), "sample": 0, "fluence": criteria.fluence_grid(grid)}
+
+    def distance(of: ArenaTable, law: float) -> float:
+        pool = PooledFlights(Directions(grid, basis, kernel_degrees(case)), criteria, ricochet=False)
+        for one in range(min(number, _MOST_FLOWN)):
+            fragments = above_ground(arena_realisation(of, case, one, law=law), arguments["ground"], warn=False)
+            flown = flight.fly(fragments, **arguments, threads=job.cores)
+            pool.add(FlightCounts.of(flown, fragments, ground=arguments["ground"], gravity=case.flight.gravity))
+        return float(pool.expected(draws=2, every_direction=False).distance)
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", flight.FlightWarning)  # reported for the run itself
+        base = distance(table, MOTT)
+        by_law = max(abs(distance(table, law) - base) for law in _OTHER_LAWS)
+        by_zone = abs(distance(table.merged(), MOTT) - base)
+    return math.hypot(by_law, by_zone)
 
 
 def arena_basis(case: CaseTable) -> tuple[str, tuple[float, ...]]:

@@ -120,6 +120,10 @@ def _enter(options: RunOptions, stage: Stage, held: ExitStack) -> CaseTable:
     if stage.name != "report":
         held.enter_context(directory.locked())
         directory.enter(case, stage)
+    elif directory.path == source.path and source.exists:
+        stored = source.stored_case()
+        if (stored.title, stored.document) != (case.title, case.document):  # which the report takes from there
+            directory.write_case(case)
     return case
 
 

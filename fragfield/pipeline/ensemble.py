@@ -276,6 +276,7 @@ class Flights:
         ground = self.arguments["ground"]
         fragments = above_ground(fragments, ground, warn=number == 0)
         arguments = self.arguments if number == 0 else {**self.arguments, "sample": 0}
+        arguments = {**arguments, "seed": _seed(self.case.seed, number)}
         result = flight.fly(fragments, **arguments, fluence=self.near, threads=threads, on_progress=on_progress)
         buildings = [self.exposed.count(result, fragments, self.own, ricochet=one) for one in (True, False)]
         if len(result.witnesses) > self.own:
@@ -305,6 +306,11 @@ class Flights:
     def _progress(self, state: FlightProgress) -> None:
         seconds = time.perf_counter() - self.began
         self.job.reporter.flight(replace(state, done=self.done + state.done, total=self.total, wall_seconds=seconds))
+
+
+def _seed(seed: int, number: int) -> int:
+    """Seed of what is drawn in the flight of a realisation, which is independent of the others."""
+    return int(np.random.SeedSequence(seed, spawn_key=(number,)).generate_state(1, np.uint64)[0]) if number else seed
 
 
 def above_ground(fragments: Fragments, ground: float | HeightMap, *, warn: bool = True) -> Fragments:

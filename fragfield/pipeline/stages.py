@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from fragfield.files.provenance import provenance_of
 from fragfield.hazard.certainty import certainty
-from fragfield.pipeline.arena import arena_realisation, read_arena, write_arena
+from fragfield.pipeline.arena import arena_realisation, read_arena, table_width, write_arena
 from fragfield.pipeline.job import Job
 from fragfield.terminal.logs import LOGGERS, concerns_the_user, words_of
 
@@ -122,13 +122,16 @@ def fly(job: Job, stage: Stage) -> dict[str, Any]:
         by_azimuth = hazard.by_azimuth(hits, criteria, sector_width=width)
         surfaces.append({"name": surface.name, "kind": table.kind, "hits": len(hits), "by_azimuth": by_azimuth})
     summary = {**flown.first.summary, **flown.hazard.summary(), "wall_seconds": seconds}
+    found = read_arena(job.options.fragments, job.case)
     if job.options.fragments is not None:
         summary["fragments_file"] = job.options.fragments.name
-        if found := read_arena(job.options.fragments, job.case):
-            summary["recovered"] = found[1].summary()
+    if found:
+        summary["recovered"] = found[1].summary()
     headline = {**flown.hazard.headline, "possible_mass": flown.completeness.possible,
                 "mass_not_landed": flown.completeness.missing, "more_realisations": flown.more,
                 "ricochet": job.case.flight.ground.ricochet, "attitude": flown_attitude(job, flown)}  # fmt: skip
+    if found and headline["determined"] and not job.options.lean:
+        headline["table_width"] = table_width(job, found[0], flown.flights)
     headline["bearing_deg"] = bearing_of(job.case, headline.get("direction_deg"))
     if words := certainty(headline):
         _log.warning("%s", words, extra={"code": "certainty"})

@@ -19,6 +19,7 @@ from fragfield.report.figures.drawing import draw_figure
 from fragfield.report.map_page import write_map
 from fragfield.report.reading.run_files import read_run
 from fragfield.report.sections import sections
+from fragfield.report.tables.stages import digest_of
 from fragfield.version import __version__
 from fragfield.view.offscreen import drawing
 from fragfield_base.writing import write_files, write_text
@@ -214,7 +215,9 @@ def css_text(text: str) -> str:
 
 
 def identity_line(run: RunFiles) -> str:
-    """Classification, number and revision in one line; empty where the case gives none."""
+    """Classification, number and revision, as far as the case gives them, and the digest of the run's numbers."""
     document = run.document
     revision = f"revision {document.revision}" if document.revision else ""
-    return " · ".join(part for part in (document.classification, document.number, revision) if part)
+    numbers = run.folder / "summary.json"
+    digest = f"{numbers.name} SHA-256 {digest_of(numbers)}" if numbers.is_file() else ""
+    return " · ".join(part for part in (document.classification, document.number, revision, digest) if part)

@@ -86,8 +86,23 @@ def test_the_file_changes_when_it_is_saved(space):
     case.save()
     assert load_case(case.path).seed == 7
     assert not CaseDocument(space, "new.toml").is_draft
-    case.path.write_text("title = 1", encoding="utf-8")
+
+
+def test_what_another_program_wrote_is_never_replaced(space):
+    """The draft goes into a new file beside it, or is given up."""
+    case = CaseDocument(space, "new.toml")
+    case.set(("seed",), 7)
+    draft = case.text
+    case.path.write_text("title = 'outside'\n", encoding="utf-8")
     assert case.changed_on_disk
+    with pytest.raises(InputError, match=r"new\.toml: another program has changed the file"):
+        case.save()
+    assert case.path.read_text(encoding="utf-8") == "title = 'outside'\n"
+    assert [case.write_copy(), CaseDocument(space, "new_2.toml").text] == ["new_2.toml", draft]
+    assert (case.text, case.is_draft) == ("title = 'outside'\n", False)
+    case.path.unlink()
+    with pytest.raises(InputError, match="another program"):
+        case.save()
 
 
 @pytest.mark.parametrize(
@@ -175,10 +190,21 @@ def test_a_contour_turned_as_a_drawing_has_it_comes_back_exactly(name):
         )  # fmt: skip
 
 
-def test_numbers_are_read_with_point_and_comma_and_nonsense_is_kept():
-    assert [number_of(text) for text in ("77,5", " 77.5 ", "1e2", "30", "x", "1,2,3", "nan", "")] == [
-        77.5, 77.5, 100, 30, "x", "1,2,3", "nan", "",
+def test_numbers_of_a_contour_have_a_point_and_nonsense_is_kept():
+    """A comma is refused here as in every other field: 1,500 may be 1.5 or 1500."""
+    assert [number_of(text) for text in ("77,5", " 77.5 ", "1e2", "30", "x", "1,500", "nan", "")] == [
+        "77,5", 77.5, 100, 30, "x", "1,500", "nan", "",
     ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("path", "value"),
+    [(("burst", "cell_size"), "6,5 mm"), (("burst", "end_time"), "1,500 us"), (("round", 0, "position", 2), "1,5 m")],
+)
+def test_a_decimal_comma_is_refused_in_words(space, path, value):
+    case = CaseDocument(space, "m107_pair_site.toml")
+    case.set(path, value)
+    assert any("which has a comma; a number has a decimal point" in fault.message for fault in case.faults())
 
 
 def test_a_mark_is_moved_where_it_stands_on_the_map_and_on_earth(space):

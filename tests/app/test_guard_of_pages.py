@@ -80,7 +80,7 @@ def test_the_token_goes_into_a_cookie_and_out_of_the_address():
     sent, pages = ask(query=f"case=a%20b.toml&token={TOKEN}")
     headers = {name.decode(): value.decode() for name, value in sent[0]["headers"]}
     assert (sent[0]["status"], headers["location"]) == (303, "/round?case=a+b.toml")
-    assert all(word in headers["set-cookie"] for word in (TOKEN, "HttpOnly", "SameSite=Strict"))
+    assert all(word in headers["set-cookie"] for word in (TOKEN, "HttpOnly", "SameSite=Lax"))
     assert not pages.reached
 
 

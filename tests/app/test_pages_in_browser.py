@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import hashlib
+import http.server
 import json
 import subprocess
 import sys
+import threading
 import urllib.error
 import urllib.request
 
@@ -51,6 +54,7 @@ def test_a_case_from_the_pages_runs_by_the_command_line_to_the_same_summary(appl
         for run in ("runs/tube", "other")
     )
     assert _results(ours) == _results(theirs)
+    _signed(application, page, name)
     page.goto(f"{application.base}/result?case={name}")
     page.get_by_role("tab", name="Tables").click()
     with page.expect_download() as saved:
@@ -61,6 +65,29 @@ def test_a_case_from_the_pages_runs_by_the_command_line_to_the_same_summary(appl
     run = fragfield.open(application.folder / "runs" / "tube")
     assert set(run.tables) < set(book.sheetnames)
     assert book["fragments"].max_row == 1 + len(run.table("fragments"))
+
+
+def _signed(application, page, name):
+    """The report is written with number and names, and holds the digest; a case that is changed later is marked."""
+    page.goto(f"{application.base}/result?case={name}")
+    page.locator('[data-key="document.number"]').fill("R-17")
+    page.locator('[data-key="document.approved_by"]').fill("A. Engineer")
+    page.wait_for_timeout(1500 * PATIENCE)
+    assert not page.locator("[data-box=changed]").is_visible()
+    page.locator("[data-act=write-report]").click()
+    page.wait_for_url("**/run?**")
+    page.wait_for_selector("[data-state=done]", timeout=100_000 * PATIENCE)
+    run = application.folder / "runs" / "tube"
+    report = (run / "report.html").read_text(encoding="utf-8")
+    digest = hashlib.sha256((run / "summary.json").read_bytes()).hexdigest()[:16]
+    for words in ("R-17", "A. Engineer"):
+        assert words in report
+    assert f"R-17 · summary.json SHA-256 {digest}" in report, "at the foot of every printed page"
+    page.wait_for_selector("[data-box=findings]")
+    page.locator('[data-key="seed"]').fill("18")
+    page.wait_for_function("document.querySelector('.state').innerText.includes('not saved')")
+    page.goto(f"{application.base}/result?case={name}")
+    wait_for(page, "seed: in the run 17, now 18", at="[data-box=changed]")
 
 
 def _results(summary):
@@ -84,6 +111,70 @@ def test_every_page_fits_and_names_its_fields(application, width):
         assert page.evaluate(WIDER) == [], name
         unnamed = page.evaluate(UNNAMED)
         assert unnamed == [], name
+        if name != "start":
+            here = page.locator("nav a[aria-current]").bounding_box()
+            assert 0.0 <= here["x"] <= width - here["width"], name
+
+
+def test_a_stack_stands_on_the_map_as_it_is_computed(application):
+    with_cases(application.folder, "m107_row4.toml")
+    application.start()
+    page = application.page("/site?case=m107_row4.toml")
+    wait_for(page, "Hazardous fragment distance", at=".content")
+    rounds = "[...document.querySelectorAll('#site-map path > title')].map(e => e.textContent)"
+    wanted = [one.name for one in load_case(application.folder / "m107_row4.toml").round]
+    assert len(wanted) == 4
+    page.wait_for_function(f"{rounds}.length === 4")
+    assert page.evaluate(rounds) == wanted
+
+
+def test_the_link_opens_from_a_page_of_another_site(application):
+    """Clicked in a chat or in a terminal that runs in the browser: a site of another name."""
+    application.start()
+    link = f'<a id="link" href="{application.address}">open</a>'.encode()
+
+    class Chat(http.server.BaseHTTPRequestHandler):
+        def do_GET(self):
+            self.send_response(200)
+            self.send_header("content-type", "text/html")
+            self.end_headers()
+            self.wfile.write(link)
+
+        def log_message(self, *_):
+            pass
+
+    chat = http.server.HTTPServer(("127.0.0.1", 0), Chat)
+    threading.Thread(target=chat.serve_forever, daemon=True).start()
+    try:
+        page = application.browser.new_context().new_page()
+        page.goto(f"http://localhost:{chat.server_port}/")
+        page.click("#link")
+        wait_for(page, "Hazard distances of fragments", at="body")
+        assert "token" not in page.url
+        page.reload()
+        wait_for(page, "Hazard distances of fragments", at="body")
+    finally:
+        chat.shutdown()
+        chat.server_close()
+
+
+def test_a_file_changed_outside_is_kept_and_the_draft_saved_beside_it(application):
+    with_cases(application.folder, "tube.toml")
+    application.start()
+    page = application.page("/run?case=tube.toml")
+    page.wait_for_selector("[data-box=findings]")
+    path = application.folder / "tube.toml"
+    outside = path.read_text(encoding="utf-8") + "\n# from an editor\n"
+    page.locator('[data-key="seed"]').fill("17")
+    page.wait_for_function("document.querySelector('.state').innerText.includes('not saved')")
+    path.write_text(outside, encoding="utf-8")
+    page.locator("#save").click()
+    wait_for(page, "another program has changed the file", at=".q-notification")
+    assert path.read_text(encoding="utf-8") == outside
+    page.locator("[data-act=keep-copy]").click()
+    page.wait_for_url("**case=tube_2.toml")
+    assert load_case(application.folder / "tube_2.toml").seed == 17
+    assert path.read_text(encoding="utf-8") == outside
 
 
 def test_a_place_is_dragged_and_moved_by_keys(application):
@@ -185,9 +276,9 @@ def test_the_browser_is_closed_and_the_run_is_stopped_and_resumed(application):
     page.wait_for_timeout(3000 * PATIENCE)
     page.locator("[data-act=cancel]").click()
     page.wait_for_selector("[data-state=stopped]", timeout=120_000 * PATIENCE)
-    page.reload()
-    page.wait_for_selector("[data-box=findings]")
-    page.locator("[data-act=resume]").click()
+    assert not page.locator("[data-act=start]").is_visible()
+    assert page.locator("[data-act=resume]").is_visible()
+    page.locator("[data-act=resume-job]").click()
     page.wait_for_selector("[data-state=running], [data-state=done]", timeout=120_000 * PATIENCE)
     if page.locator("[data-act=cancel]").count():
         page.locator("[data-act=cancel]").click()

@@ -61,7 +61,10 @@ def test_own_round_from_a_drawing_to_a_printed_report(application, tmp_path_fact
     value = widest.input_value()
     widest.fill("wide")
     page.wait_for_selector(".contour.has-fault")
-    widest.fill(value.replace(".", ","))
+    widest.fill(value.replace(".", ","))  # as everywhere
+    page.wait_for_timeout(1000 * PATIENCE)
+    assert page.locator(".contour.has-fault").count() == 1
+    widest.fill(value)
     page.wait_for_selector(".contour.has-fault", state="detached")
     name = "Mein_Geschoß.toml"
     page.goto(f"{application.base}/run?case={name}")

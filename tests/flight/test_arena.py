@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -92,6 +94,53 @@ def test_distance_from_the_table_is_that_of_the_fragments(table):
     theirs, other = distance_of([table.realisation(2, k) for k in range(60)])
     assert abs(ours - theirs) < 3.0 * np.hypot(error, other)
     assert theirs == pytest.approx(ours, rel=0.04)
+
+
+@pytest.mark.parametrize("edges", [(0.0, np.inf), (0.0, 0.003, 0.02, np.inf), (0.0, 0.02, 0.1, np.inf)])
+def test_masses_within_wide_groups_are_spread_by_a_law_with_their_mean(edges):
+    """Mott masses in few groups: drawn again they keep mean, edges, and the number of heavy ones within 15 %."""
+    mass = 0.006 * np.random.default_rng(2).exponential(size=200_000) ** 2 + 1e-7
+    rows = []
+    for low, high in pairwise(edges):
+        here = mass[(mass >= low) & (mass < high)]
+        rows.append((low, high, len(here) / 100.0, here.mean(), 1000.0, 1200.0))
+    columns = np.array(rows).T
+    table = ArenaTable(np.array([0.0, 180.0]), np.zeros(len(rows), dtype=np.int64), *columns)
+    drawn = [table.realisation(3, k) for k in range(60)]
+    again = np.concatenate([one.mass for one in drawn])
+    assert again.sum() / 60 == pytest.approx(mass.sum() / 100.0, rel=0.02)
+    for low, high, number, mean, *_ in rows:
+        here = again[(again >= low) & (again < high)]
+        assert len(here) / 60 == pytest.approx(number, rel=0.01)
+        assert here.mean() == pytest.approx(mean, rel=0.03)
+    for heavy in (0.03, 0.1):
+        assert (again > heavy).sum() / 60 == pytest.approx((mass > heavy).sum() / 100.0, rel=0.15)
+    assert len(np.unique(again)) > 0.99 * len(again)
+    speed = np.concatenate([one.speed for one in drawn])
+    assert speed.mean() == pytest.approx(1000.0, rel=1e-3)
+    assert 1190.0 < speed.max() <= 1200.0
+
+
+def test_joined_zones_hold_what_their_zones_hold(table):
+    joined = table.merged()
+    assert len(joined.zones) == len(table.zones) // 2 + 1
+    assert joined.total_mass == pytest.approx(table.total_mass, rel=1e-12)
+    ours, theirs = joined.by_zone(), table.by_zone()
+    for name in ("number", "mass", "max_speed"):
+        pairs = theirs[name].reshape(-1, 2)
+        assert ours[name] == pytest.approx(pairs.max(axis=1) if name == "max_speed" else pairs.sum(axis=1)), name
+
+
+@pytest.mark.slow
+def test_coarse_groups_keep_the_distance(table):
+    """The table's groups of mass joined to three, and to one: the distances of the fragments within 6 %."""
+    ours, _ = distance_of([burst(seed) for seed in range(60)])
+    for edges in ((0.0, 0.02, 0.1, np.inf), (0.0, np.inf)):
+        group = np.clip(np.searchsorted(edges, table.mass, side="right") - 1, 0, len(edges) - 2)
+        low, high = np.array(edges)[group], np.array(edges)[group + 1]
+        whole = ArenaTable(table.zones, table.zone, low, high, table.number, table.mass, table.speed, table.max_speed)
+        theirs, _ = distance_of([whole.merged().realisation(2, k) for k in range(60)])
+        assert theirs == pytest.approx(ours, rel=0.06), edges
 
 
 def test_fragments_at_rest_count_abreast_and_fall(table):

@@ -204,6 +204,16 @@ def test_lognormal_has_its_median_and_spread() -> None:
     assert np.mean(((k - k.mean()) / k.std()) ** 3) == pytest.approx(0.0, abs=4.0 * np.sqrt(6.0) / 447.0)
 
 
+def test_shapes_belong_to_the_realisation_and_to_the_row_of_a_segment() -> None:
+    whole = cloud(60)
+    whole = Fragments(whole.mass, whole.position, whole.velocity, round=[0] * 30 + [1] * 30, segment=[0, 1] * 30)
+    one, two = (shaped(whole, Lognormal(0.4), seed=5 + number).shape_factor for number in range(2))
+    assert (one != two).all()
+    shorter = whole.select(np.delete(np.arange(60), 28))  # the last of its round and segment
+    np.testing.assert_array_equal(shaped(shorter, Lognormal(0.4), seed=5).shape_factor, np.delete(one, 28))
+    assert len(np.unique(one)) == 60
+
+
 def test_the_flight_takes_the_model_and_says_so() -> None:
     fragments = cloud(2000, seed=4)
     spread = Lognormal(0.3)

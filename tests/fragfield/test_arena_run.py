@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from flight.arena import COLUMNS, ArenaTable
 from fragfield.case import CaseTable
+from fragfield.case.load import case_from_document
 from fragfield.pipeline.arena import arena_realisation
 from tests.flight.test_arena import burst
 from tests.fragfield.short_run import invoke
@@ -95,6 +97,37 @@ def test_without_a_round_one_stands_upright_a_metre_over_the_origin():
     np.testing.assert_array_equal(flown.position, np.broadcast_to([3.0, 4.0, 1.0], flown.position.shape))
 
 
+def test_fragments_start_at_the_middle_of_the_charge():
+    """Upright and lying M107 (0.7 m long) on the ground: well above its base, and at its radius."""
+    table = ArenaTable.of([burst(seed) for seed in range(2)])
+    for attitude, low, high in (("upright", 0.2, 0.4), ("lying", 0.07, 0.08)):
+        one = {"name": "a", "profile": "m107", "explosive": "tnt", "casing": "steel_m107", "attitude": attitude,
+               "base": "ground"}  # fmt: skip
+        case = case_from_document(
+            {"title": "t", "burst": {"cell_size": "12 mm"}, "round": [one]}, source="case", folder=None
+        )
+        start = arena_realisation(table, case, 0).position
+        assert low < start[0, 2] < high, attitude
+        assert (start == start[0]).all()
+
+
+def test_the_width_of_groups_is_a_part_of_the_number_and_wide_zones_are_refused(runs, tmp_path):
+    table = ArenaTable.read(runs / "test.csv")
+    parts = json.loads((runs / "a" / "summary.json").read_text())["hazard"]["parts"]
+    coarse = replace(table, mass_from=0.0 * table.mass, mass_to=np.full(len(table.mass), np.inf)).merged()
+    coarse.write(tmp_path / "coarse.csv")
+    done = invoke("fly", runs / "a.toml", "--fragments", tmp_path / "coarse.csv", "--out", tmp_path / "c", "--json")
+    assert done.exit_code == 0, done.stderr
+    hazard = json.loads(done.stdout)["hazard"]
+    assert hazard["parts"]["table"] > 2.0 * parts["table"] > 0.0
+    assert hazard["recommended"] > hazard["expected"] + hazard["parts"]["table"]
+    one = table.merged().merged().merged().merged()
+    one.write(tmp_path / "one.csv")
+    done = invoke("fly", runs / "a.toml", "--fragments", tmp_path / "one.csv", "--out", tmp_path / "d")
+    assert done.exit_code == 2
+    assert "allowed: zones of at most 30 degrees" in " ".join(done.stderr.split())
+
+
 def test_planes_of_symmetry_are_refused(runs, tmp_path):
     text = CASE.format(revision="A", x=40) + '[[plane]]\nname = "p"\nkind = "symmetry"\nnormal = [1, 0, 0]\n'
     text += 'point = ["0 m", "0 m", "0 m"]\n'
@@ -104,6 +137,7 @@ def test_planes_of_symmetry_are_refused(runs, tmp_path):
     assert "give every round its own table [[round]] with its position" in done.stderr
 
 
+@pytest.mark.filterwarnings("ignore:fragments. the lightest")
 def test_pieces_that_land_beyond_the_first_guess_of_the_reach(tmp_path):
     """Pieces of 20 kg land up to 2.2 km away, the densities begin with cells to 2 km."""
     header = ";".join(COLUMNS)

@@ -56,6 +56,24 @@ def test_a_pair_stands_along_x_symmetric_about_the_template():
     assert case.stack is None, "the rounds stand for themselves once the case is read"
 
 
+def test_every_round_of_a_stack_stands_on_its_own_ground(tmp_path):
+    """On a slope of 10 %, said of the round that is copied or of the stack; the layers of a pallet keep their pitch."""
+    rows = [" ".join(f"{0.1 * (10.0 * column - 100.0)}" for column in range(21))] * 21
+    head = "ncols 21\nnrows 21\nxllcenter -100\nyllcenter -100\ncellsize 10\n"
+    (tmp_path / "slope.asc").write_text(head + "\n".join(rows) + "\n")
+    flight = {"ground": {"map": str(tmp_path / "slope.asc"), "site": ["0 m", "0 m"], "ricochet": "none"}}
+    flight["ground"]["beyond"] = "level"
+    stack = {"arrangement": "row", "count": 4, "gap": "100 mm"}
+    for base, own in (("ground", None), (None, "ground")):
+        round_ = {"attitude": "upright"} | ({"base": base} if base else {})
+        found = _positions(_case(round=round_, stack=stack | ({"base": own} if own else {}), flight=flight))
+        assert np.ptp(found[:, 0]) == pytest.approx(3 * (WIDTH + 0.1), rel=1e-3)
+        assert found[:, 2] == pytest.approx(0.1 * found[:, 0], abs=1e-9)
+    pallet = {"arrangement": "pallet", "counts": [2, 1, 2], "gap": "100 mm", "base": "ground"}
+    x, _, z = _positions(_case(round={"attitude": "upright"}, stack=pallet, flight=flight)).T
+    assert sorted(np.round(z - 0.1 * x, 6)) == pytest.approx([0.0, 0.0, LENGTH + 0.1, LENGTH + 0.1], abs=2e-3)
+
+
 def test_a_lying_row_keeps_the_clear_distance_along_x():
     """Lying along y the diameters face each other along x; lying along x nose and base do."""
     stack = {"arrangement": "row", "count": 3, "gap": "10 mm"}

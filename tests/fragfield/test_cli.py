@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import os
 import re
+import subprocess
+import sys
 import tomllib
 from contextlib import chdir
 from pathlib import Path
@@ -18,12 +21,16 @@ from tests.fragfield.case_documents import flat
 from tests.fragfield.short_run import ROOT, invoke, python
 
 CASES = sorted((ROOT / "cases").glob("*.toml"))
-COMMANDS = ("check", "run", "burst", "break-up", "fly", "report", "view", "info", "new", "compare", "sweep")
+COMMANDS = (
+    "new", "check", "run", "report", "view", "tables", "info", "app", "convert", "import", "sweep", "limit",
+    "uncertainty", "compare", "burst", "break-up", "fly", "warm-up",
+)  # fmt: skip
 HEAVY = ("dolfinx", "mpi4py", "petsc4py", "vtkmodules", "pyvista", "matplotlib", "gmsh")
 
 
-def test_the_version_is_reported():
-    done = invoke("--version")
+@pytest.mark.parametrize("option", ["--version", "-V"])
+def test_the_version_is_reported(option):
+    done = invoke(option)
     assert done.exit_code == 0
     assert done.stdout.strip() == f"fragfield {fragfield.__version__}"
 
@@ -38,8 +45,52 @@ def test_help_names_every_command_and_loads_nothing_heavy():
     )
     assert done.returncode == 0
     assert done.stderr.strip() == "[]"
-    for command in COMMANDS:
-        assert f" {command} " in done.stdout
+    places = [done.stdout.index(f"\u2502 {command} ") for command in COMMANDS]
+    assert places == sorted(places), "in the order of use"
+    heads = ("A case and its result", "Files of others", "Studies of many runs", "Stages of a run", "This machine")
+    assert all(f" {head} " in done.stdout for head in heads)
+
+
+def test_help_shows_brackets_and_fills_its_lines():
+    assert "tables [[exposed]] and [[obstacle]]" in " ".join(_help("convert").split())
+    assert "those of the table [uncertainty] and of the default set" in " ".join(_help("uncertainty").split())
+    for command in ("sweep", "limit", "uncertainty"):
+        lines = [line.strip() for line in _help(command).splitlines()]
+        text = lines[: next(at for at, line in enumerate(lines) if line.startswith("\u256d"))]
+        broken = [
+            (line, after)
+            for line, after in itertools.pairwise(text)
+            if line and after and len(line) + 1 + len(after.split()[0]) < 76
+        ]
+        assert broken == [], "a line ends though the next word has room in it"
+
+
+def _help(command):
+    """In 80 columns, as wherever there is no terminal."""
+    code = f"sys.argv = ['fragfield', {command!r}, '--help']\nfrom fragfield.cli import main\nmain()"
+    return python(f"import sys\n{code}").stdout
+
+
+@pytest.mark.parametrize(
+    ("words", "completed"),
+    [
+        ("fragfield un", ["uncertainty"]),
+        ("fragfield sweep --j", ["--jobs", "--json"]),
+        ("fragfield uncertainty --jo", ["--jobs"]),
+    ],
+)
+def test_a_shell_completes_commands_and_options(words, completed):
+    known = {"_FRAGFIELD_COMPLETE": "complete_bash", "COMP_WORDS": words, "COMP_CWORD": str(words.count(" "))}
+    done = subprocess.run(
+        [sys.executable, "-m", "fragfield"],
+        env=os.environ | known,
+        capture_output=True,
+        text=True,
+        check=False,
+        cwd=ROOT,
+    )
+    assert done.stdout.split() == completed
+    assert done.stderr == ""
 
 
 def test_check_needs_no_dolfinx():

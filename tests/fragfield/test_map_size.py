@@ -14,6 +14,7 @@ from fragfield import check
 from fragfield.case import load_case
 from fragfield.case.checks import estimates
 from fragfield.case.checks.estimates import _range, farthest_throw, map_warnings
+from fragfield.case.tables.round import PlaneTable
 from fragfield.checking.check import check_report
 from fragfield.errors import InputError
 from fragfield.hazard.certainty import beyond_map_words
@@ -130,3 +131,42 @@ def test_a_distance_beyond_the_map_is_not_determined(tmp_path: Path) -> None:
     assert "would be 130 m, bearing 180° (S)" in words([90.0, 80.0, 150.0, 130.0], [np.nan] * 4)
     assert words([99.0], [np.nan], None) == ""
     assert "would be 101 m, and the map ends 100 m" in words([95.0], [101.0], None)
+
+
+def test_rounds_behind_planes_of_symmetry_throw_as_far_as_those_of_the_case(tmp_path: Path) -> None:
+    """One round with three images needs the map of four rounds: the heaviest piece of four is heavier than of one."""
+    case = read(tmp_path, 500.0)
+    table = {"kind": "symmetry", "point": ["1 m", "1 m", "0 m"]}
+    normals = {"x": [1, 0, 0], "y": [0, 1, 0]}
+    planes = [PlaneTable.model_validate(table | {"name": name, "normal": one}) for name, one in normals.items()]
+    mirrored = case.model_copy(update={"plane": planes})
+    four = case.model_copy(update={"round": [case.round[0].model_copy(update={"name": str(k)}) for k in range(4)]})
+    assert farthest_throw(mirrored) == pytest.approx(farthest_throw(four), rel=1e-12)
+    assert farthest_throw(mirrored) > 1.03 * farthest_throw(case)
+
+
+def test_an_obstacle_that_the_casing_reaches_is_named(tmp_path: Path) -> None:
+    """Its near face 10 cm from the axis of a tube is reached within 120 us, one at 2 m is not."""
+    for start, named in (("0.25 m", True), ("2 m", False)):
+        text = f"""[burst]
+cell_size = "12 mm"
+end_time = "120 us"
+[[round]]
+name = "tube"
+profile = "tube"
+explosive = "tnt"
+casing = "steel_paper"
+attitude = "upright"
+position = ["0 m", "0 m", "0.5 m"]
+[[obstacle]]
+name = "wall"
+kind = "wall"
+start = ["{start}", "-5 m"]
+end = ["{start}", "5 m"]
+height = "3 m"
+thickness = "0.3 m"
+"""
+        (tmp_path / "case.toml").write_text(text)
+        words = [one for one in check_report(load_case(tmp_path / "case.toml"))["warnings"] if "obstacle wall" in one]
+        assert bool(words) == named
+        assert all("0.1 m from the axis of round[1] (tube), whose casing grows to about" in one for one in words)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import shutil
 
@@ -120,6 +121,23 @@ def test_an_ensemble_is_flown_and_its_first_realisation_is_that_of_the_files(who
 
 
 @pytest.mark.dolfinx
+def test_a_report_has_number_and_names_of_the_case_file_and_the_digest_of_its_numbers(
+    run_copy, short_case, quick_report
+):
+    """Without computing again what they do not bear on; another cell size belongs to another run."""
+    case = run_copy.parent / "signed.toml"
+    case.write_text(short_case.read_text() + '\n[document]\nnumber = "R-17"\napproved_by = "A. Engineer"\n')
+    done = invoke("report", case, "--out", run_copy)
+    assert done.exit_code == 0, done.stderr
+    report = (run_copy / "report.html").read_text()
+    digest = hashlib.sha256((run_copy / "summary.json").read_bytes()).hexdigest()[:16]
+    assert f"R-17 · summary.json SHA-256 {digest}" in report
+    assert "A. Engineer" in report
+    done = invoke("report", case, "--out", run_copy, "--set", 'burst.cell_size="33 mm"')
+    assert done.exit_code == 2
+    assert "its summary.json does not belong to this case" in done.stderr
+
+
 def test_one_realisation_leaves_nothing_of_an_earlier_ensemble(run_copy, short_case):
     changed = short_case.with_name("one.toml")
     changed.write_text(SHORT.replace("realisations = 8", "realisations = 1"))

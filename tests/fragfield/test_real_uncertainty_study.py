@@ -59,7 +59,7 @@ def short_meridian(tmp_path_factory):
 def real_study(short_meridian, tmp_path_factory):
     out = tmp_path_factory.mktemp("studies") / "one"
     done = subprocess.run(
-        _real(short_meridian, out, "--workers", 1), capture_output=True, text=True, env=environment(), check=False
+        _real(short_meridian, out, "--jobs", 1), capture_output=True, text=True, env=environment(), check=False
     )
     assert done.returncode == 0, done.stderr
     return out, json.loads(done.stdout)
@@ -83,7 +83,7 @@ def test_real_workers_two_of_which_one_is_killed(short_meridian, real_study, tmp
     """The same samples, to the last digit, as by one worker that is not killed."""
     out = tmp_path / "killed"
     process = subprocess.Popen(
-        _real(short_meridian, out, "--workers", 2), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        _real(short_meridian, out, "--jobs", 2), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
         env=environment(),
     )  # fmt: skip
     until = time.monotonic() + 600.0
@@ -101,7 +101,7 @@ def test_real_workers_two_of_which_one_is_killed(short_meridian, real_study, tmp
 
 def test_a_real_study_that_is_killed_goes_on(short_meridian, real_study, tmp_path):
     out = tmp_path / "cut"
-    process = subprocess.Popen(_real(short_meridian, out, "--workers", 2), env=environment())
+    process = subprocess.Popen(_real(short_meridian, out, "--jobs", 2), env=environment())
     journal, until = out / "samples.jsonl", time.monotonic() + 600.0
     while not (journal.is_file() and journal.read_text().count("\n") >= 3):
         assert process.poll() is None
@@ -151,7 +151,7 @@ def test_real_samples_that_share_bursts(tmp_path):
     case, out = tmp_path / "short.toml", tmp_path / "out"
     case.write_text(SHORT + _INPUTS)
     done = subprocess.run(
-        _real(case, out, "--workers", 1, "--set", "hazard.max_realisations=20"),
+        _real(case, out, "--jobs", 1, "--set", "hazard.max_realisations=20"),
         capture_output=True,
         text=True,
         env=environment(),

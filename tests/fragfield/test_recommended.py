@@ -25,7 +25,10 @@ def test_without_a_study_randomness_and_grid_are_added_as_squares():
     found = recommended_of(HAZARD, grid(4.0))
     assert found["recommended"] == pytest.approx(105.0)
     assert found["base"] == 100.0
-    assert found["parts"] == {"expected": 100.0, "randomness": 3.0, "grid": 4.0, "inputs": None, "samples": None}
+    assert {name: width for name, width in found["parts"].items() if width is not None} == {
+        "expected": 100.0, "randomness": 3.0, "grid": 4.0
+    }  # fmt: skip
+    assert recommended_of(HAZARD | {"table_width": 12.0}, grid(4.0))["recommended"] == pytest.approx(113.0)
     assert found["not_included"] == {"inputs": "no study of uncertain inputs"}
     assert {**HAZARD, **found} == found  # nothing of the run's own is changed
 

@@ -76,10 +76,10 @@ def test_a_case_made_in_python_is_swept_from_its_file(calls, tmp_path):
 def test_a_study_of_uncertainty_passes_what_is_asked_and_gives_the_distance(tmp_path, monkeypatch):
     asked = []
     monkeypatch.setattr(package, "run_study", lambda request, options: asked.append((request, options)) or dict(FOUND))
-    found = fragfield.run_uncertainty(TUBE, out=tmp_path / "study", samples=8, seed=3, workers=2, progress=False)
+    found = fragfield.run_uncertainty(TUBE, out=tmp_path / "study", samples=8, seed=3, jobs=2, progress=False)
     request, options = asked[0]
     assert request.target == TUBE
-    assert (options.folder, options.samples, options.seed, options.workers) == (tmp_path / "study", 8, 3, 2)
+    assert (options.folder, options.samples, options.seed, options.jobs) == (tmp_path / "study", 8, 3, 2)
     assert options.quiet
     assert found.recommended == 141.2
     assert found.spread == (90.2, 110.0, 133.4)

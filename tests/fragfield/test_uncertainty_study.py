@@ -77,7 +77,7 @@ def _without_cost(folder):
 
 def test_one_and_two_workers_give_the_same(made, tmp_path):
     for workers in (1, 2):
-        done = _invoke(tmp_path / str(workers), "--samples", 40, "--workers", workers)
+        done = _invoke(tmp_path / str(workers), "--samples", 40, "--jobs", workers)
         assert done.exit_code == 0, done.output
     assert (tmp_path / "1" / "samples.csv").read_bytes() == (tmp_path / "2" / "samples.csv").read_bytes()
     assert _without_cost(tmp_path / "1") == _without_cost(tmp_path / "2")
@@ -127,7 +127,7 @@ def test_a_killed_study_goes_on_and_is_the_same(made, tmp_path, monkeypatch):
             raise KeyboardInterrupt
 
     monkeypatch.setattr(Journal, "add", add)
-    assert _invoke(cut, "--samples", 30, "--workers", 2).exit_code == 130
+    assert _invoke(cut, "--samples", 30, "--jobs", 2).exit_code == 130
     monkeypatch.setattr(Journal, "add", plain)
     with (cut / "samples.jsonl").open("a") as file:
         file.write('{"sample": 29, "exit_code": 0, "resul')  # what a crash leaves of a line
@@ -148,7 +148,7 @@ def test_a_worker_that_is_killed_loses_no_sample(made, tmp_path):
     assert _invoke(whole, "--samples", 20).exit_code == 0
     requests.clear()
     codes += [0, -9, 0, -15, -9]
-    done = _invoke(tmp_path / "killed", "--samples", 20, "--workers", 1)
+    done = _invoke(tmp_path / "killed", "--samples", 20, "--jobs", 1)
     assert done.exit_code == 0, done.output
     assert len(requests) == 23
     assert (whole / "samples.csv").read_bytes() == (tmp_path / "killed" / "samples.csv").read_bytes()
@@ -158,7 +158,7 @@ def test_failed_samples_are_counted_and_left_out(made, tmp_path):
     _, codes = made
     codes += [0, 3, -9, -9, -9]
     out = tmp_path / "out"
-    done = CliRunner().invoke(app, ["uncertainty", str(M107), "--out", str(out), "--samples", "40", "--workers", "1"])
+    done = CliRunner().invoke(app, ["uncertainty", str(M107), "--out", str(out), "--samples", "40", "--jobs", "1"])
     assert done.exit_code == 3, done.output
     assert "2 of 40 samples gave no distance and are left out" in done.output
     assert "sample 1: exit code 3: ended with 3" in done.output
@@ -211,7 +211,7 @@ def test_another_study_is_not_mixed_in(made, tmp_path):
 
 def test_a_pair_makes_its_few_bursts_first(made, tmp_path):
     requests, _ = made
-    done = _invoke(tmp_path / "out", "--samples", 30, "--workers", 2, "--set", "uncertainty.bursts=8", case=PAIR)
+    done = _invoke(tmp_path / "out", "--samples", 30, "--jobs", 2, "--set", "uncertainty.bursts=8", case=PAIR)
     assert done.exit_code == 0, done.output
     assert [request["stage"] for request in requests[:8]] == ["burst"] * 8
     samples = [request for request in requests if request["stage"] == "sample"]
@@ -225,6 +225,6 @@ def test_a_pair_makes_its_few_bursts_first(made, tmp_path):
 
 def test_a_burst_that_fails_ends_the_study(made, tmp_path):
     made[1].extend([3])
-    done = _invoke(tmp_path / "out", "--samples", 30, "--workers", 1, case=PAIR)
+    done = _invoke(tmp_path / "out", "--samples", 30, "--jobs", 1, case=PAIR)
     assert done.exit_code == 2
     assert "burst 1 of 12 failed (exit code 3): ended with 3" in done.stderr

@@ -11,7 +11,7 @@ import pytest
 from transition import BreakUp, BreakUpSettings, InputError
 from transition.cells.cell_points import numbers
 from transition.cells.shape_functions import CORNERS, modes, trilinear
-from transition.kernels import clusters, sampling
+from transition.kernels import sampling
 from transition.kernels.sampling import _A, _B, _C, _SHARE, _TILE, _X, _quantiles
 from transition.law.segment_law import _at_rupture
 
@@ -127,17 +127,3 @@ def test_strides_of_the_points_are_powers_of_the_root_of_roberts():
     root = 1.0 / first
     assert root**4 == pytest.approx(root + 1.0, rel=1e-14)
     assert (second, third) == (pytest.approx(first**2, rel=1e-14), pytest.approx(first**3, rel=1e-14))
-
-
-def test_a_fragment_takes_the_point_of_the_piece_that_completes_its_mass():
-    """The first piece behind which the sum is no less than the target; the last where all of them stay below it."""
-    offset, point = np.array([0, 3, 5, 6]), np.array([7, 8, 9, 4, 5, 6])
-    piece = np.array([1.0, 2.0, 3.0, 4.0, 5.0, 6.0])
-    for target, expected in (
-        ((0.5, 4.0, 6.0), (7, 4, 6)),
-        ((1.0, 4.1, 0.0), (7, 5, 6)),
-        ((1.1, 9.0, 9.0), (8, 5, 6)),
-        ((3.0, 9.9, 9.9), (8, 5, 6)),
-        ((3.1, 0.0, 0.0), (9, 4, 6)),
-    ):
-        assert clusters.chosen_points(offset, point, piece, np.array(target)).tolist() == list(expected)

@@ -21,7 +21,9 @@ def cells_of(generator, number):
 def source(generator, count):
     places, velocity = cells_of(generator, len(count))
     mass = generator.lognormal(size=len(count))
-    made = CellPoints.of_segment((0, 3), np.arange(len(count)) + 7, mass, places, velocity, np.asarray(count))
+    made = CellPoints.of_segment(
+        (0, 3), np.arange(len(count)) + 7, mass, places, velocity, 0.5 * places, np.asarray(count)
+    )
     return made, places, velocity
 
 
@@ -33,6 +35,7 @@ def test_mass_and_momentum_and_centre_are_those_of_every_cell(seed):
     assert len(points) == made.number.sum()
     np.testing.assert_array_equal(np.bincount(points.cell - 7), made.number)
     np.testing.assert_allclose(np.bincount(points.cell - 7, points.mass), made.cell_mass, rtol=1e-14)
+    np.testing.assert_allclose(points.reference, 0.5 * points.position, rtol=1e-12, atol=1e-13)
     for values, field in ((points.position, places), (points.velocity, velocity)):
         found = np.stack([np.bincount(points.cell - 7, points.mass * values[:, i]) for i in range(3)], axis=1)
         scale = made.cell_mass[:, None] * np.abs(field).max()
@@ -47,7 +50,7 @@ def test_points_fill_a_cell_evenly(count):
     corners = np.tile(np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]],
                                float), (cells, 1, 1))  # fmt: skip
     made = CellPoints.of_segment(
-        (0, 0), np.arange(cells), np.ones(cells), corners, np.zeros_like(corners), np.full(cells, count)
+        (0, 0), np.arange(cells), np.ones(cells), corners, np.zeros_like(corners), corners, np.full(cells, count)
     )
     points = made.draw(generator)
     assert points.position.min() >= 0.0

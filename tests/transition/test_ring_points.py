@@ -68,6 +68,12 @@ def test_mass_momentum_and_centre_are_those_of_every_ring(seed):
     mean = np.einsum("ma,maj->mj", node_shares(made.reference), made.state)
     away = points.position - TILTED.origin
     e1, e2, axis = TILTED.frame
+    across = np.hypot(*points.reference[:, :2].T)
+    turn = np.arctan2(points.reference[:, 1], points.reference[:, 0]) - np.arctan2(away @ e2, away @ e1)
+    assert np.abs(np.sin(0.5 * turn)[np.hypot(away @ e1, away @ e2) > 1e-5]).max() < 1e-9
+    for place, wanted in ((across, mean[:, 0]), (points.reference[:, 2], mean[:, 1])):  # the state is 1.9 times it
+        found = np.bincount(ring, points.mass * place) / made.cell_mass
+        assert np.abs(found - wanted / 1.9).max() < 4e-3
     assert np.abs(points.velocity @ axis).max() > 100.0
     for values, field in ((away, mean[:, 1]), (points.velocity, mean[:, 3])):
         scale = np.abs(values).max()

@@ -85,7 +85,7 @@ class CellPoints:
     cell_mass: NDArray[np.float64]
     """(m,) float64: their masses (kg)."""
     modes: NDArray[np.float64]
-    """(m, 8, 6) float64: coefficients of position (m) and velocity (m/s) in them."""
+    """(m, 8, 9) float64: coefficients of position (m), velocity (m/s) and `MaterialPoints.reference` (m) in them."""
     number: NDArray[np.int64]
     """(m,) int64: points of each cell."""
 
@@ -97,10 +97,12 @@ class CellPoints:
         cell_mass: NDArray[np.float64],
         corners: NDArray[np.float64],
         node_velocity: NDArray[np.float64],
+        reference: NDArray[np.float64],
         number: NDArray[np.int64],
     ) -> CellPoints:
-        """Source for the segment `owner` (round, index) from positions and velocities (m, 8, 3) at the nodes."""
-        return cls(*owner, cells, cell_mass, modes(np.concatenate([corners, node_velocity], axis=2)), number)
+        """Source for the segment `owner` (round, index) from the state and the reference (m, 8, 3) at the nodes."""
+        made = modes(np.concatenate([corners, node_velocity, reference], axis=2))
+        return cls(*owner, cells, cell_mass, made, number)
 
     def draw(self, generator: np.random.Generator) -> MaterialPoints:
         """Points of one realisation, cell by cell."""

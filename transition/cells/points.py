@@ -25,6 +25,8 @@ class MaterialPoints:
     ----------
     position, velocity : (p, 3) float64
         Where they are (m) and how they move (m/s).
+    reference : (p, 3) float64
+        Where they were before the burst: two coordinates across the round's axis and the height along it (m).
     mass : (p,) float64
         Their masses (kg), above zero.
     round, segment : (p,) int32
@@ -35,6 +37,7 @@ class MaterialPoints:
 
     position: NDArray[np.float64]
     velocity: NDArray[np.float64]
+    reference: NDArray[np.float64]
     mass: NDArray[np.float64]
     round: NDArray[np.int32]
     segment: NDArray[np.int32]
@@ -50,19 +53,20 @@ class MaterialPoints:
 
 
 class PointArrays:
-    """Arrays that a sampling kernel fills: values (p, 6), masses and cells (p,); `offset`: first point of each cell."""
+    """Arrays that a sampling kernel fills: values (p, 9), masses and cells (p,); `offset`: first point of each cell."""
 
     def __init__(self, number: NDArray[np.int64]) -> None:
         self.offset = np.concatenate([[0], np.cumsum(number)])
         total = int(self.offset[-1])
-        self.values = np.empty((total, 6))
+        self.values = np.empty((total, 9))
         self.mass, self.cell = np.empty(total), np.empty(total, dtype=np.int64)
 
     def of_segment(self, owner: int, segment: int) -> MaterialPoints:
         """The points, all of one segment of the round `owner`."""
         return MaterialPoints(
             position=self.values[:, :3],
-            velocity=self.values[:, 3:],
+            velocity=self.values[:, 3:6],
+            reference=self.values[:, 6:],
             mass=self.mass,
             round=np.full(self.mass.size, owner, dtype=np.int32),
             segment=np.full(self.mass.size, segment, dtype=np.int32),

@@ -62,7 +62,7 @@ class RingPoints:
 
     @cached_property
     def _modes(self) -> NDArray[np.float64]:
-        return quad_modes(self.state)
+        return quad_modes(np.concatenate([self.state, self.reference], axis=2))
 
     @cached_property
     def _mean(self) -> NDArray[np.float64]:

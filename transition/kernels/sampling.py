@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 __all__ = ["sample_cells", "sample_rings"]
 
 _STEP = (0.8191725133961645, 0.6710436067037893, 0.5497004779019703)  # 1/g, 1/g2, 1/g3 with g^4 = g + 1
-_FUNCTIONS = 6
+_FUNCTIONS = 9
 
 
 @kernel
@@ -38,8 +38,8 @@ def sample_cells(
 
     Parameters
     ----------
-    modes : (m, 8, 6) float64
-        Coefficients of six functions: position and velocity (`shape_functions.modes`).
+    modes : (m, 8, 9) float64
+        Coefficients of nine functions: position, velocity and position before the burst (`shape_functions.modes`).
     offset : (m + 1,) int64
         Points `offset[c]` to `offset[c + 1]` lie in cell c: an even number.
     cell_mass : (m,) float64
@@ -48,7 +48,7 @@ def sample_cells(
         A number for each cell.
     shift : (m, 3) float64
         Uniform random numbers in [0, 1): the first place of every cell.
-    values : (p, 6) float64
+    values : (p, 9) float64
         Written: the functions at the points.
     mass, owner : (p,)
         Written: an equal share of the cell's mass (kg) for each of its points, and the cell's number.
@@ -79,7 +79,8 @@ def sample_cells(
                 values[point, j] -= mean[j]
 
 
-_RING_FUNCTIONS = 4
+_RING_FUNCTIONS = 6
+_KEPT = 4  # of them, those whose means are kept
 _ITERATIONS = 60  # bisection alone needs 53; Newton's steps mostly need 5
 
 
@@ -154,10 +155,11 @@ def sample_rings(
 
     Parameters
     ----------
-    modes : (m, 4, 4) float64
-        Coefficients of 1, xi, eta, xi eta of radius and height (m) and of radial and axial velocity (m/s).
+    modes : (m, 4, 6) float64
+        Coefficients of 1, xi, eta, xi eta of radius and height (m), of radial and axial velocity (m/s), and of radius
+        and height before the burst.
     mean : (m, 4) float64
-        Means by mass of the four functions.
+        Means by mass of the first four functions.
     density : (m, 3, 3) float64
         Mass by area of the reference square, in any unit: coefficients of xi^i eta^j.
     offset : (m + 1,) int64
@@ -170,8 +172,8 @@ def sample_rings(
         Uniform random numbers in [0, 1): where the recurrence of every ring begins.
     origin, frame : (3,), (3, 3) float64
         Centre of the base (m); rows outward, across and axis.
-    values : (p, 6) float64
-        Written: position (m) and velocity (m/s) of the points.
+    values : (p, 9) float64
+        Written: position (m), velocity (m/s) and position before the burst (m, from `origin` along `frame`).
     mass, owner : (p,)
         Written: an equal share of the ring's mass (kg) for each of its points, and the ring's number.
     """
@@ -213,23 +215,24 @@ def sample_rings(
                 f = modes[at, 0, j] + modes[at, 1, j] * u + (modes[at, 2, j] + modes[at, 3, j] * u) * v
                 values[point, j] = values[point + 1, j] = f
             # Opposite points get exactly opposite directions.
-            values[point, 4], values[point, 5] = w[_COSINE * _TILE + i], w[_SINE * _TILE + i]
-            values[point + 1, 4], values[point + 1, 5] = -w[_COSINE * _TILE + i], -w[_SINE * _TILE + i]
+            values[point, 6], values[point, 7] = w[_COSINE * _TILE + i], w[_SINE * _TILE + i]
+            values[point + 1, 6], values[point + 1, 7] = -w[_COSINE * _TILE + i], -w[_SINE * _TILE + i]
             for side in range(2):
                 mass[point + side], owner[point + side] = share, label[at]
-    excess = np.empty(_RING_FUNCTIONS)
+    excess = np.empty(_KEPT)
     for cell in range(offset.size - 1):
         begin, number = offset[cell], offset[cell + 1] - offset[cell]
         e0 = e1 = e2 = e3 = 0.0
         for point in range(begin, begin + number):
             e0, e1, e2, e3 = e0 + values[point, 0], e1 + values[point, 1], e2 + values[point, 2], e3 + values[point, 3]
         excess[0], excess[1], excess[2], excess[3] = e0, e1, e2, e3
-        for j in range(_RING_FUNCTIONS):
+        for j in range(_KEPT):
             excess[j] = excess[j] / number - mean[cell, j]
         for point in range(begin, begin + number):
             r, z = values[point, 0] - excess[0], values[point, 1] - excess[1]
             radial, axial = values[point, 2] - excess[2], values[point, 3] - excess[3]
-            cosine, sine = values[point, 4], values[point, 5]
+            cosine, sine, before, height = values[point, 6], values[point, 7], values[point, 4], values[point, 5]
+            values[point, 6], values[point, 7], values[point, 8] = before * cosine, before * sine, height
             for i in range(3):
                 outward = cosine * frame[0, i] + sine * frame[1, i]
                 values[point, i] = origin[i] + r * outward + z * frame[2, i]

@@ -20,6 +20,7 @@ from transition.errors import InputError
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from transition.draws import Draws
     from transition.law.mott import MottLaw
 
 
@@ -43,7 +44,7 @@ class Draw:
 class Sampler(Protocol):
     """Draws the masses of a segment's fragments."""
 
-    def draw(self, law: MottLaw, mass: float, generator: np.random.Generator) -> Draw:
+    def draw(self, law: MottLaw, mass: float, draws: Draws) -> Draw:
         """Fragments of a segment of `mass` (kg) by `law`."""
         ...
 
@@ -58,12 +59,10 @@ class Quantile:
     heavier than the whole segment into one realisation of three.
     """
 
-    def draw(self, law: MottLaw, mass: float, generator: np.random.Generator) -> Draw:
+    def draw(self, law: MottLaw, mass: float, draws: Draws) -> Draw:
         """Fragments of a segment of `mass` (kg) by `law`."""
-        number = max(1.0, mass / law.mean)
-        whole = int(number)
-        whole += int(generator.random() < number - whole)
-        survival = (np.arange(whole) + 1.0 - generator.random(whole)) / whole
+        whole = draws.rounded(max(1.0, mass / law.mean))
+        survival = (np.arange(whole) + 1.0 - draws.uniform("mass", whole)) / whole
         drawn = np.maximum(law.inverse(survival), _MIN_MASS)
         closure = mass / drawn.sum()
         return Draw(np.sort(drawn * closure)[::-1], 0.0, float(closure), "quantile")
@@ -87,7 +86,7 @@ class Graded:
     m0: float
     dm: float
 
-    def draw(self, law: MottLaw, mass: float, generator: np.random.Generator) -> Draw:  # noqa: ARG002 - interface
+    def draw(self, law: MottLaw, mass: float, draws: Draws) -> Draw:  # noqa: ARG002 - interface
         """Fragments of a segment of `mass` (kg) by `law`.
 
         Raises

@@ -7,6 +7,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.special import ndtri
+
+from transition.draws import Draws
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -73,10 +76,9 @@ def draw_attitude(seed: int, number: int, *, turned: bool, tilt: float) -> Attit
     tilt; `turned`: whether to turn by an angle that is uniform over the circle; `tilt`: standard deviation of the tilt
     about each of the two horizontal axes (rad).
     """
-    own = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(number,)))
-    around = float(2.0 * np.pi * own.random())
-    turn = around if turned else None
+    around, *about = Draws(seed, number).uniform("attitude", 3).tolist()
+    turn = 2.0 * math.pi * around if turned else None
     if not tilt > 0.0:
         return Attitude(turn)
-    about_x, about_y = (tilt * own.standard_normal(2)).tolist()
+    about_x, about_y = (tilt * ndtri(about)).tolist()
     return Attitude(turn, (about_x, about_y))

@@ -1,10 +1,9 @@
 """Placing the fragments: every fragment takes a compact cluster of material points.
 
-All fragments of a segment are placed together, by dividing: the fragments, in random order, into two groups, and the
-points by a cut across a random direction near their longest extent into two parts of the groups' masses; then each
-part again, until it is one fragment (`kernels.bisection`). Masses are exact, since every cut divides one point by
-mass where it meets it. The cuts follow the cloud of points in space; cells and their order play no part, so the
-fragments show no grid lines, and any source of points will do.
+A segment's casing is a sheet: (axis, angle, depth), or two axes across and one along for a disc. A space-filling curve
+runs over it as it was before the burst, with its sides as long as they are at rupture; it is turned, mirrored and
+stretched at random. The fragments, in random order, take runs of the points along the curve. So masses are
+exact, the fragments show no grid lines, and small changes of the burst move no point to another fragment.
 
 A fragment moves as the mean of its points and lies at their centre of mass. So momentum is that of the points to
 round-off; spin of a fragment is lost here.
@@ -17,8 +16,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from transition.kernels.bisection import bisect
-from transition.kernels.clusters import chosen_points, cluster_means, collect
+from transition.kernels.curve import curve_positions
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -26,72 +24,153 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from transition.cells.points import MaterialPoints
+    from transition.draws import Draws
+
+    Array = NDArray[np.float64]
 
 
 _CLOSED = 1e-9  # share of the mass within which fragments and points are taken to have the same
+_SOLID = 0.2  # smallest over largest radius below which a segment is a disc
+_DEGREE = 3  # of the polynomial of the middle of a wall
+_SPLITS = 31  # of a stretched side: five halvings
+_SPREAD = 0.5, 0.2  # widths of the range of the first split, and of the others
+_CELLS_PER_POINT = 8  # logarithm to base 2
+
+
+@dataclass(frozen=True, eq=False)
+class Sheet:
+    """The casing of a segment as a box of three sides, the longest first."""
+
+    sides: tuple[int, ...]
+    """Which of turn (or x), height (or y), depth (or z) each is."""
+    lengths: Array
+    """(3,) float64: lengths of the sides at rupture (m)."""
+    low: Array
+    high: Array
+    """(3,) float64: coordinates at which they begin and end."""
+    middle: Array | None
+    """Coefficients of the radius of the middle of the wall by height (m); None for a disc."""
+
+    @classmethod
+    def of(cls, reference: Array, stretch: float) -> Sheet:
+        """The sheet that points (p, 3) before the burst fill, in m across and along the round's axis.
+
+        `stretch`: circumference at rupture over that before the burst.
+        """
+        radius, height = np.hypot(reference[:, 0], reference[:, 1]), reference[:, 2]
+        if radius.min() < _SOLID * radius.max():
+            middle, factors = None, np.array([stretch, stretch, 1.0 / stretch**2])
+        else:
+            middle = np.polyfit(height, radius, _DEGREE if np.ptp(height) > 0.0 else 0)
+            factors = np.array([2.0 * np.pi * radius.mean() * stretch, 1.0, 1.0 / stretch])
+        coordinates = _coordinates(reference, middle)
+        low, high = coordinates.min(axis=0), coordinates.max(axis=0)
+        if middle is not None:
+            low[0], high[0] = 0.0, 1.0
+        high = np.maximum(high, low + 1e-9)
+        lengths = factors * (high - low)
+        sides = np.argsort(-lengths)
+        return cls(tuple(sides), lengths[sides], low[sides], high[sides], middle)
+
+    def order(self, reference: Array, uniform: Array) -> NDArray[np.int64]:
+        """Order (p,) of points along a random curve; `uniform` (`CURVE_DRAWS`,): the numbers that settle it."""
+        cosine, sine = np.cos(2.0 * np.pi * uniform[0]), np.sin(2.0 * np.pi * uniform[0])
+        turned = reference @ np.array([[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]])
+        unit = np.clip((_coordinates(turned, self.middle)[:, self.sides] - self.low) / (self.high - self.low), 0.0, 1.0)
+        for side, (mirror, *splits) in enumerate(uniform[1:].reshape(3, -1)):
+            unit[:, side] = np.interp(unit[:, side], _stretched(splits), np.linspace(0.0, 1.0, _SPLITS + 2))
+            if mirror < 0.5:
+                unit[:, side] = 1.0 - unit[:, side]
+        blocks = max(1, round(self.lengths[0] / self.lengths[1]))
+        flat = min(max(0, round(np.log2(self.lengths[1] / self.lengths[2]))), 8)
+        row = len(reference).bit_length()
+        deep = max(1, (row + _CELLS_PER_POINT - blocks.bit_length() - 2 * flat) // 3)
+        # Numbers that hold the point's own differ, so that every way of sorting gives the same order.
+        numbered = curve_positions(unit, blocks, flat, deep) << row | np.arange(len(reference))
+        return np.sort(numbered) & ((1 << row) - 1)
+
+
+CURVE_DRAWS = 1 + 3 * (1 + _SPLITS)
+
+
+def _coordinates(reference: Array, middle: Array | None) -> Array:
+    if middle is None:
+        return reference
+    x, y, height = reference.T
+    turn = np.arctan2(y, x) / (2.0 * np.pi) % 1.0
+    return np.column_stack([turn, height, np.hypot(x, y) - np.polyval(middle, height)])
+
+
+def _stretched(splits: Sequence[float]) -> Array:
+    """Edges of 32 parts of [0, 1], each half of a part divided where a random number says."""
+    edges, used = np.array([0.0, 1.0]), 0
+    while used < len(splits):
+        number = len(edges) - 1
+        share = 0.5 + _SPREAD[used > 0] * (np.array(splits[used : used + number]) - 0.5)
+        edges = np.insert(edges, np.arange(1, number + 1), edges[:-1] + share * np.diff(edges))
+        used += number
+    return edges
 
 
 @dataclass(frozen=True, eq=False)
 class Clusters:
     """The points of every fragment. A piece is a point, or the part of one that a fragment has."""
 
-    mass: NDArray[np.float64]
-    """(n,) float64: mass of the fragments (kg): the sum of their pieces."""
-    offset: NDArray[np.int64]
-    """(n + 1,) int64: pieces `offset[f]` to `offset[f + 1]` are those of fragment f."""
+    mass: Array
+    """(n,) float64: mass of the fragments (kg)."""
+    fragment: NDArray[np.int64]
+    """(q,) int64: fragment of every piece."""
     point: NDArray[np.int64]
-    """(p,) int64: point of every piece."""
-    piece: NDArray[np.float64]
-    """(p,) float64: mass of every piece (kg)."""
+    """(q,) int64: point of every piece."""
+    piece: Array
+    """(q,) float64: mass of every piece (kg)."""
     chosen: NDArray[np.int64]
     """(n,) int64: one point of each fragment, drawn at random by mass."""
 
     @classmethod
     def concatenate(cls, parts: Sequence[tuple[Clusters, int]]) -> Clusters:
         """Clusters of several segments as one; each with the number of points of its segment."""
-        pieces = np.cumsum([0, *(cluster.point.size for cluster, _ in parts)])
-        points = np.cumsum([0, *(number for _, number in parts)])
         clusters = [cluster for cluster, _ in parts]
+        points = np.cumsum([0, *(number for _, number in parts[:-1])])
+        fragments = np.cumsum([0, *(cluster.mass.size for cluster in clusters[:-1])])
         return cls(
             mass=np.concatenate([c.mass for c in clusters]),
-            offset=np.concatenate([[0], *(c.offset[1:] + n for c, n in zip(clusters, pieces, strict=False))]),
-            point=np.concatenate([c.point + n for c, n in zip(clusters, points, strict=False)]),
+            fragment=np.concatenate([c.fragment + n for c, n in zip(clusters, fragments, strict=True)]),
+            point=np.concatenate([c.point + n for c, n in zip(clusters, points, strict=True)]),
             piece=np.concatenate([c.piece for c in clusters]),
-            chosen=np.concatenate([c.chosen + n for c, n in zip(clusters, points, strict=False)]),
+            chosen=np.concatenate([c.chosen + n for c, n in zip(clusters, points, strict=True)]),
         )
 
-    def means(self, points: MaterialPoints) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def means(self, points: MaterialPoints) -> tuple[Array, Array]:
         """Centres of mass (n, 3) in m and mean velocities (n, 3) in m/s of the fragments."""
-        return cluster_means(self.offset, self.point, self.piece, points.position, points.velocity)
+        position, velocity = self._mean(points.position), self._mean(points.velocity)
+        return position, velocity
+
+    def _mean(self, values: Array) -> Array:
+        weight = np.bincount(self.fragment, self.piece)
+        columns = [np.bincount(self.fragment, self.piece * column[self.point]) / weight for column in values.T]
+        return np.stack(columns, axis=1)
 
 
-def place(
-    fragment_mass: NDArray[np.float64],
-    position: NDArray[np.float64],
-    point_mass: NDArray[np.float64],
-    generator: np.random.Generator,
-    axis: tuple[float, float, float] = (0.0, 0.0, 0.0),
-) -> Clusters:
-    """Place the fragments of one segment on its points.
+def place(fragment_mass: Array, along: NDArray[np.int64], point_mass: Array, draws: Draws) -> Clusters:
+    """Give the fragments of one segment runs of its points.
 
     Parameters
     ----------
     fragment_mass : (n,) float64
-        Masses (kg), above zero, in any order. Where they do not add up to the points' mass (the paper's grades), the
-        rest is cut into parts as heavy as the heaviest fragment, placed like fragments and left out.
-    position : (p, 3) float64
-        Positions of the points (m).
+        Masses (kg), above zero. Where they do not add up to the points' mass (the paper's grades), the rest is cut
+        into parts as heavy as the heaviest fragment, placed like fragments and left out.
+    along : (p,) int64
+        The points in the order of a curve.
     point_mass : (p,) float64
         Their masses (kg), above zero.
-    generator : numpy.random.Generator
-        Source of randomness.
-    axis : tuple of float
-        Direction of the round's axis: a ring about it is cut into arcs. Zero: there is none.
+    draws : Draws
+        What orders the fragments along the curve, and chooses a point of each.
 
     Returns
     -------
     Clusters
-        In the order of `fragment_mass`; masses equal those asked for to round-off.
+        In the order of `fragment_mass`.
 
     Raises
     ------
@@ -99,8 +178,7 @@ def place(
         A mass that is not above zero, or fragments heavier than the points together.
     """
     fragment_mass = np.asarray(fragment_mass, dtype=np.float64)
-    total, asked = float(point_mass.sum()), float(fragment_mass.sum())
-    wanted = fragment_mass.size
+    total, asked, wanted = float(point_mass.sum()), float(fragment_mass.sum()), fragment_mass.size
     if not (wanted and fragment_mass.min() > 0.0 and point_mass.min() > 0.0):
         raise ValueError("placing: masses of fragments and points must be above zero")
     if asked > total * (1.0 + _CLOSED):
@@ -108,28 +186,25 @@ def place(
     if asked < total * (1.0 - _CLOSED):
         rest = max(1, int((total - asked) / fragment_mass.max()))
         fragment_mass = np.concatenate([fragment_mass, np.full(rest, (total - asked) / rest)])
-    number = fragment_mass.size
-    size = point_mass.size + number - 1
-    row, point = np.empty((size, 4)), np.empty(size, dtype=np.int64)
-    for k, column in enumerate((*position.T, point_mass)):  # numpy copies columns faster than rows of three
-        row[: point_mass.size, k] = column
-    point[: point_mass.size] = np.arange(point_mass.size)
-    first, pieces = np.empty((2, number), dtype=np.int64)
-    order = generator.permutation(number)
-    normal, uniform = generator.standard_normal((number, 3)), generator.random((number, 2))
-    bisect(
-        row,
-        point,
-        point_mass.size,
-        fragment_mass,
-        order,
-        normal,
-        uniform,
-        np.asarray(axis, dtype=np.float64),
-        first,
-        pieces,
-    )
-    offset = np.concatenate([[0], np.cumsum(pieces[:wanted])])
-    mass, ident, piece = np.empty(wanted), np.empty(offset[-1], dtype=np.int64), np.empty(offset[-1])
-    collect(first, offset, row, point, mass, ident, piece)
-    return Clusters(mass, offset, ident, piece, chosen_points(offset, ident, piece, generator.random(wanted) * mass))
+    # Of equal numbers the earlier fragment comes first; one more is inserted and leaves the others in their order.
+    order = np.argsort(draws.uniform("order", fragment_mass.size), kind="stable")
+    point_end = np.cumsum(point_mass[along])
+    end = np.cumsum(fragment_mass[order])
+    end *= point_end[-1] / end[-1]
+    begin = np.concatenate([[0.0], end[:-1]])
+    last = along.size - 1
+    first = np.minimum(np.searchsorted(point_end, begin, side="right"), last)
+    number = np.clip(np.searchsorted(point_end, end), first, last) - first + 1
+    owner = np.repeat(np.arange(order.size), number)
+    at = np.arange(owner.size) - np.repeat(np.cumsum(number) - number, number) + first[owner]
+    # A point whole within a run has its own mass, others what lies between the ends: round-off is that of the sums.
+    piece = np.minimum(point_mass[along[at]], point_end[at] - begin[owner])
+    piece = np.minimum(piece, end[owner] - (point_end[at] - point_mass[along[at]]))
+    piece = np.where(number[owner] == 1, fragment_mass[order[owner]], np.maximum(piece, 0.0))
+    chosen = np.empty(order.size, dtype=np.int64)
+    chosen[order] = np.searchsorted(point_end, begin + (end - begin) * draws.uniform("chosen", order.size)[order])
+    kept = order[owner] < wanted
+    return Clusters(
+        fragment_mass[:wanted], order[owner][kept], along[at][kept], piece[kept],
+        along[np.minimum(chosen[:wanted], last)],
+    )  # fmt: skip

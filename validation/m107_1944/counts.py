@@ -9,6 +9,7 @@ import numpy as np
 
 import flight
 from flight.files.text_tables import read_columns
+from transition.draws import Draws
 from transition.law.mott import MottLaw
 from transition.law.samplers import Quantile
 
@@ -79,8 +80,8 @@ def prescribed(reference: Mapping[str, Any], seed: int, realisations: int) -> li
     """Realisations of the law through the table, every fragment with the table's initial speed."""
     law, speed = reference["law"], reference["initial_speed"]
     mott = MottLaw.from_mean(2.0 * law["mu"], dimension=2)
-    generators = [np.random.default_rng(child) for child in np.random.SeedSequence(seed).spawn(realisations)]
-    masses = [Quantile().draw(mott, law["number"] * mott.mean, generator).mass for generator in generators]
+    whole = law["number"] * mott.mean
+    masses = [Quantile().draw(mott, whole, Draws(seed, one)).mass for one in range(realisations)]
     return [flight.Fragments(mass, (0.0, 0.0, 0.0), (speed, 0.0, 0.0)) for mass in masses]
 
 

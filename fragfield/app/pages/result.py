@@ -9,11 +9,15 @@ from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
 import numpy as np
+from nicegui import run as threads
 from nicegui import ui
 
 import fragfield
 from fragfield.app.drawing import round_length
+from fragfield.app.forms import form
 from fragfield.app.page import Raw, act, box, choose, facts, heading, html, note, shown_facts
+from fragfield.case import differences
+from fragfield.files.run_directory import RunDirectory
 from fragfield.hazard.certainty import metres, whole_metres
 from fragfield.hazard.recommended import parts_words
 from fragfield.hazard.verdict import criterion_words
@@ -137,6 +141,8 @@ class Directions:
 
 
 _MOST_ROWS = 500
+_MOST_CHANGES = 6
+_SIDES = ("in the run", "now")
 
 
 def content(page: CasePage, run: str = "") -> None:
@@ -161,6 +167,8 @@ def content(page: CasePage, run: str = "") -> None:
     except fragfield.InputError as error:
         note(str(error), "fault")
         return
+    if page.document is not None:
+        _mark_changes(page, RunDirectory(found.path))
     parts = (part.decision, part.map, part.direction, part.figures, part.numbers, part.tables, part.files)
     with ui.tabs().props("no-caps align=left inline-label outside-arrows mobile-arrows") as tabs:
         for build in parts:
@@ -169,6 +177,30 @@ def content(page: CasePage, run: str = "") -> None:
         for build in parts:
             with ui.tab_panel(build.__name__).style("padding:.6rem 0"):
                 _when_seen(tabs, build)
+
+
+def _mark_changes(page: CasePage, run: RunDirectory) -> None:
+    """Say in which keys the case on the pages is another than that of the run, as long as it is."""
+    texts, place = page.texts, box("news").props("role=status data-box=changed")
+    place.set_visibility(False)
+
+    def changes() -> list[str]:
+        case = page.case.resolved()
+        return [texts("result.has_faults")] if case is None else differences(run.stored_case(), case, words=_SIDES)
+
+    async def judged() -> None:
+        lines = await threads.io_bound(changes)
+        place.clear()
+        place.set_visibility(bool(lines))
+        with place, box():
+            note(texts("result.changed"), "warning")
+            for line in lines[:_MOST_CHANGES]:
+                ui.label(line)
+            if len(lines) > _MOST_CHANGES:
+                note(texts("result.more_changes", number=len(lines) - _MOST_CHANGES))
+            ui.link(texts("result.compute_again"), page.address("run"))
+
+    page.follow(judged)
 
 
 def _when_seen(tabs: ui.tabs, build: Callable[[], None]) -> None:
@@ -222,7 +254,19 @@ class _Parts:
                 heading(texts("result.verdicts"))
                 self._verdicts()
         heading(texts("result.report"))
+        if self.page.document is not None:
+            self._document(self.page)
         self._framed("report.html")
+
+    def _document(self, page: CasePage) -> None:
+        """Number and names of the report, written into it; its pages hold them, with the digest of the numbers."""
+        texts, case = self.texts, page.case.name
+        note(texts("result.sign_how"), "meaning")
+        form(page, ("document",), only=("number", "revision", "prepared_by", "reviewed_by", "approved_by"))
+        title = texts("result.report_title", name=case)
+        command = ["report", case, "--out", self.name]
+        with box("choices"):
+            act(texts("result.write_report"), "write-report", lambda: page.compute(title, self.name, command))
 
     def _verdicts(self) -> None:
         texts, rows = self.texts, []

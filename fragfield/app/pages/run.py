@@ -16,6 +16,7 @@ from fragfield.errors import InputError
 from fragfield.files.run_directory import STAGES, RunDirectory
 from fragfield.numbers import number
 from fragfield.terminal.progress import duration
+from fragfield_base.reading import read_text
 
 if TYPE_CHECKING:
     from fragfield.app.jobs import Job
@@ -26,6 +27,7 @@ PRESETS = {"quick": (13, "off", 8), "standard": (26, "standard", None), "final":
 """Cells across the largest diameter, grid convergence and fewest realisations (None: the default) of each preset."""
 _KEY = re.compile(r"^([a-z_]+(\[\d+\])?(\.[a-z_]+(\[\d+\])?)*)( =|:| \()")
 _FOLDED = ("burst", "break_up", "flight", "hazard", "witness", "uncertainty", "document")
+_DONE = re.compile(r": ([a-z-]+): done in ([\d.]+) s")
 _LOOK = 1.0  # s between looks at the run
 
 
@@ -44,7 +46,7 @@ def content(page: CasePage) -> None:
             cost = html()
             starter = _Starter(page)
             heading(texts("run.now"))
-            job = _Now(page)
+            job = _Now(page, starter)
 
     async def judged() -> None:
         found = await threads.io_bound(checked, page)
@@ -118,13 +120,13 @@ def _cost(page: CasePage, found: dict[str, Any]) -> str:
 
 
 def _last_time(page: CasePage) -> str:
+    """What all stages of the last run took, by its log."""
     try:
-        summary = RunDirectory(page.session.space.inside(page.session.space.run_of(page.case.name))).summary()
+        log = RunDirectory(page.session.space.inside(page.session.space.run_of(page.case.name))).log_file
+        times = dict(_DONE.findall(read_text(log, InputError, most=1 << 26)))
     except InputError:
         return ""
-    times = [part.get("wall_seconds") for name in ("burst", "flight") if isinstance(part := summary.get(name), dict)]
-    known = [float(time) for time in times if time is not None]
-    return duration(sum(known)) if known else ""
+    return duration(sum(map(float, times.values()))) if times.keys() == STAGES.keys() else ""
 
 
 def preset_values(name: str, diameter: float) -> dict[tuple[str, str], object]:
@@ -198,19 +200,24 @@ class _Starter:
             self.resume = act(texts("run.resume"), "resume", lambda: self.go("--resume"), "outline")
             self.again = act(texts("run.again"), "again", lambda: self.go("--overwrite"), "outline")
         note(texts("run.writes", run=self.run))
-        self._show()
+        self.show()
 
-    def _show(self) -> None:
-        there = RunDirectory(self.page.session.space.folder / self.run).exists
-        self.start.set_visibility(not there)
-        self.resume.set_visibility(there)
-        self.again.set_visibility(there)
+    @property
+    def can_resume(self) -> bool:
+        """Whether a run has been started."""
+        return RunDirectory(self.page.session.space.folder / self.run).exists
+
+    def show(self) -> None:
+        """Offer to run, or to continue and to compute again where a run has been started."""
+        self.start.set_visibility(not self.can_resume)
+        self.resume.set_visibility(self.can_resume)
+        self.again.set_visibility(self.can_resume)
 
     def allow(self, allowed: bool) -> None:
         """Let a case without faults be run."""
         for button in (self.start, self.resume, self.again):
             button.set_enabled(allowed)
-        self._show()
+        self.show()
 
     def go(self, *options: str) -> None:
         """Save the case and start its run."""
@@ -222,8 +229,8 @@ class _Starter:
 class _Now:
     """The run that is computed, or was computed last, looked at while the page is open."""
 
-    def __init__(self, page: CasePage) -> None:
-        self.page = page
+    def __init__(self, page: CasePage, starter: _Starter) -> None:
+        self.page, self.starter = page, starter
         self.place = box().props("data-box=job")
         self.shown: object = ()
         self.look()
@@ -235,6 +242,7 @@ class _Now:
         if now == self.shown:
             return
         self.shown = now
+        self.starter.show()
         self.place.clear()
         with self.place:
             if job is None:
@@ -250,6 +258,8 @@ class _Now:
                 note(texts(f"job.{job.state}"), "state")
                 if job.state == "running":
                     act(texts("run.cancel"), "cancel", job.cancel)
+                if job.state in ("stopped", "failed") and job.run == self.starter.run and self.starter.can_resume:
+                    act(texts("run.resume"), "resume-job", lambda: self.starter.go("--resume"), "outline dense")
                 if job.state == "done":
                     ui.link(texts("run.to_result"), self.page.address("result", run=job.run))
             if job.is_live:

@@ -79,6 +79,7 @@ class _Site:
     def __init__(self, page: CasePage) -> None:
         self.page = page
         self.circles: list[dict[str, Any]] = []
+        self.rounds: list[dict[str, Any]] | None = None
         self.words = {name: page.texts(f"site.{name}") for name in _WORDS}
         self.rules: ui.html
         self.fault: ui.label
@@ -92,7 +93,7 @@ class _Site:
 
     def draw(self) -> None:
         """Draw the draft as it stands."""
-        plan = {**plan_of(self.page.case, self.circles), "words": self.words, "background": None}
+        plan = {**plan_of(self.page.case, self.circles, self.rounds), "words": self.words, "background": None}
         kept = self.kept()
         if kept.get("file") and (self.page.folder / kept["file"]).is_file():
             name = self.page.session.space.name_of(self.page.folder / kept["file"])
@@ -105,6 +106,12 @@ class _Site:
 
     async def judged(self) -> None:
         """Rules by mass as circles, and the whole map, after a change."""
+        case = self.page.case.resolved()
+        self.rounds = (
+            None
+            if case is None
+            else [{"kind": "round", "name": one.name, "points": [list(one.position[:2])]} for one in case.round]
+        )
         rules = (await run.io_bound(checked, self.page) or {}).get("rules", [])
         self.circles = [
             {"name": f"{one['name']}, {metres(one['distance'])}", "radius": one["distance"], "kind": one["hazard"]}

@@ -12,6 +12,8 @@ window.fragfield = {
       return;
     }
   },
+  /** Bring the link of this page into view, where the strip of pages is wider than the window. */
+  current() { document.querySelector("nav a[aria-current]")?.scrollIntoView({block: "nearest", inline: "center"}); },
   /** Go to a cell of a contour. */
   cell(name) { document.querySelector(`[data-cell="${name}"]`)?.focus(); },
 };

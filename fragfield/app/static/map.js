@@ -107,6 +107,7 @@
       const label = make("text", {x, y: y - one.radius * k - 4, "font-size": 11, fill: look.stroke, "text-anchor": "middle", class: "halo"}, svg);
       label.textContent = one.name;
     }
+    let labelled = null;
     for (const one of data.shapes) {
       const look = LOOK[one.kind];
       if (one.points.length === 1) {
@@ -120,8 +121,14 @@
       }
       if (one.kind === "terrain" && one.points.length < 8) continue;
       const middle = one.kind === "terrain" ? one.points[Math.floor(one.points.length / 2)] : [0, 1].map(i => one.points.reduce((s, p) => s + p[i], 0) / one.points.length);
-      const [x, y] = place(middle), text = make("text", {x, y: y - 9, "font-size": one.kind === "terrain" ? 9.5 : 12, fill: look.stroke, "text-anchor": "middle", class: "halo"}, svg);
-      text.textContent = one.name;
+      const [x, y] = place(middle);
+      if (one.kind === "round") {  // the names of a stack would lie over each other
+        if (labelled && Math.hypot(x - labelled[0], y - labelled[1]) < 60) continue;
+        labelled = [x, y];
+      }
+      const others = one.kind === "round" ? data.shapes.filter(other => other.kind === "round" && Math.hypot(...place(other.points[0]).map((v, i) => v - [x, y][i])) < 60).length - 1 : 0;
+      const text = make("text", {x, y: y - 9, "font-size": one.kind === "terrain" ? 9.5 : 12, fill: look.stroke, "text-anchor": "middle", class: "halo"}, svg);
+      text.textContent = others ? `${one.name} + ${others}` : one.name;
     }
     data.handles.forEach((one, index) => {
       const [x, y] = place(one.at), key = one.path.join(".");

@@ -210,6 +210,17 @@ def profile_of(entry: RoundTable) -> Profile:
     return _profile(json.dumps(entry.profile))
 
 
+def charge_centre(entry: RoundTable) -> tuple[float, float, float]:
+    """Middle of the charge of a resolved round (m); of one from a mesh file the middle of the round."""
+    centre = placed(entry).centre
+    if isinstance(entry.profile, dict):
+        profile = profile_of(entry)
+        above = profile.length - 0.5 * (profile.charge_front + profile.charge_end)
+        centre = np.add(entry.position, above * np.asarray(entry.axis) / np.linalg.norm(entry.axis))
+    x, y, z = centre.tolist()
+    return x, y, z
+
+
 @lru_cache(maxsize=64)  # the rounds of a stack have one
 def _profile(table: str) -> Profile:
     from burst_fenicsx.geometry import profile_from_table

@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fragfield.case.checks.bounds import choice_faults
+from fragfield.case.conversion.surroundings import ground_height
 from fragfield.errors import nearest
 from fragfield_base.errors import show
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Container, Iterator, Sequence
 
     from numpy.typing import ArrayLike, NDArray
 
@@ -46,13 +47,19 @@ def stacked_names(case: CaseTable) -> list[str]:
     return [f"{template.name}_{number}" for number in range(1, case.stack.size + 1)]
 
 
-def expanded(case: CaseTable) -> list[RoundTable]:
-    """The rounds of a case whose rounds are resolved, with the stack's copies instead of the round they copy."""
+def expanded(case: CaseTable, on_ground: Container[str] = ()) -> list[RoundTable]:
+    """The rounds of a case whose rounds are resolved, with the stack's copies instead of the round they copy.
+
+    `on_ground`: names of rounds that stand on the ground: copies do so each at its own x and y.
+    """
     stack = case.stack
     if stack is None:
         return list(case.round)
     template = _template(case, stack)
     places = _places(case, template, stack)
+    if stack.base == "ground" or (stack.base is None and template.name in on_ground):
+        below = ground_height(case, *template.position[:2])
+        places[:, 2] += [ground_height(case, x, y) - below for x, y in places[:, :2].tolist()]
     initiated = _initiated(case, stack)
     copies = []
     for index, (name, place) in enumerate(zip(stacked_names(case), places, strict=True)):

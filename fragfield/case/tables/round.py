@@ -271,7 +271,8 @@ class StackTable(Table):
     ] = None
     """Clear distance between the layers of a pallet; left out: `gap`."""
     base: StandsOn = None
-    """z of the deck on which the lowest layer stands, or "ground"; left out: as the round that is copied."""
+    """z of the deck on which the lowest layer stands, or "ground": that at the x and y of each round; left out: as the
+    round that is copied."""
     delays: Annotated[
         list[Annotated[float, Quantity("s", "5 us", minimum=0.0)]] | None,
         Bounds(0.0, 0.1, "a burst is over within milliseconds"),

@@ -14,6 +14,7 @@ from fragfield.report.blocks import Rows, Table
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
+    from pathlib import Path
 
     from fragfield.report.reading.run_files import RunFiles
 
@@ -201,10 +202,15 @@ def provenance_rows(run: RunFiles) -> Iterator[Rows | Table]:
     for path in sorted(run.folder.iterdir()):
         if path.is_file() and path.suffix in {".toml", ".json", ".h5", ".csv", ".xdmf"}:
             size = path.stat().st_size
-            digest = "too large" if size > 200_000_000 else hashlib.sha256(path.read_bytes()).hexdigest()[:16]
+            digest = "too large" if size > 200_000_000 else digest_of(path)
             lines.append((path.name, number(size), digest))
     if lines:
         yield Table("Files of the run", ("File", "Bytes", "SHA-256, first 16"), _cells(lines))
+
+
+def digest_of(path: Path) -> str:
+    """First 16 digits of a file's SHA-256."""
+    return hashlib.sha256(path.read_bytes()).hexdigest()[:16]
 
 
 def _json(text: str | None) -> dict[str, Any]:

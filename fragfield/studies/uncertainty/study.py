@@ -46,7 +46,7 @@ class StudyOptions:
     samples: int | None = None
     seed: int | None = None
     """Instead of those of the case."""
-    workers: int | None = None
+    jobs: int | None = None
     """Samples at one time; left out: one for each core, or each thread of the cluster."""
     scheduler: str | None = None
     """Address of a dask scheduler, whose workers make the samples."""
@@ -92,7 +92,7 @@ def run_study(request: RunOptions, options: StudyOptions) -> dict[str, Any]:
         with journal:
             made = _samples(study, journal, options)
         seconds = time.perf_counter() - began
-        cost = {"samples_made_now": made, "wall_seconds": seconds, "workers": options.workers or cores()}
+        cost = {"samples_made_now": made, "wall_seconds": seconds, "workers": options.jobs or cores()}
         found = write_results(study, journal.rows, nominal, options.folder, cost)
         _pages(nominal, options.folder, found)
     return {"directory": str(options.folder), **found}
@@ -158,7 +158,7 @@ def _samples(study: Study, journal: Journal, options: StudyOptions) -> int:
 
 def _sample(study: Study, missing: list[int], journal: Journal, options: StudyOptions, scratch: str) -> None:
     progress = _Progress(study.samples, len(journal.rows), options)
-    runs = runs_of(options.scheduler, len(missing), jobs=options.workers)
+    runs = runs_of(options.scheduler, len(missing), jobs=options.jobs)
 
     def make(number: int) -> tuple[int, str]:
         burst = None if study.burst is None else str(_burst_directory(options, int(study.burst[number])).path.resolve())
@@ -197,7 +197,7 @@ def _shared_bursts(study: Study, options: StudyOptions) -> None:
     if not missing:
         return
     (options.folder / BURSTS).mkdir(exist_ok=True)
-    runs = runs_of(options.scheduler, len(missing), jobs=options.workers)
+    runs = runs_of(options.scheduler, len(missing), jobs=options.jobs)
 
     def make(number: int) -> tuple[int, str]:
         _report(f"burst {number + 1} of {study.bursts}", options)
