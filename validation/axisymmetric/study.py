@@ -25,7 +25,6 @@ _QUANTITIES = (
     ("mean speed", "mean_initial_speed", 1.0, "m/s"),
     ("outer diameter", "outer_diameter", 1e3, "mm"),
 )
-_BESIDE = (*_QUANTITIES, ("largest speed", "max_initial_speed", 1.0, "m/s"))
 _NEW_LAYER = 0.3  # of the cells' thickness: cells whose radii differ by more lie in different layers
 
 
@@ -47,10 +46,6 @@ def study(runs: Runs, rows: Rows) -> None:
             folder, solid = _burst(runs, name, size, "3d")
             place = sizes.index(size)
             _beside(rows, f"{name}, {size}", (folders[place], folder), (bursts[place], solid), subjects)
-            lasting = REFERENCE["three_dimensions"]["lasting"]
-            flat, round_ = (_burst(runs, name, size, geometry, lasting) for geometry in ("axisymmetric", "3d"))
-            _beside(rows, f"{name}, {size}, without softening", (flat[0], round_[0]), (flat[1], round_[1]), subjects,
-                    allowed=REFERENCE["three_dimensions"]["allowed"])  # fmt: skip
             for words, change in entry.get("numerics", {}).items():
                 ours = _burst(runs, name, size, "3d", change["changes"])[1]["mean_initial_speed"]
                 rows.verify(f"{name}, {size}, three dimensions: mean speed with {words}", ours,
@@ -77,31 +72,23 @@ def _times(factor: float) -> Callable[[float], float]:
     return lambda old: factor * old
 
 
-def _beside(
-    rows: Rows, label: str, folders: tuple[Path, Path], bursts: tuple[Any, Any], subjects: list[str],
-    *, allowed: float | None = None,
-) -> None:  # fmt: skip
-    """The meridian against hexahedra of the same size: the whole, and the tenth of the length farthest off.
+def _beside(rows: Rows, label: str, folders: tuple[Path, Path], bursts: tuple[Any, Any], subjects: list[str]) -> None:
+    """The meridian against hexahedra of the same size: the whole, the fastest cell and the tenth farthest off.
 
-    They are the same burst while the wall keeps its strength. Softening localises in one row of rings and in two of
-    hexahedra: which ring tears, and with it the metal beside the fuze, is compared and not `allowed` to a number.
+    The whole must be the same. The metal beside the fuze has not converged in either with such cells, and a largest
+    value never does: these are compared alone.
     """
     plan, (flat, solid) = REFERENCE["three_dimensions"], bursts
-    source = REFERENCE["beside" if allowed else "torn"]
-
-    def add(quantity: str, ours: float, reference: float, unit: str) -> None:
-        if allowed:
-            rows.verify(quantity, ours, reference, allowed, source, unit, *subjects)
-        else:
-            rows.compare(quantity, ours, reference, source, unit, *subjects)
-
-    for words, key, factor, unit in _BESIDE:
-        add(f"{label}: {words}, meridian against three dimensions", factor * flat[key], factor * solid[key], unit)
+    for words, key, factor, unit in _QUANTITIES:
+        rows.verify(f"{label}: {words}, meridian against three dimensions", factor * flat[key], factor * solid[key],
+                    plan["allowed"], REFERENCE["beside"], unit, *subjects)  # fmt: skip
+    rows.compare(f"{label}: largest speed, meridian against three dimensions", flat["max_initial_speed"],
+                 solid["max_initial_speed"], REFERENCE["coarse"], "m/s", *subjects)  # fmt: skip
     first = plan["compared_from"]
     one, two = (speeds_along(folder / "burst_snapshot.h5", plan["parts"]) for folder in folders)
     worst = first + int(np.abs(one[first:] / two[first:] - 1.0).argmax())
-    quantity = f"{label}: mean speed of tenth {worst + 1} of the length, the farthest apart"
-    add(quantity, float(one[worst]), float(two[worst]), "m/s")
+    rows.compare(f"{label}: mean speed of tenth {worst + 1} of the length, the farthest apart", float(one[worst]),
+                 float(two[worst]), REFERENCE["coarse"], "m/s", *subjects)  # fmt: skip
 
 
 def speeds_along(snapshot: Path, parts: int) -> NDArray[np.float64]:
