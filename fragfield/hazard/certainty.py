@@ -49,6 +49,15 @@ def certainty(hazard: Mapping[str, Any]) -> str:
     return f"{number} realisations fix the expected distance to {what}, not to {100.0 * hazard['tolerance']:g} %; {ask}"
 
 
+def source_words(hazard: Mapping[str, Any]) -> str:
+    """From what the expected density is: the integral, or so many realisations and why."""
+    if hazard.get("method") == "integral":
+        return "expected density by integration"
+    number = int(hazard["realisations"])
+    why = f" (no integral: {hazard['realisations_because']})" if hazard.get("realisations_because") else ""
+    return f"mean of {number:,d} realisation{'s' if number > 1 else ''}{why}"
+
+
 def basis_words(hazard: Mapping[str, Any]) -> str:
     """In which direction the distance holds, in words."""
     attitude = hazard.get("attitude") or {}

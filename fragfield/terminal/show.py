@@ -18,6 +18,7 @@ from fragfield.hazard.certainty import (
     rounded_metres,
     single_note,
     single_words,
+    source_words,
 )
 from fragfield.hazard.contents import quantity_words
 from fragfield.hazard.recommended import parts_words
@@ -108,7 +109,6 @@ def _parts(summary: Mapping[str, Any]) -> Iterator[str | Table]:
     yield from convergence_words(summary.get("convergence") or {})
     for entry in summary.get("exposed") or []:
         yield f"exposed {entry['name']}: {_exposed_words(entry)}"
-    yield from _profile((summary.get("burst") or {}).get("profile") or [])
     if "directory" in summary:
         yield f"written to {summary['directory']}"
 
@@ -121,18 +121,6 @@ def _exposed_words(entry: Mapping[str, Any]) -> str:
     margin = f"; margin by density {margin_metres(entry['margin'])} m" if agrees else ""
     verdict = f"{entry['verdict']} ({criterion_words(entry)}{shown})"
     return f"{verdict}, {rounded_metres(entry['distance'])} m, {where}{margin}"
-
-
-def _profile(profile: Sequence[Mapping[str, Any]]) -> Iterator[str | Table]:
-    """The parts of the stepping, where they were timed."""
-    if not profile:
-        return
-    table = Table(title="time of the stepping", title_justify="left", box=None, pad_edge=False)
-    for head in ("part", "s", "%", "calls"):
-        table.add_column(head, justify="left" if head == "part" else "right")
-    for part in profile:
-        table.add_row(part["part"], f"{part['seconds']:.2f}", f"{100.0 * part['share']:.1f}", str(part["calls"]))
-    yield table
 
 
 def _initiated(ignition: Sequence[Mapping[str, Any]]) -> str:
@@ -167,10 +155,9 @@ def _hazard(hazard: Mapping[str, Any]) -> Iterator[str | Table]:
     if not hazard["determined"]:
         yield f"recommended distance: not determined\n  {hazard['reason']}"
         return
-    number = f"{hazard['realisations']} realisation{'s' if hazard['realisations'] > 1 else ''}"
     yield f"recommended distance {metres(hazard['recommended'])}"
     yield f"  {parts_words(hazard)}"
-    yield f"  {number}; {basis_words(hazard)}"
+    yield f"  {source_words(hazard)}; {basis_words(hazard)}"
     lines = []
     if short := hazard.get("without_ricochet"):
         others = ricochet_words(hazard).partition(";")[0]
@@ -179,7 +166,7 @@ def _hazard(hazard: Mapping[str, Any]) -> Iterator[str | Table]:
         )
     lines += [
         ("single events", single_words(hazard), f"5 to 95 %, {single_note(hazard)}"),
-        ("largest throw", f"{rounded_metres(hazard['largest_throw'])} m", "of a single fragment, no distance to keep"),
+        ("throw exceeded in 5 % of events", f"{rounded_metres(hazard['largest_throw'])} m", "no distance to keep"),
     ]
     for label, value, note in lines:
         yield f"{label:37}{value:>16}  {note}"

@@ -121,6 +121,8 @@ def _certainty(hazard: dict[str, Any]) -> list[Finding]:
     share = hazard["standard_error"] / hazard["expected"] if hazard["expected"] else 0.0
     text = f"{number(int(hazard['realisations']))} realisations fix the expected distance to {100 * share:.1f} %"
     found = [Finding("good", f"{text} (standard error; `hazard.tolerance` asks for {100 * hazard['tolerance']:g} %).")]
+    if hazard.get("method") == "integral":
+        found = [Finding("good", "The expected density is an integral: no random number is in the distance.")]
     if hazard["expected"] and hazard["max_bias"] > 0.5 * hazard["standard_error"]:
         share = 100 * hazard["max_bias"] / hazard["expected"]
         text = f"Taking the worst direction may bias the expected distance by up to {share:.1g} % either way."

@@ -13,6 +13,7 @@ from fragfield.hazard.certainty import (
     ricochet_words,
     rounded_metres,
     single_note,
+    source_words,
     whole_metres,
 )
 from fragfield.hazard.recommended import RULE, parts_of
@@ -43,7 +44,7 @@ def distance_table(run: RunFiles) -> Iterator[Table]:
         ("Recommended distance", whole_metres(hazard["recommended"]), f"to keep; {basis_words(hazard)}"),
         (
             "Expected distance", metres_and_error(expected.value, hazard["standard_error"], SPACE),
-            f"mean of {number(hazard['realisations'])} realisations{bias if hazard['max_bias'] else ''}",
+            f"{source_words(hazard)}{bias if hazard['max_bias'] else ''}",
         ),
         *(
             (f"– {part.words}", "–" if part.value is None else f"{part.value:.1f}", part.reason or "part of it")
@@ -62,9 +63,13 @@ def distance_table(run: RunFiles) -> Iterator[Table]:
             "Single events: median, 5 to 95 %", f"{rounded_metres(single['median'])}, {span}",
             single_note(hazard),
         ),
-        ("Largest throw", rounded_metres(hazard["largest_throw"]), "no distance to keep: the farthest fragment"),
+        (
+            "Throw exceeded in 5 % of events", rounded_metres(hazard["largest_throw"]),
+            "no distance to keep: the farthest fragment of an event",
+        ),
     ]  # fmt: skip
-    note = f"{RULE} ± is the standard error by bootstrap over the realisations.{_tilt_words(run)}"
+    of_what = "of the integral by shifts of its points, else by bootstrap over the realisations"
+    note = f"{RULE} ± is the standard error: {of_what}.{_tilt_words(run)}"
     yield Table("Distances", head, tuple(lines), note)
 
 
