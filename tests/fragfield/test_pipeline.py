@@ -169,7 +169,7 @@ def test_realisations_are_added_until_the_distance_is_known(run_copy, short_case
         assert done.exit_code == 0, done.stderr
         found[name] = json.loads(done.stdout)["hazard"]
         assert "9 realisations fix the expected distance to" in done.stderr
-        assert "set hazard.max_realisations higher" in done.stderr
+        assert "set hazard.max_realisations above 9" in done.stderr
     assert found["added"] == found["made"]
     assert found["added"]["realisations"] == 9
     loose = short_case.with_name("loose.toml")
