@@ -7,6 +7,7 @@ import importlib
 import importlib.util
 import inspect
 import json
+import math
 import os
 import re
 import shlex
@@ -20,6 +21,7 @@ from pathlib import Path
 import pytest
 from typer.main import get_command
 
+import fragfield
 from burst_fenicsx.materials.library import load_explosive
 from fragfield.case import load_case
 from fragfield.case.schema import CaseTable
@@ -27,6 +29,7 @@ from fragfield.cli import app
 from fragfield_base.substances import is_substance
 from tests.flight.maps import metres, north_up, slope, write
 from tests.fragfield.drawn_shells import write_dxf
+from tests.fragfield.plain_reports import draw_nothing
 from tests.fragfield.short_run import invoke
 from tests.test_snippets import write_cookbook_test
 
@@ -313,3 +316,25 @@ def test_the_command_reference_has_every_option(site):
         for parameter in command.params:
             if parameter.param_type_name == "option":
                 assert parameter.opts[0] in text
+
+
+def test_the_words_of_the_first_page_s_picture_are_those_of_today():
+    from docs.hooks.first_page import example, shown_words, stored
+
+    found = stored()
+    assert shown_words(found) == found["words"], "run `sh setup.sh docs pictures`"
+    page = example()
+    terms = [float(number) for number in re.findall(r"([0-9.]+)\^2", page)]
+    base, total = (float(re.search(pattern, page)[1]) for pattern in (r"\$([0-9.]+) \+", r"= ([0-9.]+)\$"))
+    assert total == pytest.approx(base + math.hypot(*terms), abs=0.15)
+
+
+@pytest.mark.slow
+def test_the_numbers_of_the_first_page_s_picture_are_those_of_today(tmp_path, monkeypatch):
+    from docs.hooks.first_page import CASE, stored
+
+    draw_nothing(monkeypatch)
+    found, shown = fragfield.run(CASE, out=tmp_path / "run", progress=False).summary, stored()
+    for part in ("expected", "randomness", "grid"):
+        assert found["hazard"]["parts"][part] == pytest.approx(shown["hazard"]["parts"][part], abs=0.3)
+    assert found["distance_to_apply"]["line"] == shown["distance_to_apply"]["line"]

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fragfield_base.cores import cores
-from transition.casing import casing_of
+from transition.casing import RingCasing, casing_of
 from transition.cells.cell_points import POINTS_PER_FRAGMENT, lightest_that_matters
 from transition.cells.points import MaterialPoints
 from transition.draws import Draws
@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from flight.fragments import Fragments
+    from transition.intensity import Intensity
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,6 +136,16 @@ class BreakUp:
         """`fragments` of many realisations, on threads (default: all cores); the result does not depend on them."""
         with ThreadPoolExecutor(threads or cores()) as pool:
             return list(pool.map(lambda number: self.fragments(seed, number), numbers))
+
+    def intensity(self) -> Intensity | None:
+        """Expected fragments by mass, place and velocity, of which realisations are samples; None of hexahedra.
+
+        What the sampler's closing on the mass makes of a segment of a few pieces is not in it, nor is the tilt.
+        """
+        if not isinstance(self._casing, RingCasing):
+            return None
+        samplers = [self._sampler(segment) for segment in self.segments]
+        return self._casing.intensity(self.segments, self.laws, samplers, self.settings)
 
     def _base(self, broken: BrokenRound) -> NDArray[np.float64]:
         """Centre of the base plane of a round (3,) in m."""

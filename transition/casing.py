@@ -21,8 +21,12 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from transition.cells.points import PointSource
+    from transition.intensity import Intensity
+    from transition.law.samplers import Sampler
+    from transition.law.segment_law import SegmentLaw
     from transition.law.segments import CasingSegment
     from transition.placement.isometry import Isometry
+    from transition.settings import BreakUpSettings
     from transition.snapshot import Snapshot
 
 
@@ -109,6 +113,36 @@ class RingCasing:
             RingPoints(s.index, s.cells, mass, self._reference[s.cells], self._state[s.cells], count, self._half)
             for s, mass, count in zip(segments, masses, number, strict=True)
         )
+
+    def intensity(
+        self, segments: Sequence[CasingSegment], laws: Sequence[SegmentLaw], samplers: Sequence[Sampler],
+        settings: BreakUpSettings,
+    ) -> Intensity:  # fmt: skip
+        """Expected fragments of the segments by their laws."""
+        from transition.intensity import Intensity, SegmentIntensity
+
+        x, y, z = (float(value) for value in self._half.axis)
+        station = self._reference[:, :, 1].mean(axis=1)
+        parts = []
+        for segment, law, sampler in zip(segments, laws, samplers, strict=True):
+            # along the axis, so that neighbours in the order are neighbours in the casing
+            cells = segment.cells[np.argsort(station[segment.cells], kind="stable")]
+            _, first, corners = np.unique(
+                self._snapshot.cells[self._snapshot.casing][cells].ravel(), return_index=True, return_inverse=True
+            )
+            parts.append(
+                SegmentIntensity(
+                    law,
+                    sampler,
+                    self._mass[cells],
+                    corners.reshape(-1, 4),
+                    self._reference[cells].reshape(len(corners), 2)[first],
+                    self._state[cells].reshape(len(corners), 4)[first],
+                    settings.velocity == "mean",
+                )
+            )
+        place = (float(self._half.origin[0]), float(self._half.origin[1]), float(self._half.origin[2]))
+        return Intensity(tuple(parts), (x, y, z), place, settings.direction_scatter, float(settings.shape_factor))
 
     def sums(self, computed: int) -> CasingSums:  # noqa: ARG002 - there is one round
         """See `Casing`."""

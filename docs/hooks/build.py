@@ -8,7 +8,7 @@ import re
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from docs.hooks import reference, substances, tables
+from docs.hooks import first_page, reference, substances, tables
 from docs.hooks.mathematics import Mathematics
 
 if TYPE_CHECKING:
@@ -94,6 +94,7 @@ _MADE = {
     "summary_reference": reference.summary_reference,
     "changelog": lambda: _file("CHANGELOG.md", {"](docs/": "](", "](validation/README.md)": "](validation.md)"}),
     "citation": _citation,
+    "first_page_example": first_page.example,
     "gallery": gallery,
     "published_rules": tables.published_rules,
     "ricochet_kinds": tables.ricochet_kinds,

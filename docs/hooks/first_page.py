@@ -1,24 +1,33 @@
-"""Makes docs/pictures/report_first_page.png, README's picture of a report: `python docs/hooks/first_page.py [RUN]`.
+"""Makes README's picture of a report and the example of "Which number": `python docs/hooks/first_page.py [RUN]`.
 
-Runs cases/m107_comp_b.toml, unless its run directory RUN is there already, and photographs the top of its report in
-chromium.
+Runs cases/m107_tnt.toml, unless its run directory RUN is there already, photographs the top of its report in chromium,
+and keeps the numbers beside the picture; a test compares both with what the program says now.
 """
 
 from __future__ import annotations
 
+import json
 import shutil
 import subprocess
 import sys
 import tempfile
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import fragfield
+from fragfield.hazard.certainty import metres
+from fragfield.hazard.recommended import parts_words
+from fragfield.hazard.to_apply import DistanceToApply
 
-__all__ = ["main"]
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+__all__ = ["example", "main", "shown_words", "stored"]
 
 ROOT = Path(__file__).resolve().parents[2]
-CASE = ROOT / "cases" / "m107_comp_b.toml"
+CASE = ROOT / "cases" / "m107_tnt.toml"
 PICTURE = ROOT / "docs" / "pictures" / "report_first_page.png"
+NUMBERS = PICTURE.with_suffix(".json")
 WIDTH, HEIGHT = 1280, 1560
 
 
@@ -42,7 +51,34 @@ def main(folder: Path) -> Path:
         command = [browser, "--headless", "--no-sandbox", *options, f"--screenshot={PICTURE}"]
         address = (folder / "report.html").resolve().as_uri()
         subprocess.run([*command, address], check=True, capture_output=True, timeout=120)
+    summary = fragfield.open(folder).summary
+    shown = {key: summary[key] for key in ("hazard", "distance_to_apply")}
+    text = json.dumps({**shown, "words": shown_words(shown)}, indent=1, ensure_ascii=False)
+    NUMBERS.write_text(f"{text}\n", encoding="utf-8")
     return PICTURE
+
+
+def stored() -> dict[str, Any]:
+    """The parts `hazard` and `distance_to_apply` of the run in the picture, and its `words`."""
+    found: dict[str, Any] = json.loads(NUMBERS.read_text(encoding="utf-8"))
+    return found
+
+
+def shown_words(parts: Mapping[str, Any]) -> list[str]:
+    """What a summary's first lines say of it."""
+    hazard = parts["hazard"]
+    line = DistanceToApply.read(parts["distance_to_apply"]).line
+    return [line, f"recommended distance {metres(hazard['recommended'])}", f"  {parts_words(hazard)}"]
+
+
+def example() -> str:
+    """The first lines and their sum as Markdown."""
+    found = stored()
+    hazard = found["hazard"]
+    widths = " + ".join(rf"{hazard['parts'][name]:.1f}^2" for name in ("randomness", "grid"))
+    lines = "\n".join(found["words"])
+    total = rf"${hazard['base']:.1f} + \sqrt{{{widths}}} = {hazard['recommended']:.1f}$ m"
+    return f"```text\n{lines}\n```\n\n{total}, rounded up to whole metres in print."
 
 
 if __name__ == "__main__":

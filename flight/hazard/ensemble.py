@@ -7,6 +7,7 @@ realisation alone, and where its farthest fragment lands.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
     from flight.hazard.criteria import Criteria
     from flight.hazard.density.distance import ExpectedDistance
     from flight.hazard.density.sectors import Tally
+    from flight.hazard.integral import Integral
 
     Array = NDArray[np.float64]
 
@@ -49,11 +51,13 @@ class EnsembleHazard:
     tolerance : float
         Largest standard error of the hazard distance that counts as converged, as a fraction of it.
     expected : ExpectedDistance
-        The hazard distance: of the expected density, over all realisations that were flown.
+        The hazard distance: of the expected density, over all realisations that were flown, or of the integral.
     events : (n,) float64
         The same estimate on each of the n realisations alone (m).
     undetermined : str
         Why the distance cannot be determined; empty where it can.
+    integral : Integral or None
+        The expected density without realisations, where the scene admits it.
     """
 
     counts: Tally
@@ -62,6 +66,7 @@ class EnsembleHazard:
     expected: ExpectedDistance
     events: Array
     undetermined: str = ""
+    integral: Integral | None = None
 
     def __repr__(self) -> str:
         number = f"{self.realisations} realisation{'s' if self.realisations > 1 else ''}"
@@ -87,6 +92,20 @@ class EnsembleHazard:
         """Farthest last landing in every realisation (n,) in m."""
         return np.asarray(self.counts.throw.max(axis=1))
 
+    @property
+    def exceeded_throw(self) -> float:
+        """Farthest last landing that one event in twenty exceeds (m): by the intensity, or over the realisations."""
+        return float(np.quantile(self.throw, HIGH)) if self.integral is None else self.integral.throw
+
+    @property
+    def hazardous(self) -> tuple[float, float | None]:
+        """Expected number of fragments that are hazardous where they first land, and its standard error."""
+        if self.integral is not None:
+            return self.integral.hazardous, self.integral.hazardous_error
+        counts = self.counts.hazardous.sum(axis=1)
+        error = float(counts.std(ddof=1) / math.sqrt(len(counts))) if len(counts) > 1 else None
+        return float(counts.mean()), error
+
     @cached_property
     def by_sector(self) -> dict[str, Curve]:
         """Throw and numbers by sector.
@@ -108,7 +127,7 @@ class EnsembleHazard:
         """
         found = self.expected
         known = not self.undetermined
-        median, low, high = self.single_event
+        median, low, high = self.single_event if self.realisations else (math.nan,) * 3
         short = self.without_ricochet or found
         return {
             "expected": found.distance if known else None,
@@ -121,13 +140,14 @@ class EnsembleHazard:
             },
             "basis": found.basis,
             "direction_deg": found.direction if known else None,
-            "realisations": found.realisations,
+            "realisations": self.realisations if self.integral is not None else found.realisations,
             "determined": known,
             "reason": self.undetermined,
             "single_event": {"median": median, "low": low, "high": high, "realisations": self.realisations}
-            if known
+            if known and self.realisations
             else None,
-            "largest_throw": float(self.throw.max()),
+            "largest_throw": self.exceeded_throw,
+            "method": "realisations" if self.integral is None else "integral",
             "tolerance": self.tolerance,
             "converged": known and found.uncertainty <= self.tolerance,
             "distance_ground": found.ground if known else None,

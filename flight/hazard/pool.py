@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from flight.hazard.criteria import Criteria
     from flight.hazard.density.directions import Directions
     from flight.hazard.density.distance import ExpectedDistance
+    from flight.hazard.integral import Integral
     from flight.result import FlightResult
     from flight.scene.height_map import HeightMap
 
@@ -200,13 +201,21 @@ class PooledFlights:
         """The distance by all legs of the flights; arguments as of `expected_distance`."""
         return expected_distance(self.groups, self.criteria.density, draws=draws, every_direction=every_direction)
 
-    def hazard(self, tolerance: float = TOLERANCE, *, every_direction: bool = True) -> EnsembleHazard:
-        """The hazard over all realisations, with `every_direction` as in `expected`; InputError where there is none."""
-        found = self.expected(every_direction=every_direction)
-        if self._short is not None:
+    def hazard(
+        self, tolerance: float = TOLERANCE, *, every_direction: bool = True, integral: Integral | None = None
+    ) -> EnsembleHazard:
+        """The hazard over all realisations, with `every_direction` as in `expected`; InputError where there is none.
+
+        The distance is that of an `integral`, where one is given.
+        """
+        if integral is not None:
+            found = integral.expected(every_direction=every_direction)
+        else:
+            found = self.expected(every_direction=every_direction)
+        if self._short is not None and integral is None:
             short = expected_distance(self._short, self.criteria.density, every_direction=every_direction)
             found = replace(found, without_ricochet=short)
         alone = Estimate(self.groups, self.criteria.density, draws=0, seed=0)
         events = np.array([alone.alone(one, found.distance) for one in self._events])
         counts, reason = Tally.join(self._tallies), self.completeness.reason
-        return EnsembleHazard(counts, self.criteria, tolerance, found, events, reason)
+        return EnsembleHazard(counts, self.criteria, tolerance, found, events, reason, integral)

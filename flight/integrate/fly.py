@@ -121,7 +121,7 @@ def fly(
     sample : int or indices
         Fragments whose paths are kept: that many drawn with `seed`, or those named.
     seed : int
-        Of whatever is drawn at random.
+        Of whatever is drawn at random: presented areas, slopes of the ground, the fragments whose paths are kept.
     threads : int, optional
         Default: all cores this process may use. The result does not depend on it.
     on_progress : callable, optional
@@ -150,7 +150,7 @@ def fly(
     fragments = fragments if shape is None else shaped(fragments, shape, seed)
     job = FlightJob(
         fragments, _air(air, ground), drag, gravity, wind, scene, witnesses, integrator, domain or Domain(), time_limit,
-        origin, fluence,
+        origin, fluence, seed,
     )  # fmt: skip
     chosen = _chosen(sample, len(fragments), seed)
     threads = threads or cores()
@@ -214,16 +214,17 @@ def _fly_in_contact(
     """Find all contacts, then fly the legs between them."""
     encounters = Encounters(job.fragments, contact, job.around, job.limits.ground, threads)
     legs = legs_between(job.fragments, encounters.contacts)
-    job.fragments, job.clock = legs.fragments, legs.clock
+    job.fragments, job.clock, job.numbers = legs.fragments, legs.clock, np.arange(len(legs.fragments))
     cells, job.cells = job.cells, None
     run = job.run(threads, on_progress, began)
     flown = legs.flown(run.landing)
     joined = legs.join(run)
     fluence = None
     if cells is not None:  # again, those legs alone that were flown: a fragment that has landed is struck no more
-        job.cells, job.fragments, job.clock = cells, legs.fragments.select(flown), legs.clock[flown]
+        job.cells, job.fragments = cells, legs.fragments.select(flown)
+        job.clock, job.numbers = legs.clock[flown], flown
         job.run(threads, None, began)
-        job.fragments, job.clock = legs.fragments, legs.clock
+        job.fragments, job.clock, job.numbers = legs.fragments, legs.clock, np.arange(len(legs.fragments))
         fluence = job.fluence
     paths = legs.join_paths(chosen, job.paths(legs.of(chosen)))
     result = FlightResult(

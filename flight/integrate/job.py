@@ -39,6 +39,7 @@ _AFTER_GROUND = 10  # column of a crossing: 1 after an impact on the ground
 EXTENSION = 4.0  # of the cells of paths near the ground, where fragments pass beyond them
 MOST_STEPS = 100_000_000  # of one fragment
 POINTS_PER_STEP = 2  # of a trajectory
+_SLOPES = 0x510E  # distinguishes this stream from others of the same seed
 
 
 @dataclass(frozen=True)
@@ -94,7 +95,7 @@ class FlightJob:
     def __init__(
         self, fragments: Fragments, air: Air, drag: Drag, gravity: float, wind: Wind | None, scene: Scene,
         witnesses: Sequence[Witness], integrator: Integrator, domain: Domain, time_limit: float,
-        origin: tuple[float, float], cells: FluenceGrid | None = None,
+        origin: tuple[float, float], cells: FluenceGrid | None = None, seed: int = 0,
     ) -> None:  # fmt: skip
         from flight.kernels import motion, trajectory
         from flight.kernels.events import Limits
@@ -102,6 +103,8 @@ class FlightJob:
         self.trajectory = trajectory
         self.fragments, self.witnesses, self.origin = fragments, tuple(witnesses), origin
         self.clock = np.tile([0.0, math.inf], (len(fragments), 1))
+        self._first_key = np.random.SeedSequence([seed, _SLOPES]).generate_state(1, np.uint64)
+        self.numbers = np.arange(len(fragments))  # by which slopes of the ground are drawn
         rows, bins, bins_per_mach = drag.table()
         table = air.table()
         self.around = motion.Surroundings(
@@ -134,7 +137,7 @@ class FlightJob:
         chunks = range(0, total, CHUNK)
         kinds = {"hits": HITS, "ricochet_hits": HITS, "struck": OBSTACLE_HITS, "ricochets": RICOCHETS}
         tables = {name: [np.zeros(0, dtype=kind)] * len(chunks) for name, kind in kinds.items()}
-        arrays = [*self._arrays(self.fragments), self.clock]
+        arrays = [*self._arrays(self.fragments), self.clock, self._keys]
         done, lock, stop = 0, threading.Lock(), threading.Event()
         queue = iter(enumerate(chunks))
         counted: list[NDArray[np.int64]] = []
@@ -192,7 +195,7 @@ class FlightJob:
         if chosen.size == 0:
             none = np.zeros((0, 3))
             return Trajectories(chosen, np.zeros(1, dtype=np.int64), np.zeros(0), none, none)
-        few = [*self._arrays(self.fragments.select(chosen)), self.clock[chosen]]
+        few = [*self._arrays(self.fragments.select(chosen)), self.clock[chosen], self._keys[chosen]]
         # adaptive whatever the flight's step: points of a fixed small step would fill the memory
         tolerance = min(self.limits.tolerance, Adaptive().tolerance)
         limits = self.limits._replace(path_points=POINTS_PER_STEP, fixed_step=0.0, tolerance=tolerance)
@@ -217,13 +220,17 @@ class FlightJob:
         arrays = (fragments.mass, fragments.shape_factor, start, fragments.velocity)
         return [np.require(array, requirements=["C", "W"]) for array in arrays]
 
+    @property
+    def _keys(self) -> NDArray[np.uint64]:
+        return self._first_key + self.numbers.astype(np.uint64)
+
     @staticmethod
     def _lengths(cells: FluenceGrid | None) -> NDArray[np.int64]:
         """Counters of paths near the ground, before and after the first impact on it; none without cells."""
         return np.zeros((2, *((0, 0) if cells is None else cells.grid.shape)), dtype=np.int64)
 
     def _fly(
-        self, arrays: list[NDArray[np.float64]], start: int, end: int, limits: Limits, lengths: NDArray[np.int64]
+        self, arrays: list[NDArray[Any]], start: int, end: int, limits: Limits, lengths: NDArray[np.int64]
     ) -> _FlownChunk:
         """Fly one chunk, and on from every ricochet; adds to `lengths`."""
         from flight.kernels.impacts import FIRST_COLUMNS, Ends

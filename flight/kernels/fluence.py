@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["PER_METRE", "FluenceCells", "count_chord", "count_path", "highest_counted"]
+__all__ = ["PER_METRE", "FluenceCells", "add_length", "count_chord", "count_path", "highest_counted"]
 
 PER_METRE = 2.0**32
 PIECE = 0.1  # length of a piece of a path over its distance from the origin, at most
@@ -116,7 +116,7 @@ def count_chord(
         else:
             first = last + share * (first - last)
     amount = share * math.sqrt(level + rise * rise) * PER_METRE
-    return 1 if _add(lengths, leg, turn, near, min(first, last), max(first, last), amount) else 0
+    return 1 if add_length(lengths, leg, turn, near, min(first, last), max(first, last), amount) else 0
 
 
 @inner_kernel()
@@ -181,7 +181,7 @@ def _count_part(
         outward = 0.5 * part * h * (x * out[3] + y * out[4]) / radius if radius > 0.0 else 0.0
         turn = _cell_of(x, y, near, lengths.shape[1])
         amount = math.sqrt(squared) * part * h * PER_METRE
-        inside &= _add(lengths, leg, turn, near, radius - abs(outward), radius + abs(outward), amount)
+        inside &= add_length(lengths, leg, turn, near, radius - abs(outward), radius + abs(outward), amount)
     return inside
 
 
@@ -195,7 +195,7 @@ def _nearest(x0: float, y0: float, x1: float, y1: float) -> float:
 
 
 @inner_kernel()
-def _add(
+def add_length(
     lengths: NDArray[np.int64], leg: int, turn: int, near: FluenceCells, low: float, high: float, amount: float
 ) -> bool:  # fmt: skip
     """Spread an amount evenly over the distances from low to high; returns whether the cells reach that far."""

@@ -25,8 +25,8 @@ if TYPE_CHECKING:
     Integers = NDArray[np.int64]
 
 __all__ = [
-    "FIRST_COLUMNS", "GROUND_COLUMNS", "LIFT", "MOST_CONTACTS", "SLOWEST_LIFT", "STRUCK_COLUMNS", "Ends", "impact",
-    "ricochet",
+    "FIRST_COLUMNS", "GROUND_COLUMNS", "LIFT", "MOST_CONTACTS", "SLOWEST_LIFT", "STRUCK_COLUMNS", "Ends",
+    "after_impact", "impact", "ricochet",
 ]  # fmt: skip
 
 LIFT = 1e-9  # m off the surface at which a fragment starts again, so that rounding does not put it below
@@ -37,25 +37,56 @@ CRITICAL, LOSS, DEPARTURE, ROUGHNESS = 0, 1, 2, 3  # columns of a surface
 
 
 @inner_kernel()
-def ricochet(state: Array, nx: float, ny: float, nz: float, surface: Array) -> bool:
+def standard_normal(key: np.uint64, number: int) -> float:
+    """The `number`-th independent standard normal variate of a key: Box and Muller's of SplitMix64's bits."""
+    uniform = 1.0
+    angle = 0.0
+    for k in range(2):
+        z = key + np.uint64(2 * number + k + 1) * np.uint64(0x9E3779B97F4A7C15)
+        z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+        z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+        z = z ^ (z >> np.uint64(31))
+        drawn = (float(z >> np.uint64(11)) + 0.5) * 2.0**-53
+        if k == 0:
+            uniform = drawn
+        else:
+            angle = 2.0 * math.pi * drawn
+    return math.sqrt(-2.0 * math.log(uniform)) * math.cos(angle)
+
+
+@inner_kernel()
+def after_impact(speed: float, angle: float, surface: Array, variate: float) -> tuple[float, float]:
+    """Speed after an impact and the angle of departure (rad) from the mean surface; (0, 0) where the fragment stays.
+
+    `angle` is that between path and mean surface (rad); `surface` holds the critical angle (rad), the logarithm of the
+    fraction of speed kept there, the angle of departure over that of impact, and the roughness (rad); NaN where nothing
+    ricochets. `variate` is the slope of the facet along the path over the roughness.
+    """
+    facet = math.hypot(angle, surface[ROUGHNESS] * variate)
+    if not facet <= surface[CRITICAL]:
+        return 0.0, 0.0
+    kept = speed * math.exp(surface[LOSS] * (facet / surface[CRITICAL]) ** EXPONENT)
+    departure = surface[DEPARTURE] * facet
+    return (kept, departure) if kept * math.sin(departure) > SLOWEST_LIFT else (0.0, 0.0)
+
+
+@inner_kernel()
+def ricochet(state: Array, nx: float, ny: float, nz: float, surface: Array, variate: float) -> bool:
     """Turn the velocity in `state` (time, position, velocity) at a surface of unit normal (nx, ny, nz).
 
-    `surface` holds the critical angle (rad), the logarithm of the share of speed kept there, the angle of departure
-    over that of impact, and the roughness (rad); NaN where nothing ricochets. Returns whether the fragment leaves;
-    where it does not, `state` is left as it came.
+    `surface` and `variate` as of `after_impact`. Returns whether the fragment leaves; where it does not, `state` is
+    left as it came.
     """
     speed = math.sqrt(state[4] * state[4] + state[5] * state[5] + state[6] * state[6])
     into = -min(state[4] * nx + state[5] * ny + state[6] * nz, 0.0)
     tx, ty, tz = state[4] + into * nx, state[5] + into * ny, state[6] + into * nz
     along = math.sqrt(tx * tx + ty * ty + tz * tz)
-    angle = math.hypot(math.atan2(into, along), surface[ROUGHNESS])
-    if not angle <= surface[CRITICAL] or along == 0.0:
+    if along == 0.0:
         return False
-    kept = speed * math.exp(surface[LOSS] * (angle / surface[CRITICAL]) ** EXPONENT)
-    departure = surface[DEPARTURE] * angle
+    kept, departure = after_impact(speed, math.atan2(into, along), surface, variate)
+    if kept == 0.0:
+        return False
     off, forward = kept * math.sin(departure), kept * math.cos(departure) / along
-    if not off > SLOWEST_LIFT:
-        return False
     state[4], state[5], state[6] = forward * tx + off * nx, forward * ty + off * ny, forward * tz + off * nz
     return True
 
@@ -101,13 +132,13 @@ class Ends(NamedTuple):
 @inner_kernel()
 def impact(
     row: int, how: int, which: int, face: int, end: Array, ends: Ends, surfaces: Array, limits: Limits,
-    terrain: Terrain, obstacles: Array, struck: Array, ground: Array,
+    terrain: Terrain, obstacles: Array, struck: Array, ground: Array, key: np.uint64,
 ) -> bool:  # fmt: skip
     """Let a fragment whose flight has just ended in the state `end` ricochet or stay; returns whether it flies on.
 
     `which` is a row of `obstacles`, -1 for the ground; an obstacle may have several, whose number comes first in each.
 
-    `struck` and `ground` are the rows for an impact on an obstacle, or on the ground.
+    `struck` and `ground` are the rows for an impact on an obstacle, or on the ground; `key` draws the slopes there.
     """
     state = ends.last[row]
     for k in range(7):
@@ -122,7 +153,8 @@ def impact(
     if how in (LANDED, STOPPED):
         ends.contacts[row] += 1
         nx, ny, nz = _normal(state, which, face, terrain, obstacles)
-        goes_on = ends.contacts[row] < MOST_CONTACTS and ricochet(state, nx, ny, nz, surfaces[1 + number])
+        slope = standard_normal(key, ends.contacts[row])
+        goes_on = ends.contacts[row] < MOST_CONTACTS and ricochet(state, nx, ny, nz, surfaces[1 + number], slope)
         record = ground if how == LANDED else struck
         for k in range(7):
             record[k] = end[k]

@@ -119,6 +119,7 @@ def fly_chunk(
     position: Array,
     velocity: Array,
     clock: Array,
+    keys: NDArray[np.uint64],
     around: Surroundings,
     limits: Limits,
     terrain: Terrain,
@@ -133,12 +134,12 @@ def fly_chunk(
 ) -> tuple[Array, Array, Array, Array, bool]:
     """Fly the fragments start..stop-1 to their end, and on from every ricochet; rows of `ends` count from `start`.
 
-    `clock` (n, 2) holds the time of each launch and the time at which that flight ends at the latest (s), `surfaces`
-    how fragments ricochet off the ground and off each obstacle, `boxes` as of `lanes.Watched`. Returns crossings,
-    points of paths, impacts on obstacles and on the ground (their rows count from `start`), in no order of fragments
-    but in that of time for each. Lengths of paths near the ground are added to `lengths` (before and after the first
-    impact on the ground, azimuth, distance; without azimuths: not counted); last comes whether its cells reach far
-    enough.
+    `clock` (n, 2) holds the time of each launch and the time at which that flight ends at the latest (s), `keys` (n,)
+    draw the slopes that each meets, `surfaces` holds how fragments ricochet off the ground and off each obstacle,
+    `boxes` is as of `lanes.Watched`. Returns crossings, points of paths, impacts on obstacles and on the ground (their
+    rows count from `start`), in no order of fragments but in that of time for each. Lengths
+    of paths near the ground are added to `lengths` (before and after the first impact on the ground, azimuth, distance;
+    without azimuths: not counted); last comes whether its cells reach far enough.
     """
     many_points = limits.path_points
     counts = lengths.shape[1] > 0
@@ -209,7 +210,21 @@ def fly_chunk(
             if outside(q, lane, limits):
                 _write_state(q, lane, end)
                 _add_flight(q, lane, ends.first[row])
-                impact(row, LEFT_DOMAIN, -1, -1, end, ends, surfaces, limits, terrain, obstacles, end, end)
+                impact(
+                    row,
+                    LEFT_DOMAIN,
+                    -1,
+                    -1,
+                    end,
+                    ends,
+                    surfaces,
+                    limits,
+                    terrain,
+                    obstacles,
+                    end,
+                    end,
+                    keys[start + row],
+                )
                 free[lane] = True
         if active == 0:
             break
@@ -335,6 +350,7 @@ def fly_chunk(
                 obstacles,
                 struck[struck_count],
                 ground[ground_count],
+                keys[fragment],
             ):
                 waiting[queued % number] = row
                 queued += 1

@@ -1,9 +1,10 @@
 """Ricochet of a fragment off the ground or an obstacle: critical angle, share of speed kept, angle of departure.
 
-A fragment that meets a surface at the angle b (between its path and the mean surface) meets its facets at a, with
-a^2 = b^2 + q^2 and q the roughness, the standard deviation of their slopes: at smaller angles than q it meets the
-facets that face it. It goes on where a is at most the critical angle a_c, and is embedded above it. It leaves in the
-same plane with
+A fragment that meets a surface at the angle b (between its path and the mean surface) meets a facet at a, with
+a^2 = b^2 + s^2 and s the slope of the facet. Slopes are normal with the roughness q as their standard deviation, one
+for each impact: a flight draws them, the integral of the expected density (`flight.hazard.integral`) runs over them.
+Only facets that face the path are met, so that a is not less than b. It goes on where a is at most the critical angle
+a_c, and is embedded above it. It leaves in the same plane with
 
     speed after / speed before = k ** ((a / a_c) ** (4/3)),    angle of departure = r a.
 
@@ -128,13 +129,13 @@ class Ricochet:
             roughness=min(roughness * self.roughness, ROUGHEST),
         )  # fmt: skip
 
-    def after(self, angle: float) -> tuple[float, float]:
+    def after(self, angle: float, slope: float = 0.0) -> tuple[float, float]:
         """Share of the speed kept and angle of departure (degrees) at an angle of impact (degrees).
 
-        (0, 0) above the critical angle: embedded.
+        `slope`: of the facet (degrees). (0, 0) above the critical angle: embedded.
         """
         require_number(f"ricochet {self.name}", "angle", angle, "degrees", low=0.0, high=90.0)
-        facet = math.hypot(angle, self.roughness)
+        facet = math.hypot(angle, slope)
         if facet > self.critical_angle:
             return 0.0, 0.0
         return self.speed_kept ** ((facet / self.critical_angle) ** EXPONENT), self.departure * facet

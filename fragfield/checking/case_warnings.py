@@ -1,4 +1,4 @@
-"""Warnings of `fragfield check`: masses, walls, mean masses, witness surfaces, and values beyond what is usual."""
+"""What is doubtful in a case: settings, walls, masses, mean masses, witness surfaces, values beyond what is usual."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 from fragfield.case.checks.bounds import outside_soft
 from fragfield.case.checks.estimates import map_warnings
 from fragfield.case.conversion.exposed_sites import outline_of
-from fragfield.case.conversion.rounds import first_alike
+from fragfield.case.conversion.rounds import burst_round, first_alike
 from fragfield.case.tables.flight import CylinderTable
 from fragfield.hazard.contents import arrangement_warnings, with_images
 from fragfield_base.substances import graded, substance, substance_names
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from burst_fenicsx.geometry import Profile
     from burst_fenicsx.problem import BurstSettings, CasingMaterial, Explosive, Round
     from fragfield.case import CaseTable
 
@@ -51,7 +52,7 @@ def yield_stress(casing: CasingMaterial) -> float:
     return 2.0 * casing.shear_strength  # Tresca
 
 
-_MIN_WALL_CELLS = 2.0
+_WALL_CELLS = 3.0  # sizes of a cell in the thinnest wall, from which its bending is resolved
 _MASS_TOLERANCE = 0.005
 _GROWTH = 2.0  # radii, by which casings have grown when they no longer accelerate: 1.7 of the M107
 _FUZE_DENSITIES = (700.0, 8000.0)  # kg/m3: from plastics, partly hollow, to solid steel
@@ -60,10 +61,33 @@ _FUZE_DENSITIES = (700.0, 8000.0)  # kg/m3: from plastics, partly hollow, to sol
 def case_warnings(
     case: CaseTable, settings: BurstSettings, described: Sequence[dict[str, Any]], expected: dict[str, Any]
 ) -> Iterator[str]:
-    """What is doubtful in a case: `described` are its rounds as `check_report` describes them, `expected` the cost."""
-    yield from outside_soft(case)
-    yield from arrangement_warnings(case)
+    """Warnings of `check`: `described` are a case's rounds as `check_report` describes them, `expected` the cost."""
+    yield from doubts(case)
     yield from map_warnings(case)
+    fixed = settings.time_step.fixed
+    if fixed is not None and fixed > 0.5 * expected["stable_time_step"]:
+        yield (
+            f"burst.time_step.fixed = {fixed:g} s; the first stable step is about {expected['stable_time_step']:.3g} s "
+            "and falls while cells are compressed"
+        )
+    for index, number in Counter(first_alike(case)).items():
+        others = f" and {number - 1} alike" if number > 1 else ""
+        key = f"round[{index + 1}] ({described[index]['name']}{others})"
+        yield from _round_warnings(key, settings, described[index])
+    yield from obstacle_warnings(case, settings, described)
+    yield from witness_warnings(case, max(found["outer_diameter"] for found in described))
+
+
+def doubts(case: CaseTable, *, burst: bool = True) -> Iterator[str]:
+    """What is doubtful in a resolved case, whatever comes out of it: `check` warns of it, and so does the report.
+
+    `burst`: its fragments come from the case's own burst.
+    """
+    yield from outside_soft(case)
+    settings = case.burst
+    if settings is None or not burst:
+        return
+    yield from arrangement_warnings(case)
     if settings.products == "landau":
         yield (
             'burst.products = "landau" starts from the pressure of an instantaneous explosion; with a '
@@ -82,18 +106,28 @@ def case_warnings(
         )
     if not settings.leakage.enabled:
         yield "burst.leakage.enabled = false: the products expand without venting, so speeds are upper bounds"
-    fixed = settings.time_step.fixed
-    if fixed is not None and fixed > 0.5 * expected["stable_time_step"]:
-        yield (
-            f"burst.time_step.fixed = {fixed:g} s; the first stable step is about {expected['stable_time_step']:.3g} s "
-            "and falls while cells are compressed"
-        )
     for index, number in Counter(first_alike(case)).items():
-        others = f" and {number - 1} alike" if number > 1 else ""
-        key = f"round[{index + 1}] ({described[index]['name']}{others})"
-        yield from _round_warnings(key, settings, described[index])
-    yield from obstacle_warnings(case, settings, described)
-    yield from witness_warnings(case, max(found["outer_diameter"] for found in described))
+        profile = burst_round(case.round[index], f"round[{index + 1}]").profile
+        if profile is None or not any(one.kind == "wall" for one in profile.segments):
+            continue
+        wall, station = thinnest_wall(profile)
+        if wall < _WALL_CELLS * settings.cell_size:
+            name = f"{case.round[index].name}{f' and {number - 1} alike' if number > 1 else ''}"
+            enough = math.floor(1e4 * wall / _WALL_CELLS) / 10.0  # mm
+            yield (
+                f"the thinnest wall of {name}, {1e3 * wall:.1f} mm at {1e3 * station:.0f} mm from the nose, is "
+                f"{wall / settings.cell_size:.1f} cells of {1e3 * settings.cell_size:g} mm thick; {_WALL_CELLS:g} or "
+                f"more resolve its bending: set burst.cell_size to {enough:g} mm or less"
+            )
+
+
+def thinnest_wall(profile: Profile) -> tuple[float, float]:
+    """Smallest wall (m) around the charge, and its station (m), at 401 stations a segment."""
+    ends = [(one.start, one.end) for one in profile.segments if one.kind == "wall"]
+    stations = np.concatenate([np.linspace(start, end, 401) for start, end in ends])
+    walls = profile.section(stations).wall
+    thinnest = int(np.argmin(walls))
+    return float(walls[thinnest]), float(stations[thinnest])
 
 
 def mean_mass_warnings(case: CaseTable, rounds: Sequence[Round], described: Sequence[dict[str, Any]]) -> Iterator[str]:
@@ -134,12 +168,6 @@ def _heavy_mean(case: CaseTable, described: Sequence[dict[str, Any]]) -> Iterato
 
 
 def _round_warnings(key: str, settings: BurstSettings, found: dict[str, Any]) -> Iterator[str]:
-    walls = [segment["wall"] for segment in found.get("segments", []) if segment["kind"] == "wall"]
-    if walls and min(walls) < _MIN_WALL_CELLS * settings.cell_size:
-        yield (
-            f"{key}: the thinnest wall, {min(walls) * 1e3:.3g} mm, has {min(walls) / settings.cell_size:.2g} cells of "
-            f"{settings.cell_size * 1e3:g} mm; {_MIN_WALL_CELLS:g} or more are needed to resolve bending"
-        )
     low, high = _FUZE_DENSITIES
     if found.get("fuze_density") and not low <= found["fuze_density"] <= high:
         yield (

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import asdict, replace
 from typing import TYPE_CHECKING, Any
 
@@ -166,7 +167,7 @@ def _round(entry: Round, settings: BurstSettings, mesh: CellMesh, times: int) ->
         found |= {"profile": profile.name, "length": profile.length, "outer_diameter": 2.0 * profile.max_radius}
         found |= {"fuze_mass": profile.fuze_mass, "fuze_density": profile.fuze_density}
         found |= {"charge_length": profile.charge_end - profile.charge_front}
-        found["segments"] = list(_segments(entry))
+        found["segments"] = list(_segments(entry, mesh, times))
     else:
         found |= _mesh_extent(entry, mesh)
     found |= exact
@@ -195,19 +196,26 @@ def _mesh_extent(entry: Round, mesh: CellMesh) -> dict[str, float]:
     }
 
 
-def _segments(entry: Round) -> Iterator[dict[str, Any]]:
+def _segments(entry: Round, mesh: CellMesh, times: int) -> Iterator[dict[str, Any]]:
+    """Masses by the contours; the mean wall is that of the mesh, by volume, as the burst records it."""
+    from burst_fenicsx.problem import Part
+
     assert entry.profile is not None
     for segment in entry.profile.segments:
         volumes = entry.profile.volumes(segment.start, segment.end)
         casing, charge = volumes.casing * entry.casing.density, volumes.charge * entry.explosive.density
-        section = entry.profile.section(0.5 * (segment.start + segment.end))
+        inside = (mesh.station >= segment.start) & (mesh.station < segment.end)
+        disc = times / (math.pi * (segment.end - segment.start))
+        whole, inner = (
+            disc * float(mesh.volumes[part].sum()) for part in (inside, inside & (mesh.part != Part.CASING))
+        )
         speed = gurney_speed(entry.explosive.detonation_velocity, charge / casing) if charge > 0.0 else None
         yield {
             "name": segment.name,
             "kind": segment.kind,
             "start": segment.start,
             "end": segment.end,
-            "wall": float(section.wall),
+            "mean_wall": math.sqrt(whole) - math.sqrt(inner),
             "casing_mass": casing,
             "charge_mass": charge,
             "gurney_speed": speed,

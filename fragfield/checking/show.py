@@ -210,9 +210,8 @@ def _surroundings(found: Mapping[str, Any]) -> Iterator[str | Table]:
     ground = found["ground"]
     if "map" in ground:
         yield from _map(ground)
-    if (altitude := found.get("altitude")) is not None:
-        source = ", the map's height of z = 0" if altitude == ground.get("datum") else ""
-        yield f"air: standard atmosphere, z = 0 at {altitude:.6g} m above sea level{source}"
+    yield f"air: {found['air']}"
+    yield f"wind: {found['wind']}"
     law = found["ricochet"]
     words = "none: fragments stay where they land"
     if law is not None:
@@ -267,10 +266,10 @@ def _round_table(title: str, entry: Mapping[str, Any]) -> Table:
 
 def _segment_table(segments: Iterable[Mapping[str, Any]]) -> Table:
     table = Table(box=None, pad_edge=False)
-    for head in ("segment", "kind", "from mm", "to mm", "wall mm", "casing kg", "charge kg", "Gurney m/s"):
+    for head in ("segment", "kind", "from mm", "to mm", "mean wall mm", "casing kg", "charge kg", "Gurney m/s"):
         table.add_column(head, justify="left" if head in ("segment", "kind") else "right")
     for segment in segments:
-        lengths = (f"{segment[key] * 1e3:.1f}" for key in ("start", "end", "wall"))
+        lengths = (f"{segment[key] * 1e3:.1f}" for key in ("start", "end", "mean_wall"))
         masses = (f"{segment[key]:.3f}" for key in ("casing_mass", "charge_mass"))
         table.add_row(segment["name"], segment["kind"], *lengths, *masses, number_text(segment["gurney_speed"], 1.0))
     return table

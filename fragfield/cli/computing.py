@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import typer
 
@@ -15,7 +15,6 @@ from fragfield.cli.application import (
     Json,
     Out,
     Overwrite,
-    Profile,
     ProgressFile,
     Quiet,
     Resolved,
@@ -29,7 +28,7 @@ from fragfield.errors import EXIT_NUMERICAL
 from fragfield.pipeline.parallel import launched_rank
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping
     from pathlib import Path
 
     from fragfield.interface.results import Run
@@ -82,7 +81,7 @@ def run(
             from fragfield.terminal.progress import duration
 
             typer.echo(f"fragfield: done in {duration(time.monotonic() - began)}", err=True)
-        _give_summary(done, json=json, flown=True)
+        _give_summary(done, json=json, flown=True, warnings=True)
 
 
 @app.command()
@@ -93,7 +92,6 @@ def burst(
     threads: Threads = None,
     resume: Resume = False,
     overwrite: Overwrite = False,
-    profile: Profile = False,
     quiet: Quiet = False,
     json: Json = False,
 ) -> None:
@@ -101,7 +99,7 @@ def burst(
     with guarded(json=json, quiet=quiet):
         done = fragfield.run(
             case, out=out, set=settings or (), threads=threads, resume=resume,
-            overwrite=overwrite, profile=profile, progress=not quiet, only="burst",
+            overwrite=overwrite, progress=not quiet, only="burst",
         )  # fmt: skip
         _give_summary(done, json=json, flown=False)
 
@@ -160,14 +158,19 @@ def _progress(file: Path | None, *, quiet: bool) -> bool | Callable[[Progress], 
     return into_file(file)
 
 
-def _give_summary(done: Run, *, json: bool, flown: bool) -> None:
-    """Print the summary of a run; one that was `flown` and has no distance ends with the exit code for that."""
-    from fragfield.terminal.show import print_summary
+def _give_summary(done: Run, *, json: bool, flown: bool, warnings: bool = False) -> None:
+    """Print the summary of a run, with its `warnings`; one that was `flown` and has no distance ends with code 3."""
+    from fragfield.terminal.show import plain_console, print_summary
+
+    def show(summary: Mapping[str, Any]) -> None:
+        print_summary(summary)
+        for words in done.warnings if warnings else ():
+            plain_console().print(words)
 
     if launched_rank() == 0:
         from fragfield.hazard.certainty import is_determined
 
         summary = {"directory": str(done.path), **done.summary}
-        give(summary, json=json, show=print_summary)
+        give(summary, json=json, show=show)
         if flown and not is_determined(summary):
             raise typer.Exit(EXIT_NUMERICAL)

@@ -38,7 +38,7 @@ def certainty(hazard: Mapping[str, Any]) -> str:
         return f"{how}: {what}; {ask}"
     error = hazard["standard_error"] / hazard["expected"] if hazard["expected"] else math.inf
     ask = (
-        "set hazard.max_realisations higher"
+        f"set hazard.max_realisations above {number}"
         if more
         else "no more realisations can be made without the burst's snapshot"
     )
@@ -47,6 +47,15 @@ def certainty(hazard: Mapping[str, Any]) -> str:
     if bias > error:
         what = f"{100.0 * bias:.2g} % (bound of the bias of taking the worst direction)"
     return f"{number} realisations fix the expected distance to {what}, not to {100.0 * hazard['tolerance']:g} %; {ask}"
+
+
+def source_words(hazard: Mapping[str, Any]) -> str:
+    """From what the expected density is: the integral, or so many realisations and why."""
+    if hazard.get("method") == "integral":
+        return "expected density by integration"
+    number = int(hazard["realisations"])
+    why = f" (no integral: {hazard['realisations_because']})" if hazard.get("realisations_because") else ""
+    return f"mean of {number:,d} realisation{'s' if number > 1 else ''}{why}"
 
 
 def basis_words(hazard: Mapping[str, Any]) -> str:
@@ -88,10 +97,10 @@ def margin_metres(value: float | None) -> str:
 
 
 def metres_and_error(value: float | None, error: float | None, between: str = " ") -> str:
-    """A distance as by `whole_metres` with its standard error, without the unit."""
-    if value is None or error is None:
-        return whole_metres(value, NOT_DETERMINED)
-    return f"{whole_metres(value)}{between}±{between}{error:.{1 if error < 9.95 else 0}f}"
+    """A part of a distance, to 0.1 m so that printed parts add up, with its standard error; without the unit."""
+    if value is None:
+        return NOT_DETERMINED
+    return f"{value:,.1f}" if error is None else f"{value:,.1f}{between}±{between}{error:.1f}"
 
 
 def ricochet_words(hazard: Mapping[str, Any]) -> str:
@@ -111,6 +120,12 @@ def single_words(hazard: Mapping[str, Any]) -> str:
     if not found:
         return NOT_DETERMINED
     return f"{rounded_metres(found['low'])} to {rounded_metres(found['high'])} m"
+
+
+def single_note(hazard: Mapping[str, Any]) -> str:
+    """What the distances of single events are, and that none of them is one to keep."""
+    own = "" if hazard.get("basis") == "all_azimuths" else " in its own worst direction"
+    return f"no distance to keep: each of {hazard['single_event']['realisations']} events alone{own}"
 
 
 def beyond_map_words(case: CaseTable, expected: ExpectedDistance) -> str:

@@ -26,7 +26,6 @@ import numpy as np
 from fragfield.case.conversion.exposed_sites import exposed_sites_of, outline_of
 from fragfield.case.conversion.surroundings import bearing_of
 from fragfield.hazard.places import LEVEL, PlaceSums, kernel_weights, sum_bound
-from fragfield.hazard.recommended import NORMAL_95
 from fragfield.hazard.verdict import criterion_of, no_margin, part_of_criterion, verdict_of
 
 if TYPE_CHECKING:
@@ -46,6 +45,7 @@ if TYPE_CHECKING:
     Fields = tuple[NDArray[np.float64], NDArray[np.float64]]
 
 
+NORMAL_95 = 1.6448536269514722
 _SHORT = ("density_normal", "density_ground", "expected_hits", "probability")  # given without ricochet too
 
 

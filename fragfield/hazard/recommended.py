@@ -1,14 +1,14 @@
 """The recommended distance: the expected distance, and what is not known of it, added up.
 
-    recommended = base + sqrt(randomness^2 + grid^2 + table^2 + inputs^2 + samples^2)
+    recommended = expected + sqrt(quadrature^2 + randomness^2 + grid^2 + table^2 + inputs^2)
 
-Every part beside the base is the half-width of its one-sided band of 95 %: of the randomness of the break-up the upper
-bound less the expected distance; of the grid the whole grid convergence index, a band about a limit that lies to one
-side; of an arena table what other laws within its groups and zones twice as wide change; of the inputs their 95 %
-quantile less the base; of the number of samples 1.645 standard errors of that quantile.
-Independent contributions at one level are added as squares, as ASME V&V 20 (2009) adds the standard uncertainties of
-inputs and numerics. The base is the expected distance, or the median over the inputs where a study gives a larger one,
-so that a study never lowers the number. A part that is not known is not in the sum; `not_included` says why.
+Every part beside the expected distance is the half-width of its one-sided band of 95 %. Where the expected density is
+an integral there is no randomness, and the quadrature is the bound of its points, some tenths of a metre; elsewhere
+the randomness is the upper bound over the realisations less the expected distance. Of the grid it is the whole grid
+convergence index, a band about a limit that lies to one side; of an arena table what other laws within its groups and
+zones twice as wide change; of the inputs their 95 % quantile less the expected distance. Independent contributions at
+one level are added as squares, as ASME V&V 20 (2009) adds the standard uncertainties of inputs and numerics. A part
+that is not known is not in the sum; `not_included` says why.
 """
 
 from __future__ import annotations
@@ -16,27 +16,24 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from fragfield.hazard.certainty import metres
-
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
 
-NORMAL_95 = 1.6448536269514722
 PARTS = {
     "expected": "expected distance",
+    "quadrature": "points of the integral",
     "randomness": "randomness of the break-up",
     "grid": "grid",
     "table": "groups and zones of the arena table",
     "inputs": "inputs",
-    "samples": "number of samples",
 }
 """The parts of the recommended distance, in words."""
 RULE = (
-    "Expected distance, or the median over the inputs where that is larger, plus the root of the sum of squares of the "
-    "other parts, each the half-width of its one-sided band of 95 %."
+    "Expected distance plus the root of the sum of squares of the other parts, each the half-width of its one-sided "
+    "band of 95 %."
 )
-_WIDTHS = ("randomness", "grid", "table", "inputs", "samples")
+_WIDTHS = tuple(PARTS)[1:]
 _NO_GRID = "no grid convergence: "
 
 
@@ -63,38 +60,37 @@ def recommended_of(
     Returns
     -------
     dict
-        `hazard` with `recommended` and `base` (m; None where the distance is not determined), `parts` (m, by the names
+        `hazard` with `recommended` (m; None where the distance is not determined), `parts` (m, by the names
         of `PARTS`; `expected` is the expected distance, the others half-widths, None where not known), `not_included`
-        (why, by the name of the part), and `recommended` in `without_ricochet`, with the same half-widths but that of
-        the randomness.
+        (why, by the name of the part), and `recommended` in `without_ricochet`, with the same half-widths but those of
+        quadrature and randomness.
     """
     found = dict(hazard)
     short = dict(found.get("without_ricochet") or {})
     if not hazard.get("determined") or hazard.get("expected") is None:
-        empty: dict[str, Any] = {"recommended": None, "base": None, "parts": dict.fromkeys(PARTS), "not_included": {}}
+        empty: dict[str, Any] = {"recommended": None, "parts": dict.fromkeys(PARTS), "not_included": {}}
         return found | empty | ({"without_ricochet": short | {"recommended": None}} if short else {})
     expected = float(hazard["expected"])
     spread = ((study or {}).get("distance") or {}).get("spread")
-    base = expected if spread is None else max(expected, float(spread["median"]))
     grid, no_grid = _grid(convergence or {})
     parts: dict[str, float | None] = {
         "expected": expected,
-        "randomness": _randomness(hazard),
+        **_statistical(hazard, hazard),
         "grid": grid,
         "table": hazard.get("table_width"),
-        "inputs": None if spread is None else max(float(spread["high"]) - base, 0.0),
-        "samples": None if spread is None else NORMAL_95 * float(spread["high_standard_error"]),
+        "inputs": None if spread is None else max(float(spread["high"]) - expected, 0.0),
     }
     reasons = {
-        "randomness": "a single realisation has no bound",
         "grid": no_grid,
         "inputs": "no study of uncertain inputs" if study is None else "the study of uncertain inputs has no result",
     }
+    if hazard.get("method") != "integral":
+        reasons["randomness"] = "a single realisation has no bound"
     missing = {name: words for name, words in reasons.items() if parts[name] is None}
-    found |= {"recommended": _sum(base, parts), "base": base, "parts": parts, "not_included": missing}
+    found |= {"recommended": _sum(expected, parts), "parts": parts, "not_included": missing}
     if short:
-        beside = parts | {"randomness": _randomness(short)}
-        found["without_ricochet"] = short | {"recommended": _sum(float(short["expected"]) + base - expected, beside)}
+        beside = parts | _statistical(hazard, short)
+        found["without_ricochet"] = short | {"recommended": _sum(float(short["expected"]), beside)}
     return found
 
 
@@ -103,14 +99,11 @@ def parts_of(hazard: Mapping[str, Any]) -> list[Part]:
     if hazard.get("recommended") is None:
         return []
     missing = hazard["not_included"]
-    rows = [
+    return [
         Part(PARTS[name], value, missing.get(name, ""))
         for name, value in hazard["parts"].items()
         if value is not None or name in missing
     ]
-    if hazard["base"] > hazard["parts"]["expected"]:
-        rows.insert(1, Part("median over the inputs, in its place", hazard["base"], ""))
-    return rows
 
 
 def parts_words(hazard: Mapping[str, Any]) -> str:
@@ -119,9 +112,10 @@ def parts_words(hazard: Mapping[str, Any]) -> str:
     if not rows:
         return ""
     names = list(PARTS.values())[1:]
-    base = ", ".join(f"{row.words} {metres(row.value)}" for row in rows if row.words not in names)
+    base = f"{rows[0].words} {rows[0].value:.1f} m"
     widths = [f"{row.words} {row.value:.1f} m" for row in rows if row.words in names and row.value is not None]
-    added = f"; added as squares: {', '.join(widths)}" if widths else ""
+    together = math.ceil(10.0 * float(hazard["recommended"]) - 1e-9) / 10.0
+    added = f"; added as squares: {', '.join(widths)}; together {together:.1f} m" if widths else ""
     missing = not_included_words(hazard)
     return f"{base}{added}{f'; not included: {missing}' if missing else ''}"
 
@@ -131,10 +125,12 @@ def not_included_words(hazard: Mapping[str, Any]) -> str:
     return ", ".join(f"{row.words} ({row.reason})" for row in parts_of(hazard) if row.reason)
 
 
-def _randomness(hazard: Mapping[str, Any]) -> float | None:
-    """Half-width (m) by the randomness of the break-up; None for a single realisation."""
-    upper = hazard.get("upper")
-    return None if upper is None else max(float(upper) - float(hazard["expected"]), 0.0)
+def _statistical(hazard: Mapping[str, Any], of: Mapping[str, Any]) -> dict[str, float | None]:
+    """Half-width (m) of a distance `of` the hazard by its integral's points, or by its realisations."""
+    upper = of.get("upper")
+    width = None if upper is None else max(float(upper) - float(of["expected"]), 0.0)
+    integrated = hazard.get("method") == "integral"
+    return {"quadrature": width if integrated else None, "randomness": None if integrated else width}
 
 
 def _grid(convergence: Mapping[str, Any]) -> tuple[float | None, str]:
@@ -147,5 +143,5 @@ def _grid(convergence: Mapping[str, Any]) -> tuple[float | None, str]:
     return None, reason.removeprefix(_NO_GRID)
 
 
-def _sum(base: float, parts: Mapping[str, float | None]) -> float:
-    return base + math.sqrt(sum(width**2 for name in _WIDTHS if (width := parts[name]) is not None))
+def _sum(expected: float, parts: Mapping[str, float | None]) -> float:
+    return expected + math.sqrt(sum(width**2 for name in _WIDTHS if (width := parts[name]) is not None))

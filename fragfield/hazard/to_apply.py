@@ -234,14 +234,17 @@ def _against_hazardous(official: float, computed: float | None, beside: str) -> 
 
 
 def _against_maximum(official: float, throw: float | None) -> str:
-    """The official maximum fragment distance (m) against the largest throw, which may not be determined."""
+    """The official maximum fragment distance (m) against the throw of one event in 20, if that is determined."""
     theirs, ours = f"{whole_metres(official)} m", f"{whole_metres(throw)} m"
     name = "official maximum fragment distance"
     if throw is None:
-        return f"The {name} is {theirs}; the largest throw is not determined."
+        return f"The {name} is {theirs}; the throw exceeded in 5 % of events is not determined."
     if throw > official:
-        return f"The computed largest throw, {ours}, is larger than the {name}, {theirs}: fragments may land beyond it."
-    return f"The {name}, {theirs}, is not exceeded by the computed largest throw, {ours}."
+        return (
+            f"The throw exceeded in 5 % of events, computed as {ours}, is larger than the {name}, {theirs}: fragments "
+            "may land beyond it."
+        )
+    return f"The {name}, {theirs}, is not less than the computed throw exceeded in 5 % of events, {ours}."
 
 
 def official_note(official: Mapping[str, Any]) -> str:

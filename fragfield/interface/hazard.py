@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from fragfield.errors import InputError, NotDeterminedError
-from fragfield.hazard.certainty import basis_words, is_determined, metres, ricochet_words
+from fragfield.hazard.certainty import basis_words, is_determined, metres, ricochet_words, source_words
 from fragfield.hazard.recommended import parts_words
 from fragfield.hazard.to_apply import DistanceToApply
 
@@ -62,7 +62,7 @@ class HazardDistance:
 
     @property
     def parts(self) -> dict[str, float | None]:
-        """Its parts (m): `expected`, and the half-widths `randomness`, `grid`, `inputs` and `samples`.
+        """Its parts (m): `expected`, and the half-widths `quadrature`, `randomness`, `grid` and `inputs`.
 
         One that is not known is None; `not_included` says why.
         """
@@ -80,7 +80,7 @@ class HazardDistance:
 
     @property
     def upper(self) -> float | None:
-        """Its one-sided 95 % upper bound by the randomness of the break-up (m); None for a single realisation."""
+        """Its one-sided 95 % upper bound (m), of the integral or over realisations; None for a single realisation."""
         return self._optional("upper")
 
     @property
@@ -149,7 +149,7 @@ class HazardDistance:
     def __str__(self) -> str:
         if not self.determined:
             return f"{self.to_apply.line}\nrecommended distance: not determined\n  {self.reason}"
-        number = f"{self.realisations} realisation{'s' if self.realisations > 1 else ''}; {basis_words(self._found)}"
+        number = f"{source_words(self._found)}; {basis_words(self._found)}"
         if words := ricochet_words(self._found):
             number += f"; {words}"
         return (

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from flight import Fragments
     from fragfield.interface.hazard import HazardDistance
     from fragfield.interface.tables import Table
-    from fragfield.report.blocks import Block, Illustration
+    from fragfield.report.blocks import Block, Finding, Illustration
     from fragfield.report.figures.drawing import Drawing
     from fragfield.report.reading.run_files import RoundTables, RunFiles
 
@@ -136,9 +136,18 @@ class Run:
     @property
     def findings(self) -> list[str]:
         """What a reader must know before using the numbers, the gravest first, as the report has it."""
+        return [f"{one.label}: {one.text}" for one in self._findings]
+
+    @property
+    def warnings(self) -> list[str]:
+        """Those of the findings that speak against the numbers."""
+        return [f"{one.label}: {one.text}" for one in self._findings if one.weight in ("stop", "warning")]
+
+    @cached_property
+    def _findings(self) -> list[Finding]:
         from fragfield.report.findings.findings import findings
 
-        return [f"{one.label}: {one.text}" for one in findings(self.files)]
+        return findings(self.files)
 
     @cached_property
     def files(self) -> RunFiles:

@@ -25,9 +25,11 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from flight import Fragments
+    from flight.hazard.density.distance import ExpectedDistance
     from flight.hazard.ensemble import EnsembleHazard
     from fragfield.case import CaseTable
     from fragfield.pipeline.ensemble import FlownEnsemble
+    from fragfield.pipeline.integral import Integrand
     from fragfield.pipeline.job import Job
     from transition import BreakUp
 
@@ -67,11 +69,40 @@ def fly_all(job: Job, realisations: Sequence[Fragments], prepared: BreakUp | Non
     FlownEnsemble, or None on ranks other than 0
     """
     source, flights = Realisations(job, realisations, prepared), Flights(job)
+    integrand, reason = source.integrand()
+    if not reason:
+        return _fly_integrated(job, source, flights, integrand)
     if job.attitude is None and is_mixed(job.case):
         return fly_attitudes(job, source, flights)
     one = EnsembleFlight(job, source, flights, job.attitude)
     one.fly_to_tolerance()
-    return one.result() if job.team.first else None
+    return replace(one.result(), realisations_because=reason) if job.team.first else None
+
+
+def _fly_integrated(
+    job: Job, source: Realisations, flights: Flights, integrand: Integrand | None
+) -> FlownEnsemble | None:
+    """Fly the realisations at hand in the attitude that the integral finds, for what single events do."""
+    found = None if integrand is None else integrand.solve(job.attitude)
+    attitude = job.team.broadcast(None if found is None else found.attitude)
+    one = EnsembleFlight(job, source, flights, attitude, None if found is None else found.integral)
+    one.fly_to_tolerance()
+    if found is None:
+        return None
+    flown = one.result()
+    if not found.curve:
+        return flown
+    hazard = replace(flown.hazard, expected=everywhere(flown.hazard.expected))
+    return replace(flown, hazard=hazard, attitude=attitude, curve=found.curve)
+
+
+def everywhere(expected: ExpectedDistance) -> ExpectedDistance:
+    """The distance of the worst direction in every direction: which way the nose points is not known."""
+    bound = np.nan if expected.upper is None else expected.upper
+    return replace(
+        expected, by_direction=np.full_like(expected.by_direction, expected.distance),
+        upper_by_direction=np.full_like(expected.upper_by_direction, bound),
+    )  # fmt: skip
 
 
 def fly_attitudes(job: Job, source: Realisations, flights: Flights) -> FlownEnsemble | None:
@@ -115,16 +146,7 @@ class _Envelope:
             return None
         worst = self.flown[self._worst]
         flown = worst.result()
-        expected = flown.hazard.expected
-        # Which way the nose points is not known either: the worst direction counts in all.
-        everywhere = replace(
-            expected,
-            by_direction=np.full_like(expected.by_direction, expected.distance),
-            upper_by_direction=np.full_like(
-                expected.upper_by_direction, np.nan if expected.upper is None else expected.upper
-            ),
-        )
-        hazard = replace(flown.hazard, expected=everywhere)
+        hazard = replace(flown.hazard, expected=everywhere(flown.hazard.expected))
         return replace(
             flown, hazard=hazard, exposed=self._exposed(hazard), attitude=worst.attitude,
             flights=sum(one.done for one in self.flown.values()),

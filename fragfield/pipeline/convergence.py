@@ -137,15 +137,14 @@ def _why_none(job: Job, burst: Mapping[str, Any]) -> str:
 def _own_result(burst: Mapping[str, Any], flown: FlownEnsemble, headline: Mapping[str, Any]) -> _Result:
     """The quantities of a burst and its flight."""
     number = int(headline["realisations"])
-    counts = flown.hazard.counts.hazardous.sum(axis=1)
+    hazardous, of_count = flown.hazard.hazardous
     known = bool(headline["determined"])
     parts = {
         "burst": burst,
         "hazard": headline if known else {},
-        "flight": {"hazardous_fragments": float(counts.mean())},
+        "flight": {"hazardous_fragments": hazardous},
     }
     values = {one.name: one.of(parts) for one in shown("convergence")}
-    of_count = float(counts.std(ddof=1) / math.sqrt(len(counts))) if len(counts) > 1 else None
     errors = {"hazardous_fragments": of_count, "expected_distance": headline["standard_error"] if known else None}
     return _Result(burst["cell_size"], burst["cells"], number, values, errors)
 

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
     from flight import FlightProgress, FlightResult, Fragments, HeightMap
     from flight.hazard.ensemble import EnsembleHazard
+    from flight.hazard.integral import Integral
     from flight.hazard.pool import Completeness, FlightCounts
     from fragfield.case.conversion.turned import Turned
     from fragfield.hazard.exposed import ExposedCounts
@@ -43,8 +44,8 @@ _log = logging.getLogger(__name__)
 class FlownEnsemble:
     """What the flights of all realisations gave."""
 
-    first: FlightResult
-    """The first realisation's flight, row by row."""
+    first: FlightResult | None
+    """The first realisation's flight, row by row; None where none was flown."""
     hazard: EnsembleHazard
     """Over all."""
     witnesses: dict[str, NDArray[Any]]
@@ -62,6 +63,8 @@ class FlownEnsemble:
     """The worst one of mixed attitudes, to which all else belongs."""
     curve: list[dict[str, Any]] = field(default_factory=list)
     """Distances over mixed attitudes, as `hazard.attitude.curve` of summary.json."""
+    realisations_because: str = ""
+    """Why the distance is a mean over realisations; empty where it is an integral."""
 
 
 def break_up_all(job: Job, snapshot_file: Path) -> tuple[BreakUpResult, list[Fragments]] | None:
@@ -91,17 +94,22 @@ class EnsembleFlight:
     ----------
     attitude : Turned or None
         Of the arrangement, whose fragments are turned; None as it stands.
+    integral : Integral or None
+        The expected density in this attitude, on rank 0; None where the realisations give it.
     done : int
         Realisations flown.
     found : _Found or None
         What they gave, on rank 0.
     """
 
-    def __init__(self, job: Job, source: Realisations, flights: Flights, attitude: Turned | None = None) -> None:
+    def __init__(
+        self, job: Job, source: Realisations, flights: Flights, attitude: Turned | None = None,
+        integral: Integral | None = None,
+    ) -> None:  # fmt: skip
         self.job, self.source, self.flights, self.attitude = job, source, flights, attitude
         placed = {} if attitude is None else {"round": attitude.case.round, "plane": attitude.case.plane}
         own = replace(job, case=job.case.model_copy(update=placed))
-        self.found = _Found(own, source, turned=attitude is not None) if job.team.first else None
+        self.found = _Found(own, source, turned=attitude is not None, integral=integral) if job.team.first else None
         self.done = 0
         self.first: FlightResult | None = None
 
@@ -140,7 +148,7 @@ class EnsembleFlight:
 class _Found:
     """What the realisations flown so far gave, on rank 0."""
 
-    def __init__(self, job: Job, source: Realisations, *, turned: bool) -> None:
+    def __init__(self, job: Job, source: Realisations, *, turned: bool, integral: Integral | None) -> None:
         from flight.hazard.density.directions import Directions
         from flight.hazard.pool import PooledFlights
         from fragfield.case.conversion.exposed_sites import exposed_sites_of
@@ -148,7 +156,7 @@ class _Found:
         from fragfield.hazard.exposed import ExposedSums
         from fragfield.pipeline.arena import arena_basis
 
-        self.case = job.case
+        self.case, self.integral = job.case, integral
         if source.arena is not None:
             basis, mirrors = arena_basis(job.case)
         else:
@@ -181,7 +189,11 @@ class _Found:
         most, tolerance = self.case.hazard.max_realisations, self.case.hazard.tolerance
         if not more or done >= most or self.pool.completeness.reason:
             return done
+        if self.integral is not None and not self.exposed.sites:
+            return done
         error = self.pool.expected(draws=DRAWS // 4, every_direction=False).uncertainty  # fewer, to save time
+        if error <= tolerance:  # so is it by all draws, from which the verdict comes?
+            error = self.pool.expected(every_direction=False).uncertainty
         if error <= tolerance:
             return done
         needed = math.ceil(1.1 * done * (error / tolerance) ** 2) if math.isfinite(error) else most
@@ -194,7 +206,7 @@ class _Found:
         assert first is not None  # rank 0 flies the first one
         witnesses = {name: np.stack([table[name] for table in self.tables]) for name in self.tables[0]}
         unended = self.pool.completeness.reason
-        found = self.pool.hazard(self.case.hazard.tolerance, every_direction=self.thorough)
+        found = self.pool.hazard(self.case.hazard.tolerance, every_direction=self.thorough, integral=self.integral)
         found = replace(found, undetermined=unended or beyond_map_words(self.case, found.expected))
         exposed = self.exposed.assess(found, determined=not unended) if self.exposed.sites else []
         return FlownEnsemble(

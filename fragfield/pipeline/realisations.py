@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from flight import Fragments
+    from fragfield.pipeline.integral import Integrand
     from fragfield.pipeline.job import Job
     from transition import BreakUp
 
@@ -58,6 +59,20 @@ class Realisations:
             return arena_realisation(self.arena, self.job.case, number)
         assert self._prepared is not None  # `prepare` comes first
         return self._prepared.fragments(self.job.case.seed, number)
+
+    def integrand(self) -> tuple[Integrand | None, str]:
+        """The intensity to integrate, on rank 0, or why there is none. Collective."""
+        from fragfield.pipeline.integral import Integrand, why_not_integrated
+
+        reason = why_not_integrated(self.job.case, given=self.job.options.fragments is not None)
+        if not reason and self._prepared is None and self._snapshot is None:
+            reason = "the burst's snapshot is not at hand"
+        if reason:
+            return None, reason
+        self.prepare()
+        assert self._prepared is not None
+        intensity = self._prepared.intensity() if self.job.team.first else None
+        return None if intensity is None else Integrand(self.job.case, intensity, self.job.cores), ""
 
     def prepare(self) -> None:
         """Read the snapshot on every rank, once. Collective."""

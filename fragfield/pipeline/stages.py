@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from fragfield.files.provenance import provenance_of
 from fragfield.hazard.certainty import certainty
-from fragfield.pipeline.arena import arena_realisation, read_arena, table_width, write_arena
+from fragfield.pipeline.arena import arena_realisation, read_arena, write_arena
 from fragfield.pipeline.job import Job
 from fragfield.terminal.logs import LOGGERS, concerns_the_user, words_of
 
@@ -60,7 +60,6 @@ def burst(job: Job, stage: Stage) -> dict[str, Any]:
             on_progress=job.reporter.burst,
             resume=job.options.resume,
             series=not job.options.lean,
-            profile=job.options.profile,
         )
         part = {**result.summary, "geometry_reason": choice.reason}
     if alone:
@@ -99,6 +98,7 @@ def fly(job: Job, stage: Stage) -> dict[str, Any]:
     from fragfield.pipeline.attitudes import flown_attitude, fly_all
     from fragfield.pipeline.convergence import convergence_of
     from fragfield.pipeline.single_round import single_round
+    from fragfield.pipeline.table_width import table_width
 
     _load_together(job)
     began = time.perf_counter()
@@ -108,6 +108,7 @@ def fly(job: Job, stage: Stage) -> dict[str, Any]:
     if flown is None:
         job.team.broadcast()
         return {}
+    assert flown.first is not None  # a run flies realisations
     provenance = provenance_of(job.case)
     files = ThreadPoolExecutor(1, "files")  # the disk takes its time
     writing = [
@@ -127,9 +128,15 @@ def fly(job: Job, stage: Stage) -> dict[str, Any]:
         summary["fragments_file"] = job.options.fragments.name
     if found:
         summary["recovered"] = found[1].summary()
-    headline = {**flown.hazard.headline, "possible_mass": flown.completeness.possible,
-                "mass_not_landed": flown.completeness.missing, "more_realisations": flown.more,
-                "ricochet": job.case.flight.ground.ricochet, "attitude": flown_attitude(job, flown)}  # fmt: skip
+    headline = {
+        **flown.hazard.headline,
+        "realisations_because": flown.realisations_because,
+        "possible_mass": flown.completeness.possible,
+        "mass_not_landed": flown.completeness.missing,
+        "more_realisations": flown.more,
+        "ricochet": job.case.flight.ground.ricochet,
+        "attitude": flown_attitude(job, flown),
+    }
     if found and headline["determined"] and not job.options.lean:
         headline["table_width"] = table_width(job, found[0], flown.flights)
     headline["bearing_deg"] = bearing_of(job.case, headline.get("direction_deg"))

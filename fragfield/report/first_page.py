@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from fragfield.case.conversion.surroundings import air_words, wind_words
 from fragfield.hazard.certainty import basis_words, whole_metres
 from fragfield.hazard.recommended import parts_words
 from fragfield.hazard.to_apply import DistanceToApply
@@ -29,8 +30,8 @@ def decision_section(run: RunFiles, all_findings: Sequence[Finding]) -> Section:
     trust, doubt = reasons_for(run), reasons_against(run, all_findings)
     blocks: list[Block] = [
         Columns((
-            Rows("What was computed", tuple(_what(run))),
             Group((Cards(tuple(_distances(run))), *_prescribed(run))),
+            Rows("What was computed", tuple(_what(run))),
         )),
         *verdict_table(run),
         Columns((
@@ -117,6 +118,8 @@ def _site(case: CaseTable) -> Iterator[Row]:
     ground = case.flight.ground
     ricochet = "no ricochet" if ground.ricochet == "none" else f"ricochet off {ground.ricochet.replace('_', ' ')}"
     yield Row("Ground", f"{'map of heights' if ground.map is not None else 'flat'}, {ricochet}")
+    yield Row("Wind", wind_words(case))
+    yield Row("Air", air_words(case))
     stops = [f"{one.kind} {one.name}" for one in case.obstacle]
     shown = ", ".join(stops) if len(stops) <= 4 else f"{', '.join(stops[:4])} and {len(stops) - 4} more"
     yield Row("Barricades and buildings", shown or "none")

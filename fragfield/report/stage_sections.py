@@ -5,6 +5,7 @@ from __future__ import annotations
 from functools import partial
 from typing import TYPE_CHECKING
 
+from fragfield.case.conversion.surroundings import bearing_of, direction_words
 from fragfield.report.blocks import Beside, Block, Columns, Group, Paragraph, Section
 from fragfield.report.figures import arrangement as arrangement_figures
 from fragfield.report.figures import burst as burst_figures
@@ -29,10 +30,8 @@ from fragfield.report.tables.rounds import (
 from fragfield.report.tables.rules import rule_tables
 from fragfield.report.tables.stages import (
     alike_around,
-    azimuth_tables,
     break_up_rows,
     flight_rows,
-    ledger_table,
     mesh_rows,
     quantity_rows,
 )
@@ -87,7 +86,7 @@ def hazard_section(run: RunFiles, draw: Draw) -> Section:
         *draw(
             "density_curve", "Density by distance",
             "Expected number of hazardous fragments per acceptable area, over all azimuths where they are alike, else "
-            "in the direction that decides. Hatched: 5 to 95 % of the bootstrap, the certainty of the mean, not the "
+            "in the direction that decides. Shaded: 5 to 95 % of the bootstrap, the certainty of the mean, not the "
             "scatter of single events.",
             hazard_figures.density_curve,
         ),
@@ -226,14 +225,18 @@ def _by_azimuth(run: RunFiles, draw: Draw) -> Iterator[Block]:
     if "flight" in run.missing:
         return
     yield from direction_table(run)
-    yield from azimuth_tables(run)
     if not alike_around(run):
         yield from draw(
             "polar_by_sector", "Number and speed around the rounds",
             "Fragments that cross the witness surface over all realisations: median and band of 5 to 95 % by sector, "
-            "azimuth counted from +x counter-clockwise, seen from above.",
+            f"in degrees from +x counter-clockwise, seen from above{_of_x(run)}.",
             hazard_figures.polar_by_sector,
         )  # fmt: skip
+
+
+def _of_x(run: RunFiles) -> str:
+    bearing = None if run.case is None else bearing_of(run.case, 0.0)
+    return "" if bearing is None else f"; +x points to {direction_words(0.0, bearing)}"
 
 
 def _flight(run: RunFiles, draw: Draw) -> Iterator[Block]:
@@ -260,7 +263,6 @@ def _burst(run: RunFiles) -> Iterator[Block]:
     yield from arrangement_table(run)
     yield from quantity_rows(run, "Burst", "burst", "burst.speed_quantiles")
     yield mesh_rows(run)
-    yield from ledger_table(run)
     yield from contact_rows(run)
     yield from ignition_table(run)
     yield from exposure_table(run)

@@ -10,7 +10,16 @@ from rich.table import Table
 
 from fragfield.case.conversion.attitude import attitude_words
 from fragfield.case.conversion.surroundings import direction_words
-from fragfield.hazard.certainty import basis_words, margin_metres, metres, ricochet_words, rounded_metres, single_words
+from fragfield.hazard.certainty import (
+    basis_words,
+    margin_metres,
+    metres,
+    ricochet_words,
+    rounded_metres,
+    single_note,
+    single_words,
+    source_words,
+)
 from fragfield.hazard.contents import quantity_words
 from fragfield.hazard.recommended import parts_words
 from fragfield.hazard.verdict import criterion_words, exposed_rounds, exposure_words, part_of_criterion
@@ -100,7 +109,6 @@ def _parts(summary: Mapping[str, Any]) -> Iterator[str | Table]:
     yield from convergence_words(summary.get("convergence") or {})
     for entry in summary.get("exposed") or []:
         yield f"exposed {entry['name']}: {_exposed_words(entry)}"
-    yield from _profile((summary.get("burst") or {}).get("profile") or [])
     if "directory" in summary:
         yield f"written to {summary['directory']}"
 
@@ -109,21 +117,10 @@ def _exposed_words(entry: Mapping[str, Any]) -> str:
     """Verdict on an exposed site, by which criterion, where it lies, and its margin where one says something."""
     part, where = part_of_criterion(entry), direction_words(entry["azimuth_deg"], entry["bearing_deg"], whole=True)
     shown = "" if part is None else f"; {part:.2g} of the limit"
-    margin = "" if entry["margin"] is None else f"; margin by density {margin_metres(entry['margin'])} m"
+    agrees = entry["margin"] is not None and (entry["margin"] >= 0.0) == (entry["verdict"] == "met")
+    margin = f"; margin by density {margin_metres(entry['margin'])} m" if agrees else ""
     verdict = f"{entry['verdict']} ({criterion_words(entry)}{shown})"
     return f"{verdict}, {rounded_metres(entry['distance'])} m, {where}{margin}"
-
-
-def _profile(profile: Sequence[Mapping[str, Any]]) -> Iterator[str | Table]:
-    """The parts of the stepping, where they were timed."""
-    if not profile:
-        return
-    table = Table(title="time of the stepping", title_justify="left", box=None, pad_edge=False)
-    for head in ("part", "s", "%", "calls"):
-        table.add_column(head, justify="left" if head == "part" else "right")
-    for part in profile:
-        table.add_row(part["part"], f"{part['seconds']:.2f}", f"{100.0 * part['share']:.1f}", str(part["calls"]))
-    yield table
 
 
 def _initiated(ignition: Sequence[Mapping[str, Any]]) -> str:
@@ -158,16 +155,18 @@ def _hazard(hazard: Mapping[str, Any]) -> Iterator[str | Table]:
     if not hazard["determined"]:
         yield f"recommended distance: not determined\n  {hazard['reason']}"
         return
-    number = f"{hazard['realisations']} realisation{'s' if hazard['realisations'] > 1 else ''}"
     yield f"recommended distance {metres(hazard['recommended'])}"
     yield f"  {parts_words(hazard)}"
-    yield f"  {number}; {basis_words(hazard)}"
+    yield f"  {source_words(hazard)}; {basis_words(hazard)}"
     lines = []
     if short := hazard.get("without_ricochet"):
-        lines.append(("without ricochet", metres(short["recommended"]), ricochet_words(hazard).partition(";")[0]))
+        others = ricochet_words(hazard).partition(";")[0]
+        lines.append(
+            ("without ricochet", metres(short["recommended"]), f"the same up to the first impact; others {others}")
+        )
     lines += [
-        ("single events", single_words(hazard), "5 to 95 %, no distance to keep"),
-        ("largest throw", f"{rounded_metres(hazard['largest_throw'])} m", "of a single fragment, no distance to keep"),
+        ("single events", single_words(hazard), f"5 to 95 %, {single_note(hazard)}"),
+        ("throw exceeded in 5 % of events", f"{rounded_metres(hazard['largest_throw'])} m", "no distance to keep"),
     ]
     for label, value, note in lines:
         yield f"{label:37}{value:>16}  {note}"

@@ -63,17 +63,16 @@ def test_the_form_of_the_law_is_that_of_the_sphere(ratio: float) -> None:
 @pytest.mark.parametrize("name", KINDS)
 def test_both_sides_of_the_critical_angle(name: str) -> None:
     """In vacuum at a launch so fast that gravity does not bend the first metre."""
-    law = KINDS[name]
-    steepest = math.sqrt(law.critical_angle**2 - law.roughness**2)
-    for angle, leaves in ((0.97 * steepest, True), (1.03 * steepest, False)):
-        result = fly(shot(angle, 2000.0), air="vacuum", ricochet=name, time_limit=0.5)
+    law = KINDS[name].scaled(roughness=0.0)
+    for angle, leaves in ((0.97 * law.critical_angle, True), (1.03 * law.critical_angle, False)):
+        result = fly(shot(angle, 2000.0), air="vacuum", ricochet=law, time_limit=0.5)
         assert (result.landing["ricochets"][0] > 0) == leaves
         kept, departure = law.after(result.landing["angle"][0])
         assert (kept > 0.0) == leaves
         if leaves:
             first = result.ricochets[0]
             assert math.sqrt(first["energy_after"] / first["energy"]) == pytest.approx(kept, rel=1e-9)
-            assert departure == pytest.approx(law.departure * math.hypot(result.landing["angle"][0], law.roughness))
+            assert departure == pytest.approx(law.departure * result.landing["angle"][0])
         else:
             assert result.landing["last_status"][0] == Status.LANDED
             assert np.array_equal(result.landing["last_position"], result.landing["position"])
@@ -122,12 +121,12 @@ def test_a_ricochet_never_adds_energy_and_stays_in_its_plane() -> None:
         along = velocity - (velocity @ normal) * normal
         velocity = 500.0 * (along - generator.uniform(0.0, 0.6) * np.linalg.norm(along) * normal)
         state = np.array([0.0, 0.0, 0.0, 0.0, *velocity])
-        row = table[number % len(table)]
-        if not ricochet(state, *normal, row):
+        row, variate = table[number % len(table)], generator.normal()
+        if not ricochet(state, *normal, row, variate):
             assert np.array_equal(state[4:], velocity)
             continue
         turned += 1
-        angle = math.hypot(math.asin(-(velocity @ normal) / np.linalg.norm(velocity)), row[3])
+        angle = math.hypot(math.asin(-(velocity @ normal) / np.linalg.norm(velocity)), row[3] * variate)
         assert angle <= row[0] * (1.0 + 1e-12)
         assert np.linalg.norm(state[4:]) <= np.linalg.norm(velocity) * (1.0 + 1e-12)
         assert math.asin(state[4:] @ normal / np.linalg.norm(state[4:])) == pytest.approx(row[2] * angle, rel=1e-9)
@@ -137,13 +136,35 @@ def test_a_ricochet_never_adds_energy_and_stays_in_its_plane() -> None:
 
 
 def test_a_level_path_meets_the_facets_that_face_it() -> None:
-    """At a fraction of a degree the loss and the departure are those of the roughness; far above it they are not."""
-    rough, smooth = Ricochet(8.0, 0.7, 1.0, 2.0), Ricochet(8.0, 0.7)
-    assert rough.after(0.0) == (pytest.approx(smooth.after(2.0)[0]), pytest.approx(2.0))
-    assert smooth.after(0.0) == (1.0, 0.0)
-    assert rough.after(6.0)[0] == pytest.approx(smooth.after(math.sqrt(40.0))[0])
-    assert rough.after(7.9)[0] == 0.0
-    assert smooth.after(7.9)[0] > 0.0
+    """At a fraction of a degree the loss and the departure are those of the facet; far above its slope they are not."""
+    law = Ricochet(8.0, 0.7)
+    assert law.after(0.0, 2.0) == (pytest.approx(law.after(2.0)[0]), pytest.approx(2.0))
+    assert law.after(0.0) == (1.0, 0.0)
+    assert law.after(6.0, 2.0)[0] == pytest.approx(law.after(math.sqrt(40.0))[0])
+    assert law.after(7.9, 2.0)[0] == 0.0
+    assert law.after(7.9)[0] > 0.0
+
+
+def test_slopes_are_drawn_with_the_roughness_as_their_standard_deviation() -> None:
+    """Departures at one angle of impact: a^2 = b^2 + s^2 with s normal, other slopes for another seed and impact."""
+    law = Ricochet(30.0, 0.9, 1.0, 3.0)
+    angle = 2.0 * np.ones(4000)
+    turn = np.radians(angle)
+    velocity = 2000.0 * np.column_stack([np.cos(turn), np.zeros_like(turn), -np.sin(turn)])
+    fragments = Fragments(0.01, (0.0, 0.0, 0.01), velocity)
+    drawn = []
+    for seed in (1, 2):
+        result = fly(fragments, air="vacuum", gravity=1e-6, ricochet=law, time_limit=0.1, seed=seed)
+        first = result.ricochets[result.ricochets["number"] == 0]
+        kept = np.sqrt(first["energy_after"] / first["energy"])
+        facet = 30.0 * (np.log(kept) / math.log(0.9)) ** (1.0 / EXPONENT)  # degrees
+        slope = np.sqrt(np.maximum(facet**2 - 4.0, 0.0))
+        assert len(first) == 4000
+        assert math.sqrt(float((slope**2).mean())) == pytest.approx(3.0, rel=0.05)  # 4.5 standard errors
+        assert float(np.quantile(slope, 0.6827)) == pytest.approx(3.0, rel=0.07)
+        drawn.append(slope)
+    assert abs(np.corrcoef(drawn)[0, 1]) < 0.08
+    assert not np.array_equal(drawn[0], drawn[1])
 
 
 def test_on_a_slope_the_angle_is_that_to_the_slope() -> None:

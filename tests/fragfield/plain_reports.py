@@ -11,7 +11,6 @@ import pytest
 
 import fragfield.report
 from fragfield.cli import main
-from fragfield.pipeline import chain
 from fragfield.report import assemble
 
 __all__ = ["draw_nothing", "leave_out_figures", "leave_out_pictures"]
@@ -31,7 +30,6 @@ def draw_nothing(patch: pytest.MonkeyPatch) -> None:
 def leave_out_pictures(patch: pytest.MonkeyPatch) -> None:
     """Have reports written without pictures."""
     patch.setattr(fragfield.report, "write_report", partial(fragfield.report.write_report, pictures=False))
-    patch.setattr(chain, "_with_pictures", lambda job, *_: job)
 
 
 if __name__ == "__main__":

@@ -260,7 +260,11 @@ def plain_warnings():
     [
         ('end_time = "120 us"', 'end_time = "120 us"\nproducts = "landau"', "1.2 times the work rho Q"),
         ('end_time = "120 us"', 'end_time = "20 us"', "ends before the front has passed (4.32e-05 s)"),
-        ('cell_size = "6 mm"', 'cell_size = "15 mm"', "the thinnest wall, 22.5 mm, has 1.5 cells"),
+        (
+            'cell_size = "6 mm"',
+            'cell_size = "15 mm"',
+            "22.5 mm at 0 mm from the nose, is 1.5 cells of 15 mm thick; 3 or more resolve its bending",
+        ),
         ('end_time = "120 us"', 'burn = "time"', "does not give a steady front"),
         (
             'end_time = "120 us"',

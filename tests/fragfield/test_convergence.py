@@ -8,7 +8,6 @@ import time
 from dataclasses import replace
 from types import SimpleNamespace
 
-import numpy as np
 import pytest
 
 from fragfield.case import load_case
@@ -68,15 +67,13 @@ def _stub(monkeypatch, values, made):
 
     def flown(_case, share, *_):
         headline = {**HEADLINE, "expected": share * HEADLINE["expected"]}
-        return SimpleNamespace(hazard=SimpleNamespace(counts=FLOWN.hazard.counts, headline=headline)), 5
+        return SimpleNamespace(hazard=SimpleNamespace(hazardous=FLOWN.hazard.hazardous, headline=headline)), 5
 
     monkeypatch.setattr(module, "burst_beside", burst)
     monkeypatch.setattr(module, "flown_beside", flown)
 
 
-FLOWN = SimpleNamespace(
-    hazard=SimpleNamespace(counts=SimpleNamespace(hazardous=np.full((20, 4), 5.0))), attitude=None, flights=20
-)
+FLOWN = SimpleNamespace(hazard=SimpleNamespace(hazardous=(20.0, 0.0)), attitude=None, flights=20)
 
 
 @pytest.mark.parametrize(

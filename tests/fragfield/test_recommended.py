@@ -7,7 +7,9 @@ import math
 import numpy as np
 import pytest
 
-from fragfield.hazard.recommended import NORMAL_95, not_included_words, parts_of, parts_words, recommended_of
+from fragfield.hazard.recommended import not_included_words, parts_of, parts_words, recommended_of
+
+NORMAL_95 = 1.6448536269514722
 
 HAZARD = {"determined": True, "reason": "", "expected": 100.0, "upper": 103.0, "standard_error": 1.8}
 
@@ -24,7 +26,6 @@ def study(median, high, error=1.0):
 def test_without_a_study_randomness_and_grid_are_added_as_squares():
     found = recommended_of(HAZARD, grid(4.0))
     assert found["recommended"] == pytest.approx(105.0)
-    assert found["base"] == 100.0
     assert {name: width for name, width in found["parts"].items() if width is not None} == {
         "expected": 100.0, "randomness": 3.0, "grid": 4.0
     }  # fmt: skip
@@ -33,13 +34,20 @@ def test_without_a_study_randomness_and_grid_are_added_as_squares():
     assert {**HAZARD, **found} == found  # nothing of the run's own is changed
 
 
-def test_a_study_adds_inputs_and_samples_to_the_larger_of_expected_and_median():
+def test_a_study_adds_what_its_quantile_exceeds_the_expected_distance_by():
     found = recommended_of(HAZARD, grid(4.0), study(101.0, 113.0))
-    assert found["base"] == 101.0
-    assert found["parts"]["inputs"] == 12.0
-    assert found["parts"]["samples"] == pytest.approx(NORMAL_95)
-    assert found["recommended"] == pytest.approx(101.0 + math.sqrt(12.0**2 + NORMAL_95**2 + 9.0 + 16.0))
+    assert found["parts"]["inputs"] == 13.0
+    assert found["recommended"] == pytest.approx(100.0 + math.sqrt(13.0**2 + 9.0 + 16.0))
     assert found["not_included"] == {}
+
+
+def test_an_integral_has_the_error_of_its_points_and_no_randomness():
+    found = recommended_of({**HAZARD, "method": "integral", "upper": 100.2}, grid(4.0))
+    assert found["parts"]["quadrature"] == pytest.approx(0.2)
+    assert found["parts"]["randomness"] is None
+    assert found["recommended"] == pytest.approx(100.0 + math.hypot(0.2, 4.0))
+    assert "randomness" not in found["not_included"]
+    assert "points of the integral 0.2 m, grid 4.0 m" in parts_words(found)
 
 
 @pytest.mark.parametrize("spread", [(60.0, 70.0, 0.0), (98.0, 98.0, 0.0), (99.0, 101.0, 2.0), (120.0, 150.0, 3.0)])
@@ -47,7 +55,7 @@ def test_a_study_never_lowers_the_distance(spread):
     alone = recommended_of(HAZARD, grid(4.0))["recommended"]
     with_study = recommended_of(HAZARD, grid(4.0), study(*spread))
     assert with_study["recommended"] >= alone
-    assert with_study["parts"]["inputs"] == max(spread[1] - max(100.0, spread[0]), 0.0)
+    assert with_study["parts"]["inputs"] == max(spread[1] - 100.0, 0.0)
 
 
 @pytest.mark.parametrize(
@@ -88,7 +96,7 @@ def test_without_ricochet_the_same_grid_and_its_own_randomness():
     found = recommended_of({**HAZARD, "without_ricochet": short}, grid(4.0))
     assert found["without_ricochet"] == {**short, "recommended": pytest.approx(96.0)}
     found = recommended_of({**HAZARD, "without_ricochet": short}, grid(4.0), study(102.0, 102.0, 0.0))
-    assert found["without_ricochet"]["recommended"] == pytest.approx(98.0)
+    assert found["without_ricochet"]["recommended"] == pytest.approx(90.0 + math.sqrt(40.0))
 
 
 def test_the_rule_covers_95_percent():

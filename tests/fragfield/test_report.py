@@ -149,12 +149,13 @@ def test_every_figure_is_there_once(page, run):
 
 def test_numbers_are_those_of_the_summary(page, summary):
     hazard = summary["hazard"]
-    assert card(page, "Recommended distance") == str(math.ceil(hazard["recommended"]))
+    assert card(page, "Computed: recommended distance") == str(math.ceil(hazard["recommended"]))
     texts = " ".join(page.texts)
     left_out = "grid (no other cell size gave a distance), inputs (no study of uncertain inputs)"
     parts = hazard["parts"]
-    words = f"expected distance {math.ceil(parts['expected'])} m; added as squares: randomness of the break-up"
-    assert f"{words} {parts['randomness']:.1f} m; not included: {left_out}." in texts
+    words = f"expected distance {parts['expected']:.1f} m; added as squares: points of the integral"
+    together = f"together {math.ceil(10.0 * hazard['recommended']) / 10.0:.1f} m"
+    assert f"{words} {parts['quadrature']:.1f} m; {together}; not included: {left_out}." in texts
     low, high = hazard["single_event"]["low"], hazard["single_event"]["high"]
     assert f"{round(low):,}\u00a0–\u00a0{round(high):,}" in texts
 

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from fragfield.case import CaseTable
+from fragfield.case.load import case_from_document
 from fragfield.hazard.verdict import exposed_rounds, exposure_words
 from fragfield.report.blocks import Rows, Table
 from fragfield.report.findings.findings import findings
@@ -148,9 +149,11 @@ def test_images_are_named_with_their_rounds(pallet):
 
 def reported(case=None, records=(), **burst):
     tables = {"burst": {"cell_size": "0.01 m"}, **(case or {})}
-    tables["round"] = [{**ROUND, **one} for one in tables.get("round", ())]
+    rounds = tables.get("round", ({"name": "a"},))
+    tables["round"] = [{**ROUND, "position": [f"{n} m", "0 m", "1 m"], **one} for n, one in enumerate(rounds)]
     summary = {"burst": burst, "findings": list(records)}
-    run = RunFiles(None, case=CaseTable.model_validate(tables), summary=summary)
+    case = case_from_document(tables, source="case", folder=Path())
+    run = RunFiles(None, case=case, summary=summary)
     return [(item.weight, item.text) for item in findings(run)]
 
 
@@ -165,7 +168,11 @@ def reported(case=None, records=(), **burst):
         ({"max_interface_penetration_at_front": 4e-4}, "good", "overlap by at most 4 % of a cell"),
         ({"max_interface_penetration": 2e-4}, "warning", "after the front has passed by up to 2.0 % of a cell; 1 % is"),
         ({"max_collision_penetration": 7e-4}, "warning", "Colliding surfaces overlap by up to 7.0 %"),
-        ({"max_plane_penetration": 7e-4}, "warning", "Casings penetrate a plane by up to 7.0 %"),
+        (
+            {"max_plane_penetration": 7e-4},
+            "warning",
+            "Casings penetrate a plane of symmetry (found by the program) by up to 7.0 %",
+        ),
     ],
 )
 def test_findings_follow_contact(contact, weight, words):
@@ -203,7 +210,7 @@ def test_rounds_without_contact_are_reported_once():
     record = {"stage": "burst", "code": "rounds_alone", "severity": "warning", "text": text}
     alone = [text for _, text in reported(case, [record]) if "alone" in text]
     assert len(alone) == 1
-    assert alone[0].startswith("Contact of surfaces is switched off")
+    assert alone[0].startswith("burst.contact.surfaces = false: 2 rounds are computed as if each stood alone")
     case["burst"]["contact"]["surfaces"] = True
     assert not [text for _, text in reported(case) if "alone" in text]
 

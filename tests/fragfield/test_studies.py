@@ -23,9 +23,8 @@ FOUND = {
     },
     "hazard": {
         "recommended": 141.2,
-        "base": 110.0,
         "not_included": {},
-        "parts": {"expected": 108.0, "randomness": 3.0, "grid": 5.0, "inputs": 30.0, "samples": 5.0},
+        "parts": {"expected": 108.0, "quadrature": None, "randomness": 3.0, "grid": 5.0, "inputs": 30.0},
     },
     "exit_code": 0,
 }

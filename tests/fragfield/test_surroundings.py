@@ -293,7 +293,7 @@ def test_check_shows_the_surroundings(folder) -> None:
         "hill.asc, 41 x 41 nodes 50 m by 50 m apart", "coordinate system: none in the file or beside it",
         "north: +x is the map's grid east", "heights: metres, which the file does not state", "holes: none",
         "datum of heights: not stated in the file; z = 0 at 100 m",
-        "air: standard atmosphere, z = 0 at 100 m above sea level, the map's height of z = 0",
+        "air: standard atmosphere, 14 °C and 1.213 kg/m³ on the ground, 100 m above sea level",
         "ricochet off the ground: asphalt, up to 18 degrees, where 0.52",
         "obstacle bank: barricade", "obstacle store: building", "ricochet as off concrete",
     ):  # fmt: skip

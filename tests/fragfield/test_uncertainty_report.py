@@ -60,7 +60,7 @@ def test_the_run_has_a_section_and_a_card(folder):
     found = read_run(folder).part("uncertainty")
     recommended = int(np.ceil(found["hazard"]["recommended"]))
     assert '<section id="uncertainty">' in text
-    assert re.search(rf"Recommended distance</dt>\s*<dd><span class=\"value\">{recommended}</span>", text)
+    assert re.search(rf"Computed: recommended distance</dt>\s*<dd><span class=\"value\">{recommended}</span>", text)
     for words in (
         "Parts of the recommended distance", "Share of each input in the variance of the distance",
         "heat of detonation",         "Uncertain inputs and their sources", "judgement", "figure-uncertainty_tornado",
@@ -84,3 +84,10 @@ def test_too_few_samples_give_no_result(folder, tmp_path):
     assert found["distance"] is None
     text = write_uncertainty_page(tmp_path, folder, found).read_text()
     assert "No result: 5 samples gave a distance; at least 8 are needed." in text
+
+
+def test_what_moves_the_distance_stands_under_its_own_heading(folder):
+    page = write_uncertainty_page(folder, folder, read_run(folder).part("uncertainty")).read_text()
+    shares = page[page.index('<section id="shares">') : page.index('<section id="inputs">')]
+    assert "figure-uncertainty_tornado" in shares
+    assert "Share of each input" in shares

@@ -99,10 +99,9 @@ def test_the_law_comes_back(made, tmp_path):
     assert spread["standard_deviation"] == pytest.approx(np.sqrt(heat + drag), rel=0.08)
     assert spread["statistical_error"] == 1.0
     hazard = found["hazard"]
-    assert hazard["base"] == max(100.0, spread["median"])
     assert (hazard["parts"]["expected"], hazard["parts"]["grid"]) == (100.0, 5.0)
     assert hazard["parts"]["randomness"] == pytest.approx(3.0)
-    assert hazard["parts"]["inputs"] == spread["high"] - hazard["base"]
+    assert hazard["parts"]["inputs"] == spread["high"] - 100.0
     nominal = RunDirectory(Path(found["nominal_run"])).summary()
     assert {key: nominal["hazard"][key] for key in hazard} == hazard
     assert nominal["distance_to_apply"]["computed"] == hazard["recommended"]

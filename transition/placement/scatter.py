@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 
-_STIFFEST = 0.25
+STIFFEST = 0.25
 """Fraction of the sum of mass times speed below which a direction's momentum cannot be restored by small turns."""
 _CLOSED = 1e-13
 _MOST_ROUNDS = 30
@@ -66,7 +66,7 @@ def scattered(mass: Array, velocity: Array, angles: Array) -> Array:
         stiffness = scale * np.eye(3) - (after.T * weight) @ after
         values, vectors = np.linalg.eigh(stiffness)
         missing = vectors.T @ (momentum - weight @ after)
-        possible = values > _STIFFEST * scale
+        possible = values > STIFFEST * scale
         if np.abs(missing[possible]).max(initial=0.0) <= _CLOSED * scale:
             break
         shift = vectors[:, possible] @ (missing[possible] / values[possible])

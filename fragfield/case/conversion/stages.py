@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from flight import Wind
     from flight.fluence import PolarGrid
     from flight.hazard.criteria import Criteria
+    from flight.scene.air import Air
     from flight.scene.targets import Witness
     from flight.shape import Shape
     from fragfield.case.schema import CaseTable
@@ -46,19 +47,24 @@ def break_up_settings(case: CaseTable) -> BreakUpSettings:
     return BreakUpSettings(**values, shape_factor=case.flight.shape_factor, random_roll=is_axisymmetric(case))
 
 
+def air_of(case: CaseTable) -> Air:
+    """The air of the flight."""
+    import flight
+
+    table = case.flight.air
+    if table.model == "constant":
+        return flight.ConstantAir(table.density or 0.0, table.sound_speed)
+    return flight.StandardAtmosphere(table.altitude or 0.0)
+
+
 def flight_arguments(case: CaseTable) -> dict[str, Any]:
     """Keyword arguments of `flight.fly`; raises flight's InputError for a drag table, a map or a surface at fault."""
     import flight
 
     table = case.flight
-    air = (
-        flight.ConstantAir(table.air.density or 0.0, table.air.sound_speed)
-        if table.air.model == "constant"
-        else flight.StandardAtmosphere(table.air.altitude or 0.0)
-    )
     adaptive = table.integrator.method == "adaptive"
     return {
-        "air": air,
+        "air": air_of(case),
         "drag": flight.Drag.of(table.drag).scaled(table.drag_factor),
         "gravity": table.gravity,
         "wind": _wind(table.wind),

@@ -20,6 +20,9 @@ if TYPE_CHECKING:
     from fragfield.case.tables.surroundings import GroundTable
 
 
+_ADIABATIC, _GAS_CONSTANT = 1.4, 287.053  # of air: ratio of its heats, J/(kg K)
+
+
 def surroundings(case: CaseTable) -> dict[str, Any]:
     """Ground, ricochet and obstacles, as keyword arguments of `flight.fly`; raises flight's InputError."""
     return {
@@ -97,6 +100,8 @@ def describe_surroundings(case: CaseTable) -> dict[str, Any]:
     return {
         "ground": described,
         "altitude": altitude_of(case) if case.flight.air.model == "standard" else None,
+        "air": air_words(case),
+        "wind": wind_words(case),
         "ricochet": None if ricochet is None else asdict(ricochet),
         "obstacles": obstacles,
     }
@@ -171,6 +176,38 @@ def bearing_of(case: CaseTable, azimuth: float | None) -> float | None:
 def with_bearing(case: CaseTable, entry: Mapping[str, Any]) -> dict[str, Any]:
     """An entry of summary.json with its bearing after its azimuth."""
     return {**entry, "bearing_deg": bearing_of(case, entry["azimuth_deg"])}
+
+
+def wind_words(case: CaseTable) -> str:
+    """The wind, and where it blows, by bearing where the case has a site."""
+    wind = case.flight.wind
+
+    def blows(speed: float, towards: float) -> str:
+        turn = math.degrees(towards)
+        return f"{speed:g} m/s towards {direction_words(turn, bearing_of(case, turn))}"
+
+    if wind.model == "profile":
+        column = zip(wind.heights or [], wind.speeds or [], wind.directions or [], strict=True)
+        levels = [f"{blows(speed, towards)} at z = {height:g} m" for height, speed, towards in column]
+        return "; ".join(levels if len(levels) <= 3 else [levels[0], f"{len(levels) - 2} levels between", levels[-1]])
+    if wind.speed == 0.0:
+        return "none"
+    if wind.model == "power_law":
+        return f"{blows(wind.speed, wind.towards)} at {wind.reference_height:g} m, power law"
+    return f"{blows(wind.speed, wind.towards)} at all heights"
+
+
+def air_words(case: CaseTable) -> str:
+    """The air at the origin's ground: density and temperature, of constant air that of its speed of sound."""
+    from fragfield.case.conversion.stages import air_of
+
+    air, ground = air_of(case), ground_height(case, *case.flight.origin)
+    density, sound = float(air.density(ground)), float(air.sound_speed(ground))
+    celsius = sound**2 / (_ADIABATIC * _GAS_CONSTANT) - 273.15
+    if case.flight.air.model == "standard":
+        there = f"on the ground, {altitude_of(case) + ground:.0f} m above sea level"
+        return f"standard atmosphere, {celsius:.0f} °C and {density:.4g} kg/m³ {there}"
+    return f"{density:.4g} kg/m³ everywhere, speed of sound {sound:.4g} m/s (air of {celsius:.0f} °C)"
 
 
 def direction_words(azimuth: float, bearing: float | None, *, whole: bool = False) -> str:

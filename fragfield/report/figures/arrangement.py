@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fragfield.report.figures.drawing import GREY, INK, LINES, new_figure
+from fragfield.report.figures.drawing import GREY, INK, LINES, new_figure, plain_name
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -51,7 +51,7 @@ def arrangement_figure(run: RunFiles) -> Figure | None:
             axes.fill(*outline.T, facecolor="#e9edf2" if image else "#c9d3df", edgecolor=INK, linewidth=0.8,
                       linestyle="--" if image else "-", hatch="" if image else "///", zorder=2)  # fmt: skip
             if name and not image and len(case.round) <= _MOST_NAMED:
-                axes.annotate(name, outline.mean(axis=0), ha="center", va="center", fontsize=7, zorder=4,
+                axes.annotate(plain_name(name), outline.mean(axis=0), ha="center", va="center", fontsize=7, zorder=4,
                               bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.6})  # fmt: skip
         axes.set(title=title, aspect="equal", ylabel=f"{'xyz'[vertical]} (m)")
         axes.set(xlim=(low[0] - room, high[0] + room), ylim=(low[vertical] - room, high[vertical] + room))
@@ -120,7 +120,7 @@ def _mark_plane(axes: tuple[Axes, Axes], plane: PlaneTable, style: dict[str, Any
     along = int(np.argmax(np.abs(normal)))
     if abs(normal[along]) < (1.0 - 1e-9) * np.linalg.norm(normal):
         return
-    label = f"{plane.kind} plane {plane.name}"
+    label = f"{plane.kind} plane {plain_name(plane.name)}"
     for panel, vertical in zip(axes, (1, 2), strict=True):
         line = panel.axvline if along == 0 else panel.axhline if along == vertical else None
         if line is not None:

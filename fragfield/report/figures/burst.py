@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fragfield.report.figures.drawing import ACCENT, GREY, INK, LINES, new_figure
+from fragfield.report.figures.drawing import ACCENT, GREY, INK, LINES, new_figure, plain_name
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -37,7 +37,7 @@ def speed_along_round(run: RunFiles) -> Figure | None:
         dashes = style["linestyle"] if many else "-"
         present = item.along["casing_mass"] > 0
         place = item.along["station"][present] / float(item.attributes["length"])
-        label = f"{item.name}, " if several else ""
+        label = f"{plain_name(item.name)}, " if several else ""
         axis.plot(
             place, item.along["mean_speed"][present], color=style["color"], linestyle=dashes, label=f"{label}mean"
         )
@@ -71,8 +71,8 @@ def _mark_segments(axis: object, run: RunFiles) -> None:
         # A letter takes about 0.06 inches; the axis is about 3 inches wide.
         if (end - start) * 3.0 > 0.06 * len(str(line["name"])):
             axis.annotate(  # type: ignore[attr-defined]
-                str(line["name"]), ((start + end) / 2, 1.0), xycoords=("data", "axes fraction"), ha="center",
-                va="bottom", fontsize=7, color=GREY,
+                plain_name(str(line["name"])), ((start + end) / 2, 1.0), xycoords=("data", "axes fraction"),
+                ha="center", va="bottom", fontsize=7, color=GREY,
             )  # fmt: skip
 
 

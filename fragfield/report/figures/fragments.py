@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fragfield.report.figures.drawing import INK, LINES, new_figure
+from fragfield.report.figures.drawing import INK, LINES, new_figure, plain_name
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -30,13 +30,13 @@ def number_by_mass(run: RunFiles) -> Figure | None:
         total = sum(number_above(law, grid**2 * 1e-3) for law in laws)
         _law(axis, grid, total, {"color": INK, "linestyle": "-"}, "all, law")
     first = [law for law in laws if law.round_index == 0]
-    of_first = "" if len(run.rounds) < 2 else f" of {run.rounds[0].name}"
+    of_first = "" if len(run.rounds) < 2 else f" of {plain_name(run.rounds[0].name)}"
     for index, law in enumerate(first):
         style = LINES[1 + index % (len(LINES) - 1)]
         chosen = (run.fragments["round"] == 0) & (run.fragments["segment"] == law.segment_index)
         if chosen.any():
             _sampled(axis, masses[chosen], style["color"], symbols=20)
-        _law(axis, grid, number_above(law, grid**2 * 1e-3), style, f"{law.name}{of_first}")
+        _law(axis, grid, number_above(law, grid**2 * 1e-3), style, f"{plain_name(law.name)}{of_first}")
     axis.set(yscale="log", xlim=(0, grid[-1]), ylim=(0.7, len(masses) * 2.0), xlabel="√m (√g); below: m (g)")
     axis.set_ylabel("Number heavier than m")
     _mass_labels(axis)

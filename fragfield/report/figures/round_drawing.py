@@ -9,7 +9,7 @@ import numpy as np
 
 from fragfield.errors import InputError
 from fragfield.numbers import number
-from fragfield.report.figures.drawing import COLUMN, GREY, INK, blank_figure
+from fragfield.report.figures.drawing import COLUMN, GREY, INK, blank_figure, plain_name
 from fragfield_base.substances import substance_title
 
 if TYPE_CHECKING:
@@ -49,7 +49,7 @@ class _Sheet:
 
     def text(self, x: float, y: float, words: str, **style: Any) -> None:
         """Words at a place."""
-        self.axes.text(x, y, words, **{"fontsize": 7, "ha": "center", "va": "center", **style})
+        self.axes.text(x, y, plain_name(words), **{"fontsize": 7, "ha": "center", "va": "center", **style})
 
     def dimension(self, start: tuple[float, float], end: tuple[float, float]) -> None:
         """A dimension line with an arrow at both ends."""

@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fragfield.hazard.certainty import metres
 from fragfield.hazard.site_map import COLORS, KINDS, VERDICTS, extent_of, shapes_of
 from fragfield.hazard.verdict import governing
-from fragfield.report.figures.drawing import ACCENT, GREY, INK, new_figure
+from fragfield.report.figures.drawing import ACCENT, GREY, INK, new_figure, plain_name
 from fragfield.report.tables.exposed_sites import exposed_entries
 
 if TYPE_CHECKING:
@@ -84,6 +85,9 @@ def _draw(axis: Axes, shape: Shape, labels: set[str]) -> None:
                   zorder=3, label=_once(labels, KINDS[shape.kind]))  # fmt: skip
     elif shape.kind == "recommended":
         axis.plot(x, y, color=COLORS["recommended"], linewidth=2.0, zorder=3, label=_once(labels, shape.name))
+        axis.annotate(metres(shape.properties["distance_m"]), shape.points[45], ha="center", va="center", fontsize=7,
+                      color=COLORS["recommended"], zorder=6, annotation_clip=True,
+                      bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.6})  # fmt: skip
     elif shape.kind == "max_throw":
         axis.plot(x, y, color=GREY, linewidth=0.8, linestyle=":", zorder=1, label=_once(labels, KINDS[shape.kind]))
     elif shape.kind == "obstacle":
@@ -118,8 +122,8 @@ def _name(axis: Axes, shapes: Sequence[Shape]) -> None:
             color = VERDICTS[shape.properties["verdict"]].color if kind == "exposed" else COLORS[kind]
             for right, up, alignment in offsets or ((0, 0, "center"),):
                 label = axis.annotate(
-                    shape.name, tuple(at), xytext=(right, up), textcoords="offset points", ha=alignment, va="center",
-                    fontsize=size, color=color, zorder=6, annotation_clip=True,
+                    plain_name(shape.name), tuple(at), xytext=(right, up), textcoords="offset points",
+                    ha=alignment, va="center", fontsize=size, color=color, zorder=6, annotation_clip=True,
                     bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.4, "alpha": 0.8},
                 )  # fmt: skip
                 box = label.get_window_extent(renderer)
@@ -191,7 +195,7 @@ def exposed_figure(run: RunFiles) -> Figure | None:
         bounds.append((max(expected, 0.2 * upper), upper))
     axis.axvline(1.0, color=ACCENT, linewidth=1.1)
     axis.set(
-        xscale="log", yticks=range(len(entries)), yticklabels=[entry["name"] for entry in entries],
+        xscale="log", yticks=range(len(entries)), yticklabels=[plain_name(entry["name"]) for entry in entries],
         xlabel="Part of the criterion",
         xlim=(0.3 * min(low for low, _ in bounds), 3.0 * max(1.0, *(high for _, high in bounds))),
     )  # fmt: skip

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from fragfield.report.figures.drawing import ACCENT, GREY, INK, LINES, new_figure
+from fragfield.report.figures.drawing import ACCENT, GREY, INK, LINES, new_figure, plain_name
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -47,7 +47,7 @@ def tornado_figure(run: RunFiles) -> Figure | None:
         for name, colour in (("low", _LIGHT), ("high", LINES[0]["color"])):
             axis.barh(place, row[name] - mean, left=mean, height=0.62, color=colour)
     axis.axvline(mean, color=INK, linewidth=0.8)
-    axis.set_yticks(range(len(rows)), [row["name"] for row in rows])
+    axis.set_yticks(range(len(rows)), [plain_name(row["name"]) for row in rows])
     axis.set(xlabel="Expected distance (m)")
     axis.grid(visible=False, axis="y")
     return figure
@@ -67,7 +67,7 @@ def places_figure(run: RunFiles) -> Figure | None:
         axis.plot([low, high], [place, place], color=LINES[0]["color"], linewidth=5, solid_capstyle="butt", alpha=0.45)
         axis.plot(median, place, "o", color=LINES[0]["color"], markersize=4)
         axis.plot(nominal, place, "x", color=ACCENT, markersize=5)
-    axis.set_yticks(range(len(drawn)), [one["name"] for one in reversed(drawn)])
+    axis.set_yticks(range(len(drawn)), [plain_name(one["name"]) for one in reversed(drawn)])
     axis.set(xlabel="Expected hazardous hits", xscale="log")
     axis.grid(visible=False, axis="y")
     return figure

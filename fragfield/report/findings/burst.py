@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from fragfield.hazard.verdict import exposed_rounds, exposure_words
 from fragfield.numbers import number
 from fragfield.report.blocks import Finding
@@ -27,6 +25,9 @@ _OVERLAPS = (
     ("max_collision_penetration", "Colliding surfaces overlap", 0.05),
     ("max_plane_penetration", "Casings penetrate a plane", 0.05),
 )
+
+
+_OWN_PLANE = "a plane of symmetry (found by the program)"
 
 
 def _limit(run: RunFiles) -> tuple[float, str]:
@@ -134,7 +135,13 @@ def burst_findings(run: RunFiles) -> list[Finding]:
             text = f"{number(int(lost))} of {number(int(cells))} cells {were} lost ({100 * lost / cells:.2g} %)"
             found.append(Finding("stop" if lost > 0.01 * cells else "warning", f"{text}: they became too distorted."))
         elif not folded:
-            found.append(Finding("good", "No cell was lost, and none of the casings is folded."))
+            inner = value_of(part, "folded_cells")
+            beside = (
+                f"; {number(int(inner))} folded {'cell lies' if inner == 1 else 'cells lie'} in the products"
+                if inner
+                else ""
+            )
+            found.append(Finding("good", f"No cell was lost, and no cell of a casing is folded{beside}."))
     if folded and (casing := value_of(part, "casing_mass")):
         text = (
             f"{number(folded, 3)} kg of the casings ({100 * folded / casing:.2g} %) is folded at the end of the burst "
@@ -152,17 +159,6 @@ def burst_findings(run: RunFiles) -> list[Finding]:
             )
         )
     size = run.cell_size or math.nan
-    walls = [float(np.min(item.segments["wall_thickness"])) for item in run.rounds if len(item.segments)]
-    if walls and size > 0:
-        across = min(walls) / size
-        if across < 3:
-            found.append(
-                Finding(
-                    "warning",
-                    f"The thinnest wall ({number(min(walls) * 1e3, 3)} mm) is {across:.1f} cells across; below 3 the "
-                    "casing is coarse: repeat with smaller cells and compare.",
-                )
-            )
     found += [*_contact_findings(run, size), *_passed_findings(run), *_unreacted(run)]
     if "acceleration_complete" in part and part["acceleration_complete"] is None:
         left = value_of(part, "acceleration_left")
@@ -226,17 +222,10 @@ def _contact_findings(run: RunFiles, size: float) -> list[Finding]:
     """How far surfaces in contact overlap, and whether rounds are in contact at all."""
     part = run.part("burst")
     found: list[Finding] = []
-    case = run.case
-    if case is not None and case.burst is not None and len(case.round) > 1 and not case.burst.contact.surfaces:
-        found.append(
-            Finding(
-                "warning",
-                "Contact of surfaces is switched off: every round is computed as if it were alone, casings pass "
-                "through each other, and the distances are not those of a stack.",
-            )
-        )
     contact = part.get("contact") or {}
     overlaps = [(words, value, aim) for key, words, aim in _OVERLAPS if (value := value_of(contact, key)) is not None]
+    if run.case is not None and not run.case.plane:
+        overlaps = [(words.replace("a plane", _OWN_PLANE), value, aim) for words, value, aim in overlaps]
     if not overlaps or not size > 0:
         return found
     deep = [(words, value / size, aim) for words, value, aim in overlaps if value > aim * size]

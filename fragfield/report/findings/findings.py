@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from fragfield.case.checks.bounds import outside_soft
+from fragfield.checking.case_warnings import doubts
 from fragfield.report.blocks import Finding
 from fragfield.report.findings.burst import burst_findings, ledger_findings
 from fragfield.report.findings.evidence import validation_words
@@ -45,12 +45,13 @@ def _stages(run: RunFiles) -> list[Finding]:
 
 def _recorded(run: RunFiles) -> list[Finding]:
     """What the case is unusual in, and what the stages warned of, each once."""
-    found = list(outside_soft(run.case)) if run.case is not None else []
+    found = list(doubts(run.case, burst=run.fragments_file is None)) if run.case is not None else []
     records = run.summary.get("findings") or []
     found += [str(one["text"]) for one in records if one["code"] not in _JUDGED]
     return [Finding("warning", _sentence(text)) for text in dict.fromkeys(found)]
 
 
 def _sentence(text: str) -> str:
-    """A text with a capital letter and a full stop."""
-    return f"{text[0].upper()}{text[1:]}{'' if text.endswith('.') else '.'}"
+    """A text with a full stop, and with a capital letter unless it begins with a key of the case."""
+    first = text[0] if "." in text.partition(" ")[0] else text[0].upper()
+    return f"{first}{text[1:]}{'' if text.endswith('.') else '.'}"

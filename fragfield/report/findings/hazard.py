@@ -17,6 +17,14 @@ if TYPE_CHECKING:
     from fragfield.report.reading.run_files import RunFiles
 
 
+_SMALLER = "smaller cells reduce it (burst.cell_size)"
+_ADVICE = {
+    "statistical": "the sizes differ within their statistical error, so that more realisations reduce it (a smaller "
+    "hazard.tolerance) and smaller cells do not",
+    "oscillating": "the sizes differ to both sides, which is in the recommended distance, and a further size need not "
+    "reduce it",
+    "diverging": "the sizes do not converge, and the recommended distance includes what they differ by, times 3",
+}
 _MOST_TOLERANCES = 3.0  # of hazard.tolerance, that the cells may add
 
 
@@ -110,8 +118,11 @@ def _certainty(hazard: dict[str, Any]) -> list[Finding]:
         return [Finding("stop", f"{words[0].upper()}{words[1:]}.")]
     if words:
         return [Finding("warning", f"{words[0].upper()}{words[1:]}.")]
-    text = f"{number(int(hazard['realisations']))} realisations fix the expected distance to"
-    found = [Finding("good", f"{text} {100 * hazard['tolerance']:g} % (standard error).")]
+    share = hazard["standard_error"] / hazard["expected"] if hazard["expected"] else 0.0
+    text = f"{number(int(hazard['realisations']))} realisations fix the expected distance to {100 * share:.1f} %"
+    found = [Finding("good", f"{text} (standard error; `hazard.tolerance` asks for {100 * hazard['tolerance']:g} %).")]
+    if hazard.get("method") == "integral":
+        found = [Finding("good", "The expected density is an integral: no random number is in the distance.")]
     if hazard["expected"] and hazard["max_bias"] > 0.5 * hazard["standard_error"]:
         share = 100 * hazard["max_bias"] / hazard["expected"]
         text = f"Taking the worst direction may bias the expected distance by up to {share:.1g} % either way."
@@ -130,11 +141,8 @@ def convergence_findings(run: RunFiles) -> list[Finding]:
     share, tolerance = entry["uncertainty"] / hazard["expected"], hazard["tolerance"]
     text = f"The cell size leaves the expected distance uncertain by {number(100.0 * share, 2)} %"
     if share > _MOST_TOLERANCES * tolerance:
-        text += (
-            f" (grid convergence: {KINDS[entry['kind']]}), several times `hazard.tolerance` "
-            f"({100.0 * tolerance:g} %): repeat with smaller cells."
-        )
-        return [Finding("warning", text)]
+        text += f" ({KINDS[entry['kind']]}), several times `hazard.tolerance` ({100.0 * tolerance:g} %)"
+        return [Finding("warning", f"{text}: {_ADVICE.get(entry['kind'], _SMALLER)}.")]
     return [Finding("good", f"{text} (grid convergence, in addition to its statistical error).")]
 
 

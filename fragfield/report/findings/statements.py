@@ -17,7 +17,8 @@ def summary_terms(run: RunFiles) -> str:
     """What the recommended distance and its parts are."""
     criteria, hazard = run.criteria, run.part("hazard")
     if run.fragments_file is None:
-        mean = "the mean over realisations of the random break-up"
+        integrated = hazard.get("method") == "integral"
+        mean = "an integral over all fragments" if integrated else "the mean over realisations of the random break-up"
     elif hazard.get("realisations", 1) > 1:
         mean = f"the mean over random draws from the table {run.fragments_file}"
     else:
@@ -27,7 +28,7 @@ def summary_terms(run: RunFiles) -> str:
         f"below one per {1.0 / criteria.density:.1f} m² for the last time: {mean}, on the ground or normal to the "
         "paths below a person's height, whichever distance is larger. "
     )
-    if hazard.get("upper") is not None:
+    if hazard.get("upper") is not None and hazard.get("method") != "integral":
         what = "the break-up" if run.fragments_file is None else "the draws"
         text += f"The randomness of {what} is a one-sided band of 95 % by a bootstrap over the realisations. "
     if hazard.get("recommended") is not None:
@@ -64,11 +65,11 @@ def _limits(run: RunFiles) -> Iterator[str]:
             "azimuth 0."
         )
     if run.case is not None:
-        yield from _of_flight(run.case, several=_many_rounds(run))
+        yield from _of_flight(run.case, several=many_rounds(run))
 
 
 def _of_burst(run: RunFiles) -> Iterator[str]:
-    if _many_rounds(run):
+    if many_rounds(run):
         yield (
             "Every round is assumed to detonate as specified in the case; whether and when neighbours are "
             "initiated is an "
@@ -130,7 +131,7 @@ def _names_of_obstacles(case: CaseTable) -> str:
     return ", ".join(names) if len(names) <= 6 else f"{', '.join(names[:6])} and {len(names) - 6} more"
 
 
-def _many_rounds(run: RunFiles) -> bool:
+def many_rounds(run: RunFiles) -> bool:
     """Whether several rounds burst, those behind planes of symmetry among them."""
     if run.case is None:
         return len(run.rounds) > 1

@@ -6,8 +6,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fragfield.case.conversion.surroundings import direction_words, site_of
-from fragfield.hazard.certainty import basis_words, metres_and_error, ricochet_words, rounded_metres, whole_metres
+from fragfield.case.conversion.surroundings import bearing_of, direction_words
+from fragfield.hazard.certainty import (
+    basis_words,
+    metres_and_error,
+    ricochet_words,
+    rounded_metres,
+    single_note,
+    source_words,
+    whole_metres,
+)
 from fragfield.hazard.recommended import RULE, parts_of
 from fragfield.numbers import SPACE, number
 from fragfield.report.blocks import Table
@@ -36,7 +44,7 @@ def distance_table(run: RunFiles) -> Iterator[Table]:
         ("Recommended distance", whole_metres(hazard["recommended"]), f"to keep; {basis_words(hazard)}"),
         (
             "Expected distance", metres_and_error(expected.value, hazard["standard_error"], SPACE),
-            f"mean of {number(hazard['realisations'])} realisations{bias if hazard['max_bias'] else ''}",
+            f"{source_words(hazard)}{bias if hazard['max_bias'] else ''}",
         ),
         *(
             (f"– {part.words}", "–" if part.value is None else f"{part.value:.1f}", part.reason or "part of it")
@@ -53,11 +61,15 @@ def distance_table(run: RunFiles) -> Iterator[Table]:
         ),
         (
             "Single events: median, 5 to 95 %", f"{rounded_metres(single['median'])}, {span}",
-            f"no distance to keep: the same estimate on each of {number(single['realisations'])} events alone",
+            single_note(hazard),
         ),
-        ("Largest throw", rounded_metres(hazard["largest_throw"]), "no distance to keep: the farthest fragment"),
+        (
+            "Throw exceeded in 5 % of events", rounded_metres(hazard["largest_throw"]),
+            "no distance to keep: the farthest fragment of an event",
+        ),
     ]  # fmt: skip
-    note = f"{RULE} ± is the standard error by bootstrap over the realisations.{_tilt_words(run)}"
+    of_what = "of the integral by shifts of its points, else by bootstrap over the realisations"
+    note = f"{RULE} ± is the standard error: {of_what}.{_tilt_words(run)}"
     yield Table("Distances", head, tuple(lines), note)
 
 
@@ -77,16 +89,17 @@ def direction_table(run: RunFiles) -> Iterator[Table]:
     found = run.ensemble
     if found is None or not len(run.landed) or found.undetermined or found.expected.direction is None:
         return
-    expected, site = found.expected, None if run.case is None else site_of(run.case)
-    named = {azimuth: f"{azimuth:.0f}" for azimuth in expected.azimuth.tolist()}
-    if site is not None:
-        named = {azimuth: direction_words(azimuth, float(site.bearing_of(azimuth))) for azimuth in named}
+    expected = found.expected
+    named = {
+        azimuth: direction_words(azimuth, None if run.case is None else bearing_of(run.case, azimuth))
+        for azimuth in expected.azimuth.tolist()
+    }
     lines = tuple(
         (named[azimuth], whole_metres(upper), whole_metres(distance))
         for azimuth, upper, distance in zip(
             expected.azimuth.tolist(), expected.upper_by_direction.tolist(), expected.by_direction.tolist(), strict=True
         )
     )
-    head = ("Azimuth (°)" if site is None else "Direction", "Upper bound (95 %) (m)", "Expected distance (m)")
+    head = ("Direction", "Upper bound (95 %) (m)", "Expected distance (m)")
     note = f"Of {number(expected.realisations)} realisations; 0 where the criterion is never reached."
     yield Table("Expected distance by direction", head, lines, note, columns=2)

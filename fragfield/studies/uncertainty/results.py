@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 RESULT = "uncertainty.json"
 _SITE = ("density", "hits", "probability")
-_RECOMMENDED = ("recommended", "base", "parts", "not_included")
+_RECOMMENDED = ("recommended", "parts", "not_included")
 _LEVELS = (0.01, *(round(0.02 * step, 2) for step in range(1, 50)), 0.99)
 _FEWEST = 8  # samples with a result, below which nothing is said
 

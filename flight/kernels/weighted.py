@@ -1,0 +1,322 @@
+"""Flights of weighted fragments over flat ground in still air, counted by distance and by weights in all directions.
+
+Without wind a path stays in its vertical plane and is the same at every azimuth, so that one flight serves all
+directions, with a weight in each. The equation of motion, its tables and the law of ricochet are those of
+`flight.kernels.motion` and `flight.kernels.impacts`; the steps are Runge and Kutta's of fourth order in the length of
+the path, over fixed fractions of the lengths over which drag and gravity act: they are no matter of an error estimate,
+so that the result is a smooth function of the launch but for where paths end.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from flight.kernels.compiling import inner_kernel, kernel
+from flight.kernels.fluence import PER_METRE, PIECE, add_length
+from flight.kernels.impacts import after_impact
+from flight.scene.air import EARTH_RADIUS
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from flight.kernels.fluence import FluenceCells
+    from flight.kernels.motion import Surroundings
+
+    Array = NDArray[np.float64]
+
+__all__ = [
+    "LANDINGS", "LANDINGS_AFTER", "PATHS", "PATHS_AFTER", "QUANTITIES", "REST", "Scatter",
+    "fly_weighted", "scattered_density",
+]  # fmt: skip
+
+# what is counted by distance: hazardous first impacts and those after a ricochet, paths of hazardous fragments near the
+# ground over a person's height before and after it, and where all come to rest
+LANDINGS, LANDINGS_AFTER, PATHS, PATHS_AFTER, REST, QUANTITIES = 0, 1, 2, 3, 4, 5
+# columns of a launch: mass (kg), A / (2 m) (m2/kg), distance (m), height over the ground (m), speed (m/s), elevation
+# (rad), number, polar angle before the scatter (rad), station along the axis and distance from it (m)
+LAUNCH_COLUMNS = 10
+BY_DRAG, BY_GRAVITY = 0.3, 0.2
+MOST_STEPS, MOST_IMPACTS = 20_000, 200
+FARTHEST = 7.0  # deviation of a direction over its standard deviation
+
+
+class Scatter(NamedTuple):
+    """Densities of scattered directions about a round's axis, and the azimuths in which they are wanted.
+
+    Without azimuths the axis is vertical and all directions are one.
+    """
+
+    density: Array  # (k, k) per solid angle (1/sr) by polar angle before and after the scatter, from 0 to pi
+    step: float  # of both (rad)
+    up: float  # vertical component of the unit axis
+    azimuths: Array  # (a, 2) Gauss's points in the cells (rad)
+    level_axis: Array  # (a, 2) component of the unit axis along them
+    away: Array  # (a, 2) and of the way from the origin to the axis's station 0 (m)
+    width: float  # of a cell (rad)
+
+
+@inner_kernel()
+def _drag_over_mass(z: float, speed: float, area: float, around: Surroundings) -> float:
+    """Cd rho A / (2 m) (1/m) at a height (m) and speed (m/s); `area` is A / (2 m)."""
+    altitude = z + around.site_altitude
+    geopotential = EARTH_RADIUS * altitude / (EARTH_RADIUS + altitude)
+    position = min(max(0.0, (geopotential - around.air_bottom) / around.air_step), float(around.air_pieces.shape[0]))
+    piece = min(int(position), around.air_pieces.shape[0] - 1)
+    c = around.air_pieces[piece]
+    rise = (position - piece) * around.air_step
+    density = c[0] + rise * (c[1] + rise * (c[2] + rise * c[3]))
+    mach = speed * (c[4] + rise * (c[5] + rise * (c[6] + rise * c[7])))
+    bins = around.drag_bins
+    row = bins[int(min(mach * around.drag_bins_per_mach, bins.shape[0] - 0.5))]
+    row = min(row + int(mach >= around.drag_rows[row, 5]), around.drag_rows.shape[0] - 1)
+    d = around.drag_rows[row]
+    over = mach - d[0]
+    return area * density * (d[1] + over * (d[2] + over * (d[3] + over * d[4])))
+
+
+@inner_kernel()
+def _weights(
+    launch: Array, sine: float, cosine: float, scatter: Scatter, weights: Array, moments: Array,
+    cells: NDArray[np.int64],
+) -> int:  # fmt: skip
+    """Number of fragments in azimuth cells per elevation (1/rad), and that times their launch's distance (m).
+
+    The density is averaged over a cell by Gauss's two points. Returns how many of `cells` hold any: they and their
+    numbers come first.
+    """
+    k = scatter.density.shape[0]
+    before = min(launch[7] / scatter.step, k - 1.000001)
+    i = int(before)
+    share = before - i
+    one, other = scatter.density[i], scatter.density[i + 1]
+    scale = 0.5 * launch[6] * cosine * scatter.width
+    used = 0
+    for a in range(scatter.azimuths.shape[0]):
+        number = moment = 0.0
+        for side in range(2):
+            level_axis = scatter.level_axis[a, side]
+            along = min(max(sine * scatter.up + cosine * level_axis, -1.0), 1.0)
+            after = min(math.acos(along) / scatter.step, k - 1.000001)
+            j = int(after)
+            part = after - j
+            density = (1.0 - share) * ((1.0 - part) * one[j] + part * one[j + 1])
+            density += share * ((1.0 - part) * other[j] + part * other[j + 1])
+            if density == 0.0:
+                continue
+            away = scatter.away[a, side] + launch[8] * level_axis
+            across = math.sqrt(1.0 - along * along)
+            if across > 0.0:
+                away += launch[9] * (cosine - along * level_axis) / across
+            number += density
+            moment += density * away
+        if number > 0.0:
+            cells[used], weights[used], moments[used] = a, scale * number, scale * moment
+            used += 1
+    return used
+
+
+@inner_kernel()
+def _count_step(
+    before: Array, after: Array, h: float, until: float, mass: float, near: FluenceCells, lengths: NDArray[np.int64],
+    leg: int,
+) -> None:  # fmt: skip
+    """Add the part of a step up to `until` (0 to 1) that lies below the height and is fast enough, piece by piece."""
+    if min(before[1], after[1]) > near.height:
+        return
+    limit = 2.0 * near.energy / mass
+    piece = max(PIECE * min(before[0], after[0]), near.shortest)
+    number = 1 + int(until * h / piece)
+    x0, z0, fast0 = before[0], before[1], before[2] ** 2 + before[3] ** 2
+    # drag slows by the same fraction on equal lengths
+    slowing = math.log((after[2] ** 2 + after[3] ** 2) / fast0) * until / number
+    slower = math.exp(slowing)
+    for k in range(number):
+        theta = until * (k + 1) / number
+        x1, z1 = _between(before, after, h, theta, 0), _between(before, after, h, theta, 1)
+        fast1 = slower * fast0
+        low, high = 0.0, 1.0
+        rise = z1 - z0
+        if z0 > near.height and z1 > near.height:
+            high = 0.0
+        elif z0 > near.height:
+            low = (near.height - z0) / rise
+        elif z1 > near.height:
+            high = (near.height - z0) / rise
+        if fast0 < limit and fast1 < limit:
+            high = 0.0
+        elif fast0 < limit:
+            low = max(low, math.log(limit / fast0) / slowing)
+        elif fast1 < limit:
+            high = min(high, math.log(limit / fast0) / slowing)
+        if high > low:
+            length = (high - low) * math.hypot(x1 - x0, rise)
+            add_length(lengths, leg, 0, near, x0 + low * (x1 - x0), x0 + high * (x1 - x0), length * PER_METRE)
+        x0, z0, fast0 = x1, z1, fast1
+
+
+@inner_kernel()
+def _between(before: Array, after: Array, h: float, theta: float, axis: int) -> float:
+    """Position on a step of length h, by Hermite's cubic in the length; `axis` 0 is the distance, 1 the height."""
+    first = h * before[2 + axis] / math.hypot(before[2], before[3])
+    last = h * after[2 + axis] / math.hypot(after[2], after[3])
+    difference = after[axis] - before[axis]
+    return before[axis] + theta * (
+        first + theta * (3.0 * difference - 2.0 * first - last + theta * (first + last - 2.0 * difference))
+    )
+
+
+@inner_kernel()
+def _cell(x: float, near: FluenceCells) -> int:
+    """Distance cell of a position, the last one beyond them."""
+    x = abs(x)
+    big = int(x * near.per_cell)
+    if big >= near.parts.size:
+        return near.first[-1] - 1
+    return near.first[big] + min(int((x - big * near.cell) / near.part_width[big]), near.parts[big] - 1)
+
+
+@inner_kernel()
+def _step(before: Array, after: Array, area: float, ground: float, around: Surroundings) -> float:
+    """One step of distance, height and velocity (4,); returns its length (m)."""
+    speed = math.hypot(before[2], before[3])
+    drag = _drag_over_mass(before[1] + ground, speed, area, around)
+    h = 1e9
+    if drag > 0.0:
+        h = BY_DRAG / drag
+    if around.gravity > 0.0:
+        h = min(h, BY_GRAVITY * speed * speed / around.gravity + 1e-3)
+    z, u, w = before[1], before[2], before[3]
+    dx = dz = du = dw = 0.0
+    for stage in range(4):
+        if stage > 0:
+            drag = _drag_over_mass(z + ground, speed, area, around)
+        a, b, c, d = u / speed, w / speed, -drag * u, -drag * w - around.gravity / speed
+        weight = h / 6.0 if stage in (0, 3) else h / 3.0
+        dx, dz, du, dw = dx + weight * a, dz + weight * b, du + weight * c, dw + weight * d
+        reach = h if stage == 2 else 0.5 * h
+        z, u, w = before[1] + reach * b, before[2] + reach * c, before[3] + reach * d
+        speed = math.hypot(u, w)
+    after[0], after[1], after[2], after[3] = before[0] + dx, before[1] + dz, before[2] + du, before[3] + dw
+    return h
+
+
+@kernel
+def fly_weighted(
+    launches: Array, slopes: Array, ground: float, around: Surroundings, surface: Array, near: FluenceCells,
+    scatter: Scatter, counts: Array, moments: Array,
+) -> float:  # fmt: skip
+    """Fly fragments (n, LAUNCH_COLUMNS) to rest; returns the number that came to no end.
+
+    `slopes` (n, b): facets' slopes at the first impacts over the roughness, taken again in turn beyond; `surface` as of
+    `impacts.after_impact`. Adds to `counts` (QUANTITIES, distance, directions) the numbers of fragments, and to
+    `moments`, alike, the numbers times the distance of the launch (m) from which paths are counted; with one direction
+    that distance is in the launch.
+    """
+    cells, directions = counts.shape[1], counts.shape[2]
+    lengths = np.zeros((2, 1, cells), np.int64)
+    profile = np.zeros((QUANTITIES, cells))
+    weights, shifts, where = np.zeros(directions), np.zeros(directions), np.zeros(directions, np.int64)
+    before, after = np.zeros(4), np.zeros(4)
+    lost = 0.0
+    for row in range(launches.shape[0]):
+        launch = launches[row]
+        if launch[6] == 0.0:
+            continue
+        mass, area = launch[0], launch[1]
+        sine, cosine = math.sin(launch[5]), math.cos(launch[5])
+        before[0], before[1] = launch[2], launch[3]
+        before[2], before[3] = launch[4] * cosine, launch[4] * sine
+        lengths[:] = 0
+        profile[:] = 0.0
+        impacts = steps = farthest = 0
+        ended = False
+        while not ended and steps < MOST_STEPS:
+            steps += 1
+            h = _step(before, after, area, ground, around)
+            until = 1.0
+            landed = after[1] <= 0.0
+            if landed:
+                low, high = 0.0, 1.0
+                for _ in range(40):
+                    until = 0.5 * (low + high)
+                    if _between(before, after, h, until, 1) > 0.0:
+                        low = until
+                    else:
+                        high = until
+            if near.height > 0.0:
+                _count_step(before, after, h, until, mass, near, lengths, min(impacts, 1))
+            if landed:
+                x = _between(before, after, h, until, 0)
+                one, other = math.hypot(before[2], before[3]), math.hypot(after[2], after[3])
+                speed = one * (other / one) ** until
+                slope = (1.0 - until) * before[3] / one + until * after[3] / other
+                angle = math.asin(min(max(-slope, 0.0), 1.0))
+                cell = _cell(x, near)
+                if 0.5 * mass * speed * speed >= near.energy:
+                    profile[LANDINGS + min(impacts, 1), cell] += 1.0
+                    if near.height == 0.0:
+                        steepness = math.sin(max(angle, 1.7453292519943296e-4))
+                        profile[PATHS + min(impacts, 1), cell] += 1.0 / steepness
+                kept, departure = after_impact(speed, angle, surface, slopes[row, impacts % slopes.shape[1]])
+                impacts += 1
+                if kept == 0.0 or impacts == MOST_IMPACTS:
+                    profile[REST, cell] = 1.0
+                    ended = True
+                after[0], after[1] = x, 0.0
+                after[2], after[3] = kept * math.cos(departure), kept * math.sin(departure)
+            before[0], before[1], before[2], before[3] = after[0], after[1], after[2], after[3]
+            left = 0.5 * mass * (after[2] * after[2] + after[3] * after[3]) + mass * around.gravity * after[1]
+            if not ended and left < near.energy:  # never hazardous again
+                profile[REST, _cell(after[0], near)] = 1.0
+                ended = True
+        farthest = _cell(before[0], near) + 1
+        if not ended:
+            lost += launch[6]
+        if near.height > 0.0:
+            for leg in range(2):
+                for j in range(farthest):
+                    profile[PATHS + leg, j] = lengths[leg, 0, j] / (PER_METRE * near.height)
+        if scatter.azimuths.shape[0] == 0:
+            weights[0], used = launch[6], 1
+        else:
+            used = _weights(launch, sine, cosine, scatter, weights, shifts, where)
+        for quantity in range(QUANTITIES):
+            for j in range(farthest):
+                amount = profile[quantity, j]
+                if amount == 0.0:
+                    continue
+                for n in range(used):
+                    counts[quantity, j, where[n]] += amount * weights[n]
+                    moments[quantity, j, where[n]] += amount * shifts[n]
+    return lost
+
+
+@kernel
+def scattered_density(before: Array, after: Array, scatter: float, points: Array, weights: Array, out: Array) -> None:
+    """Densities (1/sr) of directions at polar angles `after` of what was scattered from `before`, all (n,) in rad.
+
+    The density of a deviation g is g / sin(g) exp(-g^2 / (2 s^2)) / (2 pi s^2): a rotation vector across the direction
+    with two normal components of standard deviation s. It is averaged over the azimuth of the direction before, by
+    Gauss's rule with `points` and `weights` on (0, 1).
+    """
+    farthest = min(FARTHEST * scatter, math.pi)
+    least = math.cos(farthest)
+    for i in range(out.shape[0]):
+        out[i] = 0.0
+        if abs(before[i] - after[i]) >= farthest:
+            continue
+        level = math.sin(before[i]) * math.sin(after[i])
+        along = math.cos(before[i]) * math.cos(after[i])
+        end = math.pi
+        if level > 0.0 and least - along > -level:
+            end = math.acos(min((least - along) / level, 1.0))
+        total = 0.0
+        for k in range(points.shape[0]):
+            cosine = min(max(along + level * math.cos(end * points[k]), -1.0), 1.0)
+            turn = math.acos(cosine)
+            ratio = turn / math.sin(turn) if turn > 1e-6 else 1.0
+            total += weights[k] * ratio * math.exp(-0.5 * (turn / scatter) ** 2)
+        out[i] = total * end / (2.0 * math.pi**2 * scatter**2)

@@ -1,0 +1,151 @@
+"""The expected density by an integral: whether a scene admits it, the integral in one attitude, and over all attitudes.
+
+What a scene needs for it is asked in one place, `why_not_integrated`; elsewhere realisations of the break-up are flown.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from flight.hazard.integral import POINTS, SMALLEST_SCATTER, integrate
+from fragfield.case.conversion.attitude import is_mixed
+from fragfield.case.conversion.symmetry import burst_geometry
+from fragfield.case.conversion.turned import Arrangement
+
+if TYPE_CHECKING:
+    from flight.hazard.ensemble import EnsembleHazard
+    from flight.hazard.integral import Integral
+    from fragfield.case import CaseTable
+    from fragfield.case.conversion.turned import Turned
+    from transition.intensity import Intensity
+
+
+FARTHEST_ORIGIN = 1.0  # m: distances of launches from the origin count to first order
+LONGEST_FLIGHT = 600.0  # s: no fragment flies longer
+DIRECTED = 4  # times the points of a distance over all azimuths, for one in a worst direction
+COARSE, FINE = 15.0, 5.0  # degrees from one inclination to the next: of all, then beside the worst
+
+
+def why_not_integrated(case: CaseTable, *, given: bool = False) -> str:
+    """Why the expected density of a resolved case is taken from realisations; empty where it is an integral.
+
+    `given`: the fragments come from another source.
+    """
+    if given or case.burst is None or not case.round:
+        return "the fragments come from another source"
+    if len(case.round) > 1:
+        return "several rounds, whose fragments may strike each other"
+    geometry = burst_geometry(case)
+    wind, shape = case.flight.wind, case.flight.shape
+    reasons = {
+        geometry.reason: geometry.geometry != "axisymmetric",
+        "exposed sites beside rounds of any attitude": is_mixed(case) and bool(case.exposed),
+        "wind": wind.speed != 0.0 or any(wind.speeds or ()),
+        "a map of heights": case.flight.ground.map is not None,
+        "obstacles": bool(case.obstacle),
+        "rounds that lean at random (break_up.tilt)": case.break_up.tilt > 0.0,
+        'presented areas drawn at random (flight.shape.model = "lognormal")': shape.model == "lognormal",
+        f"directions that scatter by less than {math.degrees(SMALLEST_SCATTER):g} degree (break_up.direction_scatter)":
+            case.break_up.direction_scatter < SMALLEST_SCATTER,
+        f"distances counted from more than {FARTHEST_ORIGIN:g} m beside the round (flight.origin)":
+            math.dist(case.flight.origin, case.round[0].position[:2]) > FARTHEST_ORIGIN,
+        "no gravity": case.flight.gravity == 0.0,
+        f"flights that end after {LONGEST_FLIGHT:g} s or sooner (flight.time_limit)":
+            case.flight.time_limit <= LONGEST_FLIGHT,
+    }  # fmt: skip
+    return next((reason for reason, holds in reasons.items() if holds), "")
+
+
+@dataclass(frozen=True, eq=False)
+class Integrand:
+    """The intensity of a case's fragments, ready to be integrated in any attitude."""
+
+    case: CaseTable
+    intensity: Intensity
+    threads: int
+
+    def integral(self, attitude: Turned | None = None, *, finely: bool = True) -> Integral:
+        """The expected numbers of fragments, in an attitude of the arrangement or as it stands.
+
+        `finely`: with the points that the distance in a worst direction needs.
+        """
+        from flight.hazard.density.directions import Directions
+        from fragfield.case.conversion.stages import (
+            flight_arguments,
+            hazard_criteria,
+            hazard_directions,
+            hazard_grid,
+            kernel_degrees,
+        )
+
+        case, intensity = self.case, self.intensity
+        if attitude is not None:
+            case, intensity = attitude.case, _turned(intensity, attitude)
+        basis, mirrors = hazard_directions(case)
+        grid = hazard_grid(case)
+        used = tuple(one for one in mirrors if grid.maps(one)) if basis == "worst_direction" else ()
+        arguments = flight_arguments(case)
+        names = ("air", "drag", "gravity", "ground", "ricochet", "origin")
+        return integrate(
+            intensity, Directions(grid, basis, kernel_degrees(case), used), hazard_criteria(case),
+            **{name: arguments[name] for name in names}, threads=self.threads,
+            points=POINTS if basis == "all_azimuths" or not finely else DIRECTED * POINTS,
+        )  # fmt: skip
+
+    def solve(self, attitude: Turned | None = None) -> Solved:
+        """The integral in an attitude, or as the rounds stand; of mixed attitudes, left out, in the worst of all."""
+        if attitude is not None or not is_mixed(self.case):
+            return Solved(self.integral(attitude), attitude)
+        arrangement = Arrangement(self.case)  # of one round of revolution, which a roll does not change
+        rows: dict[float, dict[str, Any]] = {}
+
+        def add(inclination: float) -> None:
+            if inclination in rows or not 0.0 <= inclination <= 180.0:
+                return
+            integral = self.integral(arrangement.turned(inclination), finely=False)
+            expected = integral.expected(every_direction=False)
+            rows[inclination] = {
+                "inclination_deg": inclination, "roll_deg": 0.0, "expected": expected.distance,
+                "upper": expected.upper, "standard_error": expected.standard_error,
+                "direction_deg": expected.direction, "realisations": 0,
+            }  # fmt: skip
+
+        for inclination in np.arange(0.0, 180.0 + 0.5 * COARSE, COARSE).tolist():
+            add(inclination)
+        worst = -1.0
+        while worst != (worst := max(rows, key=lambda one: rows[one]["expected"])):
+            add(worst - FINE)
+            add(worst + FINE)
+        turned = arrangement.turned(worst)
+        return Solved(self.integral(turned), turned, [rows[one] for one in sorted(rows)])
+
+
+@dataclass(frozen=True, eq=False)
+class Solved:
+    """An integral, and the attitude to which it belongs."""
+
+    integral: Integral
+    attitude: Turned | None
+    curve: list[dict[str, Any]] = field(default_factory=list)
+    """Distances over mixed attitudes, as `hazard.attitude.curve` of summary.json."""
+
+    def hazard(self, tolerance: float) -> EnsembleHazard:
+        """The hazard of the integral alone, without what single events do."""
+        from flight.hazard.density.sectors import Tally
+        from flight.hazard.ensemble import EnsembleHazard
+
+        none = np.zeros((0, self.integral.directions.grid.sectors), dtype=np.int64)
+        return EnsembleHazard(
+            Tally(none, none, none.astype(np.float64)), self.integral.criteria, tolerance,
+            self.integral.expected(every_direction=False), np.zeros(0), integral=self.integral,
+        )  # fmt: skip
+
+
+def _turned(intensity: Intensity, attitude: Turned) -> Intensity:
+    axis = attitude.matrix @ intensity.axis
+    place = attitude.matrix @ intensity.place + attitude.shift
+    return replace(intensity, axis=tuple(axis.tolist()), place=tuple(place.tolist()))
