@@ -14,9 +14,9 @@ Worst direction. The largest of noisy estimates is too large on average. So the 
 more, as much as its noise asks: its Fourier component k passes by S/(S + N), with the noise N measured between
 realisations, which is the same for all k, and the prior variance S of greatest likelihood (empirical Bayes: a penalised
 Fourier series whose penalty the data choose). Directions that are alike pool themselves, and what stands out of the
-noise stays. What the largest of the bootstrap's draws exceeds the largest by bounds the bias that is left (`max_bias`);
-the upper bound has it on top. Deviations pass by the root, as those of the posterior do (Wahba 1983): they bear the
-flattening of peaks too.
+noise stays. What the mean of the bootstrap's largest exceeds the largest by is the bias that is left (`max_bias`): it is
+taken off the distance, and the upper bound is above both. Deviations pass by the root, as those of the posterior do
+(Wahba 1983): they bear the flattening of peaks too.
 
 Certainty. Standard error and one-sided 95 % bound come from the bootstrap over realisations (Efron 1979), or over
 groups of neighbouring ones, with Student's factor for their number, in ln r.
@@ -157,8 +157,7 @@ class Estimate:
             spread, bound = _spread(largest) * factor, _student(groups - 1)
             if middle > 0.0 and len(larger) > 1:
                 bias = middle * max(0.0, math.expm1(float(largest.mean()) - plain))
-            error = middle * spread
-            upper = middle * math.exp(bound * spread) + bias
+            error, upper, middle = middle * spread, middle * math.exp(bound * spread), middle - bias
             for d, draws in drawn.items():
                 each[d] = math.exp(larger[d] + bound * _spread(draws) * factor)
             if not middle > 0.0:
