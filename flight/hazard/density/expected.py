@@ -14,7 +14,7 @@ Worst direction. The largest of noisy estimates is too large on average. So the 
 more, as much as its noise asks: its Fourier component k passes by S/(S + N), with the noise N measured between
 realisations, which is the same for all k, and the prior variance S of greatest likelihood (empirical Bayes: a penalised
 Fourier series whose penalty the data choose). Directions that are alike pool themselves, and what stands out of the
-noise stays. What the mean of the bootstrap's largest exceeds the largest by is the bias that is left (`max_bias`): it is
+noise stays. What the mean of the largest of draws exceeds the largest by is the bias that is left (`max_bias`): it is
 taken off the distance, and the upper bound is above both. Deviations pass by the root, as those of the posterior do
 (Wahba 1983): they bear the flattening of peaks too.
 
