@@ -89,8 +89,8 @@ VACUUM = ConstantAir(0.0)
 class StandardAtmosphere:
     """US Standard Atmosphere 1976 (NOAA-S/T 76-1562), from 5 km below the sea to 84.8 km, constant beyond.
 
-    `site_altitude` is the altitude of z = 0 above sea level (m). `temperature_offset` (K) is added to the temperature at
-    every height; pressures stay those of the standard.
+    `site_altitude` is the altitude of z = 0 above sea level (m). `temperature_offset` (K) is added to the temperature
+    at every height; pressures stay those of the standard.
     """
 
     site_altitude: float = 0.0
