@@ -161,7 +161,7 @@ class StandardAtmosphere:
         temperature, pressure, lapse = self._state(geopotential, layer)
         density = pressure / (GAS_CONSTANT * temperature)
         fall = STANDARD_GRAVITY / (GAS_CONSTANT * (temperature - self.temperature_offset))  # of the pressure
-        return density, -density * (fall + lapse / temperature)
+        return density, np.asarray(-density * (fall + lapse / temperature))
 
     def _slowness_and_slope(
         self, geopotential: NDArray[np.float64], layer: NDArray[np.intp]
