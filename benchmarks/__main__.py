@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 BENCHMARKS = {
     "step": ("step.step", "whole step, beside plain FEniCSx and LULESH, and on two threads"),
     "flight": ("flight.flight", "100,000 fragments beside scipy, crossings, contact"),
-    "whole": ("whole.whole", "whole bursts, single and pair, over the plain step; their parts"),
+    "whole": ("whole.whole", "whole bursts, single and pair, over the plain step"),
     "ranks": ("ranks.ranks", "one rank against two, and beside an independent one"),
     "compile": ("compile.compilation", "the first commands with empty caches, and again"),
 }

@@ -22,7 +22,6 @@ _PAIR = CASE.with_name("m107_pair.toml")
 _TARGET = 1.5  # a cell and step of the whole run over one of the plain step
 _SECONDS = {"single": 0.12e-6, "pair": 0.14e-6}  # targets of a cell and step of the whole run on two cores (s)
 _CALLS, _REPEATS = 10, 4
-_SHOWN = 8  # parts of the profile
 
 
 def whole(options: Options) -> dict[str, Any]:
@@ -39,8 +38,8 @@ def _burst(case: Path, cell_size: float) -> dict[str, Any]:
     """The burst's part of summary.json of a run in a process of its own."""
     with tempfile.TemporaryDirectory(prefix="fragfield-bench-") as folder:
         command = [
-            sys.executable, "-m", "fragfield", "burst", str(case), "--out", folder, "--overwrite", "--profile",
-            "--quiet", "--set", f"burst.cell_size={1e3 * cell_size:g} mm", "--set", "burst.geometry=3d",
+            sys.executable, "-m", "fragfield", "burst", str(case), "--out", folder, "--overwrite", "--quiet",
+            "--set", f"burst.cell_size={1e3 * cell_size:g} mm", "--set", "burst.geometry=3d",
         ]  # fmt: skip
         subprocess.run(command, cwd=CASE.parent.parent, check=True)
         found: dict[str, Any] = json.loads((Path(folder) / "summary.json").read_text(encoding="utf-8"))["burst"]
@@ -48,7 +47,7 @@ def _burst(case: Path, cell_size: float) -> dict[str, Any]:
 
 
 def beside(burst: dict[str, Any], plain: float, name: str) -> dict[str, Any]:
-    """Figures of a burst's summary beside the plain step's seconds for a cell and step, and its largest parts."""
+    """Figures of a burst's summary beside the plain step's seconds for a cell and step."""
     spent = burst["seconds_per_cell_step"]
     return {
         "cell_size": burst["cell_size"],
@@ -58,13 +57,4 @@ def beside(burst: dict[str, Any], plain: float, name: str) -> dict[str, Any]:
         "seconds_per_cell_step": spent,
         **at_most(spent / plain, _TARGET, f"{name}: whole run over the plain step, a cell and step"),
         "alone": at_most(spent / _SECONDS[name], 1.0, f"a cell and step over {1e6 * _SECONDS[name]:g} us"),
-        "parts": [
-            {
-                "part": part["part"],
-                "seconds": part["seconds"],
-                "share": part["share"],
-                "seconds_per_cell_step": part["seconds"] / burst["cell_steps"],
-            }
-            for part in burst["profile"][:_SHOWN]
-        ],
     }

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from contextlib import contextmanager, nullcontext
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numba
 from mpi4py import MPI
 
-from burst_fenicsx.records.profile import Profile
 from burst_fenicsx.simulation import Simulation
 
 if TYPE_CHECKING:
@@ -32,7 +30,6 @@ def simulate(
     on_progress: Callable[[BurstProgress], None] | None = None,
     resume: bool = False,
     series: bool = True,
-    profile: bool = False,
 ) -> BurstResult:
     """Compute the burst and write burst.xdmf, the folder burst, burst_snapshot.h5 and, while it runs, checkpoint.h5.
 
@@ -46,7 +43,6 @@ def simulate(
     on_progress : called on rank 0 about five times a second.
     resume : go on from checkpoint.h5 in `out_dir` where there is one.
     series : write burst.xdmf and what else is for visualisation alone; the snapshot is written in any case.
-    profile : time the parts of the stepping; the summary then has an entry `profile`, see `records.profile`.
 
     Raises
     ------
@@ -62,11 +58,8 @@ def simulate(
         simulation.writes_series = series
         if resume and simulation.checkpoint_path.exists():
             simulation.resume()
-        times = Profile(simulation) if profile else None
         simulation.run()
         result = simulation.finish()
-        if times is not None:
-            result = replace(result, summary={**result.summary, "profile": times.table()})
         if comm.rank == 0:  # kept until the snapshot is whole, so that nothing is computed twice
             simulation.checkpoint_path.unlink(missing_ok=True)
     return result

@@ -6,11 +6,9 @@ every stage are; a distance that is not determined is a `NotDeterminedError` onc
 
 from __future__ import annotations
 
-import errno
 import os
 import sys
 import threading
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fragfield_base import errors
@@ -26,19 +24,6 @@ EXIT_NUMERICAL = 3  # a numerical stop, or a result that is not determined
 EXIT_FAULT = 4  # a fault of the program itself
 EXIT_INTERRUPTED = 130
 
-_MACHINE = frozenset(
-    (
-        errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EACCES, errno.EPERM, errno.EROFS, errno.EIO, errno.ENOMEM,
-        errno.EMFILE, errno.ENFILE, errno.EAGAIN, errno.EBUSY, errno.ESTALE, errno.ENXIO, errno.ENODEV, errno.EPIPE,
-        errno.ENETUNREACH, errno.EHOSTUNREACH, errno.EADDRNOTAVAIL, errno.ENOLCK, errno.EMLINK, errno.ETXTBSY,
-    )
-)  # fmt: skip
-"""Errors of the operating system that its user can mend: space, limits, rights, devices, network."""
-_PATHS = frozenset(
-    (errno.ENOENT, errno.EEXIST, errno.ENOTDIR, errno.EISDIR, errno.ENOTEMPTY, errno.ENAMETOOLONG, errno.ELOOP)
-)
-"""Those of a path, the user's where it does not lie in the program."""
-_PACKAGES = ("fragfield", "fragfield_base", "burst_fenicsx", "transition", "flight")
 _AGAIN = 0.05  # s after which an interruption that was dropped comes again
 _interrupts: list[int] = []  # signals that came, see `interrupt`
 
@@ -66,25 +51,9 @@ def exit_code_of(error: BaseException) -> int:
         return EXIT_INPUT  # the machine lacks a library; the message says which
     if isinstance(error, (errors.NumericalStop, NotDeterminedError)):
         return EXIT_NUMERICAL
-    if isinstance(error, MemoryError) or (isinstance(error, OSError) and _is_of_the_machine(error)):
-        return EXIT_INPUT  # the machine's limits are the user's to mend
+    if isinstance(error, (MemoryError, OSError)):
+        return EXIT_INPUT  # of the machine or of a file: the user's to mend
     return EXIT_INTERRUPTED if _interrupts else EXIT_FAULT
-
-
-def _is_of_the_machine(error: OSError) -> bool:
-    """Whether an operating system's error is one of the machine or of a file of the user, not of the program.
-
-    A full disk, a limit, a right that is missing, a device or a network at fault, or a file outside of the program's
-    own folders that is not there. Other errors (a descriptor closed twice, a data file of the program) are faults.
-    """
-    if error.errno in _MACHINE or isinstance(error, (ConnectionError, TimeoutError)):
-        return True
-    if error.errno not in _PATHS or error.filename is None:
-        return False
-    place = Path(os.fsdecode(error.filename)).absolute()
-    modules = (sys.modules.get(name) for name in _PACKAGES)
-    own = [Path(one.__file__).absolute().parent for one in modules if one is not None and one.__file__]
-    return not any(place.is_relative_to(folder) for folder in own)
 
 
 def interrupt(number: int, frame: FrameType | None) -> None:

@@ -6,10 +6,8 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from fragfield_base.inputs import Measured
-
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    pass
 
 
 UNKNOWN = "not computed"
@@ -63,20 +61,12 @@ def _minus(text: str) -> str:
     return text.replace("-", "−")
 
 
-def _typed(value: float) -> str:
-    """A number that somebody typed in: up to six digits, no end of zeros."""
-    text = number(value, 6)
-    head, times, power = text.partition(NARROW_SPACE)
-    return (head.rstrip("0").rstrip(".") if "." in head else head) + times + power
-
-
 def row(
     name: str,
     value: float | int | str | None,
     unit: str = "",
     note: str = "",
     digits: int = 4,
-    write: Callable[[float], str] | None = None,
 ) -> Row:
     """Table row of a value in SI.
 
@@ -92,42 +82,21 @@ def row(
         Remark beside the value.
     digits : int
         Significant digits.
-    write : callable, optional
-        Writes the numbers instead of `number` with these digits.
     """
-    write = write or (lambda amount: number(amount, digits))
     if isinstance(value, str) or value is None or (isinstance(value, float) and math.isnan(value)):
         return Row(name, UNKNOWN if value is None or isinstance(value, float) else value, "", note)
     if not unit:
-        return Row(name, write(value), "", note)
+        return Row(name, number(value, digits), "", note)
     if unit == "%":
-        return Row(name, f"{write(100.0 * value)}{SPACE}%", write(value), note)
+        return Row(name, f"{number(100.0 * value, digits)}{SPACE}%", number(value, digits), note)
     shown, practical = _practical(float(value), unit) if unit in _LADDERS else (value, unit)
     joint = "" if practical == "°" else SPACE
-    si = f"{write(value)}{SPACE}{'B' if unit == 'byte' else unit}"
-    return Row(name, _powers(f"{write(shown)}{joint}{practical}"), _powers(si), note)
+    si = f"{number(value, digits)}{SPACE}{'B' if unit == 'byte' else unit}"
+    return Row(name, _powers(f"{number(shown, digits)}{joint}{practical}"), _powers(si), note)
 
 
 def _powers(text: str) -> str:
     return text.replace("^2", "²").replace("^3", "³")
-
-
-def of_case(name: str, value: object) -> Row:
-    """Table row of a value of the resolved case (`case.write.measured`): measured, number, word or list."""
-    if isinstance(value, bool):
-        return Row(name, "yes" if value else "no")
-    if isinstance(value, (list, tuple)):
-        rows = [of_case(name, item) for item in value]
-        joined = ", ".join(
-            f"({one.value})" if isinstance(item, list) else one.value for one, item in zip(rows, value, strict=True)
-        )
-        si = ", ".join(item.si or item.value for item in rows) if any(item.si for item in rows) else ""
-        return Row(name, joined, si) if len(joined) <= 400 else Row(name, f"{len(rows)} entries, see case.toml")
-    if isinstance(value, Measured):
-        return row(name, value.value, value.unit, write=_typed)
-    if isinstance(value, (int, float)):
-        return Row(name, _typed(value))
-    return Row(name, str(value))
 
 
 def _practical(value: float, unit: str) -> tuple[float, str]:

@@ -40,25 +40,6 @@ def _hint(value: object, words: tuple[str, ...]) -> str:
     return f' (did you mean "{close}"?)' if close is not None else ""
 
 
-class Measured:
-    """A value of a case with its SI unit, for tables; pydantic would take a dataclass apart."""
-
-    __slots__ = ("unit", "value")
-
-    def __init__(self, value: float, unit: str) -> None:
-        self.value = value
-        self.unit = unit
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, Measured) and (self.value, self.unit) == (other.value, other.unit)
-
-    def __hash__(self) -> int:
-        return hash((self.value, self.unit))
-
-    def __repr__(self) -> str:
-        return f"Measured({self.value!r}, {self.unit!r})"
-
-
 class Parsed:
     """Marks a field that `parse` reads, which `allowed` describes."""
 
@@ -181,18 +162,16 @@ class Quantity(Parsed):
     def written(self, value: Any, context: Mapping[str, Any] | None) -> Any:  # noqa: ANN401
         """A value (SI) in the form that the context of a serialisation asks for by its key "units".
 
-        "si": with the SI unit, all digits; "readable": in the unit of the example; "measured": as `Measured`.
+        "si": with the SI unit, all digits; "readable": in the unit of the example.
         """
         form = (context or {}).get("units")
         if form is None or value is None or isinstance(value, str):
             return value
         if form == "si":
             return with_unit(value, self.symbol)
-        if form == "readable":
-            # A round is measured in millimetres, what stands around it in metres.
-            in_metres = self.symbol == "m" and (value == 0.0 or abs(value) >= 1.0)
-            return f"{value:.10g} m" if in_metres else self.in_unit_of_example(value)
-        return Measured(value, self.symbol)
+        # A round is measured in millimetres, what stands around it in metres.
+        in_metres = self.symbol == "m" and (value == 0.0 or abs(value) >= 1.0)
+        return f"{value:.10g} m" if in_metres else self.in_unit_of_example(value)
 
     def in_unit_of_example(self, value: float) -> str:
         """A value (SI) in the unit in which the example stands, ten digits."""

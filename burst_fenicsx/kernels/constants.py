@@ -91,7 +91,7 @@ EROSION_INTERVAL = 2e-6
 """Cells to erode are looked for whenever the time (s) passes a multiple of this."""
 CHECK_INTERVAL = 10e-6
 """... and what has passed through, whether a checkpoint is due, of this."""
-ASYMPTOTE_GROWTH = 1.3
+ASYMPTOTE_GROWTH = 1.35
 """Growth of the charge's radius over which the asymptote of the casing's kinetic energy is taken ..."""
 STEADY_ASYMPTOTE = 0.05
 """... and meanwhile may not move by more than this fraction: casings that collide move it, the thin products do not."""

@@ -18,11 +18,6 @@ def plain(case: CaseTable, *, units: bool = False) -> dict[str, Any]:
     return case.model_dump(mode="json", exclude_none=True, context={"units": "si" if units else None})
 
 
-def measured(case: CaseTable) -> dict[str, Any]:
-    """A case as nested dicts and lists for tables: values with a dimension as `quantities.Measured`."""
-    return case.model_dump(mode="python", exclude_none=True, context={"units": "measured"})
-
-
 def to_toml(case: CaseTable, *, brief: bool = False) -> str:
     """A case as the text of a TOML file.
 

@@ -85,9 +85,6 @@ ProgressFile = Annotated[
         help="Keep the progress there as JSON, for another program.",
     ),
 ]
-Profile = Annotated[
-    bool, typer.Option("--profile", help="Time the parts of the burst; a table here and in the report's annex.")
-]
 Resolved = Annotated[
     bool, typer.Option("--resolved", help="Print the case as well, with every default, in everyday units.")
 ]

@@ -15,7 +15,6 @@ from fragfield.cli.application import (
     Json,
     Out,
     Overwrite,
-    Profile,
     ProgressFile,
     Quiet,
     Resolved,
@@ -93,7 +92,6 @@ def burst(
     threads: Threads = None,
     resume: Resume = False,
     overwrite: Overwrite = False,
-    profile: Profile = False,
     quiet: Quiet = False,
     json: Json = False,
 ) -> None:
@@ -101,7 +99,7 @@ def burst(
     with guarded(json=json, quiet=quiet):
         done = fragfield.run(
             case, out=out, set=settings or (), threads=threads, resume=resume,
-            overwrite=overwrite, profile=profile, progress=not quiet, only="burst",
+            overwrite=overwrite, progress=not quiet, only="burst",
         )  # fmt: skip
         _give_summary(done, json=json, flown=False)
 

@@ -1,4 +1,4 @@
-"""Preparation of the process: standard streams that accept any text, and enough open files."""
+"""Preparation of the process: standard streams that accept any text."""
 
 from __future__ import annotations
 
@@ -17,16 +17,10 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
 
-_FEWEST_FILES, _MANY_FILES = 64, 1024
-_MIN_STACK = 1 << 20  # bytes; the compiler and MPI need several hundred thousand
-
-
 def prepare_process() -> list[str]:
-    """Open what is closed, let no letter fail, and keep this process from what it has not been given; its arguments.
+    """Let no letter fail, and keep this process from what it has not been given; its arguments.
 
-    Libraries see neither the arguments, nor the user's variables (`fragfield_base.ambient`), nor the working folder.
-    Raises InputError: a variable holds what it must not, or a limit is lower than what MPI needs, which would end the
-    process by itself.
+    Libraries see neither the arguments nor the working folder. Raises InputError: a variable holds what it must not.
     """
     # A file that is opened while a standard stream is closed would get its number, and what libraries write there.
     for number in range(3):
@@ -40,31 +34,10 @@ def prepare_process() -> list[str]:
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="backslashreplace")  # names of a case in a terminal that knows ASCII alone
     settle(InputError)
-    _check_limits()
     leave_folder(InputError)
     arguments = sys.argv[1:]
     sys.argv[1:] = []
     return arguments
-
-
-def _check_limits() -> None:
-    """Take as many open files as are allowed; refuse limits under which libraries end the process by themselves."""
-    try:
-        import resource
-    except ModuleNotFoundError:  # not a system of this kind
-        return
-    stack = resource.getrlimit(resource.RLIMIT_STACK)[0]
-    if stack != resource.RLIM_INFINITY and stack < _MIN_STACK:
-        raise InputError(f"found ulimit -s {stack // 1024} (kB of stack); allowed: at least {_MIN_STACK // 1024}")
-    soft, most = resource.getrlimit(resource.RLIMIT_NOFILE)
-    if soft == resource.RLIM_INFINITY or soft >= _MANY_FILES:
-        return
-    wanted = _MANY_FILES if most == resource.RLIM_INFINITY else min(_MANY_FILES, most)
-    with suppress(OSError, ValueError):
-        resource.setrlimit(resource.RLIMIT_NOFILE, (wanted, most))
-        soft = wanted
-    if soft < _FEWEST_FILES:
-        raise InputError(f"found ulimit -n {soft} (open files); allowed: at least {_FEWEST_FILES}")
 
 
 def silence(stream: TextIO | None = None) -> None:

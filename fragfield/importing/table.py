@@ -16,6 +16,7 @@ from flight.drag import Drag
 from flight.errors import InputError as FlightInputError
 from flight.files.text_tables import write_columns
 from flight.fragments import Fragments
+from fragfield.case.checks.expected_masses import RECOVERED
 from fragfield.errors import InputError
 from fragfield.importing import arena, other_tables
 from fragfield.importing.cells import GROUPS, QUANTITIES, plain
@@ -367,4 +368,10 @@ def summary_lines(summary: Mapping[str, Any]) -> list[str]:
     for name, value in summary.items():
         label, form = _LABELS[name]
         lines.append(f"{label}: {form.format(*(value if isinstance(value, list) else [value]))}")
+    low, high = RECOVERED
+    if not low <= summary.get("recovered_fraction", 1.0) <= high:
+        lines.append(
+            f"warning: `fly` refuses a table with less than {low:.0%} or more than {high:.0%} of the casing; are its "
+            "numbers those of one round (--rounds), its masses in their unit (--unit)?"
+        )
     return lines

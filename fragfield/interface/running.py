@@ -30,7 +30,6 @@ def run(
     threads: int | None = None,
     resume: bool = False,
     overwrite: bool = False,
-    profile: bool = False,
     progress: bool | Callable[[Progress], object] = True,
 ) -> Run:
     """Compute a case: burst, break-up, flight and report, or one of them.
@@ -54,8 +53,6 @@ def run(
         Keep what is done of the same case and go on.
     overwrite : bool
         Replace the run in the directory.
-    profile : bool
-        Time the parts of the burst, for summary.json (`burst.profile`) and the report's annex.
     progress : bool or callable
         True: a line on stderr where that is a terminal. A callable is given a `fragfield.Progress` now and then.
 
@@ -86,7 +83,7 @@ def run(
         raise InputError('fragments: found without only="fly"; allowed: only together with it')
     options = options_of(
         case, out=out, set=set, fragments=fragments, threads=threads, resume=resume,
-        overwrite=overwrite, profile=profile, progress=progress, burst=only in (None, "burst"),
+        overwrite=overwrite, progress=progress, burst=only in (None, "burst"),
     )  # fmt: skip
     from fragfield.interface.results import Run
     from fragfield.pipeline.chain import run_chain
@@ -104,7 +101,6 @@ def options_of(
     threads: int | None = None,
     resume: bool = False,
     overwrite: bool = False,
-    profile: bool = False,
     progress: bool | Callable[[Progress], object] = True,
     burst: bool = True,
 ) -> RunOptions:
@@ -132,8 +128,7 @@ def options_of(
     return RunOptions(
         absolute(case, InputError), None if out is None else absolute(out, InputError), threads, resume,
         overwrite, progress is False, None if fragments is None else absolute(fragments, InputError), set,
-        profile=profile, made=made,
-        follow=progress if callable(progress) else None,
+        made=made, follow=progress if callable(progress) else None,
     )  # fmt: skip
 
 

@@ -49,8 +49,6 @@ class RunOptions:
     """KEY=VALUE, or values by dotted key, that replace values of the case."""
     lean: bool = False
     """Numbers alone, for a sweep: no report, no files for visualisation, no other cell sizes."""
-    profile: bool = False
-    """Time the parts of the burst."""
     made: CaseTable | None = None
     """The resolved case, instead of a file's; `target` is then its run directory, and a stage's case is this one."""
     follow: Callable[[Progress], object] | None = None

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from fragfield.files.provenance import provenance_of
 from fragfield.hazard.certainty import certainty
-from fragfield.pipeline.arena import arena_realisation, read_arena, table_width, write_arena
+from fragfield.pipeline.arena import arena_realisation, read_arena, write_arena
 from fragfield.pipeline.job import Job
 from fragfield.terminal.logs import LOGGERS, concerns_the_user, words_of
 
@@ -60,7 +60,6 @@ def burst(job: Job, stage: Stage) -> dict[str, Any]:
             on_progress=job.reporter.burst,
             resume=job.options.resume,
             series=not job.options.lean,
-            profile=job.options.profile,
         )
         part = {**result.summary, "geometry_reason": choice.reason}
     if alone:
@@ -99,6 +98,7 @@ def fly(job: Job, stage: Stage) -> dict[str, Any]:
     from fragfield.pipeline.attitudes import flown_attitude, fly_all
     from fragfield.pipeline.convergence import convergence_of
     from fragfield.pipeline.single_round import single_round
+    from fragfield.pipeline.table_width import table_width
 
     _load_together(job)
     began = time.perf_counter()

@@ -30,8 +30,8 @@ def decision_section(run: RunFiles, all_findings: Sequence[Finding]) -> Section:
     trust, doubt = reasons_for(run), reasons_against(run, all_findings)
     blocks: list[Block] = [
         Columns((
-            Rows("What was computed", tuple(_what(run))),
             Group((Cards(tuple(_distances(run))), *_prescribed(run))),
+            Rows("What was computed", tuple(_what(run))),
         )),
         *verdict_table(run),
         Columns((

@@ -18,8 +18,6 @@ from fragfield.report.stage_sections import (
     speeds_section,
 )
 from fragfield.report.tables.attitudes import attitude_sections
-from fragfield.report.tables.ignition import profile_section
-from fragfield.report.tables.inputs import input_tables
 from fragfield.report.tables.stages import provenance_rows
 from fragfield.report.tables.uncertainty import uncertainty_section
 
@@ -55,7 +53,6 @@ def sections(run: RunFiles, draw: Draw, picture: Picture) -> list[Section]:
         Section("provenance", "Versions and files", list(provenance_rows(run)), annex=True),
         Section("inputs", "Inputs as resolved", list(_inputs(run)), annex=True),
         *attitude_sections(run),
-        *profile_section(run),
     ]
 
 
@@ -78,10 +75,8 @@ def _warnings(run: RunFiles, found: Sequence[Finding]) -> Section:
 
 
 def _inputs(run: RunFiles) -> Iterator[Block]:
-    """Every input that took part, and the case's own text."""
+    """The case's own text."""
     if run.case is None:
         yield Paragraph("This directory contains no case.")
         return
-    yield Paragraph("Keys that do not apply to this run (those of other choices) are listed in case.toml only.")
-    yield from input_tables(run)
     yield Text("case.toml, as resolved", run.case_text)

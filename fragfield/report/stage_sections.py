@@ -30,10 +30,8 @@ from fragfield.report.tables.rounds import (
 from fragfield.report.tables.rules import rule_tables
 from fragfield.report.tables.stages import (
     alike_around,
-    azimuth_tables,
     break_up_rows,
     flight_rows,
-    ledger_table,
     mesh_rows,
     quantity_rows,
 )
@@ -227,7 +225,6 @@ def _by_azimuth(run: RunFiles, draw: Draw) -> Iterator[Block]:
     if "flight" in run.missing:
         return
     yield from direction_table(run)
-    yield from azimuth_tables(run)
     if not alike_around(run):
         yield from draw(
             "polar_by_sector", "Number and speed around the rounds",
@@ -266,7 +263,6 @@ def _burst(run: RunFiles) -> Iterator[Block]:
     yield from arrangement_table(run)
     yield from quantity_rows(run, "Burst", "burst", "burst.speed_quantiles")
     yield mesh_rows(run)
-    yield from ledger_table(run)
     yield from contact_rows(run)
     yield from ignition_table(run)
     yield from exposure_table(run)

@@ -49,4 +49,4 @@ def _place_of(block: Block) -> int:
     title = getattr(block, "title", "")
     if title.startswith("Uncertain inputs"):
         return 2
-    return 1 if title.startswith(("What moves", "Share of each", "Exposed sites")) else 0
+    return 1 if title.startswith(("Effect of each", "Share of each", "Exposed sites")) else 0

@@ -109,7 +109,6 @@ def _parts(summary: Mapping[str, Any]) -> Iterator[str | Table]:
     yield from convergence_words(summary.get("convergence") or {})
     for entry in summary.get("exposed") or []:
         yield f"exposed {entry['name']}: {_exposed_words(entry)}"
-    yield from _profile((summary.get("burst") or {}).get("profile") or [])
     if "directory" in summary:
         yield f"written to {summary['directory']}"
 
@@ -122,18 +121,6 @@ def _exposed_words(entry: Mapping[str, Any]) -> str:
     margin = f"; margin by density {margin_metres(entry['margin'])} m" if agrees else ""
     verdict = f"{entry['verdict']} ({criterion_words(entry)}{shown})"
     return f"{verdict}, {rounded_metres(entry['distance'])} m, {where}{margin}"
-
-
-def _profile(profile: Sequence[Mapping[str, Any]]) -> Iterator[str | Table]:
-    """The parts of the stepping, where they were timed."""
-    if not profile:
-        return
-    table = Table(title="time of the stepping", title_justify="left", box=None, pad_edge=False)
-    for head in ("part", "s", "%", "calls"):
-        table.add_column(head, justify="left" if head == "part" else "right")
-    for part in profile:
-        table.add_row(part["part"], f"{part['seconds']:.2f}", f"{100.0 * part['share']:.1f}", str(part["calls"]))
-    yield table
 
 
 def _initiated(ignition: Sequence[Mapping[str, Any]]) -> str:

@@ -336,3 +336,20 @@ def test_the_bound_meets_a_criterion_and_the_estimate_fails_it(expected, upper, 
     for kinds in ((value, less), (less, value)):
         entry = dict(zip(("density_normal", "density_ground"), kinds, strict=True))
         assert verdict_of(entry | {"criterion": {"quantity": "density", "limit": 2.0}}) == verdict
+
+
+def test_margin_and_nearest_edge_of_a_larger_area_are_never_better():
+    """The nearest point of sides of 40 m and of 4 km is the same, and so is the distance to a line of 100 m there."""
+    one = np.array([110.0])
+    expected = ExpectedDistance(
+        100.0, 110.0, 2.0, 90.0, 100.0, "worst_direction", 0.0, 10, 10, None, (), 0.0, np.zeros(1), one, one, one,
+        np.zeros((2, 1)),
+    )  # fmt: skip
+    found = []
+    for half in (20, 2000):
+        corners = [[60, -half - 7], [60 + 2 * half, -half - 7], [60 + 2 * half, half], [60, half]]
+        points = [[f"{x} m", f"{y} m"] for x, y in corners]
+        entry = assessed({"name": "meadow", "kind": "area", "points": points}, expected=expected)
+        found.append([entry["distance"], entry["margin"]])
+    assert found[1] == pytest.approx(found[0], abs=0.01)
+    assert found[0] == pytest.approx([60.0, -50.0], abs=0.01)

@@ -238,3 +238,11 @@ def test_a_foreign_file_in_a_case_names_the_command(content, words, tmp_path):
     assert words.format(path=path) in found.output
     with pytest.raises(flight.InputError, match=r"neither fragments in HDF5 .* is converted by: fragfield import"):
         flight.Fragments.read(workbook(tmp_path / "t.xlsx", ("a", [HEAD])))
+
+
+@pytest.mark.parametrize(("mass", "is_doubtful"), [(12.0, False), (8.0, True), (30.0, True), (11.0, False)])
+def test_a_mass_that_no_flight_would_take_is_said_at_once(mass, is_doubtful, tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text("zone;number;mean mass (g);speed (m/s)\n0-90;600;10;800\n90-180;600;10;900\n")
+    words = str(fragfield.import_table(path, casing_mass=mass))
+    assert ("less than 50% or more than 110% of the casing" in words) == is_doubtful

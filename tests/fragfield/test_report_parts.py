@@ -15,19 +15,17 @@ import pytest
 from docs.hooks.reference import summary_reference
 from fragfield.case import CaseTable
 from fragfield.hazard.certainty import margin_metres, metres, metres_and_error, whole_metres
-from fragfield.numbers import _LADDERS, UNKNOWN, number, of_case, row
+from fragfield.numbers import _LADDERS, UNKNOWN, number, row
 from fragfield.quantities import QUANTITIES, quantity, schema, shown
 from fragfield.report import read_run
 from fragfield.report.assemble import code_words
 from fragfield.report.figures.fragments import number_above, segment_laws
 from fragfield.report.findings.findings import findings
 from fragfield.report.reading.run_files import RunFiles
-from fragfield.report.tables.inputs import input_tables
 from fragfield.report.tables.stages import quantity_rows
 from fragfield.studies.ratios import ratios
 from fragfield.studies.sweep.results import results_of
 from fragfield.terminal.show import summary_text
-from fragfield_base.inputs import Measured
 
 UNITS = pint.UnitRegistry()
 
@@ -65,51 +63,6 @@ def test_practical_units_are_those_that_they_are_called(si):
             value, unit = re.fullmatch(r"([\d.,]+)\s?(\D.*)", text).groups()
             found = float(value.replace(",", "")) * UNITS(unit.replace("°", "degree"))
             assert found.to(si).magnitude == pytest.approx(1.5 * 10.0**power, rel=5e-3), text
-
-
-@pytest.mark.parametrize(
-    ("value", "shown"),
-    [
-        (Measured(0.006, "m"), "6 mm"), (Measured(4.52e6, "J/kg"), "4.52 MJ/kg"), ("6 mm", "6 mm"), ("mott", "mott"),
-        (True, "yes"), (0.75, "0.75"), ([Measured(0.0, "m"), Measured(0.1085, "m")], "0 m, 108.5 mm"),
-        ([[0, 1], [2, 3]], "(0, 1), (2, 3)"), (2, "2"), (Measured(1.225, "kg/m^3"), "1.225 kg/m³"),
-    ],
-)  # fmt: skip
-def test_values_of_the_case_have_their_units(value, shown):
-    assert of_case("x", value).value.replace("\u00a0", " ") == shown
-
-
-def inputs(document: dict, **summary: object) -> list[str]:
-    """Names of the rows of the annex of inputs, by table."""
-    run = RunFiles(Path("x"), case=CaseTable.model_validate(document), summary=dict(summary))
-    return [f"{table.title}: {one.name}" for table in input_tables(run) for one in table.rows]
-
-
-def test_inputs_that_take_no_part_are_not_listed():
-    """Each choice lists the keys that it reads, and not those of the other."""
-    calm, windy = inputs({}), inputs({"flight": {"wind": {"speed": "5 m/s"}}})
-    assert not any("wind" in line for line in calm)
-    assert "Flight: wind · speed" in windy
-    assert "Flight: wind · exponent" not in windy
-    assert "Flight: wind · exponent" in inputs({"flight": {"wind": {"speed": "5 m/s", "model": "power_law"}}})
-    assert "Flight: integrator · step" not in calm
-    assert "Flight: integrator · step" in inputs({"flight": {"integrator": {"method": "fixed"}}})
-    assert "Flight: ground · roughness factor" in calm
-    assert "Flight: ground · roughness factor" not in inputs({"flight": {"ground": {"ricochet": "none"}}})
-    assert "Break up: graded m0" not in calm
-    assert "Break up: graded m0" in inputs({"break_up": {"sampler": "graded"}})
-    assert "Break up: fracture stress" in inputs({"break_up": {"mean_mass": "mott_1947"}})
-    assert "Break up: prefactor" not in inputs({"break_up": {"mean_mass": "14.9 g"}})
-    assert not any(line.startswith("Document") for line in calm)
-    assert "Document: number" in inputs({"document": {"number": "R-1"}})
-
-
-def test_fragments_of_a_file_list_no_burst():
-    document = {"burst": {"cell_size": "6 mm"}, "witness": [{"name": "ring", "radius": "7 m"}]}
-    assert "Burst: cell size" in inputs(document)
-    of_file = inputs(document, flight={"fragments_file": "arena.csv"})
-    assert not any(line.startswith(("Burst", "Break up", "Round")) for line in of_file)
-    assert "Witness “ring”: radius" in of_file
 
 
 def test_backticks_become_code_and_nothing_else_becomes_markup():

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from fragfield.hazard.recommended import NORMAL_95
+from fragfield.hazard.exposed import NORMAL_95
 from fragfield.studies.uncertainty.distributions import Distribution
 from fragfield.studies.uncertainty.plan import latin_hypercube, seed_of, shared_bursts
 from fragfield.studies.uncertainty.shares import analyse, columns_of

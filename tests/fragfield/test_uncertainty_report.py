@@ -84,3 +84,10 @@ def test_too_few_samples_give_no_result(folder, tmp_path):
     assert found["distance"] is None
     text = write_uncertainty_page(tmp_path, folder, found).read_text()
     assert "No result: 5 samples gave a distance; at least 8 are needed." in text
+
+
+def test_what_moves_the_distance_stands_under_its_own_heading(folder):
+    page = write_uncertainty_page(folder, folder, read_run(folder).part("uncertainty")).read_text()
+    shares = page[page.index('<section id="shares">') : page.index('<section id="inputs">')]
+    assert "figure-uncertainty_tornado" in shares
+    assert "Share of each input" in shares

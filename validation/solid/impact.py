@@ -51,13 +51,21 @@ def final_length(values: Mapping[str, Any]) -> float:
     return float(values["length"] * (_RIGID_PART + (1.0 - _RIGID_PART) * decay))
 
 
-def impact(values: Mapping[str, Any], core: int) -> Impact:
-    """Throw the rod of the reference's table on a plane, with `core` cells along the side of its section's core."""
+def impact(values: Mapping[str, Any], core: int, *, local: bool = True) -> Impact:
+    """Throw the rod of the reference's table on a plane, with `core` cells along the side of its section's core.
+
+    `local`: with local time stepping.
+    """
     strength = 0.5 * values["yield_stress"]
     material = elastic(values, shear_strength=strength, tensile_strength=8.0 * strength)
     plane = RigidPlane("anvil", (0.0, 0.0, -_GAP), (0.0, 0.0, 1.0), friction_angle=0.0)
     mesh = rod(values["radius"], values["length"], core)
-    settings = replace(SETTINGS, cell_size=0.5 * np.pi * values["radius"] / core, planes=(plane,))
+    settings = replace(
+        SETTINGS,
+        cell_size=0.5 * np.pi * values["radius"] / core,
+        planes=(plane,),
+        time_step=replace(SETTINGS.time_step, subcycling=local),
+    )
     solver = solver_on(mesh, material, settings)
     fields = solver.fields
     fields.nodes.velocity[:, 2] = -values["speed"]

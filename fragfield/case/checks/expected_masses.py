@@ -122,7 +122,8 @@ def _mass(mass: float) -> str:
 
 
 _WARNED = 0.9
-_ALLOWED = (0.5, 1.1)
+RECOVERED = (0.5, 1.1)
+"""Mass of an arena table over the casing's with which it is flown."""
 
 
 @dataclass(frozen=True)
@@ -166,7 +167,7 @@ class RecoveredMass:
     @property
     def warning(self) -> str:
         """What is doubtful in it; empty where all is well."""
-        if self.fraction is None or _WARNED <= self.fraction <= _ALLOWED[1]:
+        if self.fraction is None or _WARNED <= self.fraction <= RECOVERED[1]:
             return ""
         if self.arena_mass == "scaled":
             return f"{self.words}: what was not recovered is taken to have flown as what was"
@@ -208,13 +209,13 @@ def recovered_mass(case: CaseTable, table: ArenaTable, name: str) -> RecoveredMa
         )
     casing = masses_of(case.round[0]).casing
     heaviest = float(table.mass[table.number > 0.0].max(initial=0.0))
-    if heaviest > _ALLOWED[1] * casing:
+    if heaviest > RECOVERED[1] * casing:
         raise InputError(
             f"{name}: mean_mass_kg: found {heaviest:.4g}, more than the casing of round[1], {casing:.4g} kg; allowed: "
             "fragments of that round (is it in kg?)"
         )
     found = RecoveredMass(table.total_mass, casing, meant)
-    low, high = _ALLOWED
+    low, high = RECOVERED
     fraction = found.mass / casing
     if meant == "checked" and not low <= fraction <= high:
         raise InputError(

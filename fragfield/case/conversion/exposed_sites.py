@@ -64,10 +64,10 @@ class ExposedSite:
         return x, y
 
     def edge(self, spacing: float = 1.0) -> Array:
-        """Points along the outline (n, 2), no farther apart than `spacing` (m), at most 256 a side."""
+        """Points along the outline (n, 2), no farther apart than `spacing` (m), at most 10,000 a side."""
         parts = []
         for start, end in zip(self.outline, np.roll(self.outline, -1, axis=0), strict=True):
-            count = min(256, max(1, math.ceil(float(np.hypot(*(end - start))) / spacing)))
+            count = min(10_000, max(1, math.ceil(float(np.hypot(*(end - start))) / spacing)))
             parts.append(start + (end - start) * (np.arange(count) / count)[:, None])
         return np.concatenate(parts)
 

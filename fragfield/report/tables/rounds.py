@@ -23,22 +23,6 @@ if TYPE_CHECKING:
 
 MOST_ROUNDS_SHOWN = 4
 """Tables by round and segment show no more rounds than this: those of a stack are mostly alike."""
-POSITION_KEYS = ("name", "position", "axis", "ignition", "initiation")
-"""What distinguishes rounds of one kind."""
-
-
-def alike(rounds: list[dict[str, Any]]) -> list[list[dict[str, Any]]]:
-    """Tables of rounds in groups that differ in name, position and ignition alone."""
-    groups: list[tuple[dict[str, Any], list[dict[str, Any]]]] = []
-    for entry in rounds:
-        kind = {key: value for key, value in entry.items() if key not in POSITION_KEYS}
-        for known, members in groups:
-            if known == kind:
-                members.append(entry)
-                break
-        else:
-            groups.append((kind, [entry]))
-    return [members for _, members in groups]
 
 
 def arrangement_table(run: RunFiles) -> Iterator[Table]:

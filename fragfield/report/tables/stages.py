@@ -8,30 +8,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fragfield.case.conversion.surroundings import bearing_of, direction_words
 from fragfield.numbers import Row, number, row
 from fragfield.quantities import shown
 from fragfield.report.blocks import Rows, Table
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping, Sequence
+    from collections.abc import Iterable, Iterator, Mapping
     from pathlib import Path
 
     from fragfield.report.reading.run_files import RunFiles
-
-
-_LEDGER = {
-    "products_work": "Work of the products",
-    "kinetic": "Kinetic energy",
-    "kinetic_casing": "– of the casing",
-    "strain": "Strain energy",
-    "plastic": "Plastic work",
-    "viscous": "Artificial viscosity",
-    "hourglass": "Hourglass control",
-    "contact": "Contact: springs and friction",
-    "damping": "Damping",
-    "products_energy_left": "Energy left in the products",
-}
 
 
 _GEOMETRIES = {"3d": "three dimensions", "axisymmetric": "axisymmetric"}
@@ -68,28 +53,6 @@ def _symmetry_rows(run: RunFiles) -> Iterator[Row]:
     for line in symmetry_words(found) if found else ():
         words, _, rest = line.partition(": ")
         yield Row(words.capitalize(), rest)
-
-
-def ledger_table(run: RunFiles) -> Iterator[Table]:
-    """Entries of the ledger at the end."""
-    if "products_work" not in run.history or not len(run.history["products_work"]):
-        return
-    work = float(run.history["products_work"][-1])
-    lines = []
-    for key, words in _LEDGER.items():
-        if key in run.history:
-            value = float(run.history[key][-1])
-            share = number(100 * value / work, 3) if work else "–"
-            lines.append((words, number(value * 1e-6, 4), share))
-    gain = run.history.get("contact_gain")
-    if gain is not None:
-        share = number(100 * float(gain[-1]) / work, 3) if work else "–"
-        lines.append(("Made by contact (part of the imbalance)", number(float(gain[-1]) * 1e-6, 3), share))
-    error = run.history.get("energy_error")
-    if error is not None:
-        worst = float(np.nanmax(np.abs(error), initial=0.0))
-        lines.append(("Largest imbalance", number(worst * work * 1e-6, 3), number(worst * 100, 3)))
-    yield Table("Ledger at the end of the burst", ("Entry", "MJ", "% of the work"), tuple(lines))
 
 
 def quantity_rows(run: RunFiles, title: str, *parts: str) -> Iterator[Rows]:
@@ -137,56 +100,9 @@ def _area_rows(area: Mapping[str, Any]) -> Iterator[Row]:
     yield row("Presented areas", words, "", f"shape factor {factors}")
 
 
-def azimuth_tables(run: RunFiles) -> Iterator[Table]:
-    """Every witness surface by azimuth."""
-    for witness in run.witnesses:
-        rows = witness.get("by_azimuth") or []
-        if alike_around(run) and rows:
-            yield _all_around(witness, rows)
-            continue
-        lines = [
-            (
-                _direction(run, line.get("azimuth_deg", 0.0)),
-                number(line.get("hits")),
-                number(line["hazardous_hits"]) if line.get("hazardous_hits") is not None else "–",
-                _rounded(line.get("mean_initial_speed")),
-                _rounded(line.get("max_initial_speed")),
-            )
-            for line in rows
-        ]
-        head = ("Direction", "Hits", "Hazardous", "Mean (m/s)", "Largest (m/s)")
-        if lines:
-            name = witness.get("name", "")
-            yield Table(f"Witness “{name}”", head, _cells(lines), "Initial speeds.", columns=2)
-
-
-def _direction(run: RunFiles, azimuth: float) -> str:
-    return direction_words(azimuth, None if run.case is None else bearing_of(run.case, azimuth), whole=True)
-
-
 def alike_around(run: RunFiles) -> bool:
     """Whether all azimuths are alike, so that a sector differs from the others at random alone."""
     return run.part("hazard").get("basis") == "all_azimuths"
-
-
-def _all_around(witness: Mapping[str, Any], rows: Sequence[Mapping[str, Any]]) -> Table:
-    """One row for sectors that are alike: means of the numbers, the mean of the mean speeds by number."""
-    hits, hazardous, mean, largest = (
-        np.array([line.get(key) or 0.0 for line in rows], dtype=float)
-        for key in ("hits", "hazardous_hits", "mean_initial_speed", "max_initial_speed")
-    )
-    speed = float(np.average(mean, weights=hits)) if hits.any() else None
-    line = (
-        f"all {len(rows)} sectors", f"{hits.mean():.1f}", f"{hazardous.mean():.1f}", _rounded(speed),
-        _rounded(float(largest.max())),
-    )  # fmt: skip
-    head = ("Azimuth", "Hits, mean of a sector", "Hazardous", "Mean (m/s)", "Largest (m/s)")
-    note = "All azimuths are alike; the sectors of the first realisation differ at random. Initial speeds."
-    return Table(f"Witness “{witness.get('name', '')}”", head, (line,), note)
-
-
-def _rounded(value: float | None, decimals: int = 0) -> str:
-    return "–" if value is None or not np.isfinite(value) else f"{value:,.{decimals}f}"
 
 
 def provenance_rows(run: RunFiles) -> Iterator[Rows | Table]:
