@@ -23,7 +23,7 @@ def test_single_rounds_are_integrated(attitude):
         ("break_up.tilt=1 deg", "break_up.tilt"),
         ("break_up.direction_scatter=0.5 deg", "scatter by less than 1 degree"),
         ("flight.gravity=0 m/s^2", "no gravity"),
-        ({"flight.origin": [2.0, 0.0]}, "flight.origin"),
+        ({"flight.origin": ["2 m", "0 m"]}, "flight.origin"),
         ("flight.time_limit=60 s", "flight.time_limit"),
         ("burst.geometry=3d", "3d"),
     ],
