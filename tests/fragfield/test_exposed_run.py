@@ -139,7 +139,7 @@ def test_report_has_the_places_on_its_first_page_and_the_document_on_every_page(
     cells = r"<td[^>]*>48\s*m, bearing 89° \(E\)</td><td[^>]*>not met</td><td[^>]*>density, at most 1 in 55.7 m²</td>"
     assert re.search(rf'<th scope="row"[^>]*>open</th>{cells}', first), first[first.index(">open<") :][:300]
     assert "QD-17 · revision C" in html
-    assert '@bottom-left { content: "OPEN · QD-17 · revision C"' in html
+    assert '@bottom-left { content: "OPEN · QD-17 · revision C · summary.json SHA-256 ' in html
     assert '@top-center { content: "OPEN"' in html
     assert ">A. Bee<" in first
     assert "Bank moved." in html
