@@ -46,7 +46,8 @@ class AssembledBurst:
     part, rounds, settings : what of the arrangement is computed, its rounds, and the settings with its planes.
     mesh, quality, surfaces : of all ranks. fuze_density : of each round (kg/m3).
     fields, contact, initiation, leakage, ledger, solver : the state, what acts on it, its sums and what steps it.
-    acceleration, exposures, measures, interpenetration, completion : what looks at it, and what adds the rounds that planes mirror.
+    acceleration, exposures, measures, interpenetration, completion : what looks at it, and what adds the mirrored
+        rounds.
     """
 
     def __init__(self, rounds: Sequence[Round], settings: BurstSettings, comm: MPI.Comm) -> None:
