@@ -48,6 +48,7 @@ if TYPE_CHECKING:
 POINTS = 8192
 """Points of a lattice: a power of two up to 2^20."""
 SHIFTS = 8
+EXTENSION = 4.0  # of a grid, where fragments come to rest beyond it
 SMALLEST_SCATTER = math.radians(1.0)
 """Standard deviation of directions below which elevations are too sharp for the points of the rule."""
 LEVEL = 0.05
@@ -184,7 +185,8 @@ def integrate(
     source : Source
         Its intensity. Its axis stands within a metre of the origin.
     directions : Directions
-        In which densities are wanted; "all_azimuths" is for a vertical axis through the origin.
+        In which densities are wanted; their grid is extended where fragments come to rest beyond it. "all_azimuths" is
+        for a vertical axis through the origin.
     criteria : Criteria
         What counts.
     air, drag, gravity, ground, ricochet, origin
@@ -225,7 +227,14 @@ def integrate(
 
     with ThreadPoolExecutor(threads or cores()) as pool:
         parts = list(pool.map(shifted, range(SHIFTS)))
-    return _whole(parts, directions, criteria)
+    found = _whole(parts, directions, criteria)
+    if found.rest[-1] > 0.0:  # whatever comes to rest farther away is counted there
+        farther = replace(directions, grid=directions.grid.up_to(EXTENSION * directions.grid.reach))
+        return integrate(
+            source, farther, criteria, air=air, drag=drag, gravity=gravity, ground=ground, ricochet=law, origin=origin,
+            points=points, threads=threads,
+        )  # fmt: skip
+    return found
 
 
 def _whole(parts: list[tuple[Array, Array, float]], directions: Directions, criteria: Criteria) -> Integral:

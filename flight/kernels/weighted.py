@@ -268,10 +268,6 @@ def fly_weighted(
                 after[0], after[1] = x, 0.0
                 after[2], after[3] = kept * math.cos(departure), kept * math.sin(departure)
             before[0], before[1], before[2], before[3] = after[0], after[1], after[2], after[3]
-            left = 0.5 * mass * (after[2] * after[2] + after[3] * after[3]) + mass * around.gravity * after[1]
-            if not ended and left < near.energy:  # never hazardous again
-                profile[REST, _cell(after[0], near)] = 1.0
-                ended = True
         farthest = _cell(before[0], near) + 1
         if not ended:
             lost += launch[6]

@@ -89,14 +89,17 @@ VACUUM = ConstantAir(0.0)
 class StandardAtmosphere:
     """US Standard Atmosphere 1976 (NOAA-S/T 76-1562), from 5 km below the sea to 84.8 km, constant beyond.
 
-    `site_altitude` is the altitude of z = 0 above sea level (m).
+    `site_altitude` is the altitude of z = 0 above sea level (m). `temperature_offset` (K) is added to the temperature
+    at every height; pressures stay those of the standard.
     """
 
     site_altitude: float = 0.0
+    temperature_offset: float = 0.0
 
     def __post_init__(self) -> None:
         """Refuse a site outside the atmosphere."""
         require_number("air", "site_altitude", self.site_altitude, "m", low=-5000.0, high=84_000.0)
+        require_number("air", "temperature_offset", self.temperature_offset, "K", low=-80.0, high=80.0)
 
     def density(self, height: ArrayLike) -> NDArray[np.float64]:
         """Density (kg/m3) at heights z (m)."""
@@ -137,12 +140,11 @@ class StandardAtmosphere:
     def _layer(geopotential: NDArray[np.float64]) -> NDArray[np.intp]:
         return np.clip(np.searchsorted(LAYER_BASE, geopotential, side="right") - 1, 0, LAYER_LAPSE.size - 1)
 
-    @classmethod
     def _state(
-        cls, geopotential: NDArray[np.float64], layer: NDArray[np.intp] | None = None
+        self, geopotential: NDArray[np.float64], layer: NDArray[np.intp] | None = None
     ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
         """Temperature (K), pressure (Pa) and lapse (K/m), equations 23 and 33 of the standard."""
-        index = cls._layer(geopotential) if layer is None else layer
+        index = self._layer(geopotential) if layer is None else layer
         base_temperature, base_pressure = _layer_bases()
         lapse, rise = LAYER_LAPSE[index], geopotential - LAYER_BASE[index]
         temperature = base_temperature[index] + lapse * rise
@@ -150,21 +152,21 @@ class StandardAtmosphere:
         exponent = STANDARD_GRAVITY / GAS_CONSTANT
         power = (base_temperature[index] / temperature) ** (exponent / np.where(isothermal, 1.0, lapse))
         decay = np.exp(-exponent * rise / base_temperature[index])
-        return temperature, np.asarray(base_pressure[index] * np.where(isothermal, decay, power)), lapse
+        pressure = np.asarray(base_pressure[index] * np.where(isothermal, decay, power))
+        return temperature + self.temperature_offset, pressure, lapse
 
-    @classmethod
     def _density_and_slope(
-        cls, geopotential: NDArray[np.float64], layer: NDArray[np.intp]
+        self, geopotential: NDArray[np.float64], layer: NDArray[np.intp]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        temperature, pressure, lapse = cls._state(geopotential, layer)
+        temperature, pressure, lapse = self._state(geopotential, layer)
         density = pressure / (GAS_CONSTANT * temperature)
-        return density, -density * (STANDARD_GRAVITY / GAS_CONSTANT + lapse) / temperature
+        fall = STANDARD_GRAVITY / (GAS_CONSTANT * (temperature - self.temperature_offset))  # of the pressure
+        return density, np.asarray(-density * (fall + lapse / temperature))
 
-    @classmethod
     def _slowness_and_slope(
-        cls, geopotential: NDArray[np.float64], layer: NDArray[np.intp]
+        self, geopotential: NDArray[np.float64], layer: NDArray[np.intp]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        temperature, _, lapse = cls._state(geopotential, layer)
+        temperature, _, lapse = self._state(geopotential, layer)
         slowness = 1.0 / np.sqrt(RATIO_OF_HEATS * GAS_CONSTANT * temperature)
         return slowness, -0.5 * slowness * lapse / temperature
 

@@ -147,3 +147,21 @@ def test_wind_profile() -> None:
     )
     assert (np.diff(Wind.power_law(10.0, 0.0).at(np.linspace(0.0, 1200.0, 500))[:, 0]) >= 0.0).all()
     assert Wind.power_law(10.0, 0.0).at(10.0)[0] == pytest.approx(10.0, rel=1e-3)
+
+
+@pytest.mark.parametrize("offset", [-35.0, 20.0])
+def test_warmer_air_at_the_pressure_of_the_standard(offset: float) -> None:
+    """Density p / (R T) and speed of sound sqrt(gamma R T) of the offset temperature; the kernels' table agrees."""
+    air, standard = StandardAtmosphere(300.0, offset), StandardAtmosphere(300.0)
+    height = np.array([0.0, 130.0, 4321.0, 12_000.0])
+    temperature = standard.temperature(height)
+    assert air.pressure(height) == pytest.approx(standard.pressure(height))
+    assert air.density(height) == pytest.approx(standard.density(height) * temperature / (temperature + offset))
+    assert air.sound_speed(height) == pytest.approx(standard.sound_speed(height) * np.sqrt(1.0 + offset / temperature))
+    table = air.table()
+    rise = 37.0
+    piece = int((1000.0 - table.bottom) / table.step)
+    density = np.polynomial.polynomial.polyval(rise, table.pieces[piece, :4])
+    geopotential = 1000.0 + rise
+    radius = 6_356_766.0
+    assert density == pytest.approx(air.density(radius * geopotential / (radius - geopotential) - 300.0), rel=1e-8)

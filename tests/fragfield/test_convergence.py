@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 import signal
 import subprocess
 import time
 from dataclasses import replace
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 from fragfield.case import load_case
@@ -15,7 +17,8 @@ from fragfield.errors import InputError
 from fragfield.files.run_directory import SCRATCH, STAGES, RunDirectory
 from fragfield.hazard.recommended import not_included_words, recommended_of
 from fragfield.pipeline import convergence as module
-from fragfield.pipeline.convergence import convergence_of
+from fragfield.pipeline.convergence import COMMON, convergence_of
+from fragfield.pipeline.grid_convergence import grid_convergence
 from fragfield.pipeline.job import Job, RunOptions
 from fragfield.pipeline.parallel import Team
 from fragfield.report.findings.hazard import convergence_findings
@@ -250,3 +253,14 @@ def test_an_interrupted_run_leaves_no_scratch_folder(short_case, tmp_path):
     assert process.wait(timeout=60) == 130
     assert not (out / SCRATCH).exists()
     assert not RunDirectory(out).complete(STAGES["fly"])  # a resumed run computes it again
+
+
+def test_values_of_an_integral_have_a_line_with_the_scatter_about_it():
+    """Distances of an M107 with 3, 4, 6 and 8 mm, which show no order: 1.25 times the line's rise, and its error."""
+    sizes, values = [3.0, 4.0, 6.0, 8.0], [142.23, 141.85, 141.35, 140.82]
+    found = grid_convergence(sizes, values, [COMMON] * 4, at=6.0)
+    slope, (left,) = np.polyfit(sizes, values, 1)[0], np.polyfit(sizes, values, 1, full=True)[1]
+    error = math.sqrt(left / 2.0 / float(((np.array(sizes) - 5.25) ** 2).sum()))
+    assert found.kind == "diverging"
+    assert found.uncertainty == pytest.approx(6.0 * (1.25 * abs(slope) + 1.96 * error), rel=1e-6)
+    assert found.uncertainty < 2.5

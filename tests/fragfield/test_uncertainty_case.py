@@ -125,7 +125,7 @@ def test_an_own_input_replaces_the_default_of_its_name_or_key():
     names = [one.name for one in inputs_of(by_key)]
     assert names[0] == "venting"
     assert "leakage radius" not in names
-    assert len(names) == 13
+    assert len(names) == 15
     by_name = _case({**RADIUS, "keys": ["burst.leakage.beta"], "low": 0.9, "high": 1.1})
     assert sum(one.name == "leakage radius" for one in inputs_of(by_name)) == 1
     assert [one.name for one in inputs_of(_case(RADIUS, defaults=False))] == ["leakage radius"]

@@ -205,7 +205,7 @@ def air_of(case: CaseTable) -> Air:
     table = case.flight.air
     if table.model == "constant":
         return flight.ConstantAir(table.density or 0.0, table.sound_speed)
-    return flight.StandardAtmosphere(table.altitude or 0.0)
+    return flight.StandardAtmosphere(table.altitude or 0.0, table.temperature_offset)
 
 
 def air_words(case: CaseTable) -> str:

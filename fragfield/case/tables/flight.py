@@ -46,6 +46,13 @@ class AirTable(Table):
         OnlyWith("model", ("standard",)),
     ] = None
     """Altitude of z = 0 above sea level, for model = "standard"; left out: the map's height of z = 0, else 0."""
+    temperature_offset: Annotated[
+        float,
+        Quantity("K", "0 K"),
+        Bounds(-80.0, 80.0, "no air near the ground is that far from 15 degrees Celsius", usual=(-45.0, 35.0)),
+        OnlyWith("model", ("standard",)),
+    ] = 0.0
+    """Added to the temperature of the standard atmosphere (15 degrees Celsius at sea level), whose pressure stays."""
     density: Annotated[
         float | None,
         Quantity("kg/m^3", "1.225 kg/m^3", minimum=0.0),

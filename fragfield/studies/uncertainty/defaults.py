@@ -41,6 +41,9 @@ def default_inputs(case: CaseTable) -> Iterator[UncertainInputTable]:
         yield from _burst(case)
     yield from _mean_mass(case)
     yield _entry("drag", ["flight.drag_factor"])
+    if case.flight.air.model == "standard":
+        yield _entry("air_temperature", ["flight.air.temperature_offset"])
+    yield from _base_height(case)
     if case.flight.shape.model != "box":
         yield _entry("presented_area", ["flight.shape_factor"])
     if case.flight.ground.ricochet != "none":
@@ -50,6 +53,15 @@ def default_inputs(case: CaseTable) -> Iterator[UncertainInputTable]:
         yield _entry("ricochet_roughness", ["flight.ground.roughness_factor"])
     if case.round:
         yield _entry("direction_scatter", ["break_up.direction_scatter"])
+
+
+def _base_height(case: CaseTable) -> Iterator[UncertainInputTable]:
+    """The height of the rounds, as that of flat ground below them: the burst stays."""
+    if not case.round or case.flight.ground.map is not None or any(plane.kind != "symmetry" for plane in case.plane):
+        return
+    above = min(entry.position[2] for entry in case.round) - case.flight.ground.height
+    highest = min(float(_data()["base_height"]["high"].split()[0]), max(above, 0.0))
+    yield _entry("base_height", ["flight.ground.height"], high=f"{highest:.4g} m")
 
 
 def _burst(case: CaseTable) -> Iterator[UncertainInputTable]:

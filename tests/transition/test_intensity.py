@@ -1,0 +1,83 @@
+"""The intensity of an axisymmetric round against the realisations that are drawn from the same laws."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.transition.meridian import Meridian
+from transition import BreakUp, BreakUpSettings
+
+POINTS, REALISATIONS = 2**15, 60
+
+
+def points(number: int = POINTS) -> np.ndarray:
+    """Points of the unit cube (n, 3): multiples of irrational numbers."""
+    return (np.arange(number)[:, None] * np.sqrt([2.0, 3.0, 5.0]) + 0.37) % 1.0
+
+
+@pytest.fixture(scope="module")
+def snapshot(tmp_path_factory):
+    return Meridian().write(tmp_path_factory.mktemp("meridian") / "burst_snapshot.h5")
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [
+        BreakUpSettings(mean_mass=0.004),
+        BreakUpSettings(mean_mass=0.004, dimension=3),
+        BreakUpSettings(mean_mass=0.004, dimension="mixed"),
+        BreakUpSettings(mean_mass=0.004, velocity="interpolation"),
+        BreakUpSettings(mean_mass=0.004, sampler="graded", graded_dm=5e-4),
+    ],
+    ids=["plane", "solid", "mixed", "at points", "graded"],
+)
+def test_it_is_the_mean_of_the_realisations(snapshot, settings):
+    """Numbers above masses, momentum along the axis and kinetic energy of those above 1 g, within 4 standard errors."""
+    broken = BreakUp(snapshot, settings)
+    rings = broken.intensity().at(points())
+    speed = np.hypot(rings.radial, rings.axial)
+
+    def counted(mass, along, speed, weight):
+        heavy = mass > 1e-3
+        numbers = [(weight * (mass > limit)).sum() for limit in (1e-3, 4e-3, 1e-2)]
+        return [*numbers, (weight * mass * along)[heavy].sum(), (weight * mass * speed**2)[heavy].sum()]
+
+    found = np.array(counted(rings.mass, rings.axial, speed, rings.number / POINTS))
+    drawn = np.array(
+        [
+            counted(one.mass, one.velocity[:, 2], one.speed, np.ones(len(one)))
+            for one in broken.many(3, range(REALISATIONS))
+        ]
+    )
+    error = drawn.std(axis=0, ddof=1) / math.sqrt(REALISATIONS)
+    scale = np.abs(drawn.mean(axis=0))
+    scale[3] = (rings.number / POINTS * rings.mass * np.abs(rings.axial)).sum()
+    assert (np.abs(found - drawn.mean(axis=0)) < 4.0 * error + 0.01 * scale).all(), (found, drawn.mean(axis=0), error)
+
+
+def test_it_closes_on_the_mass(snapshot):
+    rings = BreakUp(snapshot, BreakUpSettings(mean_mass=0.02)).intensity().at(points())
+    mass = BreakUp(snapshot).laws
+    assert float((rings.number * rings.mass).mean()) == pytest.approx(sum(law.mass for law in mass), rel=1e-3)
+
+
+def test_a_segment_of_one_piece_flies_as_its_centre(snapshot):
+    """The mean over all the metal: nothing outwards, the mean speed along the axis."""
+    broken = BreakUp(snapshot, BreakUpSettings(mean_mass=100.0, direction_scatter=0.0))
+    segment = broken.intensity().segments[0]
+    whole = np.full(9, segment.law.mass)
+    state, _ = segment.rings(whole, np.linspace(0.05, 0.95, 9), np.full(9, 0.5))
+    assert np.abs(state[:, 2]).max() < 1e-9
+    assert state[:, 3] == pytest.approx(np.full(9, state[0, 3]))
+
+
+def test_moved_velocities_move_it_as_little(snapshot):
+    broken = BreakUp(snapshot, BreakUpSettings(mean_mass=0.004))
+    moved = replace(broken.snapshot, velocity=broken.snapshot.velocity * (1.0 + 1e-6))
+    one, other = (BreakUp(state, broken.settings).intensity().at(points(512)) for state in (broken.snapshot, moved))
+    assert np.array_equal(one.mass, other.mass)
+    assert other.radial == pytest.approx(one.radial * (1.0 + 1e-6), rel=1e-9)
