@@ -45,7 +45,7 @@ def certainty(hazard: Mapping[str, Any]) -> str:
     bias = hazard["max_bias"] / hazard["expected"] if hazard["expected"] else 0.0
     what = f"{100.0 * error:.2g} % (standard error)"
     if bias > error:
-        what = f"{100.0 * bias:.2g} % (bound of the bias of taking the worst direction)"
+        what = f"{100.0 * bias:.2g} % (taken off for taking the worst direction)"
     return f"{number} realisations fix the expected distance to {what}, not to {100.0 * hazard['tolerance']:g} %; {ask}"
 
 

@@ -155,7 +155,7 @@ def made_by_contact(at_end: float, largest: float, gain: float) -> dict:
             "good",
             "40 realisations fix the expected distance to 1.5 % (standard error; `hazard.tolerance` asks for 2 %)",
         ),
-        ("hazard", hazard(max_bias=2.0), "note", "may bias the expected distance by up to 2 % either way"),
+        ("hazard", hazard(max_bias=2.0), "note", "makes the expected distance 2 % too large, which is taken off it"),
         (
             "hazard",
             hazard(converged=False, standard_error=3.0),
@@ -178,7 +178,7 @@ def made_by_contact(at_end: float, largest: float, gain: float) -> dict:
             "hazard",
             hazard(converged=False, max_bias=4.0),
             "warning",
-            "fix the expected distance to 4 % (bound of the bias of taking the worst direction), not to 2 %",
+            "fix the expected distance to 4 % (taken off for taking the worst direction), not to 2 %",
         ),
         (
             "hazard",

@@ -83,12 +83,34 @@ class Directions:
         starts = np.searchsorted(cells[order], np.arange(cells.max() + 1))
         return np.asarray(np.add.reduceat(fields[..., order, :], starts, axis=-2))
 
-    @cached_property
-    def weights(self) -> Array:
-        """Number per azimuth cell in each direction from the classes' sums (d, c)."""
-        cells = self._classes[0]
+    def unfolded(self, sums: Array) -> Array:
+        """Numbers by azimuth cell (..., a) from those of the classes (..., c)."""
+        return np.asarray(sums @ self._spread.T)
+
+    def weights(self, passed: Array | None = None) -> Array:
+        """Number per azimuth cell in each direction from the classes' sums (d, c).
+
+        `passed` (a // 2 + 1,): what is kept of every Fourier component of the azimuth; None: all of them.
+        """
         if self.axisymmetric:
             return np.full((1, 1), 1.0 / self.grid.azimuth_cells)
+        share = self._share
+        if passed is not None:
+            share = np.fft.irfft(np.fft.rfft(share, axis=1) * passed, share.shape[1], axis=1)
+        return np.asarray(share @ self._spread)
+
+    @cached_property
+    def _spread(self) -> Array:
+        """Number in every azimuth cell from those of the classes (a, c)."""
+        cells = self._classes[0]
+        size = np.bincount(cells)
+        spread = np.zeros((self.grid.azimuth_cells, len(size)))
+        spread[np.arange(self.grid.azimuth_cells), cells] = 1.0 / size[cells]
+        return spread
+
+    @cached_property
+    def _share(self) -> Array:
+        """Kernel of every direction over the azimuth cells (d, a)."""
         edges = self.grid.start + self.grid.width * np.arange(self.grid.azimuth_cells + 1)
         gap = edges - self.azimuth[:, None]
         share = np.zeros((len(self.azimuth), self.grid.azimuth_cells))
@@ -96,10 +118,7 @@ class Directions:
         half = math.sqrt(max(self.kernel**2 - self.grid.width**2 / (12.0 * _COSINE_MOMENT), 0.25 * self.kernel**2))
         for turn in (-720.0, -360.0, 0.0, 360.0, 720.0):  # the kernel may reach around
             share += np.diff(_raised_cosine(gap + turn, half), axis=1)
-        size = np.bincount(cells)
-        spread = np.zeros((self.grid.azimuth_cells, len(size)))
-        spread[np.arange(self.grid.azimuth_cells), cells] = 1.0 / size[cells]
-        return np.asarray(share @ spread)
+        return share
 
     @cached_property
     def radial(self) -> RadialSmoothing:

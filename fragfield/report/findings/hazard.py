@@ -125,7 +125,7 @@ def _certainty(hazard: dict[str, Any]) -> list[Finding]:
         found = [Finding("good", "The expected density is an integral: no random number is in the distance.")]
     if hazard["expected"] and hazard["max_bias"] > 0.5 * hazard["standard_error"]:
         share = 100 * hazard["max_bias"] / hazard["expected"]
-        text = f"Taking the worst direction may bias the expected distance by up to {share:.1g} % either way."
+        text = f"Taking the worst direction makes the expected distance {share:.1g} % too large, which is taken off it."
         found.append(Finding("note", text))
     return found
 

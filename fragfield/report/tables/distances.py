@@ -36,7 +36,7 @@ def distance_table(run: RunFiles) -> Iterator[Table]:
         yield Table("Distances", head, (("Recommended distance", "not determined", hazard["reason"]),))
         return
     short = hazard.get("without_ricochet") or dict.fromkeys(("recommended", "expected", "standard_error"))
-    bias = f"; bias of taking the worst direction: ±{hazard['max_bias']:.2g}{SPACE}m at most"
+    bias = f"; {hazard['max_bias']:.2g}{SPACE}m taken off for taking the worst direction"
     single = hazard["single_event"]
     span = f"{rounded_metres(single['low'])}{SPACE}–{SPACE}{rounded_metres(single['high'])}"
     expected, *added = parts_of(hazard)
