@@ -21,6 +21,7 @@ from burst_fenicsx.mechanics.material_tables import density_of_fuze
 from burst_fenicsx.mechanics.solver import BurstSolver
 from burst_fenicsx.meshing.cut import split_charges
 from burst_fenicsx.problem import BurstSettings, Round
+from burst_fenicsx.records.acceleration import Acceleration
 from burst_fenicsx.records.exposure import ShockExposures
 from burst_fenicsx.records.interpenetration import InterpenetrationCheck
 from burst_fenicsx.records.measures import Measures
@@ -45,7 +46,8 @@ class AssembledBurst:
     part, rounds, settings : what of the arrangement is computed, its rounds, and the settings with its planes.
     mesh, quality, surfaces : of all ranks. fuze_density : of each round (kg/m3).
     fields, contact, initiation, leakage, ledger, solver : the state, what acts on it, its sums and what steps it.
-    exposures, measures, interpenetration, completion : what looks at it, and what adds the rounds that planes mirror.
+    acceleration, exposures, measures, interpenetration, completion : what looks at it, and what adds the mirrored
+        rounds.
     """
 
     def __init__(self, rounds: Sequence[Round], settings: BurstSettings, comm: MPI.Comm) -> None:
@@ -90,6 +92,7 @@ class AssembledBurst:
             initiation=self.initiation,
             constraints=geometry.constrain(mesh, self.fields),
         )
+        self.acceleration = Acceleration(self.fields.products, settings.leakage, settings.acceleration_left)
         self.exposures = ShockExposures(self.rounds, self.fields)
         self.measures = Measures(
             self.fields,

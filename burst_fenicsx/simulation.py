@@ -22,7 +22,6 @@ from burst_fenicsx.kernels.constants import CHECK_INTERVAL, LARGEST_CONTACT_ERRO
 from burst_fenicsx.mechanics.erosion import erode_at_end
 from burst_fenicsx.meshing.placement import frame, place
 from burst_fenicsx.problem import BurstSettings, Mirror, Round
-from burst_fenicsx.records.acceleration import Acceleration
 from burst_fenicsx.records.gather import output_fields, snapshot_fields
 from burst_fenicsx.records.measures import RoundMeasures
 from burst_fenicsx.records.rounds import round_records
@@ -80,7 +79,7 @@ class Simulation(AssembledBurst):
     Attributes
     ----------
     writes_series : whether burst.xdmf and what else is for visualisation alone are written.
-    acceleration : of the casings. acceleration_complete : when it was (s).
+    acceleration_complete : when it was (s).
     """
 
     writes_series = True
@@ -106,7 +105,6 @@ class Simulation(AssembledBurst):
         self._resumed_at: float | None = None
         self._checkpoint_at = self.clocks.start if self.geometry.upright else -np.inf
         self.first_step_at, self.first_cell_step_at = 0, 0
-        self.acceleration = Acceleration(self.fields.products, self.settings.leakage, self.settings.acceleration_left)
         self.acceleration_complete: float | None = None
         self._before: tuple[float, _Arrays, _Arrays] | None = None  # time and fields before a step beyond an output
 
@@ -345,7 +343,9 @@ class Simulation(AssembledBurst):
         self._to_world(nodes)
         history = whole.history(self.ledger.columns())
         charge_masses = [record.charge_mass for record in records]
-        summary = burst_summary(self, along, charge_masses)
+        summary = burst_summary(
+            self, along, charge_masses, self.clocks, self.first_cell_step_at, self.acceleration_complete
+        )
         self.interpenetration.log_result(summary["contact"], summary["folded_casing_mass"])
         self._warn_of_contact()
         if self.settings.end_time is None and self.acceleration_complete is None and self.comm.rank == 0:

@@ -218,7 +218,7 @@ def shaped(fragments: Fragments, shape: Shape, seed: int = 0) -> Fragments:
     """
     if not isinstance(shape, Shape):
         raise InputError(f"shape is {shape!r}, allowed: flight.shape.Mean, Lognormal or Box")
-    return replace(fragments, shape_factor=shape.factors(fragments, seed))
+    return replace(fragments, shape_factor=shape.factors(np.stack([fragments.round, fragments.segment], axis=1), seed))
 
 
 def _refuse(source: str, name: str, value: NDArray[Any], bad: NDArray[np.bool_], needed: str) -> None:

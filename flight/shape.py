@@ -17,8 +17,6 @@ from flight.errors import InputError
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from flight.fragments import Fragments
-
 
 FORGED_STEEL_SHELL = 2600.0  # kg/m3; DDESB Technical Paper 12 (1975)
 NATURAL_FRAGMENTS_MEAN = 2370.0  # kg/m3; mean over natural fragments
@@ -46,9 +44,9 @@ class Mean:
         """Refuse what is no shape factor."""
         require_number("shape", "shape factor of the mean", self.shape_factor, "kg/m3", above=0.0)
 
-    def factors(self, fragments: Fragments, seed: int) -> NDArray[np.float64]:  # noqa: ARG002 - nothing is drawn
-        """Shape factors of fragments."""
-        return np.full(len(fragments), float(self.shape_factor))
+    def factors(self, kinds: NDArray[np.int64], seed: int) -> NDArray[np.float64]:  # noqa: ARG002 - nothing is drawn
+        """Shape factors (n,) in kg/m3 of fragments of `kinds` (n, 2): round and segment."""
+        return np.full(len(kinds), float(self.shape_factor))
 
 
 @dataclass(frozen=True)
@@ -67,12 +65,14 @@ class Lognormal:
         require_number("shape", "median of the lognormal", self.median, "kg/m3", above=0.0)
         require_number("shape", "spread of the lognormal", self.spread, "", low=0.0, high=2.0)
 
-    def factors(self, fragments: Fragments, seed: int) -> NDArray[np.float64]:
-        """Shape factors of fragments, drawn by the rows of each segment: a row more changes no other segment."""
-        normal = np.empty(len(fragments))
-        pairs = np.stack([fragments.round, fragments.segment], axis=1)
-        kinds, kind = np.unique(pairs, axis=0, return_inverse=True)
-        for number, key in enumerate(kinds + 1):  # -1: unknown
+    def factors(self, kinds: NDArray[np.int64], seed: int) -> NDArray[np.float64]:
+        """Shape factors (n,) in kg/m3 of fragments of `kinds` (n, 2): round and segment.
+
+        Drawn by the rows of each segment: a row more changes no other segment.
+        """
+        normal = np.empty(len(kinds))
+        different, kind = np.unique(kinds, axis=0, return_inverse=True)
+        for number, key in enumerate(different + 1):  # -1: unknown
             stream = np.random.SeedSequence(seed, spawn_key=(_STREAM, *map(int, key)))
             rows = np.flatnonzero(kind.ravel() == number)
             normal[rows] = np.random.Generator(np.random.Philox(stream)).standard_normal(rows.size)
@@ -94,9 +94,9 @@ class Box:
             raise InputError(f"shape: ratios of the box are {self.ratios}, needed: three finite numbers above zero")
         require_number("shape", "density of the box", self.density, "kg/m3", above=0.0)
 
-    def factors(self, fragments: Fragments, seed: int) -> NDArray[np.float64]:  # noqa: ARG002 - nothing is drawn
-        """Shape factors of fragments."""
-        return np.full(len(fragments), box_shape_factor(self.density, *self.ratios))
+    def factors(self, kinds: NDArray[np.int64], seed: int) -> NDArray[np.float64]:  # noqa: ARG002 - nothing is drawn
+        """Shape factors (n,) in kg/m3 of fragments of `kinds` (n, 2): round and segment."""
+        return np.full(len(kinds), box_shape_factor(self.density, *self.ratios))
 
 
 Shape = Mean | Lognormal | Box

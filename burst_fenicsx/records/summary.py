@@ -19,11 +19,11 @@ from burst_fenicsx.records.measures import speed_quantiles, speeds_and_bound
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from burst_fenicsx.assembled import AssembledBurst
     from burst_fenicsx.mechanics.initiation import Source
     from burst_fenicsx.problem import Round
     from burst_fenicsx.records.exposure import Exposure
     from burst_fenicsx.records.measures import RoundMeasures
-    from burst_fenicsx.simulation import Simulation
 
 __all__ = ["Clocks", "burst_summary", "ignitions"]
 
@@ -39,9 +39,12 @@ class Clocks:
 
 
 def burst_summary(
-    run: Simulation,
+    run: AssembledBurst,
     along: Sequence[RoundMeasures],
     charge_masses: Sequence[float],
+    clocks: Clocks,
+    first_cell_step: int,
+    acceleration_complete: float | None,
 ) -> dict[str, Any]:
     """Summarise a finished run; collective.
 
@@ -50,11 +53,13 @@ def burst_summary(
     run : the run.
     along : speeds and diameters along each round of the whole arrangement.
     charge_masses : of each of these rounds (kg).
+    clocks, first_cell_step : times of the run, and the steps of cells before it went on from a checkpoint.
+    acceleration_complete : when it was (s).
     """
     solver, last = run.solver, run.ledger.entries[-1]
     distortion = run.measures.distortion()
     cell_steps = run.comm.allreduce(solver.cell_steps)
-    clocks, done = run.clocks, max(cell_steps - run.comm.allreduce(run.first_cell_step_at), 1)
+    done = max(cell_steps - run.comm.allreduce(first_cell_step), 1)
     casing = np.array([item.casing_mass.sum() for item in along])
     means = np.array([item.mean for item in along])
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
@@ -103,7 +108,7 @@ def burst_summary(
         "max_penetration": contact["max_penetration"],
         "contact": contact,
         "products_balance": float(balances @ energies / energies.sum()),
-        "acceleration_complete": run.acceleration_complete,
+        "acceleration_complete": acceleration_complete,
         "acceleration_left": _or_none(float(asymptotes.sum() / energies_now.sum() - 1.0)),
         "products": run.settings.products,
         "quadrature": run.settings.quadrature,
@@ -147,7 +152,7 @@ def _or_none(value: float) -> float | None:
     return value if np.isfinite(value) else None
 
 
-def _error_at_checks(run: Simulation) -> float:
+def _error_at_checks(run: AssembledBurst) -> float:
     """Largest error of the ledger at multiples of `CHECK_INTERVAL`; while the first cells burn it is larger."""
     entries = run.ledger.entries
     times = np.array([entry.time for entry in entries])

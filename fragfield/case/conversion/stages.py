@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Literal
 
 from fragfield.case.conversion.rounds import degrees_of, settings_in
-from fragfield.case.conversion.surroundings import surroundings
+from fragfield.case.conversion.surroundings import air_of, surroundings
 from fragfield.case.conversion.symmetry import burst_geometry, is_axisymmetric
 from fragfield.case.tables.base import values_of
 from fragfield.case.tables.flight import CylinderTable, PanelTable
@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from flight import Wind
     from flight.fluence import PolarGrid
     from flight.hazard.criteria import Criteria
-    from flight.scene.air import Air
     from flight.scene.targets import Witness
     from flight.shape import Shape
     from fragfield.case.schema import CaseTable
@@ -45,16 +44,6 @@ def break_up_settings(case: CaseTable) -> BreakUpSettings:
     if values["segments"] is not None:
         values["segments"] = tuple(values["segments"])
     return BreakUpSettings(**values, shape_factor=case.flight.shape_factor, random_roll=is_axisymmetric(case))
-
-
-def air_of(case: CaseTable) -> Air:
-    """The air of the flight."""
-    import flight
-
-    table = case.flight.air
-    if table.model == "constant":
-        return flight.ConstantAir(table.density or 0.0, table.sound_speed)
-    return flight.StandardAtmosphere(table.altitude or 0.0, table.temperature_offset)
 
 
 def flight_arguments(case: CaseTable) -> dict[str, Any]:
