@@ -183,7 +183,7 @@ def test_the_worst_direction_is_that_of_the_smoothed_field() -> None:
 
 
 def test_equal_directions_pool_themselves() -> None:
-    """The largest of 72 equal estimates is that of them all, to 1 %; the plain largest would be 7 % too large."""
+    """The largest of 72 equal estimates is that of them all, to 1 %; the plain largest would be 5.6 % too large."""
     truth = true_distance(1.0)
     found = estimates(directions("worst_direction"), even, 2.0, 12, seed=5)
     distance = np.array([one.distance for one in found])
