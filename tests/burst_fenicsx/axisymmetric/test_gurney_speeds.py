@@ -48,7 +48,7 @@ def test_wall_speed_is_gurneys_within_a_band(name, tmp_path):
     """Printed Gurney velocities from 4 % below the burst's to 14 %.
 
     They are of other densities, some of tests of 1943, and of products that have expanded sevenfold, where these speeds
-    hold all that would still come: 1 to 2 %. Where the file has none, Eq. 24 stands for it. On this tube TNT is 2 % above the middle of its printed range.
+    hold all that would still come: 1 to 2 %. Where the file has none, Eq. 24 stands for it.
     """
     explosive, printed = load_explosive(name), substance("explosive", name).value("gurney", "gurney")
     velocity = sum(printed) / 2.0 if printed else 520.0 + 0.28 * explosive.detonation_velocity
