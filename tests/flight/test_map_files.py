@@ -119,7 +119,9 @@ def found(kind: str, half: float) -> ExpectedDistance:
     grid = PolarGrid.of(72, 10.0, 10.0, 2.0 * FAR)
     near, groups = hazard.Criteria().fluence_grid(grid), DensityGroups(Directions(grid, "worst_direction", 10.0))
     for number in range(REALISATIONS):
-        groups.add(*density_counts(fly(burst(number), ground=ground(kind, half), fluence=near, sample=0)))
+        groups.add(
+            *density_counts(fly(burst(number), ground=ground(kind, half), fluence=near, sample=0, ricochet="none"))
+        )
     return expected_distance(groups, hazard.Criteria().density)
 
 

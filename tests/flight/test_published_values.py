@@ -131,7 +131,7 @@ def test_the_azimuth_kernel_has_unit_area_and_its_own_second_moment():
     for kernel, sectors in ((10.0, 72), (20.0, 72), (30.0, 24)):
         grid = PolarGrid.of(sectors, kernel, 10.0, 500.0)
         directions = Directions(grid, "worst_direction", kernel)
-        weights = directions.weights
+        weights = directions.weights()
         assert weights.sum(axis=1) == pytest.approx(1.0, rel=1e-12)
         centre = grid.start + grid.width * (np.arange(grid.azimuth_cells) + 0.5)
         away = (centre - directions.azimuth[0] + 180.0) % 360.0 - 180.0

@@ -132,6 +132,7 @@ def test_differences_name_the_keys(tmp_path):
 
 # Units in which people write; a default is spelled in those of its dimension.
 _UNITS = {
+    "K": (),
     "m": ("mm", "cm", "ft", "inch"),
     "m^2": ("cm^2", "ft^2"),
     "s": ("us", "ms", "ns"),

@@ -220,10 +220,7 @@ def test_a_distance_that_its_cells_leave_open_is_a_warning():
     (warning,) = convergence_findings(_run(0.07, kind="oscillating"))
     assert warning.weight == "warning"
     assert "The cell size leaves the expected distance uncertain by 7.0 %" in warning.text
-    assert (
-        "grid convergence: oscillating), several times `hazard.tolerance` (2 %): repeat with smaller cells"
-        in warning.text
-    )
+    assert "(oscillating), several times `hazard.tolerance` (2 %): the sizes differ to both sides" in warning.text
     (good,) = convergence_findings(_run(0.05))
     assert good.weight == "good"
 

@@ -100,14 +100,14 @@ def test_a_quantity_of_another_dimension_is_refused_with_its_key():
         (PermissionError(errno.EACCES, "Permission denied", "/x/y"), 2),
         (FileNotFoundError(errno.ENOENT, "No such file or directory", "/x/y"), 2),
         (ConnectionRefusedError(errno.ECONNREFUSED, "Connection refused"), 2),
-        (FileNotFoundError(errno.ENOENT, "No such file or directory"), 4),  # of no file: not the user's
-        (FileNotFoundError(errno.ENOENT, "No such file", str(Path(fragfield.__file__).parent / "data" / "x.toml")), 4),
-        (OSError(errno.EBADF, "Bad file descriptor"), 4),
-        (OSError(errno.EINVAL, "Invalid argument"), 4),
-        (OSError("without errno"), 4),
+        (FileNotFoundError(errno.ENOENT, "No such file or directory"), 2),
+        (FileNotFoundError(errno.ENOENT, "No such file", str(Path(fragfield.__file__).parent / "data" / "x.toml")), 2),
+        (OSError(errno.EBADF, "Bad file descriptor"), 2),
+        (OSError(errno.EINVAL, "Invalid argument"), 2),
+        (OSError("without errno"), 2),
     ],
 )
-def test_the_programs_own_errors_of_files_are_faults_of_the_program(error, code):
+def test_errors_of_the_operating_system_are_the_machines_or_a_files(error, code):
     assert exit_code_of(error) == code
     assert ("fault of the program" in message_of(error)) == (code == 4)
 

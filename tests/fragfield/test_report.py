@@ -153,9 +153,11 @@ def test_numbers_are_those_of_the_summary(page, summary):
     texts = " ".join(page.texts)
     left_out = "grid (no other cell size gave a distance), inputs (no study of uncertain inputs)"
     parts = hazard["parts"]
-    words = f"expected distance {parts['expected']:.1f} m; added as squares: points of the integral"
+    name = "quadrature" if parts["quadrature"] is not None else "randomness"
+    label = {"quadrature": "points of the integral", "randomness": "randomness of the break-up"}[name]
+    words = f"expected distance {parts['expected']:.1f} m; added as squares: {label}"
     together = f"together {math.ceil(10.0 * hazard['recommended']) / 10.0:.1f} m"
-    assert f"{words} {parts['quadrature']:.1f} m; {together}; not included: {left_out}." in texts
+    assert f"{words} {parts[name]:.1f} m; {together}; not included: {left_out}." in texts
     low, high = hazard["single_event"]["low"], hazard["single_event"]["high"]
     assert f"{round(low):,}\u00a0–\u00a0{round(high):,}" in texts
 
