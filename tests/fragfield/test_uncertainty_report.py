@@ -60,7 +60,7 @@ def test_the_run_has_a_section_and_a_card(folder):
     found = read_run(folder).part("uncertainty")
     recommended = int(np.ceil(found["hazard"]["recommended"]))
     assert '<section id="uncertainty">' in text
-    assert re.search(rf"[Rr]ecommended distance[^<]*</dt>\s*<dd><span class=\"value\">{recommended}</span>", text)
+    assert re.search(rf">Recommended distance</dt>\s*<dd><span class=\"value\">{recommended}</span>", text)
     for words in (
         "Parts of the recommended distance", "Share of each input in the variance of the distance",
         "heat of detonation",         "Uncertain inputs and their sources", "judgement", "figure-uncertainty_tornado",
