@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from burst_fenicsx.kernels.constants import ASYMPTOTE_GROWTH, STEADY_ASYMPTOTE
+from fragfield_base.elementary import power
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -37,7 +38,7 @@ class Acceleration:
     Attributes
     ----------
     rows : entry after entry: time (s), kinetic energies (rounds) in J, mean radii (rounds) in m.
-    asymptotes : entry after entry: K_inf (rounds) in J, NaN where there is none yet.
+    asymptotes : entry after entry: K_inf (rounds) in J, NaN where there is none yet, and of rounds not initiated.
     excess : entry after entry, 1 where the burst ends: the largest, over the rounds that have been initiated, of what
         is left over `left` and of the change of K_inf over `STEADY_ASYMPTOTE` of it.
     """
@@ -53,17 +54,17 @@ class Acceleration:
     def record(self, time: float, energies: np.ndarray, radii: np.ndarray, initiated: np.ndarray) -> None:
         """Take the casings' kinetic energies (rounds,) in J and mean radii (rounds,) in m at a time (s).
 
-        Rounds that nothing has `initiated` (rounds,) are not waited for.
+        Rounds that nothing has `initiated` (rounds,) have no asymptote and are not waited for.
         """
         self.rows.append(np.concatenate([[time], energies, radii]))
         count = len(energies)
         rows, asymptote, excess = np.array(self.rows), np.full(count, np.nan), np.full(count, np.inf)
-        for index in range(count):
+        for index in np.flatnonzero(initiated):
             energy, radius = rows[:, 1 + index], rows[:, 1 + count + index]
             window = _since_growth(radius)
             if window < 0 or len(rows) - window < _FEWEST_ENTRIES or not energy[-1] > 0.0:
                 continue
-            thinning = radius[window:] ** -self._exponents[index]
+            thinning = power(radius[window:], -self._exponents[index])
             offset = thinning - thinning.mean()
             slope = (offset @ energy[window:]) / (offset @ offset)
             asymptote[index] = energy[window:].mean() - slope * thinning.mean()
@@ -87,8 +88,9 @@ class Acceleration:
 
     def left(self) -> np.ndarray:
         """Fraction of its kinetic energy that each casing would still gain (rounds,), K_inf / K - 1; or NaN."""
-        count = len(self.asymptotes[-1]) if self.asymptotes else 0
-        return self.asymptotes[-1] / self.rows[-1][1 : 1 + count] - 1.0 if count else np.zeros(0)
+        count = len(self._exponents)
+        with np.errstate(divide="ignore", invalid="ignore"):  # of a casing at rest
+            return np.asarray(self.asymptotes[-1] / self.rows[-1][1 : 1 + count] - 1.0)
 
     def array(self) -> np.ndarray:
         """All entries for a checkpoint (entries, 2 + 3 rounds): rows, asymptotes, excess."""

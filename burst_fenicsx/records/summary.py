@@ -63,8 +63,8 @@ def burst_summary(
     casing = np.array([item.casing_mass.sum() for item in along])
     means = np.array([item.mean for item in along])
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
-    left, asymptotes = run.acceleration.left(), run.acceleration.asymptotes[-1] * run.part.multiplicity
-    energies_now = run.ledger.kinetic_casings * run.part.multiplicity
+    left, energies_now = run.acceleration.left(), run.ledger.kinetic_casings * run.part.multiplicity
+    known = np.isfinite(left)
     contact = _of_all_images(run.contact.summary(), run.part.images)
     whole, source = run.part.whole, run.part.source
     shocks = run.completion.of_rounds(run.initiation.sources) if run.initiation is not None else [None] * len(whole)
@@ -109,7 +109,7 @@ def burst_summary(
         "contact": contact,
         "products_balance": float(balances @ energies / energies.sum()),
         "acceleration_complete": acceleration_complete,
-        "acceleration_left": _or_none(float(asymptotes.sum() / energies_now.sum() - 1.0)),
+        "acceleration_left": float(np.average(left[known], weights=energies_now[known])) if known.any() else None,
         "products": run.settings.products,
         "quadrature": run.settings.quadrature,
         "cell_size": run.settings.cell_size,
@@ -122,7 +122,7 @@ def burst_summary(
                 "casing_mass": float(measure.casing_mass.sum()),
                 "charge_mass": float(charge),
                 "mean_initial_speed": measure.mean,
-                "acceleration_left": _or_none(float(left[source[index]])),
+                "acceleration_left": float(left[source[index]]) if known[source[index]] else None,
                 "max_initial_speed": measure.largest,
                 "speed_quantiles": speed_quantiles([measure]),
                 "outer_diameter": float(np.nanmax(measure.outer_diameter)),
@@ -146,10 +146,6 @@ def _of_all_images(contact: dict[str, Any], images: int) -> dict[str, Any]:
     """Contact's summary with counts and energies of the whole arrangement, `images` times the computed part."""
     extensive = ("bonded", "touching", "off_surface", "spring_energy", "friction_heat", "work", "gain")
     return {**contact, **{name: images * contact[name] for name in extensive}}
-
-
-def _or_none(value: float) -> float | None:
-    return value if np.isfinite(value) else None
 
 
 def _error_at_checks(run: AssembledBurst) -> float:

@@ -214,7 +214,8 @@ def _fly_in_contact(
     """Find all contacts, then fly the legs between them."""
     encounters = Encounters(job.fragments, contact, job.around, job.limits.ground, threads)
     legs = legs_between(job.fragments, encounters.contacts)
-    job.fragments, job.clock, job.numbers = legs.fragments, legs.clock, np.arange(len(legs.fragments))
+    # Slopes of the ground are a fragment's own, whatever legs contact makes of its flight.
+    job.fragments, job.clock, job.numbers = legs.fragments, legs.clock, legs.owner
     cells, job.cells = job.cells, None
     run = job.run(threads, on_progress, began)
     flown = legs.flown(run.landing)
@@ -222,9 +223,9 @@ def _fly_in_contact(
     fluence = None
     if cells is not None:  # again, those legs alone that were flown: a fragment that has landed is struck no more
         job.cells, job.fragments = cells, legs.fragments.select(flown)
-        job.clock, job.numbers = legs.clock[flown], flown
+        job.clock, job.numbers = legs.clock[flown], legs.owner[flown]
         job.run(threads, None, began)
-        job.fragments, job.clock, job.numbers = legs.fragments, legs.clock, np.arange(len(legs.fragments))
+        job.fragments, job.clock, job.numbers = legs.fragments, legs.clock, legs.owner
         fluence = job.fluence
     paths = legs.join_paths(chosen, job.paths(legs.of(chosen)))
     result = FlightResult(
