@@ -41,7 +41,7 @@ def burst_beside(case: CaseTable, folder: Path, team: Team) -> Burst:
 
 
 def flown_beside(
-    case: CaseTable, snapshot: Snapshot, threads: int = 1, attitude: Turned | None = None
+    case: CaseTable, snapshot: Snapshot, threads: int = 1, attitude: Turned | None = None, *, sample: bool = False
 ) -> tuple[FlownEnsemble, int]:
     """The numbers of a run without files: by the integral where the scene admits it, else by realisations, flown.
 
@@ -55,6 +55,8 @@ def flown_beside(
         How many work on it.
     attitude : Turned, optional
         As of a `Job`.
+    sample : bool
+        As of an `Integrand`.
 
     Returns
     -------
@@ -71,7 +73,7 @@ def flown_beside(
     if not case.exposed and not why_not_integrated(case):
         intensity = broken.intensity()
         assert intensity is not None  # of an axisymmetric burst
-        solved = Integrand(case, intensity, threads).solve(attitude)
+        solved = Integrand(case, intensity, threads, sample).solve(attitude)
         hazard = solved.hazard(case.hazard.tolerance)
         integrated = FlownEnsemble(
             None, hazard, {}, Completeness(), False, [], 0, attitude=solved.attitude, curve=solved.curve
