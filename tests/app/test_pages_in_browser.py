@@ -126,6 +126,16 @@ def test_a_stack_stands_on_the_map_as_it_is_computed(application):
     assert len(wanted) == 4
     page.wait_for_function(f"{rounds}.length === 4")
     assert page.evaluate(rounds) == wanted
+    circles = "[...document.querySelectorAll('#site-map circle:not(.handle)')].map(e => e.getBBox())"
+    size = page.evaluate(
+        "[document.querySelector('#site-map svg').clientWidth, document.querySelector('#site-map svg').clientHeight]"
+    )
+    found = page.evaluate(f"{circles}.map(b => [b.x, b.y, b.x + b.width, b.y + b.height])")
+    assert found, "the distances by rules"
+    for left, top, right, foot in found:
+        assert min(left, top) >= 0.0, "all of every distance is seen"
+        assert right <= size[0]
+        assert foot <= size[1]
 
 
 def test_the_link_opens_from_a_page_of_another_site(application):

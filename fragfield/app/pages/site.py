@@ -114,7 +114,12 @@ class _Site:
         )
         rules = (await run.io_bound(checked, self.page) or {}).get("rules", [])
         self.circles = [
-            {"name": f"{one['name']}, {metres(one['distance'])}", "radius": one["distance"], "kind": one["hazard"]}
+            {
+                "name": f"{one['name']}, {metres(one['distance'])}",
+                "short": metres(one["distance"]),
+                "radius": one["distance"],
+                "kind": one["hazard"],
+            }
             for one in rules
             if one["distance"] is not None and one["use"] == "siting"
         ]
