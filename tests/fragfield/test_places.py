@@ -158,9 +158,7 @@ def test_what_is_switched_off_in_a_kml_is_left_out_and_said(tmp_path, caplog, of
 
 
 def test_a_kml_that_is_switched_off_as_a_whole_is_refused(tmp_path):
-    with pytest.raises(
-        InputError, match=r"found no placemark .* only 1 NetworkLink, 3 placemarks switched off"
-    ):
+    with pytest.raises(InputError, match=r"found no placemark .* only 1 NetworkLink, 3 placemarks switched off"):
         case_of(tmp_path, KML.replace("<Document>", f"<Document>{OFF}").encode(), name="places.kml")
 
 
