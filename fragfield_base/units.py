@@ -133,6 +133,8 @@ class _Reader:
         while (sign := self._skip()) and sign not in ")+-":
             if sign in "*/":
                 self.at += 1
+            elif _NUMBER.match(self.text, self.at):  # of "1 500 kg" the product would be 500 kg
+                raise UnitError("which has two numbers side by side; a number has no space between thousands")
             one = self._factor(depth)
             power = -1 if sign == "/" else 1
             try:
