@@ -55,7 +55,7 @@ def place(*points):
 
 
 def exposed(points=None, **keys):
-    return table("exposed", name="place", **({"points": place(*points)} if points else {}), **keys)
+    return table("exposed", name="spot", **({"points": place(*points)} if points else {}), **keys)
 
 
 def wall(start, end, height=3, name="w", kind="wall", **keys):
@@ -197,7 +197,7 @@ INPUTS = {
     # areas, roads, places
     "an area with a notch": checked(ROUND + exposed([(60, 0), (100, 0), (100, 20), (80, 20), (80, 40), (60, 40)], kind="area"), 2, "exposed[1].points: found a polygon that is not convex"),
     "an area as a bow tie": checked(ROUND + exposed([(60, 0), (100, 0), (60, 40), (100, 40)], kind="area"), 2, "not convex"),
-    "an area drawn clockwise": checked(ROUND + exposed([(60, 0), (60, 40), (100, 40), (100, 0)], kind="area"), 0, "exposed place: area, 60.0 m at azimuth 0°"),
+    "an area drawn clockwise": checked(ROUND + exposed([(60, 0), (60, 40), (100, 40), (100, 0)], kind="area"), 0, "exposed spot: area, 60.0 m at azimuth 0°"),
     "an area around the rounds": checked(ROUND + exposed([(-60, -60), (60, -60), (60, 60), (-60, 60)], kind="area"), 2, 'round "shell" stands in it'),
     "a road of one point": checked(ROUND + exposed([(60, 0)], kind="road"), 2, "exposed[1].points: found", "allowed: a list of at least 2"),
     "a road that stands still": checked(ROUND + exposed([(60, 0), (60, 0), (80, 10)], kind="road"), 2, "two points of the road are the same"),
@@ -208,7 +208,7 @@ INPUTS = {
     "a blank between thousands": checked(ROUND + exposed(position=["1 200 m", "0 m"]), 2, 'exposed[1].position: component 1: found "1 200 m", which has two numbers side by side'),
     "a narrow blank between thousands": checked(ROUND.replace("12 mm", "0.012\u202f000 m"), 2, "which has two numbers side by side; a number has no space between thousands"),
     "a decimal comma": checked(ROUND.replace("12 mm", "12,5 mm"), 2, 'burst.cell_size: found "12,5 mm", which has a comma'),
-    "a no-break space before the unit": checked(ROUND + exposed(position=["60\u00a0m", "0 m"]), 0, "exposed place: person, 57.5 m"),
+    "a no-break space before the unit": checked(ROUND + exposed(position=["60\u00a0m", "0 m"]), 0, "exposed spot: person, 57.5 m"),
     "the casing in grams": checked(ROUND.replace("attitude", 'expected = { casing = "34530 g" }\nattitude'), 0, "34.53"),
     "the casing a thousand times too heavy": checked(ROUND.replace("attitude", 'expected = { casing = "34530 kg" }\nattitude'), 2, "give 34.53 kg, 1000 times less"),
     "a name of dollars and brackets": checked(ROUND.replace('"shell"', '"a [red]b[/red] {0} $a^{b$"'), 0, "a [red]b[/red] {0} $a^{b$"),
@@ -219,7 +219,7 @@ INPUTS = {
     "works that are low": checked(ROUND + ring(3, 2), 2, "which close 0 of 360 degrees around the rounds up to 30 degrees over them"),
     "works far off": checked(ROUND + ring(300, 4.5), 2, "which close 0 of 360 degrees"),
     "walls that are no works": checked(ROUND + ring(3, 4.5).partition("[[")[2].join(["[[", ""]), 0, "1,185 m (disposal in the open)", never=("incomplete",)),
-    "works that are exposed": checked(ROUND + '[hazard]\nprotective_works = ["place"]\n' + exposed(position=["60 m", "0 m"], **HALL), 2, 'hazard.protective_works: found "place"; allowed: none'),
+    "works that are exposed": checked(ROUND + '[hazard]\nprotective_works = ["spot"]\n' + exposed(position=["60 m", "0 m"], **HALL), 2, 'hazard.protective_works: found "spot"; allowed: none'),
     "a wall in the burst's way": checked(ROUND + wall((0.25, -5), (0.25, 5)), 0, "whose casing grows to about 0.2", "a run whose fragments start inside it is refused"),
     "a wall through the round": checked(ROUND + wall((0, -5), (0, 5)), 2, "1 rounds start inside it"),
     # maps of heights
@@ -294,7 +294,7 @@ def test_a_larger_site_is_never_safer_than_the_one_within_it(tmp_path):
     sites = ([(60, -20), (100, -20), (100, 20), (60, 20)], [(60, -700), (1460, -700), (1460, 700), (60, 700)])
     text = ROUND + "[hazard]\nmax_realisations = 8\n[break_up]\nrealisations = 8\n" + wall((-300, -5), (-300, 5))
     for number, points in enumerate(sites):
-        text += exposed(points, kind="area").replace("place", f"meadow {number}")
+        text += exposed(points, kind="area").replace("spot", f"meadow {number}")
     text += exposed([(60, -20), (60, 20)], kind="road") + exposed([(60, -900), (60, 900)], kind="road").replace(
         "place", "all"
     )

@@ -100,11 +100,6 @@
     if (!chosen) fit();
     svg.replaceChildren();
     const k = scale();
-    if (data.background) {
-      const b = data.background, half = [0.5 * (b.width || 0), 0.5 * (b.width || 0) * (b.ratio || 1)];
-      const low = place(b.low || half.map(v => -v)), high = place(b.high || half);
-      make("image", {href: b.address, x: low[0], y: high[1], width: high[0] - low[0], height: low[1] - high[1], opacity: 0.6, preserveAspectRatio: "none"}, svg);
-    }
     const path = (points, closed) => "M" + points.map(p => place(p).map(v => v.toFixed(1)).join(" ")).join("L") + (closed ? "Z" : "");
     for (const one of data.circles) {
       const [x, y] = place(data.origin), look = LOOK[one.kind] || LOOK.fragments;
@@ -156,11 +151,6 @@
   window.fragfieldMap = given => {
     data = given;
     if (!build()) return;
-    if (data.background) {
-      const picture = new Image();
-      picture.onload = () => { if (data.background) { data.background.ratio = picture.naturalHeight / picture.naturalWidth; draw(); } };
-      picture.src = data.background.address;
-    }
     draw();
   };
 })();
