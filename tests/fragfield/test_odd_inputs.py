@@ -186,8 +186,8 @@ def arena(number=90, mass=0.03, unit=1.0, zones=12, group=(0.001, 0.2)):
     return ARENA + "\n".join(rows) + "\n"
 
 
-def pieces(mass, z=1):
-    return f"mass_kg,vx_m_s,vy_m_s,vz_m_s,x_m,y_m,z_m\n{mass},500,0,100,0,0,{z}\n{mass},0,500,100,0,0,1\n"
+def pieces(mass, x=0):
+    return f"mass_kg,vx_m_s,vy_m_s,vz_m_s,x_m,y_m,z_m\n{mass},500,0,100,{x},0,1\n{mass},0,500,100,{x},0,1\n"
 
 
 MASSES = "zone;number;mean mass (g);speed (m/s)\n"
@@ -254,7 +254,7 @@ INPUTS = {
     "a table in grams": flown(arena(unit=1e3), 2, "3.24e+04 kg of fragments, 9.38e+04 % of the 34.53 kg"),
     "a mean mass outside its group": flown(arena(mass=0.3), 2, "outside its own group of mass; allowed: 0.001 to 0.2 kg"),
     "fragments in grams": flown(pieces(20), 2, "116 % of the 34.53 kg of the casings, the heaviest of 20 kg"),
-    "fragments below the ground": flown(pieces(0.02, z=-1), 2, "t.csv: fragments: 1 start below the ground"),
+    "fragments in a wall": flown(pieces(0.02, 5), 2, "t.csv: obstacle w: 2 fragments start inside it", text=wall((5, -5), (5, 5))),
     "two fragments": flown(pieces(0.02), 0, "0.116 % of the 34.53 kg of the casings: densities and distances are those of these alone"),
 }  # fmt: skip
 

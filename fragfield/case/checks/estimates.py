@@ -185,7 +185,7 @@ def map_warnings(case: CaseTable, fragments: Fragments | None = None) -> Iterato
 def given_fragments(case: CaseTable, path: Path) -> list[str]:
     """Warnings for the fragments of a file, neither of whose masses nor of whose places the case knows.
 
-    Raises InputError: the file cannot be read, they are heavier than the casings, start below the ground or in an
+    Raises InputError: the file cannot be read, they are heavier than the casings, start off the map or in an
     obstacle, or may fly beyond the map.
     """
     from flight import Fragments
@@ -197,7 +197,7 @@ def given_fragments(case: CaseTable, path: Path) -> list[str]:
     if not is_mixed(case):
         scene = Scene(found["ground"], found["ricochet"], tuple(found["obstacles"]))
         try:
-            scene.check(fragments, case.flight.origin)
+            scene.check_places(fragments.position, case.flight.origin, "fragments")
         except FlightInputError as error:
             raise InputError(f"{path.name}: {error}") from None
     for fault in map_faults(case, fragments):
