@@ -154,7 +154,7 @@ def test_numbers_are_those_of_the_summary(page, summary):
     left_out = "grid (no other cell size gave a distance), inputs (no study of uncertain inputs)"
     parts = hazard["parts"]
     name = "quadrature" if parts["quadrature"] is not None else "randomness"
-    label = {"quadrature": "points of the integral", "randomness": "randomness of the break-up"}[name]
+    label = {"quadrature": "points of the expected density", "randomness": "randomness of the break-up"}[name]
     words = f"expected distance {parts['expected']:.1f} m; added as squares: {label}"
     together = f"together {math.ceil(10.0 * hazard['recommended']) / 10.0:.1f} m"
     assert f"{words} {parts[name]:.1f} m; {together}; not included: {left_out}." in texts

@@ -67,7 +67,7 @@ def distance_table(run: RunFiles) -> Iterator[Table]:
             "no distance to keep: the farthest fragment of an event",
         ),
     ]  # fmt: skip
-    of_what = "of the integral by shifts of its points, else by bootstrap over the realisations"
+    of_what = "over the sets of points of an integral or of weighted fragments, else over the realisations"
     note = f"{RULE} ± is the standard error: {of_what}.{_tilt_words(run)}"
     yield Table("Distances", head, tuple(lines), note)
 
