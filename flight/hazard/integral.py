@@ -131,6 +131,8 @@ class Integral:
         All fragments by the distance at which they come to rest; empty where they are not flown so far.
     hazardous, hazardous_error : float
         Fragments that are hazardous where they first land, and its standard error by the shifts.
+    method : "integral" or "weighted_fragments"
+        Whether they were integrated by `integrate`, or are those of `flight.hazard.weighted`.
     """
 
     directions: Directions
@@ -139,6 +141,7 @@ class Integral:
     rest: Array
     hazardous: float
     hazardous_error: float
+    method: str = "integral"
 
     def expected(self, *, every_direction: bool = True, draws: int = DRAWS) -> ExpectedDistance:
         """The hazard distance; its standard error and bound are those of the quadrature."""
