@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 FACTOR_OBSERVED = 1.25
 """Safety factor of Roache's index where the order was observed with three sizes."""
 FACTOR_LINE = 2.0
-"""Safety factor of a line's rise: the limits of M107 and grenade, by cells of 3 mm, are 1.0 to 1.8 rises away."""
+"""Safety factor of a line's rise: the limits of 155 mm shells, by cells of 3 mm, are 1.0 to 1.8 rises away."""
 FACTOR_RANGE = 3.0
 """Safety factor where it was not."""
 _TWO_SIDED_95 = 1.96
