@@ -20,7 +20,7 @@ from burst_fenicsx.files.revolve import revolution, write_revolved
 from burst_fenicsx.files.snapshot import write_snapshot
 from burst_fenicsx.kernels.constants import CHECK_INTERVAL, LARGEST_CONTACT_ERROR
 from burst_fenicsx.mechanics.erosion import erode_at_end
-from burst_fenicsx.meshing.placement import frame, place
+from burst_fenicsx.meshing.placement import FACING, frame
 from burst_fenicsx.problem import BurstSettings, Mirror, Round
 from burst_fenicsx.records.gather import output_fields, snapshot_fields
 from burst_fenicsx.records.measures import RoundMeasures
@@ -46,10 +46,13 @@ _CHECKPOINT_SECONDS = 30.0
 
 @dataclass(frozen=True)
 class BurstProgress:
-    """Progress of the burst. Times in s; macro steps; `seconds_left` is estimated from the rate so far."""
+    """Progress of the burst. Times in s; macro steps; `seconds_left` is estimated from the rate so far.
+
+    `end_time` and `seconds_left` are None while no end is foreseen.
+    """
 
     time: float
-    end_time: float
+    end_time: float | None
     step: int
     steps_per_second: float
     cell_steps_per_second: float
@@ -259,7 +262,8 @@ class Simulation(AssembledBurst):
         self._writing.make_room()
         if self._series is not None and time > self._output_at:
             points, cells = dict(points), dict(cells)
-            self._to_world(points, cells)
+            if self.geometry.upright:
+                _carry((points, cells), FACING)
             self._output_at = time
             self._writing.begin(partial(self._write_series, self._series, time, points, cells))
 
@@ -279,17 +283,8 @@ class Simulation(AssembledBurst):
 
     def _to_world(self, *groups: dict[str, np.ndarray]) -> None:
         """Carry positions, vectors of nodes and stresses, by name, from an upright round to where it stands."""
-        if not self.geometry.upright:
-            return
-        item, axes = self.rounds[0], frame(self.rounds[0].axis)
-        for fields in groups:
-            for name, values in fields.items():
-                if name in POINTS:
-                    fields[name] = place(values, item.position, item.axis)
-                elif name in STRESSES:
-                    fields[name] = turned_stress(values, axes.T)
-                elif name in VECTORS:
-                    fields[name] = values @ axes
+        if self.geometry.upright:
+            _carry(groups, frame(self.rounds[0].axis), self.rounds[0].position)
 
     def _write_checkpoint(self) -> None:
         self._finish_series()  # whoever resumes from here needs the outputs before it
@@ -310,11 +305,13 @@ class Simulation(AssembledBurst):
         solver = self.solver
         elapsed = max(now - began, 1e-9)
         rate = (solver.steps - self.first_step_at) / elapsed
-        left = (end - solver.time) / solver.time_step / rate if solver.time_step > 0.0 and rate > 0.0 else None
+        foreseen = self.settings.end_time is not None or end < self.settings.time_limit
+        known = foreseen and solver.time_step > 0.0 and rate > 0.0
+        left = (end - solver.time) / solver.time_step / rate if known else None
         self.on_progress(
             BurstProgress(
                 time=solver.time,
-                end_time=end,
+                end_time=end if foreseen else None,
                 step=solver.steps,
                 steps_per_second=rate,
                 cell_steps_per_second=self.comm.size * (solver.cell_steps - self.first_cell_step_at) / elapsed,
@@ -400,6 +397,18 @@ class Simulation(AssembledBurst):
         swept = revolution(start["reference"], self.mesh.cells, self.rounds[0].position, self.rounds[0].axis)
         path = self.out_dir / "burst_revolved"
         write_revolved(path, swept, self.solver.time, points.pop("position"), points, cells, self.provenance)
+
+
+def _carry(groups: Sequence[_Arrays], axes: np.ndarray, position: Sequence[float] = (0.0, 0.0, 0.0)) -> None:
+    """Carry fields from an upright round's own frame to one with these axes (rows) and position (m) of its base."""
+    for fields in groups:
+        for name, values in fields.items():
+            if name in POINTS:
+                fields[name] = values @ axes + np.asarray(position)
+            elif name in STRESSES:
+                fields[name] = turned_stress(values, axes.T)
+            elif name in VECTORS:
+                fields[name] = values @ axes
 
 
 def _multiple_from(time: float, interval: float) -> float:

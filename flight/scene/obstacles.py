@@ -134,7 +134,7 @@ class Barricade(_AlongLine):
 class Building(_Standing):
     """A box. Faces: front, whose normal points along the azimuth, back, left, right, roof."""
 
-    centre: Offset
+    position: Offset
     """x and y of the centre of its plan."""
     length: Size
     """Along `azimuth`."""
@@ -149,14 +149,14 @@ class Building(_Standing):
 
     def __post_init__(self) -> None:
         """Refuse what is not a box."""
-        _check(self, ("centre",), ("length", "width", "height"))
+        _check(self, ("position",), ("length", "width", "height"))
         require_number(f"obstacle {self.name}", "azimuth", self.azimuth, "degrees", finite=True)
 
     def crest(self, ground: Ground) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """As of `Wall`; level."""
         base = self.base
         if base is None:
-            below = ground(*np.array(self.centre, dtype=np.float64)[:, None])
+            below = ground(*np.array(self.position, dtype=np.float64)[:, None])
             if below is None:
                 raise InputError(f"obstacle {self.name}: there is no ground to stand on; give it a base (z, m)")
             base = float(below[0])
@@ -169,7 +169,7 @@ class Building(_Standing):
         del part
         turn = math.radians(self.azimuth)
         along = np.array([math.cos(turn), math.sin(turn), 0.0])
-        centre = np.array([*self.centre, 0.0])
+        centre = np.array([*self.position, 0.0])
         return _prism(centre, along, 0.5 * self.length, 0.5 * self.width, 0.0, top, bottom)
 
 
@@ -209,7 +209,7 @@ def pack_obstacles(obstacles: Sequence[Obstacle], lowest: float | None, ground: 
 def _centre(obstacle: Obstacle) -> NDArray[np.float64]:
     """Of its plan (2,)."""
     if isinstance(obstacle, Building):
-        return np.array(obstacle.centre, dtype=np.float64)
+        return np.array(obstacle.position, dtype=np.float64)
     return 0.5 * np.add(obstacle.start, obstacle.end)
 
 

@@ -30,7 +30,7 @@ _OBSTACLES: TypeAdapter[Any] = TypeAdapter(ObstacleTable)
 _LINES = ("road", "wall", "barricade")
 _PLACED = ("latitude", "longitude", "length", "width", "azimuth")
 """What the shape on the map says of a building; of a road its width is kept."""
-_POINTS = {"exposed": ("points", "points_on_earth"), "obstacle": ("start", "end", "centre")}
+_POINTS = {"exposed": ("points", "points_on_earth"), "obstacle": ("start", "end", "position")}
 
 
 def _value(text: object, unit: str) -> float | None:

@@ -93,11 +93,11 @@ def case_from_document(document: Mapping[str, Any], *, source: str, folder: Path
     case = _resolved(case, source, folder)
     _raise(source, check_charges(case, stacked))
     _raise(source, check_geometry(case))
-    _raise(source, list(check_protective_works(case)))
     if is_mixed(case):
         _raise(source, _with_location(lambda: list(origin_faults(case)), source))
     check_counts(case, source)
     _raise(source, list(dict.fromkeys(stage_faults(case))))
+    _raise(source, list(check_protective_works(case)))
     return case
 
 

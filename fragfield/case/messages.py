@@ -35,6 +35,8 @@ _KINDS = {
     "dict_type": "a table",
     "string_too_short": "a string that is not empty",
 }
+_SAME = {"centre": "position", "center": "position", "position": "centre"}
+"""Keys that other tables have for the same."""
 _LIMITS = {
     "greater_than": ("greater than", "gt"),
     "greater_than_equal": ("at least", "ge"),
@@ -67,8 +69,14 @@ def explain(error: ValidationError, model: type[BaseModel]) -> list[str]:
 
 def _meant(location: tuple[int | str, ...], model: type[BaseModel]) -> tuple[int | str, ...]:
     """Where a misspelt key belongs: a needed key that is missing because of it is not reported a second time."""
-    close = nearest_name(str(location[-1]), _keys_beside(location, model))
+    close = _closest(str(location[-1]), _keys_beside(location, model))
     return location[:-1] if close is None else (*location[:-1], close)
+
+
+def _closest(key: str, names: Sequence[str]) -> str | None:
+    """The key that is meant by another: one of the same meaning, or of a like name."""
+    same = _SAME.get(key)
+    return same if same in names else nearest_name(key, names)
 
 
 def join_faults(source: str, faults: Sequence[str]) -> str:
@@ -87,7 +95,8 @@ def _text(fault: ErrorDetails, model: type[BaseModel]) -> str:
         return str(context["error"])
     if kind == "extra_forbidden":
         names, key = sorted(_keys_beside(fault["loc"], model)), str(fault["loc"][-1])
-        hint = nearest(key, names) or _belongs(key, model)
+        close = _closest(key, names)
+        hint = _belongs(key, model) if close is None else f' (did you mean "{close}"?)'
         return f"unknown key{hint}; allowed here: {', '.join(names)}"
     if kind == "missing":
         return f"missing; needed: {_needed(fault['loc'], model)}"

@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from transition.law.mean_mass import gurney_speed
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    import numpy as np
     from numpy.typing import NDArray
 
     from burst_fenicsx.meshing.mesh import CellMesh
@@ -92,14 +93,13 @@ def expected_cost(
         `stable_time_step` (the first one), `mean_time_step` of a cell, `end_time` (s), `steps` of a cell on average,
         `cell_steps`, `memory_bytes`, `core_seconds`.
     """
-    initiated = _times_initiated(rounds, described)
-    shells = [_Shell.of(entry, found, time) for entry, found, time in zip(rounds, described, initiated, strict=True)]
+    shells = _shells(rounds, described)
     different = {id(mesh): mesh for mesh in meshes}  # a stack has one
     sizes = {key: (mesh.shortest_edge, mesh.mean_edge) for key, mesh in different.items()}
     shortest, mean = zip(*(sizes[id(mesh)] for mesh in meshes), strict=True)
     stable = [_stable_step(entry, edge) for entry, edge in zip(rounds, shortest, strict=True)]
     fine = [edge / (0.5 * found["outer_diameter"]) for edge, found in zip(mean, described, strict=True)]
-    end = settings.end_time or min(max(shell.complete for shell in shells), settings.time_limit)
+    end = _end(settings, shells)
     stepping = min(
         step * min(_THINNING * edge * end / shell.stretched(end), 1.0)
         for step, edge, shell in zip(stable, fine, shells, strict=True)
@@ -128,14 +128,41 @@ def expected_cost(
     }
 
 
+def expected_end(settings: BurstSettings, rounds: Sequence[Round]) -> float | None:
+    """Time (s) at which a burst may end; None where a round is from a mesh file."""
+    described = []
+    for one in rounds:
+        if one.profile is None:
+            return None
+        velocity = one.explosive.detonation_velocity
+        charge, casing = one.profile.charge_volume, one.profile.casing_volume
+        ratio = charge * one.explosive.density / (casing * one.casing.density)
+        described.append(
+            {
+                "charge_length": one.profile.charge_end - one.profile.charge_front,
+                "outer_diameter": 2.0 * one.profile.max_radius,
+                "detonation_velocity": velocity,
+                "gurney_speed": gurney_speed(velocity, ratio),
+            }
+        )
+    return _end(settings, _shells(rounds, described))
+
+
+def _end(settings: BurstSettings, shells: Sequence[_Shell]) -> float:
+    return settings.end_time or min(max(shell.complete for shell in shells), settings.time_limit)
+
+
+def _shells(rounds: Sequence[Round], described: Sequence[dict[str, Any]]) -> list[_Shell]:
+    times = _times_initiated(rounds, described)
+    return [_Shell.of(entry, found, time) for entry, found, time in zip(rounds, described, times, strict=True)]
+
+
 def _times_initiated(rounds: Sequence[Round], described: Sequence[dict[str, Any]]) -> NDArray[np.float64]:
     """When the last ignition point of each round fires (s); without one, when a neighbour's casing reaches it.
 
     Casings set out when the front has passed half of the charge and fly at Gurney's speed. Distances are those of the
     bases' centres less the radii, so that this is an estimate for rounds that stand side by side.
     """
-    import numpy as np
-
     initiated = np.array([max((point.delay for point in entry.ignition), default=np.inf) for entry in rounds])
     place = np.array([entry.position for entry in rounds])
     radius = np.array([0.5 * found["outer_diameter"] for found in described])

@@ -44,15 +44,17 @@ def burst(job: Job, stage: Stage) -> dict[str, Any]:
     from fragfield.case.conversion.rounds import burst_rounds
     from fragfield.case.conversion.stages import burst_settings
     from fragfield.case.conversion.symmetry import burst_geometry
+    from fragfield.checking.cost import expected_end
 
-    settings, choice = burst_settings(job.case), burst_geometry(job.case)
+    settings, choice, rounds = burst_settings(job.case), burst_geometry(job.case), burst_rounds(job.case)
+    job.reporter.expected_end = expected_end(settings, rounds)
     alone = settings.geometry != "3d"  # a second's work: of one rank, while the others wait
     part: dict[str, Any] = {}
     if job.team.first:
         _log.info("burst.geometry: %s", choice.words)
     if job.team.first or not alone:
         result = simulate(
-            burst_rounds(job.case),
+            rounds,
             settings,
             job.target.path,
             comm=job.team.alone if alone else job.team.comm,

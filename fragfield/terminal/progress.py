@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import sys
 import time
 from contextlib import ExitStack, contextmanager, suppress
@@ -82,7 +83,14 @@ class ProgressReporter:
         False on ranks other than 0 and for `--quiet`; a stderr that is no terminal disables it too.
     follow : callable, optional
         Called with a `Progress` at every step; what it raises ends the run.
+
+    Attributes
+    ----------
+    expected_end : float, optional
+        When the burst may end (s), by which its progress counts until its end is foreseen.
     """
+
+    expected_end: float | None = None
 
     def __init__(self, *, enabled: bool, follow: Callable[[Progress], object] | None = None) -> None:
         self._enabled = enabled and sys.stderr.isatty()
@@ -130,8 +138,10 @@ class ProgressReporter:
     def burst(self, state: BurstProgress) -> None:
         """Show a `burst_fenicsx.BurstProgress`."""
         rate = f"{state.cell_steps_per_second / 1e6:.2f} M cell-steps/s"
-        detail = f"{state.time * 1e6:.2f} of {state.end_time * 1e6:.0f} us   step {state.step}   {rate}"
-        self._show(state.time, state.end_time, detail)
+        end, about = (state.end_time, "") if state.end_time is not None else (self.expected_end, "about ")
+        of = "" if end is None else f" of {about}{end * 1e6:.0f}"
+        detail = f"{state.time * 1e6:.2f}{of} us   step {state.step}   {rate}"
+        self._show(state.time, end or math.inf, detail)
 
     def flight(self, state: FlightProgress) -> None:
         """Show a `flight.FlightProgress`."""

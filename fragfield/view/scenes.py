@@ -65,8 +65,13 @@ def burst_at(run: RunFiles, time: float) -> pyvista.UnstructuredGrid:
         raise InputError(
             f"{run.folder / 'burst' / '0000.h5'}: cells refer to nodes that do not exist; run `fragfield burst` again"
         )
-    cells = cells.reshape(-1, corners)
-    return _whole(run, np.asarray(grid.points), cells, speed, grid.cell_data["part"])
+    cells, points = cells.reshape(-1, corners), np.asarray(grid.points)
+    if run.is_axisymmetric:
+        from burst_fenicsx.meshing.placement import FACING, place
+
+        attributes = run.rounds[0].attributes
+        points = place(points @ FACING.T, attributes["position"], attributes["axis"])
+    return _whole(run, points, cells, speed, grid.cell_data["part"])
 
 
 def burst_states(run: RunFiles, number: int) -> list[tuple[float, pyvista.UnstructuredGrid]]:

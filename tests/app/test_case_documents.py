@@ -212,7 +212,7 @@ def test_a_mark_is_moved_where_it_stands_on_the_map_and_on_earth(space):
     marked = (
         ("exposed", 0, "position"),
         ("exposed", 4, "points", 1),
-        ("obstacle", 1, "centre"),
+        ("obstacle", 1, "position"),
         ("exposed", 3, "latitude"),
     )
     for number, path in enumerate(marked):

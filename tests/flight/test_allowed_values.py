@@ -86,7 +86,7 @@ FINITE = {
     "normal of a panel": lambda v: flight.Panel((0, 0, 0), (1, v, 0), 2.0, 3.0),
     "corner of a polygon": lambda v: flight.Polygon([(0, 0, 0), (1, 0, 0), (0, v, 0)]),
     "start of a wall": lambda v: flight.Wall((0, v), (1, 0), 2.0),
-    "centre of a building": lambda v: flight.Building((v, 0), 1.0, 1.0, 1.0),
+    "position of a building": lambda v: flight.Building((v, 0), 1.0, 1.0, 1.0),
     "azimuth of a building": lambda v: flight.Building((0, 0), 1.0, 1.0, 1.0, v),
     "base of a building": lambda v: flight.Building((0, 0), 1.0, 1.0, 1.0, base=v),
     "corner of a map": lambda v: flight.HeightMap(FLAT, 1.0, (v, 0.0)),

@@ -119,6 +119,7 @@ def found(kind: str, half: float) -> ExpectedDistance:
     grid = PolarGrid.of(72, 10.0, 10.0, 2.0 * FAR)
     near, groups = hazard.Criteria().fluence_grid(grid), DensityGroups(Directions(grid, "worst_direction", 10.0))
     for number in range(REALISATIONS):
+        # Without ricochet: how far the estimate smooths over azimuth follows what lies beyond the map's edge too.
         groups.add(
             *density_counts(fly(burst(number), ground=ground(kind, half), fluence=near, sample=0, ricochet="none"))
         )
@@ -137,6 +138,21 @@ def test_a_distance_on_the_map_is_that_of_a_larger_map(kind: str, half: float) -
     else:
         assert half < 200.0, "on the larger of the two maps the distance is determined"
         assert large.upper > half or kind == "falls", "level ground in place of falling gives the larger distance"
+
+
+@pytest.mark.parametrize("kind", ["falls", "hills"])
+def test_ricochets_and_densities_within_the_map_are_those_of_a_larger_map(kind: str) -> None:
+    half, grid = 100.0, PolarGrid.of(72, 10.0, 10.0, 2.0 * FAR)
+    near = hazard.Criteria().fluence_grid(grid)
+    small, large = (fly(burst(0), ground=ground(kind, to), fluence=near, sample=0) for to in (half, FAR))
+    within = [0.95 * half > run.landing["distance"] for run in (small, large)]
+    assert np.array_equal(*within)
+    assert (small.landing["ricochets"][within[0]] > 0).any()
+    assert np.array_equal(small.landing["position"][within[0]], large.landing["position"][within[0]])
+    inside = int(grid.first[8])  # up to 80 m
+    for ours, theirs in zip(density_counts(small), density_counts(large), strict=True):
+        assert np.array_equal(ours[:, :inside], theirs[:, :inside])
+        assert ours[:, :inside].any()
 
 
 def test_over_level_ground_the_edge_changes_nothing() -> None:

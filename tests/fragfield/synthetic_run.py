@@ -10,6 +10,7 @@ import h5py
 import numpy as np
 
 from burst_fenicsx.files.output import TimeSeries
+from burst_fenicsx.meshing.placement import FACING
 from flight.files.ensemble import write_ensemble
 from flight.files.hdf5 import write_table
 from flight.fluence import PolarGrid
@@ -190,6 +191,8 @@ def _burst(folder: Path, mesh: dict[str, np.ndarray], names: list[str], places: 
     series = TimeSeries(folder / "burst", mesh["cells"], PROVENANCE)
     for time in np.linspace(0.0, END_TIME, 7):
         position, velocity = moved(mesh, time)
+        if mesh["cells"].shape[1] == 4:
+            position, velocity = position @ FACING, velocity @ FACING
         series.write(
             time, position, point_data={"velocity": velocity},
             cell_data={"part": mesh["part"], "pressure": np.full(len(mesh["part"]), 1e9)},

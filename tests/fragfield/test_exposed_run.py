@@ -44,7 +44,7 @@ slope = 0.5
 [[obstacle]]
 name = "store"
 kind = "building"
-centre = ["-50 m", "0 m"]
+position = ["-50 m", "0 m"]
 length = "12 m"
 width = "8 m"
 height = "5 m"

@@ -58,6 +58,18 @@ def test_a_terminal_shows_stage_time_step_rate_and_time_left(monkeypatch, capsys
     assert "\x1b[?25h" in shown.err, "the cursor is shown again"
 
 
+@pytest.mark.parametrize(
+    ("expected", "share", "words"), [(150e-6, 0.2, "30.00 of about 150 us"), (None, 0.0, "30.00 us   step")]
+)
+def test_until_an_end_is_foreseen_the_burst_counts_to_the_expected_one(expected, share, words):
+    found = []
+    with ProgressReporter(enabled=False, follow=found.append) as reporter:
+        reporter.expected_end = expected
+        reporter.stage("burst")
+        reporter.burst(SimpleNamespace(**{**vars(BURST), "end_time": None, "seconds_left": None}))
+        assert (found[-1].share, words in found[-1].detail) == (pytest.approx(share), True)
+
+
 def test_a_run_says_that_it_compiles(monkeypatch):
     """Numba's own events: a kernel that is compiled is announced once, whatever it calls, and the stage goes on."""
     import numba

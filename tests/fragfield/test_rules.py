@@ -201,11 +201,19 @@ WALLS = {
 }  # fmt: skip
 FAR = '[[obstacle]]\nname = "far"\nkind = "wall"\nstart = ["300 m", "0 m"]\nend = ["300 m", "1 m"]\nheight = "1 m"\n'
 FAR += 'thickness = "0.2 m"\n'
-BANKS = "".join(
-    f'[[obstacle]]\nname = "{name}"\nkind = "barricade"\nheight = "2 m"\n'
-    f'start = ["{x1} m", "{y1} m"]\nend = ["{x2} m", "{y2} m"]\n'
-    for name, x1, y1, x2, y2 in (("n", -9, 9, 9, 9), ("s", -9, -9, 9, -9), ("w", -9, -9, -9, 9), ("e", 9, -9, 9, 9))
-)
+
+
+def ring(away: float, height: float) -> str:
+    """Four banks about the rounds, their crests `away` from the centre."""
+    ends = {"n": (-1, 1, 1, 1), "s": (-1, -1, 1, -1), "w": (-1, -1, -1, 1), "e": (1, -1, 1, 1)}
+    return "".join(
+        f'[[obstacle]]\nname = "{name}"\nkind = "barricade"\nheight = "{height} m"\nslope = 0.5\n'
+        f'start = ["{away * x1} m", "{away * y1} m"]\nend = ["{away * x2} m", "{away * y2} m"]\n'
+        for name, (x1, y1, x2, y2) in ends.items()
+    )
+
+
+BANKS = ring(9, 10)
 
 
 def works(*names: str) -> str:
@@ -242,8 +250,8 @@ def test_works_that_enclose_the_rounds_count_when_the_case_names_them(tmp_path, 
 @pytest.mark.parametrize(
     ("names", "message"),
     [
-        (("far",), "which close 0 of 360 degrees around the rounds; allowed: works that enclose them, on 270 degrees"),
-        (("west",), "which close 180 of 360 degrees"),
+        (("far",), "which close 0 of 360 degrees around the rounds up to 30 degrees over them; allowed"),
+        (("west",), "which close 96 of 360 degrees"),
         (("west", "east", "deck"), 'found "deck", a plane under or over the rounds; allowed: upright walls'),
         (("eats",), 'found "eats"; allowed: "far", "west", "east", "south", "deck" (did you mean "east"?)'),
     ],
@@ -254,6 +262,20 @@ def test_works_that_leave_the_rounds_open_are_refused(tmp_path, names, message):
     with pytest.raises(InputError) as refused:
         row_of(tmp_path, ("0 m", "0 m"), more=works(*names) + "".join(WALLS.values()) + FAR)
     assert message in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("away", "height", "counts"), [(9, 10, True), (9, 4, False), (300, 10, False), (300, 300, True)]
+)
+def test_a_complete_ring_of_works_counts_where_it_rises_over_the_rounds(tmp_path, away, height, counts):
+    from fragfield.errors import InputError
+
+    text = works("n", "s", "w", "e") + ring(away, height)
+    if counts:
+        assert row_of(tmp_path, ("0 m", "0 m"), more=text).protective_works
+    else:
+        with pytest.raises(InputError, match="which close 0 of 360 degrees around the rounds up to 30 degrees"):
+            row_of(tmp_path, ("0 m", "0 m"), more=text)
 
 
 def test_without_masses_rules_that_need_none_apply_and_the_others_are_missing():

@@ -54,7 +54,7 @@ base = "1 m"
 [[obstacle]]
 name = "store"
 kind = "building"
-centre = ["60 m", "-30 m"]
+position = ["60 m", "-30 m"]
 length = "20 m"
 width = "12 m"
 height = "6 m"
@@ -300,7 +300,7 @@ def test_check_shows_the_surroundings(folder) -> None:
         assert words in done.stdout
     (folder / "tube.toml").write_text(
         tube.replace("[flight]", '[flight]\norigin = ["0 m", "30 m"]')
-        + OBSTACLES.replace('centre = ["60 m", "-30 m"]', 'centre = ["8 m", "0 m"]')
+        + OBSTACLES.replace('position = ["60 m", "-30 m"]', 'position = ["8 m", "0 m"]')
     )
     done = invoke("check", str(folder / "tube.toml"))
     assert done.exit_code == 2

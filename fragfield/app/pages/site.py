@@ -33,7 +33,7 @@ _NEW: dict[str, tuple[str, dict[str, Any]]] = {
     "barricade": ("obstacle", {
         "kind": "barricade", "start": ["-15 m", "-20 m"], "end": ["15 m", "-20 m"], "height": "4 m"}),
     "obstacle_building": ("obstacle", {
-        "kind": "building", "centre": ["-60 m", "-20 m"], "length": "14 m", "width": "10 m", "height": "5 m"}),
+        "kind": "building", "position": ["-60 m", "-20 m"], "length": "14 m", "width": "10 m", "height": "5 m"}),
 }  # fmt: skip
 """What is added to the map, by the name of its button: table and first values."""
 _MAPS = (".geojson", ".json", ".kml", ".kmz")

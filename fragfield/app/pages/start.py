@@ -87,7 +87,7 @@ def make_case(page: CasePage, template: str, name: str) -> str:
         case.set(("title",), path.stem)
     if template == "workshop":
         case.set(("stack", "count"), 4)
-        case.set(("obstacle", 0), {"name": "workshop", "kind": "building", "centre": ["-60 m", "-15 m"],
+        case.set(("obstacle", 0), {"name": "workshop", "kind": "building", "position": ["-60 m", "-15 m"],
                                    "length": "14 m", "width": "10 m", "height": "5 m"})  # fmt: skip
         case.set(("exposed", 0), {"name": "workshop", "kind": "building", "obstacle": "workshop", "max_hits": 1.0})
         case.set(("exposed", 1), {"name": "road", "kind": "road", "width": "7 m",

@@ -186,7 +186,7 @@ def _exposed_site(case: CaseTable, entry: ExposedTable) -> ExposedSite:
 def outline_of(obstacle: ObstacleTable) -> Array:
     """Corners (4, 2) of an obstacle's plan (m); of a bank that of its foot on level ground."""
     if isinstance(obstacle, BuildingTable):
-        return rectangle(obstacle.centre, obstacle.length, obstacle.width, obstacle.azimuth)
+        return rectangle(obstacle.position, obstacle.length, obstacle.width, obstacle.azimuth)
     start, end = np.asarray(obstacle.start), np.asarray(obstacle.end)
     way, (x, y) = end - start, (0.5 * (start + end)).tolist()
     if isinstance(obstacle, WallTable):
@@ -202,7 +202,7 @@ def _building(case: CaseTable, entry: ExposedBuildingTable, energy: float) -> tu
     if entry.obstacle is not None:
         standing = next(one for one in case.obstacle if one.name == entry.obstacle)
         assert isinstance(standing, BuildingTable)  # checked
-        centre, size, base = standing.centre, (standing.length, standing.width, standing.height), standing.base
+        centre, size, base = standing.position, (standing.length, standing.width, standing.height), standing.base
         azimuth = standing.azimuth
     else:
         assert entry.position is not None  # checked

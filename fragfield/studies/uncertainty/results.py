@@ -9,7 +9,6 @@ import numpy as np
 
 from fragfield.errors import EXIT_DONE, EXIT_NUMERICAL, InputError
 from fragfield.files.stamped import read_stamped_json, stamped_json
-from fragfield.hazard.certainty import metres
 from fragfield.hazard.recommended import parts_words, recommended_of
 from fragfield.hazard.site_map import write_contours
 from fragfield.hazard.to_apply import DistanceToApply
@@ -65,9 +64,7 @@ def _renew(nominal: RunDirectory, study: Mapping[str, Any]) -> None:
     """The recommended distance with the study, in the nominal run's summary.json and map files."""
     summary = nominal.summary()
     hazard = recommended_of(summary["hazard"], summary.get("convergence"), study)
-    rules = (summary.get("rules") or {}).get("rules") or ()
-    to_apply = DistanceToApply.of(hazard, summary.get("official"), rules)
-    nominal.write_summary({**summary, "hazard": hazard, "distance_to_apply": to_apply.as_dict()})
+    nominal.write_summary({**summary, "hazard": hazard, "distance_to_apply": _to_apply(hazard, summary)})
     if nominal.file("contours.geojson").is_file():
         from flight.files.ensemble import read_ensemble
         from fragfield.files.provenance import provenance_of
@@ -75,6 +72,11 @@ def _renew(nominal: RunDirectory, study: Mapping[str, Any]) -> None:
         case, found = nominal.stored_case(), read_ensemble(nominal.file("ensemble.h5"))[0]
         exposed = summary.get("exposed") or ()
         write_contours(case, found, nominal, provenance_of(case), exposed, hazard["recommended"])
+
+
+def _to_apply(hazard: Mapping[str, Any], summary: Mapping[str, Any]) -> dict[str, Any]:
+    rules = (summary.get("rules") or {}).get("rules") or ()
+    return DistanceToApply.of(hazard, summary.get("official"), rules).as_dict()
 
 
 def read_results(folder: Path) -> dict[str, Any]:
@@ -91,7 +93,8 @@ def assess(study: Study, rows: Mapping[int, Mapping[str, Any]], summary: Mapping
     dict
         `exit_code` (3 where a sample failed or has no distance), `title`, `inputs`, `design`, `states` (numbers of
         samples by state, and the first messages), `distance` (the expected one) and `exposed` (spread, shares,
-        tornado), and `hazard`, the recommended distance of the nominal run with its parts, as in summary.json.
+        tornado), `hazard`, the recommended distance of the nominal run with its parts, and `distance_to_apply` with it,
+        as in summary.json.
     """
     values = [rows.get(number, {}).get("results") or {} for number in range(study.samples)]
     distance = _column(values, "distance")
@@ -119,6 +122,7 @@ def assess(study: Study, rows: Mapping[int, Mapping[str, Any]], summary: Mapping
     found["distance"] = _quantity(study, distance, errors)
     hazard = recommended_of(summary["hazard"], summary.get("convergence"), found)
     found["hazard"] = {name: hazard[name] for name in _RECOMMENDED}
+    found["distance_to_apply"] = _to_apply(hazard, summary)
     found["exposed"] = [
         {"name": site["name"]} | {name: _of_site(study, values, number, name, site[name]) for name in _SITE}
         for number, site in enumerate(nominal["exposed"])
@@ -239,8 +243,9 @@ def print_study(found: Mapping[str, Any]) -> None:
             over = site["hits"]["spread"]
             words = f"5 % {over['low']:.3g}, median {over['median']:.3g}, 95 % {over['high']:.3g}"
             console.print(f"{site['name']}: expected hits {words}")
-    console.print(f"recommended distance {metres(found['hazard']['recommended'])}")
-    console.print(f"  {parts_words(found['hazard'])}")
+    for words in (found["distance_to_apply"]["line"], *found["distance_to_apply"]["words"]):
+        console.print(words)
+    console.print(f"recommended distance {parts_words(found['hazard'])}")
     cost = found["cost"]
     if cost["samples_made_now"]:
         each = cost["wall_seconds"] / cost["samples_made_now"]

@@ -18,7 +18,7 @@ from mpi4py import MPI
 
 from burst_fenicsx import simulation
 from burst_fenicsx.errors import InputError, NumericalStop
-from burst_fenicsx.meshing.placement import frame
+from burst_fenicsx.meshing.placement import FACING, frame
 from burst_fenicsx.problem import Leakage, RigidPlane
 from burst_fenicsx.run_burst import simulate
 from fragfield.case import load_case
@@ -143,6 +143,26 @@ def test_place_and_direction_in_space_do_not_change_the_speeds(tmp_path):
     np.testing.assert_allclose(lying["nodes/velocity"], upright["nodes/velocity"] @ axes, atol=1e-9)
     carried = upright["nodes/position"] @ axes + item.position
     np.testing.assert_allclose(lying["nodes/position"], carried, atol=1e-12)
+    same_data(one / "burst", two / "burst")
+
+
+def test_the_first_view_sees_the_meridian_from_its_side(tmp_path):
+    """As ParaView looks at what it opens: along -z, y upwards."""
+    pyvista = pytest.importorskip("pyvista")
+    simulate([tube(position=(3.0, 0.0, 1.0))], RINGS, tmp_path, comm=MPI.COMM_SELF)
+    reader = pyvista.get_reader(str(tmp_path / "burst.xdmf"))
+    reader.set_active_time_value(reader.time_values[-1])
+    grid = reader.read()
+    view = pyvista.Plotter(off_screen=True, window_size=(400, 400))
+    view.add_mesh(grid, color="black")
+    view.view_xy()
+    view.set_background("white")
+    dark = view.screenshot(return_img=True)[:, :, 0] < 128
+    view.close()
+    assert dark.mean() > 0.1
+    end = datasets(tmp_path / "burst_snapshot.h5")
+    np.testing.assert_allclose(grid.points, (end["nodes/position"] - (3.0, 0.0, 1.0)) @ FACING, atol=1e-12)
+    np.testing.assert_allclose(grid.point_data["velocity"], end["nodes/velocity"] @ FACING, rtol=1e-6, atol=1e-3)
 
 
 def test_only_what_is_axisymmetric_is_taken(tmp_path):
