@@ -30,8 +30,8 @@ from burst_fenicsx.symmetry import smallest_part, symmetry_words
 from burst_fenicsx.symmetry.completion import Completion
 
 if TYPE_CHECKING:
-    from burst_fenicsx.meshing import CellMesh
     from burst_fenicsx.meshing.distributed import DistributedMesh
+    from burst_fenicsx.meshing.mesh import CellMesh
 
 __all__ = ["AssembledBurst"]
 

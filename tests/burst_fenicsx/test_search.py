@@ -210,7 +210,7 @@ def test_of_two_equally_near_faces_geometry_decides(slope):
 
 
 def test_a_node_behind_the_faces_of_two_rounds_is_pushed_out_of_both():
-    """A floor and a wall of two rounds meet in a corner; a node of a third has come into it, deeper behind the floor."""
+    """A floor and a wall of two rounds meet in a corner; a node of a third lies in it, deeper behind the floor."""
     position = np.array(
         [[x, y, 0.0] for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
         + [[0.0, y, z] for y, z in ((-1, -1), (1, -1), (1, 1), (-1, 1))] + [[-0.01, 0.1, -0.02]], dtype=float

@@ -1,7 +1,7 @@
 """Point-face contact: nodes of one surface pushed out of the faces of another (Eqs. 16-18).
 
-First every node finds the face that it has entered and the force between them, side by side; then the forces are
-added in order, see `springs`. Both surfaces of a pair take their turn as nodes and as faces.
+First every node finds, of each round near it, the face that it has entered and the force between them, side by side;
+then the forces are added in order, see `springs`. Both surfaces take their turn as nodes and as faces.
 """
 
 from __future__ import annotations
@@ -103,7 +103,7 @@ def _find_some(
             if free < np.inf:
                 best, nearest, unloaded = face, distance, free
                 point[:] = trial
-        if best >= 0 and not _outside_beside(k, best, nearest, state, position, corner, trial, point):
+        if best >= 0 and not _outside_beside(k, nearest, state, position, corner, trial, point):
             weigh_corners(point[0], point[1], state.weight[k])
             _relative_velocity(node, state.faces[best], state.weight[k], velocity, relative)
             depth = 0.0
@@ -215,7 +215,6 @@ def _unloaded_depth(
 @kernel
 def _outside_beside(
     k: int,
-    best: int,
     nearest: float,
     state: Collisions,
     position: np.ndarray,
