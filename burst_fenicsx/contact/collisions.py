@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 from mpi4py import MPI
 
+from burst_fenicsx.contact.boxes import are_inside, around_rounds, meet_others
 from burst_fenicsx.contact.exchange import CONTACT_FORCES, Fetched, Given, Halo, NearFaces
 from burst_fenicsx.kernels.contact.collisions import find_contacts
 from burst_fenicsx.kernels.contact.search import Bodies, face_boxes, find_candidates, node_normals
 from burst_fenicsx.kernels.contact.springs import CollisionLaw, Collisions, add_reactions, take_reactions
-from burst_fenicsx.kernels.geometry.boxes import are_inside, around_rounds, meet_others
 from burst_fenicsx.kernels.geometry.smooth_faces import face_vectors
-from burst_fenicsx.kernels.vectors.exact import rounding_constant
-from burst_fenicsx.kernels.vectors.rows import clear_rows, copy_motion, largest_speed, sum_columns
+from burst_fenicsx.kernels.vectors.exact import quantise, rounding_constant
+from burst_fenicsx.kernels.vectors.rows import clear_rows, copy_motion, largest_speed
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -181,9 +181,9 @@ class CollidingSurfaces:
         some_boxes = boxes[:: max(len(boxes) // _SAMPLE, 1)]
         cell = float(np.median((some_boxes[:, 3:] - some_boxes[:, :3]).max(axis=1))) if len(boxes) else self._reach
         # Faces of surfaces are met by all nodes, those within casings by nodes of other rounds.
-        bodies, on_any = self._bodies, surfaces.on_surface
-        whose = bodies.node_round[active]
-        reached = meet_others(faces, boxes, bodies.face_round, on_any, position[active], whose, self._rounds)
+        bodies = self._bodies
+        members = np.where(faces < surfaces.on_surface, -1, bodies.face_round[faces])
+        reached = meet_others(boxes, members, position[active], bodies.node_round[active])
         reached = np.flatnonzero(reached & self._whole[faces])
         boxes, reached = boxes[reached], faces[reached]
         first, candidate = find_candidates(position, bodies.only(reached), areas[reached], active, normals, boxes, cell)
@@ -253,13 +253,15 @@ class CollidingSurfaces:
         nothing = np.zeros(0, dtype=np.int32)
         if not self.surfaces.inner.any():
             return nothing
-        around = np.empty((self._rounds, 6))
-        around_rounds(faces, boxes, self._bodies.face_round, self.surfaces.on_surface, around)
+        outer = faces < self.surfaces.on_surface
+        around = around_rounds(self._bodies.face_round[faces[outer]], boxes[outer], self._rounds)
         if self._comm.size > 1:
             around[:, 3:] *= -1.0
             self._comm.Allreduce(MPI.IN_PLACE, around, op=MPI.MIN)
             around[:, 3:] *= -1.0
-        within = [nodes[are_inside(position, nodes, around, index)] for index, nodes in self._inner.items()]
+        within = [
+            nodes[are_inside(position[nodes], np.delete(around, index, axis=0))] for index, nodes in self._inner.items()
+        ]
         return np.concatenate([nothing, *within])
 
     def _kept(self, node: np.ndarray, other: np.ndarray) -> dict[str, np.ndarray]:
@@ -307,8 +309,7 @@ class CollidingSurfaces:
     @property
     def energies(self) -> np.ndarray:
         """Spring energy now and friction in the last step (J), exact, on this rank's nodes."""
-        rows = np.arange(len(self.state.energies), dtype=np.int32)
-        total: np.ndarray = sum_columns(self.state.energies, rows, self._fields.grid.rounding)
+        total: np.ndarray = quantise(self.state.energies, self._fields.grid.rounding).sum(axis=0)
         return total
 
     @property

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
+from burst_fenicsx.contact.boxes import meet
 from burst_fenicsx.kernels.contact.collisions import find_contacts
 from burst_fenicsx.kernels.contact.search import Bodies, face_boxes, find_candidates, node_normals
 from burst_fenicsx.kernels.contact.springs import CollisionLaw, Collisions
 from burst_fenicsx.kernels.geometry.bilinear import closest_point
-from burst_fenicsx.kernels.geometry.boxes import meet
 from burst_fenicsx.kernels.geometry.smooth_faces import face_vectors
 
 
