@@ -15,7 +15,7 @@ import re
 import subprocess
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, cast
 
 from fragfield_base.cores import affinity, cores
 
@@ -26,7 +26,6 @@ if TYPE_CHECKING:
 OURS = Path(__file__).resolve().parent.parent
 """The folder that holds the packages of this program."""
 _COUNT = (r"[1-9]\d{0,3}", "a whole number of 1 to 9999")
-_SPIN = (r"\d+|infinite|infinity", "a whole number, or infinite")
 _ANY = (r".*", "any text")
 _AVX512 = "AVX512F AVX512CD AVX512_SKX AVX512_CLX AVX512_CNL AVX512_ICL X86_V4"
 _PROCESSORS = {
@@ -36,33 +35,21 @@ _PROCESSORS = {
 """Processors as LLVM and OpenBLAS name them, and what numpy must not use there, in the names of all its versions."""
 _KEPT = {
     "FRAGFIELD_PROCESSOR": ("|".join(_PROCESSORS), " or ".join(_PROCESSORS)),
-    "GOMP_SPINCOUNT": _SPIN,
-    "KMP_BLOCKTIME": _SPIN,
     "MPLCONFIGDIR": _ANY,
     "NUMBA_CACHE_DIR": _ANY,
     "NUMBA_NUM_THREADS": _COUNT,
     "OMP_NUM_THREADS": (r"[1-9]\d{0,3}(,[1-9]\d{0,3})*", "a whole number of 1 to 9999, or several"),
-    "OMP_PLACES": (
-        r"(threads|cores|ll_caches|numa_domains|sockets)(\([1-9]\d*\))?|\{[\d,:{}]+\}",
-        "threads, cores, sockets, or sets of numbers in braces",
-    ),
-    "OMP_PROC_BIND": (r"true|false|(primary|master|close|spread)(,(primary|master|close|spread))*", "true or false"),
-    "OMP_WAIT_POLICY": (r"active|passive", "active or passive"),
     "OPENBLAS_NUM_THREADS": _COUNT,
 }
 """Variables taken from the user, and their values: they decide on speed, FRAGFIELD_PROCESSOR on last digits."""
 _PLACES = ("MPLCONFIGDIR", "NUMBA_CACHE_DIR")
 _DROPPED = re.compile(
-    r"(BLIS|CPL|DOLFINX|FFCX|GDAL|GMSH|GOMP|H5PY|HDF5|KMP|MATPLOTLIB|MKL|MPL|NPY|NUMBA|NUMEXPR|OGR|OMP|OPENBLAS|PETSC|"
-    r"PROJ|PYVISTA|SLEPC|TRAME|TYPER|VECLIB|VTK)_.*|MATPLOTLIBRC|MPL(BACKEND|CONFIGDIR)|TERMINAL_WIDTH|"
-    r"_TYPER.*|_FRAGFIELD.*|PYTHON(BREAKPOINT|INSPECT|STARTUP|WARNINGS)|SOURCE_DATE_EPOCH"
+    r"(BLIS|DOLFINX|FFCX|GMSH|H5PY|HDF5|MATPLOTLIB|MKL|MPL|NPY|NUMBA|NUMEXPR|OPENBLAS|PETSC|PYVISTA|SLEPC|TRAME|TYPER|"
+    r"VECLIB|VTK)_.*|MATPLOTLIBRC|MPL(BACKEND|CONFIGDIR)|PYTHON(BREAKPOINT|INSPECT|STARTUP|WARNINGS)"
 )
 """Variables of libraries that read them when they are loaded, and of Python."""
 _OF_MPI = re.compile(r"(FI|I_MPI|MPICH|MPIR_CVAR|OMPI|OPAL|ORTE|PMI|PMI2|PMIX|PRTE|PSM|PSM2|UCX)_.*")
 """Variables of MPI and its launchers; those of a launch are kept, and a single process needs none."""
-_OF_A_JOB = re.compile(r"SLURM_.*")
-_DATA = re.compile(r"(GDAL|PROJ)_(DATA|LIB|DRIVER_PATH)")
-"""Folders of data; an environment of conda's names its own."""
 _LAUNCHES = (
     ("OMPI_COMM_WORLD_RANK", ("OMPI_COMM_WORLD_SIZE",)),
     ("PMI_RANK", ("PMI_SIZE", "PMI_FD", "PMI_PORT")),
@@ -104,8 +91,6 @@ def settle(error: type[Exception]) -> None:
     _found["ignored"] = sorted(name for name in os.environ if _is_dropped(name, launched=launched))
     for name in _found["ignored"]:
         del os.environ[name]
-    if "PYTHONWARNINGS" in _found["ignored"]:
-        _forget_filters()
     check_variables(error)
     for name in _PLACES:
         if place := os.environ.get(name):  # the working folder is left
@@ -181,12 +166,11 @@ def is_launched(error: type[Exception]) -> bool:
 
 
 def own_environment() -> dict[str, str]:
-    """Variables for a process that this one starts: as this one has them, without those of an MPI launch or a job."""
+    """Variables for a process that this one starts: as this one has them, without those of an MPI launch."""
     known = {
         name: value
         for name, value in os.environ.items()
         if (_is_valid(name) if name in _KEPT else not _is_dropped(name, launched=False))
-        and not _OF_A_JOB.fullmatch(name)
     }
     return _with_program(known | _FORCED | _ALONE)
 
@@ -206,19 +190,7 @@ def _is_valid(name: str) -> bool:
 def _is_dropped(name: str, *, launched: bool) -> bool:
     if name in _KEPT:
         return False
-    if name in ("TMPDIR", "TEMP", "TMP"):
-        return not _has_room(os.environ[name])
-    if _DATA.fullmatch(name) and os.environ[name].startswith(f"{sys.prefix}{os.sep}"):
-        return False
     return bool(_DROPPED.fullmatch(name)) or (not launched and bool(_OF_MPI.fullmatch(name)))
-
-
-def _has_room(folder: str) -> bool:
-    """Whether files can be made in a folder."""
-    try:
-        return Path(folder).is_absolute() and os.access(folder, os.W_OK | os.X_OK) and os.statvfs(folder).f_bavail > 0
-    except (OSError, ValueError):
-        return False
 
 
 def _arrange_modules() -> None:
@@ -247,23 +219,7 @@ def _arrange_modules() -> None:
     cast("dict[str, ModuleType | None]", sys.modules).setdefault("colorama", None)
 
 
-def _forget_filters() -> None:
-    """Treat warnings as Python does by itself: with `error`, a library's deprecations would be faults."""
-    import warnings
-
-    sys.warnoptions.clear()
-    warnings.resetwarnings()
-    for category in (DeprecationWarning, PendingDeprecationWarning, ImportWarning, ResourceWarning):
-        warnings.simplefilter("ignore", category)
-
-
 _FOLDER = "/"
-
-
-def start_function(module: str, name: str, *arguments: str, **streams: Any) -> subprocess.Popen[bytes]:
-    """Start `sys.exit(module.name(*arguments))` by this interpreter; `streams` are Popen's, by default no input."""
-    streams = {"stdin": subprocess.DEVNULL, **streams}
-    return subprocess.Popen(_command(module, name, arguments), env=own_environment(), cwd=_FOLDER, **streams)
 
 
 def run_function(
