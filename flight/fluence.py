@@ -10,11 +10,11 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from flight.arguments import require_number, require_numbers
+from flight.arguments import real_array, require_number, require_numbers
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -209,6 +209,20 @@ class FluenceGrid:
         )  # fmt: skip
 
 
+class Weights(NamedTuple):
+    """Of fragments that stand for others in what is counted near the ground."""
+
+    number: NDArray[np.float64]
+    """(n,) float64: fragments that each stands for."""
+    slopes: NDArray[np.float64]
+    """(n, b) float64: slopes of the facets at its first b impacts over the surface's roughness; others are drawn."""
+
+    def check(self, fragments: int) -> None:
+        """Refuse what does not fit to so many fragments."""
+        real_array("weights", "number", self.number, "", (fragments,))
+        real_array("weights", "slopes", self.slopes, "", (fragments, *np.shape(self.slopes)[1:]))
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Fluence:
     """Lengths of the paths of hazardous fragments below a person's height."""
@@ -219,6 +233,8 @@ class Fluence:
     after: NDArray[np.float64]
     """(a, r) float64: of all fragments by cell of the grid (m): before their first impact on the ground, and after
     it."""
+    weights: NDArray[np.float64] | None = None
+    """(n,) float64: fragments that each of those flown stands for; None: one."""
 
     def __repr__(self) -> str:
         azimuths, distances = self.lengths.shape
@@ -230,10 +246,12 @@ class Fluence:
         return self.before + self.after
 
     @classmethod
-    def of(cls, cells: FluenceGrid, counted: list[NDArray[np.int64]]) -> Fluence:
+    def of(
+        cls, cells: FluenceGrid, counted: list[NDArray[np.int64]], weights: NDArray[np.float64] | None = None
+    ) -> Fluence:
         """From what threads have counted in whole parts of a metre; their sum is exact."""
         from flight.kernels.fluence import PER_METRE
 
         total = np.sum(counted, axis=0) if counted else np.zeros((2, *cells.grid.shape), dtype=np.int64)
         before, after = total / PER_METRE
-        return cls(cells, before, after)
+        return cls(cells, before, after, weights)

@@ -38,6 +38,7 @@ if TYPE_CHECKING:
 
     from flight.fragments import Fragments
     from transition.intensity import Intensity
+    from transition.weighted import WeightedFragments
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,6 +49,9 @@ class _Part:
     points: MaterialPoints
     clusters: Clusters
     angles: NDArray[np.float64] | None  # (n, 2), deviation of each fragment's direction (rad); None: without scatter
+
+
+_WEIGHTED = 0x5EED  # seed of the curves of weighted fragments
 
 
 class BreakUp:
@@ -147,6 +151,26 @@ class BreakUp:
         samplers = [self._sampler(segment) for segment in self.segments]
         return self._casing.intensity(self.segments, self.laws, samplers, self.settings)
 
+    def weighted(self, number: int, points: int) -> WeightedFragments:
+        """So many fragments (a power of two) that stand for all by the expected intensity: no seed is in them.
+
+        `number`, from 0 upwards, is that of one of many sets which are independent of each other; see
+        `transition.weighted`. What the sampler's closing on the mass makes of a segment of a few pieces is not in them.
+        """
+        from transition.weighted import Casings, Runs, unit_points
+
+        self._check_number()
+        runs = []
+        for segment, law, source, sheet in zip(self.segments, self.laws, self._sources, self._sheets, strict=True):
+            draws = Draws(_WEIGHTED, number, (segment.round, segment.index))
+            drawn = source.draw(draws.generator("points"))
+            order = sheet.order(drawn.reference, draws.uniform("curve", CURVE_DRAWS))
+            runs.append(Runs.along(segment, law, self._sampler(segment), drawn, order, self.settings))
+        names, first = tuple(broken.name for broken in self.rounds), self.rounds[0]
+        axis = np.asarray(first.axis) / np.linalg.norm(first.axis) if self._turned else None
+        casings = Casings(tuple(runs), self._images, axis, self._base(first), self._foot, names, self.settings)
+        return casings.at(unit_points(number, points))
+
     def _base(self, broken: BrokenRound) -> NDArray[np.float64]:
         """Centre of the base plane of a round (3,) in m."""
         position = np.asarray(self.snapshot.rounds[broken.computed].position)
@@ -169,9 +193,14 @@ class BreakUp:
             return broken.image
         return rotation(broken.axis, self.snapshot.rounds[broken.computed].position, attitude.turn)
 
+    @property
+    def number(self) -> float:
+        """Expected number of fragments by Mott's law."""
+        return float(sum(law.n0 for law in self.laws)) * (len(self._images) + 1)
+
     def _check_number(self) -> None:
         """Refuse a law that would make dust of the casings: it would fill the memory before it says so."""
-        expected = sum(law.mass / law.law.mean for law in self.laws) * (len(self._images) + 1)
+        expected = self.number
         if not expected <= MOST_FRAGMENTS:
             means = ", ".join(f"{law.law.mean:.3g} kg" for law in self.laws[:3])
             raise InputError(

@@ -11,15 +11,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from scipy.special import dawsn, gammaincc
 
 from transition.cells.meridian import bilinear, mass_density, node_shares
-from transition.law.samplers import Graded
-from transition.placement.scatter import STIFFEST
+from transition.law.mass_quantiles import masses_at
+from transition.placement.scatter import STIFFEST, mean_cosine
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -30,8 +29,6 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 
-_LARGEST = 60.0  # reduced mass beyond which Mott's law has no mass
-_STEPS = 60_000
 _REACHES, _LEVELS = 24, 16  # radii of fragments, and masses between which their means are interpolated
 
 
@@ -65,28 +62,6 @@ class SegmentIntensity:
     """(k, 4) float64: radius and height (m), radial and axial velocity (m/s) of the nodes now."""
     averaged: bool
     """Whether a fragment has the means over its metal, or the velocity at a point of it."""
-
-    def masses(self, quantiles: Array) -> tuple[Array, Array]:
-        """Masses (kg) at quantiles of the distribution of the mass, and number per mass of the segment (1/kg) there."""
-        if isinstance(self.sampler, Graded):
-            return self._graded(self.sampler, quantiles)
-        law = self.law.law
-        ends = np.concatenate([[0.0], np.cumsum([part.weight for part in law.parts])])
-        mass = np.zeros(len(quantiles))
-        for part, begin, end in zip(law.parts, ends, ends[1:], strict=False):
-            mine = (quantiles >= begin) & (quantiles < end)
-            heaviest = float(gammaincc(1.0 + part.dimension, part.reduced(self.law.mass)))
-            above = heaviest + (1.0 - heaviest) * (1.0 - (quantiles[mine] - begin) / (end - begin))
-            mass[mine] = part.mass_of(_reduced(part.dimension, above))
-        mass = np.maximum(mass, 1e-12)
-        return mass, 1.0 / mass
-
-    def _graded(self, sampler: Graded, quantiles: Array) -> tuple[Array, Array]:
-        masses, counts = sampler.grades(self.law.law, self.law.n0, self.law.mass)
-        grade = np.searchsorted(np.cumsum(masses * counts), quantiles * self.law.mass)
-        missing = grade == len(masses)  # mass that no grade carries
-        mass = masses[np.minimum(grade, len(masses) - 1)]
-        return mass, np.where(missing, 0.0, 1.0 / mass)
 
     def rings(self, fragments: Array, quantiles: Array, across: Array) -> tuple[Array, Array]:
         """States (n, 4) of fragments about points of the rings, and the density of the mass there over the points'.
@@ -169,7 +144,7 @@ class Intensity:
         for number, segment in enumerate(self.segments):
             mine = which == number
             inside = (points[mine, 0] - ends[number]) / (ends[number + 1] - ends[number])
-            mass, per_mass = segment.masses(inside)
+            mass, per_mass = masses_at(segment.law.law, segment.sampler, segment.law.mass, inside)
             state, density = segment.rings(mass, points[mine, 1], points[mine, 2])
             radius, station, radial, axial = state.T
             axial, radial = self._shifted(segment, axial, radial)
@@ -190,25 +165,9 @@ class Intensity:
         speed = np.hypot(velocity[:, 0], velocity[:, 1])
         weight = segment.mass * speed
         along = np.divide(velocity[:, 1], speed, out=np.zeros_like(speed), where=speed > 0.0)
-        kept, doubled = _mean_cosine(self.scatter), _mean_cosine(2.0 * self.scatter)
+        kept, doubled = mean_cosine(self.scatter), mean_cosine(2.0 * self.scatter)
         squared = 0.5 * (1.0 + doubled) * along**2 + 0.25 * (1.0 - doubled) * (1.0 - along**2)
         stiffness = float(weight @ (1.0 - squared))
         if not stiffness > STIFFEST * float(weight.sum()):
             return 0.0
         return (1.0 - kept) * float(weight @ along) / stiffness
-
-
-def _mean_cosine(scatter: float) -> float:
-    """Mean cosine of the deviation of a direction with this standard deviation about each of two axes (rad)."""
-    return float(1.0 - math.sqrt(2.0) * scatter * dawsn(scatter / math.sqrt(2.0)))
-
-
-@cache
-def _fractions(dimension: int) -> tuple[Array, Array]:
-    reduced = np.linspace(0.0, _LARGEST, _STEPS + 1)
-    return gammaincc(1.0 + dimension, reduced)[::-1], reduced[::-1]
-
-
-def _reduced(dimension: int, above: Array) -> Array:
-    """Reduced masses (m/mu)^(1/i) that fragments with the fraction `above` of the mass exceed."""
-    return np.asarray(np.interp(above, *_fractions(dimension)))

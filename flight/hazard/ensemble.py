@@ -57,7 +57,7 @@ class EnsembleHazard:
     undetermined : str
         Why the distance cannot be determined; empty where it can.
     integral : Integral or None
-        The expected density without realisations, where the scene admits it.
+        The expected density without realisations: integrated, or from weighted fragments.
     """
 
     counts: Tally
@@ -147,7 +147,7 @@ class EnsembleHazard:
             if known and self.realisations
             else None,
             "largest_throw": self.exceeded_throw,
-            "method": "realisations" if self.integral is None else "integral",
+            "method": "realisations" if self.integral is None else self.integral.method,
             "tolerance": self.tolerance,
             "converged": known and found.uncertainty <= self.tolerance,
             "distance_ground": found.ground if known else None,

@@ -130,7 +130,9 @@ class Integral:
     hazardous, hazardous_error : float
         Fragments that are hazardous where they first land, and its standard error by the shifts.
     number : float
-        All fragments of the round.
+        All fragments.
+    method : "integral" or "weighted_fragments"
+        Whether they were integrated by `integrate`, or are those of `flight.hazard.weighted`.
     """
 
     directions: Directions
@@ -140,6 +142,7 @@ class Integral:
     hazardous: float
     hazardous_error: float
     number: float
+    method: str = "integral"
 
     def expected(self, *, every_direction: bool = True, draws: int = DRAWS) -> ExpectedDistance:
         """The hazard distance; its standard error and bound are those of the quadrature."""

@@ -71,10 +71,12 @@ class Completeness:
         fall = np.maximum(fragments.position[:, 2] - (0.0 if lowest is None else lowest), 0.0)
         at_ground = mass * (0.5 * rows["initial_speed"] ** 2 + gravity * fall)
         could = ~(at_ground < energy)
+        carried = mass if result.fluence is None or result.fluence.weights is None else mass * result.fluence.weights
         gone = [could & (rows["status"] == status) for status in _UNENDED]
         return cls(
             len(rows), int((rows["status"] == Status.LANDED).sum()), int((rows["status"] == Status.STOPPED).sum()),
-            len(result.hits), float(mass[could].sum()), float(mass[np.logical_or.reduce(gone)].sum()),
+            len(result.hits), float(carried[could].sum()),
+            float(carried[np.logical_or.reduce(gone)].sum()),
             tuple(int(one.sum()) for one in gone),
         )  # fmt: skip
 

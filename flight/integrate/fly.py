@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
-    from flight.fluence import FluenceGrid
+    from flight.fluence import FluenceGrid, Weights
     from flight.integrate.integrator import Integrator
     from flight.scene.obstacles import Obstacle
     from flight.scene.targets import Witness
@@ -73,6 +73,7 @@ def fly(
     time_limit: float = 3600.0,
     origin: tuple[float, float] = (0.0, 0.0),
     fluence: FluenceGrid | None = None,
+    weights: Weights | None = None,
     sample: int | ArrayLike = 0,
     seed: int = 0,
     threads: int | None = None,
@@ -118,6 +119,8 @@ def fly(
         Position from which distance and azimuth are counted (m).
     fluence : FluenceGrid, optional
         Count the lengths of paths below a person's height, by azimuth and distance; needs a ground.
+    weights : flight.fluence.Weights, optional
+        Of fragments that stand for others, in what is counted near the ground; without contact alone.
     sample : int or indices
         Fragments whose paths are kept: that many drawn with `seed`, or those named.
     seed : int
@@ -148,9 +151,13 @@ def fly(
             FlightWarning, stacklevel=2,
         )  # fmt: skip
     fragments = fragments if shape is None else shaped(fragments, shape, seed)
+    if weights is not None:
+        weights.check(len(fragments))
+        if contact is not None:
+            raise InputError("fly: found weights together with contact; allowed: one of the two")
     job = FlightJob(
         fragments, _air(air, ground), drag, gravity, wind, scene, witnesses, integrator, domain or Domain(), time_limit,
-        origin, fluence, seed,
+        origin, fluence, seed, weights,
     )  # fmt: skip
     chosen = _chosen(sample, len(fragments), seed)
     threads = threads or cores()

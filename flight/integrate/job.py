@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from flight.fluence import Fluence, FluenceGrid, PolarGrid
+from flight.fluence import Fluence, FluenceGrid, PolarGrid, Weights
 from flight.integrate.integrator import Adaptive, FixedStep
 from flight.rows import HITS, LANDING, OBSTACLE_HITS, RICOCHETS, Trajectories
 from flight.scene.targets import Cylinder, pack, within
@@ -96,6 +96,7 @@ class FlightJob:
         self, fragments: Fragments, air: Air, drag: Drag, gravity: float, wind: Wind | None, scene: Scene,
         witnesses: Sequence[Witness], integrator: Integrator, domain: Domain, time_limit: float,
         origin: tuple[float, float], cells: FluenceGrid | None = None, seed: int = 0,
+        weights: Weights | None = None,
     ) -> None:  # fmt: skip
         from flight.kernels import motion, trajectory
         from flight.kernels.events import Limits
@@ -125,6 +126,7 @@ class FlightJob:
         self.rows, self.vertices = pack(self.witnesses)
         self.cells = cells if cells is not None and scene.ground is not None else None
         self.fluence: Fluence | None = None
+        self.weights = weights
         self.scene, self.terrain, self.obstacles = scene, scene.terrain(), scene.obstacle_rows()
         self.surfaces = scene.surfaces()
         self.boxes = np.stack([_around(self.obstacles), _NOWHERE, _around(self.rows), within(self.witnesses)])
@@ -137,7 +139,7 @@ class FlightJob:
         chunks = range(0, total, CHUNK)
         kinds = {"hits": HITS, "ricochet_hits": HITS, "struck": OBSTACLE_HITS, "ricochets": RICOCHETS}
         tables = {name: [np.zeros(0, dtype=kind)] * len(chunks) for name, kind in kinds.items()}
-        arrays = [*self._arrays(self.fragments), self.clock, self._keys]
+        arrays = [*self._arrays(self.fragments), self.clock, self._keys, *self._weights]
         done, lock, stop = 0, threading.Lock(), threading.Event()
         queue = iter(enumerate(chunks))
         counted: list[NDArray[np.int64]] = []
@@ -186,7 +188,7 @@ class FlightJob:
             if beyond:
                 self.cells = replace(self.cells, grid=self.cells.grid.up_to(EXTENSION * self.cells.grid.reach))
                 return self.run(threads, on_progress, began)
-            self.fluence = Fluence.of(self.cells, counted)
+            self.fluence = Fluence.of(self.cells, counted, self.weights and self.weights.number)
         whole = {name: _joined(parts, kinds[name]) for name, parts in tables.items()}
         return Flown(landing=landing, extremes=extremes, **whole)
 
@@ -196,6 +198,7 @@ class FlightJob:
             none = np.zeros((0, 3))
             return Trajectories(chosen, np.zeros(1, dtype=np.int64), np.zeros(0), none, none)
         few = [*self._arrays(self.fragments.select(chosen)), self.clock[chosen], self._keys[chosen]]
+        few += [one[chosen] for one in self._weights]
         # adaptive whatever the flight's step: points of a fixed small step would fill the memory
         tolerance = min(self.limits.tolerance, Adaptive().tolerance)
         limits = self.limits._replace(path_points=POINTS_PER_STEP, fixed_step=0.0, tolerance=tolerance)
@@ -219,6 +222,11 @@ class FlightJob:
         start = self.scene.lifted(fragments.position)
         arrays = (fragments.mass, fragments.shape_factor, start, fragments.velocity)
         return [np.require(array, requirements=["C", "W"]) for array in arrays]
+
+    @property
+    def _weights(self) -> Weights:
+        number = len(self.fragments)
+        return self.weights or Weights(np.ones(number), np.zeros((number, 0)))
 
     @property
     def _keys(self) -> NDArray[np.uint64]:

@@ -83,12 +83,13 @@ def _cell_of(x: float, y: float, near: FluenceCells, cells: int) -> int:
 
 @inner_kernel()
 def count_chord(
-    q: Array, lane: int, mass: float, limits: Limits, near: FluenceCells, lengths: NDArray[np.int64], leg: int
-) -> int:
+    q: Array, lane: int, mass: float, weight: float, limits: Limits, near: FluenceCells, lengths: NDArray[np.int64],
+    leg: int,
+) -> int:  # fmt: skip
     """Add a short step over flat ground as its chord, up to the height; most steps near the ground are such.
 
-    `leg` is 0 before the first impact on the ground, and 1 after it. Returns 1 where it lies within the cells, 0 where
-    it leaves them, and -1 where it needs `count_path`.
+    `weight`: fragments that it stands for; `leg` is 0 before the first impact on the ground, and 1 after it. Returns 1
+    where it lies within the cells, 0 where it leaves them, and -1 where it needs `count_path`.
     """
     z0, z1 = q[(STATE + 2) * LANES + lane], q[(NEW + 2) * LANES + lane]
     low, high, top = min(z0, z1), max(z0, z1), limits.ground + near.height
@@ -115,32 +116,32 @@ def count_chord(
             last = first + share * (last - first)
         else:
             first = last + share * (first - last)
-    amount = share * math.sqrt(level + rise * rise) * PER_METRE
+    amount = weight * share * math.sqrt(level + rise * rise) * PER_METRE
     return 1 if add_length(lengths, leg, turn, near, min(first, last), max(first, last), amount) else 0
 
 
 @inner_kernel()
 def count_path(
-    points: Array, until: float, h: float, mass: float, limits: Limits, terrain: Terrain, near: FluenceCells,
-    lengths: NDArray[np.int64], leg: int, stack: Array, roots: Array, out: Array,
+    points: Array, until: float, h: float, mass: float, weight: float, limits: Limits, terrain: Terrain,
+    near: FluenceCells, lengths: NDArray[np.int64], leg: int, stack: Array, roots: Array, out: Array,
 ) -> bool:  # fmt: skip
     """Add the step's path up to its position `until`; returns whether all of it lies within the cells."""
     if terrain.heights.shape[0] > 0:
-        return _count_part(points, 0.0, until, h, mass, limits, terrain, near, lengths, leg, out)
+        return _count_part(points, 0.0, until, h, mass, weight, limits, terrain, near, lengths, leg, out)
     top = limits.ground + near.height
     found = cross_plane(points, 0.0, 0.0, top, 0.0, 0.0, 1.0, stack, roots)
     start, below, inside = 0.0, points[2, 0] < top, True
     for k in range(found + 1):
         end = min(roots[k], until) if k < found else until
         if below and end > start:
-            inside &= _count_part(points, start, end, h, mass, limits, terrain, near, lengths, leg, out)
+            inside &= _count_part(points, start, end, h, mass, weight, limits, terrain, near, lengths, leg, out)
         start, below = end, not below
     return inside
 
 
 @inner_kernel()
 def _count_part(
-    points: Array, begin: float, end: float, h: float, mass: float, limits: Limits, terrain: Terrain,
+    points: Array, begin: float, end: float, h: float, mass: float, weight: float, limits: Limits, terrain: Terrain,
     near: FluenceCells, lengths: NDArray[np.int64], leg: int, out: Array,
 ) -> bool:  # fmt: skip
     """`count_path` between two positions on the step; on a map of heights only what lies below the height there."""
@@ -180,7 +181,7 @@ def _count_part(
         radius = math.hypot(x, y)
         outward = 0.5 * part * h * (x * out[3] + y * out[4]) / radius if radius > 0.0 else 0.0
         turn = _cell_of(x, y, near, lengths.shape[1])
-        amount = math.sqrt(squared) * part * h * PER_METRE
+        amount = weight * math.sqrt(squared) * part * h * PER_METRE
         inside &= add_length(lengths, leg, turn, near, radius - abs(outward), radius + abs(outward), amount)
     return inside
 

@@ -132,13 +132,14 @@ class Ends(NamedTuple):
 @inner_kernel()
 def impact(
     row: int, how: int, which: int, face: int, end: Array, ends: Ends, surfaces: Array, limits: Limits,
-    terrain: Terrain, obstacles: Array, struck: Array, ground: Array, key: np.uint64,
+    terrain: Terrain, obstacles: Array, struck: Array, ground: Array, key: np.uint64, slopes: Array,
 ) -> bool:  # fmt: skip
     """Let a fragment whose flight has just ended in the state `end` ricochet or stay; returns whether it flies on.
 
     `which` is a row of `obstacles`, -1 for the ground; an obstacle may have several, whose number comes first in each.
 
-    `struck` and `ground` are the rows for an impact on an obstacle, or on the ground; `key` draws the slopes there.
+    `struck` and `ground` are the rows for an impact on an obstacle, or on the ground; `slopes` are those of
+    the facets at the first impacts over the roughness, and `key` draws those beyond.
     """
     state = ends.last[row]
     for k in range(7):
@@ -153,7 +154,8 @@ def impact(
     if how in (LANDED, STOPPED):
         ends.contacts[row] += 1
         nx, ny, nz = _normal(state, which, face, terrain, obstacles)
-        slope = standard_normal(key, ends.contacts[row])
+        met = ends.contacts[row]
+        slope = slopes[met - 1] if met <= slopes.size else standard_normal(key, met)
         goes_on = ends.contacts[row] < MOST_CONTACTS and ricochet(state, nx, ny, nz, surfaces[1 + number], slope)
         record = ground if how == LANDED else struck
         for k in range(7):

@@ -120,6 +120,8 @@ def fly_chunk(
     velocity: Array,
     clock: Array,
     keys: NDArray[np.uint64],
+    weight: Array,
+    slopes: Array,
     around: Surroundings,
     limits: Limits,
     terrain: Terrain,
@@ -134,12 +136,13 @@ def fly_chunk(
 ) -> tuple[Array, Array, Array, Array, bool]:
     """Fly the fragments start..stop-1 to their end, and on from every ricochet; rows of `ends` count from `start`.
 
-    `clock` (n, 2) holds the time of each launch and the time at which that flight ends at the latest (s), `keys` (n,)
-    draw the slopes that each meets, `surfaces` holds how fragments ricochet off the ground and off each obstacle,
-    `boxes` is as of `lanes.Watched`. Returns crossings, points of paths, impacts on obstacles and on the ground (their
-    rows count from `start`), in no order of fragments but in that of time for each. Lengths
-    of paths near the ground are added to `lengths` (before and after the first impact on the ground, azimuth, distance;
-    without azimuths: not counted); last comes whether its cells reach far enough.
+    `weight` (n,) is the number of fragments that each stands for, `clock` (n, 2) holds the time of each launch and the
+    time at which that flight ends at the latest (s), `slopes` (n, b) are those of the facets that each meets first over
+    the roughness, `keys` (n,) draw those beyond, `surfaces` holds how fragments ricochet off the ground and off each
+    obstacle, `boxes` is as of `lanes.Watched`. Returns crossings, points of paths, impacts on obstacles and on the
+    ground (their rows count from `start`), in no order of fragments but in that of time for each. Lengths of paths near
+    the ground are added to `lengths` (before and after the first impact on the ground, azimuth, distance; without
+    azimuths: not counted); last comes whether its cells reach far enough.
     """
     many_points = limits.path_points
     counts = lengths.shape[1] > 0
@@ -224,6 +227,7 @@ def fly_chunk(
                     end,
                     end,
                     keys[start + row],
+                    slopes[start + row],
                 )
                 free[lane] = True
         if active == 0:
@@ -259,7 +263,7 @@ def fly_chunk(
                 near_end, passing = event & (_ENDS | _STRIKES) > 0, event & _PASSES > 0
                 meets, after = event & _MEETS > 0, int(q[AFTER * LANES + lane])
                 if passing and not (near_end or some_obstacles):
-                    counted = count_chord(q, lane, mass[fragment], limits, near, lengths, after)
+                    counted = count_chord(q, lane, mass[fragment], weight[fragment], limits, near, lengths, after)
                     passing = counted < 0
                     inside &= counted != 0
                 if near_end or passing or meets or many_points > 0:
@@ -279,6 +283,7 @@ def fly_chunk(
                             until,
                             h,
                             mass[fragment],
+                            weight[fragment],
                             limits,
                             terrain,
                             near,
@@ -351,6 +356,7 @@ def fly_chunk(
                 struck[struck_count],
                 ground[ground_count],
                 keys[fragment],
+                slopes[fragment],
             ):
                 waiting[queued % number] = row
                 queued += 1

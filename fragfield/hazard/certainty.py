@@ -31,6 +31,7 @@ def certainty(hazard: Mapping[str, Any]) -> str:
     if hazard.get("converged", True):
         return ""
     number, more = hazard["realisations"], hazard.get("more_realisations", True)
+    integrated = hazard.get("method", "realisations") != "realisations"
     if hazard.get("standard_error") is None:
         how = "one realisation was flown" if more else "there is one set of fragments from another source"
         what = "the expected distance has neither a standard error nor an upper bound"
@@ -46,15 +47,18 @@ def certainty(hazard: Mapping[str, Any]) -> str:
     what = f"{100.0 * error:.2g} % (standard error)"
     if bias > error:
         what = f"{100.0 * bias:.2g} % (taken off for taking the worst direction)"
-    return f"{number} realisations fix the expected distance to {what}, not to {100.0 * hazard['tolerance']:g} %; {ask}"
+    who, ask = ("the points of the expected density", "") if integrated else (f"{number} realisations", f"; {ask}")
+    return f"{who} fix the expected distance to {what}, not to {100.0 * hazard['tolerance']:g} %{ask}"
 
 
 def source_words(hazard: Mapping[str, Any]) -> str:
-    """From what the expected density is: the integral, or so many realisations and why."""
+    """From what the expected density is, and why no integral."""
+    why = f" (no integral: {hazard['not_integrated_because']})" if hazard.get("not_integrated_because") else ""
     if hazard.get("method") == "integral":
         return "expected density by integration"
+    if hazard.get("method") == "weighted_fragments":
+        return f"expected density of weighted fragments{why}"
     number = int(hazard["realisations"])
-    why = f" (no integral: {hazard['realisations_because']})" if hazard.get("realisations_because") else ""
     return f"mean of {number:,d} realisation{'s' if number > 1 else ''}{why}"
 
 

@@ -3,12 +3,12 @@
     recommended = expected + sqrt(quadrature^2 + randomness^2 + grid^2 + table^2 + inputs^2)
 
 Every part beside the expected distance is the half-width of its one-sided band of 95 %. Where the expected density is
-an integral there is no randomness, and the quadrature is the bound of its points, some tenths of a metre; elsewhere
-the randomness is the upper bound over the realisations less the expected distance. Of the grid it is the whole grid
-convergence index, a band about a limit that lies to one side; of an arena table what other laws within its groups and
-zones twice as wide change; of the inputs their 95 % quantile less the expected distance. Independent contributions at
-one level are added as squares, as ASME V&V 20 (2009) adds the standard uncertainties of inputs and numerics. A part
-that is not known is not in the sum; `not_included` says why.
+an integral, or that of weighted fragments, there is no randomness, and the quadrature is the bound of its points, some
+tenths of a metre; elsewhere the randomness is the upper bound over the realisations less the expected distance. Of the
+grid it is the whole grid convergence index, a band about a limit that lies to one side; of an arena table what other
+laws within its groups and zones twice as wide change; of the inputs their 95 % quantile less the expected distance.
+Independent contributions at one level are added as squares, as ASME V&V 20 (2009) adds the standard uncertainties of
+inputs and numerics. A part that is not known is not in the sum; `not_included` says why.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 PARTS = {
     "expected": "expected distance",
-    "quadrature": "points of the integral",
+    "quadrature": "points of the expected density",
     "randomness": "randomness of the break-up",
     "grid": "grid",
     "table": "groups and zones of the arena table",
@@ -84,7 +84,7 @@ def recommended_of(
         "grid": no_grid,
         "inputs": "no study of uncertain inputs" if study is None else "the study of uncertain inputs has no result",
     }
-    if hazard.get("method") != "integral":
+    if hazard.get("method", "realisations") == "realisations":
         reasons["randomness"] = "a single realisation has no bound"
     missing = {name: words for name, words in reasons.items() if parts[name] is None}
     found |= {"recommended": _sum(expected, parts), "parts": parts, "not_included": missing}
@@ -126,10 +126,10 @@ def not_included_words(hazard: Mapping[str, Any]) -> str:
 
 
 def _statistical(hazard: Mapping[str, Any], of: Mapping[str, Any]) -> dict[str, float | None]:
-    """Half-width (m) of a distance `of` the hazard by its integral's points, or by its realisations."""
+    """Half-width (m) of a distance `of` the hazard by the points of its density, or by its realisations."""
     upper = of.get("upper")
     width = None if upper is None else max(float(upper) - float(of["expected"]), 0.0)
-    integrated = hazard.get("method") == "integral"
+    integrated = hazard.get("method", "realisations") != "realisations"
     return {"quadrature": width if integrated else None, "randomness": None if integrated else width}
 
 

@@ -29,7 +29,6 @@ if TYPE_CHECKING:
     from flight.hazard.ensemble import EnsembleHazard
     from fragfield.case import CaseTable
     from fragfield.pipeline.ensemble import FlownEnsemble
-    from fragfield.pipeline.integral import Integrand
     from fragfield.pipeline.job import Job
     from transition import BreakUp
 
@@ -69,28 +68,16 @@ def fly_all(job: Job, realisations: Sequence[Fragments], prepared: BreakUp | Non
     FlownEnsemble, or None on ranks other than 0
     """
     source, flights = Realisations(job, realisations, prepared), Flights(job)
-    integrand, reason = source.integrand()
-    if not reason:
-        return _fly_integrated(job, source, flights, integrand)
-    if job.attitude is None and is_mixed(job.case):
+    found, method, reason = source.solve()
+    if method == "realisations" and job.attitude is None and is_mixed(job.case):
         return fly_attitudes(job, source, flights)
-    one = EnsembleFlight(job, source, flights, job.attitude)
-    one.fly_to_tolerance()
-    return replace(one.result(), realisations_because=reason) if job.team.first else None
-
-
-def _fly_integrated(
-    job: Job, source: Realisations, flights: Flights, integrand: Integrand | None
-) -> FlownEnsemble | None:
-    """Fly the realisations at hand in the attitude that the integral finds, for what single events do."""
-    found = None if integrand is None else integrand.solve(job.attitude)
-    attitude = job.team.broadcast(None if found is None else found.attitude)
+    attitude = job.team.broadcast(job.attitude if found is None else found.attitude)
     one = EnsembleFlight(job, source, flights, attitude, None if found is None else found.integral)
     one.fly_to_tolerance()
-    if found is None:
+    if not job.team.first:
         return None
-    flown = one.result()
-    if not found.curve:
+    flown = replace(one.result(), not_integrated_because=reason)
+    if found is None or not found.curve:
         return flown
     hazard = replace(flown.hazard, expected=everywhere(flown.hazard.expected))
     return replace(flown, hazard=hazard, attitude=attitude, curve=found.curve)

@@ -43,7 +43,7 @@ def burst_beside(case: CaseTable, folder: Path, team: Team) -> Burst:
 def flown_beside(
     case: CaseTable, snapshot: Snapshot, threads: int = 1, attitude: Turned | None = None
 ) -> tuple[FlownEnsemble, int]:
-    """The numbers of a run without files: by the integral where the scene admits it, else by realisations, flown.
+    """The numbers of a run without files; realisations are flown where it has exposed sites, or no other way.
 
     Parameters
     ----------
@@ -61,28 +61,21 @@ def flown_beside(
     What was flown, and the number of fragments: expected, or of the first realisation.
     """
     import transition
-    from flight.hazard.pool import Completeness
     from fragfield.case.conversion.stages import break_up_settings
     from fragfield.pipeline.attitudes import fly_all
-    from fragfield.pipeline.ensemble import FlownEnsemble
-    from fragfield.pipeline.integral import Integrand, why_not_integrated
+    from fragfield.pipeline.realisations import Realisations
 
     broken = transition.BreakUp(snapshot, break_up_settings(case))
-    if not case.exposed and not why_not_integrated(case):
-        intensity = broken.intensity()
-        assert intensity is not None  # of an axisymmetric burst
-        solved = Integrand(case, intensity, threads).solve(attitude)
-        hazard = solved.hazard(case.hazard.tolerance)
-        integrated = FlownEnsemble(
-            None, hazard, {}, Completeness(), False, [], 0, attitude=solved.attitude, curve=solved.curve
-        )
-        return integrated, round(intensity.number)
-    realisations = broken.many(case.seed, range(case.break_up.realisations), threads)
     nowhere = RunDirectory(Path())
     options = RunOptions(nowhere.path, threads=threads, lean=True)
     job = Job(
         case, nowhere, nowhere, Team(), ProgressReporter(enabled=False), options, attitude=attitude, numbers_alone=True
     )
+    if not case.exposed:
+        solved, _, _ = Realisations(job, (), broken).solve()
+        if solved is not None:
+            return solved.flown(case), round(broken.number)
+    realisations = broken.many(case.seed, range(case.break_up.realisations), threads)
     flown = fly_all(job, realisations, broken)
     assert flown is not None  # a team of one
     return flown, len(realisations[0])

@@ -63,8 +63,8 @@ class FlownEnsemble:
     """The worst one of mixed attitudes, to which all else belongs."""
     curve: list[dict[str, Any]] = field(default_factory=list)
     """Distances over mixed attitudes, as `hazard.attitude.curve` of summary.json."""
-    realisations_because: str = ""
-    """Why the distance is a mean over realisations; empty where it is an integral."""
+    not_integrated_because: str = ""
+    """Why the distance is no integral over a table of points; empty where it is."""
 
 
 def break_up_all(job: Job, snapshot_file: Path) -> tuple[BreakUpResult, list[Fragments]] | None:

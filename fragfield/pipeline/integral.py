@@ -1,6 +1,7 @@
 """The expected density by an integral: whether a scene admits it, the integral in one attitude, and over all attitudes.
 
-What a scene needs for it is asked in one place, `why_not_integrated`; elsewhere realisations of the break-up are flown.
+What a scene needs for it is asked in one place, `why_not_integrated`; elsewhere weighted fragments are flown
+(`fragfield.pipeline.weighted`), or realisations of the break-up.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flight.hazard.integral import POINTS, SMALLEST_SCATTER, integrate
+from flight.hazard.pool import Completeness
 from fragfield.case.conversion.attitude import is_mixed
 from fragfield.case.conversion.symmetry import burst_geometry
 from fragfield.case.conversion.turned import Arrangement
@@ -21,6 +23,7 @@ if TYPE_CHECKING:
     from flight.hazard.integral import Integral
     from fragfield.case import CaseTable
     from fragfield.case.conversion.turned import Turned
+    from fragfield.pipeline.ensemble import FlownEnsemble
     from transition.intensity import Intensity
 
 
@@ -31,7 +34,7 @@ COARSE, FINE = 15.0, 5.0  # degrees from one inclination to the next: of all, th
 
 
 def why_not_integrated(case: CaseTable, *, given: bool = False) -> str:
-    """Why the expected density of a resolved case is taken from realisations; empty where it is an integral.
+    """Why the expected density of a resolved case is no integral over a table of points; empty where it is.
 
     `given`: the fragments come from another source.
     """
@@ -126,15 +129,26 @@ class Integrand:
 
 @dataclass(frozen=True, eq=False)
 class Solved:
-    """An integral, and the attitude to which it belongs."""
+    """The expected density without realisations, and the attitude to which it belongs."""
 
     integral: Integral
     attitude: Turned | None
     curve: list[dict[str, Any]] = field(default_factory=list)
     """Distances over mixed attitudes, as `hazard.attitude.curve` of summary.json."""
+    completeness: Completeness = field(default_factory=Completeness)
+    """How the flights ended, where fragments were flown one by one."""
 
-    def hazard(self, tolerance: float) -> EnsembleHazard:
-        """The hazard of the integral alone, without what single events do."""
+    def flown(self, case: CaseTable) -> FlownEnsemble:
+        """What a run of a case gives, without what single events do."""
+        from fragfield.hazard.certainty import beyond_map_words
+        from fragfield.pipeline.ensemble import FlownEnsemble
+
+        found = self._hazard(case.hazard.tolerance)
+        unended = self.completeness.reason if self.completeness.fragments else ""
+        found = replace(found, undetermined=unended or beyond_map_words(case, found.expected))
+        return FlownEnsemble(None, found, {}, self.completeness, False, [], 0, attitude=self.attitude, curve=self.curve)
+
+    def _hazard(self, tolerance: float) -> EnsembleHazard:
         from flight.hazard.density.sectors import Tally
         from flight.hazard.ensemble import EnsembleHazard
 

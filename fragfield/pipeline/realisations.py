@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from flight import Fragments
-    from fragfield.pipeline.integral import Integrand
+    from fragfield.pipeline.integral import Solved
     from fragfield.pipeline.job import Job
     from transition import BreakUp
 
@@ -60,19 +60,32 @@ class Realisations:
         assert self._prepared is not None  # `prepare` comes first
         return self._prepared.fragments(self.job.case.seed, number)
 
-    def integrand(self) -> tuple[Integrand | None, str]:
-        """The intensity to integrate, on rank 0, or why there is none. Collective."""
-        from fragfield.pipeline.integral import Integrand, why_not_integrated
+    def solve(self) -> tuple[Solved | None, str, str]:
+        """The expected density without realisations, on rank 0; by what method it is had, and why not by another one.
 
-        reason = why_not_integrated(self.job.case, given=self.job.options.fragments is not None)
+        Methods are "integral", "weighted_fragments" and "realisations". Collective.
+        """
+        from fragfield.pipeline.integral import Integrand, why_not_integrated
+        from fragfield.pipeline.weighted import WeightedFlights, why_not_weighted
+
+        job = self.job
+        reason = why_not_integrated(job.case, given=job.options.fragments is not None)
+        method = "integral" if not reason else "weighted_fragments"
         if not reason and self._prepared is None and self._snapshot is None:
             reason = "the burst's snapshot is not at hand"
-        if reason:
-            return None, reason
+        if self._prepared is None and self._snapshot is None:
+            method = "realisations"
+        elif reason and (other := why_not_weighted(job.case)):
+            method, reason = "realisations", other
+        if method == "realisations":
+            return None, method, reason
         self.prepare()
         assert self._prepared is not None
-        intensity = self._prepared.intensity() if self.job.team.first else None
-        return None if intensity is None else Integrand(self.job.case, intensity, self.job.cores), ""
+        if method == "weighted_fragments":
+            return WeightedFlights(job.case, self._prepared, job.team, job.cores).solve(), method, reason
+        intensity = self._prepared.intensity() if job.team.first else None
+        solved = None if intensity is None else Integrand(job.case, intensity, job.cores).solve(job.attitude)
+        return solved, method, ""
 
     def prepare(self) -> None:
         """Read the snapshot on every rank, once. Collective."""

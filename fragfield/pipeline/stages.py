@@ -132,7 +132,7 @@ def fly(job: Job, stage: Stage) -> dict[str, Any]:
         summary["recovered"] = found[1].summary()
     headline = {
         **flown.hazard.headline,
-        "realisations_because": flown.realisations_because,
+        "not_integrated_because": flown.not_integrated_because,
         "possible_mass": flown.completeness.possible,
         "mass_not_landed": flown.completeness.missing,
         "more_realisations": flown.more,

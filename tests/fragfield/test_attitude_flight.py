@@ -85,6 +85,7 @@ def test_one_attitude_of_the_envelope_is_the_run_in_that_attitude(mixed, tmp_pat
     """The case with that attitude, its base where the turned one's is: with the same fragments, and with its own."""
     # The envelope is flown from realisations, for its exposed site; so is the run, which would be an integral.
     monkeypatch.setattr("fragfield.pipeline.integral.why_not_integrated", lambda *_, **__: "as the envelope")
+    monkeypatch.setattr("fragfield.pipeline.weighted.why_not_weighted", lambda _: "as the envelope")
     job, fragments = _job(mixed, few=True), _fragments(mixed)
     turned = Arrangement(_job(mixed).case).turned(inclination)  # of it the places alone count
     ours = fly_all(replace(job, attitude=turned), fragments).hazard.expected

@@ -47,7 +47,7 @@ def test_an_integral_has_the_error_of_its_points_and_no_randomness():
     assert found["parts"]["randomness"] is None
     assert found["recommended"] == pytest.approx(100.0 + math.hypot(0.2, 4.0))
     assert "randomness" not in found["not_included"]
-    assert "points of the integral 0.2 m, grid 4.0 m" in parts_words(found)
+    assert "points of the expected density 0.2 m, grid 4.0 m" in parts_words(found)
 
 
 @pytest.mark.parametrize("spread", [(60.0, 70.0, 0.0), (98.0, 98.0, 0.0), (99.0, 101.0, 2.0), (120.0, 150.0, 3.0)])

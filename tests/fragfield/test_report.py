@@ -30,7 +30,7 @@ FIGURES = [
     "speed_along_round", "casing_over_time", "picture_of_burst", "energy_ledger", "polar_by_sector",
 ]  # fmt: skip
 BODY = ["decision", "rounds", "hazard", "warnings", "fragments", "speeds", "convergence"]
-ANNEXES = ["azimuths", "flight", "break-up", "burst", "validation", "provenance", "inputs"]
+ANNEXES = ["flight", "break-up", "burst", "validation", "provenance", "inputs"]
 SECTIONS = [*BODY, *ANNEXES]
 NO_CONTENT = {"meta", "link", "img", "source", "br"}
 
@@ -154,7 +154,7 @@ def test_numbers_are_those_of_the_summary(page, summary):
     left_out = "grid (no other cell size gave a distance), inputs (no study of uncertain inputs)"
     parts = hazard["parts"]
     name = "quadrature" if parts["quadrature"] is not None else "randomness"
-    label = {"quadrature": "points of the integral", "randomness": "randomness of the break-up"}[name]
+    label = {"quadrature": "points of the expected density", "randomness": "randomness of the break-up"}[name]
     words = f"expected distance {parts['expected']:.1f} m; added as squares: {label}"
     together = f"together {math.ceil(10.0 * hazard['recommended']) / 10.0:.1f} m"
     assert f"{words} {parts[name]:.1f} m; {together}; not included: {left_out}." in texts
@@ -227,7 +227,7 @@ def outline(folder: Path) -> tuple[list[str], list[str], str]:
 )
 def test_missing_stages_are_said(tmp_path, stages, missing, figures):
     keys, names, words = outline(write_run(tmp_path / "run", stages=stages))
-    of_stage = {"azimuths": 3, "flight": 3, "break-up": 2, "burst": 1}
+    of_stage = {"flight": 3, "break-up": 2, "burst": 1}
     assert keys == [key for key in SECTIONS if of_stage.get(key, 0) <= stages]
     assert names == figures
     assert (f"Not yet run: {missing}." in words) == bool(missing)

@@ -8,9 +8,11 @@ polar_zones`).
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.special import dawsn
 
 from fragfield_base.elementary import cos, sin
 
@@ -41,6 +43,11 @@ def deviated(directions: Array, angles: Array) -> Array:
     size = np.linalg.norm(angles, axis=1, keepdims=True)
     of_turn = sin(size) / np.maximum(size, np.finfo(float).tiny)  # of no turn, `turned_to` is zero
     return np.asarray(cos(size) * directions + of_turn * turned_to)
+
+
+def mean_cosine(scatter: float) -> float:
+    """Mean cosine of the deviation of a direction with this standard deviation about each of two axes (rad)."""
+    return float(1.0 - math.sqrt(2.0) * scatter * dawsn(scatter / math.sqrt(2.0)))
 
 
 def scattered(mass: Array, velocity: Array, angles: Array) -> Array:

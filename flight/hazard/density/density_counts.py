@@ -46,18 +46,21 @@ def density_counts(result: FlightResult, *, ricochet: bool = True) -> tuple[NDAr
     azimuth, distances, angle = (
         np.concatenate([rows[name][dangerous], later[name]]) for name in ("azimuth", "distance", "angle")
     )
+    weights = np.ones(len(distances))
+    if counted.weights is not None:
+        weights = np.concatenate([counted.weights[dangerous], counted.weights[later["fragment"]]])
     if len(distances):
         grid = grid.up_to(max(grid.reach, float(distances.max()) + grid.cell))
     turn, cell = grid.cells_of(azimuth, distances)
     flat, size = turn * grid.shape[1] + cell, grid.shape[0] * grid.shape[1]
-    landings = np.bincount(flat, minlength=size).astype(np.float64).reshape(grid.shape)
+    landings = np.bincount(flat, weights=weights, minlength=size).astype(np.float64).reshape(grid.shape)
     path_length_per_height = np.zeros(grid.shape)
     if height > 0.0:
         lengths = counted.lengths if ricochet else counted.before
         path_length_per_height[:, : lengths.shape[1]] = lengths / height
     else:
         steepness = np.sin(np.maximum(np.radians(angle), SHALLOWEST))
-        path_length_per_height += np.bincount(flat, weights=1.0 / steepness, minlength=size).reshape(grid.shape)
+        path_length_per_height += np.bincount(flat, weights=weights / steepness, minlength=size).reshape(grid.shape)
     held = np.flatnonzero(landings.any(axis=0) | path_length_per_height.any(axis=0))
     end = int(held[-1]) + 1 if held.size else 1
     return landings[:, :end], path_length_per_height[:, :end]

@@ -45,7 +45,7 @@ if TYPE_CHECKING:
 KINDS = ("ground", "normal")
 INSIDE, BEYOND = 0.6, 1.0  # of ln r about a distance, in which its bootstrap looks for it
 NEAR_WORST = 0.3  # ln r below the worst direction's distance, within which others compete with it
-DECAYS = (0.0, 1.0, 2.0, 3.0, 4.0)
+DECAYS = (0.0, 1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0)
 WIDTHS = (2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 16.0, 24.0, 32.0)
 """Prior variances of the Fourier components of the azimuth: A k^-p with exponents p, A exp(-(k/b)^2) with widths b."""
 AMPLITUDES = np.concatenate([[0.0], np.exp(np.linspace(-5.0, 15.0, 61))])

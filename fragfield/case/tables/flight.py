@@ -267,7 +267,8 @@ class HazardTable(Table, Criteria):
     """Half-width of the raised cosine that smooths the density over azimuth where directions differ: narrower than the
     jets between neighbouring rounds (about 10 degrees to either side), wide enough to hold many fragments."""
     tolerance: float = Field(default=0.02, gt=0.0, lt=1.0)
-    """Realisations are added until standard error and bias bound of the hazard distance are below this part of it."""
+    """Realisations are added until standard error and bias bound of the hazard distance are below this part of it;
+    weighted fragments are in inverse proportion to it."""
     max_realisations: int = Field(default=500, ge=1, le=100_000)
     """Realisations beyond which none are added; break_up.realisations is the fewest."""
     protective_works: list[str] = Field(default_factory=list)

@@ -123,6 +123,9 @@ def _certainty(hazard: dict[str, Any]) -> list[Finding]:
     found = [Finding("good", f"{text} (standard error; `hazard.tolerance` asks for {100 * hazard['tolerance']:g} %).")]
     if hazard.get("method") == "integral":
         found = [Finding("good", "The expected density is an integral: no random number is in the distance.")]
+    if hazard.get("method") == "weighted_fragments":
+        text = f"Weighted fragments fix the expected distance to {100 * share:.1f} % (standard error)"
+        found = [Finding("good", f"{text}; the case's seed is not in it.")]
     if hazard["expected"] and hazard["max_bias"] > 0.5 * hazard["standard_error"]:
         share = 100 * hazard["max_bias"] / hazard["expected"]
         text = f"Taking the worst direction makes the expected distance {share:.1g} % too large, which is taken off it."

@@ -13,12 +13,18 @@ if TYPE_CHECKING:
     from fragfield.report.reading.run_files import RunFiles
 
 
+_MEANS = {
+    "integral": "an integral over all fragments",
+    "weighted_fragments": "a sum over fragments that stand for all others, each with a weight",
+    "realisations": "the mean over realisations of the random break-up",
+}
+
+
 def summary_terms(run: RunFiles) -> str:
     """What the recommended distance and its parts are."""
     criteria, hazard = run.criteria, run.part("hazard")
     if run.fragments_file is None:
-        integrated = hazard.get("method") == "integral"
-        mean = "an integral over all fragments" if integrated else "the mean over realisations of the random break-up"
+        mean = _MEANS[hazard.get("method", "realisations")]
     elif hazard.get("realisations", 1) > 1:
         mean = f"the mean over random draws from the table {run.fragments_file}"
     else:
@@ -28,7 +34,7 @@ def summary_terms(run: RunFiles) -> str:
         f"below one per {1.0 / criteria.density:.1f} m² for the last time: {mean}, on the ground or normal to the "
         "paths below a person's height, whichever distance is larger. "
     )
-    if hazard.get("upper") is not None and hazard.get("method") != "integral":
+    if hazard.get("upper") is not None and hazard.get("method", "realisations") == "realisations":
         what = "the break-up" if run.fragments_file is None else "the draws"
         text += f"The randomness of {what} is a one-sided band of 95 % by a bootstrap over the realisations. "
     if hazard.get("recommended") is not None:

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 _EDGE = 1e-12  # normal distributions have no quantile at 0 and 1
 _SEEDS = 2**32
 _ENDS = (1e-3, 0.5, 1.0 - 1e-3)  # probabilities at which a case must be sound before anything runs
+_TOLERANCE = 0.15  # of a sample at least: weighted fragments are fewer than for the distance of a run
 _LEFT_OUT = ("uncertainty", "witness", "stack")
 
 
@@ -161,7 +162,8 @@ def _bare(case: CaseTable, table: UncertaintyTable) -> dict[str, Any]:
     """Tables of the resolved case, without what a sample does not need, and with its number of realisations."""
     document = {key: value for key, value in plain(case, units=True).items() if key not in _LEFT_OUT}
     document["break_up"] = {**document["break_up"], "realisations": table.realisations}
-    document["hazard"] = {**document["hazard"], "max_realisations": table.realisations}
+    tolerance = max(case.hazard.tolerance, _TOLERANCE)
+    document["hazard"] |= {"max_realisations": table.realisations, "tolerance": tolerance}
     document["flight"] = {**document["flight"], "trajectories": 0}
     # The case as it stands was checked against its drawing; a sample may have other densities.
     document["round"] = [{key: entry[key] for key in entry if key != "expected"} for entry in document["round"]]

@@ -1,0 +1,260 @@
+"""Weighted fragments: points of the intensity of the fragments of any casings, as many as are asked for.
+
+A fragment of the mass m is a run of that mass along the space-filling curve of its segment
+(`transition.placement.placing`), so its mean position and velocity are differences of sums along the curve. It is
+addressed by a point of the unit cube: segment and quantile of the mass by Mott's law; place of the run on the curve;
+azimuth, where the round is of revolution; two coordinates of its direction after the scatter; two of the tilt; and the
+slopes of the ground that it meets first.
+
+Three quarters of the fragments that leave near the level take their elevation after the scatter from a density that is
+high at the level, where distances are decided, and all weigh by the density of the scatter over that of their drawing
+(the balance heuristic of Veach and Guibas 1995): no weight is larger than four times that of a fragment as it comes.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from scipy.special import ndtri
+
+from transition.law.mass_quantiles import masses_at
+from transition.placement.scatter import STIFFEST, mean_cosine
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from flight.fragments import Fragments
+    from transition.cells.points import MaterialPoints
+    from transition.law.samplers import Sampler
+    from transition.law.segment_law import SegmentLaw
+    from transition.law.segments import CasingSegment
+    from transition.placement.isometry import Isometry
+    from transition.settings import BreakUpSettings
+
+    Array = NDArray[np.float64]
+
+
+SLOPES = 2
+"""First impacts on the ground or an obstacle whose facets' slopes are coordinates too."""
+_COORDINATES = 7 + SLOPES
+_LEVEL = math.radians(1.5)  # half-width of the Lorentz curve about the level
+_NATURAL = 0.25  # fraction of the fragments that leave near the level with a direction as the scatter has it
+_REACH = 3.5  # standard deviations of the scatter from the direction before, within which the level is aimed at
+_STEEPEST = math.radians(60.0)  # elevation before the scatter up to which it is
+
+
+class WeightedFragments(NamedTuple):
+    """Fragments that stand for others; n points."""
+
+    fragments: Fragments
+    number: Array
+    """(n,) float64: fragments that each stands for."""
+    slopes: Array
+    """(n, SLOPES) float64: slopes of the facets that it meets first, over the surface's roughness."""
+
+
+def unit_points(number: int, points: int) -> Array:
+    """Points (n, c) of Sobol's set, scrambled (Matousek 1998) by a seed of its own: a power of two of them."""
+    from scipy.stats import qmc  # takes its time to load
+
+    made = qmc.Sobol(_COORDINATES, scramble=True, seed=number).random_base2(points.bit_length() - 1)
+    return np.asarray(np.clip(made, 1e-12, 1.0 - 1e-12))
+
+
+@dataclass(frozen=True, eq=False)
+class Runs:
+    """Runs of one segment along its curve.
+
+    Attributes
+    ----------
+    segment, law, sampler
+        The segment, and what its masses follow.
+    end : (p + 1,) float64
+        Mass along the curve (kg), from 0.
+    sums : (p + 1, 6) float64
+        Sums of mass times position (kg m) and velocity (kg m/s) along it.
+    shift : (3,) float64
+        What unit vectors are shifted by on average, so that deviations keep the segment's momentum.
+    averaged : bool
+        Whether a fragment has the means over its run, or the state of a point in its middle.
+    """
+
+    segment: CasingSegment
+    law: SegmentLaw
+    sampler: Sampler
+    end: Array
+    sums: Array
+    shift: Array
+    averaged: bool
+
+    @classmethod
+    def along(
+        cls, segment: CasingSegment, law: SegmentLaw, sampler: Sampler, points: MaterialPoints,
+        order: NDArray[np.int64], settings: BreakUpSettings,
+    ) -> Runs:  # fmt: skip
+        """Sums over a segment's points in the order of a curve."""
+        mass, states = points.mass[order], np.hstack([points.position, points.velocity])[order]
+        sums = np.vstack([np.zeros(6), np.cumsum(mass[:, None] * states, axis=0)])
+        return cls(
+            segment, law, sampler, np.concatenate([[0.0], np.cumsum(mass)]), sums,
+            _shift(points.mass, points.velocity, settings.direction_scatter), settings.velocity == "mean",
+        )  # fmt: skip
+
+    def at(self, quantiles: Array, places: Array) -> tuple[Array, Array, Array]:
+        """Masses (n,) in kg, numbers per mass of the segment (n,) in 1/kg, and states (n, 6) in m and m/s."""
+        mass, per_mass = masses_at(self.law.law, self.sampler, self.law.mass, quantiles)
+        total = self.end[-1]
+        # Shorter than a point a run is within it; a difference of the sums would be lost in round-off.
+        shortest = total / (len(self.end) - 1)
+        length = np.minimum(np.maximum(mass, shortest) if self.averaged else shortest, total)
+        begin = np.clip(places * total - 0.5 * length, 0.0, total - length)
+        low, high = (
+            np.column_stack([np.interp(at, self.end, one) for one in self.sums.T]) for at in (begin, begin + length)
+        )
+        return mass, per_mass, (high - low) / np.broadcast_to(length, mass.shape)[:, None]
+
+
+@dataclass(frozen=True, eq=False)
+class Casings:
+    """The casings of all rounds as runs, and how they are placed.
+
+    Attributes
+    ----------
+    runs : tuple of Runs
+        Of the segments that were computed.
+    images : tuple of Isometry
+        Their mirrored copies.
+    axis, base : (3,) float64 or None
+        Of a single round of revolution, whose fragments have every azimuth about its axis through its base (m).
+    foot : (3,) float64
+        About which the rounds are tilted (m).
+    rounds : tuple of str
+        Names, the computed rounds first.
+    settings : BreakUpSettings
+        Choices of the break-up.
+    """
+
+    runs: tuple[Runs, ...]
+    images: tuple[Isometry, ...]
+    axis: Array | None
+    base: Array
+    foot: Array
+    rounds: tuple[str, ...]
+    settings: BreakUpSettings
+
+    def at(self, points: Array) -> WeightedFragments:
+        """Fragments at points (n, c) of the unit cube, whose measure is the intensity."""
+        from flight.fragments import Fragments
+
+        count, copies, own = len(self.runs), 1 + len(self.images), 1.0 / len(points)
+        masses = np.array([runs.law.mass for runs in self.runs] * copies)
+        ends = np.concatenate([[0.0], np.cumsum(masses)]) / masses.sum()
+        block = np.minimum(np.searchsorted(ends, points[:, 0], side="right") - 1, len(masses) - 1)
+        quantile = (points[:, 0] - ends[block]) / (ends[block + 1] - ends[block])
+        mass, number = np.zeros((2, len(points)))
+        position, velocity, shift = np.zeros((3, len(points), 3))
+        for index, runs in enumerate(self.runs):
+            mine = np.flatnonzero(block % count == index)
+            mass[mine], per_mass, states = runs.at(quantile[mine], points[mine, 1])
+            number[mine] = own * masses.sum() * per_mass
+            position[mine], velocity[mine], shift[mine] = states[:, :3], states[:, 3:], runs.shift
+        for copy, image in enumerate(self.images, start=1):
+            mine = block // count == copy
+            position[mine] = image.place(position[mine])
+            velocity[mine], shift[mine] = image.vector(velocity[mine]), image.vector(shift[mine])
+        if self.axis is not None:
+            about = _to_azimuth(position - self.base, self.axis, points[:, 2])
+            position, velocity = self.base + _turned(position - self.base, about), _turned(velocity, about)
+        if self.settings.tilt > 0.0:
+            about = np.zeros((len(points), 3))
+            about[:, :2] = self.settings.tilt * ndtri(points[:, 5:7])
+            position = self.foot + _turned(position - self.foot, about)
+            velocity, shift = _turned(velocity, about), _turned(shift, about)
+        speed = np.linalg.norm(velocity, axis=1)
+        direction = velocity / np.maximum(speed, 1e-300)[:, None]
+        direction, weight = aimed(direction, points[:, 3:5], self.settings.direction_scatter)
+        direction = direction + shift
+        velocity = direction * (speed / np.linalg.norm(direction, axis=1))[:, None]
+        rounds, segments = (
+            np.array([getattr(runs.segment, name) for runs in self.runs], dtype=np.int32)[block % count]
+            for name in ("round", "index")
+        )
+        rounds += (block // count * (len(self.rounds) // copies)).astype(np.int32)
+        made = Fragments(mass, position, velocity, float(self.settings.shape_factor), rounds, segments, self.rounds)
+        return WeightedFragments(made, number * weight, np.ascontiguousarray(ndtri(points[:, 7 : 7 + SLOPES])))
+
+
+def _shift(mass: Array, velocity: Array, scatter: float) -> Array:
+    """The mean of the shift by which `transition.placement.scatter.scattered` keeps a segment's momentum (3,)."""
+    speed = np.linalg.norm(velocity, axis=1)
+    weight = mass * speed
+    total, before = float(weight.sum()), mass @ velocity
+    if not total > 0.0 or scatter == 0.0:
+        return np.zeros(3)
+    along = (velocity.T * (mass / np.maximum(speed, 1e-300))) @ velocity
+    kept, doubled = mean_cosine(scatter), mean_cosine(2.0 * scatter)
+    after = 0.5 * (1.0 + doubled) * along + 0.25 * (1.0 - doubled) * (total * np.eye(3) - along)
+    values, vectors = np.linalg.eigh(total * np.eye(3) - after)
+    possible = values > STIFFEST * total
+    missing = vectors[:, possible].T @ ((1.0 - kept) * before)
+    return np.asarray(vectors[:, possible] @ (missing / values[possible]))
+
+
+def aimed(directions: Array, uniform: Array, scatter: float) -> tuple[Array, Array]:
+    """Directions (n, 3) after the scatter, more of them near the level, and the weights (n,) that make up for it.
+
+    `directions` (n, 3): unit vectors before; `uniform` (n, 2): coordinates of the drawing, 0 to 1; `scatter`: standard
+    deviation about each of two axes (rad).
+    """
+    if scatter == 0.0:
+        return directions, np.ones(len(directions))
+    before = np.arcsin(np.clip(directions[:, 2], -1.0, 1.0))
+    level = np.abs(before) < min(_STEEPEST, _REACH * scatter + _LEVEL)
+    natural = np.where(level, _NATURAL, 1.0)
+    aim = uniform[:, 0] >= natural
+    heading = np.arctan2(directions[:, 1], directions[:, 0])
+    # As it comes: a rotation vector across the direction with two normal components.
+    share = np.where(aim, 0.5, uniform[:, 0] / natural)
+    angle = scatter * np.sqrt(-2.0 * np.log1p(-share))
+    turn = 2.0 * math.pi * uniform[:, 1]
+    sine, cosine = np.sin(before), np.cos(before)
+    up, side = np.sin(angle) * np.cos(turn), np.sin(angle) * np.sin(turn)
+    outward, upward = np.cos(angle) * cosine - up * sine, np.cos(angle) * sine + up * cosine
+    elevation = np.arcsin(np.clip(upward, -1.0, 1.0))
+    aside = np.arctan2(side, outward)
+    # Aimed at the level: its elevation by a Lorentz curve, its azimuth normal about that before.
+    low, high = (np.arctan(np.clip(before + sign * _REACH * scatter, -1.5, 1.5) / _LEVEL) for sign in (-1.0, 1.0))
+    part = np.clip((uniform[:, 0] - natural) / np.maximum(1.0 - natural, 1e-300), 0.0, 1.0)
+    elevation = np.where(aim, _LEVEL * np.tan(low + part * (high - low)), elevation)
+    width = scatter / np.sqrt(np.maximum(np.cos(elevation) * cosine, 1e-9))
+    aside = np.where(aim, width * ndtri(uniform[:, 1]), aside)
+    made = np.cos(elevation) * np.cos(heading + aside), np.cos(elevation) * np.sin(heading + aside), np.sin(elevation)
+    after = np.column_stack(made)
+    # Densities per solid angle of both.
+    chord = np.linalg.norm(after - directions, axis=1)
+    angle = 2.0 * np.arcsin(np.minimum(0.5 * chord, 1.0))
+    ratio = np.where(angle > 1e-6, angle / np.maximum(np.sin(angle), 1e-300), 1.0)
+    wanted = ratio * np.exp(-0.5 * (angle / scatter) ** 2) / (2.0 * math.pi * scatter**2)
+    inside = np.abs(elevation - before) <= _REACH * scatter
+    of_aim = np.where(inside, _LEVEL / (_LEVEL**2 + elevation**2) / (high - low), 0.0)
+    of_aim *= np.exp(-0.5 * (aside / width) ** 2) / (math.sqrt(2.0 * math.pi) * width * np.cos(elevation))
+    return after, np.where(level, wanted / (natural * wanted + (1.0 - natural) * of_aim), 1.0)
+
+
+def _turned(vectors: Array, about: Array) -> Array:
+    """Vectors (n, 3), each turned by a rotation vector `about` (n, 3) of its own (rad)."""
+    angle = np.linalg.norm(about, axis=1)[:, None]
+    axis = about / np.maximum(angle, 1e-300)
+    along = axis * (axis * vectors).sum(axis=1)[:, None]
+    return np.asarray(along + np.cos(angle) * (vectors - along) + np.sin(angle) * np.cross(axis, vectors))
+
+
+def _to_azimuth(place: Array, axis: Array, turn: Array) -> Array:
+    """Rotation vectors (n, 3) that bring places (n, 3) to azimuths `turn` (n,) about the axis (in turns)."""
+    first = np.cross(axis, np.eye(3)[np.abs(axis).argmin()])
+    first /= np.linalg.norm(first)
+    now = np.arctan2(place @ np.cross(axis, first), place @ first)
+    return np.asarray(axis * (2.0 * math.pi * turn - now)[:, None])
