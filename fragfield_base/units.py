@@ -101,6 +101,7 @@ def _powers_of(symbol: str) -> Powers:
 
 
 _NUMBER = re.compile(r"(?:\d{1,40}(?:\.\d{0,40})?|\.\d{1,40})(?:[eE][-+]?\d{1,4})?(?![\d.])")
+_ONE_OVER = re.compile(r"1\s*/")  # of "100 1/s"
 _COMMA = re.compile(r"\d,\d")
 _NAME = re.compile(r"[^\W\d]\w{0,39}|°")
 _EXPONENT = re.compile(r"\s*(?:\*\*|\^)\s*([-+]?\d(?![\d.eE])|\(\s*[-+]?\d\s*\))")
@@ -133,6 +134,9 @@ class _Reader:
         while (sign := self._skip()) and sign not in ")+-":
             if sign in "*/":
                 self.at += 1
+            elif _NUMBER.match(self.text, self.at) and not _ONE_OVER.match(self.text, self.at):
+                # of "1 500 kg" the product would be 500 kg
+                raise UnitError("which has two numbers side by side; a number has no space between thousands")
             one = self._factor(depth)
             power = -1 if sign == "/" else 1
             try:

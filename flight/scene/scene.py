@@ -130,7 +130,7 @@ class Scene:
             if inside.size:
                 raise InputError(
                     f"obstacle {obstacle.name}: {inside.size} {what} start inside it, the first is number {inside[0]} "
-                    f"at {tuple(position[inside[0]].tolist())} m; move the obstacle off the rounds"
+                    f"at {tuple(position[inside[0]].round(3).tolist())} m; move the obstacle off the rounds"
                 )
             at_origin = np.array([[*origin, self.height_at(*origin)]])
             if self.ground is not None and (depth_in(own, at_origin) > 0.0).any():

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 _WIDTHS = {False: 640.0, True: 350.0}  # of the picture, in its own units; narrow: of a telephone
 _HEIGHT, _SIDE, _FOOT = 182.0, 40.0, 96.0  # of the round, beside and below it
 _SAMPLES = 120  # stations of a contour
-_ROOM = 46.0  # that the text of a length needs
+_ROOM = 50.0  # that the text of a length needs
 
 
 def round_facts(item: Round) -> dict[str, float]:
@@ -124,17 +124,20 @@ class _Section:
     def _lengths(self) -> Iterator[str]:
         """Below the round: its segments, charge and fuze, and the whole length; above it the largest diameters."""
         profile, base = self.profile, self.base
-        taken = 0.0  # up to which the first line of texts is full: the next goes below
+        taken = [0.0, 0.0]  # up to which both lines of texts are full
         for segment in profile.segments:
             start, end = self._x(segment.start), self._x(segment.end)
             middle = 0.5 * (start + end)
             yield _line(end, self.middle, end, base + 18, "extension")
             yield from _dimension(start, end, base + 18, "")
-            free = middle - 0.5 * _ROOM > taken
-            yield _text(middle, base + (29 if free else 41), _mm(segment.end - segment.start), "small")
-            if end - start > max(_ROOM, 5.0 * len(segment.name)):
+            line = next((one for one in (0, 1) if middle - 0.5 * _ROOM > taken[one]), None)
+            if line is None:  # no room for its length
+                continue
+            yield _text(middle, base + (29, 41)[line], _mm(segment.end - segment.start), "small")
+            taken[line] = middle + 0.5 * _ROOM
+            if line == 0 and end - start > max(_ROOM, 5.0 * len(segment.name)):
                 yield _text(middle, base + 41, segment.name, "small")
-            taken = middle + 0.5 * _ROOM if free else 0.0
+                taken[1] = middle + 0.5 * max(_ROOM, 5.0 * len(segment.name))
         front, end, charge = self._x(profile.charge_front), self._x(profile.charge_end), self.texts("drawing.charge")
         yield from _dimension(front, end, base + 54, f"{charge} {_mm(profile.charge_end - profile.charge_front)}")
         if profile.fuze is not None and profile.charge_front > profile.cavity.start:

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import json
 import math
-import re
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
@@ -19,7 +17,7 @@ from fragfield.errors import InputError
 from fragfield_base.units import UnitError, read_measure
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Iterator, Sequence
     from pathlib import Path
 
     from flight.hazard.site import Site
@@ -27,9 +25,6 @@ if TYPE_CHECKING:
 
 
 _OBSTACLES: TypeAdapter[Any] = TypeAdapter(ObstacleTable)
-_LINES = ("road", "wall", "barricade")
-_PLACED = ("latitude", "longitude", "length", "width", "azimuth")
-"""What the shape on the map says of a building; of a road its width is kept."""
 _POINTS = {"exposed": ("points", "points_on_earth"), "obstacle": ("start", "end", "position")}
 
 
@@ -134,39 +129,6 @@ def move(case: CaseDocument, path: Sequence[str | int], x: float, y: float) -> N
     case.set(path, here)
 
 
-def background_of(case: CaseDocument, given: Mapping[str, str]) -> dict[str, Any]:
-    """Where a picture lies below the map: `low` and `high`, its corners (m), or its `width` (m) about the origin.
-
-    `case`: with its place on Earth, where corners are given by latitude and longitude; `given`: texts: "low" and
-    "high", two lengths or angles each with a comma between; else "width". Numbers are in metres. Raises InputError: a
-    text is no such value, or the corners are not lower left and upper right.
-    """
-    if not given.get("low") and not given.get("high"):
-        width = _value(_metres(given.get("width") or "500 m"), "m")
-        if width is None or width <= 0.0:
-            raise InputError(f'width: found "{given["width"]}"; allowed: a length above 0 m, for example "500 m"')
-        return {"width": width}
-    low, high = (_corner(case, key, given.get(key, "")) for key in ("low", "high"))
-    if not (low[0] < high[0] and low[1] < high[1]):
-        raise InputError(f"corners: found {low} and {high} m; allowed: lower left, then upper right")
-    return {"low": low, "high": high}
-
-
-def _metres(text: str) -> str:
-    return f"{text} m" if re.fullmatch(r"\s*[-+]?[\d.]+\s*", text) else text
-
-
-def _corner(case: CaseDocument, key: str, text: str) -> tuple[float, float]:
-    parts = [_metres(part) for part in text.split(",")]
-    corner = _pair(parts) or ((pair := _pair(parts, "rad")) and _here(case, *pair))
-    if not corner:
-        raise InputError(
-            f'{key}: found "{text}"; allowed: x and y, for example "-250, -180", or with [site] latitude and '
-            'longitude, for example "51.5 deg, 7.25 deg"'
-        )
-    return corner
-
-
 def plan_of(
     case: CaseDocument, circles: Sequence[dict[str, Any]], resolved: Sequence[dict[str, Any]] | None = None
 ) -> dict[str, Any]:
@@ -231,29 +193,6 @@ def _terrain(case: CaseDocument, shapes: Sequence[dict[str, Any]]) -> list[dict[
         {"kind": "terrain", "name": one.name, "points": np.round(one.points, 1).tolist(), "closed": False}
         for one in lines
     ]
-
-
-def exported(case: CaseDocument) -> str:
-    """The places of the draft as GeoJSON (RFC 7946), in the form that `imported` takes; raises InputError off Earth."""
-    if site_in(case) is None:
-        raise InputError("site: missing; GeoJSON needs latitude, longitude and bearing")
-    features = []
-    for table in ("obstacle", "exposed"):
-        entries = case.get((table,), [])
-        for index, entry in enumerate(entries if isinstance(entries, list) else []):
-            marks = [at for _, at in _handles(case, table, index, entry)] if isinstance(entry, dict) else []
-            if not marks:  # without a place of its own, such as the box of an obstacle
-                continue
-            kind = str(entry.get("kind", "wall" if table == "obstacle" else "person"))
-            shape = "Point" if kind == "person" else "LineString" if kind in _LINES else "Polygon"
-            drawn = marks if shape != "Polygon" else _shape(table, entry, "", marks)[0]["points"]
-            ring = [[round(pair[1], 8), round(pair[0], 8)] for x, y in drawn if (pair := _on_earth(case, x, y))]
-            places: Any = ring[0] if shape == "Point" else [[*ring, ring[0]]] if shape == "Polygon" else ring
-            known = {key: value for key, value in entry.items()
-                     if not isinstance(value, (list, dict)) and (kind in _LINES or key not in _PLACED)}  # fmt: skip
-            geometry = {"type": shape, "coordinates": places}
-            features.append({"type": "Feature", "geometry": geometry, "properties": {**known, "kind": kind}})
-    return json.dumps({"type": "FeatureCollection", "features": features}, indent=1)
 
 
 def imported(case: CaseDocument, path: Path) -> tuple[dict[str, list[dict[str, Any]]], list[str]]:

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import json
 import re
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from fragfield.errors import InputError
 from fragfield.files.run_directory import RunDirectory
-from fragfield_base.writing import write_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -110,17 +108,6 @@ class Workspace:
     def run_of(self, case: str) -> str:
         """Name of the run directory of a case, as `fragfield run` names it."""
         return str(Path("runs") / Path(case).stem)
-
-    def settings(self) -> dict[str, Any]:
-        """What the user chose for the application itself, such as a picture below a map."""
-        with suppress(OSError, ValueError):
-            found = json.loads(self.state("settings.json").read_text(encoding="utf-8"))
-            return found if isinstance(found, dict) else {}
-        return {}
-
-    def keep(self, **settings: object) -> None:
-        """Keep some settings."""
-        write_text(self.state("settings.json"), json.dumps({**self.settings(), **settings}), InputError)
 
 
 def _is_case(path: Path) -> bool:

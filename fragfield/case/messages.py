@@ -110,6 +110,8 @@ def _text(fault: ErrorDetails, model: type[BaseModel]) -> str:
     if kind in _LIMITS:
         words, key = _LIMITS[kind]
         return f"found {show(found)}; allowed: {words} {context[key]:g}"
+    if kind == "too_short":
+        return f"found {show(found)}; allowed: a list of at least {context['min_length']}"
     if kind in _KINDS:
         allowed = _KINDS[kind]
         if "<name>" in fault["loc"][-1:]:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fragfield.case import plain
-from fragfield.case.checks.estimates import check_numbers, given_on_map
+from fragfield.case.checks.estimates import check_numbers, given_fragments
 from fragfield.case.conversion.attitude import is_mixed
 from fragfield.case.conversion.rounds import burst_rounds, first_alike
 from fragfield.case.conversion.stages import break_up_settings, burst_settings
@@ -260,7 +260,7 @@ def fragments_report(case: CaseTable, path: Path) -> dict[str, Any]:
 
         fragments = Fragments.read(path)
         held = {"file": path.name, "number": len(fragments), "mass": float(fragments.mass.sum())}
-        return {"fragments": held, "warnings": given_on_map(case, path), **_prescribed(case, ())}
+        return {"fragments": held, "warnings": given_fragments(case, path), **_prescribed(case, ())}
     table, recovered = found
     held = {"file": path.name, "number": float(table.number.sum()), "mass": table.total_mass}
     warnings = [recovered.warning] if recovered.warning else []

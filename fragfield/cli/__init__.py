@@ -26,7 +26,7 @@ _GROUPS = {
     "Files of others": ("convert", "import"),
     "Studies of many runs": ("sweep", "limit", "uncertainty", "compare"),
     "Stages of a run": ("burst", "break-up", "fly"),
-    "This machine": ("warm-up",),
+    "This machine": ("warm-up", "help"),
 }
 """Commands in the order of their use."""
 

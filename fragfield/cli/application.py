@@ -60,6 +60,14 @@ def _common(
         raise typer.Exit  # the first rank does it alone
 
 
+@app.command("help")
+def help_(
+    command: Annotated[str | None, typer.Argument(metavar="COMMAND", help="Of which command; default all.")] = None,
+) -> None:
+    """Print what --help prints, of a command or of all."""
+    app([*([command] if command else []), "--help"], prog_name=app.info.name)
+
+
 CaseOrRun = Annotated[
     Path, typer.Argument(parser=file_path, metavar="CASE_OR_RUN", help="A case file, or the directory of a run.")
 ]

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from fragfield.case.conversion.exposed_sites import outline_of
+from fragfield.numbers import number
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -56,6 +58,15 @@ def part_of_criterion(entry: Mapping[str, Any]) -> float | None:
     """The bound over the limit: 1 is the limit."""
     value = governing(entry)
     return None if value is None else value["upper"] / entry["criterion"]["limit"]
+
+
+def part_text(entry: Mapping[str, Any]) -> str:
+    """`part_of_criterion` in two digits, rounded up: a bound must not meet it by the print alone; "–" for none."""
+    part = part_of_criterion(entry)
+    if part is None:
+        return "–"
+    step = 10.0 ** (math.floor(math.log10(part)) - 1) if part > 0.0 else 1.0
+    return number(math.ceil(part / step - 1e-9) * step, 2)
 
 
 def criterion_words(entry: Mapping[str, Any]) -> str:

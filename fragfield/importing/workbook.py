@@ -6,6 +6,7 @@ import datetime as dt
 import re
 import xml.parsers.expat as expat
 import zipfile
+from collections import Counter
 from io import BytesIO
 from itertools import zip_longest
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -36,6 +37,8 @@ _MOST_UNPACKED = 1 << 28
 _MOST_ROWS = 1_048_576
 _LOST = "a date, what a spreadsheet makes of entries such as 3.5 or 5-10: the number is lost; enter it again as text"
 _HIDDEN_ROW = re.compile(rb"""<(?:\w+:)?row\s[^>]*\bhidden=["'](?:1|true)["']""")
+_HIDDEN_COLUMNS = re.compile(rb"""<(?:\w+:)?col\s[^>]*\bhidden=["'](?:1|true)["'][^>]*>""")
+_SPAN = re.compile(rb"""\b(?:min|max)=["'](\d+)["']""")
 _LINKED = re.compile(r"'(?:file|https?|smb):")
 _UNCOMPUTED = "a formula without a value: open the workbook in a spreadsheet, let it compute, and save it"
 _INSTALL = "pip install fragfield[tables]"
@@ -69,17 +72,24 @@ def read_workbook(path: Path, sheet: str | None = None) -> Sheet:
     left_out = f"; hidden and left out: {hidden}" if hidden else ""
     name, reason = _chosen(path, filled, [name for name, one in tables.items() if not one.is_hidden], sheet, left_out)
     guesses = [Guess("sheet", name, reason + left_out)]
-    if tables[name].hidden_rows:
-        guesses.append(Guess("hidden rows", str(tables[name].hidden_rows), "by a filter or by hand; they are read"))
+    for what, count, reason in (
+        ("hidden rows", tables[name].hidden_rows, "by a filter or by hand; they are read"),
+        ("hidden columns", tables[name].hidden_columns, "they are read"),
+        ("comments", tables[name].comments, "left out"),
+    ):
+        if count:
+            guesses.append(Guess(what, str(count), reason))
     return Sheet(path, name, filled[name], guesses)
 
 
 class _Table(NamedTuple):
-    """Rows of a sheet, whether it is hidden, and how many of its rows are."""
+    """Rows of a sheet, whether it is hidden, how many of its rows and columns are, and its comments."""
 
     rows: list[Row]
     is_hidden: bool
     hidden_rows: int
+    hidden_columns: int
+    comments: int
 
 
 def _chosen(
@@ -163,14 +173,29 @@ def _xlsx(path: Path, data: bytes) -> dict[str, _Table]:
                 sheet.reset_dimensions()  # what the file claims, which may be all of a sheet
             both = zip(table.iter_rows(), written.iter_rows(), strict=False)
             with zipfile.ZipFile(BytesIO(data)) as archive:
-                hidden_rows = len(_HIDDEN_ROW.findall(archive.read(table._worksheet_path)))
+                xml = archive.read(table._worksheet_path)
+                comments = _xlsx_comments(archive, table._worksheet_path)
             rows = _rows(path, (_paired(*pair) for pair in both))
-            found[table.title] = _Table(rows, table.sheet_state != "visible", hidden_rows)
+            spans = [[int(end) for end in _SPAN.findall(one)] for one in _HIDDEN_COLUMNS.findall(xml)]
+            width = max((len(row.cells) for row in rows), default=0)
+            columns = sum(max(min(max(span), width) - min(span) + 1, 0) for span in spans if span)
+            is_hidden = table.sheet_state != "visible"
+            found[table.title] = _Table(rows, is_hidden, len(_HIDDEN_ROW.findall(xml)), columns, comments)
         return found
     except InputError:
         raise
     except Exception as error:  # noqa: BLE001 - a damaged file ends in errors of many kinds
         raise InputError(f"{path}: damaged, or not as spreadsheets write XLSX ({error})") from None
+
+
+def _xlsx_comments(archive: zipfile.ZipFile, sheet: str) -> int:
+    """How many comments a sheet has, by the parts that it refers to."""
+    folder, _, name = sheet.rpartition("/")
+    links = f"{folder}/_rels/{name}.rels"
+    text = archive.read(links).decode("utf-8", "replace") if links in archive.namelist() else ""
+    parts = {name.rpartition("/")[2]: name for name in archive.namelist()}
+    named = {one for one in re.findall(r"""Target=["'](?:[^"']*/)?(comment[^"'/]*\.xml)["']""", text) if one in parts}
+    return sum(len(re.findall(rb"<(?:\w+:)?comment\s", archive.read(parts[one]))) for one in named)
 
 
 def _paired(values: Iterable[Any], formulas: Iterable[Any]) -> tuple[int | None, list[Cell]]:
@@ -232,14 +257,17 @@ def _ods(path: Path, data: bytes) -> dict[str, _Table]:
         from odf.office import Annotation
         from odf.opendocument import load
         from odf.style import Style, TableProperties
-        from odf.table import Table, TableRow
+        from odf.table import Table, TableColumn, TableRow
     except ModuleNotFoundError:
         raise InputError(f"{path}: reading ODS needs odfpy, which is not installed: {_INSTALL}") from None
     _check_whole(path, data)
     try:
         document = load(BytesIO(data))
-        for note in document.spreadsheet.getElementsByType(Annotation):  # a comment, whose text would be its cell's
-            note.parentNode.removeChild(note)
+        comments: Counter[str] = Counter()
+        for table in document.spreadsheet.getElementsByType(Table):
+            for note in table.getElementsByType(Annotation):  # whose text would be its cell's
+                note.parentNode.removeChild(note)
+                comments[str(table.getAttribute("name"))] += 1
         hidden = {
             style.getAttribute("name")
             for style in document.automaticstyles.getElementsByType(Style)
@@ -257,7 +285,14 @@ def _ods(path: Path, data: bytes) -> dict[str, _Table]:
                 for row in rows
                 if row.getAttribute("visibility") in ("collapse", "filter") and any(_ods_cells(path, row))
             )
-            found[name] = _Table(_rows(path, _ods_lines(path, rows)), is_hidden, hidden_rows)
+            columns = sum(
+                int(column.getAttribute("numbercolumnsrepeated") or 1)
+                for column in table.getElementsByType(TableColumn)
+                if column.getAttribute("visibility") in ("collapse", "filter")
+            )
+            lines = _rows(path, _ods_lines(path, rows))
+            width = max((len(row.cells) for row in lines), default=0)
+            found[name] = _Table(lines, is_hidden, hidden_rows, min(columns, width), comments[name])
         return found
     except InputError:
         raise

@@ -155,7 +155,8 @@ class Uncertainty:
     path : Path
         Holds uncertainty.html, uncertainty.json, samples.csv and the nominal run.
     found : dict
-        As `fragfield uncertainty --json` prints it: `design`, `states`, `inputs`, `distance`, `hazard`, `exposed`.
+        As `fragfield uncertainty --json` prints it: `design`, `states`, `inputs`, `distance`, `hazard`,
+        `distance_to_apply`, `exposed`.
     """
 
     path: Path
@@ -192,7 +193,8 @@ class Uncertainty:
             return f"no distance over the inputs, see {self.path}"
         low, median, high = (metres(value) for value in self.spread)
         return (
-            f"recommended distance {metres(self.recommended)}\n  {parts_words(self.found['hazard'])}\n"
+            f"{self.found['distance_to_apply']['line']}\n"
+            f"  recommended distance {metres(self.recommended)}: {parts_words(self.found['hazard'])}\n"
             f"  expected distance over the inputs: 5 % {low}, median {median}, 95 % {high}, "
             f"{self.found['design']['samples']} samples"
         )

@@ -8,7 +8,7 @@ from contextlib import ExitStack, contextmanager
 from typing import TYPE_CHECKING
 
 from fragfield.case.checks.bounds import outside_soft
-from fragfield.case.checks.estimates import given_on_map
+from fragfield.case.checks.estimates import given_fragments
 from fragfield.errors import EXIT_FAULT, InputError, exit_code_of, message_of
 from fragfield.files.run_directory import STAGES
 from fragfield.pipeline.arena import read_arena
@@ -104,8 +104,6 @@ def _warn_of_locks(directory: RunDirectory, team: Team) -> None:
 
 def _enter(options: RunOptions, stage: Stage, held: ExitStack) -> CaseTable:
     """Read the case and make the directory ready for one stage after the burst."""
-    import flight
-
     case, directory, source = options.case(burst=False), options.directory, options.source
     if options.fragments is None:
         _check_inputs(case, source, stage)
@@ -114,8 +112,8 @@ def _enter(options: RunOptions, stage: Stage, held: ExitStack) -> CaseTable:
             raise InputError(f"{directory.path}: holds fragments of its own break-up; fly others with another --out")
         # refuse what does not fit the case, before anything is removed
         if read_arena(options.fragments, case) is None:
-            flight.Fragments.read(options.fragments)
-            given_on_map(case, options.fragments)
+            for words in given_fragments(case, options.fragments):
+                _log.warning("%s", words)
     directory.make()
     if stage.name != "report":
         held.enter_context(directory.locked())

@@ -32,7 +32,7 @@ FACTOR_OBSERVED = 1.25
 """Safety factor of Roache's index where the order was observed with three sizes."""
 FACTOR_RANGE = 3.0
 """Safety factor where it was not."""
-NORMAL_95 = 1.96
+_TWO_SIDED_95 = 1.96
 """Standard errors to either side that hold 95 % of a normal distribution."""
 ORDERS = (0.5, 2.0)
 """Bounds of the order that is used: above 2 no element of first degree converges, below 0.5 the limit is a guess."""
@@ -171,7 +171,7 @@ def _by_line(
         left = f - f.mean() - slope * away
         variance = float(np.mean(errors**2))
         of_slope *= max(1.0, math.sqrt(float(left @ left) / variance / (len(h) - 2)))
-    uncertainty = (FACTOR_OBSERVED * abs(slope) + NORMAL_95 * of_slope) * size
+    uncertainty = (FACTOR_OBSERVED * abs(slope) + _TWO_SIDED_95 * of_slope) * size
     return GridConvergence(kind, None, 1.0, None, uncertainty, FACTOR_OBSERVED)
 
 

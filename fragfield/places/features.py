@@ -240,7 +240,8 @@ def read_kml(path: Path) -> tuple[list[Feature], list[str]]:
         features += _of_placemark(path, placemark, folders, number, left_out)
     if hidden:
         shown = ", ".join(hidden[:_MOST_NAMED]) + (", ..." if len(hidden) > _MOST_NAMED else "")
-        left_out[f"placemarks that are switched off in the file (visibility 0: {shown})"] = len(hidden)
+        what = "placemarks" if len(hidden) > 1 else "placemark"
+        left_out[f"{what} switched off in the file (visibility 0: {shown})"] = len(hidden)
     if not features:
         listed = ", ".join(f"{number} {what}" for what, number in left_out.items()) or "nothing"
         raise InputError(f"{path}: found no placemark with a point, a line or a polygon, only {listed}")

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fragfield.case.conversion.exposed_sites import FARTHEST
 from fragfield.case.messages import mark_of
 from fragfield.case.tables.round import length_of
 from fragfield.case.tables.surroundings import (
@@ -37,7 +38,6 @@ if TYPE_CHECKING:
     from fragfield.places.features import Array, Feature, Shape
 
 
-_FARTHEST = 100e3  # m
 _BEYOND = 5e3  # m: no fragment flies farther
 _LOOSE_BOX = 0.15  # by which the box around a building may be larger than its outline, unsaid
 _KINDS: dict[str, tuple[type[BaseModel], tuple[Shape, ...], str]] = {
@@ -169,7 +169,7 @@ def _check_distances(path: Path, features: Sequence[Feature], site: Site) -> Non
     away = _distances(site, longitude[on_earth], latitude[on_earth])
     swapped = _distances(site, latitude, longitude) if np.abs(longitude).max() <= 90.0 else np.array([np.inf])
     nearest = away.min(initial=np.inf)
-    if (not on_earth.all() or nearest > _BEYOND) and swapped.max() < min(_FARTHEST, 0.1 * nearest):
+    if (not on_earth.all() or nearest > _BEYOND) and swapped.max() < min(FARTHEST, 0.1 * nearest):
         raise InputError(
             f"{path}: its positions {_away(nearest)} as longitude, latitude, and {_away(float(swapped.min()))} as "
             "latitude, longitude: they, or those of [site], are exchanged; allowed: longitude first"
@@ -179,11 +179,11 @@ def _check_distances(path: Path, features: Sequence[Feature], site: Site) -> Non
         raise InputError(
             f"{features[owners[at]].where}: found the latitude {latitude[at]:g}; allowed: -90 to 90, longitude first"
         )
-    if away.max() > _FARTHEST:
+    if away.max() > FARTHEST:
         at = int(np.argmax(away))
         raise InputError(
             f"{features[owners[at]].where}: lies {_km(away[at])} from the site, at longitude {longitude[at]:g}, "
-            f"latitude {latitude[at]:g}; allowed: up to {_km(_FARTHEST)}"
+            f"latitude {latitude[at]:g}; allowed: up to {_km(FARTHEST)}"
         )
 
 
@@ -287,7 +287,7 @@ def _measure(value: object, unit: str | None, quantity: Quantity, table: PlacesT
         try:
             read_measure(text)
         except UnitError as fault:
-            raise InputError(f"{where}: {fault}") from None
+            raise InputError(f'{where}: found "{text}", {fault}') from None
         return text
     length = length_of(table.unit)
     if unit is None and quantity.symbol == "m" and length is not None:

@@ -13,11 +13,11 @@ from fragfield.report.figures import fragments as fragment_figures
 from fragfield.report.figures import hazard as hazard_figures
 from fragfield.report.figures import round_drawing
 from fragfield.report.figures import site as site_figure
-from fragfield.report.tables import zones as zone_blocks
+from fragfield.report.figures.zones import zone_figure
 from fragfield.report.tables.attitudes import attitude_figure
 from fragfield.report.tables.convergence import convergence_figure, convergence_notes, convergence_tables
 from fragfield.report.tables.counted import counted_table
-from fragfield.report.tables.distances import direction_table, distance_table
+from fragfield.report.tables.distances import distance_table
 from fragfield.report.tables.exposed_sites import exposed_tables, obstacle_tables
 from fragfield.report.tables.ignition import exposure_table, ignition_table
 from fragfield.report.tables.rounds import (
@@ -35,7 +35,6 @@ from fragfield.report.tables.stages import (
     mesh_rows,
     quantity_rows,
 )
-from fragfield.report.tables.zones import zone_table
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -145,7 +144,7 @@ def fragments_section(run: RunFiles, draw: Draw, picture: Picture) -> Section:
         *draw(
             "polar_zones", "Fragments by polar zone",
             "Numbers and speeds of one round's fragments at launch by angle from the nose, as arena tests report them.",
-            zone_blocks.zone_figure,
+            zone_figure,
         ),
         *draw(
             "directions", "Directions of the mass",
@@ -213,25 +212,11 @@ def annexes_of_stages(run: RunFiles, draw: Draw) -> list[Section]:
     """Details of every stage, in tables; none of a stage that has not been run."""
     found = [
         Section("distances", "Rules and exposed sites", [*rule_tables(run), *exposed_tables(run)], annex=True),
-        Section("azimuths", "Tables by azimuth", list(_by_azimuth(run, draw)), annex=True),
         Section("flight", "Flight", list(_flight(run, draw)), annex=True),
         Section("break-up", "Break-up", list(_break_up(run)), annex=True),
         Section("burst", "Burst", list(_burst(run)), annex=True),
     ]
     return [section for section in found if section.blocks]
-
-
-def _by_azimuth(run: RunFiles, draw: Draw) -> Iterator[Block]:
-    if "flight" in run.missing:
-        return
-    yield from direction_table(run)
-    if not alike_around(run):
-        yield from draw(
-            "polar_by_sector", "Number and speed around the rounds",
-            "Fragments that cross the witness surface over all realisations: median and band of 5 to 95 % by sector, "
-            f"in degrees from +x counter-clockwise, seen from above{_of_x(run)}.",
-            hazard_figures.polar_by_sector,
-        )  # fmt: skip
 
 
 def _of_x(run: RunFiles) -> str:
@@ -244,6 +229,13 @@ def _flight(run: RunFiles, draw: Draw) -> Iterator[Block]:
         return
     yield from flight_rows(run)
     yield from obstacle_tables(run)
+    if "flight" not in run.missing and not alike_around(run):
+        yield from draw(
+            "polar_by_sector", "Number and speed around the rounds",
+            "Fragments that cross the witness surface over all realisations: median and band of 5 to 95 % by sector, "
+            f"in degrees from +x counter-clockwise, seen from above{_of_x(run)}.",
+            hazard_figures.polar_by_sector,
+        )  # fmt: skip
     if site_figure.site_shapes(run) is not None:
         yield from _landing_map(draw)
 
@@ -253,7 +245,6 @@ def _break_up(run: RunFiles) -> Iterator[Block]:
         return
     yield from break_up_rows(run)
     yield from broken_rounds_table(run)
-    yield from zone_table(run)
     yield from segment_table(run)
 
 

@@ -48,6 +48,20 @@ def concerns_the_user(record: logging.LogRecord) -> bool:
     return category is not None and category.__module__ != "builtins"
 
 
+class _Once(logging.Filter):
+    """What was said before is not said again."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._said: set[str] = set()
+
+    def filter(self, record: logging.LogRecord) -> bool:
+        """Whether its words are new."""
+        words, known = words_of(record), len(self._said)
+        self._said.add(words)
+        return len(self._said) > known
+
+
 @contextmanager
 def _handled(handler: logging.Handler, names: tuple[str, ...]) -> Iterator[None]:
     """Give the loggers a handler; the last of several that overlap, as in threads, leaves them as they were."""
@@ -115,6 +129,7 @@ def to_stderr(*, quiet: bool) -> Iterator[None]:
     handler.setLevel(logging.ERROR if quiet else logging.WARNING)
     handler.setFormatter(_Short())
     handler.addFilter(concerns_the_user)
+    handler.addFilter(_Once())
     silent, root = logging.NullHandler(), logging.getLogger()  # without a handler Python shows all of them
     root.addHandler(silent)
     try:

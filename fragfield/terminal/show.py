@@ -22,7 +22,7 @@ from fragfield.hazard.certainty import (
 )
 from fragfield.hazard.contents import quantity_words
 from fragfield.hazard.recommended import parts_words
-from fragfield.hazard.verdict import criterion_words, exposed_rounds, exposure_words, part_of_criterion
+from fragfield.hazard.verdict import criterion_words, exposed_rounds, exposure_words, part_text
 from fragfield.numbers import SPACE, number, row
 from fragfield.pipeline.grid_convergence import KINDS
 from fragfield.quantities import shown
@@ -115,8 +115,8 @@ def _parts(summary: Mapping[str, Any]) -> Iterator[str | Table]:
 
 def _exposed_words(entry: Mapping[str, Any]) -> str:
     """Verdict on an exposed site, by which criterion, where it lies, and its margin where one says something."""
-    part, where = part_of_criterion(entry), direction_words(entry["azimuth_deg"], entry["bearing_deg"], whole=True)
-    shown = "" if part is None else f"; {part:.2g} of the limit"
+    part, where = part_text(entry), direction_words(entry["azimuth_deg"], entry["bearing_deg"], whole=True)
+    shown = "" if part == "–" else f"; {part} of the limit"
     agrees = entry["margin"] is not None and (entry["margin"] >= 0.0) == (entry["verdict"] == "met")
     margin = f"; margin by density {margin_metres(entry['margin'])} m" if agrees else ""
     verdict = f"{entry['verdict']} ({criterion_words(entry)}{shown})"

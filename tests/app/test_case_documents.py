@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import itertools
+import json
+import math
 import tomllib
 from pathlib import Path
 
@@ -14,7 +16,7 @@ from burst_fenicsx.geometry.files import PROFILES, profile_names
 from fragfield.app.contour import from_case, number_of, to_case
 from fragfield.app.document import CaseDocument, steps_of
 from fragfield.app.fields import fields_of, kinds_of, read_field
-from fragfield.app.site_plan import background_of, exported, imported, move, plan_of
+from fragfield.app.site_plan import imported, move, plan_of
 from fragfield.app.workspace import STATE, Workspace, safe_name
 from fragfield.case import load_case
 from fragfield.case.messages import tables_in
@@ -225,31 +227,16 @@ def test_a_mark_is_moved_where_it_stands_on_the_map_and_on_earth(space):
         move(case, ("exposed", 40, "position"), 0.0, 0.0)
 
 
-def test_a_picture_lies_by_its_corners_or_its_width(space):
+def test_places_come_from_geojson(space):
     case = CaseDocument(space, "m107_pair_site.toml")
-    assert background_of(case, {}) == {"width": 500.0}
-    assert background_of(case, {"width": "0.2 km"}) == {"width": 200.0}
-    assert background_of(case, {"low": "-250, -180", "high": "0.25 km,180"}) == {
-        "low": (-250, -180),
-        "high": (250, 180),
-    }
-    latitude, longitude = (case.resolved().site.model_dump()[name] for name in ("latitude", "longitude"))
-    found = background_of(case, {"low": f"{latitude} rad, {longitude} rad", "high": "1 km, 1 km"})
-    assert found["low"] == pytest.approx((0.0, 0.0), abs=0.01)
-    for given, message in (
-        ({"low": "1, 2"}, 'high: found ""; allowed: x and y'), ({"low": "1, x", "high": "2, 2"}, 'low: found "1, x"'),
-        ({"low": "5, 5", "high": "2, 9"}, "corners: found"), ({"width": "-1"}, 'width: found "-1"'),
-    ):  # fmt: skip
-        with pytest.raises(InputError, match=message):
-            background_of(case, given)
-
-
-def test_places_go_out_as_geojson_and_come_back(space):
-    case = CaseDocument(space, "m107_pair_site.toml")
-    file = space.folder / "out.geojson"
-    file.write_text(exported(case), encoding="utf-8")
+    file = space.folder / "in.geojson"
+    site = case.resolved().site
+    place = [math.degrees(site.longitude) + 1e-3, math.degrees(site.latitude)]
+    geometry = {"type": "Point", "coordinates": place}
+    feature = {"type": "Feature", "properties": {"name": "gate", "kind": "person"}, "geometry": geometry}
+    file.write_text(json.dumps({"type": "FeatureCollection", "features": [feature]}), encoding="utf-8")
     tables, _ = imported(case, file)
-    assert {entry["name"] for entry in tables["exposed"]} >= {"sentry", "office", "road"}
+    assert [entry["name"] for entry in tables["exposed"]] == ["gate"]
     for name, text in (("a.geojson", "[]"), ("a.geojson", "{"), ("a.kml", "<!DOCTYPE kml><kml/>"), ("a.kml", "")):
         (space.folder / name).write_text(text, encoding="utf-8")
         with pytest.raises(errors.InputError, match=name):

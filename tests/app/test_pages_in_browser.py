@@ -126,6 +126,16 @@ def test_a_stack_stands_on_the_map_as_it_is_computed(application):
     assert len(wanted) == 4
     page.wait_for_function(f"{rounds}.length === 4")
     assert page.evaluate(rounds) == wanted
+    circles = "[...document.querySelectorAll('#site-map circle:not(.handle)')].map(e => e.getBBox())"
+    size = page.evaluate(
+        "[document.querySelector('#site-map svg').clientWidth, document.querySelector('#site-map svg').clientHeight]"
+    )
+    found = page.evaluate(f"{circles}.map(b => [b.x, b.y, b.x + b.width, b.y + b.height])")
+    assert found, "the distances by rules"
+    for left, top, right, foot in found:
+        assert min(left, top) >= 0.0, "all of every distance is seen"
+        assert right <= size[0]
+        assert foot <= size[1]
 
 
 def test_the_link_opens_from_a_page_of_another_site(application):
@@ -199,30 +209,6 @@ def test_a_place_is_dragged_and_moved_by_keys(application):
     x, y = case.exposed[0].position
     assert x > 55.0
     assert y == pytest.approx(-80.0, abs=0.02)
-
-
-def test_a_picture_lies_below_the_map_by_its_corners(application):
-    with_cases(application.folder, *SITE)
-    application.start()
-    page = application.page(f"/site?case={SITE[0]}")
-    page.wait_for_selector("#site-map .handle")
-    with page.expect_navigation():
-        page.locator("input[type=file]").last.set_input_files(ROOT / "docs" / "pictures" / "attitudes.png")
-    page.get_by_role("combobox", name="File").click()
-    page.locator(".q-menu .q-item").get_by_text("attitudes.png", exact=True).click()
-    picture = page.locator("#site-map image")
-    picture.wait_for(state="attached")
-    page.locator("[data-key=background-low]").fill("-200, -100")
-    wait_for(page, "allowed: x and y", at=".page-site")
-    page.locator("[data-key=background-high]").fill("100, 100")
-    page.wait_for_function("document.querySelector('#site-map image')?.getAttribute('width') > 0")
-    page.wait_for_timeout(1500 * PATIENCE)
-    x, y, width, height = (float(picture.get_attribute(name)) for name in ("x", "y", "width", "height"))
-    assert width / height == pytest.approx(1.5)
-    mark = page.locator("#site-map .handle[aria-label^=sentry]")
-    place = load_case(application.folder / SITE[0]).exposed[0].position
-    assert float(mark.get_attribute("cx")) == pytest.approx(x + width * (place[0] + 200.0) / 300.0, abs=0.1)
-    assert float(mark.get_attribute("cy")) == pytest.approx(y + height * (100.0 - place[1]) / 200.0, abs=0.1)
 
 
 def test_two_windows_show_one_case_and_a_fault_leads_to_its_field(application):

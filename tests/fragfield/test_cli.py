@@ -23,7 +23,7 @@ from tests.fragfield.short_run import ROOT, invoke, python
 CASES = sorted((ROOT / "cases").glob("*.toml"))
 COMMANDS = (
     "new", "check", "run", "report", "view", "tables", "info", "app", "convert", "import", "sweep", "limit",
-    "uncertainty", "compare", "burst", "break-up", "fly", "warm-up",
+    "uncertainty", "compare", "burst", "break-up", "fly", "warm-up", "help",
 )  # fmt: skip
 HEAVY = ("dolfinx", "mpi4py", "petsc4py", "vtkmodules", "pyvista", "matplotlib", "gmsh")
 
@@ -49,6 +49,12 @@ def test_help_names_every_command_and_loads_nothing_heavy():
     assert places == sorted(places), "in the order of use"
     heads = ("A case and its result", "Files of others", "Studies of many runs", "Stages of a run", "This machine")
     assert all(f" {head} " in done.stdout for head in heads)
+
+
+def test_help_is_a_command_too():
+    assert invoke("help").stdout == invoke("--help").stdout
+    assert invoke("help", "check").stdout == invoke("check", "--help").stdout
+    assert "Did you mean 'check'?" in invoke("help", "chek").stderr
 
 
 def test_help_shows_brackets_and_fills_its_lines():

@@ -17,6 +17,7 @@ from fragfield.case.conversion.surroundings import air_words, wind_words
 from fragfield.checking.case_warnings import doubts, thinnest_wall
 from fragfield.hazard.certainty import certainty, single_note
 from fragfield.hazard.recommended import parts_words, recommended_of
+from fragfield.hazard.verdict import part_text
 from fragfield.report import read_run
 from fragfield.report.figures.drawing import draw_figure, drawing_style, new_figure, plain_name
 from fragfield.report.figures.site import exposed_figure, site_figure
@@ -164,6 +165,17 @@ def test_a_comparison_of_a_single_round_is_no_reason_to_trust_a_stack(tmp_path):
     single, pair = (read_run(write_run(tmp_path / str(rounds), rounds=rounds)) for rounds in (1, 2))
     assert reasons_for(single)[0].startswith("Validation ")
     assert not any(words in " ".join(reasons_for(pair)) for words in ("m107_1944", "polar_zones", "copper_cylinder"))
+    assert "paper_3_2" not in " ".join(reasons_for(pair)), "off by 78 % in one of seven numbers"
+
+
+@pytest.mark.parametrize(
+    ("bound", "words"), [(None, "–"), (0.0, "0"), (0.8912, "0.90"), (1.0003, "1.1"), (143.0, "150"), (2.0e-6, "2")]
+)
+def test_a_part_of_the_limit_is_rounded_up_in_every_view(bound, words):
+    limit = 1e-6 if bound == 2.0e-6 else 1.0
+    density = None if bound is None else {"expected": 0.5 * bound, "upper": bound}
+    entry = {"criterion": {"quantity": "density", "limit": limit}, "density_normal": density, "density_ground": None}
+    assert part_text(entry) == words
 
 
 def finding(kind: str, width: float, **hazard: object) -> str:

@@ -30,7 +30,7 @@ FIGURES = [
     "speed_along_round", "casing_over_time", "picture_of_burst", "energy_ledger", "polar_by_sector",
 ]  # fmt: skip
 BODY = ["decision", "rounds", "hazard", "warnings", "fragments", "speeds", "convergence"]
-ANNEXES = ["azimuths", "flight", "break-up", "burst", "validation", "provenance", "inputs"]
+ANNEXES = ["flight", "break-up", "burst", "validation", "provenance", "inputs"]
 SECTIONS = [*BODY, *ANNEXES]
 NO_CONTENT = {"meta", "link", "img", "source", "br"}
 
@@ -227,7 +227,7 @@ def outline(folder: Path) -> tuple[list[str], list[str], str]:
 )
 def test_missing_stages_are_said(tmp_path, stages, missing, figures):
     keys, names, words = outline(write_run(tmp_path / "run", stages=stages))
-    of_stage = {"azimuths": 3, "flight": 3, "break-up": 2, "burst": 1}
+    of_stage = {"flight": 3, "break-up": 2, "burst": 1}
     assert keys == [key for key in SECTIONS if of_stage.get(key, 0) <= stages]
     assert names == figures
     assert (f"Not yet run: {missing}." in words) == bool(missing)

@@ -26,6 +26,7 @@ FOUND = {
         "not_included": {},
         "parts": {"expected": 108.0, "quadrature": None, "randomness": 3.0, "grid": 5.0, "inputs": 30.0},
     },
+    "distance_to_apply": {"line": "Distance to apply: 381 m (storage and handling)", "words": []},
     "exit_code": 0,
 }
 
@@ -83,7 +84,7 @@ def test_a_study_of_uncertainty_passes_what_is_asked_and_gives_the_distance(tmp_
     assert found.recommended == 141.2
     assert found.spread == (90.2, 110.0, 133.4)
     assert found.effects["share"][0] == 0.7
-    assert str(found).splitlines()[0] == "recommended distance 142 m"
+    assert str(found).splitlines()[0] == "Distance to apply: 381 m (storage and handling)"
     done = invoke("uncertainty", TUBE, "--out", tmp_path / "study", "--samples", "8", "--json")
     assert done.exit_code == 0, done.stderr
     assert json.loads(done.stdout) == FOUND

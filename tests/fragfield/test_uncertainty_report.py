@@ -10,11 +10,12 @@ import pytest
 
 from fragfield.case import load_case
 from fragfield.files.stamped import stamped_json
+from fragfield.hazard.certainty import metres
 from fragfield.report import write_report
 from fragfield.report.reading.run_files import read_run
 from fragfield.report.uncertainty_page import write_uncertainty_page
 from fragfield.studies.uncertainty.plan import plan_study
-from fragfield.studies.uncertainty.results import assess
+from fragfield.studies.uncertainty.results import assess, print_study
 from tests.fragfield.synthetic_run import write_run
 
 M107 = Path(__file__).parents[2] / "cases" / "m107_tnt.toml"
@@ -84,6 +85,14 @@ def test_too_few_samples_give_no_result(folder, tmp_path):
     assert found["distance"] is None
     text = write_uncertainty_page(tmp_path, folder, found).read_text()
     assert "No result: 5 samples gave a distance; at least 8 are needed." in text
+
+
+def test_the_terminal_prints_the_distance_to_apply(capsys):
+    found = {**_study(), "cost": {"samples_made_now": 0}, "directory": "study"}
+    print_study(found)
+    printed, distance = capsys.readouterr().out, metres(found["hazard"]["recommended"])
+    assert f"Distance to apply: {distance} (storage and handling), {distance} (disposal in the open)" in printed
+    assert f"recommended distance {distance}: expected distance" in printed
 
 
 def test_what_moves_the_distance_stands_under_its_own_heading(folder):

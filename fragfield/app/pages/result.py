@@ -21,7 +21,7 @@ from fragfield.files.run_directory import RunDirectory
 from fragfield.hazard.certainty import metres, whole_metres
 from fragfield.hazard.recommended import parts_words
 from fragfield.hazard.verdict import criterion_words
-from fragfield.numbers import number
+from fragfield.numbers import SPACE, number
 from fragfield.quantities import QUANTITIES
 
 if TYPE_CHECKING:
@@ -240,7 +240,9 @@ class _Parts:
         with box("columns"):
             with box(tag="section"):
                 if to_apply := self.summary.get("distance_to_apply"):
-                    note(to_apply["line"], "number").props("data-box=to_apply")
+                    title, distances = to_apply["line"].split(": ", 1)
+                    heading(title)
+                    note(distances.replace(" m ", f"{SPACE}m "), "number").props("data-box=to_apply")
                     for words in to_apply["words"]:
                         note(words)
                 heading(texts("result.recommended"))

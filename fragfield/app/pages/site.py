@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import json
 from typing import TYPE_CHECKING, Any
-from urllib.parse import quote
 
 from nicegui import run, ui
 
-from fragfield.app.forms import entries_form, field_input, files_in, form, keep_file, upload
-from fragfield.app.page import act, box, choose, facts, heading, html, note
+from fragfield.app.forms import entries_form, field_input, files_in, form, upload
+from fragfield.app.page import box, facts, heading, html, note
 from fragfield.app.pages.run import checked
-from fragfield.app.site_plan import background_of, exported, imported, move, plan_of, site_in
+from fragfield.app.site_plan import imported, move, plan_of, site_in
 from fragfield.errors import InputError
 from fragfield.hazard.certainty import metres
 from fragfield_base.writing import write_bytes
@@ -38,7 +37,6 @@ _NEW: dict[str, tuple[str, dict[str, Any]]] = {
 """What is added to the map, by the name of its button: table and first values."""
 _MAPS = (".geojson", ".json", ".kml", ".kmz")
 _GRIDS = (".asc", ".tif", ".tiff")
-_PICTURES = (".png", ".jpg", ".jpeg")
 _WORDS = ("title", "zoom_in", "zoom_out", "show_all", "north", "azimuth", "bearing")
 """Of the map itself."""
 
@@ -67,8 +65,6 @@ def content(page: CasePage) -> None:
             form(page, ("site",))
             heading(texts("site.ground"))
             _ground(page)
-            heading(texts("site.background"))
-            _background(page, site)
     ui.on("moved", site.moved)
     page.follow(site.judged)
 
@@ -82,7 +78,6 @@ class _Site:
         self.rounds: list[dict[str, Any]] | None = None
         self.words = {name: page.texts(f"site.{name}") for name in _WORDS}
         self.rules: ui.html
-        self.fault: ui.label
 
     @ui.refreshable_method
     def lists(self) -> None:
@@ -93,15 +88,7 @@ class _Site:
 
     def draw(self) -> None:
         """Draw the draft as it stands."""
-        plan = {**plan_of(self.page.case, self.circles, self.rounds), "words": self.words, "background": None}
-        kept = self.kept()
-        if kept.get("file") and (self.page.folder / kept["file"]).is_file():
-            name = self.page.session.space.name_of(self.page.folder / kept["file"])
-            try:
-                plan["background"] = {"address": f"/files/{quote(name)}", **background_of(self.page.case, kept)}
-                self.fault.set_text("")
-            except InputError as error:
-                self.fault.set_text(str(error))
+        plan = {**plan_of(self.page.case, self.circles, self.rounds), "words": self.words}
         ui.run_javascript(f"fragfieldMap({json.dumps(plan)})".replace("</", "<\\/"))
 
     async def judged(self) -> None:
@@ -114,7 +101,12 @@ class _Site:
         )
         rules = (await run.io_bound(checked, self.page) or {}).get("rules", [])
         self.circles = [
-            {"name": f"{one['name']}, {metres(one['distance'])}", "radius": one["distance"], "kind": one["hazard"]}
+            {
+                "name": f"{one['name']}, {metres(one['distance'])}",
+                "short": metres(one["distance"]),
+                "radius": one["distance"],
+                "kind": one["hazard"],
+            }
             for one in rules
             if one["distance"] is not None and one["use"] == "siting"
         ]
@@ -145,17 +137,6 @@ class _Site:
         if self.page.change((table, number), {"name": f"{name.removeprefix('obstacle_')} {number + 1}", **values}):
             self.again()
 
-    def kept(self) -> dict[str, str]:
-        """The picture below the map of this case, kept among the settings of the application."""
-        return dict(self.page.session.space.settings().get("background", {}).get(self.page.case.name, {}))
-
-    def keep(self, **change: str) -> None:
-        """Change it."""
-        space = self.page.session.space
-        pictures = {**space.settings().get("background", {}), self.page.case.name: {**self.kept(), **change}}
-        self.page.attempt(lambda: space.keep(background=pictures))
-        self.draw()
-
 
 def _ground(page: CasePage) -> None:
     if maps := files_in(page.folder, _GRIDS):
@@ -182,14 +163,11 @@ def _ground(page: CasePage) -> None:
 
 
 def _exchange(page: CasePage, site: _Site) -> None:
-    """GeoJSON out, GeoJSON and KML in."""
+    """Places from GeoJSON and KML."""
     texts = page.texts
     if site_in(page.case) is None:
         note(f"{texts('site.no_north')} {texts('site.needs_site')}")
         return
-
-    def export() -> None:
-        ui.download.content(exported(page.case), f"{page.case.path.stem}.geojson", "application/geo+json")
 
     def take(name: str, data: bytes) -> None:
         ending = next((one for one in _MAPS if name.lower().endswith(one)), _MAPS[0])
@@ -205,24 +183,4 @@ def _exchange(page: CasePage, site: _Site) -> None:
         site.again()
 
     with box("choices"):
-        act(texts("site.export"), "export", lambda: page.attempt(export))
         upload(page, texts("site.import"), _MAPS, take)
-
-
-def _background(page: CasePage, site: _Site) -> None:
-    """A picture of the folder below the map: by its two corners, or its width, with its middle at the origin."""
-    texts, kept = page.texts, site.kept()
-    pictures = files_in(page.folder, _PICTURES)
-    if pictures:
-        options = {"": texts("site.background_none"), **{name: name for name in pictures}}
-        file = kept.get("file", "")
-        with box("form"):
-            choose(texts("form.file"), options, file if file in options else "", lambda name: site.keep(file=name))
-            for key, example in (("low", "-250, -180"), ("high", "250, 180"), ("width", "500 m")):
-                ui.input(
-                    texts(f"site.background_{key}"), value=kept.get(key, ""), placeholder=example,
-                    on_change=lambda event, key=key: site.keep(**{key: event.value or ""}),
-                ).props(f"data-key=background-{key}")  # fmt: skip
-        note(texts("site.background_how"))
-    site.fault = note("", "fault")
-    upload(page, texts("start.choose"), _PICTURES, lambda name, data: keep_file(page, name, data, _PICTURES))

@@ -8,6 +8,7 @@
     fragments: {stroke: "#a3301a", dash: "9 5"}, blast: {stroke: "#5b3a86", dash: "2 5"},
   };
   let view = null, data = null, host = null, svg = null, dragged = null, focused = "";
+  let chosen = false;  // whether the user has chosen what is seen; else all is, whatever comes
   const make = (name, attributes, parent) => {
     const made = document.createElementNS(NS, name);
     for (const key in attributes) made.setAttribute(key, attributes[key]);
@@ -22,9 +23,10 @@
   };
   function fit() {
     const seen = [[-40, -40], [40, 40], ...data.shapes.filter(one => one.kind !== "terrain").flatMap(one => one.points)];
-    for (const one of data.circles.slice().sort((a, b) => a.radius - b.radius).slice(0, 1)) seen.push([-one.radius, -one.radius], [one.radius, one.radius]);
+    for (const {radius} of data.circles) for (const side of [-1, 1]) seen.push(data.origin.map(v => v + side * radius));
     const low = [0, 1].map(i => Math.min(...seen.map(p => p[i]))), high = [0, 1].map(i => Math.max(...seen.map(p => p[i])));
-    view = {x: (low[0] + high[0]) / 2, y: (low[1] + high[1]) / 2, size: 1.25 * Math.max(high[0] - low[0], high[1] - low[1])};
+    view = {x: (low[0] + high[0]) / 2, y: (low[1] + high[1]) / 2, size: 1.1 * Math.max(high[0] - low[0], high[1] - low[1])};
+    chosen = false;
   }
   function build() {
     host = document.getElementById("site-map");
@@ -32,7 +34,7 @@
     if (host.firstChild) return true;
     svg = make("svg", {role: "application", "aria-label": data.words.title}, host);
     const tools = host.appendChild(Object.assign(document.createElement("div"), {className: "tools"}));
-    for (const [sign, words, act] of [["+", data.words.zoom_in, () => { view.size /= 1.4; }], ["−", data.words.zoom_out, () => { view.size *= 1.4; }], ["⤢", data.words.show_all, fit]]) {
+    for (const [sign, words, act] of [["+", data.words.zoom_in, () => { view.size /= 1.4; chosen = true; }], ["−", data.words.zoom_out, () => { view.size *= 1.4; chosen = true; }], ["⤢", data.words.show_all, fit]]) {
       const button = tools.appendChild(Object.assign(document.createElement("button"), {textContent: sign, type: "button"}));
       button.setAttribute("aria-label", words);
       button.addEventListener("click", () => { act(); draw(); });
@@ -40,6 +42,7 @@
     host.appendChild(Object.assign(document.createElement("div"), {className: "readout"}));
     svg.addEventListener("wheel", event => {
       event.preventDefault();
+      chosen = true;
       const before = there(event);
       view.size *= Math.exp(Math.sign(event.deltaY) * 0.18);
       const after = there(event);
@@ -48,6 +51,7 @@
     }, {passive: false});
     svg.addEventListener("pointerdown", event => {
       const mark = event.target.closest(".handle");
+      chosen = true;
       const at = there(event), held = mark && data.handles[Number(mark.dataset.mark)].at;
       dragged = mark ? {mark: Number(mark.dataset.mark), off: [held[0] - at[0], held[1] - at[1]]} : {from: at};
       svg.setPointerCapture(event.pointerId);
@@ -71,6 +75,7 @@
       const way = {ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1]}[event.key];
       if (!mark || !way) return;
       event.preventDefault();
+      chosen = true;
       const handle = data.handles[Number(mark.dataset.mark)], step = event.shiftKey ? 10 : 1;
       handle.at = [handle.at[0] + step * way[0], handle.at[1] + step * way[1]];
       focused = mark.dataset.path;
@@ -92,20 +97,16 @@
   }
   function draw() {
     if (!data || !host || !svg.clientWidth) return;
-    if (!view) fit();
+    if (!chosen) fit();
     svg.replaceChildren();
     const k = scale();
-    if (data.background) {
-      const b = data.background, half = [0.5 * (b.width || 0), 0.5 * (b.width || 0) * (b.ratio || 1)];
-      const low = place(b.low || half.map(v => -v)), high = place(b.high || half);
-      make("image", {href: b.address, x: low[0], y: high[1], width: high[0] - low[0], height: low[1] - high[1], opacity: 0.6, preserveAspectRatio: "none"}, svg);
-    }
     const path = (points, closed) => "M" + points.map(p => place(p).map(v => v.toFixed(1)).join(" ")).join("L") + (closed ? "Z" : "");
     for (const one of data.circles) {
       const [x, y] = place(data.origin), look = LOOK[one.kind] || LOOK.fragments;
       named(make("circle", {cx: x, cy: y, r: one.radius * k, fill: "none", stroke: look.stroke, "stroke-width": 1.6, "stroke-dasharray": look.dash}, svg), one.name);
       const label = make("text", {x, y: y - one.radius * k - 4, "font-size": 11, fill: look.stroke, "text-anchor": "middle", class: "halo"}, svg);
       label.textContent = one.name;
+      if (label.getComputedTextLength() > Math.min(svg.clientWidth, 2 * one.radius * k)) label.textContent = one.short;
     }
     let labelled = null;
     for (const one of data.shapes) {
@@ -150,11 +151,6 @@
   window.fragfieldMap = given => {
     data = given;
     if (!build()) return;
-    if (data.background) {
-      const picture = new Image();
-      picture.onload = () => { if (data.background) { data.background.ratio = picture.naturalHeight / picture.naturalWidth; draw(); } };
-      picture.src = data.background.address;
-    }
     draw();
   };
 })();

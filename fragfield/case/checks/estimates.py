@@ -14,8 +14,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fragfield.case.conversion.rounds import burst_round, first_alike
-from fragfield.case.conversion.surroundings import bearing_of, direction_words, ground_of
+from fragfield.case.checks.expected_masses import RECOVERED
+from fragfield.case.conversion.rounds import burst_round, first_alike, masses_of
+from fragfield.case.conversion.surroundings import bearing_of, direction_words, ground_of, surroundings
 from fragfield.errors import InputError
 from fragfield_base import errors
 
@@ -149,6 +150,7 @@ _ONE_IN = 100.0  # events, in one of which a piece as heavy as the heaviest is e
 _ELEVATIONS = np.radians(np.arange(10.0, 51.0, 5.0))
 _LONGEST = 120.0  # s, of a path
 _LEVEL = "beyond its edge the ground is taken as level, and a distance that reaches there is not determined"
+_STEEP = 3.0  # of a rise over its run: 72 degrees
 _OTHER_ALTITUDE = 100.0  # m, between the air's altitude and the map's height, beyond which that is said
 
 
@@ -171,21 +173,53 @@ def map_warnings(case: CaseTable, fragments: Fragments | None = None) -> Iterato
             f"flight.air.altitude = {air.altitude or 0.0:g} m, and by the map z = 0 is at {ground.datum or 0.0:.4g} m; "
             "left out, it is the map's"
         )
+    steps = zip((1, 0), ground.step, strict=True)
+    rise = max(float(np.abs(np.diff(ground.heights, axis=axis)).max()) / step for axis, step in steps)
+    if rise > _STEEP:
+        yield f"flight.ground.map: neighbours rise {rise:.3g} times their distance: is a hole filled by a number?"
     yield from (f"flight.ground.map: {note}" for note in ground.facts.get("notes", ()) if note.endswith("?"))
     if "no place was given" in ground.facts.get("position", ""):
         yield f"flight.ground.map: {ground.facts['position']}; say where the rounds stand by a table [site]"
 
 
-def given_on_map(case: CaseTable, path: Path) -> list[str]:
-    """Warnings for fragments of a file on the case's map; raises InputError where they may fly beyond it."""
-    from flight import Fragments
+def given_fragments(case: CaseTable, path: Path) -> list[str]:
+    """Warnings for the fragments of a file, neither of whose masses nor of whose places the case knows.
 
-    if case.flight.ground.map is None:
-        return []
-    fragments = Fragments.read(path)
+    Raises InputError: the file cannot be read, they are heavier than the casings, start off the map or in an
+    obstacle, or may fly beyond the map.
+    """
+    from flight import Fragments
+    from flight import InputError as FlightInputError
+    from flight.scene.scene import Scene
+    from fragfield.case.conversion.attitude import is_mixed
+
+    fragments, found = Fragments.read(path), surroundings(case)
+    if not is_mixed(case):
+        scene = Scene(found["ground"], found["ricochet"], tuple(found["obstacles"]))
+        try:
+            scene.check_places(fragments.position, case.flight.origin, "fragments")
+        except FlightInputError as error:
+            raise InputError(f"{path.name}: {error}") from None
     for fault in map_faults(case, fragments):
         raise InputError(fault)
-    return list(map_warnings(case, fragments))
+    return [*_masses_of_given(case, fragments, path.name), *map_warnings(case, fragments)]
+
+
+def _masses_of_given(case: CaseTable, fragments: Fragments, name: str) -> Iterator[str]:
+    casings = [masses_of(one).casing for one in case.round]
+    if not casings or case.flight.arena_mass == "as_given":
+        return
+    heaviest, mass, whole = float(fragments.mass.max()), float(fragments.mass.sum()), _images(case) * sum(casings)
+    low, high = RECOVERED
+    held = f"{mass:.4g} kg of fragments, {100.0 * mass / whole:.3g} %"
+    words = f"{name}: holds {held} of the {whole:.4g} kg of the casings"
+    if heaviest > high * max(casings) or mass > high * whole:
+        raise InputError(
+            f"{words}, the heaviest of {heaviest:.4g} kg; allowed: at most {100.0 * high:g} % (are masses in kg?), or "
+            'flight.arena_mass = "as_given"'
+        )
+    if mass < low * whole:
+        yield f"{words}: densities and distances are those of these alone"
 
 
 def _short(case: CaseTable, fragments: Fragments | None, end: str) -> Iterator[str]:

@@ -34,6 +34,7 @@ if TYPE_CHECKING:
 
 
 DEPTH = 1.0  # m by which prisms reach below the lowest ground
+FARTHEST = 100e3  # m of a place from the rounds
 
 
 @dataclass(frozen=True, eq=False)
@@ -168,6 +169,12 @@ def _exposed_site(case: CaseTable, entry: ExposedTable) -> ExposedSite:
         area = case.hazard.person_area if entry.target_area is None else entry.target_area
         outline, pieces = _open(case, entry)
         exposed = ExposedSite(entry, outline, tuple(pieces), energy, height, area)
+    away = float(np.hypot(*(outline - np.asarray(case.flight.origin)).T).min())
+    if away > FARTHEST:
+        raise InputError(
+            f"it lies {1e-3 * away:,.0f} km from the origin of distances; allowed: up to {1e-3 * FARTHEST:.0f} km: are "
+            "latitude and longitude exchanged?"
+        )
     for one in case.round:
         if contains(exposed.outline, np.array([one.position[:2]]))[0]:
             raise InputError(

@@ -228,5 +228,5 @@ def direction_words(azimuth: float, bearing: float | None, *, whole: bool = Fals
     from flight.hazard.site import compass_point
 
     angle = azimuth if bearing is None else bearing
-    words = f"{round(angle) % 360}°" if whole else f"{angle:.4g}°"
+    words = f"{round(angle) % 360}°" if whole else f"{float(f'{angle:.4g}') % 360.0:g}°"
     return f"azimuth {words}" if bearing is None else f"bearing {words} ({compass_point(bearing)})"

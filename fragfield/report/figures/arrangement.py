@@ -43,6 +43,7 @@ def arrangement_figure(run: RunFiles) -> Figure | None:
     room = _ROOM * float((high - low).max())
     across = float((high - low)[0]) + 2.0 * room
     ratios = [float((high - low)[axis]) + 2.0 * room for axis in (1, 2)]
+    turn = 90.0 if len(bodies) > 1 and ratios[0] < across else 0.0  # names of neighbours beside each other
     height = float(np.clip(3.0 * sum(ratios) / across + 1.0, 3.0, 5.0))
     figure, (plan, elevation) = new_figure(2, 1, height=height, gridspec_kw={"height_ratios": ratios})
     for axes, vertical, title in ((plan, 1, "Plan, from above"), (elevation, 2, "Elevation, seen along +y")):
@@ -52,7 +53,7 @@ def arrangement_figure(run: RunFiles) -> Figure | None:
                       linestyle="--" if image else "-", hatch="" if image else "///", zorder=2)  # fmt: skip
             if name and not image and len(case.round) <= _MOST_NAMED:
                 axes.annotate(plain_name(name), outline.mean(axis=0), ha="center", va="center", fontsize=7, zorder=4,
-                              bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.6})  # fmt: skip
+                              rotation=turn, bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.6})  # fmt: skip
         axes.set(title=title, aspect="equal", ylabel=f"{'xyz'[vertical]} (m)")
         axes.set(xlim=(low[0] - room, high[0] + room), ylim=(low[vertical] - room, high[vertical] + room))
     elevation.axhline(ground, color=INK, linewidth=1.6, label=f"ground, z = {ground:g} m")

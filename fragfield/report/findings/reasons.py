@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 
 _EACH = 3
+_CLOSE = 0.5  # largest difference of a study that speaks for a result
 _DIFFERS = {"m107_1944": "; counted over the whole sphere without gravity: beside the round fragments are denser"}
 """How the quantity of a study differs from that of a run."""
 
@@ -28,14 +29,15 @@ def reasons_for(run: RunFiles) -> list[str]:
     """Checks that passed: validation by measurement, grid, number of realisations, energy."""
     checks = chain(convergence_findings(run), flight_findings(run), ledger_findings(run), burst_findings(run))
     passed = (item.text for item in checks if item.weight == "good")
-    return _three(chain(islice(_measured(run), 1), passed))
+    return _three(chain(islice(_measured(run, close=True), 1), passed))
 
 
 def reasons_against(run: RunFiles, found: Sequence[Finding]) -> list[str]:
     """What was found wrong or doubtful, the gravest first; then missed checks of the validation and limits."""
     grave = [item.text for item in found if item.weight in ("stop", "warning")]
     more = len(grave) - _EACH
-    texts = _three(chain(grave, islice(_missed(run), 1), _left_out(run), limits(run)))
+    measured = chain(_missed(run), _measured(run, close=False))
+    texts = _three(chain(grave, islice(measured, 1), _left_out(run), limits(run)))
     if more > 0:
         texts[-1] += f" {number(more)} more {'warning' if more == 1 else 'warnings'}: see below."
     return texts
@@ -57,11 +59,13 @@ def _fitting(run: RunFiles) -> list[Mapping[str, Any]]:
     return [row for row in bearing(run) if not several or {"stack", "collision"}.intersection(row["subjects"])]
 
 
-def _measured(run: RunFiles) -> Iterator[str]:
-    """By study: how far off its comparisons are, with the one of the median error as the example."""
+def _measured(run: RunFiles, *, close: bool) -> Iterator[str]:
+    """By study, of those with all comparisons `close` or of the others: that of the median error, and the largest."""
     rows = _fitting(run)
     for study in dict.fromkeys(row["case"] for row in rows):
         own = sorted((row for row in rows if row["case"] == study), key=lambda row: abs(row["error"]))
+        if (abs(own[-1]["error"]) <= _CLOSE) != close:
+            continue
         example, (ours, theirs, *_) = own[len(own) // 2], shown(own[len(own) // 2])
         yield (
             f"Validation {study} ({example['source'].partition(';')[0]}): {example['quantity']} {ours}, there "

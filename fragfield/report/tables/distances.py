@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fragfield.case.conversion.surroundings import bearing_of, direction_words
 from fragfield.hazard.certainty import (
     basis_words,
     metres_and_error,
@@ -17,7 +16,7 @@ from fragfield.hazard.certainty import (
     whole_metres,
 )
 from fragfield.hazard.recommended import RULE, parts_of
-from fragfield.numbers import SPACE, number
+from fragfield.numbers import SPACE
 from fragfield.report.blocks import Table
 
 if TYPE_CHECKING:
@@ -82,24 +81,3 @@ def _tilt_words(run: RunFiles) -> str:
         " Every realisation is tilted at random from the vertical, by a standard deviation of "
         f"{np.degrees(deviation):.3g}° about each horizontal axis (break_up.tilt, a judgement)."
     )
-
-
-def direction_table(run: RunFiles) -> Iterator[Table]:
-    """Expected distance by direction with its bound; none where all directions are alike."""
-    found = run.ensemble
-    if found is None or not len(run.landed) or found.undetermined or found.expected.direction is None:
-        return
-    expected = found.expected
-    named = {
-        azimuth: direction_words(azimuth, None if run.case is None else bearing_of(run.case, azimuth))
-        for azimuth in expected.azimuth.tolist()
-    }
-    lines = tuple(
-        (named[azimuth], whole_metres(upper), whole_metres(distance))
-        for azimuth, upper, distance in zip(
-            expected.azimuth.tolist(), expected.upper_by_direction.tolist(), expected.by_direction.tolist(), strict=True
-        )
-    )
-    head = ("Direction", "Upper bound (95 %) (m)", "Expected distance (m)")
-    note = f"Of {number(expected.realisations)} realisations; 0 where the criterion is never reached."
-    yield Table("Expected distance by direction", head, lines, note, columns=2)

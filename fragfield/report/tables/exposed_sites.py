@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from fragfield.case.conversion.surroundings import direction_words
 from fragfield.hazard.certainty import margin_metres, rounded_metres
-from fragfield.hazard.verdict import criterion_words, part_of_criterion
+from fragfield.hazard.verdict import criterion_words, part_text
 from fragfield.numbers import SPACE, number
 from fragfield.report.blocks import Paragraph, Table
 
@@ -40,7 +40,7 @@ def verdict_table(run: RunFiles) -> Iterator[Block]:
             + direction_words(entry["azimuth_deg"], entry["bearing_deg"], whole=True),
             entry["verdict"],
             criterion_words(entry),
-            _part(part_of_criterion(entry)),
+            part_text(entry),
         )
         for entry in sorted(entries, key=lambda one: _GRAVEST.index(one["verdict"]))[:_MOST_SITES]
     ]
@@ -119,15 +119,6 @@ def _few(value: float | None) -> str:
     if value is None:
         return "–"
     return "0" if value <= 0.0 else number(float(f"{value:.2g}"), 2)
-
-
-def _part(value: float | None) -> str:
-    """A part of the criterion, rounded up: a bound must not meet it by the print alone."""
-    if value is None:
-        return "–"
-    if value <= 0.0:
-        return "0"
-    return number(float(f"{value * (1.0 + 0.5e-2):.2g}"), 2)
 
 
 _HEAD = ("Face", "Looks to", "Hits", "Hazardous", "Stopped", "Stopped mass (kg)", "Largest energy (J)")

@@ -9,6 +9,7 @@ import numpy as np
 
 from fragfield.errors import EXIT_DONE, EXIT_NUMERICAL, InputError
 from fragfield.files.stamped import read_stamped_json, stamped_json
+from fragfield.hazard.certainty import metres
 from fragfield.hazard.recommended import parts_words, recommended_of
 from fragfield.hazard.site_map import write_contours
 from fragfield.hazard.to_apply import DistanceToApply
@@ -245,7 +246,7 @@ def print_study(found: Mapping[str, Any]) -> None:
             console.print(f"{site['name']}: expected hits {words}")
     for words in (found["distance_to_apply"]["line"], *found["distance_to_apply"]["words"]):
         console.print(words)
-    console.print(f"recommended distance {parts_words(found['hazard'])}")
+    console.print(f"recommended distance {metres(found['hazard']['recommended'])}: {parts_words(found['hazard'])}")
     cost = found["cost"]
     if cost["samples_made_now"]:
         each = cost["wall_seconds"] / cost["samples_made_now"]
