@@ -31,6 +31,7 @@ from burst_fenicsx.symmetry.completion import Completion
 
 if TYPE_CHECKING:
     from burst_fenicsx.meshing.distributed import DistributedMesh
+    from burst_fenicsx.meshing.mesh import CellMesh
 
 __all__ = ["AssembledBurst"]
 
@@ -61,6 +62,7 @@ class AssembledBurst:
         self.comm = comm
         self._announce(len(rounds))
         mesh, self.quality = geometry.make_mesh(self.rounds, self.part.cuts, settings)
+        self.settings = settings = replace(settings, cell_size=_cell_size(mesh, self.rounds, settings.cell_size))
         self.mesh = mesh = split_charges(mesh) if settings.contact.charge_casing == "sliding" else mesh
         self.fuze_density = [density_of_fuze(item) for item in self.rounds]
         self.completion = Completion(self.part, mesh)
@@ -144,6 +146,15 @@ class AssembledBurst:
         """Stop where metal has come to where the geometry leaves something out, or has passed through; collective."""
         self.geometry.check_state(self.fields, self.rounds, self._given, self.solver.time)
         self.interpenetration.check(self.solver.time)
+
+
+def _cell_size(mesh: CellMesh, rounds: Sequence[Round], wanted: float) -> float:
+    """Edge of the largest mean cell of a round (m): as `wanted`, or as a mesh file has it."""
+    edges = [wanted for item in rounds if item.mesh_file is None]
+    for index, item in enumerate(rounds):
+        if item.mesh_file is not None:
+            edges.append(float(np.cbrt(mesh.volumes[mesh.round == index].mean())))
+    return max(edges)
 
 
 def _check(rounds: Sequence[Round], settings: BurstSettings) -> None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from burst_fenicsx.kernels.contact.slide_law import SlideLaw
-from burst_fenicsx.kernels.vectors.rows import largest_in_column, sum_columns
+from burst_fenicsx.kernels.vectors.exact import quantise
 
 if TYPE_CHECKING:
     from burst_fenicsx.kernels.axisymmetric.line_points import LineContacts
@@ -61,13 +61,14 @@ class ChargeContacts:
     @property
     def energies(self) -> np.ndarray:
         """Spring energy now and friction in the last step (J), exact, on this rank's contacts."""
-        total: np.ndarray = sum_columns(self.contacts.tally, self._own, self._fields.grid.rounding)
-        return total[:2]
+        tally = self.contacts.tally[self._own, :2]
+        total: np.ndarray = quantise(tally, self._fields.grid.rounding).sum(axis=0)
+        return total
 
     @property
     def deepest(self) -> float:
         """Largest penetration in the last step (m) on this rank."""
-        return float(largest_in_column(self.contacts.tally, 2, self._own))
+        return float(self.contacts.tally[self._own, 2].max(initial=0.0))
 
     def counts(self) -> np.ndarray:
         """Contacts of this rank that are bonded, that touch without a bond, and that have left their surface."""

@@ -8,16 +8,18 @@ from typing import TYPE_CHECKING
 import numpy as np
 from mpi4py import MPI
 
+from burst_fenicsx.contact.boxes import are_inside, around_rounds, meet_others
 from burst_fenicsx.contact.exchange import CONTACT_FORCES, Fetched, Given, Halo, NearFaces
 from burst_fenicsx.kernels.contact.collisions import find_contacts
 from burst_fenicsx.kernels.contact.search import Bodies, face_boxes, find_candidates, node_normals
 from burst_fenicsx.kernels.contact.springs import CollisionLaw, Collisions, add_reactions, take_reactions
-from burst_fenicsx.kernels.geometry.boxes import are_inside, around_rounds, meet_others
 from burst_fenicsx.kernels.geometry.smooth_faces import face_vectors
-from burst_fenicsx.kernels.vectors.exact import rounding_constant
-from burst_fenicsx.kernels.vectors.rows import clear_rows, copy_motion, largest_in_column, largest_speed, sum_columns
+from burst_fenicsx.kernels.vectors.exact import quantise, rounding_constant
+from burst_fenicsx.kernels.vectors.rows import clear_rows, copy_motion, largest_speed
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from burst_fenicsx.contact.surfaces import ContactSurfaces
     from burst_fenicsx.mechanics.fields import BurstFields
 
@@ -25,13 +27,14 @@ __all__ = ["CollidingSurfaces"]
 
 _MARGIN = 0.5  # of an edge: how deep a node may lie and still be found
 _LARGEST_LOAD = 2.0**10
+_SEARCH = ("searched_at", "travel", "searches")
 _SAMPLE = 1000  # boxes from which the edge of the search's grid is taken
 
 
 class CollidingSurfaces:
     """Contact of every surface with every other, and of a casing with itself.
 
-    Where the outer layer of a wall folds, interior nodes overtake it. Nodes of a casing, interior ones as well, meet
+    Where the outer layer of a wall folds, inner nodes overtake it. Nodes of a casing, inner ones as well, meet
     the faces of other rounds, those between the layers of their walls as well.
 
     Each rank looks for the faces that its own nodes meet, among those that lie near them: other ranks send it theirs.
@@ -71,11 +74,11 @@ class CollidingSurfaces:
         self._known_local = every[self._known_rows]  # ... and these nodes
         self._local = np.flatnonzero(rows >= 0).astype(np.int32)  # this rank's own nodes on surfaces ...
         self._rows = rows[self._local].astype(np.int32)  # ... and their rows
-        interior = self._rows[surfaces.interior[self._rows]]
-        of_round = surfaces.node_round[interior]
-        # Own interior nodes of casings by round.
-        self._interior = {index: interior[of_round == index] for index in np.unique(of_round).tolist()}
-        self._on_surface = 0  # so many of the searching nodes, the first, lie on a surface
+        inner = self._rows[surfaces.inner[self._rows]]
+        of_round = surfaces.node_round[inner]
+        # Own inner nodes of casings by round.
+        self._inner = {index: inner[of_round == index] for index in np.unique(of_round).tolist()}
+        self._on_surface = 0  # so many pairs, the first, are of nodes on a surface
         self._bodies = _bodies_of(surfaces)
         self._rounds = int(self._bodies.node_round.max(initial=-1)) + 1
         self._whole = np.ones(len(surfaces.faces), dtype=bool)  # faces of cells that are not eroded
@@ -92,23 +95,18 @@ class CollidingSurfaces:
         no_one = np.zeros(0, dtype=np.int32)
         self.state: Collisions = Collisions(
             node=no_one,
+            other=no_one,
             first=np.zeros(1, dtype=np.int64),
             candidate=no_one,
             faces=surfaces.faces,
-            face_round=surfaces.face_round,
             node_round=surfaces.node_round,
             edge=surfaces.edge,
             near=no_one,
             ball=np.zeros((len(surfaces.faces), 5)),
             bound=np.zeros((len(surfaces.faces), 20)),
-            touching=np.zeros(count, dtype=np.int32),
-            normal=np.zeros((count, 3)),
-            slip=np.zeros((count, 3)),
             outward=np.zeros((count, 3)),
-            penetration=np.zeros(count),
-            unloaded=np.zeros(count),
-            stiffness=np.zeros(count),
             sharing=np.zeros(count),
+            **_no_contact(0),
             face=no_one,
             weight=np.zeros((0, 4)),
             push=np.zeros((0, 4)),
@@ -141,7 +139,6 @@ class CollidingSurfaces:
             count = len(opened.faces)
             self.state = self.state._replace(
                 faces=opened.faces,
-                face_round=opened.face_round,
                 edge=opened.edge,
                 ball=np.zeros((count, 5)),
                 bound=np.zeros((count, 20)),
@@ -162,8 +159,7 @@ class CollidingSurfaces:
         self.travel = 0.0
         surfaces, bodies = self.surfaces, self._bodies
         faces, boxes = self.near_faces.own, self._boxes(self.near_faces.own, position)
-        within, beyond = self._interior_within_reach(faces, boxes, position)
-        self._forget(beyond)
+        within = self._inner_within_reach(faces, boxes, position)
         active = self._rows[surfaces.outside[self._rows]]
         on_surface = len(active)
         active = np.concatenate([active, within])
@@ -179,34 +175,42 @@ class CollidingSurfaces:
         outer = faces[(faces < surfaces.on_surface) & self._whole[faces]]
         node_normals(areas, surfaces.faces, outer, normals)
         self.surfaces.flatten(normals)
+        normals[surfaces.inner] = 0.0  # they leave their wall by any side, and never meet their own round
         size = np.linalg.norm(normals, axis=1)
         self.state.outward[:] = normals / np.where(size > 0.0, size, 1.0)[:, None]
         some_boxes = boxes[:: max(len(boxes) // _SAMPLE, 1)]
         cell = float(np.median((some_boxes[:, 3:] - some_boxes[:, :3]).max(axis=1))) if len(boxes) else self._reach
         # Faces of surfaces are met by all nodes, those within casings by nodes of other rounds.
-        bodies, on_any = self._bodies, surfaces.on_surface
-        whose = bodies.node_round[active]
-        reached = meet_others(faces, boxes, bodies.face_round, on_any, position[active], whose, self._rounds)
+        bodies = self._bodies
+        members = np.where(faces < surfaces.on_surface, -1, bodies.face_round[faces])
+        reached = meet_others(boxes, members, position[active], bodies.node_round[active])
         reached = np.flatnonzero(reached & self._whole[faces])
         boxes, reached = boxes[reached], faces[reached]
         first, candidate = find_candidates(position, bodies.only(reached), areas[reached], active, normals, boxes, cell)
         candidate = reached[candidate]
-        some = np.diff(first) > 0
-        self._forget(active[~some])
-        slaves = active[some]
-        self._on_surface = int(np.count_nonzero(some[:on_surface]))
+        # A node's faces by their rounds: with each of them it makes a pair.
+        slave = np.repeat(np.arange(len(active)), np.diff(first))
+        key = slave * self._rounds + surfaces.face_round[candidate]
+        order = np.argsort(key, kind="stable")
+        candidate, key = candidate[order], key[order]
+        begins = np.flatnonzero(np.diff(key, prepend=-1))
+        slave, other = np.divmod(key[begins], self._rounds)
+        self._on_surface = int(np.count_nonzero(slave < on_surface))
         met = np.zeros(len(surfaces.faces), dtype=bool)
         met[candidate] = True
-        count = len(slaves)
+        count = len(begins)
+        slaves, other = active[slave], other.astype(np.int32)
         self.state = self.state._replace(
             node=slaves,
-            first=np.append(first[:-1][some], first[-1]),
+            other=other,
+            first=np.append(begins, len(candidate)),
             candidate=candidate,
             near=np.flatnonzero(met).astype(np.int32),
             face=np.full(count, -1, dtype=np.int32),
             weight=np.zeros((count, 4)),
             push=np.zeros((count, 4)),
             energies=np.zeros((count, 2)),
+            **self._kept(slaves, other),
         )
         near = np.zeros(len(surfaces.node), dtype=bool)
         near[slaves] = True
@@ -220,41 +224,58 @@ class CollidingSurfaces:
             self._any_near = self._comm.allreduce(self._any_near, op=MPI.LOR)
         self.state.sharing[~near] = 0.0
 
+    def arrays(self) -> dict[str, np.ndarray]:
+        """What a checkpoint keeps: the last search, and the pairs that touch."""
+        touching = np.flatnonzero(self.state.touching)
+        kept = {name: getattr(self.state, name)[touching] for name in ("node", "other", *_no_contact(0))}
+        return kept | {name: np.asarray(getattr(self, name)) for name in _SEARCH}
+
+    def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
+        """Go on from what `arrays` gave; collective."""
+        at, travel, searches = (arrays[name] for name in _SEARCH)
+        if len(at):
+            self.state = self.state._replace(**{name: arrays[name] for name in ("node", "other", *_no_contact(0))})
+            self.search_from(at)
+            self.travel = float(travel)
+        self.searches = int(searches)
+
     def _boxes(self, faces: np.ndarray, position: np.ndarray) -> np.ndarray:
         """Boxes (k, 6) m of some `faces` (k,), widened by what the search looks ahead; `position` (nodes, 3) m."""
         surfaces, boxes = self.surfaces, np.empty((len(faces), 6))
         face_boxes(position, surfaces.faces[faces], self._reach + _MARGIN * surfaces.edge[faces], boxes)
         return boxes
 
-    def _interior_within_reach(
-        self, faces: np.ndarray, boxes: np.ndarray, position: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Own interior nodes that lie in the box around another round's faces, and the others; collective.
+    def _inner_within_reach(self, faces: np.ndarray, boxes: np.ndarray, position: np.ndarray) -> np.ndarray:
+        """Own inner nodes that lie in the box around another round's faces; collective.
 
         `boxes` (k, 6) m are those of this rank's `faces` (k,).
         """
         nothing = np.zeros(0, dtype=np.int32)
-        if not self.surfaces.interior.any():
-            return nothing, nothing
-        around = np.empty((self._rounds, 6))
-        around_rounds(faces, boxes, self._bodies.face_round, self.surfaces.on_surface, around)
+        if not self.surfaces.inner.any():
+            return nothing
+        outer = faces < self.surfaces.on_surface
+        around = around_rounds(self._bodies.face_round[faces[outer]], boxes[outer], self._rounds)
         if self._comm.size > 1:
             around[:, 3:] *= -1.0
             self._comm.Allreduce(MPI.IN_PLACE, around, op=MPI.MIN)
             around[:, 3:] *= -1.0
-        within, beyond = [nothing], [nothing]
-        for index, nodes in self._interior.items():
-            near = are_inside(position, nodes, around, index)
-            within.append(nodes[near])
-            beyond.append(nodes[~near])
-        return np.concatenate(within), np.concatenate(beyond)
+        within = [
+            nodes[are_inside(position[nodes], np.delete(around, index, axis=0))] for index, nodes in self._inner.items()
+        ]
+        return np.concatenate([nothing, *within])
 
-    def _forget(self, nodes: np.ndarray) -> None:
-        state = self.state
-        state.touching[nodes] = 0
-        clear_rows(state.slip, nodes)
-        for values in (state.penetration, state.unloaded, state.stiffness):
-            clear_rows(values.reshape(-1, 1), nodes)
+    def _kept(self, node: np.ndarray, other: np.ndarray) -> dict[str, np.ndarray]:
+        """The state of contact of pairs (k,), from what it was before the search; of new ones, none."""
+        kept, state = _no_contact(len(node)), self.state
+        rows = np.flatnonzero(state.touching)
+        before = state.node[rows].astype(np.int64) * self._rounds + state.other[rows]
+        now = node.astype(np.int64) * self._rounds + other
+        order = np.argsort(now)
+        place = np.searchsorted(now, before, sorter=order)
+        found = np.flatnonzero(now[order[np.minimum(place, len(now) - 1)]] == before) if len(now) else rows[:0]
+        for name, values in kept.items():
+            values[order[place[found]]] = getattr(state, name)[rows[found]]
+        return kept
 
     def bring(self, velocity: np.ndarray) -> tuple[list[Fetched], list[Given]]:
         """What ranks exchange before the forces: positions, velocities and loads of the near nodes."""
@@ -288,8 +309,7 @@ class CollidingSurfaces:
     @property
     def energies(self) -> np.ndarray:
         """Spring energy now and friction in the last step (J), exact, on this rank's nodes."""
-        rows = np.arange(len(self.state.energies), dtype=np.int32)
-        total: np.ndarray = sum_columns(self.state.energies, rows, self._fields.grid.rounding)
+        total: np.ndarray = quantise(self.state.energies, self._fields.grid.rounding).sum(axis=0)
         return total
 
     @property
@@ -300,15 +320,24 @@ class CollidingSurfaces:
     @property
     def deepest(self) -> float:
         """Largest penetration now (m), of this rank's nodes."""
-        return self._deepest_of(self.state.node)
+        return float(self.state.penetration.max(initial=0.0))
 
     @property
     def deepest_interior(self) -> float:
-        """Largest penetration now (m), of this rank's interior nodes of casings."""
-        return self._deepest_of(self.state.node[self._on_surface :])
+        """Largest penetration now (m), of this rank's inner nodes of casings."""
+        return float(self.state.penetration[self._on_surface :].max(initial=0.0))
 
-    def _deepest_of(self, nodes: np.ndarray) -> float:
-        return float(largest_in_column(self.state.penetration.reshape(-1, 1), 0, nodes))
+
+def _no_contact(pairs: int) -> dict[str, np.ndarray]:
+    """What the state holds of each pair, where nothing touches."""
+    return {
+        "touching": np.zeros(pairs, dtype=bool),
+        "normal": np.zeros((pairs, 3)),
+        "slip": np.zeros((pairs, 3)),
+        "penetration": np.zeros(pairs),
+        "unloaded": np.zeros(pairs),
+        "stiffness": np.zeros(pairs),
+    }
 
 
 def _bodies_of(surfaces: ContactSurfaces) -> Bodies:

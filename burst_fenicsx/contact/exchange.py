@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 from mpi4py import MPI
 
-from burst_fenicsx.kernels.geometry.boxes import box_around, meet
+from burst_fenicsx.contact.boxes import box_around, meet
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -32,7 +32,9 @@ class ContactSurfaces:
     cell : (faces,) int64, number in the whole mesh of the cell that each face belongs to.
     edge : (faces,) m, square root of the initial area.
     outside : (surface nodes,) bool, nodes on the outside of a whole round: those that may meet others from the start.
-    interior : (surface nodes,) bool, nodes of a casing that lie on no face: they meet faces of other rounds only.
+    interior : (surface nodes,) bool, nodes of a casing that lie on no face.
+    inner : (surface nodes,) bool, these and those of the bore, where there are several rounds: they meet faces of
+        other rounds only.
     on_surface : how many of the faces, the first, lie on a surface. The others lie within casings, between layers of
         cells counted from the outside, and look outward: nodes of other rounds meet them where outer cells fold.
     held, held_normals : (surface nodes,) uint8 and planes of symmetry, as the mesh has them.
@@ -46,6 +48,7 @@ class ContactSurfaces:
     edge: np.ndarray
     outside: np.ndarray
     interior: np.ndarray
+    inner: np.ndarray
     on_surface: int
     held: np.ndarray
     held_normals: tuple[tuple[int, tuple[float, float, float]], ...] = ()
@@ -70,10 +73,12 @@ def contact_surfaces(mesh: HexahedralMesh) -> ContactSurfaces:
     on_face[faces] = True
     order = np.argsort(mesh.round[cell], kind="stable")
     faces, cell, on_surface = faces[order], cell[order], len(faces)
-    used = on_face.copy()
+    used, inner = on_face.copy(), np.zeros_like(outside)
     if len(np.unique(mesh.round)) > 1:
         solid = mesh.part != Part.CHARGE
-        used[mesh.cells[solid]] = True
+        inner[mesh.cells[solid]] = True
+        inner &= ~outside
+        used |= inner
         # Those between the layers of the casings' cells, in the order that looks outward.
         of_layers, side = np.nonzero(outward_sides(mesh) & (mesh.neighbours >= 0) & solid[:, None])
         faces = np.concatenate([faces, mesh.cells[of_layers[:, None], FACES[side]]])
@@ -90,6 +95,7 @@ def contact_surfaces(mesh: HexahedralMesh) -> ContactSurfaces:
         edge=_edges(mesh.nodes[faces]),
         outside=outside[node],
         interior=~on_face[node],
+        inner=inner[node],
         on_surface=on_surface,
         held=np.zeros(len(node), dtype=np.uint8) if mesh.held is None else mesh.held[node],
         held_normals=mesh.held_normals,

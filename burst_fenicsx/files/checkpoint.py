@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 __all__ = ["FORMAT", "read_checkpoint", "write_checkpoint"]
 
-FORMAT = "fragfield burst checkpoint 10"  # 9: impulse of planes; 10: stored forces of rings
+FORMAT = "fragfield burst checkpoint 11"  # 11: pairs of contact, widest radii
 
 
 def _kept(solver: BurstSolver) -> Iterator[tuple[str, Any, tuple[str, ...]]]:
@@ -38,7 +38,7 @@ def _kept(solver: BurstSolver) -> Iterator[tuple[str, Any, tuple[str, ...]]]:
     yield "grid", state.grid, ("volume", "viscous", "stable")
     yield "solid", state.solid, ("stress", "shear_strain", "volume_strain", "hourglass", "eroded")
     yield "charge", state.charge, ("pressure", "burn_fraction", "energy", "ignition_time", "compression_from")
-    yield "leakage", solver.leakage, ("factor",)
+    yield "leakage", solver.leakage, ("factor", "widest")
     yield "ledger", solver.ledger, ("sums", "released", "external_work", "damping")
     if contact is None:
         return
@@ -49,13 +49,7 @@ def _kept(solver: BurstSolver) -> Iterator[tuple[str, Any, tuple[str, ...]]]:
     for number, plane in enumerate(contact.planes):
         yield f"plane_{number}", plane.state, ("slip", "penetration", "stiffness")
     if contact.collisions is not None:
-        yield (
-            "collisions",
-            contact.collisions.state,
-            (
-                "touching", "normal", "slip", "penetration", "unloaded", "stiffness", "sharing",
-            ),
-        )  # fmt: skip
+        yield "collisions", contact.collisions.state, ("sharing",)
 
 
 def _arrays(solver: BurstSolver) -> dict[str, np.ndarray]:
@@ -70,11 +64,8 @@ def _arrays(solver: BurstSolver) -> dict[str, np.ndarray]:
     if solver.initiation is not None:
         found |= _named("initiation", solver.initiation.arrays())
     if contact is not None and contact.collisions is not None:
-        found |= {f"search/{key}": np.asarray(getattr(contact.collisions, key)) for key in _SEARCH}
+        found |= _named("search", contact.collisions.arrays())
     return found
-
-
-_SEARCH = ("searched_at", "travel", "searches")
 
 
 def _named(group: str, arrays: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
@@ -166,11 +157,7 @@ def _restore(arrays: h5py.Group, solver: BurstSolver) -> None:
         return
     contact.look_again()
     if contact.collisions is not None:
-        at, travel, searches = (arrays[f"search/{key}"][()] for key in _SEARCH)
-        if len(at):
-            contact.collisions.search_from(at)
-            contact.collisions.travel = float(travel)
-        contact.collisions.searches = int(searches)
+        contact.collisions.restore(_group(arrays, "search"))
 
 
 def _put(arrays: h5py.Group, name: str, owner: Any, keys: tuple[str, ...]) -> None:  # noqa: ANN401 - any object

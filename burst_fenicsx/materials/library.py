@@ -63,7 +63,7 @@ def load_explosive(name_or_path: str | Path) -> Explosive:
     jwl = None
     if "jwl" in table:
         constants = table.table("jwl", JWL_KEYS)
-        jwl = JonesWilkinsLee(**{key: constants.number(key, above=0.0) for key in JWL_KEYS})
+        jwl = JonesWilkinsLee(**{key: constants.number(key, above=None if key == "B" else 0.0) for key in JWL_KEYS})
     for key in ("gurney", "critical_energy"):
         _range(table, key)
     return Explosive(

@@ -108,6 +108,7 @@ class AxialSlices:
     count : (slices,) outermost nodes of the slice over all ranks, those in a plane of symmetry counted half.
     source : (slices,) the slice whose nodes stand for it: itself, or, in coarse meshes, the nearest that has any.
     rounding : constant (m) of `kernels.vectors.exact.quantise` for the sums over nodes, which ranks share.
+    widest : (slices,) largest mean radius so far (m).
     factor : (slices + 1,) factor on the products' pressure; the last entry is 1, for cells without a slice.
     """
 
@@ -121,6 +122,7 @@ class AxialSlices:
     count: np.ndarray
     source: np.ndarray
     rounding: float
+    widest: np.ndarray
     factor: np.ndarray
 
     @classmethod
@@ -156,10 +158,11 @@ class AxialSlices:
             node=node,
             outward=np.ascontiguousarray(fraction[:, None] * outward[node]),
             start=np.ascontiguousarray(start[node]),
-            initial_radius=(total / np.maximum(count, 1.0))[source],
+            initial_radius=(initial := (total / np.maximum(count, 1.0))[source]),
             count=count,
             source=source,
             rounding=rounding,
+            widest=initial.copy(),
             factor=np.ones(slices + 1),
         )
 
@@ -186,14 +189,16 @@ class AxialSlices:
         return np.where(self.count[self.source] > 0, self.settings.radius_ratio * self.initial_radius, np.inf)
 
     def update(self, position: np.ndarray) -> None:
-        """Set the pressure factors, Eq. 7: alpha (r_cr/r_i)^beta once r_i > r_cr, 1 before."""
+        """Set the pressure factors, Eq. 7: alpha (r_cr/r_i)^beta once r_i > r_cr, 1 before; none goes back.
+
+        r_i is the largest so far: where a round is squeezed, what has vented does not return.
+        """
         if not self.settings.enabled or not len(self.initial_radius):
             return
-        radii = self.radii(position)
-        opened = np.flatnonzero(radii > self._critical)
-        self.factor[:-1] = 1.0
+        np.maximum(self.widest, self.radii(position), out=self.widest)
+        opened = np.flatnonzero(self.widest > self._critical)
         if len(opened):
-            ratio = self._critical[opened] / radii[opened]
+            ratio = self._critical[opened] / self.widest[opened]
             self.factor[opened] = self.settings.alpha * power(ratio, self.settings.beta)
 
 

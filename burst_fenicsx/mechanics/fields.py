@@ -22,7 +22,6 @@ from burst_fenicsx.kernels.geometry.shapes import folded_cells
 from burst_fenicsx.kernels.lanes import LANES
 from burst_fenicsx.kernels.state import ChargeState, Grid, Nodes, SolidState
 from burst_fenicsx.kernels.step.assembly import FULL_QUADRATURE, ONE_POINT, RINGS
-from burst_fenicsx.kernels.step.energies import elastic_energies, mean_speeds, node_terms
 from burst_fenicsx.kernels.step.levels import blocks_are_mixed, move_lanes
 from burst_fenicsx.kernels.vectors.exact import quantise, rounding_constant
 from burst_fenicsx.materials import laws
@@ -131,11 +130,11 @@ class BurstFields:
 
         The velocities are brought on by `half_step` (s).
         """
-        velocity, speed = self.nodes.velocity, np.empty(len(self._casing))
+        velocity, corners = self.nodes.velocity, self.mesh.dofmap[self._casing].T
         if half_step > 0.0:
             velocity = velocity + (half_step * self.inverse_mass)[:, None] * self.nodes.force
-        mean_speeds(velocity, self.mesh.dofmap, self._casing, speed)
-        return self._casing, speed
+        x, y, z = (sum(velocity[nodes] for nodes in corners) / len(corners)).T  # corner by corner: the same anywhere
+        return self._casing, np.sqrt(x**2 + y**2 + z**2)
 
     @cached_property
     def _casing(self) -> np.ndarray:
@@ -171,9 +170,10 @@ class BurstFields:
 
         The velocities are brought on by `half_step` (s).
         """
-        terms = np.empty((len(self.mass), 5))
-        node_terms(half_step, self.mass, self.inverse_mass, self.nodes.velocity, self.nodes.force, terms)
-        return self.mesh.node_sums(terms)
+        momentum = self.mass[:, None] * self.nodes.velocity + half_step * self.nodes.force
+        x, y, z = momentum.T
+        square = x**2 + y**2 + z**2
+        return self.mesh.node_sums(np.column_stack([0.5 * square * self.inverse_mass, momentum, np.sqrt(square)]))
 
     def solid_sums(self, half_step: float = 0.0) -> np.ndarray:
         """Elastic energy (J), casings' mass (kg), size of momentum (kg m/s), kinetic energy of each (J); collective.
@@ -183,7 +183,10 @@ class BurstFields:
         terms = np.zeros((self.mesh.cells, 3 + len(self.products)))
         slot = self.blocks.slot_of_cell
         cells, modulus, poisson = self._elastic
-        elastic_energies(cells, self.solid.stress, modulus, poisson, self.grid.volume, slot, terms)
+        xx, yy, zz, xy, yz, zx = np.moveaxis(self.solid.stress[cells], 2, 0)  # each (cells, points)
+        square = xx**2 + yy**2 + zz**2 + 2.0 * (xy**2 + yz**2 + zx**2)
+        twice = sum(((1.0 + poisson[:, None]) * square - poisson[:, None] * (xx + yy + zz) ** 2).T)
+        terms[cells, 0] = 0.5 * self.grid.volume[slot[cells]] * twice / (modulus * xx.shape[1])
         casing, speed = self.casing_speeds(half_step)
         mass = self.cell_mass[casing]
         terms[casing, 1], terms[casing, 2] = mass, mass * speed

@@ -193,7 +193,10 @@ class Ledger:
 
 
 def _energies_left(state: BurstFields) -> np.ndarray:
-    """Work that each round's gas can still do (rounds,) in J, with the unreacted chemical energy; collective."""
+    """Work that each round's gas can still do (rounds,) in J, with the unreacted chemical energy; collective.
+
+    That of an eroded cell is lost.
+    """
     energies = []
     for own, products in zip(state.charge_cells, state.products, strict=True):
         start = state.cell_mass[own] / products.density
@@ -201,5 +204,5 @@ def _energies_left(state: BurstFields) -> np.ndarray:
         volume = state.grid.volume[state.blocks.slot_of_cell[own]] / start
         left = products.remaining_work(volume, state.charge.energy[own])
         left = np.where(burnt > 0.0, burnt * left + (1.0 - burnt) * products.energy, products.energy)
-        energies.append(start * left)
+        energies.append(np.where(state.eroded[own], 0.0, start * left))
     return state.sums_by_charge(energies)

@@ -26,7 +26,9 @@ if TYPE_CHECKING:
 __all__ = ["InterpenetrationCheck", "PassedThrough"]
 
 _BEHIND_PLANE = 0.01  # of the cell size: a node less deep than this behind a plane is in contact with it, not beyond
-_OVERLAP = 0.05  # of the cell size: a node less deep than this in a cell of another round is in contact with it
+# Of the cell size: a node less deep than this in a cell of another round is in contact with it. In stacks 99 % of all
+# contacts are less deep than 0.11, and the deepest is 0.18.
+_OVERLAP = 0.15
 _BOXES = 1000  # of cells from which the edge of the search's grid is taken
 
 _log = logging.getLogger(__name__)

@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING
 
 from flight.hazard.weighted import count_weighted, expected_of
 from fragfield.case.conversion.attitude import is_mixed
+from fragfield.case.conversion.clearance import min_clearance
+from fragfield.case.conversion.rounds import placed
 from fragfield.pipeline.ensemble import above_ground
 from fragfield.pipeline.integral import Solved
 
@@ -28,15 +30,25 @@ POINTS = 2**15
 """Fragments of a set for each round, where `hazard.tolerance` is `USUAL`; in inverse proportion to it."""
 USUAL = 0.02
 _FEWEST, _MOST = 2**10, 2**17
+_EXPANSION = 1.0  # m of two casings until they break up, with room
 
 
 def why_not_weighted(case: CaseTable) -> str:
     """Why the expected density of a resolved case that is not integrated is taken from realisations; or empty."""
     if is_mixed(case):
         return "rounds of any attitude"
-    if len(case.round) > 1 and case.flight.collisions != "none":
-        return "several rounds, whose fragments may strike each other"
-    return ""
+    return "several rounds, whose fragments may strike each other" if _may_meet(case) else ""
+
+
+def _may_meet(case: CaseTable) -> bool:
+    """Whether fragments of different rounds can strike each other: rounds do not stand far apart."""
+    collisions = case.flight.collisions
+    if collisions == "none":
+        return False
+    if any(plane.kind == "symmetry" for plane in case.plane):
+        return True
+    nearest = min_clearance([placed(entry) for entry in case.round])
+    return nearest is not None and nearest[2] < 2.0 * collisions.distance + _EXPANSION
 
 
 def fragments_of_set(case: CaseTable, rounds: int) -> int:

@@ -4,17 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
+from burst_fenicsx.contact.boxes import are_inside, around_rounds, box_around, meet, meet_others
 from burst_fenicsx.kernels.geometry.bilinear import bound_faces
-from burst_fenicsx.kernels.geometry.boxes import are_inside, around_rounds, box_around, meet, meet_others
 
 RANDOM = np.random.default_rng(5)
 LOW = RANDOM.uniform(-1.0, 1.0, (300, 3))
 BOXES = np.hstack([LOW, LOW + RANDOM.uniform(0.0, 0.4, (300, 3))])
-NUMBERS = np.sort(RANDOM.choice(500, 300, replace=False)).astype(np.int32)
-OF_ROUND = RANDOM.integers(0, 3, 500).astype(np.int32)
-BELOW = 250
+OF_BOXES = RANDOM.integers(0, 3, 300)
 POINTS = RANDOM.uniform(0.2, 0.6, (40, 3))
-OF_POINTS = RANDOM.integers(0, 2, 40).astype(np.int32)  # none of the round 2
+OF_POINTS = RANDOM.integers(0, 2, 40)  # none of the round 2
 POINTS[OF_POINTS > 0] -= 0.6
 
 
@@ -46,36 +44,31 @@ def test_around_nothing_is_a_box_that_meets_nothing():
     assert not meet(BOXES, box_around(np.zeros((0, 3)), np.zeros((0, 3)))).any()
 
 
-def test_boxes_around_the_first_members_of_each_round():
-    found = np.empty((4, 6))
-    around_rounds(NUMBERS, BOXES, OF_ROUND, BELOW, found)
+def test_boxes_around_the_members_of_each_round():
+    found = around_rounds(OF_BOXES, BOXES, 4)
     for index in range(3):
-        own = BOXES[(NUMBERS < BELOW) & (OF_ROUND[NUMBERS] == index)]
+        own = BOXES[index == OF_BOXES]
         np.testing.assert_array_equal(found[index], np.concatenate([own[:, :3].min(axis=0), own[:, 3:].max(axis=0)]))
     assert (found[3, :3] == np.inf).all()
 
 
-def test_the_first_members_meet_all_points_the_others_those_of_other_rounds():
-    found = meet_others(NUMBERS, BOXES, OF_ROUND, BELOW, POINTS, OF_POINTS, 3)
-    expected = meets(BOXES, around(POINTS))
-    for index in range(3):
-        later = (NUMBERS >= BELOW) & (OF_ROUND[NUMBERS] == index)
-        others = POINTS[np.flatnonzero(OF_POINTS - index)]
-        expected[later] = meets(BOXES, around(others))[later]
+def test_boxes_meet_the_points_of_other_rounds_and_those_of_none_all():
+    members = np.where(np.arange(300) < 150, -1, OF_BOXES)
+    found = meet_others(BOXES, members, POINTS, OF_POINTS)
+    for index in range(-1, 3):
+        others = POINTS[index != OF_POINTS]
+        np.testing.assert_array_equal(found[members == index], meets(BOXES, around(others))[members == index])
     assert found.any()
     assert (found != meets(BOXES, around(POINTS))).any()
-    np.testing.assert_array_equal(found, expected)
 
 
-def test_points_inside_the_boxes_of_others():
-    points = np.arange(5, 40)
+def test_points_inside_boxes():
     boxes = np.array([[0.2, 0.2, 0.2, 0.4, 0.4, 0.4], [0.3, 0.3, 0.3, 0.6, 0.6, 0.6]])
-    places = POINTS[points]
-    held = np.array([(places >= box[:3]).all(axis=1) & (places <= box[3:]).all(axis=1) for box in boxes])
-    np.testing.assert_array_equal(are_inside(POINTS, points, boxes, 2), held.any(axis=0))
-    for skip in (0, 1):
-        np.testing.assert_array_equal(are_inside(POINTS, points, boxes, skip), held[1 - skip])
+    held = np.array([(box[:3] <= POINTS).all(axis=1) & (box[3:] >= POINTS).all(axis=1) for box in boxes])
+    np.testing.assert_array_equal(are_inside(POINTS, boxes), held.any(axis=0))
+    np.testing.assert_array_equal(are_inside(POINTS, boxes[1:]), held[1])
     assert held.any(axis=1).all()
+    assert not are_inside(POINTS, boxes[:0]).any()
 
 
 SQUARE = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]])

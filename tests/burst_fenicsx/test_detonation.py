@@ -231,15 +231,17 @@ def test_unreacted_charge_is_a_weak_solid():
     assert solver.fields.charge.burn_fraction[0] == 0.0
 
 
+START = np.array([[0.1, 0.0, 0.0], [0.0, 0.1, 0.0], [0.2, 0.0, 1.0], [0.0, 0.2, 1.0], [0.0, 0.0, 0.5]])
+
+
 def leakage_of(radii_moved, **options):
     """Two parts of two nodes each, 0.1 and 0.2 m from the axis, moved outward."""
-    start = np.array([[0.1, 0.0, 0.0], [0.0, 0.1, 0.0], [0.2, 0.0, 1.0], [0.0, 0.2, 1.0], [0.0, 0.0, 0.5]])
     outward = np.array([[1.0, 0, 0], [0, 1.0, 0], [1.0, 0, 0], [0, 1.0, 0], [0, 0, 0]])
     part = np.array([0, 0, 1, 1, -1], dtype=np.int32)
     radius = np.array([0.1, 0.1, 0.2, 0.2, 0.0])
-    leakage = AxialSlices.of_charges(Leakage(**options), MPI.COMM_SELF, part, start, radius, outward, 2)
+    leakage = AxialSlices.of_charges(Leakage(**options), MPI.COMM_SELF, part, START, radius, outward, 2)
     moved = np.append(np.repeat(radii_moved, 2), 0.0)
-    leakage.update(start + moved[:, None] * outward + [0.0, 0.0, 0.3])
+    leakage.update(START + moved[:, None] * outward + [0.0, 0.0, 0.3])
     return leakage
 
 
@@ -252,6 +254,13 @@ def test_leakage_factors_equal_hand_values():
     # Not a hair before r_cr.
     np.testing.assert_array_equal(leakage_of([0.0749, 0.1499], radius_ratio=1.75).factor, 1.0)
     assert leakage_of([0.11, 0.30], enabled=False).factor.tolist() == [1.0, 1.0, 1.0]
+
+
+def test_what_has_vented_does_not_return():
+    """A round that is squeezed again vents as at its widest."""
+    leakage = leakage_of([0.11, 0.10], radius_ratio=1.75)
+    leakage.update(START)
+    np.testing.assert_allclose(leakage.factor, [0.175 / 0.21, 1.0, 1.0], rtol=1e-12)
 
 
 def test_parts_shorter_than_the_cells_vent_with_their_neighbours():

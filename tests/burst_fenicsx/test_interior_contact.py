@@ -17,7 +17,8 @@ from burst_fenicsx.files.checkpoint import read_checkpoint, write_checkpoint
 from burst_fenicsx.kernels.geometry.shapes import folded_cells
 from burst_fenicsx.mechanics.nodal_loads import NodalConstraint
 from burst_fenicsx.meshing import merge
-from burst_fenicsx.problem import Mirror, TimeStep
+from burst_fenicsx.meshing.cut import split_charges
+from burst_fenicsx.problem import Mirror, Part, TimeStep
 from tests.burst_fenicsx.bodies import QUIET, bodies, momentum, moved
 from tests.burst_fenicsx.boxes import ELASTIC, box, rotation_matrix
 
@@ -139,6 +140,28 @@ def test_layers_are_nested_and_look_outward():
     assert outward_sides(mesh)[:125].sum() == 6 * 25 + 6 * 9 + 6
 
 
+def test_nodes_of_the_bore_look_for_other_rounds():
+    """A cube of 3 cells with a charge of one: its casing's 8 nodes there meet a body that has come so far."""
+    size = 3 * CELL
+    cased = box((3, 3, 3), (size, size, size))
+    centre = cased.nodes[cased.cells].mean(axis=1)
+    charge = np.isclose(centre, 0.5 * size).all(axis=1)
+    cased = replace(cased, part=np.where(charge, Part.CHARGE, Part.CASING).astype(np.int32))
+    other = moved(box((2, 2, 2), (size, size, size)), (1.5 * size, 0.0, 0.0), 1)
+    mesh = split_charges(merge([replace(one, segments=((),)) for one in (cased, other)]))
+    surfaces = contact_surfaces(mesh)
+    bore = surfaces.node[surfaces.inner & (surfaces.node_round == 0)]
+    assert len(bore) == 8
+    assert np.abs(mesh.nodes[bore] - 0.5 * size).max() == pytest.approx(0.5 * CELL)
+    assert not surfaces.interior[np.isin(surfaces.node, bore)].any()
+    solver = bodies([cased, replace(other, nodes=other.nodes - [0.9 * size, 0.0, 0.0])], [(0.0,) * 3] * 2, SETTINGS)
+    collisions = solver.contact.collisions
+    collisions.search()
+    inner = np.flatnonzero(collisions.surfaces.inner & (collisions.surfaces.node_round == 0))
+    assert len(inner) == 8
+    assert set(inner.tolist()) <= set(collisions.state.node[collisions.state.other == 1].tolist())
+
+
 def test_a_lone_body_has_neither_interior_nodes_nor_layers():
     """Single rounds pay nothing."""
     surfaces = contact_surfaces(box((4, 4, 4), (0.04, 0.04, 0.04)))
@@ -180,7 +203,7 @@ def test_a_checkpoint_keeps_interior_contact_to_the_last_bit(tmp_path):
     """Written while interior nodes touch, read into a new solver: the same places 40 steps later, searches included."""
     solver = collide(contacts=5)
     surfaces, state = solver.contact.collisions.surfaces, solver.contact.collisions.state
-    assert (surfaces.interior & (state.touching != 0)).any()
+    assert surfaces.interior[state.node[state.touching]].any()
     write_checkpoint(tmp_path / "checkpoint.h5", solver, {}, "walls")
     again = thrown()
     read_checkpoint(tmp_path / "checkpoint.h5", again, "walls")

@@ -113,6 +113,12 @@ def test_bad_explosives_are_refused(tmp_path):
     path.write_text(text + "jwl = { A = 1.0 }\n")
     with pytest.raises(InputError, match=r"\[x\] \[jwl\]: key 'B' is missing"):
         load_explosive(path)
+    constants = "jwl = { A = 1e12, B = -1e9, R1 = 7.2, R2 = 1.9, omega = 0.3, E0 = 8e9 }\n"  # as published sets have
+    path.write_text(text + constants)
+    assert load_explosive(path).jwl.B == -1e9
+    path.write_text(text + constants.replace("R2 = 1.9", "R2 = -1.9"))
+    with pytest.raises(InputError, match=r"R2 = -1.9; a number above 0 is expected"):
+        load_explosive(path)
     path.write_text(text + "gurney = [3.0, 2.0]\n")
     with pytest.raises(InputError, match=r"gurney = \[3.0, 2.0\]; two numbers above 0"):
         load_explosive(path)

@@ -116,6 +116,7 @@ def test_jwl_meets_the_rayleigh_line_at_the_published_pressure(explosive, pressu
 def test_what_a_charge_can_still_give_is_its_heat_until_it_burns(model, burnt):
     """Products hold all they have at their first volume; work given, less their own heat, closes the balance."""
     pytest.importorskip("dolfinx")
+    from burst_fenicsx.kernels.cells.erosion import BEFORE
     from tests.burst_fenicsx.boxes import BARE, box, burst
 
     solver = burst(box((1, 1, 1), (4e-3,) * 3, Part.CHARGE), replace(BARE, products=model))
@@ -133,5 +134,7 @@ def test_what_a_charge_can_still_give_is_its_heat_until_it_burns(model, burnt):
     per_volume = burnt * left + (1.0 - burnt) * products.energy + 0.2 * products.energy
     balance = solver.ledger.products_balances(fields)
     assert balance == pytest.approx([per_volume / products.energy], rel=1e-9)
+    fields.solid.eroded[:] = BEFORE  # what an eroded cell could still give is lost
+    assert solver.ledger.products_balances(fields) == pytest.approx([0.2], rel=1e-9)
     solver.ledger.chemical_energies[:] = 0.0
     assert solver.ledger.products_balances(fields).tolist() == [0.0]

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
+from burst_fenicsx.contact.boxes import meet
 from burst_fenicsx.kernels.contact.collisions import find_contacts
 from burst_fenicsx.kernels.contact.search import Bodies, face_boxes, find_candidates, node_normals
 from burst_fenicsx.kernels.contact.springs import CollisionLaw, Collisions
 from burst_fenicsx.kernels.geometry.bilinear import closest_point
-from burst_fenicsx.kernels.geometry.boxes import meet
 from burst_fenicsx.kernels.geometry.smooth_faces import face_vectors
 
 
@@ -209,6 +209,30 @@ def test_of_two_equally_near_faces_geometry_decides(slope):
     assert taken == [left, left]
 
 
+def test_a_node_behind_the_faces_of_two_rounds_is_pushed_out_of_both():
+    """A floor and a wall of two rounds meet in a corner; a node of a third lies in it, deeper behind the floor."""
+    position = np.array(
+        [[x, y, 0.0] for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
+        + [[0.0, y, z] for y, z in ((-1, -1), (1, -1), (1, 1), (-1, 1))] + [[-0.01, 0.1, -0.02]], dtype=float
+    )  # fmt: skip
+    faces = np.arange(8, dtype=np.int32).reshape(2, 4)
+    one = one_node_over(faces, node=8, outward=[-1.0, 0.0, -1.0])
+    pairs = {name: np.repeat(getattr(one, name), 2, axis=0) for name in PAIR}
+    state = one._replace(**pairs, other=np.arange(2, dtype=np.int32), first=np.arange(3), face=np.full(2, -1, np.int32))
+    velocity = np.zeros_like(position)
+    velocity[8] = (-1.0, 0.0, -1.0)
+    law = CollisionLaw(max_squared_frequency=1.0, step=0.1, friction=0.0)
+    find_contacts(law, state, position, velocity, np.ones(9))
+    assert state.face.tolist() == [0, 1]
+    assert state.penetration == pytest.approx([0.02, 0.01])
+    assert (state.push[:, [2, 0]].diagonal() > 0.0).all()
+    assert state.push[0, :2] == pytest.approx(0.0, abs=1e-15)
+    assert state.push[1, 1:3] == pytest.approx(0.0, abs=1e-15)
+
+
+PAIR = ("node", "touching", "normal", "slip", "penetration", "unloaded", "stiffness", "weight", "push", "energies")
+
+
 def test_bounds_reject_no_face_that_a_node_has_entered():
     """The face found is the one of brute force over all faces with the closest point alone."""
     rng = np.random.default_rng(5)
@@ -255,23 +279,23 @@ def one_node_over(faces, node, outward):
     turned[node] = np.asarray(outward) / np.linalg.norm(outward)
     return Collisions(
         node=np.array([node], dtype=np.int32),
+        other=np.zeros(1, dtype=np.int32),
         first=np.array([0, count], dtype=np.int64),
         candidate=np.arange(count, dtype=np.int32),
         faces=faces,
-        face_round=np.zeros(count, dtype=np.int32),
         node_round=of_node,
         edge=np.ones(count),
         near=np.arange(count, dtype=np.int32),
         ball=np.zeros((count, 5)),
         bound=np.zeros((count, 20)),
-        touching=np.zeros(nodes, dtype=np.int32),
-        normal=np.zeros((nodes, 3)),
-        slip=np.zeros((nodes, 3)),
         outward=turned,
-        penetration=np.zeros(nodes),
-        unloaded=np.zeros(nodes),
-        stiffness=np.zeros(nodes),
         sharing=np.zeros(nodes),
+        touching=np.zeros(1, dtype=bool),
+        normal=np.zeros((1, 3)),
+        slip=np.zeros((1, 3)),
+        penetration=np.zeros(1),
+        unloaded=np.zeros(1),
+        stiffness=np.zeros(1),
         face=np.full(1, -1, dtype=np.int32),
         weight=np.zeros((1, 4)),
         push=np.zeros((1, 4)),

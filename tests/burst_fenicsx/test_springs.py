@@ -15,12 +15,12 @@ DEPTH, SPEED = 1e-5, 40.0
 def one_node_on_a_face(xi, eta):
     """State of a node (number 4) that lies on a face of the nodes 0 to 3, at a point of it."""
     state = Collisions(
-        node=np.array([4], dtype=np.int32), first=np.array([0, 1]), candidate=np.zeros(1, dtype=np.int32),
-        faces=np.array([[0, 1, 2, 3]], dtype=np.int32), face_round=np.zeros(1, dtype=np.int32),
+        node=np.array([4], dtype=np.int32), other=np.zeros(1, dtype=np.int32), first=np.array([0, 1]),
+        candidate=np.zeros(1, dtype=np.int32), faces=np.array([[0, 1, 2, 3]], dtype=np.int32),
         node_round=np.array([0, 0, 0, 0, 1], dtype=np.int32), edge=np.ones(1), near=np.zeros(1, dtype=np.int32),
-        ball=np.zeros((1, 5)), bound=np.zeros((1, 20)), touching=np.zeros(5, dtype=np.int32), normal=np.zeros((5, 3)),
-        outward=np.zeros((5, 3)), slip=np.zeros((5, 3)), penetration=np.zeros(5), unloaded=np.zeros(5),
-        stiffness=np.zeros(5), sharing=np.zeros(5),
+        ball=np.zeros((1, 5)), bound=np.zeros((1, 20)), outward=np.zeros((5, 3)), sharing=np.zeros(5),
+        touching=np.zeros(1, dtype=bool), normal=np.zeros((1, 3)), slip=np.zeros((1, 3)), penetration=np.zeros(1),
+        unloaded=np.zeros(1), stiffness=np.zeros(1),
         face=np.full(1, -1, dtype=np.int32), weight=np.zeros((1, 4)), push=np.zeros((1, 4)), energies=np.zeros((1, 2)),
     )  # fmt: skip
     weigh_corners(xi, eta, state.weight[0])
@@ -59,8 +59,8 @@ def test_friction_of_a_face_heats_by_its_force_times_the_way():
     assert state.push[0, :3] == pytest.approx(press * np.array([-0.6 * FRICTION, -0.8 * FRICTION, 1.0]), rel=1e-12)
     assert heat[0] == 0.0 or heat[0] < heat[-1]
     assert heat[-1] == pytest.approx(FRICTION * press * SPEED * STEP, rel=1e-12)
-    slip = np.linalg.norm(state.slip[4])
-    assert sum(heat) + 0.5 * state.stiffness[4] * slip**2 == pytest.approx(work, rel=1e-12)
+    slip = np.linalg.norm(state.slip[0])
+    assert sum(heat) + 0.5 * state.stiffness[0] * slip**2 == pytest.approx(work, rel=1e-12)
 
 
 def pushed(normal, velocity, steps=30):

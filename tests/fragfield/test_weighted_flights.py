@@ -137,6 +137,18 @@ def test_slopes_of_the_first_impacts_are_those_given():
     assert flight.fly(fragments, fluence=grid, weights=weights).landing["ricochets"][0] > 0
 
 
+def test_rounds_that_stand_far_apart_do_not_meet(broken):
+    """So weighted fragments, which fly without contact, are those of both: none strikes another."""
+    one = broken.fragments(1)
+    for apart, meet in ((2.0, True), (12.0, False)):
+        both = flight.Fragments(
+            np.tile(one.mass, 2), np.concatenate([one.position, one.position + (apart, 0.0, 0.0)]),
+            np.tile(one.velocity, (2, 1)), 2600.0, np.repeat([0, 1], len(one)),
+        )  # fmt: skip
+        contacts = flight.fly(both, contact=flight.Contact(between="rounds")).contacts
+        assert (len(contacts) > 0) == meet, apart
+
+
 ROUND = ROOT / "cases" / "grenade_155_tnt.toml"
 
 
@@ -148,6 +160,9 @@ ROUND = ROOT / "cases" / "grenade_155_tnt.toml"
         (ROUND, ("burst.geometry=3d", "round.0.attitude=any"), "any attitude"),
         (ROOT / "cases" / "m107_pair.toml", (), "strike each other"),
         (ROOT / "cases" / "m107_pair.toml", ("flight.collisions=none",), ""),
+        (ROOT / "cases" / "m107_pair.toml", ("stack.gap=9 m",), "strike each other"),
+        (ROOT / "cases" / "m107_pair.toml", ("stack.gap=12 m",), ""),
+        (ROOT / "cases" / "m107_pair_mirrored.toml", (), "strike each other"),
     ],
 )
 def test_where_weighted_fragments_are_flown(case, settings, words):

@@ -43,12 +43,15 @@ def _wall(time):
     return np.concatenate(rings)
 
 
-@pytest.fixture(scope="module")
-def series(tmp_path_factory):
+@pytest.fixture(scope="module", params=["3d", "axisymmetric"])
+def series(request, tmp_path_factory):
     folder = tmp_path_factory.mktemp("burst")
     for number, time in enumerate(np.arange(0.0, 50e-6, 0.5e-6)):
         with h5py.File(folder / f"{number:04d}.h5", "w") as file:
-            file["position"] = _wall(time)
+            position = _wall(time)
+            if request.param == "axisymmetric":  # one ray of it, as a meridian's states lie
+                position = position[::16, [0, 2, 1]]
+            file["position"] = position
             file.attrs["time"] = time
     return folder
 

@@ -87,7 +87,7 @@ def streak(series: Path, station: float, length: float) -> Streak:
     try:
         for number, path in enumerate(sorted(series.glob("*.h5"))):
             with h5py.File(path, "r", locking=False) as file:
-                position = file["position"][()]
+                position = _upright(file["position"][()])
                 ring = _outer_rings(position) if number == 0 else ring
                 radius, level = _rings_now(position, ring)
                 times.append(float(file.attrs["time"]))
@@ -98,6 +98,11 @@ def streak(series: Path, station: float, length: float) -> Streak:
         raise StudyError(f"{series}: no time series of a burst: no state is there")
     found = np.array(radii)
     return Streak(np.array(times), found - found[0])
+
+
+def _upright(position: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Positions (m) with the height last; a meridian's states have it second, and lie in one plane."""
+    return position if position[:, 2].any() else position[:, [0, 2, 1]]
 
 
 def _outer_rings(start: NDArray[np.float64]) -> list[NDArray[np.int64]]:

@@ -1,14 +1,14 @@
 """Point-face contact: nodes of one surface pushed out of the faces of another (Eqs. 16-18).
 
-First every node finds the face that it has entered and the force between them, side by side; then the forces are
-added in order, see `springs`. Both surfaces of a pair take their turn as nodes and as faces.
+First every node finds, of each round near it, the face that it has entered and the force between them, side by side;
+then the forces are added in order, see `springs`. Both surfaces take their turn as nodes and as faces.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from burst_fenicsx.kernels.contact.springs import CollisionLaw, Collisions, push_node, slacken, weigh_corners
+from burst_fenicsx.kernels.contact.springs import CollisionLaw, Collisions, push_node, weigh_corners
 from burst_fenicsx.kernels.geometry.bilinear import bound_faces, closest_point
 from burst_fenicsx.kernels.lanes import kernel
 from burst_fenicsx.kernels.threads import on_threads
@@ -48,9 +48,9 @@ def _find_some(
     """Find the contacts of the nodes from `start` to `stop`; a call for every node would cost more than most nodes."""
     corner, trial = np.empty((4, 3)), np.empty(8)
     weight, relative, point = np.empty(4), np.empty(3), np.empty(8)
-    faces, face_round, edge, candidate = state.faces, state.face_round, state.edge, state.candidate
+    faces, edge, candidate = state.faces, state.edge, state.candidate
     ball, bound = state.ball, state.bound
-    first, nodes, node_round, before = state.first, state.node, state.node_round, state.touching
+    first, nodes, node_round, others = state.first, state.node, state.node_round, state.other
     energies, push, found, depths = state.energies, state.push, state.face, state.penetration
     for k in range(start, stop):
         node = nodes[k]
@@ -59,7 +59,7 @@ def _find_some(
         found[k] = -1
         x, y, z = position[node, 0], position[node, 1], position[node, 2]
         speed = np.sqrt(velocity[node, 0] ** 2 + velocity[node, 1] ** 2 + velocity[node, 2] ** 2)
-        touching, depth_before, own_round = before[node], depths[node], node_round[node]
+        touching, depth_before, own_round = state.touching[k], depths[k], node_round[node] == others[k]
         best, nearest, unloaded = -1, np.inf, 0.0
         for c in range(first[k], first[k + 1]):
             face = candidate[c]
@@ -71,9 +71,9 @@ def _find_some(
             if square > (ball[face, 3] + reach) ** 2:
                 continue
             deepest = _ENTRY * law.step * (speed + ball[face, 4])
-            if touching == 1 + face_round[face]:
+            if touching:
                 deepest += depth_before + _LATE * edge[face]
-            elif face_round[face] != own_round:
+            elif not own_round:
                 deepest += _LATE * edge[face]
             within = (1.0 + _TIE) * min(_OFF_RIM * min(deepest, reach), nearest)
             if square > (ball[face, 3] + within) ** 2:
@@ -99,25 +99,22 @@ def _find_some(
                 continue
             weigh_corners(trial[0], trial[1], weight)
             _relative_velocity(node, faces[face], weight, velocity, relative)
-            free = _unloaded_depth(node, face, depth, trial, relative, law, state)
+            free = _unloaded_depth(k, face, depth, trial, relative, law, state)
             if free < np.inf:
                 best, nearest, unloaded = face, distance, free
                 point[:] = trial
-        if best >= 0 and not _outside_beside(k, best, nearest, state, position, corner, trial, point):
+        if best >= 0 and not _outside_beside(k, nearest, state, position, corner, trial, point):
             weigh_corners(point[0], point[1], state.weight[k])
             _relative_velocity(node, state.faces[best], state.weight[k], velocity, relative)
             depth = 0.0
             for i in range(3):
                 depth -= (position[node, i] - point[2 + i]) * point[5 + i]
-            state.unloaded[node] = unloaded
+            state.unloaded[k] = unloaded
             push_node(k, best, depth - unloaded, point[5:8], relative, law, state, mass)
-            state.penetration[node] = depth
-            continue
-        if touching != 0:
-            state.touching[node] = 0
-            state.penetration[node] = 0.0
-            state.unloaded[node] = 0.0
-            slacken(node, state)
+            state.penetration[k] = depth
+        elif touching:
+            state.touching[k], state.penetration[k], state.unloaded[k], state.stiffness[k] = False, 0.0, 0.0, 0.0
+            state.slip[k, :] = 0.0
 
 
 @kernel
@@ -182,42 +179,42 @@ def _comes_first(
 
 @kernel
 def _unloaded_depth(
-    node: int, face: int, depth: float, point: np.ndarray, relative: np.ndarray, law: CollisionLaw, state: Collisions
+    k: int, face: int, depth: float, point: np.ndarray, relative: np.ndarray, law: CollisionLaw, state: Collisions
 ) -> float:
     """The part of a node's depth (m) behind a face that presses nothing; infinite where it does not touch this face.
 
     A spring may take up only what the node has sunk in since it touched. What it lies deeper, because it came in beside
     the face or has passed to another one, is left unloaded until it comes back.
 
-    An interior node has no normal of its own (`outward` is zero): it may enter any face of another round from the
+    An inner node has no normal of its own (`outward` is zero): it may enter any face of another round from the
     front, and is taken up late only while it moves deeper.
     """
+    node = state.node[k]
     approach, speed, along, facing, normals = 0.0, 0.0, 0.0, 0.0, 0.0
     for i in range(3):
         approach -= relative[i] * point[5 + i]
         speed += relative[i] * relative[i]
-        along += state.normal[node, i] * point[5 + i]
+        along += state.normal[k, i] * point[5 + i]
         facing += state.outward[node, i] * point[5 + i]
         normals += abs(state.outward[node, i])
-    same_round = state.node_round[node] == state.face_round[face]
-    if state.touching[node] == 1 + state.face_round[face] and along > _LIKE:
-        sunk = state.penetration[node] + _ENTRY * law.step * np.sqrt(speed)
+    same_round = state.node_round[node] == state.other[k]
+    if state.touching[k] and along > _LIKE:
+        sunk = state.penetration[k] + _ENTRY * law.step * np.sqrt(speed)
         if depth <= sunk + _LATE * state.edge[face]:
-            return max(min(state.unloaded[node], depth), depth - sunk)
+            return max(min(state.unloaded[k], depth), depth - sunk)
     entered = _ENTRY * law.step * max(approach, 0.0)
     if same_round:
         # Within a round the far side of a thin wall looks the same: the node must have been in front a step ago.
         return 0.0 if depth <= entered else np.inf
-    interior = normals == 0.0
-    late = (facing < _OPPOSED or (interior and approach > 0.0)) and depth <= _LATE * state.edge[face]
-    opposed = facing < 0.0 or interior
+    inner = normals == 0.0
+    late = (facing < _OPPOSED or (inner and approach > 0.0)) and depth <= _LATE * state.edge[face]
+    opposed = facing < 0.0 or inner
     return 0.0 if depth <= entered and opposed else (max(depth - entered, 0.0) if late else np.inf)
 
 
 @kernel
 def _outside_beside(
     k: int,
-    best: int,
     nearest: float,
     state: Collisions,
     position: np.ndarray,
@@ -228,14 +225,14 @@ def _outside_beside(
     """Whether a node that lies behind a face but off its rim stands in front of a nearer face of the same round."""
     if abs(point[0]) < 1.0 and abs(point[1]) < 1.0:
         return False
-    node, own = state.node[k], state.face_round[best]
+    node = state.node[k]
     faces, ball, bound = state.faces, state.ball, state.bound
     x, y, z = position[node, 0], position[node, 1], position[node, 2]
     for c in range(state.first[k], state.first[k + 1]):
         face = state.candidate[c]
         dx, dy, dz = x - ball[face, 0], y - ball[face, 1], z - ball[face, 2]
         square = dx**2 + dy**2 + dz**2
-        if square > (ball[face, 3] + (1.0 + _TIE) * nearest) ** 2 or state.face_round[face] != own:
+        if square > (ball[face, 3] + (1.0 + _TIE) * nearest) ** 2:
             continue
         behind = True
         for n in range(0, 20, 5):

@@ -18,7 +18,6 @@ __all__ = [
     "Collisions",
     "add_reactions",
     "push_node",
-    "slacken",
     "take_reactions",
     "weigh_corners",
 ]
@@ -36,13 +35,16 @@ class CollisionLaw(NamedTuple):
 
 
 class Collisions(NamedTuple):
-    """Nodes that look for faces, and the state of each one's contact; nodes are numbered among the surface nodes."""
+    """Pairs of a node and a round whose faces it may meet, and the state of each pair's contact.
 
-    node: np.ndarray  # (slaves,) int32
-    first: np.ndarray  # (slaves + 1,) int64 into `candidate`
+    A node between several rounds has a pair with each, and is pushed by each. Nodes are those of the surfaces.
+    """
+
+    node: np.ndarray  # (pairs,) int32
+    other: np.ndarray  # (pairs,) int32, the round
+    first: np.ndarray  # (pairs + 1,) int64 into `candidate`
     candidate: np.ndarray  # int32, faces
     faces: np.ndarray  # (faces, 4) int32
-    face_round: np.ndarray  # (faces,) int32
     node_round: np.ndarray  # (nodes,) int32
     edge: np.ndarray  # (faces,) m, square root of the initial area
     near: np.ndarray  # (near faces,) int32, the faces in `candidate`, each once
@@ -50,25 +52,18 @@ class Collisions(NamedTuple):
     # face (m), largest speed of a corner (m/s)
     bound: np.ndarray  # (faces, 20) of `near`, in this step, for each corner: the unit normal there and how low and how
     # high the corners lie along it (m, from the centre)
-    touching: np.ndarray  # (nodes,) int32: 1 + the round touched, 0 for none
-    normal: np.ndarray  # (nodes, 3) of the face touched
     outward: np.ndarray  # (nodes, 3) unit normals of the nodes' own surfaces at the last search
-    slip: np.ndarray  # (nodes, 3) m, tangential displacement that the spring holds
-    penetration: np.ndarray  # (nodes,) m, behind the face
-    unloaded: np.ndarray  # (nodes,) m, the part of it that presses nothing
-    stiffness: np.ndarray  # (nodes,) N/m, of the last step
     sharing: np.ndarray  # (nodes,), sum of reduced masses of a node's contacts in the last step over its own mass
-    face: np.ndarray  # (slaves,) int32, the face in contact or -1
-    weight: np.ndarray  # (slaves, 4), of the face's nodes (Eq. 17)
-    push: np.ndarray  # (slaves, 4): force on the node (N), reduced mass (kg)
-    energies: np.ndarray  # (slaves, 2) J: stored, friction in this step
-
-
-@kernel
-def slacken(node: int, state: Collisions) -> None:
-    """Slacken a node's springs: what held it to one round does not hold it to the next."""
-    state.slip[node, :] = 0.0
-    state.stiffness[node] = 0.0
+    touching: np.ndarray  # (pairs,) bool
+    normal: np.ndarray  # (pairs, 3) of the face touched
+    slip: np.ndarray  # (pairs, 3) m, tangential displacement that the spring holds
+    penetration: np.ndarray  # (pairs,) m, behind the face
+    unloaded: np.ndarray  # (pairs,) m, the part of it that presses nothing
+    stiffness: np.ndarray  # (pairs,) N/m, of the last step
+    face: np.ndarray  # (pairs,) int32, the face in contact or -1
+    weight: np.ndarray  # (pairs, 4), of the face's nodes (Eq. 17)
+    push: np.ndarray  # (pairs, 4): force on the node (N), reduced mass (kg)
+    energies: np.ndarray  # (pairs, 2) J: stored, friction in this step
 
 
 @kernel
@@ -91,13 +86,11 @@ def push_node(
     state: Collisions,
     mass: np.ndarray,
 ) -> None:
-    """Spring and friction of the k-th node against the face that it has entered, and their energies, into `state`.
+    """Spring and friction of the k-th pair's node against the face that it has entered, and their energies.
 
     `depth` (m) is what presses behind the face, `normal` the face's, `relative` (m/s) the node's velocity against it.
     """
     node = state.node[k]
-    if state.touching[node] != 1 + state.face_round[face]:
-        slacken(node, state)
     inverse = 1.0 / mass[node]
     sharing = state.sharing[node]
     for corner in range(4):
@@ -108,16 +101,15 @@ def push_node(
     # Where several nodes share one face its springs are softened, so that the step stays stable. By Jensen's inequality
     # the springs' highest frequency is at most twice the largest load.
     stiffness = 0.5 * law.max_squared_frequency * reduced / max(sharing, EVEN_SHARING)
-    old_slip = (state.slip[node, 0], state.slip[node, 1], state.slip[node, 2])
+    old_slip = (state.slip[k, 0], state.slip[k, 1], state.slip[k, 2])
     velocity, n = (relative[0], relative[1], relative[2]), (normal[0], normal[1], normal[2])
     force, slip, state.energies[k, 0], state.energies[k, 1] = pressed_spring(
-        depth, n, velocity, law.step, law.friction, stiffness, old_slip, state.stiffness[node]
+        depth, n, velocity, law.step, law.friction, stiffness, old_slip, state.stiffness[k]
     )
     for i in range(3):
-        state.slip[node, i], state.push[k, i], state.normal[node, i] = slip[i], force[i], n[i]
+        state.slip[k, i], state.push[k, i], state.normal[k, i] = slip[i], force[i], n[i]
     state.push[k, 3] = reduced
-    state.stiffness[node] = stiffness
-    state.touching[node] = 1 + state.face_round[face]
+    state.stiffness[k], state.touching[k] = stiffness, True
     state.face[k] = face
 
 

@@ -14,10 +14,8 @@ __all__ = [
     "clear_rows",
     "copy_motion",
     "hold_rows",
-    "largest_in_column",
     "largest_speed",
     "place_rows",
-    "sum_columns",
     "take_means",
     "work_on_rows",
 ]
@@ -106,25 +104,6 @@ def take_means(
             own[k, i] = velocity[row, i]
             velocity[row, i] = (position[row, i] - last[k, i]) / step
             last[k, i] = position[row, i]
-
-
-@kernel
-def sum_columns(values: np.ndarray, rows: np.ndarray, rounding: float) -> np.ndarray:
-    """Sums (m,) of the columns over the `rows` of `values` (n, m), rounded by `quantise`: exact."""
-    sums = np.zeros(values.shape[1])
-    for row in rows:
-        for i in range(values.shape[1]):
-            sums[i] += quantise(values[row, i], rounding)
-    return sums
-
-
-@kernel
-def largest_in_column(values: np.ndarray, column: int, rows: np.ndarray) -> float:
-    """Largest of a column of the `rows` of `values` (n, m), and of zero."""
-    largest = 0.0
-    for row in rows:
-        largest = max(largest, values[row, column])
-    return largest
 
 
 @kernel
