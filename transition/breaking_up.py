@@ -92,11 +92,8 @@ class BreakUp:
         self._outside = outside_of(self.snapshot.rounds, self.settings)
         self._sources = self._casing.sources(self.segments, [lightest_that_matters(law.law) for law in self.laws])
         self._sheets = [
-            Sheet.of(
-                source.draw(Draws(0).generator("points")).reference,
-                1.0 if segment.is_end else law.radius / segment.data.outer_radius,
-            )
-            for source, law, segment in zip(self._sources, self.laws, self.segments, strict=True)
+            Sheet.of(self._casing.before(segment), 1.0 if segment.is_end else law.radius / segment.data.outer_radius)
+            for law, segment in zip(self.laws, self.segments, strict=True)
         ]
         self._images = images(self.snapshot.planes, self.snapshot.source)
         self.rounds = tuple(_rounds(self.snapshot, self._images))
@@ -149,7 +146,7 @@ class BreakUp:
         if not isinstance(self._casing, RingCasing):
             return None
         samplers = [self._sampler(segment) for segment in self.segments]
-        return self._casing.intensity(self.segments, self.laws, samplers, self.settings)
+        return self._casing.intensity(self.segments, self.laws, samplers, self._sheets, self.settings)
 
     def weighted(self, number: int, points: int) -> WeightedFragments:
         """So many fragments (a power of two) that stand for all by the expected intensity: no seed is in them.

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from transition.law.segment_law import SegmentLaw
     from transition.law.segments import CasingSegment
     from transition.placement.isometry import Isometry
+    from transition.placement.placing import Sheet
     from transition.settings import BreakUpSettings
     from transition.snapshot import Snapshot
 
@@ -35,6 +36,10 @@ class Casing(Protocol):
 
     def sources(self, segments: Sequence[CasingSegment], lightest: Sequence[float]) -> tuple[PointSource, ...]:
         """Source of material points of each segment, for its lightest fragment that matters (kg)."""
+        ...
+
+    def before(self, segment: CasingSegment) -> NDArray[np.float64]:
+        """Positions (p, 3) of a segment's nodes before the burst, across and along its round's axis (m)."""
         ...
 
     def sums(self, computed: int) -> CasingSums:
@@ -63,19 +68,19 @@ class HexahedralCasing:
         return tuple(
             CellPoints.of_segment(
                 (s.round, s.index), s.cells, mass, self._corners[s.cells], self._velocity[s.cells],
-                self._before(s), count,
+                self.before(s).reshape(-1, 8, 3), count,
             )
             for s, mass, count in zip(segments, masses, number, strict=True)
         )  # fmt: skip
 
-    def _before(self, segment: CasingSegment) -> NDArray[np.float64]:
-        """Positions (m, 8, 3) before the burst, across and along the round's axis from the centre of its base (m)."""
+    def before(self, segment: CasingSegment) -> NDArray[np.float64]:
+        """See `Casing`; cell by cell, from the centre of the base."""
         data = self._snapshot.rounds[segment.round]
         along = np.asarray(data.axis) / np.linalg.norm(data.axis)
         first = np.cross(along, np.eye(3)[np.abs(along).argmin()])
         first /= np.linalg.norm(first)
         frame = np.stack([first, np.cross(along, first), along])
-        return np.asarray((self._reference[segment.cells] - np.asarray(data.position)) @ frame.T)
+        return np.asarray((self._reference[segment.cells].reshape(-1, 3) - np.asarray(data.position)) @ frame.T)
 
     def sums(self, computed: int) -> CasingSums:
         """See `Casing`."""
@@ -114,9 +119,16 @@ class RingCasing:
             for s, mass, count in zip(segments, masses, number, strict=True)
         )
 
+    def before(self, segment: CasingSegment) -> NDArray[np.float64]:
+        """See `Casing`; where their rings cross two planes through the axis."""
+        radius, height = self._reference[segment.cells].reshape(-1, 2).T
+        none = np.zeros_like(radius)
+        sides = ((radius, none), (-radius, none), (none, radius), (none, -radius))
+        return np.concatenate([np.column_stack([x, y, height]) for x, y in sides])
+
     def intensity(
         self, segments: Sequence[CasingSegment], laws: Sequence[SegmentLaw], samplers: Sequence[Sampler],
-        settings: BreakUpSettings,
+        sheets: Sequence[Sheet], settings: BreakUpSettings,
     ) -> Intensity:  # fmt: skip
         """Expected fragments of the segments by their laws."""
         from transition.intensity import Intensity, SegmentIntensity
@@ -124,7 +136,7 @@ class RingCasing:
         x, y, z = (float(value) for value in self._half.axis)
         station = self._reference[:, :, 1].mean(axis=1)
         parts = []
-        for segment, law, sampler in zip(segments, laws, samplers, strict=True):
+        for segment, law, sampler, sheet in zip(segments, laws, samplers, sheets, strict=True):
             # along the axis, so that neighbours in the order are neighbours in the casing
             cells = segment.cells[np.argsort(station[segment.cells], kind="stable")]
             _, first, corners = np.unique(
@@ -138,6 +150,7 @@ class RingCasing:
                     corners.reshape(-1, 4),
                     self._reference[cells].reshape(len(corners), 2)[first],
                     self._state[cells].reshape(len(corners), 4)[first],
+                    sheet,
                     settings.velocity == "mean",
                 )
             )

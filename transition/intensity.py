@@ -2,14 +2,13 @@
 
 Mott's law of a segment holds in each of its cells alike, up to the mass of the segment, and closes on its mass: the
 fragments of mass m are n(m) dm = M f(m) / m dm, with f the law's distribution of the mass. A fragment has the mean
-velocity and position of the metal that it is made of: of the mass m nearest to a point, within a radius in the
-meridian and the same length around the axis. Directions are those before their random deviation, with the mean of the
-small shift by which deviations are kept from changing the momentum of a segment (`transition.placement.scatter`).
+velocity and position of the metal that it is made of (`transition.placement.means`). Directions are those before their
+random deviation, with the mean of the small shift by which deviations are kept from changing the momentum of a segment
+(`transition.placement.scatter`).
 """
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
@@ -18,6 +17,7 @@ import numpy as np
 
 from transition.cells.meridian import bilinear, mass_density, node_shares
 from transition.law.mass_quantiles import masses_at
+from transition.placement.means import mean_states
 from transition.placement.scatter import STIFFEST, mean_cosine
 
 if TYPE_CHECKING:
@@ -25,11 +25,9 @@ if TYPE_CHECKING:
 
     from transition.law.samplers import Sampler
     from transition.law.segment_law import SegmentLaw
+    from transition.placement.placing import Sheet
 
     Array = NDArray[np.float64]
-
-
-_REACHES, _LEVELS = 24, 16  # radii of fragments, and masses between which their means are interpolated
 
 
 class RingFragments(NamedTuple):
@@ -60,6 +58,7 @@ class SegmentIntensity:
     """(k, 2) float64: radius and height of the nodes before the burst (m)."""
     state: Array
     """(k, 4) float64: radius and height (m), radial and axial velocity (m/s) of the nodes now."""
+    sheet: Sheet
     averaged: bool
     """Whether a fragment has the means over its metal, or the velocity at a point of it."""
 
@@ -82,35 +81,19 @@ class SegmentIntensity:
         if not self.averaged:
             return bilinear(self.state[nodes], point), here / mean[ring]
         levels, states = self._means
-        place = np.interp(np.log(fragments), levels, np.arange(len(levels)))
-        level = np.minimum(place.astype(np.int64), len(levels) - 2)
-        share = (place - level)[:, None]
+        level = np.clip(np.searchsorted(levels, fragments) - 1, 0, len(levels) - 2)
+        share = np.clip((fragments - levels[level]) / (levels[level + 1] - levels[level]), 0.0, 1.0)[:, None]
         low, high = (bilinear(states[one[:, None], nodes], point) for one in (level, level + 1))
         return (1.0 - share) * low + share * high, here / mean[ring]
 
     @cached_property
     def _means(self) -> tuple[Array, Array]:
-        """Logarithms of masses (l,), and states (l, k, 4) of fragments of these masses about the nodes."""
-        volumes = node_shares(self.reference[self.corners]) * self.mass[:, None]
-        of_node = np.bincount(self.corners.ravel(), weights=volumes.ravel(), minlength=len(self.reference))
-        gap = np.linalg.norm(self.reference[:, None] - self.reference, axis=2)
-        radius = np.maximum(self.reference[:, 0], 1e-9)
-        edge = math.sqrt(float(np.ptp(self.reference[:, 0]) * np.ptp(self.reference[:, 1])) / len(self.mass))
-        reach = np.geomspace(0.1 * edge, max(float(gap.max()), math.pi * float(radius.max())) * 1.01, _REACHES)
-        held, means = np.empty((_REACHES, len(radius))), np.empty((_REACHES, *self.state.shape))
-        for number, length in enumerate(reach):
-            angle = np.minimum(length / radius, math.pi)  # to either side
-            weight = np.where(gap <= length, of_node * angle / math.pi, 0.0)
-            kept = np.sinc(angle / math.pi)  # of the radial components
-            held[number] = weight.sum(axis=1)
-            means[number] = weight @ (self.state * np.stack([kept, kept**0, kept, kept**0], axis=1))
-            means[number] /= held[number][:, None]
-        levels = np.linspace(math.log(1e-3 * self.law.law.mean), math.log(self.law.mass), _LEVELS)
-        states = np.empty((_LEVELS, *self.state.shape))
-        for node in range(len(radius)):
-            for part in range(4):
-                states[:, node, part] = np.interp(levels, np.log(held[:, node]), means[:, node, part])
-        return levels, states
+        """Masses (l,), and states (l, k, 4) of fragments of these masses about the nodes."""
+        of_nodes = node_shares(self.reference[self.corners]) * self.mass[:, None] / self.mass.sum()
+        share = np.zeros(len(self.reference))
+        np.add.at(share, self.corners, of_nodes)
+        levels, states = mean_states(self.sheet, self.reference, share, self.state)
+        return levels * self.law.mass, states
 
 
 @dataclass(frozen=True, eq=False)

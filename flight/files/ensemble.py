@@ -92,9 +92,10 @@ def ensemble_columns(found: EnsembleHazard) -> dict[str, dict[str, NDArray[Any]]
     expected, counts = found.expected, found.counts
     known = np.nan if found.undetermined else 1.0
     directions = np.round(found.azimuth / 360.0 * len(expected.azimuth)).astype(int) % len(expected.azimuth)
+    density = np.maximum(expected.density, 0.0)  # smoothed over azimuth, it is below zero by round-off where none is
     densities: dict[str, NDArray[Any]] = {}
     for kind, name in enumerate(KINDS):
-        densities[f"{name}_density_1_m2"] = expected.density[kind]
+        densities[f"{name}_density_1_m2"] = density[kind]
         if expected.density_low.size:
             densities[f"{name}_density_low_1_m2"] = expected.density_low[kind]
             densities[f"{name}_density_high_1_m2"] = expected.density_high[kind]
@@ -109,7 +110,7 @@ def ensemble_columns(found: EnsembleHazard) -> dict[str, dict[str, NDArray[Any]]
         {
             "distance_m": expected.radius,
             **densities,
-            "probability": hit_probability(expected.density[1], found.criteria.person_area),
+            "probability": hit_probability(density[1], found.criteria.person_area),
         },
         {
             "azimuth_deg": found.azimuth,

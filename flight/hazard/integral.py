@@ -48,6 +48,7 @@ if TYPE_CHECKING:
 POINTS = 8192
 """Points of a lattice: a power of two up to 2^20."""
 SHIFTS = 8
+_AT_ONCE = 8192  # points whose launches are made together
 EXTENSION = 4.0  # of a grid, where fragments come to rest beyond it
 SMALLEST_SCATTER = math.radians(1.0)
 """Standard deviation of directions below which elevations are too sharp for the points of the rule."""
@@ -122,15 +123,14 @@ class Integral:
         Of the densities.
     fields : (2, s, 2, a, r) float64
         Hazardous landings, and paths over height, by cell of azimuth and distance and by shift s of the rule: of whole
-        flights, then before their first impact on the ground. Where all azimuths are alike a is one.
+        flights, and, unless the distance alone was wanted, before their first impact on the ground. Where all azimuths
+        are alike a is one.
     criteria : Criteria
         What was counted.
     rest : (r,) float64
-        All fragments by the distance at which they come to rest.
+        All fragments by the distance at which they come to rest; empty where they are not flown so far.
     hazardous, hazardous_error : float
         Fragments that are hazardous where they first land, and its standard error by the shifts.
-    number : float
-        All fragments.
     method : "integral" or "weighted_fragments"
         Whether they were integrated by `integrate`, or are those of `flight.hazard.weighted`.
     """
@@ -141,12 +141,11 @@ class Integral:
     rest: Array
     hazardous: float
     hazardous_error: float
-    number: float
     method: str = "integral"
 
     def expected(self, *, every_direction: bool = True, draws: int = DRAWS) -> ExpectedDistance:
         """The hazard distance; its standard error and bound are those of the quadrature."""
-        whole, short = (
+        whole, *short = (
             expected_distance(
                 DensityGroups.of(self.directions, fields if self.directions.axisymmetric else self._folded(fields)),
                 self.criteria.density,
@@ -155,7 +154,7 @@ class Integral:
             )
             for fields in self.fields
         )
-        return replace(whole, without_ricochet=short)
+        return replace(whole, without_ricochet=short[0]) if short else whole
 
     def _folded(self, fields: Array) -> Array:
         return np.stack([self.directions.folded(one) for one in fields])
@@ -164,8 +163,10 @@ class Integral:
     def throw(self) -> float:
         """Distance (m) beyond which 5 % of events throw a fragment: 1 - exp(-number beyond) is 0.05 there.
 
-        Numbers beyond a distance are those of a Poisson process.
+        Numbers beyond a distance are those of a Poisson process. NaN where fragments are not flown to rest.
         """
+        if not self.rest.size:
+            return math.nan
         beyond = np.append(np.cumsum(self.rest[::-1])[::-1], 0.0)
         edges = self.directions.grid.holding(len(self.rest)).edges[: len(beyond)]
         limit = -math.log1p(-LEVEL)
@@ -179,7 +180,7 @@ def integrate(
     source: Source, directions: Directions, criteria: Criteria, *, air: Air | None = None,
     drag: Drag | str | float = "shell_fragment", gravity: float = STANDARD_GRAVITY, ground: float = 0.0,
     ricochet: Ricochet | str | None = "soft_soil", origin: tuple[float, float] = (0.0, 0.0),
-    points: int = POINTS, threads: int | None = None,
+    points: int = POINTS, distance_alone: bool = False, threads: int | None = None,
 ) -> Integral:  # fmt: skip
     """Integrate the expected density of hazardous fragments of one round over flat ground in still air.
 
@@ -196,6 +197,9 @@ def integrate(
         As of `flight.fly`.
     points : int
         Points of each of the shifted rules: a power of two up to 2^20.
+    distance_alone : bool
+        No fragment is flown farther than where it may be hazardous again: `rest` is empty, `throw` NaN, and there is no
+        distance without ricochet.
     threads : int, optional
         Default: all cores this process may use. The result does not depend on it.
 
@@ -220,38 +224,51 @@ def integrate(
     scatter = _scatter(source, directions, origin)
     shape = (weighted.QUANTITIES, directions.grid.shape[1], 1 if directions.axisymmetric else directions.grid.shape[0])
 
-    def shifted(number: int) -> tuple[Array, Array, float]:
-        launches, slopes = _launches(source, directions, _lattice(points, number), ground)
-        counts, moments = np.zeros(shape), np.zeros(shape)
-        weighted.fly_weighted(
-            launches, slopes, ground, around, Ricochet.table([law])[0], near, scatter, counts, moments
-        )
-        return counts, moments, float(launches[:, 6].sum())
+    together = max(1, min(SHIFTS, _AT_ONCE // points))
+
+    def shifted(first: int) -> list[tuple[Array, Array]]:
+        shifts = range(first, min(first + together, SHIFTS))
+        lattices = np.concatenate([_lattice(points, number) for number in shifts])
+        launches, slopes = _launches(source, directions, lattices, ground)
+        launches[:, 6] *= len(shifts)
+        made = []
+        for part in range(len(shifts)):
+            counts, moments = np.zeros(shape), np.zeros(shape)
+            rows = slice(part * points, (part + 1) * points)
+            weighted.fly_weighted(
+                launches[rows], slopes[rows], ground, around, Ricochet.table([law])[0], near, scatter, counts, moments,
+                not distance_alone,
+            )  # fmt: skip
+            made.append((counts, moments))
+        return made
 
     with ThreadPoolExecutor(threads or cores()) as pool:
-        parts = list(pool.map(shifted, range(SHIFTS)))
-    found = _whole(parts, directions, criteria)
-    if found.rest[-1] > 0.0:  # whatever comes to rest farther away is counted there
+        parts = [part for made in pool.map(shifted, range(0, SHIFTS, together)) for part in made]
+    integral = _whole(parts, directions, criteria, distance_alone=distance_alone)
+    if integral.fields[..., -1].any() or integral.rest[-1:].any():  # whatever is farther away is counted there
         farther = replace(directions, grid=directions.grid.up_to(EXTENSION * directions.grid.reach))
         return integrate(
             source, farther, criteria, air=air, drag=drag, gravity=gravity, ground=ground, ricochet=law, origin=origin,
-            points=points, threads=threads,
+            points=points, distance_alone=distance_alone, threads=threads,
         )  # fmt: skip
-    return found
+    return integral
 
 
-def _whole(parts: list[tuple[Array, Array, float]], directions: Directions, criteria: Criteria) -> Integral:
+def _whole(
+    parts: list[tuple[Array, Array]], directions: Directions, criteria: Criteria, *, distance_alone: bool
+) -> Integral:
     from flight.kernels import weighted as w
 
-    found = np.stack([_moved(counts, moments, np.diff(directions.grid.edges)) for counts, moments, _ in parts])
-    first = found[:, [w.LANDINGS, w.PATHS]]
-    whole = first + found[:, [w.LANDINGS_AFTER, w.PATHS_AFTER]]
-    rest = found[:, w.REST].mean(axis=0).sum(axis=0)
+    fields = np.stack([_moved(counts, moments, np.diff(directions.grid.edges)) for counts, moments in parts])
+    first = fields[:, [w.LANDINGS, w.PATHS]]
+    whole = first + fields[:, [w.LANDINGS_AFTER, w.PATHS_AFTER]]
+    rest = fields[:, w.REST].mean(axis=0).sum(axis=0)
     hazardous = first[:, 0].sum(axis=(1, 2))
     error = float(hazardous.std(ddof=1) / math.sqrt(len(hazardous)))
     return Integral(
-        directions, np.stack([whole, first]), criteria, rest, float(hazardous.mean()), error, float(rest.sum())
-    )
+        directions, np.stack([whole] if distance_alone else [whole, first]), criteria,
+        rest[:0] if distance_alone else rest, float(hazardous.mean()), error,
+    )  # fmt: skip
 
 
 def _moved(counts: Array, moments: Array, width: Array) -> Array:
@@ -320,9 +337,13 @@ def _elevations(quantiles: Array) -> tuple[Array, Array]:
 
 def _normals(quantiles: Array) -> Array:
     """Normal variates at quantiles, by the inverse of their distribution between its ends."""
+    return np.asarray(np.interp(quantiles, *_normal_quantiles()))
+
+
+@cache
+def _normal_quantiles() -> tuple[Array, Array]:
     grid = np.linspace(-_FARTHEST, _FARTHEST, 24001)
-    below = 0.5 * (1.0 + _erf(grid / math.sqrt(2.0)))
-    return np.asarray(np.interp(quantiles, below, grid))
+    return 0.5 * (1.0 + _erf(grid / math.sqrt(2.0))), grid
 
 
 _erf = np.vectorize(math.erf, otypes=[np.float64])

@@ -79,6 +79,4 @@ def expected_of(sets: Sequence[WeightedCounts], directions: Directions, criteria
         rest[: len(one.rest)] += one.rest / len(sets)
     first = fields[1, :, 0].sum(axis=(1, 2))
     error = float(first.std(ddof=1) / math.sqrt(len(sets)))
-    return Integral(
-        directions, fields, criteria, rest, float(first.mean()), error, float(rest.sum()), "weighted_fragments"
-    )
+    return Integral(directions, fields, criteria, rest, float(first.mean()), error, "weighted_fragments")

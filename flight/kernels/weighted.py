@@ -169,6 +169,29 @@ def _between(before: Array, after: Array, h: float, theta: float, axis: int) -> 
 
 
 @inner_kernel()
+def _landing(before: Array, after: Array, h: float) -> float:
+    """Where on a step (0 to 1) the height falls to zero: Newton's steps from its end, within a bracket."""
+    first, last = h * before[3] / math.hypot(before[2], before[3]), h * after[3] / math.hypot(after[2], after[3])
+    difference = after[1] - before[1]
+    c, d = 3.0 * difference - 2.0 * first - last, first + last - 2.0 * difference
+    low, high, theta = 0.0, 1.0, 1.0
+    for _ in range(60):
+        height = before[1] + theta * (first + theta * (c + theta * d))
+        if height > 0.0:
+            low = theta
+        else:
+            high = theta
+        slope = first + theta * (2.0 * c + theta * 3.0 * d)
+        following = theta - height / slope if slope < 0.0 else low
+        if not low < following < high:
+            following = 0.5 * (low + high)
+        if abs(following - theta) < 1e-12:
+            return following
+        theta = following
+    return theta
+
+
+@inner_kernel()
 def _cell(x: float, near: FluenceCells) -> int:
     """Distance cell of a position, the last one beyond them."""
     x = abs(x)
@@ -206,9 +229,11 @@ def _step(before: Array, after: Array, area: float, ground: float, around: Surro
 @kernel
 def fly_weighted(
     launches: Array, slopes: Array, ground: float, around: Surroundings, surface: Array, near: FluenceCells,
-    scatter: Scatter, counts: Array, moments: Array,
+    scatter: Scatter, counts: Array, moments: Array, to_rest: bool,
 ) -> float:  # fmt: skip
     """Fly fragments (n, LAUNCH_COLUMNS) to rest; returns the number that came to no end.
+
+    Not `to_rest`: no farther than where neither speed nor height can make them hazardous again; none is at rest then.
 
     `slopes` (n, b): facets' slopes at the first impacts over the roughness, taken again in turn beyond; `surface` as of
     `impacts.after_impact`. Adds to `counts` (QUANTITIES, distance, directions) the numbers of fragments, and to
@@ -229,23 +254,20 @@ def fly_weighted(
         sine, cosine = math.sin(launch[5]), math.cos(launch[5])
         before[0], before[1] = launch[2], launch[3]
         before[2], before[3] = launch[4] * cosine, launch[4] * sine
-        lengths[:] = 0
-        profile[:] = 0.0
         impacts = steps = farthest = 0
         ended = False
         while not ended and steps < MOST_STEPS:
+            if not to_rest:
+                left = 0.5 * (before[2] ** 2 + before[3] ** 2) + around.gravity * before[1]
+                if mass * left < near.energy:
+                    ended = True
+                    break
             steps += 1
             h = _step(before, after, area, ground, around)
             until = 1.0
             landed = after[1] <= 0.0
             if landed:
-                low, high = 0.0, 1.0
-                for _ in range(40):
-                    until = 0.5 * (low + high)
-                    if _between(before, after, h, until, 1) > 0.0:
-                        low = until
-                    else:
-                        high = until
+                until = _landing(before, after, h)
             if near.height > 0.0:
                 _count_step(before, after, h, until, mass, near, lengths, min(impacts, 1))
             if landed:
@@ -271,19 +293,26 @@ def fly_weighted(
         farthest = _cell(before[0], near) + 1
         if not ended:
             lost += launch[6]
-        if near.height > 0.0:
-            for leg in range(2):
-                for j in range(farthest):
-                    profile[PATHS + leg, j] = lengths[leg, 0, j] / (PER_METRE * near.height)
         if scatter.azimuths.shape[0] == 0:
             weights[0], used = launch[6], 1
         else:
             used = _weights(launch, sine, cosine, scatter, weights, shifts, where)
+        if near.height > 0.0:
+            for leg in range(min(impacts, 1) + 1):
+                for j in range(farthest):
+                    if lengths[leg, 0, j] > 0:
+                        profile[PATHS + leg, j] = lengths[leg, 0, j] / (PER_METRE * near.height)
+                        lengths[leg, 0, j] = 0
         for quantity in range(QUANTITIES):
+            if impacts < 2 and quantity == LANDINGS_AFTER:
+                continue
+            if impacts == 0 and quantity in (LANDINGS, PATHS_AFTER, REST):
+                continue
             for j in range(farthest):
                 amount = profile[quantity, j]
                 if amount == 0.0:
                     continue
+                profile[quantity, j] = 0.0
                 for n in range(used):
                     counts[quantity, j, where[n]] += amount * weights[n]
                     moments[quantity, j, where[n]] += amount * shifts[n]

@@ -97,6 +97,8 @@ def _text(fault: ErrorDetails, model: type[BaseModel]) -> str:
         names, key = sorted(_keys_beside(fault["loc"], model)), str(fault["loc"][-1])
         close = _closest(key, names)
         hint = _belongs(key, model) if close is None else f' (did you mean "{close}"?)'
+        if key == "bearing":
+            hint = " (directions are azimuths here, from +x counter-clockwise)"
         return f"unknown key{hint}; allowed here: {', '.join(names)}"
     if kind == "missing":
         return f"missing; needed: {_needed(fault['loc'], model)}"

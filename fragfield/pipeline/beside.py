@@ -41,7 +41,7 @@ def burst_beside(case: CaseTable, folder: Path, team: Team) -> Burst:
 
 
 def flown_beside(
-    case: CaseTable, snapshot: Snapshot, threads: int = 1, attitude: Turned | None = None
+    case: CaseTable, snapshot: Snapshot, threads: int = 1, attitude: Turned | None = None, *, sample: bool = False
 ) -> tuple[FlownEnsemble, int]:
     """The numbers of a run without files; realisations are flown where it has exposed sites, or no other way.
 
@@ -55,6 +55,8 @@ def flown_beside(
         How many work on it.
     attitude : Turned, optional
         As of a `Job`.
+    sample : bool
+        As of an `Integrand`.
 
     Returns
     -------
@@ -69,8 +71,9 @@ def flown_beside(
     nowhere = RunDirectory(Path())
     options = RunOptions(nowhere.path, threads=threads, lean=True)
     job = Job(
-        case, nowhere, nowhere, Team(), ProgressReporter(enabled=False), options, attitude=attitude, numbers_alone=True
-    )
+        case, nowhere, nowhere, Team(), ProgressReporter(enabled=False), options, attitude=attitude, numbers_alone=True,
+        sample=sample,
+    )  # fmt: skip
     if not case.exposed:
         solved, _, _ = Realisations(job, (), broken).solve()
         if solved is not None:

@@ -30,6 +30,8 @@ if TYPE_CHECKING:
 FARTHEST_ORIGIN = 1.0  # m: distances of launches from the origin count to first order
 LONGEST_FLIGHT = 600.0  # s: no fragment flies longer
 DIRECTED = 4  # times the points of a distance over all azimuths, for one in a worst direction
+SAMPLE_POINTS = 512
+"""Points of a sample of a study."""
 COARSE, FINE = 15.0, 5.0  # degrees from one inclination to the next: of all, then beside the worst
 
 
@@ -70,6 +72,8 @@ class Integrand:
     case: CaseTable
     intensity: Intensity
     threads: int
+    sample: bool = False
+    """Whether the distance alone is wanted, of a sample of a study: by fewer points, which are those of all samples."""
 
     def integral(self, attitude: Turned | None = None, *, finely: bool = True) -> Integral:
         """The expected numbers of fragments, in an attitude of the arrangement or as it stands.
@@ -95,8 +99,9 @@ class Integrand:
         names = ("air", "drag", "gravity", "ground", "ricochet", "origin")
         return integrate(
             intensity, Directions(grid, basis, kernel_degrees(case), used), hazard_criteria(case),
-            **{name: arguments[name] for name in names}, threads=self.threads,
-            points=POINTS if basis == "all_azimuths" or not finely else DIRECTED * POINTS,
+            **{name: arguments[name] for name in names}, threads=self.threads, distance_alone=self.sample,
+            points=(SAMPLE_POINTS if self.sample else POINTS)
+            * (1 if basis == "all_azimuths" or not finely else DIRECTED),
         )  # fmt: skip
 
     def solve(self, attitude: Turned | None = None) -> Solved:

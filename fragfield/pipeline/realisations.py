@@ -84,7 +84,9 @@ class Realisations:
         if method == "weighted_fragments":
             return WeightedFlights(job.case, self._prepared, job.team, job.cores).solve(), method, reason
         intensity = self._prepared.intensity() if job.team.first else None
-        solved = None if intensity is None else Integrand(job.case, intensity, job.cores).solve(job.attitude)
+        solved = (
+            None if intensity is None else Integrand(job.case, intensity, job.cores, job.sample).solve(job.attitude)
+        )
         return solved, method, ""
 
     def prepare(self) -> None:

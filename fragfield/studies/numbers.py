@@ -71,8 +71,8 @@ def _kept(key: object, make: Callable[[], Burst]) -> Burst:
     return _last[key]
 
 
-def flown_parts(case: CaseTable, burst: Burst, threads: int = 1) -> dict[str, Any]:
-    """Break the casings up and fly the fragments as a run does, to the same numbers.
+def flown_parts(case: CaseTable, burst: Burst, threads: int = 1, *, sample: bool = False) -> dict[str, Any]:
+    """Break the casings up and fly the fragments as a run does, to the same numbers; a `sample` with fewer points.
 
     Returns
     -------
@@ -84,7 +84,7 @@ def flown_parts(case: CaseTable, burst: Burst, threads: int = 1) -> dict[str, An
 
     summary, snapshot = burst
     began = time.perf_counter()
-    flown, fragments = flown_beside(case, snapshot, threads)
+    flown, fragments = flown_beside(case, snapshot, threads, sample=sample)
     return {
         "burst": summary,
         "break_up": {"fragments": fragments},

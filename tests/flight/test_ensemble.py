@@ -155,6 +155,16 @@ def test_files_hold_the_ensemble(basis: str, tmp_path: Path) -> None:
         read_ensemble(tmp_path / "other.h5")
 
 
+def test_a_density_below_zero_by_round_off_is_none(tmp_path: Path) -> None:
+    found = ensemble(3)
+    density = found.expected.density.copy()
+    density[:, -3:] = -4e-14
+    write_ensemble(replace(found, expected=replace(found.expected, density=density)), {}, tmp_path)
+    table = read_columns(tmp_path / "hazard_by_distance.csv")
+    assert (table["normal_density_1_m2"][-3:] == 0.0).all()
+    assert (table["probability"][-3:] == 0.0).all()
+
+
 def test_what_is_not_determined_has_no_distance_in_any_file(tmp_path: Path) -> None:
     found = replace(ensemble(3), undetermined="none landed")
     write_ensemble(found, {}, tmp_path)

@@ -99,7 +99,7 @@ def test_ranges_in_vacuum_are_those_of_parabolas() -> None:
     fine = np.linspace(-0.6, 1.4, 2001)
     weight = np.array([density(e) for e in fine]) * (fine[1] - fine[0])
     assert weight.sum() == pytest.approx(1.0, abs=1e-6)
-    assert found.number == pytest.approx(spray.number, rel=0.01)
+    assert found.rest.sum() == pytest.approx(spray.number, rel=0.01)
     ranges = np.array([reach(e) for e in fine])
     for distance in (250.0, 300.0, 340.0):
         cell = int(np.searchsorted(GRID.edges, distance))
@@ -214,3 +214,14 @@ def test_messages(change, message) -> None:
     spray = Spray(scatter=change.pop("scatter", SCATTER))
     with pytest.raises(flight.InputError, match=message):
         integrate(spray, UPRIGHT, Criteria(), **change)
+
+
+@pytest.mark.parametrize("directions", [UPRIGHT, DIRECTED], ids=["upright", "directed"])
+def test_the_distance_alone_is_that_of_whole_flights(directions: Directions) -> None:
+    """Flights that end where nothing makes them hazardous again count the same."""
+    whole, short = (integrate(Spray(), directions, Criteria(), points=256, distance_alone=one) for one in (False, True))
+    assert short.fields[0] == pytest.approx(whole.fields[0], rel=1e-12)
+    assert short.expected().distance == pytest.approx(whole.expected().distance, rel=1e-12)
+    assert short.expected().without_ricochet is None
+    assert math.isnan(short.throw)
+    assert whole.throw > 0.0

@@ -213,6 +213,7 @@ INPUTS = {
     "the casing a thousand times too heavy": checked(ROUND.replace("attitude", 'expected = { casing = "34530 kg" }\nattitude'), 2, "give 34.53 kg, 1000 times less"),
     "a name of dollars and brackets": checked(ROUND.replace('"shell"', '"a [red]b[/red] {0} $a^{b$"'), 0, "a [red]b[/red] {0} $a^{b$"),
     "a wind by bearing": checked(ROUND + SITE + '[flight.wind]\nmodel = "constant"\nspeed = "36 km/h"\ntowards = "90 deg"\n', 0, "wind: 10 m/s towards bearing 0° (N) at all heights", never=("360°",)),
+    "a round that lies by bearing": checked(ROUND.replace('"upright"', '"lying"\nbearing = "90 deg"'), 2, "round[1].bearing: unknown key (directions are azimuths here, from +x counter-clockwise); allowed here:", "azimuth"),
     "a wind whose heights fall": checked(ROUND + '[flight.wind]\nmodel = "profile"\nheights = ["0 m", "50 m", "10 m"]\nspeeds = ["1 m/s", "5 m/s", "3 m/s"]\ndirections = ["0 deg", "0 deg", "0 deg"]\n', 2, "flight.wind.heights: found [0.0, 50.0, 10.0]"),
     # works and obstacles
     "works close by": checked(ROUND + ring(3, 4.5), 0, "at least 204 m (disposal in the open, incomplete)", "Apply 1,185 m unless the authority agrees"),

@@ -10,6 +10,8 @@ import pytest
 
 from tests.transition.meridian import Meridian
 from transition import BreakUp, BreakUpSettings
+from transition.cells.meridian import node_shares
+from transition.placement.means import mean_states
 
 POINTS, REALISATIONS = 2**15, 60
 
@@ -81,3 +83,38 @@ def test_moved_velocities_move_it_as_little(snapshot):
     one, other = (BreakUp(state, broken.settings).intensity().at(points(512)) for state in (broken.snapshot, moved))
     assert np.array_equal(one.mass, other.mass)
     assert other.radial == pytest.approx(one.radial * (1.0 + 1e-6), rel=1e-9)
+
+
+def test_every_piece_of_metal_counts_alike(snapshot):
+    """So that mass and momentum along the axis are kept, at the edges of a segment too."""
+    segment = BreakUp(snapshot, BreakUpSettings(mean_mass=0.004)).intensity().segments[0]
+    one = np.zeros_like(segment.state)
+    share = np.zeros(len(one))
+    np.add.at(share, segment.corners, node_shares(segment.reference[segment.corners]) * segment.mass[:, None])
+    share /= share.sum()
+    for node in range(len(share)):
+        one[:] = 0.0
+        one[node, 3] = 1.0
+        kept = mean_states(segment.sheet, segment.reference, share, one)[1][:, :, 3] @ share
+        assert kept == pytest.approx(share[node], rel=0.02)
+
+
+def test_means_are_those_of_the_fragments_that_are_drawn(tmp_path):
+    """Metal that shears through a thick wall: how widely the polar angles of fragments of three classes of mass lie."""
+    wall = Meridian(
+        inner=0.05, velocity=lambda r, z: np.column_stack([np.full(r.shape, 1000.0), 2e4 * (r / 1.9 - 0.06375)])
+    )
+    broken = BreakUp(wall.write(tmp_path / "burst_snapshot.h5"), BreakUpSettings(mean_mass=0.01, direction_scatter=0.0))
+    rings = broken.intensity().at(points())
+
+    def spread(mass, angle, weight):
+        for low, high in ((2e-3, 6e-3), (6e-3, 2e-2), (2e-2, 0.1)):
+            mine = (mass > low) & (mass < high)
+            mean = np.average(angle[mine], weights=weight[mine])
+            yield np.sqrt(np.average((angle[mine] - mean) ** 2, weights=weight[mine]))
+
+    drawn = broken.many(3, range(20))
+    mass, along = np.concatenate([one.mass for one in drawn]), np.concatenate([one.velocity[:, 2] for one in drawn])
+    angle = np.arccos(along / np.concatenate([one.speed for one in drawn]))
+    found = list(spread(rings.mass, np.arctan2(rings.radial, rings.axial), rings.number))
+    assert found == pytest.approx(list(spread(mass, angle, np.ones(len(mass)))), rel=0.1)

@@ -61,7 +61,7 @@ class Sheet:
         if radius.min() < _SOLID * radius.max():
             middle, factors = None, np.array([stretch, stretch, 1.0 / stretch**2])
         else:
-            middle = np.polyfit(height, radius, _DEGREE if np.ptp(height) > 0.0 else 0)
+            middle = np.polyfit(height, radius, min(_DEGREE, len(np.unique(height.round(6))) - 1))
             factors = np.array([2.0 * np.pi * radius.mean() * stretch, 1.0, 1.0 / stretch])
         coordinates = _coordinates(reference, middle)
         low, high = coordinates.min(axis=0), coordinates.max(axis=0)
@@ -72,6 +72,29 @@ class Sheet:
         sides = np.argsort(-lengths)
         return cls(tuple(sides), lengths[sides], low[sides], high[sides], middle)
 
+    @property
+    def _blocks(self) -> tuple[int, int]:
+        """Cubes of the curve along the longest side, and halvings of their depth."""
+        blocks = max(1, round(self.lengths[0] / self.lengths[1]))
+        return blocks, min(max(0, round(np.log2(self.lengths[1] / self.lengths[2]))), 8)
+
+    def meridian(self, reference: Array) -> tuple[Array, float | None]:
+        """Coordinates (k, 2) of points in the meridian in units in which runs of the curve are as long as wide.
+
+        `reference` (k, 2): their radius and height before the burst (m). Of a wall with the units of a radian about
+        the axis; of a disc, whose first coordinate is the distance from the axis, None.
+        """
+        blocks, flat = self._blocks
+        scale = np.empty(3)
+        scale[list(self.sides)] = blocks, 1.0, 0.5**flat
+        scale /= self.high - self.low
+        radius, height = reference.T
+        if self.middle is None:
+            radius = np.maximum(radius, 1e-9)
+            return np.column_stack([np.sqrt(scale[0] * scale[1]) * radius, scale[2] * height]), None
+        depth = radius - np.polyval(self.middle, height)
+        return np.column_stack([scale[2] * depth, scale[1] * height]), float(scale[0] / (2.0 * np.pi))
+
     def order(self, reference: Array, uniform: Array) -> NDArray[np.int64]:
         """Order (p,) of points along a random curve; `uniform` (`CURVE_DRAWS`,): the numbers that settle it."""
         cosine, sine = np.cos(2.0 * np.pi * uniform[0]), np.sin(2.0 * np.pi * uniform[0])
@@ -81,8 +104,7 @@ class Sheet:
             unit[:, side] = np.interp(unit[:, side], _stretched(splits), np.linspace(0.0, 1.0, _SPLITS + 2))
             if mirror < 0.5:
                 unit[:, side] = 1.0 - unit[:, side]
-        blocks = max(1, round(self.lengths[0] / self.lengths[1]))
-        flat = min(max(0, round(np.log2(self.lengths[1] / self.lengths[2]))), 8)
+        blocks, flat = self._blocks
         row = len(reference).bit_length()
         deep = max(1, (row + _CELLS_PER_POINT - blocks.bit_length() - 2 * flat) // 3)
         # Numbers that hold the point's own differ, so that every way of sorting gives the same order.

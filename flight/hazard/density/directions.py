@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cached_property
-from typing import TYPE_CHECKING
+from functools import cached_property, lru_cache
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -120,10 +120,18 @@ class Directions:
             share += np.diff(_raised_cosine(gap + turn, half), axis=1)
         return share
 
-    @cached_property
+    @property
     def radial(self) -> RadialSmoothing:
         """Smoothing over distance."""
-        return RadialSmoothing(self.grid)
+        grid = self.grid
+        return _radial(grid.sectors, grid.cuts, grid.cell, grid.cells)
+
+
+@lru_cache(maxsize=4)
+def _radial(*grid: Any) -> RadialSmoothing:
+    from flight.fluence import PolarGrid
+
+    return RadialSmoothing(PolarGrid(*grid))
 
 
 class RadialSmoothing:

@@ -27,7 +27,7 @@ def _made(request: Mapping[str, Any]) -> dict[str, Any]:
     case = case_from_document(request["case"], source="sample", folder=Path())
     shared = request.get("burst")
     burst = shared_burst(Path(shared)) if shared else burst_of(case, Path(request["scratch"]))
-    return results_of_summary(flown_parts(case, burst))
+    return results_of_summary(flown_parts(case, burst, sample=True))
 
 
 def results_of_summary(summary: Mapping[str, Any]) -> dict[str, Any]:
