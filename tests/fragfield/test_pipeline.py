@@ -105,6 +105,9 @@ def test_an_ensemble_is_flown_and_its_first_realisation_is_that_of_the_files(who
     assert summary["hazard"]["realisations"] == found.expected.realisations >= found.realisations
     own, stored = found.headline, summary["hazard"]
     assert own.pop("without_ricochet").items() <= stored["without_ricochet"].items()
+    assert stored["method"] == "weighted_fragments"
+    of_realisations = {own.pop("method"), own.pop("largest_throw")}  # the file holds no weighted fragments
+    assert "realisations" in of_realisations
     assert own.items() <= stored.items()
     assert summary["hazard"]["basis"] == "all_azimuths"
     assert summary["hazard"]["determined"] is True
@@ -141,7 +144,8 @@ def test_a_report_has_number_and_names_of_the_case_file_and_the_digest_of_its_nu
 
 
 @pytest.mark.dolfinx
-def test_one_realisation_leaves_nothing_of_an_earlier_ensemble(run_copy, short_case):
+def test_one_realisation_leaves_nothing_of_an_earlier_ensemble(run_copy, short_case, monkeypatch):
+    monkeypatch.setattr("fragfield.pipeline.weighted.why_not_weighted", lambda _: "as rounds that may meet")
     changed = short_case.with_name("one.toml")
     changed.write_text(SHORT.replace("realisations = 8", "realisations = 1"))
     first = (run_copy / "fragments.h5").read_bytes()

@@ -142,7 +142,7 @@ def test_rounds_that_stand_far_apart_do_not_meet(broken):
     one = broken.fragments(1)
     for apart, meet in ((2.0, True), (12.0, False)):
         both = flight.Fragments(
-            np.tile(one.mass, 2), np.concatenate([one.position, one.position + (apart, 0.0, 0.0)]),
+            np.tile(one.mass, 2), np.concatenate([one.position, one.position + np.array([apart, 0.0, 0.0])]),
             np.tile(one.velocity, (2, 1)), 2600.0, np.repeat([0, 1], len(one)),
         )  # fmt: skip
         contacts = flight.fly(both, contact=flight.Contact(between="rounds")).contacts
