@@ -168,6 +168,8 @@ def _check_lines(file: Iterable[bytes], size: int) -> bool:
             # 1e300, inf and nan would become the largest number of a node there is.
             shown = line[:40].decode(errors="replace").split()[:1]
             raise InputError(f"not a readable gmsh mesh (found {shown} as a node's number; allowed: whole numbers)")
+    if not meshes:
+        raise InputError("not a readable gmsh mesh (found no $MeshFormat)")
     if meshes > 1:
         words = ", as gmsh appends a view: save the mesh without its views" if has_view else ""
         raise InputError(f"{meshes} meshes in one file{words}; allowed: one")

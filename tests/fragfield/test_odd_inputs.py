@@ -190,6 +190,29 @@ def pieces(mass, x=0):
     return f"mass_kg,vx_m_s,vy_m_s,vz_m_s,x_m,y_m,z_m\n{mass},500,0,100,{x},0,1\n{mass},0,500,100,{x},0,1\n"
 
 
+def mesh(tags, names=("casing", "charge"), kind=5, corners="1 2 3 4 5 6 7 8"):
+    """A cube in a file of gmsh, once for each tag of a physical volume."""
+    cube = ((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1))
+    parts = {
+        "MeshFormat": ["2.2 0 8"],
+        "PhysicalNames": [len(names), *(f'3 {number} "{name}"' for number, name in enumerate(names, 1))],
+        "Nodes": [len(cube), *("{} {} {} {}".format(number, *node) for number, node in enumerate(cube, 1))],
+        "Elements": [len(tags), *(f"{number} {kind} 2 {tag} 1 {corners}" for number, tag in enumerate(tags, 1))],
+    }
+    return "".join(
+        f"${name}\n" + "".join(f"{line}\n" for line in lines) + f"$End{name}\n" for name, lines in parts.items()
+    )
+
+
+def meshed(data, *words):
+    return checked(ROUND.replace('profile = "m107"', 'mesh = "m.msh"\nmesh_unit = "mm"'), 2, *words, **{"m.msh": data})
+
+
+def ranged(*words, said):
+    stack = '[stack]\narrangement = "row"\ncount = 4\ngap = "50 mm"\n'
+    return Input({"case.toml": ROUND + stack}, (words[0], "case.toml", *words[1:]), 2, (said,))
+
+
 MASSES = "zone;number;mean mass (g);speed (m/s)\n"
 HALL = {"kind": "building", "length": "9 m", "width": "9 m", "height": "3 m"}
 
@@ -242,6 +265,14 @@ INPUTS = {
     "an outline drawn twice": drawn(beside(outline), 0, "11.73", "that were there twice left out"),
     "an outline that is invisible": drawn(lambda d, c: outline(d, c, invisible=1), 2, "only 1 on a layer that is off or frozen, or invisible"),
     "an empty drawing": drawn(lambda d, c: None, 2, "found no line, arc, circle, ellipse, spline or polyline in the model space"),
+    # meshes of others, ranges of studies
+    "a mesh of tetrahedra": meshed(mesh([1], kind=4, corners="1 2 3 5"), "1 cells of type 'tetra' in group 'casing'"),
+    "a volume in two groups": meshed(mesh([1, 2]), "1 hexahedra belong to the physical volumes 'casing' and 'charge'"),
+    "a group of another name": meshed(mesh([1], names=("shell",)), "physical volume 'shell' is unknown"),
+    "an empty mesh": meshed("", "m.msh: not a readable gmsh mesh (found no $MeshFormat)"),
+    "a limit without a unit": ranged("limit", "stack.count=1..4", "--distance", "300", said='--distance: found "300" without a unit'),
+    "a limit that falls": ranged("limit", "stack.count=4..1", "--distance", "300 m", said="needed: a range that rises"),
+    "a sweep of bare numbers": ranged("sweep", "burst.cell_size=8,6", said="burst.cell_size: found the bare number 8 without a unit"),
     # tables of tests
     "a hidden column": imported(book(hidden("column_dimensions", "C")), 0, "hidden columns: 1 (they are read)", "total mass: 13.5 kg"),
     "a filtered row": imported(book(hidden("row_dimensions", 3)), 0, "hidden rows: 1 (by a filter or by hand; they are read)", "pieces: 700"),
