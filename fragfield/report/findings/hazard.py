@@ -23,7 +23,7 @@ _ADVICE = {
     "hazard.tolerance) and smaller cells do not",
     "oscillating": "the sizes differ to both sides, which is in the recommended distance, and a further size need not "
     "reduce it",
-    "diverging": "the sizes do not converge, and the recommended distance includes what they differ by, times 3",
+    "diverging": "the sizes do not converge, and what they differ by is in the recommended distance",
 }
 _MOST_TOLERANCES = 3.0  # of hazard.tolerance, that the cells may add
 
