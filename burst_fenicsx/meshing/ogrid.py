@@ -109,7 +109,7 @@ def mesh_profile(
         Jacobian of 0.2 (the message says where) or is too fine for the cells (a mass off by more than 2 %).
     """
     _check_ends(profile)
-    counts = grid_counts(profile, cell_size, even_core=bool(cuts))
+    counts = grid_counts(profile, cell_size)
     turn = turn_to(cuts, axis)
     grid = cut_section(section_grid(counts.core, counts.rings, counts.wall), turn, axis, cuts)
     stations = counts.stations

@@ -94,13 +94,13 @@ def check_mesh_size(profile: Profile, cell_size: float) -> float:
     return target
 
 
-def grid_counts(profile: Profile, cell_size: float, *, even_core: bool = False) -> GridCounts:
+def grid_counts(profile: Profile, cell_size: float) -> GridCounts:
     """Choose the counts so that the mean cell is `cell_size` cubed and cells are as even as the shape lets them.
 
     The wall gets its mean thickness over the cell size, but never fewer than three cells. The other counts and the
     axial spacing (within a quarter of the cell size) are those of the smallest misfit: of the number of cells to volume
-    over cell size cubed, of core, ring and wall cells to each other, and of the spacing to the cell size. With
-    `even_core` the core's side has an even number of cells, so that its centre lines are lines of the grid.
+    over cell size cubed, of core, ring and wall cells to each other, and of the spacing to the cell size. The core's
+    side has an even number of cells, so that planes of symmetry are planes of the grid, whether they cut it or not.
 
     Raises
     ------
@@ -124,7 +124,7 @@ def grid_counts(profile: Profile, cell_size: float, *, even_core: bool = False) 
         empty = 0
         if profile.volumes().void > 0.0:
             empty = int(np.count_nonzero((centres > profile.cavity.start) & (centres < profile.charge_front)))
-        for core in range(FEWEST_CORE_CELLS, max(FEWEST_CORE_CELLS + 2, int(around / 2.0)), 2 if even_core else 1):
+        for core in range(FEWEST_CORE_CELLS, max(FEWEST_CORE_CELLS + 2, int(around / 2.0)), 2):
             core_cell = 0.5 * np.pi * 0.5 * (CORE_RADIUS + CORE_SIDE_RADIUS) * inner / core
             ring_width = 2.0 * np.pi * (inner - 0.5 * ring_depth) / (4 * core)
             outer_width = 2.0 * np.pi * outer / (4 * core)

@@ -21,7 +21,7 @@ from __future__ import annotations
 import math
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from functools import cache, cached_property
+from functools import cache, cached_property, lru_cache
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
@@ -227,12 +227,10 @@ def integrate(
     together = max(1, min(SHIFTS, _AT_ONCE // points))
 
     def shifted(first: int) -> list[tuple[Array, Array]]:
-        shifts = range(first, min(first + together, SHIFTS))
-        lattices = np.concatenate([_lattice(points, number) for number in shifts])
-        launches, slopes = _launches(source, directions, lattices, ground)
-        launches[:, 6] *= len(shifts)
+        rule = _rule(points, first, min(first + together, SHIFTS))
+        launches, slopes = _launches(source, directions, rule, ground), rule[3]
         made = []
-        for part in range(len(shifts)):
+        for part in range(len(launches) // points):
             counts, moments = np.zeros(shape), np.zeros(shape)
             rows = slice(part * points, (part + 1) * points)
             weighted.fly_weighted(
@@ -280,6 +278,14 @@ def _moved(counts: Array, moments: Array, width: Array) -> Array:
     return np.asarray(counts - np.diff(across, axis=-1))
 
 
+@lru_cache(maxsize=SHIFTS)
+def _rule(points: int, first: int, last: int) -> tuple[Array, Array, Array, Array]:
+    """Points (n, 3) for the source, elevations (n,) in rad, weights over densities (n,), slopes: of several shifts."""
+    lattice = np.concatenate([_lattice(points, shift) for shift in range(first, last)])
+    elevation, per_angle = _elevations(lattice[:, 3])
+    return lattice[:, :3], elevation, 1.0 / (points * per_angle), _normals(lattice[:, 4 : 4 + _SLOPES])
+
+
 def _lattice(points: int, shift: int) -> Array:
     """Points (n, 8) of the lattice rule, shifted by multiples of irrational numbers."""
     number = np.arange(points, dtype=np.uint64)[:, None]
@@ -288,19 +294,19 @@ def _lattice(points: int, shift: int) -> Array:
     return np.asarray((exact / points + shift * roots + shift / (SHIFTS * points)) % 1.0)
 
 
-def _launches(source: Source, directions: Directions, points: Array, ground: float) -> tuple[Array, Array]:
-    """Launches for the kernel, and the slopes that they meet."""
+def _launches(source: Source, directions: Directions, rule: tuple[Array, Array, Array, Array], ground: float) -> Array:
+    """Launches for the kernel."""
     from flight.kernels import weighted
 
-    rings = source.at(points[:, :3])
-    elevation, per_angle = _elevations(points[:, 3])
+    points, elevation, weight, _ = rule
+    rings = source.at(points)
     speed = np.hypot(rings.radial, rings.axial)
     polar = np.arctan2(np.abs(rings.radial), rings.axial)
     up = source.axis[2]
     launches = np.zeros((len(points), weighted.LAUNCH_COLUMNS))
     launches[:, 0] = rings.mass
     launches[:, 1] = 0.5 * (rings.mass / source.shape_factor) ** (2.0 / 3.0) / rings.mass
-    number = rings.number / (len(points) * per_angle)
+    number = rings.number * weight
     # How high a fragment starts that flies at this elevation without scatter.
     with np.errstate(divide="ignore", invalid="ignore"):
         upward = np.where(rings.radial != 0.0, (np.sin(elevation) - np.cos(polar) * up) / np.sin(polar), 0.0)
@@ -319,7 +325,7 @@ def _launches(source: Source, directions: Directions, points: Array, ground: flo
         number = number * density * 2.0 * math.pi * np.cos(elevation)
     launches[:, 6], launches[:, 7] = number, polar
     launches[:, 8], launches[:, 9] = rings.station, rings.radius
-    return launches, _normals(points[:, 4 : 4 + _SLOPES])
+    return launches
 
 
 def _elevations(quantiles: Array) -> tuple[Array, Array]:
@@ -337,13 +343,9 @@ def _elevations(quantiles: Array) -> tuple[Array, Array]:
 
 def _normals(quantiles: Array) -> Array:
     """Normal variates at quantiles, by the inverse of their distribution between its ends."""
-    return np.asarray(np.interp(quantiles, *_normal_quantiles()))
-
-
-@cache
-def _normal_quantiles() -> tuple[Array, Array]:
     grid = np.linspace(-_FARTHEST, _FARTHEST, 24001)
-    return 0.5 * (1.0 + _erf(grid / math.sqrt(2.0))), grid
+    below = 0.5 * (1.0 + _erf(grid / math.sqrt(2.0)))
+    return np.asarray(np.interp(quantiles, below, grid))
 
 
 _erf = np.vectorize(math.erf, otypes=[np.float64])

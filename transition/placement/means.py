@@ -36,8 +36,9 @@ def mean_states(sheet: Sheet, reference: Array, share: Array, state: Array) -> t
     """
     plane, per_radian = sheet.meridian(reference)
     axial, radial = _weights(plane.tobytes(), share.tobytes(), per_radian)
-    states = axial @ state
-    states[..., [0, 2]] = radial @ state[:, [0, 2]]
+    states = np.empty((len(_LEVELS), *state.shape))
+    for weights, columns in ((radial, [0, 2]), (axial, [1, 3])):
+        states[..., columns] = (weights.reshape(-1, len(state)) @ state[:, columns]).reshape(*states.shape[:2], 2)
     return _LEVELS, states
 
 
