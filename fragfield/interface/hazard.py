@@ -80,7 +80,7 @@ class HazardDistance:
 
     @property
     def upper(self) -> float | None:
-        """Its one-sided 95 % upper bound (m), of the integral or over realisations; None for a single realisation."""
+        """Its one-sided 95 % upper bound (m), by points or over realisations; None for a single realisation."""
         return self._optional("upper")
 
     @property
