@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from flight.hazard.density.distance import ExpectedDistance
     from flight.hazard.ensemble import EnsembleHazard
     from fragfield.case import CaseTable
-    from fragfield.pipeline.ensemble import FlownEnsemble
+    from fragfield.pipeline.flown import FlownEnsemble
     from fragfield.pipeline.job import Job
     from transition import BreakUp
 

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from fragfield.case import CaseTable
     from fragfield.case.conversion.turned import Turned
-    from fragfield.pipeline.ensemble import FlownEnsemble
+    from fragfield.pipeline.flown import FlownEnsemble
     from transition import Snapshot
 
     Burst = tuple[Mapping[str, Any], Snapshot]

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from fragfield.case import CaseTable
-    from fragfield.pipeline.ensemble import FlownEnsemble
+    from fragfield.pipeline.flown import FlownEnsemble
     from fragfield.pipeline.job import Job
 
 

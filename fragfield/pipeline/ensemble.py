@@ -12,10 +12,12 @@ import math
 import time
 import warnings
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+
+from fragfield.pipeline.flown import FlownEnsemble, above_ground
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -23,10 +25,9 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from flight import FlightProgress, FlightResult, Fragments, HeightMap
-    from flight.hazard.ensemble import EnsembleHazard
+    from flight import FlightProgress, FlightResult, Fragments
     from flight.hazard.integral import Integral
-    from flight.hazard.pool import Completeness, FlightCounts
+    from flight.hazard.pool import FlightCounts
     from fragfield.case.conversion.turned import Turned
     from fragfield.hazard.exposed import ExposedCounts
     from fragfield.pipeline.job import Job
@@ -38,33 +39,6 @@ _AT_ONCE = 48  # realisations of a batch
 _FEWEST_MORE = 12
 
 _log = logging.getLogger(__name__)
-
-
-@dataclass(frozen=True, eq=False)
-class FlownEnsemble:
-    """What the flights of all realisations gave."""
-
-    first: FlightResult | None
-    """The first realisation's flight, row by row; None where none was flown."""
-    hazard: EnsembleHazard
-    """Over all."""
-    witnesses: dict[str, NDArray[Any]]
-    """dict from a surface's name to (n, s) arrays of flight.hazard.density.sectors.SECTOR_HITS: hits by realisation and
-    sector, of the realisations that are kept."""
-    completeness: Completeness
-    """How the flights of all fragments ended."""
-    more: bool
-    """Whether more realisations could be made."""
-    exposed: list[dict[str, Any]]
-    """What the exposed sites of the case meet, as in summary.json."""
-    flights: int
-    """Realisations flown, in all attitudes."""
-    attitude: Turned | None = None
-    """The worst one of mixed attitudes, to which all else belongs."""
-    curve: list[dict[str, Any]] = field(default_factory=list)
-    """Distances over mixed attitudes, as `hazard.attitude.curve` of summary.json."""
-    not_integrated_because: str = ""
-    """Why the distance is no integral over a table of points; empty where it is."""
 
 
 def break_up_all(job: Job, snapshot_file: Path) -> tuple[BreakUpResult, list[Fragments]] | None:
@@ -323,22 +297,3 @@ class Flights:
 def _seed(seed: int, number: int) -> int:
     """Seed of what is drawn in the flight of a realisation, which is independent of the others."""
     return int(np.random.SeedSequence(seed, spawn_key=(number,)).generate_state(1, np.uint64)[0]) if number else seed
-
-
-def above_ground(fragments: Fragments, ground: float | HeightMap, *, warn: bool = True) -> Fragments:
-    """Fragments on or above the ground: a burst without a plane there may have driven a casing into it."""
-    x, y, z = fragments.position.T
-    height = np.full(len(z), ground) if isinstance(ground, float) else ground.at(x, y)
-    below = z < height
-    if not below.any():
-        return fragments
-    if warn:
-        _log.warning(
-            "%d fragments (%.3g kg) were up to %.3g m below the ground at the end of the burst; they start on "
-            "its surface",
-            int(below.sum()), float(fragments.mass[below].sum()), float((height - z).max()),
-            extra={"code": "below_ground"},
-        )  # fmt: skip
-    position = fragments.position.copy()
-    position[:, 2] = np.maximum(z, height)
-    return replace(fragments, position=position)

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from flight.hazard.integral import Integral
     from fragfield.case import CaseTable
     from fragfield.case.conversion.turned import Turned
-    from fragfield.pipeline.ensemble import FlownEnsemble
+    from fragfield.pipeline.flown import FlownEnsemble
     from transition.intensity import Intensity
 
 
@@ -146,7 +146,7 @@ class Solved:
     def flown(self, case: CaseTable) -> FlownEnsemble:
         """What a run of a case gives, without what single events do."""
         from fragfield.hazard.certainty import beyond_map_words
-        from fragfield.pipeline.ensemble import FlownEnsemble
+        from fragfield.pipeline.flown import FlownEnsemble
 
         found = self._hazard(case.hazard.tolerance)
         unended = self.completeness.reason if self.completeness.fragments else ""

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from flight.arena import MOTT
 from fragfield.pipeline.arena import arena_basis, arena_realisation
-from fragfield.pipeline.ensemble import above_ground
+from fragfield.pipeline.flown import above_ground
 
 if TYPE_CHECKING:
     from flight.arena import ArenaTable

@@ -15,7 +15,7 @@ from flight.hazard.weighted import count_weighted, expected_of
 from fragfield.case.conversion.attitude import is_mixed
 from fragfield.case.conversion.clearance import min_clearance
 from fragfield.case.conversion.rounds import placed
-from fragfield.pipeline.ensemble import above_ground
+from fragfield.pipeline.flown import above_ground
 from fragfield.pipeline.integral import Solved
 
 if TYPE_CHECKING:

@@ -20,7 +20,7 @@ from fragfield.case.conversion.rounds import meshed, placed
 from fragfield.case.conversion.stages import flight_arguments
 from fragfield.case.conversion.surroundings import describe_surroundings, site_of
 from fragfield.errors import InputError
-from fragfield.pipeline.ensemble import above_ground
+from fragfield.pipeline.flown import above_ground
 from tests.fragfield.short_run import invoke
 
 if TYPE_CHECKING:

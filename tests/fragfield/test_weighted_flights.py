@@ -17,7 +17,7 @@ from flight.hazard.integral import integrate
 from flight.hazard.pool import FlightCounts, PooledFlights
 from flight.hazard.weighted import count_weighted, expected_of
 from fragfield.case import load_case
-from fragfield.pipeline.ensemble import above_ground
+from fragfield.pipeline.flown import above_ground
 from fragfield.pipeline.integral import why_not_integrated
 from fragfield.pipeline.weighted import why_not_weighted
 from tests.fragfield.short_run import ROOT

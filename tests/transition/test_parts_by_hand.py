@@ -108,15 +108,16 @@ def test_an_end_is_as_thick_as_it_is_long_where_that_is_less(end, wall):
 
 def test_a_law_that_makes_dust_is_refused_before_it_fills_the_memory():
     """Twenty million fragments with all images; just as many are drawn."""
-    law = SimpleNamespace(mass=10.0, law=SimpleNamespace(mean=1e-6))
-    one = SimpleNamespace(laws=[law], _images=(), snapshot=SimpleNamespace(source="file"))
+    law = SimpleNamespace(n0=1e7, law=SimpleNamespace(mean=1e-6))
+    one = BreakUp.__new__(BreakUp)
+    one.laws, one._images, one.snapshot = [law], (), SimpleNamespace(source="file")
     BreakUp._check_number(one)
     one._images = (None,)
     BreakUp._check_number(one)
     one._images = (None, None)
     with pytest.raises(InputError, match=r"file: the casings would break into 3e\+07 fragments .mean masses 1e-06 kg"):
         BreakUp._check_number(one)
-    law.law.mean = math.nan
+    law.n0, one._images = math.nan, ()
     with pytest.raises(InputError):
         BreakUp._check_number(one)
 
