@@ -177,7 +177,7 @@ def test_charge_and_casing_conserve_momentum_and_angular_momentum():
         assert np.abs(moment).max() <= (1e-9 + gap / SIDE) * size
     assert largest > 0.0
     size = np.abs(solver.fields.mass[:, None] * solver.fields.nodes.velocity).sum()
-    assert np.abs(momentum(solver) - start).max() < 1e-11 * size  # round-off of 200 steps: 1e-12 of products rounded apart
+    assert np.abs(momentum(solver) - start).max() < 1e-11 * size  # 200 steps; 1e-12 where products are rounded apart
 
 
 def gas_column(wall_layers, gas_layers, contact, *, held, casing=None, wall_length=0.4):
