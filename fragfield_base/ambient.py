@@ -50,6 +50,7 @@ _DROPPED = re.compile(
 """Variables of libraries that read them when they are loaded, and of Python."""
 _OF_MPI = re.compile(r"(FI|I_MPI|MPICH|MPIR_CVAR|OMPI|OPAL|ORTE|PMI|PMI2|PMIX|PRTE|PSM|PSM2|UCX)_.*")
 """Variables of MPI and its launchers; those of a launch are kept, and a single process needs none."""
+_OF_A_JOB = re.compile(r"SLURM_.*")
 _LAUNCHES = (
     ("OMPI_COMM_WORLD_RANK", ("OMPI_COMM_WORLD_SIZE",)),
     ("PMI_RANK", ("PMI_SIZE", "PMI_FD", "PMI_PORT")),
@@ -166,11 +167,12 @@ def is_launched(error: type[Exception]) -> bool:
 
 
 def own_environment() -> dict[str, str]:
-    """Variables for a process that this one starts: as this one has them, without those of an MPI launch."""
+    """Variables for a process that this one starts: as this one has them, without those of an MPI launch or a job."""
     known = {
         name: value
         for name, value in os.environ.items()
         if (_is_valid(name) if name in _KEPT else not _is_dropped(name, launched=False))
+        and not _OF_A_JOB.fullmatch(name)
     }
     return _with_program(known | _FORCED | _ALONE)
 

@@ -248,9 +248,9 @@ def read_kml(path: Path) -> tuple[list[Feature], list[str]]:
     high, timed = left_out.pop("above the ground", 0), left_out.pop("of a time", 0)
     notes = [f"{number} {what} left out" for what, number in left_out.items()]
     if high:
-        notes.append(f"{high} placemarks stand above the ground in the file; their heights are not used")
+        notes.append(f"placemarks above the ground in the file, whose heights are not used: {high}")
     if timed:
-        notes.append(f"{timed} placemarks hold for a time or a span of it in the file; they are taken for all times")
+        notes.append(f"placemarks of a time or a span of it in the file, taken for all times: {timed}")
     return features, notes
 
 

@@ -257,7 +257,7 @@ INPUTS = {
     "a bank that is hidden": placed(kml(GATE, bank(HIDDEN)), 0, '1 placemark switched off in the file (visibility 0: "bank") left out', never=("obstacle bank",)),
     "a folder that is hidden": placed(kml(GATE, f"<Folder><name>old</name>{HIDDEN}{bank()}</Folder>"), 0, "1 placemark switched off", never=("obstacle bank",)),
     "a map of hidden places": placed(kml(mark("gate", (80, 0), more=HIDDEN, kind="person")), 2, "found no placemark", "1 placemark switched off"),
-    "a bank of a time": placed(kml(GATE, bank("<TimeSpan><begin>2001</begin></TimeSpan>")), 0, "hold for a time or a span of it in the file; they are taken for all times", "obstacle bank"),
+    "a bank of a time": placed(kml(GATE, bank("<TimeSpan><begin>2001</begin></TimeSpan>")), 0, "of a time or a span of it in the file, taken for all times: 1", "obstacle bank"),
     "a bank with a decimal comma": placed(kml(GATE, bank(height="4,5 m")), 2, 'placemark 2 ("bank"): height: found "4,5 m", which has a comma'),
     "a map with longitude second": placed(kml(GATE.replace("{},{}".format(*at(80, 0)), "51.5,7")), 2, "are exchanged; allowed: longitude first"),
     # drawings

@@ -128,7 +128,7 @@ def test_every_kind_of_place_of_a_kml(tmp_path, caplog, kind):
     said = " ".join(record.getMessage() for record in caplog.records)
     assert "1 NetworkLink left out" in said
     assert ("1 further .kml of the archive (beside doc.kml) left out" in said) == (kind == "kmz")
-    assert "1 placemarks stand above the ground in the file; their heights are not used" in said
+    assert "placemarks above the ground in the file, whose heights are not used: 1" in said
 
 
 BANK = (
@@ -165,7 +165,7 @@ def test_a_kml_that_is_switched_off_as_a_whole_is_refused(tmp_path):
 def test_placemarks_of_a_time_are_taken_and_said(tmp_path, caplog):
     timed = KML.replace("<name>lane</name>", "<name>lane</name><TimeSpan><begin>1990</begin></TimeSpan>")
     assert len(case_of(tmp_path, timed.encode(), name="places.kml").exposed) == 4
-    assert "1 placemarks hold for a time" in " ".join(record.getMessage() for record in caplog.records)
+    assert "taken for all times: 1" in " ".join(record.getMessage() for record in caplog.records)
 
 
 def test_positions_in_a_grid_that_an_older_geojson_names(tmp_path):

@@ -126,12 +126,12 @@ def test_no_modules_of_the_working_folder_and_those_of_the_user_last(tmp_path):
 def test_a_process_of_its_own_is_settled(monkeypatch):
     from fragfield_base.ambient import run_function
 
-    for name, value in {**LAUNCH, "NUMBA_NUM_THREADS": "0", "MPLBACKEND": "none"}.items():
+    for name, value in {**LAUNCH, "SLURM_PROCID": "1", "NUMBA_NUM_THREADS": "0", "MPLBACKEND": "none"}.items():
         monkeypatch.setenv(name, value)
     done = run_function("os", "system", "env; pwd")
     lines = done.stdout.decode().splitlines()
     assert done.returncode == 0, done.stderr
-    assert not [line for line in lines if line.startswith(("OMPI_COMM", "NUMBA_NUM"))]
+    assert not [line for line in lines if line.startswith(("OMPI_COMM", "SLURM", "NUMBA_NUM"))]
     assert {"MPLBACKEND=agg", "OMPI_MCA_pml=ob1", "/"} <= set(lines)
 
 
