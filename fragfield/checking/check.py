@@ -12,8 +12,7 @@ from fragfield.case import plain
 from fragfield.case.checks.estimates import check_numbers, given_fragments
 from fragfield.case.conversion.attitude import is_mixed
 from fragfield.case.conversion.rounds import burst_rounds, first_alike
-from fragfield.case.conversion.stages import break_up_settings, burst_settings
-from fragfield.case.conversion.symmetry import burst_geometry
+from fragfield.case.problem import break_up_settings, burst_geometry, burst_settings
 from fragfield.checking.case_warnings import case_warnings, mean_mass_warnings, substances_of, waiting_on_estimates
 from fragfield.checking.cost import expected_cost
 from fragfield.contours.read import is_of_file
@@ -76,9 +75,7 @@ def check_report(case: CaseTable) -> dict[str, Any]:
     ]
     cells = sum(qualities[key].cells for key in computed)
     symmetry = part.summary()
-    expected = expected_cost(
-        settings, rounds, described, [meshed[key] for key in of_round], computed_cells=cells, share=symmetry["share"]
-    )
+    expected = expected_cost(settings, rounds, [meshed[key] for key in of_round], cells, symmetry["share"])
     if is_mixed(case):
         expected["attitudes"] = attitudes_of(case)
     return {

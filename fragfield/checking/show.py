@@ -13,7 +13,6 @@ from fragfield.case.conversion.surroundings import direction_words
 from fragfield.hazard.certainty import metres
 from fragfield.hazard.contents import quantity_words
 from fragfield.hazard.to_apply import DistanceToApply
-from fragfield.terminal.progress import duration
 from fragfield.terminal.show import OFFICIAL_LABELS, number_text, plain_console, stripped
 from fragfield_base.substances import substance_title
 
@@ -95,27 +94,14 @@ def _burst(found: Mapping[str, Any]) -> Iterator[str | Table]:
     from burst_fenicsx.symmetry import symmetry_words
 
     yield from symmetry_words(found["symmetry"])
-    yield (
-        f"expected: about {expected['steps']} steps of a cell, {expected['mean_time_step'] * 1e9:.3g} ns on average, "
-        f"to {expected['end_time'] * 1e6:.3g} us, {_gigabytes(expected)}, "
-        f"{_about(expected['core_seconds'])} on one core; flights, the bursts of the grid convergence and the report "
-        "come on top"
-    )
+    end = "" if expected["end_time"] is None else f", a burst to {expected['end_time'] * 1e6:.3g} us"
+    memory = expected["memory_bytes"] / 1e9
+    yield f"expected: about {f'{memory:.2g}' if memory < 99.5 else f'{memory:.0f}'} GB{end}"
     if number := expected.get("attitudes"):
         yield (
             f"mixed attitudes: the flight is computed in {number} attitudes and in finer steps beside the worst; it "
             f"takes about {number} to {3 * number} times as long as in one attitude"
         )
-
-
-def _gigabytes(cost: Mapping[str, Any]) -> str:
-    memory = cost["memory_bytes"] / 1e9
-    return f"{memory:.2g} GB" if memory < 99.5 else f"{memory:.0f} GB"
-
-
-def _about(seconds: float) -> str:
-    words = duration(seconds)
-    return words if words.startswith("under") else f"about {words}"
 
 
 def _prescribed(found: Mapping[str, Any]) -> Iterator[str | Table]:

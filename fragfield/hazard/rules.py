@@ -345,7 +345,7 @@ def _beam(case: CaseTable, field: PolarField) -> BeamDistance:
     from flight.hazard.retardation import Retardation
     from flight.hazard.tp12 import beam_distance
     from flight.shape import FORGED_STEEL_SHELL
-    from fragfield.case.conversion.stages import flight_arguments, hazard_criteria
+    from fragfield.case.problem import flight_arguments, hazard_criteria
 
     density, sound = _air(case)
     drag = flight_arguments(case)["drag"]
@@ -355,7 +355,7 @@ def _beam(case: CaseTable, field: PolarField) -> BeamDistance:
 
 def _stack(case: CaseTable, field: PolarField, side: int, top: int) -> tuple[StackDistance, float]:
     from flight.hazard.tp12 import effective_number, stack_distance
-    from fragfield.case.conversion.stages import hazard_criteria
+    from fragfield.case.problem import hazard_criteria
 
     number = effective_number(side, top, case.hazard.stack_rule.cover)
     density, _ = _air(case)

@@ -49,7 +49,7 @@ def break_up_all(job: Job, snapshot_file: Path) -> tuple[BreakUpResult, list[Fra
     The first realisation with its ledgers, and the fragments of the others; None on ranks other than 0.
     """
     import transition
-    from fragfield.case.conversion.stages import break_up_settings
+    from fragfield.case.problem import break_up_settings
 
     team, seed = job.team, job.case.seed
     snapshot = team.broadcast(transition.Snapshot.read(snapshot_file) if team.first else None)
@@ -126,7 +126,7 @@ class _Found:
         from flight.hazard.density.directions import Directions
         from flight.hazard.pool import PooledFlights
         from fragfield.case.conversion.exposed_sites import exposed_sites_of
-        from fragfield.case.conversion.stages import hazard_criteria, hazard_directions, hazard_grid, kernel_degrees
+        from fragfield.case.problem import hazard_criteria, hazard_directions, hazard_grid, kernel_degrees
         from fragfield.hazard.exposed import ExposedSums
         from fragfield.pipeline.arena import arena_basis
 
@@ -202,7 +202,7 @@ class Flights:
     """The flights of one rank, with one progress: the first on all threads, the others side by side."""
 
     def __init__(self, job: Job) -> None:
-        from fragfield.case.conversion.stages import flight_arguments, hazard_criteria, hazard_grid
+        from fragfield.case.problem import flight_arguments, hazard_criteria, hazard_grid
         from fragfield.hazard.exposed import ExposedPlaces
 
         self.arguments = flight_arguments(job.case)

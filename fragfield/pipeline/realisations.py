@@ -94,7 +94,7 @@ class Realisations:
         if self._prepared is not None or self._snapshot is None:
             return
         import transition
-        from fragfield.case.conversion.stages import break_up_settings
+        from fragfield.case.problem import break_up_settings
 
         team = self.job.team
         snapshot = team.broadcast(transition.Snapshot.read(self._snapshot) if team.first else None)

@@ -43,7 +43,7 @@ def burst_of(case: CaseTable, scratch: Path | None = None) -> Burst:
     Its files lie in a folder within `scratch`, where that is there, else within the machine's own, and are removed.
     """
     from fragfield.case.conversion.rounds import burst_rounds
-    from fragfield.case.conversion.stages import burst_settings
+    from fragfield.case.problem import burst_settings
     from fragfield.pipeline.beside import burst_beside
     from fragfield.pipeline.parallel import Team
 

@@ -9,9 +9,9 @@ import pytest
 from pydantic import BaseModel
 
 from fragfield.case import load_case
-from fragfield.case.checks.bounds import bounds_of, outside_hard, outside_soft
+from fragfield.case.checks.bounds import outside_hard, outside_soft
+from fragfield.case.keys import bounds_of, marks_of, tables_in
 from fragfield.case.load import case_from_document
-from fragfield.case.messages import marks_of, tables_in
 from fragfield.case.schema import CaseTable
 from fragfield.errors import InputError
 from fragfield_base.bounds import UNIT_BOUNDS, Bounds, OnlyWith
@@ -110,7 +110,7 @@ def test_one_beyond_either_end_is_refused_of_every_key(key):
         beyond = math.nextafter(end, outwards)
         found = list(outside_hard(_alone(key, (beyond,) * size if size else beyond)))
         assert len(found) == 1, (beyond, found)
-        assert bounds.why in found[0]
+        assert bounds.why in found[0].words
         if path[:1] not in (["burst"], ["flight"], ["hazard"], ["break_up"]) or "counts" in path:
             continue
         document = copy.deepcopy(BASE)

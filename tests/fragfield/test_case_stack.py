@@ -17,8 +17,8 @@ from burst_fenicsx.meshing import mesh_profile, mesh_round
 from burst_fenicsx.problem import ContactSettings, Mirror, RigidPlane, ShockInitiation
 from fragfield.case import differences, load_case, read_resolved, to_toml
 from fragfield.case.conversion.rounds import burst_rounds
-from fragfield.case.conversion.stages import burst_settings
 from fragfield.case.load import case_from_document
+from fragfield.case.problem import burst_settings
 from fragfield.errors import InputError
 
 ROUND = {"name": "shell", "profile": "m107", "explosive": "comp_b", "casing": "steel_m107"}

@@ -11,8 +11,8 @@ from burst_fenicsx.kernels.geometry.faces import reordered
 from burst_fenicsx.meshing import mesh_profile
 from fragfield.case import load_case, read_resolved, to_toml
 from fragfield.case.conversion.rounds import burst_rounds
-from fragfield.case.conversion.stages import break_up_settings, burst_settings, flight_arguments, hazard_criteria
 from fragfield.case.load import case_from_document
+from fragfield.case.problem import break_up_settings, burst_settings, flight_arguments, hazard_criteria
 from fragfield.errors import InputError
 from tests.fragfield.case_documents import CASE, FULL, a_round, changed, write_case
 

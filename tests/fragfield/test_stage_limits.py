@@ -8,8 +8,8 @@ from dataclasses import fields
 
 import pytest
 
+from fragfield.case.keys import marks_of
 from fragfield.case.load import case_from_document
-from fragfield.case.messages import marks_of
 from fragfield.errors import InputError
 from fragfield_base import errors
 from fragfield_base.inputs import Quantity

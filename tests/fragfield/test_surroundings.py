@@ -17,8 +17,8 @@ from fragfield.case import load_case, read_resolved, to_toml
 from fragfield.case.checks.estimates import map_warnings
 from fragfield.case.conversion.clearance import min_clearance
 from fragfield.case.conversion.rounds import meshed, placed
-from fragfield.case.conversion.stages import flight_arguments
 from fragfield.case.conversion.surroundings import describe_surroundings, site_of
+from fragfield.case.problem import flight_arguments
 from fragfield.errors import InputError
 from fragfield.pipeline.flown import above_ground
 from tests.fragfield.short_run import invoke

@@ -12,7 +12,7 @@ import pytest
 from typer.testing import CliRunner
 
 from fragfield.case import read_resolved
-from fragfield.case.conversion.symmetry import burst_geometry
+from fragfield.case.problem import burst_geometry
 from fragfield.cli import app
 from fragfield.studies.processes import LocalRuns
 from tests import kernel_caches

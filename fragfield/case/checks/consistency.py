@@ -13,6 +13,7 @@ from fragfield.case.conversion.exposed_sites import check_exposed
 from fragfield.case.conversion.rounds import profile_of
 from fragfield.case.conversion.stack import check_stack
 from fragfield.case.conversion.surroundings import ground_height
+from fragfield.case.faults import Fault
 from fragfield.case.tables.flight import CylinderTable
 from fragfield.case.tables.round import ExplosiveTable
 from fragfield.case.tables.site import check_official
@@ -32,7 +33,7 @@ if TYPE_CHECKING:
 _MOST_STATES = 100_000
 
 
-def check_case(case: CaseTable, *, burst: bool = True) -> list[str]:
+def check_case(case: CaseTable, *, burst: bool = True) -> list[Fault]:
     """Faults of a case as read, that show before names are resolved; `burst`: it must describe one."""
     faults = list(outside_hard(case))
     if faults:
@@ -58,12 +59,12 @@ def check_case(case: CaseTable, *, burst: bool = True) -> list[str]:
     return faults
 
 
-def check_charges(case: CaseTable, stacked: Sequence[str] = ()) -> list[str]:
+def check_charges(case: CaseTable, stacked: Sequence[str] = ()) -> list[Fault]:
     """Faults of a resolved case: heat of detonation, product constants, ignition, masses, positions of the rounds.
 
     `stacked` are the names of the rounds that stand for [stack].
     """
-    faults: list[str] = []
+    faults: list[Fault] = []
     for number, entry in enumerate(case.round, start=1):
         if case.burst is not None and isinstance(entry.explosive, ExplosiveTable):
             faults += _products(f"round[{number}].explosive", case.burst.products, entry.explosive)
@@ -79,85 +80,85 @@ def check_charges(case: CaseTable, stacked: Sequence[str] = ()) -> list[str]:
     return faults or list(check_places(case, stacked))
 
 
-def _complete(case: CaseTable) -> Iterator[str]:
+def _complete(case: CaseTable) -> Iterator[Fault]:
     if case.burst is None:
-        yield 'burst: missing; needed: a table [burst] with cell_size, for example cell_size = "6 mm"'
+        yield Fault("burst", 'missing; needed: a table [burst] with cell_size, for example cell_size = "6 mm"')
     if not case.round:
-        yield "round: missing; needed: at least one table [[round]]"
+        yield Fault("round", "missing; needed: at least one table [[round]]")
 
 
-def _stop_rules(burst: BurstTable) -> Iterator[str]:
+def _stop_rules(burst: BurstTable) -> Iterator[Fault]:
     if burst.stop == "time" and burst.end_time is None:
-        yield 'burst.end_time: missing; stop = "time" needs it, for example end_time = "120 us"'
+        yield Fault("burst.end_time", 'missing; stop = "time" needs it, for example end_time = "120 us"')
     if burst.stop == "acceleration" and burst.end_time is not None:
-        yield (
-            f'burst.end_time: found {burst.end_time:g} s together with stop = "acceleration", which contradict '
-            'each other; allowed: stop = "time" with end_time, or stop = "acceleration" without (time_limit bounds it)'
+        yield Fault(
+            "burst.end_time",
+            f'found {burst.end_time:g} s together with stop = "acceleration", which contradict '
+            'each other; allowed: stop = "time" with end_time, or stop = "acceleration" without (time_limit bounds it)',
         )
     if burst.end_time is not None and burst.end_time > burst.time_limit:
-        yield f"burst.end_time: found {burst.end_time:g} s; allowed: at most burst.time_limit, {burst.time_limit:g} s"
+        yield Fault(
+            "burst.end_time", f"found {burst.end_time:g} s; allowed: at most burst.time_limit, {burst.time_limit:g} s"
+        )
     end = burst.end_time if burst.end_time is not None else burst.time_limit
     if burst.output.interval * _MOST_STATES < end:
-        yield (
-            f"burst.output.interval: found {burst.output.interval:g} s; allowed: at least {end / _MOST_STATES:g} s, "
-            f"for {_MOST_STATES} states up to {end:g} s"
+        yield Fault(
+            "burst.output.interval",
+            f"found {burst.output.interval:g} s; allowed: at least {end / _MOST_STATES:g} s, "
+            f"for {_MOST_STATES} states up to {end:g} s",
         )
 
 
-def _unique(key: str, names: Sequence[str]) -> Iterator[str]:
+def _unique(key: str, names: Sequence[str]) -> Iterator[Fault]:
     for number, name in enumerate(names, start=1):
         first = names.index(name) + 1
         if number > first:
-            yield f"{key}[{number}].name: found {show(name)}, the name of {key}[{first}]; allowed: a name of its own"
+            yield Fault(
+                f"{key}[{number}].name", f"found {show(name)}, the name of {key}[{first}]; allowed: a name of its own"
+            )
 
 
-def _round(key: str, entry: RoundTable) -> Iterator[str]:
+def _round(key: str, entry: RoundTable) -> Iterator[Fault]:
     given = [name for name in ("profile", "contour", "mesh") if getattr(entry, name) is not None]
     if len(given) != 1:
         found = " and ".join(given) or "none of profile, contour and mesh"
-        yield f"{key}.profile: found {found}; allowed: one of the three"
+        yield Fault(f"{key}.profile", f"found {found}; allowed: one of the three")
     if entry.mesh_unit is not None and entry.mesh is None:
-        yield f"{key}.mesh_unit: found without mesh; allowed: only with it"
+        yield Fault(f"{key}.mesh_unit", "found without mesh; allowed: only with it")
     if not any(entry.axis):
-        yield f"{key}.axis: found [0, 0, 0]; allowed: a vector from base to nose, for example [0, 0, 1]"
+        yield Fault(f"{key}.axis", "found [0, 0, 0]; allowed: a vector from base to nose, for example [0, 0, 1]")
     if entry.ignition is not None and not entry.ignition and entry.initiation is None:
-        yield (
-            f"{key}.ignition: found no ignition point, so nothing initiates the charge; allowed: at least one point, "
+        yield Fault(
+            f"{key}.ignition",
+            "found no ignition point, so nothing initiates the charge; allowed: at least one point, "
             'for example ignition = [{ station = "nose" }], or leave the key out for that one; or '
-            'initiation = { pressure = "5 GPa", duration = "0.2 us" } by a neighbour\'s shock'
+            'initiation = { pressure = "5 GPa", duration = "0.2 us" } by a neighbour\'s shock',
         )
 
 
-def _flight(flight: FlightTable) -> Iterator[str]:
-    wind = flight.wind
-    for key in ("heights", "speeds", "directions") if wind.model == "profile" else ():
-        column = getattr(wind, key)
-        if column is None or len(column) != len(wind.heights or []):
-            found = len(column or [])
-            yield f'flight.wind.{key}: found {found} values; model = "profile" needs one for each height, at least 1'
-    if wind.model == "profile":
-        yield from _rising("flight.wind.heights", wind.heights or [])
+def _flight(flight: FlightTable) -> Iterator[Fault]:
+    yield from (Fault(f"flight.wind.{key}", words) for key, words in flight.wind.faults())
     ground = flight.ground
     if ground.map is not None and ground.height != 0.0:
-        yield (
-            f"flight.ground.height: found {ground.height:g} m together with a map; allowed: one of the two; "
-            "datum shifts the map"
+        yield Fault(
+            "flight.ground.height",
+            f"found {ground.height:g} m together with a map; allowed: one of the two; datum shifts the map",
         )
 
 
-def _rising(key: str, values: Sequence[float]) -> Iterator[str]:
+def _rising(key: str, values: Sequence[float]) -> Iterator[Fault]:
     if any(after <= before for before, after in pairwise(values)):
-        yield f"{key}: found {show(list(values))} (m); allowed: values that rise"
+        yield Fault(f"{key}", f"found {show(list(values))} (m); allowed: values that rise")
 
 
-def _witness(key: str, surface: WitnessTable) -> Iterator[str]:
+def _witness(key: str, surface: WitnessTable) -> Iterator[Fault]:
     if not isinstance(surface, CylinderTable):
         return
     if surface.bottom is not None and surface.top is not None and not surface.top > surface.bottom:
-        yield f"{key}.top: found {surface.top:g} m; allowed: above bottom, {surface.bottom:g} m"
+        yield Fault(f"{key}.top", f"found {surface.top:g} m; allowed: above bottom, {surface.bottom:g} m")
 
 
-def _products(key: str, products: ProductModel, explosive: ExplosiveTable) -> Iterator[str]:
+def _products(key: str, products: ProductModel, explosive: ExplosiveTable) -> Iterator[Fault]:
     """What the burst's model of the products needs of the explosive."""
     for lack in explosive.lacks(products):
         needs = " A, B, R1, R2, omega and E0" if lack == "jwl" else " it"
@@ -165,20 +166,22 @@ def _products(key: str, products: ProductModel, explosive: ExplosiveTable) -> It
         rest = rest or [
             f"{key} as a table with it; without it there is no burst, only TNT equivalents and Gurney's speed"
         ]
-        yield (
-            f'{key}.{lack}: missing for "{explosive.name}"; burst.products = {show(products)} needs{needs}; '
-            f"allowed: {' or '.join(rest)}"
+        yield Fault(
+            f"{key}.{lack}",
+            f'missing for "{explosive.name}"; burst.products = {show(products)} needs{needs}; '
+            f"allowed: {' or '.join(rest)}",
         )
     heat, minimum = explosive.heat_of_detonation, explosive.detonation_velocity**2 / 16.0
     if products != "jwl" and heat is not None and not heat > minimum:
-        yield (
-            f"{key}.heat_of_detonation: found Q = {heat / 1e6:.4g} MJ/kg for {explosive.name}; "
+        yield Fault(
+            f"{key}.heat_of_detonation",
+            f"found Q = {heat / 1e6:.4g} MJ/kg for {explosive.name}; "
             f"allowed with burst.products = {show(products)}: more than D^2/16 = {minimum / 1e6:.4g} MJ/kg "
-            f'(D = {explosive.detonation_velocity:g} m/s), or choose burst.products = "jwl"'
+            f'(D = {explosive.detonation_velocity:g} m/s), or choose burst.products = "jwl"',
         )
 
 
-def _delays(case: CaseTable, key: str, entry: RoundTable) -> Iterator[str]:
+def _delays(case: CaseTable, key: str, entry: RoundTable) -> Iterator[Fault]:
     """Points that would ignite only after the burst is over: nothing would burst, or not what the case says."""
     if case.burst is None:
         return
@@ -187,18 +190,19 @@ def _delays(case: CaseTable, key: str, entry: RoundTable) -> Iterator[str]:
         name, end = "burst.time_limit", case.burst.time_limit
     for number, point in enumerate(entry.ignition or [], start=1):
         if not point.delay < end:
-            yield f"{key}.ignition[{number}].delay: found {point.delay:g} s; allowed: below {name}, {end:g} s"
+            yield Fault(f"{key}.ignition[{number}].delay", f"found {point.delay:g} s; allowed: below {name}, {end:g} s")
 
 
-def _ignition(key: str, entry: RoundTable) -> Iterator[str]:
+def _ignition(key: str, entry: RoundTable) -> Iterator[Fault]:
     profile = profile_of(entry)
     for number, point in enumerate(entry.ignition or [], start=1):
         station = min(max(float(point.station), profile.charge_front), profile.charge_end)
         radius, distance = float(profile.section(station).charge_radius), math.hypot(*point.offset)
         if distance > radius * (1.0 + 1e-9):
-            yield (
-                f"{key}.ignition[{number}].offset: found {_mm(distance)} from the axis, outside the charge; allowed: "
-                f"at most {_mm(radius)}, the charge's radius at station {_mm(float(point.station))}"
+            yield Fault(
+                f"{key}.ignition[{number}].offset",
+                f"found {_mm(distance)} from the axis, outside the charge; allowed: "
+                f"at most {_mm(radius)}, the charge's radius at station {_mm(float(point.station))}",
             )
 
 
@@ -209,7 +213,7 @@ _DIRECTION = "the direction from the plane to the rounds, for example normal = [
 _NEAR_CELLS, _NEAR_RADII = 0.2, 0.02  # more than the corners of any mesh lie outside of the contour
 
 
-def check_planes(case: CaseTable) -> Iterator[str]:
+def check_planes(case: CaseTable) -> Iterator[Fault]:
     """Faults of the tables [[plane]] that show before they are resolved."""
     faultless = []
     for number, entry in enumerate(case.plane, start=1):
@@ -218,28 +222,29 @@ def check_planes(case: CaseTable) -> Iterator[str]:
         if not faults and entry.kind == "symmetry" and entry.normal is not None:
             faultless.append((number, entry.name, entry.normal))
     if len(faultless) > _MOST_SYMMETRIES:
-        yield f"plane: found {len(faultless)} planes of symmetry; allowed: at most {_MOST_SYMMETRIES}"
+        yield Fault("plane", f"found {len(faultless)} planes of symmetry; allowed: at most {_MOST_SYMMETRIES}")
         return
     for (_, first, normal), (number, name, other) in combinations(faultless, 2):
         cosine = sum(a * b for a, b in zip(normal, other, strict=True)) / math.hypot(*normal) / math.hypot(*other)
         if abs(cosine) > _RIGHT_ANGLE:
             angle = math.degrees(math.acos(min(abs(cosine), 1.0)))
-            yield (
-                f"plane[{number}].normal: {show(name)} stands at {angle:.4g} degrees to {show(first)}; "
-                "allowed: planes of symmetry that are perpendicular to each other"
+            yield Fault(
+                f"plane[{number}].normal",
+                f"{show(name)} stands at {angle:.4g} degrees to {show(first)}; "
+                "allowed: planes of symmetry that are perpendicular to each other",
             )
 
 
-def _plane(key: str, entry: PlaneTable) -> Iterator[str]:
+def _plane(key: str, entry: PlaneTable) -> Iterator[Fault]:
     if entry.height is not None and entry.point is not None:
-        yield f"{key}.height: found together with point; allowed: one of the two"
+        yield Fault(f"{key}.height", "found together with point; allowed: one of the two")
     if entry.normal is None and entry.kind != "ground":
-        yield f"{key}.normal: missing; needed: {_DIRECTION}"
+        yield Fault(f"{key}.normal", f"missing; needed: {_DIRECTION}")
     if entry.normal is not None and not any(entry.normal):
-        yield f"{key}.normal: found [0, 0, 0]; allowed: {_DIRECTION}"
+        yield Fault(f"{key}.normal", f"found [0, 0, 0]; allowed: {_DIRECTION}")
 
 
-def check_places(case: CaseTable, stacked: Sequence[str] = ()) -> Iterator[str]:
+def check_places(case: CaseTable, stacked: Sequence[str] = ()) -> Iterator[Fault]:
     """Faults of a resolved case; `stacked` are the rounds that come from [stack]."""
     from fragfield.case.conversion.rounds import placed
 
@@ -254,7 +259,7 @@ def check_places(case: CaseTable, stacked: Sequence[str] = ()) -> Iterator[str]:
     yield from _buried(case, bodies, keys)
 
 
-def _overlaps(case: CaseTable, bodies: Sequence[Body], keys: Sequence[str], stacked: Sequence[str]) -> Iterator[str]:
+def _overlaps(case: CaseTable, bodies: Sequence[Body], keys: Sequence[str], stacked: Sequence[str]) -> Iterator[Fault]:
     from fragfield.case.conversion.clearance import clearance, near_pairs
     from fragfield.case.conversion.rounds import meshed
 
@@ -262,23 +267,25 @@ def _overlaps(case: CaseTable, bodies: Sequence[Body], keys: Sequence[str], stac
     for first, second, found in near_pairs(bodies, _near(size, bodies)):
         one, other = case.round[first], case.round[second]
         if found < -_TOUCHING:
-            yield (
-                f"{keys[second]}: {show(other.name)} reaches {_mm(-found)} into {keys[first].partition('.')[0]} "
-                f"{show(one.name)}; allowed: rounds that do not overlap"
+            yield Fault(
+                f"{keys[second]}",
+                f"{show(other.name)} reaches {_mm(-found)} into {keys[first].partition('.')[0]} "
+                f"{show(one.name)}; allowed: rounds that do not overlap",
             )
         elif size is not None:
             in_mesh = clearance(meshed(one, size), meshed(other, size))
             if in_mesh < -_TOUCHING:
                 both = one.name in stacked and other.name in stacked
-                yield (
-                    f"{'stack.gap' if both else keys[second]}: {show(one.name)} and {show(other.name)} stand "
+                yield Fault(
+                    f"{'stack.gap' if both else keys[second]}",
+                    f"{show(one.name)} and {show(other.name)} stand "
                     f"{_mm(max(found, 0.0))} apart, and the corners of their meshes with cells of {_mm(size)} reach "
                     f"{_mm(found - in_mesh)} farther; allowed: at least {_mm_up(found - in_mesh)} apart, smaller "
-                    "cells, or burst.contact.surfaces = false"
+                    "cells, or burst.contact.surfaces = false",
                 )
 
 
-def _behind(case: CaseTable, plane: PlaneTable, bodies: Sequence[Body], keys: Sequence[str]) -> Iterator[str]:
+def _behind(case: CaseTable, plane: PlaneTable, bodies: Sequence[Body], keys: Sequence[str]) -> Iterator[Fault]:
     from fragfield.case.conversion.rounds import heights, meshed
 
     assert plane.normal is not None  # resolved
@@ -288,22 +295,25 @@ def _behind(case: CaseTable, plane: PlaneTable, bodies: Sequence[Body], keys: Se
         low, high = heights(body, plane)
         if high <= _TOUCHING:
             opposite = [-value + 0.0 for value in plane.normal]
-            yield (
-                f"plane[{number}].normal: round {show(entry.name)} stands behind {show(plane.name)}, {_mm(-low)} deep; "
-                f"allowed: rounds on the side to which the normal points ({opposite} is the other one)"
+            yield Fault(
+                f"plane[{number}].normal",
+                f"round {show(entry.name)} stands behind {show(plane.name)}, {_mm(-low)} deep; "
+                f"allowed: rounds on the side to which the normal points ({opposite} is the other one)",
             )
         elif low < -_TOUCHING:
-            yield (
-                f"{key}: {show(entry.name)} reaches {_mm(-low)} through plane[{number}] {show(plane.name)}; "
-                "allowed: rounds on one side of it"
+            yield Fault(
+                f"{key}",
+                f"{show(entry.name)} reaches {_mm(-low)} through plane[{number}] {show(plane.name)}; "
+                "allowed: rounds on one side of it",
             )
         elif size is not None and low < _near(size, [body]):
             in_mesh = heights(meshed(entry, size), plane)[0]
             if in_mesh < -_TOUCHING:
-                yield (
-                    f"{key}: {show(entry.name)} stands {_mm(max(low, 0.0))} from plane[{number}] {show(plane.name)}, "
+                yield Fault(
+                    f"{key}",
+                    f"{show(entry.name)} stands {_mm(max(low, 0.0))} from plane[{number}] {show(plane.name)}, "
                     f"and the corners of its mesh with cells of {_mm(size)} reach {_mm(low - in_mesh)} farther; "
-                    f"allowed: at least {_mm_up(low - in_mesh)} away, or smaller cells"
+                    f"allowed: at least {_mm_up(low - in_mesh)} away, or smaller cells",
                 )
 
 
@@ -324,14 +334,15 @@ def _span(body: Body) -> tuple[float, float]:
     return 0.5 * (low - high), 0.5 * (high - low)
 
 
-def _buried(case: CaseTable, bodies: Sequence[Body], keys: Sequence[str]) -> Iterator[str]:
+def _buried(case: CaseTable, bodies: Sequence[Body], keys: Sequence[str]) -> Iterator[Fault]:
     for entry, body, key in zip(case.round, bodies, keys, strict=True):
         ground = ground_height(case, *entry.position[:2])
         lowest = body.reach((0.0, 0.0, 1.0))[0]
         if lowest < ground - _TOUCHING:
-            yield (
-                f"{key}: the round lies {_mm(ground - lowest)} below the ground, z = {ground:g} m; "
-                "allowed: on or above it (position is the centre of the base)"
+            yield Fault(
+                f"{key}",
+                f"the round lies {_mm(ground - lowest)} below the ground, z = {ground:g} m; "
+                "allowed: on or above it (position is the centre of the base)",
             )
 
 

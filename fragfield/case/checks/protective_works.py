@@ -8,6 +8,7 @@ import numpy as np
 
 from fragfield.case.conversion.rounds import placed
 from fragfield.case.conversion.surroundings import ground_height, ground_of, surroundings
+from fragfield.case.faults import Fault
 from fragfield.case.tables.round import UP
 from fragfield.errors import nearest
 from fragfield_base.errors import show
@@ -26,7 +27,7 @@ _NEAR = 3.0  # m to a plane, which has no height
 _UPRIGHT = 0.5  # largest vertical part of a wall's normal: 30 degrees from plumb
 
 
-def check_protective_works(case: CaseTable) -> Iterator[str]:
+def check_protective_works(case: CaseTable) -> Iterator[Fault]:
     """Faults of `hazard.protective_works` of a resolved case: unknown names, floors, works that leave the rounds open.
 
     Seen from the top of every round, all that is named together must close 270 degrees of the directions, up to 30
@@ -41,13 +42,13 @@ def check_protective_works(case: CaseTable) -> Iterator[str]:
     for name in names:
         if name not in known:
             allowed = ", ".join(map(show, known)) or "none: the case has no [[obstacle]] and no [[plane]] of kind wall"
-            yield f"{key}: found {show(name)}; allowed: {allowed}{nearest(name, known)}"
+            yield Fault(f"{key}", f"found {show(name)}; allowed: {allowed}{nearest(name, known)}")
             return
     walls = []  # of the planes, a point and the unit normal
     for one in (planes[name] for name in names if name in planes):
         normal = np.array(one.normal, dtype=np.float64) / np.linalg.norm(np.array(one.normal))
         if abs(normal[2]) > _UPRIGHT:
-            yield f"{key}: found {show(one.name)}, a plane under or over the rounds; allowed: upright walls"
+            yield Fault(f"{key}", f"found {show(one.name)}, a plane under or over the rounds; allowed: upright walls")
             return
         walls.append((np.array(one.point, dtype=np.float64), normal))
     if not names:
@@ -62,10 +63,11 @@ def check_protective_works(case: CaseTable) -> Iterator[str]:
     tops = [(*one.position[:2], placed(one).reach(UP)[1]) for one in case.round] or [origin]
     degrees = min(_closed(np.array(top), ahead, bodies, walls) for top in tops)
     if degrees < _CLOSED:
-        yield (
-            f"{key}: found {', '.join(map(show, names))}, which close {degrees} of 360 degrees around the rounds up to "
+        yield Fault(
+            f"{key}",
+            f"found {', '.join(map(show, names))}, which close {degrees} of 360 degrees around the rounds up to "
             f"{_ELEVATION:g} degrees over them; allowed: works that enclose them, on {_CLOSED:g} degrees or more, as "
-            f"high as that or, of planes, within {_NEAR:g} m"
+            f"high as that or, of planes, within {_NEAR:g} m",
         )
 
 

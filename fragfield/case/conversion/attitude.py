@@ -10,6 +10,7 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from fragfield.case.conversion.surroundings import bearing_of, direction_words
+from fragfield.case.faults import Fault
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -52,57 +53,59 @@ def _with_axis(entry: RoundTable) -> RoundTable:
     return entry.model_copy(update={"axis": axis, "attitude": None, "azimuth": None})
 
 
-def attitude_faults(case: CaseTable) -> Iterator[str]:
+def attitude_faults(case: CaseTable) -> Iterator[Fault]:
     """Faults of attitude, azimuth and axis of a case as read, as lines `key: found ...; allowed: ...`."""
     for number, entry in enumerate(case.round, start=1):
         key = f"round[{number}]"
         if "axis" in entry.model_fields_set:
             # A run directory has the axis of its upright rounds beside "any".
             if entry.attitude is not None and not (entry.attitude == "any" and entry.axis == UP):
-                yield (
-                    f"{key}.axis: found together with attitude; allowed: one of the two: attitude (and azimuth) for a "
-                    "round that stands, lies or leans, axis for a vector"
+                yield Fault(
+                    f"{key}.axis",
+                    "found together with attitude; allowed: one of the two: attitude (and azimuth) for a "
+                    "round that stands, lies or leans, axis for a vector",
                 )
             elif entry.azimuth is not None and entry.attitude is None:
-                yield f"{key}.azimuth: found together with axis; allowed: with attitude instead of axis"
+                yield Fault(f"{key}.azimuth", "found together with axis; allowed: with attitude instead of axis")
         elif entry.azimuth is not None and entry.attitude is None:
-            yield (
-                f"{key}.azimuth: found without attitude; allowed: together with it, for example "
-                'attitude = "lying", azimuth = "90 deg"'
+            yield Fault(
+                f"{key}.azimuth",
+                'found without attitude; allowed: together with it, for example attitude = "lying", azimuth = "90 deg"',
             )
     if is_mixed(case):
         yield from _mixed_faults(case)
 
 
-def _mixed_faults(case: CaseTable) -> Iterator[str]:
+def _mixed_faults(case: CaseTable) -> Iterator[Fault]:
     """What does not turn with the rounds, so that no envelope over attitudes can be computed with it."""
     first = next(number for number, entry in enumerate(case.round, start=1) if entry.attitude == "any")
-    key = f'round[{first}].attitude: found "any"'
+    key, found = f"round[{first}].attitude", 'found "any"'
     for number, entry in enumerate(case.round, start=1):
         if entry.attitude != "any":
-            yield (
-                f'{key}, but round[{number}] ("{entry.name}") has an attitude of its own; allowed: "any" for all '
-                "rounds, which turn together as one body, or for none"
+            yield Fault(
+                key,
+                f'{found}, but round[{number}] ("{entry.name}") has an attitude of its own; allowed: "any" for all '
+                "rounds, which turn together as one body, or for none",
             )
             break
-    yield from _site_faults(case, key)
-    wind = case.flight.wind
+    yield from _site_faults(case, key, found)
     fixed = {
         "a ground plane or a wall in the burst (plane)": any(plane.kind != "symmetry" for plane in case.plane),
         "obstacles (obstacle)": bool(case.obstacle),
         "a map of heights (flight.ground.map)": case.flight.ground.map is not None,
-        "wind (flight.wind)": wind.speed != 0.0 or any(wind.speeds or ()),
+        "wind (flight.wind)": not case.flight.wind.is_still,
     }
     for what, present in fixed.items():
         if present:
-            yield (
-                f"{key} together with {what}, which does not turn with the rounds: the worst attitude is found for a "
+            yield Fault(
+                key,
+                f"{found} together with {what}, which does not turn with the rounds: the worst attitude is found for a "
                 "burst in the open, over flat ground in still air, and its distance holds in every direction; "
-                f"allowed: without it, {_INSTEAD}"
+                f"allowed: without it, {_INSTEAD}",
             )
 
 
-def _site_faults(case: CaseTable, key: str) -> Iterator[str]:
+def _site_faults(case: CaseTable, key: str, found: str) -> Iterator[Fault]:
     """Exposed sites that the densities over all directions of the nose say nothing of."""
     for number, entry in enumerate(case.exposed, start=1):
         own = [name for name in ("energy", "height") if getattr(entry, name, None) is not None]
@@ -112,9 +115,10 @@ def _site_faults(case: CaseTable, key: str) -> Iterator[str]:
             what = f"a site with its own {own[0]}, while densities in all directions are those of [hazard]"
         else:
             continue
-        yield (
-            f"{key} together with exposed[{number}] ({entry.name}), {what}; allowed: persons, roads and areas with the "
-            f"energy and height of [hazard], {_INSTEAD}"
+        yield Fault(
+            key,
+            f"{found} together with exposed[{number}] ({entry.name}), {what}; allowed: persons, roads and areas with "
+            f"the energy and height of [hazard], {_INSTEAD}",
         )
 
 

@@ -13,6 +13,7 @@ import numpy as np
 from fragfield.case.conversion.rounds import burst_round, placed, profile_of
 from fragfield.case.conversion.surroundings import ground_height
 from fragfield.case.conversion.symmetry import all_azimuths_alike, mirror_planes
+from fragfield.case.faults import Fault
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -144,14 +145,15 @@ class Arrangement:
         )
 
 
-def origin_faults(case: CaseTable) -> Iterator[str]:
+def origin_faults(case: CaseTable) -> Iterator[Fault]:
     """Fault of a resolved case of mixed attitudes whose distances are counted from beside the rounds."""
     x, y = Arrangement(case).centre[:2]
     apart = math.dist((x, y), case.flight.origin)
     if apart > _NEAR:
-        yield (
-            f"flight.origin: found {apart:.3g} m from the centre of the rounds, ({x:.3g} m, {y:.3g} m); allowed with "
-            f'attitude = "any": at most {_NEAR:g} m, since its distance holds in every direction'
+        yield Fault(
+            "flight.origin",
+            f"found {apart:.3g} m from the centre of the rounds, ({x:.3g} m, {y:.3g} m); allowed with "
+            f'attitude = "any": at most {_NEAR:g} m, since its distance holds in every direction',
         )
 
 

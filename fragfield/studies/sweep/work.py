@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fragfield.case import differences, to_toml
-from fragfield.case.conversion.symmetry import is_brief
+from fragfield.case.problem import is_brief
 from fragfield.errors import EXIT_DONE, EXIT_INTERRUPTED, EXIT_NUMERICAL, InputError, exit_code_of, message_of, nearest
 from fragfield.files.run_directory import STAGES, RunDirectory
 from fragfield.pipeline.parallel import launched_size
