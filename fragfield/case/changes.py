@@ -197,7 +197,6 @@ def _refused(at: tuple[str, str], words: str) -> CaseFaults:
 
 
 def _entries(entries: list[Any], step: str, at: tuple[str, str]) -> list[int]:
-    """Numbers of the entries of a list that a step of a key names."""
     names = [entry.get("name") if isinstance(entry, dict) else None for entry in entries]
     chosen = [number for number, name in enumerate(names) if step in (_EVERY, str(number), name)]
     if not chosen:

@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
 
-from fragfield.case.checks.consistency import check_case, check_charges
+from fragfield.case.checks.consistency import check_case, check_charges, check_protective_works
 from fragfield.case.checks.expected_masses import unit_faults
-from fragfield.case.checks.protective_works import check_protective_works
 from fragfield.case.conversion.attitude import attitude_faults, is_mixed, with_axes
 from fragfield.case.conversion.exposed_sites import resolved_exposed
 from fragfield.case.conversion.mean_mass import check_counts, with_casing_data, with_counts
@@ -99,7 +98,6 @@ def case_from_document(document: Mapping[str, Any], *, source: str, folder: Path
 
 
 def _with_places(document: Mapping[str, Any], case: CaseTable, source: str, folder: Path) -> dict[str, Any]:
-    """The tables of a case with those of its map of places in place of `site.places`."""
     from fragfield.places.tables import tables_of_places
 
     site = site_of(case)
@@ -156,7 +154,6 @@ def _resolved(case: CaseTable, source: str, folder: Path) -> CaseTable:
 
 
 def _casings(case: CaseTable, folder: Path) -> list[Substance]:
-    """Casings that rounds name, with all that their files hold."""
     from burst_fenicsx.materials.library import load_substance
 
     named = [entry.casing for entry in case.round if isinstance(entry.casing, str)]
@@ -165,7 +162,6 @@ def _casings(case: CaseTable, folder: Path) -> list[Substance]:
 
 
 def _with_files(case: CaseTable, source: str, folder: Path) -> CaseTable:
-    """The case with the files of its flight as absolute paths."""
     flight: dict[str, Any] = {}
     if isinstance(case.flight.drag, str) and case.flight.drag.lower().endswith(".csv"):
         with faults_at(source, "flight.drag"):
@@ -177,7 +173,6 @@ def _with_files(case: CaseTable, source: str, folder: Path) -> CaseTable:
 
 
 def _with_altitude(case: CaseTable, source: str) -> CaseTable:
-    """The case with the altitude of its air, which a map of heights may say."""
     if case.flight.air.model != "standard" or case.flight.air.altitude is not None:
         return case
     with faults_at(source, "flight.ground.map", said="ground.map: "):
@@ -260,7 +255,6 @@ def _charge_of_mesh(entry: RoundTable) -> tuple[float, float]:
 
 
 def _located(name: str, folder: Path) -> str:
-    """A built-in name as it is, a file's name relative to the case's folder."""
     file, sign, part = name.partition("#")
     return f"{_file(file, folder)}{sign}{part}" if file.lower().endswith(".toml") else name
 
@@ -271,7 +265,6 @@ def _file(name: str, folder: Path) -> str:
 
 
 def _as_table(material: DataclassInstance, table: type[Material]) -> Material:
-    """Turn the library's data (floats in SI, None for no softening) into a table of the case."""
     values = dataclasses.asdict(material)
     if table is CasingTable:
         for key in ("shear_softening_strain", "tensile_softening_strain", "softening_length"):
@@ -282,7 +275,6 @@ def _as_table(material: DataclassInstance, table: type[Material]) -> Material:
 
 
 def _profile(value: str | dict[str, Any] | None, folder: Path) -> tuple[dict[str, Any], Profile]:
-    """Contour tables of a round, and the profile they make."""
     from burst_fenicsx.geometry import load_profile, profile_from_table
     from burst_fenicsx.geometry.files import PROFILES
 

@@ -138,7 +138,6 @@ def _lying(profile: str) -> dict[str, Any]:
 
 
 def _built_in(option: str, name: str, kind: Kind, allowed: Sequence[str]) -> str:
-    """The built-in name of a substance, however it is written."""
     key = substance_key(name, kind)
     _require(option, key if key in allowed else name, allowed)
     return key
@@ -157,7 +156,6 @@ def _casing_for(profile: str, casings: Iterable[str]) -> str:
 
 
 def _value(model: type[BaseModel], name: str) -> object:
-    """The example that the schema gives for a key."""
     (key,) = (one for one in keys_of(model) if one.name == name)
     return tomllib.loads(f"value = {_example(key)}")["value"]
 
@@ -187,7 +185,6 @@ def commented_case(chosen: Mapping[str, Any]) -> str:
 
 
 def _table(model: type[BaseModel], chosen: Mapping[str, Any], head: str, meaning: str = "") -> Iterator[str]:
-    """A table with its own keys and then its sub-tables."""
     yield from _comment(meaning or _first_line(model))
     yield head
     below = []
@@ -210,7 +207,6 @@ def _first_line(model: type[BaseModel]) -> str:
 
 
 def _entry(key: Key, chosen: Mapping[str, Any]) -> Iterator[str]:
-    """Comment and line of a key: chosen, its default, an example, or the comment alone."""
     words = [toml_value(word) for word in key.choices or getattr(key.parsed, "words", ())]
     words += ["a value"] if key.parsed and words else []
     meaning = f"{key.meaning} One of {', '.join(words)}." if len(words) > 1 else key.meaning
@@ -238,7 +234,6 @@ def _extra(key: Key, name: str) -> str:
 
 
 def _example(key: Key) -> str:
-    """An example as the file has it, empty where the schema has none."""
     if key.listed or not isinstance(key.parsed, (Quantity, Vector)):
         return _extra(key, "inline")
     return key.example if isinstance(key.parsed, Vector) else toml_value(key.example)

@@ -139,7 +139,6 @@ def flight_arguments(case: CaseTable) -> dict[str, Any]:
 
 
 def _shape(table: FlightTable) -> Shape | None:
-    """The model of presented areas; None: the factors that the fragments bring."""
     shape = table.shape
     if shape.model == "lognormal":
         return Lognormal(shape.spread or 0.0, table.shape_factor)
@@ -222,7 +221,6 @@ def _rekeyed(case: CaseTable, error: InputError, table: str) -> Fault:
 
 
 def _cells(case: CaseTable) -> Iterator[Fault]:
-    """A cell size with which a round of a profile has no mesh, or one that is too large."""
     from burst_fenicsx.axisymmetric.mesh import check_meridian_size
     from burst_fenicsx.meshing.sizing import check_mesh_size
 
@@ -248,7 +246,6 @@ def _of_break_up(case: CaseTable, settings: BreakUpSettings) -> Iterator[Fault]:
 
 
 def _of_round(key: str, entry: RoundTable, settings: BreakUpSettings) -> Iterator[Fault]:
-    """Settings of the break-up that a round cannot have."""
     from transition.law.mean_mass import explosive_constant
 
     if settings.mean_mass == "gurney_sarmousakis":
@@ -274,7 +271,6 @@ def _of_round(key: str, entry: RoundTable, settings: BreakUpSettings) -> Iterato
 
 
 def _of_hazard(case: CaseTable) -> Iterator[Fault]:
-    """Criteria, sectors and distance cells of the hazard distance, and the rule for stacks."""
     from flight.hazard.density.directions import Directions
 
     table = case.hazard

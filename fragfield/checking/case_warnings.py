@@ -163,7 +163,6 @@ def mean_mass_warnings(case: CaseTable, rounds: Sequence[Round], described: Sequ
 
 
 def _heavy_mean(case: CaseTable, described: Sequence[dict[str, Any]]) -> Iterator[str]:
-    """Segments that are lighter than a given mean mass: each stays one piece."""
     mean = float(case.break_up.mean_mass)
     for index in dict.fromkeys(first_alike(case)):
         segments = described[index].get("segments", []) if case.break_up.segments is None else []

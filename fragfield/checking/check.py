@@ -103,7 +103,6 @@ def check_report(case: CaseTable) -> dict[str, Any]:
 
 
 def _of_drawing(table: RoundTable, found: Mapping[str, Any]) -> dict[str, Any]:
-    """How the contour of a round was read from a file, and the masses of its drawing with what ours differ by."""
     made: dict[str, Any] = {}
     if isinstance(table.profile, dict) and is_of_file(table.profile):
         made["contour"] = {"source": table.profile["source"], "notes": table.profile.get("notes", "")}
@@ -116,7 +115,6 @@ def _of_drawing(table: RoundTable, found: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _prescribed(case: CaseTable, described: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    """Official distances, and net explosive quantity and rules by mass."""
     contents = contents_of(case, {"burst": {"rounds": described}})
     rules, official = [asdict(rule) for rule in rules_for(contents, case.official)], official_part(case)
     return {
@@ -128,7 +126,6 @@ def _prescribed(case: CaseTable, described: Sequence[dict[str, Any]]) -> dict[st
 
 
 def _meshed(item: Round, settings: BurstSettings, cuts: Sequence[Mirror]) -> tuple[CellMesh, MeshQuality]:
-    """The mesh on which a round is computed, cut at planes of symmetry, and its quality."""
     from burst_fenicsx.meshing import mesh_round, quality
     from burst_fenicsx.meshing.cut import split_charges
 
@@ -178,7 +175,6 @@ def _round(entry: Round, settings: BurstSettings, mesh: CellMesh, times: int) ->
 
 
 def _mesh_extent(entry: Round, mesh: CellMesh) -> dict[str, float]:
-    """Length, diameter and charge length (m) of a round from a mesh file."""
     from burst_fenicsx.problem import Part
 
     axis = np.array(entry.axis) / np.linalg.norm(entry.axis)
@@ -220,7 +216,6 @@ def _segments(entry: Round, mesh: CellMesh, times: int) -> Iterator[dict[str, An
 
 
 def _products(explosive: Explosive, settings: BurstSettings) -> dict[str, Any]:
-    """Constants of the isentrope, and the effective Gurney constant at three expansions."""
     from burst_fenicsx.materials.products import make_products
     from burst_fenicsx.materials.products.landau import LandauProducts
 

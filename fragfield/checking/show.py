@@ -105,7 +105,6 @@ def _burst(found: Mapping[str, Any]) -> Iterator[str | Table]:
 
 
 def _prescribed(found: Mapping[str, Any]) -> Iterator[str | Table]:
-    """Official distances of the round, net explosive quantity, and the rules by mass that are prescribed."""
     if official := found.get("official"):
         for key, label in OFFICIAL_LABELS.items():
             if official[key] is not None:
@@ -118,7 +117,6 @@ def _prescribed(found: Mapping[str, Any]) -> Iterator[str | Table]:
 
 
 def _alike(rounds: Iterable[Mapping[str, Any]]) -> list[tuple[list[str], Mapping[str, Any]]]:
-    """Rounds with the same numbers together: their names, and the numbers."""
     groups: list[tuple[list[str], Mapping[str, Any]]] = []
     for entry in rounds:
         same = next((group for group in groups if {**group[1], "name": entry["name"]} == entry), None)
@@ -136,7 +134,6 @@ def _listed(names: list[str]) -> str:
 
 
 def _arrangement(found: Mapping[str, Any]) -> Iterator[str | Table]:
-    """Places of the rounds, their nearest pair, planes and contact."""
     table = Table(title="arrangement", title_justify="left", box=None, pad_edge=False)
     for head in ("round", "x mm", "y mm", "z mm", "axis", "initiated"):
         table.add_column(head, justify="right" if head.endswith("mm") else "left")
@@ -172,7 +169,6 @@ def _arrangement(found: Mapping[str, Any]) -> Iterator[str | Table]:
 
 
 def _map(ground: Mapping[str, Any]) -> Iterator[str | Table]:
-    """A map of heights: extent, cell, holes, and how its file was read."""
     (west, east), (south, north), (low, high) = ground["x"], ground["y"], ground["z"]
     yield (
         f"ground: {ground['map']}, {ground['nodes'][0]} x {ground['nodes'][1]} nodes {ground['cell'][0]:.5g} m by "
@@ -192,7 +188,6 @@ def _map(ground: Mapping[str, Any]) -> Iterator[str | Table]:
 
 
 def _surroundings(found: Mapping[str, Any]) -> Iterator[str | Table]:
-    """Ground and obstacles of the flight."""
     ground = found["ground"]
     if "map" in ground:
         yield from _map(ground)
@@ -220,7 +215,6 @@ def _surroundings(found: Mapping[str, Any]) -> Iterator[str | Table]:
 
 
 def _ignition(entry: Mapping[str, Any]) -> str:
-    """How a round is initiated, in words."""
     words = []
     if entry["delays"] is not None:
         first, last = (f"{time * 1e6:.4g}" for time in entry["delays"])

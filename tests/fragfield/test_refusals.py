@@ -14,7 +14,7 @@ from typing import Any
 
 import pytest
 
-from fragfield.case.changes import changed_document, read_settings
+from fragfield.case.changes import changed_document, load_case, read_settings
 from fragfield.case.load import case_from_document
 from fragfield.checking.check import check_report
 from fragfield_base.errors import InputError
@@ -54,6 +54,18 @@ def test_every_refusal_and_warning_is_worded_as_on_the_page() -> None:
     assert text.count("\n! ") > 200
     assert text.count("\n? ") > 20
     assert written(text) == text
+
+
+@pytest.mark.parametrize(
+    ("content", "part"),
+    [(b"[burst\n", "not valid TOML"), (b"\xff\xfe", "not text in UTF-8"), (None, "no such case file")],
+)
+def test_a_file_that_is_no_case_is_refused(content, part, tmp_path) -> None:
+    path = tmp_path / "bad.toml"
+    if content is not None:
+        path.write_bytes(content)
+    with pytest.raises(InputError, match=part):
+        load_case(path)
 
 
 if __name__ == "__main__":

@@ -115,7 +115,6 @@ def _images(case: CaseTable) -> int:
 
 
 def _inputs(settings: BreakUpSettings) -> str:
-    """Inputs of the law."""
     if settings.mean_mass == "gurney_sarmousakis":
         return "explosive_constant"
     return (

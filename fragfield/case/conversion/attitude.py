@@ -106,7 +106,6 @@ def _mixed_faults(case: CaseTable) -> Iterator[Fault]:
 
 
 def _site_faults(case: CaseTable, key: str, found: str) -> Iterator[Fault]:
-    """Exposed sites that the densities over all directions of the nose say nothing of."""
     for number, entry in enumerate(case.exposed, start=1):
         own = [name for name in ("energy", "height") if getattr(entry, name, None) is not None]
         if entry.kind == "building":
@@ -178,7 +177,6 @@ def attitude_words(part: dict[str, Any]) -> str:
 
 
 def _angles(axis: Vector) -> tuple[float, float | None]:
-    """Inclination from upright and azimuth of an axis in degrees."""
     across = math.hypot(*axis[:2])
     inclination = _near(math.degrees(math.atan2(across, axis[2])))
     if inclination in (0.0, 180.0):
@@ -187,7 +185,6 @@ def _angles(axis: Vector) -> tuple[float, float | None]:
 
 
 def _near(angle: float) -> float:
-    """An angle without the round-off of its vector."""
     return float(round(angle)) if abs(angle - round(angle)) < _SAME else angle
 
 

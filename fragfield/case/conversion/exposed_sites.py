@@ -236,7 +236,6 @@ def _building(case: CaseTable, entry: ExposedBuildingTable, energy: float) -> tu
 
 
 def _open(case: CaseTable, entry: PersonTable | RoadTable | AreaTable) -> tuple[Array, list[Array]]:
-    """Outline of an exposed site in the open, and convex pieces of its plan."""
     if isinstance(entry, PersonTable):
         assert entry.position is not None  # checked
         away = np.subtract(entry.position, case.flight.origin)

@@ -261,7 +261,6 @@ def _refusal(break_up: BreakUpTable, law: object, lacking: list[str], casings: l
 
 
 def _remaining(casings: list[Substance], given: set[str]) -> Iterator[str]:
-    """Laws for which all is given or known."""
     for law in ("mott", "mott_1947"):
         keys = [key for key in _NEEDED[law] if key not in given]
         if all(one.value("break_up", key) is not None for one in casings for key in keys):
@@ -269,7 +268,6 @@ def _remaining(casings: list[Substance], given: set[str]) -> Iterator[str]:
 
 
 def _of_casings(key: str, casings: list[Substance], source: str) -> float | None:
-    """The one value of all casings; None where one of them has none."""
     values = {one.name: one.value("break_up", key) for one in casings}
     if None in values.values():
         return None

@@ -165,16 +165,22 @@ def heights(body: Body, plane: PlaneTable) -> tuple[float, float]:
     return low - foot, high - foot
 
 
-def mirrored(case: CaseTable, bodies: list[tuple[Array, Array, Held]]) -> list[tuple[Array, Array, Held]]:
-    """Positions, axes and contents of rounds, followed by those of their images behind planes of symmetry."""
+def images(case: CaseTable) -> list[tuple[Array, Array]]:
+    """The reflections x -> Q x + s (m) at planes of symmetry that make all rounds of the case's; the identity first."""
+    found: list[tuple[Array, Array]] = [(np.eye(3), np.zeros(3))]
     for plane in case.plane:
         if plane.kind == "symmetry":
-            normal, point = np.array(plane.normal), np.array(plane.point)
-            bodies = bodies + [
-                (place - 2.0 * ((place - point) @ normal) * normal, axis - 2.0 * (axis @ normal) * normal, what)
-                for place, axis, what in bodies
-            ]
-    return bodies
+            normal = np.array(plane.normal, dtype=np.float64)
+            normal = normal / np.linalg.norm(normal)
+            mirror = np.eye(3) - 2.0 * np.outer(normal, normal)
+            shift = 2.0 * (np.array(plane.point) @ normal) * normal
+            found += [(mirror @ matrix, mirror @ s + shift) for matrix, s in found]
+    return found
+
+
+def mirrored(case: CaseTable, bodies: list[tuple[Array, Array, Held]]) -> list[tuple[Array, Array, Held]]:
+    """Positions, axes and contents of rounds, followed by those of their images behind planes of symmetry."""
+    return [(matrix @ at + s, matrix @ axis, what) for matrix, s in images(case) for at, axis, what in bodies]
 
 
 _CONTENTS = {"profile", "mesh", "mesh_unit", "explosive", "casing"}

@@ -73,7 +73,6 @@ def expanded(case: CaseTable, on_ground: Container[str] = ()) -> list[RoundTable
 
 
 def _places(case: CaseTable, template: RoundTable, stack: StackTable) -> Array:
-    """Positions of the rounds (m), shape (n, 3)."""
     from fragfield.case.conversion.rounds import lift_to, outsides
 
     bodies = outsides(template, case)
@@ -106,7 +105,6 @@ def _template(case: CaseTable, stack: StackTable) -> RoundTable:
 
 
 def _initiated(case: CaseTable, stack: StackTable) -> set[int]:
-    """Indices of the rounds that have ignition points."""
     if stack.initiated is None:
         return set(range(stack.size))
     names = stacked_names(case)

@@ -105,7 +105,6 @@ def even_surroundings(case: CaseTable) -> bool:
 
 
 def _bodies(case: CaseTable) -> list[tuple[Any, Any, str]]:
-    """Position, axis and contents of every round and of its images behind planes of symmetry."""
     bodies: list[tuple[Any, Any, str]] = []
     for one in expanded(case):
         contents = one.model_dump(mode="json", exclude={"name", "position", "axis"})

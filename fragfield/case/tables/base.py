@@ -81,7 +81,6 @@ def _made(value: object) -> object:
 
 @cache
 def _meanings(stage: type) -> dict[str, str]:
-    """Docstrings of the fields of a dataclass."""
     (body,) = ast.parse(textwrap.dedent(inspect.getsource(stage))).body
     assert isinstance(body, ast.ClassDef)
     return {
