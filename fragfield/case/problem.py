@@ -15,7 +15,7 @@ from flight.shape import Box, Lognormal
 from fragfield.case.checks.estimates import check_numbers, map_faults
 from fragfield.case.conversion.exposed_sites import exposed_sites_of
 from fragfield.case.conversion.rounds import burst_rounds, first_alike, masses_of, profile_of
-from fragfield.case.conversion.surroundings import air_of, check_surroundings, surroundings
+from fragfield.case.conversion.surroundings import check_surroundings, surroundings
 from fragfield.case.conversion.symmetry import hazard_basis, is_axisymmetric, mirror_planes
 from fragfield.case.faults import Fault
 from fragfield.case.tables.base import degrees_of
@@ -120,15 +120,14 @@ def break_up_settings(case: CaseTable) -> BreakUpSettings:
 def flight_arguments(case: CaseTable) -> dict[str, Any]:
     """Keyword arguments of `flight.fly`; raises flight's InputError for a drag table, a map or a surface at fault."""
     table = case.flight
-    steps = table.integrator
     return {
-        "air": air_of(case),
+        "air": table.air.air(),
         "drag": flight.Drag.of(table.drag).scaled(table.drag_factor),
         "gravity": table.gravity,
         "wind": table.wind.wind(),
         **surroundings(case),
         "witnesses": [surface.made() for surface in case.witness],
-        "integrator": flight.Adaptive(steps.tolerance) if steps.method == "adaptive" else flight.FixedStep(steps.step),
+        "integrator": table.integrator.integrator(),
         "contact": None if table.collisions == "none" else table.collisions.made(between="rounds"),
         "shape": _shape(table),
         "time_limit": table.time_limit,

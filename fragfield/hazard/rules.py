@@ -365,9 +365,9 @@ def _stack(case: CaseTable, field: PolarField, side: int, top: int) -> tuple[Sta
 
 def _air(case: CaseTable) -> tuple[float, float]:
     """Density (kg/m3) and speed of sound (m/s) on the ground at the origin."""
-    from fragfield.case.conversion.surroundings import air_of, ground_height
+    from fragfield.case.conversion.surroundings import ground_height
 
-    air, ground = air_of(case), ground_height(case, *case.flight.origin)
+    air, ground = case.flight.air.air(), ground_height(case, *case.flight.origin)
     return float(air.density(ground)), float(air.sound_speed(ground))
 
 

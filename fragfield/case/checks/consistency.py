@@ -17,7 +17,6 @@ from fragfield.case.conversion.rounds import heights, meshed, placed, profile_of
 from fragfield.case.conversion.stack import check_stack
 from fragfield.case.conversion.surroundings import ground_height, ground_of, surroundings
 from fragfield.case.faults import Fault
-from fragfield.case.tables.flight import CylinderTable
 from fragfield.case.tables.round import UP, ExplosiveTable
 from fragfield.case.tables.site import check_official
 from fragfield.errors import nearest
@@ -32,7 +31,6 @@ if TYPE_CHECKING:
     from fragfield.case.conversion.clearance import Body
     from fragfield.case.schema import CaseTable
     from fragfield.case.tables.burst import BurstTable
-    from fragfield.case.tables.flight import FlightTable, WitnessTable
     from fragfield.case.tables.round import PlaneTable, RoundTable
 
 
@@ -41,28 +39,43 @@ _MOST_STATES = 100_000
 
 def check_case(case: CaseTable, *, burst: bool = True) -> list[Fault]:
     """Faults of a case as read, that show before names are resolved; `burst`: it must describe one."""
-    faults = list(outside_hard(case))
-    if faults:
-        return faults  # the checks below would stumble over such numbers
-    faults = list(_complete(case)) if burst else []
+    return list(outside_hard(case)) or list(_as_read(case, burst=burst))  # which would stumble over such numbers
+
+
+def _as_read(case: CaseTable, *, burst: bool) -> Iterator[Fault]:
+    if burst and case.burst is None:
+        yield Fault("burst", 'missing; needed: a table [burst] with cell_size, for example cell_size = "6 mm"')
+    if burst and not case.round:
+        yield Fault("round", "missing; needed: at least one table [[round]]")
     if case.burst is not None:
-        faults += _stop_rules(case.burst)
+        yield from _stop_rules(case.burst)
     for key in ("round", "plane", "obstacle", "witness", "exposed"):
-        faults += _unique(key, [entry.name for entry in getattr(case, key)])
-    faults += check_exposed(case)
-    faults += check_uncertainty(case)
-    faults += check_planes(case)
+        names = [entry.name for entry in getattr(case, key)]
+        for number, name in enumerate(names, start=1):
+            if number > (first := names.index(name) + 1):
+                words = f"found {show(name)}, the name of {key}[{first}]; allowed: a name of its own"
+                yield Fault(f"{key}[{number}].name", words)
+    yield from check_exposed(case)
+    yield from check_uncertainty(case)
+    yield from check_planes(case)
     for number, entry in enumerate(case.round, start=1):
-        faults += _round(f"round[{number}]", entry)
-    faults += check_stack(case)
-    faults += choice_faults(case)
-    faults += _flight(case.flight)
+        yield from _round(f"round[{number}]", entry)
+    yield from check_stack(case)
+    yield from choice_faults(case)
+    yield from (Fault(f"flight.wind.{key}", words) for key, words in case.flight.wind.faults())
+    ground = case.flight.ground
+    if ground.map is not None and ground.height != 0.0:
+        words = f"found {ground.height:g} m together with a map; allowed: one of the two; datum shifts the map"
+        yield Fault("flight.ground.height", words)
     for number, surface in enumerate(case.witness, start=1):
-        faults += _witness(f"witness[{number}]", surface)
-    faults += _rising("break_up.segments", case.break_up.segments or [])
+        bottom, top = getattr(surface, "bottom", None), getattr(surface, "top", None)
+        if bottom is not None and top is not None and not top > bottom:
+            yield Fault(f"witness[{number}].top", f"found {top:g} m; allowed: above bottom, {bottom:g} m")
+    stations = case.break_up.segments or []
+    if any(after <= before for before, after in pairwise(stations)):
+        yield Fault("break_up.segments", f"found {show(stations)} (m); allowed: values that rise")
     if case.official is not None:
-        faults += check_official(case.official)
-    return faults
+        yield from check_official(case.official)
 
 
 def check_charges(case: CaseTable, stacked: Sequence[str] = ()) -> list[Fault]:
@@ -78,19 +91,13 @@ def check_charges(case: CaseTable, stacked: Sequence[str] = ()) -> list[Fault]:
         if isinstance(entry.profile, dict):
             faults += _ignition(f"round[{number}]", entry)
     if case.round and not any(entry.ignition for entry in case.round):
-        faults.append(
-            "round: found no ignition point in any round, so nothing makes the shock that initiates them; allowed: at "
-            "least one round with an ignition point"
+        words = (
+            "found no ignition point in any round, so nothing makes the shock that initiates them; allowed: at least "
+            "one round with an ignition point"
         )
+        faults.append(Fault("round", words))
     faults += check_expected(case)
     return faults or list(check_places(case, stacked))
-
-
-def _complete(case: CaseTable) -> Iterator[Fault]:
-    if case.burst is None:
-        yield Fault("burst", 'missing; needed: a table [burst] with cell_size, for example cell_size = "6 mm"')
-    if not case.round:
-        yield Fault("round", "missing; needed: at least one table [[round]]")
 
 
 def _stop_rules(burst: BurstTable) -> Iterator[Fault]:
@@ -115,15 +122,6 @@ def _stop_rules(burst: BurstTable) -> Iterator[Fault]:
         )
 
 
-def _unique(key: str, names: Sequence[str]) -> Iterator[Fault]:
-    for number, name in enumerate(names, start=1):
-        first = names.index(name) + 1
-        if number > first:
-            yield Fault(
-                f"{key}[{number}].name", f"found {show(name)}, the name of {key}[{first}]; allowed: a name of its own"
-            )
-
-
 def _round(key: str, entry: RoundTable) -> Iterator[Fault]:
     given = [name for name in ("profile", "contour", "mesh") if getattr(entry, name) is not None]
     if len(given) != 1:
@@ -140,28 +138,6 @@ def _round(key: str, entry: RoundTable) -> Iterator[Fault]:
             'for example ignition = [{ station = "nose" }], or leave the key out for that one; or '
             'initiation = { pressure = "5 GPa", duration = "0.2 us" } by a neighbour\'s shock',
         )
-
-
-def _flight(flight: FlightTable) -> Iterator[Fault]:
-    yield from (Fault(f"flight.wind.{key}", words) for key, words in flight.wind.faults())
-    ground = flight.ground
-    if ground.map is not None and ground.height != 0.0:
-        yield Fault(
-            "flight.ground.height",
-            f"found {ground.height:g} m together with a map; allowed: one of the two; datum shifts the map",
-        )
-
-
-def _rising(key: str, values: Sequence[float]) -> Iterator[Fault]:
-    if any(after <= before for before, after in pairwise(values)):
-        yield Fault(f"{key}", f"found {show(list(values))} (m); allowed: values that rise")
-
-
-def _witness(key: str, surface: WitnessTable) -> Iterator[Fault]:
-    if not isinstance(surface, CylinderTable):
-        return
-    if surface.bottom is not None and surface.top is not None and not surface.top > surface.bottom:
-        yield Fault(f"{key}.top", f"found {surface.top:g} m; allowed: above bottom, {surface.bottom:g} m")
 
 
 def _products(key: str, products: ProductModel, explosive: ExplosiveTable) -> Iterator[Fault]:

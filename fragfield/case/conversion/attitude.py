@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from fragfield.case.schema import CaseTable
-    from fragfield.case.tables.round import RoundTable
 
 
 Vector = tuple[float, float, float]
@@ -40,17 +39,15 @@ def is_mixed(case: CaseTable) -> bool:
 
 def with_axes(case: CaseTable) -> CaseTable:
     """The case with `axis` in place of every attitude but "any"."""
-    if all(entry.attitude is None and entry.azimuth is None for entry in case.round):
-        return case
-    return case.model_copy(update={"round": [_with_axis(entry) for entry in case.round]})
-
-
-def _with_axis(entry: RoundTable) -> RoundTable:
-    if entry.attitude is None or entry.attitude == "any":
-        return entry.model_copy(update={"azimuth": None})
-    inclination = {"upright": 0.0, "lying": 0.5 * math.pi}.get(str(entry.attitude), entry.attitude)
-    axis = axis_of(float(inclination), entry.azimuth or 0.0)
-    return entry.model_copy(update={"axis": axis, "attitude": None, "azimuth": None})
+    rounds = []
+    for entry in case.round:
+        changes: dict[str, Any] = {"azimuth": None}
+        if entry.attitude not in (None, "any"):
+            inclination = {"upright": 0.0, "lying": 0.5 * math.pi}.get(str(entry.attitude), entry.attitude)
+            changes |= {"attitude": None, "axis": axis_of(float(inclination or 0.0), entry.azimuth or 0.0)}
+        is_given = entry.attitude is not None or entry.azimuth is not None
+        rounds.append(entry.model_copy(update=changes) if is_given else entry)
+    return case.model_copy(update={"round": rounds})
 
 
 def attitude_faults(case: CaseTable) -> Iterator[Fault]:

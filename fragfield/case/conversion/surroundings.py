@@ -15,7 +15,6 @@ if TYPE_CHECKING:
 
     from flight import HeightMap, Ricochet
     from flight.hazard.site import Site
-    from flight.scene.air import Air
     from fragfield.case.schema import CaseTable
     from fragfield.case.tables.surroundings import GroundTable
 
@@ -184,19 +183,9 @@ def wind_words(case: CaseTable) -> str:
     return f"{blows(wind.speed, wind.towards)} at all heights"
 
 
-def air_of(case: CaseTable) -> Air:
-    """The air of the flight."""
-    import flight
-
-    table = case.flight.air
-    if table.model == "constant":
-        return flight.ConstantAir(table.density or 0.0, table.sound_speed)
-    return flight.StandardAtmosphere(table.altitude or 0.0, table.temperature_offset)
-
-
 def air_words(case: CaseTable) -> str:
     """The air at the origin's ground: density and temperature, of constant air that of its speed of sound."""
-    air, ground = air_of(case), ground_height(case, *case.flight.origin)
+    air, ground = case.flight.air.air(), ground_height(case, *case.flight.origin)
     density, sound = float(air.density(ground)), float(air.sound_speed(ground))
     celsius = sound**2 / (_ADIABATIC * _GAS_CONSTANT) - 273.15
     if case.flight.air.model == "standard":

@@ -8,8 +8,8 @@ from pydantic import Discriminator, Field, Tag
 
 from flight.hazard.criteria import Criteria
 from flight.integrate.contact import Contact
-from flight.integrate.integrator import Adaptive, FixedStep
-from flight.scene.air import STANDARD_GRAVITY, ConstantAir
+from flight.integrate.integrator import Steps
+from flight.scene.air import STANDARD_GRAVITY, AirLaw
 from flight.scene.targets import Cylinder, Panel, Polygon
 from flight.scene.wind import WindLaw
 from flight.shape import Box
@@ -24,7 +24,6 @@ from fragfield_base.inputs import (
     Position,
     PositiveLength,
     Quantity,
-    Speed,
     Time,
 )
 from fragfield_base.units import degrees
@@ -35,54 +34,16 @@ def _name_or_number(value: object) -> str:
     return "<name>" if isinstance(value, str) else "<number>"
 
 
-class AirTable(Table):
+class AirTable(Table, AirLaw):
     """The air that fragments fly through."""
-
-    model: Literal["standard", "constant"] = "standard"
-    """The US Standard Atmosphere 1976, or one density everywhere."""
-    altitude: Annotated[
-        Length | None,
-        Bounds(-500.0, 8e4, "the atmosphere is tabulated up to 84.9 km", usual=(-500.0, 6000.0)),
-        OnlyWith("model", ("standard",)),
-    ] = None
-    """Altitude of z = 0 above sea level, for model = "standard"; left out: the map's height of z = 0, else 0."""
-    temperature_offset: Annotated[
-        float,
-        Quantity("K", "0 K"),
-        Bounds(-80.0, 80.0, "no air near the ground is that far from 15 degrees Celsius", usual=(-45.0, 35.0)),
-        OnlyWith("model", ("standard",)),
-    ] = 0.0
-    """Added to the temperature of the standard atmosphere (15 degrees Celsius at sea level), whose pressure stays."""
-    density: Annotated[
-        float | None,
-        Quantity("kg/m^3", "1.225 kg/m^3", minimum=0.0),
-        Bounds(0.0, 1000.0, "denser than water", usual=(0.0, 2.0)),
-        OnlyWith("model", ("constant",), refused=True, needed=("constant",)),
-    ] = None
-    """For model = "constant"; 0 is a vacuum."""
-    sound_speed: Annotated[
-        Speed, Bounds(10.0, 1e4, "speeds of sound of gases", usual=(250.0, 400.0)), OnlyWith("model", ("constant",))
-    ] = ConstantAir.sound_speed_everywhere
-    """For model = "constant"."""
 
 
 class WindTable(Table, WindLaw):
     """Horizontal wind."""
 
 
-class IntegratorTable(Table):
+class IntegratorTable(Table, Steps):
     """How trajectories are integrated."""
-
-    method: Literal["adaptive", "fixed"] = "adaptive"
-    """Embedded Runge-Kutta with a step of its own for every fragment, or a fixed step."""
-    tolerance: Annotated[
-        float, Bounds(1e-14, 1e-2, "between the digits of a number and a per cent"), OnlyWith("method", ("adaptive",))
-    ] = Adaptive.tolerance
-    """Relative error of a step, for method = "adaptive"; 3e-8 keeps a range within 1e-6 of itself, 1e-6 within 4e-5."""
-    step: Annotated[
-        Time, Bounds(1e-8, 1.0, "a fragment stops within seconds", usual=(1e-6, 0.01)), OnlyWith("method", ("fixed",))
-    ] = FixedStep.step
-    """For method = "fixed" (the paper: 0.1 ms)."""
 
 
 _BOX = OnlyWith("model", ("box",))
