@@ -12,6 +12,7 @@ from fragfield.case import plain
 from fragfield.case.checks.estimates import check_numbers, given_fragments
 from fragfield.case.conversion.attitude import is_mixed
 from fragfield.case.conversion.rounds import burst_rounds, first_alike
+from fragfield.case.faults import Doubt
 from fragfield.case.problem import break_up_settings, burst_geometry, burst_settings
 from fragfield.checking.case_warnings import case_warnings, mean_mass_warnings, substances_of, waiting_on_estimates
 from fragfield.checking.cost import expected_cost
@@ -96,7 +97,7 @@ def check_report(case: CaseTable) -> dict[str, Any]:
             *case_warnings(case, settings, described, expected),
             *waiting_on_estimates(rounds),
             *mean_mass_warnings(case, rounds, described),
-            *check_numbers(case, break_up_settings(case), margin=1.0),
+            *(Doubt(key, f": {words}") for key, words in check_numbers(case, break_up_settings(case), margin=1.0)),
         ],
         **_prescribed(case, described),
     }

@@ -276,7 +276,7 @@ def _behind(case: CaseTable, plane: PlaneTable, bodies: Sequence[Body], keys: Se
             )
         elif low < -_TOUCHING:
             yield Fault(
-                f"{key}",
+                key,
                 f"{show(entry.name)} reaches {_mm(-low)} through plane[{number}] {show(plane.name)}; "
                 "allowed: rounds on one side of it",
             )
@@ -284,7 +284,7 @@ def _behind(case: CaseTable, plane: PlaneTable, bodies: Sequence[Body], keys: Se
             in_mesh = heights(meshed(entry, size), plane)[0]
             if in_mesh < -_TOUCHING:
                 yield Fault(
-                    f"{key}",
+                    key,
                     f"{show(entry.name)} stands {_mm(max(low, 0.0))} from plane[{number}] {show(plane.name)}, "
                     f"and the corners of its mesh with cells of {_mm(size)} reach {_mm(low - in_mesh)} farther; "
                     f"allowed: at least {_mm_up(low - in_mesh)} away, or smaller cells",
@@ -311,7 +311,7 @@ def _buried(case: CaseTable, bodies: Sequence[Body], keys: Sequence[str]) -> Ite
         lowest = body.reach((0.0, 0.0, 1.0))[0]
         if lowest < ground - _TOUCHING:
             yield Fault(
-                f"{key}",
+                key,
                 f"the round lies {_mm(ground - lowest)} below the ground, z = {ground:g} m; "
                 "allowed: on or above it (position is the centre of the base)",
             )
@@ -347,13 +347,13 @@ def check_protective_works(case: CaseTable) -> Iterator[Fault]:
     for name in names:
         if name not in known:
             allowed = ", ".join(map(show, known)) or "none: the case has no [[obstacle]] and no [[plane]] of kind wall"
-            yield Fault(f"{key}", f"found {show(name)}; allowed: {allowed}{nearest(name, known)}")
+            yield Fault(key, f"found {show(name)}; allowed: {allowed}{nearest(name, known)}")
             return
     walls = []  # of the planes, a point and the unit normal
     for one in (planes[name] for name in names if name in planes):
         normal = np.array(one.normal, dtype=np.float64) / np.linalg.norm(np.array(one.normal))
         if abs(normal[2]) > _UPRIGHT:
-            yield Fault(f"{key}", f"found {show(one.name)}, a plane under or over the rounds; allowed: upright walls")
+            yield Fault(key, f"found {show(one.name)}, a plane under or over the rounds; allowed: upright walls")
             return
         walls.append((np.array(one.point, dtype=np.float64), normal))
     if not names:
@@ -369,7 +369,7 @@ def check_protective_works(case: CaseTable) -> Iterator[Fault]:
     degrees = min(_closed(np.array(top), ahead, bodies, walls) for top in tops)
     if degrees < _CLOSED:
         yield Fault(
-            f"{key}",
+            key,
             f"found {', '.join(map(show, names))}, which close {degrees} of 360 degrees around the rounds up to "
             f"{_ELEVATION:g} degrees over them; allowed: works that enclose them, on {_CLOSED:g} degrees or more, as "
             f"high as that or, of planes, within {_NEAR_WALL:g} m",

@@ -17,7 +17,7 @@ import numpy as np
 from fragfield.case.checks.expected_masses import RECOVERED
 from fragfield.case.conversion.rounds import burst_round, first_alike, masses_of
 from fragfield.case.conversion.surroundings import bearing_of, direction_words, ground_of, surroundings
-from fragfield.case.faults import Fault
+from fragfield.case.faults import Doubt, Fault
 from fragfield.errors import InputError
 from fragfield_base import errors
 
@@ -168,22 +168,20 @@ def map_warnings(case: CaseTable, fragments: Fragments | None = None) -> Iterato
     if isinstance(ground, float):
         return
     if case.flight.ground.beyond == "level":
-        yield from map(str, _short(case, fragments, f"{_LEVEL}. A map that holds all is one"))
+        faults = _short(case, fragments, f"{_LEVEL}. A map that holds all is one")
+        yield from (Doubt(key, f": {words}") for key, words in faults)
     air = case.flight.air
     if air.model == "standard" and abs((air.altitude or 0.0) - (ground.datum or 0.0)) > _OTHER_ALTITUDE:
-        yield (
-            f"flight.air.altitude = {air.altitude or 0.0:g} m, and by the map z = 0 is at {ground.datum or 0.0:.4g} m; "
-            "left out, it is the map's"
-        )
+        words = f"by the map z = 0 is at {ground.datum or 0.0:.4g} m; left out, it is the map's"
+        yield Doubt("flight.air.altitude", f" = {air.altitude or 0.0:g} m, and {words}")
     steps = zip((1, 0), ground.step, strict=True)
     rise = max(float(np.abs(np.diff(ground.heights, axis=axis)).max()) / step for axis, step in steps)
     if rise > _STEEP:
-        yield Fault(
-            "flight.ground.map", f"neighbours rise {rise:.3g} times their distance: is a hole filled by a number?"
-        )
-    yield from (f"flight.ground.map: {note}" for note in ground.facts.get("notes", ()) if note.endswith("?"))
+        words = f": neighbours rise {rise:.3g} times their distance: is a hole filled by a number?"
+        yield Doubt("flight.ground.map", words)
+    yield from (Doubt("flight.ground.map", f": {note}") for note in ground.facts.get("notes", ()) if note.endswith("?"))
     if "no place was given" in ground.facts.get("position", ""):
-        yield Fault("flight.ground.map", f"{ground.facts['position']}; say where the rounds stand by a table [site]")
+        yield Doubt("flight.ground.map", f": {ground.facts['position']}; say where the rounds stand by a table [site]")
 
 
 def given_fragments(case: CaseTable, path: Path) -> list[str]:
@@ -223,7 +221,7 @@ def _masses_of_given(case: CaseTable, fragments: Fragments, name: str) -> Iterat
             'flight.arena_mass = "as_given"'
         )
     if mass < low * whole:
-        yield Fault(f"{words}", "densities and distances are those of these alone")
+        yield f"{words}: densities and distances are those of these alone"
 
 
 def _short(case: CaseTable, fragments: Fragments | None, end: str) -> Iterator[Fault]:

@@ -58,7 +58,7 @@ def check_expected(case: CaseTable) -> Iterator[Fault]:
             continue
         seen.add((first, expected))
         if expected.casing is None and expected.charge is None:
-            yield Fault(f"{key}", 'found no mass; allowed: casing, charge or both, for example { casing = "34.5 kg" }')
+            yield Fault(key, 'found no mass; allowed: casing, charge or both, for example { casing = "34.5 kg" }')
             continue
         masses = masses_of(entry)
         for name, wanted, found in (

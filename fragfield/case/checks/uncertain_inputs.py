@@ -80,7 +80,7 @@ def _check_numbers(where: str, entry: UncertainInputTable) -> Iterator[Fault]:
         if (low is not None and value < low) or (high is not None and value > high):
             yield Fault(f"{where}.{name}", f"found {show(getattr(entry, name))}; allowed: between low and high")
     if entry.applies == "factor" and min(_extremes(found), default=1.0) <= 0.0:
-        yield Fault(f"{where}", 'applies = "factor" can be zero or less; allowed: positive factors, cut off by low')
+        yield Fault(where, 'applies = "factor" can be zero or less; allowed: positive factors, cut off by low')
     if entry.distribution == "normal" and entry.applies == "factor" and low is None:
         yield Fault(f"{where}.low", 'missing; a factor with distribution = "normal" must be cut off above zero by low')
     if entry.distribution == "discrete":
