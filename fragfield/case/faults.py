@@ -60,8 +60,8 @@ class Doubt(str):
     __slots__ = ("key",)
     key: str
 
-    def __new__(cls, key: str, words: str) -> Self:
-        """The text is the key and, without a space between them, the words."""
+    def __new__(cls, key: str, words: str = "") -> Self:
+        """The text is the key and, without a space between them, the words; of a copy the text alone is given."""
         made = super().__new__(cls, f"{key}{words}")
         made.key = key
         return made

@@ -107,7 +107,8 @@ def rigid_plane(entry: PlaneTable) -> RigidPlane | Mirror:
 
 def break_up_settings(case: CaseTable) -> BreakUpSettings:
     """Settings of the break-up; a single axisymmetric round is turned about its axis in each realisation."""
-    table, counted = case.break_up, {}
+    table = case.break_up
+    counted: dict[str, Any] = {}
     if table.mean_mass_is_file:
         assert table.counts is not None  # read when the case was resolved
         counted = {"mean_mass": table.counts.made()}
@@ -210,8 +211,8 @@ def _of_flight(case: CaseTable) -> Iterator[Fault]:
 def _rekeyed(case: CaseTable, error: InputError, table: str) -> Fault:
     """A stage's refusal with the case's key: a stage begins with what is at fault, and its name if it has one."""
     text = str(error)
-    for key, entries in (("witness", case.witness), ("obstacle", case.obstacle), ("exposed", case.exposed)):
-        for number, entry in enumerate(entries, start=1):
+    for key in ("witness", "obstacle", "exposed"):
+        for number, entry in enumerate(getattr(case, key), start=1):
             for name in (entry.name, show(entry.name)):
                 if text.startswith(head := f"{key} {name}: "):
                     return Fault(f"{key}[{number}]", f"{show(entry.name)}: {text.removeprefix(head)}")
