@@ -9,7 +9,7 @@ import pytest
 from burst_fenicsx.geometry import load_profile, profile_names
 from burst_fenicsx.materials.library import casing_names
 from fragfield.case import differences, load_case, read_resolved, to_toml
-from fragfield.case.checks.uncertain_inputs import unit_of_key
+from fragfield.case.keys import unit_of_key
 from fragfield.case.load import case_from_document, read_document
 from fragfield.errors import InputError
 from fragfield.studies.uncertainty.inputs import inputs_of

@@ -156,7 +156,7 @@ def _ignited(case: CaseTable, stack: StackTable) -> Iterator[Fault]:
             faults.append(Fault(f"found {show(one)}{nearest(one, names)}; allowed", f"{_range(names)}"))
         elif isinstance(one, int) and one > stack.size:
             faults.append(Fault(f"found {one}; allowed", f"1 to {stack.size}, or {_range(names)}"))
-    yield from (f"stack.initiated: {fault}" for fault in faults)
+    yield from (Fault("stack.initiated", words) for words in faults)
     if faults:
         return
     initiated = _initiated(case, stack)

@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from fragfield.case.checks.uncertain_inputs import parameters_of, unit_of_key
+from fragfield.case.checks.uncertain_inputs import parameters_of
+from fragfield.case.keys import unit_of_key
 from fragfield.errors import InputError
 from fragfield.studies.uncertainty.defaults import default_inputs
 from fragfield.studies.uncertainty.distributions import Distribution
