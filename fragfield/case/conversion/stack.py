@@ -150,14 +150,11 @@ def _ignited(case: CaseTable, stack: StackTable) -> Iterator[Fault]:
         )
     if stack.initiated is None:
         return
-    faults = []
-    for one in stack.initiated:
-        if isinstance(one, str) and one not in names:
-            faults.append(Fault(f"found {show(one)}{nearest(one, names)}; allowed", f"{_range(names)}"))
-        elif isinstance(one, int) and one > stack.size:
-            faults.append(Fault(f"found {one}; allowed", f"1 to {stack.size}, or {_range(names)}"))
-    yield from (Fault("stack.initiated", words) for words in faults)
-    if faults:
+    unknown = [one for one in stack.initiated if (one not in names if isinstance(one, str) else one > stack.size)]
+    for one in unknown:
+        near = f"{nearest(one, names)}; allowed: " if isinstance(one, str) else f"; allowed: 1 to {stack.size}, or "
+        yield Fault("stack.initiated", f"found {show(one)}{near}{_range(names)}")
+    if unknown:
         return
     initiated = _initiated(case, stack)
     if template.ignition is not None and not template.ignition:
