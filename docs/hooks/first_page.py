@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 import fragfield
 from fragfield.hazard.certainty import metres
 from fragfield.hazard.recommended import parts_words
-from fragfield.hazard.to_apply import DistanceToApply
+from fragfield.results.rules import DistanceToApply
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from fragfield.errors import InputError, NotDeterminedError
 from fragfield.hazard.certainty import basis_words, is_determined, metres, ricochet_words, source_words
 from fragfield.hazard.recommended import parts_words
-from fragfield.hazard.to_apply import DistanceToApply
+from fragfield.results.rules import DistanceToApply
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -64,7 +64,6 @@ class FlownSector(Part):
     """Flights of a sector."""
 
     azimuth_deg: float = out("Centre of the sector", "deg")
-    bearing_deg: float | None = out("The same as a bearing", "deg", default=None)
     max_throw: float = out("Last landing of the farthest fragment, median of the realisations", "m")
     max_throw_low: float = out("5 % of the realisations", "m")
     max_throw_high: float = out("95 % of the realisations", "m")

@@ -75,7 +75,6 @@ class Attitude(Part):
     words: str = out("The same in words")
     inclination_deg: float | None = out("Nose from upright; null where rounds differ or have none", "deg")
     azimuth_deg: float | None = out("Nose from +x, counter-clockwise; null where rounds differ or have none", "deg")
-    bearing_deg: float | None = out("The same as a bearing", "deg", default=None)
     base_height: float | None = out("Lowest base over the ground", "m")
     worst_inclination_deg: float | None = out("Of `any`: inclination of the worst attitude", "deg")
     worst_roll_deg: float | None = out("Of `any`: its roll", "deg")

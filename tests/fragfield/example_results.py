@@ -5,7 +5,7 @@ from __future__ import annotations
 import types
 from typing import Any, Literal, TypeVar, Union, get_args, get_origin
 
-from fragfield.results.part import Part, marks, outputs, plain
+from fragfield.results.part import Part, marks, outputs, to_json
 
 AnyPart = TypeVar("AnyPart", bound=Part)
 
@@ -19,7 +19,7 @@ def complete(part: type[Part], values: dict[str, Any]) -> dict[str, Any]:
     """The values of a part as summary.json has them, with those that are missing."""
     optional = {mark.key or name for name, mark in marks(part).items() if hasattr(part, name)}
     known = {key: kind for key, _, kind in outputs(part)}
-    given = {key: _completed(known[key], value) if key in known else value for key, value in plain(values).items()}
+    given = {key: _completed(known[key], value) if key in known else value for key, value in to_json(values).items()}
     return given | {key: _value(kind) for key, kind in known.items() if key not in given and key not in optional}
 
 

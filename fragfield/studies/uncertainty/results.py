@@ -12,8 +12,11 @@ from fragfield.files.stamped import read_stamped_json, stamped_json
 from fragfield.hazard.certainty import metres
 from fragfield.hazard.recommended import parts_words, recommended_of
 from fragfield.hazard.site_map import write_contours
-from fragfield.hazard.to_apply import DistanceToApply
+from fragfield.hazard.to_apply import distance_to_apply
 from fragfield.quantities import column_of, shown
+from fragfield.results.hazard import Hazard
+from fragfield.results.part import to_json
+from fragfield.results.rules import Official, Rule
 from fragfield.studies.uncertainty.sample import results_of_summary
 from fragfield.studies.uncertainty.shares import Analysis, analyse
 from fragfield.studies.uncertainty.spread import spread_of, without_statistical_error
@@ -77,7 +80,12 @@ def _renew(nominal: RunDirectory, study: Mapping[str, Any]) -> None:
 
 def _to_apply(hazard: Mapping[str, Any], summary: Mapping[str, Any]) -> dict[str, Any]:
     rules = (summary.get("rules") or {}).get("rules") or ()
-    return DistanceToApply.of(hazard, summary.get("official"), rules).as_dict()
+    official = summary.get("official")
+    return to_json(
+        distance_to_apply(
+            Hazard.read(hazard), official and Official.read(official), [Rule.read(entry) for entry in rules]
+        )
+    )
 
 
 def read_results(folder: Path) -> dict[str, Any]:
