@@ -26,6 +26,7 @@ from fragfield.cli.application import (
 from fragfield.cli.guard import give, guarded
 from fragfield.errors import EXIT_NUMERICAL
 from fragfield.pipeline.parallel import launched_rank
+from fragfield.results.part import to_json
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -170,7 +171,7 @@ def _give_summary(done: Run, *, json: bool, flown: bool, warnings: bool = False)
     if launched_rank() == 0:
         from fragfield.hazard.certainty import is_determined
 
-        summary = {"directory": str(done.path), **done.summary}
+        summary = {"directory": str(done.path), **to_json(done.summary)}
         give(summary, json=json, show=show)
         if flown and not is_determined(summary):
             raise typer.Exit(EXIT_NUMERICAL)

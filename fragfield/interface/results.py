@@ -25,6 +25,9 @@ if TYPE_CHECKING:
     from fragfield.report.blocks import Block, Finding, Illustration
     from fragfield.report.figures.drawing import Drawing
     from fragfield.report.reading.run_files import RoundTables, RunFiles
+    from fragfield.results.rules import Official
+    from fragfield.results.site import ExposedSite
+    from fragfield.results.summary import Summary
 
 
 def open(path: str | os.PathLike[str]) -> Run:  # noqa: A001 - as h5py.File has its `open`
@@ -59,9 +62,12 @@ class Run:
         return Case.of_run(self._directory)
 
     @property
-    def summary(self) -> dict[str, Any]:
-        """summary.json; the page "Output files" of the guide explains its keys. Empty before the first stage."""
-        return self._directory.summary()
+    def summary(self) -> Summary:
+        """summary.json by attribute, as `summary.hazard.recommended`; a part is None before its stage has run.
+
+        The page "Output files" of the guide explains them.
+        """
+        return self._directory.results()
 
     @property
     def stages(self) -> dict[str, bool]:
@@ -124,14 +130,14 @@ class Run:
         return HazardDistance(self.summary, self.path)
 
     @property
-    def exposed(self) -> list[dict[str, Any]]:
-        """Exposed sites with their densities and verdicts, as in summary.json."""
-        return self.summary.get("exposed") or []
+    def exposed(self) -> tuple[ExposedSite, ...]:
+        """Exposed sites with their densities and verdicts."""
+        return self.summary.exposed or ()
 
     @property
-    def official(self) -> dict[str, Any] | None:
-        """The case's official distances (m), as in summary.json; None where it has none."""
-        return self.summary.get("official")
+    def official(self) -> Official | None:
+        """The case's official distances (m); None where it has none."""
+        return self.summary.official
 
     @property
     def findings(self) -> list[str]:

@@ -30,7 +30,10 @@ _DATED = re.compile(
 _CLOCKS = ("wall_seconds", "seconds_per_cell_step", "peak_memory_bytes", "checksum", "versions", "phases", "seconds")
 
 
-_WITHOUT_REPORT = "import fragfield.pipeline.stages as stages; stages._STAGE_FUNCTIONS['report'] = lambda job, stage: stages.Summary(); "
+_WITHOUT_REPORT = (
+    "import fragfield.pipeline.stages as stages; "
+    "stages._STAGE_FUNCTIONS['report'] = lambda job, stage: stages.Summary(); "
+)
 # PETSc, loaded before its variables are settled, takes signals for itself and ends the command at once on its way out.
 _SETTLED = "from fragfield_base.ambient import settle; settle(RuntimeError); "
 _OFTEN = _SETTLED + "import burst_fenicsx.simulation as one; one._CHECKPOINT_SECONDS = 0.2; "

@@ -24,6 +24,8 @@ from fragfield.report.figures.site import exposed_figure, site_figure
 from fragfield.report.findings.hazard import convergence_findings
 from fragfield.report.findings.reasons import reasons_for
 from fragfield.report.reading.run_files import RunFiles
+from fragfield.results.summary import Summary
+from tests.fragfield.example_results import example
 from tests.fragfield.plain_reports import draw_nothing
 from tests.fragfield.short_run import RINGS, ROOT, invoke
 from tests.fragfield.synthetic_run import write_run
@@ -181,7 +183,7 @@ def test_a_part_of_the_limit_is_rounded_up_in_every_view(bound, words):
 def finding(kind: str, width: float, **hazard: object) -> str:
     convergence = {"reason": "", "quantities": {"expected_distance": {"uncertainty": width, "kind": kind}}}
     known = {"determined": True, "expected": 100.0, "tolerance": 0.02, **hazard}
-    (found,) = convergence_findings(RunFiles(None, summary={"convergence": convergence, "hazard": known}))
+    (found,) = convergence_findings(RunFiles(None, summary=example(Summary, convergence=convergence, hazard=known)))
     return f"{found.weight}: {found.text}"
 
 

@@ -18,6 +18,8 @@ from fragfield.interface.running import options_of
 from fragfield.pipeline import parallel
 from fragfield.report.findings.burst import ledger_findings
 from fragfield.report.reading.run_files import RunFiles
+from fragfield.results.summary import Summary
+from tests.fragfield.example_results import example
 from tests.fragfield.short_run import ROOT
 
 UNITS = pint.UnitRegistry()
@@ -113,7 +115,7 @@ def test_errors_of_the_operating_system_are_the_machines_or_a_files(error):
 def _run(part: str, tolerance: float = 0.05, **values) -> RunFiles:
     document = {"burst": {"cell_size": "6 mm", "energy_tolerance": tolerance}}
     case = fragfield.case.CaseTable.model_validate(document)
-    return RunFiles(Path("x"), case=case, summary={part: values})
+    return RunFiles(Path("x"), case=case, summary=example(Summary, **{part: values}))
 
 
 @pytest.mark.parametrize(

@@ -23,10 +23,11 @@ from fragfield.report.figures.fragments import number_above, segment_laws
 from fragfield.report.findings.findings import findings
 from fragfield.report.reading.run_files import RunFiles
 from fragfield.report.tables.stages import quantity_rows
-from fragfield.results.summary import schema
+from fragfield.results.summary import Summary, schema
 from fragfield.studies.ratios import ratios
 from fragfield.studies.sweep.results import results_of
 from fragfield.terminal.show import summary_text
+from tests.fragfield.example_results import example
 
 UNITS = pint.UnitRegistry()
 
@@ -92,7 +93,8 @@ def test_law_of_a_mixture():
         {"dimension": 2, "mu": 0.007, "mass_fraction": 0.75},
         {"dimension": 3, "mu": 0.007, "mass_fraction": 0.25},
     ]
-    run = RunFiles(Path("x"), summary={"break_up": {"rounds": [{"segments": [{"n0": 400, "mu": 1, "parts": parts}]}]}})
+    rounds = {"rounds": [{"segments": [{"n0": 400, "mu": 1, "parts": parts}]}]}
+    run = RunFiles(Path("x"), summary=example(Summary, break_up=rounds))
     (law,) = segment_laws(run)
     assert number_above(law, np.array([0.0, 0.007])) == pytest.approx([400.0, 400.0 / math.e])
     two, three = (400 * share for share in (0.75, 0.25))
@@ -102,9 +104,7 @@ def test_law_of_a_mixture():
 
 def reported(part: str, witness: list | None = None, records: list | None = None, **values: object) -> list:
     """Weight and text of the findings of a run of which only a part of the summary is known."""
-    summary: dict = {part: values, "findings": records}
-    if witness is not None:
-        summary["witness"] = witness
+    summary = example(Summary, **{part: values}, findings=records or [], witness=witness)
     run = RunFiles(Path("x"), case=CaseTable.model_validate({"burst": {"cell_size": "6 mm"}}), summary=summary)
     return [(item.weight, item.text) for item in findings(run)]
 

@@ -87,7 +87,7 @@ def _energy_of_contact(run: RunFiles) -> list[Finding]:
     if largest is None or at_end is None:
         return []
     contact = part.get("contact")
-    gain = value_of(contact, "gain") if isinstance(contact, dict) else None
+    gain = None if contact is None else value_of(contact, "gain")
     verb, nothing = ("lost", "took") if gain is not None and gain < 0.0 else ("made", "supplied")
     text = (
         f"Contact has {verb} {number(100 * at_end, 2)} % of the products' work at the end, and at most "

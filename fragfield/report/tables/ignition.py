@@ -26,7 +26,7 @@ _NOTE = (
 def _ignition(run: RunFiles) -> Iterator[tuple[str, list[dict[str, Any]]]]:
     """Name of each round and what initiated it, in order of time."""
     for entry in run.part("burst").get("rounds") or []:
-        if isinstance(entry.get("ignition"), list):
+        if entry.get("ignition") is not None:
             yield str(entry.get("name")), entry["ignition"]
 
 

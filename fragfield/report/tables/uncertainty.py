@@ -30,13 +30,13 @@ _ESTIMATOR = (
 
 def uncertainty_section(run: RunFiles, draw: Callable[..., Sequence[Block]]) -> list[Section]:
     """The section, or none where the run has no study of uncertainty."""
-    found = run.part("uncertainty")
+    found = run.study
     return [Section("uncertainty", "Uncertainty of the inputs", [*uncertainty_blocks(run, draw)])] if found else []
 
 
 def uncertainty_blocks(run: RunFiles, draw: Callable[..., Sequence[Block]]) -> Iterator[Block]:
     """All blocks of the section and of the page."""
-    found = run.part("uncertainty")
+    found = run.study
     yield from _states(found)
     if not found.get("distance"):
         yield Paragraph(f"No result: {found['states'].get('reason', 'no sample gave a distance')}.", kind="caution")
