@@ -72,7 +72,7 @@ def burst(job: Job, _: Stage) -> Summary:
             resume=job.options.resume,
             series=not job.options.lean,
         )
-        part = Burst.read({**result.summary, "geometry_reason": choice.reason})
+        part = Burst.of_stage({**result.summary, "geometry_reason": choice.reason})
     if alone:
         job.team.broadcast()
     return Summary(burst=part)
@@ -93,7 +93,7 @@ def break_up(job: Job, stage: Stage) -> Summary:
     for name in ("fragments.csv", "fragments.h5"):
         result.fragments.write(job.target.file(name), provenance)
     write_arena(job.case, [result.fragments, *further], job.target.file("arena.csv"), provenance)
-    return Summary(break_up=BreakUp.read({**result.summary, "realisations": 1 + len(further)}))
+    return Summary(break_up=BreakUp.of_stage({**result.summary, "realisations": 1 + len(further)}))
 
 
 def fly(job: Job, stage: Stage) -> Summary:
@@ -133,7 +133,7 @@ def fly(job: Job, stage: Stage) -> Summary:
         hits = flown.first.hits_on(surface.name)
         by_azimuth = hazard.by_azimuth(hits, criteria, sector_width=width)
         kind = {"name": surface.name, "kind": table.kind}
-        surfaces.append(Witness.read({**kind, "hits": len(hits), "by_azimuth": by_azimuth}))
+        surfaces.append(Witness.of_stage({**kind, "hits": len(hits), "by_azimuth": by_azimuth}))
     summary = {**flown.first.summary, **flown.hazard.summary(), "wall_seconds": seconds}
     found = read_arena(job.options.fragments, job.case)
     if job.options.fragments is not None:
@@ -143,8 +143,6 @@ def fly(job: Job, stage: Stage) -> Summary:
     headline = {
         **flown.hazard.headline,
         "not_integrated_because": flown.not_integrated_because,
-        "possible_mass": flown.completeness.possible,
-        "mass_not_landed": flown.completeness.missing,
         "more_realisations": flown.more,
         "ricochet": job.case.flight.ground.ricochet,
         "attitude": flown_attitude(job, flown),
@@ -163,12 +161,12 @@ def fly(job: Job, stage: Stage) -> Summary:
     official = official_part(job.case)
     convergence = convergence_of(job, flown, headline)  # of one rank, while the others wait
     job.team.broadcast()
-    found_hazard = Hazard.read(recommended_of(headline, convergence))
+    found_hazard = Hazard.of_stage(recommended_of(headline, convergence))
     write_contours(job.case, flown.hazard, job.target, provenance, flown.exposed, found_hazard.recommended)
     for one in writing:
         one.result()
     return Summary(
-        flight=Flight.read(summary),
+        flight=Flight.of_stage(summary),
         witness=tuple(surfaces),
         obstacle=obstacles,
         hazard=found_hazard,

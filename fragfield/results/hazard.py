@@ -130,7 +130,6 @@ class Hazard(Part):
     )
     bearing_deg: float | None = out("The same as a bearing; null without `[site]`", "deg")
     kernel_deg: float | None = out("Half-width over which directions are smoothed", "deg")
-    mirror_planes_deg: tuple[float, ...] = out("Planes at which directions are folded", "deg")
     max_bias: float | None = out("Bias of taking the worst direction, taken off the distance", "m")
     realisations: int = out("Realisations flown", views="sweep")
     tolerance: float = out("`hazard.tolerance`")
@@ -146,6 +145,4 @@ class Hazard(Part):
         views="sweep compare",
         rounding="nearest",
     )
-    possible_mass: float = out("Fragments that could be hazardous, all realisations", "kg")
-    mass_not_landed: float = out("Of these, what has not landed", "kg")
     attitude: Attitude

@@ -12,7 +12,7 @@ import dataclasses
 import math
 from collections.abc import Mapping
 from functools import cache
-from typing import TYPE_CHECKING, Any, ClassVar, Self, dataclass_transform, get_type_hints
+from typing import TYPE_CHECKING, Any, ClassVar, Self, dataclass_transform, get_args, get_type_hints
 
 from fragfield.errors import InputError
 
@@ -110,6 +110,11 @@ class Part(Mapping[str, Any]):
         return getattr(self, _names(type(self)).get(key, key), None)
 
     @classmethod
+    def of_stage(cls, values: Mapping[str, Any]) -> Self:
+        """A part from what a stage gives, which may hold more than a view, study or contract uses."""
+        return cls.read(_known(cls, to_json(values)))
+
+    @classmethod
     def read(cls, values: object) -> Self:
         """A part from the values of JSON, or of a stage; NaN and infinity are None.
 
@@ -148,6 +153,28 @@ def outputs(part: type[Part]) -> Iterator[tuple[str, Out, Any]]:
     types = get_type_hints(part)
     for name, mark in marks(part).items():
         yield mark.key or name, mark, types[name]
+
+
+def _known(part: type[Part], values: Any) -> Any:  # noqa: ANN401 - of JSON
+    """The values of JSON that a part has."""
+    if isinstance(values, list):
+        return [_known(part, one) for one in values]
+    if not isinstance(values, dict):
+        return values
+    kinds = {key: part_in(kind) for key, _, kind in outputs(part)}
+    return {
+        key: value if (inner := kinds[key]) is None else _known(inner, value)
+        for key, value in values.items()
+        if key in kinds
+    }
+
+
+def part_in(kind: Any) -> type[Part] | None:  # noqa: ANN401 - a type
+    """The part that a type holds: alone, in a tuple, or beside None."""
+    if isinstance(kind, type) and issubclass(kind, Part):
+        return kind
+    inner = (part_in(one) for one in get_args(kind) if not str(kind).startswith("dict"))
+    return next((one for one in inner if one is not None), None)
 
 
 def to_json(value: object) -> Any:  # noqa: ANN401 - a value of JSON

@@ -100,7 +100,6 @@ class WitnessSector(Part):
     mass: float = out("Their mass", "kg")
     max_initial_speed: float = out("Largest initial speed", "m/s")
     mean_initial_speed: float = out("Mean initial speed by mass; 0 in empty sectors", "m/s")
-    mean_initial_speed_by_number: float = out("The same by number", "m/s")
 
 
 class Witness(Part):

@@ -357,11 +357,12 @@ def _flight(folder: Path, fragments: dict[str, np.ndarray], summary: dict[str, A
         )  # fmt: skip
     summary["flight"] = {
         "fragments": len(mass), "landed": len(mass), "wall_seconds": 1.4, "drag": "shell_fragment_tp12",
-        "above_drag_table": 7, "below_drag_table": 0,
+        "above_drag_table": 7,
     }  # fmt: skip
     found = _ensemble(folder, columns, by_azimuth)
-    summary["flight"] |= found.summary()
-    summary["hazard"] = recommended_of({**found.headline, "more_realisations": True}, None)
+    summary["flight"] |= {name: found.summary()[name] for name in ("hazardous_fragments", "realisations")}
+    hazard = recommended_of({**found.headline, "more_realisations": True}, None)
+    summary["hazard"] = {key: value for key, value in hazard.items() if key != "mirror_planes_deg"}
     summary["witness"] = [{"name": "ring", "hits": len(mass), "by_azimuth": by_azimuth}]
 
 

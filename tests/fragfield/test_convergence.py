@@ -23,11 +23,13 @@ from fragfield.pipeline.job import Job, RunOptions
 from fragfield.pipeline.parallel import Team
 from fragfield.report.findings.hazard import convergence_findings
 from fragfield.report.tables.convergence import convergence_tables
+from fragfield.results.summary import Summary
 from fragfield.terminal.progress import ProgressReporter
 from fragfield.terminal.show import convergence_words
+from tests.fragfield.example_results import example
 from tests.fragfield.short_run import ROOT, command, environment
 
-BURST = {"geometry": "axisymmetric", "wall_seconds": 10.0, "start_seconds": 0.5, "stepping_seconds": 8.0, "cells": 1600,
+BURST = {"geometry": "axisymmetric", "wall_seconds": 10.0, "cells": 1600,
          "cell_size": 0.003, "mean_initial_speed": 1009.0, "max_initial_speed": 1400.0, "outer_diameter": 0.4,
          "speed_quantiles": {"90": 1200.0, "99": 1300.0}}  # fmt: skip
 HEADLINE = {"realisations": 20, "determined": True, "expected": 100.0, "upper": 103.0, "standard_error": 1.0}
@@ -36,8 +38,8 @@ HEADLINE = {"realisations": 20, "determined": True, "expected": 100.0, "upper": 
 class _Directory(RunDirectory):
     """A run directory whose summary is in memory."""
 
-    def summary(self):
-        return {"burst": self.burst}
+    def results(self):
+        return example(Summary, burst=self.burst)
 
 
 @pytest.fixture
