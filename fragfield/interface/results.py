@@ -13,7 +13,7 @@ from fragfield_base.paths import absolute
 
 if TYPE_CHECKING:
     import os
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Sequence
 
     import numpy as np
     from matplotlib.figure import Figure
@@ -89,7 +89,7 @@ class Run:
     def burst(self) -> Burst:
         """The burst: casing and charge at its end, and histories; raises InputError where it has not been run."""
         self._file("burst_snapshot.h5", "burst")
-        return Burst(self.files, self.summary.get("burst") or {})
+        return Burst(self.files)
 
     @cached_property
     def fragments(self) -> Fragments:
@@ -228,18 +228,18 @@ class Burst:
     ----------
     files : RunFiles
         The run's files.
-    summary : mapping
-        The part "burst" of summary.json.
 
     Attributes
     ----------
-    summary : dict
-        That part: cells, steps, masses, speeds, energy and momentum errors.
+    summary : Burst of fragfield.results.burst
+        The part of the summary: cells, steps, masses, speeds, energy and momentum errors.
     """
 
-    def __init__(self, files: RunFiles, summary: Mapping[str, Any]) -> None:
+    def __init__(self, files: RunFiles) -> None:
         self._files = files
-        self.summary = dict(summary)
+        if files.summary.burst is None:
+            raise InputError(f"{files.folder}: summary.json has no burst; run `fragfield burst` again")
+        self.summary = files.summary.burst
 
     @property
     def time(self) -> float:
@@ -272,15 +272,15 @@ class Burst:
         return self._files.is_axisymmetric
 
     def __repr__(self) -> str:
-        return f"<fragfield.Burst to {self.time * 1e6:.4g} us: {self.summary.get('cells', 0)} cells>"
+        return f"<fragfield.Burst to {self.time * 1e6:.4g} us: {self.summary.cells} cells>"
 
     def __str__(self) -> str:
         found = self.summary
         names = ", ".join(one.name for one in self.rounds)
         return (
-            f"burst of {names} to {self.time * 1e6:.4g} us: {found['cells']} cells, {found['steps']} steps\n"
-            f"  mean initial speed of the casing {found['mean_initial_speed']:.0f} m/s, energy error "
-            f"{100.0 * found['energy_error']:.2g} %"
+            f"burst of {names} to {self.time * 1e6:.4g} us: {found.cells} cells, {found.steps} steps\n"
+            f"  mean initial speed of the casing {found.mean_initial_speed:.0f} m/s, energy error "
+            f"{100.0 * found.energy_error:.2g} %"
         )
 
 
