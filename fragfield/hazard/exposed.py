@@ -209,10 +209,10 @@ class ExposedSums:
             "realisations": self.realisations,
             "level": LEVEL,
         }
-        entry["verdict"] = verdict_of(entry) if determined else "not determined"
-        entry["no_margin"] = no_margin(case, site) or None
-        entry["margin"] = None if entry["no_margin"] else _margin(away, distance, found)
-        return AssessedSite.read(entry)
+        without = no_margin(case, site) or None
+        margin = None if without else _margin(away, distance, found)
+        made = AssessedSite.read({**entry, "verdict": "not determined", "no_margin": without, "margin": margin})
+        return replace(made, verdict=verdict_of(made)) if determined else made
 
     def _values(self, site: ExposedSite, expected: ExpectedDistance | None) -> dict[str, Any]:
         if site.prism is not None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -218,7 +219,7 @@ class Run:
     def __str__(self) -> str:
         from fragfield.terminal.show import summary_text
 
-        return summary_text({"title": self.case.title, **self.summary, "directory": str(self.path)})
+        return summary_text(replace(self.summary, title=self.case.title), str(self.path))
 
 
 class Burst:

@@ -23,6 +23,7 @@ from fragfield.pipeline.job import Job, RunOptions
 from fragfield.pipeline.parallel import Team
 from fragfield.report.findings.hazard import convergence_findings
 from fragfield.report.tables.convergence import convergence_tables
+from fragfield.results.convergence import Convergence
 from fragfield.results.summary import Summary
 from fragfield.terminal.progress import ProgressReporter
 from fragfield.terminal.show import convergence_words
@@ -102,7 +103,7 @@ def test_a_run_without_convergence_says_why(job, change, words):
     assert set(found) == {"reason"}
     assert found["reason"].startswith("no grid convergence: ")
     assert words in found["reason"]
-    assert convergence_words(found) == []  # the recommended distance says it
+    assert convergence_words(Convergence.read(found)) == []  # the recommended distance says it
     assert words in not_included_words(recommended_of(HEADLINE, found))
 
 
@@ -121,7 +122,7 @@ def test_a_manufactured_burst_gives_its_order_and_limit(job, monkeypatch):
     distance = found["quantities"]["expected_distance"]
     assert distance["standard_errors"] == [1.0] * 4
     assert distance["kind"] == "statistical"  # 0.9 m of cells in differences known to 1.4 m
-    (line,) = convergence_words(found)
+    (line,) = convergence_words(Convergence.read(found))
     assert "(2.12, 3, 4.24, 6 mm): mean initial speed, by mass ± 11\u00a0m/s, order 2" in line
 
 

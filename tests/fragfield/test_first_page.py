@@ -24,6 +24,7 @@ from fragfield.report.figures.site import exposed_figure, site_figure
 from fragfield.report.findings.hazard import convergence_findings
 from fragfield.report.findings.reasons import reasons_for
 from fragfield.report.reading.run_files import RunFiles
+from fragfield.results.site import ExposedSite
 from fragfield.results.summary import Summary
 from tests.fragfield.example_results import example
 from tests.fragfield.plain_reports import draw_nothing
@@ -176,8 +177,9 @@ def test_a_comparison_of_a_single_round_is_no_reason_to_trust_a_stack(tmp_path):
 def test_a_part_of_the_limit_is_rounded_up_in_every_view(bound, words):
     limit = 1e-6 if bound == 2.0e-6 else 1.0
     density = None if bound is None else {"expected": 0.5 * bound, "upper": bound}
-    entry = {"criterion": {"quantity": "density", "limit": limit}, "density_normal": density, "density_ground": None}
-    assert part_text(entry) == words
+    criterion = {"quantity": "density", "limit": limit}
+    site = example(ExposedSite, criterion=criterion, density_normal=density, density_ground=None)
+    assert part_text(site) == words
 
 
 def finding(kind: str, width: float, **hazard: object) -> str:

@@ -315,21 +315,16 @@ def test_distances_are_rounded_up_where_they_are_to_be_kept():
     assert quantity("hazard.largest_throw").row(81.2).value == "81\u00a0m"
 
 
-def test_a_new_output_is_one_entry(reported_pair, monkeypatch):
-    """Its computation puts it into the summary; the views list it from its entry."""
+def test_a_view_lists_an_output_by_its_mark_alone(reported_pair, monkeypatch):
     views = ("terminal", "report", "sweep", "compare", "convergence")
-    new = replace(
-        quantity("burst.casing_mass"), path="burst.melt_mass", name="melt_mass", label="Mass of melt", views=views
-    )
+    new = replace(quantity("burst.min_edge"), label="Shortest edge of all", views=views)
     monkeypatch.setitem(QUANTITIES, new.path, new)
     run = read_run(reported_pair)
-    run.summary["burst"]["melt_mass"] = 0.0123
-    assert "mass of melt" in summary_text(run.summary)
+    value = run.summary.burst.min_edge
+    assert "shortest edge of all" in summary_text(run.summary)
     (table,) = quantity_rows(run, "Burst", "burst")
-    assert [(row.value, row.si) for row in table.rows if row.name == "Mass of melt"] == [
-        ("12.30\u00a0g", "0.01230\u00a0kg")
-    ]
-    assert results_of(run.summary)["melt_mass"] == 0.0123
-    assert "| `melt_mass` | kg | Mass of melt |" in summary_reference()
+    assert [row.si for row in table.rows if row.name == "Shortest edge of all"] == [new.row(value).si]
+    assert results_of(run.summary)["min_edge"] == value
+    assert "| `min_edge` | m | Shortest edge of all |" in summary_reference()
     assert new in shown("convergence")
-    assert ratios(reported_pair, reported_pair)  # of runs that lack it, nothing is said
+    assert ratios(reported_pair, reported_pair)

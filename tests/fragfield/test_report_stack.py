@@ -16,6 +16,7 @@ from fragfield.report.findings.findings import findings
 from fragfield.report.reading.run_files import RunFiles, read_run
 from fragfield.report.sections import sections
 from fragfield.report.tables.ignition import exposure_table, ignition_table
+from fragfield.results.burst import Exposure
 from fragfield.results.summary import Summary
 from fragfield.terminal.show import print_summary
 from tests.fragfield.example_results import example
@@ -238,7 +239,7 @@ def test_hourglass_control_that_shows_in_the_speeds_is_reported():
 
 def test_names_with_brackets_are_printed_as_they_are(capsys):
     rounds = [{"name": name, "ignition": IGNITION["b"]} for name in ("shell [north]", "shell [/south]")]
-    print_summary({"title": "store [1]", "burst": {"rounds": rounds}})
+    print_summary(example(Summary, title="store [1]", burst={"rounds": rounds}))
     printed = capsys.readouterr().out
     assert "store [1]" in printed
     assert "ignition of shell [north]" in printed
@@ -263,18 +264,18 @@ def run_with(**changes):
 
 
 def test_a_sentence_gives_pressure_time_energy_threshold_and_what_the_cells_allow():
-    assert exposure_words(EXPOSURE) == (
+    assert exposure_words(example(Exposure, **EXPOSURE)) == (
         "largest pressure 3.95 GPa; strongest pulse 3.2 GPa held for 2.5 us, 1.5 MJ/m2 against 1.38 to 1.84 MJ/m2 "
         "(ratio 0.81 to 1.1): within the scatter of the published critical energies; the cells are too coarse to "
         "resolve this pulse, which needs 1.8 mm or less: pressure and energy increase with smaller cells"
     )
-    weak = exposure_words({**EXPOSURE, "energy": 0.0, "peak_pressure": 0.4e9})
+    weak = exposure_words(example(Exposure, **{**EXPOSURE, "energy": 0.0, "peak_pressure": 0.4e9}))
     assert weak == "largest pressure 0.4 GPa, never above the threshold of 1 GPa from which a pulse is counted"
 
 
 def test_only_rounds_that_wait_are_in_the_table():
     run = run_with()
-    assert [(name, initiated) for name, _, initiated in exposed_rounds(run.part("burst"))] == [("acceptor", False)]
+    assert [(name, initiated) for name, _, initiated in exposed_rounds(run.burst_rounds)] == [("acceptor", False)]
     (table,) = exposure_table(run)
     assert table.lines == (
         ("acceptor", "no", "3.95", "3.20", "2.50", "1.50", "1.38 to 1.84", "within, cells too coarse", "1.8"),

@@ -187,12 +187,12 @@ def _unreacted(run: RunFiles) -> list[Finding]:
     ]
     found += [
         Finding(
-            "note" if exposure["verdict"] == "below" and exposure["resolved"] else "warning",
+            "note" if exposure.verdict == "below" and exposure.resolved else "warning",
             f"Round “{name}” was not initiated: {exposure_words(exposure)}. The criterion of critical energy is one of "
             "short plane shocks; it does not cover fragments, friction, fire and delayed reaction: a round below it "
             "is not therefore safe.",
         )
-        for name, exposure, initiated in exposed_rounds(run.part("burst"))
+        for name, exposure, initiated in exposed_rounds(run.burst_rounds)
         if not initiated
     ]
     shares = [
