@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from fragfield.hazard.certainty import rounded_metres, whole_metres
 from fragfield.numbers import SPACE, Row, row
 from fragfield.results.part import Out, Part, outputs, part_in
 from fragfield.results.summary import STAGE_OF, Summary
+from fragfield.results.words import rounded_metres, whole_metres
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping

@@ -15,10 +15,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import fragfield
-from fragfield.hazard.certainty import metres
-from fragfield.hazard.recommended import parts_words
 from fragfield.results.part import to_json
 from fragfield.results.rules import DistanceToApply
+from fragfield.results.words import metres, parts_words
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

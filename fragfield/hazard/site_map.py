@@ -13,9 +13,9 @@ import numpy as np
 
 from fragfield.case.conversion.exposed_sites import outline_of
 from fragfield.case.conversion.surroundings import ground_of, site_of
-from fragfield.hazard.certainty import metres
 from fragfield.hazard.contents import image_names, with_images
 from fragfield.hazard.verdict import criterion_words, part_of_criterion
+from fragfield.results.words import metres
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence

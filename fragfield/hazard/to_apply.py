@@ -11,9 +11,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple
 
 from fragfield.case.conversion.rounds import are_alike
-from fragfield.hazard.certainty import NOT_DETERMINED, metres, whole_metres
 from fragfield.hazard.contents import DISPOSAL, SITING, with_images
 from fragfield.results.rules import DistanceOfUse, DistanceToApply, LeftOut, Official
+from fragfield.results.words import NOT_DETERMINED, metres, whole_metres
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence

@@ -5,8 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from fragfield.errors import InputError, NotDeterminedError
-from fragfield.hazard.certainty import basis_words, metres, ricochet_words, source_words
-from fragfield.hazard.recommended import parts_words
+from fragfield.results.words import basis_words, metres, parts_words, ricochet_words, source_words
 
 if TYPE_CHECKING:
     from pathlib import Path

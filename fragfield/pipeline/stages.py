@@ -12,16 +12,15 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from fragfield.files.provenance import provenance_of
-from fragfield.hazard.certainty import certainty
 from fragfield.pipeline.arena import arena_realisation, read_arena, write_arena
 from fragfield.pipeline.job import Job
 from fragfield.results.break_up import BreakUp
 from fragfield.results.burst import Burst
 from fragfield.results.convergence import Convergence
 from fragfield.results.flight import Flight
-from fragfield.results.hazard import Hazard
 from fragfield.results.site import Obstacle, Witness
 from fragfield.results.summary import Summary, Warned
+from fragfield.results.words import certainty
 from fragfield.terminal.logs import LOGGERS, concerns_the_user, words_of
 
 if TYPE_CHECKING:
@@ -102,7 +101,7 @@ def fly(job: Job, stage: Stage) -> Summary:
     from flight.files.ensemble import write_ensemble
     from fragfield.case.conversion.stages import hazard_criteria
     from fragfield.case.conversion.surroundings import bearing_of, with_bearing
-    from fragfield.hazard.recommended import recommended_of
+    from fragfield.hazard.recommended import hazard_of, recommended_of
     from fragfield.hazard.rules import rules_of
     from fragfield.hazard.site_map import write_contours
     from fragfield.hazard.to_apply import distance_to_apply, official_part
@@ -150,7 +149,8 @@ def fly(job: Job, stage: Stage) -> Summary:
     if found and headline["determined"] and not job.options.lean:
         headline["table_width"] = table_width(job, found[0], flown.flights)
     headline["bearing_deg"] = bearing_of(job.case, headline.get("direction_deg"))
-    if words := certainty(headline):
+    found_hazard = hazard_of(headline)
+    if words := certainty(found_hazard):
         _log.warning("%s", words, extra={"code": "certainty"})
     obstacles = tuple(
         Obstacle.read({**entry, "faces": [with_bearing(job.case, face) for face in entry["faces"]]})
@@ -159,9 +159,9 @@ def fly(job: Job, stage: Stage) -> Summary:
     burst = job.source.results().burst if job.options.fragments is None else None
     rules = rules_of(job.case, burst, single_round(job, realisations))
     official = official_part(job.case)
-    convergence = convergence_of(job, flown, headline)  # of one rank, while the others wait
+    convergence = Convergence.read(convergence_of(job, flown, found_hazard))  # of one rank, while the others wait
     job.team.broadcast()
-    found_hazard = Hazard.of_stage(recommended_of(headline, convergence))
+    found_hazard = recommended_of(found_hazard, convergence)
     write_contours(job.case, flown.hazard, job.target, provenance, flown.exposed, found_hazard.recommended)
     for one in writing:
         one.result()
@@ -174,7 +174,7 @@ def fly(job: Job, stage: Stage) -> Summary:
         rules=rules,
         official=official,
         distance_to_apply=distance_to_apply(found_hazard, official, rules.rules),
-        convergence=Convergence.read(convergence),
+        convergence=convergence,
     )
 
 

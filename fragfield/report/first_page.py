@@ -54,14 +54,14 @@ def _distances(run: RunFiles) -> Iterator[Card]:
     """The distance to apply, and the computed one with its parts in one line."""
     if part := run.part("distance_to_apply"):
         yield Card("Distance to apply", DistanceToApply.read(part).distances, "")
-    title, hazard = "Computed: recommended distance", run.part("hazard")
-    if not hazard:
+    title, hazard = "Computed: recommended distance", run.summary.hazard
+    if hazard is None:
         yield Card(title, "–", "", "not computed")
-    elif not hazard["determined"]:
-        yield Card(title, "not determined", "", hazard["reason"])
+    elif not hazard.determined:
+        yield Card(title, "not determined", "", hazard.reason)
     else:
         note = f"{parts_words(hazard)}. Basis: {basis_words(hazard)}."
-        yield Card(title, whole_metres(hazard["recommended"]), "m", note)
+        yield Card(title, whole_metres(hazard.recommended), "m", note)
 
 
 def _what(run: RunFiles) -> Iterator[Row]:

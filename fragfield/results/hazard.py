@@ -81,16 +81,9 @@ class Attitude(Part):
     curve: tuple[FlownAttitude, ...] = out("Of `any`: distance by attitude")
 
 
-class Hazard(Part):
-    """The recommended distance, and what it rests on."""
+class Recommended(Part):
+    """The recommended distance with its parts."""
 
-    method: Literal["integral", "weighted_fragments", "realisations"] = out(
-        "How the expected density was found: by an integral, from flights of weighted fragments, or as the mean over "
-        "realisations"
-    )
-    not_integrated_because: str = out("Why it was not integrated; empty where it was")
-    determined: bool = out("Whether there is a distance", views="sweep")
-    reason: str = out("Why there is none; empty where there is one")
     recommended: float | None = out(
         "Recommended distance",
         "m",
@@ -100,10 +93,22 @@ class Hazard(Part):
         rounding="up",
     )
     parts: DistanceParts
+    not_included: dict[str, str] = out("Why a part is not known, by its name")
+
+
+class Hazard(Recommended):
+    """The recommended distance, and what it rests on."""
+
+    method: Literal["integral", "weighted_fragments", "realisations"] = out(
+        "How the expected density was found: by an integral, from flights of weighted fragments, or as the mean over "
+        "realisations"
+    )
+    not_integrated_because: str = out("Why it was not integrated; empty where it was")
+    determined: bool = out("Whether there is a distance", views="sweep")
+    reason: str = out("Why there is none; empty where there is one")
     table_width: float | None = out(
         "Of an arena table: what its groups and zones leave open of the expected distance", "m", default=None
     )
-    not_included: dict[str, str] = out("Why a part is not known, by its name")
     expected: float | None = out(
         "Expected distance",
         "m",

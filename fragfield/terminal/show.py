@@ -11,23 +11,23 @@ from rich.table import Table
 
 from fragfield.case.conversion.attitude import attitude_words
 from fragfield.case.conversion.surroundings import direction_words
-from fragfield.hazard.certainty import (
+from fragfield.hazard.contents import quantity_words
+from fragfield.hazard.verdict import criterion_words, exposed_rounds, exposure_words, part_text
+from fragfield.numbers import SPACE, number, row
+from fragfield.pipeline.grid_convergence import KINDS
+from fragfield.quantities import shown
+from fragfield.results.summary import Summary
+from fragfield.results.words import (
     basis_words,
     margin_metres,
     metres,
+    parts_words,
     ricochet_words,
     rounded_metres,
     single_note,
     single_words,
     source_words,
 )
-from fragfield.hazard.contents import quantity_words
-from fragfield.hazard.recommended import parts_words
-from fragfield.hazard.verdict import criterion_words, exposed_rounds, exposure_words, part_text
-from fragfield.numbers import SPACE, number, row
-from fragfield.pipeline.grid_convergence import KINDS
-from fragfield.quantities import shown
-from fragfield.results.summary import Summary
 from fragfield.terminal.progress import duration
 
 if TYPE_CHECKING:

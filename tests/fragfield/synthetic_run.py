@@ -20,6 +20,7 @@ from flight.hazard.ensemble import EnsembleHazard
 from flight.rows import LANDING, Status
 from fragfield.files.stamped import stamped_toml
 from fragfield.hazard.recommended import recommended_of
+from fragfield.results.part import to_json
 from fragfield.results.summary import Summary
 from tests.flight.fields import ensemble_of_landings
 from tests.fragfield.example_results import complete
@@ -361,8 +362,7 @@ def _flight(folder: Path, fragments: dict[str, np.ndarray], summary: dict[str, A
     }  # fmt: skip
     found = _ensemble(folder, columns, by_azimuth)
     summary["flight"] |= {name: found.summary()[name] for name in ("hazardous_fragments", "realisations")}
-    hazard = recommended_of({**found.headline, "more_realisations": True}, None)
-    summary["hazard"] = {key: value for key, value in hazard.items() if key != "mirror_planes_deg"}
+    summary["hazard"] = to_json(recommended_of(found.headline, None))
     summary["witness"] = [{"name": "ring", "hits": len(mass), "by_azimuth": by_azimuth}]
 
 

@@ -15,7 +15,7 @@ import pytest
 from fragfield.case import load_case
 from fragfield.errors import InputError
 from fragfield.files.run_directory import SCRATCH, STAGES, RunDirectory
-from fragfield.hazard.recommended import not_included_words, recommended_of
+from fragfield.hazard.recommended import recommended_of
 from fragfield.pipeline import convergence as module
 from fragfield.pipeline.convergence import COMMON, convergence_of
 from fragfield.pipeline.grid_convergence import grid_convergence
@@ -24,7 +24,9 @@ from fragfield.pipeline.parallel import Team
 from fragfield.report.findings.hazard import convergence_findings
 from fragfield.report.tables.convergence import convergence_tables
 from fragfield.results.convergence import Convergence
+from fragfield.results.hazard import Hazard
 from fragfield.results.summary import Summary
+from fragfield.results.words import not_included_words
 from fragfield.terminal.progress import ProgressReporter
 from fragfield.terminal.show import convergence_words
 from tests.fragfield.example_results import example
@@ -33,7 +35,9 @@ from tests.fragfield.short_run import ROOT, command, environment
 BURST = {"geometry": "axisymmetric", "wall_seconds": 10.0, "cells": 1600,
          "cell_size": 0.003, "mean_initial_speed": 1009.0, "max_initial_speed": 1400.0, "outer_diameter": 0.4,
          "speed_quantiles": {"90": 1200.0, "99": 1300.0}}  # fmt: skip
-HEADLINE = {"realisations": 20, "determined": True, "expected": 100.0, "upper": 103.0, "standard_error": 1.0}
+HEADLINE = example(
+    Hazard, realisations=20, determined=True, expected=100.0, upper=103.0, standard_error=1.0, method="realisations"
+)
 
 
 class _Directory(RunDirectory):
@@ -72,7 +76,7 @@ def _stub(monkeypatch, values, made):
         return {**BURST, **scaled, "speed_quantiles": quantiles, "cell_size": size, "cells": cells}, share
 
     def flown(_case, share, *_):
-        headline = {**HEADLINE, "expected": share * HEADLINE["expected"]}
+        headline = replace(HEADLINE, expected=share * HEADLINE.expected)
         return SimpleNamespace(hazard=SimpleNamespace(hazardous=FLOWN.hazard.hazardous, headline=headline)), 5
 
     monkeypatch.setattr(module, "burst_beside", burst)

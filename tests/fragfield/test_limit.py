@@ -82,13 +82,15 @@ def computed(monkeypatch):
         distance = law["distance"](rounds)
         hazard = {"determined": distance is not None, "reason": "airborne", "expected": distance, "upper": distance,
                   "standard_error": 1.0}  # fmt: skip
-        hazard = recommended_of(hazard, {"reason": "no grid convergence: not computed for the runs of a sweep"})
+        hazard = recommended_of(
+            example(Hazard, **hazard), {"reason": "no grid convergence: not computed for the runs of a sweep"}
+        )
         sites = [{"name": one.name, "verdict": "met" if law["met"](rounds) else "not met"} for one in case.exposed]
         rules = {"contents": {"explosive": 5.0 * rounds}}
-        to_apply = to_json(distance_to_apply(example(Hazard, **hazard), None, []))
+        to_apply = to_json(distance_to_apply(hazard, None, []))
         parts = {name: [] for name in ("burst", "break_up", "flight", "witness", "obstacle", "convergence", "official")}
         directory.write_summary(
-            {**parts, "hazard": hazard, "exposed": sites, "rules": rules, "distance_to_apply": to_apply}
+            {**parts, "hazard": to_json(hazard), "exposed": sites, "rules": rules, "distance_to_apply": to_apply}
         )
         return 0, ""
 

@@ -14,7 +14,6 @@ import pytest
 
 from docs.hooks.reference import summary_reference
 from fragfield.case import CaseTable
-from fragfield.hazard.certainty import margin_metres, metres, metres_and_error, whole_metres
 from fragfield.numbers import _LADDERS, UNKNOWN, number, row
 from fragfield.quantities import QUANTITIES, quantity, shown
 from fragfield.report import read_run
@@ -24,6 +23,7 @@ from fragfield.report.findings.findings import findings
 from fragfield.report.reading.run_files import RunFiles
 from fragfield.report.tables.stages import quantity_rows
 from fragfield.results.summary import Summary, schema
+from fragfield.results.words import margin_metres, metres, metres_and_error, whole_metres
 from fragfield.studies.ratios import ratios
 from fragfield.studies.sweep.results import results_of
 from fragfield.terminal.show import summary_text

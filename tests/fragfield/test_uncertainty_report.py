@@ -10,10 +10,10 @@ import pytest
 
 from fragfield.case import load_case
 from fragfield.files.stamped import stamped_json
-from fragfield.hazard.certainty import metres
 from fragfield.report import write_report
 from fragfield.report.reading.run_files import read_run
 from fragfield.report.uncertainty_page import write_uncertainty_page
+from fragfield.results.words import metres
 from fragfield.studies.uncertainty.plan import plan_study
 from fragfield.studies.uncertainty.results import assess, print_study
 from tests.fragfield.synthetic_run import write_run

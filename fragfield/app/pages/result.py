@@ -18,11 +18,10 @@ from fragfield.app.forms import form
 from fragfield.app.page import Raw, act, box, choose, facts, heading, html, note, shown_facts
 from fragfield.case import differences
 from fragfield.files.run_directory import RunDirectory
-from fragfield.hazard.certainty import metres, whole_metres
-from fragfield.hazard.recommended import parts_words
 from fragfield.hazard.verdict import criterion_words
 from fragfield.numbers import SPACE, number
 from fragfield.quantities import QUANTITIES
+from fragfield.results.words import metres, parts_words, whole_metres
 
 if TYPE_CHECKING:
     from collections.abc import Callable

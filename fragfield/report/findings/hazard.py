@@ -12,6 +12,7 @@ from fragfield.numbers import number
 from fragfield.pipeline.grid_convergence import KINDS
 from fragfield.report.blocks import Finding
 from fragfield.report.tables.counted import counted_findings
+from fragfield.results.hazard import Hazard
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -115,7 +116,7 @@ def flight_findings(run: RunFiles) -> list[Finding]:
 
 def _certainty(hazard: Mapping[str, Any]) -> list[Finding]:
     """Whether the distance is determined, and whether there are enough realisations."""
-    words = certainty(hazard)
+    words = certainty(Hazard.read(hazard))
     if not hazard["determined"]:
         return [Finding("stop", f"{words[0].upper()}{words[1:]}.")]
     if words:
