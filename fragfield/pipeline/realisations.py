@@ -83,8 +83,10 @@ class Realisations:
         if method == "weighted_fragments":
             return WeightedFlights(job.case, self._prepared, job.team, job.cores).solve(), method, reason
         intensity = self._prepared.intensity()
-        assert intensity is not None  # of rings, as `why_not_integrated` has found
-        return Integrand(job.case, intensity, job.cores, job.sample).solve(job.attitude), method, ""
+        solved = (
+            None if intensity is None else Integrand(job.case, intensity, job.cores, job.sample).solve(job.attitude)
+        )
+        return solved, method, ""
 
     def prepare(self) -> None:
         """Read the snapshot, once."""
