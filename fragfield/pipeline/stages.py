@@ -148,8 +148,7 @@ def fly(job: Job, stage: Stage) -> Summary:
         Obstacle.read({**entry, "faces": [with_bearing(job.case, face) for face in entry["faces"]]})
         for entry in flown.first.by_face(criteria.energy)
     )
-    burst = job.source.results().burst if job.options.fragments is None else None
-    rules = rules_of(job.case, burst, single_round(job, realisations))
+    rules = rules_of(job.case, single_round(job, realisations))
     official = official_part(job.case)
     convergence = Convergence.read(convergence_of(job, flown, found_hazard))
     found_hazard = recommended_of(found_hazard, convergence)
