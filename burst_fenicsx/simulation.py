@@ -374,9 +374,9 @@ class Simulation(AssembledBurst):
         return BurstResult(summary, along, history)
 
     def speed_factors(self) -> np.ndarray:
-        """Speeds that fragments start with over those at the end (rounds,); 1 of an end that was given."""
+        """Speeds that fragments start with over those at the end (rounds,); 1 of an end that was given, never less."""
         left = self.acceleration.left() if self._ended_by_acceleration else np.zeros(len(self.rounds))
-        return np.sqrt(1.0 + np.nan_to_num(left))
+        return np.sqrt(1.0 + np.maximum(np.nan_to_num(left), 0.0))
 
     def _warn_of_contact(self) -> None:
         """Warn where contact has made or lost much of the work by the end."""

@@ -109,19 +109,19 @@ def squeezed():
 
 
 def test_rounds_that_have_touched_end_by_their_sum_which_alone_has_an_asymptote():
-    """All the gas gives 4 J: known to 1 % from the end on, and the two rounds' asymptotes add up to it.
+    """All the gas gives 4 J in the end, as is known long before, and the two rounds' asymptotes add up to it.
 
     By its own radius the squeezed one is not foreseen to end: its gas hardly grows.
     """
     energies, radii = squeezed()
     both = np.array([True, True])
-    together = taken(energies, radii, initiated=both, touched=True)
+    together = taken(energies, radii, initiated=both, touched=True, left=0.3)
     assert together.end() == together.rows[-1][0]
     assert len(together.rows) < len(radii)
     assert np.sum(together.asymptotes[-1]) == pytest.approx(4.0, rel=1e-9)
     row, rho = together.rows[-1], together.left()
     assert (1.0 + rho) @ row[1:3] == pytest.approx(np.sum(together.asymptotes[-1]), rel=1e-12)
-    assert taken(energies, radii, initiated=both).end() == np.inf
+    assert taken(energies, radii, initiated=both, left=0.3).end() == np.inf
 
 
 def test_equal_rounds_end_as_one_whether_they_touch_or_not():
@@ -163,6 +163,15 @@ def test_acceleration_is_not_complete_while_a_charge_burns_or_waits_for_its_dela
     )  # fmt: skip
     run._burnt_out = lambda: Simulation._burnt_out(run)
     assert (Simulation._expected_end(run) <= 70e-6) == complete
+
+
+def test_fragments_start_no_slower_than_at_the_end():
+    """A round that would still hand energy on keeps what it has, as does one without an asymptote."""
+    left = np.array([0.1, -0.04, np.nan])
+    run = SimpleNamespace(
+        acceleration=SimpleNamespace(left=lambda: left), _ended_by_acceleration=True, rounds=[0, 0, 0]
+    )
+    np.testing.assert_allclose(Simulation.speed_factors(run), [np.sqrt(1.1), 1.0, 1.0])
 
 
 RING = BurstSettings(cell_size=12e-3, geometry="axisymmetric")
