@@ -138,9 +138,9 @@ def test_two_by_two_burst_alike_with_symmetry_and_without(tmp_path):
 @pytest.mark.slow
 def test_three_by_three_end_with_the_speeds_of_a_later_end(tmp_path):
     """The inner round is squeezed and has no end of its own; two fifths later every round tends to the same speed."""
-    ended, rounds, summary = burst(tmp_path, pallet(3), ENDING)
+    ended, _, summary = burst(tmp_path, pallet(3), ENDING)
     assert summary["end_time"] == summary["acceleration_complete"] < ENDING.time_limit
-    assert ended.acceleration.touched.all() or (ended.acceleration.touched @ ended.acceleration.touched).all()
+    assert (ended.acceleration.touched @ ended.acceleration.touched).all()
     later = Simulation(pallet(3), replace(ENDING, end_time=1.4 * summary["end_time"]), tmp_path, MPI.COMM_SELF, {})
     later.run()
     tended = later.acceleration.asymptotes[-1]
