@@ -145,7 +145,7 @@ def test_two_hundred_fields_of_nonsense_are_kept_and_reported(space):
         except KeyError:
             continue
         for one in fields:
-            if one.kind not in ("table", "tables") and one.name not in ("kind", "name"):
+            if one.form not in ("table", "tables") and one.name not in ("kind", "name"):
                 case.set((*place, one.name), read_field(one, "]] 17 \u202e{nonsense} \\ '\""))
                 written += 1
     assert written >= 150
