@@ -1,4 +1,4 @@
-"""Commands for tables: those of tests in, those of a run out."""
+"""The command for tables of tests."""
 
 from __future__ import annotations
 
@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 import fragfield
-from fragfield.cli.application import Json, Quiet, app, file_path
-from fragfield.cli.guard import give, guarded, print_paths
+from fragfield.cli.application import app
+from fragfield.cli.declare import file_path
+from fragfield.cli.guard import give, guarded
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -96,8 +97,10 @@ def import_(
         str | None,
         typer.Option("--casing-mass", metavar='"12.1 kg"', help="Compare the mass with that of the casing."),
     ] = None,
-    quiet: Quiet = False,
-    json: Json = False,
+    quiet: Annotated[
+        bool, typer.Option("--quiet", "-q", help="No progress and no warnings; the result alone.")
+    ] = False,
+    json: Annotated[bool, typer.Option("--json", help="One JSON object on stdout, and nothing else.")] = False,
 ) -> None:
     """Read a table of a test as it is, show what was found in it, and write it as a case reads it."""
     with guarded(json=json, quiet=quiet):
@@ -133,22 +136,3 @@ def _show(found: dict[str, Any]) -> None:
         typer.echo(f"written to {found['written']}")
     else:
         typer.echo("nothing written; --out FILE writes it")
-
-
-@app.command()
-def tables(
-    run: Annotated[Path, typer.Argument(parser=file_path, metavar="RUN", help="The directory of a run.")],
-    out: Annotated[
-        Path | None,
-        typer.Option(
-            "--out", parser=file_path, metavar="FILE", help="Workbook to write (.xlsx); default: NAME_tables.xlsx here."
-        ),
-    ] = None,
-    quiet: Quiet = False,
-    json: Json = False,
-) -> None:
-    """Write all tables of a run into one workbook, the first sheet of which says what they are."""
-    with guarded(json=json, quiet=quiet):
-        found = fragfield.open(run)
-        written = found.write_tables(out or f"{found.path.resolve().name}_tables.xlsx")
-        give({"workbook": [str(written)]}, json=json, show=print_paths)

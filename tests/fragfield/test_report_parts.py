@@ -23,8 +23,7 @@ from fragfield.report.figures.fragments import number_above, segment_laws
 from fragfield.report.findings.findings import findings
 from fragfield.report.reading.run_files import RunFiles
 from fragfield.report.tables.stages import quantity_rows
-from fragfield.studies.ratios import ratios
-from fragfield.studies.sweep.results import results_of
+from fragfield.studies.sweep import results_of
 from fragfield.terminal.show import summary_text
 
 UNITS = pint.UnitRegistry()
@@ -331,4 +330,4 @@ def test_a_new_output_is_one_entry(reported_pair, monkeypatch):
     assert results_of(run.summary)["melt_mass"] == 0.0123
     assert "| `melt_mass` | kg | Mass of melt |" in summary_reference()
     assert new in shown("convergence")
-    assert ratios(reported_pair, reported_pair)  # of runs that lack it, nothing is said
+    assert len(fragfield.compare_runs(reported_pair, reported_pair))  # of runs that lack it, nothing is said
