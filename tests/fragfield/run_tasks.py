@@ -13,22 +13,26 @@ __all__ = ["Threads", "answer", "in_threads", "wait_for_interruption"]
 
 
 class Threads:
-    """Workers of this process, which call a function of a task."""
+    """Workers of this process, which call a function of a task; see `fragfield.studies.workers.Workers`."""
 
     def __init__(self, size, function):
         self.size, self._function = size, function
         self._pool, self.restarts = ThreadPoolExecutor(size), 0
 
     def submit(self, task):
+        """Begin a run."""
         return self._pool.submit(self._function, task)
 
     def restart(self):
+        """Go on after a kill."""
         self.restarts += 1
 
     def interrupt(self):
+        """Begin no other."""
         self._pool.shutdown(wait=False, cancel_futures=True)
 
     def close(self):
+        """Wait for the runs at hand."""
         self._pool.shutdown()
 
 
