@@ -11,13 +11,12 @@ import signal
 import sys
 from contextlib import suppress
 
-from fragfield.cli import tables  # declares its command
 from fragfield.cli.application import app
 from fragfield.cli.streams import finish_messages, prepare_process, silence
 from fragfield.errors import EXIT_INPUT, EXIT_INTERRUPTED, InputError, exit_code_of, interrupt, interrupt_again
 from fragfield_base.interruption import SIGNALS
 
-__all__ = ["app", "main", "tables"]
+__all__ = ["app", "main"]
 
 
 _COMPLETE = "_FRAGFIELD_COMPLETE"

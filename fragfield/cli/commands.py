@@ -8,18 +8,20 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator, Sequence
 from importlib import resources
-from typing import TYPE_CHECKING, Any, TypeVar
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
 import typer
 
 from fragfield.cli.declare import Call, Command, Given
 from fragfield.cli.guard import print_paths
 from fragfield.errors import EXIT_DONE, EXIT_NUMERICAL, InputError
-from fragfield.interface.kinds import Arrangement, BuiltIn, CaseOrRun, File, NewFile, Profile, RunFolder, RunOrFile
+from fragfield.interface.kinds import CaseOrRun, File, Kind, PathName, RunFolder
 from fragfield.pipeline.parallel import launched_rank
 from fragfield_base.paths import absolute
 
 if TYPE_CHECKING:
+    from fragfield.importing.table import ImportedTable
     from fragfield.interface.checking import CheckResult, Converted
     from fragfield.interface.results import Run
 
@@ -55,12 +57,12 @@ _RUN = "fragfield.interface.running:run"
 @command()
 def new(
     call: Call,
-    name: NewFile,
+    name: Annotated[PathName, Kind(Path, "NAME")],
     *,
-    round_: Profile = "m107",
-    explosive: BuiltIn = "tnt",
-    casing: BuiltIn | None = None,
-    stack: Arrangement | None = None,
+    round_: Annotated[str, Kind(str, "PROFILE", "--round")] = "m107",
+    explosive: str = "tnt",
+    casing: str | None = None,
+    stack: Annotated[str | None, Kind(str, "ARRANGEMENT")] = None,
     lying: bool = False,
 ) -> Given:
     """Write a commented case file to start from.
@@ -187,6 +189,29 @@ def convert(call: Call, done: Converted, *, out: File | None = None) -> Given:
     return Given(found | {"text": done.to_toml()}, show)
 
 
+@command("fragfield.importing.table:import_table")
+def import_(call: Call, done: ImportedTable, *, out: File | None = None) -> Given:
+    """Read a table of a test as it is, show what was found in it, and write it as a case reads it.
+
+    Parameters
+    ----------
+    out : path
+        File for the case; default: show only what was found.
+    """
+    del call
+    written = None if out is None else str(done.write(out))
+
+    def show(found: dict[str, Any]) -> None:
+        typer.echo(found["text"])
+        typer.echo(f"written to {found['written']}" if found["written"] else "nothing written; --out FILE writes it")
+
+    found = {
+        "kind": done.kind, "file": str(done.source), "written": written,
+        "found": [one._asdict() for one in done.guesses], "left_out": done.dropped, "summary": done.summary,
+    }  # fmt: skip
+    return Given(found | {"text": str(done)}, show)
+
+
 @command()
 def view(call: Call, run: CaseOrRun, *, window: bool = False) -> Given:
     """Write pictures of a run, the burst at four times and the fragments; ParaView opens its .xdmf files.
@@ -226,7 +251,7 @@ def tables(call: Call, run: RunFolder, *, out: File | None = None) -> Given:
 
 
 @command()
-def info(call: Call, path: RunOrFile) -> Given:
+def info(call: Call, path: Annotated[PathName, Kind(Path, "RUN_OR_FILE")]) -> Given:
     """Say what a run directory or an HDF5 file holds and where it comes from.
 
     Parameters

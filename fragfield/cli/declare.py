@@ -74,25 +74,27 @@ class Command:
         if self.target is not None:
             module, _, name = self.target.partition(":")
             target = getattr(import_module(module), name)
-        left_out = {*self.leave_out, *self.fixed}
-        of_target = {one.name: one for one in _parameters(target) if one.name not in left_out} if target else {}
-        own = {one.name: one for one in _parameters(self.give, skip=2 if target else 1)}
-        follows = of_target.pop("progress", None)
-        parameters = [*of_target.values(), *own.values()]
-        if follows is not None and _kind(follows.annotation) is not None:
+        options = {one.name: one for one in _options(target) if one.name not in {*self.leave_out, *self.fixed}}
+        follows = options.pop("progress", None)
+        own = {one.name: one for one in _options(self.give, skip=2 if target else 1)}
+        parameters = [one.parameter for one in (*options.values(), *own.values())]
+        if follows is not None and follows.kind.option:
             words = "Keep the progress there as JSON, for another program."
-            file = typer.Option("--progress-file", parser=file_path, metavar="FILE", help=words)
-            parameters.append(_option("progress_file", Path | None, None, file))
-        parameters += [_option("quiet", bool, False, _QUIET), _option("json", bool, False, _JSON)]
+            parameters.append(_Option("progress_file", follows.kind, None, words).parameter)
+        parameters += [_keyword("quiet", bool, False, _QUIET), _keyword("json", bool, False, _JSON)]
+        parameters.sort(key=lambda one: one.default is not inspect.Parameter.empty)
 
         def call(**given: Any) -> None:
             made = Call(given.pop("quiet"), given.pop("json"))
             file = given.pop("progress_file", None)
+            given = {name: value for name, value in given.items() if value is not None}
             if follows is not None:
                 given["progress"] = not made.quiet if file is None else _into_file(file)
-            given = {name: value for name, value in given.items() if value is not None}
             of_command = {name: given.pop(name) for name in own if name in given}
             with guarded(json=made.json, quiet=made.quiet):
+                for name in given:
+                    if name in options and options[name].kind.read is dict:
+                        given[name] = _pairs(options[name].kind.option, given[name])
                 results = [] if target is None else [target(**given, **self.fixed)]
                 printed = self.give(made, *results, **of_command)
                 if printed is not None:
@@ -100,9 +102,8 @@ class Command:
             if printed is not None and printed.exit_code:
                 raise typer.Exit(printed.exit_code)
 
-        order = sorted(parameters, key=lambda one: one.default is not inspect.Parameter.empty)
-        call.__signature__ = inspect.Signature(order)  # type: ignore[attr-defined]
-        call.__annotations__ = {one.name: one.annotation for one in order}
+        call.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
+        call.__annotations__ = {one.name: one.annotation for one in parameters}
         alone = typer.Typer(add_completion=False, rich_markup_mode="markdown", pretty_exceptions_enable=False)
         alone.command(self.name, help=self.help)(call)
         made = typer.main.get_command(alone)
@@ -152,16 +153,29 @@ def file_path(text: str) -> Path:
         return Path(text)
 
 
+def _pairs(option: str, texts: list[str]) -> dict[str, str]:
+    pairs = {}
+    for text in texts:
+        name, mark, value = text.partition("=")
+        if not mark or not value.strip():
+            raise InputError(f"{option} {text}: found no value; allowed: QUANTITY=VALUE, as {option} mass=...")
+        pairs[name.strip()] = value.strip().strip('"')
+    return pairs
+
+
 def _into_file(file: Path) -> Callable[[Any], None]:
     from fragfield.terminal.progress import into_file
 
     return into_file(file)
 
 
-def _kind(annotation: Any) -> Kind | None:  # noqa: ANN401 - a type
-    """The kind among the marks of a type, within `| None` as well."""
-    found = [mark for mark in getattr(annotation, "__metadata__", ()) if isinstance(mark, Kind)]
-    return found[0] if found else next(filter(None, map(_kind, get_args(annotation))), None)
+def _kind(hint: Any, name: str) -> Kind:  # noqa: ANN401 - a type
+    """The kind among the marks of a type, within `| None` as well; else that of a plain type."""
+    for one in (hint, *get_args(hint)):
+        found = [mark for mark in getattr(one, "__metadata__", ()) if isinstance(mark, Kind)]
+        if found:
+            return found[0]
+    return Kind(next(one for one in (bool, float, str) if one in (hint, *get_args(hint))), name.upper())
 
 
 def words_of(target: Any) -> dict[str, str]:  # noqa: ANN401 - a function or a class
@@ -177,40 +191,45 @@ def words_of(target: Any) -> dict[str, str]:  # noqa: ANN401 - a function or a c
     return found
 
 
-def _hint(source: Any, name: str) -> Any:  # noqa: ANN401 - a type
-    """The type of a parameter, by the function, or by the class or the base that declares it."""
-    owner = next(one for one in getattr(source, "__mro__", (source,)) if name in one.__annotations__)
-    return eval(owner.__annotations__[name], vars(sys.modules[owner.__module__]))
-
-
-def _parameters(target: Any, skip: int = 0) -> Iterator[inspect.Parameter]:  # noqa: ANN401 - a function
-    """The parameters of a function as arguments and options of a command."""
+def _options(target: Any, skip: int = 0) -> Iterator[_Option]:  # noqa: ANN401 - a function
+    """The parameters of a function."""
+    if target is None:
+        return
     source = inspect.unwrap(target)
-    words = words_of(source)
+    words, declaring = words_of(source), getattr(source, "__mro__", (source,))
     for one in list(inspect.signature(target).parameters.values())[skip:]:
-        hint, default, text = _hint(source, one.name), one.default, words.get(one.name, "")
-        kind = _kind(hint) or Kind(bool if hint is bool else str, "")
-        if one.name == "progress":
-            yield one.replace(annotation=hint)  # becomes `--quiet`
-            continue
-        more: dict[str, Any] = {"help": text or None, "metavar": kind.metavar or None}
+        owner = next(owner for owner in declaring if one.name in owner.__annotations__)
+        hint = eval(owner.__annotations__[one.name], vars(sys.modules[owner.__module__]))
+        yield _Option(one.name, _kind(hint, one.name), one.default, words.get(one.name, ""))
+
+
+@dataclass
+class _Option:
+    name: str
+    kind: Kind
+    default: Any
+    words: str
+
+    @property
+    def parameter(self) -> inspect.Parameter:
+        """As an argument or an option of typer."""
+        kind, default = self.kind, self.default
+        more: dict[str, Any] = {"help": self.words or None}
+        if kind.read is not bool:
+            more["metavar"] = kind.metavar
         if kind.read is Path:
             more["parser"] = file_path
         if kind.minimum is not None:
-            more |= {"min": kind.minimum, "max": kind.maximum}
-        read: Any = list[str] if kind.read is list else kind.read
+            more["min"] = kind.minimum
+        read: Any = list[str] if kind.read in (list, dict) else kind.read
         if default is inspect.Parameter.empty:
-            argument = Annotated[read, typer.Argument(**more)]
-            yield inspect.Parameter(one.name, inspect.Parameter.KEYWORD_ONLY, annotation=argument)
-            continue
-        if kind.read is bool:
-            del more["metavar"]
-        option = typer.Option(kind.option or f"--{one.name.rstrip('_').replace('_', '-')}", **more)
-        empty = default in (None, ())  # an option that may be repeated is None where it is not given
-        yield _option(one.name, read | None if empty else read, None if empty else default, option)
+            return _keyword(self.name, read, default, typer.Argument(**more))
+        option = typer.Option(kind.option or f"--{self.name.rstrip('_').replace('_', '-')}", **more)
+        if default is None or default == ():  # an option that may be repeated is None where it is not given
+            return _keyword(self.name, read | None, None, option)
+        return _keyword(self.name, read, default, option)
 
 
-def _option(name: str, kind: Any, default: Any, option: Any) -> inspect.Parameter:  # noqa: ANN401 - typer's
-    return inspect.Parameter(
-        name, inspect.Parameter.KEYWORD_ONLY, annotation=Annotated[kind, option], default=default
-    )  # fmt: skip
+def _keyword(name: str, kind: Any, default: Any, mark: Any) -> inspect.Parameter:  # noqa: ANN401 - typer's
+    annotated = Annotated[kind, mark]
+    return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, annotation=annotated, default=default)

@@ -16,22 +16,16 @@ class Kind(NamedTuple):
     """How the command line reads an argument."""
 
     read: type
-    """`list`: an option that is repeated, or several arguments."""
+    """`list`: an option that is repeated, or several arguments; `dict`: a repeated option NAME=VALUE."""
     metavar: str
     option: str = ""
     """Its name there, where that is not the parameter's."""
     minimum: int | None = None
-    maximum: int | None = None
 
 
 PathName = str | os.PathLike[str]
 File = Annotated[PathName, Kind(Path, "FILE")]
 Folder = Annotated[PathName, Kind(Path, "DIR")]
-RunOrFile = Annotated[PathName, Kind(Path, "RUN_OR_FILE")]
-NewFile = Annotated[PathName, Kind(Path, "NAME")]
-BuiltIn = Annotated[str, Kind(str, "NAME")]
-Profile = Annotated[str, Kind(str, "PROFILE", "--round")]
-Arrangement = Annotated[str, Kind(str, "ARRANGEMENT")]
 Stage = Annotated[str, Kind(str, "run|burst")]
 RunFolder = Annotated[PathName, Kind(Path, "RUN")]
 Settings = Annotated[Sequence[str] | Mapping[str, Any], Kind(list, "KEY=VALUE")]
