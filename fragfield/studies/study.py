@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import hashlib
+import inspect
 import json
 import os
+import re
 import shutil
 import sys
 import time
@@ -12,7 +14,6 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import KW_ONLY, asdict, dataclass, field
 from functools import wraps
-from inspect import signature
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, ParamSpec, Self, TypeVar
 
@@ -310,14 +311,16 @@ def digest_of(case: CaseTable) -> str:
 
 
 def maker(study: Callable[Parameters, Made]) -> Callable[Parameters, Made]:
-    """The function that makes a study: its parameters and its words are those of the class."""
+    """The function that makes a study: its parameters and its words are those of the class and of `Study`."""
 
-    @wraps(study, assigned=("__doc__", "__module__"), updated=())
+    @wraps(study, assigned=("__module__",), updated=())
     def run(*arguments: Parameters.args, **options: Parameters.kwargs) -> Made:
         return study(*arguments, **options).make()
 
     run.__name__ = run.__qualname__ = f"run_{study.name}"  # type: ignore[attr-defined]
-    run.__signature__ = signature(study)  # type: ignore[attr-defined]
+    run.__signature__ = inspect.signature(study).replace(return_annotation=study)  # type: ignore[attr-defined]
+    shared = re.search(r"^out : .*?(?=\n\n\w+\n-)", inspect.getdoc(Study) or "", re.DOTALL | re.MULTILINE)
+    run.__doc__ = (inspect.getdoc(study) or "").replace("\n\nAttributes", f"\n{shared and shared[0]}\n\nAttributes", 1)
     return run
 
 
