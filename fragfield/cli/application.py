@@ -9,7 +9,7 @@ import typer
 from typer.core import TyperGroup
 
 import fragfield
-from fragfield.cli.commands import COMMANDS, GROUPS
+from fragfield.cli.commands import COMMANDS, GROUPS, STUDIES
 from fragfield.cli.declare import LazyCommand, file_path
 from fragfield.cli.guard import guarded
 from fragfield.cli.streams import to_stdout
@@ -31,7 +31,8 @@ class _Commands(TyperGroup):
         order = [*named, *(name for name in known if name not in named)]
         self.commands = {name: known[name] for name in order}
         for name, one in self.commands.items():
-            one.rich_help_panel = named.get(name, "Studies of many runs")  # type: ignore[attr-defined]
+            group = "Studies of many runs" if name in STUDIES else "A case and its result"
+            one.rich_help_panel = named.get(name, group)  # type: ignore[attr-defined]
 
     def list_commands(self, ctx: typer.Context) -> list[str]:  # type: ignore[override]
         """In the order of their use."""

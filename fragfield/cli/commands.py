@@ -33,7 +33,7 @@ GROUPS = {
     "Stages of a run": ("burst", "break-up", "fly"),
     "This machine": ("warm-up", "help"),
 }
-"""Commands in the order of their use; others follow in the group of the studies."""
+"""Commands in the order of their use; others follow in the group of a case or of the studies."""
 
 Function = TypeVar("Function", bound=Callable[..., Given | None])
 
@@ -300,4 +300,5 @@ def studies() -> Iterator[Command]:
             yield Command(name, help_text, f"{module}:run_{name}", _of_study)
 
 
-COMMANDS |= {one.name: one for one in studies()}
+STUDIES = {one.name: one for one in studies()}
+COMMANDS |= STUDIES

@@ -21,44 +21,16 @@ from fragfield.errors import InputError
 from fragfield.interface.case import Case, case_of
 from fragfield.interface.kinds import CaseOrRun, File, PathName, Settings
 from fragfield_base.paths import absolute
-from fragfield_base.writing import write_text
+from fragfield_base.writing import write_bytes, write_text
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
-    from fragfield.case import CaseTable
     from fragfield.case.tables.base import Table
 
 
 _KINDS = ("svg", "png")
-
-
-def write_drawings(case: CaseTable, path: Path) -> list[Path]:
-    """Write the drawing of a resolved case's round; of several different rounds one each, numbered.
-
-    Raises
-    ------
-    InputError
-        The file's ending is none of .svg and .png, there are no rounds, one is a mesh, or it cannot be written.
-    """
-    from fragfield.report.figures.drawing import drawing_style, to_bytes
-    from fragfield.report.figures.round_drawing import draw_round, drawn_rounds, expected_masses
-    from fragfield_base.writing import write_bytes
-
-    kind = path.suffix.lower().lstrip(".")
-    if kind not in _KINDS:
-        raise InputError(f"--drawing: found {path.name}; allowed: a name that ends in .svg or .png")
-    if not case.round:
-        raise InputError("--drawing: found a case without [[round]]; allowed: a case with a round")
-    different = drawn_rounds(case)
-    written = []
-    for number, (item, expected) in enumerate(zip(different, expected_masses(case), strict=True), start=1):
-        target = path if len(different) == 1 else path.with_name(f"{path.stem}_{number}{path.suffix}")
-        with drawing_style():
-            drawn = to_bytes(draw_round(item, expected), kind)
-        written.append(write_bytes(target, drawn, InputError))
-    return written
 
 
 @dataclass(frozen=True, repr=False)
@@ -91,7 +63,22 @@ class CheckResult:
         InputError
             Another ending, no round, a round from a mesh file, or no right to write.
         """
-        return write_drawings(self.case.values, absolute(path, InputError))
+        from fragfield.report.figures.drawing import drawing_style, to_bytes
+        from fragfield.report.figures.round_drawing import draw_round, drawn_rounds, expected_masses
+
+        case, target = self.case.values, absolute(path, InputError)
+        kind = target.suffix.lower().lstrip(".")
+        if kind not in _KINDS:
+            raise InputError(f"--drawing: found {target.name}; allowed: a name that ends in .svg or .png")
+        if not case.round:
+            raise InputError("--drawing: found a case without [[round]]; allowed: a case with a round")
+        different, written = drawn_rounds(case), []
+        for number, (item, expected) in enumerate(zip(different, expected_masses(case), strict=True), start=1):
+            name = target.name if len(different) == 1 else f"{target.stem}_{number}{target.suffix}"
+            with drawing_style():
+                drawn = to_bytes(draw_round(item, expected), kind)
+            written.append(write_bytes(target.with_name(name), drawn, InputError))
+        return written
 
     def __repr__(self) -> str:
         what = f"{self.found['mesh']['cells']} cells" if "mesh" in self.found else "no burst"

@@ -17,7 +17,7 @@ from collections import Counter, deque
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, ProcessPoolExecutor, wait
 from contextlib import contextmanager, suppress
 from types import ModuleType
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 from fragfield.errors import EXIT_INTERRUPTED, InputError
 from fragfield.studies.tasks import Outcome, Task, perform
@@ -42,26 +42,7 @@ _ended: set[str] = set()
 """In a dask worker: one run at a time, and the studies that were interrupted."""
 
 
-class Workers(Protocol):
-    """What makes runs: `Processes` or `Cluster`."""
-
-    size: int
-    """Runs at one time."""
-
-    def submit(self, task: Task) -> Future[Outcome]:
-        """Begin a run."""
-
-    def restart(self) -> None:
-        """Go on after a process was killed."""
-
-    def interrupt(self) -> None:
-        """End the runs at hand with their checkpoints, and begin no other."""
-
-    def close(self) -> None:
-        """End the processes, once the runs at hand have ended."""
-
-
-def workers_of(scheduler: str | None, most: int, *, jobs: int | None, threads: int) -> Workers:
+def workers_of(scheduler: str | None, most: int, *, jobs: int | None, threads: int) -> Processes | Cluster:
     """Processes of this machine, or the workers of the cluster with this scheduler; at most `most`, or `jobs`."""
     if scheduler is not None:
         return Cluster(scheduler, jobs, most)
@@ -69,7 +50,7 @@ def workers_of(scheduler: str | None, most: int, *, jobs: int | None, threads: i
 
 
 def make_all(
-    workers: Workers,
+    workers: Processes | Cluster,
     tasks: Iterable[Task],
     ended: Callable[[Task, Outcome], None],
     begun: Callable[[Task], None] = lambda _: None,
