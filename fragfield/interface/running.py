@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from fragfield.errors import InputError, nearest
 from fragfield.interface.case import Case, case_of
@@ -95,18 +95,16 @@ def options_of(
     out: Folder | None = None,
     set: Settings = (),  # noqa: A002 - as `--set`
     fragments: File | None = None,
-    threads: int | None = None,
-    resume: bool = False,
-    overwrite: bool = False,
     progress: Follow = True,
     burst: bool = True,
+    **options: Any,
 ) -> RunOptions:
     """What the pipeline is asked for, by the arguments of `run`. A file is read later, by the first rank alone."""
     check_variables(InputError)
     is_launched(InputError)
     let_threads_sleep()
-    if threads is not None:
-        limit_threads(threads)
+    if options.get("threads") is not None:
+        limit_threads(options["threads"])
     from fragfield.case.checks.consistency import check_case
     from fragfield.case.messages import join_faults
     from fragfield.pipeline.job import RunOptions
@@ -123,10 +121,15 @@ def options_of(
             out = absolute(f"runs/{found.path.stem}", InputError)
         case = out
     return RunOptions(
-        absolute(case, InputError), None if out is None else absolute(out, InputError), threads, resume,
-        overwrite, progress is False, None if fragments is None else absolute(fragments, InputError), set,
-        made=made, follow=progress if callable(progress) else None,
-    )  # fmt: skip
+        absolute(case, InputError),
+        None if out is None else absolute(out, InputError),
+        fragments=None if fragments is None else absolute(fragments, InputError),
+        settings=set,
+        made=made,
+        quiet=progress is False,
+        follow=progress if callable(progress) else None,
+        **options,
+    )
 
 
 def limit_threads(number: object) -> None:
