@@ -149,19 +149,21 @@ def report(call: Call, done: Run) -> Given | None:
 
 def _summary(done: Run, *, flown: bool = False, warnings: Sequence[str] = ()) -> Given | None:
     """The summary of a run, on the first rank; one that was flown and has no distance ends with code 3."""
-    from fragfield.hazard.certainty import is_determined
+    from fragfield.results.part import to_json
     from fragfield.terminal.show import plain_console, print_summary
 
     if launched_rank() > 0:
         return None
+    summary = done.summary
+    undetermined = flown and summary.hazard is not None and not summary.hazard.determined
 
-    def show(summary: dict[str, Any]) -> None:
-        print_summary(summary)
+    def show(_: dict[str, Any]) -> None:
+        print_summary(summary, str(done.path))
         for words in warnings:
             plain_console().print(words)
 
-    summary = {"directory": str(done.path), **done.summary}
-    return Given(summary, show, EXIT_DONE if not flown or is_determined(summary) else EXIT_NUMERICAL)
+    found = {"directory": str(done.path), **to_json(summary)}
+    return Given(found, show, EXIT_NUMERICAL if undetermined else EXIT_DONE)
 
 
 @command("fragfield.interface.checking:convert")

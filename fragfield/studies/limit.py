@@ -23,11 +23,11 @@ from rich.text import Text
 
 from fragfield.errors import InputError
 from fragfield.files.run_directory import RunDirectory
-from fragfield.hazard.certainty import metres, whole_metres
 from fragfield.hazard.contents import with_images
-from fragfield.hazard.to_apply import DistanceOfUse, DistanceToApply
 from fragfield.interface.kinds import Every, Length, Steps
 from fragfield.interface.tables import Table, table_of_rows
+from fragfield.results.rules import DistanceOfUse, DistanceToApply
+from fragfield.results.words import metres, whole_metres
 from fragfield.studies.study import DONE, FAILED, KEPT, Row, exit_code_of_rows, maker
 from fragfield.studies.sweep import Sweep, settings_of
 from fragfield_base.inputs import NotAllowedError, Quantity
@@ -270,7 +270,8 @@ def judge(row: LimitRow, summary: Mapping[str, Any], limit: float | None, *, exp
     """
     hazard = summary.get("hazard") or {}
     part = summary.get("distance_to_apply")
-    siting = DistanceToApply.read(part).siting if part else DistanceOfUse(None, None)
+    nothing = DistanceOfUse(distance=None, by=None, left_out=())
+    siting = DistanceToApply.read(part).siting if part else nothing
     row.explosive = ((summary.get("rules") or {}).get("contents") or {}).get("explosive")
     row.to_apply, row.recommended = siting.distance, hazard.get("recommended")
     row.standard_error = hazard.get("standard_error")

@@ -12,9 +12,10 @@ from fragfield.interface.tables import Table, table_of_rows
 from fragfield.quantities import shown, value_at
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterator
 
     from fragfield.quantities import Quantity
+    from fragfield.results.summary import Summary
 
 
 def compare_runs(run: Run | PathName, reference: Run | PathName) -> Table:
@@ -41,13 +42,13 @@ def compare_runs(run: Run | PathName, reference: Run | PathName) -> Table:
     runs = [one if isinstance(one, Run) else Run(one) for one in (run, reference)]
     for one in runs:
         one.case  # noqa: B018 - says what is wrong with the directory
-        if not any(isinstance(one.summary.get(part), dict) for part in ("burst", "flight")):
+        if one.summary.burst is None and one.summary.flight is None:
             raise InputError(f"{one.path}: its summary.json has no results; run `fragfield run` first")
     summaries = [one.summary for one in runs]
     return table_of_rows("ratios", [row for one in shown("compare") for row in _row(one, *summaries)])
 
 
-def _row(one: Quantity, run: Mapping[str, Any], reference: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
+def _row(one: Quantity, run: Summary, reference: Summary) -> Iterator[dict[str, Any]]:
     mine, other = one.of(run), one.of(reference)
     if mine is None or other is None:
         return
@@ -63,6 +64,10 @@ def _row(one: Quantity, run: Mapping[str, Any], reference: Mapping[str, Any]) ->
     }  # fmt: skip
 
 
-def _parts(summary: Mapping[str, Any]) -> set[str]:
+def _parts(summary: Summary) -> set[str]:
     """The parts that a recommended distance holds."""
-    return {name for name, value in summary["hazard"]["parts"].items() if value is not None}
+    return (
+        set()
+        if summary.hazard is None
+        else {key for key, value in vars(summary.hazard.parts).items() if value is not None}
+    )

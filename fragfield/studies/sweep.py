@@ -26,13 +26,13 @@ from fragfield.case.conversion.symmetry import is_brief
 from fragfield.case.write import toml_value
 from fragfield.errors import InputError, nearest
 from fragfield.files.run_directory import RunDirectory
-from fragfield.hazard.certainty import whole_metres
-from fragfield.hazard.recommended import not_included_words
 from fragfield.interface.kinds import Stage, Values
 from fragfield.interface.results import Run
 from fragfield.interface.results import open as open_run
 from fragfield.interface.tables import Table, table_of_rows
 from fragfield.quantities import column_of, shown
+from fragfield.results.hazard import Recommended
+from fragfield.results.words import not_included_words, whole_metres
 from fragfield.studies.study import DONE, FAILED, KEPT, Row, Study, digest_of, exit_code_of_rows, maker
 from fragfield.studies.tasks import Task
 
@@ -210,9 +210,18 @@ def results_of(summary: Mapping[str, Any]) -> dict[str, Any]:
     times = [one for part in ("burst", "flight") if (one := (summary.get(part) or {}).get("wall_seconds")) is not None]
     return {
         **{one.name: one.of(summary) for one in shown("sweep")},
-        "not_included": not_included_words(summary.get("hazard") or {}),
+        "not_included": _not_included(summary.get("hazard") or {}),
         "wall_seconds": sum(times) if times else None,
     }
+
+
+def _not_included(hazard: Mapping[str, Any]) -> str:
+    """In words; empty where nothing is known of the parts."""
+    if "parts" not in hazard:
+        return ""
+    return not_included_words(
+        Recommended.read({name: hazard[name] for name in ("recommended", "parts", "not_included")})
+    )
 
 
 def _number(value: float | None) -> str:

@@ -17,7 +17,8 @@ from fragfield.errors import EXIT_DONE, EXIT_FAULT, InputError, exit_code_of, me
 from fragfield.files.run_directory import RunDirectory
 from fragfield.hazard.recommended import recommended_of
 from fragfield.pipeline.convergence import OF_A_SWEEP
-from fragfield.pipeline.job import RunOptions, finite
+from fragfield.pipeline.job import RunOptions
+from fragfield.results.part import to_json
 from fragfield.terminal.logs import to_stderr
 from fragfield_base.writing import locked
 
@@ -92,7 +93,7 @@ def perform(task: Task) -> Outcome:
 
 
 def _outcome(task: Task, summary: dict[str, Any]) -> Outcome:
-    results: Any = finite(task.results(summary))
+    results: Any = to_json(task.results(summary))
     hazard = summary.get("hazard") or {}
     return Outcome(EXIT_DONE, "" if hazard.get("determined", True) else str(hazard["reason"]), results)
 
@@ -137,7 +138,7 @@ def _numbers(task: Task) -> dict[str, Any]:
         "burst": summary,
         "break_up": {"fragments": fragments},
         "flight": {"wall_seconds": time.perf_counter() - began},
-        "hazard": hazard if task.sample else recommended_of(hazard, {"reason": OF_A_SWEEP}),
+        "hazard": hazard if task.sample else to_json(recommended_of(hazard, {"reason": OF_A_SWEEP})),
         "exposed": flown.exposed,
     }
 

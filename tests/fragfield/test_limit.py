@@ -13,9 +13,13 @@ import fragfield
 from fragfield.files.run_directory import RunDirectory
 from fragfield.hazard.contents import with_images
 from fragfield.hazard.recommended import recommended_of
-from fragfield.hazard.to_apply import DistanceToApply
+from fragfield.hazard.to_apply import distance_to_apply
+from fragfield.results.hazard import Hazard
+from fragfield.results.part import to_json
+from fragfield.results.rules import Official, Rule
 from fragfield.studies.limit import LimitRow, judge, limit_of
 from fragfield.studies.tasks import Outcome
+from tests.fragfield.example_results import example
 from tests.fragfield.run_tasks import in_threads
 from tests.fragfield.short_run import invoke
 
@@ -69,11 +73,13 @@ def computed(monkeypatch):
         distance = law["distance"](rounds)
         hazard = {"determined": distance is not None, "reason": "airborne", "expected": distance, "upper": distance,
                   "standard_error": 1.0}  # fmt: skip
-        hazard = recommended_of(hazard, {"reason": "no grid convergence: not computed for the runs of a sweep"})
+        hazard = recommended_of(
+            example(Hazard, **hazard), {"reason": "no grid convergence: not computed for the runs of a sweep"}
+        )
         sites = [{"name": one.name, "verdict": "met" if law["met"](rounds) else "not met"} for one in task.case.exposed]
         rules = {"contents": {"explosive": 5.0 * rounds}}
-        to_apply = DistanceToApply.of(hazard, None, []).as_dict()
-        summary = {"hazard": hazard, "exposed": sites, "rules": rules, "distance_to_apply": to_apply}
+        to_apply = to_json(distance_to_apply(hazard, None, []))
+        summary = {"hazard": to_json(hazard), "exposed": sites, "rules": rules, "distance_to_apply": to_apply}
         RunDirectory(task.directory).write_summary(summary)
         return Outcome(0, "" if distance is not None else "airborne", task.results(summary))
 
@@ -245,16 +251,17 @@ def test_a_fall_is_judged_by_two_standard_errors_of_the_difference(drop, words):
     ],
 )
 def test_official_distance_and_rules_must_not_exceed_the_given_one_either(official, rules, reasons):
-    hazard = {"determined": True, "recommended": 50.0, "standard_error": 1.0, "largest_throw": 99.0}
-    part = official and {"hazardous_fragment_distance": official, "covers": True}
+    hazard = example(Hazard, determined=True, recommended=50.0, standard_error=1.0, largest_throw=99.0)
+    part = official and example(Official, hazardous_fragment_distance=official, covers=True)
     entries = [
-        {"name": name, "use": "siting", "hazard": "fragments", "distance": distance, "outside": outside,
-         "reason": "too much", "missing": True}
+        example(
+            Rule, name=name, distance=distance, outside=outside, reason="" if distance else "too much", missing=True
+        )
         for name, distance, outside in rules
-    ]  # fmt: skip
-    to_apply = DistanceToApply.of(hazard, part, entries).as_dict()
+    ]
+    to_apply = to_json(distance_to_apply(hazard, part, entries))
     found = row(1, 0.0)
-    judge(found, {"hazard": hazard, "distance_to_apply": to_apply}, 90.0, exposed=False)
+    judge(found, {"hazard": to_json(hazard), "distance_to_apply": to_apply}, 90.0, exposed=False)
     assert (found.reasons, found.met) == (reasons, not reasons)
 
 

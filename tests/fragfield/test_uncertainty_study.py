@@ -14,22 +14,27 @@ import pytest
 import fragfield
 from fragfield.files.run_directory import RunDirectory
 from fragfield.files.stamped import read_stamped_json
+from fragfield.results.summary import Summary
 from fragfield.studies.study import Journal
 from fragfield.studies.tasks import Outcome
 from fragfield.studies.uncertainty.study import Uncertainty
+from tests.fragfield.example_results import complete
 from tests.fragfield.run_tasks import in_threads
 from tests.fragfield.short_run import invoke
 
 ROOT = Path(__file__).parents[2]
 M107, PAIR = ROOT / "cases" / "m107_tnt.toml", ROOT / "cases" / "m107_pair.toml"
 CONVERGENCE = {"reason": "", "quantities": {"expected_distance": {"uncertainty": 5.0, "kind": "monotone"}}}
-SUMMARY = {
-    "burst": {"mean_initial_speed": 980.0, "speed_quantiles": {"99": 1370.0}},
-    "break_up": {"fragments": 2500},
-    "hazard": {"determined": True, "expected": 100.0, "upper": 103.0, "standard_error": 1.5},
-    "convergence": CONVERGENCE,
-    "exposed": [],
-}
+SUMMARY = complete(
+    Summary,
+    {
+        "burst": {"mean_initial_speed": 980.0, "speed_quantiles": {"99": 1370.0}},
+        "break_up": {"fragments": 2500},
+        "hazard": {"determined": True, "expected": 100.0, "upper": 103.0, "standard_error": 1.5},
+        "convergence": CONVERGENCE,
+        "exposed": [],
+    },
+)
 
 
 def _distance(case):

@@ -23,10 +23,9 @@ from fragfield.case.load import case_from_document
 from fragfield.errors import EXIT_DONE, EXIT_NUMERICAL, InputError, NotDeterminedError
 from fragfield.files.run_directory import STAGES, RunDirectory
 from fragfield.files.stamped import stamped_json
-from fragfield.hazard.certainty import metres
-from fragfield.hazard.recommended import parts_words, recommended_of
+from fragfield.hazard.recommended import recommended_of
 from fragfield.hazard.site_map import write_contours
-from fragfield.hazard.to_apply import DistanceToApply
+from fragfield.hazard.to_apply import distance_to_apply
 from fragfield.interface.kinds import CaseOrRun, Samples, Seed, Settings
 from fragfield.interface.running import options_of
 from fragfield.interface.tables import Table, table_of_rows
@@ -35,6 +34,10 @@ from fragfield.pipeline.job import RunOptions
 from fragfield.quantities import column_of, shown
 from fragfield.report import write_report
 from fragfield.report.uncertainty_page import write_uncertainty_page
+from fragfield.results.hazard import Hazard, Recommended
+from fragfield.results.part import to_json
+from fragfield.results.rules import Official, Rule
+from fragfield.results.words import metres, parts_words
 from fragfield.studies.study import DONE, FAILED, KEPT, WAITING, Row, Study, digest_of, maker
 from fragfield.studies.tasks import Task
 from fragfield.studies.uncertainty.plan import Plan, plan_samples
@@ -199,14 +202,14 @@ class Uncertainty(Study):
         """The recommended distance with the study, in the nominal run's summary.json and map files."""
         nominal, summary = self.nominal, self.nominal.summary()
         hazard = recommended_of(summary["hazard"], summary.get("convergence"), self.found)
-        nominal.write_summary({**summary, "hazard": hazard, "distance_to_apply": _to_apply(hazard, summary)})
+        nominal.write_summary({**summary, "hazard": to_json(hazard), "distance_to_apply": _to_apply(hazard, summary)})
         if nominal.file("contours.geojson").is_file():
             from flight.files.ensemble import read_ensemble
             from fragfield.files.provenance import provenance_of
 
             case, ensemble = nominal.stored_case(), read_ensemble(nominal.file("ensemble.h5"))[0]
             exposed = summary.get("exposed") or ()
-            write_contours(case, ensemble, nominal, provenance_of(case), exposed, hazard["recommended"])
+            write_contours(case, ensemble, nominal, provenance_of(case), exposed, hazard.recommended)
 
     def text(self) -> str:
         """The results with a checksum; the folder is where they lie."""
@@ -271,7 +274,7 @@ class Uncertainty(Study):
                 console.print(f"{site['name']}: expected hits {words}")
         for words in (found["distance_to_apply"]["line"], *found["distance_to_apply"]["words"]):
             console.print(words)
-        console.print(f"recommended distance {metres(self.recommended)}: {parts_words(found['hazard'])}")
+        console.print(self._recommended_words())
         cost = found["cost"]
         if cost["samples_made_now"]:
             each = cost["wall_seconds"] / cost["samples_made_now"]
@@ -285,6 +288,10 @@ class Uncertainty(Study):
             reason = self.found["states"].get("reason", "no sample gave a distance")
             raise NotDeterminedError(f"the distance over the inputs is not determined: {reason}")
         return float(self.found["hazard"]["recommended"])
+
+    def _recommended_words(self) -> str:
+        hazard = Recommended.read(self.found["hazard"])
+        return f"recommended distance {metres(hazard.recommended)}: {parts_words(hazard)}"
 
     @property
     def spread(self) -> tuple[float, float, float]:
@@ -310,7 +317,7 @@ class Uncertainty(Study):
         low, median, high = (metres(value) for value in self.spread)
         return (
             f"{self.found['distance_to_apply']['line']}\n"
-            f"  recommended distance {metres(self.recommended)}: {parts_words(self.found['hazard'])}\n"
+            f"  {self._recommended_words()}\n"
             f"  expected distance over the inputs: 5 % {low}, median {median}, 95 % {high}, "
             f"{self._plan.samples} samples"
         )
@@ -356,9 +363,10 @@ def _site(entry: Mapping[str, Any]) -> dict[str, Any]:
     return found
 
 
-def _to_apply(hazard: Mapping[str, Any], summary: Mapping[str, Any]) -> dict[str, Any]:
-    rules = (summary.get("rules") or {}).get("rules") or ()
-    return DistanceToApply.of(hazard, summary.get("official"), rules).as_dict()
+def _to_apply(hazard: Hazard, summary: Mapping[str, Any]) -> dict[str, Any]:
+    rules = [Rule.read(entry) for entry in (summary.get("rules") or {}).get("rules") or ()]
+    official = summary.get("official")
+    return to_json(distance_to_apply(hazard, official and Official.read(official), rules))
 
 
 def assess(plan: Plan, rows: Sequence[Row], summary: Mapping[str, Any]) -> dict[str, Any]:
@@ -387,7 +395,7 @@ def assess(plan: Plan, rows: Sequence[Row], summary: Mapping[str, Any]) -> dict[
         return found
     found["distance"] = _quantity(plan, distance, _column(values, "standard_error"))
     hazard = recommended_of(summary["hazard"], summary.get("convergence"), found)
-    found["hazard"] = {name: hazard[name] for name in _RECOMMENDED}
+    found["hazard"] = to_json({name: getattr(hazard, name) for name in _RECOMMENDED})
     found["distance_to_apply"] = _to_apply(hazard, summary)
     found["exposed"] = [
         {"name": site["name"]} | {name: _of_site(plan, values, number, name, site[name]) for name in _SITE}
