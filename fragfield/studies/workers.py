@@ -61,6 +61,7 @@ def make_all(
     it. `workers` is closed at the end, and interrupted first where an error or Ctrl-C ends the work.
     """
     waiting, again, tries = iter(tasks), deque[Task](), Counter[str]()
+    announced: set[str] = set()
     at_hand: dict[Future[Outcome], Task] = {}
     try:
         while True:
@@ -69,31 +70,35 @@ def make_all(
                 task = again.popleft() if again else next(waiting, None)
                 if task is None:
                     break
-                if not tries[task.name]:
+                if task.name not in announced:
+                    announced.add(task.name)
                     begun(task)
-                at_hand[workers.submit(task)] = task
-            if not at_hand:
+                try:
+                    at_hand[workers.submit(task)] = task
+                except BrokenExecutor:  # a process was killed while it was idle, or a moment ago
+                    again.append(task)
+                    if not at_hand:
+                        workers.restart()
+                    break
+            if not at_hand and not again:
                 return
-            for future in wait(at_hand, timeout=_WAIT, return_when=FIRST_COMPLETED).done:
-                if future not in at_hand:  # of a pool that is no more
-                    continue
-                task = at_hand.pop(future)
+            done = wait(at_hand, timeout=_WAIT, return_when=FIRST_COMPLETED).done
+            killed = [future for future in done if isinstance(future.exception(), BrokenExecutor)]
+            for future in done.difference(killed):
                 error = future.exception()
-                if not isinstance(error, BrokenExecutor):
-                    outcome = future.result() if error is None else Outcome.of(error)
-                    if outcome.code == EXIT_INTERRUPTED:
-                        raise KeyboardInterrupt
-                    ended(task, outcome)
-                    continue
-                broken = [task, *at_hand.values()]
-                at_hand.clear()
+                outcome = future.result() if error is None else Outcome.of(error)
+                if outcome.code == EXIT_INTERRUPTED:
+                    raise KeyboardInterrupt
+                ended(at_hand.pop(future), outcome)
+            if killed:
                 workers.restart()
-                for one in broken:
-                    tries[one.name] += 1
-                    if tries[one.name] < _TRIES:
-                        again.append(one)
+                for task in at_hand.values():
+                    tries[task.name] += 1
+                    if tries[task.name] < _TRIES:
+                        again.append(task)
                     else:
-                        ended(one, Outcome.killed(_TRIES))
+                        ended(task, Outcome.killed(_TRIES))
+                at_hand.clear()
     except BaseException:
         workers.interrupt()
         raise

@@ -68,8 +68,8 @@ def test_after_a_kill_the_runs_at_hand_go_one_by_one():
         at_hand.append(one.name)
         if len(tries := [name for name in history if name == one.name]) == 0 and one.name in "12":
             history.append(one.name)
-            together.wait(10.0)
             at_hand.remove(one.name)
+            together.wait(10.0)
             raise BrokenExecutor
         history.append(one.name)
         most[one.name] = len(at_hand)
@@ -82,6 +82,21 @@ def test_after_a_kill_the_runs_at_hand_go_one_by_one():
     assert sorted(found) == ["1", "2", "3", "4", "5", "6"]
     assert (most["1"], most["2"]) == (1, 1)
     assert history.count("3") == 1
+
+
+def test_a_process_that_is_killed_while_it_is_idle_costs_no_try():
+    broken = [True]
+
+    class Killed(Threads):
+        def submit(self, one):
+            if broken and one.name == "2":
+                broken.clear()
+                raise BrokenExecutor
+            return super().submit(one)
+
+    pool = Killed(1, lambda one: Outcome(0, "", {}))
+    assert sorted(made(pool, map(task, range(5)))) == ["0", "1", "2", "3", "4"]
+    assert pool.restarts == 1
 
 
 def test_an_error_of_the_caller_interrupts_and_closes():
