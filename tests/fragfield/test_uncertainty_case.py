@@ -210,10 +210,11 @@ def test_plans_that_cannot_be_made(file, table, options, message):
 
 
 def test_an_input_whose_ends_make_no_case_is_refused_before_anything_runs():
-    far = {"name": "place", "keys": ["round.tube.ignition.0.station"], "distribution": "uniform", "low": "0 m",
+    far = {"name": "place", "keys": ["round.0.ignition.0.station"], "distribution": "uniform", "low": "0 m",
            "high": "2 m", "source": "none"}  # fmt: skip
-    with pytest.raises(InputError, match=r'uncertainty input "place" at 1.0: .*outside the charge'):
-        plan_samples(_case(far))
+    for file in (TUBE, PAIR):
+        with pytest.raises(InputError, match=r'uncertainty input "place" at [\d.]+: .*outside the charge'):
+            plan_samples(_case(far, file=file))
     other = {**RADIUS, "keys": ["round.tub.explosive.density"], "low": "1600 kg/m^3", "high": "1650 kg/m^3"}
     with pytest.raises(InputError, match=r"there is no entry tub \(did you mean"):
         plan_samples(_case({**other, "name": "density"}))

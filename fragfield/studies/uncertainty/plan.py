@@ -207,15 +207,14 @@ def _bursts(table: UncertaintyTable, inputs: tuple[UncertainInput, ...], samples
 def _check_ends(case: CaseTable, document: dict[str, Any], inputs: tuple[UncertainInput, ...]) -> tuple[bool, str]:
     """Whether every burst is axisymmetric, and why; the cases at the ends of every input must be sound."""
     choice = burst_geometry(case)
-    if choice.geometry != "axisymmetric":
-        return False, f"the burst is in three dimensions: {choice.reason}"
-    words = f"every sample has its own axisymmetric burst: {choice.reason}"
-    found = True
+    found = choice.geometry == "axisymmetric"
+    what = "every sample has its own axisymmetric burst" if found else "the burst is in three dimensions"
+    words = f"{what}: {choice.reason}"
     for entry in inputs:
         for u in _ENDS:
             draw = entry.distribution.values([u])[0]
             ended = case_of(document, entry, draw)
-            if burst_geometry(ended).geometry != "axisymmetric":
+            if found and burst_geometry(ended).geometry != "axisymmetric":
                 found = False
                 words = f"with {entry.name} = {draw} the burst is in three dimensions"
     return found, words
