@@ -269,7 +269,7 @@ def info(call: Call, path: Annotated[PathName, Kind(Path, "RUN_OR_FILE")]) -> Gi
 
 
 @command("fragfield.studies.warm_up:warm_up")
-def warm_up(found: dict[str, Any], call: Call) -> Given:
+def warm_up(call: Call, found: dict[str, Any]) -> Given:
     """Compile the kernels, so that the first run does not have to: by two tiny runs, which leave no files.
 
     What is compiled already is not compiled again. Exit code 3 if one of the runs failed.

@@ -113,7 +113,8 @@ def hazard(**changes) -> dict:
     """The part "hazard" of a run whose distance is known to 1.5 %."""
     return {
         "expected": 100.0, "upper": 102.5, "standard_error": 1.5, "realisations": 40, "determined": True, "reason": "",
-        "tolerance": 0.02, "converged": True, "max_bias": 0.0, "more_realisations": True, **changes,
+        "tolerance": 0.02, "converged": True, "max_bias": 0.0, "more_realisations": True,
+        "method": "realisations", **changes,
     }  # fmt: skip
 
 
@@ -137,10 +138,10 @@ def made_by_contact(at_end: float, largest: float, gain: float) -> dict:
         ("burst", made_by_contact(math.nan, math.nan, math.nan), "stop", "not computed correctly"),
         ("burst", {"products_balance": 1.22}, "warning", "more than the charges hold"),
         ("burst", {"products_balance": 0.97}, "good", "97 % of the charges' heat"),
-        ("burst", {"lost_cells": 3, "cells": 1000}, "warning", "3 of 1,000 cells were lost (0.3 %)"),
-        ("burst", {"lost_cells": 1, "cells": 1000}, "warning", "1 of 1,000 cells was lost (0.1 %)"),
-        ("burst", {"lost_cells": 30, "cells": 1000}, "stop", "30 of 1,000 cells were lost"),
-        ("burst", {"lost_cells": 0, "cells": 1000}, "good", "No cell was lost"),
+        ("burst", {"lost_cells": 3, "symmetry": {"all_cells": 1000}}, "warning", "3 of 1,000 cells were lost (0.3 %)"),
+        ("burst", {"lost_cells": 1, "symmetry": {"all_cells": 1000}}, "warning", "1 of 1,000 cells was lost (0.1 %)"),
+        ("burst", {"lost_cells": 30, "symmetry": {"all_cells": 1000}}, "stop", "30 of 1,000 cells were lost"),
+        ("burst", {"lost_cells": 0, "symmetry": {"all_cells": 1000}}, "good", "No cell was lost"),
         ("burst", {"contact": {"max_collision_penetration": 6e-4}}, "warning", "overlap by up to 10.0 % of a cell"),
         (
             "burst",
@@ -183,7 +184,7 @@ def made_by_contact(at_end: float, largest: float, gain: float) -> dict:
         ),
         (
             "hazard",
-            hazard(determined=False, converged=False, distance=None, reason="there are no fragments"),
+            hazard(determined=False, converged=False, reason="there are no fragments"),
             "stop",
             "The distance is not determined: there are no fragments",
         ),
@@ -252,7 +253,7 @@ def test_directions_that_follow_the_cells_are_distinguished_from_random_scatter(
 def test_stripes_count_from_six_times_the_variance_of_counts(contrast, warned):
     """Alternately n (1 + c) and n (1 - c): the mean square of 2 n c over 1.5 n is 8 n c^2 / 3, 6 of 40 at 0.237."""
     hits = 40.0 * (1.0 + contrast * (-1.0) ** np.arange(72))
-    rows = [{"name": "ring", "by_azimuth": [{"hits": float(value)} for value in hits]}]
+    rows = [{"name": "ring", "by_azimuth": [{"hits": round(value)} for value in hits]}]
     found = [text for _, text in reported("flight", witness=rows) if "may be affected by the mesh" in text]
     assert bool(found) == warned
     if warned:

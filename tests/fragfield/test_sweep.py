@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import shutil
 
 import pytest
 
@@ -193,7 +194,7 @@ def test_a_row_whose_line_was_cut_off_or_whose_directory_is_gone_is_made_again(t
     out = tmp_path / "out"
     arguments = ("sweep", TUBE, "burst.cell_size=12 mm,15 mm,20 mm", "--out", out, "--json", "--jobs", "1")
     assert invoke(*arguments, "--keep-runs").exit_code == 0
-    (out / "cell_size_12_mm" / "case.toml").unlink()
+    shutil.rmtree(out / "cell_size_12_mm")
     journal = out / "sweep.jsonl"
     journal.write_bytes(journal.read_bytes()[:-20])
     (out / "sweep.json").write_text("{")  # the table is written, never read
