@@ -177,7 +177,7 @@ def test_a_signal_within_a_call_back_of_a_library_is_not_lost(kind):
         "    call()\n"
         "    for _ in range(200):\n"
         "        time.sleep(0.05)\n"
-        "checking.check = work\n"
+        "checking.case_of = work\n"
         "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
         "signal.signal(signal.SIGHUP, signal.SIG_DFL)\n"  # nohup has it ignored
         "sys.argv = ['fragfield', 'check', 'none.toml']\n"
