@@ -63,7 +63,7 @@ def drawn(growth=2.0, strain=1.0, geometry="one_point", *, across=True):
 def plastic_work(solver):
     """Plastic work (J) after the forces have been found again."""
     solver.add_forces(0.0)
-    solver.ledger.add(solver._totals.energy, solver._totals.released)
+    solver.ledger.add(solver.fields.totals.energy, solver.fields.totals.released)
     return solver.ledger.sums[0]
 
 

@@ -10,8 +10,6 @@ from burst_fenicsx.kernels.vectors.tensors import Matrix, Symmetric, apply, dot,
 if TYPE_CHECKING:
     import numpy as np
 
-__all__ = ["elastic_energy", "elastic_trial", "moduli", "ring_trial", "spin", "turned_trial"]
-
 
 @lane_function
 def moduli(parameters: np.ndarray) -> tuple[float, float]:
@@ -73,32 +71,3 @@ def elastic_trial(
         fma(half, rate[1][2] + rate[2][1], dot(ay, qz)),
         fma(half, rate[2][0] + rate[0][2], dot(az, qx)),
     )
-
-
-@lane_function
-def turned_trial(stress: Symmetric, rate: Matrix, step: float, lame: float, shear: float) -> tuple[Matrix, Symmetric]:
-    """Rotation of the step (s) and the trial stress (Pa), as `spin` and `elastic_trial` give them."""
-    rotation = spin(rate, step)
-    return rotation, elastic_trial(stress, rotation, rate, step, lame, shear)
-
-
-@lane_function
-def ring_trial(stress: Symmetric, rate: Matrix, step: float, lame: float, shear: float) -> tuple[Matrix, Symmetric]:
-    """The same of a ring, which turns about its hoop direction y alone: to the last bit, without what is zero."""
-    xx, yy, zz, _, _, zx = stress
-    y = 0.25 * step * (rate[0][2] - rate[2][0])
-    f = 2.0 / (1.0 + y * y)
-    sine, cosine = f * y, 1.0 - f * (y * y)
-    ax, az = fma(xx, cosine, zx * sine), fma(zx, cosine, zz * sine)
-    bx, bz = fma(xx, -sine, zx * cosine), fma(zx, -sine, zz * cosine)
-    twice, half = 2.0 * shear * step, shear * step
-    pressure = lame * step * (rate[0][0] + rate[1][1] + rate[2][2])
-    trial = (
-        fma(ax, cosine, az * sine) + fma(twice, rate[0][0], pressure),
-        yy + fma(twice, rate[1][1], pressure),
-        fma(bx, -sine, bz * cosine) + fma(twice, rate[2][2], pressure),
-        0.0,
-        0.0,
-        fma(half, rate[2][0] + rate[0][2], fma(bx, cosine, bz * sine)),
-    )
-    return ((cosine, 0.0, sine), (0.0, 1.0, 0.0), (-sine, 0.0, cosine)), trial
