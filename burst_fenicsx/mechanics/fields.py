@@ -271,7 +271,7 @@ def _moved(rows: np.ndarray, source: np.ndarray) -> np.ndarray:
     """Rows of lanes (blocks, rows LANES) in a new order of the slots; `source` (blocks, LANES) are the old ones."""
     old = rows.reshape(len(rows), -1, LANES)
     moved = old[source[:, None] // LANES, np.arange(old.shape[1])[None, :, None], source[:, None] % LANES]
-    return moved.reshape(len(source), -1)
+    return moved.reshape(len(source), rows.shape[1])
 
 
 def make_fields(

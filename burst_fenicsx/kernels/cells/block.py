@@ -18,7 +18,7 @@ from burst_fenicsx.kernels.cells import solid as metal
 from burst_fenicsx.kernels.cells.erosion import drop_forces, freeze_cells
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function, widest_vectors
 from burst_fenicsx.kernels.vectors.exact import quantise, row_sum
-from burst_fenicsx.kernels.vectors.gather import add_nodal_forces, load_slots, store_slots
+from burst_fenicsx.kernels.vectors.gather import add_nodal_forces, ask_for_dofs, ask_for_nodes, load_slots, store_slots
 from burst_fenicsx.problem import Part
 
 if TYPE_CHECKING:
@@ -50,6 +50,9 @@ def advance_solids(
         own_step = fraction * step
         next_dt = max(own_step, fraction * grid.longest)
         parameters = state.parameters[grid.material[block]]
+        ask_for_nodes(min(block + 1, last - 1), nodes, grid)
+        ask_for_dofs(min(block + 2, last - 1), grid)
+        metal.ask_for_state(min(block + 1, last - 1), grid, state)
         _load(block, grid, scratch)
         if len(element) == 2:
             quadrilateral.gather(block, nodes, grid, cells.inverse_share, scratch)
@@ -121,6 +124,9 @@ def advance_charges(
         own_step = fraction * step
         next_dt = max(own_step, fraction * grid.longest)
         parameters = state.parameters[grid.material[block]]
+        ask_for_nodes(min(block + 1, last - 1), nodes, grid)
+        ask_for_dofs(min(block + 2, last - 1), grid)
+        gas.ask_for_state(min(block + 1, last - 1), grid, state)
         _load(block, grid, scratch)
         if len(element) == 2:
             quadrilateral.gather(block, nodes, grid, cells.inverse_share, scratch)

@@ -13,6 +13,7 @@ from burst_fenicsx.kernels.cells.erosion import BEFORE, WHOLE, clear_lane
 from burst_fenicsx.kernels.constants import CRUSHED, FRONT_SOUND
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, chosen, widest_vectors
 from burst_fenicsx.kernels.vectors.exact import quantise, row_sum
+from burst_fenicsx.kernels.vectors.gather import ask
 from burst_fenicsx.kernels.vectors.tensors import (
     dot,
     load_matrix,
@@ -29,6 +30,15 @@ if TYPE_CHECKING:
 _MAY_BE_CRUSHED = 1.001 * CRUSHED  # relative volume above which no rounding makes a cell crushed
 
 _press = chosen([model.press for model in laws("products")], at.CHARGE_PARAMETERS.index("model"))
+
+
+@block_kernel
+def ask_for_state(block: int, grid: Grid, state: ChargeState) -> None:
+    """Ask for what a block keeps: its cells mostly follow one another."""
+    for lane in (0, 8, LANES - 1):
+        ask(state.burn_fraction, grid.cells[block, lane])
+        ask(state.pressure, grid.cells[block, lane])
+        ask(state.energy, grid.cells[block, lane])
 
 
 @block_kernel

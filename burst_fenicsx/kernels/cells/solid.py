@@ -14,8 +14,9 @@ from burst_fenicsx.kernels.cells.erosion import BEFORE, NOW, WHOLE, clear_lane
 from burst_fenicsx.kernels.constants import NOTHING_LEFT
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, chosen, widest_vectors
 from burst_fenicsx.kernels.vectors.exact import quantise, row_sum
-from burst_fenicsx.kernels.vectors.gather import load_slots
+from burst_fenicsx.kernels.vectors.gather import ask, load_slots
 from burst_fenicsx.kernels.vectors.tensors import load_matrix, load_symmetric, store_symmetric
+from burst_fenicsx.kernels.vectors.transposition import address, prefetch
 from burst_fenicsx.materials import laws
 
 if TYPE_CHECKING:
@@ -34,6 +35,21 @@ def load(block: int, state: SolidState, scratch: np.ndarray) -> None:
         scratch[at.STRENGTH * LANES + lane] = scratch[at.PRESSURE * LANES + lane] = 0.0
     for k in range(state.hourglass.shape[1]):
         scratch[at.HOURGLASS_STORED * LANES + k] = state.hourglass[block, k]
+
+
+@block_kernel
+def ask_for_state(block: int, grid: Grid, state: SolidState) -> None:
+    """Ask for what a block keeps."""
+    for first in range(0, LANES, 8):
+        ask(state.softening_scale, block * LANES + first)
+    for lane in range(LANES):
+        ask(state.stress, grid.cells[block, lane])
+    for lane in (0, 8, LANES - 1):
+        ask(state.shear_strain, grid.cells[block, lane])
+        ask(state.volume_strain, grid.cells[block, lane])
+    start = address(state.hourglass) + np.uint64(8 * block * state.hourglass.shape[1])
+    for line in range(state.hourglass.shape[1] // 8):
+        prefetch(start + np.uint64(64 * line))
 
 
 @block_kernel

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from burst_fenicsx.kernels.lanes import LANES, block_kernel
+from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function
+from burst_fenicsx.kernels.vectors.transposition import address, prefetch
 
 if TYPE_CHECKING:
     from burst_fenicsx.kernels.state import Grid, Nodes
@@ -45,6 +46,39 @@ def gather_nodes(block: int, nodes: Nodes, grid: Grid, rows: np.ndarray, positio
             else:
                 for i in range(3):
                     rows[(velocities + 3 * n + i) * LANES + lane] = nodes.velocity[node, i]
+
+
+@lane_function
+def ask(values: np.ndarray, row: int) -> None:
+    """Ask for the first numbers of a row of `values` (n, ...), which come into the cache meanwhile."""
+    size = np.uint64(8 * (values.size // values.shape[0]))
+    prefetch(address(values) + size * np.uint64(row))
+
+
+@block_kernel
+def ask_for_nodes(block: int, nodes: Nodes, grid: Grid) -> None:
+    """Ask for the nodes of a block, of every third cell at four corners, and what it keeps by slot."""
+    for lane in range(0, LANES, 3):
+        cell = np.uint64(grid.cells[block, lane])
+        for n in range(grid.dofmap.shape[1]):
+            if n % 4 == 0 or n % 4 == 3:
+                node = grid.dofmap[cell, n]
+                ask(nodes.position, node)
+                ask(nodes.velocity, node)
+                ask(nodes.force, node)
+    for first in range(0, LANES, 8):
+        ask(grid.mass, block * LANES + first)
+        ask(grid.volume, block * LANES + first)
+        ask(grid.viscous, block * LANES + first)
+        ask(grid.stable, block * LANES + first)
+
+
+@block_kernel
+def ask_for_dofs(block: int, grid: Grid) -> None:
+    """Ask for the numbers of a block's nodes, of two cells a line."""
+    size = np.uint64(4 * grid.dofmap.shape[1])
+    for lane in range(0, LANES, 2):
+        prefetch(address(grid.dofmap) + size * np.uint64(grid.cells[block, lane]))
 
 
 @block_kernel
