@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from burst_fenicsx.mechanics.solver import BurstSolver
 
 
-FORMAT = "fragfield burst checkpoint 11"  # 11: pairs of contact, widest radii
+FORMAT = "fragfield burst checkpoint 12"  # 12: rounds that have touched
 
 
 def _kept(solver: BurstSolver) -> Iterator[tuple[str, Any, tuple[str, ...]]]:
