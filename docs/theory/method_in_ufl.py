@@ -20,7 +20,7 @@ from burst_fenicsx.meshing import HexahedralMesh
 from burst_fenicsx.problem import BurstSettings, Hourglass, Leakage, TimeStep, Viscosity
 from validation.solid.bodies import grid, solver_on
 
-STEEL = load_casing("steel_paper")
+STEEL = replace(load_casing("steel_paper"), shear_softening_strain=0.4)  # shear is nearer its limit in some cells only
 STEP, STEPS = 2.5e-7, 60  # s
 
 

@@ -22,7 +22,7 @@ import numpy as np
 from burst_fenicsx.kernels.cells import layout as at
 from burst_fenicsx.kernels.cells.one_point import resist_mode
 from burst_fenicsx.kernels.constants import MOST_DAMPED
-from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function, widest_vectors
+from burst_fenicsx.kernels.lanes import LANES, block_kernel, inlined_kernel, lane_function, widest_vectors
 from burst_fenicsx.kernels.vectors.gather import gather_nodes
 from burst_fenicsx.kernels.vectors.tensors import (
     Matrix,
@@ -116,10 +116,10 @@ def _store(v: Four, scratch: np.ndarray, row: int, lane: int) -> None:
     scratch[(row + 2) * LANES + lane], scratch[(row + 3) * LANES + lane] = v[2], v[3]
 
 
-@block_kernel
+@inlined_kernel
 def gather(block: int, nodes: Nodes, grid: Grid, inverse_share: np.ndarray, scratch: np.ndarray) -> None:
     """Gather positions and velocities of a block's nodes, mean ones over the cells' step, and their mass shares."""
-    gather_nodes(block, nodes, grid, scratch, at.POSITION, at.VELOCITY)
+    gather_nodes(block, nodes, grid, scratch[at.POSITION * LANES :], scratch[at.VELOCITY * LANES :])
     for k in range(4 * LANES):
         scratch[at.INVERSE_SHARE * LANES + k] = inverse_share[block, k]
 
@@ -166,7 +166,8 @@ def velocity_gradient(step: float, scratch: np.ndarray) -> None:
         rz = g0 * bz[0] * u0 + g1 * bz[1] * u1 + g2 * bz[2] * u2 + g3 * bz[3] * u3
         largest = 0.5 * (rr + zz) + np.sqrt(0.25 * (rr - zz) * (rr - zz) + rz * rz)
         over = 1.0 / volume
-        scratch[at.FREQUENCY * LANES + lane] = 0.5 * over * np.sqrt(scratch[at.MASS * LANES + lane] * largest)
+        frequency = 0.5 * over * np.sqrt(scratch[at.MASS * LANES + lane] * largest)
+        scratch[at.FREQUENCY * LANES + lane], scratch[at.LENGTH * LANES + lane] = frequency, 1.0 / frequency
         hr, hz = r[0] - r[1] + r[2] - r[3], z[0] - z[1] + z[2] - z[3]
         scratch[at.MODE_R * LANES + lane], scratch[at.MODE_Z * LANES + lane] = hr, hz
         hr, hz = over * hr, over * hz

@@ -16,9 +16,9 @@ from burst_fenicsx.kernels.cells import eight_points, one_point
 from burst_fenicsx.kernels.cells import layout as at
 from burst_fenicsx.kernels.cells import solid as metal
 from burst_fenicsx.kernels.cells.erosion import drop_forces, freeze_cells
-from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function, widest_vectors
+from burst_fenicsx.kernels.lanes import LANES, block_kernel, inlined_kernel, lane_function, widest_vectors
 from burst_fenicsx.kernels.vectors.exact import quantise, row_sum
-from burst_fenicsx.kernels.vectors.gather import add_nodal_forces, ask_for_dofs, ask_for_nodes, load_slots, store_slots
+from burst_fenicsx.kernels.vectors.gather import add_nodal_forces, load_slots, store_slots
 from burst_fenicsx.problem import Part
 
 if TYPE_CHECKING:
@@ -50,9 +50,6 @@ def advance_solids(
         own_step = fraction * step
         next_dt = max(own_step, fraction * grid.longest)
         parameters = state.parameters[grid.material[block]]
-        ask_for_nodes(min(block + 1, last - 1), nodes, grid)
-        ask_for_dofs(min(block + 2, last - 1), grid)
-        metal.ask_for_state(min(block + 1, last - 1), grid, state)
         _load(block, grid, scratch)
         if len(element) == 2:
             quadrilateral.gather(block, nodes, grid, cells.inverse_share, scratch)
@@ -99,7 +96,7 @@ def advance_solids(
             eight_points.nodal_forces(fraction, nodes.rounding, scratch)
         if any_eroded:
             drop_forces(block, state.eroded, scratch)
-        add_nodal_forces(block, grid, scratch, at.FORCE, nodes.force)
+        add_nodal_forces(block, grid, scratch[at.FORCE * LANES :], nodes.force)
         energy[0] += metal.store(block, grid, state, scratch)
         _add_work(block, own_step, fraction, grid, scratch, energy)
 
@@ -124,9 +121,6 @@ def advance_charges(
         own_step = fraction * step
         next_dt = max(own_step, fraction * grid.longest)
         parameters = state.parameters[grid.material[block]]
-        ask_for_nodes(min(block + 1, last - 1), nodes, grid)
-        ask_for_dofs(min(block + 2, last - 1), grid)
-        gas.ask_for_state(min(block + 1, last - 1), grid, state)
         _load(block, grid, scratch)
         if len(element) == 2:
             quadrilateral.gather(block, nodes, grid, cells.inverse_share, scratch)
@@ -155,7 +149,7 @@ def advance_charges(
             one_point.nodal_forces(fraction, nodes.rounding, scratch)
         if any_eroded:
             drop_forces(block, eroded, scratch)
-        add_nodal_forces(block, grid, scratch, at.FORCE, nodes.force)
+        add_nodal_forces(block, grid, scratch[at.FORCE * LANES :], nodes.force)
         work, heat = gas.store(block, parameters, grid, state, scratch)
         owner = grid.material[block] // _PARTS
         released[owner, 0] += work
@@ -165,11 +159,11 @@ def advance_charges(
         _add_work(block, own_step, fraction, grid, scratch, energy)
 
 
-@block_kernel
+@inlined_kernel
 def _load(block: int, grid: Grid, scratch: np.ndarray) -> None:
-    load_slots(block, grid.mass, scratch, at.MASS)
-    load_slots(block, grid.volume, scratch, at.OLD_VOLUME)
-    load_slots(block, grid.viscous, scratch, at.OLD_VISCOUS)
+    load_slots(block, grid.mass, scratch[at.MASS * LANES :])
+    load_slots(block, grid.volume, scratch[at.OLD_VOLUME * LANES :])
+    load_slots(block, grid.viscous, scratch[at.OLD_VISCOUS * LANES :])
 
 
 @lane_function
@@ -203,8 +197,8 @@ def viscosity(linear: float, quadratic: float, scratch: np.ndarray) -> None:
     for lane in range(LANES):
         viscous, stable = viscosity_and_step(
             scratch[at.DILATATION * LANES + lane],
-            1.0 / scratch[at.FREQUENCY * LANES + lane],
-            scratch[at.MASS * LANES + lane] / scratch[at.VOLUME * LANES + lane],
+            scratch[at.LENGTH * LANES + lane],
+            scratch[at.DENSITY * LANES + lane],
             scratch[at.SOUND * LANES + lane],
             scratch[at.FASTEST * LANES + lane],
             linear,
@@ -213,7 +207,7 @@ def viscosity(linear: float, quadratic: float, scratch: np.ndarray) -> None:
         scratch[at.VISCOUS * LANES + lane], scratch[at.STABLE * LANES + lane] = viscous, stable
 
 
-@block_kernel
+@inlined_kernel
 def _add_work(block: int, step: float, fraction: float, grid: Grid, scratch: np.ndarray, energy: np.ndarray) -> None:
     """Add the work of viscosity and hourglass control to `energy`, keep the smallest step and volume in its end."""
     widest_vectors()
@@ -238,8 +232,8 @@ def _add_work(block: int, step: float, fraction: float, grid: Grid, scratch: np.
                 # NaN must not be overwritten by the next cell.
                 energy[6] = volume if volume == volume else -np.inf
                 energy[7] = grid.cells[block, lane]
-    store_slots(block, scratch, at.VISCOUS, grid.viscous)
-    store_slots(block, scratch, at.STABLE, grid.stable)
-    store_slots(block, scratch, at.VOLUME, grid.volume)
+    store_slots(block, scratch[at.VISCOUS * LANES :], grid.viscous)
+    store_slots(block, scratch[at.STABLE * LANES :], grid.stable)
+    store_slots(block, scratch[at.VOLUME * LANES :], grid.volume)
     energy[1] += row_sum(scratch, at.HEAT)
     energy[2] += row_sum(scratch, at.HOURGLASS_POWER)

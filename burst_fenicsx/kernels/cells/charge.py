@@ -8,12 +8,11 @@ import numpy as np
 
 from burst_fenicsx.kernels.cells import layout as at
 from burst_fenicsx.kernels.cells.charge_pressure import burn_by_compression
-from burst_fenicsx.kernels.cells.elastic import elastic_trial, spin
 from burst_fenicsx.kernels.cells.erosion import BEFORE, WHOLE, clear_lane
+from burst_fenicsx.kernels.cells.solid import elastic_trial, spin
 from burst_fenicsx.kernels.constants import CRUSHED, FRONT_SOUND
-from burst_fenicsx.kernels.lanes import LANES, block_kernel, chosen, widest_vectors
+from burst_fenicsx.kernels.lanes import LANES, block_kernel, chosen, inlined_kernel, widest_vectors
 from burst_fenicsx.kernels.vectors.exact import quantise, row_sum
-from burst_fenicsx.kernels.vectors.gather import ask
 from burst_fenicsx.kernels.vectors.tensors import (
     dot,
     load_matrix,
@@ -32,16 +31,7 @@ _MAY_BE_CRUSHED = 1.001 * CRUSHED  # relative volume above which no rounding mak
 _press = chosen([model.press for model in laws("products")], at.CHARGE_PARAMETERS.index("model"))
 
 
-@block_kernel
-def ask_for_state(block: int, grid: Grid, state: ChargeState) -> None:
-    """Ask for what a block keeps: its cells mostly follow one another."""
-    for lane in (0, 8, LANES - 1):
-        ask(state.burn_fraction, grid.cells[block, lane])
-        ask(state.pressure, grid.cells[block, lane])
-        ask(state.energy, grid.cells[block, lane])
-
-
-@block_kernel
+@inlined_kernel
 def load(block: int, time: float, parameters: np.ndarray, grid: Grid, state: ChargeState, scratch: np.ndarray) -> float:
     """Gather the cell state into lanes and burn cells as far as time does.
 
@@ -67,7 +57,7 @@ def load(block: int, time: float, parameters: np.ndarray, grid: Grid, state: Cha
     return min_burn
 
 
-@block_kernel
+@inlined_kernel
 def pressure(
     block: int,
     step: float,
@@ -91,7 +81,7 @@ def pressure(
     return _hold_by_strength(block, step, parameters, grid, state, scratch) if min_burn < 1.0 else 0.0
 
 
-@block_kernel
+@inlined_kernel
 def _hold_by_strength(
     block: int,
     step: float,
@@ -143,13 +133,14 @@ def sound_speeds(parameters: np.ndarray, scratch: np.ndarray) -> None:
     front = FRONT_SOUND * parameters[7]
     for lane in range(LANES):
         density = scratch[at.MASS * LANES + lane] / scratch[at.VOLUME * LANES + lane]
+        scratch[at.DENSITY * LANES + lane] = density
         sound = np.sqrt(scratch[at.GAS_STIFFNESS * LANES + lane] / density)
         scratch[at.SOUND * LANES + lane] = sound
         burnt = scratch[at.BURN * LANES + lane] >= 1.0
         scratch[at.FASTEST * LANES + lane] = sound if burnt else max(sound, front)
 
 
-@block_kernel
+@inlined_kernel
 def store(
     block: int, parameters: np.ndarray, grid: Grid, state: ChargeState, scratch: np.ndarray
 ) -> tuple[float, float]:

@@ -12,14 +12,14 @@ from __future__ import annotations
 import numpy as np
 
 from burst_fenicsx.kernels.cells import layout as at
-from burst_fenicsx.kernels.lanes import LANES, block_kernel
+from burst_fenicsx.kernels.lanes import LANES, block_kernel, inlined_kernel
 from burst_fenicsx.kernels.state import Grid
 
 WHOLE, NOW, BEFORE = 0, 1, 2
 """Values of `SolidState.eroded`: a cell that is whole, that is eroded in this step, or in an earlier one."""
 
 
-@block_kernel
+@inlined_kernel
 def freeze_cells(block: int, grid: Grid, eroded: np.ndarray, scratch: np.ndarray) -> None:
     """Leave eroded cells the volume that they had and give them no motion."""
     for lane in range(LANES):

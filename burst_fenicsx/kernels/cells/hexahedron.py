@@ -49,10 +49,10 @@ _THIRD = 1.0 / 3.0
 
 
 @block_kernel
-def to_modes(rows: np.ndarray, row: int) -> None:
+def to_modes(rows: np.ndarray) -> None:
     """Turn nodal values in 24 rows, 3 n + i for node n, into modes 1, 2, 4, 3, 5, 6, 7 in the first 21 of them."""
     widest_vectors()
-    for i in range(row, row + 3):
+    for i in range(3):
         for lane in range(LANES):
             a, b = rows[i * LANES + lane], rows[(i + 3) * LANES + lane]
             c, d = rows[(i + 6) * LANES + lane], rows[(i + 9) * LANES + lane]
@@ -196,7 +196,7 @@ def hexahedron_volumes(position: np.ndarray, dofmap: np.ndarray) -> np.ndarray:
         for n in range(8):
             for i in range(3):
                 modes[(3 * n + i) * LANES] = position[dofmap[cell, n], i]
-        to_modes(modes, 0)
+        to_modes(modes)
         _, whole = cell_gradient(cell_modes(modes, 0, 0))
         volumes[cell] = PER_CELL * whole
     return volumes

@@ -26,7 +26,7 @@ from burst_fenicsx.kernels.cells.hexahedron import (
     to_modes,
 )
 from burst_fenicsx.kernels.constants import MOST_DAMPED, MOST_STIFF
-from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function, widest_vectors
+from burst_fenicsx.kernels.lanes import LANES, block_kernel, inlined_kernel, lane_function, widest_vectors
 from burst_fenicsx.kernels.vectors.gather import gather_nodes
 from burst_fenicsx.kernels.vectors.tensors import (
     Matrix,
@@ -52,12 +52,13 @@ STORED_ROWS = 12
 """Numbers of elastic hourglass forces that a cell stores, three of each mode."""
 
 
-@block_kernel
+@inlined_kernel
 def gather(block: int, nodes: Nodes, grid: Grid, scratch: np.ndarray) -> None:
     """Gather modes of the positions and of the velocities, mean ones over the cells' step, of a block."""
-    gather_nodes(block, nodes, grid, scratch, at.POSITION, at.VELOCITY)
-    to_modes(scratch, at.POSITION)
-    to_modes(scratch, at.VELOCITY)
+    positions, velocities = scratch[at.POSITION * LANES :], scratch[at.VELOCITY * LANES :]
+    gather_nodes(block, nodes, grid, positions, velocities)
+    to_modes(positions)
+    to_modes(velocities)
 
 
 @block_kernel
@@ -85,7 +86,8 @@ def velocity_gradient(step: float, scratch: np.ndarray) -> None:
         (xx, yy, zz), largest = squared_gradients(gradient)
         inverse = 1.0 / volume
         scratch[at.VOLUME * LANES + lane] = scratch[at.MIN_VOLUME * LANES + lane] = PER_CELL * volume
-        scratch[at.FREQUENCY * LANES + lane] = inverse * np.sqrt(16.0 * largest)
+        frequency = inverse * np.sqrt(16.0 * largest)
+        scratch[at.FREQUENCY * LANES + lane], scratch[at.LENGTH * LANES + lane] = frequency, 1.0 / frequency
         square = 8.0 * inverse * inverse
         store_vector((square * xx, square * yy, square * zz), scratch, at.GRADIENT_SQUARES, lane)
 
@@ -192,7 +194,7 @@ def hourglass_coefficients(
     for lane in range(LANES):
         frequency, mass = scratch[at.FREQUENCY * LANES + lane], scratch[at.MASS * LANES + lane]
         damping = 0.25 * viscous * mass * scratch[at.SOUND * LANES + lane] * frequency
-        spring = stiffness / 36.0 * modulus * step * (1.0 / frequency)
+        spring = stiffness / 36.0 * modulus * step * scratch[at.LENGTH * LANES + lane]
         scratch[at.DAMPING * LANES + lane], scratch[at.SPRING * LANES + lane] = damping, spring
         most = max(damping * (1.0 / MOST_DAMPED), spring * (1.0 / MOST_STIFF))
         near += 1 if most * longest_square(scratch, lane) > mass * (0.125 * per_step) else 0

@@ -1,4 +1,4 @@
-"""Casing and fuze: objective rate, plastic return and softening at every point; element erosion of what is torn."""
+"""Casing and fuze: objective trial stress (Hughes and Winget 1980), plastic return, softening; torn metal is eroded."""
 
 from __future__ import annotations
 
@@ -9,14 +9,21 @@ import numpy as np
 from burst_fenicsx.kernels.axisymmetric import quadrilateral
 from burst_fenicsx.kernels.cells import layout as at
 from burst_fenicsx.kernels.cells import one_point
-from burst_fenicsx.kernels.cells.elastic import elastic_energy, elastic_trial, moduli, spin
 from burst_fenicsx.kernels.cells.erosion import BEFORE, NOW, WHOLE, clear_lane
 from burst_fenicsx.kernels.constants import NOTHING_LEFT
-from burst_fenicsx.kernels.lanes import LANES, block_kernel, chosen, widest_vectors
+from burst_fenicsx.kernels.lanes import LANES, block_kernel, chosen, inlined_kernel, lane_function, widest_vectors
 from burst_fenicsx.kernels.vectors.exact import quantise, row_sum
-from burst_fenicsx.kernels.vectors.gather import ask, load_slots
-from burst_fenicsx.kernels.vectors.tensors import load_matrix, load_symmetric, store_symmetric
-from burst_fenicsx.kernels.vectors.transposition import address, prefetch
+from burst_fenicsx.kernels.vectors.gather import load_slots
+from burst_fenicsx.kernels.vectors.tensors import (
+    Matrix,
+    Symmetric,
+    apply,
+    dot,
+    fma,
+    load_matrix,
+    load_symmetric,
+    store_symmetric,
+)
 from burst_fenicsx.materials import laws
 
 if TYPE_CHECKING:
@@ -27,32 +34,79 @@ if TYPE_CHECKING:
 _DENSITY, _LAW = at.SOLID_PARAMETERS.index("density"), at.SOLID_PARAMETERS.index("law")
 
 
-@block_kernel
+@lane_function
+def moduli(parameters: np.ndarray) -> tuple[float, float]:
+    """Shear modulus and Lame's first parameter (Pa)."""
+    shear = 0.5 * parameters[0] / (1.0 + parameters[1])
+    return shear, 2.0 * shear * parameters[1] / (1.0 - 2.0 * parameters[1])
+
+
+@lane_function
+def elastic_energy(stress: Symmetric, parameters: np.ndarray) -> float:
+    """Elastic energy by volume (J/m3) of a stress (Pa)."""
+    xx, yy, zz, xy, yz, zx = stress
+    square = xx * xx + yy * yy + zz * zz + 2.0 * (xy * xy + yz * yz + zx * zx)
+    trace = xx + yy + zz
+    return 0.5 * (((1.0 + parameters[1]) * square - parameters[1] * trace * trace) / parameters[0])
+
+
+@lane_function
+def spin(rate: Matrix, step: float) -> Matrix:
+    """Rotation of the step after Hughes and Winget (1980): Q = (1 - w/2)^-1 (1 + w/2), w = spin times step.
+
+    Exact for a rigid rotation of any size below half a turn, because the velocity gradient `rate` (1/s) is taken on the
+    mid-step configuration.
+    """
+    # Half the rotation vector of w.
+    x = 0.25 * step * (rate[2][1] - rate[1][2])
+    y = 0.25 * step * (rate[0][2] - rate[2][0])
+    z = 0.25 * step * (rate[1][0] - rate[0][1])
+    xx, yy, zz = x * x, y * y, z * z
+    f = 2.0 / (1.0 + xx + yy + zz)
+    fx, fy, fz = f * x, f * y, f * z
+    return (
+        (1.0 - f * (yy + zz), fx * y - fz, fz * x + fy),
+        (fx * y + fz, 1.0 - f * (zz + xx), fy * z - fx),
+        (fz * x - fy, fy * z + fx, 1.0 - f * (xx + yy)),
+    )
+
+
+@lane_function
+def elastic_trial(
+    stress: Symmetric, rotation: Matrix, rate: Matrix, step: float, lame: float, shear: float
+) -> Symmetric:
+    """Rotate a stress and add the elastic increment: Q sigma Q^T + lambda tr(de) 1 + 2 G de.
+
+    `stress` in Pa; `rate` is the velocity gradient (1/s); `lame` and `shear` moduli (Pa).
+    """
+    xx, yy, zz, xy, yz, zx = stress
+    whole = ((xx, xy, zx), (xy, yy, yz), (zx, yz, zz))
+    qx, qy, qz = rotation
+    # The stress is symmetric, so its products with the rows of Q are the rows of Q sigma.
+    ax, ay, az = apply(whole, qx), apply(whole, qy), apply(whole, qz)
+    twice, half = 2.0 * shear * step, shear * step
+    pressure = lame * step * (rate[0][0] + rate[1][1] + rate[2][2])
+    return (
+        dot(ax, qx) + fma(twice, rate[0][0], pressure),
+        dot(ay, qy) + fma(twice, rate[1][1], pressure),
+        dot(az, qz) + fma(twice, rate[2][2], pressure),
+        fma(half, rate[0][1] + rate[1][0], dot(ax, qy)),
+        fma(half, rate[1][2] + rate[2][1], dot(ay, qz)),
+        fma(half, rate[2][0] + rate[0][2], dot(az, qx)),
+    )
+
+
+@inlined_kernel
 def load(block: int, state: SolidState, scratch: np.ndarray) -> None:
     """Gather what a block's cells keep besides the state of their points."""
-    load_slots(block, state.softening_scale, scratch, at.SOFTENING)
+    load_slots(block, state.softening_scale, scratch[at.SOFTENING * LANES :])
     for lane in range(LANES):
         scratch[at.STRENGTH * LANES + lane] = scratch[at.PRESSURE * LANES + lane] = 0.0
     for k in range(state.hourglass.shape[1]):
         scratch[at.HOURGLASS_STORED * LANES + k] = state.hourglass[block, k]
 
 
-@block_kernel
-def ask_for_state(block: int, grid: Grid, state: SolidState) -> None:
-    """Ask for what a block keeps."""
-    for first in range(0, LANES, 8):
-        ask(state.softening_scale, block * LANES + first)
-    for lane in range(LANES):
-        ask(state.stress, grid.cells[block, lane])
-    for lane in (0, 8, LANES - 1):
-        ask(state.shear_strain, grid.cells[block, lane])
-        ask(state.volume_strain, grid.cells[block, lane])
-    start = address(state.hourglass) + np.uint64(8 * block * state.hourglass.shape[1])
-    for line in range(state.hourglass.shape[1] // 8):
-        prefetch(start + np.uint64(64 * line))
-
-
-@block_kernel
+@inlined_kernel
 def load_point(block: int, point: int, grid: Grid, state: SolidState, scratch: np.ndarray) -> None:
     """Gather the state of one point of each cell."""
     for lane in range(LANES):
@@ -63,7 +117,7 @@ def load_point(block: int, point: int, grid: Grid, state: SolidState, scratch: n
         scratch[at.VOLUME_STRAIN * LANES + lane] = state.volume_strain[cell, point]
 
 
-@block_kernel
+@inlined_kernel
 def store_point(block: int, point: int, grid: Grid, state: SolidState, scratch: np.ndarray) -> None:
     """Write the state of one point of each cell back."""
     for lane in range(grid.filled[block]):
@@ -176,13 +230,14 @@ def sound_speeds(parameters: np.ndarray, scratch: np.ndarray) -> float:
     weak = np.sqrt((lame + 2.0 / 3.0 * shear) / stiff)
     for lane in range(LANES):
         density = scratch[at.MASS * LANES + lane] / scratch[at.VOLUME * LANES + lane]
+        scratch[at.DENSITY * LANES + lane] = density
         sound = np.sqrt(stiff / density)
         scratch[at.SOUND * LANES + lane] = sound
         scratch[at.FASTEST * LANES + lane] = sound if scratch[at.STRENGTH * LANES + lane] > 0.0 else weak * sound
     return stiff
 
 
-@block_kernel
+@inlined_kernel
 def store(block: int, grid: Grid, state: SolidState, scratch: np.ndarray) -> float:
     """Write the stored hourglass forces back; plastic work (J) of the lanes that hold a cell."""
     widest_vectors()
@@ -195,7 +250,7 @@ def store(block: int, grid: Grid, state: SolidState, scratch: np.ndarray) -> flo
     return row_sum(scratch, at.PLASTIC)
 
 
-@block_kernel
+@inlined_kernel
 def erode(block: int, parameters: np.ndarray, grid: Grid, state: SolidState, scratch: np.ndarray) -> int:
     """Mark cells without strength of which hardly any volume is left; how many of the block are eroded.
 
@@ -213,7 +268,7 @@ def erode(block: int, parameters: np.ndarray, grid: Grid, state: SolidState, scr
     return count
 
 
-@block_kernel
+@inlined_kernel
 def clear_state(block: int, parameters: np.ndarray, grid: Grid, state: SolidState, scratch: np.ndarray) -> None:
     """Take stress and resistance from eroded cells; what they hold elastically goes to the plastic work."""
     for lane in range(LANES):
