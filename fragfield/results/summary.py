@@ -37,7 +37,7 @@ class Summary(Part):
     case: dict[str, Any] = out("The case as resolved; its keys are those of the case file, in SI", default={})
     title: str = out("Title of the case", default="")
     program_version: str = out("Version of the program", default="")
-    versions: dict[str, str | None] = out("Versions of the libraries, by name", default={})
+    versions: dict[str, str] = out("Versions of the libraries, by name", default={})
     seed: int = out("Seed of the random numbers", default=0)
     findings: tuple[Warned, ...] = out("What the stages warned of; empty where nothing was", default=())
     burst: Burst | None = None
@@ -74,9 +74,9 @@ def schema() -> dict[str, Any]:
 
 
 def read_summary(values: dict[str, Any], path: Path) -> Summary:
-    """The summary of a file; raises InputError where another version of the program wrote a part."""
+    """The summary of a file; raises InputError where another version wrote a part without a key of this one."""
     try:
-        return Summary.read(values)
+        return Summary.of_stage(values)
     except InputError as error:
         part = str(error).partition(".")[0].partition(":")[0]
         stage = STAGE_OF.get(part, "fly")
