@@ -45,7 +45,6 @@ if TYPE_CHECKING:
     Fields = tuple[NDArray[np.float64], NDArray[np.float64]]
 
 
-NORMAL_95 = 1.6448536269514722
 _SHORT = ("density_normal", "density_ground", "expected_hits", "probability")  # given without ricochet too
 
 
@@ -284,7 +283,7 @@ def _all_round(
     They are not where directions differ, where the site has an energy or a height of its own, or where too few
     fragments reach so far that a bound could be drawn from them.
     """
-    from flight.hazard.density.expected import KINDS
+    from flight.hazard.density.expected import KINDS, NORMAL_95
 
     usual = case.hazard.energy, case.hazard.person_height
     if expected is None or expected.direction is not None or not expected.density_high.size:

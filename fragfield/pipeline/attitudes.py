@@ -158,7 +158,7 @@ class _Envelope:
         self.all.expected = max(self.all.expected, sum(each.done for each in self.flown.values()) + number - one.done)
         one.fly(number)
         if one.found is not None:
-            expected = one.found.pool.expected(every_direction=False)
+            expected = one.found.pool.expected()
             self.rows[key] = {
                 "inclination_deg": key[0],
                 "roll_deg": key[1],

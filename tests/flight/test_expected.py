@@ -59,10 +59,10 @@ def estimates(field: Directions, azimuthal, weight: float, trials: int, seed: in
     expected = field.folded(expected_numbers(field.grid, radial, azimuthal)) / weight
     generator = np.random.default_rng(seed)
     found = []
-    for trial in range(trials):
+    for _ in range(trials):
         drawn = weight * generator.poisson(expected, size=(REALISATIONS, *expected.shape))
         groups = DensityGroups.of(field, np.stack([0.2 * drawn, drawn], axis=1).astype(float))
-        found.append(expected_distance(groups, LIMIT, draws=300, seed=trial, every_direction=False))
+        found.append(expected_distance(groups, LIMIT))
     return found
 
 
@@ -218,7 +218,7 @@ def test_few_realisations_know_their_standard_error(number: int) -> None:
     groups = DensityGroups(Directions(grid))
     for one in share:
         groups.add((1.0 + one) * field, np.zeros_like(field))
-    found = expected_distance(groups, LIMIT, draws=4000)
+    found = expected_distance(groups, LIMIT)
     error = 200.0 / power * share.std(ddof=1) / math.sqrt(number)
     assert found.standard_error == pytest.approx(error, rel=0.05)
     # Student's 95 % quantile for so many: 2.92, 2.35, 1.89.
