@@ -27,7 +27,6 @@ if TYPE_CHECKING:
     from flight.fragments import Fragments
     from flight.hazard.weighted import WeightedCounts
     from fragfield.case import CaseTable
-    from fragfield.pipeline.parallel import Team
     from transition import BreakUp
     from transition.weighted import WeightedFragments
 
@@ -69,19 +68,18 @@ def fragments_of_set(case: CaseTable, rounds: int) -> int:
 
 @dataclass(frozen=True, eq=False)
 class WeightedFlights:
-    """Flights of weighted fragments of a case as its rounds stand. Collective."""
+    """Flights of weighted fragments of a case as its rounds stand."""
 
     case: CaseTable
     broken: BreakUp
-    team: Team
     threads: int
 
-    def solve(self) -> Solved | None:
-        """The expected density, on rank 0."""
+    def solve(self) -> Solved:
+        """The expected density."""
         if may_meet(self.case):
             return self._met()
-        parts = self.team.collect([self._fixed(number) for number in self.team.share(range(SETS))])
-        return self._solved(parts) if self.team.first else None
+        number = fragments_of_set(self.case, len(self.broken.rounds))
+        return self._solved([self._flown(one, self.broken.weighted(one, number)) for one in range(SETS)])
 
     def _solved(self, parts: Sequence[WeightedCounts]) -> Solved:
         from flight.hazard.density.directions import Directions
@@ -95,31 +93,25 @@ class WeightedFlights:
         completeness = sum((part.completeness for part in parts), Completeness())
         return Solved(expected_of(parts, directions, hazard_criteria(self.case)), None, completeness=completeness)
 
-    def _fixed(self, number: int) -> WeightedCounts:
-        made = self.broken.weighted(number, fragments_of_set(self.case, len(self.broken.rounds)))
-        return self._flown(number, made)
-
-    def _met(self) -> Solved | None:
+    def _met(self) -> Solved:
         """By realisations whose fragments have met: more, until the distance is known to the tolerance."""
         from transition import BreakUp
 
         settings = self.broken.settings
         after = settings.direction_scatter * math.sqrt(_AFTER)
         before = replace(settings, direction_scatter=settings.direction_scatter * math.sqrt(1.0 - _AFTER))
-        source, solved = BreakUp(self.broken.snapshot, before), None
+        source = BreakUp(self.broken.snapshot, before)
         parts: list[WeightedCounts] = []
-        target, done = max(SETS, round(MET * min(1.0, USUAL / self.case.hazard.tolerance) ** 2)), 0
-        while done < target:
-            numbers = self.team.share(range(done, target))
-            parts += self.team.collect([self._flown(one, self._after_contact(source, one, after)) for one in numbers])
-            done = target
-            if self.team.first:
-                solved = self._solved(parts)
-                needed = done * (solved.integral.expected().uncertainty / self.case.hazard.tolerance) ** 2
-                if needed > done and not solved.completeness.reason:
-                    target = min(max(done + _MORE, math.ceil(needed)), 2 * done, self.case.hazard.max_realisations)
-            target = self.team.broadcast(target)
-        return solved
+        target = max(SETS, round(MET * min(1.0, USUAL / self.case.hazard.tolerance) ** 2))
+        while True:
+            numbers = range(len(parts), target)
+            parts += [self._flown(one, self._after_contact(source, one, after)) for one in numbers]
+            solved = self._solved(parts)
+            needed = target * (solved.integral.expected().uncertainty / self.case.hazard.tolerance) ** 2
+            most = self.case.hazard.max_realisations
+            if needed <= target or target >= most or solved.completeness.reason:
+                return solved
+            target = min(max(target + _MORE, math.ceil(needed)), 2 * target, most) if math.isfinite(needed) else most
 
     def _after_contact(self, source: BreakUp, number: int, scatter: float) -> WeightedFragments:
         from transition.draws import Draws

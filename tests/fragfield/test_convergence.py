@@ -15,7 +15,7 @@ import pytest
 from fragfield.case import load_case
 from fragfield.errors import InputError
 from fragfield.files.run_directory import SCRATCH, STAGES, RunDirectory
-from fragfield.hazard.recommended import not_included_words, recommended_of
+from fragfield.hazard.recommended import recommended_of
 from fragfield.pipeline import convergence as module
 from fragfield.pipeline.convergence import COMMON, convergence_of
 from fragfield.pipeline.grid_convergence import grid_convergence
@@ -23,21 +23,28 @@ from fragfield.pipeline.job import Job, RunOptions
 from fragfield.pipeline.parallel import Team
 from fragfield.report.findings.hazard import convergence_findings
 from fragfield.report.tables.convergence import convergence_tables
+from fragfield.results.burst import Burst
+from fragfield.results.hazard import Hazard
+from fragfield.results.summary import Summary
+from fragfield.results.words import not_included_words
 from fragfield.terminal.progress import ProgressReporter
 from fragfield.terminal.show import convergence_words
+from tests.fragfield.example_results import example
 from tests.fragfield.short_run import ROOT, command, environment
 
-BURST = {"geometry": "axisymmetric", "wall_seconds": 10.0, "start_seconds": 0.5, "stepping_seconds": 8.0, "cells": 1600,
+BURST = {"geometry": "axisymmetric", "wall_seconds": 10.0, "cells": 1600,
          "cell_size": 0.003, "mean_initial_speed": 1009.0, "max_initial_speed": 1400.0, "outer_diameter": 0.4,
          "speed_quantiles": {"90": 1200.0, "99": 1300.0}}  # fmt: skip
-HEADLINE = {"realisations": 20, "determined": True, "expected": 100.0, "upper": 103.0, "standard_error": 1.0}
+HEADLINE = example(
+    Hazard, realisations=20, determined=True, expected=100.0, upper=103.0, standard_error=1.0, method="realisations"
+)
 
 
 class _Directory(RunDirectory):
     """A run directory whose summary is in memory."""
 
-    def summary(self):
-        return {"burst": self.burst}
+    def results(self):
+        return example(Summary, burst=self.burst)
 
 
 @pytest.fixture
@@ -66,10 +73,11 @@ def _stub(monkeypatch, values, made):
         scaled = {key: share * BURST[key] for key in ("mean_initial_speed", "max_initial_speed", "outer_diameter")}
         quantiles = {key: share * value for key, value in BURST["speed_quantiles"].items()}
         cells = round(1600 * (0.003 / size) ** 2)
-        return {**BURST, **scaled, "speed_quantiles": quantiles, "cell_size": size, "cells": cells}, share
+        burst = {**BURST, **scaled, "speed_quantiles": quantiles, "cell_size": size, "cells": cells}
+        return example(Burst, **burst), share
 
     def flown(_case, share, *_):
-        headline = {**HEADLINE, "expected": share * HEADLINE["expected"]}
+        headline = replace(HEADLINE, expected=share * HEADLINE.expected)
         return SimpleNamespace(hazard=SimpleNamespace(hazardous=FLOWN.hazard.hazardous, headline=headline)), 5
 
     monkeypatch.setattr(module, "burst_beside", burst)
@@ -109,7 +117,7 @@ def test_a_manufactured_burst_gives_its_order_and_limit(job, monkeypatch):
     _stub(monkeypatch, lambda size: 1000.0 + 1e6 * size**2, made)  # 1009 at 3 mm
     found = convergence_of(_with(job, "final"), FLOWN, HEADLINE)
     assert [1e3 * size for size, _ in made] == pytest.approx([6.0, 3.0 * 2**0.5, 3.0 / 2**0.5])
-    assert found["sizes"] == sorted(found["sizes"])
+    assert list(found["sizes"]) == sorted(found["sizes"])
     assert len(found["sizes"]) == 4
     speed = found["quantities"]["mean_initial_speed"]
     assert speed["kind"] == "monotone"
@@ -117,7 +125,7 @@ def test_a_manufactured_burst_gives_its_order_and_limit(job, monkeypatch):
     assert speed["extrapolated"] == pytest.approx(1000.0, abs=0.1)
     assert speed["uncertainty"] == pytest.approx(1.25 * 9.0, rel=0.02)  # of the run's own size, not of the finest
     distance = found["quantities"]["expected_distance"]
-    assert distance["standard_errors"] == [1.0] * 4
+    assert list(distance["standard_errors"]) == [1.0] * 4
     assert distance["kind"] == "statistical"  # 0.9 m of cells in differences known to 1.4 m
     (line,) = convergence_words(found)
     assert "(2.12, 3, 4.24, 6 mm): mean initial speed, by mass ± 11\u00a0m/s, order 2" in line
@@ -138,7 +146,7 @@ def test_the_case_alone_decides_sizes_and_realisations(job, monkeypatch, asked, 
     job.source.burst["geometry"] = geometry
     for realisations, number in ((20, 20), (module._MOST + 30, module._MOST)):
         made.clear()
-        found = convergence_of(_with(job, asked), FLOWN, {**HEADLINE, "realisations": realisations})
+        found = convergence_of(_with(job, asked), FLOWN, replace(HEADLINE, realisations=realisations))
         assert [size / 0.003 for size, _ in made] == pytest.approx(factors)
         assert {count for _, count in made} == {number}
         assert len(found["sizes"]) == 1 + len(factors)
@@ -174,7 +182,7 @@ def test_a_size_that_fails_is_reported_and_the_others_count(job, monkeypatch):
 
 def test_a_run_without_a_distance_has_no_convergence_of_it(job, monkeypatch):
     _stub(monkeypatch, lambda size: 1009.0 + size, [])
-    found = convergence_of(job, FLOWN, {"realisations": 20, "determined": False})
+    found = convergence_of(job, FLOWN, replace(HEADLINE, determined=False))
     assert "expected_distance" not in found["quantities"]
     assert "mean_initial_speed" in found["quantities"]
 
