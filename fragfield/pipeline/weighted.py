@@ -102,13 +102,13 @@ class WeightedFlights:
         before = replace(settings, direction_scatter=settings.direction_scatter * math.sqrt(1.0 - _AFTER))
         source = BreakUp(self.broken.snapshot, before)
         parts: list[WeightedCounts] = []
-        target = max(SETS, round(MET * min(1.0, USUAL / self.case.hazard.tolerance) ** 2))
+        most = max(SETS, self.case.hazard.max_realisations)
+        target = min(max(SETS, round(MET * min(1.0, USUAL / self.case.hazard.tolerance) ** 2)), most)
         while True:
             numbers = range(len(parts), target)
             parts += [self._flown(one, self._after_contact(source, one, after)) for one in numbers]
             solved = self._solved(parts)
             needed = target * (solved.integral.expected().uncertainty / self.case.hazard.tolerance) ** 2
-            most = self.case.hazard.max_realisations
             if needed <= target or target >= most or solved.completeness.reason:
                 return solved
             target = min(max(target + _MORE, math.ceil(needed)), 2 * target, most) if math.isfinite(needed) else most

@@ -95,10 +95,10 @@ def test_bias_and_coverage_in_few_trials(basis, mirrors, azimuthal, weight) -> N
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("basis", "mirrors", "azimuthal", "weight", "low", "high"),
-    [(*case, *bounds) for case, bounds in zip(CASES, [(0.93, 0.97), (0.91, 0.97), (0.93, 1.0)], strict=True)],
+    [(*case, *bounds) for case, bounds in zip(CASES, [(0.93, 0.97), (0.91, 0.97), (0.92, 0.98)], strict=True)],
 )
 def test_bias_and_coverage_in_five_hundred_trials(basis, mirrors, azimuthal, weight, low, high) -> None:
-    """Measured: 95 %; 92.8 % of one narrow peak, whose distance is 0.3 % short; 99.4 % of two that are alike."""
+    """95 %; of one narrow peak, whose distance is 0.3 % short, 93 %; of two that are alike 95 % (120 trials each)."""
     field = directions(basis, mirrors)
     truth = true_distance(1.0 if basis == "all_azimuths" else smoothed_peak())
     judge(estimates(field, azimuthal, weight, 500, seed=4), truth, low, high)

@@ -15,11 +15,13 @@ more, as much as its noise asks: its Fourier component k passes by S/(S + N), wi
 realisations, which is the same for all k, and the prior variance S of greatest likelihood (empirical Bayes: a penalised
 Fourier series whose penalty the data choose). Directions that are alike pool themselves, and what stands out of the
 noise stays. What the mean of the largest of draws exceeds the largest by is the bias that is left (`max_bias`): it is
-taken off the distance, and the upper bound is above both. Deviations pass by the root, as those of the posterior do
-(Wahba 1983): they bear the flattening of peaks too.
+taken off the distance. Deviations pass by the root, as those of the posterior do (Wahba 1983): they bear the flattening
+of peaks too.
 
 Certainty. Standard error and one-sided 95 % bound come from the bootstrap over realisations (Efron 1979), or over
-groups of neighbouring ones, with Student's factor for their number, in ln r.
+groups of neighbouring ones, in ln r. By as much as a draw changes the density at the distance of a direction, the mean
+density is raised or lowered everywhere: where that falls through the limit is the drawn distance. The standard error is
+that of the largest of all directions; the bound adds Student's factor times the scatter in the worst direction.
 """
 
 from __future__ import annotations
@@ -42,7 +44,6 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 
-VAR = {}
 KINDS = ("ground", "normal")
 INSIDE = 0.6  # of ln r that a draw may lie short of a distance
 _LOWEST = 1e-40  # density over the limit that is told from none
@@ -134,9 +135,7 @@ class Estimate:
                 spread = float(largest.std(ddof=1)) * factor
                 if len(larger) > 1:
                     bias = middle * max(0.0, math.expm1(float(largest.mean()) - plain))
-                factor_own = bound * factor * float(drawn[worst].std(ddof=1))
-                kind = VAR.get("bound", "C")
-                upper = (middle - bias) * math.exp(factor_own if kind == "C" else bound * spread)
+                upper = (middle - bias) * math.exp(bound * factor * float(drawn[worst].std(ddof=1)))
                 error, middle = middle * spread, middle - bias
             else:
                 reach = np.where(largest > self.places[0], np.exp(largest), 0.0)
@@ -176,7 +175,7 @@ class Estimate:
                     near = np.tensordot(self.sums[:, kind, :, cells], smooth[cells], 1).swapaxes(1, 2)
                     kept = passed(np.fft.rfft(self.directions.unfolded(near)), self.sizes)
                     self.weights[kind] = self.directions.weights(kept)
-                    self.deviations[kind] = self.directions.weights(kept ** VAR.get("power", 0.5))
+                    self.deviations[kind] = self.directions.weights(np.sqrt(kept))
 
     def _relative(self, number: Array, densities: Array, found: Array) -> Array:
         """Deviations (2, d, b) of the bootstrap's mean densities, over the mean, at the distances or where highest."""
@@ -236,11 +235,7 @@ def passed(components: NDArray[np.complex128], sizes: NDArray[np.int64]) -> Arra
     likelihood = -(np.log1p(prior) + power / level / (1.0 + prior)).sum(axis=-1)
     best = np.unravel_index(np.argmax(likelihood), likelihood.shape)
     doubt = max(0.0, 1.0 - float(likelihood[best] - likelihood[0, 0]) / _PEAKED)
-    if VAR.get("twice"):
-        k = prior[best] / (1.0 + prior[best])
-        kept[1 + free] = 1.0 - (1.0 - k) ** VAR["twice"]
-    else:
-        kept[1 + free] = prior[best] / (_FLATTENING + (1.0 - _FLATTENING) * doubt + prior[best])
+    kept[1 + free] = prior[best] / (_FLATTENING + (1.0 - _FLATTENING) * doubt + prior[best])
     return kept
 
 
