@@ -14,7 +14,7 @@ high at the level, where distances are decided, and all weigh by the density of 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -58,14 +58,10 @@ class WeightedFragments(NamedTuple):
 
 def unit_points(number: int, points: int) -> Array:
     """Points (n, c) of Sobol's set, scrambled (Matousek 1998) by a seed of its own: a power of two of them."""
-    return np.clip(_sobol(_COORDINATES, points, number), 1e-12, 1.0 - 1e-12)
-
-
-def _sobol(coordinates: int, points: int, seed: int) -> Array:
     from scipy.stats import qmc  # takes its time to load
 
-    made = qmc.Sobol(coordinates, scramble=True, seed=seed).random_base2(points.bit_length() - 1)
-    return np.asarray(made)
+    made = qmc.Sobol(_COORDINATES, scramble=True, seed=number).random_base2(points.bit_length() - 1)
+    return np.asarray(np.clip(made, 1e-12, 1.0 - 1e-12))
 
 
 @dataclass(frozen=True, eq=False)
@@ -191,23 +187,6 @@ class Casings:
         return WeightedFragments(made, number * weight, np.ascontiguousarray(ndtri(points[:, 7 : 7 + SLOPES])))
 
 
-def spread_out(fragments: Fragments, scatter: float, copies: int, generator: np.random.Generator) -> WeightedFragments:
-    """Fragments whose directions still scatter by `scatter` (rad).
-
-    Each of those that leave near the level becomes so many `copies` (a power of two), more of them near the level.
-    """
-    speed = np.linalg.norm(fragments.velocity, axis=1)
-    directions = fragments.velocity / np.maximum(speed, 1e-300)[:, None]
-    times = np.where(near_level(directions, scatter), copies, 1)
-    which = np.repeat(np.arange(len(speed)), times)
-    number = np.arange(len(which)) - np.repeat(np.cumsum(times) - times, times)
-    points = _sobol(2 + SLOPES, copies, 0)[number] + generator.random((len(speed), 2 + SLOPES))[which]
-    points = np.clip(points % 1.0, 1e-12, 1.0 - 1e-12)
-    after, weight = aimed(directions[which], points[:, :2], scatter)
-    made = replace(fragments.select(which), velocity=after * speed[which, None])
-    return WeightedFragments(made, weight / times[which], np.ascontiguousarray(ndtri(points[:, 2:])))
-
-
 def _shift(mass: Array, velocity: Array, scatter: float) -> Array:
     """The mean of the shift by which `transition.placement.scatter.scattered` keeps a segment's momentum (3,)."""
     speed = np.linalg.norm(velocity, axis=1)
@@ -224,12 +203,6 @@ def _shift(mass: Array, velocity: Array, scatter: float) -> Array:
     return np.asarray(vectors[:, possible] @ (missing / values[possible]))
 
 
-def near_level(directions: Array, scatter: float) -> NDArray[np.bool_]:
-    """Which of the directions (n, 3) are so near the level that some are aimed at it after the scatter (rad)."""
-    steepest = min(_STEEPEST, _REACH * scatter + _LEVEL) if scatter > 0.0 else 0.0
-    return np.asarray(np.abs(directions[:, 2]) < math.sin(steepest))
-
-
 def aimed(directions: Array, uniform: Array, scatter: float) -> tuple[Array, Array]:
     """Directions (n, 3) after the scatter, more of them near the level, and the weights (n,) that make up for it.
 
@@ -239,7 +212,7 @@ def aimed(directions: Array, uniform: Array, scatter: float) -> tuple[Array, Arr
     if scatter == 0.0:
         return directions, np.ones(len(directions))
     before = np.arcsin(np.clip(directions[:, 2], -1.0, 1.0))
-    level = near_level(directions, scatter)
+    level = np.abs(before) < min(_STEEPEST, _REACH * scatter + _LEVEL)
     natural = np.where(level, _NATURAL, 1.0)
     aim = uniform[:, 0] >= natural
     heading = np.arctan2(directions[:, 1], directions[:, 0])
