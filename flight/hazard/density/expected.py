@@ -46,7 +46,7 @@ if TYPE_CHECKING:
 
 KINDS = ("ground", "normal")
 INSIDE = 0.6  # of ln r that a draw may lie short of a distance
-_LOWEST = 1e-40  # density over the limit that is told from none
+_LOWEST = 1e-40  # density over the limit that is not none
 NEAR_WORST = 0.3  # ln r below the worst direction's distance, within which others compete with it
 DECAYS = (0.0, 1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0)
 WIDTHS = (2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 16.0, 24.0, 32.0)
