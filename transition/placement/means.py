@@ -2,9 +2,8 @@
 
 What realisations draw are runs of a curve (`transition.placement.placing`). Here a fragment of mass m about a point is
 the metal within an ellipsoid about it: a sphere in the units of the curve. It holds m, and is then stretched to the
-second moment that runs have, which is the sphere's where runs fill the casing. The means are by weights that are
-scaled, as by Sinkhorn, until every piece of metal counts alike, so that mass and momentum of a segment are kept at its
-edges too, and energy but for the spread within.
+second moment that runs have. The means are by weights that are scaled, as by Sinkhorn, until every piece of metal
+counts alike, so that mass and momentum of a segment are kept at its edges too, and energy but for the spread within.
 """
 
 from __future__ import annotations
@@ -24,9 +23,7 @@ if TYPE_CHECKING:
 
 
 SPREAD = 1.7
-"""Second moment of a short run of the curve over that of a sphere of its mass: 1.6 to 1.8 in segments of an M107."""
-FILLING = 0.05
-"""Mass over that of one of the curve's cubes at which runs have half of that excess, since they fill the casing."""
+"""Second moment of a run of the curve over that of a sphere of its mass: 1.6 to 1.8 in segments of an M107."""
 _LEVELS = 2.0 ** -np.arange(15.0)[::-1]  # masses over the segment's: from less than a gram of one of 10 kg
 _REACHES, _ROUNDS = 20, 12
 
@@ -38,7 +35,7 @@ def mean_states(sheet: Sheet, reference: Array, share: Array, state: Array) -> t
     `state` (k, 4): radius and height, radial and axial velocity.
     """
     plane, per_radian = sheet.meridian(reference)
-    axial, radial = _weights(plane.tobytes(), share.tobytes(), per_radian, sheet.blocks[0])
+    axial, radial = _weights(plane.tobytes(), share.tobytes(), per_radian)
     states = np.empty((len(_LEVELS), *state.shape))
     for weights, columns in ((radial, [0, 2]), (axial, [1, 3])):
         states[..., columns] = (weights.reshape(-1, len(state)) @ state[:, columns]).reshape(*states.shape[:2], 2)
@@ -46,7 +43,7 @@ def mean_states(sheet: Sheet, reference: Array, share: Array, state: Array) -> t
 
 
 @lru_cache(maxsize=24)
-def _weights(plane: bytes, share: bytes, per_radian: float | None, blocks: int) -> tuple[Array, Array]:
+def _weights(plane: bytes, share: bytes, per_radian: float | None) -> tuple[Array, Array]:
     """Weights (l, k, k) of the nodes' metal in the means of axial and radial components: the same for all bursts."""
     first, second = np.frombuffer(plane).reshape(-1, 2).T
     mass = np.frombuffer(share)
@@ -73,8 +70,7 @@ def _weights(plane: bytes, share: bytes, per_radian: float | None, blocks: int) 
             angle = np.full_like(gap, math.pi)
         else:
             logarithms = [np.interp(math.log(level), np.log(one), np.log(reach)) for one in held.T]
-            wider = 1.0 + (SPREAD - 1.0) / (1.0 + level * blocks / FILLING)
-            squared = wider * np.exp(2.0 * np.array(logarithms))
+            squared = SPREAD * np.exp(2.0 * np.array(logarithms))
             angle = angles(0.5 * np.add.outer(squared, squared))
         weight = angle * mass
         scale = np.ones(len(mass))

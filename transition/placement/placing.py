@@ -73,7 +73,7 @@ class Sheet:
         return cls(tuple(sides), lengths[sides], low[sides], high[sides], middle)
 
     @property
-    def blocks(self) -> tuple[int, int]:
+    def _blocks(self) -> tuple[int, int]:
         """Cubes of the curve along the longest side, and halvings of their depth."""
         blocks = max(1, round(self.lengths[0] / self.lengths[1]))
         return blocks, min(max(0, round(np.log2(self.lengths[1] / self.lengths[2]))), 8)
@@ -84,7 +84,7 @@ class Sheet:
         `reference` (k, 2): their radius and height before the burst (m). Of a wall with the units of a radian about
         the axis; of a disc, whose first coordinate is the distance from the axis, None.
         """
-        blocks, flat = self.blocks
+        blocks, flat = self._blocks
         scale = np.empty(3)
         scale[list(self.sides)] = blocks, 1.0, 0.5**flat
         scale /= self.high - self.low
@@ -104,7 +104,7 @@ class Sheet:
             unit[:, side] = np.interp(unit[:, side], _stretched(splits), np.linspace(0.0, 1.0, _SPLITS + 2))
             if mirror < 0.5:
                 unit[:, side] = 1.0 - unit[:, side]
-        blocks, flat = self.blocks
+        blocks, flat = self._blocks
         row = len(reference).bit_length()
         deep = max(1, (row + _CELLS_PER_POINT - blocks.bit_length() - 2 * flat) // 3)
         # Numbers that hold the point's own differ, so that every way of sorting gives the same order.
