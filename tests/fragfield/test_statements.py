@@ -15,7 +15,7 @@ from flight.fluence import PolarGrid
 from flight.hazard.ensemble import quantiles
 from fragfield.hazard.places import PlaceSums
 from fragfield.studies.uncertainty.plan import latin_hypercube
-from fragfield.studies.uncertainty.spread import spread_of
+from fragfield.studies.uncertainty.statistics import spread_of
 
 REPETITIONS, REALISATIONS = 200, 32
 GRID = PolarGrid.of(72, 10.0, 10.0, 100.0)
@@ -67,7 +67,7 @@ def test_the_inputs_of_one_case_in_twenty_exceed_the_number_of_a_study(
     shape: str, number: int, noise: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A result of six inputs by a Latin hypercube, with errors of the samples that are known."""
-    monkeypatch.setattr("fragfield.studies.uncertainty.spread._DRAWS", 2)
+    monkeypatch.setattr("fragfield.studies.uncertainty.statistics._QUANTILE_DRAWS", 2)
     part, of, covered = np.array([0.8, 0.4, 0.3, 0.2, 0.2, 0.1]), SHAPES[shape], []
     part /= math.hypot(*part)
     scale = noise * float(of(np.random.default_rng(0).standard_normal(100_000)).std())
