@@ -15,6 +15,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import ArrayLike, NDArray
 
     from flight.hazard.criteria import Criteria
@@ -28,9 +30,10 @@ if TYPE_CHECKING:
 LOW, HIGH = 0.05, 0.95  # of single events
 
 
-def quantiles(values: ArrayLike, levels: ArrayLike) -> Array:
+def quantiles(values: ArrayLike, levels: float | Sequence[float]) -> Array:
     """Quantiles over the first axis below which a further value lies that often (Weibull 1939); 95 %: from 19 on."""
-    return np.asarray(np.quantile(np.asarray(values, dtype=np.float64), levels, axis=0, method="weibull"))
+    at = np.asarray(levels, dtype=np.float64)
+    return np.asarray(np.quantile(np.asarray(values, dtype=np.float64), at, axis=0, method="weibull"))
 
 
 @dataclass(frozen=True, eq=False)
