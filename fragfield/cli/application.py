@@ -102,7 +102,7 @@ Drawing = Annotated[
         "--drawing",
         parser=file_path,
         metavar="FILE",
-        help="Write a dimensioned drawing of each different round: .svg or .png.",
+        help="Write a dimensioned drawing of each different round: .svg.",
     ),
 ]
 FragmentsFile = Annotated[

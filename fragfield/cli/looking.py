@@ -17,16 +17,15 @@ from fragfield_base.paths import absolute, start_folder
 @app.command()
 def view(
     run: CaseOrRun,
-    window: Annotated[bool, typer.Option("--window", help="Open pyvista's window instead.")] = False,
     quiet: Quiet = False,
     json: Json = False,
 ) -> None:
-    """Write pictures of a run, the burst at four times and the fragments; ParaView opens its .xdmf files."""
+    """Write pictures of a run, the burst at two times and the fragments; ParaView opens its .xdmf files."""
     with guarded(json=json, quiet=quiet):
         from fragfield.interface.running import options_of
         from fragfield.view import view_run
 
-        written = view_run(options_of(run).source.path, window=window)
+        written = view_run(options_of(run).source.path)
         give({"pictures": [str(path) for path in written]}, json=json, show=print_paths)
 
 

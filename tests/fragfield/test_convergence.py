@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import signal
 import subprocess
@@ -22,10 +23,11 @@ from fragfield.pipeline.grid_convergence import grid_convergence
 from fragfield.pipeline.job import Job, RunOptions
 from fragfield.pipeline.parallel import Team
 from fragfield.report.findings.hazard import convergence_findings
-from fragfield.report.tables.convergence import convergence_tables
 from fragfield.terminal.progress import ProgressReporter
 from fragfield.terminal.show import convergence_words
+from tests.fragfield.plain_reports import plain_report
 from tests.fragfield.short_run import ROOT, command, environment
+from tests.fragfield.synthetic_run import write_run
 
 BURST = {"geometry": "axisymmetric", "wall_seconds": 10.0, "start_seconds": 0.5, "stepping_seconds": 8.0, "cells": 1600,
          "cell_size": 0.003, "mean_initial_speed": 1009.0, "max_initial_speed": 1400.0, "outer_diameter": 0.4,
@@ -225,14 +227,17 @@ def test_a_distance_that_its_cells_leave_open_is_a_warning():
     assert good.weight == "good"
 
 
-def test_the_report_has_a_line_for_each_quantity():
-    (table,) = convergence_tables(_run(0.03))
-    assert table.head[1] == "3\u00a0mm (this run)"
-    (line,) = table.lines
+def test_the_report_has_a_line_for_each_quantity(tmp_path):
+    folder = write_run(tmp_path / "run")
+    summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+    parts = _run(0.03).part
+    summary["convergence"] = parts("convergence")
+    summary["burst"]["cell_size"] = parts("burst")["cell_size"]
+    (folder / "summary.json").write_text(json.dumps(summary), encoding="utf-8")
+    head, line = plain_report(folder).tables["Grid convergence"]
+    assert head[1] == "3 mm (this run)"
     assert line == (
-        "Expected distance (m)",
-        "100\u00a0±\u00a01", "101\u00a0±\u00a01", "103\u00a0±\u00a01",
-        "1.5", "99", "3", "order observed",
+        "Expected distance (m)", "100 ± 1", "101 ± 1", "103 ± 1", "1.5", "99", "3", "order observed",
     )  # fmt: skip
 
 

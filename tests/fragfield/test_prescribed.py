@@ -11,9 +11,7 @@ from fragfield.case import load_case
 from fragfield.hazard.contents import COMPARISON, DISPOSAL, SITING, contents_of
 from fragfield.hazard.rules import rules_for
 from fragfield.hazard.to_apply import DistanceToApply, official_part
-from fragfield.report import read_run
-from fragfield.report.tables.rules import prescribed_table
-from tests.fragfield.plain_reports import draw_nothing
+from tests.fragfield.plain_reports import Report, draw_nothing
 from tests.fragfield.short_run import RINGS, ROOT, invoke
 
 OFFICIAL = '\n[official]\nhazardous_fragment_distance = "{hazardous}"\nsource = "Authority, table 1, p. 7"\n'
@@ -241,8 +239,8 @@ def test_every_view_of_a_run_shows_the_distance_to_apply(run):
     assert found.computed == summary["hazard"]["recommended"]
     assert (found.siting.distance, found.siting.by) == (9000.0, "the official hazardous fragment distance")
     assert str(opened.hazard).startswith(f"{line}\nrecommended distance ")
-    (table,) = prescribed_table(read_run(folder))
-    lines = {entry[0]: entry[1:] for entry in table.lines}
+    table = Report((folder / "report.html").read_text(encoding="utf-8")).tables["Prescribed distances"]
+    lines = {entry[0]: entry[1:] for entry in table}
     assert lines["Official hazardous fragment distance"] == ("9,000", "Authority, table 1, p. 7")
     page, site = ((folder / name).read_text(encoding="utf-8") for name in ("report.html", "map.html"))
     assert line.removeprefix("Distance to apply: ") in page

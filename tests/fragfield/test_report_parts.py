@@ -22,7 +22,7 @@ from fragfield.report.assemble import code_words
 from fragfield.report.figures.fragments import number_above, segment_laws
 from fragfield.report.findings.findings import findings
 from fragfield.report.reading.run_files import RunFiles
-from fragfield.report.tables.stages import quantity_rows
+from fragfield.report.sections import catalogue
 from fragfield.studies.ratios import ratios
 from fragfield.studies.sweep.results import results_of
 from fragfield.terminal.show import summary_text
@@ -324,8 +324,7 @@ def test_a_new_output_is_one_entry(reported_pair, monkeypatch):
     run = read_run(reported_pair)
     run.summary["burst"]["melt_mass"] = 0.0123
     assert "mass of melt" in summary_text(run.summary)
-    (table,) = quantity_rows(run, "Burst", "burst")
-    assert [(row.value, row.si) for row in table.rows if row.name == "Mass of melt"] == [
+    assert [(row.value, row.si) for row in catalogue(run, "burst") if row.name == "Mass of melt"] == [
         ("12.30\u00a0g", "0.01230\u00a0kg")
     ]
     assert results_of(run.summary)["melt_mass"] == 0.0123

@@ -11,9 +11,8 @@ import pytest
 from fragfield.case import load_case
 from fragfield.files.stamped import stamped_json
 from fragfield.hazard.certainty import metres
-from fragfield.report import write_report
+from fragfield.report import write_report, write_uncertainty_page
 from fragfield.report.reading.run_files import read_run
-from fragfield.report.uncertainty_page import write_uncertainty_page
 from fragfield.studies.uncertainty.plan import plan_study
 from fragfield.studies.uncertainty.results import assess, print_study
 from tests.fragfield.synthetic_run import write_run
@@ -97,6 +96,6 @@ def test_the_terminal_prints_the_distance_to_apply(capsys):
 
 def test_what_moves_the_distance_stands_under_its_own_heading(folder):
     page = write_uncertainty_page(folder, folder, read_run(folder).part("uncertainty")).read_text()
-    shares = page[page.index('<section id="shares">') : page.index('<section id="inputs">')]
+    shares = page[page.index('<section id="shares">') : page.index('<section id="uncertain-inputs">')]
     assert "figure-uncertainty_tornado" in shares
     assert "Share of each input" in shares

@@ -13,7 +13,6 @@ from nicegui import run as threads
 from nicegui import ui
 
 import fragfield
-from fragfield.app.drawing import round_length
 from fragfield.app.forms import form
 from fragfield.app.page import Raw, act, box, choose, facts, heading, html, note, shown_facts
 from fragfield.case import differences
@@ -23,6 +22,7 @@ from fragfield.hazard.recommended import parts_words
 from fragfield.hazard.verdict import criterion_words
 from fragfield.numbers import SPACE, number
 from fragfield.quantities import QUANTITIES
+from fragfield.report.figures.drawing import round_length
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping

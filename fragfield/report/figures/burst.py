@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fragfield.report.figures.drawing import ACCENT, GREY, INK, LINES, new_figure, plain_name
+from fragfield.quantities import shown
+from fragfield.report.figures.drawing import ACCENT, GREY, INK, LINES, figure, new_figure, plain_name
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -26,8 +27,12 @@ _LEDGER = {
 }
 
 
-def speed_along_round(run: RunFiles) -> Figure | None:
-    """Mean and largest casing speed against the fraction of the length, all rounds; of many the mean alone."""
+@figure(
+    "speed_along_round", "Speed along the round",
+    "Casing speed at the end of the burst against the station from the nose, as a fraction of the length: mean by "
+    "mass, and largest cell, of each axial bin. Dotted lines separate the segments.",
+)  # fmt: skip
+def _speed_along_round(run: RunFiles) -> Figure | None:
     if not run.rounds:
         return None
     figure, (axis,) = new_figure(height=2.8)
@@ -76,8 +81,12 @@ def _mark_segments(axis: object, run: RunFiles) -> None:
             )  # fmt: skip
 
 
-def casing_over_time(run: RunFiles) -> Figure | None:
-    """Mean casing speed and outer diameter against time."""
+@figure(
+    "casing_over_time", "Casing over time",
+    "Mean speed of the casing by mass, and the largest over the stations of the azimuthal mean outer diameter. A "
+    "dotted vertical line marks the time at which acceleration is complete.",
+)  # fmt: skip
+def _casing_over_time(run: RunFiles) -> Figure | None:
     if not {"time", "mean_casing_speed", "outer_diameter"} <= set(run.history):
         return None
     time = run.history["time"] * 1e6
@@ -96,8 +105,11 @@ def casing_over_time(run: RunFiles) -> Figure | None:
     return figure
 
 
-def energy_ledger(run: RunFiles) -> Figure | None:
-    """Where the work of the products went, and what does not close, against time."""
+@figure(
+    "energy_ledger", "Energy ledger over time",
+    "Work of the products and how it is distributed; below, the imbalance of the sum.",
+)  # fmt: skip
+def _energy_ledger(run: RunFiles) -> Figure | None:
     if not {"time", "products_work", "energy_error"} <= set(run.history):
         return None
     time = run.history["time"] * 1e6
@@ -121,4 +133,37 @@ def energy_ledger(run: RunFiles) -> Figure | None:
     reach = max(1.25, 1.1 * float(np.nanmax(np.abs(percent), initial=0.0)))
     error.set(ylim=(-reach, reach), xlim=(0, time[-1]), xlabel="Time (µs)", title="Imbalance (dotted: 1 %)")
     error.set_ylabel("% of the\nproducts' work")
+    return figure
+
+
+@figure(
+    "grid_convergence", "Values by cell size",
+    "Each value divided by that of this run (vertical line), with its statistical error; open circles at zero: limits, "
+    "where an order was observed.",
+)  # fmt: skip
+def _convergence_figure(run: RunFiles) -> Figure | None:
+    found = run.part("convergence")
+    own = run.part("burst").get("cell_size")
+    if len(found.get("sizes") or []) < 2 or not own:
+        return None
+    figure, (axis,) = new_figure(height=2.8)
+    at = min(range(len(found["sizes"])), key=lambda i: abs(found["sizes"][i] - own))
+    sizes = [1e3 * size for size in found["sizes"]]
+    for style, one in zip(LINES, shown("convergence"), strict=False):
+        entry = found["quantities"].get(one.name)
+        if entry is None or not entry["values"][at]:
+            continue
+        scale = entry["values"][at]
+        known = [i for i, value in enumerate(entry["values"]) if value is not None]
+        place, values = [sizes[i] for i in known], [entry["values"][i] / scale for i in known]
+        errors = entry.get("standard_errors")
+        bars = [(errors[i] or 0.0) / scale for i in known] if errors else None
+        axis.errorbar(place, values, yerr=bars, marker="o", markersize=3.5, capsize=2, label=one.label, **style)
+        if entry["extrapolated"] is not None:
+            axis.plot(0.0, entry["extrapolated"] / scale, marker="o", markersize=4, fillstyle="none", **style)
+    axis.axvline(1e3 * own, color=ACCENT, linewidth=0.9, linestyle=":")
+    axis.axhline(1.0, color=GREY, linewidth=0.7)
+    axis.set(xlabel="Cell size (mm)", ylabel="Value / value of this run")
+    axis.set_xlim(left=-0.03 * max(sizes))
+    axis.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2))
     return figure

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fragfield.report.figures.drawing import INK, LINES, new_figure, plain_name
+from fragfield.report.figures.drawing import INK, LINES, figure, new_figure, plain_name
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -17,8 +17,13 @@ if TYPE_CHECKING:
     from fragfield.report.reading.run_files import RunFiles
 
 
-def number_by_mass(run: RunFiles) -> Figure | None:
-    """Number of fragments heavier than m against sqrt(m): law and sample, in total and by segment."""
+@figure(
+    "number_by_mass", "Number of fragments by mass",
+    lambda run: "Number of fragments heavier than m against the root of m (upper figures; lower figures: m)"
+    + (": law (lines) and sample (circles), in total and by segment." if run.fragments_file is None
+       else ", first realisation."),
+)  # fmt: skip
+def _number_by_mass(run: RunFiles) -> Figure | None:
     if not run.fragments or not len(run.fragments["mass"]):
         return None
     laws = segment_laws(run)
@@ -64,8 +69,43 @@ def _law(axis: Axes, grid: NDArray[np.float64], number: Any, style: dict[str, An
     axis.plot(grid, np.where(number > 1e-3, number, np.nan), label=label, linewidth=1.4, zorder=1.5, **style)
 
 
-def directions(run: RunFiles) -> Figure | None:
-    """Shares of the first round's mass by direction of flight: its fragments against the cells they were made from."""
+@figure(
+    "polar_zones", "Fragments by polar zone",
+    "Numbers and speeds of one round's fragments at launch by angle from the nose, as arena tests report them.",
+)  # fmt: skip
+def _zone_figure(run: RunFiles) -> Figure | None:
+    from flight.arena import ArenaTable
+
+    path = run.folder / "arena.csv"
+    if not path.is_file():
+        return None
+    table = ArenaTable.read(path)
+    zones = table.by_zone(run.criteria.energy)
+    figure, (count, speed) = new_figure(2, 1, height=4.2, sharex=True)
+    edges = table.zones
+    for index, (name, label) in enumerate((("number", "all"), ("hazardous", "hazardous at launch"))):
+        style = LINES[index]
+        count.stairs(zones[name], edges, label=label, color=style["color"], linestyle=style["linestyle"])
+    seen = zones["number"] > 0.0
+    for index, (name, label) in enumerate((("mean_speed", "mean by mass"), ("max_speed", "largest"))):
+        style = LINES[index]
+        values = np.where(seen, zones[name], np.nan)
+        speed.stairs(values, edges, label=label, color=style["color"], linestyle=style["linestyle"])
+    count.set(ylabel="Fragments\nin a zone")
+    count.set_ylim(bottom=0.0)
+    speed.set(ylabel="Speed (m/s)", xlabel="Angle from the nose (°)", xlim=(0.0, 180.0), xticks=range(0, 181, 30))
+    speed.set_ylim(bottom=0.0)
+    for axis in (count, speed):
+        axis.legend(loc="upper right")
+    return figure
+
+
+@figure(
+    "directions", "Directions of the mass",
+    "Share of the first round's mass by direction of flight at the end of the burst: fragments of the first "
+    "realisation (bars) and the velocity field of the casing from which they were made (line).",
+)  # fmt: skip
+def _directions(run: RunFiles) -> Figure | None:
     found = next(
         (item["directions"] for item in run.part("break_up").get("rounds") or [] if "directions" in item), None
     )

@@ -10,8 +10,7 @@ import numpy as np
 from fragfield.hazard.certainty import metres
 from fragfield.hazard.site_map import COLORS, KINDS, VERDICTS, extent_of, shapes_of
 from fragfield.hazard.verdict import governing
-from fragfield.report.figures.drawing import ACCENT, GREY, INK, new_figure, plain_name
-from fragfield.report.tables.exposed_sites import exposed_entries
+from fragfield.report.figures.drawing import ACCENT, GREY, INK, figure, new_figure, plain_name, round_length
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -27,6 +26,11 @@ if TYPE_CHECKING:
 _TERRAIN, _OBSTACLE = "#b7a98c", COLORS["obstacle"]
 _BESIDE = ((0, 7, "center"), (0, -7, "center"), (7, 0, "left"), (-7, 0, "right"), (0, 17, "center"), (0, -17, "center"))
 """Offsets (points) of a label from its position, and its alignment, in the order in which they are tried."""
+
+
+def exposed_entries(run: RunFiles) -> list[dict[str, Any]]:
+    """The entries `exposed` of summary.json; none where the case has no exposed sites."""
+    return list(run.summary.get("exposed") or ())
 
 
 def site_shapes(run: RunFiles) -> tuple[CaseTable, list[Shape]] | None:
@@ -47,8 +51,12 @@ def north_of(case: CaseTable) -> float | None:
     return 90.0 if case.flight.ground.map is not None else None
 
 
-def site_figure(run: RunFiles) -> Figure | None:
-    """The map with scale bar and north."""
+@figure(
+    "site_map", "Map of the site",
+    "Distance by direction, exposed sites by their verdict, barricades and buildings, and lines of equal height, in "
+    "the site's frame.",
+)  # fmt: skip
+def _site_figure(run: RunFiles) -> Figure | None:
     found = site_shapes(run)
     if found is None:
         return None
@@ -144,16 +152,11 @@ def _once(labels: set[str], label: str) -> str:
 
 def _scale(axis: Axes) -> None:
     (left, right), (low, high) = axis.get_xlim(), axis.get_ylim()
-    length = _round_length(0.22 * (right - left))
+    length = round_length(0.22 * (right - left))
     x, y = left + 0.04 * (right - left), low + 0.035 * (high - low)
     axis.plot([x, x + length], [y, y], color=INK, linewidth=2.2, solid_capstyle="butt", zorder=7)
     axis.annotate(f"{length:g} m", (x + 0.5 * length, y), xytext=(0, 4), textcoords="offset points", ha="center",
                   fontsize=7.5, zorder=7, bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.5})  # fmt: skip
-
-
-def _round_length(most: float) -> float:
-    step = 10.0 ** math.floor(math.log10(most))
-    return max(factor * step for factor in (1.0, 2.0, 5.0) if factor * step <= most)
 
 
 def _north(axis: Axes, azimuth: float) -> None:
@@ -176,8 +179,11 @@ def _north(axis: Axes, azimuth: float) -> None:
     )
 
 
-def exposed_figure(run: RunFiles) -> Figure | None:
-    """Every site's governing value over its criterion, with its bound, on a logarithmic axis."""
+@figure(
+    "exposed_sites", "Exposed sites against their criteria",
+    "Expected value (dot) and upper bound (95 %, bar) over the site's limit; left of the line the criterion is met.",
+)  # fmt: skip
+def _exposed_figure(run: RunFiles) -> Figure | None:
     entries = [entry for entry in exposed_entries(run) if entry["verdict"] != "not determined"]
     if not entries:
         return None

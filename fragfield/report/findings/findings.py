@@ -5,13 +5,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from fragfield.checking.case_warnings import doubts
-from fragfield.report.blocks import Finding
+from fragfield.report.findings.break_up import break_up_findings
 from fragfield.report.findings.burst import burst_findings, ledger_findings
 from fragfield.report.findings.evidence import validation_words
-from fragfield.report.findings.hazard import break_up_findings, convergence_findings, flight_findings, imprint_findings
+from fragfield.report.findings.finding import Finding
+from fragfield.report.findings.hazard import convergence_findings, flight_findings, imprint_findings
 
 if TYPE_CHECKING:
-    from fragfield.report.blocks import Weight
+    from fragfield.report.findings.finding import Weight
     from fragfield.report.reading.run_files import RunFiles
 
 

@@ -15,7 +15,7 @@ from fragfield.report.findings.statements import limits, many_rounds
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
-    from fragfield.report.blocks import Finding
+    from fragfield.report.findings.finding import Finding
     from fragfield.report.reading.run_files import RunFiles
 
 

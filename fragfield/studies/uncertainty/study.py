@@ -217,8 +217,7 @@ def _shared_bursts(study: Study, options: StudyOptions) -> None:
 
 def _pages(nominal: RunDirectory, folder: Path, found: dict[str, Any]) -> None:
     """The study's own page, and its section in the report of the nominal run."""
-    from fragfield.report import write_report
-    from fragfield.report.uncertainty_page import write_uncertainty_page
+    from fragfield.report import write_report, write_uncertainty_page
 
     write_uncertainty_page(folder, nominal.path, found)
     with suppress(InputError):  # a run that may only be read; the study has its own page

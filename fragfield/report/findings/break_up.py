@@ -1,4 +1,4 @@
-"""Fragments that a test counted beside the law that was fitted to them."""
+"""Findings on the break-up: mass, momentum and energy, the mean mass, and pieces that a test counted."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 from fragfield.numbers import number
-from fragfield.report.blocks import Finding, Table
+from fragfield.report.findings.finding import Finding, value_of
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Mapping
 
     from fragfield.report.reading.run_files import RunFiles
 
@@ -18,7 +18,51 @@ _REJECTED = 0.05  # of probability; the break-up widens the standard error there
 _COMPLETE = (0.8, 1.05)  # mass of the pieces over that of the law in the same range
 
 
-def counted_findings(test: dict[str, Any], factor: float, *, own_factor: bool) -> Iterator[Finding]:
+def break_up_findings(run: RunFiles) -> Iterator[Finding]:
+    """Mass, momentum and energy of the fragments against the burst, and how well the mean mass is known."""
+    part = run.part("break_up")
+    mass = value_of(part, "mass_error")
+    if mass is not None and abs(mass) > 1e-6:
+        yield Finding(
+            "warning",
+            f"Fragments hold {number(100 * abs(mass), 3)} % {'less' if mass < 0 else 'more'} mass than the casing"
+            + (" (the graded sampler drops the heaviest, which fly farthest)." if mass < 0 else "."),
+        )
+    for name, what in (("momentum_error", "momentum"), ("energy_error", "kinetic energy")):
+        value = value_of(part, name)
+        if value is not None and abs(value) > 0.05:
+            yield Finding("note", f"Fragments carry {what} that differs by {100 * abs(value):.2g} % from the burst.")
+    if (mean := part.get("mean_mass")) is not None:
+        test = mean.get("test")
+        own = mean["factor_source"] == "input"
+        yield from _counted(test, mean["factor"], own_factor=own) if test else _by_law(mean)
+
+
+def _by_law(part: Mapping[str, Any]) -> Iterator[Finding]:
+    """How well a mean fragment mass that is not fitted to a test is known, and where no data are near."""
+    law = "is given" if part["law"] == "given" else f"follows the law “{part['law']}”"
+    own = part["factor_source"] == "input"
+    if part["factor"] is None:
+        stated = f"No factor of its uncertainty is stated: {part['factor_source']}. Set `break_up.mean_mass_factor`."
+    else:
+        source = "as given in the case" if own else part["factor_source"]
+        known = "Where published data are near, it" if part["outside_data"] and not own else "It"
+        stated = (
+            f"{known} is uncertain by a factor of {number(float(part['factor']), 3)} either way (one geometric "
+            f"standard deviation; {source}): repeat the break-up with it multiplied and divided by this factor, and "
+            "compare the distances."
+        )
+    yield Finding("note", f"The mean fragment mass {law}. {stated}")
+    by_round: dict[str, list[str]] = {}
+    for one in part["outside_data"]:
+        by_round.setdefault(str(one["round"]), []).append(str(one["text"]))
+    for name, texts in by_round.items():
+        end = "" if own else " No stated factor covers it."
+        text = f"No published mean fragment masses are close to round “{name}”: {'; '.join(texts)}.{end}"
+        yield Finding("warning", text)
+
+
+def _counted(test: dict[str, Any], factor: float, *, own_factor: bool) -> Iterator[Finding]:
     """What the mean mass was fitted to, how well the law fits, and how much of the casing the pieces hold.
 
     `test`: `break_up.mean_mass.test` of summary.json; `factor`: factor of the mean mass's uncertainty; `own_factor`:
@@ -52,7 +96,7 @@ def counted_findings(test: dict[str, Any], factor: float, *, own_factor: bool) -
         yield Finding("warning", text)
     probability = test["probability"]
     if probability is not None and probability < _REJECTED:
-        worst = max(_groups(test), key=lambda one: (one[1] - one[2]) ** 2 / max(one[2], 5.0))
+        worst = max(counted_groups(test), key=lambda one: (one[1] - one[2]) ** 2 / max(one[2], 5.0))
         widened = test["standard_error"] / test["curvature_error"]
         yield Finding(
             "warning",
@@ -64,22 +108,8 @@ def counted_findings(test: dict[str, Any], factor: float, *, own_factor: bool) -
         )
 
 
-def counted_table(run: RunFiles) -> Iterator[Table]:
-    """Pieces counted and expected by group of mass."""
-    test = (run.part("break_up").get("mean_mass") or {}).get("test")
-    if not test:
-        return
-    lines = tuple((mass, number(count, 4), number(expected, 4)) for mass, count, expected in _groups(test))
-    yield Table(
-        "Pieces counted and expected",
-        ("Mass (g)", "Counted", "Expected"),
-        lines,
-        note=f"{test['source']}; expected: the fitted law, with the total that was counted.",
-    )
-
-
-def _groups(test: dict[str, Any]) -> list[tuple[str, float, float]]:
-    """Range of mass in g, pieces counted and pieces expected."""
+def counted_groups(test: dict[str, Any]) -> list[tuple[str, float, float]]:
+    """Range of mass in g, pieces counted and pieces expected, of `break_up.mean_mass.test`."""
     edges = [1e3 * edge for edge in test["edges"]]
     names = [f"{number(low, 3)} to {number(high, 3)}" for low, high in pairwise(edges)]
     if len(names) < len(test["number"]):
