@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -19,9 +19,10 @@ from fragfield.checking.cost import expected_cost
 from fragfield.contours.read import is_of_file
 from fragfield.hazard.contents import arrangement, contents_of
 from fragfield.hazard.rules import rules_for
-from fragfield.hazard.to_apply import DistanceToApply, official_part
+from fragfield.hazard.to_apply import distance_to_apply, official_part
 from fragfield.pipeline.arena import read_arena
 from fragfield.pipeline.attitudes import attitudes_of
+from fragfield.results.part import to_json
 from transition.law.mean_mass import gurney_coefficient, gurney_speed
 
 if TYPE_CHECKING:
@@ -120,13 +121,13 @@ def _of_drawing(table: RoundTable, found: Mapping[str, Any]) -> dict[str, Any]:
 
 def _prescribed(case: CaseTable, described: Sequence[dict[str, Any]]) -> dict[str, Any]:
     """Official distances, and net explosive quantity and rules by mass."""
-    contents = contents_of(case, {"burst": {"rounds": described}})
-    rules, official = [asdict(rule) for rule in rules_for(contents, case.official)], official_part(case)
+    contents = contents_of(case, {one["name"]: (one["charge_mass"], one["casing_mass"]) for one in described})
+    rules, official = tuple(rules_for(contents, case.official)), official_part(case)
     return {
-        "official": official,
-        "contents": contents and asdict(contents),
-        "rules": rules,
-        "distance_to_apply": DistanceToApply.of(None, official, rules).as_dict(),
+        "official": to_json(official),
+        "contents": to_json(contents),
+        "rules": to_json(rules),
+        "distance_to_apply": to_json(distance_to_apply(None, official, rules)),
     }
 
 

@@ -27,6 +27,7 @@ from fragfield.case.conversion.exposed_sites import exposed_sites_of, outline_of
 from fragfield.case.conversion.surroundings import bearing_of
 from fragfield.hazard.places import LEVEL, PlaceSums, kernel_weights, sum_bound
 from fragfield.hazard.verdict import criterion_of, no_margin, part_of_criterion, verdict_of
+from fragfield.results.site import ExposedSite as AssessedSite
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -177,11 +178,11 @@ class ExposedSums:
         error = math.sqrt(spread) / n if n > 1 else None
         return {"expected": total / n, "upper": upper / n, "standard_error": error}
 
-    def assess(self, found: EnsembleHazard, *, determined: bool = True) -> list[dict[str, Any]]:
-        """Entries of summary.json, one a site (SI, degrees); `determined`: whether all flights ended."""
-        return [self._entry(site, found, determined=determined) for site in self.sites]
+    def assess(self, found: EnsembleHazard, *, determined: bool = True) -> tuple[AssessedSite, ...]:
+        """One a site (SI, degrees); `determined`: whether all flights ended."""
+        return tuple(self._entry(site, found, determined=determined) for site in self.sites)
 
-    def _entry(self, site: ExposedSite, found: EnsembleHazard, *, determined: bool) -> dict[str, Any]:
+    def _entry(self, site: ExposedSite, found: EnsembleHazard, *, determined: bool) -> AssessedSite:
         case = self.case
         away = site.edge() - np.asarray(case.flight.origin)
         distance = np.hypot(away[:, 0], away[:, 1])
@@ -208,10 +209,10 @@ class ExposedSums:
             "realisations": self.realisations,
             "level": LEVEL,
         }
-        entry["verdict"] = verdict_of(entry) if determined else "not determined"
-        entry["no_margin"] = no_margin(case, site) or None
-        entry["margin"] = None if entry["no_margin"] else _margin(away, distance, found)
-        return entry
+        without = no_margin(case, site) or None
+        margin = None if without else _margin(away, distance, found)
+        made = AssessedSite.read({**entry, "verdict": "not determined", "no_margin": without, "margin": margin})
+        return replace(made, verdict=verdict_of(made)) if determined else made
 
     def _values(self, site: ExposedSite, expected: ExpectedDistance | None) -> dict[str, Any]:
         if site.prism is not None:
@@ -261,19 +262,20 @@ class ExposedSums:
         }
 
 
-def worst_of_attitudes(entries: Sequence[tuple[tuple[float, float], list[dict[str, Any]]]]) -> list[dict[str, Any]]:
+def worst_of_attitudes(
+    entries: Sequence[tuple[tuple[float, float], Sequence[AssessedSite]]],
+) -> tuple[AssessedSite, ...]:
     """For every site its entry in the attitude in which least is left to its criterion, with that attitude.
 
-    `entries`: inclination and roll (degrees), and the entries `exposed` of summary.json, of every attitude that was
-    flown.
+    `entries`: inclination and roll (degrees), and the sites, of every attitude that was flown.
     """
     worst = []
     for of_site in zip(*(rows for _, rows in entries), strict=True):
         parts = [np.inf if (part := part_of_criterion(one)) is None else part for one in of_site]
         at = int(np.argmax(parts))
         inclination, roll = entries[at][0]
-        worst.append({**of_site[at], "worst_inclination_deg": inclination, "worst_roll_deg": roll})
-    return worst
+        worst.append(replace(of_site[at], worst_inclination_deg=inclination, worst_roll_deg=roll))
+    return tuple(worst)
 
 
 def _all_round(

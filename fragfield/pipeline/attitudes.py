@@ -20,6 +20,7 @@ from fragfield.errors import InputError
 from fragfield.hazard.exposed import worst_of_attitudes
 from fragfield.pipeline.ensemble import EnsembleFlight, Flights
 from fragfield.pipeline.realisations import Realisations
+from fragfield.results.hazard import FlownAttitude
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
     from fragfield.case import CaseTable
     from fragfield.pipeline.flown import FlownEnsemble
     from fragfield.pipeline.job import Job
+    from fragfield.results.site import ExposedSite
     from transition import BreakUp
 
 
@@ -119,7 +121,7 @@ class _Envelope:
         self.job, self.source, self.all = job, source, flights
         self.arrangement = Arrangement(job.case)
         self.flown: dict[Key, EnsembleFlight] = {}
-        self.rows: dict[Key, dict[str, Any]] = {}
+        self.rows: dict[Key, FlownAttitude] = {}
 
     def result(self) -> FlownEnsemble | None:
         """Fly all that is needed, and give what the worst attitude gave."""
@@ -137,17 +139,17 @@ class _Envelope:
         return replace(
             flown, hazard=hazard, exposed=self._exposed(hazard), attitude=worst.attitude,
             flights=sum(one.done for one in self.flown.values()),
-            curve=[self.rows[key] for key in sorted(self.rows)],
+            curve=tuple(self.rows[key] for key in sorted(self.rows)),
         )  # fmt: skip
 
-    def _exposed(self, hazard: EnsembleHazard) -> list[dict[str, Any]]:
+    def _exposed(self, hazard: EnsembleHazard) -> tuple[ExposedSite, ...]:
         """What the exposed sites meet, each in its worst attitude of those flown."""
         entries = []
         for key, one in sorted(self.flown.items()):
             assert one.found is not None  # on rank 0
             ended = not one.found.pool.completeness.reason
             entries.append((key, one.found.exposed.assess(hazard, determined=ended)))
-        return worst_of_attitudes(entries) if self.job.case.exposed else []
+        return worst_of_attitudes(entries) if self.job.case.exposed else ()
 
     def _fly(self, key: Key, number: int) -> None:
         """Fly an attitude to this number of realisations."""
@@ -159,15 +161,17 @@ class _Envelope:
         one.fly(number)
         if one.found is not None:
             expected = one.found.pool.expected(every_direction=False)
-            self.rows[key] = {
-                "inclination_deg": key[0],
-                "roll_deg": key[1],
-                "expected": expected.distance,
-                "upper": expected.upper,
-                "standard_error": expected.standard_error,
-                "direction_deg": expected.direction,
-                "realisations": one.done,
-            }
+            self.rows[key] = FlownAttitude.read(
+                {
+                    "inclination_deg": key[0],
+                    "roll_deg": key[1],
+                    "expected": expected.distance,
+                    "upper": expected.upper,
+                    "standard_error": expected.standard_error,
+                    "direction_deg": expected.direction,
+                    "realisations": one.done,
+                }
+            )
 
     @property
     def _worst(self) -> Key:
@@ -178,7 +182,7 @@ class _Envelope:
             assert found is not None  # on rank 0
             if found.pool.completeness.reason:
                 return np.inf
-            return float(row["expected"] if row["upper"] is None else row["upper"])
+            return row.expected or 0.0 if row.upper is None else row.upper
 
         return max(sorted(self.rows), key=reach)
 

@@ -16,7 +16,6 @@ from markupsafe import Markup, escape
 
 from fragfield.case.conversion.surroundings import direction_words
 from fragfield.errors import EXIT_INPUT, InputError
-from fragfield.hazard.certainty import margin_metres, rounded_metres, whole_metres
 from fragfield.hazard.to_apply import USES
 from fragfield.hazard.verdict import criterion_words, part_text
 from fragfield.numbers import SPACE, number
@@ -24,6 +23,7 @@ from fragfield.report.figures import FIGURES
 from fragfield.report.map_page import write_map
 from fragfield.report.reading.run_files import read_run
 from fragfield.report.sections import SECTIONS, STUDY, Section, catalogue, digest_of
+from fragfield.results.words import margin_metres, rounded_metres, whole_metres
 from fragfield.version import __version__
 from fragfield.view import picture_fault
 from fragfield_base.writing import write_files, write_text
@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from jinja2 import Environment
 
     from fragfield.report.reading.run_files import RunFiles
+    from fragfield.results.site import Estimate, Probability
 
 
 _PICTURES = {
@@ -92,7 +93,7 @@ def write_report(run_dir: Path | str, path: Path | str | None = None, *, picture
     """
     run = read_run(Path(run_dir))
     target = Path(path) if path is not None else run.folder / "report.html"
-    names = [name for name in FIGURES if not name.startswith("uncertainty_") or run.part("uncertainty")]
+    names = [name for name in FIGURES if not name.startswith("uncertainty_") or run.study]
     written = _write(run, target, SECTIONS, names, pictures=pictures)
     write_map(run, target.with_name("map.html"), identity=identity_line(run), written=written)
     return target
@@ -105,7 +106,7 @@ def write_uncertainty_page(folder: Path, run_directory: Path, found: Mapping[str
     uncertainty.json.
     """
     run = read_run(run_directory)
-    run.summary["uncertainty"] = dict(found)
+    run.study = dict(found)
     target = folder / "uncertainty.html"
     _write(run, target, STUDY, [name for name in FIGURES if name.startswith("uncertainty_")], pictures=False)
     return target
@@ -184,7 +185,7 @@ def _render(run: RunFiles, sections: Sequence[Section], drawn: Mapping[str, _Ill
         return Markup(blocks.illustrations([replace(one, count=first + at) for at, one in enumerate(there)]))
 
     every = {
-        "run": run, "document": document, "hazard": run.part("hazard"), "figures": figures,
+        "run": run, "document": document, "hazard": run.summary.hazard, "figures": figures,
         "catalogue": partial(catalogue, run),
     }  # fmt: skip
     shown: list[dict[str, Any]] = []
@@ -234,7 +235,7 @@ def _environment() -> Environment:
         "use": lambda use: USES.get(use, "comparison"),
         "criterion": criterion_words,
         "part_of_it": part_text,
-        "direction": lambda one: direction_words(one["azimuth_deg"], one["bearing_deg"], whole=True),
+        "direction": lambda one: direction_words(one.azimuth_deg, one.bearing_deg, whole=True),
     }
     return environment
 
@@ -251,11 +252,11 @@ def _few(value: float | None) -> str:
     return "0" if value <= 0.0 else number(float(f"{value:.2g}"), 2)
 
 
-def _bounded(value: Mapping[str, float | None] | None, scale: float = 1.0) -> str:
+def _bounded(value: Estimate | Probability | None, scale: float = 1.0) -> str:
     """An expected value and its upper bound."""
-    if not value or value["expected"] is None or value["upper"] is None:
+    if value is None or value.expected is None or value.upper is None:
         return "–"
-    return f"{_few(scale * value['expected'])};{SPACE}{_few(scale * value['upper'])}"
+    return f"{_few(scale * value.expected)};{SPACE}{_few(scale * value.upper)}"
 
 
 def _readable(date: str) -> str:

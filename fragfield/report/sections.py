@@ -10,27 +10,20 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fragfield.case.tables.round import ExplosiveTable
-from fragfield.hazard.certainty import (
-    basis_words,
-    metres_and_error,
-    ricochet_words,
-    rounded_metres,
-    single_note,
-    source_words,
-    whole_metres,
-)
-from fragfield.hazard.recommended import RULE, parts_of, parts_words
-from fragfield.hazard.to_apply import USES, DistanceToApply
+from fragfield.hazard.recommended import RULE
+from fragfield.hazard.to_apply import USES
 from fragfield.hazard.verdict import exposed_rounds
 from fragfield.numbers import SPACE, UNKNOWN, Row, number, row
 from fragfield.pipeline.grid_convergence import KINDS
 from fragfield.quantities import shown
-from fragfield.report.figures.site import exposed_entries, site_shapes
+from fragfield.report.figures.site import site_shapes
 from fragfield.report.findings import evidence, statements
 from fragfield.report.findings.break_up import counted_groups
 from fragfield.report.findings.findings import findings
 from fragfield.report.findings.reasons import reasons_against, reasons_for
 from fragfield.report.first_page import what_was_computed
+from fragfield.results.hazard import Recommended
+from fragfield.results.words import basis_words, distances, metres_and_error, parts_of, parts_words, whole_metres
 from fragfield_base.substances import substance_title
 
 if TYPE_CHECKING:
@@ -39,6 +32,7 @@ if TYPE_CHECKING:
 
     from fragfield.quantities import Quantity
     from fragfield.report.reading.run_files import RunFiles
+    from fragfield.results.convergence import ConvergedQuantity
 
     Context = Callable[[RunFiles], dict[str, Any] | None]
 
@@ -81,11 +75,11 @@ _MOST_SITES = 8  # that the first page shows
 @section("decision", "Decision")
 def _decision(run: RunFiles) -> dict[str, Any]:
     """The page on which a decision is taken and signed."""
-    entries = sorted(exposed_entries(run), key=lambda one: _GRAVEST.index(one["verdict"]))
-    left, part = len(entries) - _MOST_SITES, run.part("distance_to_apply")
+    entries = sorted(run.summary.exposed or (), key=lambda one: _GRAVEST.index(one.verdict))
+    left, to_apply = len(entries) - _MOST_SITES, run.summary.distance_to_apply
     return {
         "distances": list(_decided(run)),
-        "to_apply": DistanceToApply.read(part).words if part else (),
+        "to_apply": to_apply.words if to_apply else (),
         "prescribed": list(prescribed_lines(run)),
         "what": list(what_was_computed(run)),
         "verdicts": entries[:_MOST_SITES],
@@ -99,39 +93,35 @@ def _decision(run: RunFiles) -> dict[str, Any]:
 
 def _decided(run: RunFiles) -> Iterator[tuple[str, str, str, str]]:
     """The distance to apply, and the computed one with its parts in one line."""
-    if part := run.part("distance_to_apply"):
-        yield "Distance to apply", DistanceToApply.read(part).distances, "", ""
-    title, hazard = "Computed: recommended distance", run.part("hazard")
-    if not hazard:
+    if part := run.summary.distance_to_apply:
+        yield "Distance to apply", part.distances, "", ""
+    title, hazard = "Computed: recommended distance", run.summary.hazard
+    if hazard is None:
         yield title, "–", "", "not computed"
-    elif not hazard["determined"]:
-        yield title, "not determined", "", hazard["reason"]
+    elif not hazard.determined:
+        yield title, "not determined", "", hazard.reason
     else:
         note = f"{parts_words(hazard)}. Basis: {basis_words(hazard)}."
-        yield title, whole_metres(hazard["recommended"]), "m", note
-
-
-_OFFICIAL = (
-    ("hazardous_fragment_distance", "Official hazardous fragment distance"),
-    ("maximum_fragment_distance", "Official maximum fragment distance"),
-)
+        yield title, whole_metres(hazard.recommended), "m", note
 
 
 def prescribed_lines(run: RunFiles) -> Iterator[tuple[str, str, str]]:
     """Distances that an authority publishes for the round, and the largest rule in range of each kind."""
-    official, listed = run.part("official"), run.part("rules").get("rules") or ()
-    for key, label in _OFFICIAL:
-        if official.get(key) is not None:
-            yield label, whole_metres(official[key]), official["source"]
+    official, listed = run.summary.official, run.summary.rules.rules if run.summary.rules else ()
+    if official and official.hazardous_fragment_distance is not None:
+        words = "Official hazardous fragment distance"
+        yield words, whole_metres(official.hazardous_fragment_distance), official.source
+    if official and official.maximum_fragment_distance is not None:
+        yield "Official maximum fragment distance", whole_metres(official.maximum_fragment_distance), official.source
     for use, title in USES.items():
         for against in ("fragments", "blast"):
             inside = [
-                rule for rule in listed
-                if rule.get("use") == use and rule["distance"] is not None and rule["hazard"] == against
+                (one.distance, one.name) for one in listed
+                if one.use == use and one.hazard == against and one.distance is not None
             ]  # fmt: skip
             if inside:
-                largest = max(inside, key=lambda one: float(one["distance"]))
-                yield f"{title[0].upper()}{title[1:]}, {against}", whole_metres(largest["distance"]), largest["name"]
+                distance, name = max(inside, key=lambda one: one[0])
+                yield f"{title[0].upper()}{title[1:]}, {against}", whole_metres(distance), name
 
 
 @section("rounds", "Rounds")
@@ -141,54 +131,26 @@ def _rounds(run: RunFiles) -> dict[str, Any] | None:
 
 @section("hazard", "Distances and site", stage="flight")
 def _hazard(run: RunFiles) -> dict[str, Any]:
-    lines, note = _distance_lines(run)
-    return {"distances": lines, "distance_note": note, "has_map": site_shapes(run) is not None}
-
-
-def _distance_lines(run: RunFiles) -> tuple[list[tuple[str, str, str]], str]:
-    """The recommended distance, its parts, and beside it what single events do."""
-    hazard = run.part("hazard")
-    if not hazard:
-        return [], ""
-    if not hazard["determined"]:
-        return [("Recommended distance", "not determined", hazard["reason"])], ""
-    short = hazard.get("without_ricochet") or {"recommended": None}
-    bias = f"; {hazard['max_bias']:.2g}{SPACE}m taken off for taking the worst direction" if hazard["max_bias"] else ""
-    single = hazard["single_event"]
-    span = f"{rounded_metres(single['low'])}{SPACE}–{SPACE}{rounded_metres(single['high'])}"
-    expected, *added = parts_of(hazard)
-    lines = [
-        ("Recommended distance", whole_metres(hazard["recommended"]), f"to keep; {basis_words(hazard)}"),
-        ("Expected distance", metres_and_error(expected.value, hazard["standard_error"], SPACE),
-         f"{source_words(hazard)}{bias}"),
-        *(
-            (f"– {part.words}", "–" if part.value is None else f"{part.value:.1f}", part.reason or "part of it")
-            for part in added
-        ),
-        ("Expected, by area of ground alone", whole_metres(hazard["distance_ground"]), "density of landings"),
-        ("Expected, normal to the paths alone", whole_metres(hazard["distance_normal"]),
-         "along the paths below a person's height"),
-        ("Recommended, without ricochet", whole_metres(short["recommended"]),
-         f"all other distances are {ricochet_words(hazard).partition(';')[0]}"),
-        ("Single events: median, 5 to 95 %", f"{rounded_metres(single['median'])}, {span}", single_note(hazard)),
-        ("Throw exceeded in 5 % of events", rounded_metres(hazard["largest_throw"]),
-         "no distance to keep: the farthest fragment of an event"),
-    ]  # fmt: skip
+    hazard, broken = run.summary.hazard, run.summary.break_up
     note = (
         f"{RULE} ± is the standard error: over the sets of points of an integral or of weighted fragments, else over "
         "the realisations."
     )
-    if deviation := run.part("break_up").get("tilt_deviation"):
+    if broken and broken.tilt_deviation:
         note += (
             " Every realisation is tilted at random from the vertical, by a standard deviation of "
-            f"{np.degrees(deviation):.3g}° about each horizontal axis (break_up.tilt, a judgement)."
+            f"{np.degrees(broken.tilt_deviation):.3g}° about each horizontal axis (break_up.tilt, a judgement)."
         )
-    return lines, note
+    return {
+        "distances": [] if hazard is None else [*distances(hazard)],
+        "distance_note": note if hazard and hazard.determined else "",
+        "has_map": site_shapes(run) is not None,
+    }
 
 
 @section("warnings", "Warnings, checks and limits")
 def _warnings(run: RunFiles) -> dict[str, Any]:
-    terms = (statements.summary_terms(run),) if run.part("hazard") else ()
+    terms = (statements.summary_terms(run),) if run.summary.hazard else ()
     return {
         "found": findings(run),
         "limits": (*terms, *statements.limits(run)),
@@ -199,7 +161,7 @@ def _warnings(run: RunFiles) -> dict[str, Any]:
 
 @section("fragments", "Fragments", stage="break-up")
 def _fragments(run: RunFiles) -> dict[str, Any]:
-    test = (run.part("break_up").get("mean_mass") or {}).get("test")
+    test = run.summary.break_up.mean_mass.test if run.summary.break_up else None
     groups = counted_groups(test) if test else []
     return {"test": test, "groups": [(name, number(seen, 4), number(known, 4)) for name, seen, known in groups]}
 
@@ -213,32 +175,32 @@ def _speeds(run: RunFiles) -> dict[str, Any] | None:
 def _convergence(run: RunFiles) -> dict[str, Any] | None:
     if "burst" not in run.stages:
         return None
-    found = run.part("convergence")
-    if "sizes" not in found:
-        return {"found": found or {"reason": ""}, "head": ()}
-    own, followed = run.part("burst").get("cell_size"), {one.name: one for one in shown("convergence")}
+    found, burst = run.summary.convergence, run.summary.burst
+    if found is None or found.sizes is None:
+        return {"reason": found.reason if found else "", "head": ()}
+    own, followed = burst.cell_size if burst else 0.0, {one.name: one for one in shown("convergence")}
     sizes = [
-        f"{number(1e3 * size, 3)}{SPACE}mm{' (this run)' if own and abs(size - own) < 1e-9 else ''}"
-        for size in found["sizes"]
+        f"{number(1e3 * size, 3)}{SPACE}mm{' (this run)' if abs(size - own) < 1e-9 else ''}" for size in found.sizes
     ]
-    lines = [_convergence_line(followed[name], entry) for name, entry in found["quantities"].items()]
-    return {"found": found, "head": ("Quantity", *sizes, "order", "limit", "uncertainty", ""), "lines": lines}
+    lines = [_convergence_line(followed[name], entry) for name, entry in (found.quantities or {}).items()]
+    head = ("Quantity", *sizes, "order", "limit", "uncertainty", "")
+    return {"reason": found.reason, "head": head, "lines": lines}
 
 
-def _convergence_line(followed: Quantity, entry: Mapping[str, Any]) -> tuple[str, ...]:
+def _convergence_line(followed: Quantity, entry: ConvergedQuantity) -> tuple[str, ...]:
     factor, unit = (1e3, "mm") if followed.path == "burst.outer_diameter" else (1.0, followed.unit)
-    errors = entry.get("standard_errors") or [None] * len(entry["values"])
+    errors = entry.standard_errors or [None] * len(entry.values)
     values = [
         UNKNOWN if value is None
         else number(factor * value, 4) + ("" if error is None else f"{SPACE}±{SPACE}{number(factor * error, 2)}")
-        for value, error in zip(entry["values"], errors, strict=True)
+        for value, error in zip(entry.values, errors, strict=True)
     ]  # fmt: skip
     limit, uncertainty = (
-        "–" if entry[key] is None else number(factor * entry[key], digits)
-        for key, digits in (("extrapolated", 4), ("uncertainty", 2))
+        "–" if value is None else number(factor * value, digits)
+        for value, digits in ((entry.extrapolated, 4), (entry.uncertainty, 2))
     )
-    order = "–" if entry["order"] is None else number(entry["order"], 2)
-    return (f"{followed.label}{f' ({unit})' if unit else ''}", *values, order, limit, uncertainty, KINDS[entry["kind"]])
+    order = "–" if entry.order is None else number(entry.order, 2)
+    return (f"{followed.label}{f' ({unit})' if unit else ''}", *values, order, limit, uncertainty, KINDS[entry.kind])
 
 
 _ESTIMATOR = (
@@ -252,12 +214,12 @@ _APPLIES = {"value": "", "factor": "factor on the case's value: ", "shift": "add
 @section("study", "The recommended distance", of=STUDY)
 def _study(run: RunFiles) -> dict[str, Any] | None:
     """A study of uncertainty: the recommended distance with its parts, shares of the inputs, and their sources."""
-    if not (found := run.part("uncertainty")):
+    if not (found := run.study):
         return None
     shown_inputs = {"study": found, "inputs": [*_uncertain_inputs(found)], "places": [*_places(found)]}
     if not (entry := found.get("distance")):
         return shown_inputs
-    spread, hazard, estimator = entry["spread"], found["hazard"], entry["estimator"]
+    spread, hazard, estimator = entry["spread"], Recommended.read(found["hazard"]), entry["estimator"]
     span = f"{whole_metres(spread['low'])}{SPACE}–{SPACE}{whole_metres(spread['high'])}"
     error, what = f"± {spread['median_standard_error']:.1f}", "taken out" if spread["resolved"] else "included"
     shares = [
@@ -271,13 +233,13 @@ def _study(run: RunFiles) -> dict[str, Any] | None:
     left = f"{100 * (1.0 - estimator['explained']):.0f}" if shares else ""
     return shown_inputs | {
         "cards": (
-            ("Recommended distance", whole_metres(hazard["recommended"]), "m", parts_words(hazard)),
+            ("Recommended distance", whole_metres(hazard.recommended), "m", parts_words(hazard)),
             ("Median over the inputs", whole_metres(spread["median"]), "m", f"{error} m for the number of samples"),
             ("5 to 95 % over the inputs", span, "m", f"statistical errors of the samples {what}"),
         ),
         "parts": [
             *((one.words, "–" if one.value is None else f"{one.value:.1f}", one.reason) for one in parts_of(hazard)),
-            ("recommended distance", f"{hazard['recommended']:.1f}", ""),
+            ("recommended distance", f"{hazard.recommended:.1f}", ""),
         ],
         "rule": RULE,
         "shares": shares,
@@ -287,7 +249,7 @@ def _study(run: RunFiles) -> dict[str, Any] | None:
 
 @section("shares", "What moves it", of=STUDY)
 def _shares(run: RunFiles) -> dict[str, Any] | None:
-    return _study(run) if run.part("uncertainty").get("distance") else None
+    return _study(run) if run.study.get("distance") else None
 
 
 section("uncertain-inputs", "Uncertain inputs", of=STUDY)(_study)
@@ -326,16 +288,16 @@ def _uncertain_inputs(found: Mapping[str, Any]) -> Iterator[Row]:
 @section("distances", "Rules and exposed sites", annex=True)
 def _rules(run: RunFiles) -> dict[str, Any] | None:
     """The distance of every rule and what it rests on, all numbers of every exposed site, and how walls were judged."""
-    rules, entries = run.part("rules"), exposed_entries(run)
-    if not rules.get("rules") and not entries:
+    rules, entries = run.summary.rules, run.summary.exposed or ()
+    if rules is None and not entries:
         return None
-    without = "; ".join(f"{one['name']}: {one['no_margin']}" for one in entries if one["no_margin"])
-    judged = [one for one in entries if one["not_stopped"]]
+    without = "; ".join(f"{one.name}: {one.no_margin}" for one in entries if one.no_margin)
+    judged = [one for one in entries if one.not_stopped]
     return {
         "rules": rules,
         "exposed": entries,
         "exposed_note": f"Expected value and, after it, its upper bound (95 %), over "
-        f"{number(entries[0]['realisations'])} realisations, along the computed paths: barricades, terrain and "
+        f"{number(entries[0].realisations)} realisations, along the computed paths: barricades, terrain and "
         "obstacles shield. Of a site in the open the worst place of the size of a person or a vehicle counts; where "
         "all azimuths are alike, densities are those over all azimuths. Hits on people and vehicles: assuming that all "
         "are present; on a building: on its walls and roof. Margin: from the nearest edge to the line of the expected "
@@ -343,32 +305,26 @@ def _rules(run: RunFiles) -> dict[str, Any] | None:
         if entries
         else "",
         "judged": judged,
-        "barrier_sources": "; ".join(sorted({source for one in judged for source in one["barrier"].values()})),
+        "barrier_sources": "; ".join(sorted({source for one in judged for source in (one.barrier or {}).values()})),
     }
 
 
 @section("flight", "Flight", annex=True)
 def _flight(run: RunFiles) -> dict[str, Any] | None:
-    flight = run.part("flight")
-    if not flight:
+    flight = run.summary.flight
+    if flight is None:
         return None
-    rows = [*catalogue(run, "flight", "flight.recovered", "flight.contact")]
-    if area := flight.get("presented_area"):
-        words = str(area.get("model"))
-        if "ratios" in area:
-            words += " " + ":".join(f"{ratio:g}" for ratio in area["ratios"])
-        if "spread" in area:
-            words += f", spread {area['spread']:g}"
-        low, high = (number(area.get(f"shape_factor_{share}_percent")) for share in (5, 95))
-        factors = f"{low} kg/m³" if low == high else f"{low} to {high} kg/m³ for 90 % of the fragments"
-        rows.append(row("Presented areas", words, "", f"shape factor {factors}"))
-    rows += [row(f"Fragments through “{item['name']}”", item["hits"]) for item in run.witnesses]
+    area, rows = flight.presented_area, [*catalogue(run, "flight", "flight.recovered", "flight.contact")]
+    words = area.model + (" " + ":".join(f"{ratio:g}" for ratio in area.ratios) if area.ratios else "")
+    words += f", spread {area.spread:g}" if area.spread is not None else ""
+    low, high = number(area.shape_factor_5_percent), number(area.shape_factor_95_percent)
+    factors = f"{low} kg/m³" if low == high else f"{low} to {high} kg/m³ for 90 % of the fragments"
+    rows.append(row("Presented areas", words, "", f"shape factor {factors}"))
+    rows += [row(f"Fragments through “{one.name}”", one.hits) for one in run.witnesses]
     return {
-        "flight_rows": rows,
-        "obstacles": run.summary.get("obstacle") or (),
-        "directed": "flight" not in run.missing,
+        "flight_rows": rows, "obstacles": run.summary.obstacle or (), "directed": "flight" not in run.missing,
         "has_map": site_shapes(run) is not None,
-    }
+    }  # fmt: skip
 
 
 @section("break-up", "Break-up", stage="break-up", annex=True)
@@ -390,30 +346,36 @@ def _break_up(run: RunFiles) -> dict[str, Any] | None:
 def _burst(run: RunFiles) -> dict[str, Any] | None:
     from burst_fenicsx.symmetry import symmetry_words
 
-    if "burst" not in run.stages:
+    burst, size = run.summary.burst, run.cell_size
+    if "burst" not in run.stages or burst is None:
         return None
-    burst, size = run.part("burst"), run.cell_size
     rows = [row("Cell size", size, "m"), *(line for one in shown("mesh", "burst") for line in one.rows(run.summary))]
-    if "geometry" in burst:
-        words = {"3d": "three dimensions", "axisymmetric": "axisymmetric"}[burst["geometry"]]
-        rows.append(row("Geometry of the burst", words, "", str(burst.get("geometry_reason", ""))))
-    for line in symmetry_words(burst["symmetry"]) if burst.get("symmetry") else ():
+    words = {"3d": "three dimensions", "axisymmetric": "axisymmetric"}[burst.geometry]
+    rows.append(row("Geometry of the burst", words, "", burst.geometry_reason))
+    for line in symmetry_words(burst.symmetry):
         head, _, rest = line.partition(": ")
         rows.append(Row(head.capitalize(), rest))
     for one in shown("report", "burst.contact", "burst.passed_through"):
         overlap = one.of(run.summary) if size and one.unit == "m" else None
         note = f"{number(100 * overlap / size, 2)} % of a cell" if overlap and size else ""
         rows += [Row(line.name, line.value, line.si, note) for line in one.rows(run.summary)]
-    rounds = burst.get("rounds") or []
     charges = [entry.explosive for entry in run.case.round] if run.case is not None else []
     sources = {one.critical_energy_source for one in charges if isinstance(one, ExplosiveTable)} - {""}
+    fills = {one.name: substance_title(str(one.attributes["explosive"])) for one in run.rounds}
+    lines = [
+        (
+            one.name, fills.get(one.name, "–"), number(one.casing_mass, 4), number(one.charge_mass, 4),
+            number(one.charge_mass / one.casing_mass, 3), number(round(one.mean_initial_speed)),
+            number(round(one.max_initial_speed)), number(round(1e3 * one.outer_diameter)),
+            number(100 * one.products_balance, 4),
+        )
+        for one in burst.rounds
+    ]  # fmt: skip
     return {
-        "mesh_rows": rows,
-        "rounds": rounds,
-        "round_lines": [*_round_lines(run, {str(one.get("name")): one for one in rounds})],
-        "exposures": list(exposed_rounds(burst)),
+        "mesh_rows": rows, "rounds": burst.rounds, "round_lines": lines,
+        "exposures": list(exposed_rounds(burst.rounds)),
         "exposure_note": " ".join([_EXPOSURE_NOTE, *sorted(sources)]),
-    }
+    }  # fmt: skip
 
 
 _EXPOSURE_NOTE = (
@@ -422,24 +384,6 @@ _EXPOSURE_NOTE = (
     "same integrals of p and p². Published energies depend on how the charge was made. Largest cells: those that "
     "resolve the pulse."
 )
-
-
-def _round_lines(run: RunFiles, reported: Mapping[str, Mapping[str, Any]]) -> Iterator[tuple[str, ...]]:
-    for item in run.rounds:
-        casing, charge = float(item.attributes["casing_mass"]), float(item.attributes["charge_mass"])
-        found = reported.get(item.name, {})
-        speeds = (found.get(key) for key in ("mean_initial_speed", "max_initial_speed"))
-        diameter, products = found.get("outer_diameter"), found.get("products_balance")
-        yield (
-            item.name,
-            substance_title(str(item.attributes["explosive"])),
-            number(casing, 4),
-            number(charge, 4),
-            number(charge / casing, 3) if casing else "–",
-            *("–" if speed is None else number(round(speed)) for speed in speeds),
-            "–" if diameter is None else number(round(1e3 * diameter)),
-            "–" if products is None else number(100 * float(products), 4),
-        )
 
 
 @section("validation", "Validation of this version", annex=True)
@@ -461,7 +405,7 @@ def _provenance(run: RunFiles) -> dict[str, Any]:
         "seed": "Seed", "platform": "Platform",
     }  # fmt: skip
     rows = [Row(words, run.provenance[key]) for key, words in known.items() if run.provenance.get(key)]
-    versions = run.summary.get("versions") or json.loads(run.provenance.get("versions") or "{}")
+    versions = run.summary.versions or json.loads(run.provenance.get("versions") or "{}")
     rows += [Row(f"Version of {name}", str(value)) for name, value in versions.items() if name != "fragfield"]
     return {"program": rows, "files": [*_files(run.folder)]}
 
@@ -486,18 +430,19 @@ def _inputs(run: RunFiles) -> dict[str, Any]:
 @section("attitudes", "Distance by attitude", annex=True)
 def _attitudes(run: RunFiles) -> dict[str, Any] | None:
     """The distance in every attitude that was flown; of mixed attitudes alone."""
-    if not (curve := (run.part("hazard").get("attitude") or {}).get("curve")):
+    curve = run.summary.hazard.attitude.curve if run.summary.hazard else ()
+    if not curve:
         return None
-    rolled = any(one["roll_deg"] for one in curve)
+    rolled = any(one.roll_deg for one in curve)
     head = (
         "Inclination (°)", *(("Roll (°)",) if rolled else ()), "Expected distance (m), upper bound",
         "Of the expected density", "Worst direction from the nose (°)", "Realisations",
     )  # fmt: skip
     lines = [
         (
-            number(one["inclination_deg"], 4), *((number(one["roll_deg"], 4),) if rolled else ()),
-            whole_metres(one["upper"]), metres_and_error(one["expected"], one["standard_error"], SPACE),
-            "all alike" if one["direction_deg"] is None else f"{one['direction_deg']:g}", number(one["realisations"]),
+            number(one.inclination_deg, 4), *((number(one.roll_deg, 4),) if rolled else ()),
+            whole_metres(one.upper), metres_and_error(one.expected, one.standard_error, SPACE),
+            "all alike" if one.direction_deg is None else f"{one.direction_deg:g}", number(one.realisations),
         )
         for one in curve
     ]  # fmt: skip

@@ -21,6 +21,8 @@ from fragfield.errors import InputError
 from fragfield.hazard.exposed import ExposedCounts, ExposedSums, share_bound
 from fragfield.hazard.places import Places, PlaceSums, sum_bound
 from fragfield.hazard.verdict import no_margin, verdict_of
+from fragfield.results.site import ExposedSite
+from tests.fragfield.example_results import example
 
 SITE = '[site]\nlatitude = "51.5 deg"\nlongitude = "7 deg"\nbearing = "30 deg"\n'
 ROUND = '[[round]]\nname = "a"\nprofile = "m107"\nexplosive = "tnt"\ncasing = "steel_m107"\nposition = ["0 m", "0 m", "1 m"]\n'  # noqa: E501
@@ -335,7 +337,8 @@ def test_the_bound_meets_a_criterion_and_the_estimate_fails_it(expected, upper, 
     less = {"expected": 0.0, "upper": 0.0}
     for kinds in ((value, less), (less, value)):
         entry = dict(zip(("density_normal", "density_ground"), kinds, strict=True))
-        assert verdict_of(entry | {"criterion": {"quantity": "density", "limit": 2.0}}) == verdict
+        site = example(ExposedSite, **entry, criterion={"quantity": "density", "limit": 2.0})
+        assert verdict_of(site) == verdict
 
 
 def test_margin_and_nearest_edge_of_a_larger_area_are_never_better():

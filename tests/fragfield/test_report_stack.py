@@ -12,7 +12,10 @@ from fragfield.case.load import case_from_document
 from fragfield.hazard.verdict import exposure_words
 from fragfield.report.findings.findings import findings
 from fragfield.report.reading.run_files import RunFiles
+from fragfield.results.burst import Exposure
+from fragfield.results.summary import Summary
 from fragfield.terminal.show import print_summary
+from tests.fragfield.example_results import example
 from tests.fragfield.plain_reports import plain_report
 from tests.fragfield.synthetic_run import write_run
 
@@ -59,7 +62,7 @@ IGNITION = {
 def _initiated():
     rounds = [{"name": name, "ignition": found} for name, found in IGNITION.items()]
     rounds[2]["products_balance"] = 0.0
-    return RunFiles(None, summary={"burst": {"rounds": rounds}})
+    return RunFiles(None, summary=example(Summary, burst={"rounds": rounds}))
 
 
 def test_when_where_and_by_what_each_round_was_initiated(tmp_path):
@@ -108,7 +111,7 @@ def reported(case=None, records=(), **burst):
     tables = {"burst": {"cell_size": "0.01 m"}, **(case or {})}
     rounds = tables.get("round", ({"name": "a"},))
     tables["round"] = [{**ROUND, "position": [f"{n} m", "0 m", "1 m"], **one} for n, one in enumerate(rounds)]
-    summary = {"burst": burst, "findings": list(records)}
+    summary = example(Summary, burst=burst, findings=list(records))
     case = case_from_document(tables, source="case", folder=Path())
     run = RunFiles(None, case=case, summary=summary)
     return [(item.weight, item.text) for item in findings(run)]
@@ -183,7 +186,9 @@ def test_a_round_that_did_not_detonate_is_named():
 def test_hourglass_control_that_shows_in_the_speeds_is_reported():
     work = np.array([0.0, 1e6, 2e6])
     for share, reported in ((0.37, True), (0.08, False)):
-        run = RunFiles(None, summary={"burst": {}}, history={"products_work": work, "hourglass": share * work})
+        run = RunFiles(
+            None, summary=example(Summary, burst={}), history={"products_work": work, "hourglass": share * work}
+        )
         texts = [item.text for item in findings(run) if "Hourglass" in item.text]
         assert len(texts) == reported
         assert not reported or texts[0].startswith("Hourglass control took 37 % of the products' work")
@@ -192,7 +197,7 @@ def test_hourglass_control_that_shows_in_the_speeds_is_reported():
 
 def test_names_with_brackets_are_printed_as_they_are(capsys):
     rounds = [{"name": name, "ignition": IGNITION["b"]} for name in ("shell [north]", "shell [/south]")]
-    print_summary({"title": "store [1]", "burst": {"rounds": rounds}})
+    print_summary(example(Summary, title="store [1]", burst={"rounds": rounds}))
     printed = capsys.readouterr().out
     assert "store [1]" in printed
     assert "ignition of shell [north]" in printed
@@ -213,16 +218,16 @@ def run_with(**changes):
         {"name": "donor", "ignition": [{"by": "point"}]},
         {"name": "acceptor", "ignition": [], "exposure": {**EXPOSURE, **changes}},
     ]
-    return RunFiles(Path(), summary={"burst": {"rounds": rounds}})
+    return RunFiles(Path(), summary=example(Summary, burst={"rounds": rounds}))
 
 
 def test_a_sentence_gives_pressure_time_energy_threshold_and_what_the_cells_allow():
-    assert exposure_words(EXPOSURE) == (
+    assert exposure_words(example(Exposure, **EXPOSURE)) == (
         "largest pressure 3.95 GPa; strongest pulse 3.2 GPa held for 2.5 us, 1.5 MJ/m2 against 1.38 to 1.84 MJ/m2 "
         "(ratio 0.81 to 1.1): within the scatter of the published critical energies; the cells are too coarse to "
         "resolve this pulse, which needs 1.8 mm or less: pressure and energy increase with smaller cells"
     )
-    weak = exposure_words({**EXPOSURE, "energy": 0.0, "peak_pressure": 0.4e9})
+    weak = exposure_words(example(Exposure, **{**EXPOSURE, "energy": 0.0, "peak_pressure": 0.4e9}))
     assert weak == "largest pressure 0.4 GPa, never above the threshold of 1 GPa from which a pulse is counted"
 
 

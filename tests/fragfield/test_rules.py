@@ -13,9 +13,6 @@ from fragfield.case.tables.site import OfficialTable
 from fragfield.hazard.contents import (
     COMPARISON,
     DISPOSAL,
-    SITING,
-    Contents,
-    Rule,
     contents_of,
     quantity_words,
     tnt_equivalent,
@@ -29,6 +26,8 @@ from fragfield.hazard.rules import (
     pressure_distance,
     rules_for,
 )
+from fragfield.results.rules import Contents, Rule
+from tests.fragfield.example_results import example
 from tests.fragfield.short_run import ROOT
 
 DANGER_AREAS = ("Explosion danger area, public access possible", "Explosion danger area, public access denied")
@@ -45,7 +44,9 @@ def distance(contents: Contents, name: str) -> float | None:
 
 def of(mass: float, all_up: float | None = None) -> Contents:
     whole = mass if all_up is None else all_up
-    return Contents(mass, mass, whole, whole, 1, charge_diameter=0.1)
+    return Contents(
+        explosive=mass, tnt=mass, all_up=whole, largest_round=whole, rounds=1, clearance=None, charge_diameter=0.1
+    )
 
 
 def in_a_row(clearance: float, **changes: object) -> Contents:
@@ -313,9 +314,9 @@ def test_pressure_distances_end_with_the_fit():
 
 def test_a_rule_has_either_a_distance_or_a_reason():
     with pytest.raises(ValueError, match="either a distance or a reason"):
-        Rule("n", "fragments", SITING, None, "s", "f", "i", "r")
+        example(Rule, distance=None)
     with pytest.raises(ValueError, match="either a distance or a reason"):
-        Rule("n", "fragments", SITING, 1.0, "s", "f", "i", "r", "why")
+        example(Rule, distance=1.0, reason="why")
 
 
 def test_waste_distances_are_those_of_40_cfr_265_382():

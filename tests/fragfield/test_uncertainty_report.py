@@ -10,9 +10,9 @@ import pytest
 
 from fragfield.case import load_case
 from fragfield.files.stamped import stamped_json
-from fragfield.hazard.certainty import metres
 from fragfield.report import write_report, write_uncertainty_page
 from fragfield.report.reading.run_files import read_run
+from fragfield.results.words import metres
 from fragfield.studies.uncertainty.plan import plan_study
 from fragfield.studies.uncertainty.results import assess, print_study
 from tests.fragfield.synthetic_run import write_run
@@ -57,7 +57,7 @@ def folder(tmp_path_factory):
 
 def test_the_run_has_a_section_and_a_card(folder):
     text = write_report(folder, pictures=False).read_text()
-    found = read_run(folder).part("uncertainty")
+    found = read_run(folder).study
     recommended = int(np.ceil(found["hazard"]["recommended"]))
     assert '<section id="uncertainty">' in text
     assert re.search(rf">Recommended distance</dt>\s*<dd><span class=\"value\">{recommended}</span>", text)
@@ -95,7 +95,7 @@ def test_the_terminal_prints_the_distance_to_apply(capsys):
 
 
 def test_what_moves_the_distance_stands_under_its_own_heading(folder):
-    page = write_uncertainty_page(folder, folder, read_run(folder).part("uncertainty")).read_text()
+    page = write_uncertainty_page(folder, folder, read_run(folder).study).read_text()
     shares = page[page.index('<section id="shares">') : page.index('<section id="uncertain-inputs">')]
     assert "figure-uncertainty_tornado" in shares
     assert "Share of each input" in shares

@@ -28,19 +28,15 @@ _BESIDE = ((0, 7, "center"), (0, -7, "center"), (7, 0, "left"), (-7, 0, "right")
 """Offsets (points) of a label from its position, and its alignment, in the order in which they are tried."""
 
 
-def exposed_entries(run: RunFiles) -> list[dict[str, Any]]:
-    """The entries `exposed` of summary.json; none where the case has no exposed sites."""
-    return list(run.summary.get("exposed") or ())
-
-
 def site_shapes(run: RunFiles) -> tuple[CaseTable, list[Shape]] | None:
     """The resolved case and its shapes, with exposed sites, obstacles, terrain or a geographic position; else None."""
     case = run.case
     if run.ensemble is None or case is None:
         return None
-    if not (exposed_entries(run) or case.obstacle or case.site is not None or case.flight.ground.map is not None):
+    exposed = run.summary.exposed or ()
+    if not (exposed or case.obstacle or case.site is not None or case.flight.ground.map is not None):
         return None
-    shapes = shapes_of(case, run.ensemble, exposed_entries(run), run.part("hazard").get("recommended"))
+    shapes = shapes_of(case, run.ensemble, exposed, run.summary.hazard.recommended if run.summary.hazard else None)
     return (case, shapes) if shapes else None
 
 
@@ -184,16 +180,17 @@ def _north(axis: Axes, azimuth: float) -> None:
     "Expected value (dot) and upper bound (95 %, bar) over the site's limit; left of the line the criterion is met.",
 )  # fmt: skip
 def _exposed_figure(run: RunFiles) -> Figure | None:
-    entries = [entry for entry in exposed_entries(run) if entry["verdict"] != "not determined"]
+    entries = [entry for entry in run.summary.exposed or () if entry.verdict != "not determined"]
     if not entries:
         return None
     height = 1.1 + 0.34 * len(entries)
     figure, (axis,) = new_figure(height=height)
     bounds = []
     for row, entry in enumerate(entries):
-        limit, value, style = entry["criterion"]["limit"], governing(entry), VERDICTS[entry["verdict"]]
-        assert value is not None  # the verdict is determined
-        upper, expected = value["upper"] / limit, value["expected"] / limit
+        limit, value, style = entry.criterion.limit, governing(entry), VERDICTS[entry.verdict]
+        if value is None or value.upper is None or value.expected is None:
+            continue  # not where a verdict is determined
+        upper, expected = value.upper / limit, value.expected / limit
         axis.plot([max(expected, 1e-6), upper], [row, row], color=style.color, linewidth=2.4, solid_capstyle="butt")
         axis.plot(upper, row, marker="|", color=style.color, markersize=10, markeredgewidth=2.0)
         if expected > 0.0:
@@ -201,7 +198,7 @@ def _exposed_figure(run: RunFiles) -> Figure | None:
         bounds.append((max(expected, 0.2 * upper), upper))
     axis.axvline(1.0, color=ACCENT, linewidth=1.1)
     axis.set(
-        xscale="log", yticks=range(len(entries)), yticklabels=[plain_name(entry["name"]) for entry in entries],
+        xscale="log", yticks=range(len(entries)), yticklabels=[plain_name(entry.name) for entry in entries],
         xlabel="Part of the criterion",
         xlim=(0.3 * min(low for low, _ in bounds), 3.0 * max(1.0, *(high for _, high in bounds))),
     )  # fmt: skip

@@ -21,7 +21,7 @@ _LIGHT = "#9db7cf"
     "and 95 %, the distance of the run itself, and the recommended one.",
 )  # fmt: skip
 def _distribution_figure(run: RunFiles) -> Figure | None:
-    found = run.part("uncertainty")
+    found = run.study
     entry, hazard = found.get("distance"), found.get("hazard")
     if not entry or not hazard:
         return None
@@ -44,7 +44,7 @@ def _distribution_figure(run: RunFiles) -> Figure | None:
     "linear regression. Light: the input at its low end.",
 )  # fmt: skip
 def _tornado_figure(run: RunFiles) -> Figure | None:
-    entry = run.part("uncertainty").get("distance")
+    entry = run.study.get("distance")
     if not entry or not entry.get("tornado"):
         return None
     rows = sorted(entry["tornado"], key=lambda one: abs(one["high"] - one["low"]))
@@ -66,7 +66,7 @@ def _tornado_figure(run: RunFiles) -> Figure | None:
     "Expected hits at each exposed site: 5 to 95 % over the inputs (bar), median (dot), the run itself (cross).",
 )  # fmt: skip
 def _places_figure(run: RunFiles) -> Figure | None:
-    places = [one for one in run.part("uncertainty").get("exposed") or [] if one["hits"] is not None]
+    places = [one for one in run.study.get("exposed") or [] if one["hits"] is not None]
     drawn = [one for one in places if one["hits"]["spread"]["high"] > 0.0]
     if not drawn:
         return None

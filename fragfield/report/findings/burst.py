@@ -154,8 +154,7 @@ def burst_findings(run: RunFiles) -> Iterator[Finding]:
 
 def _unreacted(run: RunFiles) -> Iterator[Finding]:
     """Rounds that were never initiated, that a shock initiated, or whose products gave less than half its heat."""
-    rounds = run.part("burst").get("rounds") or []
-    ignitions = {str(one.get("name")): one["ignition"] for one in rounds if one.get("ignition") is not None}
+    ignitions = {one.name: one.ignition for one in run.burst_rounds if one.ignition is not None}
     for name, found in ignitions.items():
         if not found:
             yield Finding(
@@ -163,27 +162,27 @@ def _unreacted(run: RunFiles) -> Iterator[Finding]:
                 f"Round “{name}” was never initiated: its charge did not detonate within the computed time, and its "
                 "casing is not that of a detonated round.",
             )
-    for name, exposure, initiated in exposed_rounds(run.part("burst")):
+    for name, exposure, initiated in exposed_rounds(run.burst_rounds):
         if not initiated:
             yield Finding(
-                "note" if exposure["verdict"] == "below" and exposure["resolved"] else "warning",
+                "note" if exposure.verdict == "below" and exposure.resolved else "warning",
                 f"Round “{name}” was not initiated: {exposure_words(exposure)}. The criterion of critical energy is "
                 "one of short plane shocks; it does not cover fragments, friction, fire and delayed reaction: a round "
                 "below it is not therefore safe.",
             )
-    for one in rounds:
-        name, share = str(one.get("name")), value_of(one, "products_balance")
-        if share is not None and share < 0.5 and ignitions.get(name, True):
+    for one in run.burst_rounds:
+        share = one.products_balance
+        if share is not None and share < 0.5 and ignitions.get(one.name, True):
             yield Finding(
                 "warning",
-                f"Round “{name}” gave {number(100 * share, 2)} % of its charge's heat of detonation: it was initiated "
-                "late, in part, or not at all, and its casing is not that of a detonated round.",
+                f"Round “{one.name}” gave {number(100 * share, 2)} % of its charge's heat of detonation: it was "
+                "initiated late, in part, or not at all, and its casing is not that of a detonated round.",
             )
     for name, found in ignitions.items():
-        if found and found[0]["by"] == "shock":
+        if found and found[0].by == "shock":
             yield Finding(
                 "note",
-                f"Round “{name}” was initiated by shock, at {number(1e6 * float(found[0]['time']), 3)} µs. Whether and "
+                f"Round “{name}” was initiated by shock, at {number(1e6 * found[0].time, 3)} µs. Whether and "
                 "when a shock initiates a charge depends on `initiation` and on the cell size: repeat with other "
                 "values of both.",
             )

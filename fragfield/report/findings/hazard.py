@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fragfield.hazard.certainty import certainty
 from fragfield.numbers import number
 from fragfield.pipeline.grid_convergence import KINDS
-from fragfield.report.findings.finding import Finding, value_of
+from fragfield.report.findings.finding import Finding
+from fragfield.results.words import certainty
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterator
 
     from fragfield.report.reading.run_files import RunFiles
+    from fragfield.results.hazard import Hazard
 
 
 _SMALLER = "smaller cells reduce it (burst.cell_size)"
@@ -31,62 +32,60 @@ _MOST_TOLERANCES = 3.0  # of hazard.tolerance, that the cells may add
 
 def flight_findings(run: RunFiles) -> Iterator[Finding]:
     """Certainty of the distance, and fragments outside the drag table or still in the air."""
-    part = run.part("flight")
-    if hazard := run.part("hazard"):
-        yield from _certainty(hazard)
-    beyond, flown, landed = (value_of(part, name) for name in ("above_drag_table", "fragments", "landed"))
-    if beyond and flown:
+    if run.summary.hazard:
+        yield from _certainty(run.summary.hazard)
+    if (flight := run.summary.flight) is None or not flight.fragments:
+        return
+    flown = number(flight.fragments)
+    if flight.above_drag_table:
         yield Finding(
             "warning",
-            f"{number(int(beyond))} of {number(int(flown))} fragments were faster than the end of the drag table "
-            f"“{part.get('drag', '')}”; its last coefficient was used there.",
+            f"{number(flight.above_drag_table)} of {flown} fragments were faster than the end of the drag table "
+            f"“{flight.drag}”; its last coefficient was used there.",
         )
-    if flown and landed is not None:
-        held = int(((part.get("status") or {}).get("stopped") or {}).get("fragments", 0))
-        if held:
-            yield Finding("note", f"{number(held)} of {number(int(flown))} fragments were stopped by obstacles.")
-        if (left := int(flown - landed) - held) > 0:
-            yield Finding("note", f"{number(left)} of {number(int(flown))} fragments did not land.")
+    if held := flight.status.stopped.fragments:
+        yield Finding("note", f"{number(held)} of {flown} fragments were stopped by obstacles.")
+    if (left := flight.fragments - flight.landed - held) > 0:
+        yield Finding("note", f"{number(left)} of {flown} fragments did not land.")
 
 
-def _certainty(hazard: Mapping[str, Any]) -> Iterator[Finding]:
+def _certainty(hazard: Hazard) -> Iterator[Finding]:
     """Whether the distance is determined, and whether there are enough realisations."""
     words = certainty(hazard)
-    if words or not hazard["determined"]:
-        yield Finding("warning" if hazard["determined"] else "stop", f"{words[0].upper()}{words[1:]}.")
+    if words or hazard.standard_error is None:
+        yield Finding("warning" if hazard.determined else "stop", f"{words[0].upper()}{words[1:]}.")
         return
-    share = 100 * hazard["standard_error"] / hazard["expected"] if hazard["expected"] else 0.0
-    fixed = {
+    share = 100 * hazard.standard_error / hazard.expected if hazard.expected else 0.0
+    good = {
         "integral": "The expected density is an integral: no random number is in the distance.",
         "weighted_fragments": f"Weighted fragments fix the expected distance to {share:.1f} % (standard error); the "
         "case's seed is not in it.",
+        "realisations": f"{number(hazard.realisations)} realisations fix the expected distance to {share:.1f} % "
+        f"(standard error; `hazard.tolerance` asks for {100 * hazard.tolerance:g} %).",
     }
-    of_realisations = (
-        f"{number(int(hazard['realisations']))} realisations fix the expected distance to {share:.1f} % (standard "
-        f"error; `hazard.tolerance` asks for {100 * hazard['tolerance']:g} %)."
-    )
-    yield Finding("good", fixed.get(hazard.get("method", ""), of_realisations))
-    if hazard["expected"] and hazard["max_bias"] > 0.5 * hazard["standard_error"]:
-        bias = 100 * hazard["max_bias"] / hazard["expected"]
-        text = f"Taking the worst direction makes the expected distance {bias:.1g} % too large, which is taken off it."
+    yield Finding("good", good[hazard.method])
+    bias = hazard.max_bias or 0.0
+    if hazard.expected and bias > 0.5 * hazard.standard_error:
+        share = 100 * bias / hazard.expected
+        text = f"Taking the worst direction makes the expected distance {share:.1g} % too large, which is taken off it."
         yield Finding("note", text)
 
 
 def convergence_findings(run: RunFiles) -> Iterator[Finding]:
     """How far the cells, apart from randomness, leave the expected distance open."""
-    part, hazard = run.part("convergence"), run.part("hazard")
-    entry = (part.get("quantities") or {}).get("expected_distance")
-    if not part or not hazard or not hazard.get("determined"):
+    found, hazard = run.summary.convergence, run.summary.hazard
+    if found is None or hazard is None or not hazard.determined:
         return
-    if entry is None or entry["uncertainty"] is None or not hazard.get("expected"):
-        if part.get("reason"):
-            yield Finding("note", f"{part['reason'][0].upper()}{part['reason'][1:]}.")
+    entry = (found.quantities or {}).get("expected_distance")
+    if entry is None or entry.uncertainty is None or not hazard.expected:
+        if found.reason:
+            yield Finding("note", f"{found.reason[0].upper()}{found.reason[1:]}.")
         return
-    share, tolerance = entry["uncertainty"] / hazard["expected"], hazard["tolerance"]
+    share, tolerance = entry.uncertainty / hazard.expected, hazard.tolerance
     text = f"The cell size leaves the expected distance uncertain by {number(100.0 * share, 2)} %"
     if share > _MOST_TOLERANCES * tolerance:
-        text += f" ({KINDS[entry['kind']]}), several times `hazard.tolerance` ({100.0 * tolerance:g} %)"
-        yield Finding("warning", f"{text}: {_ADVICE.get(entry['kind'], _SMALLER)}.")
+        text += f" ({KINDS[entry.kind]}), several times `hazard.tolerance` ({100.0 * tolerance:g} %)"
+        yield Finding("warning", f"{text}: {_ADVICE.get(entry.kind, _SMALLER)}.")
     else:
         yield Finding("good", f"{text} (grid convergence, in addition to its statistical error).")
 
@@ -94,7 +93,7 @@ def convergence_findings(run: RunFiles) -> Iterator[Finding]:
 def imprint_findings(run: RunFiles) -> Iterator[Finding]:
     """Numbers that differ between neighbouring sectors far more than randomness explains: the mesh may show."""
     for witness in run.witnesses:
-        hits = np.array([line.get("hits") or 0 for line in witness.get("by_azimuth") or []], dtype=float)
+        hits = np.array([sector.hits for sector in witness.by_azimuth], dtype=float)
         if len(hits) < 12 or hits.mean() < 5:
             continue
         # A count's variance is its mean; less the mean of two neighbours it is 3/2 of that. Fragments fill the casing
@@ -104,7 +103,7 @@ def imprint_findings(run: RunFiles) -> Iterator[Finding]:
         if ratio > 6.0:
             yield Finding(
                 "warning",
-                f"Numbers by azimuth on “{witness.get('name', '')}” differ between neighbouring sectors "
+                f"Numbers by azimuth on “{witness.name}” differ between neighbouring sectors "
                 f"{math.sqrt(ratio):.1f} times as much as independent counts would: directions may be affected by the "
                 "mesh. Judge single sectors only with smaller cells, or use wider sectors.",
             )
