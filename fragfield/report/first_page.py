@@ -24,15 +24,14 @@ def what_was_computed(run: RunFiles) -> Iterator[Row]:
         yield Row("Fragments", f"of {run.fragments_file}; no burst was computed")
     else:
         yield from _rounds(run)
-    if contents := run.part("rules").get("contents"):
+    rules, hazard = run.summary.rules, run.summary.hazard
+    if contents := rules and rules.contents:
         yield Row(
             "Net explosive quantity",
-            f"{number(contents['explosive'], 3)} kg (TNT equivalent {number(contents['tnt'], 3)} kg)",
+            f"{number(contents.explosive, 3)} kg (TNT equivalent {number(contents.tnt, 3)} kg)",
         )
-    part = run.part("hazard").get("attitude")
-    if part is None and case is not None:
-        part = attitude_of(case, given=run.fragments_file is not None)
-    if part:
+    if hazard is not None or case is not None:
+        part = hazard.attitude if hazard else attitude_of(case, given=run.fragments_file is not None)
         yield Row("Attitude and height", attitude_words(part))
     if case is None:
         return
@@ -42,8 +41,8 @@ def what_was_computed(run: RunFiles) -> Iterator[Row]:
     if case.burst is not None and run.fragments_file is None:
         size = f"{number(1e3 * case.burst.cell_size, 3)} mm"
         yield Row("Cell size", f"{size}; grid convergence: {case.burst.convergence}")
-    if count := run.part("hazard").get("realisations"):
-        yield Row("Realisations", number(count))
+    if hazard is not None:
+        yield Row("Realisations", number(hazard.realisations))
 
 
 def _rounds(run: RunFiles) -> Iterator[Row]:
@@ -65,7 +64,7 @@ def _rounds(run: RunFiles) -> Iterator[Row]:
         yield Row("Fill", fill)
         yield Row("Casing", casing)
     if kinds:
-        images = sum(bool(item.get("mirror_of")) for item in run.part("break_up").get("rounds") or [])
+        images = sum(bool(one.mirror_of) for one in run.summary.break_up.rounds) if run.summary.break_up else 0
         behind = f"; {number(images)} more behind planes of symmetry" if images else ""
         yield Row("Number of rounds", f"{number(len(run.rounds))}{behind}")
 

@@ -150,7 +150,7 @@ def _hazard(run: RunFiles) -> dict[str, Any]:
 
 @section("warnings", "Warnings, checks and limits")
 def _warnings(run: RunFiles) -> dict[str, Any]:
-    terms = (statements.summary_terms(run),) if run.summary.hazard else ()
+    terms = (terms,) if (terms := statements.summary_terms(run)) else ()
     return {
         "found": findings(run),
         "limits": (*terms, *statements.limits(run)),

@@ -18,7 +18,7 @@ from fragfield.numbers import _LADDERS, UNKNOWN, number, row
 from fragfield.quantities import QUANTITIES, quantity, shown
 from fragfield.report import read_run
 from fragfield.report.assemble import code_words
-from fragfield.report.figures.fragments import number_above, segment_laws
+from fragfield.report.figures.fragments import number_above
 from fragfield.report.findings.findings import findings
 from fragfield.report.reading.run_files import RunFiles
 from fragfield.report.sections import catalogue
@@ -95,7 +95,7 @@ def test_law_of_a_mixture():
     ]
     rounds = {"rounds": [{"segments": [{"n0": 400, "mu": 1, "parts": parts}]}]}
     run = RunFiles(Path("x"), summary=example(Summary, break_up=rounds))
-    (law,) = segment_laws(run)
+    law = run.summary.break_up.rounds[0].segments[0]
     assert number_above(law, np.array([0.0, 0.007])) == pytest.approx([400.0, 400.0 / math.e])
     two, three = (400 * share for share in (0.75, 0.25))
     expected = two * math.exp(-2.0) + three * math.exp(-(4.0 ** (1 / 3)))

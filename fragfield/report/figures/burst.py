@@ -95,10 +95,10 @@ def _casing_over_time(run: RunFiles) -> Figure | None:
     speed.set(ylabel="Mean casing speed (m/s)", title="Speed")
     diameter.plot(time, run.history["outer_diameter"] * 1e3, **LINES[0])
     diameter.set(ylabel="Outer diameter (mm)", title="Largest mean diameter")
-    done = run.part("burst").get("acceleration_complete")
+    done = run.summary.burst.acceleration_complete if run.summary.burst else None
     for axis in (speed, diameter):
         axis.set_xlim(0, time[-1])
-        if isinstance(done, (int, float)) and np.isfinite(done):
+        if done is not None:
             axis.axvline(done * 1e6, color=ACCENT, linewidth=0.9, linestyle=":")
     speed.set_ylim(bottom=0)
     diameter.set_xlabel("Time (µs)")
@@ -142,25 +142,24 @@ def _energy_ledger(run: RunFiles) -> Figure | None:
     "where an order was observed.",
 )  # fmt: skip
 def _convergence_figure(run: RunFiles) -> Figure | None:
-    found = run.part("convergence")
-    own = run.part("burst").get("cell_size")
-    if len(found.get("sizes") or []) < 2 or not own:
+    found, burst = run.summary.convergence, run.summary.burst
+    if found is None or burst is None or len(found.sizes or ()) < 2:
         return None
     figure, (axis,) = new_figure(height=2.8)
-    at = min(range(len(found["sizes"])), key=lambda i: abs(found["sizes"][i] - own))
-    sizes = [1e3 * size for size in found["sizes"]]
+    own, sizes = burst.cell_size, [1e3 * size for size in found.sizes or ()]
+    at = min(range(len(sizes)), key=lambda i: abs(sizes[i] - 1e3 * own))
     for style, one in zip(LINES, shown("convergence"), strict=False):
-        entry = found["quantities"].get(one.name)
-        if entry is None or not entry["values"][at]:
+        entry = (found.quantities or {}).get(one.name)
+        scale = None if entry is None else entry.values[at]
+        if entry is None or not scale:
             continue
-        scale = entry["values"][at]
-        known = [i for i, value in enumerate(entry["values"]) if value is not None]
-        place, values = [sizes[i] for i in known], [entry["values"][i] / scale for i in known]
-        errors = entry.get("standard_errors")
-        bars = [(errors[i] or 0.0) / scale for i in known] if errors else None
-        axis.errorbar(place, values, yerr=bars, marker="o", markersize=3.5, capsize=2, label=one.label, **style)
-        if entry["extrapolated"] is not None:
-            axis.plot(0.0, entry["extrapolated"] / scale, marker="o", markersize=4, fillstyle="none", **style)
+        known = [(i, value / scale) for i, value in enumerate(entry.values) if value is not None]
+        errors = entry.standard_errors
+        bars = [(errors[i] or 0.0) / scale for i, _ in known] if errors else None
+        axis.errorbar([sizes[i] for i, _ in known], [value for _, value in known], yerr=bars, marker="o",
+                      markersize=3.5, capsize=2, label=one.label, **style)  # fmt: skip
+        if entry.extrapolated is not None:
+            axis.plot(0.0, entry.extrapolated / scale, marker="o", markersize=4, fillstyle="none", **style)
     axis.axvline(1e3 * own, color=ACCENT, linewidth=0.9, linestyle=":")
     axis.axhline(1.0, color=GREY, linewidth=0.7)
     axis.set(xlabel="Cell size (mm)", ylabel="Value / value of this run")

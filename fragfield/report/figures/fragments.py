@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,6 +14,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fragfield.report.reading.run_files import RunFiles
+    from fragfield.results.break_up import Segment
 
 
 @figure(
@@ -26,7 +26,8 @@ if TYPE_CHECKING:
 def _number_by_mass(run: RunFiles) -> Figure | None:
     if not run.fragments or not len(run.fragments["mass"]):
         return None
-    laws = segment_laws(run)
+    rounds = run.summary.break_up.rounds if run.summary.break_up else ()
+    laws = [law for one in rounds for law in one.segments if law.n0]
     figure, (axis,) = new_figure(height=3.6)
     masses = run.fragments["mass"]
     grid = np.linspace(0.0, np.sqrt(masses.max() * 1e3) * 1.04, 300)
@@ -34,11 +35,10 @@ def _number_by_mass(run: RunFiles) -> Figure | None:
     if laws:
         total = sum(number_above(law, grid**2 * 1e-3) for law in laws)
         _law(axis, grid, total, {"color": INK, "linestyle": "-"}, "all, law")
-    first = [law for law in laws if law.round_index == 0]
     of_first = "" if len(run.rounds) < 2 else f" of {plain_name(run.rounds[0].name)}"
-    for index, law in enumerate(first):
+    for index, law in enumerate(rounds[0].segments if rounds else ()):
         style = LINES[1 + index % (len(LINES) - 1)]
-        chosen = (run.fragments["round"] == 0) & (run.fragments["segment"] == law.segment_index)
+        chosen = (run.fragments["round"] == 0) & (run.fragments["segment"] == index)
         if chosen.any():
             _sampled(axis, masses[chosen], style["color"], symbols=20)
         _law(axis, grid, number_above(law, grid**2 * 1e-3), style, f"{plain_name(law.name)}{of_first}")
@@ -106,19 +106,21 @@ def _zone_figure(run: RunFiles) -> Figure | None:
     "realisation (bars) and the velocity field of the casing from which they were made (line).",
 )  # fmt: skip
 def _directions(run: RunFiles) -> Figure | None:
-    found = next(
-        (item["directions"] for item in run.part("break_up").get("rounds") or [] if "directions" in item), None
-    )
-    if found is None:
+    if run.summary.break_up is None or not run.summary.break_up.rounds:
         return None
+    found = run.summary.break_up.rounds[0].directions
+    angles = (
+        (found.polar_deg, found.polar_fragments, found.polar_cells),
+        (found.azimuth_deg, found.azimuth_fragments, found.azimuth_cells),
+    )
     figure, (polar, azimuth) = new_figure(2, 1, height=4.2)
-    for axis, name in ((polar, "polar"), (azimuth, "azimuth")):
-        place = np.array(found[f"{name}_deg"])
+    for axis, (centres, of_fragments, of_cells) in zip((polar, azimuth), angles, strict=True):
+        place = np.array(centres)
         width = float(place[1] - place[0])
-        axis.bar(place, 100 * np.array(found[f"{name}_fragments"]), width, color="#c9d3df", edgecolor="white",
+        axis.bar(place, 100 * np.array(of_fragments), width, color="#c9d3df", edgecolor="white",
                  linewidth=0.4, label="fragments")  # fmt: skip
         axis.plot(
-            place, 100 * np.array(found[f"{name}_cells"]), drawstyle="steps-mid", color=INK, linewidth=1.2,
+            place, 100 * np.array(of_cells), drawstyle="steps-mid", color=INK, linewidth=1.2,
             label="cells of the casing",
         )  # fmt: skip
         axis.set(ylabel=f"% of the mass in {width:g}°")
@@ -131,41 +133,10 @@ def _directions(run: RunFiles) -> Figure | None:
     return figure
 
 
-@dataclass(frozen=True)
-class NumberLaw:
-    """N(m) = sum over the terms of n0 exp(-(m/mu)^exponent); one term, or two for the mixture."""
+def number_above(law: Segment, mass: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Expected number of fragments heavier than `mass` (kg) from a segment (Eq. 19).
 
-    round_index: int
-    segment_index: int
-    name: str
-    terms: tuple[tuple[float, float, float], ...]
-    """n0, mu (kg), exponent."""
-    line: dict[str, Any]
-    """The segment's line in summary.json."""
-
-
-def segment_laws(run: RunFiles) -> list[NumberLaw]:
-    """Laws of all segments of all rounds; empty while the break-up has not been run."""
-    laws = []
-    for round_index, item in enumerate(run.part("break_up").get("rounds") or []):
-        for segment_index, line in enumerate(item.get("segments") or []):
-            terms = _terms(line)
-            if terms:
-                laws.append(NumberLaw(round_index, segment_index, str(line.get("name", segment_index)), terms, line))
-    return laws
-
-
-def _terms(line: dict[str, Any]) -> tuple[tuple[float, float, float], ...]:
-    """Terms of the mixture: its parts have one mean mass, so that their shares of the mass are those of the number."""
-    total = line.get("n0")
-    if not total:
-        return ()
-    return tuple(
-        (float(total) * float(part["mass_fraction"]), float(part["mu"]), 1.0 / float(part["dimension"]))
-        for part in line.get("parts") or []
-    )
-
-
-def number_above(law: NumberLaw, mass: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Expected number of fragments heavier than `mass` (kg) from the segment (Eq. 19)."""
-    return np.sum([n0 * np.exp(-((mass / mu) ** exponent)) for n0, mu, exponent in law.terms], axis=0)
+    Parts of a mixture have one mean mass, so that their shares of the mass are those of the number.
+    """
+    parts = [one.mass_fraction * np.exp(-((mass / one.mu) ** (1.0 / one.dimension))) for one in law.parts]
+    return np.asarray(law.n0 * np.sum(parts, axis=0))

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fragfield.report.reading.run_files import RunFiles
+    from fragfield.results.hazard import FlownAttitude
 
 
 _SHADE = 0.28  # of a band's colour: seen on paper, and two on each other still distinguished
@@ -47,7 +48,7 @@ def _landing_map(run: RunFiles) -> Figure | None:
     reach = float(distance.max()) * 1.04
     for radius in _ring_radii(reach):
         _ring(axis, radius, color="#5d6670", dashes=":", label=f"{radius:g} m", angle=45.0)
-    if recommended := run.part("hazard").get("recommended"):
+    if recommended := run.summary.hazard and run.summary.hazard.recommended:
         reach = max(reach, 1.04 * recommended)
         _ring(axis, recommended, color=ACCENT, dashes="-", label=f"recommended {metres(recommended)}", angle=290.0)
     _outline(axis, run)
@@ -113,7 +114,7 @@ def _density_curve(run: RunFiles) -> Figure | None:
     axis.axhline(1.0, color=ACCENT, linewidth=1.4, label=f"criterion, 1 per {1 / acceptable:.1f} m²")
     marked = [] if found.undetermined else [
         (expected.distance, ":", "expected"), (expected.upper, "--", "upper bound (95 %)"),
-        (run.part("hazard").get("recommended"), "-", "recommended"),
+        (run.summary.hazard and run.summary.hazard.recommended, "-", "recommended"),
     ]  # fmt: skip
     for distance, dashes, words in marked:
         if distance:
@@ -137,8 +138,8 @@ def _closed(values: NDArray[np.float64]) -> NDArray[np.float64]:
     f"sector, in degrees from +x counter-clockwise, seen from above{_of_x(run)}.",
 )  # fmt: skip
 def _polar_by_sector(run: RunFiles) -> Figure | None:
-    if run.part("hazard").get("basis") == "all_azimuths":  # sectors differ from each other at random alone
-        return None
+    if run.summary.hazard and run.summary.hazard.basis == "all_azimuths":
+        return None  # sectors differ from each other at random alone
     name = next((name for name, table in run.witness_ensemble.items() if table["hits"].any()), None)
     if name is None:
         return None
@@ -187,28 +188,25 @@ def _of_x(run: RunFiles) -> str:
     "not axisymmetric the worst roll of each inclination.",
 )  # fmt: skip
 def _attitude_figure(run: RunFiles) -> Figure | None:
-    hazard = run.part("hazard")
-    rows = (hazard.get("attitude") or {}).get("curve")
-    if not rows:
+    hazard = run.summary.hazard
+    if hazard is None or not hazard.attitude.curve:
         return None
-    worst: dict[float, dict[str, Any]] = {}
-    for row in rows:
-        known = worst.setdefault(row["inclination_deg"], row)
-        if (row["upper"] or row["expected"]) > (known["upper"] or known["expected"]):
-            worst[row["inclination_deg"]] = row
-    inclination = sorted(worst)
+    worst: dict[float, FlownAttitude] = {}
+    for one in hazard.attitude.curve:
+        known = worst.setdefault(one.inclination_deg, one)
+        if (one.upper or one.expected or 0.0) > (known.upper or known.expected or 0.0):
+            worst[one.inclination_deg] = one
+    shown = [worst[inclination] for inclination in sorted(worst)]
     figure, (axis,) = new_figure(height=2.9)
-    shown = [worst[one] for one in inclination]
-    errors = [2.0 * (row["standard_error"] or 0.0) for row in shown]
     axis.errorbar(
-        inclination, [row["expected"] for row in shown], yerr=errors, marker="o", markersize=3.5, capsize=2,
+        [one.inclination_deg for one in shown], [one.expected or np.nan for one in shown],
+        yerr=[2.0 * (one.standard_error or 0.0) for one in shown], marker="o", markersize=3.5, capsize=2,
         label="of the expected density, ± 2 standard errors", **LINES[0],
     )  # fmt: skip
-    bounds = [(one, row["upper"]) for one, row in zip(inclination, shown, strict=True) if row["upper"] is not None]
-    if bounds:
+    if bounds := [(one.inclination_deg, one.upper) for one in shown if one.upper is not None]:
         axis.plot(*zip(*bounds, strict=True), color=GREY, linewidth=1.0, linestyle="--", label="upper bound (95 %)")
-    if hazard.get("recommended") is not None:
-        axis.axhline(hazard["recommended"], color=ACCENT, linewidth=1.2, label="recommended distance")
+    if hazard.recommended is not None:
+        axis.axhline(hazard.recommended, color=ACCENT, linewidth=1.2, label="recommended distance")
     axis.set(xlabel="Inclination from upright (°)", ylabel="Expected distance (m)", xlim=(-3.0, 183.0))
     axis.set_xticks(range(0, 181, 30))
     axis.set_ylim(bottom=0.0)

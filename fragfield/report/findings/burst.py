@@ -2,23 +2,23 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING
 
 from fragfield.hazard.verdict import exposed_rounds, exposure_words
 from fragfield.numbers import number
-from fragfield.report.findings.finding import Finding, value_of
+from fragfield.report.findings.finding import Finding
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from fragfield.report.reading.run_files import RunFiles
+    from fragfield.results.burst import Burst
 
 
 _MOST_HOURGLASS = 0.1
 _MOST_IMBALANCE = 0.05
 _MOST_PASSED = 1e-3  # of the casings' mass, through planes or into other rounds
-# Overlaps in contact: key of the summary, what overlaps, and the aim in parts of a cell.
+# Overlaps in contact: name in the summary, what overlaps, and the aim in parts of a cell.
 _OVERLAPS = (
     ("max_interface_penetration_at_front", "Charge and casing overlap while a front passes", 0.05),
     ("max_interface_penetration", "Charge and casing overlap after the front has passed", 0.01),
@@ -41,51 +41,45 @@ def _limit(run: RunFiles) -> tuple[float, str]:
 
 def ledger_findings(run: RunFiles) -> Iterator[Finding]:
     """How well the energy ledger closes, and what the products gave."""
-    part = run.part("burst")
-    error = value_of(part, "energy_error")
-    if error is not None:
-        text = f"The energy ledger closes within {number(abs(error) * 100, 3)} % of the products' work"
-        at_end = value_of(part, "energy_error_at_end")
-        if at_end is not None:
-            text += f" at most, and within {number(abs(at_end) * 100, 2)} % at the end"
-        limit, above = _limit(run)
-        if not abs(error) <= limit:
-            yield Finding("stop", f"{text}; {above} the burst is not computed correctly.")
-        elif abs(error) > 0.01:
-            yield Finding("warning", f"{text}; 1 % is the aim.")
-        else:
-            yield Finding("good", f"{text} (aim: 1 %).")
-    yield from _energy_of_contact(run)
-    share = value_of(part, "products_balance")
-    if share is not None:
-        text = f"Work done by the products and energy left in them are {number(share * 100, 4)} % of the charges' heat"
-        if share > 1.01:
-            text += (
-                " of detonation: more than the charges hold, so that speeds are overestimated (known of the product "
-                "model `landau`; compare with `landau_cj` or `jwl`)."
-            )
-            yield Finding("warning", text)
-        else:
-            yield Finding("good", f"{text} of detonation.")
-    yield from _hourglass(run)
-    momentum = value_of(part, "momentum_error")
-    if momentum is not None and abs(momentum) > 1e-9:
-        yield Finding("warning", f"Total momentum drifts by {momentum:.1e} of the momentum summed.")
-
-
-def _energy_of_contact(run: RunFiles) -> Iterator[Finding]:
-    """What contact has made or lost, which nothing physical supplies or takes: part of the ledger's imbalance."""
-    part = run.part("burst")
-    largest, at_end = value_of(part, "contact_error"), value_of(part, "contact_error_at_end")
-    if largest is None or at_end is None:
+    if (burst := run.summary.burst) is None:
         return
-    gain = value_of(part.get("contact") or {}, "gain")
-    verb, nothing = ("lost", "took") if gain is not None and gain < 0.0 else ("made", "supplied")
+    limit, above = _limit(run)
+    error = abs(burst.energy_error)
+    text = (
+        f"The energy ledger closes within {number(error * 100, 3)} % of the products' work at most, and within "
+        f"{number(abs(burst.energy_error_at_end) * 100, 2)} % at the end"
+    )
+    if not error <= limit:
+        yield Finding("stop", f"{text}; {above} the burst is not computed correctly.")
+    elif error > 0.01:
+        yield Finding("warning", f"{text}; 1 % is the aim.")
+    else:
+        yield Finding("good", f"{text} (aim: 1 %).")
+    yield from _energy_of_contact(burst, limit, above)
+    share = burst.products_balance
+    text = (
+        f"Work done by the products and energy left in them are {number(share * 100, 4)} % of the charges' heat of "
+        "detonation"
+    )
+    if share > 1.01:
+        text += (
+            ": more than the charges hold, so that speeds are overestimated (known of the product model `landau`; "
+            "compare with `landau_cj` or `jwl`)"
+        )
+    yield Finding("warning" if share > 1.01 else "good", f"{text}.")
+    yield from _hourglass(run)
+    if abs(burst.momentum_error) > 1e-9:
+        yield Finding("warning", f"Total momentum drifts by {burst.momentum_error:.1e} of the momentum summed.")
+
+
+def _energy_of_contact(burst: Burst, limit: float, above: str) -> Iterator[Finding]:
+    """What contact has made or lost, which nothing physical supplies or takes: part of the ledger's imbalance."""
+    largest, at_end = burst.contact_error, burst.contact_error_at_end
+    verb, nothing = ("lost", "took") if burst.contact.gain < 0.0 else ("made", "supplied")
     text = (
         f"Contact has {verb} {number(100 * at_end, 2)} % of the products' work at the end, and at most "
         f"{number(100 * largest, 2)} % of the work done until then: energy that nothing {nothing}"
     )
-    limit, above = _limit(run)
     if not largest <= limit:
         yield Finding("stop", f"{text}; {above} the burst is not computed correctly.")
     elif at_end > 0.01:
@@ -112,18 +106,18 @@ def _hourglass(run: RunFiles) -> Iterator[Finding]:
 
 def burst_findings(run: RunFiles) -> Iterator[Finding]:
     """Lost and folded cells, torn metal, thin walls, contact, and an end of the burst that comes too early."""
-    part = run.part("burst")
-    folded, casing = value_of(part, "folded_casing_mass"), value_of(part, "casing_mass")
-    lost = value_of(part, "lost_cells")
-    cells = value_of(part.get("symmetry") or part, "all_cells") or value_of(part, "cells")
-    if lost and cells:
+    if (burst := run.summary.burst) is None:
+        return
+    folded, casing = burst.folded_casing_mass, burst.casing_mass
+    if lost := burst.lost_cells:
+        cells = burst.symmetry.all_cells or burst.cells
         were = "was" if lost == 1 else "were"
-        text = f"{number(int(lost))} of {number(int(cells))} cells {were} lost ({100 * lost / cells:.2g} %)"
+        text = f"{number(lost)} of {number(cells)} cells {were} lost ({100 * lost / cells:.2g} %)"
         yield Finding("stop" if lost > 0.01 * cells else "warning", f"{text}: they became too distorted.")
-    elif lost is not None and cells and not folded:
-        inner = value_of(part, "folded_cells")
+    elif not folded:
+        inner = burst.folded_cells
         lie = "cell lies" if inner == 1 else "cells lie"
-        beside = f"; {number(int(inner))} folded {lie} in the products" if inner else ""
+        beside = f"; {number(inner)} folded {lie} in the products" if inner else ""
         yield Finding("good", f"No cell was lost, and no cell of a casing is folded{beside}.")
     if folded and casing:
         yield Finding(
@@ -131,19 +125,18 @@ def burst_findings(run: RunFiles) -> Iterator[Finding]:
             f"{number(folded, 3)} kg of the casings ({100 * folded / casing:.2g} %) is folded at the end of the burst "
             "(inverted at a corner), eroded metal apart; results there are not reliable.",
         )
-    released = value_of(part, "released_casing_mass")
-    if released and casing:
+    if (released := burst.released_casing_mass) and casing:
         yield Finding(
             "note",
             f"{number(released, 3)} kg of the casings ({100 * released / casing:.2g} %) is torn metal at the end: "
             "without strength, and folded, flattened or expanded to more than twice its volume. Its stresses were "
             "set to zero; it keeps its mass and momentum; single speeds in it are not reliable.",
         )
-    yield from _contact_findings(run, run.cell_size or math.nan)
-    yield from _passed_findings(run)
-    yield from _unreacted(run)
-    if "acceleration_complete" in part and part["acceleration_complete"] is None:
-        left = value_of(part, "acceleration_left")
+    yield from _contact_findings(run, burst)
+    yield from _passed_findings(run, burst)
+    yield from _unreacted(burst)
+    if burst.acceleration_complete is None:
+        left = burst.acceleration_left
         how = f": {number(100 * left, 2)} % of its kinetic energy would still come" if left is not None else ""
         yield Finding(
             "warning",
@@ -152,9 +145,9 @@ def burst_findings(run: RunFiles) -> Iterator[Finding]:
         )
 
 
-def _unreacted(run: RunFiles) -> Iterator[Finding]:
+def _unreacted(burst: Burst) -> Iterator[Finding]:
     """Rounds that were never initiated, that a shock initiated, or whose products gave less than half its heat."""
-    ignitions = {one.name: one.ignition for one in run.burst_rounds if one.ignition is not None}
+    ignitions = {one.name: one.ignition for one in burst.rounds}
     for name, found in ignitions.items():
         if not found:
             yield Finding(
@@ -162,7 +155,7 @@ def _unreacted(run: RunFiles) -> Iterator[Finding]:
                 f"Round “{name}” was never initiated: its charge did not detonate within the computed time, and its "
                 "casing is not that of a detonated round.",
             )
-    for name, exposure, initiated in exposed_rounds(run.burst_rounds):
+    for name, exposure, initiated in exposed_rounds(burst.rounds):
         if not initiated:
             yield Finding(
                 "note" if exposure.verdict == "below" and exposure.resolved else "warning",
@@ -170,9 +163,9 @@ def _unreacted(run: RunFiles) -> Iterator[Finding]:
                 "one of short plane shocks; it does not cover fragments, friction, fire and delayed reaction: a round "
                 "below it is not therefore safe.",
             )
-    for one in run.burst_rounds:
+    for one in burst.rounds:
         share = one.products_balance
-        if share is not None and share < 0.5 and ignitions.get(one.name, True):
+        if share < 0.5 and one.ignition:
             yield Finding(
                 "warning",
                 f"Round “{one.name}” gave {number(100 * share, 2)} % of its charge's heat of detonation: it was "
@@ -188,14 +181,14 @@ def _unreacted(run: RunFiles) -> Iterator[Finding]:
             )
 
 
-def _contact_findings(run: RunFiles, size: float) -> Iterator[Finding]:
+def _contact_findings(run: RunFiles, burst: Burst) -> Iterator[Finding]:
     """How far surfaces in contact overlap, and whether rounds are in contact at all."""
-    contact = run.part("burst").get("contact") or {}
-    overlaps = [(words, value, aim) for key, words, aim in _OVERLAPS if (value := value_of(contact, key)) is not None]
+    overlaps = [(words, float(getattr(burst.contact, name)), aim) for name, words, aim in _OVERLAPS]
+    size = run.cell_size
     if run.case is not None and not run.case.plane:
         own = "a plane of symmetry (found by the program)"
         overlaps = [(words.replace("a plane", own), value, aim) for words, value, aim in overlaps]
-    if not overlaps or not size > 0:
+    if not size:
         return
     deep = [(words, value / size, aim) for words, value, aim in overlaps if value > aim * size]
     for words, share, aim in deep:
@@ -205,13 +198,13 @@ def _contact_findings(run: RunFiles, size: float) -> Iterator[Finding]:
         yield Finding("good", f"Surfaces in contact overlap by at most {100 * largest:.2g} % of a cell.")
 
 
-def _passed_findings(run: RunFiles) -> Iterator[Finding]:
+def _passed_findings(run: RunFiles, burst: Burst) -> Iterator[Finding]:
     """Whether metal of the casings has passed through planes or into other rounds."""
-    passed, casing = run.part("burst").get("passed_through"), value_of(run.part("burst"), "casing_mass")
-    if not passed or not casing or run.case is None or not (run.case.plane or len(run.case.round) > 1):
+    if run.case is None or not (run.case.plane or len(run.case.round) > 1):
         return
-    planes, rounds = (value_of(passed, key) or 0.0 for key in ("largest_beyond_planes", "largest_in_other_rounds"))
-    share = (value_of(passed, "largest_together") or 0.0) / casing
+    passed = burst.passed_through
+    planes, rounds = passed.largest_beyond_planes, passed.largest_in_other_rounds
+    share = passed.largest_together / burst.casing_mass
     if share > _MOST_PASSED:
         yield Finding(
             "warning",

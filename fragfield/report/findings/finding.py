@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
+from typing import Literal, NamedTuple
 
 Weight = Literal["stop", "warning", "note", "good"]
 """How grave a finding is."""
@@ -22,9 +19,3 @@ class Finding(NamedTuple):
     def label(self) -> str:
         """The weight in a word, so that it does not depend on colour."""
         return _LABELS[self.weight]
-
-
-def value_of(part: Mapping[str, Any], name: str) -> float | None:
-    """A number of a part of summary.json; None where there is none."""
-    found = part.get(name)
-    return float(found) if isinstance(found, (int, float)) and not isinstance(found, bool) else None

@@ -47,8 +47,7 @@ def _stages(run: RunFiles) -> list[Finding]:
 def _recorded(run: RunFiles) -> list[Finding]:
     """What the case is unusual in, and what the stages warned of, each once."""
     found = list(doubts(run.case, burst=run.fragments_file is None)) if run.case is not None else []
-    records = run.summary.get("findings") or []
-    found += [str(one["text"]) for one in records if one["code"] not in _JUDGED]
+    found += [one.text for one in run.summary.findings if one.code not in _JUDGED]
     return [Finding("warning", _sentence(text)) for text in dict.fromkeys(found)]
 
 

@@ -86,5 +86,5 @@ def _missed(run: RunFiles) -> Iterator[str]:
 
 def _left_out(run: RunFiles) -> Iterator[str]:
     """Parts of the recommended distance that are not known."""
-    for name, why in (run.part("hazard").get("not_included") or {}).items():
+    for name, why in run.summary.hazard.not_included.items() if run.summary.hazard else ():
         yield f"The recommended distance does not include the part “{PARTS[name]}”: {why}."
