@@ -22,12 +22,12 @@ from fragfield.report.findings.break_up import counted_groups
 from fragfield.report.findings.findings import findings
 from fragfield.report.findings.reasons import reasons_against, reasons_for
 from fragfield.report.first_page import what_was_computed
-from fragfield.results.hazard import Recommended
-from fragfield.results.words import basis_words, distances, metres_and_error, parts_of, parts_words, whole_metres
+from fragfield.report.study import of_distance, study
+from fragfield.results.words import basis_words, distances, metres_and_error, parts_words, whole_metres
 from fragfield_base.substances import substance_title
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Mapping
+    from collections.abc import Callable, Iterable, Iterator
     from pathlib import Path
 
     from fragfield.quantities import Quantity
@@ -52,17 +52,19 @@ class Section:
 
 SECTIONS: list[Section] = []
 """Of the report, in order."""
-STUDY: list[Section] = []
+STUDY = (
+    Section("study", "The recommended distance", study),
+    Section("shares", "What moves it", of_distance),
+    Section("uncertain-inputs", "Uncertain inputs", study),
+)
 """Of the page of a study of uncertainty."""
 
 
-def section(
-    key: str, title: str, *, stage: str = "", annex: bool = False, of: list[Section] = SECTIONS
-) -> Callable[[Context], Context]:
+def section(key: str, title: str, *, stage: str = "", annex: bool = False) -> Callable[[Context], Context]:
     """Enter a function as a section."""
 
     def enter(function: Context) -> Context:
-        of.append(Section(key, title, function, stage, annex))
+        SECTIONS.append(Section(key, title, function, stage, annex))
         return function
 
     return enter
@@ -203,86 +205,7 @@ def _convergence_line(followed: Quantity, entry: ConvergedQuantity) -> tuple[str
     return (f"{followed.label}{f' ({unit})' if unit else ''}", *values, order, limit, uncertainty, KINDS[entry.kind])
 
 
-_ESTIMATOR = (
-    "By regression of the ranks of {samples} samples on the inputs; it leaves {left} % of their variance: joint "
-    "effects, effects that are not monotone, and statistical errors of the samples. Errors by bootstrap."
-)
-_APPLIES = {"value": "", "factor": "factor on the case's value: ", "shift": "added to the case's value: "}
-
-
-@section("uncertainty", "Uncertainty of the inputs")
-@section("study", "The recommended distance", of=STUDY)
-def _study(run: RunFiles) -> dict[str, Any] | None:
-    """A study of uncertainty: the recommended distance with its parts, shares of the inputs, and their sources."""
-    if not (found := run.study):
-        return None
-    shown_inputs = {"study": found, "inputs": [*_uncertain_inputs(found)], "places": [*_places(found)]}
-    if not (entry := found.get("distance")):
-        return shown_inputs
-    spread, hazard, estimator = entry["spread"], Recommended.read(found["hazard"]), entry["estimator"]
-    span = f"{whole_metres(spread['low'])}{SPACE}–{SPACE}{whole_metres(spread['high'])}"
-    error, what = f"± {spread['median_standard_error']:.1f}", "taken out" if spread["resolved"] else "included"
-    shares = [
-        (
-            one["name"],
-            f"{100 * one['share']:.1f}{SPACE}±{SPACE}{100 * one['share_standard_error']:.1f}",
-            f"{100 * one['share_low']:.0f}{SPACE}–{SPACE}{100 * one['share_high']:.0f}",
-        )
-        for one in sorted(entry.get("shares") or (), key=lambda one: -float(one["share"]))
-    ]
-    left = f"{100 * (1.0 - estimator['explained']):.0f}" if shares else ""
-    return shown_inputs | {
-        "cards": (
-            ("Recommended distance", whole_metres(hazard.recommended), "m", parts_words(hazard)),
-            ("Median over the inputs", whole_metres(spread["median"]), "m", f"{error} m for the number of samples"),
-            ("5 to 95 % over the inputs", span, "m", f"statistical errors of the samples {what}"),
-        ),
-        "parts": [
-            *((one.words, "–" if one.value is None else f"{one.value:.1f}", one.reason) for one in parts_of(hazard)),
-            ("recommended distance", f"{hazard.recommended:.1f}", ""),
-        ],
-        "rule": RULE,
-        "shares": shares,
-        "estimator": _ESTIMATOR.format(samples=estimator["samples"], left=left) if shares else "",
-    }
-
-
-@section("shares", "What moves it", of=STUDY)
-def _shares(run: RunFiles) -> dict[str, Any] | None:
-    return _study(run) if run.study.get("distance") else None
-
-
-section("uncertain-inputs", "Uncertain inputs", of=STUDY)(_study)
-
-
-def _places(found: Mapping[str, Any]) -> Iterator[tuple[str, ...]]:
-    quantities = (("density", "density (1/m²)"), ("hits", "expected hits"), ("probability", "probability of a hit"))
-    for place in found["exposed"]:
-        for name, words in quantities:
-            if (entry := place[name]) is None:
-                continue
-            spread, largest = (
-                entry["spread"],
-                max(entry.get("shares") or [], key=lambda one: one["share"], default=None),
-            )
-            most = "–" if largest is None else f"{largest['name']} ({100 * largest['share']:.0f}{SPACE}%)"
-            values = (entry["nominal"], spread["low"], spread["median"], spread["high"])
-            yield (place["name"], words, *(f"{value:.3g}" for value in values), most)
-
-
-def _uncertain_inputs(found: Mapping[str, Any]) -> Iterator[Row]:
-    """What is uncertain, and where that comes from, in running text."""
-    for entry in found["inputs"]:
-        keys = entry["keys"]
-        more = f" and {len(keys) - 2} more" if len(keys) > 2 else ""
-        words, source = (
-            text[:1].upper() + text[1:] for text in (_APPLIES[entry["applies"]] + entry["words"], entry["source"])
-        )
-        yield Row(
-            entry["name"][:1].upper() + entry["name"][1:],
-            f"{words}. Key: {', '.join(keys[:2])}{more}. {source}",
-            note="judgement" if entry["judgement"] else "",
-        )
+section("uncertainty", "Uncertainty of the inputs")(study)
 
 
 @section("distances", "Rules and exposed sites", annex=True)

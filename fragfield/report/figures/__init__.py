@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fragfield.report.figures import burst, fragments, hazard, rounds, site, uncertainty
+from fragfield.report.figures import arrangement, burst, fragments, hazard, rounds, site, uncertainty
 from fragfield.report.figures.drawing import FIGURES
 
-__all__ = ["FIGURES", "burst", "fragments", "hazard", "rounds", "site", "uncertainty"]
+__all__ = ["FIGURES", "arrangement", "burst", "fragments", "hazard", "rounds", "site", "uncertainty"]

@@ -1,22 +1,20 @@
-"""Drawings of the rounds as SVG, quick enough to follow what is typed: section with dimensions, plan and elevation."""
+"""Dimensioned drawing of a round as SVG, quick enough to follow what is typed."""
 
 from __future__ import annotations
 
 from functools import partial
 from html import escape
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fragfield.errors import InputError
 from fragfield.numbers import number
-from fragfield.report.figures.drawing import figure, round_length
+from fragfield.report.figures.drawing import figure
 from fragfield_base.substances import substance_title
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
-
-    from numpy.typing import NDArray
 
     from burst_fenicsx.geometry import Profile
     from burst_fenicsx.geometry.contour import Contour
@@ -27,7 +25,6 @@ if TYPE_CHECKING:
 
 DRAWINGS = ("drawing_1", "drawing_2", "drawing_3", "plan", "elevation")
 """Names of the figures drawn here; a report draws no more different rounds than these."""
-_STATIONS, _AROUND = 41, 36  # of a round's surface
 
 _WIDTHS = {False: 640.0, True: 350.0}  # of the picture, in its own units; narrow: of a telephone
 _COLUMN = 470.0  # of a page, or a telephone
@@ -121,7 +118,7 @@ class _Section:
             *self._lengths(),
             *self._walls(),
             *self._centre(centre),
-            *(_text(0.5 * self.width, foot + 14 * line, words, "small") for line, words in enumerate(notes)),
+            *(svg_text(0.5 * self.width, foot + 14 * line, words, "small") for line, words in enumerate(notes)),
         ]
         height = foot + 14 * len(notes) if notes else self.base + _FOOT
         size = f'viewBox="0 0 {self.width:g} {height:.0f}" role="img"'
@@ -170,10 +167,10 @@ class _Section:
             line = next((one for one in (0, 1) if middle - 0.5 * _ROOM > taken[one]), None)
             if line is None:  # no room for its length
                 continue
-            yield _text(middle, base + (29, 41)[line], _mm(segment.end - segment.start), "small")
+            yield svg_text(middle, base + (29, 41)[line], _mm(segment.end - segment.start), "small")
             taken[line] = middle + 0.5 * _ROOM
             if line == 0 and end - start > max(_ROOM, 5.0 * len(segment.name)):
-                yield _text(middle, base + 41, segment.name, "small")
+                yield svg_text(middle, base + 41, segment.name, "small")
                 taken[1] = middle + 0.5 * max(_ROOM, 5.0 * len(segment.name))
         front, end = self._x(profile.charge_front), self._x(profile.charge_end)
         yield from _dimension(front, end, base + 54, f"charge {_mm(profile.charge_end - profile.charge_front)}")
@@ -183,7 +180,7 @@ class _Section:
         length = f"length {_mm(profile.length)}"
         yield from _dimension(self.left, self._x(profile.length), base + 76, length)
         for line, words in enumerate(self.diameters):
-            yield _text(0.5 * self.width, 15 + 16 * line, words, "label")
+            yield svg_text(0.5 * self.width, 15 + 16 * line, words, "label")
 
     def _walls(self) -> Iterator[str]:
         """Above the round: the thickness of the wall in the middle of each segment of the wall."""
@@ -198,7 +195,7 @@ class _Section:
             yield _line(x, inner, x, outer, "wall")
             if x - last > 1.7 * _ROOM:
                 yield _line(x, outer, x, self.head + 4, "extension")
-                yield _text(x, self.head, f"wall {_mm(float(section.wall))}", "small")
+                yield svg_text(x, self.head, f"wall {_mm(float(section.wall))}", "small")
                 last = x
 
     def _centre(self, station: float) -> Iterator[str]:
@@ -206,151 +203,27 @@ class _Section:
         yield f'<circle class="centre" cx="{x:.1f}" cy="{y:.1f}" r="5"/>'
         yield _line(x - 5, y, x + 5, y, "wall") + _line(x, y - 5, x, y + 5, "wall")
         side, kind = (-8, "end") if x > 0.6 * self.width else (8, "start")
-        yield _text(x + side, y - 8, f"centre of mass {_mm(station)}", f"small {kind} halo")
+        yield svg_text(x + side, y - 8, f"centre of mass {_mm(station)}", f"small {kind} halo")
 
 
 def _dimension(start: float, end: float, y: float, words: str) -> Iterator[str]:
     ticks = "".join(f"M{x - 3:.1f} {y + 3:.1f}L{x + 3:.1f} {y - 3:.1f}" for x in (start, end))
     yield f'<path class="dimension" d="M{start:.1f} {y:.1f}H{end:.1f}{ticks}"/>'
     if words:
-        yield _text(0.5 * (start + end), y + 11, words, "small")
+        yield svg_text(0.5 * (start + end), y + 11, words, "small")
 
 
 def _line(x: float, y: float, to_x: float, to_y: float, kind: str) -> str:
     return f'<path class="{kind}" d="M{x:.1f} {y:.1f}L{to_x:.1f} {to_y:.1f}"/>'
 
 
-def _text(x: float, y: float, words: str, kind: str) -> str:
+def svg_text(x: float, y: float, words: str, kind: str) -> str:
+    """Words of a kind (CSS classes) at a place of a drawing."""
     return f'<text class="{kind}" x="{x:.1f}" y="{y:.1f}">{escape(words)}</text>'
 
 
 def _mm(length: float) -> str:
     return f"{number(1e3 * length, 4)} mm"
-
-
-_PLAN_WIDTH, _MOST_HEIGHT, _MARGIN = 560.0, 420.0, 0.15
-_MOST_NAMED = 24
-
-
-def plan_svg(case: CaseTable, vertical: int, title: str) -> str:
-    """The rounds of a resolved case seen from above (`vertical` = 1) or along +y (2); images behind planes dashed.
-
-    `case`: resolved; `vertical`: axis that points upwards in the picture; `title`: for readers that do not see it.
-    """
-    bodies = list(outlines(case, vertical))
-    if not bodies:
-        return ""
-    ground = _ground(case) if vertical == 2 else None
-    points = np.concatenate([outline for _, outline, _ in bodies])
-    low, high = points.min(axis=0), points.max(axis=0)
-    if ground is not None:
-        low[1] = min(low[1], ground)
-    room = _MARGIN * float((high - low).max())
-    low, high = low - room, high + room
-    scale = min(_PLAN_WIDTH / (high - low)[0], _MOST_HEIGHT / (high - low)[1])
-    height = scale * float((high - low)[1])
-    left = 0.5 * (_PLAN_WIDTH - scale * float((high - low)[0]))
-
-    def at(place: NDArray[np.float64]) -> tuple[float, float]:
-        x, y = scale * (place - low)
-        return left + float(x), height - float(y)
-
-    parts = []
-    if ground is not None:
-        y = at(np.array([low[0], ground]))[1]
-        words = escape(f"z = {ground:g} m")
-        parts.append(f'<path class="ground" d="M0 {y:.1f}H{_PLAN_WIDTH:g}"/>')
-        parts.append(f'<text class="small start" x="4" y="{y + 12:.1f}">{words}</text>')
-    initiated = {entry.name for entry in case.round if entry.ignition}
-    for name, outline, image in bodies:
-        corners = " ".join(f"{x:.1f},{y:.1f}" for x, y in map(at, outline))
-        parts.append(f'<polygon class="{"image" if image else "body"}" points="{corners}"/>')
-        x, y = at(outline.mean(axis=0))
-        if not image and name in initiated:
-            parts.append(f'<circle class="initiated" cx="{x:.1f}" cy="{y:.1f}" r="4"/>')
-        if not image and len(case.round) <= _MOST_NAMED:
-            parts.append(f'<text class="small halo" x="{x:.1f}" y="{y - 8:.1f}">{escape(name)}</text>')
-    parts += _planes(case, vertical, low, at, height)
-    bar = round_length(0.25 * _PLAN_WIDTH / scale)
-    foot = height + 16
-    parts.append(f'<path class="dimension" d="M10 {foot - 4:.1f}v8M10 {foot:.1f}h{scale * bar:.1f}m0 -4v8"/>')
-    parts.append(f'<text class="small start" x="{16 + scale * bar:.1f}" y="{foot + 4:.1f}">{bar:g} m</text>')
-    head = f'<svg viewBox="0 0 {_PLAN_WIDTH:g} {height + 30:.0f}" role="img" aria-label="{escape(title)}">'
-    return f"{head}{''.join(parts)}</svg>"
-
-
-def _ground(case: CaseTable) -> float:
-    from fragfield.case.conversion.surroundings import ground_height
-
-    return ground_height(case, *np.mean([entry.position[:2] for entry in case.round], axis=0))
-
-
-def _planes(case: CaseTable, vertical: int, low: NDArray[np.float64], at: Any, height: float) -> Iterator[str]:  # noqa: ANN401
-    """Planes that are level or upright, as lines where they are seen on edge."""
-    for number_of, plane in enumerate(case.plane):
-        normal, point = (np.array(one, dtype=float) for one in (plane.normal, plane.point))
-        along = int(np.argmax(np.abs(normal)))
-        if abs(normal[along]) < (1.0 - 1e-9) * np.linalg.norm(normal) or along not in (0, vertical):
-            continue
-        x, y = at(np.array([point[0], low[1]])) if along == 0 else at(np.array([low[0], point[along]]))
-        words = f"{plane.kind} plane {plane.name}"
-        if along == 0:
-            yield f'<path class="plane" d="M{x:.1f} 0V{height:.1f}"/>' + _text(
-                x + 4, 12 + 12 * number_of, words, "small start halo"
-            )
-        else:
-            yield f'<path class="plane" d="M0 {y:.1f}H{_PLAN_WIDTH:g}"/>' + _text(
-                _PLAN_WIDTH - 4, y - 4, words, "small end halo"
-            )
-
-
-def outlines(case: CaseTable, vertical: int) -> Iterator[tuple[str, NDArray[np.float64], bool]]:
-    """Name, outline (n, 2) in m and whether it is an image, of every round seen along an axis.
-
-    `vertical` is the axis that points upwards there: 1 from above, 2 along +y.
-    """
-    for name, surface, image in _bodies(case):
-        yield name, _hull(surface[:, [0, vertical]]), image
-
-
-def _bodies(case: CaseTable) -> Iterator[tuple[str, NDArray[np.float64], bool]]:
-    """Name, points of the surface (n, 3) in m and whether it is an image, of every round with a contour."""
-    from fragfield.case.conversion.rounds import burst_rounds
-
-    surfaces = [
-        (item.name, _surface(item.profile, np.array(item.position), np.array(item.axis)), False)
-        for item in burst_rounds(case)
-        if item.profile is not None
-    ]
-    for plane in case.plane:
-        if plane.kind == "symmetry":
-            normal, point = np.array(plane.normal, dtype=float), np.array(plane.point, dtype=float)
-            normal /= np.linalg.norm(normal)
-            surfaces += [
-                (name, surface - 2.0 * ((surface - point) @ normal)[:, None] * normal, True)
-                for name, surface, _ in surfaces
-            ]
-    yield from surfaces
-
-
-def _surface(profile: Profile, base: NDArray[np.float64], axis: NDArray[np.float64]) -> NDArray[np.float64]:
-    axis = axis / np.linalg.norm(axis)
-    first = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
-    first /= np.linalg.norm(first)
-    second = np.cross(axis, first)
-    station = np.linspace(0.0, profile.length, _STATIONS)
-    turn = np.linspace(0.0, 2.0 * np.pi, _AROUND, endpoint=False)
-    radius = profile.section(station).outer_radius[:, None, None]
-    circle = np.cos(turn)[:, None] * first + np.sin(turn)[:, None] * second
-    points = base + (profile.length - station)[:, None, None] * axis + radius * circle
-    return np.asarray(points.reshape(-1, 3))
-
-
-def _hull(points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The convex outline of points (n, 2), in order."""
-    from scipy.spatial import ConvexHull
-
-    return np.asarray(points[ConvexHull(points).vertices])
 
 
 def drawn_rounds(case: CaseTable) -> list[Round]:
@@ -416,11 +289,11 @@ def draw_round(item: Round, expected: Mapping[str, float] | None = None) -> str:
         *([f"By its drawing: {', '.join(known)}"] if known else []),
         "Stations and lengths from the nose.",
     )
-    return _alone(_Section(item.profile, _COLUMN).svg(centre_of_mass(item), "column", notes))
+    return svg_file(_Section(item.profile, _COLUMN).svg(centre_of_mass(item), "column", notes))
 
 
-def _alone(svg: str) -> str:
-    """A drawing with its own styles and fills."""
+def svg_file(svg: str) -> str:
+    """A drawing as a file of its own, with its styles and fills; empty for none."""
     head, _, rest = svg.partition(">")
     return (
         f'{head} xmlns="http://www.w3.org/2000/svg" font-family="DejaVu Sans, sans-serif">'
@@ -448,16 +321,3 @@ for _at, _name in enumerate(DRAWINGS[:3]):
         "Section along the axis: casing (lines), charge (dots), fuze (crosses), with the segments of the break-up. "
         "Cross in a circle: centre of mass.",
     )(partial(_drawing, at=_at))  # fmt: skip
-
-
-def _plan(run: RunFiles, vertical: int, title: str) -> str | None:
-    if run.case is None or run.fragments_file is not None or not run.case.round:
-        return None
-    return _alone(plan_svg(run.case, vertical, title)) or None
-
-
-for _name, _title, _vertical in (("plan", "Plan, from above", 1), ("elevation", "Elevation, seen along +y", 2)):
-    figure(
-        _name, _title, "Outlines of the rounds where they stand; dashed: images behind planes of symmetry, which burst "
-        "as well.",
-    )(partial(_plan, vertical=_vertical, title=_title))  # fmt: skip
