@@ -191,7 +191,7 @@ class Run:
     @property
     def figures(self) -> dict[str, str]:
         """Names of the report's figures, and their titles; a few may have no data in this run."""
-        from fragfield.report.figures import FIGURES
+        from fragfield.report.figures.registered import FIGURES
 
         return {name: FIGURES[name].words(self.files)[0] for name in _drawn_figures()}
 
@@ -205,8 +205,8 @@ class Run:
         InputError
             Another name, or the run has no data for it.
         """
-        from fragfield.report.figures import FIGURES
         from fragfield.report.figures.drawing import drawing_style
+        from fragfield.report.figures.registered import FIGURES
 
         known = _drawn_figures()
         if name not in known:
@@ -299,7 +299,7 @@ class Burst:
 
 def _drawn_figures() -> list[str]:
     """Names of the report's figures that matplotlib draws; those of the rounds are SVG, see `CheckResult.draw`."""
-    from fragfield.report.figures import FIGURES
+    from fragfield.report.figures.registered import FIGURES
     from fragfield.report.figures.rounds import DRAWINGS
 
     return [name for name in FIGURES if name not in DRAWINGS]

@@ -19,7 +19,7 @@ from fragfield.errors import EXIT_INPUT, InputError
 from fragfield.hazard.to_apply import USES
 from fragfield.hazard.verdict import criterion_words, part_text
 from fragfield.numbers import SPACE, number
-from fragfield.report.figures import FIGURES
+from fragfield.report.figures.registered import FIGURES
 from fragfield.report.map_page import write_map
 from fragfield.report.reading.run_files import read_run
 from fragfield.report.sections import SECTIONS, STUDY, Section, catalogue, digest_of

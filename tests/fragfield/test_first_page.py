@@ -18,8 +18,8 @@ from fragfield.checking.case_warnings import doubts, thinnest_wall
 from fragfield.hazard.recommended import recommended_of
 from fragfield.hazard.verdict import part_text
 from fragfield.report import read_run
-from fragfield.report.figures import FIGURES
 from fragfield.report.figures.drawing import drawing_style, new_figure, plain_name
+from fragfield.report.figures.registered import FIGURES
 from fragfield.report.findings.hazard import convergence_findings
 from fragfield.report.findings.reasons import reasons_for
 from fragfield.report.reading.run_files import RunFiles

@@ -16,8 +16,8 @@ import pytest
 from fragfield.errors import InputError
 from fragfield.files.stamped import stamped_toml
 from fragfield.report import read_run, write_report
-from fragfield.report.figures import FIGURES
 from fragfield.report.figures.drawing import LINES
+from fragfield.report.figures.registered import FIGURES
 from tests.fragfield.plain_reports import Report, plain_report
 from tests.fragfield.synthetic_run import write_run
 
