@@ -102,7 +102,7 @@ def check_report(case: CaseTable) -> dict[str, Any]:
             *mean_mass_warnings(case, rounds, described),
             *check_numbers(case, break_up_settings(case), margin=1.0),
         ],
-        **_prescribed(case, described),
+        **_prescribed(case),
     }
 
 
@@ -119,9 +119,9 @@ def _of_drawing(table: RoundTable, found: Mapping[str, Any]) -> dict[str, Any]:
     return made
 
 
-def _prescribed(case: CaseTable, described: Sequence[dict[str, Any]]) -> dict[str, Any]:
+def _prescribed(case: CaseTable) -> dict[str, Any]:
     """Official distances, and net explosive quantity and rules by mass."""
-    contents = contents_of(case, {one["name"]: (one["charge_mass"], one["casing_mass"]) for one in described})
+    contents = contents_of(case)
     rules, official = tuple(rules_for(contents, case.official)), official_part(case)
     return {
         "official": to_json(official),
@@ -261,8 +261,8 @@ def fragments_report(case: CaseTable, path: Path) -> dict[str, Any]:
 
         fragments = Fragments.read(path)
         held = {"file": path.name, "number": len(fragments), "mass": float(fragments.mass.sum())}
-        return {"fragments": held, "warnings": given_fragments(case, path), **_prescribed(case, ())}
+        return {"fragments": held, "warnings": given_fragments(case, path), **_prescribed(case)}
     table, recovered = found
     held = {"file": path.name, "number": float(table.number.sum()), "mass": table.total_mass}
     warnings = [recovered.warning] if recovered.warning else []
-    return {"fragments": {**held, "recovered": recovered.summary()}, "warnings": warnings, **_prescribed(case, ())}
+    return {"fragments": {**held, "recovered": recovered.summary()}, "warnings": warnings, **_prescribed(case)}

@@ -15,7 +15,7 @@ from fragfield.results.rules import Contents
 from fragfield_base.substances import substance, substance_key, substance_title, substances_with
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Iterator, Sequence
 
     from numpy.typing import NDArray
 
@@ -151,35 +151,27 @@ def quantity_words(explosive: float, tnt: float, equivalents: Sequence[str]) -> 
     )
 
 
-def contents_of(case: CaseTable, meshed: Mapping[str, tuple[float, float]]) -> Contents | None:
-    """What a resolved case's rounds hold, images behind planes of symmetry too; None of a case without rounds.
-
-    Rounds from mesh files take their masses of charge and casing (kg) from `meshed`, by name; else there is None.
-    """
-    from fragfield.case.conversion.rounds import burst_round
+def contents_of(case: CaseTable) -> Contents | None:
+    """What a resolved case's rounds hold, images behind planes of symmetry too; None of a case without rounds."""
+    from fragfield.case.conversion.rounds import burst_round, first_alike, masses_of
 
     if not case.round:
         return None
     positions = with_images(case)
     images = len(positions) // len(case.round)
     explosive = tnt = all_up = heaviest = 0.0
-    words, profiles = [], []
-    for number, entry in enumerate(case.round, start=1):
-        one = burst_round(entry, f"round[{number}]")
+    words, profiles, first = [], [], first_alike(case)
+    masses = {index: masses_of(case.round[index]) for index in set(first)}
+    for number, entry in enumerate(case.round):
+        one, mass = burst_round(entry, f"round[{number + 1}]"), masses[first[number]]
         if one.profile is not None:
-            charge = one.profile.charge_volume * one.explosive.density
-            whole = charge + one.profile.casing_volume * one.casing.density + one.profile.fuze_mass
             profiles.append(one.profile)
-        elif entry.name in meshed:
-            charge = meshed[entry.name][0]
-            whole = sum(meshed[entry.name])
-        else:
-            return None
+        whole = mass.charge + mass.casing + mass.fuze
         factor, said = tnt_equivalent(one.explosive.name)
         if said:
             words.append(said)
-        explosive, all_up = explosive + images * charge, all_up + images * whole
-        tnt, heaviest = tnt + images * charge * factor, max(heaviest, whole)
+        explosive, all_up = explosive + images * mass.charge, all_up + images * whole
+        tnt, heaviest = tnt + images * mass.charge * factor, max(heaviest, whole)
     known = len(profiles) == len(case.round)
     in_a_row = _on_a_line(positions)
     return Contents(

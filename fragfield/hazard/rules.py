@@ -26,7 +26,6 @@ if TYPE_CHECKING:
     from fragfield.case import CaseTable
     from fragfield.case.tables.site import OfficialTable
     from fragfield.pipeline.single_round import SingleRound
-    from fragfield.results.burst import Burst
     from fragfield.results.rules import Contents, FragmentField
 
 
@@ -230,10 +229,9 @@ def _listed(names: tuple[str, ...]) -> str:
     return ", ".join(names) if len(names) <= 3 else f"{', '.join(names[:2])} and {len(names) - 2} more"
 
 
-def rules_of(case: CaseTable, burst: Burst | None, single: SingleRound) -> Rules:
+def rules_of(case: CaseTable, single: SingleRound) -> Rules:
     """The part `rules` of the summary. `single` is one of the case's rounds alone."""
-    meshed = {} if burst is None else {one.name: (one.charge_mass, one.casing_mass) for one in burst.rounds}
-    contents, part = contents_of(case, meshed), tp12_part(case, single)
+    contents, part = contents_of(case), tp12_part(case, single)
     rules = (*tp12_rules(case, part), *rules_for(contents, case.official))
     return Rules(contents=contents, tp12=part, rules=rules, left_out=LEFT_OUT)
 

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 _WORDS = {"density": "density", "probability": "probability of a hit", "hits": "expected hits"}
 
 
-def criterion_of(case: CaseTable, site: ExposedSite) -> tuple[str, float]:
+def criterion_of(case: CaseTable, site: ExposedSite) -> tuple[Literal["density", "probability", "hits"], float]:
     """Quantity and limit of a site's criterion: "density" (1/m2), "probability" or "hits"."""
     table = site.table
     if table.max_probability is not None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -53,15 +52,6 @@ class RunOptions:
     """The resolved case, instead of a file's; `target` is then its run directory, and a stage's case is this one."""
     follow: Callable[[Progress], object] | None = None
     """Called with the progress, on rank 0."""
-
-    @property
-    def asked(self) -> str:
-        """What all ranks of a launch must have been given alike."""
-        made = "" if self.made is None else " with a case made in Python"
-        words = [f"{self.target}{made}", *(f"--{name}" for name in ("resume", "overwrite") if getattr(self, name))]
-        words += [f"--out {self.out}"] if self.out is not None else []
-        words += [f"--fragments {self.fragments}"] if self.fragments is not None else []
-        return " ".join([*words, *(f"--set {one}" for one in _listed(self.settings))])
 
     def case(self, *, burst: bool = True) -> CaseTable:
         """The resolved case of the file, or of the run directory; raises InputError."""
@@ -140,7 +130,3 @@ class Job:
         )  # fmt: skip
         if stage.parts or now.findings != before.findings:  # a report adds its page alone
             self.target.write_results(now)
-
-
-def _listed(settings: Settings) -> list[str]:
-    return [f"{key}={value}" for key, value in settings.items()] if isinstance(settings, Mapping) else list(settings)

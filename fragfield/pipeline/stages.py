@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 import logging
 import time
 from collections.abc import Sequence
@@ -78,14 +77,11 @@ def burst(job: Job, _: Stage) -> Summary:
 
 
 def break_up(job: Job, stage: Stage) -> Summary:
-    """Casings become fragments: fragments.h5, its CSV copy, and those of further realisations. Collective."""
+    """Casings become fragments: fragments.h5, its CSV copy, and those of further realisations."""
     from flight.files.ensemble import write_fragment_ensemble
     from fragfield.pipeline.ensemble import break_up_all
 
-    broken = break_up_all(job, job.needed(stage))
-    if broken is None:
-        return Summary()
-    result, further = broken
+    result, further = break_up_all(job, job.needed(stage))
     provenance = provenance_of(job.case)
     if further:
         write_fragment_ensemble(further, job.target.file("ensemble_fragments.h5"), provenance)
@@ -96,7 +92,7 @@ def break_up(job: Job, stage: Stage) -> Summary:
 
 
 def fly(job: Job, stage: Stage) -> Summary:
-    """Fragments fly to the ground through the witness surfaces: landing.h5, hits.h5, ensemble.h5, CSV. Collective."""
+    """Fragments fly to the ground through the witness surfaces: landing.h5, hits.h5, ensemble.h5, CSV."""
     from flight import hazard
     from flight.files.ensemble import write_ensemble
     from fragfield.case.conversion.stages import hazard_criteria
@@ -110,14 +106,10 @@ def fly(job: Job, stage: Stage) -> Summary:
     from fragfield.pipeline.single_round import single_round
     from fragfield.pipeline.table_width import table_width
 
-    _load_together(job)
     began = time.perf_counter()
-    realisations = _realisations(job, stage) if job.team.first else ()
+    realisations = _realisations(job, stage)
     flown = fly_all(job, realisations)
     seconds = time.perf_counter() - began
-    if flown is None:
-        job.team.broadcast()
-        return Summary()
     assert flown.first is not None  # a run flies realisations
     provenance = provenance_of(job.case)
     files = ThreadPoolExecutor(1, "files")  # the disk takes its time
@@ -156,11 +148,9 @@ def fly(job: Job, stage: Stage) -> Summary:
         Obstacle.read({**entry, "faces": [with_bearing(job.case, face) for face in entry["faces"]]})
         for entry in flown.first.by_face(criteria.energy)
     )
-    burst = job.source.results().burst if job.options.fragments is None else None
-    rules = rules_of(job.case, burst, single_round(job, realisations))
+    rules = rules_of(job.case, single_round(job, realisations))
     official = official_part(job.case)
-    convergence = Convergence.read(convergence_of(job, flown, found_hazard))  # of one rank, while the others wait
-    job.team.broadcast()
+    convergence = Convergence.read(convergence_of(job, flown, found_hazard))
     found_hazard = recommended_of(found_hazard, convergence)
     write_contours(job.case, flown.hazard, job.target, provenance, flown.exposed, found_hazard.recommended)
     for one in writing:
@@ -176,12 +166,6 @@ def fly(job: Job, stage: Stage) -> Summary:
         distance_to_apply=distance_to_apply(found_hazard, official, rules.rules),
         convergence=convergence,
     )
-
-
-def _load_together(job: Job) -> None:
-    """Load dolfinx on all ranks at once: its start is collective, and after the flight rank 0 computes bursts alone."""
-    if job.team.size > 1 and job.options.fragments is None and job.case.burst is not None:
-        importlib.import_module("burst_fenicsx.run_burst")
 
 
 def _realisations(job: Job, stage: Stage) -> Sequence[Fragments]:

@@ -162,7 +162,7 @@ def test_official_distances_do_not_cover_rounds_of_different_kinds(tmp_path):
         assert (part.alike, part.covers) == (covers, covers)
         words = distance_to_apply(hazard(), part, ()).official
         assert any("rounds of different kinds stand here" in one for one in words) == (not covers)
-        unknown = next(one for one in rules_for(contents_of(case, {}), case.official) if "not known" in one.name)
+        unknown = next(one for one in rules_for(contents_of(case), case.official) if "not known" in one.name)
         assert (unknown.distance is None) == covers
 
 

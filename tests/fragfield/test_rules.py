@@ -168,7 +168,7 @@ def row_of(folder, *places: tuple[str, str], more: str = "", delay: str = "0 us"
         for number, (x, y) in enumerate(places)
     )
     (folder / "row.toml").write_text(text + more, encoding="utf-8")
-    return contents_of(load_case(folder / "row.toml"), {})
+    return contents_of(load_case(folder / "row.toml"))
 
 
 def test_rows_are_recognised_from_the_case(tmp_path):
@@ -232,7 +232,7 @@ def test_more_rounds_on_a_deck_never_need_less_than_fewer_in_a_row():
     eight, four = (
         [
             rule
-            for rule in rules_for(contents_of(load_case(ROOT / "cases" / f"{name}.toml"), {}))
+            for rule in rules_for(contents_of(load_case(ROOT / "cases" / f"{name}.toml")))
             if rule.use == DISPOSAL
         ]
         for name in ("m107_pallet_2x4", "m107_row4")
@@ -331,7 +331,7 @@ def test_contents_count_images_and_equivalents():
 
     case = load_case(ROOT / "cases" / "m107_pair_mirrored.toml")
     single = load_case(ROOT / "cases" / "m107_tnt.toml")
-    pair, one = contents_of(case, {}), contents_of(single, {})
+    pair, one = contents_of(case), contents_of(single)
     assert (pair.rounds, one.rounds) == (2, 1)
     assert pair.explosive == pytest.approx(2.0 * 7.2, rel=0.01)
     assert pair.tnt == pytest.approx(1.11 * pair.explosive)
@@ -383,7 +383,7 @@ def test_blast_distances_do_not_depend_on_how_the_name_is_written(tmp_path):
     own = text.replace('explosive = "comp_b"', 'explosive = "own.toml"')
     assert own != text
     (tmp_path / "own_name.toml").write_text(own, encoding="utf-8")
-    built_in, named = (contents_of(load_case(tmp_path / f"{name}.toml"), {}) for name in ("built_in", "own_name"))
+    built_in, named = (contents_of(load_case(tmp_path / f"{name}.toml")) for name in ("built_in", "own_name"))
     assert named.tnt == built_in.tnt == pytest.approx(1.11 * built_in.explosive)
 
 
