@@ -230,11 +230,7 @@ def test_more_rounds_on_a_deck_never_need_less_than_fewer_in_a_row():
     from fragfield.case import load_case
 
     eight, four = (
-        [
-            rule
-            for rule in rules_for(contents_of(load_case(ROOT / "cases" / f"{name}.toml")))
-            if rule.use == DISPOSAL
-        ]
+        [rule for rule in rules_for(contents_of(load_case(ROOT / "cases" / f"{name}.toml"))) if rule.use == DISPOSAL]
         for name in ("m107_pallet_2x4", "m107_row4")
     )
     ends = [max(rule.distance for rule in rules if rule.distance is not None) for rules in (eight, four)]
