@@ -22,7 +22,7 @@ from tests.fragfield.synthetic_run import write_run
 CONTACT = {
     "bonded": 0, "touching": 812, "off_surface": 5120, "max_interface_penetration_at_front": 4.2e-4,
     "max_interface_penetration": 2.4e-5, "max_collision_penetration": 3.6e-4, "max_plane_penetration": 0.0,
-    "spring_energy": 12.5, "friction_heat": 8.4e4, "max_penetration": 4.2e-4, "searches": 17, "unknown_thing": 3,
+    "spring_energy": 12.5, "friction_heat": 8.4e4, "searches": 17,
 }  # fmt: skip
 
 
@@ -39,7 +39,7 @@ def changed(folder, change):
 def pallet(tmp_path_factory):
     def change(summary):
         burst = summary["burst"]
-        burst["contact"], burst["max_penetration"] = CONTACT, CONTACT["max_penetration"]
+        burst["contact"] |= CONTACT
         for index, one in enumerate(burst["rounds"]):
             one["products_balance"] = 0.99 if index else 0.12
             one["mean_initial_speed"] = 1085.0 + 10.0 * index
@@ -160,8 +160,7 @@ def test_findings_report_what_has_passed_through(passed, weight, words):
 
 
 def test_nothing_is_said_of_contact_where_nothing_touched():
-    for burst in ({"max_penetration": None}, {"max_penetration": 0.0}, {}, {"contact": dict.fromkeys(CONTACT, 0)}):
-        assert not any("of a cell" in text for _, text in reported(**burst))
+    assert not any("of a cell" in text for _, text in reported(contact=dict.fromkeys(CONTACT, 0)))
 
 
 def test_rounds_without_contact_are_reported_once():
@@ -176,11 +175,14 @@ def test_rounds_without_contact_are_reported_once():
 
 
 def test_a_round_that_did_not_detonate_is_named():
-    rounds = [{"name": "donor", "products_balance": 0.98}, {"name": "waiting", "products_balance": 0.0}]
+    balances = {"donor": 0.98, "waiting": 0.0}
+    rounds = [
+        {"name": name, "products_balance": balance, "ignition": IGNITION["a"]} for name, balance in balances.items()
+    ]
     found = [text for weight, text in reported(rounds=rounds) if weight == "warning" and "Round “" in text]
     assert len(found) == 1
     assert found[0].startswith("Round “waiting” gave 0 % of its charge's heat")
-    assert not any("Round “" in text for _, text in reported(rounds=[{"name": "a"}, {"name": "b"}]))
+    assert not any("Round “" in text for _, text in reported(rounds=rounds[:1]))
 
 
 def test_hourglass_control_that_shows_in_the_speeds_is_reported():
