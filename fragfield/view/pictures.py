@@ -32,7 +32,7 @@ _LIBRARIES = {
     "libOSMesa.so": "OSOpenGL",
 }
 _CASING = 0  # part of a cell, as the snapshot numbers them
-_BAR: dict[str, Any] = {"n_labels": 3, "fmt": "%.0f", "title_font_size": 26, "label_font_size": 24, "color": "black",
+_BAR: dict[str, Any] = {"n_labels": 3, "fmt": "%.0f", "title_font_size": 22, "label_font_size": 22, "color": "black",
                         "width": 0.5, "height": 0.06, "position_x": 0.25, "position_y": 0.02}  # fmt: skip
 
 
@@ -162,7 +162,7 @@ def _burst(run: RunFiles) -> pyvista.Plotter:
     """The sections beside each other, with one scale of length and one of speed."""
     sections = burst_sections(run)
     fastest = max(float(section.point_data["speed"].max()) for _, section, _ in sections) or 1.0
-    plotter = _plotter((1, len(sections)), (900, 900))
+    plotter = _plotter((1, len(sections)), (600, 640))
     bounds = np.array([section.bounds for _, section, _ in sections])
     low, high = bounds[:, ::2].min(axis=0), bounds[:, 1::2].max(axis=0)
     for place, (time, section, outline) in enumerate(sections):
@@ -203,7 +203,7 @@ def _fragments(run: RunFiles) -> pyvista.Plotter:
     # A mean fragment is drawn as a hundredth of the cloud, whatever its size: true sizes may vanish.
     enlarged = 0.009 * float(points.length) / max(float(points.point_data["size"].mean()), 1e-9)
     sphere = pyvista.Sphere(theta_resolution=8, phi_resolution=8)
-    plotter = _plotter((1, 1), (1500, 1100))
+    plotter = _plotter((1, 1), (800, 640))
     plotter.add_mesh(points.glyph(scale="size", factor=enlarged, orient=False, geom=sphere), scalars="speed",
                      cmap=SPEED_MAP, ambient=0.45, diffuse=0.65, specular=0.0,
                      scalar_bar_args={**_BAR, "title": "Initial speed (m/s)"})  # fmt: skip
