@@ -25,6 +25,7 @@ from fragfield.pipeline.parallel import Team
 from fragfield.report.findings.hazard import convergence_findings
 from fragfield.results.convergence import Convergence
 from fragfield.results.hazard import Hazard
+from fragfield.results.part import to_json
 from fragfield.results.summary import Summary
 from fragfield.results.words import not_included_words
 from fragfield.terminal.progress import ProgressReporter
@@ -222,7 +223,7 @@ def _run(share, *, kind="monotone", tolerance=0.02):
     parts = {"convergence": {"sizes": sizes, "quantities": {"expected_distance": quantity}, "reason": ""},
              "hazard": {"expected": 100.0, "determined": True, "tolerance": tolerance},
              "burst": {"cell_size": 0.003}}  # fmt: skip
-    return SimpleNamespace(part=lambda name: parts.get(name, {}))
+    return SimpleNamespace(summary=example(Summary, **parts))
 
 
 def test_a_distance_that_its_cells_leave_open_is_a_warning():
@@ -237,9 +238,8 @@ def test_a_distance_that_its_cells_leave_open_is_a_warning():
 def test_the_report_has_a_line_for_each_quantity(tmp_path):
     folder = write_run(tmp_path / "run")
     summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
-    parts = _run(0.03).part
-    summary["convergence"] = parts("convergence")
-    summary["burst"]["cell_size"] = parts("burst")["cell_size"]
+    summary["convergence"] = to_json(_run(0.03).summary.convergence)
+    summary["burst"]["cell_size"] = 0.003
     (folder / "summary.json").write_text(json.dumps(summary), encoding="utf-8")
     head, line = plain_report(folder).tables["Grid convergence"]
     assert head[1] == "3 mm (this run)"
