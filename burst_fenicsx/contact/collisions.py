@@ -312,6 +312,15 @@ class CollidingSurfaces:
         total: np.ndarray = quantise(self.state.energies, self._fields.grid.rounding).sum(axis=0)
         return total
 
+    def touching_rounds(self) -> np.ndarray:
+        """Which rounds' surfaces touch each other now (rounds, rounds); collective."""
+        state, touching = self.state, np.zeros((self._rounds, self._rounds), dtype=bool)
+        rows = np.flatnonzero(state.touching)
+        touching[state.node_round[state.node[rows]], state.other[rows]] = True
+        if self._comm.size > 1:
+            self._comm.Allreduce(MPI.IN_PLACE, touching, op=MPI.LOR)
+        return touching
+
     @property
     def pushed(self) -> np.ndarray:
         """Nodes of this rank that may be given a force till the next search (k,) int32."""
