@@ -112,18 +112,22 @@ class Part(Mapping[str, Any]):
     @classmethod
     def of_stage(cls, values: Mapping[str, Any]) -> Self:
         """A part from what a stage gives, which may hold more than a view, study or contract uses."""
-        return cls.read(_known(cls, to_json(values)))
+        return cls._read(_filled(cls, to_json(values), known_alone=True))
 
     @classmethod
     def read(cls, values: object) -> Self:
-        """A part from the values of JSON, or of a stage; NaN and infinity are None.
+        """A part from the values of JSON; NaN and infinity are None, or NaN where a number is never None.
 
         Raises InputError: a key is missing, unknown, or its value is of another type.
         """
+        return cls._read(_filled(cls, to_json(values)))
+
+    @classmethod
+    def _read(cls, values: object) -> Self:
         from pydantic import ValidationError
 
         try:
-            return adapter(cls).validate_python(to_json(values))  # a class is hashable
+            return adapter(cls).validate_python(values)  # a class is hashable
         except ValidationError as error:
             first = error.errors()[0]
             where = ".".join(str(key) for key in first["loc"])
@@ -155,18 +159,26 @@ def outputs(part: type[Part]) -> Iterator[tuple[str, Out, Any]]:
         yield mark.key or name, mark, types[name]
 
 
-def _known(part: type[Part], values: Any) -> Any:  # noqa: ANN401 - of JSON
-    """The values of JSON that a part has."""
+@cache
+def _kinds(part: type[Part]) -> dict[str, tuple[bool, type[Part] | None]]:
+    """By key whether it is a number that is never null, and the part that it holds."""
+    return {key: (kind is float, part_in(kind)) for key, _, kind in outputs(part)}
+
+
+def _filled(part: type[Part], values: Any, *, known_alone: bool = False) -> Any:  # noqa: ANN401 - of JSON
+    """The values of a part, null as NaN in numbers that are never None; `known_alone`: without unknown keys."""
     if isinstance(values, list):
-        return [_known(part, one) for one in values]
+        return [_filled(part, one, known_alone=known_alone) for one in values]
     if not isinstance(values, dict):
         return values
-    kinds = {key: part_in(kind) for key, _, kind in outputs(part)}
-    return {
-        key: value if (inner := kinds[key]) is None else _known(inner, value)
-        for key, value in values.items()
-        if key in kinds
-    }
+    kinds, found = _kinds(part), {}
+    for key, value in values.items():
+        number, inner = kinds.get(key, (False, None))
+        if inner is not None:
+            found[key] = _filled(inner, value, known_alone=known_alone)
+        elif key in kinds or not known_alone:
+            found[key] = math.nan if number and value is None else value
+    return found
 
 
 def part_in(kind: Any) -> type[Part] | None:  # noqa: ANN401 - a type

@@ -32,7 +32,7 @@ def _completed(part: type[Part], values: dict[str, Any], run: dict[str, Any]) ->
         inner, own = _part(kind), run.get(key)
         own = (own[0] if own else None) if isinstance(own, list) and inner else own
         if inner is not None and key in values and values[key] is not None:
-            other = _find(inner, Summary, _RUN) if own is None else own
+            other = own if isinstance(own, dict) else _find(inner, Summary, _RUN)
             if isinstance(values[key], list):
                 found[key] = [_completed(inner, one, other) for one in values[key]]
             elif "dict[" in str(kind):

@@ -265,7 +265,14 @@ def test_official_distance_and_rules_must_not_exceed_the_given_one_either(offici
     part = official and example(Official, hazardous_fragment_distance=official, covers=True)
     entries = [
         example(
-            Rule, name=name, distance=distance, outside=outside, reason="" if distance else "too much", missing=True
+            Rule,
+            name=name,
+            use="siting",
+            hazard="fragments",
+            distance=distance,
+            outside=outside,
+            reason="" if distance else "too much",
+            missing=True,
         )
         for name, distance, outside in rules
     ]

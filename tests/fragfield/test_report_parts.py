@@ -139,7 +139,7 @@ def made_by_contact(at_end: float, largest: float, gain: float) -> dict:
         ("burst", {"lost_cells": 3, "symmetry": {"all_cells": 1000}}, "warning", "3 of 1,000 cells were lost (0.3 %)"),
         ("burst", {"lost_cells": 1, "symmetry": {"all_cells": 1000}}, "warning", "1 of 1,000 cells was lost (0.1 %)"),
         ("burst", {"lost_cells": 30, "symmetry": {"all_cells": 1000}}, "stop", "30 of 1,000 cells were lost"),
-        ("burst", {"lost_cells": 0, "cells": 1000}, "good", "No cell was lost"),
+        ("burst", {"lost_cells": 0, "symmetry": {"all_cells": 1000}}, "good", "No cell was lost"),
         ("burst", {"contact": {"max_collision_penetration": 6e-4}}, "warning", "overlap by up to 10.0 % of a cell"),
         (
             "burst",

@@ -31,7 +31,7 @@ def changed(folder, change):
     path = folder / "summary.json"
     summary = json.loads(path.read_text(encoding="utf-8"))
     change(summary)
-    path.write_text(json.dumps(summary), encoding="utf-8")
+    path.write_text(json.dumps(complete(Summary, summary)), encoding="utf-8")
     return folder
 
 

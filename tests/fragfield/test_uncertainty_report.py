@@ -12,23 +12,25 @@ from fragfield.case import load_case
 from fragfield.files.stamped import stamped_json
 from fragfield.report import write_report, write_uncertainty_page
 from fragfield.report.reading.run_files import read_run
+from fragfield.results.summary import Summary
 from fragfield.results.words import metres
 from fragfield.studies.uncertainty.plan import plan_study
 from fragfield.studies.uncertainty.results import assess, print_study
+from tests.fragfield.example_results import complete
 from tests.fragfield.synthetic_run import write_run
 
 M107 = Path(__file__).parents[2] / "cases" / "m107_tnt.toml"
-SUMMARY = {
+SUMMARY = complete(Summary, {
     "burst": {"mean_initial_speed": 980.0, "speed_quantiles": {"99": 1370.0}},
     "break_up": {"fragments": 2500},
-    "hazard": {"determined": True, "expected": 100.0, "upper": 103.0, "standard_error": 1.5},
+    "hazard": {"method": "realisations", "determined": True, "expected": 100.0, "upper": 103.0, "standard_error": 1.5},
     "convergence": {"reason": "", "quantities": {"expected_distance": {"uncertainty": 5.0, "kind": "monotone"}}},
     "exposed": [
         {"name": "<gate>", "expected_hits": {"expected": 0.01, "standard_error": 0.001},
          "density_normal": {"expected": 0.02, "standard_error": 0.002}, "density_ground": None,
          "probability": {"expected": 0.00995}},
     ],
-}  # fmt: skip
+})  # fmt: skip
 
 
 def _study(summary=SUMMARY, lost=()):

@@ -28,7 +28,13 @@ SUMMARY = complete(
     {
         "burst": {"mean_initial_speed": 980.0, "speed_quantiles": {"99": 1370.0}},
         "break_up": {"fragments": 2500},
-        "hazard": {"determined": True, "expected": 100.0, "upper": 103.0, "standard_error": 1.5},
+        "hazard": {
+            "method": "realisations",
+            "determined": True,
+            "expected": 100.0,
+            "upper": 103.0,
+            "standard_error": 1.5,
+        },
         "convergence": CONVERGENCE,
         "exposed": [],
     },
