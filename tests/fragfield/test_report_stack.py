@@ -15,7 +15,7 @@ from fragfield.report.reading.run_files import RunFiles
 from fragfield.results.burst import Exposure
 from fragfield.results.summary import Summary
 from fragfield.terminal.show import print_summary
-from tests.fragfield.example_results import example
+from tests.fragfield.example_results import complete, example
 from tests.fragfield.plain_reports import plain_report
 from tests.fragfield.synthetic_run import write_run
 
