@@ -168,7 +168,7 @@ def _burst(run: RunFiles) -> pyvista.Plotter:
     for place, (time, section, outline) in enumerate(sections):
         plotter.subplot(0, place)
         plotter.add_text(f"{1e6 * time:.0f} µs", font_size=14, color="black")
-        plotter.add_mesh(section, scalars="speed", cmap=SPEED_MAP, clim=(0.0, fastest), lighting=False,
+        plotter.add_mesh(section, scalars="speed", cmap=SPEED_MAP, clim=(0.0, fastest), ambient=1.0, diffuse=0.0,
                          scalar_bar_args={**_BAR, "title": "Speed (m/s)" + " " * place})  # fmt: skip
         if outline.n_cells:
             plotter.add_mesh(outline, color="black", line_width=2)

@@ -125,10 +125,10 @@ def test_a_distance_that_is_not_determined_is_said_in_place_of_a_number(tmp_path
 def test_the_tilt_of_the_realisations_stands_below_the_distance(tmp_path):
     folder = write_run(tmp_path / "run")
     words = "tilted at random from the vertical, by a standard deviation of 2° about"
-    for degrees, told in ((2.0, True), (0.0, False)):
+    for degrees, shown in ((2.0, True), (0.0, False)):
         page = plain_report(changed(folder, break_up={"tilt_deviation": math.radians(degrees)}))
-        assert (words in page.sections["hazard"]) == told
-        assert ("tilted at random" in page.text) == told
+        assert (words in page.sections["hazard"]) == shown
+        assert ("tilted at random" in page.text) == shown
 
 
 def test_title_is_shown_as_text(html, page):
