@@ -25,7 +25,7 @@ def what_was_computed(run: RunFiles) -> Iterator[Row]:
     else:
         yield from _rounds(run)
     rules, hazard = run.summary.rules, run.summary.hazard
-    if contents := rules and rules.contents:
+    if contents := rules.contents if rules else None:
         yield Row(
             "Net explosive quantity",
             f"{number(contents.explosive, 3)} kg (TNT equivalent {number(contents.tnt, 3)} kg)",

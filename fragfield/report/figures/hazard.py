@@ -48,7 +48,7 @@ def _landing_map(run: RunFiles) -> Figure | None:
     reach = float(distance.max()) * 1.04
     for radius in _ring_radii(reach):
         _ring(axis, radius, color="#5d6670", dashes=":", label=f"{radius:g} m", angle=45.0)
-    if recommended := run.summary.hazard and run.summary.hazard.recommended:
+    if recommended := run.summary.hazard.recommended if run.summary.hazard else None:
         reach = max(reach, 1.04 * recommended)
         _ring(axis, recommended, color=ACCENT, dashes="-", label=f"recommended {metres(recommended)}", angle=290.0)
     _outline(axis, run)
@@ -114,7 +114,7 @@ def _density_curve(run: RunFiles) -> Figure | None:
     axis.axhline(1.0, color=ACCENT, linewidth=1.4, label=f"criterion, 1 per {1 / acceptable:.1f} m²")
     marked = [] if found.undetermined else [
         (expected.distance, ":", "expected"), (expected.upper, "--", "upper bound (95 %)"),
-        (run.summary.hazard and run.summary.hazard.recommended, "-", "recommended"),
+        (run.summary.hazard.recommended if run.summary.hazard else None, "-", "recommended"),
     ]  # fmt: skip
     for distance, dashes, words in marked:
         if distance:
