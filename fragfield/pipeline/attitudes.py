@@ -209,8 +209,7 @@ def flown_attitude(job: Job, flown: FlownEnsemble) -> Attitude:
     """The attitude of what was flown, and the curve over mixed ones."""
     fragments = job.options.fragments
     part = attitude_of(job.case, given=fragments is not None and read_arena(fragments, job.case) is None)
-    curve = tuple(FlownAttitude.read(one) for one in flown.curve)
-    if flown.attitude is None or not curve:
+    if flown.attitude is None or not flown.curve:
         return part
     worst = flown.attitude
-    return replace(part, worst_inclination_deg=worst.inclination, worst_roll_deg=worst.roll, curve=curve)
+    return replace(part, worst_inclination_deg=worst.inclination, worst_roll_deg=worst.roll, curve=tuple(flown.curve))
