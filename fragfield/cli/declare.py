@@ -175,7 +175,7 @@ def _kind(hint: Any, name: str) -> Kind:  # noqa: ANN401 - a type
         found = [mark for mark in getattr(one, "__metadata__", ()) if isinstance(mark, Kind)]
         if found:
             return found[0]
-    return Kind(next(one for one in (bool, float, str) if one in (hint, *get_args(hint))), name.upper())
+    return Kind(next(one for one in (bool, str, float) if one in (hint, *get_args(hint))), name.upper())
 
 
 def words_of(target: Any) -> dict[str, str]:  # noqa: ANN401 - a function or a class
