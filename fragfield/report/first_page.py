@@ -30,9 +30,10 @@ def what_was_computed(run: RunFiles) -> Iterator[Row]:
             "Net explosive quantity",
             f"{number(contents.explosive, 3)} kg (TNT equivalent {number(contents.tnt, 3)} kg)",
         )
-    if hazard is not None or case is not None:
-        part = hazard.attitude if hazard else attitude_of(case, given=run.fragments_file is not None)
-        yield Row("Attitude and height", attitude_words(part))
+    if hazard is not None:
+        yield Row("Attitude and height", attitude_words(hazard.attitude))
+    elif case is not None:
+        yield Row("Attitude and height", attitude_words(attitude_of(case, given=run.fragments_file is not None)))
     if case is None:
         return
     yield from _site(case)
