@@ -56,7 +56,7 @@ def test_page_is_whole_and_in_order(html):
 
 
 def test_the_first_page_says_what_how_far_why_and_who_signs(page):
-    words = ("Computed: recommended distance", "What was computed", "TNT, 9.29 kg", "upright, nose up",
+    words = ("Computed: recommended distance", "What was computed", "TNT, 9.29 kg", "Attitude and height",
              "12 mm; grid convergence", "Reasons to trust it", "Reasons against", "Computed by", "Reviewed by",
              "Approved by")  # fmt: skip
     places = [page.sections["decision"].index(text) for text in words]
