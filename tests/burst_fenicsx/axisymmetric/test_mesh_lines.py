@@ -7,6 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from burst_fenicsx.axisymmetric.mesh import mesh_meridian
 from burst_fenicsx.geometry import load_profile
 from burst_fenicsx.meshing.sizing import band_radii
 
@@ -40,3 +41,24 @@ def test_columns_become_even_one_radius_into_a_solid_end(at_front):
     radii = band_radii(profile, stations, 0.75)
     blend = np.array([0.0, 0.0, 5.0 / 32.0, 0.5, 27.0 / 32.0, 1.0, 1.0, 1.0])
     np.testing.assert_allclose(radii, 0.06 + blend * (0.075 - 0.06), rtol=1e-12)
+
+
+@pytest.mark.parametrize("name", ["m107", "tube"])
+def test_columns_are_even_to_both_sides_of_the_cavitys_line_and_end_on_the_contour(name):
+    profile = load_profile(name)
+    mesh = mesh_meridian(profile, 8e-3)
+    heights = np.unique(mesh.nodes[:, 2])
+    rows = [np.sort(mesh.nodes[mesh.nodes[:, 2] == height, 0]) for height in heights]
+    whole = max(map(len, rows))
+    checked = 0
+    for height, radii in zip(heights, rows, strict=True):
+        if len(radii) < whole:  # beside a void
+            continue
+        checked += 1
+        station = np.array([profile.length - height])
+        np.testing.assert_allclose(radii[-1], profile.outer.radius(station)[0], rtol=1e-12)
+        widths = np.diff(radii)
+        assert (widths > 0.0).all()
+        steps = np.flatnonzero(np.abs(np.diff(widths)) > 1e-9 * radii[-1])
+        assert len(steps) <= 1, "columns change their width at the cavity's line alone"
+    assert checked > 20
