@@ -73,9 +73,8 @@ def flown_beside(
     nowhere = RunDirectory(Path())
     options = RunOptions(nowhere.path, threads=threads, lean=True)
     job = Job(
-        case, nowhere, nowhere, Team(), ProgressReporter(enabled=False), options, attitude=attitude, numbers_alone=True,
-        sample=sample,
-    )  # fmt: skip
+        case, nowhere, nowhere, Team(), ProgressReporter(enabled=False), options, attitude=attitude, sample=sample
+    )
     if not case.exposed:
         solved, _, _ = Realisations(job, (), broken).solve()
         if solved is not None:

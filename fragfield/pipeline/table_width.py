@@ -41,7 +41,7 @@ def table_width(job: Job, table: ArenaTable, number: int) -> float:
             fragments = above_ground(arena_realisation(of, case, one, law=law), arguments["ground"], warn=False)
             flown = flight.fly(fragments, **arguments, threads=job.cores)
             pool.add(FlightCounts.of(flown, fragments, ground=arguments["ground"], gravity=case.flight.gravity))
-        return float(pool.expected(draws=2, every_direction=False).distance)
+        return float(pool.expected().distance)
 
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", flight.FlightWarning)  # reported for the run itself
