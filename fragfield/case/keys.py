@@ -262,15 +262,13 @@ def numbers_in(value: object) -> tuple[float, ...]:
     return (value,) if isinstance(value, (int, float)) and not isinstance(value, bool) else ()
 
 
-def unit_of_key(key: str) -> str | None:
-    """SI unit of what a dotted key of the schema holds (empty: a pure number), None where it is not numeric.
+def unit_of_key(key: str, model: type[BaseModel]) -> str | None:
+    """SI unit of what a dotted key of a model holds (empty: a pure number), None where it is not numeric.
 
     Entries of lists, by `*`, number or name, are not checked here. Raises ValueError: there is no such key, or it holds
     a table; the text is that of a message without the key.
     """
-    from fragfield.case.schema import CaseTable
-
-    models: list[type[BaseModel]] = [CaseTable]
+    models = [model]
     field: FieldInfo | None = None
     in_list = False
     for step in key.split("."):

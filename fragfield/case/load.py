@@ -12,6 +12,7 @@ from pydantic import ValidationError
 
 from fragfield.case.checks.consistency import check_case, check_charges, check_protective_works
 from fragfield.case.checks.expected_masses import unit_faults
+from fragfield.case.checks.stages import stage_faults
 from fragfield.case.conversion.attitude import attitude_faults, is_mixed, with_axes
 from fragfield.case.conversion.exposed_sites import resolved_exposed
 from fragfield.case.conversion.mean_mass import check_counts, with_casing_data, with_counts
@@ -20,7 +21,7 @@ from fragfield.case.conversion.stack import expanded, stacked_names
 from fragfield.case.conversion.surroundings import altitude_of, site_of
 from fragfield.case.conversion.turned import origin_faults
 from fragfield.case.faults import CaseFaults, Fault, explain, faults_at, refuse
-from fragfield.case.problem import check_geometry, stage_faults
+from fragfield.case.problem import check_geometry
 from fragfield.case.schema import CaseTable
 from fragfield.case.tables.round import (
     CasingTable,

@@ -8,7 +8,7 @@ import pytest
 
 from burst_fenicsx.geometry import load_profile, profile_names
 from burst_fenicsx.materials.library import casing_names
-from fragfield.case import differences, load_case, read_resolved, to_toml
+from fragfield.case import CaseTable, differences, load_case, read_resolved, to_toml
 from fragfield.case.keys import unit_of_key
 from fragfield.case.load import case_from_document, read_document
 from fragfield.errors import InputError
@@ -36,7 +36,7 @@ def _case(*inputs, file=TUBE, changes=None, **table):
      ("break_up.prefactor", ""), ("flight.drag", ""), ("burst.products", None), ("round.0.casing", None)],
 )  # fmt: skip
 def test_units_of_keys(key, unit):
-    assert unit_of_key(key) == unit
+    assert unit_of_key(key, CaseTable) == unit
 
 
 def test_a_resolved_case_keeps_the_table(tmp_path):

@@ -8,13 +8,12 @@ from typing import TYPE_CHECKING, Any
 from fragfield.case.checks.bounds import choice_faults
 from fragfield.case.faults import Fault
 from fragfield.case.keys import unit_of_key
+from fragfield.case.schema import CaseTable, UncertainInputTable
 from fragfield_base.errors import show
 from fragfield_base.inputs import NotAllowedError, Quantity
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
-
-    from fragfield.case.schema import CaseTable, UncertainInputTable
 
 
 _PARAMETERS = ("low", "high", "mode", "mean", "standard_deviation", "median", "factor", "values", "weights")
@@ -48,7 +47,7 @@ def _check_keys(where: str, entry: UncertainInputTable) -> Iterator[Fault]:
     units = []
     for place, key in enumerate(entry.keys, start=1):
         try:
-            unit = unit_of_key(key)
+            unit = unit_of_key(key, CaseTable)
         except ValueError as error:
             yield Fault(f"{where}.keys[{place}]", f"{show(key)}: {error}")
             continue
@@ -109,7 +108,7 @@ def parameters_of(entry: UncertainInputTable) -> dict[str, Any]:
 
     Raises ValueError: one has no unit, or one of another dimension; the text begins with the name of the parameter.
     """
-    unit = "" if entry.applies == "factor" else unit_of_key(entry.keys[0])
+    unit = "" if entry.applies == "factor" else unit_of_key(entry.keys[0], CaseTable)
     found: dict[str, Any] = {}
     for name in _PARAMETERS:
         value = getattr(entry, name)
