@@ -306,7 +306,7 @@ def test_an_unknown_formula_is_refused():
 
 def test_the_case_reference_has_every_key_of_the_schema(site):
     text = (site / "guide" / "case_file.html").read_text(encoding="utf-8")
-    keys = {path.rpartition(".")[2] for path in paths_of(CaseTable)}
+    keys = {path.rpartition(".")[2] for path in paths_of(CaseTable) if "." in path}  # tables of the top are headings
     assert not {key for key in keys if f"<code>{key}</code>" not in text}
 
 
