@@ -37,6 +37,13 @@ def test_a_mapping_of_settings_and_a_list_mean_the_same_for_one_stage(tmp_path):
         asked.case()
 
 
+def test_a_burst_without_dolfinx_is_refused_before_anything_is_written(tmp_path, monkeypatch):
+    monkeypatch.setattr("fragfield.pipeline.chain.find_spec", lambda name: None if name == "dolfinx" else name)
+    with pytest.raises(fragfield.InputError, match=r"found no dolfinx in .*pip install 'fragfield\[dolfinx\]'"):
+        fragfield.run(ROOT / "cases" / "tube.toml", out=tmp_path / "run")
+    assert not (tmp_path / "run").exists()
+
+
 LAUNCHERS = [
     ({}, 0, 1),
     ({"OMPI_COMM_WORLD_RANK": "2", "OMPI_COMM_WORLD_SIZE": "4"}, 2, 4),
