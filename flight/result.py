@@ -15,9 +15,11 @@ from fragfield_base.errors import names_allowed
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from numpy.typing import NDArray
+    from numpy.typing import ArrayLike, NDArray
 
     from flight.fluence import Fluence
+    from flight.integrate.job import FlightJob
+    from flight.path import FlightPath
     from flight.scene.obstacles import Obstacle
     from flight.scene.targets import Witness
 
@@ -34,7 +36,7 @@ class FlightResult:
     hits : (h,) structured array of dtype `HITS`
         Every crossing of a witness surface before the first impact on the ground, by fragment and then time.
     trajectories : Trajectories
-        Paths of the sample asked for (may be empty).
+        Paths of the sample asked for (may be empty); `path` and `paths` give those of any fragment.
     witnesses : tuple
         The surfaces, in the order `hits["witness"]` counts.
     summary : dict
@@ -51,6 +53,8 @@ class FlightResult:
         Crossings of witness surfaces after an impact on the ground.
     ricochets : structured array of dtype `RICOCHETS`
         Every impact on the ground, first to last, of the fragments that ricochet off it, by fragment and then time.
+    job : FlightJob, optional
+        By which paths are flown again.
     """
 
     landing: NDArray[Any]
@@ -64,6 +68,7 @@ class FlightResult:
     fluence: Fluence | None = None
     ricochet_hits: NDArray[Any] = field(default_factory=lambda: np.zeros(0, dtype=HITS))
     ricochets: NDArray[Any] = field(default_factory=lambda: np.zeros(0, dtype=RICOCHETS))
+    job: FlightJob | None = None
 
     def __repr__(self) -> str:
         return (
@@ -78,8 +83,7 @@ class FlightResult:
         others = [f"{number} {name}" for name, number in ends.items() if number and name != "landed"]
         lines += [f"  {', '.join(others)}"] if others else []
         if len(self.landed):
-            ended = self.landing["last_status"] == Status.LANDED
-            farthest = max(self.landed["distance"].max(), self.landing["last_distance"].max(where=ended, initial=0.0))
+            farthest = max(self.landed["distance"].max(), self.ended["last_distance"].max(initial=0.0))
             lines.append(f"  farthest landing {farthest:.4g} m")
         for index, witness in enumerate(self.witnesses):
             lines.append(f"  witness {witness.name}: {int((self.hits['witness'] == index).sum())} hits")
@@ -92,6 +96,43 @@ class FlightResult:
     def landed(self) -> NDArray[Any]:
         """Rows of `landing` whose fragment reached the ground."""
         return self.landing[self.landing["status"] == Status.LANDED]
+
+    @property
+    def ended(self) -> NDArray[Any]:
+        """Rows of `landing` whose fragment came to rest on the ground."""
+        return self.landing[self.landing["last_status"] == Status.LANDED]
+
+    def paths(self, fragments: ArrayLike) -> Trajectories:
+        """Paths of fragments by their rows, flown again: points of each from launch to its last landing."""
+        if self.job is None:
+            raise InputError("path: this result was not flown here; needed: the result of flight.fly")
+        chosen, number = np.atleast_1d(np.asarray(fragments)), len(self.landing)
+        inside = chosen.ndim == 1 and chosen.dtype.kind in "iu" and ((chosen >= 0) & (chosen < number)).all()
+        if chosen.size and not inside:
+            raise InputError(f"path: fragment is {fragments!r}, allowed: whole numbers from 0 to {number - 1}")
+        return self.job.paths(chosen.astype(np.int64))
+
+    def path(self, fragment: int) -> FlightPath:
+        """The path of one fragment as a function of time: `result.path(0)(1.5)` is its position and velocity at 1.5 s.
+
+        Raises InputError: there is no such fragment.
+        """
+        from flight.path import FlightPath
+
+        points = self.paths(fragment)
+        assert self.job is not None  # or there are no paths
+        mass = float(self.landing["mass"][fragment])
+        return FlightPath(mass, points.time, points.position, points.velocity, self.job.scene, self.job.origin)
+
+    def plot(self, fragments: ArrayLike | None = None) -> Any:  # noqa: ANN401 - matplotlib need not be there
+        """Draw paths from the side and from above, and where the fragments landed; matplotlib must be installed.
+
+        `fragments` are the rows whose paths are drawn; by default up to a hundred, evenly over all. Returns the
+        matplotlib figure.
+        """
+        from flight.path import plot
+
+        return plot(self, fragments)
 
     def hits_on(self, witness: int | str) -> NDArray[Any]:
         """Crossings of one witness surface, by index or name; all there are, not copied, where it is the only one."""

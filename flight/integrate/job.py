@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from flight.drag import Drag
     from flight.fragments import Fragments
     from flight.integrate.integrator import Domain, Integrator
+    from flight.integrate.legs import Legs
     from flight.kernels.events import Limits
     from flight.kernels.impacts import Ends
     from flight.scene.air import Air
@@ -106,6 +107,7 @@ class FlightJob:
         self.clock = np.tile([0.0, math.inf], (len(fragments), 1))
         self._first_key = np.random.SeedSequence([seed, _SLOPES]).generate_state(1, np.uint64)
         self.numbers = np.arange(len(fragments))  # by which slopes of the ground are drawn
+        self.legs: Legs | None = None  # between contacts
         rows, bins, bins_per_mach = drag.table()
         table = air.table()
         self.around = motion.Surroundings(
@@ -193,7 +195,12 @@ class FlightJob:
         return Flown(landing=landing, extremes=extremes, **whole)
 
     def paths(self, chosen: NDArray[np.int64]) -> Trajectories:
-        """Fly the chosen fragments again and keep their paths."""
+        """Fly the chosen fragments again, in all their legs, and keep their paths."""
+        if self.legs is not None:
+            return self.legs.join_paths(chosen, self._paths(self.legs.of(chosen)))
+        return self._paths(chosen)
+
+    def _paths(self, chosen: NDArray[np.int64]) -> Trajectories:
         if chosen.size == 0:
             none = np.zeros((0, 3))
             return Trajectories(chosen, np.zeros(1, dtype=np.int64), np.zeros(0), none, none)
