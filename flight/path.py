@@ -1,4 +1,4 @@
-"""The path of one fragment as a function of time, where along it the fragment is a danger, and a figure of paths."""
+"""The path of one fragment as a function of time, and where along it the fragment is a danger."""
 
 from __future__ import annotations
 
@@ -13,7 +13,6 @@ from flight.errors import InputError
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-    from flight.result import FlightResult
     from flight.scene.scene import Scene
 
     Array = NDArray[np.float64]
@@ -28,7 +27,6 @@ DANGER = np.dtype(
 )
 _FINE = 16  # samples between two points of a path, among which what begins and ends there is looked for
 _HALVINGS = 50
-_MOST_DRAWN = 100  # paths of a figure
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -131,26 +129,3 @@ class FlightPath:
         fast = 0.5 * self.mass * (velocity**2).sum(axis=1) >= energy
         assert ground is not None  # refused above
         return np.asarray(fast & (position[:, 2] - ground <= height))
-
-
-def plot(result: FlightResult, fragments: ArrayLike | None = None) -> Any:  # noqa: ANN401 - matplotlib need not be there
-    """See `flight.FlightResult.plot`."""
-    try:
-        import matplotlib.pyplot as plt
-    except ImportError:
-        raise InputError("plot needs matplotlib, which is not installed: pip install matplotlib") from None
-    number = len(result.landing)
-    evenly = np.unique(np.linspace(0, number - 1, min(_MOST_DRAWN, number)).astype(int))
-    paths = result.paths(evenly if fragments is None else fragments)
-    origin = result.job.origin if result.job else (0.0, 0.0)
-    figure, (side, plan) = plt.subplots(2, 1, figsize=(8.0, 9.0), height_ratios=(1, 2), layout="constrained")
-    for begin, end in zip(paths.start[:-1], paths.start[1:], strict=True):
-        x, y, z = paths.position[begin:end].T
-        side.plot(np.hypot(x - origin[0], y - origin[1]), z, color="0.5", linewidth=0.6)
-        plan.plot(x, y, color="0.75", linewidth=0.5)
-    for rows, field, label in ((result.landed, "position", "first impact"), (result.ended, "last_position", "at rest")):
-        plan.plot(*rows[field][:, :2].T, ".", markersize=2.0, label=f"{label} ({len(rows)})")
-    side.set(xlabel="distance (m)", ylabel="z (m)", title=f"{len(paths)} of {number} paths")
-    plan.set(xlabel="x (m)", ylabel="y (m)", aspect="equal")
-    plan.legend(loc="upper right")
-    return figure

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
@@ -18,10 +18,25 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from flight.fluence import Fluence
-    from flight.integrate.job import FlightJob
     from flight.path import FlightPath
     from flight.scene.obstacles import Obstacle
+    from flight.scene.scene import Scene
     from flight.scene.targets import Witness
+
+
+_MOST_DRAWN = 100  # paths of a figure
+_ELSEWHERE = "path: this result was not flown here; needed: the result of flight.fly"
+
+
+class Flyer(Protocol):
+    """By whom fragments are flown again for their paths."""
+
+    scene: Scene
+    origin: tuple[float, float]
+
+    def paths(self, chosen: NDArray[np.int64]) -> Trajectories:
+        """Paths of fragments by their rows."""
+        ...
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -53,8 +68,8 @@ class FlightResult:
         Crossings of witness surfaces after an impact on the ground.
     ricochets : structured array of dtype `RICOCHETS`
         Every impact on the ground, first to last, of the fragments that ricochet off it, by fragment and then time.
-    job : FlightJob, optional
-        By which paths are flown again.
+    job : Flyer, optional
+        By whom paths are flown again.
     """
 
     landing: NDArray[Any]
@@ -68,7 +83,7 @@ class FlightResult:
     fluence: Fluence | None = None
     ricochet_hits: NDArray[Any] = field(default_factory=lambda: np.zeros(0, dtype=HITS))
     ricochets: NDArray[Any] = field(default_factory=lambda: np.zeros(0, dtype=RICOCHETS))
-    job: FlightJob | None = None
+    job: Flyer | None = None
 
     def __repr__(self) -> str:
         return (
@@ -105,7 +120,7 @@ class FlightResult:
     def paths(self, fragments: ArrayLike) -> Trajectories:
         """Paths of fragments by their rows, flown again: points of each from launch to its last landing."""
         if self.job is None:
-            raise InputError("path: this result was not flown here; needed: the result of flight.fly")
+            raise InputError(_ELSEWHERE)
         chosen, number = np.atleast_1d(np.asarray(fragments)), len(self.landing)
         inside = chosen.ndim == 1 and chosen.dtype.kind in "iu" and ((chosen >= 0) & (chosen < number)).all()
         if chosen.size and not inside:
@@ -130,9 +145,26 @@ class FlightResult:
         `fragments` are the rows whose paths are drawn; by default up to a hundred, evenly over all. Returns the
         matplotlib figure.
         """
-        from flight.path import plot
-
-        return plot(self, fragments)
+        if self.job is None:
+            raise InputError(_ELSEWHERE)
+        try:
+            import matplotlib.pyplot as plt
+        except ImportError:
+            raise InputError("plot needs matplotlib, which is not installed: pip install matplotlib") from None
+        number, origin = len(self.landing), self.job.origin
+        evenly = np.unique(np.linspace(0, number - 1, min(_MOST_DRAWN, number)).astype(int))
+        paths = self.paths(evenly if fragments is None else fragments)
+        figure, (side, plan) = plt.subplots(2, 1, figsize=(8.0, 9.0), height_ratios=(1, 2), layout="constrained")
+        for begin, end in zip(paths.start[:-1], paths.start[1:], strict=True):
+            x, y, z = paths.position[begin:end].T
+            side.plot(np.hypot(x - origin[0], y - origin[1]), z, color="0.5", linewidth=0.6)
+            plan.plot(x, y, color="0.75", linewidth=0.5)
+        for rows, name, label in ((self.landed, "position", "first impact"), (self.ended, "last_position", "at rest")):
+            plan.plot(*rows[name][:, :2].T, ".", markersize=2.0, label=f"{label} ({len(rows)})")
+        side.set(xlabel="distance (m)", ylabel="z (m)", title=f"{len(paths)} of {number} paths")
+        plan.set(xlabel="x (m)", ylabel="y (m)", aspect="equal")
+        plan.legend(loc="upper right")
+        return figure
 
     def hits_on(self, witness: int | str) -> NDArray[Any]:
         """Crossings of one witness surface, by index or name; all there are, not copied, where it is the only one."""

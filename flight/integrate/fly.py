@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from flight.integrate.integrator import Integrator
-    from flight.integrate.job import Flown
+    from flight.rows import Flown
     from flight.scene.obstacles import Obstacle
     from flight.scene.targets import Witness
     from flight.shape import Shape

@@ -13,7 +13,7 @@ import numpy as np
 
 from flight.fluence import Fluence, FluenceGrid, PolarGrid, Weights
 from flight.integrate.integrator import Adaptive, FixedStep
-from flight.rows import HITS, LANDING, OBSTACLE_HITS, RICOCHETS, Trajectories
+from flight.rows import HITS, LANDING, OBSTACLE_HITS, RICOCHETS, Flown, Trajectories
 from flight.scene.targets import Cylinder, pack, within
 
 if TYPE_CHECKING:
@@ -55,22 +55,6 @@ class FlightProgress:
     def seconds_left(self) -> float:
         """Time left at the rate so far (s)."""
         return self.wall_seconds * (self.total - self.done) / max(self.done, 1)
-
-
-@dataclass(frozen=True, eq=False)
-class Flown:
-    """What the fragments of a flight did: tables as of `flight.FlightResult`.
-
-    `hits` are crossings before the first impact on the ground, `ricochet_hits` those after it, `struck` impacts on
-    obstacles, `extremes` (n, 4) steps taken and rejected and the lowest and highest Mach number.
-    """
-
-    landing: NDArray[Any]
-    hits: NDArray[Any]
-    ricochet_hits: NDArray[Any]
-    struck: NDArray[Any]
-    ricochets: NDArray[Any]
-    extremes: NDArray[np.float32]
 
 
 @dataclass(frozen=True, eq=False)
