@@ -1,4 +1,4 @@
-"""Flight and atmosphere beside py_ballisticcalc and RocketPy, with what is theirs told apart from what is ours.
+"""Flight and atmosphere beside py_ballisticcalc and RocketPy, with what is theirs distinguished from what is ours.
 
 Our air is held against the printed standard, and theirs shown beside ours: what differs there is theirs. Flights with
 a constant coefficient are flown by us in the other program's own air too: there both integrate one equation, and the
