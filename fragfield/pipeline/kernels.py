@@ -19,20 +19,10 @@ if TYPE_CHECKING:
 
     from fragfield.case import CaseTable
 
-__all__ = ["compile_flight", "compiled_beside"]
+__all__ = ["compiled_beside"]
 
 _SECONDS = {"burst": 35, "flight": 45}
 """What compiling takes on one core of 2.5 GHz."""
-_FRAGMENTS = "mass_kg,vx_m_s,vy_m_s,vz_m_s\n0.05,600,0,100\n0.02,0,700,50\n0.01,-800,0,200\n"
-
-
-def compile_flight(case: str) -> None:
-    """Fly three fragments of a case file, which compiles what its flight needs and is not in the cache."""
-    from fragfield.interface.running import run
-
-    fragments = Path(case).with_name("fragments.csv")
-    fragments.write_text(_FRAGMENTS, encoding="utf-8")
-    run(case, fragments=fragments, only="fly", out=fragments.with_name("run"), progress=False)
 
 
 @contextmanager
@@ -52,7 +42,7 @@ def compiled_beside(case: CaseTable, *, quiet: bool) -> Iterator[Callable[[], ob
     with tempfile.TemporaryDirectory(prefix="fragfield-", ignore_cleanup_errors=True) as folder:
         path = Path(folder) / "case.toml"
         path.write_text(to_toml(case), encoding="utf-8")
-        process = start_function(__name__, "compile_flight", str(path))
+        process = start_function("fragfield.studies.warm_up", "compile_flight", str(path))
         try:
             yield process.wait
         finally:

@@ -103,7 +103,7 @@ def test_a_first_run_says_what_it_compiles_and_shares_it(monkeypatch, capsys, mi
     case = load_case(ROOT / "cases" / "tube.toml")
     with kernels.compiled_beside(case, quiet=False) as wait:
         wait()
-    assert calls == (["fragfield.pipeline.kernels:compile_flight", "wait", "end", "wait"] if started else [])
+    assert calls == (["fragfield.studies.warm_up:compile_flight", "wait", "end", "wait"] if started else [])
     assert capsys.readouterr().err.startswith(line)
     with kernels.compiled_beside(case, quiet=True):
         pass
@@ -113,7 +113,7 @@ def test_a_first_run_says_what_it_compiles_and_shares_it(monkeypatch, capsys, mi
 @pytest.mark.slow
 def test_the_second_process_compiles_what_the_flight_calls(tmp_path):
     shutil.copy(ROOT / "cases" / "tube.toml", tmp_path)
-    script = f"from fragfield.pipeline.kernels import compile_flight; compile_flight({str(tmp_path / 'tube.toml')!r})"
+    script = f"from fragfield.studies.warm_up import compile_flight; compile_flight({str(tmp_path / 'tube.toml')!r})"
     variables = {**os.environ, "PYTHONPATH": str(ROOT), "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
     subprocess.run([sys.executable, "-c", script], env=variables, check=True, cwd=tmp_path)
     assert {path.name.split(".")[1].partition("-")[0] for path in (tmp_path / "cache").rglob("*.nbi")} >= {"fly_chunk"}
