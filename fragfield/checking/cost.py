@@ -14,6 +14,8 @@ from transition.law.mean_mass import gurney_speed
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from numpy.typing import NDArray
+
     from burst_fenicsx.meshing.mesh import CellMesh
     from burst_fenicsx.problem import BurstSettings, Round
 
@@ -100,7 +102,7 @@ def expected_end(settings: BurstSettings, rounds: Sequence[Round]) -> float | No
     return min(float(max(complete)), settings.time_limit)
 
 
-def _growth(position: np.ndarray, radius: np.ndarray) -> float:
+def _growth(position: NDArray[np.float64], radius: NDArray[np.float64]) -> float:
     """Growth of the radius (m) of rounds at `position` (rounds, 3) m that expand as one until their end.
 
     They begin as the disc of the area of their convex hull, seen from above, and end as that of their own areas, at
