@@ -69,7 +69,7 @@ def test_an_end_of_the_drawing_process_does_not_end_the_report(run, tmp_path, mo
     python.chmod(0o700)
     monkeypatch.setattr(assemble, "FIGURES", {})
     monkeypatch.setattr(assemble, "picture_fault", lambda: "")
-    monkeypatch.setattr(assemble.sys, "executable", str(python))
+    monkeypatch.setattr(sys, "executable", str(python))
     if words is None:
         with pytest.raises(InputError, match=r"burst\.h5: damaged"):
             write_report(run)
