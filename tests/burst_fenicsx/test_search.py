@@ -1,17 +1,20 @@
-"""The search for colliding surfaces against brute force, and the closest point of a face against closed forms."""
+"""Colliding surfaces: the search and the face that a node has entered, against brute force."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
-from scipy.optimize import minimize
 
-from burst_fenicsx.contact.boxes import meet
-from burst_fenicsx.kernels.contact.collisions import find_contacts
-from burst_fenicsx.kernels.contact.search import Bodies, face_boxes, find_candidates, node_normals
-from burst_fenicsx.kernels.contact.springs import CollisionLaw, Collisions
-from burst_fenicsx.kernels.geometry.bilinear import closest_point
-from burst_fenicsx.kernels.geometry.smooth_faces import face_vectors
+pytest.importorskip("dolfinx")
+
+from burst_fenicsx.contact.search import box_around, boxes_of, in_balls, meet, opposed_in_balls
+from burst_fenicsx.kernels.constants import UNLOADED_TIME
+from burst_fenicsx.kernels.contact.collisions import Candidates, collide
+from burst_fenicsx.kernels.contact.facets import closest_point
+from burst_fenicsx.kernels.contact.law import Law
+from burst_fenicsx.kernels.contact.pairs import Rows, no_pairs
+
+pytestmark = pytest.mark.dolfinx
 
 
 def test_boxes_meet_where_they_overlap_along_every_axis():
@@ -23,171 +26,72 @@ def test_boxes_meet_where_they_overlap_along_every_axis():
     assert meet(boxes, one).tolist() == expected
 
 
-def sheets(count, seed, bodies=4):
-    """Crumpled square sheets of count x count faces at random places, every two a round, the second within it."""
+def test_around_nothing_is_a_box_that_meets_nothing():
+    boxes = boxes_of(np.random.default_rng(1).normal(size=(50, 3)), np.full(50, 3.0))
+    assert meet(boxes, box_around(np.zeros((1, 3)), np.ones((1, 3)))).any()
+    assert not meet(boxes, box_around(np.zeros((0, 3)), np.zeros((0, 3)))).any()
+
+
+@pytest.mark.parametrize("largest", [1.0, 30.0])
+def test_the_search_finds_what_brute_force_finds(largest):
+    """Balls of like sizes, and a few large ones; places alone, and with normals that oppose the balls' directions."""
+    rng = np.random.default_rng(3)
+    points, centre = rng.uniform(0.0, 1.0, (400, 3)), rng.uniform(0.0, 1.0, (300, 3))
+    radius = rng.uniform(0.02, 0.1, 300)
+    radius[:5] *= largest
+    normals, directions = rng.normal(size=(2, 400, 3))
+    directions = directions[:300]
+    normals, directions = (v / np.linalg.norm(v, axis=1)[:, None] for v in (normals, directions))
+    held = np.linalg.norm(points[:, None] - centre, axis=2) <= radius
+    opposed = normals @ directions.T < -0.2
+    for found, expected in (
+        (in_balls(points, centre, radius), held),
+        (opposed_in_balls(points, normals, centre, radius, directions), held & opposed),
+    ):
+        pairs = list(zip(*found, strict=True))
+        assert len(set(pairs)) == len(pairs) == expected.sum() > 50
+        assert expected[found].all()
+    none = opposed_in_balls(points[:0], normals[:0], centre, radius, directions)
+    assert [len(some) for some in none] == [0, 0]
+
+
+def crumpled(count, seed):
+    """A crumpled square sheet of count x count faces, turned: nodes and faces."""
     rng = np.random.default_rng(seed)
-    nodes, faces, node_body, face_body = [], [], [], []
     number = np.arange((count + 1) ** 2).reshape(count + 1, count + 1)
-    quads = np.stack([number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]], axis=-1).reshape(-1, 4)
-    for body in range(bodies):
-        u, v = np.meshgrid(np.linspace(0, 1, count + 1), np.linspace(0, 1, count + 1), indexing="ij")
-        flat = np.stack([u, v, 0.15 * np.sin(7 * u + body) * np.cos(5 * v)], axis=-1).reshape(-1, 3)
-        turn, _ = np.linalg.qr(rng.normal(size=(3, 3)))
-        faces.append(quads + body * len(flat))
-        nodes.append(flat @ turn + rng.uniform(-0.3, 0.3, 3) + rng.normal(0, 0.05 / count, flat.shape))
-        node_body.append(np.full(len(flat), body))
-        face_body.append(np.full(len(quads), body))
-    of_node, of_face = (np.concatenate(parts).astype(np.int32) for parts in (node_body, face_body))
-    surfaces = Bodies(np.concatenate(faces).astype(np.int32), of_face // 2, of_node // 2, of_face % 2 == 1)
-    return np.concatenate(nodes), surfaces
-
-
-def found_by_hash(nodes, bodies, reach, cell):
-    boxes, normals = np.empty((len(bodies.faces), 6)), np.empty_like(nodes)
-    face_boxes(nodes, bodies.faces, np.full(len(bodies.faces), reach), boxes)
-    areas, every = np.zeros((len(bodies.faces), 3)), np.arange(len(bodies.faces), dtype=np.int32)
-    face_vectors(nodes, bodies.faces, every, areas)
-    node_normals(areas, bodies.faces, every, normals)
-    active = np.arange(len(nodes), dtype=np.int32)
-    first, faces = find_candidates(nodes, bodies, areas, active, normals, boxes, cell)
-    return {(node, face) for node in active for face in faces[first[node] : first[node + 1]]}, len(faces)
-
-
-def found_by_hand(nodes, bodies, reach):
-    """Every node with every face, in plain numpy."""
-    corners = nodes[bodies.faces]
-    low, high = corners.min(axis=1) - reach, corners.max(axis=1) + reach
-    area = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
-    normal = np.zeros_like(nodes)
-    for corner in range(4):
-        np.add.at(normal, bodies.faces[:, corner], area)
-    cosine = (normal @ area.T) / np.outer(np.linalg.norm(normal, axis=1), np.linalg.norm(area, axis=1))
-    within = ((nodes[:, None] >= low) & (nodes[:, None] <= high)).all(axis=2)
-    own_round = bodies.node_round[:, None] == bodies.face_round
-    part_of = (np.arange(len(nodes))[:, None, None] == bodies.faces).any(axis=2)
-    may = ~own_round | (~part_of & ~bodies.within & (cosine < -0.2))
-    return set(zip(*np.nonzero(within & may), strict=True))
-
-
-@pytest.mark.parametrize("cell", [0.03, 0.11, 0.9])
-def test_the_hash_finds_what_brute_force_finds(cell):
-    """Whatever the edge of the grid: the same pairs, each once."""
-    nodes, bodies = sheets(14, 3)
-    found, entries = found_by_hash(nodes, bodies, 0.02, cell)
-    expected = found_by_hand(nodes, bodies, 0.02)
-    assert found == expected
-    assert len(expected) > 200
-    assert entries == len(expected)
-
-
-@pytest.mark.parametrize("turn", [0, 1, 2])
-def test_a_wall_is_searched_where_it_is_folded(turn):
-    """One body bent into a narrow U about any axis: what lies opposite is found, in the flat rest nothing."""
-    number = np.arange(41 * 9).reshape(41, 9)
     faces = np.stack([number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]], axis=-1).reshape(-1, 4)
-    along, across = (x.ravel() for x in np.meshgrid(np.arange(41.0), np.arange(9.0), indexing="ij"))
-    bend = np.pi * np.clip((along - 18.0) / 4.0, 0.0, 1.0)
-    straight = along - np.maximum(along - 18.0, 0.0) - np.maximum(along - 22.0, 0.0)
-    nodes = np.stack([straight + 1.3 * np.sin(bend), across, 1.3 * (1.0 - np.cos(bend))], axis=-1)
-    nodes = np.roll(nodes + np.random.default_rng(2).normal(0, 0.02, nodes.shape), turn, axis=1)
-    none = np.zeros(len(faces), dtype=np.int32)
-    bodies = Bodies(faces.astype(np.int32), none, np.zeros(len(nodes), dtype=np.int32), none != 0)
-    for reach in (1.0, 3.0):
-        found, _ = found_by_hash(nodes, bodies, reach, 2.5)
-        assert found == found_by_hand(nodes, bodies, reach)
-    assert len(found) > 500
+    u, v = np.meshgrid(np.linspace(0, 1, count + 1), np.linspace(0, 1, count + 1), indexing="ij")
+    flat = np.stack([u, v, 0.15 * np.sin(7 * u) * np.cos(5 * v)], axis=-1).reshape(-1, 3)
+    turn, _ = np.linalg.qr(rng.normal(size=(3, 3)))
+    return flat @ turn + rng.normal(0, 0.05 / count, flat.shape), faces.astype(np.int32)
 
 
-def turned_face(normal, turn, size):
-    """Corners (4, 3) of a square about the origin with this normal, turned in its plane."""
-    across = np.cross(normal, np.eye(3)[np.argmin(np.abs(normal))])
-    across /= np.linalg.norm(across)
-    angle = turn + 0.5 * np.pi * np.arange(4)[:, None]
-    return size * (np.cos(angle) * across + np.sin(angle) * np.cross(normal, across))
+def one_node_over(faces, node, outward, rounds=1):
+    """Pairs of a node, the last of all, with each of other rounds, of which each has as many of the faces."""
+    pairs, count = no_pairs(np.full(rounds, node), 4), len(faces)
+    turned = np.asarray(outward) / max(np.linalg.norm(outward), 1e-300)
+    seen = Candidates(
+        other=np.arange(rounds, dtype=np.int32),
+        same=np.zeros(rounds, dtype=bool),
+        outward=np.tile(turned, (rounds, 1)),
+        unloaded=np.zeros(rounds),
+        first=np.linspace(0, count, rounds + 1).astype(np.int64),
+        candidate=np.arange(count, dtype=np.int32),
+        facets=faces,
+        edge=np.ones(count),
+        near=np.arange(count, dtype=np.int32),
+        ball=np.zeros((count, 5)),
+    )
+    return pairs, seen
 
 
-@pytest.mark.parametrize("size", [0.01, 0.2])
-@pytest.mark.parametrize("short", [0.0, 1e-9, 0.5])
-def test_two_faces_alone_are_found_if_they_are_opposed(size, short):
-    """Two in each of many places, at all angles, or at those whose cosine is the bound or less by 1e-9 of it."""
-    rng = np.random.default_rng(21)
-    nodes, faces = [], []
-    for place in np.indices((6, 6, 6)).reshape(3, -1).T + 0.5:
-        one, other = (v / np.linalg.norm(v) for v in rng.normal(size=(2, 3)))
-        if short < 0.5:
-            cosine = -0.2 * (1.0 + short) if short else -0.2 * (1.0 - 1e-9)
-            other -= (other @ one) * one
-            other = cosine * one + np.sqrt(1.0 - cosine**2) * other / np.linalg.norm(other)
-        nodes += [place + turned_face(one, 0.3, size), place + 0.1 * size + turned_face(other, 0.9, size)]
-        faces += [4 * len(faces) + np.arange(4), 4 * len(faces) + 4 + np.arange(4)]
-    nodes, faces = np.concatenate(nodes), np.array(faces, dtype=np.int32)
-    none = np.zeros(len(nodes), dtype=np.int32)
-    bodies = Bodies(faces, none[: len(faces)], none, none[: len(faces)] != 0)
-    found, _ = found_by_hash(nodes, bodies, 0.2, 1.0)
-    expected = found_by_hand(nodes, bodies, 0.2)
-    assert found == expected
-    assert (len(expected) > 400) == (short > 0.0)
-
-
-@pytest.mark.parametrize("corner", [0, 1, 2, 3])
-def test_a_node_of_a_sharp_fold_does_not_meet_its_own_faces(corner):
-    """A large face and a small one folded back over it: the edge's nodes look like the large one, and meet neither."""
-    nodes = np.array([[0, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0], [1, 2, 0.3], [1, 0, 0.3], [0.9, 1, 0.4]], dtype=float)
-    large, small = [0, 1, 2, 3], np.roll([0, 3, 4, 5], corner).tolist()
-    for order in ([large, small], [small, large]):
-        faces = np.array(order, dtype=np.int32)
-        none = np.zeros(7, dtype=np.int32)
-        bodies = Bodies(faces, none[:2], none, none[:2] != 0)
-        found, _ = found_by_hash(nodes, bodies, 0.5, 4.0)
-        number = order.index(small)
-        assert {(node, face) for node, face in found if node < 4} == {(n, number) for n in (1, 2)} & found
-        assert not {(n, number) for n in small} & found
-
-
-def test_pairs_grow_no_faster_than_the_surfaces():
-    """Four times the nodes at half the edge and half the reach: along curves where sheets cross, twice the pairs."""
-    counts = []
-    for count in (20, 40):
-        nodes, surfaces = sheets(count, 3, bodies=12)
-        counts.append(found_by_hash(nodes, surfaces, 1.0 / count, 2.0 / count)[1])
-    assert 1.4 < counts[1] / counts[0] < 2.8
-
-
-def point_of(place, corner):
-    result = np.empty(8)
-    closest_point(*place, corner, result)
-    return result[:2], result[2:5], result[5:]
-
-
-def test_closest_point_of_a_flat_face():
-    """Foot of the perpendicular within, clamped without; the normal looks outward."""
-    corner = np.array([[0.0, 0, 0], [2, 0, 0], [2, 1, 0], [0, 1, 0]])
-    local, place, normal = point_of((1.5, 0.25, -0.3), corner)
-    assert local == pytest.approx([0.5, -0.5])
-    assert place == pytest.approx([1.5, 0.25, 0.0])
-    assert normal == pytest.approx([0, 0, 1])
-    assert point_of((5.0, -2.0, 0.1), corner)[1] == pytest.approx([2, 0, 0])
-
-
-def test_closest_point_of_a_twisted_face_is_the_nearest():
-    """Against a minimiser, on warped faces and points near them."""
-    rng = np.random.default_rng(11)
-    square = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
-    for _ in range(30):
-        corner = square + rng.uniform(-0.15, 0.15, (4, 3))
-        local = rng.uniform(-0.95, 0.95, 2)
-
-        def at(uv, corner=corner):
-            x, y = uv
-            weight = 0.25 * np.array([(1 - x) * (1 - y), (1 + x) * (1 - y), (1 + x) * (1 + y), (1 - x) * (1 + y)])
-            return weight @ corner
-
-        target = at(local) + rng.normal(0, 0.02, 3)
-        best = minimize(
-            lambda uv, target=target, at=at: np.sum((at(uv) - target) ** 2), local, bounds=[(-1, 1)] * 2, tol=1e-14
-        )
-        _, place, _ = point_of(target, corner)
-        assert np.linalg.norm(place - target) == pytest.approx(np.sqrt(best.fun), rel=1e-3, abs=1e-6)
+def met(pairs, seen, position, velocity, step=0.1):
+    """Let the nodes at places (n, 3) m with velocities (n, 3) m/s meet the faces."""
+    count = len(position)
+    rows = Rows(
+        np.arange(count, dtype=np.int32), np.ones(count), position, velocity, np.zeros(count), np.zeros((count, 4))
+    )
+    collide(Law(1.0, step, 0.0), pairs, seen, rows)
 
 
 @pytest.mark.parametrize("slope", [0.0, 0.2])
@@ -200,12 +104,11 @@ def test_of_two_equally_near_faces_geometry_decides(slope):
     left, right = [0, 2, 3, 1], [2, 4, 5, 3]
     taken = []
     for faces in ([left, right], [right, left]):
-        state = one_node_over(np.array(faces, dtype=np.int32), node=6, outward=[slope, 0.0, -1.0])
-        law = CollisionLaw(max_squared_frequency=1.0, step=0.1, friction=0.0)
+        pairs, seen = one_node_over(np.array(faces, dtype=np.int32), node=6, outward=[slope, 0.0, -1.0])
         velocity = np.zeros_like(position)
         velocity[6] = (0.0, 0.0, -1.0)
-        find_contacts(law, state, position, velocity, np.ones(7))
-        taken.append(faces[state.face[0]])
+        met(pairs, seen, position, velocity)
+        taken.append(faces[pairs.facet[0]])
     assert taken == [left, left]
 
 
@@ -216,46 +119,57 @@ def test_a_node_behind_the_faces_of_two_rounds_is_pushed_out_of_both():
         + [[0.0, y, z] for y, z in ((-1, -1), (1, -1), (1, 1), (-1, 1))] + [[-0.01, 0.1, -0.02]], dtype=float
     )  # fmt: skip
     faces = np.arange(8, dtype=np.int32).reshape(2, 4)
-    one = one_node_over(faces, node=8, outward=[-1.0, 0.0, -1.0])
-    pairs = {name: np.repeat(getattr(one, name), 2, axis=0) for name in PAIR}
-    state = one._replace(**pairs, other=np.arange(2, dtype=np.int32), first=np.arange(3), face=np.full(2, -1, np.int32))
+    pairs, seen = one_node_over(faces, node=8, outward=[-1.0, 0.0, -1.0], rounds=2)
     velocity = np.zeros_like(position)
     velocity[8] = (-1.0, 0.0, -1.0)
-    law = CollisionLaw(max_squared_frequency=1.0, step=0.1, friction=0.0)
-    find_contacts(law, state, position, velocity, np.ones(9))
-    assert state.face.tolist() == [0, 1]
-    assert state.penetration == pytest.approx([0.02, 0.01])
-    assert (state.push[:, [2, 0]].diagonal() > 0.0).all()
-    assert state.push[0, :2] == pytest.approx(0.0, abs=1e-15)
-    assert state.push[1, 1:3] == pytest.approx(0.0, abs=1e-15)
+    met(pairs, seen, position, velocity)
+    assert pairs.facet.tolist() == [0, 1]
+    assert -pairs.gap == pytest.approx([0.02, 0.01])
+    assert (pairs.force[:, [2, 0]].diagonal() > 0.0).all()
+    assert pairs.force[0, :2] == pytest.approx(0.0, abs=1e-15)
+    assert pairs.force[1, 1:] == pytest.approx(0.0, abs=1e-15)
 
 
-PAIR = ("node", "touching", "normal", "slip", "penetration", "unloaded", "stiffness", "weight", "push", "energies")
+def test_a_depth_that_was_there_before_contact_is_loaded_within_microseconds():
+    """A node at rest, met beside a face at once: nothing presses at first, all of its depth after the time."""
+    position = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0], [0.1, 0.2, -0.05]], dtype=float)
+    faces, still, step = np.arange(4, dtype=np.int32)[None], np.zeros((5, 3)), 0.05 * UNLOADED_TIME
+    pairs, seen = one_node_over(faces, node=4, outward=[0.0, 0.0, -1.0])
+    press = []
+    for _ in range(100):
+        met(pairs, seen, position, still, step)
+        press.append(pairs.force[0, 2])
+        assert pairs.gap[0] == pytest.approx(-0.05)
+    assert press[0] == 0.0
+    assert (np.diff(press) > 0.0).all()
+    whole = pairs.stiffness[0] * 0.05
+    assert press[20] == pytest.approx((1.0 - 0.95**20) * whole, rel=1e-9)
+    assert press[-1] > 0.99 * whole
 
 
 def test_bounds_reject_no_face_that_a_node_has_entered():
     """The face found is the one of brute force over all faces with the closest point alone."""
     rng = np.random.default_rng(5)
-    places, bodies = sheets(6, seed=3, bodies=1)
-    sheet, faces = 6.0 * places + rng.uniform(-0.1, 0.1, places.shape), bodies.faces
-    law, node = CollisionLaw(max_squared_frequency=1.0, step=0.1, friction=0.0), len(sheet)
-    met = []
+    sheet, faces = crumpled(6, seed=3)
+    sheet = 6.0 * sheet + rng.uniform(-0.1, 0.1, sheet.shape)
+    node, entered = len(sheet), []
     for _ in range(2000):
         under = sheet[rng.integers(node)] + rng.uniform(-0.4, 0.4, 3)
         moving = rng.normal(0.0, 4.0, 3)
-        outward = rng.normal(0.0, 1.0, 3)
-        state = one_node_over(faces, node, outward)
+        pairs, seen = one_node_over(faces, node, rng.normal(0.0, 1.0, 3))
         position, velocity = np.vstack([sheet, under]), np.vstack([np.zeros_like(sheet), moving])
-        find_contacts(law, state, position, velocity, np.ones(node + 1))
-        found = entered_face(sheet[faces], under, moving, state.outward[node], law.step)
-        assert state.face[0] == found
-        met.append(found)
-    assert 200 < np.count_nonzero(np.array(met) >= 0) < 1800
+        met(pairs, seen, position, velocity)
+        found = entered_face(sheet[faces], under, moving, seen.outward[0], 0.1)
+        assert pairs.facet[0] == found
+        entered.append(found)
+    assert 200 < np.count_nonzero(np.array(entered) >= 0) < 1800
 
 
 def entered_face(corners, place, velocity, outward, step):
     """Number of the nearest face of another round at rest that a node has just entered, -1 for none."""
-    near = [point_of(place, corner) for corner in corners]
+    four = np.arange(4, dtype=np.int32)
+    points = [closest_point(tuple(place), four, corner) for corner in corners]
+    near = [(np.array([xi, eta]), np.array(foot), np.array(turned)) for xi, eta, foot, turned in points]
     away = np.array([place - foot for _, foot, _ in near])
     normal = np.array([turned for *_, turned in near])
     distance, depth = np.linalg.norm(away, axis=1), -(away * normal).sum(axis=1)
@@ -268,36 +182,3 @@ def entered_face(corners, place, velocity, outward, step):
     off_rim = np.abs(near[best][0]).max() >= 1.0
     in_front = (-depth > 0.1 * distance[best]) & (distance < distance[best])
     return -1 if off_rim and in_front.any() else best
-
-
-def one_node_over(faces, node, outward):
-    """A node of one round, the last of all, that looks for the faces of another."""
-    nodes, count = node + 1, len(faces)
-    of_node = np.zeros(nodes, dtype=np.int32)
-    of_node[node] = 1
-    turned = np.zeros((nodes, 3))
-    turned[node] = np.asarray(outward) / np.linalg.norm(outward)
-    return Collisions(
-        node=np.array([node], dtype=np.int32),
-        other=np.zeros(1, dtype=np.int32),
-        first=np.array([0, count], dtype=np.int64),
-        candidate=np.arange(count, dtype=np.int32),
-        faces=faces,
-        node_round=of_node,
-        edge=np.ones(count),
-        near=np.arange(count, dtype=np.int32),
-        ball=np.zeros((count, 5)),
-        bound=np.zeros((count, 20)),
-        outward=turned,
-        sharing=np.zeros(nodes),
-        touching=np.zeros(1, dtype=bool),
-        normal=np.zeros((1, 3)),
-        slip=np.zeros((1, 3)),
-        penetration=np.zeros(1),
-        unloaded=np.zeros(1),
-        stiffness=np.zeros(1),
-        face=np.full(1, -1, dtype=np.int32),
-        weight=np.zeros((1, 4)),
-        push=np.zeros((1, 4)),
-        energies=np.zeros((1, 2)),
-    )
