@@ -94,7 +94,10 @@ class AssembledBurst:
             initiation=self.initiation,
             constraints=geometry.constrain(mesh, self.fields),
         )
-        self.acceleration = Acceleration(self.fields.products, settings.leakage, settings.acceleration_left)
+        radii = self.leakage.mean_radii(self.leakage.initial_radius, len(self.rounds))
+        self.acceleration = Acceleration(
+            self.fields.products, settings.leakage, settings.acceleration_left, self.ledger.chemical_energies, radii
+        )
         self.exposures = ShockExposures(self.rounds, self.fields)
         self.measures = Measures(
             self.fields,

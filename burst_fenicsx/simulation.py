@@ -127,7 +127,7 @@ class Simulation(AssembledBurst):
         records = read_checkpoint(self.checkpoint_path, self.solver, self.key)
         self.interpenetration.largest = records["passed_through"]
         self.exposures.values[:] = records["exposure"]
-        self.acceleration.restore(records["acceleration"])
+        self.acceleration.restore(records["acceleration"], records["touched"])
         complete = float(records["acceleration_complete"])
         self.acceleration_complete = complete if np.isfinite(complete) else None
         self._resumed_at = self.solver.time
@@ -185,15 +185,15 @@ class Simulation(AssembledBurst):
 
     def _record(self) -> None:
         """Take the ledger and the casings' energies, and note when their acceleration is complete; collective."""
-        time, leakage = self.solver.time, self.leakage
+        time = self.solver.time
         diameter = self.measures.outer_diameter(self.measures.outer_radii())
         self.ledger.record(self.fields, time, self.solver.time_step, diameter, self.contact)
-        weights = (leakage.initial_radius**2).reshape(len(self.rounds), -1)  # charge of the slices
-        radii = leakage.radii(self.fields.nodes.position).reshape(weights.shape)
-        radii = (radii * weights).sum(axis=1) / weights.sum(axis=1)
+        radii = self.leakage.mean_radii(self.leakage.radii(self.fields.nodes.position), len(self.rounds))
         ignition = self.fields.charge.ignition_time
         ignited = np.array([np.count_nonzero(ignition[cells] <= time) for cells in self.fields.charge_cells])
         ignited = self.comm.allreduce(ignited) if self.comm.size > 1 else ignited
+        if self.contact.collisions is not None:
+            self.acceleration.touched |= self.contact.collisions.touching_rounds()
         self.acceleration.record(time, self.ledger.kinetic_casings, radii, ignited > 0)
         if self.acceleration_complete is None and self._burnt_out() and self.acceleration.end() <= time:
             self.acceleration_complete = time
@@ -292,6 +292,7 @@ class Simulation(AssembledBurst):
         records = {
             "passed_through": self.interpenetration.largest,
             "acceleration": self.acceleration.array(),
+            "touched": self.acceleration.touched,
             "acceleration_complete": np.array(self.acceleration_complete or np.nan),
             "exposure": self.exposures.values,
         }
@@ -373,9 +374,9 @@ class Simulation(AssembledBurst):
         return BurstResult(summary, along, history)
 
     def speed_factors(self) -> np.ndarray:
-        """Speeds that fragments start with over those at the end (rounds,); 1 of an end that was given."""
+        """Speeds that fragments start with over those at the end (rounds,); 1 of an end that was given, never less."""
         left = self.acceleration.left() if self._ended_by_acceleration else np.zeros(len(self.rounds))
-        return np.sqrt(1.0 + np.nan_to_num(left))
+        return np.sqrt(1.0 + np.maximum(np.nan_to_num(left), 0.0))
 
     def _warn_of_contact(self) -> None:
         """Warn where contact has made or lost much of the work by the end."""

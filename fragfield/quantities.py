@@ -1,37 +1,22 @@
-"""The catalogue of output quantities: label, unit and rounding of each value of summary.json, and where it is shown.
-
-The catalogue is the schema that goes with the program, data/summary.schema.json. Beside what JSON Schema knows, the
-entry of a value may hold
-
-- `title`, its label in every table; `description` says more;
-- `unit`, in SI; `percent` for a fraction that is shown in per cent; `digits`, significant ones (4);
-- `rounding`, of a distance in whole metres: "up" for one to keep, "nearest" for others;
-- `shown`, the views that list it: "terminal", "report", "mesh", "compare", "sweep", "convergence", "uncertainty";
-- `name`, its column in their tables, where the key alone would not do; `error`, the path of its standard error;
-- `hide_zero`, where nothing is to be said of a zero.
-
-A part of the summary names the `stage` that writes it. A new output is computed and entered here; terminal, report,
-studies and the page "Output files" of the guide read it.
-"""
+"""The catalogue of output quantities, made from the parts of the summary: where each is shown, with label and unit."""
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
-from functools import cache
-from importlib import resources
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, get_args
 
 from fragfield.hazard.certainty import rounded_metres, whole_metres
 from fragfield.numbers import SPACE, Row, row
+from fragfield.results.part import Out, Part, outputs
+from fragfield.results.summary import STAGE_OF, Summary
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
 
 @dataclass(frozen=True)
-class Quantity:
-    """A value of summary.json.
+class Quantity(Out):
+    """A value of summary.json: its mark, with the following.
 
     Attributes
     ----------
@@ -39,32 +24,14 @@ class Quantity:
         Its keys from the top, joined by dots; "[]" behind a list.
     name : str
         Its column in tables of studies.
-    label, note : str
-        What it is, and more on it.
-    unit : str
-        In SI; empty for a pure number.
     stage : str
         Stage that writes it, as on the command line.
-    views : tuple of str
-        Where it is shown.
-    percent, digits, rounding, error, hide_zero
-        As in the schema.
     """
 
-    path: str
-    name: str
-    label: str
-    note: str
-    unit: str
-    stage: str
-    views: tuple[str, ...] = ()
-    percent: bool = False
-    digits: int = 4
-    rounding: str = ""
-    error: str = ""
-    hide_zero: bool = False
+    path: str = ""
+    stage: str = ""
 
-    def of(self, summary: Mapping[str, Any]) -> Any:  # noqa: ANN401 - a value of JSON
+    def of(self, summary: Summary | Mapping[str, Any]) -> Any:  # noqa: ANN401 - a value of JSON
         """Its value in a summary; None where there is none."""
         return value_at(summary, self.path)
 
@@ -75,10 +42,10 @@ class Quantity:
             return Row(self.label, f"{written}{SPACE}{self.unit}", "", note)
         return row(self.label, value, "%" if self.percent else self.unit, note, self.digits)
 
-    def rows(self, summary: Mapping[str, Any]) -> Iterator[Row]:
+    def rows(self, summary: Summary | Mapping[str, Any]) -> Iterator[Row]:
         """The row of a summary; none where it has no value, or a zero of which nothing is to be said."""
         value = self.of(summary)
-        if value is not None and not isinstance(value, (dict, list)) and not (self.hide_zero and value == 0):
+        if isinstance(value, (str, int, float)) and not (self.hide_zero and value == 0):
             yield self.row(value)
 
 
@@ -88,43 +55,36 @@ def column_of(name: str, unit: str) -> str:
     return name if not end or name.endswith(f"_{end}") else f"{name}_{end}"
 
 
-def value_at(summary: Mapping[str, Any], path: str) -> Any:  # noqa: ANN401 - a value of JSON
+def value_at(summary: object, path: str) -> Any:  # noqa: ANN401 - a value of JSON
     """The value at a path of keys joined by dots; None where a key is missing."""
     found: Any = summary
     for key in path.split("."):
-        found = found.get(key) if isinstance(found, dict) else None
+        found = found.at(key) if isinstance(found, Part) else found.get(key) if isinstance(found, dict) else None
     return found
 
 
-@cache
-def schema() -> dict[str, Any]:
-    """The schema of summary.json."""
-    text = (resources.files("fragfield") / "data" / "summary.schema.json").read_text(encoding="utf-8")
-    found: dict[str, Any] = json.loads(text)
-    return found
+def _quantities(part: type[Part], path: str, stage: str) -> Iterator[Quantity]:
+    for key, mark, kind in outputs(part):
+        at, of_stage = f"{path}.{key}".lstrip("."), stage or STAGE_OF.get(key, "" if mark.label else "fly")
+        inner = _part_in(kind)
+        if inner is not None and not inner.whole:
+            many = "[]" if "tuple" in str(kind) else ""
+            yield from _quantities(inner, f"{at}{many}", of_stage or "fly")
+            continue
+        known = vars(mark) | {"name": mark.name or key, "views": () if "[]" in at else mark.views}
+        yield Quantity(**known, path=at, stage=of_stage)
 
 
-def _entries(properties: Mapping[str, Any], path: str, stage: str) -> Iterator[Quantity]:
-    for key, value in properties.items():
-        entry = {**schema()["$defs"][value["$ref"].rpartition("/")[2]], **value} if "$ref" in value else value
-        at, of_stage = f"{path}.{key}".lstrip("."), entry.get("stage", stage)
-        if "properties" in entry:
-            yield from _entries(entry["properties"], at, of_stage)
-        elif "properties" in (items := entry.get("items", {})):
-            yield from _entries(items["properties"], f"{at}[]", of_stage)
-        else:
-            label, note = entry.get("title", ""), entry.get("description", "")
-            known = {
-                name: entry[name] for name in ("percent", "digits", "rounding", "error", "hide_zero") if name in entry
-            }
-            yield Quantity(
-                at, entry.get("name", key), label or note, note if label else "", entry.get("unit", ""), of_stage,
-                () if "[]" in at else tuple(entry.get("shown", ())), **known,
-            )  # fmt: skip
+def _part_in(kind: Any) -> type[Part] | None:  # noqa: ANN401 - a type
+    """The part that a type holds: alone, in a tuple, or beside None."""
+    if isinstance(kind, type) and issubclass(kind, Part):
+        return kind
+    inner = (_part_in(one) for one in get_args(kind) if not str(kind).startswith("dict"))
+    return next((one for one in inner if one is not None), None)
 
 
-QUANTITIES: dict[str, Quantity] = {one.path: one for one in _entries(schema()["properties"], "", "")}
-"""All values of summary.json by their paths, in the order of the schema."""
+QUANTITIES: dict[str, Quantity] = {one.path: one for one in _quantities(Summary, "", "")}
+"""All values of summary.json by their paths, in the order of the file."""
 
 
 def quantity(path: str) -> Quantity:

@@ -268,3 +268,12 @@ class CollidingSurfaces(ContactPairs):
         """Springs with at most that squared frequency (1/s2) after a step (s)."""
         collide(Law(max_squared_frequency, step, self._friction), self.pairs, self.seen, self._nodes.rows)
         self.tally()
+
+    def touching_rounds(self) -> np.ndarray:
+        """Which rounds' surfaces touch each other now (rounds, rounds); collective."""
+        touching, met = np.zeros((self._rounds, self._rounds), dtype=bool), self.pairs.facet >= 0
+        own = self.surfaces.node_round[np.searchsorted(self._row, self.pairs.node[met])]
+        touching[own, self.seen.other[met]] = True
+        if self._comm.size > 1:
+            self._comm.Allreduce(MPI.IN_PLACE, touching, op=MPI.LOR)
+        return touching

@@ -178,6 +178,12 @@ class AxialSlices:
             moved = self.comm.allreduce(moved)
         return self.initial_radius + (moved / self._weight)[self.source]
 
+    def mean_radii(self, radii: np.ndarray, rounds: int) -> np.ndarray:
+        """Mean over each round (rounds,) of radii of all slices (m), weighted by the slices' charge."""
+        weights = (self.initial_radius**2).reshape(rounds, -1)
+        means: np.ndarray = (radii.reshape(weights.shape) * weights).sum(axis=1) / weights.sum(axis=1)
+        return means
+
     @cached_property
     def _weight(self) -> np.ndarray:
         """Weight of the nodes of each slice (slices,)."""

@@ -40,8 +40,8 @@ class PassedThrough:
     Attributes
     ----------
     time : s.
-    beyond_planes, in_rounds, together : (rounds,) kg of each round's casing (with its fuze): behind a plane, within
-        another round, and either.
+    beyond_planes, in_rounds, together : (rounds,) kg of each round's casing (with its fuze): behind a plane, that finds
+        no room within another round, and either.
     deepest : m, the farthest that a node of a casing lies behind a plane.
     centre : (rounds, 3) m, centre of mass of what has passed; NaN where nothing has.
     """
@@ -59,6 +59,10 @@ class InterpenetrationCheck:
 
     At a plane of symmetry metal overlaps its image by twice its depth: it counts from the overlap at which it does
     within another round.
+
+    Torn metal is mostly void, and thin products give way: a cell fills no more of its space than its initial volume.
+    Metal that fills a share a of its own space finds no room where the cell that holds it fills more than 1 - a: of its
+    mass (a + b - 1) / a counts, b being the cell's share. Metal that meets no void, or dense products, counts in full.
 
     Cells of the charge count as well, so that metal which has passed right through a wall is found, but only nearer to
     the round's axis than its casing is there: products that have come out of a torn casing flow around metal. Folded
@@ -115,7 +119,8 @@ class InterpenetrationCheck:
         if not self.needed:
             return
         own = fields.mesh
-        casing = np.flatnonzero(mesh.part != Part.CHARGE)
+        self._casing = casing = np.flatnonzero(mesh.part != Part.CHARGE)
+        self._cells, self._initial_volume = mesh.cells, mesh.volumes
         cell_mass = own.all_cells(fields.cell_mass)
         self._node_mass = np.zeros(len(mesh.nodes))
         self._node_round = np.full(len(mesh.nodes), -1, dtype=np.int32)
@@ -153,18 +158,19 @@ class InterpenetrationCheck:
             deepest = self._comm.allreduce(deepest, op=MPI.MAX)
             pieces = self._comm.allgather((numbers, positions))
             numbers, positions = (np.concatenate(column) for column in zip(*pieces, strict=True))
-        inside, within = self._inside_others(position)
-        every, chosen = np.unique(np.concatenate([numbers, inside]), return_index=True)
+        inside, within, without_room = self._inside_others(position)
+        every, chosen = np.unique(np.concatenate([numbers, inside]), return_index=True)  # of both, the first
+        share = np.concatenate([np.ones(len(numbers)), without_room])[chosen]
         centre = np.full((self._count, 3), np.nan)
-        together = self._mass_by_round(every)
+        together = self._mass_by_round(every, share)
         if len(every):
-            moments = self._node_mass[every, None] * np.concatenate([positions, within])[chosen]
+            moments = (share * self._node_mass[every])[:, None] * np.concatenate([positions, within])[chosen]
             for index in np.flatnonzero(together > 0.0):
                 centre[index] = moments[self._node_round[every] == index].sum(axis=0) / together[index]
         found = PassedThrough(
             time,
-            self._mass_by_round(np.unique(numbers)),
-            self._mass_by_round(inside),
+            self._mass_by_round(np.unique(numbers), 1.0),
+            self._mass_by_round(inside, without_room),
             together,
             deepest,
             centre,
@@ -174,13 +180,30 @@ class InterpenetrationCheck:
         self.last = found
         return found
 
-    def _mass_by_round(self, numbers: np.ndarray) -> np.ndarray:
-        """Mass (rounds,) in kg of nodes of the whole mesh, each named once, in ascending order."""
-        return np.bincount(self._node_round[numbers], weights=self._node_mass[numbers], minlength=self._count)
+    def _mass_by_round(self, numbers: np.ndarray, share: np.ndarray | float) -> np.ndarray:
+        """A share of the mass (rounds,) in kg of nodes of the whole mesh, each named once, in ascending order."""
+        return np.bincount(self._node_round[numbers], weights=share * self._node_mass[numbers], minlength=self._count)
 
-    def _inside_others(self, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Casing nodes of all ranks in cells of other rounds: numbers, ascending, and positions; `position` of own."""
-        nothing = np.zeros(0, dtype=np.int64), np.zeros((0, 3))
+    def _filled(self) -> np.ndarray:
+        """Share of the space around the nodes of the whole mesh (nodes,) that metal fills; collective.
+
+        By the whole cells of casings around each; around others metal that is eroded is taken as solid.
+        """
+        volume = self._fields.mesh.all_cells(np.maximum(self._fields.volumes(), 0.0))
+        cells = self._casing[~self._eroded[self._casing]]
+        nodes = self._cells[cells].ravel()
+        before, now = (
+            np.bincount(nodes, weights=np.repeat(volumes[cells], 8), minlength=len(self._node_mass))
+            for volumes in (self._initial_volume, volume)
+        )
+        return np.where(before < now, before / np.where(now > 0.0, now, 1.0), 1.0)
+
+    def _inside_others(self, position: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Casing nodes of all ranks in cells of other rounds: numbers, ascending, positions, shares without room.
+
+        `position` of own.
+        """
+        nothing = np.zeros(0, dtype=np.int64), np.zeros((0, 3)), np.zeros(0)
         if not self._among_rounds:
             return nothing
         of_round = self._fields.mesh.round
@@ -203,10 +226,13 @@ class InterpenetrationCheck:
             numbers, points = (np.concatenate(column) for column in zip(*pieces, strict=True))
         order = np.argsort(numbers)
         numbers, points = numbers[order], points[order]
-        inside = self._held(points, self._node_round[numbers], boxes, self._casings.enclose(points, radii))
+        taken = self._taken(points, self._node_round[numbers], boxes, self._casings.enclose(points, radii))
         if self._comm.size > 1:
-            self._comm.Allreduce(MPI.IN_PLACE, inside, op=MPI.LOR)
-        return numbers[inside], points[inside]
+            self._comm.Allreduce(MPI.IN_PLACE, taken, op=MPI.MAX)
+        filled = self._filled()[numbers]
+        share = (filled + taken - 1.0) / filled
+        inside = share > 0.0
+        return numbers[inside], points[inside], share[inside]
 
     def _cell_boxes(self) -> np.ndarray:
         """Boxes (own cells, 6) around this rank's cells: low, then high corner (m)."""
@@ -218,18 +244,21 @@ class InterpenetrationCheck:
             np.maximum(boxes[:, 3:], at, out=boxes[:, 3:])
         return boxes
 
-    def _held(self, points: np.ndarray, rounds: np.ndarray, boxes: np.ndarray, enclosed: np.ndarray) -> np.ndarray:
-        """Whether this rank's cells hold points (n, 3) of nodes of other `rounds` (n,), see `hold`.
+    def _taken(self, points: np.ndarray, rounds: np.ndarray, boxes: np.ndarray, enclosed: np.ndarray) -> np.ndarray:
+        """Share of the space that is taken at points (n, 3) by this rank's cells of other `rounds` (n,), see `hold`.
 
         `enclosed` (n, rounds) says of which rounds the charges' cells count as well; `boxes` are those of own cells.
         """
-        held = np.zeros(len(points), dtype=bool)
+        taken = np.zeros(len(points))
         fields, position = self._fields, self._fields.nodes.position
         reached = (boxes[:, :3] <= points.max(axis=0, initial=-np.inf)).all(axis=1)
         reached &= (boxes[:, 3:] >= points.min(axis=0, initial=np.inf)).all(axis=1)
         rows = np.flatnonzero(reached & ~fields.eroded & ~fields.folded())
         if not len(rows):
-            return held
+            return taken
+        filled = np.ones(len(fields.eroded))
+        volume = np.maximum(fields.volumes()[rows], 1e-300)
+        filled[rows] = np.minimum(self._initial_volume[fields.mesh.cell[rows]] / volume, 1.0)
         corners = position[fields.mesh.dofmap[rows]]
         centre = corners.mean(axis=1)
         radius = np.sqrt(((corners - centre[:, None]) ** 2).sum(axis=2).max(axis=1))
@@ -239,9 +268,9 @@ class InterpenetrationCheck:
         counts = ~self._charge[cell] | enclosed[point, fields.mesh.round[cell]]
         counts &= fields.mesh.round[cell] != rounds[point]
         point, cell = point[counts], cell[counts]
-        corner = position[fields.mesh.dofmap[cell]]
-        held[point[hold(corner, points[point], outward[cell], self._overlap)]] = True
-        return held
+        held = hold(position[fields.mesh.dofmap[cell]], points[point], outward[cell], self._overlap)
+        np.maximum.at(taken, point[held], filled[cell[held]])
+        return taken
 
     def check(self, time: float) -> None:
         """Look at `time` (s); collective.

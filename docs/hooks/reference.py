@@ -15,7 +15,8 @@ from typer.main import get_command
 from burst_fenicsx.data import DATA_DIRECTORY
 from fragfield.case import CaseTable
 from fragfield.cli import app
-from fragfield.quantities import QUANTITIES, schema
+from fragfield.quantities import QUANTITIES
+from fragfield.results.summary import described
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -147,7 +148,7 @@ def summary_reference() -> str:
     parts = []
     for part, values in groupby(QUANTITIES.values(), key=lambda one: one.path.rpartition(".")[0].partition(".")[0]):
         name = part.removesuffix("[]")
-        head = f"### {name}\n\n{schema()['properties'][name]['description']}\n\n" if name else ""
+        head = f"### {name}\n\n{described(name)}\n\n" if name else ""
         body = [
             (f"`{one.path.removeprefix(f'{part}.')}`", one.unit,
              cell(". ".join(words for words in (one.label, one.note) if words)))

@@ -19,13 +19,11 @@ if TYPE_CHECKING:
 def import_(
     file: Annotated[
         Path,
-        typer.Argument(parser=file_path, metavar="FILE", help="Table of a test: CSV in any dialect, XLSX, ODS."),
+        typer.Argument(parser=file_path, metavar="FILE", help="Table of a test: CSV, XLSX, ODS."),
     ],
     kind: Annotated[
         str | None,
-        typer.Option(
-            "--kind", metavar="KIND", help="arena, pit, fragments, drag or walls; default: as its columns show."
-        ),
+        typer.Option("--kind", metavar="KIND", help="arena or pit; default: as its columns show."),
     ] = None,
     out: Annotated[
         Path | None,
@@ -38,7 +36,7 @@ def import_(
         typer.Option(
             "--column",
             metavar="QUANTITY=NAME",
-            help='Column of a quantity by name or number; repeatable: mass="Masse (g)".',
+            help='Column of a quantity by name or number; repeatable: mass="Weight (g)".',
         ),
     ] = None,
     unit: Annotated[
@@ -46,7 +44,7 @@ def import_(
         typer.Option(
             "--unit",
             metavar="QUANTITY=UNIT",
-            help="Unit of a quantity, or of all masses, speeds, angles, lengths; repeatable: mass=g.",
+            help="Unit of a quantity, or of all masses, speeds, angles; repeatable: mass=g.",
         ),
     ] = None,
     encoding: Annotated[
@@ -55,7 +53,7 @@ def import_(
     ] = None,
     separator: Annotated[
         str | None,
-        typer.Option("--separator", metavar="NAME", help="Between cells: comma, semicolon, tab, bar, space."),
+        typer.Option("--separator", metavar="NAME", help="Between cells: comma, semicolon, tab, bar."),
     ] = None,
     decimal: Annotated[
         str | None,

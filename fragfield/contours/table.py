@@ -11,8 +11,7 @@ import numpy as np
 from fragfield.contours.section import Section, chords, with_cones
 from fragfield.errors import InputError
 from fragfield.importing.cells import NotANumberError, Numbers, decimal_of
-from fragfield.importing.sheet import QuestionError
-from fragfield.importing.text_file import read_text_file
+from fragfield.importing.sheet import QuestionError, read_text_file
 from fragfield.importing.workbook import is_workbook, read_workbook
 from fragfield_base.units import UnitError, read_measure
 
@@ -28,13 +27,13 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 
-_STATION = re.compile(r"station|position|distance|abstand|l(ä|ae)nge|length|^(z|x|s)\b|from|ab_|von")
-_OUTER = re.compile(r"out(er|side)|aussen|außen|ext|^od\b")
-_INNER = re.compile(r"inn(er|en)|inside|cavity|bore|int|^id\b")
-_DIAMETER = re.compile(r"diam|durchmesser|\bdm\b|⌀|ø|^[oi]d\b|dia\b")
-_RADIUS = re.compile(r"radi|halbmesser|\br\b")
-_BASE = re.compile(r"base|boden|heck|rear|tail")
-_NOSE = re.compile(r"nose|spitze|bug|front|tip")
+_STATION = re.compile(r"station|position|distance|length|^(z|x|s)\b|from")
+_OUTER = re.compile(r"out(er|side)|ext|^od\b")
+_INNER = re.compile(r"inner|inside|cavity|bore|int|^id\b")
+_DIAMETER = re.compile(r"diam|⌀|ø|^[oi]d\b|dia\b")
+_RADIUS = re.compile(r"radi|\br\b")
+_BASE = re.compile(r"base|rear|tail")
+_NOSE = re.compile(r"nose|front|tip")
 _UNIT = re.compile(r"[\[(]\s*([a-zA-Zµ.\"']+)\s*[\])]\s*$|[_ ](mm|cm|m|in|inch|inches|ft)$")
 _NARROW = 0.8  # of the other end's radius: then it is the nose
 

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any
 from fragfield.case import differences, read_resolved, to_toml
 from fragfield.errors import InputError
 from fragfield.files.stamped import read_stamped_json, stamped_json, stamped_toml, stored_case_text
+from fragfield.results.summary import Summary, read_summary
 from fragfield_base.writing import DRAFT, locked, write_text
 
 if TYPE_CHECKING:
@@ -264,6 +265,10 @@ class RunDirectory:
     def summary(self) -> dict[str, Any]:
         """summary.json, empty where there is none; raises InputError where it is damaged."""
         return read_stamped_json(self.summary_file) if self.summary_file.is_file() else {}
+
+    def results(self) -> Summary:
+        """summary.json by attribute, empty where there is none; raises InputError where it is damaged or too old."""
+        return read_summary(self.summary(), self.summary_file)
 
     def write_summary(self, summary: Mapping[str, Any]) -> None:
         """Store summary.json in one move."""

@@ -1,40 +1,32 @@
-"""Cells of tables of tests: names (English, German, French), units, numbers, ranges, decimal signs."""
+"""Cells of tables of tests: names of columns, units, numbers, ranges, decimal signs."""
 
 from __future__ import annotations
 
 import math
 import re
-import tomllib
-import unicodedata
 from functools import lru_cache
-from importlib import resources
 from typing import TYPE_CHECKING, NamedTuple
 
 from fragfield.errors import InputError
 from fragfield.importing.sheet import Guess, QuestionError, Refused
-from fragfield.importing.text_file import decimal_marks
 from fragfield_base.units import Measure, UnitError, read_measure
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterable, Sequence
 
     from fragfield.importing.sheet import Cell, Row, Sheet
 
 
-GROUPS = {"kg": "mass", "m/s": "speed", "rad": "angle", "m": "length", "kg/m^3": "density"}
+GROUPS = {"kg": "mass", "m/s": "speed", "rad": "angle"}
 """What `--unit GROUP=...` calls all quantities of one dimension."""
-SIDES = frozenset(("from", "to", "von", "bis", "de", "a", "min", "max", "lower", "upper", "unten", "oben"))
-"""Names of columns that mean something only with that of their group."""
-_LIKELY = {"kg": ("g", "kg", "grain"), "m/s": ("m/s", "ft/s"), "rad": ("deg", "rad"), "m": ("m", "mm", "ft")}
+_LIKELY = {"kg": ("g", "kg", "grain"), "m/s": ("m/s", "ft/s"), "rad": ("deg", "rad")}
 
 
 class Quantity(NamedTuple):
-    """A quantity of our tables."""
+    """A quantity of our tables: its SI unit, empty of a number, and what columns that hold it are called."""
 
     unit: str
-    """SI unit, empty of a number."""
     names: tuple[str, ...]
-    """Plain names that mean it."""
 
     @property
     def likely(self) -> tuple[str, ...]:
@@ -42,34 +34,35 @@ class Quantity(NamedTuple):
         return _LIKELY.get(self.unit, (self.unit,))
 
 
-@lru_cache(maxsize=4096)
-def plain(text: str) -> str:
-    """A name in lower case without accents, signs and double spaces: "Stück / Zone" is "stueck zone"."""
-    text = text.casefold()
-    for letter, letters in (("ä", "ae"), ("ö", "oe"), ("ü", "ue"), ("ß", "ss"), ("ø", "oe"), ("θ", "theta"),
-                            ("ϑ", "theta"), ("φ", "phi"), ("ϕ", "phi"), ("α", "alpha"), ("σ", "summe "),
-                            ("∑", "summe "), ("º", " "), ("№", "number")):  # fmt: skip
-        text = text.replace(letter, letters)
-    text = "".join(one for one in unicodedata.normalize("NFKD", text) if not unicodedata.combining(one))
-    return " ".join(re.sub(r"[^a-z0-9<>]+", " ", text).split())
-
-
-def _quantities() -> dict[str, Quantity]:
-    text = (resources.files("fragfield") / "data" / "table_names.toml").read_text(encoding="utf-8")
-    return {name: Quantity(one["unit"], tuple(one["names"])) for name, one in tomllib.loads(text).items()}
-
-
-QUANTITIES = _quantities()
+QUANTITIES = {
+    name: Quantity(unit, (name.replace("_", " "), *names.split(", ")))
+    for name, unit, names in (
+        ("zone_from", "rad", "from, angle from, polar angle from, theta from, zone lower, lower angle"),
+        ("zone_to", "rad", "to, angle to, polar angle to, theta to, zone upper, upper angle"),
+        ("zone", "rad", "polar zone, polar angle, angle, theta, zone centre, zone center"),
+        ("mass_from", "kg", "m from, m min, mass min, min mass, lower mass, weight from"),
+        ("mass_to", "kg", "m to, m max, mass max, max mass, upper mass, weight to"),
+        ("mass_group", "kg", "mass class, mass range, mass interval, weight group, class, group"),
+        ("mass_above", "kg", "m >, mass >, heavier than, m above"),
+        ("number", "", "n, count, number of fragments, fragments, pieces, number of pieces, number above"),
+        ("mean_mass", "kg", "average mass, mass mean, m mean, mean weight, average weight"),
+        ("total_mass", "kg", "mass total, sum of masses, m total, total weight, recovered mass"),
+        ("mass", "kg", "m, weight, fragment mass, piece mass, fragment weight"),
+        ("mean_speed", "m/s", "speed, velocity, v, v0, v mean, mean velocity, average speed, average velocity"),
+        ("max_speed", "m/s", "v max, vmax, max velocity, maximum speed, maximum velocity, largest speed"),
+    )
+}  # fmt: skip
 """Quantities that columns may hold, by the names of `--column`."""
 
-_UNIT_WORDS = {
-    "°": "deg", "grad": "grad?", "degre": "deg", "degres": "deg", "winkelgrad": "deg", "gr": "gr?", "mgr": "mg?",
-    "gramm": "g", "gramme": "g", "grammes": "g", "kilogramm": "kg", "kilogramme": "kg", "grs": "grain", "gon": "gon",
-    "ftps": "ft/s", "m s-1": "m/s", "m.s-1": "m/s", "m·s-1": "m/s", "m s⁻¹": "m/s", "m·s⁻¹": "m/s", "kmh": "km/h",
-    "metres": "m", "zoll": "in", "pouces": "in", "radiant": "rad", "ounces": "oz", "lbm": "lb",
-}  # fmt: skip
+_UNIT_WORDS = {"°": "deg", "gr": "gr?", "mgr": "mg?", "grs": "grain", "ftps": "ft/s", "m s-1": "m/s", "lbm": "lb"}
 """Units as units.py does not have them; those with a question mark have the meanings of `_ASKED`."""
-_ASKED = {"grad?": ("deg", "gon"), "gr?": ("g", "grain"), "mg?": ("mg", "g")}
+_ASKED = {"gr?": ("g", "grain"), "mg?": ("mg", "g")}
+
+
+@lru_cache(maxsize=4096)
+def plain(text: str) -> str:
+    """A name in lower case without signs and double spaces: "Mean mass / Zone" is "mean mass zone"."""
+    return " ".join(re.sub(r"[^a-z0-9<>]+", " ", text.casefold().replace("θ", "theta")).split())
 
 
 @lru_cache(maxsize=4096)
@@ -91,17 +84,16 @@ def is_unit(text: str) -> bool:
 def unit_of(text: str, quantity: Quantity, place: str, name: str) -> float | None:
     """Factor from a unit to SI for a quantity; None where it is of another dimension.
 
-    Raises QuestionError: the unit has two meanings: "gr" is gram or grain, German "Grad" degree or gon, "Mg" of a
-    header megagram or mg.
+    Raises QuestionError: the unit has two meanings: "gr" is gram or grain, "Mg" of a header megagram or mg.
     """
     word = _UNIT_WORDS.get(text.casefold(), text)
     if word in _ASKED:
-        choices = tuple(one for one in _ASKED[word])
-        if quantity.unit in (("rad",) if word == "grad?" else ("kg",)):
-            raise QuestionError(
-                f"{place}: the unit {text!r} is {' or '.join(choices)}", "unit", [f"{name}={one}" for one in choices]
-            )
-        return None
+        choices = _ASKED[word]
+        if quantity.unit != "kg":
+            return None
+        raise QuestionError(
+            f"{place}: the unit {text!r} is {' or '.join(choices)}", "unit", [f"{name}={one}" for one in choices]
+        )
     exact, lower = _measure(word), _measure(word.lower())
     found = exact if exact is not None else lower
     if found is None or not quantity.unit or not found.is_of(quantity.unit):
@@ -122,7 +114,7 @@ class Head(NamedTuple):
 
 
 def read_head(text: str) -> list[Head]:
-    """Ways to read a column's name, the surest first: "Masse [g]", "v in m/s", "mass_g", "m/kg", "Masse"."""
+    """Ways to read a column's name, the surest first: "Mass [g]", "v in m/s", "mass_g", "m/kg", "Mass"."""
     heads: list[Head] = []
     text = text.strip()
     if match := re.fullmatch(r"(.*?)\s*[\[({<]\s*([^\[\]{}<>]*?)\s*[\])}>]\s*(.*)", text):
@@ -148,16 +140,14 @@ def read_head(text: str) -> list[Head]:
 _SPACES = re.compile(r"(?<=\d)[ \xa0\u202f\u2009'’](?=\d{3}(?!\d))")
 _PLAIN = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
 _WITH_UNIT = re.compile(r"([-+−]?[\d.,'’ \xa0\u202f\u2009]*\d[.,]?(?:[eE][-+−]?\d+)?)\s*([^\d\s.,].*)")
-_TO = r"(?:\s*(?:\.\.+|…|–|—|-|:|;)\s*|\s+(?:to|bis|a|à|und|and)\s+|\s*<\s*)"
+_TO = r"(?:\s*(?:\.\.+|…|–|—|-|:|;)\s*|\s+(?:to|and)\s+)"
 _SIDE = r"[\[(]?\s*(?P<{0}>[\d.,'’\xa0\u202f]*\d[.,]?)\s*(?P<{0}unit>[^\W\d_]+|°|µ\w+)?\s*[\])]?"
 _RANGE = re.compile(_SIDE.format("low") + _TO + _SIDE.format("high"), re.IGNORECASE)
-_BELOW = re.compile(
-    r"(?:<=?|≤|up to|bis|unter|below|less than|under|jusqu.?[aà]|moins de)\s*" + _SIDE.format("high"), re.IGNORECASE
-)
+_BELOW = re.compile(r"(?:<=?|≤|up to|under|below|less than)\s*" + _SIDE.format("high"), re.IGNORECASE)
 _ABOVE = re.compile(
-    r"(?:>=?|≥|over|above|more than|ueber|über|ab|mehr als|plus de|au.?dessus de)\s*" + _SIDE.format("low")
-    + "|" + _SIDE.format("more") + r"\s*(?:\+|and over|und mehr|et plus)", re.IGNORECASE,
-)  # fmt: skip
+    r"(?:>=?|≥|over|above|more than)\s*" + _SIDE.format("low") + "|" + _SIDE.format("more") + r"\s*(?:\+|and over)",
+    re.IGNORECASE,
+)
 
 
 class NotANumberError(ValueError):
@@ -173,13 +163,7 @@ class Interval(NamedTuple):
 
 
 class Numbers:
-    """Reads cells with one decimal sign.
-
-    Parameters
-    ----------
-    decimal : str
-        "point" or "comma".
-    """
+    """Reads cells with one decimal sign, "point" or "comma"."""
 
     def __init__(self, decimal: str) -> None:
         self.decimal = decimal
@@ -224,13 +208,13 @@ class Numbers:
         return self.with_unit(cell)[0] if self.is_number(cell) else 0.0
 
     def with_unit(self, cell: Cell) -> tuple[float, str]:
-        """A number and the unit behind it, as in "12,5 g"; raises NotANumberError."""
+        """A number and the unit behind it, as in "12.5 g"; raises NotANumberError."""
         if isinstance(cell, str) and (match := _WITH_UNIT.fullmatch(cell.strip())) and is_unit(match[2].strip()):
             return self.value(match[1]), match[2].strip()
         return self.value(cell), ""
 
     def interval(self, cell: Cell, *, bare: str = "") -> Interval | None:
-        """A range such as "0-5", "0,1 bis 0,5 g", "< 1" or "> 50 g"; None of anything else."""
+        """A range such as "0-5", "0.1 to 0.5 g", "< 1" or "> 50 g"; None of anything else."""
         if not isinstance(cell, str):
             return None
         text = cell.strip()
@@ -245,6 +229,48 @@ class Numbers:
         return None
 
 
+_NUMBER = re.compile(r"[-+−]?(?:\d[\d.,'’ \xa0\u202f\u2009]*|[.,]\d+)(?:[eE][-+−]?\d+)?")
+_THIN_SPACES = "\xa0\u202f\u2009"  # that stand between thousands
+
+
+def _decimal_marks(cells: Iterable[str]) -> tuple[str, dict[str, str]]:
+    """Decimal sign of cells, and for "point" and "comma" the first cell that shows it.
+
+    "1.5", "0,125", "1.234,5" and "1,234,567" show it; "1.234" does not: 1.234, or 1234 with a mark between thousands.
+    """
+    shown: dict[str, str] = {}
+    either = False
+    for cell in cells:
+        bare = cell.strip().lstrip("-+−")
+        if not _NUMBER.fullmatch(bare) or not ("." in bare or "," in bare):
+            continue
+        mark = _shown_decimal(bare)
+        if mark:
+            shown.setdefault(mark, cell)
+        else:
+            either = True
+    if len(shown) == 2:
+        return "both", shown
+    return next(iter(shown), "either" if either else ""), shown
+
+
+def _shown_decimal(number: str) -> str:
+    digits = re.split(r"[eE]", number)[0]
+    for space in (*_THIN_SPACES, " ", "'", "’"):
+        digits = digits.replace(space, "")
+    other = {".": "comma", ",": "point"}
+    name = {".": "point", ",": "comma"}
+    last = max(digits.rfind("."), digits.rfind(","))
+    mark = digits[last]
+    if digits.count(".") and digits.count(","):
+        return name[mark]
+    if digits.count(mark) > 1:
+        return other[mark]
+    before, after = digits[:last], digits[last + 1 :]
+    may_be_thousands = len(after) == 3 and 1 <= len(before) <= 3 and not before.startswith("0")
+    return "" if may_be_thousands and "e" not in number.lower() else name[mark]
+
+
 def decimal_of(sheet: Sheet, rows: Sequence[Row], decimal: str | None) -> tuple[str, Guess | None]:
     """Decimal sign of the rows of a table, and why.
 
@@ -256,7 +282,7 @@ def decimal_of(sheet: Sheet, rows: Sequence[Row], decimal: str | None) -> tuple[
             raise InputError(f"{sheet.path}: decimal {decimal!r}; allowed: point or comma")
         return decimal, Guess("decimal sign", decimal, "as given")
     cells = [(row.line, part) for row in rows for cell in row.cells if isinstance(cell, str) for part in _parts(cell)]
-    found, shown = decimal_marks(part for _, part in cells)
+    found, shown = _decimal_marks(part for _, part in cells)
     if found == "both":
         lines = {name: next(line for line, part in cells if part == cell) for name, cell in shown.items()}
         words = " and ".join(f"{shown[name]!r} in line {lines[name]} (decimal {name})" for name in sorted(shown))

@@ -10,7 +10,7 @@ import numpy as np
 
 from flight.files.text_tables import converted
 from fragfield.errors import InputError
-from fragfield.importing.cells import GROUPS, QUANTITIES, SIDES, Interval, NotANumberError, is_unit, read_head, unit_of
+from fragfield.importing.cells import GROUPS, QUANTITIES, Interval, NotANumberError, is_unit, read_head, unit_of
 from fragfield.importing.sheet import Guess, QuestionError, Refused, letter
 from fragfield_base.errors import names_allowed
 
@@ -67,11 +67,6 @@ class Columns:
     def cells(self, name: str) -> list[Cell]:
         """Cells of a quantity as they are."""
         return [row.cells[self.index[name]] for row in self.layout.rows]
-
-    def texts(self, name: str) -> list[str]:
-        """Cells of a quantity as texts."""
-        return [cell.text if isinstance(cell, Refused) else f"{cell:g}" if isinstance(cell, float) else cell
-                for cell in self.cells(name)]  # fmt: skip
 
     def intervals(self, name: str, unit: str) -> list[Interval | None]:
         """Ranges of a quantity in a unit (`deg` or SI); None where a cell is none."""
@@ -165,10 +160,10 @@ class Columns:
     def same_unit(self, name: str, other: str) -> None:
         """Take the unit of another column, or what its values show of it, for one whose unit is not said."""
         mine = self._unit_text(name, "")[0].casefold()
-        if mine in ("", "grad") and not any(self.layout.numbers.has_unit(cell) for cell in self.cells(name)):
+        if not mine and not any(self.layout.numbers.has_unit(cell) for cell in self.cells(name)):
             largest = [abs(value) for cell in self.cells(other) if (value := self.layout.numbers.or_zero(cell))]
             text, _ = _angle(*self._unit_text(other, ""), max(largest, default=0.0))
-            if text and text.casefold() != "grad":
+            if text:
                 self.like[name] = text, f"as {other}"
 
     def factor(self, name: str, wanted: str, in_cells: str, largest: float) -> float:
@@ -210,22 +205,15 @@ class Columns:
         place = f"{self.layout.sheet.path}: {name} ({self._title(at)})"
         known = [one for one in heads if one.unit]
         for head in sorted(known, key=lambda one: one.name not in quantity.names):
-            if (
-                head.unit.casefold() in ("grad", "gr")
-                or unit_of(head.unit, quantity, place, GROUPS[quantity.unit]) is not None
-            ):
+            if unit_of(head.unit, quantity, place, GROUPS[quantity.unit]) is not None:
                 return head.unit, "in the column's name"
         return "", ""
 
 
 def _angle(text: str, reason: str, largest: float) -> tuple[str, str]:
-    """Unit of angles that go round to the tail: what their largest value shows."""
-    if text and text.casefold() != "grad":
-        return text, reason
-    if abs(largest - 180.0) < 1e-6:
+    """Unit of angles that go round to the tail: where it is not said, what their largest value shows."""
+    if not text and abs(largest - 180.0) < 1e-6:
         return "deg", "they reach 180"
-    if abs(largest - 200.0) < 1e-6:
-        return "gon", "they reach 200"
     if not text and abs(largest - math.pi) < 5e-3:
         return "rad", "they reach pi"
     if not text and 6.3 < largest < 180.0:
@@ -245,10 +233,7 @@ def columns_by_name(layout: Layout, wanted: Sequence[str], chosen: Mapping[str, 
     for at, title in enumerate(layout.names):
         if at in taken or not title:
             continue
-        free = [one for one in wanted if one not in chosen]
-        name = _meaning(title, layout.units[at], free)
-        if name is None and not any(head.name in SIDES for head in read_head(layout.own[at])):
-            name = _meaning(layout.own[at], layout.units[at], free)
+        name = _meaning(title, layout.units[at], [one for one in wanted if one not in chosen])
         if name is None:
             continue
         if name in index:
@@ -261,7 +246,7 @@ def columns_by_name(layout: Layout, wanted: Sequence[str], chosen: Mapping[str, 
     return {name: index[name] for name in wanted if name in index}
 
 
-_PART = re.compile(r"%|‰|percent|prozent|pourcent|fraction|anteil", re.IGNORECASE)
+_PART = re.compile(r"%|‰|percent|fraction", re.IGNORECASE)
 """What a column is called that holds parts of a whole; numbers "per degree" have a stroke in their name."""
 
 

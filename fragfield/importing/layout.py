@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from fragfield.errors import InputError
-from fragfield.importing.cells import SIDES, Numbers, decimal_of, is_unit, plain, read_head
+from fragfield.importing.cells import Numbers, decimal_of, is_unit, plain
 from fragfield.importing.sheet import Guess, QuestionError, Refused, Row
 
 if TYPE_CHECKING:
@@ -18,10 +18,7 @@ if TYPE_CHECKING:
 
 
 _SAMPLE = 1000  # rows
-_SUM = re.compile(
-    r"(?:zwischen|gesamt)?summe\b.*|(?:sub ?|grand )?totals?\b.*|sum|gesamt|insgesamt|gesamtanzahl|somme\b.*|totaux|"
-    r"mittelwert|mittel|mean|average|moyenne|durchschnitt"
-)
+_SUM = re.compile(r"(?:sub ?|grand )?totals?\b.*|sum|mean|average")
 """What a row is called that adds others up or averages them."""
 
 
@@ -32,9 +29,7 @@ class Layout:
     sheet: Sheet
     """What it is of."""
     names: list[str]
-    """One a column, empty where there is none; with the name of its group of columns before it."""
-    own: list[str]
-    """The same without that of the group."""
+    """One a column, empty where there is none."""
     units: list[str]
     """From a row of units below the names, else empty."""
     rows: list[Row]
@@ -64,7 +59,7 @@ def lay_out(sheet: Sheet, *, decimal: str | None = None, rows: str | None = None
     likely = max(("point", "comma"), key=lambda sign: sum(map(Numbers(sign).is_number, some)))
     trial = Numbers(decimal if decimal in ("point", "comma") else likely)
     first, last = _rows_of_numbers(sheet, kept, trial)
-    names, own, units, used, guesses = _heads(kept[:first], width)
+    names, units, used, guesses = _heads(kept[:first], width)
     body = kept[first : last + 1]
     between = [row for row in body if not _is_data(row, trial, 1, ranges=True)]
     dropped = [f"line {row.line}: {_shown(row)}" for row in kept[last + 1 :]]
@@ -78,7 +73,7 @@ def lay_out(sheet: Sheet, *, decimal: str | None = None, rows: str | None = None
         )  # fmt: skip
     if not body:
         raise InputError(f"{sheet.path}: no row of numbers but sums")
-    _refuse_beyond_names(sheet, own, body)
+    _refuse_beyond_names(sheet, names, body)
     sign, guess = decimal_of(sheet, body, decimal)
     filled = [Row(row.line, [*row.cells, *[""] * (width - len(row.cells))]) for row in body]
     found = [*sheet.guesses, *guesses, *([guess] if guess is not None and not sheet.name else [])]
@@ -86,7 +81,7 @@ def lay_out(sheet: Sheet, *, decimal: str | None = None, rows: str | None = None
     if above:
         found.append(Guess("above the table", "; ".join(map(repr, above[:6])), "not read"))
     found.append(Guess("rows", f"{len(body)}, from line {body[0].line} to {body[-1].line}", "those with numbers"))
-    return Layout(sheet, names, own, units, filled, Numbers(sign), found, dropped, rows is not None, above)
+    return Layout(sheet, names, units, filled, Numbers(sign), found, dropped, rows is not None, above)
 
 
 def _refuse_beyond_names(sheet: Sheet, names: Sequence[str], rows: Sequence[Row]) -> None:
@@ -143,8 +138,8 @@ def _rows_of_numbers(sheet: Sheet, rows: Sequence[Row], numbers: Numbers) -> tup
     return held[0], held[-1]
 
 
-def _heads(rows: Sequence[Row], width: int) -> tuple[list[str], list[str], list[str], set[int], list[Guess]]:
-    """Names with those of their groups and alone, units, and their lines, from the rows above those of numbers."""
+def _heads(rows: Sequence[Row], width: int) -> tuple[list[str], list[str], set[int], list[Guess]]:
+    """Names, units, and their lines, from the rows above those of numbers."""
     units = [""] * width
     used: set[int] = set()
     guesses: list[Guess] = []
@@ -155,38 +150,10 @@ def _heads(rows: Sequence[Row], width: int) -> tuple[list[str], list[str], list[
         used.add(heads[-1].line)
         heads = heads[:-1]
     if not heads:
-        return (
-            [""] * width,
-            [""] * width,
-            units,
-            used,
-            [*guesses, Guess("names", "none", "no row of names above the numbers")],
-        )
+        return [""] * width, units, used, [*guesses, Guess("names", "none", "no row of names above the numbers")]
     used.add(heads[-1].line)
-    own = [str(_text(cell)) for cell in _padded(heads[-1], width)]
-    names = list(own)
     guesses.append(Guess("names", f"line {heads[-1].line}", "the row above the numbers"))
-    above = next((row for row in rows[::-1] if row.line == heads[-1].line - 1), None)
-    if above is not None and len(_filled(above)) > 1 and _need_groups(own) and not _has_refused(above):
-        group = ""
-        for at, cell in enumerate(_padded(above, width)):
-            group = str(_text(cell)) or group
-            if group and at < len(names) and names[at] != group:
-                names[at] = f"{group} {names[at]}".strip()
-        used.add(above.line)
-        guesses.append(Guess("names", f"line {above.line}", "groups of columns above the names"))
-    return names, own, units, used, guesses
-
-
-def _need_groups(names: Sequence[str]) -> bool:
-    """Whether names mean something only with those of the groups above them: "from", "to", ranges, two alike."""
-    known = [name for name in names if name]
-    alone = any(head.name in SIDES for name in known for head in read_head(name))
-    return alone or len(set(known)) < len(known) or any(name[0].isdigit() for name in known)
-
-
-def _has_refused(row: Row) -> bool:
-    return any(isinstance(cell, Refused) for cell in row.cells)
+    return [_text(cell) for cell in _padded(heads[-1], width)], units, used, guesses
 
 
 def _padded(row: Row, width: int) -> list[Cell]:
@@ -204,7 +171,7 @@ def _bare(cell: Cell) -> str:
 def _are_units(row: Row) -> bool:
     """Whether all cells of a row are units, or signs for none."""
     cells = [_bare(cell) for cell in _filled(row)]
-    none = ("", "1", "#", "%", "Stk", "Stück", "n")
+    none = ("", "1", "#", "%", "n")
     return any(is_unit(cell) for cell in cells) and all(is_unit(cell) or cell in none for cell in cells)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import math
 import re
 import tempfile
 from dataclasses import dataclass, field
@@ -11,30 +12,29 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from flight.arena import ArenaTable
-from flight.drag import Drag
 from flight.errors import InputError as FlightInputError
 from flight.files.text_tables import write_columns
-from flight.fragments import Fragments
 from fragfield.case.checks.expected_masses import RECOVERED
 from fragfield.errors import InputError
-from fragfield.importing import arena, other_tables
+from fragfield.importing import arena
 from fragfield.importing.cells import GROUPS, QUANTITIES, plain
 from fragfield.importing.columns import Columns, columns_by_name
 from fragfield.importing.layout import lay_out
-from fragfield.importing.sheet import Guess, QuestionError
-from fragfield.importing.text_file import read_text_file
+from fragfield.importing.sheet import Guess, QuestionError, read_text_file
 from fragfield.importing.workbook import is_workbook, read_workbook
 from fragfield.version import __version__
 from fragfield_base.errors import names_allowed
 from fragfield_base.paths import absolute
 from fragfield_base.units import UnitError, read_measure
-from fragfield_base.writing import write_bytes, write_text
+from fragfield_base.writing import write_bytes
 
 if TYPE_CHECKING:
     import os
     from collections.abc import Mapping
 
+    from numpy.typing import NDArray
+
+    from flight.arena import ArenaTable
     from fragfield.importing.layout import Layout
     from fragfield.importing.sheet import Sheet
 
@@ -42,11 +42,9 @@ if TYPE_CHECKING:
 KINDS = {
     "arena": "fragments of one round by polar zone and mass group: --fragments",
     "pit": "fragments counted by mass: break_up.mean_mass",
-    "fragments": "fragments one by one: --fragments",
-    "drag": "drag coefficient over Mach number: flight.drag",
-    "walls": "upright walls: [[obstacle]]",
 }
 """Kinds of tables, and where a case takes them."""
+_PIT = ("mass_above", "mass_from", "mass_to", "mass_group", "number", "total_mass", "mass")
 
 
 @dataclass(frozen=True, repr=False)
@@ -59,7 +57,7 @@ class ImportedTable:
         One of `KINDS`.
     source : Path
         The file that was read.
-    content : ArenaTable, Fragments, Drag, dict of columns (pit) or str (walls, as tables of a case file)
+    content : ArenaTable or dict of columns (pit)
         The table.
     guesses : list of Guess
         What was concluded of the file: `what`, `value`, `reason`.
@@ -85,7 +83,7 @@ class ImportedTable:
     @property
     def default_name(self) -> str:
         """Name of the file beside the source that `write` takes."""
-        return f"{self.source.stem}_{self.kind}{'.toml' if self.kind == 'walls' else '.csv'}"
+        return f"{self.source.stem}_{self.kind}.csv"
 
     def write(self, path: str | os.PathLike[str] | None = None) -> Path:
         """Write the file that a case reads; without a path into the working folder under `default_name`.
@@ -93,25 +91,16 @@ class ImportedTable:
         Raises InputError: it would replace its own source, or cannot be written.
         """
         target = absolute(self.default_name if path is None else path, InputError)
-        wanted = ".toml" if self.kind == "walls" else ".csv"
-        if target.suffix.lower() != wanted:
-            raise InputError(f"{target}: a table of the kind {self.kind} is written as {wanted}; name it so")
+        if target.suffix.lower() != ".csv":
+            raise InputError(f"{target}: a table of the kind {self.kind} is written as .csv; name it so")
         if target.resolve() == self.source.resolve():
             raise InputError(f"{target}: is the file that was read; name another with --out")
         try:
-            return self._write(target)
+            if not isinstance(self.content, dict):
+                return self.content.write(target, self.provenance)
+            write_columns(target, self.content, self.provenance)
         except FlightInputError as error:
             raise InputError(str(error)) from None
-
-    def _write(self, target: Path) -> Path:
-        if self.kind == "walls":
-            return write_text(target, f"# from {self.source.name}\n\n{self.content}", InputError)
-        if isinstance(self.content, ArenaTable | Fragments):
-            return self.content.write(target, self.provenance)
-        if isinstance(self.content, Drag):
-            columns = {"mach": self.content.mach, "cd": self.content.coefficient}
-            return write_columns(target, columns, self.provenance)
-        write_columns(target, self.content, self.provenance)
         if self.rounds != 1.0:  # a comment that our reader of pit tests takes the number from
             write_bytes(target, f"# rounds = {self.rounds:.10g}\n".encode() + target.read_bytes(), InputError)
         return target
@@ -135,18 +124,18 @@ def import_table(
     from_base: bool = False, empty_zones: bool = False, case: str | os.PathLike[str] | None = None,
     casing_mass: str | float | None = None,
 ) -> ImportedTable:  # fmt: skip
-    """Read a table of a test in any usual form: CSV in any dialect, XLSX, ODS.
+    """Read a table of a test in any usual form: CSV, XLSX, ODS.
 
     Parameters
     ----------
     path : path
         The file.
     kind : str, optional
-        "arena", "pit", "fragments", "drag" or "walls"; left out: as its columns show.
+        "arena" or "pit"; left out: as its columns show.
     columns : mapping
-        Column of a quantity, by its name in the file or its number from 1: `{"mass": "Masse (g)"}`.
+        Column of a quantity, by its name in the file or its number from 1: `{"mass": "Weight (g)"}`.
     units : mapping
-        Unit of a quantity, or of all masses, speeds, angles, lengths: `{"mass": "g"}`.
+        Unit of a quantity, or of all masses, speeds, angles: `{"mass": "g"}`.
     encoding, separator, decimal, sheet : str, optional
         Of the file, where it does not show them: "cp1252"; "semicolon"; "point" or "comma"; a sheet's name.
     rows : str, optional
@@ -172,7 +161,7 @@ def import_table(
     layout = lay_out(open_sheet(source, encoding, separator, sheet), decimal=decimal, rows=rows)
     chosen, given = dict(columns or {}), dict(units or {})
     kind = kind or _kind_of(layout, chosen)
-    rounds = _rounds(layout, number_of_rounds) if kind in ("arena", "pit") else 1.0
+    rounds = _rounds(layout, number_of_rounds)
     options = arena.ArenaOptions(rounds, zone_width, from_base, empty_zones, zone_angle)
     content, guesses, dropped = _content(layout, kind, chosen, given, options)
     summary = _summary(kind, content, len(layout.rows), casing)
@@ -195,10 +184,7 @@ def open_sheet(
     return read_workbook(path, sheet) if is_workbook(path) else read_text_file(path, encoding, separator)
 
 
-_ROUNDS = re.compile(
-    r"(?:rounds?|tests?|shots?|schuss|schuesse|versuche?|sprengungen|sprengversuche|coups?|tirs?|essais?)\b"
-    r"\D{0,12}?(\d+(?:\.\d+)?)"
-)
+_ROUNDS = re.compile(r"number of (?:rounds?|tests?|shots?)\b\D{0,12}?(\d+(?:\.\d+)?)")
 """What a line above a table says of the rounds that it is of, as `plain` has it."""
 
 
@@ -212,7 +198,7 @@ def _rounds(layout: Layout, given: float | None) -> float:
         if own := re.fullmatch(r"\s*rounds\s*[=:]\s*([\d.]+)\s*", line):
             layout.guesses.append(Guess("rounds", own[1], f"the comment {line!r}"))
             return _rounds(layout, float(own[1]))
-        said = re.search(r"(?:number of|anzahl(?: der)?|nombre de)\s+" + _ROUNDS.pattern, plain(line))
+        said = _ROUNDS.search(plain(line))
         if said and float(said[1]) not in (0.0, 1.0):
             raise QuestionError(
                 f"{layout.sheet.path}: {line!r} stands above the table: its numbers are of one round, or of all",
@@ -260,21 +246,10 @@ def _casing(case: str | os.PathLike[str] | None, mass: str | float | None) -> fl
 
 def _kind_of(layout: Layout, chosen: Mapping[str, str]) -> str:
     """The kind whose columns a table has."""
-
-    def has(kind: str, *names: str) -> bool:
-        wanted = arena.WANTED if kind == "arena" else other_tables.WANTED[kind]
-        found = columns_by_name(layout, [name for name in wanted if name in names or name in chosen], chosen)
-        return all(name in found for name in names)
-
-    if has("walls", "start_x", "start_y", "end_x", "end_y"):
-        return "walls"
-    if has("drag", "mach", "cd"):
-        return "drag"
-    if has("fragments", "vx", "vy", "vz") or has("fragments", "mean_speed", "azimuth", "elevation"):
-        return "fragments"
-    if has("arena", "zone") or has("arena", "zone_from"):
+    if {"zone", "zone_from"} & set(columns_by_name(layout, ("zone", "zone_from"), chosen)):
         return "arena"
-    if any(has("pit", name) for name in ("mass_above", "mass_from", "mass_group", "mass")):
+    masses = ("mass_above", "mass_from", "mass_group", "mass")
+    if any(columns_by_name(layout, [one], chosen) for one in masses):
         return "pit"
     titles = [repr(one) for one in layout.names if one]
     have = f"found the columns {', '.join(titles)}" if titles else "its columns have no names"
@@ -283,23 +258,47 @@ def _kind_of(layout: Layout, chosen: Mapping[str, str]) -> str:
 
 def _content(
     layout: Layout, kind: str, chosen: Mapping[str, str], units: Mapping[str, str], options: arena.ArenaOptions
-) -> tuple[Any, list[Guess], list[str]]:
+) -> tuple[ArenaTable | dict[str, NDArray[np.float64]], list[Guess], list[str]]:
     if kind == "arena":
         return arena.arena_table(layout, chosen, units, options)
-    wanted = other_tables.WANTED[kind]
-    columns = Columns(layout, columns_by_name(layout, wanted, chosen), units, chosen)
-    content: Any
-    if kind == "pit":
-        content = other_tables.pit_columns(columns)
-        _check_pit(layout.sheet.path, content, options.rounds)
-    elif kind == "fragments":
-        content = other_tables.fragment_table(columns)
-    elif kind == "drag":
-        content = other_tables.drag_table(columns)
-    else:
-        content = other_tables.walls_text(columns)[0]
+    columns = Columns(layout, columns_by_name(layout, _PIT, chosen), units, chosen)
+    content = _pit_columns(columns)
+    _check_pit(layout.sheet.path, content, options.rounds)
     dropped = [*layout.dropped, *(f"column {one!r}" for one in columns.unused())]
     return content, [*layout.guesses, *columns.guesses], dropped
+
+
+def _pit_columns(columns: Columns) -> dict[str, NDArray[np.float64]]:
+    """Columns of a file that `break_up.mean_mass` names: groups of mass, numbers above masses, or pieces."""
+    if "mass_above" in columns:
+        columns.require("number")
+        return {"mass_above_kg": columns.whole("mass_above"), "number": columns.whole("number")}
+    if "mass_group" in columns or "mass_from" in columns:
+        low, high = _groups(columns)
+        columns.require("number")
+        number = np.nan_to_num(columns.values("number"))
+        columns.refuse_sum(number)
+        found = {"mass_from_kg": low, "mass_to_kg": high, "number": number}
+        weighed = next((name for name in ("total_mass", "mass") if name in columns), None)
+        return found if weighed is None else found | {"mass_kg": np.nan_to_num(columns.values(weighed))}
+    columns.require("mass")
+    found = {"mass_kg": columns.whole("mass")}
+    return found | ({"number": columns.whole("number")} if "number" in columns else {})
+
+
+def _groups(columns: Columns) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    if "mass_group" not in columns:
+        columns.require("mass_from", "mass_to")
+        high = columns.values("mass_to")
+        high[-1] = math.inf if np.isnan(high[-1]) else high[-1]
+        if np.isnan(high).any():
+            columns.whole("mass_to")
+        return columns.whole("mass_from"), high
+    ranges = columns.intervals("mass_group", "kg")
+    for row, one in zip(columns.layout.rows, ranges, strict=True):
+        if one is None:
+            raise InputError(f"{columns.place(row, 'mass_group')}: not a range; allowed: from and to, as 5-10 or > 50")
+    return np.array([one.low for one in ranges if one]), np.array([one.high for one in ranges if one])
 
 
 def _check_pit(path: Path, content: Mapping[str, Any], rounds: float) -> None:
@@ -328,16 +327,7 @@ def _summary(kind: str, content: Any, rows: int, casing: float | None) -> dict[s
             "mean_speeds": [float(speed.min(initial=np.inf)), float(speed.max(initial=0.0))],
             "most_mass_deg": [float(content.zones[at]), float(content.zones[at + 1])],
         }  # fmt: skip
-    elif kind == "fragments":
-        speed = np.linalg.norm(content.velocity, axis=1)
-        found |= {
-            "pieces": len(content), "mass": float(content.mass.sum()), "largest_mass": float(content.mass.max()),
-            "speeds": [float(speed.min()), float(speed.max())],
-        }  # fmt: skip
-    elif kind == "drag":
-        found |= {"mach": [float(content.mach[0]), float(content.mach[-1])],
-                  "cd": [float(content.coefficient.min()), float(content.coefficient.max())]}  # fmt: skip
-    elif kind == "pit":
+    else:
         number = content.get("number", np.ones(rows))
         if "mass_above_kg" in content:
             found |= {"pieces": float(number.max()), "lightest": float(content["mass_above_kg"].min())}
@@ -354,10 +344,8 @@ def _summary(kind: str, content: Any, rows: int, casing: float | None) -> dict[s
 _LABELS = {
     "rows": ("rows", "{:g}"), "pieces": ("pieces", "{:.10g}"), "mass": ("total mass", "{:.4g} kg"),
     "zones": ("polar zones", "{:g}"), "largest_mean_mass": ("heaviest group, mean mass", "{:.4g} kg"),
-    "largest_mass": ("heaviest piece", "{:.4g} kg"), "mean_speeds": ("mean speeds", "{:.4g} to {:.4g} m/s"),
-    "speeds": ("speeds", "{:.4g} to {:.4g} m/s"), "lightest": ("lightest mass counted", "{:.4g} kg"),
+    "mean_speeds": ("mean speeds", "{:.4g} to {:.4g} m/s"), "lightest": ("lightest mass counted", "{:.4g} kg"),
     "most_mass_deg": ("zone of the most mass", "{:g} to {:g} degrees from the nose"),
-    "mach": ("Mach numbers", "{:g} to {:g}"), "cd": ("drag coefficients", "{:g} to {:g}"),
     "casing_mass": ("mass of the casing", "{:.4g} kg"), "recovered_fraction": ("of it recovered", "{:.1%}"),
 }  # fmt: skip
 

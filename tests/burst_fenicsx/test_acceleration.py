@@ -27,9 +27,17 @@ RADII = np.linspace(0.05, 0.25, 201)
 ONE = np.array([True])
 
 
-def taken(energies, radii=RADII, *, beta=1.0, left=0.1, initiated=ONE):
-    """The record of a casing whose energy (J) goes with its radius (m), a microsecond an entry, until it is over."""
-    record = Acceleration([THIN] * len(initiated), Leakage(beta > 0.0, beta=beta), left)
+def begun(rounds=1, *, beta=1.0, left=0.1, touched=False):
+    """A record of equal rounds without an entry; each has touched every other, or none."""
+    sizes = np.ones(rounds), np.full(rounds, 0.04)  # J, m
+    record = Acceleration([THIN] * rounds, Leakage(beta > 0.0, beta=beta), left, *sizes)
+    record.touched |= touched
+    return record
+
+
+def taken(energies, radii=RADII, *, initiated=ONE, **given):
+    """The record of casings whose energies (J) go with their radii (m), a microsecond an entry, until it is over."""
+    record = begun(len(initiated), **given)
     for index, (energy, radius) in enumerate(zip(energies, radii, strict=True)):
         record.record(index * 1e-6, np.atleast_1d(energy), np.atleast_1d(radius), initiated)
         if record.end() <= index * 1e-6:
@@ -58,7 +66,7 @@ def test_the_end_is_foreseen_between_two_entries():
     radii = np.arange(0.05, 0.4, 3e-3)
     energies = 1.0 - (0.04 / radii) ** (5.0 / 3.0)
     exact = (0.04 * 11.0 ** (3.0 / 5.0) - radii[0]) / 3e-3 * 1e-6
-    record = Acceleration([THIN], Leakage(), 0.1)
+    record = begun()
     for index, (energy, radius) in enumerate(zip(energies, radii, strict=True)):
         if index * 1e-6 > exact:
             break
@@ -88,9 +96,48 @@ def test_what_nothing_has_initiated_is_not_waited_for_and_the_slowest_of_the_oth
     assert np.isnan(taken(both, radii, initiated=np.array([True, False])).left()).tolist() == [False, True]
 
 
+def squeezed():
+    """Energies (J) and radii (m) of a free round and of one between others, whose gas works on the free one.
+
+    The free one's radius grows evenly. That of the squeezed one shrinks first and grows late; each gas gives what thin
+    products give from its radius on, and contact hands three quarters of the squeezed one's to the free one.
+    """
+    free = np.linspace(0.05, 0.5, 451)
+    inner = 0.06 + 0.08 * np.clip(free - 0.2, 0.0, None) - 0.01 * np.clip((free - 0.1) / 0.1, 0.0, 1.0)
+    given, late = (2.0 * (1.0 - (0.04 / radii) ** (5.0 / 3.0)) for radii in (free, inner))
+    return np.stack([given + 0.75 * late, 0.25 * late], axis=1), np.stack([free, inner], axis=1)
+
+
+def test_rounds_that_have_touched_end_by_their_sum_which_alone_has_an_asymptote():
+    """All the gas gives 4 J in the end, as is known long before, and the two rounds' asymptotes add up to it.
+
+    By its own radius the squeezed one is not foreseen to end: its gas hardly grows.
+    """
+    energies, radii = squeezed()
+    both = np.array([True, True])
+    together = taken(energies, radii, initiated=both, touched=True, left=0.3)
+    assert together.end() == together.rows[-1][0]
+    assert len(together.rows) < len(radii)
+    assert np.sum(together.asymptotes[-1]) == pytest.approx(4.0, rel=1e-9)
+    row, rho = together.rows[-1], together.left()
+    assert (1.0 + rho) @ row[1:3] == pytest.approx(np.sum(together.asymptotes[-1]), rel=1e-12)
+    assert taken(energies, radii, initiated=both, left=0.3).end() == np.inf
+
+
+def test_equal_rounds_end_as_one_whether_they_touch_or_not():
+    """So does a row whose images are computed: the end of a pair is that of its half."""
+    one = 1.0 - (0.04 / RADII) ** (5.0 / 3.0)
+    energies, radii, both = np.stack([one, one], axis=1), np.stack([RADII, RADII], axis=1), np.array([True, True])
+    alone = taken(one)
+    for touched in (False, True):
+        record = taken(energies, radii, initiated=both, touched=touched)
+        assert record.end() == pytest.approx(alone.end(), rel=1e-12)
+        np.testing.assert_allclose(record.asymptotes[-1], alone.asymptotes[-1][0], rtol=1e-12)
+
+
 def test_a_record_goes_on_from_its_checkpoint():
-    whole, half = taken(1.0 - (0.04 / RADII) ** (5.0 / 3.0)), Acceleration([THIN], Leakage(), 0.1)
-    half.restore(whole.array()[:-20])
+    whole, half = taken(1.0 - (0.04 / RADII) ** (5.0 / 3.0)), begun()
+    half.restore(whole.array()[:-20], whole.touched)
     for row in whole.rows[-20:]:
         half.record(row[0], row[1:2], row[2:3], ONE)
     np.testing.assert_array_equal(half.array(), whole.array())
@@ -116,6 +163,15 @@ def test_acceleration_is_not_complete_while_a_charge_burns_or_waits_for_its_dela
     )  # fmt: skip
     run._burnt_out = lambda: Simulation._burnt_out(run)
     assert (Simulation._expected_end(run) <= 70e-6) == complete
+
+
+def test_fragments_start_no_slower_than_at_the_end():
+    """A round that would still hand energy on keeps what it has, as does one without an asymptote."""
+    left = np.array([0.1, -0.04, np.nan])
+    run = SimpleNamespace(
+        acceleration=SimpleNamespace(left=lambda: left), _ended_by_acceleration=True, rounds=[0, 0, 0]
+    )
+    np.testing.assert_allclose(Simulation.speed_factors(run), [np.sqrt(1.1), 1.0, 1.0])
 
 
 RING = BurstSettings(cell_size=12e-3, geometry="axisymmetric")

@@ -170,14 +170,31 @@ def passed(bar, around, cuts=()):
     return check.look(0.0).in_rounds[0] / (CELL**3 * ELASTIC.density)
 
 
-@pytest.mark.parametrize("around", [0.99, 3.0])
-def test_metal_among_products_that_have_come_out_has_passed_through_nothing(around):
+@pytest.mark.parametrize(("around", "metal"), [(0.99, 7.5), (3.0, 3.5 + 4.0 / 27.0)])
+def test_metal_among_products_that_have_come_out_has_passed_through_nothing(around, metal):
     """A bar along x from -8.8 to 3.2 cells: of its sections the last eight lie in the shell, the last one half a cell.
 
-    Where the charge has burst out to three times its size, two more sections lie among products in front of the wall.
+    Where the charge has burst out to three times its size, two more sections lie among products in front of the wall,
+    and the four within the wall among products that fill a 27th of the space.
     """
     bar = moved(box((12, 1, 1), (12 * CELL, CELL, CELL)), (-8.8 * CELL, -0.3 * CELL, 0.2 * CELL))
-    assert passed(bar, around) == pytest.approx(7.5, abs=1e-9)
+    assert passed(bar, around) == pytest.approx(metal, abs=1e-9)
+
+
+@pytest.mark.parametrize(("void", "share"), [(0.0, 0.5), (0.25, 1.0 / 3.0), (0.5, 0.0), (0.6, 0.0)])
+def test_torn_metal_that_finds_room_in_torn_metal_has_passed_through_nothing(void, share):
+    """A bar 2.5 cells deep in a block that is half void: of its metal counts what the block's void does not take."""
+    bar = moved(box((8, 1, 1), (8 * CELL, CELL, CELL)), (-5.5 * CELL, 2.2 * CELL, 2.3 * CELL))
+    block = moved(box((6, 6, 6), (6 * CELL, 6 * CELL, 6 * CELL)), (0.0, 0.0, 0.0), 1)
+    solver, check = check_of([bar, block], replace(QUIET, cell_size=CELL))
+    position, of_block = (
+        solver.fields.nodes.position,
+        np.unique(solver.fields.mesh.dofmap[solver.fields.mesh.round == 1]),
+    )
+    of_bar = np.setdiff1d(np.arange(len(position)), of_block)
+    position[of_block, 2] *= 2.0
+    position[of_bar, 1] = 2.7 * CELL + (position[of_bar, 1] - 2.7 * CELL) / (1.0 - void)
+    assert check.look(0.0).in_rounds[0] == pytest.approx(2.5 * share * CELL**3 * DENSITY, abs=1e-12)
 
 
 def test_metal_at_the_plane_that_cuts_a_round_is_within_its_casing():
@@ -185,7 +202,7 @@ def test_metal_at_the_plane_that_cuts_a_round_is_within_its_casing():
     cut = Mirror("middle", (0.0, 0.0, 0.0), (0.0, 1.0, 0.0))
     for height in (0.0, 1e-6):
         bar = moved(box((12, 1, 1), (12 * CELL, CELL, CELL)), (-8.8 * CELL, height, 0.2 * CELL))
-        assert passed(bar, 3.0, (cut,)) == pytest.approx(7.5, abs=1e-9)
+        assert passed(bar, 3.0, (cut,)) == pytest.approx(3.5 + 4.0 / 27.0, abs=1e-9)
 
 
 def test_a_run_stops_where_a_hundredth_has_passed(caplog):

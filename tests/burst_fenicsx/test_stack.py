@@ -106,3 +106,44 @@ def test_a_round_behind_a_plane_is_refused(tmp_path):
 def test_nothing_to_initiate_is_refused(tmp_path):
     with pytest.raises(InputError, match="round 'left' has no ignition point"):
         Simulation([left(ignition=())], SHORT, tmp_path, MPI.COMM_SELF, {})
+
+
+def pallet(side):
+    """`side` x `side` tubes about the origin."""
+    at = 2.0 * APART * (np.arange(side) - 0.5 * (side - 1))
+    return [tube(name=f"{i}{j}", position=(x, y, 0.0)) for i, x in enumerate(at) for j, y in enumerate(at)]
+
+
+ENDING = replace(SHORT, cell_size=16e-3, end_time=None, symmetry="auto")
+
+
+@pytest.mark.slow
+def test_two_by_two_burst_alike_with_symmetry_and_without(tmp_path):
+    """To their own end: end, speeds, and what finds no room, of a quarter and of the whole; rounds fare alike."""
+    runs = {}
+    for name in ("auto", "off"):
+        (tmp_path / name).mkdir()
+        runs[name] = burst(tmp_path / name, pallet(2), replace(ENDING, symmetry=name))
+    (part, _, quarter), (_, rounds, whole) = runs["auto"], runs["off"]
+    assert 4 * quarter["cells"] == whole["cells"]
+    assert quarter["acceleration_complete"] == pytest.approx(whole["acceleration_complete"], rel=0.02)
+    assert quarter["mean_initial_speed"] == pytest.approx(whole["mean_initial_speed"], rel=0.01)
+    speeds = [item["mean_initial_speed"] for item in rounds.values()]
+    assert speeds == pytest.approx([np.mean(speeds)] * 4, rel=0.01)
+    assert part.part.images == 4
+    for summary in (quarter, whole):
+        assert summary["passed_through"]["largest_in_other_rounds"] < 3e-3 * summary["casing_mass"]
+
+
+@pytest.mark.slow
+def test_three_by_three_end_with_the_speeds_of_a_later_end(tmp_path):
+    """The inner round is squeezed and has no end of its own; two fifths later every round tends to the same speed."""
+    ended, _, summary = burst(tmp_path, pallet(3), ENDING)
+    assert summary["end_time"] == summary["acceleration_complete"] < ENDING.time_limit
+    assert (ended.acceleration.touched @ ended.acceleration.touched).all()
+    later = Simulation(pallet(3), replace(ENDING, end_time=1.4 * summary["end_time"]), tmp_path, MPI.COMM_SELF, {})
+    later.run()
+    tended = later.acceleration.asymptotes[-1]
+    np.testing.assert_allclose(ended.acceleration.asymptotes[-1].sum(), tended.sum(), rtol=0.04)
+    fast = ended.acceleration.asymptotes[-1] > 0.1 * tended.max()
+    np.testing.assert_allclose(ended.acceleration.asymptotes[-1][fast], tended[fast], rtol=0.06)

@@ -6,7 +6,7 @@ import pytest
 
 import fragfield
 
-ARENA = "Winkel von;Winkel bis;Anzahl;mittlere Masse (g);Geschwindigkeit (m/s)\n"
+ARENA = "Angle from;Angle to;Number;mean mass (g);velocity (m/s)\n"
 OWN = "zone_from_deg;zone_to_deg;number;mean_mass_g;mean_speed_m_s\n"
 NUMBERS = "0;90;3;1,5;800\n90;180;4;2,25;900,5\n"
 TWO = {"mass": 0.0135, "pieces": 7.0}
@@ -36,8 +36,13 @@ CASES = {
     ),
     "github.com/pandas-dev/pandas/issues/47303": (("sep=|\n" + ARENA + NUMBERS).replace(";", "|"), {}, TWO),
     "github.com/onaio/onadata/issues/695": (
-        ("Winkel von;Winkel bis;Stück;mittlere Masse (g);v (m/s)\n" + NUMBERS).encode("cp850"),
+        ("Angle from;Angle to;Number;mean mass (g);v (m/s);Prüfer\n" + NUMBERS).encode("cp1252"),
         {},
+        "not text in UTF-8; say which: --encoding cp1252 or --encoding latin-1",
+    ),
+    "the same, answered in part": (
+        ("Angle from;Angle to;Number;mean mass (g);v (m/s);Prüfer\n" + NUMBERS).encode("cp1252"),
+        {"encoding": "cp1252"},
         TWO,
     ),
     "github.com/csvy/csvy.github.io/issues/4": (
@@ -59,7 +64,7 @@ CASES = {
     "mres.uni-potsdam.de (numbers to dates)": (
         ARENA + "0;90;3;03.05.2024;800\n90;180;4;2,25;900\n",
         {},
-        "line 2, cell 4 (mittlere Masse (g)): '03.05.2024' is a date",
+        "line 2, cell 4 (mean mass (g)): '03.05.2024' is a date",
     ),
     "github.com/OpenCompare/OpenCompare/issues/143": (
         'zone from,zone to,number,mean mass (g),speed (m/s)\n0,90,3,"1,5",800.5\n90,180,4,"2,25",900\n',
@@ -88,13 +93,13 @@ CASES = {
         "say which: --unit angle=deg or --unit angle=rad",
     ),
     "mass of one or of all": (
-        ARENA.replace("mittlere ", "") + NUMBERS,
+        ARENA.replace("mean ", "") + NUMBERS,
         {},
-        '--column mean_mass="Masse (g)" or --column total_mass="Masse (g)"',
+        '--column mean_mass="mass (g)" or --column total_mass="mass (g)"',
     ),
     "the same, of all": (
-        ARENA.replace("mittlere ", "") + NUMBERS,
-        {"columns": {"total_mass": "Masse (g)"}},
+        ARENA.replace("mean ", "") + NUMBERS,
+        {"columns": {"total_mass": "mass (g)"}},
         {"mass": 0.00375},
     ),
     "no names, by number": (
@@ -109,7 +114,7 @@ CASES = {
     "a name of no column": (
         ARENA + NUMBERS,
         {"columns": {"mean_mass": "Mase"}},
-        "column mean_mass=Mase (allowed: Winkel von, Winkel bis, Anzahl, mittlere Masse (g)",
+        "column mean_mass=Mase (allowed: Angle from, Angle to, Number, mean mass (g)",
     ),
     "zones not measured": (
         ARENA + "0;90;3;1,5;800\n100;180;4;2,25;900\n",
@@ -128,34 +133,29 @@ CASES = {
         {"pieces": 70.0, "lightest": 0.001},
     ),
     "one angle a zone": (
-        "Winkel;Anzahl;mittlere Masse (g);v (m/s)\n0;3;1,5;800\n90;4;2,25;900\n",
+        "Angle;Number;mean mass (g);v (m/s)\n0;3;1,5;800\n90;4;2,25;900\n",
         {},
         "--zone-angle from or --zone-angle centre or --zone-angle to",
     ),
     "the same, from": (
-        "Winkel;Anzahl;mittlere Masse (g);v (m/s)\n0;3;1,5;800\n90;4;2,25;900,5\n",
+        "Angle;Number;mean mass (g);v (m/s)\n0;3;1,5;800\n90;4;2,25;900,5\n",
         {"zone_angle": "from"},
         {**TWO, "most_mass_deg": [90.0, 180.0]},
     ),
     "one row a piece, from the base": (
-        "Winkel (°);Masse (g);v (m/s)\n90;1,5;800\n30;2;900\n",
+        "Angle (°);Mass (g);v (m/s)\n90;1,5;800\n30;2;900\n",
         {"from_base": True},
         {"pieces": 2.0, "most_mass_deg": [150.0, 155.0]},
     ),
     "of four rounds": (ARENA + NUMBERS, {"number_of_rounds": 4.0}, {"pieces": 1.75}),
     "rounds above the table": (
-        "Anzahl der Versuche: 3\n" + ARENA + NUMBERS,
+        "Number of tests: 3\n" + ARENA + NUMBERS,
         {},
-        "'Anzahl der Versuche: 3' stands above the table: its numbers are of one round, or of all; say which",
+        "'Number of tests: 3' stands above the table: its numbers are of one round, or of all; say which",
     ),
     "rounds in a comment": ("# rounds = 4\n" + ARENA + NUMBERS, {}, {"pieces": 1.75}),
-    "groups of columns": (
-        ";Zone;;;Masse;v\nNr.;von;bis;Anzahl;Mittel (g);Mittel (m/s)\n1;0;90;3;1,5;800\n2;90;180;4;2,25;900,5\n",
-        {"columns": {"mean_mass": "5", "mean_speed": "6"}},
-        TWO,
-    ),
     "one column, decimal commas": (
-        "Masse (g)\n1,0\n1,1\n",
+        "Mass (g)\n1,0\n1,1\n",
         {},
         "2 cells below 1 name: two columns, or one with decimal",
     ),
@@ -164,23 +164,23 @@ CASES = {
         {},
         "line 2: 6 cells below 5 names; name every column",
     ),
-    "numbers per degree": (ARENA.replace("Anzahl", "N/°") + NUMBERS, {}, "number missing; found the columns"),
+    "numbers per degree": (ARENA.replace("Number", "N/°") + NUMBERS, {}, "number missing; found the columns"),
     "masses in per cent, by the row of units": (
         "zone from;zone to;number;mean mass;speed\n°;°;1;%;m/s\n" + NUMBERS,
         {},
         "mean_mass missing; found the columns",
     ),
     "numbers of zones": (
-        "Zone;Anzahl;mittlere Masse (g);v (m/s)\n1;3;1,5;800\n2;4;2,25;900\n",
+        "Zone;Number;mean mass (g);v (m/s)\n1;3;1,5;800\n2;4;2,25;900\n",
         {"units": {"angle": "deg"}},
         "found 1, 2, ... 2, numbers of zones as it seems, not angles",
     ),
     "an empty mass": (
         ARENA + "0;90;3;;800\n90;180;4;2,25;900\n",
         {},
-        "line 2, cell 4 (mittlere Masse (g)): empty; needed: mean_mass in every row",
+        "line 2, cell 4 (mean mass (g)): empty; needed: mean_mass in every row",
     ),
-    "a million columns": ("x;" * 1_000_000 + "\n", {}, "no table: field larger than field limit"),
+    "a million columns": ("x;" * 1_000_000 + "\n", {}, "a row has more than 1000 cells"),
     "two thousand columns": (
         ";".join(map(str, range(2000))) + "\n",
         {},

@@ -16,13 +16,14 @@ from docs.hooks.reference import summary_reference
 from fragfield.case import CaseTable
 from fragfield.hazard.certainty import margin_metres, metres, metres_and_error, whole_metres
 from fragfield.numbers import _LADDERS, UNKNOWN, number, row
-from fragfield.quantities import QUANTITIES, quantity, schema, shown
+from fragfield.quantities import QUANTITIES, quantity, shown
 from fragfield.report import read_run
 from fragfield.report.assemble import code_words
 from fragfield.report.figures.fragments import number_above, segment_laws
 from fragfield.report.findings.findings import findings
 from fragfield.report.reading.run_files import RunFiles
 from fragfield.report.tables.stages import quantity_rows
+from fragfield.results.summary import schema
 from fragfield.studies.ratios import ratios
 from fragfield.studies.sweep.results import results_of
 from fragfield.terminal.show import summary_text
@@ -266,7 +267,7 @@ def faults(value: object, entry: dict, path: str = "") -> list[str]:
     if "$ref" in entry:
         entry = schema()["$defs"][entry["$ref"].rpartition("/")[2]]
     if "anyOf" in entry:
-        return [] if any(not faults(value, one, path) for one in entry["anyOf"]) else [f"{path}: {value!r}"]
+        return min((faults(value, one, path) for one in entry["anyOf"]), key=len)
     kinds = {"object": dict, "array": list, "string": str, "boolean": bool, "null": type(None), "integer": int}
     named = entry.get("type", [])
     allowed = tuple(kinds.get(one, (int, float)) for one in ([named] if isinstance(named, str) else named))

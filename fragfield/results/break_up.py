@@ -1,0 +1,135 @@
+"""The part `break_up` of the summary."""
+
+from __future__ import annotations
+
+from fragfield.results.part import Part, out
+
+
+class OutsideData(Part):
+    """A round beyond published data."""
+
+    round: str = out("Round")
+    text: str = out("In which respect no published data are near")
+
+
+class FragmentTest(Part):
+    """Fit to the pieces of a test."""
+
+    source: str = out("File")
+    pieces: float = out("Pieces counted")
+    rounds: float = out("Rounds of the test")
+    what: str = out("What was counted")
+    scale: float = out("Factor on the law")
+    mean: float = out("Mean mass", "kg")
+    standard_error: float = out("Relative standard error of the mean, with the misfit")
+    curvature_error: float = out("The same without it")
+    chi_square: float = out("Chi-square")
+    degrees_of_freedom: int = out("Degrees of freedom")
+    probability: float | None = out("Probability of a chi-square as large")
+    recovered_fraction: float | None = out("Fraction of the casing's mass that was recovered")
+    fraction_in_range: float = out("Fraction of the law's mass in the groups counted")
+    mass_margin: float = out(
+        "Factor within which the mass of the pieces is known: two standard errors, 1 where they were weighed"
+    )
+    edges: tuple[float | None, ...] = out("Edges of the groups", "kg")
+    number: tuple[float, ...] = out("Pieces counted by group")
+    expected: tuple[float, ...] = out("Pieces expected by group")
+
+
+class MeanMass(Part):
+    """Where the mean mass comes from."""
+
+    law: str = out("Name of the law; `given` for a value, `fitted` for a test's pieces")
+    factor: float | None = out(
+        "Geometric standard deviation of the mean mass about the truth; null where a value without one was given"
+    )
+    factor_source: str = out("Source of the factor")
+    outside_data: tuple[OutsideData, ...] = out("Where no published data are near")
+    test: FragmentTest | None = None
+
+
+class DirectionShares(Part):
+    """Distributions of directions by mass."""
+
+    polar_deg: tuple[float, ...] = out("Centres of the polar zones from the nose", "deg")
+    polar_fragments: tuple[float, ...] = out("Fraction of the mass of the fragments")
+    polar_cells: tuple[float, ...] = out("Fraction of the mass of the cells")
+    azimuth_deg: tuple[float, ...] = out("Centres of the sectors", "deg")
+    azimuth_fragments: tuple[float, ...] = out("Fraction of the mass of the fragments")
+    azimuth_cells: tuple[float, ...] = out("Fraction of the mass of the cells")
+
+
+class MottPart(Part):
+    """A part of the law of a segment."""
+
+    dimension: int = out("Dimension of the Mott law")
+    mu: float = out("mu", "kg")
+    mass_fraction: float = out("Fraction of the mass")
+
+
+class Segment(Part):
+    """The break-up of a segment of a casing."""
+
+    name: str = out("Name")
+    kind: str = out("Kind of the segment: wall, nose, base and others of the profile")
+    start: float = out("Its start from the nose", "m")
+    end: float = out("Its end", "m")
+    mean_mass: float = out("Mean mass of the law", "kg")
+    mu: float = out("Mott's mu of the first part", "kg")
+    n0: float = out("Number that the law gives")
+    parts: tuple[MottPart, ...] = out("Parts of the law")
+    fragments: int = out("Fragments drawn")
+    mass: float = out("Their mass", "kg")
+    mass_deficit: float = out("Mass of the segment that no fragment has", "kg")
+    casing_mass: float = out("Casing of the segment", "kg")
+    heaviest: float = out("Heaviest fragment", "kg")
+    v0: float | None = out("Speed at rupture in the law", "m/s")
+    speed: float = out("Speed at the end of the burst", "m/s")
+    rupture: str = out("Where radius and wall at rupture come from: `critical_strain` or `unstretched`")
+    rupture_radius: float | None = out("Radius at rupture", "m")
+    rupture_wall: float | None = out("Wall at rupture", "m")
+    strain_rate: float | None = out("Strain rate at rupture", "1/s")
+    method: str = out("How masses were drawn: `quantile` or `graded`")
+    closure: float = out("Factor by which the masses were multiplied to close on the segment's mass; 1 is none")
+    points: int = out("Material points")
+    resolved: float = out("Mass from which on every fragment spans eight points or more", "kg")
+
+
+class BrokenRound(Part):
+    """The break-up of a round."""
+
+    name: str = out("Name")
+    mirror_of: str | None = out("Round of which it is the image")
+    fragments: int = out("Fragments")
+    mass: float = out("Mass", "kg")
+    mass_error: float = out("Relative error of the mass")
+    momentum_error: float = out("Relative error of the momentum")
+    energy_error: float = out("Kinetic energy handed over against that of the casing, relative")
+    polar_difference: float = out(
+        "Largest difference of the fractions of fragments and cells below any polar angle, 0 to 1"
+    )
+    azimuth_difference: float = out("The same in any sector of the horizon, 0 to 1")
+    directions: DirectionShares
+    segments: tuple[Segment, ...] = out("By segment")
+
+
+class BreakUp(Part):
+    """The break-up, first realisation but for `realisations`."""
+
+    fragments: int = out("Fragments", views="terminal compare sweep uncertainty")
+    points: int = out("Material points of the casing")
+    mass: float = out("Mass of the fragments", "kg", views="terminal")
+    mass_error: float = out("Mass against the casing", views="report", percent=True, digits=2)
+    momentum_error: float = out("Momentum against the burst", views="report", percent=True, digits=2)
+    energy_error: float = out("Kinetic energy against the burst", views="report", percent=True, digits=2)
+    casing_energy: float = out("Kinetic energy of the casing at the end of the burst", "J")
+    energy_lost: float = out("Of this, what is not handed over", "J")
+    sampler: str = out("`break_up.sampler`")
+    velocity: str = out("`break_up.velocity`")
+    mean_mass: MeanMass
+    direction_scatter: float = out("Standard deviation of a fragment's direction about each of two axes", "rad")
+    turn: float | None = out("Turn about the axis; null where they are not turned, as of several rounds", "rad")
+    tilt: tuple[float, float] = out("Tilt about x and y", "rad")
+    tilt_deviation: float = out("Standard deviation of the tilt", "rad")
+    rounds: tuple[BrokenRound, ...] = out("By round")
+    realisations: int = out("Realisations drawn by the break-up; `hazard.realisations` were flown")

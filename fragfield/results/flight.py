@@ -1,0 +1,106 @@
+"""The part `flight` of the summary."""
+
+from __future__ import annotations
+
+from fragfield.results.part import Part, out
+
+
+class PresentedArea(Part):
+    """Presented areas."""
+
+    model: str = out("Model; `as given`: shape factors of the fragments themselves")
+    ratios: tuple[float, float, float] | None = out("Edges of the box", default=None)
+    spread: float | None = out("Geometric standard deviation of the lognormal law", default=None)
+    shape_factor_5_percent: float = out("Shape factor that 5 % are below", "kg/m3")
+    shape_factor_median: float = out("Median shape factor", "kg/m3")
+    shape_factor_95_percent: float = out("Shape factor that 95 % are below", "kg/m3")
+
+
+class CountAndMass(Part):
+    """Fragments and their mass."""
+
+    fragments: int = out("Number")
+    mass: float = out("Mass", "kg")
+
+
+class Status(Part):
+    """Fragments by how their flight ended; they add up to all that flew."""
+
+    landed: CountAndMass = out("Reached the ground")
+    time_out: CountAndMass = out("Still flew at the end of `flight.time_limit`")
+    left_domain: CountAndMass = out("Left the map of heights or the domain")
+    step_limit: CountAndMass = out("Used up the steps allowed")
+    not_a_number: CountAndMass = out("Gave no finite number")
+    stopped: CountAndMass = out("Were stopped by an obstacle")
+
+
+class FlightContact(Part):
+    """Contact between fragments, with `[flight.collisions]`."""
+
+    contacts: int = out("Impacts between fragments", views="report")
+    fragments_struck: int = out("Fragments struck")
+    mass_struck: float = out("Their mass", "kg")
+    energy_lost: float = out("Energy lost in them", "J", views="report")
+    energy_of_spin: float = out("Energy of spin", "J")
+    energy_error: float = out("Relative error of the energy")
+    momentum_error: float = out("Relative error of the momentum")
+    largest_closing_speed: float = out("Largest closing speed", "m/s")
+    until: float = out("Time up to which contacts were sought", "s")
+    windows: int = out("Time windows")
+
+
+class Recovered(Part):
+    """Of an arena table."""
+
+    mass: float = out("Fragments of the arena table", "kg", views="report")
+    casing_mass: float | None = out("Casing of the round", "kg", note="Null without `[[round]]`", views="report")
+    arena_mass: str = out("`flight.arena_mass`")
+    fraction: float | None = out("Recovered of the casing", views="report", percent=True)
+    factor: float = out("Factor on the numbers of the arena table", views="report")
+    words: str = out("The same in words")
+
+
+class FlownSector(Part):
+    """Flights of a sector."""
+
+    azimuth_deg: float = out("Centre of the sector", "deg")
+    bearing_deg: float | None = out("The same as a bearing", "deg", default=None)
+    max_throw: float = out("Last landing of the farthest fragment, median of the realisations", "m")
+    max_throw_low: float = out("5 % of the realisations", "m")
+    max_throw_high: float = out("95 % of the realisations", "m")
+    max_throw_largest: float = out("Largest of the realisations", "m")
+    fragments: float = out("Mean number that land")
+    hazardous: float = out("Of these with the criterion's energy")
+
+
+class Flight(Part):
+    """The flight; of the first realisation where nothing else is said."""
+
+    presented_area: PresentedArea
+    fragments: int = out("Fragments flown, first realisation", views="report")
+    mass: float = out("Their mass", "kg")
+    landed: int = out("Landed", views="terminal report")
+    status: Status = out("How flights ended at their first impact on the ground")
+    last_status: Status = out("How flights ended after their ricochets")
+    ricochets: int = out("Ricochets", views="report", hide_zero=True)
+    ricocheted: int = out("Ricocheted off the ground", views="report", hide_zero=True)
+    hits: int = out("Crossings of the case's witness surfaces")
+    obstacle_hits: int = out("Impacts on obstacles")
+    max_range: float = out("Last landing of the farthest fragment, median of the realisations", "m")
+    max_range_low: float = out("5 % of the realisations", "m")
+    max_range_high: float = out("95 % of the realisations", "m")
+    max_first_range: float = out("Farthest first impact on the ground", "m")
+    drag: str = out("Drag table", views="report")
+    above_drag_table: int = out("Fragments above the drag table's speeds", views="report")
+    below_drag_table: int = out("Fragments slower than its first")
+    steps: int = out("Steps of all fragments")
+    rejected_steps: int = out("Steps that were repeated")
+    wall_seconds: float = out("Wall time", "s", views="report")
+    contact: FlightContact | None = None
+    fragments_file: str | None = out("Name of the file, of fragments from another source", default=None)
+    recovered: Recovered | None = None
+    hazardous_fragments: float = out(
+        "Hazardous fragments that landed, per event", views="convergence", name="hazardous_fragments"
+    )
+    realisations: int = out("Realisations of which single counts are kept", views="report")
+    by_sector: tuple[FlownSector, ...] = out("By azimuth")

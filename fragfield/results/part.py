@@ -1,0 +1,152 @@
+"""Parts of summary.json: frozen dataclasses whose fields carry what views need to know of a value.
+
+    recommended: float | None = out("Recommended distance", "m", rounding="up", views="sweep compare")
+
+Reading, writing, the schema, the catalogue of quantities, columns and the guide's tables are made from them. A field
+with `default=None` is left out of the file where it is None; any other None is null there.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from functools import cache
+from typing import TYPE_CHECKING, Any, ClassVar, Self, dataclass_transform, get_type_hints
+
+from fragfield.errors import InputError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from pydantic import TypeAdapter
+
+
+@dataclasses.dataclass(frozen=True)
+class Out:
+    """What views need to know of a value of summary.json.
+
+    Attributes
+    ----------
+    label, note : str
+        What it is, and more on it.
+    unit : str
+        In SI; empty for a pure number.
+    views : tuple of str
+        Where it is listed: "terminal", "report", "mesh", "compare", "sweep", "convergence", "uncertainty".
+    name : str
+        Its column in tables of studies, where the key alone would not do.
+    rounding : str
+        Of a distance in whole metres: "up" where larger is safer, "nearest" for others.
+    digits : int
+        Significant digits of any other value.
+    percent, hide_zero : bool
+        A fraction that is shown in per cent; of a zero nothing is said.
+    error : str
+        Path of its standard error.
+    key : str
+        Its key in the file, where that is no name.
+    """
+
+    label: str = ""
+    unit: str = ""
+    note: str = ""
+    views: tuple[str, ...] = ()
+    name: str = ""
+    rounding: str = ""
+    digits: int = 4
+    percent: bool = False
+    hide_zero: bool = False
+    error: str = ""
+    key: str = ""
+
+
+def out(
+    label: str,
+    unit: str = "",
+    *,
+    views: str = "",
+    default: Any = dataclasses.MISSING,  # noqa: ANN401
+    **more: Any,
+) -> Any:  # noqa: ANN401 - a field of any type
+    """Field of a part; `views` as words, the rest as of `Out`."""
+    mark = Out(label, unit, views=tuple(views.split()), **more)
+    schema = {"title": mark.label, "json_schema_extra": {"unit": unit} if unit else {}}
+    schema |= {"description": mark.note} if mark.note else {}
+    schema |= {"alias": mark.key} if mark.key else {}
+    value = {"default_factory": lambda: default} if isinstance(default, dict) else {"default": default}
+    return dataclasses.field(**value, metadata={"out": mark, **schema})
+
+
+@dataclass_transform(frozen_default=True, kw_only_default=True, field_specifiers=(out, dataclasses.field))
+class Part:
+    """A part of the summary; subclasses are frozen dataclasses with keyword arguments."""
+
+    whole: ClassVar[bool] = False
+    """Whether catalogue and guide list it as one value."""
+    __pydantic_config__: ClassVar[Any] = {"extra": "forbid", "populate_by_name": True}
+
+    def __init_subclass__(cls) -> None:
+        dataclasses.dataclass(frozen=True, kw_only=True)(cls)
+
+    def at(self, key: str) -> Any:  # noqa: ANN401 - a value of any type
+        """The value of a key of the file; None where there is none."""
+        return getattr(self, _names(type(self)).get(key, key), None)  # type: ignore[arg-type]
+
+    @classmethod
+    def read(cls, values: object) -> Self:
+        """A part from the values of JSON, or of a stage; NaN and infinity are None.
+
+        Raises InputError: a key is missing, unknown, or its value is of another type.
+        """
+        from pydantic import ValidationError
+
+        try:
+            return adapter(cls).validate_python(plain(values))  # type: ignore[arg-type]  # a class is hashable
+        except ValidationError as error:
+            first = error.errors()[0]
+            where = ".".join(str(key) for key in first["loc"])
+            raise InputError(f"{where}: {first['msg']}") from None
+
+
+@cache
+def adapter(part: type[Any]) -> TypeAdapter[Any]:
+    """Pydantic's reader of a part."""
+    from pydantic import TypeAdapter
+
+    return TypeAdapter(part)
+
+
+@cache
+def _names(part: type[Part]) -> dict[str, str]:
+    return {mark.key: name for name, mark in marks(part).items() if mark.key}
+
+
+def marks(part: type[Part]) -> dict[str, Out]:
+    """The mark of each field."""
+    return {one.name: one.metadata.get("out", Out()) for one in dataclasses.fields(part)}  # type: ignore[arg-type]
+
+
+def outputs(part: type[Part]) -> Iterator[tuple[str, Out, Any]]:
+    """Key, mark and type of each field."""
+    types = get_type_hints(part)
+    for name, mark in marks(part).items():
+        yield mark.key or name, mark, types[name]
+
+
+def plain(value: object) -> Any:  # noqa: ANN401 - a value of JSON
+    """A part, or values of a stage, as JSON has them: what was never reached, NaN and infinity, is null."""
+    if hasattr(value, "tolist"):
+        value = value.tolist()
+    if isinstance(value, Part):
+        return {
+            one.metadata.get("out", Out()).key or one.name: plain(entry)
+            for one in dataclasses.fields(value)  # type: ignore[arg-type]
+            if (entry := getattr(value, one.name)) is not None or one.default is not None
+        }
+    if isinstance(value, dict):
+        return {str(key): plain(entry) for key, entry in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [plain(entry) for entry in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value
