@@ -93,7 +93,7 @@ class LineInterface(ChargeContacts):
             share=np.zeros((count, SPREAD)),
             count=np.zeros(count, dtype=np.int32),
         )
-        self._no_gas = np.zeros(count)
+        self._no_gas, self.watched = np.zeros(count), nodes.own
         self.sums, self.deepest_so_far = np.zeros(2), np.zeros(2)
 
     def in_substeps(self, law: Law, level: int, front_until: float) -> LineContact:
@@ -140,7 +140,6 @@ def meridian_contact(mesh: MeridianMesh, fields: BurstFields, settings: BurstSet
     nodes = ContactNodes(fields, touched)
     if len(mesh.interface_pairs):
         interface = LineInterface(mesh, fields, nodes, settings.contact, lines)
-        nodes.watch(nodes.own)
     return LineContactForces(fields, settings.time_step, len(mesh.cells), nodes, interface=interface)
 
 

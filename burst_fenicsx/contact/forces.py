@@ -159,7 +159,7 @@ class ContactForces:
 
     def _watch(self) -> None:
         """Take over which rows the kinds need; collective."""
-        parts = [part.watched for part in (self._sliding, self.collisions, *self.planes) if part is not None]
+        parts = [part.watched for part in (self.interface, self.collisions, *self.planes) if part is not None]
         self.nodes.watch(np.concatenate([np.zeros(0, dtype=np.int32), *parts]))
 
     def look_again(self) -> None:
@@ -247,7 +247,7 @@ class ContactForces:
         """Search, and look around on slide surfaces, where that is due after this step (s) on any rank; collective."""
         sliding, collisions = self._sliding, self.collisions
         ahead = np.zeros(2)
-        if sliding is not None:
+        if sliding is not None and self.comm.size > 1:
             ahead[0] = sliding.comes_to_border
         if collisions is not None:
             ahead[1] = collisions.fastest

@@ -14,9 +14,9 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-from burst_fenicsx.kernels.contact.law import add_product, product
+from burst_fenicsx.kernels.contact.law import add_product, product, vector_product
 from burst_fenicsx.kernels.lanes import block_kernel, lane_function
-from burst_fenicsx.kernels.vectors.tensors import Vector, cross
+from burst_fenicsx.kernels.vectors.tensors import Vector
 
 __all__ = ["Surface", "area_vector", "closest_point", "find_point", "group_vectors", "weigh"]
 
@@ -177,7 +177,7 @@ def closest_point(x: Vector, nodes: np.ndarray, position: np.ndarray) -> tuple[f
     """Closest point to `x` of the bilinear facet of `nodes` (4,): xi and eta within [-1, 1], place, unit normal."""
     xi, eta = 0.0, 0.0
     a, b, place = _tangents(nodes, xi, eta, position)
-    n, _ = _unit(cross(a, b))
+    n, _ = _unit(vector_product(a, b))
     for _ in range(_CLOSEST):
         _, _, d_xi, d_eta = _newton(x, a, b, place, n)
         last_xi, last_eta = xi, eta
@@ -185,7 +185,7 @@ def closest_point(x: Vector, nodes: np.ndarray, position: np.ndarray) -> tuple[f
         if xi == last_xi and eta == last_eta:
             break
         a, b, place = _tangents(nodes, xi, eta, position)
-        n, _ = _unit(cross(a, b))
+        n, _ = _unit(vector_product(a, b))
     return xi, eta, place, n
 
 
@@ -197,7 +197,7 @@ def area_vector(nodes: np.ndarray, position: np.ndarray) -> Vector:
         return q[2] - p[2], 0.0, p[0] - q[0]
     one = add_product(_row(position, np.uint64(nodes[2])), -1.0, p)
     other = add_product(_row(position, np.uint64(nodes[3])), -1.0, q)
-    u = cross(one, other)
+    u = vector_product(one, other)
     return 0.5 * u[0], 0.5 * u[1], 0.5 * u[2]
 
 

@@ -16,7 +16,7 @@ from burst_fenicsx.kernels.constants import BENT, ENTRY, MOST_CORRECTION
 from burst_fenicsx.kernels.lanes import lane_function
 from burst_fenicsx.kernels.vectors.tensors import Vector
 
-__all__ = ["Law", "add_product", "bonded_spring", "has_left", "product", "spring"]
+__all__ = ["Law", "add_product", "bonded_spring", "has_left", "product", "spring", "vector_product"]
 
 
 class Law(NamedTuple):
@@ -39,6 +39,12 @@ def product(u: Vector, v: Vector) -> float:
 def add_product(u: Vector, factor: float, v: Vector) -> Vector:
     """Sum u + k v, each term rounded."""
     return u[0] + factor * v[0], u[1] + factor * v[1], u[2] + factor * v[2]
+
+
+@lane_function
+def vector_product(u: Vector, v: Vector) -> Vector:
+    """Vector product u x v, each term rounded."""
+    return u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]
 
 
 @lane_function

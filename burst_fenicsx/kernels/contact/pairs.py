@@ -32,7 +32,7 @@ __all__ = [
     "tally_pairs",
 ]
 
-_LEAST_LOAD = 2.0  # of a node whose pairs are met and left: by two equal grids, or by a plane and a surface at once
+_MIN_LOAD = 2.0  # of a node whose pairs are met and left: by two equal grids, or by a plane and a surface at once
 
 
 class Rows(NamedTuple):
@@ -182,10 +182,10 @@ def stiffness_of(k: int, law: Law, pairs: Pairs, facets: np.ndarray, rows: Rows)
     the sum of |c| W / m over its nodes: c the spring's weight on the node, W all springs' together, m the mass.
     """
     node = np.uint64(pairs.node[k])
-    inverse = max(rows.load[node], _LEAST_LOAD) / rows.mass[node]
+    inverse = max(rows.load[node], _MIN_LOAD) / rows.mass[node]
     for corner in range(facets.shape[1]):
         other, weight = np.uint64(facets[pairs.facet[k], corner]), pairs.weight[k, corner]
-        inverse += weight * max(rows.load[other], _LEAST_LOAD) / rows.mass[other]
+        inverse += weight * max(rows.load[other], _MIN_LOAD) / rows.mass[other]
     return law.max_squared_frequency / inverse
 
 
@@ -274,7 +274,7 @@ def add_pairs(pairs: Pairs, facets: np.ndarray, roundings: tuple[float, float], 
 
 @block_kernel
 def tally_pairs(first: int, last: int, pairs: Pairs, rounding: float) -> tuple[float, float]:
-    """Friction (J) in this step of the pairs from `first` to `last`, exact by `quantise`, and the deepest of them (m)."""
+    """Friction (J) in this step of the pairs from `first` to `last`, exact, and the deepest of them (m)."""
     heat, deepest = 0.0, 0.0
     for k in range(first, last):
         heat += quantise(pairs.energies[k, 1], rounding)
