@@ -9,10 +9,11 @@ import numpy as np
 from mpi4py import MPI
 
 from burst_fenicsx.contact.nodes import ContactPairs
-from burst_fenicsx.contact.search import box_around, boxes_of, in_balls, meet, opposed_in_balls
+from burst_fenicsx.contact.search import box_around, boxes_around, meet
 from burst_fenicsx.kernels.contact.collisions import Candidates, collide
 from burst_fenicsx.kernels.contact.law import Law
 from burst_fenicsx.kernels.contact.pairs import no_pairs
+from burst_fenicsx.kernels.contact.search import Bodies, find_candidates
 from burst_fenicsx.kernels.geometry.faces import area_vectors
 from burst_fenicsx.kernels.vectors.rows import largest_speed
 
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
 __all__ = ["CollidingSurfaces"]
 
 _MARGIN = 0.5  # of an edge: how deep a node may lie and still be found
+_SAMPLE = 1000  # boxes from which the edge of the search's grid is taken
 _KEPT = ("facet", "normal", "gap", "stiffness", "slip", "energies")
 _SEARCH = ("searched_at", "travel", "searches")
 
@@ -121,45 +123,30 @@ class CollidingSurfaces(ContactPairs):
         inner = inner[self._within_reach(inner, faces, position)]
         active = np.concatenate([outer, inner])
         faces = self._with_others(faces, position, active)
-        centre, radius = self._balls(faces, position)
-        direction = area_vectors(position[surfaces.faces[faces]])
+        boxes, areas = self._boxes(faces, position), area_vectors(position[surfaces.faces[faces]])
         normals = np.zeros_like(position)
         on_surface = faces < surfaces.on_surface
         for corner in range(4):
-            np.add.at(normals, surfaces.faces[faces[on_surface], corner], direction[on_surface])
+            np.add.at(normals, surfaces.faces[faces[on_surface], corner], areas[on_surface])
         surfaces.flatten(normals)
         normals[surfaces.inner] = 0.0  # they leave their wall by any side, and never meet their own round
-        normals, direction = (
-            vectors / np.maximum(np.linalg.norm(vectors, axis=1), 1e-300)[:, None] for vectors in (normals, direction)
-        )
-        node, face = [], []
-        for index in range(self._rounds):
-            of_round = surfaces.node_round[active] == index
-            own = surfaces.face_round[faces] == index
-            some = active[of_round & ~surfaces.inner[active]]
-            which = np.flatnonzero(own & on_surface)
-            point, ball = opposed_in_balls(
-                position[some], normals[some], centre[which], radius[which], direction[which]
-            )
-            point, ball = some[point], which[ball]
-            apart = (surfaces.faces[faces[ball]] != point[:, None]).all(axis=1)
-            node.append(point[apart])
-            face.append(ball[apart])
-            # Of other rounds, those in the box around this one's nodes.
-            some = active[of_round]
-            box = box_around(position[some], position[some])
-            which = np.flatnonzero(~own & meet(boxes_of(centre, radius), box))
-            point, ball = in_balls(position[some], centre[which], radius[which])
-            node.append(some[point])
-            face.append(which[ball])
-        self._make_pairs(np.concatenate(node), faces[np.concatenate(face)], normals)
+        # Faces of surfaces are met by all nodes, those within casings by nodes of other rounds.
+        members, reached = np.where(on_surface, -1, surfaces.face_round[faces]), np.zeros(len(faces), dtype=bool)
+        for index in np.unique(members):
+            own, others = members == index, position[active[surfaces.node_round[active] != index]]
+            reached[own] = meet(boxes[own], box_around(others, others))
+        faces, boxes, areas = faces[reached], boxes[reached], areas[reached]
+        bodies = Bodies(surfaces.faces[faces], surfaces.face_round[faces], surfaces.node_round, ~on_surface[reached])
+        some = boxes[:: max(len(boxes) // _SAMPLE, 1)]
+        cell = float(np.median((some[:, 3:] - some[:, :3]).max(axis=1))) if len(some) else self._reach
+        first, candidate = find_candidates(position, bodies, areas, active.astype(np.int32), normals, boxes, cell)
+        normals /= np.maximum(np.linalg.norm(normals, axis=1), 1e-300)[:, None]
+        self._make_pairs(np.repeat(active, np.diff(first)), faces[candidate], normals)
 
-    def _balls(self, faces: np.ndarray, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Balls, (k, 3) and (k,) m, around `faces` (k,), widened by what the search looks ahead."""
-        corners = position[self.surfaces.faces[faces]]
-        centre = corners.mean(axis=1)
-        radius = np.sqrt(((corners - centre[:, None]) ** 2).sum(axis=2).max(axis=1, initial=0.0))
-        return centre, radius + self._reach + _MARGIN * self.surfaces.edge[faces]
+    def _boxes(self, faces: np.ndarray, position: np.ndarray) -> np.ndarray:
+        """Boxes (k, 6) m of `faces` (k,), widened by what the search looks ahead."""
+        surfaces = self.surfaces
+        return boxes_around(position[surfaces.faces[faces]], self._reach + _MARGIN * surfaces.edge[faces])
 
     def _within_reach(self, inner: np.ndarray, faces: np.ndarray, position: np.ndarray) -> np.ndarray:
         """Whether own `inner` surface nodes lie in the box around another round's faces (k,) bool; collective.
@@ -170,7 +157,7 @@ class CollidingSurfaces(ContactPairs):
         if not surfaces.inner.any():
             return found
         faces = faces[faces < surfaces.on_surface]
-        boxes, of_round = boxes_of(*self._balls(faces, position)), surfaces.face_round[faces]
+        boxes, of_round = self._boxes(faces, position), surfaces.face_round[faces]
         around = np.array([box_around(*np.hsplit(boxes[of_round == index], 2)) for index in range(self._rounds)])
         if self._comm.size > 1:
             around[:, 3:] *= -1.0
@@ -192,7 +179,7 @@ class CollidingSurfaces(ContactPairs):
         if comm.size == 1:
             return faces
         everyone = np.array(comm.allgather(box_around(position[active], position[active])))
-        boxes = boxes_of(*self._balls(faces, position))
+        boxes = self._boxes(faces, position)
         messages: list[tuple[np.ndarray, np.ndarray] | None] = [None] * comm.size
         for rank, box in enumerate(everyone):
             chosen = faces[meet(boxes, box)]

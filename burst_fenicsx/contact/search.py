@@ -1,14 +1,11 @@
-"""Which facets a node may meet before the next search: those whose balls hold it, by trees of points."""
+"""Boxes with faces parallel to the axes, low then high corner (m), and balls that hold points."""
 
 from __future__ import annotations
 
 import numpy as np
 from scipy.spatial import cKDTree
 
-__all__ = ["box_around", "boxes_of", "in_balls", "meet", "opposed_in_balls"]
-
-OPPOSED = -0.2
-"""A node meets a facet of its own round only where their normals are opposed: cosine below this."""
+__all__ = ["box_around", "boxes_around", "in_balls", "meet"]
 
 
 def box_around(low: np.ndarray, high: np.ndarray) -> np.ndarray:
@@ -22,9 +19,10 @@ def meet(boxes: np.ndarray, box: np.ndarray) -> np.ndarray:
     return found
 
 
-def boxes_of(centre: np.ndarray, radius: np.ndarray) -> np.ndarray:
-    """Boxes (n, 6) m around balls."""
-    return np.concatenate([centre - radius[:, None], centre + radius[:, None]], axis=1)
+def boxes_around(corners: np.ndarray, reach: np.ndarray) -> np.ndarray:
+    """Boxes (n, 6) m around faces with corners (n, k, 3) m, widened by each one's reach (n,) m."""
+    reach = reach[:, None]
+    return np.concatenate([corners.min(axis=1) - reach, corners.max(axis=1) + reach], axis=1)
 
 
 def in_balls(points: np.ndarray, centre: np.ndarray, radius: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -34,29 +32,6 @@ def in_balls(points: np.ndarray, centre: np.ndarray, radius: np.ndarray) -> tupl
         point, ball = _near(points, centre[balls], float(radius[balls].max()))
         held = ((points[point] - centre[balls[ball]]) ** 2).sum(axis=1) <= radius[balls[ball]] ** 2
         found.append(np.stack([point[held], balls[ball[held]]]))
-    point, ball = np.concatenate(found, axis=1)
-    return point, ball
-
-
-def opposed_in_balls(
-    points: np.ndarray, normals: np.ndarray, centre: np.ndarray, radius: np.ndarray, directions: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """As `in_balls`, where the unit `normals` (p, 3) of the points oppose the `directions` (b, 3) of the balls.
-
-    Places and normals are one space of six dimensions: a wall that is not folded, whose nodes lie in all balls around
-    them, has no pair there.
-    """
-    found = [np.zeros((2, 0), dtype=np.int64)]
-    for balls in _by_size(radius):
-        scale = float(radius[balls].max())
-        # Of unit vectors u and -v the squared distance is 2 + 2 u.v.
-        apart = scale * np.sqrt(1.0 + 2.0 * (1.0 + OPPOSED))
-        here, there = np.hstack([points, -scale * normals]), np.hstack([centre, scale * directions])[balls]
-        point, ball = _near(here, there, apart)
-        ball = balls[ball]
-        held = ((points[point] - centre[ball]) ** 2).sum(axis=1) <= radius[ball] ** 2
-        held &= (normals[point] * directions[ball]).sum(axis=1) < OPPOSED
-        found.append(np.stack([point[held], ball[held]]))
     point, ball = np.concatenate(found, axis=1)
     return point, ball
 

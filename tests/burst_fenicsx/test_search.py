@@ -7,12 +7,14 @@ import pytest
 
 pytest.importorskip("dolfinx")
 
-from burst_fenicsx.contact.search import box_around, boxes_of, in_balls, meet, opposed_in_balls
+from burst_fenicsx.contact.search import box_around, boxes_around, in_balls, meet
 from burst_fenicsx.kernels.constants import UNLOADED_TIME
 from burst_fenicsx.kernels.contact.collisions import Candidates, collide
 from burst_fenicsx.kernels.contact.facets import closest_point
 from burst_fenicsx.kernels.contact.law import Law
 from burst_fenicsx.kernels.contact.pairs import Rows, no_pairs
+from burst_fenicsx.kernels.contact.search import Bodies, find_candidates
+from burst_fenicsx.kernels.geometry.faces import area_vectors
 
 pytestmark = pytest.mark.dolfinx
 
@@ -27,43 +29,153 @@ def test_boxes_meet_where_they_overlap_along_every_axis():
 
 
 def test_around_nothing_is_a_box_that_meets_nothing():
-    boxes = boxes_of(np.random.default_rng(1).normal(size=(50, 3)), np.full(50, 3.0))
+    boxes = boxes_around(np.random.default_rng(1).normal(size=(50, 4, 3)), np.full(50, 1.0))
     assert meet(boxes, box_around(np.zeros((1, 3)), np.ones((1, 3)))).any()
     assert not meet(boxes, box_around(np.zeros((0, 3)), np.zeros((0, 3)))).any()
 
 
 @pytest.mark.parametrize("largest", [1.0, 30.0])
-def test_the_search_finds_what_brute_force_finds(largest):
-    """Balls of like sizes, and a few large ones; places alone, and with normals that oppose the balls' directions."""
+def test_balls_hold_the_points_that_brute_force_finds(largest):
+    """Balls of like sizes, and a few large ones."""
     rng = np.random.default_rng(3)
     points, centre = rng.uniform(0.0, 1.0, (400, 3)), rng.uniform(0.0, 1.0, (300, 3))
     radius = rng.uniform(0.02, 0.1, 300)
     radius[:5] *= largest
-    normals, directions = rng.normal(size=(2, 400, 3))
-    directions = directions[:300]
-    normals, directions = (v / np.linalg.norm(v, axis=1)[:, None] for v in (normals, directions))
-    held = np.linalg.norm(points[:, None] - centre, axis=2) <= radius
-    opposed = normals @ directions.T < -0.2
-    for found, expected in (
-        (in_balls(points, centre, radius), held),
-        (opposed_in_balls(points, normals, centre, radius, directions), held & opposed),
-    ):
-        pairs = list(zip(*found, strict=True))
-        assert len(set(pairs)) == len(pairs) == expected.sum() > 20
-        assert expected[found].all()
-    none = opposed_in_balls(points[:0], normals[:0], centre, radius, directions)
-    assert [len(some) for some in none] == [0, 0]
+    expected = np.linalg.norm(points[:, None] - centre, axis=2) <= radius
+    found = in_balls(points, centre, radius)
+    pairs = list(zip(*found, strict=True))
+    assert len(set(pairs)) == len(pairs) == expected.sum() > 50
+    assert expected[found].all()
+    assert [len(some) for some in in_balls(points[:0], centre, radius)] == [0, 0]
 
 
-def crumpled(count, seed):
-    """A crumpled square sheet of count x count faces, turned: nodes and faces."""
+def sheets(count, seed, bodies=4):
+    """Crumpled square sheets of count x count faces at random places, every two a round, the second within it."""
     rng = np.random.default_rng(seed)
+    nodes, faces, node_body, face_body = [], [], [], []
     number = np.arange((count + 1) ** 2).reshape(count + 1, count + 1)
+    quads = np.stack([number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]], axis=-1).reshape(-1, 4)
+    for body in range(bodies):
+        u, v = np.meshgrid(np.linspace(0, 1, count + 1), np.linspace(0, 1, count + 1), indexing="ij")
+        flat = np.stack([u, v, 0.15 * np.sin(7 * u + body) * np.cos(5 * v)], axis=-1).reshape(-1, 3)
+        turn, _ = np.linalg.qr(rng.normal(size=(3, 3)))
+        faces.append(quads + body * len(flat))
+        nodes.append(flat @ turn + rng.uniform(-0.3, 0.3, 3) + rng.normal(0, 0.05 / count, flat.shape))
+        node_body.append(np.full(len(flat), body))
+        face_body.append(np.full(len(quads), body))
+    of_node, of_face = (np.concatenate(parts).astype(np.int32) for parts in (node_body, face_body))
+    surfaces = Bodies(np.concatenate(faces).astype(np.int32), of_face // 2, of_node // 2, of_face % 2 == 1)
+    return np.concatenate(nodes), surfaces
+
+
+def found_by_hash(nodes, bodies, reach, cell):
+    corners, normals = nodes[bodies.faces], np.zeros_like(nodes)
+    boxes, areas = boxes_around(corners, np.full(len(corners), reach)), area_vectors(corners)
+    for corner in range(4):
+        np.add.at(normals, bodies.faces[:, corner], areas)
+    active = np.arange(len(nodes), dtype=np.int32)
+    first, faces = find_candidates(nodes, bodies, areas, active, normals, boxes, cell)
+    return {(node, face) for node in active for face in faces[first[node] : first[node + 1]]}, len(faces)
+
+
+def found_by_hand(nodes, bodies, reach):
+    """Every node with every face, in plain numpy."""
+    corners = nodes[bodies.faces]
+    low, high = corners.min(axis=1) - reach, corners.max(axis=1) + reach
+    area = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
+    normal = np.zeros_like(nodes)
+    for corner in range(4):
+        np.add.at(normal, bodies.faces[:, corner], area)
+    cosine = (normal @ area.T) / np.outer(np.linalg.norm(normal, axis=1), np.linalg.norm(area, axis=1))
+    within = ((nodes[:, None] >= low) & (nodes[:, None] <= high)).all(axis=2)
+    own_round = bodies.node_round[:, None] == bodies.face_round
+    part_of = (np.arange(len(nodes))[:, None, None] == bodies.faces).any(axis=2)
+    may = ~own_round | (~part_of & ~bodies.within & (cosine < -0.2))
+    return set(zip(*np.nonzero(within & may), strict=True))
+
+
+@pytest.mark.parametrize("cell", [0.03, 0.11, 0.9])
+def test_the_hash_finds_what_brute_force_finds(cell):
+    """Whatever the edge of the grid: the same pairs, each once."""
+    nodes, bodies = sheets(14, 3)
+    found, entries = found_by_hash(nodes, bodies, 0.02, cell)
+    expected = found_by_hand(nodes, bodies, 0.02)
+    assert found == expected
+    assert len(expected) > 200
+    assert entries == len(expected)
+
+
+@pytest.mark.parametrize("turn", [0, 1, 2])
+def test_a_wall_is_searched_where_it_is_folded(turn):
+    """One body bent into a narrow U about any axis: what lies opposite is found, in the flat rest nothing."""
+    number = np.arange(41 * 9).reshape(41, 9)
     faces = np.stack([number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]], axis=-1).reshape(-1, 4)
-    u, v = np.meshgrid(np.linspace(0, 1, count + 1), np.linspace(0, 1, count + 1), indexing="ij")
-    flat = np.stack([u, v, 0.15 * np.sin(7 * u) * np.cos(5 * v)], axis=-1).reshape(-1, 3)
-    turn, _ = np.linalg.qr(rng.normal(size=(3, 3)))
-    return flat @ turn + rng.normal(0, 0.05 / count, flat.shape), faces.astype(np.int32)
+    along, across = (x.ravel() for x in np.meshgrid(np.arange(41.0), np.arange(9.0), indexing="ij"))
+    bend = np.pi * np.clip((along - 18.0) / 4.0, 0.0, 1.0)
+    straight = along - np.maximum(along - 18.0, 0.0) - np.maximum(along - 22.0, 0.0)
+    nodes = np.stack([straight + 1.3 * np.sin(bend), across, 1.3 * (1.0 - np.cos(bend))], axis=-1)
+    nodes = np.roll(nodes + np.random.default_rng(2).normal(0, 0.02, nodes.shape), turn, axis=1)
+    none = np.zeros(len(faces), dtype=np.int32)
+    bodies = Bodies(faces.astype(np.int32), none, np.zeros(len(nodes), dtype=np.int32), none != 0)
+    for reach in (1.0, 3.0):
+        found, _ = found_by_hash(nodes, bodies, reach, 2.5)
+        assert found == found_by_hand(nodes, bodies, reach)
+    assert len(found) > 500
+
+
+def turned_face(normal, turn, size):
+    """Corners (4, 3) of a square about the origin with this normal, turned in its plane."""
+    across = np.cross(normal, np.eye(3)[np.argmin(np.abs(normal))])
+    across /= np.linalg.norm(across)
+    angle = turn + 0.5 * np.pi * np.arange(4)[:, None]
+    return size * (np.cos(angle) * across + np.sin(angle) * np.cross(normal, across))
+
+
+@pytest.mark.parametrize("size", [0.01, 0.2])
+@pytest.mark.parametrize("short", [0.0, 1e-9, 0.5])
+def test_two_faces_alone_are_found_if_they_are_opposed(size, short):
+    """Two in each of many places, at all angles, or at those whose cosine is the bound or less by 1e-9 of it."""
+    rng = np.random.default_rng(21)
+    nodes, faces = [], []
+    for place in np.indices((6, 6, 6)).reshape(3, -1).T + 0.5:
+        one, other = (v / np.linalg.norm(v) for v in rng.normal(size=(2, 3)))
+        if short < 0.5:
+            cosine = -0.2 * (1.0 + short) if short else -0.2 * (1.0 - 1e-9)
+            other -= (other @ one) * one
+            other = cosine * one + np.sqrt(1.0 - cosine**2) * other / np.linalg.norm(other)
+        nodes += [place + turned_face(one, 0.3, size), place + 0.1 * size + turned_face(other, 0.9, size)]
+        faces += [4 * len(faces) + np.arange(4), 4 * len(faces) + 4 + np.arange(4)]
+    nodes, faces = np.concatenate(nodes), np.array(faces, dtype=np.int32)
+    none = np.zeros(len(nodes), dtype=np.int32)
+    bodies = Bodies(faces, none[: len(faces)], none, none[: len(faces)] != 0)
+    found, _ = found_by_hash(nodes, bodies, 0.2, 1.0)
+    expected = found_by_hand(nodes, bodies, 0.2)
+    assert found == expected
+    assert (len(expected) > 400) == (short > 0.0)
+
+
+@pytest.mark.parametrize("corner", [0, 1, 2, 3])
+def test_a_node_of_a_sharp_fold_does_not_meet_its_own_faces(corner):
+    """A large face and a small one folded back over it: the edge's nodes look like the large one, and meet neither."""
+    nodes = np.array([[0, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0], [1, 2, 0.3], [1, 0, 0.3], [0.9, 1, 0.4]], dtype=float)
+    large, small = [0, 1, 2, 3], np.roll([0, 3, 4, 5], corner).tolist()
+    for order in ([large, small], [small, large]):
+        faces = np.array(order, dtype=np.int32)
+        none = np.zeros(7, dtype=np.int32)
+        bodies = Bodies(faces, none[:2], none, none[:2] != 0)
+        found, _ = found_by_hash(nodes, bodies, 0.5, 4.0)
+        number = order.index(small)
+        assert {(node, face) for node, face in found if node < 4} == {(n, number) for n in (1, 2)} & found
+        assert not {(n, number) for n in small} & found
+
+
+def test_pairs_grow_no_faster_than_the_surfaces():
+    """Four times the nodes at half the edge and half the reach: along curves where sheets cross, twice the pairs."""
+    counts = []
+    for count in (20, 40):
+        nodes, surfaces = sheets(count, 3, bodies=12)
+        counts.append(found_by_hash(nodes, surfaces, 1.0 / count, 2.0 / count)[1])
+    assert 1.4 < counts[1] / counts[0] < 2.8
 
 
 def one_node_over(faces, node, outward, rounds=1):
@@ -150,8 +262,8 @@ def test_a_depth_that_was_there_before_contact_is_loaded_within_microseconds():
 def test_bounds_reject_no_face_that_a_node_has_entered():
     """The face found is the one of brute force over all faces with the closest point alone."""
     rng = np.random.default_rng(5)
-    sheet, faces = crumpled(6, seed=3)
-    sheet = 6.0 * sheet + rng.uniform(-0.1, 0.1, sheet.shape)
+    sheet, bodies = sheets(6, seed=3, bodies=1)
+    faces, sheet = bodies.faces, 6.0 * sheet + rng.uniform(-0.1, 0.1, sheet.shape)
     node, entered = len(sheet), []
     for _ in range(2000):
         under = sheet[rng.integers(node)] + rng.uniform(-0.4, 0.4, 3)
