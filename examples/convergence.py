@@ -27,8 +27,8 @@ def main(folder: Path) -> Path:
         run = fragfield.run(variant, out=folder / f"{size}_mm", only="burst", overwrite=True, progress=False)
         burst = run.burst.summary
         sizes.append(size)
-        speeds.append(burst["mean_initial_speed"])
-        print(f"{size:4} mm: {burst['cells']:5} cells, {speeds[-1]:.1f} m/s, energy error {burst['energy_error']:.2%}")
+        speeds.append(burst.mean_initial_speed)
+        print(f"{size:4} mm: {burst.cells:5} cells, {speeds[-1]:.1f} m/s, energy error {burst.energy_error:.2%}")
     # The last three sizes: order by the ratio of their differences (their own ratio is about 1.42), and the limit.
     ratio = (sizes[-3] / sizes[-1]) ** 0.5
     first, second = speeds[-2] - speeds[-3], speeds[-1] - speeds[-2]

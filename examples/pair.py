@@ -33,9 +33,7 @@ def main(folder: Path) -> Path:
     for name in ("m107_comp_b", "m107_pair"):
         case = fragfield.Case.from_toml(CASES / f"{name}.toml", set=COARSE)
         runs[name] = fragfield.run(case, out=folder / name, overwrite=True)
-        print(
-            f"{case.title}: {len(runs[name].fragments)} fragments, {runs[name].burst.summary['cells']} cells computed"
-        )
+        print(f"{case.title}: {len(runs[name].fragments)} fragments, {runs[name].burst.summary.cells} cells computed")
         print(runs[name].hazard)
     single, pair = by_sector(runs["m107_comp_b"]), by_sector(runs["m107_pair"])
     ratio = pair / single.mean()  # over the single round's mean over all azimuths

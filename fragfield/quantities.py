@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, get_args
+from typing import TYPE_CHECKING, Any
 
-from fragfield.hazard.certainty import rounded_metres, whole_metres
 from fragfield.numbers import SPACE, Row, row
-from fragfield.results.part import Out, Part, outputs
+from fragfield.results.part import Out, Part, outputs, part_in
 from fragfield.results.summary import STAGE_OF, Summary
+from fragfield.results.words import rounded_metres, whole_metres
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -66,21 +66,13 @@ def value_at(summary: object, path: str) -> Any:  # noqa: ANN401 - a value of JS
 def _quantities(part: type[Part], path: str, stage: str) -> Iterator[Quantity]:
     for key, mark, kind in outputs(part):
         at, of_stage = f"{path}.{key}".lstrip("."), stage or STAGE_OF.get(key, "" if mark.label else "fly")
-        inner = _part_in(kind)
+        inner = part_in(kind)
         if inner is not None and not inner.whole:
             many = "[]" if "tuple" in str(kind) else ""
             yield from _quantities(inner, f"{at}{many}", of_stage or "fly")
             continue
         known = vars(mark) | {"name": mark.name or key, "views": () if "[]" in at else mark.views}
         yield Quantity(**known, path=at, stage=of_stage)
-
-
-def _part_in(kind: Any) -> type[Part] | None:  # noqa: ANN401 - a type
-    """The part that a type holds: alone, in a tuple, or beside None."""
-    if isinstance(kind, type) and issubclass(kind, Part):
-        return kind
-    inner = (_part_in(one) for one in get_args(kind) if not str(kind).startswith("dict"))
-    return next((one for one in inner if one is not None), None)
 
 
 QUANTITIES: dict[str, Quantity] = {one.path: one for one in _quantities(Summary, "", "")}

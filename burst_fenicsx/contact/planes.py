@@ -52,13 +52,19 @@ def nodes_at_planes(mesh: HexahedralMesh, surfaces: ContactSurfaces) -> tuple[np
 
 
 def held_in_plane(mesh: HexahedralMesh, nodes: np.ndarray, plane: RigidPlane | Mirror) -> np.ndarray:
-    """Whether each of the nodes (k,) of a cut round lies in the plane for good, and so never meets it."""
+    """Whether each of the nodes (k,) of a cut round is held in the plane for good, and so never meets it.
+
+    One that is held in another plane and stands on this one, such as a deck, is not.
+    """
+    lies = np.zeros(len(nodes), dtype=bool)
     if mesh.held is None:
-        return np.zeros(len(nodes), dtype=bool)
-    normal = np.asarray(plane.normal, dtype=float)
-    height = (mesh.nodes[nodes] - np.asarray(plane.point)) @ (normal / np.linalg.norm(normal))
-    lies: np.ndarray = (mesh.held[nodes] != 0) & (np.abs(height) < _IN_PLANE)
-    return lies
+        return lies
+    normal = np.asarray(plane.normal) / np.linalg.norm(plane.normal)
+    height = (mesh.nodes[nodes] - np.asarray(plane.point)) @ normal
+    for bit, direction in mesh.held_normals:
+        if np.linalg.norm(np.cross(direction, normal)) < _IN_PLANE:
+            lies |= (mesh.held[nodes] >> bit & 1).astype(bool)
+    return lies & (np.abs(height) < _IN_PLANE)
 
 
 class PlaneContact(ContactPairs):

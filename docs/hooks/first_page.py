@@ -15,9 +15,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import fragfield
-from fragfield.hazard.certainty import metres
-from fragfield.hazard.recommended import parts_words
-from fragfield.hazard.to_apply import DistanceToApply
+from fragfield.results.part import to_json
+from fragfield.results.rules import DistanceToApply
+from fragfield.results.words import metres, parts_words
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -51,7 +51,7 @@ def main(folder: Path) -> Path:
         command = [browser, "--headless", "--no-sandbox", *options, f"--screenshot={PICTURE}"]
         address = (folder / "report.html").resolve().as_uri()
         subprocess.run([*command, address], check=True, capture_output=True, timeout=120)
-    summary = fragfield.open(folder).summary
+    summary = to_json(fragfield.open(folder).summary)
     shown = {key: summary[key] for key in ("hazard", "distance_to_apply")}
     text = json.dumps({**shown, "words": shown_words(shown)}, indent=1, ensure_ascii=False)
     NUMBERS.write_text(f"{text}\n", encoding="utf-8")

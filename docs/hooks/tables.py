@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 from docs.hooks.reference import cell, rows
 from flight.scene.ricochet import KINDS
-from fragfield.hazard.contents import Contents
 from fragfield.hazard.rules import LEFT_OUT, rules_for
 from fragfield.interface.tables import TABLES
+from fragfield.results.rules import Contents
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -20,7 +20,16 @@ __all__ = ["published_rules", "ricochet_kinds", "run_tables", "uncertain_inputs"
 
 def published_rules() -> str:
     """Every rule with its formula, range and source; below, those left out and why."""
-    two_rounds = Contents(1.0, 1.0, 10.0, 5.0, 2, (), True, 1.0, 0.1, True, (), True)
+    two_rounds = Contents(
+        explosive=1.0,
+        tnt=1.0,
+        all_up=10.0,
+        largest_round=5.0,
+        rounds=2,
+        in_a_row=True,
+        clearance=1.0,
+        charge_diameter=0.1,
+    )
     body = [[cell(one.name), one.hazard, cell(one.formula), cell(one.range), cell(one.source)]
             for one in rules_for(two_rounds)]  # fmt: skip
     left_out = "\n".join(f"- {words}" for words in LEFT_OUT)

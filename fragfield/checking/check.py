@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -19,9 +19,10 @@ from fragfield.checking.cost import expected_cost
 from fragfield.contours.read import is_of_file
 from fragfield.hazard.contents import arrangement, contents_of
 from fragfield.hazard.rules import rules_for
-from fragfield.hazard.to_apply import DistanceToApply, official_part
+from fragfield.hazard.to_apply import distance_to_apply, official_part
 from fragfield.pipeline.arena import read_arena
 from fragfield.pipeline.attitudes import attitudes_of
+from fragfield.results.part import to_json
 from transition.law.mean_mass import gurney_coefficient, gurney_speed
 
 if TYPE_CHECKING:
@@ -101,7 +102,7 @@ def check_report(case: CaseTable) -> dict[str, Any]:
             *mean_mass_warnings(case, rounds, described),
             *check_numbers(case, break_up_settings(case), margin=1.0),
         ],
-        **_prescribed(case, described),
+        **_prescribed(case),
     }
 
 
@@ -118,15 +119,15 @@ def _of_drawing(table: RoundTable, found: Mapping[str, Any]) -> dict[str, Any]:
     return made
 
 
-def _prescribed(case: CaseTable, described: Sequence[dict[str, Any]]) -> dict[str, Any]:
+def _prescribed(case: CaseTable) -> dict[str, Any]:
     """Official distances, and net explosive quantity and rules by mass."""
-    contents = contents_of(case, {"burst": {"rounds": described}})
-    rules, official = [asdict(rule) for rule in rules_for(contents, case.official)], official_part(case)
+    contents = contents_of(case)
+    rules, official = tuple(rules_for(contents, case.official)), official_part(case)
     return {
-        "official": official,
-        "contents": contents and asdict(contents),
-        "rules": rules,
-        "distance_to_apply": DistanceToApply.of(None, official, rules).as_dict(),
+        "official": to_json(official),
+        "contents": to_json(contents),
+        "rules": to_json(rules),
+        "distance_to_apply": to_json(distance_to_apply(None, official, rules)),
     }
 
 
@@ -260,8 +261,8 @@ def fragments_report(case: CaseTable, path: Path) -> dict[str, Any]:
 
         fragments = Fragments.read(path)
         held = {"file": path.name, "number": len(fragments), "mass": float(fragments.mass.sum())}
-        return {"fragments": held, "warnings": given_fragments(case, path), **_prescribed(case, ())}
+        return {"fragments": held, "warnings": given_fragments(case, path), **_prescribed(case)}
     table, recovered = found
     held = {"file": path.name, "number": float(table.number.sum()), "mass": table.total_mass}
     warnings = [recovered.warning] if recovered.warning else []
-    return {"fragments": {**held, "recovered": recovered.summary()}, "warnings": warnings, **_prescribed(case, ())}
+    return {"fragments": {**held, "recovered": recovered.summary()}, "warnings": warnings, **_prescribed(case)}

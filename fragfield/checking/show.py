@@ -12,7 +12,7 @@ from fragfield.case.conversion.attitude import attitude_words
 from fragfield.case.conversion.surroundings import direction_words
 from fragfield.hazard.certainty import metres
 from fragfield.hazard.contents import quantity_words
-from fragfield.hazard.to_apply import DistanceToApply
+from fragfield.results.rules import DistanceToApply
 from fragfield.terminal.progress import duration
 from fragfield.terminal.show import OFFICIAL_LABELS, number_text, plain_console, stripped
 from fragfield_base.substances import substance_title

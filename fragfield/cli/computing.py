@@ -26,6 +26,7 @@ from fragfield.cli.application import (
 from fragfield.cli.guard import give, guarded
 from fragfield.errors import EXIT_NUMERICAL
 from fragfield.pipeline.parallel import launched_rank
+from fragfield.results.part import to_json
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -162,15 +163,13 @@ def _give_summary(done: Run, *, json: bool, flown: bool, warnings: bool = False)
     """Print the summary of a run, with its `warnings`; one that was `flown` and has no distance ends with code 3."""
     from fragfield.terminal.show import plain_console, print_summary
 
-    def show(summary: Mapping[str, Any]) -> None:
-        print_summary(summary)
+    def show(_: Mapping[str, Any]) -> None:
+        print_summary(done.summary, str(done.path))
         for words in done.warnings if warnings else ():
             plain_console().print(words)
 
     if launched_rank() == 0:
-        from fragfield.hazard.certainty import is_determined
-
-        summary = {"directory": str(done.path), **done.summary}
-        give(summary, json=json, show=show)
-        if flown and not is_determined(summary):
+        give({"directory": str(done.path), **to_json(done.summary)}, json=json, show=show)
+        hazard = done.summary.hazard
+        if flown and hazard is not None and not hazard.determined:
             raise typer.Exit(EXIT_NUMERICAL)

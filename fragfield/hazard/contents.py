@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -12,10 +11,11 @@ from fragfield.case.conversion.attitude import attitude_of
 from fragfield.case.conversion.exposed_sites import describe_exposed
 from fragfield.case.conversion.rounds import are_alike, heights, mirrored, placed
 from fragfield.case.conversion.surroundings import describe_surroundings, ground_height
+from fragfield.results.rules import Contents
 from fragfield_base.substances import substance, substance_key, substance_title, substances_with
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Iterator, Sequence
 
     from numpy.typing import NDArray
 
@@ -144,36 +144,6 @@ _ON_A_LINE = 1e-3  # m beside a straight line
 _AT_ONCE = 1e-9  # s between initiations
 
 
-@dataclass(frozen=True)
-class Contents:
-    """What stands there: all rounds with their images."""
-
-    explosive: float
-    """Net explosive quantity (kg)."""
-    tnt: float
-    """Its equivalent in TNT for peak pressure (kg)."""
-    all_up: float
-    """Mass of the rounds whole, without packaging (kg)."""
-    largest_round: float
-    """Mass of the heaviest round (kg)."""
-    rounds: int
-    """How many."""
-    equivalents: tuple[str, ...] = ()
-    """Words on the equivalents taken."""
-    in_a_row: bool = False
-    """Whether the positions of two or more rounds lie on one straight line, within 1 mm."""
-    clearance: float | None = None
-    """Smallest clear distance (m) of the rounds of a row from each other; None where they are in no row."""
-    charge_diameter: float | None = None
-    """Largest diameter of a charge (m); None of a round from a mesh file."""
-    at_once: bool = True
-    """Whether every round is ignited at the same time."""
-    protective_works: tuple[str, ...] = ()
-    """What encloses the rounds, `hazard.protective_works` of the case."""
-    alike: bool = True
-    """Whether all rounds have the same contour, casing and explosive."""
-
-
 def quantity_words(explosive: float, tnt: float, equivalents: Sequence[str]) -> str:
     """The net explosive quantity (kg) and its equivalent in TNT (kg), in words."""
     return "; ".join(
@@ -181,52 +151,37 @@ def quantity_words(explosive: float, tnt: float, equivalents: Sequence[str]) -> 
     )
 
 
-def contents_of(case: CaseTable, summary: Mapping[str, Any]) -> Contents | None:
-    """What a resolved case's rounds hold, images behind planes of symmetry too; None of a case without rounds.
-
-    Rounds from mesh files take their masses from the burst's part of summary.json; without it there is None.
-    """
-    from fragfield.case.conversion.rounds import burst_round
+def contents_of(case: CaseTable) -> Contents | None:
+    """What a resolved case's rounds hold, images behind planes of symmetry too; None of a case without rounds."""
+    from fragfield.case.conversion.rounds import burst_round, first_alike, masses_of
 
     if not case.round:
         return None
     positions = with_images(case)
     images = len(positions) // len(case.round)
-    burst = {str(one.get("name")): one for one in (summary.get("burst") or {}).get("rounds") or []}
     explosive = tnt = all_up = heaviest = 0.0
-    words, profiles = [], []
-    for number, entry in enumerate(case.round, start=1):
-        one = burst_round(entry, f"round[{number}]")
+    words, profiles, first = [], [], first_alike(case)
+    masses = {index: masses_of(case.round[index]) for index in set(first)}
+    for number, entry in enumerate(case.round):
+        one, mass = burst_round(entry, f"round[{number + 1}]"), masses[first[number]]
         if one.profile is not None:
-            charge = one.profile.charge_volume * one.explosive.density
-            whole = charge + one.profile.casing_volume * one.casing.density + one.profile.fuze_mass
             profiles.append(one.profile)
-        elif "charge_mass" in burst.get(entry.name, {}):
-            charge = float(burst[entry.name]["charge_mass"])
-            whole = charge + float(burst[entry.name]["casing_mass"])
-        else:
-            return None
+        whole = mass.charge + mass.casing + mass.fuze
         factor, said = tnt_equivalent(one.explosive.name)
         if said:
             words.append(said)
-        explosive, all_up = explosive + images * charge, all_up + images * whole
-        tnt, heaviest = tnt + images * charge * factor, max(heaviest, whole)
+        explosive, all_up = explosive + images * mass.charge, all_up + images * whole
+        tnt, heaviest = tnt + images * mass.charge * factor, max(heaviest, whole)
     known = len(profiles) == len(case.round)
     in_a_row = _on_a_line(positions)
     return Contents(
-        explosive,
-        tnt,
-        all_up,
-        heaviest,
-        len(positions),
-        tuple(dict.fromkeys(words)),
-        in_a_row,
-        _clearance(case, profiles) if known and in_a_row else None,
-        max(_charge_diameter(profile) for profile in profiles) if known else None,
-        _ignited_at_once(case.round),
-        tuple(case.hazard.protective_works),
-        are_alike(case),
-    )
+        explosive=explosive, tnt=tnt, all_up=all_up, largest_round=heaviest, rounds=len(positions),
+        equivalents=tuple(dict.fromkeys(words)), in_a_row=in_a_row,
+        clearance=_clearance(case, profiles) if known and in_a_row else None,
+        charge_diameter=max(_charge_diameter(profile) for profile in profiles) if known else None,
+        at_once=_ignited_at_once(case.round), protective_works=tuple(case.hazard.protective_works),
+        alike=are_alike(case),
+    )  # fmt: skip
 
 
 def _on_a_line(positions: NDArray[np.float64]) -> bool:
@@ -300,34 +255,7 @@ def tnt_equivalent(explosive: str) -> tuple[float, str]:
     return factor, f"{factor:g} for {explosive} ({source})" if factor != 1.0 else ""
 
 
-SITING, DISPOSAL, COMPARISON = "siting", "disposal", "comparison"
+SITING: Final = "siting"
+DISPOSAL: Final = "disposal"
+COMPARISON: Final = "comparison"
 """What a rule is for: distances for storage and handling, for disposal in the open, or none that is prescribed."""
-
-
-@dataclass(frozen=True)
-class Rule:
-    """A distance by a rule: name, source, formula, inputs and range in words and SI units."""
-
-    name: str
-    hazard: str
-    """"fragments" or "blast": what it keeps people from."""
-    use: str
-    """What it is prescribed for, "siting" or "disposal"; "comparison": it is shown beside the others alone."""
-    distance: float | None
-    """In m; None where it does not apply."""
-    source: str
-    formula: str
-    inputs: str
-    range: str
-    reason: str = ""
-    """Why the rule does not apply to this arrangement; empty where it does."""
-    basis: str = "mass alone"
-    """What it rests on."""
-    outside: float | None = None
-    """What its formula gives where it does not apply (m); None where it gives nothing."""
-    missing: bool = False
-    """Whether it is prescribed for such rounds and none takes its place: the others are incomplete without it."""
-
-    def __post_init__(self) -> None:
-        if (self.distance is None) != bool(self.reason):
-            raise ValueError(f"{self.name}: a rule has either a distance or a reason why it has none")

@@ -27,6 +27,8 @@ from fragfield.case.conversion.exposed_sites import exposed_sites_of, outline_of
 from fragfield.case.conversion.surroundings import bearing_of
 from fragfield.hazard.places import LEVEL, PlaceSums, kernel_weights, sum_bound
 from fragfield.hazard.verdict import criterion_of, no_margin, part_of_criterion, verdict_of
+from fragfield.results.site import Criterion, Estimate, NotStopped, Probability, SiteWithoutRicochet
+from fragfield.results.site import ExposedSite as AssessedSite
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -46,7 +48,6 @@ if TYPE_CHECKING:
 
 
 NORMAL_95 = 1.6448536269514722
-_SHORT = ("density_normal", "density_ground", "expected_hits", "probability")  # given without ricochet too
 
 
 def share_bound(count: int, number: int, level: float = LEVEL) -> float:
@@ -166,7 +167,7 @@ class ExposedSums:
         self._energy = buildings["energy"] if self._energy is None else np.maximum(self._energy, buildings["energy"])
         self.realisations += 1
 
-    def _mean(self, name: str, index: int, single: float) -> dict[str, float | None]:
+    def _mean(self, name: str, index: int, single: float) -> Estimate:
         """Expected value over realisations with bound and standard error; one hit weighs at most `single`."""
         n = self.realisations
         total, between = float(self._sums[name][index]), float(self._between[name][index])
@@ -175,45 +176,46 @@ class ExposedSums:
         largest = max(single, float(self._most[name][index]))
         upper = float(sum_bound(np.array(total), np.array(max(squares, spread)), np.array(largest)))
         error = math.sqrt(spread) / n if n > 1 else None
-        return {"expected": total / n, "upper": upper / n, "standard_error": error}
+        return Estimate(expected=total / n, upper=upper / n, standard_error=error)
 
-    def assess(self, found: EnsembleHazard, *, determined: bool = True) -> list[dict[str, Any]]:
-        """Entries of summary.json, one a site (SI, degrees); `determined`: whether all flights ended."""
-        return [self._entry(site, found, determined=determined) for site in self.sites]
+    def assess(self, found: EnsembleHazard, *, determined: bool = True) -> tuple[AssessedSite, ...]:
+        """One a site (SI, degrees); `determined`: whether all flights ended."""
+        return tuple(self._entry(site, found, determined=determined) for site in self.sites)
 
-    def _entry(self, site: ExposedSite, found: EnsembleHazard, *, determined: bool) -> dict[str, Any]:
+    def _entry(self, site: ExposedSite, found: EnsembleHazard, *, determined: bool) -> AssessedSite:
         case = self.case
         away = site.edge() - np.asarray(case.flight.origin)
         distance = np.hypot(away[:, 0], away[:, 1])
         nearest = int(np.argmin(distance))
         azimuth = math.degrees(math.atan2(away[nearest, 1], away[nearest, 0])) % 360.0
-        values = self._values(site, None if found.undetermined else found.expected)
+        values, largest = self._values(site, None if found.undetermined else found.expected)
         if self._short is not None:
             expected = None if found.undetermined else found.without_ricochet or found.expected
-            short = self._short._values(site, expected)
-            values["without_ricochet"] = {name: short[name] for name in _SHORT}
+            short, _ = self._short._values(site, expected)
+            values["without_ricochet"] = SiteWithoutRicochet.of_stage(short)
         quantity, limit = criterion_of(case, site)
         entry: dict[str, Any] = {
             "name": site.table.name,
             "kind": site.table.kind,
-            "place": list(site.centre),
-            "outline": site.outline.tolist(),
+            "place": tuple(site.centre),
+            "outline": tuple(map(tuple, site.outline.tolist())),
             "distance": float(distance[nearest]),
             "azimuth_deg": azimuth,
             "bearing_deg": bearing_of(case, azimuth),
             "energy": site.energy,
             **(values if determined else dict.fromkeys(values)),
-            "largest_energy": values["largest_energy"],
-            "criterion": {"quantity": quantity, "limit": limit},
+            "largest_energy": largest,
+            "criterion": Criterion(quantity=quantity, limit=limit),
             "realisations": self.realisations,
             "level": LEVEL,
         }
-        entry["verdict"] = verdict_of(entry) if determined else "not determined"
-        entry["no_margin"] = no_margin(case, site) or None
-        entry["margin"] = None if entry["no_margin"] else _margin(away, distance, found)
-        return entry
+        without = no_margin(case, site) or None
+        margin = None if without else _margin(away, distance, found)
+        made = AssessedSite(**entry, verdict="not determined", no_margin=without, margin=margin)
+        return replace(made, verdict=verdict_of(made)) if determined else made
 
-    def _values(self, site: ExposedSite, expected: ExpectedDistance | None) -> dict[str, Any]:
+    def _values(self, site: ExposedSite, expected: ExpectedDistance | None) -> tuple[dict[str, Any], float | None]:
+        """What a site meets, which is not known where flights have not ended, and the largest energy of a hit."""
         if site.prism is not None:
             buildings = [one for one in self.sites if one.prism is not None]
             return self._building(buildings.index(site), site, site.prism)
@@ -223,63 +225,73 @@ class ExposedSums:
         (ground, normal), worst, count = places.worst([piece - origin for piece in site.pieces], plans)
         around = None if self._turned else _all_round(self.case, site, expected)
         if around is not None:
-            ground, normal = around["ground"], around["normal"]
+            ground, normal = around
         target = site.area * getattr(site.table, "number", 1.0)
-        hits = {key: None if value is None else value * target for key, value in normal.items()}
+        hits = _times(normal, target)
+        of_a_hit = {key: -math.expm1(-(getattr(hits, key) or 0.0)) for key in ("expected", "upper")}
         return {
             "density_normal": normal,
             "density_ground": ground,
             "expected_hits": hits,
-            "probability": {key: -math.expm1(-(hits[key] or 0.0)) for key in ("expected", "upper")},
+            "probability": Probability(**of_a_hit),
             "places": count,
-            "worst_place": (worst + origin).tolist(),
+            "worst_place": tuple((worst + origin).tolist()),
             "target_area": target,
             "not_stopped": None,
             "barrier": None,
-            "largest_energy": None,
-        }
+        }, None
 
-    def _building(self, index: int, site: ExposedSite, prism: Prism) -> dict[str, Any]:
+    def _building(self, index: int, site: ExposedSite, prism: Prism) -> tuple[dict[str, Any], float | None]:
         assert self._energy is not None  # a flight has been added
         n = self.realisations
         count, through = int(self._with["hits"][index]), int(self._with["through"][index])
         barriers = {name: getattr(prism, name).source for name in ("wall", "roof") if getattr(prism, name) is not None}
         passed = self._mean("through", index, 1.0)
+        not_stopped = NotStopped(
+            expected=passed.expected, upper=passed.upper, standard_error=passed.standard_error,
+            probability=Probability(expected=through / n, upper=share_bound(through, n)),
+        )  # fmt: skip
         return {
             "density_normal": self._mean("fluence", index, 1.0 / prism.min_shadow),
             "density_ground": None,
             "expected_hits": self._mean("hits", index, 1.0),
-            "probability": {"expected": count / n, "upper": share_bound(count, n)},
+            "probability": Probability(expected=count / n, upper=share_bound(count, n)),
             "places": 1,
-            "worst_place": list(site.centre),
+            "worst_place": tuple(site.centre),
             "target_area": None,
-            "not_stopped": {**passed, "probability": {"expected": through / n, "upper": share_bound(through, n)}}
-            if barriers
-            else None,
+            "not_stopped": not_stopped if barriers else None,
             "barrier": barriers or None,
-            "largest_energy": float(self._energy[index]),
-        }
+        }, float(self._energy[index])
 
 
-def worst_of_attitudes(entries: Sequence[tuple[tuple[float, float], list[dict[str, Any]]]]) -> list[dict[str, Any]]:
+def _times(one: Estimate, factor: float) -> Estimate:
+    values = (one.expected, one.upper, one.standard_error)
+    expected, upper, error = (None if value is None else value * factor for value in values)
+    return Estimate(expected=expected, upper=upper, standard_error=error)
+
+
+def worst_of_attitudes(
+    entries: Sequence[tuple[tuple[float, float], Sequence[AssessedSite]]],
+) -> tuple[AssessedSite, ...]:
     """For every site its entry in the attitude in which least is left to its criterion, with that attitude.
 
-    `entries`: inclination and roll (degrees), and the entries `exposed` of summary.json, of every attitude that was
-    flown.
+    `entries`: inclination and roll (degrees), and the sites, of every attitude that was flown.
     """
     worst = []
     for of_site in zip(*(rows for _, rows in entries), strict=True):
         parts = [np.inf if (part := part_of_criterion(one)) is None else part for one in of_site]
         at = int(np.argmax(parts))
         inclination, roll = entries[at][0]
-        worst.append({**of_site[at], "worst_inclination_deg": inclination, "worst_roll_deg": roll})
-    return worst
+        worst.append(replace(of_site[at], worst_inclination_deg=inclination, worst_roll_deg=roll))
+    return tuple(worst)
 
 
 def _all_round(
     case: CaseTable, site: ExposedSite, expected: ExpectedDistance | None
-) -> dict[str, dict[str, float | None]] | None:
-    """Densities over all azimuths, the largest over the distances of a site; None where they are not the site's.
+) -> tuple[Estimate, Estimate] | None:
+    """Densities on the ground and normal to the paths over all azimuths, the largest over the distances of a site.
+
+    None where they are not the site's.
 
     They are not where directions differ, where the site has an energy or a height of its own, or where too few
     fragments reach so far that a bound could be drawn from them.
@@ -297,7 +309,7 @@ def _all_round(
     inner = expected.radius[(expected.radius > ends[0]) & (expected.radius < ends[1])]
     at = np.log(np.concatenate([ends, inner]))  # between its points the curve is a line in logarithms
     factor = student_bound(expected.groups)
-    made: dict[str, dict[str, float | None]] = {}
+    made = {}
     for kind, name in enumerate(KINDS):
         with np.errstate(divide="ignore"):
             mean, low, high = (
@@ -311,12 +323,9 @@ def _all_round(
             spread = 0.5 * (high - low) / NORMAL_95
             upper = np.exp(mean + factor * spread)
         value = math.exp(mean[worst])
-        made[name] = {
-            "expected": value,
-            "upper": float(upper[np.isfinite(upper)].max()),
-            "standard_error": value * float(spread[worst]),
-        }
-    return made
+        bound = float(upper[np.isfinite(upper)].max())
+        made[name] = Estimate(expected=value, upper=bound, standard_error=value * float(spread[worst]))
+    return made["ground"], made["normal"]
 
 
 def student_bound(groups: int) -> float:

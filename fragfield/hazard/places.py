@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from flight.scene.plan import contains
+from fragfield.results.site import Estimate
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -154,9 +155,7 @@ class PlaceSums:
             more = len(self.places.area) - self._sums.shape[2]
             self._sums = np.pad(self._sums, ((0, 0), (0, 0), (0, more)))
 
-    def worst(
-        self, pieces: Sequence[Array], plans: Sequence[Array]
-    ) -> tuple[list[dict[str, float | None]], Array, int]:
+    def worst(self, pieces: Sequence[Array], plans: Sequence[Array]) -> tuple[list[Estimate], Array, int]:
         """Densities (1/m2) on the ground and normal to paths at the worst place that a site touches.
 
         Parameters
@@ -166,7 +165,7 @@ class PlaceSums:
 
         Returns
         -------
-        values : list of dict
+        values : list of Estimate
             Of landings and of paths: the largest estimate with its standard error, and the largest of all bounds, which
             bounds the worst place whichever it is.
         centre : (2,) float64
@@ -194,13 +193,13 @@ class PlaceSums:
         between = n / (n - 1) * np.maximum(squares - total**2 / n, 0.0) if n > 1 else np.zeros_like(total)
         upper = sum_bound(total, np.maximum(between, single * total), np.maximum(single, largest)) / n / area
         expected, error = total / n / area, np.sqrt(between) / n / area
-        values: list[dict[str, float | None]] = []
+        values = []
         for kind in range(2):
             at = int(np.argmax(expected[kind]))
-            values.append({
-                "expected": float(expected[kind, at]), "upper": float(upper[kind].max()),
-                "standard_error": float(error[kind, at]) if n > 1 else None,
-            })  # fmt: skip
+            spread = float(error[kind, at]) if n > 1 else None
+            values.append(
+                Estimate(expected=float(expected[kind, at]), upper=float(upper[kind].max()), standard_error=spread)
+            )
         worst = int(chosen[np.argmax(expected.max(axis=0))])
         own = touched[self.places.ring[touched] == self.places.ring[worst]]
         return values, self.places.centre(worst if worst in own else int(own[0])), len(touched)

@@ -14,134 +14,103 @@ inputs and numerics. A part that is not known is not in the sum; `not_included` 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, NamedTuple
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+from fragfield.results.convergence import Convergence
+from fragfield.results.hazard import DistanceParts, Hazard
+from fragfield.results.words import (
+    PARTS,
+    Part,
+    not_included_words,
+    parts_of,
+    parts_words,
+)
+
+__all__ = [  # words, until all ask for them in results/words.py
+    "PARTS", "RULE", "Part", "hazard_of", "not_included_words", "parts_of", "parts_words", "recommended_of",
+]  # fmt: skip
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from fragfield.results.hazard import WithoutRicochet
 
-PARTS = {
-    "expected": "expected distance",
-    "quadrature": "points of the expected density",
-    "randomness": "randomness of the break-up",
-    "grid": "grid",
-    "table": "groups and zones of the arena table",
-    "inputs": "inputs",
-}
-"""The parts of the recommended distance, in words."""
+
 RULE = (
     "Expected distance plus the root of the sum of squares of the other parts, each the half-width of its one-sided "
     "band of 95 %."
 )
-_WIDTHS = tuple(PARTS)[1:]
 _NO_GRID = "no grid convergence: "
+_NOT_SAID: dict[str, Any] = {
+    "not_integrated_because": "", "more_realisations": True, "ricochet": "none", "bearing_deg": None,
+    "attitude": {"kind": "given", "words": "", "inclination_deg": None, "azimuth_deg": None, "base_height": None,
+                 "worst_inclination_deg": None, "worst_roll_deg": None, "curve": []},
+    "recommended": None, "parts": dict.fromkeys(PARTS), "not_included": {},
+}  # fmt: skip
 
 
-class Part(NamedTuple):
-    """A part of the recommended distance: in words, its m (None where it is not known) and why it is not included."""
-
-    words: str
-    value: float | None
-    reason: str
+def hazard_of(headline: Mapping[str, Any]) -> Hazard:
+    """What flights give, without a recommended distance yet, and without what is not said of the scene."""
+    short = {"recommended": None, **headline["without_ricochet"]}
+    return Hazard.of_stage({**_NOT_SAID, **headline, "without_ricochet": short})
 
 
 def recommended_of(
-    hazard: Mapping[str, Any], convergence: Mapping[str, Any] | None, study: Mapping[str, Any] | None = None
-) -> dict[str, Any]:
-    """The part `hazard` of summary.json with the recommended distance.
+    hazard: Hazard | Mapping[str, Any],
+    convergence: Convergence | Mapping[str, Any] | None,
+    study: Mapping[str, Any] | None = None,
+) -> Hazard:
+    """The part `hazard` of the summary with the recommended distance, its parts, and why others are not included.
 
     Parameters
     ----------
-    hazard, convergence : mapping
-        Parts of summary.json.
+    hazard, convergence : Hazard, Convergence
+        Parts of the summary, or what flights and other cell sizes gave.
     study : mapping, optional
         uncertainty.json of a study of this run.
-
-    Returns
-    -------
-    dict
-        `hazard` with `recommended` (m; None where the distance is not determined), `parts` (m, by the names
-        of `PARTS`; `expected` is the expected distance, the others half-widths, None where not known), `not_included`
-        (why, by the name of the part), and `recommended` in `without_ricochet`, with the same half-widths but those of
-        quadrature and randomness.
     """
-    found = dict(hazard)
-    short = dict(found.get("without_ricochet") or {})
-    if not hazard.get("determined") or hazard.get("expected") is None:
-        empty: dict[str, Any] = {"recommended": None, "parts": dict.fromkeys(PARTS), "not_included": {}}
-        return found | empty | ({"without_ricochet": short | {"recommended": None}} if short else {})
-    expected = float(hazard["expected"])
+    hazard = hazard if isinstance(hazard, Hazard) else hazard_of(hazard)
+    if not hazard.determined or hazard.expected is None:
+        nothing = DistanceParts(**dict.fromkeys(PARTS))
+        short = replace(hazard.without_ricochet, recommended=None)
+        return replace(hazard, recommended=None, parts=nothing, not_included={}, without_ricochet=short)
     spread = ((study or {}).get("distance") or {}).get("spread")
-    grid, no_grid = _grid(convergence or {})
-    parts: dict[str, float | None] = {
-        "expected": expected,
-        **_statistical(hazard, hazard),
-        "grid": grid,
-        "table": hazard.get("table_width"),
-        "inputs": None if spread is None else max(float(spread["high"]) - expected, 0.0),
-    }
+    grid, no_grid = _grid(convergence)
+    parts = DistanceParts(
+        expected=hazard.expected, **_statistical(hazard, hazard), grid=grid, table=hazard.table_width,
+        inputs=None if spread is None else max(float(spread["high"]) - hazard.expected, 0.0),
+    )  # fmt: skip
     reasons = {
         "grid": no_grid,
         "inputs": "no study of uncertain inputs" if study is None else "the study of uncertain inputs has no result",
     }
-    if hazard.get("method", "realisations") == "realisations":
+    if hazard.method == "realisations":
         reasons["randomness"] = "a single realisation has no bound"
-    missing = {name: words for name, words in reasons.items() if parts[name] is None}
-    found |= {"recommended": _sum(expected, parts), "parts": parts, "not_included": missing}
-    if short:
-        beside = parts | _statistical(hazard, short)
-        found["without_ricochet"] = short | {"recommended": _sum(float(short["expected"]), beside)}
-    return found
+    missing = {name: words for name, words in reasons.items() if getattr(parts, name) is None}
+    short = hazard.without_ricochet
+    if short.expected is not None:
+        beside = replace(parts, expected=short.expected, **_statistical(hazard, short))
+        short = replace(short, recommended=_sum(beside))
+    return replace(hazard, recommended=_sum(parts), parts=parts, not_included=missing, without_ricochet=short)
 
 
-def parts_of(hazard: Mapping[str, Any]) -> list[Part]:
-    """The parts in their order, with those not included; empty where the distance is not determined."""
-    if hazard.get("recommended") is None:
-        return []
-    missing = hazard["not_included"]
-    return [
-        Part(PARTS[name], value, missing.get(name, ""))
-        for name, value in hazard["parts"].items()
-        if value is not None or name in missing
-    ]
-
-
-def parts_words(hazard: Mapping[str, Any]) -> str:
-    """The parts in one line, and what is not included; empty where the distance is not determined."""
-    rows = parts_of(hazard)
-    if not rows:
-        return ""
-    names = list(PARTS.values())[1:]
-    base = f"{rows[0].words} {rows[0].value:.1f} m"
-    widths = [f"{row.words} {row.value:.1f} m" for row in rows if row.words in names and row.value is not None]
-    together = math.ceil(10.0 * float(hazard["recommended"]) - 1e-9) / 10.0
-    added = f"; added as squares: {', '.join(widths)}; together {together:.1f} m" if widths else ""
-    missing = not_included_words(hazard)
-    return f"{base}{added}{f'; not included: {missing}' if missing else ''}"
-
-
-def not_included_words(hazard: Mapping[str, Any]) -> str:
-    """What the recommended distance does not include and why, or nothing."""
-    return ", ".join(f"{row.words} ({row.reason})" for row in parts_of(hazard) if row.reason)
-
-
-def _statistical(hazard: Mapping[str, Any], of: Mapping[str, Any]) -> dict[str, float | None]:
+def _statistical(hazard: Hazard, of: Hazard | WithoutRicochet) -> dict[str, float | None]:
     """Half-width (m) of a distance `of` the hazard by the points of its density, or by its realisations."""
-    upper = of.get("upper")
-    width = None if upper is None else max(float(upper) - float(of["expected"]), 0.0)
-    integrated = hazard.get("method", "realisations") != "realisations"
+    width = None if of.upper is None or of.expected is None else max(of.upper - of.expected, 0.0)
+    integrated = hazard.method != "realisations"
     return {"quadrature": width if integrated else None, "randomness": None if integrated else width}
 
 
-def _grid(convergence: Mapping[str, Any]) -> tuple[float | None, str]:
+def _grid(convergence: Convergence | Mapping[str, Any] | None) -> tuple[float | None, str]:
     """Half-width (m) by the cell size, or why it is not known."""
-    entry = (convergence.get("quantities") or {}).get("expected_distance") or {}
-    width = entry.get("uncertainty")
-    if width is not None:
-        return float(width), ""
-    reason = str(convergence.get("reason") or "no other cell size gave a distance")
-    return None, reason.removeprefix(_NO_GRID)
+    found = convergence if isinstance(convergence, Convergence) else Convergence.read(convergence or {"reason": ""})
+    entry = (found.quantities or {}).get("expected_distance")
+    if entry is not None and entry.uncertainty is not None:
+        return entry.uncertainty, ""
+    return None, (found.reason or "no other cell size gave a distance").removeprefix(_NO_GRID)
 
 
-def _sum(expected: float, parts: Mapping[str, float | None]) -> float:
-    return expected + math.sqrt(sum(width**2 for name in _WIDTHS if (width := parts[name]) is not None))
+def _sum(parts: DistanceParts) -> float:
+    widths = (parts.quadrature, parts.randomness, parts.grid, parts.table, parts.inputs)
+    return (parts.expected or 0.0) + math.sqrt(sum(width**2 for width in widths if width is not None))

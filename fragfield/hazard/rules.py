@@ -14,18 +14,19 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fragfield.hazard.contents import COMPARISON, DISPOSAL, SITING, Rule, contents_of, quantity_words, with_images
+from fragfield.hazard.contents import COMPARISON, DISPOSAL, SITING, contents_of, quantity_words, with_images
+from fragfield.results.rules import Beam, Rule, Rules, StackRule, Tp12
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterator
 
     from numpy.typing import ArrayLike
 
     from flight.hazard.tp12 import BeamDistance, PolarField, StackDistance
     from fragfield.case import CaseTable
     from fragfield.case.tables.site import OfficialTable
-    from fragfield.hazard.contents import Contents
     from fragfield.pipeline.single_round import SingleRound
+    from fragfield.results.rules import Contents, FragmentField
 
 
 POUND, FOOT = 0.45359237, 0.3048
@@ -106,7 +107,7 @@ def rules_for(contents: Contents | None, official: OfficialTable | None = None) 
 def _rule(distance: float | None, reason: str, *, missing: bool = False, **what: Any) -> Rule:
     """A rule by the distance of its formula (m) and why it does not apply; `missing` counts where it does not."""
     if not reason:
-        return Rule(distance=distance, **what)
+        return Rule(distance=distance, outside=None, **what)
     return Rule(distance=None, reason=reason, outside=distance, missing=missing, **what)
 
 
@@ -228,17 +229,11 @@ def _listed(names: tuple[str, ...]) -> str:
     return ", ".join(names) if len(names) <= 3 else f"{', '.join(names[:2])} and {len(names) - 2} more"
 
 
-def rules_of(case: CaseTable, summary: Mapping[str, Any], single: SingleRound) -> dict[str, Any]:
-    """The part `rules` of summary.json. `single` is one of the case's rounds alone."""
-    contents = contents_of(case, summary)
-    part = tp12_part(case, single)
-    rules = [*tp12_rules(case, part), *rules_for(contents, case.official)]
-    return {
-        "contents": contents and asdict(contents),
-        "tp12": part,
-        "rules": [asdict(rule) for rule in rules],
-        "left_out": list(LEFT_OUT),
-    }
+def rules_of(case: CaseTable, single: SingleRound) -> Rules:
+    """The part `rules` of the summary. `single` is one of the case's rounds alone."""
+    contents, part = contents_of(case), tp12_part(case, single)
+    rules = (*tp12_rules(case, part), *rules_for(contents, case.official))
+    return Rules(contents=contents, tp12=part, rules=rules, left_out=LEFT_OUT)
 
 
 BEAM = "TP-12's beam distance of the single round"
@@ -247,40 +242,32 @@ _SOURCE = "DDESB Technical Paper 12 (Zaker 1975)"
 _BASIS = "single round's break-up"
 
 
-def tp12_part(case: CaseTable, single: SingleRound) -> dict[str, Any]:
-    """What the paper's procedure gives for a resolved case, as `rules.tp12` of summary.json.
-
-    Returns
-    -------
-    dict
-        `single_round` (where its fragments come from, or why there are none), `realisations`, `beam` and, of several
-        rounds, `stack`: numbers, or `reason` where there are none; null without a single round.
-    """
+def tp12_part(case: CaseTable, single: SingleRound) -> Tp12:
+    """What the paper's procedure gives for a resolved case: the beam and, of several rounds, the stack."""
     from flight.errors import InputError
 
-    part: dict[str, Any] = {"single_round": single.source, "realisations": 0, "beam": None, "stack": None}
     if single.field is None:
-        return part
-    beam = _beam(case, single.field)
-    part |= {"realisations": single.field.realisations, "beam": asdict(beam)}
-    side, top, count = _counts(case)
+        return Tp12(single_round=single.source, realisations=0, beam=None, stack=None)
+    beam = Beam.read(asdict(_beam(case, single.field)))
+    stack, (side, top, count) = None, _counts(case)
     if count > 1:
-        cover = case.hazard.stack_rule.cover
+        known: dict[str, Any] = {"side": side, "top": top, "cover": case.hazard.stack_rule.cover}
         try:
             found, number = _stack(case, single.field, side, top)
         except InputError as error:
-            part["stack"] = {"side": side, "top": top, "cover": cover, "distance": None, "reason": str(error)}
+            stack = StackRule(**known, distance=None, reason=str(error))
         else:
-            part["stack"] = {"side": side, "top": top, "cover": cover, "effective_number": number, **asdict(found)}
-    return part
+            stack = StackRule.read({**known, "effective_number": number, **asdict(found)})
+    return Tp12(single_round=single.source, realisations=single.field.realisations, beam=beam, stack=stack)
 
 
-def tp12_rules(case: CaseTable, part: Mapping[str, Any]) -> Iterator[Rule]:
+def tp12_rules(case: CaseTable, part: Tp12) -> Iterator[Rule]:
     """The same as rules beside the others; `part` from `tp12_part`."""
     from flight.hazard.tp12 import SUPERSONIC_DRAG
     from flight.shape import FORGED_STEEL_SHELL, HEAVY_PIECES_OF_STACKS
 
-    beam, stack, source = part["beam"], part["stack"] or {}, part["single_round"]
+    beam, stack, source = part.beam, part.stack, part.single_round
+    no_stack = "" if stack is not None and stack.distance is not None else (stack and stack.reason) or source
     criteria = (
         f"{case.hazard.energy:.4g} J against drag or in free fall, 1 per {1.0 / case.hazard.density:.4g} m2 normal to "
         "the path"
@@ -289,11 +276,12 @@ def tp12_rules(case: CaseTable, part: Mapping[str, Any]) -> Iterator[Rule]:
         name=BEAM,
         hazard="fragments",
         use=COMPARISON,
-        distance=beam and beam["distance"],
+        distance=None if beam is None else beam.distance,
+        outside=None,
         source=f"{_SOURCE}, procedure of p. 13-14 with counted fragments",
         formula=f"q = Q / R2 of the worst polar zone of 10 degrees; {criteria}; k = {FORGED_STEEL_SHELL:.0f} kg/m3, "
         "drag and air of the case",
-        inputs=f"{_zone_words(beam)}; {source}, {part['realisations']} break-ups" if beam else source,
+        inputs=f"{_zone_words(beam)}; {source}, {part.realisations} break-ups" if beam else source,
         range="one round; straight flight, whatever its attitude",
         reason="" if beam else source,
         basis=_BASIS,
@@ -304,13 +292,14 @@ def tp12_rules(case: CaseTable, part: Mapping[str, Any]) -> Iterator[Rule]:
         name=STACK,
         hazard="fragments",
         use=COMPARISON,
-        distance=stack.get("distance"),
+        distance=None if stack is None else stack.distance,
+        outside=None,
         source=f"{_SOURCE}, p. 11 and 13-14",
         formula="q = N_E Q0 / R2 exp(-(2 m / m0)^(1/2)) perpendicular to the axes; "
         f"{criteria}; k = {HEAVY_PIECES_OF_STACKS:.0f} kg/m3, C_D = {SUPERSONIC_DRAG}",
-        inputs=f"{_stack_words(stack)}; {source}" if "single" in stack else stack.get("reason", source),
+        inputs=f"{_stack_words(stack, stack.single)}; {source}" if stack and stack.single else no_stack,
         range="stacks of equal rounds that detonate at once; colliding casings not considered",
-        reason="" if stack.get("distance") is not None else stack.get("reason", source),
+        reason=no_stack,
         basis=_BASIS,
     )
 
@@ -371,19 +360,18 @@ def _air(case: CaseTable) -> tuple[float, float]:
     return float(air.density(ground)), float(air.sound_speed(ground))
 
 
-def _zone_words(beam: Mapping[str, Any]) -> str:
+def _zone_words(beam: Beam) -> str:
     return (
-        f"{beam['per_steradian']:.3g} hazardous fragments per steradian from {beam['low']:.0f} to {beam['high']:.0f} "
+        f"{beam.per_steradian:.3g} hazardous fragments per steradian from {beam.low:.0f} to {beam.high:.0f} "
         "degrees from the nose"
     )
 
 
-def _stack_words(stack: Mapping[str, Any]) -> str:
-    mott = stack["single"]
+def _stack_words(stack: StackRule, mott: FragmentField) -> str:
     return (
-        f"N_E = {stack['effective_number']:.3g} of {stack['side']} rounds on the fullest side and {stack['top']} on "
-        f"top ({stack['cover']}); Q0 = {mott['per_steradian']:.3g} per steradian, "
-        f"m0 = {1e3 * mott['mean_mass']:.3g} g, V = {mott['speed']:.4g} m/s "
-        f"from {stack['low']:.0f} to {stack['high']:.0f} degrees; "
-        f"lightest hazardous fragment {1e3 * stack['lightest']:.3g} g{' by free fall' if stack['free_fall'] else ''}"
+        f"N_E = {stack.effective_number:.3g} of {stack.side} rounds on the fullest side and {stack.top} on "
+        f"top ({stack.cover}); Q0 = {mott.per_steradian:.3g} per steradian, "
+        f"m0 = {1e3 * mott.mean_mass:.3g} g, V = {mott.speed:.4g} m/s "
+        f"from {stack.low:.0f} to {stack.high:.0f} degrees; "
+        f"lightest hazardous fragment {1e3 * (stack.lightest or 0.0):.3g} g{' by free fall' if stack.free_fall else ''}"
     )

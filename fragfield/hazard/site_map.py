@@ -13,9 +13,9 @@ import numpy as np
 
 from fragfield.case.conversion.exposed_sites import outline_of
 from fragfield.case.conversion.surroundings import ground_of, site_of
-from fragfield.hazard.certainty import metres
 from fragfield.hazard.contents import image_names, with_images
 from fragfield.hazard.verdict import criterion_words, part_of_criterion
+from fragfield.results.words import metres
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from flight.hazard.site import Site
     from fragfield.case import CaseTable
     from fragfield.files.run_directory import RunDirectory
+    from fragfield.results.site import ExposedSite
 
     Array = NDArray[np.float64]
 
@@ -105,11 +106,11 @@ class Shape:
 
 
 def shapes_of(
-    case: CaseTable, found: EnsembleHazard, exposed: Sequence[Mapping[str, Any]], recommended: float | None
+    case: CaseTable, found: EnsembleHazard, exposed: Sequence[ExposedSite], recommended: float | None
 ) -> list[Shape]:
     """All shapes of a resolved case and its flights: terrain first, so that it is drawn below the rest.
 
-    `exposed` are the entries of that name of summary.json, `recommended` is its `hazard.recommended` (m).
+    `exposed` are the sites with their verdicts, `recommended` is the recommended distance (m).
     """
     shapes = [*_distances(case, found), *_recommended(case, recommended), *_obstacles(case), *map(_exposed, exposed)]
     if case.round:
@@ -186,28 +187,28 @@ def _obstacles(case: CaseTable) -> Iterator[Shape]:
         yield Shape("obstacle", one.name, outline_of(one), properties={"obstacle": one.kind, "height_m": one.height})
 
 
-def _exposed(entry: Mapping[str, Any]) -> Shape:
-    probability = entry["probability"] or {"expected": None, "upper": None}
-    hits = entry["expected_hits"] or {"expected": None, "upper": None}
+def _exposed(site: ExposedSite) -> Shape:
+    hits, probability = site.expected_hits, site.probability
+    of_hits = (None, None) if hits is None else (hits.expected, hits.upper)
+    of_a_hit = (None, None) if probability is None else (probability.expected, probability.upper)
     properties = {
-        "place": entry["kind"],
-        "verdict": entry["verdict"],
-        "criterion": criterion_words(entry),
-        "part_of_criterion": _rounded(part_of_criterion(entry)),
-        "distance_m": _rounded(entry["distance"]),
-        "azimuth_deg": _rounded(entry["azimuth_deg"]),
-        "bearing_deg": _rounded(entry["bearing_deg"]),
-        "margin_m": _rounded(entry["margin"]),
-        "no_margin": entry["no_margin"],
-        "expected_hits": _rounded(hits["expected"]),
-        "expected_hits_upper": _rounded(hits["upper"]),
-        "probability_of_a_hit": _rounded(probability["expected"]),
-        "probability_of_a_hit_upper": _rounded(probability["upper"]),
-        "largest_energy_J": _rounded(entry["largest_energy"]),
+        "place": site.kind,
+        "verdict": site.verdict,
+        "criterion": criterion_words(site),
+        "part_of_criterion": _rounded(part_of_criterion(site)),
+        "distance_m": _rounded(site.distance),
+        "azimuth_deg": _rounded(site.azimuth_deg),
+        "bearing_deg": _rounded(site.bearing_deg),
+        "margin_m": _rounded(site.margin),
+        "no_margin": site.no_margin,
+        "expected_hits": _rounded(of_hits[0]),
+        "expected_hits_upper": _rounded(of_hits[1]),
+        "probability_of_a_hit": _rounded(of_a_hit[0]),
+        "probability_of_a_hit_upper": _rounded(of_a_hit[1]),
+        "largest_energy_J": _rounded(site.largest_energy),
     }
-    x, y = entry["place"]
-    label = (float(x), float(y)) if entry["kind"] == "road" else None
-    return Shape("exposed", entry["name"], np.array(entry["outline"]), properties=properties, label=label)
+    label = site.place if site.kind == "road" else None
+    return Shape("exposed", site.name, np.array(site.outline), properties=properties, label=label)
 
 
 def _rounded(value: float | None) -> float | None:
@@ -239,7 +240,7 @@ def terrain_lines(ground: HeightMap, extent: tuple[Array, Array]) -> Iterator[Sh
 
 def write_contours(
     case: CaseTable, found: EnsembleHazard, target: RunDirectory, provenance: Mapping[str, str],
-    exposed: Sequence[Mapping[str, Any]], recommended: float | None,
+    exposed: Sequence[ExposedSite], recommended: float | None,
 ) -> None:  # fmt: skip
     """Write contours.geojson and contours.kml into the run directory, or nothing without a table [site].
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
@@ -11,23 +11,21 @@ from fragfield.case.conversion.exposed_sites import outline_of
 from fragfield.numbers import number
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterator, Sequence
 
     from numpy.typing import NDArray
 
     from fragfield.case import CaseTable
     from fragfield.case.conversion.exposed_sites import ExposedSite
+    from fragfield.results.burst import BurstRound, Exposure
+    from fragfield.results.site import Estimate, Probability
+    from fragfield.results.site import ExposedSite as AssessedSite
 
 
-_VALUES = {
-    "density": ("density_normal", "density_ground"),
-    "probability": ("probability",),
-    "hits": ("expected_hits",),
-}
 _WORDS = {"density": "density", "probability": "probability of a hit", "hits": "expected hits"}
 
 
-def criterion_of(case: CaseTable, site: ExposedSite) -> tuple[str, float]:
+def criterion_of(case: CaseTable, site: ExposedSite) -> tuple[Literal["density", "probability", "hits"], float]:
     """Quantity and limit of a site's criterion: "density" (1/m2), "probability" or "hits"."""
     table = site.table
     if table.max_probability is not None:
@@ -37,41 +35,45 @@ def criterion_of(case: CaseTable, site: ExposedSite) -> tuple[str, float]:
     return "density", case.hazard.density if table.max_density is None else table.max_density
 
 
-def governing(entry: Mapping[str, Any], by: str = "upper") -> dict[str, float] | None:
-    """The value of an entry `exposed` on which its criterion is judged, largest in `by`; None where there is none."""
-    values = [entry[name] for name in _VALUES[entry["criterion"]["quantity"]] if entry[name] is not None]
-    return max(values, key=lambda value: float(value[by])) if values else None
+def governing(site: AssessedSite, by: str = "upper") -> Estimate | Probability | None:
+    """The value on which a site's criterion is judged, largest in `by`; None where there is none."""
+    by_quantity: dict[str, tuple[Estimate | Probability | None, ...]] = {
+        "density": (site.density_normal, site.density_ground),
+        "probability": (site.probability,),
+        "hits": (site.expected_hits,),
+    }
+    values = [one for one in by_quantity[site.criterion.quantity] if one is not None]
+    return max(values, key=lambda value: float(getattr(value, by))) if values else None
 
 
-def verdict_of(entry: Mapping[str, Any]) -> str:
+def verdict_of(site: AssessedSite) -> Literal["met", "not met", "not shown", "not determined"]:
     """Return "met" where the bound meets the criterion, "not met" where the estimate exceeds it, else "not shown"."""
-    upper, expected = governing(entry), governing(entry, "expected")
-    if upper is None or expected is None:
+    upper, expected = governing(site), governing(site, "expected")
+    if upper is None or expected is None or upper.upper is None or expected.expected is None:
         return "not determined"
-    limit = entry["criterion"]["limit"]
-    if upper["upper"] <= limit:
+    if upper.upper <= site.criterion.limit:
         return "met"
-    return "not met" if expected["expected"] > limit else "not shown"
+    return "not met" if expected.expected > site.criterion.limit else "not shown"
 
 
-def part_of_criterion(entry: Mapping[str, Any]) -> float | None:
+def part_of_criterion(site: AssessedSite) -> float | None:
     """The bound over the limit: 1 is the limit."""
-    value = governing(entry)
-    return None if value is None else value["upper"] / entry["criterion"]["limit"]
+    value = governing(site)
+    return None if value is None or value.upper is None else value.upper / site.criterion.limit
 
 
-def part_text(entry: Mapping[str, Any]) -> str:
+def part_text(site: AssessedSite) -> str:
     """`part_of_criterion` in two digits, rounded up: a bound must not meet it by the print alone; "–" for none."""
-    part = part_of_criterion(entry)
+    part = part_of_criterion(site)
     if part is None:
         return "–"
     step = 10.0 ** (math.floor(math.log10(part)) - 1) if part > 0.0 else 1.0
     return number(math.ceil(part / step - 1e-9) * step, 2)
 
 
-def criterion_words(entry: Mapping[str, Any]) -> str:
-    """The criterion of an entry `exposed`: "density, at most 1 in 55.7 m²"."""
-    quantity, limit = entry["criterion"]["quantity"], entry["criterion"]["limit"]
+def criterion_words(site: AssessedSite) -> str:
+    """The criterion of a site: "density, at most 1 in 55.7 m²"."""
+    quantity, limit = site.criterion.quantity, site.criterion.limit
     most = f"1 in {1.0 / limit:.4g} m²" if quantity == "density" else f"{limit:.4g}"
     return f"{_WORDS[quantity]}, at most {most}"
 
@@ -116,34 +118,31 @@ _VERDICT = {
 }
 
 
-def exposed_rounds(burst: Mapping[str, Any]) -> Iterator[tuple[str, dict[str, Any], bool]]:
-    """Name and exposure of every round without ignition points, and whether a shock initiated it.
-
-    `burst` is the burst's part of summary.json.
-    """
-    for entry in burst.get("rounds") or []:
-        if entry.get("exposure"):
-            yield str(entry.get("name")), entry["exposure"], bool(entry.get("ignition"))
+def exposed_rounds(rounds: Sequence[BurstRound]) -> Iterator[tuple[str, Exposure, bool]]:
+    """Name and exposure of every round without ignition points, and whether a shock initiated it."""
+    for entry in rounds:
+        if entry.exposure is not None:
+            yield entry.name, entry.exposure, bool(entry.ignition)
 
 
-def exposure_words(found: Mapping[str, Any]) -> str:
+def exposure_words(found: Exposure) -> str:
     """An exposure in one sentence, with what must be known to read it."""
-    if not found["energy"] > 0.0:
+    if not found.energy > 0.0:
         return (
-            f"largest pressure {found['peak_pressure'] / 1e9:.3g} GPa, never above the threshold of "
-            f"{found['floor'] / 1e9:.3g} GPa from which a pulse is counted"
+            f"largest pressure {found.peak_pressure / 1e9:.3g} GPa, never above the threshold of "
+            f"{found.floor / 1e9:.3g} GPa from which a pulse is counted"
         )
     words = (
-        f"largest pressure {found['peak_pressure'] / 1e9:.3g} GPa; strongest pulse {found['pulse_pressure'] / 1e9:.3g} "
-        f"GPa held for {found['held_time'] * 1e6:.3g} us, {found['energy'] / 1e6:.3g} MJ/m2"
+        f"largest pressure {found.peak_pressure / 1e9:.3g} GPa; strongest pulse {found.pulse_pressure / 1e9:.3g} "
+        f"GPa held for {found.held_time * 1e6:.3g} us, {found.energy / 1e6:.3g} MJ/m2"
     )
-    if found["critical_energy"]:
-        low, high = (value / 1e6 for value in found["critical_energy"])
-        words += f" against {low:.3g} to {high:.3g} MJ/m2 (ratio {found['ratio'][1]:.2g} to {found['ratio'][0]:.2g})"
-    words += f": {_VERDICT[found['verdict']]}"
-    if not found["resolved"]:
+    if found.critical_energy and found.ratio:
+        low, high = (value / 1e6 for value in found.critical_energy)
+        words += f" against {low:.3g} to {high:.3g} MJ/m2 (ratio {found.ratio[1]:.2g} to {found.ratio[0]:.2g})"
+    words += f": {_VERDICT[found.verdict]}"
+    if not found.resolved:
         words += (
-            f"; the cells are too coarse to resolve this pulse, which needs {found['resolved_cell'] * 1e3:.2g} mm or "
+            f"; the cells are too coarse to resolve this pulse, which needs {found.resolved_cell * 1e3:.2g} mm or "
             "less: pressure and energy increase with smaller cells"
         )
     return words

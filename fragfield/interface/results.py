@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,7 +14,7 @@ from fragfield_base.paths import absolute
 
 if TYPE_CHECKING:
     import os
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Sequence
 
     import numpy as np
     from matplotlib.figure import Figure
@@ -25,6 +26,9 @@ if TYPE_CHECKING:
     from fragfield.report.blocks import Block, Finding, Illustration
     from fragfield.report.figures.drawing import Drawing
     from fragfield.report.reading.run_files import RoundTables, RunFiles
+    from fragfield.results.rules import Official
+    from fragfield.results.site import ExposedSite
+    from fragfield.results.summary import Summary
 
 
 def open(path: str | os.PathLike[str]) -> Run:  # noqa: A001 - as h5py.File has its `open`
@@ -59,9 +63,12 @@ class Run:
         return Case.of_run(self._directory)
 
     @property
-    def summary(self) -> dict[str, Any]:
-        """summary.json; the page "Output files" of the guide explains its keys. Empty before the first stage."""
-        return self._directory.summary()
+    def summary(self) -> Summary:
+        """summary.json by attribute, as `summary.hazard.recommended`; a part is None before its stage has run.
+
+        The page "Output files" of the guide explains them.
+        """
+        return self._directory.results()
 
     @property
     def stages(self) -> dict[str, bool]:
@@ -83,7 +90,7 @@ class Run:
     def burst(self) -> Burst:
         """The burst: casing and charge at its end, and histories; raises InputError where it has not been run."""
         self._file("burst_snapshot.h5", "burst")
-        return Burst(self.files, self.summary.get("burst") or {})
+        return Burst(self.files)
 
     @cached_property
     def fragments(self) -> Fragments:
@@ -124,14 +131,14 @@ class Run:
         return HazardDistance(self.summary, self.path)
 
     @property
-    def exposed(self) -> list[dict[str, Any]]:
-        """Exposed sites with their densities and verdicts, as in summary.json."""
-        return self.summary.get("exposed") or []
+    def exposed(self) -> tuple[ExposedSite, ...]:
+        """Exposed sites with their densities and verdicts."""
+        return self.summary.exposed or ()
 
     @property
-    def official(self) -> dict[str, Any] | None:
-        """The case's official distances (m), as in summary.json; None where it has none."""
-        return self.summary.get("official")
+    def official(self) -> Official | None:
+        """The case's official distances (m); None where it has none."""
+        return self.summary.official
 
     @property
     def findings(self) -> list[str]:
@@ -212,7 +219,7 @@ class Run:
     def __str__(self) -> str:
         from fragfield.terminal.show import summary_text
 
-        return summary_text({"title": self.case.title, **self.summary, "directory": str(self.path)})
+        return summary_text(replace(self.summary, title=self.case.title), str(self.path))
 
 
 class Burst:
@@ -222,18 +229,18 @@ class Burst:
     ----------
     files : RunFiles
         The run's files.
-    summary : mapping
-        The part "burst" of summary.json.
 
     Attributes
     ----------
-    summary : dict
-        That part: cells, steps, masses, speeds, energy and momentum errors.
+    summary : Burst of fragfield.results.burst
+        The part of the summary: cells, steps, masses, speeds, energy and momentum errors.
     """
 
-    def __init__(self, files: RunFiles, summary: Mapping[str, Any]) -> None:
+    def __init__(self, files: RunFiles) -> None:
         self._files = files
-        self.summary = dict(summary)
+        if files.summary.burst is None:
+            raise InputError(f"{files.folder}: summary.json has no burst; run `fragfield burst` again")
+        self.summary = files.summary.burst
 
     @property
     def time(self) -> float:
@@ -266,15 +273,15 @@ class Burst:
         return self._files.is_axisymmetric
 
     def __repr__(self) -> str:
-        return f"<fragfield.Burst to {self.time * 1e6:.4g} us: {self.summary.get('cells', 0)} cells>"
+        return f"<fragfield.Burst to {self.time * 1e6:.4g} us: {self.summary.cells} cells>"
 
     def __str__(self) -> str:
         found = self.summary
         names = ", ".join(one.name for one in self.rounds)
         return (
-            f"burst of {names} to {self.time * 1e6:.4g} us: {found['cells']} cells, {found['steps']} steps\n"
-            f"  mean initial speed of the casing {found['mean_initial_speed']:.0f} m/s, energy error "
-            f"{100.0 * found['energy_error']:.2g} %"
+            f"burst of {names} to {self.time * 1e6:.4g} us: {found.cells} cells, {found.steps} steps\n"
+            f"  mean initial speed of the casing {found.mean_initial_speed:.0f} m/s, energy error "
+            f"{100.0 * found.energy_error:.2g} %"
         )
 
 

@@ -14,6 +14,7 @@ from fragfield.interface.case import Case, setting_of, study_folder, written_cas
 from fragfield.interface.results import Run
 from fragfield.interface.results import open as open_run
 from fragfield.interface.tables import table_of_rows
+from fragfield.results.hazard import Recommended
 from fragfield_base.paths import absolute
 
 if TYPE_CHECKING:
@@ -192,9 +193,10 @@ class Uncertainty:
         if not self.found["distance"]:
             return f"no distance over the inputs, see {self.path}"
         low, median, high = (metres(value) for value in self.spread)
+        parts = parts_words(Recommended.read(self.found["hazard"]))
         return (
             f"{self.found['distance_to_apply']['line']}\n"
-            f"  recommended distance {metres(self.recommended)}: {parts_words(self.found['hazard'])}\n"
+            f"  recommended distance {metres(self.recommended)}: {parts}\n"
             f"  expected distance over the inputs: 5 % {low}, median {median}, 95 % {high}, "
             f"{self.found['design']['samples']} samples"
         )

@@ -3,8 +3,7 @@
 Attitudes are flown on a coarse grid of inclinations and rolls with the realisations of the break-up. Then the one with
 the largest bound is flown with as many realisations as fix it to `hazard.tolerance`, and those beside it in finer
 steps; whichever becomes the worst by that is treated alike, until the worst is known and has no neighbour that was not
-flown. All attitudes fly the same realisations. What comes next is decided on rank 0 by what has been flown, so that the
-result does not depend on ranks or threads.
+flown. All attitudes fly the same realisations.
 """
 
 from __future__ import annotations
@@ -20,6 +19,7 @@ from fragfield.errors import InputError
 from fragfield.hazard.exposed import worst_of_attitudes
 from fragfield.pipeline.ensemble import EnsembleFlight, Flights
 from fragfield.pipeline.realisations import Realisations
+from fragfield.results.hazard import FlownAttitude
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from fragfield.case import CaseTable
     from fragfield.pipeline.flown import FlownEnsemble
     from fragfield.pipeline.job import Job
+    from fragfield.results.site import ExposedSite
     from transition import BreakUp
 
 
@@ -48,7 +49,7 @@ def coarse_attitudes(arrangement: Arrangement) -> list[Key]:
     return list(dict.fromkeys(_key(arrangement, one, roll) for one in inclinations for roll in rolls))
 
 
-def fly_all(job: Job, realisations: Sequence[Fragments], prepared: BreakUp | None = None) -> FlownEnsemble | None:
+def fly_all(job: Job, realisations: Sequence[Fragments], prepared: BreakUp | None = None) -> FlownEnsemble:
     """Fly realisations to the ground until they fix the hazard distance, and count what they do there.
 
     The realisations given are flown in any case. Where the burst's snapshot is at hand more are made, in batches, until
@@ -57,25 +58,19 @@ def fly_all(job: Job, realisations: Sequence[Fragments], prepared: BreakUp | Non
     Parameters
     ----------
     job : Job
-        The case, the ranks, threads and progress.
+        The case, threads and progress.
     realisations : sequence of Fragments
-        On rank 0; the others receive them.
+        The first ones.
     prepared : BreakUp, optional
         Makes more of them, instead of the burst's snapshot.
-
-    Returns
-    -------
-    FlownEnsemble, or None on ranks other than 0
     """
     source, flights = Realisations(job, realisations, prepared), Flights(job)
     found, method, reason = source.solve()
     if method == "realisations" and job.attitude is None and is_mixed(job.case):
         return fly_attitudes(job, source, flights)
-    attitude = job.team.broadcast(job.attitude if found is None else found.attitude)
+    attitude = job.attitude if found is None else found.attitude
     one = EnsembleFlight(job, source, flights, attitude, None if found is None else found.integral)
     one.fly_to_tolerance()
-    if not job.team.first:
-        return None
     flown = replace(one.result(), not_integrated_because=reason)
     if found is None or not found.curve:
         return flown
@@ -92,8 +87,8 @@ def everywhere(expected: ExpectedDistance) -> ExpectedDistance:
     )  # fmt: skip
 
 
-def fly_attitudes(job: Job, source: Realisations, flights: Flights) -> FlownEnsemble | None:
-    """Fly an arrangement of mixed attitudes: the ensemble of the worst attitude, with the curve over all. Collective.
+def fly_attitudes(job: Job, source: Realisations, flights: Flights) -> FlownEnsemble:
+    """Fly an arrangement of mixed attitudes: the ensemble of the worst attitude, with the curve over all.
 
     Raises InputError: the fragments are from a file: how they would turn is not known.
     """
@@ -113,41 +108,38 @@ def _key(arrangement: Arrangement, inclination: float, roll: float) -> Key:
 
 
 class _Envelope:
-    """The flights of all attitudes; bounds are known on rank 0."""
+    """The flights of all attitudes."""
 
     def __init__(self, job: Job, source: Realisations, flights: Flights) -> None:
         self.job, self.source, self.all = job, source, flights
         self.arrangement = Arrangement(job.case)
         self.flown: dict[Key, EnsembleFlight] = {}
-        self.rows: dict[Key, dict[str, Any]] = {}
+        self.rows: dict[Key, FlownAttitude] = {}
 
-    def result(self) -> FlownEnsemble | None:
+    def result(self) -> FlownEnsemble:
         """Fly all that is needed, and give what the worst attitude gave."""
         coarse = coarse_attitudes(self.arrangement)
         self.all.expected = len(coarse) * self.source.count
         for key in coarse:
             self._fly(key, self.source.count)
-        while (following := self.job.team.broadcast(self._next() if self.job.team.first else None)) is not None:
+        while (following := self._next()) is not None:
             self._fly(*following)
-        if not self.job.team.first:
-            return None
         worst = self.flown[self._worst]
         flown = worst.result()
         hazard = replace(flown.hazard, expected=everywhere(flown.hazard.expected))
         return replace(
             flown, hazard=hazard, exposed=self._exposed(hazard), attitude=worst.attitude,
             flights=sum(one.done for one in self.flown.values()),
-            curve=[self.rows[key] for key in sorted(self.rows)],
+            curve=tuple(self.rows[key] for key in sorted(self.rows)),
         )  # fmt: skip
 
-    def _exposed(self, hazard: EnsembleHazard) -> list[dict[str, Any]]:
+    def _exposed(self, hazard: EnsembleHazard) -> tuple[ExposedSite, ...]:
         """What the exposed sites meet, each in its worst attitude of those flown."""
         entries = []
         for key, one in sorted(self.flown.items()):
-            assert one.found is not None  # on rank 0
             ended = not one.found.pool.completeness.reason
             entries.append((key, one.found.exposed.assess(hazard, determined=ended)))
-        return worst_of_attitudes(entries) if self.job.case.exposed else []
+        return worst_of_attitudes(entries) if self.job.case.exposed else ()
 
     def _fly(self, key: Key, number: int) -> None:
         """Fly an attitude to this number of realisations."""
@@ -157,9 +149,9 @@ class _Envelope:
         one = self.flown[key]
         self.all.expected = max(self.all.expected, sum(each.done for each in self.flown.values()) + number - one.done)
         one.fly(number)
-        if one.found is not None:
-            expected = one.found.pool.expected(every_direction=False)
-            self.rows[key] = {
+        expected = one.found.pool.expected(every_direction=False)
+        self.rows[key] = FlownAttitude.read(
+            {
                 "inclination_deg": key[0],
                 "roll_deg": key[1],
                 "expected": expected.distance,
@@ -168,6 +160,7 @@ class _Envelope:
                 "direction_deg": expected.direction,
                 "realisations": one.done,
             }
+        )
 
     @property
     def _worst(self) -> Key:
@@ -175,10 +168,9 @@ class _Envelope:
 
         def reach(key: Key) -> float:
             row, found = self.rows[key], self.flown[key].found
-            assert found is not None  # on rank 0
             if found.pool.completeness.reason:
                 return np.inf
-            return float(row["expected"] if row["upper"] is None else row["upper"])
+            return row.expected or 0.0 if row.upper is None else row.upper
 
         return max(sorted(self.rows), key=reach)
 
@@ -186,7 +178,6 @@ class _Envelope:
         """The attitude to fly next and how many realisations to have of it; None once the worst is known."""
         worst = self._worst
         one = self.flown[worst]
-        assert one.found is not None  # on rank 0
         wanted = one.found.wanted(one.done, more=self.source.more)
         if wanted > one.done:
             return worst, wanted

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import importlib
 import logging
 import sys
 from contextlib import ExitStack, contextmanager
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from fragfield.case.checks.bounds import outside_soft
@@ -22,7 +24,6 @@ from fragfield_base.writing import has_locks
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
-    from typing import Any
 
     from fragfield.case import CaseTable
     from fragfield.files.run_directory import RunDirectory, Stage
@@ -32,20 +33,10 @@ if TYPE_CHECKING:
 _log = logging.getLogger(__name__)
 
 
-def run_chain(options: RunOptions, only: str | None = None) -> dict[str, Any]:
+def run_chain(options: RunOptions, only: str | None = None) -> None:
     """Run every stage, or with `resume` those that are missing; or `only` one, from the files of those before it.
 
-    Parameters
-    ----------
-    options : RunOptions
-        What to run.
-    only : str, optional
-        Name of the stage. The report is of one rank.
-
-    Returns
-    -------
-    dict
-        summary.json; empty on ranks other than 0.
+    All ranks of a launch compute the burst; what follows is of rank 0, while the others wait for its exit code.
 
     Raises
     ------
@@ -53,7 +44,6 @@ def run_chain(options: RunOptions, only: str | None = None) -> dict[str, Any]:
         As the stages raise them; what was written stays.
     """
     team = Team() if only == "report" else Team.join()
-    team.agree(f"{only or 'run'} {options.asked}")
     from_burst = only in (None, "burst")
     with ExitStack() as held:
         case, directory = _prepared(options, team, held, STAGES[only or "burst"])
@@ -64,18 +54,25 @@ def run_chain(options: RunOptions, only: str | None = None) -> dict[str, Any]:
         job = Job(case, directory if from_burst else options.source, directory, team, reporter, options)
         stages = _waiting(job) if only is None else [STAGES[only]]
         with _together(team):
-            for stage in stages[: None if only else -1]:
-                perform(job, stage)
-        if only is not None:
-            return directory.summary() if team.first else {}
+            if stages[0].name == "burst":
+                perform(job, stages.pop(0))
+            else:
+                _load_together(job)
         if not team.first:
             if code := team.wait():
                 sys.exit(code)
-            return {}
+            return
         with _releasing(team):
-            if not options.lean:
-                perform(job, stages[-1])
-            return directory.summary()
+            job = replace(job, team=team.of_one)
+            for stage in stages:
+                if stage.name != "report" or not options.lean:
+                    perform(job, stage)
+
+
+def _load_together(job: Job) -> None:
+    """Load dolfinx on all ranks at once: its start is collective, and later rank 0 computes bursts alone."""
+    if job.team.size > 1 and job.options.fragments is None and job.case.burst is not None:
+        importlib.import_module("burst_fenicsx.run_burst")
 
 
 def _waiting(job: Job) -> list[Stage]:

@@ -69,7 +69,8 @@ def convergence_of(job: Job, flown: FlownEnsemble, headline: Mapping[str, Any]) 
         `quantities`, by name `values`, `standard_errors` (hazard alone), `order`, `order_used`, `extrapolated`,
         `uncertainty`, `factor` and `kind`, see `fragfield.pipeline.grid_convergence.GridConvergence`.
     """
-    burst = (job.source.summary().get("burst") or {}) if job.options.fragments is None else {}
+    own_burst = job.source.results().burst if job.options.fragments is None else None
+    burst: Mapping[str, Any] = own_burst or {}
     if reason := _why_none(job, burst):
         return {"reason": reason}
     own = _own_result(burst, flown, headline)

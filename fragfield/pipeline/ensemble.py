@@ -1,9 +1,4 @@
-"""The realisations of a run, distributed over the ranks: each is broken up and flown on one rank.
-
-Realisations are flown in batches, and more are made until the hazard distance is known well enough. What a realisation
-gives does not depend on the rank that computes it, and rank 0 puts the parts together by their
-numbers, so that the result is the same on any number of ranks, to the last bit.
-"""
+"""The realisations of a run, flown in batches: more are made until the hazard distance is known well enough."""
 
 from __future__ import annotations
 
@@ -41,39 +36,30 @@ _FEWEST_MORE = 12
 _log = logging.getLogger(__name__)
 
 
-def break_up_all(job: Job, snapshot_file: Path) -> tuple[BreakUpResult, list[Fragments]] | None:
-    """Break the casings up as often as the case asks.
-
-    Returns
-    -------
-    The first realisation with its ledgers, and the fragments of the others; None on ranks other than 0.
-    """
+def break_up_all(job: Job, snapshot_file: Path) -> tuple[BreakUpResult, list[Fragments]]:
+    """Break the casings up as often as the case asks: the first realisation, and the fragments of the others."""
     import transition
     from fragfield.case.conversion.stages import break_up_settings
 
-    team, seed = job.team, job.case.seed
-    snapshot = team.broadcast(transition.Snapshot.read(snapshot_file) if team.first else None)
-    assert snapshot is not None
-    prepared = transition.BreakUp(snapshot, break_up_settings(job.case))
-    first = prepared.realisation(seed) if team.first else None
-    numbers = team.share(range(1, job.case.break_up.realisations))
-    further = team.collect(prepared.many(seed, numbers, job.options.threads))
-    return None if first is None else (first, further)
+    seed = job.case.seed
+    prepared = transition.BreakUp(transition.Snapshot.read(snapshot_file), break_up_settings(job.case))
+    further = prepared.many(seed, range(1, job.case.break_up.realisations), job.options.threads)
+    return prepared.realisation(seed), further
 
 
 class EnsembleFlight:
-    """The realisations of a run flown in one attitude, batch after batch. Collective.
+    """The realisations of a run flown in one attitude, batch after batch.
 
     Attributes
     ----------
     attitude : Turned or None
         Of the arrangement, whose fragments are turned; None as it stands.
     integral : Integral or None
-        The expected density in this attitude, on rank 0; None where the realisations give it.
+        The expected density in this attitude; None where the realisations give it.
     done : int
         Realisations flown.
-    found : _Found or None
-        What they gave, on rank 0.
+    found : _Found
+        What they gave.
     """
 
     def __init__(
@@ -83,7 +69,7 @@ class EnsembleFlight:
         self.job, self.source, self.flights, self.attitude = job, source, flights, attitude
         placed = {} if attitude is None else {"round": attitude.case.round, "plane": attitude.case.plane}
         own = replace(job, case=job.case.model_copy(update=placed))
-        self.found = _Found(own, source, turned=attitude is not None, integral=integral) if job.team.first else None
+        self.found = _Found(own, source, turned=attitude is not None, integral=integral)
         self.done = 0
         self.first: FlightResult | None = None
 
@@ -93,12 +79,11 @@ class EnsembleFlight:
             batch = range(self.done, min(self.done + _AT_ONCE, number))
             if batch.stop > self.source.count:
                 self.source.prepare()
-            parts = self.job.team.collect(self.flights.many(self.job.team.share(batch), self._fragments))
+            parts = self.flights.many(batch, self._fragments)
             if batch.start == 0:
                 self.first = self.flights.first
             self.done = batch.stop
-            if self.found is not None:
-                self.found.add(parts)
+            self.found.add(parts)
 
     def _fragments(self, number: int) -> Fragments:
         fragments = self.source[number]
@@ -110,17 +95,15 @@ class EnsembleFlight:
         while self.done < target:
             self.flights.expected = target
             self.fly(target)
-            found = self.found
-            target = self.job.team.broadcast(None if found is None else found.wanted(target, more=self.source.more))
+            target = self.found.wanted(target, more=self.source.more)
 
     def result(self) -> FlownEnsemble:
-        """The whole, once all have been flown; on rank 0."""
-        assert self.found is not None
+        """The whole, once all have been flown."""
         return self.found.result(self.first, self.source)
 
 
 class _Found:
-    """What the realisations flown so far gave, on rank 0."""
+    """What the realisations flown so far gave."""
 
     def __init__(self, job: Job, source: Realisations, *, turned: bool, integral: Integral | None) -> None:
         from flight.hazard.density.directions import Directions
@@ -148,7 +131,7 @@ class _Found:
         self.thorough = not job.numbers_alone or bool(sites) or job.case.flight.ground.map is not None
 
     def add(self, parts: Sequence[_Part]) -> None:
-        """Add realisations in the order of their numbers, so that no sum depends on the ranks."""
+        """Add realisations in the order of their numbers, so that no sum depends on threads."""
         for part in parts:
             self.pool.add(part.counts)
             if self.exposed.sites:
@@ -177,7 +160,7 @@ class _Found:
         """The whole, once all have been flown."""
         from fragfield.hazard.certainty import beyond_map_words
 
-        assert first is not None  # rank 0 flies the first one
+        assert first is not None
         witnesses = {name: np.stack([table[name] for table in self.tables]) for name in self.tables[0]}
         unended = self.pool.completeness.reason
         found = self.pool.hazard(self.case.hazard.tolerance, every_direction=self.thorough, integral=self.integral)
@@ -199,7 +182,7 @@ class _Part:
 
 
 class Flights:
-    """The flights of one rank, with one progress: the first on all threads, the others side by side."""
+    """Flights with one progress: the first on all threads, the others side by side."""
 
     def __init__(self, job: Job) -> None:
         from fragfield.case.conversion.stages import flight_arguments, hazard_criteria, hazard_grid
@@ -287,7 +270,7 @@ class Flights:
 
     def _expect(self, fragments: int) -> None:
         """How many fragments there will be, if all realisations have so many."""
-        self.total = max(self.done + fragments, -(-self.expected // self.job.team.size) * fragments)
+        self.total = max(self.done + fragments, self.expected * fragments)
 
     def _progress(self, state: FlightProgress) -> None:
         seconds = time.perf_counter() - self.began

@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import logging
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
     from numpy.typing import NDArray
 
     from flight import FlightResult, Fragments, HeightMap
     from flight.hazard.ensemble import EnsembleHazard
     from flight.hazard.pool import Completeness
     from fragfield.case.conversion.turned import Turned
+    from fragfield.results.site import ExposedSite
 
 
 _log = logging.getLogger(__name__)
@@ -35,14 +38,14 @@ class FlownEnsemble:
     """How the flights of all fragments ended."""
     more: bool
     """Whether more realisations could be made."""
-    exposed: list[dict[str, Any]]
-    """What the exposed sites of the case meet, as in summary.json."""
+    exposed: Sequence[ExposedSite]
+    """What the exposed sites of the case meet."""
     flights: int
     """Realisations flown, in all attitudes."""
     attitude: Turned | None = None
     """The worst one of mixed attitudes, to which all else belongs."""
-    curve: list[dict[str, Any]] = field(default_factory=list)
-    """Distances over mixed attitudes, as `hazard.attitude.curve` of summary.json."""
+    curve: Sequence[Mapping[str, Any]] = ()
+    """Distances over mixed attitudes."""
     not_integrated_because: str = ""
     """Why the distance is no integral over a table of points; empty where it is."""
 

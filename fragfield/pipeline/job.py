@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import math
 import shutil
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,12 +17,13 @@ from fragfield_base.cores import cores
 from fragfield_base.paths import start_folder
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
     from fragfield.case import CaseTable
     from fragfield.case.conversion.turned import Turned
     from fragfield.files.run_directory import Stage
     from fragfield.pipeline.parallel import Team
+    from fragfield.results.summary import Summary, Warned
     from fragfield.terminal.progress import Progress, ProgressReporter
 
 
@@ -53,15 +52,6 @@ class RunOptions:
     """The resolved case, instead of a file's; `target` is then its run directory, and a stage's case is this one."""
     follow: Callable[[Progress], object] | None = None
     """Called with the progress, on rank 0."""
-
-    @property
-    def asked(self) -> str:
-        """What all ranks of a launch must have been given alike."""
-        made = "" if self.made is None else " with a case made in Python"
-        words = [f"{self.target}{made}", *(f"--{name}" for name in ("resume", "overwrite") if getattr(self, name))]
-        words += [f"--out {self.out}"] if self.out is not None else []
-        words += [f"--fragments {self.fragments}"] if self.fragments is not None else []
-        return " ".join([*words, *(f"--set {one}" for one in _listed(self.settings))])
 
     def case(self, *, burst: bool = True) -> CaseTable:
         """The resolved case of the file, or of the run directory; raises InputError."""
@@ -112,8 +102,6 @@ class Job:
     """Neither bounds by direction nor bands of densities, unless another number rests on them."""
     sample: bool = False
     """Whether an integral is that of a sample, as of `Integrand`."""
-    noted: dict[str, Any] = field(default_factory=dict)
-    """What has been put into summary.json."""
 
     @property
     def cores(self) -> int:
@@ -131,33 +119,14 @@ class Job:
         folder.mkdir()
         return folder
 
-    def note(self, parts: Mapping[str, Any]) -> None:
-        """Put parts into summary.json, beside those of earlier stages."""
-        summary = {
-            "case": plain(self.case),
-            "title": self.case.title,
-            "program_version": __version__,
-            "versions": versions(),
-            "seed": self.case.seed,
-        }
-        earlier = {key: value for key, value in self.source.summary().items() if key not in summary}
-        self.noted.update(parts)  # the source has them where it is the target, too
-        everything = {**summary, **earlier, **self.noted}
-        self.target.write_summary({key: finite(value) for key, value in everything.items()})
-
-
-def _listed(settings: Settings) -> list[str]:
-    return [f"{key}={value}" for key, value in settings.items()] if isinstance(settings, Mapping) else list(settings)
-
-
-def finite(value: object) -> object:
-    """JSON has no NaN and no infinity: what was never reached is null."""
-    if hasattr(value, "tolist"):
-        value = value.tolist()
-    if isinstance(value, dict):
-        return {str(key): finite(entry) for key, entry in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [finite(entry) for entry in value]
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value
+    def note(self, stage: Stage, made: Summary, warned: Sequence[Warned]) -> None:
+        """Put the parts that a stage has made into summary.json, and its warnings in place of its earlier ones."""
+        before = self.source.results()
+        others = (one for one in before.findings if one.stage != stage.name)
+        parts: dict[str, Any] = {part: getattr(made, part) for part in stage.parts}
+        now = replace(
+            before, case=plain(self.case), title=self.case.title, program_version=__version__, versions=versions(),
+            seed=self.case.seed, findings=(*others, *warned), **parts,
+        )  # fmt: skip
+        if stage.parts or now.findings != before.findings:  # a report adds its page alone
+            self.target.write_results(now)

@@ -6,13 +6,9 @@ import importlib
 import os
 import time
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, TypeVar, cast
+from typing import Any, TypeVar, cast
 
 from fragfield.errors import InputError
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
 
 Shared = TypeVar("Shared")
 _RANK_VARIABLES = ("OMPI_COMM_WORLD_RANK", "PMI_RANK", "PMIX_RANK")
@@ -63,6 +59,8 @@ class Team:
         """
         if (started := launched_size()) < 2:
             return cls()
+        if (commands := launched_commands()) > 1:
+            raise InputError(f"found {commands} commands in one MPI launch; allowed: one command for all ranks")
         comm = importlib.import_module("mpi4py.MPI").COMM_WORLD
         if comm.Get_size() == 1:
             raise InputError(
@@ -70,6 +68,11 @@ class Team:
                 "launcher belongs to another MPI than the one that dolfinx uses, or its variables were left from a run"
             )
         return cls(comm)
+
+    @property
+    def of_one(self) -> Team:
+        """A team of this rank."""
+        return Team(self.alone)
 
     @property
     def alone(self) -> Any:  # noqa: ANN401 - a communicator of mpi4py
@@ -91,35 +94,9 @@ class Team:
         """Whether this rank prints and writes."""
         return self.rank == 0
 
-    def agree(self, asked: str) -> None:
-        """Raise InputError, on all ranks, where they are asked for different things: all but one would be left out."""
-        if self.comm is None:
-            return
-        everywhere = self.comm.allgather(asked)
-        other = next((rank for rank, one in enumerate(everywhere) if one != everywhere[0]), None)
-        if other is not None:
-            raise InputError(
-                f"ranks of one MPI launch were given different commands: rank 0 {everywhere[0]}, rank {other} "
-                f"{everywhere[other]}; allowed: one command for all ranks, another launch for another"
-            )
-
     def broadcast(self, value: Shared | None = None) -> Shared:
         """Rank 0's value, on every rank; the others give none."""
         return cast("Shared", value if self.comm is None else self.comm.bcast(value, root=0))
-
-    def share(self, items: Sequence[Shared]) -> Sequence[Shared]:
-        """Those of the items that this rank works on: every so many, from its own rank."""
-        return items[self.rank :: self.size]
-
-    def collect(self, results: Sequence[Shared]) -> list[Shared]:
-        """On rank 0, what all ranks made of their `share`, in the order of the items; on the others nothing."""
-        if self.comm is None:
-            return list(results)
-        parts: list[Sequence[Shared]] | None = self.comm.gather(list(results), root=0)
-        if parts is None:
-            return []
-        number = sum(len(part) for part in parts)
-        return [parts[item % self.size][item // self.size] for item in range(number)]
 
     def release(self, code: int) -> None:
         """On rank 0: end the wait of the other ranks, which then exit with this code."""

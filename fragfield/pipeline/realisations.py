@@ -21,9 +21,9 @@ class Realisations:
     Parameters
     ----------
     job : Job
-        The case, its run directory and the ranks.
+        The case and its run directory.
     given : sequence of Fragments
-        The first realisations, on rank 0; on the others nothing. Collective.
+        The first realisations.
     prepared : BreakUp, optional
         What makes more of them; left out: the snapshot in the run directory, where there is one.
 
@@ -37,14 +37,13 @@ class Realisations:
 
     def __init__(self, job: Job, given: Sequence[Fragments], prepared: BreakUp | None = None) -> None:
         self.job = job
-        # A list is sent to the other ranks, of an ensemble in a file its place: each rank reads what it flies.
-        self._given = job.team.broadcast(given if job.team.first else None)
+        self._given = given
         self.count = len(self._given)
         self._prepared = prepared
         snapshot = job.source.file("burst_snapshot.h5")
-        self._snapshot = job.team.broadcast(snapshot if job.options.fragments is None and snapshot.is_file() else None)
-        found = read_arena(job.options.fragments, job.case) if job.team.first else None
-        self.arena = job.team.broadcast(None if found is None else found[0])
+        self._snapshot = snapshot if job.options.fragments is None and snapshot.is_file() else None
+        found = read_arena(job.options.fragments, job.case)
+        self.arena = None if found is None else found[0]
 
     @property
     def more(self) -> bool:
@@ -52,7 +51,7 @@ class Realisations:
         return self._prepared is not None or self._snapshot is not None or self.arena is not None
 
     def __getitem__(self, number: int) -> Fragments:
-        """The fragments of one; any rank and thread may ask for its own once `prepare` has been called on all ranks."""
+        """The fragments of one; any thread may ask for its own once `prepare` has been called."""
         if number < self.count:
             return self._given[number]
         if self.arena is not None:
@@ -61,9 +60,9 @@ class Realisations:
         return self._prepared.fragments(self.job.case.seed, number)
 
     def solve(self) -> tuple[Solved | None, str, str]:
-        """The expected density without realisations, on rank 0; by what method it is had, and why not by another one.
+        """The expected density without realisations; by what method it is had, and why not by another one.
 
-        Methods are "integral", "weighted_fragments" and "realisations". Collective.
+        Methods are "integral", "weighted_fragments" and "realisations".
         """
         from fragfield.pipeline.integral import Integrand, why_not_integrated
         from fragfield.pipeline.weighted import WeightedFlights, why_not_weighted
@@ -83,20 +82,18 @@ class Realisations:
         assert self._prepared is not None
         if method == "weighted_fragments":
             return WeightedFlights(job.case, self._prepared, job.team, job.cores).solve(), method, reason
-        intensity = self._prepared.intensity() if job.team.first else None
+        intensity = self._prepared.intensity()
         solved = (
             None if intensity is None else Integrand(job.case, intensity, job.cores, job.sample).solve(job.attitude)
         )
         return solved, method, ""
 
     def prepare(self) -> None:
-        """Read the snapshot on every rank, once. Collective."""
+        """Read the snapshot, once."""
         if self._prepared is not None or self._snapshot is None:
             return
         import transition
         from fragfield.case.conversion.stages import break_up_settings
 
-        team = self.job.team
-        snapshot = team.broadcast(transition.Snapshot.read(self._snapshot) if team.first else None)
-        assert snapshot is not None
+        snapshot = transition.Snapshot.read(self._snapshot)
         self._prepared = transition.BreakUp(snapshot, break_up_settings(self.job.case))

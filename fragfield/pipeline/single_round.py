@@ -51,11 +51,11 @@ def single_round(job: Job, realisations: Sequence[Fragments]) -> SingleRound:
 
     if job.options.fragments is not None:
         return SingleRound(None, "no single round: the fragments come from a file, not from a burst")
-    burst = job.source.summary().get("burst") or {}
+    burst = job.source.results().burst
     own = job.source.file("burst_snapshot.h5")
     began = time.perf_counter()
     try:
-        if burst.get("geometry") == "axisymmetric" and own.is_file():
+        if burst is not None and burst.geometry == "axisymmetric" and own.is_file():
             from transition import Snapshot
 
             if job.case.break_up.tilt == 0.0 and len(realisations) >= REALISATIONS:

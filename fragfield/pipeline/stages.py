@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 import logging
 import time
 from collections.abc import Sequence
@@ -12,9 +11,15 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from fragfield.files.provenance import provenance_of
-from fragfield.hazard.certainty import certainty
 from fragfield.pipeline.arena import arena_realisation, read_arena, write_arena
 from fragfield.pipeline.job import Job
+from fragfield.results.break_up import BreakUp
+from fragfield.results.burst import Burst
+from fragfield.results.convergence import Convergence
+from fragfield.results.flight import Flight
+from fragfield.results.site import Obstacle, Witness
+from fragfield.results.summary import Summary, Warned
+from fragfield.results.words import certainty
 from fragfield.terminal.logs import LOGGERS, concerns_the_user, words_of
 
 if TYPE_CHECKING:
@@ -29,16 +34,18 @@ _log = logging.getLogger(__name__)
 
 
 def perform(job: Job, stage: Stage) -> None:
-    """Run one stage, with its time in the log."""
+    """Run one stage, with its time in the log; its parts and what the packages warned of go into the summary."""
     _log.info("%s: begins", stage.name)
     job.reporter.stage(stage.name)
     started = time.perf_counter()
-    with recorded_warnings(job, stage.name) as parts:
-        parts |= _STAGE_FUNCTIONS[stage.name](job, stage)
+    with heard(stage.name) as records:
+        made = _STAGE_FUNCTIONS[stage.name](job, stage)
+    if job.team.first:
+        job.note(stage, made, records.found)
     _log.info("%s: done in %.1f s", stage.name, time.perf_counter() - started)
 
 
-def burst(job: Job, stage: Stage) -> dict[str, Any]:
+def burst(job: Job, _: Stage) -> Summary:
     """Detonation and acceleration of the casings: burst.xdmf, burst_snapshot.h5. Collective over the team's ranks."""
     from burst_fenicsx import simulate
     from fragfield.case.conversion.rounds import burst_rounds
@@ -49,7 +56,7 @@ def burst(job: Job, stage: Stage) -> dict[str, Any]:
     settings, choice, rounds = burst_settings(job.case), burst_geometry(job.case), burst_rounds(job.case)
     job.reporter.expected_end = expected_end(settings, rounds)
     alone = settings.geometry != "3d"  # a second's work: of one rank, while the others wait
-    part: dict[str, Any] = {}
+    part: Burst | None = None
     if job.team.first:
         _log.info("burst.geometry: %s", choice.words)
     if job.team.first or not alone:
@@ -63,53 +70,46 @@ def burst(job: Job, stage: Stage) -> dict[str, Any]:
             resume=job.options.resume,
             series=not job.options.lean,
         )
-        part = {**result.summary, "geometry_reason": choice.reason}
+        part = Burst.of_stage({**result.summary, "geometry_reason": choice.reason})
     if alone:
         job.team.broadcast()
-    return {stage.parts[0]: part}
+    return Summary(burst=part)
 
 
-def break_up(job: Job, stage: Stage) -> dict[str, Any]:
-    """Casings become fragments: fragments.h5, its CSV copy, and those of further realisations. Collective."""
+def break_up(job: Job, stage: Stage) -> Summary:
+    """Casings become fragments: fragments.h5, its CSV copy, and those of further realisations."""
     from flight.files.ensemble import write_fragment_ensemble
     from fragfield.pipeline.ensemble import break_up_all
 
-    broken = break_up_all(job, job.needed(stage))
-    if broken is None:
-        return {}
-    result, further = broken
+    result, further = break_up_all(job, job.needed(stage))
     provenance = provenance_of(job.case)
     if further:
         write_fragment_ensemble(further, job.target.file("ensemble_fragments.h5"), provenance)
     for name in ("fragments.csv", "fragments.h5"):
         result.fragments.write(job.target.file(name), provenance)
     write_arena(job.case, [result.fragments, *further], job.target.file("arena.csv"), provenance)
-    return {stage.parts[0]: {**result.summary, "realisations": 1 + len(further)}}
+    return Summary(break_up=BreakUp.of_stage({**result.summary, "realisations": 1 + len(further)}))
 
 
-def fly(job: Job, stage: Stage) -> dict[str, Any]:
-    """Fragments fly to the ground through the witness surfaces: landing.h5, hits.h5, ensemble.h5, CSV. Collective."""
+def fly(job: Job, stage: Stage) -> Summary:
+    """Fragments fly to the ground through the witness surfaces: landing.h5, hits.h5, ensemble.h5, CSV."""
     from flight import hazard
     from flight.files.ensemble import write_ensemble
     from fragfield.case.conversion.stages import hazard_criteria
     from fragfield.case.conversion.surroundings import bearing_of, with_bearing
-    from fragfield.hazard.recommended import recommended_of
+    from fragfield.hazard.recommended import hazard_of, recommended_of
     from fragfield.hazard.rules import rules_of
     from fragfield.hazard.site_map import write_contours
-    from fragfield.hazard.to_apply import DistanceToApply, official_part
+    from fragfield.hazard.to_apply import distance_to_apply, official_part
     from fragfield.pipeline.attitudes import flown_attitude, fly_all
     from fragfield.pipeline.convergence import convergence_of
     from fragfield.pipeline.single_round import single_round
     from fragfield.pipeline.table_width import table_width
 
-    _load_together(job)
     began = time.perf_counter()
-    realisations = _realisations(job, stage) if job.team.first else ()
+    realisations = _realisations(job, stage)
     flown = fly_all(job, realisations)
     seconds = time.perf_counter() - began
-    if flown is None:
-        job.team.broadcast()
-        return {}
     assert flown.first is not None  # a run flies realisations
     provenance = provenance_of(job.case)
     files = ThreadPoolExecutor(1, "files")  # the disk takes its time
@@ -119,11 +119,12 @@ def fly(job: Job, stage: Stage) -> dict[str, Any]:
     ]
     files.shutdown(wait=False)
     criteria, width = hazard_criteria(job.case), 360.0 / job.case.hazard.sectors
-    surfaces = []
+    surfaces: list[Witness] = []
     for surface, table in zip(flown.first.witnesses, job.case.witness, strict=True):
         hits = flown.first.hits_on(surface.name)
         by_azimuth = hazard.by_azimuth(hits, criteria, sector_width=width)
-        surfaces.append({"name": surface.name, "kind": table.kind, "hits": len(hits), "by_azimuth": by_azimuth})
+        kind = {"name": surface.name, "kind": table.kind}
+        surfaces.append(Witness.of_stage({**kind, "hits": len(hits), "by_azimuth": by_azimuth}))
     summary = {**flown.first.summary, **flown.hazard.summary(), "wall_seconds": seconds}
     found = read_arena(job.options.fragments, job.case)
     if job.options.fragments is not None:
@@ -133,8 +134,6 @@ def fly(job: Job, stage: Stage) -> dict[str, Any]:
     headline = {
         **flown.hazard.headline,
         "not_integrated_because": flown.not_integrated_because,
-        "possible_mass": flown.completeness.possible,
-        "mass_not_landed": flown.completeness.missing,
         "more_realisations": flown.more,
         "ricochet": job.case.flight.ground.ricochet,
         "attitude": flown_attitude(job, flown),
@@ -142,38 +141,31 @@ def fly(job: Job, stage: Stage) -> dict[str, Any]:
     if found and headline["determined"] and not job.options.lean:
         headline["table_width"] = table_width(job, found[0], flown.flights)
     headline["bearing_deg"] = bearing_of(job.case, headline.get("direction_deg"))
-    if words := certainty(headline):
+    found_hazard = hazard_of(headline)
+    if words := certainty(found_hazard):
         _log.warning("%s", words, extra={"code": "certainty"})
-    obstacles = [
-        {**entry, "faces": [with_bearing(job.case, face) for face in entry["faces"]]}
+    obstacles = tuple(
+        Obstacle.read({**entry, "faces": [with_bearing(job.case, face) for face in entry["faces"]]})
         for entry in flown.first.by_face(criteria.energy)
-    ]
-    rules = rules_of(job.case, job.source.summary(), single_round(job, realisations))
+    )
+    rules = rules_of(job.case, single_round(job, realisations))
     official = official_part(job.case)
-    convergence = convergence_of(job, flown, headline)  # of one rank, while the others wait
-    job.team.broadcast()
-    headline = recommended_of(headline, convergence)
-    to_apply = DistanceToApply.of(headline, official, rules["rules"])
-    write_contours(job.case, flown.hazard, job.target, provenance, flown.exposed, headline["recommended"])
+    convergence = Convergence.read(convergence_of(job, flown, found_hazard))
+    found_hazard = recommended_of(found_hazard, convergence)
+    write_contours(job.case, flown.hazard, job.target, provenance, flown.exposed, found_hazard.recommended)
     for one in writing:
         one.result()
-    return {
-        "flight": summary,
-        "witness": surfaces,
-        "obstacle": obstacles,
-        "hazard": headline,
-        "exposed": flown.exposed,
-        "rules": rules,
-        "official": official,
-        "distance_to_apply": to_apply.as_dict(),
-        "convergence": convergence,
-    }
-
-
-def _load_together(job: Job) -> None:
-    """Load dolfinx on all ranks at once: its start is collective, and after the flight rank 0 computes bursts alone."""
-    if job.team.size > 1 and job.options.fragments is None and job.case.burst is not None:
-        importlib.import_module("burst_fenicsx.run_burst")
+    return Summary(
+        flight=Flight.of_stage(summary),
+        witness=tuple(surfaces),
+        obstacle=obstacles,
+        hazard=found_hazard,
+        exposed=tuple(flown.exposed),
+        rules=rules,
+        official=official,
+        distance_to_apply=distance_to_apply(found_hazard, official, rules.rules),
+        convergence=convergence,
+    )
 
 
 def _realisations(job: Job, stage: Stage) -> Sequence[Fragments]:
@@ -221,15 +213,15 @@ class WithFirst(Sequence["Fragments"]):
         return self.others[number - 1] if number else self.first
 
 
-def report(job: Job, stage: Stage) -> dict[str, Any]:
+def report(job: Job, stage: Stage) -> Summary:
     """The report of whatever the run directory holds: report.html."""
     from fragfield.report import write_report
 
     write_report(job.source.path, job.target.file(stage.result))
-    return {}
+    return Summary()
 
 
-_STAGE_FUNCTIONS: dict[str, Callable[[Job, Stage], dict[str, Any]]] = {
+_STAGE_FUNCTIONS: dict[str, Callable[[Job, Stage], Summary]] = {
     "burst": burst,
     "break-up": break_up,
     "fly": fly,
@@ -243,42 +235,31 @@ class _Records(logging.Handler):
     def __init__(self, stage: str) -> None:
         super().__init__(logging.WARNING)
         self.stage = stage
-        self.found: list[dict[str, Any]] = []
+        self.found: list[Warned] = []
         self.addFilter(concerns_the_user)
 
     def emit(self, record: logging.LogRecord) -> None:
         """Keep a record: `code` and the words are those given with it, the severity is its level."""
-        entry = {
-            "stage": self.stage,
-            "code": getattr(record, "code", "other"),
-            "severity": record.levelname.lower(),
-            "text": words_of(record),
-        }
+        entry = Warned.read(
+            {
+                "stage": self.stage,
+                "code": getattr(record, "code", "other"),
+                "severity": record.levelname.lower(),
+                "text": words_of(record),
+            }
+        )
         if entry not in self.found:
             self.found.append(entry)
 
 
 @contextmanager
-def recorded_warnings(job: Job, stage: str) -> Iterator[dict[str, Any]]:
-    """Put the parts that a stage fills in into summary.json, and what the packages warn of meanwhile as "findings".
-
-    These replace earlier ones of the stage; the part is there, empty, where nothing was warned of.
-    Nothing is recorded of a stage that ends with an exception, or on ranks other than the first.
-    """
+def heard(stage: str) -> Iterator[_Records]:
+    """What the packages warn of meanwhile."""
     records = _Records(stage)
-    parts: dict[str, Any] = {}
     for name in LOGGERS:
         logging.getLogger(name).addHandler(records)
     try:
-        yield parts
+        yield records
     finally:
         for name in LOGGERS:
             logging.getLogger(name).removeHandler(records)
-    if not job.team.first:
-        return
-    before = job.source.summary().get("findings")
-    now = [*(one for one in before or [] if one["stage"] != stage), *records.found]
-    if now != before and (now or stage != "report"):  # a report adds its page, and no empty key
-        parts["findings"] = now
-    if parts:
-        job.note(parts)

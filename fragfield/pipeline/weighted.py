@@ -72,9 +72,7 @@ class WeightedFlights:
         from flight.hazard.pool import Completeness
         from fragfield.case.conversion.stages import hazard_criteria, hazard_directions, hazard_grid, kernel_degrees
 
-        parts = self.team.collect([self._flown(number) for number in self.team.share(range(SETS))])
-        if not self.team.first:
-            return None
+        parts = [self._flown(number) for number in range(SETS)]
         basis, mirrors = hazard_directions(self.case)
         grid = hazard_grid(self.case)
         used = tuple(one for one in mirrors if grid.maps(one)) if basis == "worst_direction" else ()

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING
 from fragfield.case.conversion.surroundings import air_words, wind_words
 from fragfield.hazard.certainty import basis_words, whole_metres
 from fragfield.hazard.recommended import parts_words
-from fragfield.hazard.to_apply import DistanceToApply
 from fragfield.numbers import Row, number
 from fragfield.report.blocks import Block, Card, Cards, Columns, Group, Paragraph, Points, Rows, Section, Signatures
 from fragfield.report.findings.reasons import reasons_against, reasons_for
 from fragfield.report.tables.attitudes import attitude_sentence
 from fragfield.report.tables.exposed_sites import verdict_table
 from fragfield.report.tables.rules import prescribed_table
+from fragfield.results.rules import DistanceToApply
 from fragfield_base.substances import substance_title
 
 if TYPE_CHECKING:
@@ -54,14 +54,14 @@ def _distances(run: RunFiles) -> Iterator[Card]:
     """The distance to apply, and the computed one with its parts in one line."""
     if part := run.part("distance_to_apply"):
         yield Card("Distance to apply", DistanceToApply.read(part).distances, "")
-    title, hazard = "Computed: recommended distance", run.part("hazard")
-    if not hazard:
+    title, hazard = "Computed: recommended distance", run.summary.hazard
+    if hazard is None:
         yield Card(title, "–", "", "not computed")
-    elif not hazard["determined"]:
-        yield Card(title, "not determined", "", hazard["reason"])
+    elif not hazard.determined:
+        yield Card(title, "not determined", "", hazard.reason)
     else:
         note = f"{parts_words(hazard)}. Basis: {basis_words(hazard)}."
-        yield Card(title, whole_metres(hazard["recommended"]), "m", note)
+        yield Card(title, whole_metres(hazard.recommended), "m", note)
 
 
 def _what(run: RunFiles) -> Iterator[Row]:

@@ -31,7 +31,7 @@ def write_uncertainty_page(folder: Path, run_directory: Path, found: Mapping[str
     uncertainty.json.
     """
     run = read_run(run_directory)
-    run.summary["uncertainty"] = dict(found)
+    run.study = dict(found)
     return write_page(run, folder / "uncertainty.html", lambda draw: _sections(run, draw))
 
 

@@ -80,17 +80,9 @@ class Segment(Part):
     parts: tuple[MottPart, ...] = out("Parts of the law")
     fragments: int = out("Fragments drawn")
     mass: float = out("Their mass", "kg")
-    mass_deficit: float = out("Mass of the segment that no fragment has", "kg")
     casing_mass: float = out("Casing of the segment", "kg")
-    heaviest: float = out("Heaviest fragment", "kg")
-    v0: float | None = out("Speed at rupture in the law", "m/s")
     speed: float = out("Speed at the end of the burst", "m/s")
-    rupture: str = out("Where radius and wall at rupture come from: `critical_strain` or `unstretched`")
-    rupture_radius: float | None = out("Radius at rupture", "m")
-    rupture_wall: float | None = out("Wall at rupture", "m")
-    strain_rate: float | None = out("Strain rate at rupture", "1/s")
     method: str = out("How masses were drawn: `quantile` or `graded`")
-    closure: float = out("Factor by which the masses were multiplied to close on the segment's mass; 1 is none")
     points: int = out("Material points")
     resolved: float = out("Mass from which on every fragment spans eight points or more", "kg")
 
@@ -105,10 +97,6 @@ class BrokenRound(Part):
     mass_error: float = out("Relative error of the mass")
     momentum_error: float = out("Relative error of the momentum")
     energy_error: float = out("Kinetic energy handed over against that of the casing, relative")
-    polar_difference: float = out(
-        "Largest difference of the fractions of fragments and cells below any polar angle, 0 to 1"
-    )
-    azimuth_difference: float = out("The same in any sector of the horizon, 0 to 1")
     directions: DirectionShares
     segments: tuple[Segment, ...] = out("By segment")
 
@@ -122,13 +110,10 @@ class BreakUp(Part):
     mass_error: float = out("Mass against the casing", views="report", percent=True, digits=2)
     momentum_error: float = out("Momentum against the burst", views="report", percent=True, digits=2)
     energy_error: float = out("Kinetic energy against the burst", views="report", percent=True, digits=2)
-    casing_energy: float = out("Kinetic energy of the casing at the end of the burst", "J")
-    energy_lost: float = out("Of this, what is not handed over", "J")
     sampler: str = out("`break_up.sampler`")
     velocity: str = out("`break_up.velocity`")
     mean_mass: MeanMass
     direction_scatter: float = out("Standard deviation of a fragment's direction about each of two axes", "rad")
-    turn: float | None = out("Turn about the axis; null where they are not turned, as of several rounds", "rad")
     tilt: tuple[float, float] = out("Tilt about x and y", "rad")
     tilt_deviation: float = out("Standard deviation of the tilt", "rad")
     rounds: tuple[BrokenRound, ...] = out("By round")

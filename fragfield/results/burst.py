@@ -93,7 +93,6 @@ class BurstContact(Part):
         views="report",
         hide_zero=True,
     )
-    max_penetration: float | None = out("Largest overlap", "m")
     max_interface_penetration_at_front: float = out(
         "Largest overlap of charge and casing, while a front passes", "m", views="report", hide_zero=True
     )
@@ -196,12 +195,6 @@ class Burst(Part):
         "Work done and energy left in the products, over heat of detonation", views="report", percent=True
     )
     energy_error: float = out("Largest imbalance of the energy ledger", views="terminal sweep", percent=True, digits=2)
-    fastest_casing_node: float = out("Speed of the fastest node of any casing", "m/s")
-    escape_speed_of_products: float | None = out(
-        "Speed at which products expand into a vacuum behind a plane front, on their own isentrope: "
-        "1.4 to 1.7 times the detonation velocity, see Theory, Products",
-        "m/s",
-    )
     casing_mass_above_escape_speed: float = out(
         "Mass of casings above that speed; the burst warns where there is any", "kg"
     )
@@ -232,8 +225,6 @@ class Burst(Part):
     ranks: int = out("Ranks", views="report")
     threads: int = out("Threads a rank", views="report")
     wall_seconds: float = out("Wall time", "s", views="terminal report")
-    start_seconds: float = out("Of this up to the first step", "s")
-    stepping_seconds: float = out("Of this in steps", "s")
     seconds_per_cell_step: float = out("Time per cell and step", "s", views="report")
     peak_memory_bytes: int = out("Largest memory", "byte", views="report")
     rounds: tuple[BurstRound, ...] = out("By round, images too")

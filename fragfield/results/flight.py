@@ -38,15 +38,9 @@ class FlightContact(Part):
     """Contact between fragments, with `[flight.collisions]`."""
 
     contacts: int = out("Impacts between fragments", views="report")
-    fragments_struck: int = out("Fragments struck")
-    mass_struck: float = out("Their mass", "kg")
     energy_lost: float = out("Energy lost in them", "J", views="report")
-    energy_of_spin: float = out("Energy of spin", "J")
     energy_error: float = out("Relative error of the energy")
     momentum_error: float = out("Relative error of the momentum")
-    largest_closing_speed: float = out("Largest closing speed", "m/s")
-    until: float = out("Time up to which contacts were sought", "s")
-    windows: int = out("Time windows")
 
 
 class Recovered(Part):
@@ -60,19 +54,6 @@ class Recovered(Part):
     words: str = out("The same in words")
 
 
-class FlownSector(Part):
-    """Flights of a sector."""
-
-    azimuth_deg: float = out("Centre of the sector", "deg")
-    bearing_deg: float | None = out("The same as a bearing", "deg", default=None)
-    max_throw: float = out("Last landing of the farthest fragment, median of the realisations", "m")
-    max_throw_low: float = out("5 % of the realisations", "m")
-    max_throw_high: float = out("95 % of the realisations", "m")
-    max_throw_largest: float = out("Largest of the realisations", "m")
-    fragments: float = out("Mean number that land")
-    hazardous: float = out("Of these with the criterion's energy")
-
-
 class Flight(Part):
     """The flight; of the first realisation where nothing else is said."""
 
@@ -81,20 +62,13 @@ class Flight(Part):
     mass: float = out("Their mass", "kg")
     landed: int = out("Landed", views="terminal report")
     status: Status = out("How flights ended at their first impact on the ground")
-    last_status: Status = out("How flights ended after their ricochets")
     ricochets: int = out("Ricochets", views="report", hide_zero=True)
     ricocheted: int = out("Ricocheted off the ground", views="report", hide_zero=True)
     hits: int = out("Crossings of the case's witness surfaces")
     obstacle_hits: int = out("Impacts on obstacles")
-    max_range: float = out("Last landing of the farthest fragment, median of the realisations", "m")
-    max_range_low: float = out("5 % of the realisations", "m")
-    max_range_high: float = out("95 % of the realisations", "m")
-    max_first_range: float = out("Farthest first impact on the ground", "m")
     drag: str = out("Drag table", views="report")
     above_drag_table: int = out("Fragments above the drag table's speeds", views="report")
-    below_drag_table: int = out("Fragments slower than its first")
     steps: int = out("Steps of all fragments")
-    rejected_steps: int = out("Steps that were repeated")
     wall_seconds: float = out("Wall time", "s", views="report")
     contact: FlightContact | None = None
     fragments_file: str | None = out("Name of the file, of fragments from another source", default=None)
@@ -103,4 +77,3 @@ class Flight(Part):
         "Hazardous fragments that landed, per event", views="convergence", name="hazardous_fragments"
     )
     realisations: int = out("Realisations of which single counts are kept", views="report")
-    by_sector: tuple[FlownSector, ...] = out("By azimuth")

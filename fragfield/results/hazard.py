@@ -75,23 +75,15 @@ class Attitude(Part):
     words: str = out("The same in words")
     inclination_deg: float | None = out("Nose from upright; null where rounds differ or have none", "deg")
     azimuth_deg: float | None = out("Nose from +x, counter-clockwise; null where rounds differ or have none", "deg")
-    bearing_deg: float | None = out("The same as a bearing", "deg", default=None)
     base_height: float | None = out("Lowest base over the ground", "m")
     worst_inclination_deg: float | None = out("Of `any`: inclination of the worst attitude", "deg")
     worst_roll_deg: float | None = out("Of `any`: its roll", "deg")
     curve: tuple[FlownAttitude, ...] = out("Of `any`: distance by attitude")
 
 
-class Hazard(Part):
-    """The recommended distance, and what it rests on."""
+class Recommended(Part):
+    """The recommended distance with its parts."""
 
-    method: Literal["integral", "weighted_fragments", "realisations"] = out(
-        "How the expected density was found: by an integral, from flights of weighted fragments, or as the mean over "
-        "realisations"
-    )
-    not_integrated_because: str = out("Why it was not integrated; empty where it was")
-    determined: bool = out("Whether there is a distance", views="sweep")
-    reason: str = out("Why there is none; empty where there is one")
     recommended: float | None = out(
         "Recommended distance",
         "m",
@@ -101,10 +93,22 @@ class Hazard(Part):
         rounding="up",
     )
     parts: DistanceParts
+    not_included: dict[str, str] = out("Why a part is not known, by its name")
+
+
+class Hazard(Recommended):
+    """The recommended distance, and what it rests on."""
+
+    method: Literal["integral", "weighted_fragments", "realisations"] = out(
+        "How the expected density was found: by an integral, from flights of weighted fragments, or as the mean over "
+        "realisations"
+    )
+    not_integrated_because: str = out("Why it was not integrated; empty where it was")
+    determined: bool = out("Whether there is a distance", views="sweep")
+    reason: str = out("Why there is none; empty where there is one")
     table_width: float | None = out(
         "Of an arena table: what its groups and zones leave open of the expected distance", "m", default=None
     )
-    not_included: dict[str, str] = out("Why a part is not known, by its name")
     expected: float | None = out(
         "Expected distance",
         "m",
@@ -131,7 +135,6 @@ class Hazard(Part):
     )
     bearing_deg: float | None = out("The same as a bearing; null without `[site]`", "deg")
     kernel_deg: float | None = out("Half-width over which directions are smoothed", "deg")
-    mirror_planes_deg: tuple[float, ...] = out("Planes at which directions are folded", "deg")
     max_bias: float | None = out("Bias of taking the worst direction, taken off the distance", "m")
     realisations: int = out("Realisations flown", views="sweep")
     tolerance: float = out("`hazard.tolerance`")
@@ -147,6 +150,4 @@ class Hazard(Part):
         views="sweep compare",
         rounding="nearest",
     )
-    possible_mass: float = out("Fragments that could be hazardous, all realisations", "kg")
-    mass_not_landed: float = out("Of these, what has not landed", "kg")
     attitude: Attitude

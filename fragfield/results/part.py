@@ -10,8 +10,9 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Mapping
 from functools import cache
-from typing import TYPE_CHECKING, Any, ClassVar, Self, dataclass_transform, get_type_hints
+from typing import TYPE_CHECKING, Any, ClassVar, Self, dataclass_transform, get_args, get_type_hints
 
 from fragfield.errors import InputError
 
@@ -78,7 +79,7 @@ def out(
 
 
 @dataclass_transform(frozen_default=True, kw_only_default=True, field_specifiers=(out, dataclasses.field))
-class Part:
+class Part(Mapping[str, Any]):
     """A part of the summary; subclasses are frozen dataclasses with keyword arguments."""
 
     whole: ClassVar[bool] = False
@@ -88,20 +89,45 @@ class Part:
     def __init_subclass__(cls) -> None:
         dataclasses.dataclass(frozen=True, kw_only=True)(cls)
 
+    # Reading by key, until every reader asks for attributes.
+
+    def __getitem__(self, key: str) -> Any:  # noqa: ANN401
+        value = self.at(key)
+        if key not in list(self):
+            raise KeyError(key)
+        return value
+
+    def __iter__(self) -> Iterator[str]:
+        for one in dataclasses.fields(self):  # type: ignore[arg-type]
+            if getattr(self, one.name) is not None or one.default is not None:
+                yield one.metadata.get("out", Out()).key or one.name
+
+    def __len__(self) -> int:
+        return sum(1 for _ in self)
+
     def at(self, key: str) -> Any:  # noqa: ANN401 - a value of any type
         """The value of a key of the file; None where there is none."""
-        return getattr(self, _names(type(self)).get(key, key), None)  # type: ignore[arg-type]
+        return getattr(self, _names(type(self)).get(key, key), None)
+
+    @classmethod
+    def of_stage(cls, values: Mapping[str, Any]) -> Self:
+        """A part from what a stage gives, which may hold more than a view, study or contract uses."""
+        return cls._read(_filled(cls, to_json(values), known_alone=True))
 
     @classmethod
     def read(cls, values: object) -> Self:
-        """A part from the values of JSON, or of a stage; NaN and infinity are None.
+        """A part from the values of JSON; NaN and infinity are None, or NaN where a number is never None.
 
         Raises InputError: a key is missing, unknown, or its value is of another type.
         """
+        return cls._read(_filled(cls, to_json(values)))
+
+    @classmethod
+    def _read(cls, values: object) -> Self:
         from pydantic import ValidationError
 
         try:
-            return adapter(cls).validate_python(plain(values))  # type: ignore[arg-type]  # a class is hashable
+            return adapter(cls).validate_python(values)  # a class is hashable
         except ValidationError as error:
             first = error.errors()[0]
             where = ".".join(str(key) for key in first["loc"])
@@ -133,20 +159,46 @@ def outputs(part: type[Part]) -> Iterator[tuple[str, Out, Any]]:
         yield mark.key or name, mark, types[name]
 
 
-def plain(value: object) -> Any:  # noqa: ANN401 - a value of JSON
+@cache
+def _kinds(part: type[Part]) -> dict[str, tuple[bool, type[Part] | None]]:
+    """By key whether it is a number that is never null, and the part that it holds."""
+    return {key: (kind is float, part_in(kind)) for key, _, kind in outputs(part)}
+
+
+def _filled(part: type[Part], values: Any, *, known_alone: bool = False) -> Any:  # noqa: ANN401 - of JSON
+    """The values of a part, null as NaN in numbers that are never None; `known_alone`: without unknown keys."""
+    if isinstance(values, list):
+        return [_filled(part, one, known_alone=known_alone) for one in values]
+    if not isinstance(values, dict):
+        return values
+    kinds, found = _kinds(part), {}
+    for key, value in values.items():
+        number, inner = kinds.get(key, (False, None))
+        if inner is not None:
+            found[key] = _filled(inner, value, known_alone=known_alone)
+        elif key in kinds or not known_alone:
+            found[key] = math.nan if number and value is None else value
+    return found
+
+
+def part_in(kind: Any) -> type[Part] | None:  # noqa: ANN401 - a type
+    """The part that a type holds: alone, in a tuple, or beside None."""
+    if isinstance(kind, type) and issubclass(kind, Part):
+        return kind
+    inner = (part_in(one) for one in get_args(kind) if not str(kind).startswith("dict"))
+    return next((one for one in inner if one is not None), None)
+
+
+def to_json(value: object) -> Any:  # noqa: ANN401 - a value of JSON
     """A part, or values of a stage, as JSON has them: what was never reached, NaN and infinity, is null."""
     if hasattr(value, "tolist"):
         value = value.tolist()
     if isinstance(value, Part):
-        return {
-            one.metadata.get("out", Out()).key or one.name: plain(entry)
-            for one in dataclasses.fields(value)  # type: ignore[arg-type]
-            if (entry := getattr(value, one.name)) is not None or one.default is not None
-        }
+        return {key: to_json(value[key]) for key in value}
     if isinstance(value, dict):
-        return {str(key): plain(entry) for key, entry in value.items()}
+        return {str(key): to_json(entry) for key, entry in value.items()}
     if isinstance(value, (list, tuple)):
-        return [plain(entry) for entry in value]
+        return [to_json(entry) for entry in value]
     if isinstance(value, float) and not math.isfinite(value):
         return None
     return value

@@ -15,13 +15,13 @@ class Contents(Part):
     all_up: float = out("Mass of all rounds whole, without packaging", "kg")
     largest_round: float = out("Mass of the heaviest round", "kg")
     rounds: int = out("Rounds")
-    equivalents: tuple[str, ...] = out("The TNT equivalents taken, in words")
-    in_a_row: bool = out("Whether rounds stand in one straight line")
+    equivalents: tuple[str, ...] = out("The TNT equivalents taken, in words", default=())
+    in_a_row: bool = out("Whether two or more rounds stand in one straight line, within 1 mm", default=False)
     clearance: float | None = out("Smallest clear distance of a row", "m")
     charge_diameter: float | None = out("Largest diameter of a charge", "m")
-    at_once: bool = out("Whether all are initiated at once")
-    protective_works: tuple[str, ...] = out("`hazard.protective_works`")
-    alike: bool = out("Whether all rounds are alike")
+    at_once: bool = out("Whether all are initiated at once", default=True)
+    protective_works: tuple[str, ...] = out("`hazard.protective_works`", default=())
+    alike: bool = out("Whether all rounds have the same contour, casing and explosive", default=True)
 
 
 class Beam(Part):
@@ -67,20 +67,27 @@ class Tp12(Part):
 
 
 class Rule(Part):
-    """A prescribed distance."""
+    """A distance by a published rule."""
 
     name: str = out("Name")
     hazard: Literal["fragments", "blast"] = out("What it keeps people from")
-    use: Literal["siting", "disposal", "comparison"] = out("Activity for which it is prescribed")
+    use: Literal["siting", "disposal", "comparison"] = out(
+        "What it is prescribed for, storage and handling or disposal in the open; or shown beside the others alone"
+    )
     distance: float | None = out("Distance; null where it does not apply", "m")
-    outside: float | None = out("What its formula gives where it does not apply", "m")
-    missing: bool = out("Whether it is prescribed for such rounds and none takes its place")
     source: str = out("Source")
     formula: str = out("Formula")
     inputs: str = out("What went in")
     range: str = out("Range of validity")
-    reason: str = out("Why it does not apply; empty where it does")
-    basis: str = out("What it rests on")
+    reason: str = out("Why it does not apply; empty where it does", default="")
+    basis: str = out("What it rests on", default="mass alone")
+    outside: float | None = out("What its formula gives where it does not apply", "m")
+    missing: bool = out("Whether it is prescribed for such rounds and none takes its place", default=False)
+
+    def __post_init__(self) -> None:
+        """Raise ValueError for a rule with both a distance and a reason why it has none, or neither."""
+        if (self.distance is None) != bool(self.reason):
+            raise ValueError(f"{self.name}: a rule has either a distance or a reason why it has none")
 
 
 class Rules(Part):
@@ -120,6 +127,11 @@ class DistanceOfUse(Part):
     by: str | None = out("What it is by")
     left_out: tuple[LeftOut, ...] = out("Distances left out that are larger or not known")
 
+    @property
+    def incomplete(self) -> bool:
+        """Whether a distance is missing that may be larger."""
+        return any(one.missing for one in self.left_out)
+
 
 class DistanceToApply(Part):
     """Distances to apply: the largest of the computed, official and prescribed ones, and what was left out."""
@@ -130,3 +142,8 @@ class DistanceToApply(Part):
     disposal: DistanceOfUse = out("For disposal in the open")
     official: tuple[str, ...] = out("Sentences on the official distances against the computed ones")
     words: tuple[str, ...] = out("Sentences: what each is by, what was left out and why, and `official`")
+
+    @property
+    def distances(self) -> str:
+        """The line without its heading."""
+        return self.line.partition(": ")[2]

@@ -58,7 +58,7 @@ class ExposedSite(Part):
     outline: tuple[tuple[float, float], ...] = out("Corners", "m")
     distance: float = out("Distance of its nearest edge", "m")
     azimuth_deg: float = out("Direction of that edge from +x, counter-clockwise", "deg")
-    bearing_deg: float | None = out("The same as a bearing; null without `[site]`", "deg", default=None)
+    bearing_deg: float | None = out("The same as a bearing; null without `[site]`", "deg")
     energy: float = out("Energy from which a hit counts", "J")
     density_normal: Estimate | None = out("Hazardous fragments per area normal to their paths", "1/m2")
     density_ground: Estimate | None = out("Hazardous fragments per area of ground; null for a building", "1/m2")
@@ -71,6 +71,10 @@ class ExposedSite(Part):
     target_area: float | None = out("Area that is hit", "m2")
     not_stopped: NotStopped | None
     barrier: dict[str, str] | None = out("By which relations; null without wall and roof")
+    worst_inclination_deg: float | None = out(
+        "Of attitude `any`: inclination of its worst attitude", "deg", default=None
+    )
+    worst_roll_deg: float | None = out("Of attitude `any`: roll of its worst attitude", "deg", default=None)
     without_ricochet: SiteWithoutRicochet | None = None
     largest_energy: float | None = out("Largest energy of a hit on a building; null in the open", "J")
     criterion: Criterion
@@ -91,13 +95,11 @@ class WitnessSector(Part):
     """Crossings of a sector of a witness surface."""
 
     azimuth_deg: float = out("Centre of the sector", "deg")
-    bearing_deg: float | None = out("The same as a bearing", "deg", default=None)
     hits: int = out("Crossings")
     hazardous_hits: int = out("Of these with the criterion's energy")
     mass: float = out("Their mass", "kg")
     max_initial_speed: float = out("Largest initial speed", "m/s")
     mean_initial_speed: float = out("Mean initial speed by mass; 0 in empty sectors", "m/s")
-    mean_initial_speed_by_number: float = out("The same by number", "m/s")
 
 
 class Witness(Part):
@@ -114,7 +116,7 @@ class ObstacleFace(Part):
 
     face: str = out("Face: front, back, left, right, top, under, or what the kind has")
     azimuth_deg: float | None = out("Its normal; null of a level one", "deg")
-    bearing_deg: float | None = out("The same as a bearing", "deg", default=None)
+    bearing_deg: float | None = out("The same as a bearing", "deg")
     hits: int = out("Impacts of the first realisation")
     hazardous_hits: int = out("Of these with the criterion's energy or more")
     stopped: int = out("Fragments that were stopped")

@@ -37,7 +37,7 @@ class Summary(Part):
     case: dict[str, Any] = out("The case as resolved; its keys are those of the case file, in SI", default={})
     title: str = out("Title of the case", default="")
     program_version: str = out("Version of the program", default="")
-    versions: dict[str, str | None] = out("Versions of the libraries, by name", default={})
+    versions: dict[str, str] = out("Versions of the libraries, by name", default={})
     seed: int = out("Seed of the random numbers", default=0)
     findings: tuple[Warned, ...] = out("What the stages warned of; empty where nothing was", default=())
     burst: Burst | None = None

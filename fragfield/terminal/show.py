@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from io import StringIO
 from typing import TYPE_CHECKING, Any, TextIO
 
@@ -10,26 +11,33 @@ from rich.table import Table
 
 from fragfield.case.conversion.attitude import attitude_words
 from fragfield.case.conversion.surroundings import direction_words
-from fragfield.hazard.certainty import (
+from fragfield.hazard.contents import quantity_words
+from fragfield.hazard.verdict import criterion_words, exposed_rounds, exposure_words, part_text
+from fragfield.numbers import SPACE, number, row
+from fragfield.pipeline.grid_convergence import KINDS
+from fragfield.quantities import shown
+from fragfield.results.summary import Summary
+from fragfield.results.words import (
     basis_words,
     margin_metres,
     metres,
+    parts_words,
     ricochet_words,
     rounded_metres,
     single_note,
     single_words,
     source_words,
 )
-from fragfield.hazard.contents import quantity_words
-from fragfield.hazard.recommended import parts_words
-from fragfield.hazard.verdict import criterion_words, exposed_rounds, exposure_words, part_text
-from fragfield.numbers import SPACE, number, row
-from fragfield.pipeline.grid_convergence import KINDS
-from fragfield.quantities import shown
 from fragfield.terminal.progress import duration
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
+
+    from fragfield.results.burst import Ignition
+    from fragfield.results.convergence import Convergence
+    from fragfield.results.hazard import Hazard
+    from fragfield.results.rules import Tp12
+    from fragfield.results.site import ExposedSite
 
 
 OFFICIAL_LABELS = {
@@ -59,10 +67,10 @@ def number_text(value: object, factor: float) -> str:
     return f"{value * factor:.4g}" if isinstance(value, (int, float)) else "-"
 
 
-def summary_text(summary: Mapping[str, Any]) -> str:
+def summary_text(summary: Summary, directory: str = "") -> str:
     """What `print_summary` prints."""
     text = StringIO()
-    print_summary(summary, text)
+    print_summary(summary, directory, text)
     return stripped(text.getvalue())
 
 
@@ -71,126 +79,118 @@ def stripped(text: str) -> str:
     return "\n".join(line.rstrip() for line in text.splitlines()).rstrip("\n")
 
 
-def print_summary(summary: Mapping[str, Any], file: TextIO | None = None) -> None:
-    """Print the main numbers of a summary, on stdout or into a file."""
+def print_summary(summary: Summary, directory: str = "", file: TextIO | None = None) -> None:
+    """Print the main numbers of a summary, and where its files lie, on stdout or into a file."""
     console = plain_console(file)
     for part in _parts(summary):
         console.print(part)
+    if directory:
+        console.print(f"written to {directory}")
 
 
-def _parts(summary: Mapping[str, Any]) -> Iterator[str | Table]:
-    table = Table(
-        title=str(summary.get("title", "")), title_justify="left", box=None, show_header=False, pad_edge=False
-    )
+def _parts(summary: Summary) -> Iterator[str | Table]:
+    table = Table(title=summary.title, title_justify="left", box=None, show_header=False, pad_edge=False)
     for entry in shown("terminal"):
         for found in entry.rows(summary):
             table.add_row(entry.stage, f"{found.name[0].lower()}{found.name[1:]}", found.value)
-    rounds = (summary.get("burst") or {}).get("rounds") or []
-    for entry in rounds if len(rounds) > 1 else []:
-        if "ignition" in entry:
-            table.add_row("burst", f"ignition of {entry['name']}", _initiated(entry["ignition"]))
-    for name, exposure, initiated in exposed_rounds(summary.get("burst") or {}):
+    rounds = () if summary.burst is None else summary.burst.rounds
+    for one in rounds if len(rounds) > 1 else ():
+        table.add_row("burst", f"ignition of {one.name}", _initiated(one.ignition))
+    for name, exposure, initiated in exposed_rounds(rounds):
         label = "initiated" if initiated else "not initiated"
         table.add_row("burst", f"{name}, {label}", exposure_words(exposure))
-    for surface in summary.get("witness") or []:
-        table.add_row("witness", f"hits on {surface['name']}", number(surface["hits"]))
-    for obstacle in summary.get("obstacle") or []:
-        hits = f"{obstacle['hits']:d}, hazardous {obstacle['hazardous_hits']:d}, stopped {obstacle['stopped']:d}"
-        table.add_row("obstacle", f"hits on {obstacle['name']}", hits)
+    for surface in summary.witness or ():
+        table.add_row("witness", f"hits on {surface.name}", number(surface.hits))
+    for obstacle in summary.obstacle or ():
+        hits = f"{obstacle.hits:d}, hazardous {obstacle.hazardous_hits:d}, stopped {obstacle.stopped:d}"
+        table.add_row("obstacle", f"hits on {obstacle.name}", hits)
     yield table
-    if recovered := (summary.get("flight") or {}).get("recovered"):
-        yield recovered["words"]
-    if to_apply := summary.get("distance_to_apply"):
-        yield to_apply["line"]
-        yield from (f"  {words}" for words in to_apply["words"])
-    yield from _hazard(summary.get("hazard") or {})
-    yield from _tp12((summary.get("rules") or {}).get("tp12") or {})
+    if summary.flight is not None and summary.flight.recovered is not None:
+        yield summary.flight.recovered.words
+    if to_apply := summary.distance_to_apply:
+        yield to_apply.line
+        yield from (f"  {words}" for words in to_apply.words)
+    if summary.hazard is not None:
+        yield from _hazard(summary.hazard)
+    if summary.rules is not None:
+        yield from _tp12(summary.rules.tp12)
     yield from _prescribed(summary)
-    yield from convergence_words(summary.get("convergence") or {})
-    for entry in summary.get("exposed") or []:
-        yield f"exposed {entry['name']}: {_exposed_words(entry)}"
-    if "directory" in summary:
-        yield f"written to {summary['directory']}"
+    if summary.convergence is not None:
+        yield from convergence_words(summary.convergence)
+    for site in summary.exposed or ():
+        yield f"exposed {site.name}: {_exposed_words(site)}"
 
 
-def _exposed_words(entry: Mapping[str, Any]) -> str:
+def _exposed_words(site: ExposedSite) -> str:
     """Verdict on an exposed site, by which criterion, where it lies, and its margin where one says something."""
-    part, where = part_text(entry), direction_words(entry["azimuth_deg"], entry["bearing_deg"], whole=True)
+    part, where = part_text(site), direction_words(site.azimuth_deg, site.bearing_deg, whole=True)
     shown = "" if part == "–" else f"; {part} of the limit"
-    agrees = entry["margin"] is not None and (entry["margin"] >= 0.0) == (entry["verdict"] == "met")
-    margin = f"; margin by density {margin_metres(entry['margin'])} m" if agrees else ""
-    verdict = f"{entry['verdict']} ({criterion_words(entry)}{shown})"
-    return f"{verdict}, {rounded_metres(entry['distance'])} m, {where}{margin}"
+    agrees = site.margin is not None and (site.margin >= 0.0) == (site.verdict == "met")
+    margin = f"; margin by density {margin_metres(site.margin)} m" if agrees else ""
+    verdict = f"{site.verdict} ({criterion_words(site)}{shown})"
+    return f"{verdict}, {rounded_metres(site.distance)} m, {where}{margin}"
 
 
-def _initiated(ignition: Sequence[Mapping[str, Any]]) -> str:
+def _initiated(ignition: Sequence[Ignition]) -> str:
     """When a round was initiated, and whether by shock."""
     if not ignition:
         return "never initiated"
-    return f"{ignition[0]['time'] * 1e6:.4g}{SPACE}µs{', by shock' if ignition[0]['by'] == 'shock' else ''}"
+    return f"{ignition[0].time * 1e6:.4g}{SPACE}µs{', by shock' if ignition[0].by == 'shock' else ''}"
 
 
-def convergence_words(part: Mapping[str, Any]) -> list[str]:
-    """One line of text on the part `convergence` of summary.json; none where no other size was computed."""
-    if "sizes" not in part:
+def convergence_words(part: Convergence) -> list[str]:
+    """One line of text on grid convergence; none where no other size was computed."""
+    if not part.sizes:
         return []
     words = []
     for one in shown("convergence"):
-        entry = part["quantities"].get(one.name)
-        if entry is None or entry["uncertainty"] is None:
+        entry = (part.quantities or {}).get(one.name)
+        if entry is None or entry.uncertainty is None:
             continue
-        order = f"order {entry['order']:.2g}" if entry["order"] is not None else KINDS[entry["kind"]]
-        width = row("", entry["uncertainty"], one.unit, digits=2).value
+        order = f"order {entry.order:.2g}" if entry.order is not None else KINDS[entry.kind]
+        width = row("", entry.uncertainty, one.unit, digits=2).value
         words.append(f"{one.label[0].lower()}{one.label[1:]} ± {width}, {order}")
-    sizes = ", ".join(f"{1e3 * size:.3g}" for size in part["sizes"])
+    sizes = ", ".join(f"{1e3 * size:.3g}" for size in part.sizes)
     return [f"uncertainty by the cells ({sizes} mm): {'; '.join(words)}"] if words else []
 
 
-def _hazard(hazard: Mapping[str, Any]) -> Iterator[str | Table]:
+def _hazard(hazard: Hazard) -> Iterator[str | Table]:
     """The recommended distance, its parts, and beside it what single events do."""
-    if not hazard:
+    yield f"attitude: {attitude_words(hazard.attitude)}"
+    if not hazard.determined:
+        yield f"recommended distance: not determined\n  {hazard.reason}"
         return
-    if hazard.get("attitude"):
-        yield f"attitude: {attitude_words(hazard['attitude'])}"
-    if not hazard["determined"]:
-        yield f"recommended distance: not determined\n  {hazard['reason']}"
-        return
-    yield f"recommended distance {metres(hazard['recommended'])}"
+    yield f"recommended distance {metres(hazard.recommended)}"
     yield f"  {parts_words(hazard)}"
     yield f"  {source_words(hazard)}; {basis_words(hazard)}"
-    lines = []
-    if short := hazard.get("without_ricochet"):
-        others = ricochet_words(hazard).partition(";")[0]
-        lines.append(
-            ("without ricochet", metres(short["recommended"]), f"the same up to the first impact; others {others}")
-        )
-    lines += [
+    others = ricochet_words(hazard).partition(";")[0]
+    short = metres(hazard.without_ricochet.recommended)
+    for label, value, note in (
+        ("without ricochet", short, f"the same up to the first impact; others {others}"),
         ("single events", single_words(hazard), f"5 to 95 %, {single_note(hazard)}"),
-        ("throw exceeded in 5 % of events", f"{rounded_metres(hazard['largest_throw'])} m", "no distance to keep"),
-    ]
-    for label, value, note in lines:
+        ("throw exceeded in 5 % of events", f"{rounded_metres(hazard.largest_throw)} m", "no distance to keep"),
+    ):
         yield f"{label:37}{value:>16}  {note}"
 
 
-def _tp12(part: Mapping[str, Any]) -> Iterator[str | Table]:
+def _tp12(part: Tp12) -> Iterator[str | Table]:
     """The distances of TP-12 beside the computed one."""
-    beam, stack = part.get("beam"), part.get("stack")
-    if beam:
-        zone = f"worst polar zone, {beam['low']:.0f} to {beam['high']:.0f} degrees from the nose"
-        yield f"{'TP-12: beam of the single round':37}{metres(beam['distance']):>16}  {zone}"
-    if stack and stack["distance"] is not None:
-        words = f"{stack['effective_number']:.3g} effective rounds, perpendicular to their axes"
-        yield f"{'TP-12: rule for stacks':37}{metres(stack['distance']):>16}  {words}"
+    if beam := part.beam:
+        zone = f"worst polar zone, {beam.low:.0f} to {beam.high:.0f} degrees from the nose"
+        yield f"{'TP-12: beam of the single round':37}{metres(beam.distance):>16}  {zone}"
+    if part.stack is not None and part.stack.distance is not None:
+        words = f"{part.stack.effective_number:.3g} effective rounds, perpendicular to their axes"
+        yield f"{'TP-12: rule for stacks':37}{metres(part.stack.distance):>16}  {words}"
 
 
-def _prescribed(summary: Mapping[str, Any]) -> Iterator[str | Table]:
+def _prescribed(summary: Summary) -> Iterator[str | Table]:
     """Official distances of the round, and net explosive quantity."""
-    official = summary.get("official") or {}
-    for key, label in OFFICIAL_LABELS.items():
-        if official.get(key) is not None:
-            yield f"{label:37}{metres(official[key]):>16}  {official['source']}"
-    if contents := (summary.get("rules") or {}).get("contents"):
-        yield quantity_words(contents["explosive"], contents["tnt"], contents["equivalents"])
+    if official := summary.official:
+        for key, label in OFFICIAL_LABELS.items():
+            if (distance := getattr(official, key)) is not None:
+                yield f"{label:37}{metres(distance):>16}  {official.source}"
+    if contents := summary.rules and summary.rules.contents:
+        yield quantity_words(contents.explosive, contents.tnt, contents.equivalents)
 
 
 def print_info(found: Mapping[str, Any]) -> None:
@@ -199,9 +199,10 @@ def print_info(found: Mapping[str, Any]) -> None:
     if "directory" in found:
         stages = ", ".join(f"{name} {'done' if done else 'missing'}" for name, done in found["stages"].items())
         console.print(f"{found['directory']}: {stages}")
-        print_summary({"title": found["title"], **found["summary"]})
-        if (seconds := (found["summary"].get("burst") or {}).get("wall_seconds")) is not None:
-            console.print(f"burst computed in {duration(seconds)}")
+        summary = replace(Summary.read(found["summary"]), title=found["title"])
+        print_summary(summary)
+        if summary.burst is not None:
+            console.print(f"burst computed in {duration(summary.burst.wall_seconds)}")
         for name, size in found["files"].items():
             console.print(f"{size / 1e6:10.3f} MB  {name}")
         return

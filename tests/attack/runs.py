@@ -31,7 +31,8 @@ _CLOCKS = ("wall_seconds", "seconds_per_cell_step", "peak_memory_bytes", "checks
 
 
 _WITHOUT_REPORT = (
-    "import fragfield.pipeline.stages as stages; stages._STAGE_FUNCTIONS['report'] = lambda job, stage: {}; "
+    "import fragfield.pipeline.stages as stages; "
+    "stages._STAGE_FUNCTIONS['report'] = lambda job, stage: stages.Summary(); "
 )
 # PETSc, loaded before its variables are settled, takes signals for itself and ends the command at once on its way out.
 _SETTLED = "from fragfield_base.ambient import settle; settle(RuntimeError); "

@@ -10,7 +10,9 @@ import pytest
 pytest.importorskip("dolfinx")
 
 from burst_fenicsx.contact.forces import max_squared_phase
-from burst_fenicsx.problem import ContactSettings, RigidPlane, TimeStep
+from burst_fenicsx.contact.planes import held_in_plane
+from burst_fenicsx.meshing.cut import cut_mesh
+from burst_fenicsx.problem import ContactSettings, Mirror, RigidPlane, TimeStep
 from tests.burst_fenicsx.bodies import QUIET, bodies, moved
 from tests.burst_fenicsx.boxes import box
 
@@ -100,3 +102,18 @@ def test_the_impulse_of_a_force_that_grows_evenly_is_exact(monkeypatch):
         plane.given = growth * time
         contact.add_forces(STEP, step, front_is_active=False)
         assert contact.impulse == pytest.approx(0.5 * growth * time**2, rel=1e-12)
+
+
+def test_what_a_plane_of_symmetry_holds_still_meets_the_deck_on_which_it_stands():
+    """Half of a box on a deck: its nodes in the middle plane are held there, and no node in the deck."""
+    middle, deck = (
+        Mirror("middle", (0.0, 0.0, 0.0), (1.0, 0.0, 0.0)),
+        RigidPlane("deck", (0.0, 0.0, 0.0), (0.0, 0.0, 1.0)),
+    )
+    whole = moved(box((4, 2, 2), (0.04, 0.02, 0.02)), (-0.02, 0.0, 0.0))
+    mesh = cut_mesh(replace(whole, held=None), (middle,))
+    nodes = np.arange(len(mesh.nodes))
+    on_deck = mesh.nodes[:, 2] == 0.0
+    np.testing.assert_array_equal(held_in_plane(mesh, nodes, middle), np.abs(mesh.nodes[:, 0]) < 1e-12)
+    assert (on_deck & (mesh.held != 0)).sum() == 3
+    assert not held_in_plane(mesh, nodes, deck).any()

@@ -20,7 +20,10 @@ from flight.hazard.ensemble import EnsembleHazard
 from flight.rows import LANDING, Status
 from fragfield.files.stamped import stamped_toml
 from fragfield.hazard.recommended import recommended_of
+from fragfield.results.part import to_json
+from fragfield.results.summary import Summary
 from tests.flight.fields import ensemble_of_landings
+from tests.fragfield.example_results import complete
 
 LENGTH, RADIUS, BORE = 0.60, 0.0775, 0.055
 END_TIME = 120e-6
@@ -106,7 +109,7 @@ def write_run(
     tables = "".join(ROUND.format(name=name, x=x) for name, x in zip(names, places, strict=True))
     (folder / "case.toml").write_text(stamped_toml(CASE.format(title=title, rounds=tables)), encoding="utf-8")
     (folder / "run.log").write_text("burst: 120.0 us reached\nbreak-up: done\n", encoding="utf-8")
-    summary: dict[str, Any] = {"case": title, "versions": json.loads(PROVENANCE["versions"]), "seed": 1}
+    summary: dict[str, Any] = {"title": title, "versions": json.loads(PROVENANCE["versions"]), "seed": 1}
     mesh = _meridian() if axisymmetric else _mesh(places)
     if stages >= 1:
         summary["burst"] = _burst(folder, mesh, names, places)
@@ -115,7 +118,7 @@ def write_run(
         summary["break_up"] = _break_up(folder, fragments, names)
     if stages >= 3:
         _flight(folder, fragments, summary)
-    (folder / "summary.json").write_text(json.dumps(summary, indent=1), encoding="utf-8")
+    (folder / "summary.json").write_text(json.dumps(complete(Summary, summary), indent=1), encoding="utf-8")
     return folder
 
 
@@ -355,11 +358,11 @@ def _flight(folder: Path, fragments: dict[str, np.ndarray], summary: dict[str, A
         )  # fmt: skip
     summary["flight"] = {
         "fragments": len(mass), "landed": len(mass), "wall_seconds": 1.4, "drag": "shell_fragment_tp12",
-        "above_drag_table": 7, "below_drag_table": 0,
+        "above_drag_table": 7,
     }  # fmt: skip
     found = _ensemble(folder, columns, by_azimuth)
-    summary["flight"] |= found.summary()
-    summary["hazard"] = recommended_of({**found.headline, "more_realisations": True}, None)
+    summary["flight"] |= {name: found.summary()[name] for name in ("hazardous_fragments", "realisations")}
+    summary["hazard"] = to_json(recommended_of(found.headline, None))
     summary["witness"] = [{"name": "ring", "hits": len(mass), "by_azimuth": by_azimuth}]
 
 

@@ -15,7 +15,7 @@ import pytest
 from fragfield.case import load_case
 from fragfield.errors import InputError
 from fragfield.files.run_directory import SCRATCH, STAGES, RunDirectory
-from fragfield.hazard.recommended import not_included_words, recommended_of
+from fragfield.hazard.recommended import recommended_of
 from fragfield.pipeline import convergence as module
 from fragfield.pipeline.convergence import COMMON, convergence_of
 from fragfield.pipeline.grid_convergence import grid_convergence
@@ -23,21 +23,28 @@ from fragfield.pipeline.job import Job, RunOptions
 from fragfield.pipeline.parallel import Team
 from fragfield.report.findings.hazard import convergence_findings
 from fragfield.report.tables.convergence import convergence_tables
+from fragfield.results.convergence import Convergence
+from fragfield.results.hazard import Hazard
+from fragfield.results.summary import Summary
+from fragfield.results.words import not_included_words
 from fragfield.terminal.progress import ProgressReporter
 from fragfield.terminal.show import convergence_words
+from tests.fragfield.example_results import example
 from tests.fragfield.short_run import ROOT, command, environment
 
-BURST = {"geometry": "axisymmetric", "wall_seconds": 10.0, "start_seconds": 0.5, "stepping_seconds": 8.0, "cells": 1600,
+BURST = {"geometry": "axisymmetric", "wall_seconds": 10.0, "cells": 1600,
          "cell_size": 0.003, "mean_initial_speed": 1009.0, "max_initial_speed": 1400.0, "outer_diameter": 0.4,
          "speed_quantiles": {"90": 1200.0, "99": 1300.0}}  # fmt: skip
-HEADLINE = {"realisations": 20, "determined": True, "expected": 100.0, "upper": 103.0, "standard_error": 1.0}
+HEADLINE = example(
+    Hazard, realisations=20, determined=True, expected=100.0, upper=103.0, standard_error=1.0, method="realisations"
+)
 
 
 class _Directory(RunDirectory):
     """A run directory whose summary is in memory."""
 
-    def summary(self):
-        return {"burst": self.burst}
+    def results(self):
+        return example(Summary, burst=self.burst)
 
 
 @pytest.fixture
@@ -69,7 +76,7 @@ def _stub(monkeypatch, values, made):
         return {**BURST, **scaled, "speed_quantiles": quantiles, "cell_size": size, "cells": cells}, share
 
     def flown(_case, share, *_):
-        headline = {**HEADLINE, "expected": share * HEADLINE["expected"]}
+        headline = replace(HEADLINE, expected=share * HEADLINE.expected)
         return SimpleNamespace(hazard=SimpleNamespace(hazardous=FLOWN.hazard.hazardous, headline=headline)), 5
 
     monkeypatch.setattr(module, "burst_beside", burst)
@@ -100,7 +107,7 @@ def test_a_run_without_convergence_says_why(job, change, words):
     assert set(found) == {"reason"}
     assert found["reason"].startswith("no grid convergence: ")
     assert words in found["reason"]
-    assert convergence_words(found) == []  # the recommended distance says it
+    assert convergence_words(Convergence.read(found)) == []  # the recommended distance says it
     assert words in not_included_words(recommended_of(HEADLINE, found))
 
 
@@ -119,7 +126,7 @@ def test_a_manufactured_burst_gives_its_order_and_limit(job, monkeypatch):
     distance = found["quantities"]["expected_distance"]
     assert distance["standard_errors"] == [1.0] * 4
     assert distance["kind"] == "statistical"  # 0.9 m of cells in differences known to 1.4 m
-    (line,) = convergence_words(found)
+    (line,) = convergence_words(Convergence.read(found))
     assert "(2.12, 3, 4.24, 6 mm): mean initial speed, by mass ± 11\u00a0m/s, order 2" in line
 
 

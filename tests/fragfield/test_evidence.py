@@ -10,6 +10,8 @@ from fragfield.case import load_case
 from fragfield.case.conversion.symmetry import burst_geometry
 from fragfield.report.findings import evidence
 from fragfield.report.reading.run_files import RunFiles
+from fragfield.results.summary import Summary
+from tests.fragfield.example_results import example
 from validation.record import EVIDENCE, read_record, write_evidence
 from validation.runs import ROOT
 
@@ -58,7 +60,7 @@ def test_a_single_tube_is_not_held_against_stacks_and_a_stack_is():
 
 
 def test_given_fragments_are_held_against_the_flight_alone():
-    arena = run_of(summary={"flight": {"fragments_file": "fragments.h5"}})
+    arena = run_of(summary=example(Summary, flight={"fragments_file": "fragments.h5"}))
     assert {row["case"] for row in evidence.bearing(arena)} == {"m107_1944"}
 
 

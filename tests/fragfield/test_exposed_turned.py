@@ -13,6 +13,8 @@ from fragfield.case.load import case_from_document
 from fragfield.hazard.exposed import ExposedCounts, ExposedSums, worst_of_attitudes
 from fragfield.hazard.places import Places
 from fragfield.hazard.verdict import part_of_criterion
+from fragfield.results.site import ExposedSite
+from tests.fragfield.example_results import example
 
 GRID, KERNEL = PolarGrid.of(72, 10.0, 10.0, 400.0), 10.0
 AREA = 55.7
@@ -112,10 +114,10 @@ def test_bounds_of_a_person_by_hand(alike: bool) -> None:
 
 
 def test_of_attitudes_the_one_nearest_to_the_criterion_counts() -> None:
-    def entry(upper: float | None) -> dict:
+    def entry(upper: float | None) -> ExposedSite:
         density = None if upper is None else {"expected": 0.5 * upper, "upper": upper, "standard_error": 0.0}
         limit = {"quantity": "density", "limit": 1.0}
-        return {"name": "a", "criterion": limit, "density_normal": density, "density_ground": density}
+        return example(ExposedSite, criterion=limit, density_normal=density, density_ground=density)
 
     rows = [((0.0, 0.0), [entry(0.2)]), ((90.0, 30.0), [entry(0.9)]), ((180.0, 0.0), [entry(0.4)])]
     (worst,) = worst_of_attitudes(rows)

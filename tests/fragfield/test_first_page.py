@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import json
 import math
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -15,8 +15,7 @@ from fragfield.case import load_case
 from fragfield.case.conversion.rounds import burst_rounds
 from fragfield.case.conversion.surroundings import air_words, wind_words
 from fragfield.checking.case_warnings import doubts, thinnest_wall
-from fragfield.hazard.certainty import certainty, single_note
-from fragfield.hazard.recommended import parts_words, recommended_of
+from fragfield.hazard.recommended import recommended_of
 from fragfield.hazard.verdict import part_text
 from fragfield.report import read_run
 from fragfield.report.figures.drawing import draw_figure, drawing_style, new_figure, plain_name
@@ -24,6 +23,12 @@ from fragfield.report.figures.site import exposed_figure, site_figure
 from fragfield.report.findings.hazard import convergence_findings
 from fragfield.report.findings.reasons import reasons_for
 from fragfield.report.reading.run_files import RunFiles
+from fragfield.results.convergence import Convergence
+from fragfield.results.hazard import Hazard
+from fragfield.results.site import ExposedSite
+from fragfield.results.summary import Summary
+from fragfield.results.words import certainty, parts_words, single_note
+from tests.fragfield.example_results import example
 from tests.fragfield.plain_reports import draw_nothing
 from tests.fragfield.short_run import RINGS, ROOT, invoke
 from tests.fragfield.synthetic_run import write_run
@@ -174,14 +179,15 @@ def test_a_comparison_of_a_single_round_is_no_reason_to_trust_a_stack(tmp_path):
 def test_a_part_of_the_limit_is_rounded_up_in_every_view(bound, words):
     limit = 1e-6 if bound == 2.0e-6 else 1.0
     density = None if bound is None else {"expected": 0.5 * bound, "upper": bound}
-    entry = {"criterion": {"quantity": "density", "limit": limit}, "density_normal": density, "density_ground": None}
-    assert part_text(entry) == words
+    criterion = {"quantity": "density", "limit": limit}
+    site = example(ExposedSite, criterion=criterion, density_normal=density, density_ground=None)
+    assert part_text(site) == words
 
 
 def finding(kind: str, width: float, **hazard: object) -> str:
     convergence = {"reason": "", "quantities": {"expected_distance": {"uncertainty": width, "kind": kind}}}
     known = {"determined": True, "expected": 100.0, "tolerance": 0.02, **hazard}
-    (found,) = convergence_findings(RunFiles(None, summary={"convergence": convergence, "hazard": known}))
+    (found,) = convergence_findings(RunFiles(None, summary=example(Summary, convergence=convergence, hazard=known)))
     return f"{found.weight}: {found.text}"
 
 
@@ -200,25 +206,27 @@ def test_the_advice_on_the_grid_is_what_the_numbers_show(kind, words):
 
 
 def test_the_advice_on_realisations_is_above_the_maximum_already_set():
-    hazard = {"determined": True, "converged": False, "realisations": 500, "more_realisations": True, "expected": 100.0,
-              "standard_error": 2.1, "max_bias": 0.0, "tolerance": 0.02}  # fmt: skip
+    hazard = example(
+        Hazard, determined=True, converged=False, realisations=500, more_realisations=True, expected=100.0,
+        standard_error=2.1, max_bias=0.0, tolerance=0.02, method="realisations",
+    )  # fmt: skip
     assert certainty(hazard).endswith("fix the expected distance to 2.1 % (standard error), not to 2 %; "
                                       "set hazard.max_realisations above 500")  # fmt: skip
 
 
 def test_single_events_are_no_distance_to_keep_for_the_true_reason():
-    hazard = {"single_event": {"realisations": 60}, "basis": "worst_direction"}
+    hazard = example(Hazard, single_event={"realisations": 60}, basis="worst_direction")
     assert single_note(hazard) == "no distance to keep: each of 60 events alone in its own worst direction"
-    assert single_note(hazard | {"basis": "all_azimuths"}) == "no distance to keep: each of 60 events alone"
+    assert single_note(replace(hazard, basis="all_azimuths")) == "no distance to keep: each of 60 events alone"
 
 
 @pytest.mark.parametrize("expected", [132.3, 100.04, 99.96])
 def test_printed_parts_add_up_to_the_printed_distance(expected):
-    hazard = {"determined": True, "expected": expected, "upper": expected + 2.44}
-    grid = {"quantities": {"expected_distance": {"uncertainty": 12.24}}}
+    hazard = example(Hazard, determined=True, expected=expected, upper=expected + 2.44, method="realisations")
+    grid = example(Convergence, quantities={"expected_distance": {"uncertainty": 12.24}})
     found = recommended_of(hazard, grid)
     words = parts_words(found)
     base, randomness, width, together = (float(number) for number in re.findall(r"([0-9.]+) m\b", words))
     assert together == pytest.approx(base + math.hypot(randomness, width), abs=0.2)
-    assert math.ceil(together) == math.ceil(found["recommended"])
-    assert json.loads(json.dumps(found["parts"]))["expected"] == expected
+    assert math.ceil(together) == math.ceil(found.recommended)
+    assert found.parts.expected == expected

@@ -197,5 +197,5 @@ def test_ranks_of_two_commands_and_of_another_launcher_are_refused(tmp_path):
         text=True, check=False,
     )  # fmt: skip
     assert launched.returncode == 2, launched.stderr
-    assert "rank 0 run one.toml, rank 1 run two.toml" in launched.stderr
+    assert "found 2 commands in one MPI launch; allowed: one command for all ranks" in launched.stderr
     assert not (tmp_path / "runs").exists()

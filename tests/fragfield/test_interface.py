@@ -13,6 +13,7 @@ import fragfield
 from burst_fenicsx.errors import NumericalStop as BurstStop
 from fragfield.errors import exit_code_of
 from fragfield.files.stamped import stamped_json
+from fragfield.results.part import to_json
 from tests.fragfield.plain_reports import leave_out_pictures
 from tests.fragfield.short_run import invoke
 from tests.fragfield.small_tube import BURST, TUBE, tube_case
@@ -84,7 +85,7 @@ def test_the_hazard_distance(done):
 def test_a_distance_that_is_not_determined_is_an_error_once_it_is_asked_for(done, tmp_path):
     run, _ = done
     copy = shutil.copytree(run.path, tmp_path / "copy")
-    summary = run.summary
+    summary = to_json(run.summary)
     summary["hazard"] |= {
         "determined": False,
         "reason": "half of it never came down",

@@ -13,12 +13,16 @@ import fragfield
 from fragfield.case import read_resolved
 from fragfield.files.run_directory import RunDirectory
 from fragfield.hazard.recommended import recommended_of
-from fragfield.hazard.to_apply import DistanceToApply
+from fragfield.hazard.to_apply import distance_to_apply
+from fragfield.results.hazard import Hazard
+from fragfield.results.part import to_json
+from fragfield.results.rules import Official, Rule
 from fragfield.studies.limit import LimitCriteria
 from fragfield.studies.limit.criteria import judged
 from fragfield.studies.limit.plan import round_count
 from fragfield.studies.limit.search import limit_of
 from fragfield.studies.processes import LocalRuns
+from tests.fragfield.example_results import example
 from tests.fragfield.short_run import invoke
 
 ROW = """title = "row"
@@ -78,13 +82,15 @@ def computed(monkeypatch):
         distance = law["distance"](rounds)
         hazard = {"determined": distance is not None, "reason": "airborne", "expected": distance, "upper": distance,
                   "standard_error": 1.0}  # fmt: skip
-        hazard = recommended_of(hazard, {"reason": "no grid convergence: not computed for the runs of a sweep"})
+        hazard = recommended_of(
+            example(Hazard, **hazard), {"reason": "no grid convergence: not computed for the runs of a sweep"}
+        )
         sites = [{"name": one.name, "verdict": "met" if law["met"](rounds) else "not met"} for one in case.exposed]
         rules = {"contents": {"explosive": 5.0 * rounds}}
-        to_apply = DistanceToApply.of(hazard, None, []).as_dict()
+        to_apply = to_json(distance_to_apply(hazard, None, []))
         parts = {name: [] for name in ("burst", "break_up", "flight", "witness", "obstacle", "convergence", "official")}
         directory.write_summary(
-            {**parts, "hazard": hazard, "exposed": sites, "rules": rules, "distance_to_apply": to_apply}
+            {**parts, "hazard": to_json(hazard), "exposed": sites, "rules": rules, "distance_to_apply": to_apply}
         )
         return 0, ""
 
@@ -255,14 +261,22 @@ def test_a_fall_is_judged_by_two_standard_errors_of_the_difference(drop, words):
     ],
 )
 def test_official_distance_and_rules_must_not_exceed_the_given_one_either(official, rules, reasons):
-    hazard = {"determined": True, "recommended": 50.0, "standard_error": 1.0, "largest_throw": 99.0}
-    part = official and {"hazardous_fragment_distance": official, "covers": True}
+    hazard = example(Hazard, determined=True, recommended=50.0, standard_error=1.0, largest_throw=99.0)
+    part = official and example(Official, hazardous_fragment_distance=official, covers=True)
     entries = [
-        {"name": name, "use": "siting", "hazard": "fragments", "distance": distance, "outside": outside,
-         "reason": "too much", "missing": True}
+        example(
+            Rule,
+            name=name,
+            use="siting",
+            hazard="fragments",
+            distance=distance,
+            outside=outside,
+            reason="" if distance else "too much",
+            missing=True,
+        )
         for name, distance, outside in rules
-    ]  # fmt: skip
-    to_apply = DistanceToApply.of(hazard, part, entries).as_dict()
+    ]
+    to_apply = distance_to_apply(hazard, part, entries)
     assert (
         judged({"hazard": hazard, "distance_to_apply": to_apply}, LimitCriteria(90.0, exposed=False))["reasons"]
         == reasons

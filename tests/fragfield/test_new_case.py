@@ -173,7 +173,7 @@ def test_a_ready_case_runs_to_the_report(name, cell_size, tmp_path):
     assert abs(summary["burst"]["energy_error"]) < 0.05
     assert abs(summary["break_up"]["mass_error"]) < 1e-9
     assert summary["flight"]["landed"] == summary["flight"]["fragments"] > 100
-    assert 100.0 < summary["flight"]["max_range"] < 2000.0
+    assert 100.0 < summary["hazard"]["largest_throw"] < 2000.0
     assert summary["witness"][0]["hits"] > 50
 
 

@@ -17,6 +17,7 @@ from openpyxl.comments import Comment
 
 import flight
 from fragfield.hazard.verdict import part_of_criterion
+from fragfield.results.site import ExposedSite
 from tests.flight import maps
 from tests.fragfield.drawn_shells import write_dxf
 from tests.fragfield.short_run import invoke
@@ -333,6 +334,6 @@ def test_a_larger_site_is_never_safer_than_the_one_within_it(tmp_path):
     (tmp_path / "case.toml").write_text(text)
     (tmp_path / "t.csv").write_text(arena())
     done = invoke("fly", tmp_path / "case.toml", "--fragments", tmp_path / "t.csv", "--out", tmp_path / "run", "--json")
-    small, large, short, long = (part_of_criterion(one) for one in json.loads(done.stdout)["exposed"])
+    small, large, short, long = (part_of_criterion(ExposedSite.read(one)) for one in json.loads(done.stdout)["exposed"])
     assert 1.0 < small <= large
     assert 1.0 < short <= long

@@ -32,7 +32,7 @@ def test_a_run_leaves_every_file_and_the_summary_of_the_contract(whole_run, shor
     assert {"mean_mass", "mu", "n0"} <= set(summary["break_up"]["rounds"][0]["segments"][0])
     (ring,) = summary["witness"]
     assert ring["name"] == "ring"
-    assert len(ring["by_azimuth"]) == len(summary["flight"]["by_sector"]) == 72
+    assert len(ring["by_azimuth"]) == 72
     assert [row["azimuth_deg"] for row in ring["by_azimuth"]] == [5.0 * sector for sector in range(72)]
     assert {"hits", "max_initial_speed", "mean_initial_speed", "hazardous_hits"} <= set(ring["by_azimuth"][0])
     assert sum(row["hits"] for row in ring["by_azimuth"]) == ring["hits"]
@@ -104,6 +104,7 @@ def test_an_ensemble_is_flown_and_its_first_realisation_is_that_of_the_files(who
     assert number == summary["break_up"]["realisations"] <= found.realisations == summary["flight"]["realisations"]
     assert summary["hazard"]["realisations"] == found.expected.realisations >= found.realisations
     own, stored = found.headline, summary["hazard"]
+    del own["mirror_planes_deg"]
     assert own.pop("without_ricochet").items() <= stored["without_ricochet"].items()
     assert stored["method"] == "weighted_fragments"
     of_realisations = {own.pop("method"), own.pop("largest_throw")}  # the file holds no weighted fragments
@@ -120,7 +121,6 @@ def test_an_ensemble_is_flown_and_its_first_realisation_is_that_of_the_files(who
     single = summary["hazard"]["single_event"]
     assert single["realisations"] == number == len(found.events)
     assert single["low"] < single["median"] < single["high"]
-    assert summary["flight"]["max_range"] == np.median(found.throw)
     assert (out / "ensemble.csv").read_text().splitlines()[-1].startswith(f"{number - 1},")
 
 

@@ -10,28 +10,35 @@ import fragfield
 from fragfield.case import load_case
 from fragfield.hazard.contents import COMPARISON, DISPOSAL, SITING, contents_of
 from fragfield.hazard.rules import rules_for
-from fragfield.hazard.to_apply import DistanceToApply, official_part
+from fragfield.hazard.to_apply import distance_to_apply, official_part
 from fragfield.report import read_run
 from fragfield.report.tables.rules import prescribed_table
+from fragfield.results.hazard import Hazard
+from fragfield.results.part import to_json
+from fragfield.results.rules import DistanceToApply, Official, Rule
+from tests.fragfield.example_results import example
 from tests.fragfield.plain_reports import draw_nothing
 from tests.fragfield.short_run import RINGS, ROOT, invoke
 
 OFFICIAL = '\n[official]\nhazardous_fragment_distance = "{hazardous}"\nsource = "Authority, table 1, p. 7"\n'
 
 
-def hazard(distance: float = 100.0, **changes: object) -> dict:
+def hazard(distance: float = 100.0, **changes: object) -> Hazard:
     found = {"determined": True, "recommended": distance, "largest_throw": 500.0}
-    return {**found, "ricochet": "none", **changes}
+    return example(Hazard, **{**found, "ricochet": "none", **changes})
 
 
-def official(hazardous: float | None = None, maximum: float | None = None, **changes: object) -> dict:
+AIRBORNE = example(Hazard, determined=False, reason="airborne", recommended=None)
+
+
+def official(hazardous: float | None = None, maximum: float | None = None, **changes: object) -> Official:
     table = {"hazardous_fragment_distance": hazardous, "maximum_fragment_distance": maximum, "source": "S"}
-    return {**table, "rounds": 1, "rounds_here": 1, "covers": True, **changes}
+    return example(Official, **{**table, "rounds": 1, "rounds_here": 1, "covers": True, **changes})
 
 
-def rule(name: str, distance: float | None, use: str = SITING, against: str = "fragments", **left_out: object) -> dict:
+def rule(name: str, distance: float | None, use: str = SITING, against: str = "fragments", **left_out: object) -> Rule:
     known = {"outside": None, "missing": False, "reason": "" if distance else "out of range", **left_out}
-    return {"name": name, "distance": distance, "use": use, "hazard": against, **known}
+    return example(Rule, name=name, distance=distance, use=use, hazard=against, **known)
 
 
 @pytest.mark.parametrize(
@@ -43,7 +50,7 @@ def rule(name: str, distance: float | None, use: str = SITING, against: str = "f
     ],
 )
 def test_the_larger_of_official_and_computed_governs_and_is_said(theirs, words):
-    found = DistanceToApply.of(hazard(), official(theirs), ())
+    found = distance_to_apply(hazard(), official(theirs), ())
     assert words in found.official[0]
     for use in (found.siting, found.disposal):
         assert use.distance == max(theirs, 100.0)
@@ -54,7 +61,7 @@ def test_the_larger_of_official_and_computed_governs_and_is_said(theirs, words):
 
 @pytest.mark.parametrize(("theirs", "words"), [(499.0, "is larger than the official"), (500.0, "is not less than")])
 def test_the_largest_throw_stands_against_the_official_maximum(theirs, words):
-    found = DistanceToApply.of(hazard(), official(None, theirs), ())
+    found = distance_to_apply(hazard(), official(None, theirs), ())
     assert words in found.official[0]
     assert found.siting.distance == 100.0
     assert (found.disposal.distance, found.disposal.by) == (theirs, "the official maximum fragment distance")
@@ -65,7 +72,7 @@ def test_rules_count_for_their_own_use_alone_and_only_in_range():
         rule("siting", 381.0), rule("out", None, outside=300.0), rule("disposal", 1200.0, DISPOSAL),
         rule("other", 9e3, COMPARISON), rule("K", 32.0, against="blast"),
     ]  # fmt: skip
-    found = DistanceToApply.of(hazard(), None, rules)
+    found = distance_to_apply(hazard(), None, rules)
     assert (found.siting.distance, found.siting.by) == (381.0, "the rule “siting” (fragments)")
     assert found.disposal.distance == 1200.0
     assert found.line == "Distance to apply: 381 m (storage and handling), 1,200 m (disposal in the open)"
@@ -87,7 +94,7 @@ def test_a_missing_rule_is_named_with_its_distance_and_makes_the_line_incomplete
         rule("replaced", None, outside=400.0, reason="another takes its place"),
         rule("beside the point", None, outside=380.0, reason="a single round"),
     ]  # fmt: skip
-    found = DistanceToApply.of(hazard(), None, rules)
+    found = distance_to_apply(hazard(), None, rules)
     assert found.line == (
         "Distance to apply: at least 381 m (storage and handling, incomplete), "
         "at least 204 m (disposal in the open, incomplete)"
@@ -106,11 +113,11 @@ def test_a_missing_rule_is_named_with_its_distance_and_makes_the_line_incomplete
             "its place."
         ),
     )
-    assert DistanceToApply.read(json.loads(json.dumps(found.as_dict()))) == found
+    assert DistanceToApply.read(json.loads(json.dumps(to_json(found)))) == found
 
 
 def test_a_distance_that_is_not_determined_leaves_the_prescribed_one_incomplete():
-    found = DistanceToApply.of({"determined": False, "reason": "airborne"}, official(80.0, 400.0), [rule("r", 60.0)])
+    found = distance_to_apply(AIRBORNE, official(80.0, 400.0), [rule("r", 60.0)])
     assert (found.siting.distance, found.computed) == (80.0, None)
     assert found.line.startswith("Distance to apply: at least 80 m (storage and handling, incomplete), at least 400 m")
     assert found.words[2] == (
@@ -119,14 +126,14 @@ def test_a_distance_that_is_not_determined_leaves_the_prescribed_one_incomplete(
     )
     assert "the recommended distance is not determined and may be larger" in found.official[0]
     assert "the throw exceeded in 5 % of events is not determined" in found.official[1]
-    nothing = DistanceToApply.of({"determined": False, "reason": "airborne"}, None, ())
+    nothing = distance_to_apply(AIRBORNE, None, ())
     assert nothing.siting.distance is None
     assert nothing.line == "Distance to apply: not known (storage and handling), not known (disposal in the open)"
 
 
 def test_the_distance_without_ricochet_stands_beside():
     short = {"expected": 85.0, "upper": 88.0, "standard_error": 1.0, "recommended": 90.0}
-    found = DistanceToApply.of(hazard(ricochet="soft_soil", without_ricochet=short), official(95.0), ())
+    found = distance_to_apply(hazard(ricochet="soft_soil", without_ricochet=short), official(95.0), ())
     assert "The recommended distance, 100 m (without ricochet 90 m), is larger than" in found.official[0]
 
 
@@ -136,8 +143,8 @@ def test_official_distances_hold_for_as_many_rounds_as_they_are_published_for(tm
     path = tmp_path / "pair.toml"
     path.write_text(text + OFFICIAL.format(hazardous="112 m") + f"rounds = {published}\n", encoding="utf-8")
     part = official_part(load_case(path))
-    assert (part["rounds_here"], part["covers"]) == (2, covers)  # the image behind the plane counts
-    words = DistanceToApply.of(hazard(), part, ()).official
+    assert (part.rounds_here, part.covers) == (2, covers)  # the image behind the plane counts
+    words = distance_to_apply(hazard(), part, ()).official
     assert any("published for one round; 2 stand here, which they do not cover" in one for one in words) == (not covers)
 
 
@@ -154,10 +161,10 @@ def test_official_distances_do_not_cover_rounds_of_different_kinds(tmp_path):
         path.write_text(f'[burst]\ncell_size = "14 mm"\n{rounds}{table}', encoding="utf-8")
         case = load_case(path)
         part = official_part(case)
-        assert (part["alike"], part["covers"]) == (covers, covers)
-        words = DistanceToApply.of(hazard(), part, ()).official
+        assert (part.alike, part.covers) == (covers, covers)
+        words = distance_to_apply(hazard(), part, ()).official
         assert any("rounds of different kinds stand here" in one for one in words) == (not covers)
-        unknown = next(one for one in rules_for(contents_of(case, {}), case.official) if "not known" in one.name)
+        unknown = next(one for one in rules_for(contents_of(case), case.official) if "not known" in one.name)
         assert (unknown.distance is None) == covers
 
 
@@ -235,9 +242,9 @@ def test_every_view_of_a_run_shows_the_distance_to_apply(run):
     assert summary["official"]["hazardous_fragment_distance"] == 9000.0
     assert summary["distance_to_apply"]["line"] == line
     opened = fragfield.open(folder)
-    assert opened.official == summary["official"]
+    assert to_json(opened.official) == summary["official"]
     found = opened.hazard.to_apply
-    assert json.loads(json.dumps(found.as_dict())) == summary["distance_to_apply"]
+    assert to_json(found) == summary["distance_to_apply"]
     assert found.computed == summary["hazard"]["recommended"]
     assert (found.siting.distance, found.siting.by) == (9000.0, "the official hazardous fragment distance")
     assert str(opened.hazard).startswith(f"{line}\nrecommended distance ")

@@ -14,7 +14,6 @@ import pytest
 
 from docs.hooks.reference import summary_reference
 from fragfield.case import CaseTable
-from fragfield.hazard.certainty import margin_metres, metres, metres_and_error, whole_metres
 from fragfield.numbers import _LADDERS, UNKNOWN, number, row
 from fragfield.quantities import QUANTITIES, quantity, shown
 from fragfield.report import read_run
@@ -23,10 +22,12 @@ from fragfield.report.figures.fragments import number_above, segment_laws
 from fragfield.report.findings.findings import findings
 from fragfield.report.reading.run_files import RunFiles
 from fragfield.report.tables.stages import quantity_rows
-from fragfield.results.summary import schema
+from fragfield.results.summary import Summary, schema
+from fragfield.results.words import margin_metres, metres, metres_and_error, whole_metres
 from fragfield.studies.ratios import ratios
 from fragfield.studies.sweep.results import results_of
 from fragfield.terminal.show import summary_text
+from tests.fragfield.example_results import example
 
 UNITS = pint.UnitRegistry()
 
@@ -92,7 +93,8 @@ def test_law_of_a_mixture():
         {"dimension": 2, "mu": 0.007, "mass_fraction": 0.75},
         {"dimension": 3, "mu": 0.007, "mass_fraction": 0.25},
     ]
-    run = RunFiles(Path("x"), summary={"break_up": {"rounds": [{"segments": [{"n0": 400, "mu": 1, "parts": parts}]}]}})
+    rounds = {"rounds": [{"segments": [{"n0": 400, "mu": 1, "parts": parts}]}]}
+    run = RunFiles(Path("x"), summary=example(Summary, break_up=rounds))
     (law,) = segment_laws(run)
     assert number_above(law, np.array([0.0, 0.007])) == pytest.approx([400.0, 400.0 / math.e])
     two, three = (400 * share for share in (0.75, 0.25))
@@ -102,9 +104,7 @@ def test_law_of_a_mixture():
 
 def reported(part: str, witness: list | None = None, records: list | None = None, **values: object) -> list:
     """Weight and text of the findings of a run of which only a part of the summary is known."""
-    summary: dict = {part: values, "findings": records}
-    if witness is not None:
-        summary["witness"] = witness
+    summary = example(Summary, **{part: values}, findings=records or [], witness=witness)
     run = RunFiles(Path("x"), case=CaseTable.model_validate({"burst": {"cell_size": "6 mm"}}), summary=summary)
     return [(item.weight, item.text) for item in findings(run)]
 
@@ -113,7 +113,8 @@ def hazard(**changes) -> dict:
     """The part "hazard" of a run whose distance is known to 1.5 %."""
     return {
         "expected": 100.0, "upper": 102.5, "standard_error": 1.5, "realisations": 40, "determined": True, "reason": "",
-        "tolerance": 0.02, "converged": True, "max_bias": 0.0, "more_realisations": True, **changes,
+        "tolerance": 0.02, "converged": True, "max_bias": 0.0, "more_realisations": True,
+        "method": "realisations", **changes,
     }  # fmt: skip
 
 
@@ -137,10 +138,10 @@ def made_by_contact(at_end: float, largest: float, gain: float) -> dict:
         ("burst", made_by_contact(math.nan, math.nan, math.nan), "stop", "not computed correctly"),
         ("burst", {"products_balance": 1.22}, "warning", "more than the charges hold"),
         ("burst", {"products_balance": 0.97}, "good", "97 % of the charges' heat"),
-        ("burst", {"lost_cells": 3, "cells": 1000}, "warning", "3 of 1,000 cells were lost (0.3 %)"),
-        ("burst", {"lost_cells": 1, "cells": 1000}, "warning", "1 of 1,000 cells was lost (0.1 %)"),
-        ("burst", {"lost_cells": 30, "cells": 1000}, "stop", "30 of 1,000 cells were lost"),
-        ("burst", {"lost_cells": 0, "cells": 1000}, "good", "No cell was lost"),
+        ("burst", {"lost_cells": 3, "symmetry": {"all_cells": 1000}}, "warning", "3 of 1,000 cells were lost (0.3 %)"),
+        ("burst", {"lost_cells": 1, "symmetry": {"all_cells": 1000}}, "warning", "1 of 1,000 cells was lost (0.1 %)"),
+        ("burst", {"lost_cells": 30, "symmetry": {"all_cells": 1000}}, "stop", "30 of 1,000 cells were lost"),
+        ("burst", {"lost_cells": 0, "symmetry": {"all_cells": 1000}}, "good", "No cell was lost"),
         ("burst", {"contact": {"max_collision_penetration": 6e-4}}, "warning", "overlap by up to 10.0 % of a cell"),
         (
             "burst",
@@ -183,7 +184,7 @@ def made_by_contact(at_end: float, largest: float, gain: float) -> dict:
         ),
         (
             "hazard",
-            hazard(determined=False, converged=False, distance=None, reason="there are no fragments"),
+            hazard(determined=False, converged=False, reason="there are no fragments"),
             "stop",
             "The distance is not determined: there are no fragments",
         ),
@@ -252,7 +253,7 @@ def test_directions_that_follow_the_cells_are_distinguished_from_random_scatter(
 def test_stripes_count_from_six_times_the_variance_of_counts(contrast, warned):
     """Alternately n (1 + c) and n (1 - c): the mean square of 2 n c over 1.5 n is 8 n c^2 / 3, 6 of 40 at 0.237."""
     hits = 40.0 * (1.0 + contrast * (-1.0) ** np.arange(72))
-    rows = [{"name": "ring", "by_azimuth": [{"hits": float(value)} for value in hits]}]
+    rows = [{"name": "ring", "by_azimuth": [{"hits": round(value)} for value in hits]}]
     found = [text for _, text in reported("flight", witness=rows) if "may be affected by the mesh" in text]
     assert bool(found) == warned
     if warned:
@@ -315,21 +316,16 @@ def test_distances_are_rounded_up_where_they_are_to_be_kept():
     assert quantity("hazard.largest_throw").row(81.2).value == "81\u00a0m"
 
 
-def test_a_new_output_is_one_entry(reported_pair, monkeypatch):
-    """Its computation puts it into the summary; the views list it from its entry."""
+def test_a_view_lists_an_output_by_its_mark_alone(reported_pair, monkeypatch):
     views = ("terminal", "report", "sweep", "compare", "convergence")
-    new = replace(
-        quantity("burst.casing_mass"), path="burst.melt_mass", name="melt_mass", label="Mass of melt", views=views
-    )
+    new = replace(quantity("burst.min_edge"), label="Shortest edge of all", views=views)
     monkeypatch.setitem(QUANTITIES, new.path, new)
     run = read_run(reported_pair)
-    run.summary["burst"]["melt_mass"] = 0.0123
-    assert "mass of melt" in summary_text(run.summary)
+    value = run.summary.burst.min_edge
+    assert "shortest edge of all" in summary_text(run.summary)
     (table,) = quantity_rows(run, "Burst", "burst")
-    assert [(row.value, row.si) for row in table.rows if row.name == "Mass of melt"] == [
-        ("12.30\u00a0g", "0.01230\u00a0kg")
-    ]
-    assert results_of(run.summary)["melt_mass"] == 0.0123
-    assert "| `melt_mass` | kg | Mass of melt |" in summary_reference()
+    assert [row.si for row in table.rows if row.name == "Shortest edge of all"] == [new.row(value).si]
+    assert results_of(run.summary)["min_edge"] == value
+    assert "| `min_edge` | m | Shortest edge of all |" in summary_reference()
     assert new in shown("convergence")
-    assert ratios(reported_pair, reported_pair)  # of runs that lack it, nothing is said
+    assert ratios(reported_pair, reported_pair)

@@ -12,7 +12,7 @@ from fragfield.files.run_directory import RunDirectory
 from fragfield.quantities import QUANTITIES
 from fragfield.results.burst import Burst
 from fragfield.results.hazard import Hazard
-from fragfield.results.part import plain
+from fragfield.results.part import to_json
 from fragfield.results.summary import Summary, schema
 from tests.fragfield.example_results import complete, example
 
@@ -23,8 +23,8 @@ def test_a_written_summary_is_read_back_equal(whole_run):
     written = json.loads((whole_run[0] / "summary.json").read_text())
     assert results.hazard.recommended == written["hazard"]["recommended"]
     assert results.burst.speed_quantiles.speed_99 == written["burst"]["speed_quantiles"]["99"]
-    assert {**plain(results), "official": None} == {key: one for key, one in written.items() if key != "checksum"}
-    assert Summary.read(plain(results)) == results
+    assert {**to_json(results), "official": None} == {key: one for key, one in written.items() if key != "checksum"}
+    assert Summary.read(to_json(results)) == results
 
 
 def test_a_missing_and_an_unknown_key_are_refused_with_the_stage_to_run_again(tmp_path):

@@ -13,9 +13,6 @@ from fragfield.case.tables.site import OfficialTable
 from fragfield.hazard.contents import (
     COMPARISON,
     DISPOSAL,
-    SITING,
-    Contents,
-    Rule,
     contents_of,
     quantity_words,
     tnt_equivalent,
@@ -29,6 +26,8 @@ from fragfield.hazard.rules import (
     pressure_distance,
     rules_for,
 )
+from fragfield.results.rules import Contents, Rule
+from tests.fragfield.example_results import example
 from tests.fragfield.short_run import ROOT
 
 DANGER_AREAS = ("Explosion danger area, public access possible", "Explosion danger area, public access denied")
@@ -45,7 +44,9 @@ def distance(contents: Contents, name: str) -> float | None:
 
 def of(mass: float, all_up: float | None = None) -> Contents:
     whole = mass if all_up is None else all_up
-    return Contents(mass, mass, whole, whole, 1, charge_diameter=0.1)
+    return Contents(
+        explosive=mass, tnt=mass, all_up=whole, largest_round=whole, rounds=1, clearance=None, charge_diameter=0.1
+    )
 
 
 def in_a_row(clearance: float, **changes: object) -> Contents:
@@ -167,7 +168,7 @@ def row_of(folder, *places: tuple[str, str], more: str = "", delay: str = "0 us"
         for number, (x, y) in enumerate(places)
     )
     (folder / "row.toml").write_text(text + more, encoding="utf-8")
-    return contents_of(load_case(folder / "row.toml"), {})
+    return contents_of(load_case(folder / "row.toml"))
 
 
 def test_rows_are_recognised_from_the_case(tmp_path):
@@ -229,11 +230,7 @@ def test_more_rounds_on_a_deck_never_need_less_than_fewer_in_a_row():
     from fragfield.case import load_case
 
     eight, four = (
-        [
-            rule
-            for rule in rules_for(contents_of(load_case(ROOT / "cases" / f"{name}.toml"), {}))
-            if rule.use == DISPOSAL
-        ]
+        [rule for rule in rules_for(contents_of(load_case(ROOT / "cases" / f"{name}.toml"))) if rule.use == DISPOSAL]
         for name in ("m107_pallet_2x4", "m107_row4")
     )
     ends = [max(rule.distance for rule in rules if rule.distance is not None) for rules in (eight, four)]
@@ -313,9 +310,9 @@ def test_pressure_distances_end_with_the_fit():
 
 def test_a_rule_has_either_a_distance_or_a_reason():
     with pytest.raises(ValueError, match="either a distance or a reason"):
-        Rule("n", "fragments", SITING, None, "s", "f", "i", "r")
+        example(Rule, distance=None)
     with pytest.raises(ValueError, match="either a distance or a reason"):
-        Rule("n", "fragments", SITING, 1.0, "s", "f", "i", "r", "why")
+        example(Rule, distance=1.0, reason="why")
 
 
 def test_waste_distances_are_those_of_40_cfr_265_382():
@@ -330,7 +327,7 @@ def test_contents_count_images_and_equivalents():
 
     case = load_case(ROOT / "cases" / "m107_pair_mirrored.toml")
     single = load_case(ROOT / "cases" / "m107_tnt.toml")
-    pair, one = contents_of(case, {}), contents_of(single, {})
+    pair, one = contents_of(case), contents_of(single)
     assert (pair.rounds, one.rounds) == (2, 1)
     assert pair.explosive == pytest.approx(2.0 * 7.2, rel=0.01)
     assert pair.tnt == pytest.approx(1.11 * pair.explosive)
@@ -382,7 +379,7 @@ def test_blast_distances_do_not_depend_on_how_the_name_is_written(tmp_path):
     own = text.replace('explosive = "comp_b"', 'explosive = "own.toml"')
     assert own != text
     (tmp_path / "own_name.toml").write_text(own, encoding="utf-8")
-    built_in, named = (contents_of(load_case(tmp_path / f"{name}.toml"), {}) for name in ("built_in", "own_name"))
+    built_in, named = (contents_of(load_case(tmp_path / f"{name}.toml")) for name in ("built_in", "own_name"))
     assert named.tnt == built_in.tnt == pytest.approx(1.11 * built_in.explosive)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import logging
 import os
 import subprocess
 import sys
@@ -17,8 +18,13 @@ from fragfield.errors import InputError
 from fragfield.files.run_directory import STAGES, RunDirectory
 from fragfield.pipeline.job import Job, RunOptions
 from fragfield.pipeline.parallel import Team
+from fragfield.pipeline.stages import heard
+from fragfield.results.burst import Burst
+from fragfield.results.flight import Flight
+from fragfield.results.summary import Summary, Warned
 from fragfield.terminal.logs import logged
 from fragfield.terminal.progress import ProgressReporter
+from tests.fragfield.example_results import example
 
 TUBE = Path(__file__).parents[2] / "cases" / "tube.toml"
 
@@ -40,19 +46,49 @@ def _complete(run, *names):
         run.write_summary({**run.summary(), **{part: {"from": name} for part in STAGES[name].parts}})
 
 
-def test_a_summary_in_another_folder_keeps_what_was_noted_before(case, tmp_path):
-    """Of the source come the earlier stages' parts, of this one all parts, whichever is noted last."""
+def test_a_summary_in_another_folder_has_the_parts_of_the_stages_before(case, tmp_path):
     source, target = RunDirectory(tmp_path / "source"), RunDirectory(tmp_path / "target")
     for one in (source, target):
         one.claim(case)
-    source.write_summary({"burst": {"cells": 3}})
+    burst = example(Burst, cells=3)
+    source.write_results(Summary(burst=burst))
     job = Job(case, source, target, Team(), ProgressReporter(enabled=False), RunOptions(target.path))
-    job.note({"flight": {"landed": 7}})
-    job.note({"findings": [{"code": "certainty"}]})
-    found = target.summary()
-    assert found["burst"] == {"cells": 3}
-    assert found["flight"] == {"landed": 7}
-    assert found["findings"] == [{"code": "certainty"}]
+    job.note(STAGES["fly"], Summary(flight=example(Flight, landed=7)), [example(Warned, code="certainty")])
+    found = target.results()
+    assert found.burst == burst
+    assert found.flight.landed == 7
+    assert [one.code for one in found.findings] == ["certainty"]
+
+
+@pytest.mark.parametrize(
+    ("before", "stage", "warned", "after"),
+    [
+        ([], "fly", False, []),
+        (["burst", "fly"], "fly", False, ["burst"]),
+        (["burst"], "fly", True, ["burst", "fly"]),
+        (["report"], "report", False, []),
+    ],
+)
+def test_warnings_of_a_stage_replace_its_earlier_ones(case, tmp_path, before, stage, warned, after):
+    run = RunDirectory(tmp_path)
+    run.claim(case)
+    run.write_results(Summary(findings=tuple(example(Warned, stage=one) for one in before)))
+    with heard(stage) as records:
+        if warned:
+            logging.getLogger("fragfield").warning("doubtful", extra={"code": "mine"})
+    job = Job(case, run, run, Team(), ProgressReporter(enabled=False), RunOptions(run.path))
+    job.note(STAGES[stage], Summary(), records.found)
+    assert [one.stage for one in run.results().findings] == after
+    assert [one.code for one in records.found] == (["mine"] if warned else [])
+
+
+def test_a_report_without_warnings_leaves_the_summary_as_it_is(case, tmp_path):
+    run = RunDirectory(tmp_path)
+    run.claim(case)
+    Job(case, run, run, Team(), ProgressReporter(enabled=False), RunOptions(run.path)).note(
+        STAGES["report"], Summary(), []
+    )
+    assert not run.summary_file.exists()
 
 
 def test_results_of_the_same_case_are_kept_unless_they_may_be_replaced(case, tmp_path):

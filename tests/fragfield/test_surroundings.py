@@ -266,7 +266,6 @@ def test_flight_of_ones_own_fragments_to_the_report(folder) -> None:
     assert bank["stopped_mass"] == 0.02
     assert summary["flight"]["landed"] == 2
     assert summary["flight"]["status"]["stopped"]["fragments"] == 2
-    assert summary["flight"]["last_status"]["landed"]["fragments"] == 2
     assert summary["hazard"]["ricochet"] == "asphalt"
     short = summary["hazard"]["without_ricochet"]
     assert short["expected"] <= summary["hazard"]["expected"]

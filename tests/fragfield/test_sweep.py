@@ -31,7 +31,8 @@ SUMMARY = {
     "break_up": {"fragments": 500},
     "flight": {"wall_seconds": 2.5},
     "hazard": {"realisations": 20, "recommended": 115.0, "expected": 110.0, "standard_error": 3.0, "determined": True,
-               "parts": {"expected": 110.0, "quadrature": None, "randomness": 5.0, "grid": None},
+               "parts": {"expected": 110.0, "quadrature": None, "randomness": 5.0, "grid": None, "table": None,
+                         "inputs": None},
                "not_included": {"grid": "not computed for the runs of a sweep"},
                "single_event": {"median": 108.0, "low": 90.0, "high": 130.0}, "largest_throw": 700.0},
 }  # fmt: skip

@@ -104,7 +104,7 @@ def test_rounds_that_differ_have_no_single_round(tmp_path, rounds, reason):
 
 def test_without_a_single_round_the_rules_say_why(tmp_path):
     case = case_of(tmp_path, tube("a", 0.0), tube("b", 0.3).replace('"tnt"', '"comp_b"'))
-    found = rules_of(case, {}, SingleRound(None, "no single round: the rounds differ in contents or casing"))
+    found = rules_of(case, SingleRound(None, "no single round: the rounds differ in contents or casing"))
     beam, stack = found["rules"][:2]
     assert (beam["name"], stack["name"]) == (BEAM, STACK)
     for rule in (beam, stack):

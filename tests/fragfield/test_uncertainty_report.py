@@ -10,26 +10,28 @@ import pytest
 
 from fragfield.case import load_case
 from fragfield.files.stamped import stamped_json
-from fragfield.hazard.certainty import metres
 from fragfield.report import write_report
 from fragfield.report.reading.run_files import read_run
 from fragfield.report.uncertainty_page import write_uncertainty_page
+from fragfield.results.summary import Summary
+from fragfield.results.words import metres
 from fragfield.studies.uncertainty.plan import plan_study
 from fragfield.studies.uncertainty.results import assess, print_study
+from tests.fragfield.example_results import complete
 from tests.fragfield.synthetic_run import write_run
 
 M107 = Path(__file__).parents[2] / "cases" / "m107_tnt.toml"
-SUMMARY = {
+SUMMARY = complete(Summary, {
     "burst": {"mean_initial_speed": 980.0, "speed_quantiles": {"99": 1370.0}},
     "break_up": {"fragments": 2500},
-    "hazard": {"determined": True, "expected": 100.0, "upper": 103.0, "standard_error": 1.5},
+    "hazard": {"method": "realisations", "determined": True, "expected": 100.0, "upper": 103.0, "standard_error": 1.5},
     "convergence": {"reason": "", "quantities": {"expected_distance": {"uncertainty": 5.0, "kind": "monotone"}}},
     "exposed": [
         {"name": "<gate>", "expected_hits": {"expected": 0.01, "standard_error": 0.001},
          "density_normal": {"expected": 0.02, "standard_error": 0.002}, "density_ground": None,
          "probability": {"expected": 0.00995}},
     ],
-}  # fmt: skip
+})  # fmt: skip
 
 
 def _study(summary=SUMMARY, lost=()):
@@ -58,7 +60,7 @@ def folder(tmp_path_factory):
 
 def test_the_run_has_a_section_and_a_card(folder):
     text = write_report(folder, pictures=False).read_text()
-    found = read_run(folder).part("uncertainty")
+    found = read_run(folder).study
     recommended = int(np.ceil(found["hazard"]["recommended"]))
     assert '<section id="uncertainty">' in text
     assert re.search(rf">Recommended distance</dt>\s*<dd><span class=\"value\">{recommended}</span>", text)
@@ -96,7 +98,7 @@ def test_the_terminal_prints_the_distance_to_apply(capsys):
 
 
 def test_what_moves_the_distance_stands_under_its_own_heading(folder):
-    page = write_uncertainty_page(folder, folder, read_run(folder).part("uncertainty")).read_text()
+    page = write_uncertainty_page(folder, folder, read_run(folder).study).read_text()
     shares = page[page.index('<section id="shares">') : page.index('<section id="inputs">')]
     assert "figure-uncertainty_tornado" in shares
     assert "Share of each input" in shares

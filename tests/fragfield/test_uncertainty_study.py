@@ -14,20 +14,31 @@ from typer.testing import CliRunner
 import fragfield.studies.uncertainty.study as study_module
 from fragfield.cli import app
 from fragfield.files.run_directory import RunDirectory
+from fragfield.results.summary import Summary
 from fragfield.studies.processes import LocalRuns
 from fragfield.studies.uncertainty.journal import Journal
 from fragfield.studies.uncertainty.results import read_results
+from tests.fragfield.example_results import complete
 
 ROOT = Path(__file__).parents[2]
 M107, PAIR = ROOT / "cases" / "m107_tnt.toml", ROOT / "cases" / "m107_pair.toml"
 CONVERGENCE = {"reason": "", "quantities": {"expected_distance": {"uncertainty": 5.0, "kind": "monotone"}}}
-SUMMARY = {
-    "burst": {"mean_initial_speed": 980.0, "speed_quantiles": {"99": 1370.0}},
-    "break_up": {"fragments": 2500},
-    "hazard": {"determined": True, "expected": 100.0, "upper": 103.0, "standard_error": 1.5},
-    "convergence": CONVERGENCE,
-    "exposed": [],
-}
+SUMMARY = complete(
+    Summary,
+    {
+        "burst": {"mean_initial_speed": 980.0, "speed_quantiles": {"99": 1370.0}},
+        "break_up": {"fragments": 2500},
+        "hazard": {
+            "method": "realisations",
+            "determined": True,
+            "expected": 100.0,
+            "upper": 103.0,
+            "standard_error": 1.5,
+        },
+        "convergence": CONVERGENCE,
+        "exposed": [],
+    },
+)
 
 
 def _distance(case):

@@ -18,14 +18,13 @@ from fragfield.app.forms import form
 from fragfield.app.page import Raw, act, box, choose, facts, heading, html, note, shown_facts
 from fragfield.case import differences
 from fragfield.files.run_directory import RunDirectory
-from fragfield.hazard.certainty import metres, whole_metres
-from fragfield.hazard.recommended import parts_words
 from fragfield.hazard.verdict import criterion_words
 from fragfield.numbers import SPACE, number
 from fragfield.quantities import QUANTITIES
+from fragfield.results.words import metres, parts_words, whole_metres
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable
     from pathlib import Path
 
     from numpy.typing import NDArray
@@ -34,6 +33,7 @@ if TYPE_CHECKING:
     from flight.hazard.ensemble import EnsembleHazard
     from fragfield.app.fields import Texts
     from fragfield.app.page import CasePage
+    from fragfield.results.summary import Summary
 
 
 _WIDTH, _HEIGHT, _LEFT, _FOOT = 560.0, 340.0, 56.0, 64.0
@@ -222,7 +222,7 @@ class _Parts:
     def __init__(self, page: CasePage, name: str, found: Any) -> None:  # noqa: ANN401 - a run
         self.page, self.texts, self.name, self.run = page, page.texts, name, found
         self.path: Path = found.path
-        self.summary: Mapping[str, Any] = found.summary
+        self.summary: Summary = found.summary
 
     def _address(self, file: str) -> str:
         return f"/files/{quote(self.name)}/{quote(file)}"
@@ -236,22 +236,21 @@ class _Parts:
 
     def decision(self) -> None:
         """The recommended distance, the verdicts, what it is not to fall below; then the report itself."""
-        texts, hazard = self.texts, self.summary.get("hazard") or {}
+        texts, hazard = self.texts, self.summary.hazard
         with box("columns"):
             with box(tag="section"):
-                if to_apply := self.summary.get("distance_to_apply"):
-                    title, distances = to_apply["line"].split(": ", 1)
-                    heading(title)
-                    note(distances.replace(" m ", f"{SPACE}m "), "number").props("data-box=to_apply")
-                    for words in to_apply["words"]:
+                if to_apply := self.summary.distance_to_apply:
+                    heading(to_apply.line.partition(": ")[0])
+                    note(to_apply.distances.replace(" m ", f"{SPACE}m "), "number").props("data-box=to_apply")
+                    for words in to_apply.words:
                         note(words)
                 heading(texts("result.recommended"))
-                if hazard.get("determined"):
-                    note(f"{whole_metres(hazard['recommended'])} m", "number").props("data-box=recommended")
+                if hazard is not None and hazard.determined:
+                    note(f"{whole_metres(hazard.recommended)} m", "number").props("data-box=recommended")
                     note(parts_words(hazard), "meaning")
                 else:
                     note(texts("result.undetermined"), "number")
-                    note(str(hazard.get("reason") or texts("result.not_computed")), "fault")
+                    note((hazard and hazard.reason) or texts("result.not_computed"), "fault")
             with box(tag="section"):
                 heading(texts("result.verdicts"))
                 self._verdicts()
@@ -272,11 +271,11 @@ class _Parts:
 
     def _verdicts(self) -> None:
         texts, rows = self.texts, []
-        for entry in self.summary.get("exposed") or []:
-            verdict = entry["verdict"]
+        for entry in self.summary.exposed or ():
+            verdict = entry.verdict
             words = escape(texts("verdict." + verdict.replace(" ", "_")))
             mark = Raw(f'<span class="verdict {verdict.replace(" ", "-")}">{words}</span>')
-            rows.append((entry["name"], mark, criterion_words(entry), metres(entry["distance"])))
+            rows.append((entry.name, mark, criterion_words(entry), metres(entry.distance)))
         if not rows:
             note(texts("result.no_places"), "meaning")
             return

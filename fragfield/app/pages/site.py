@@ -12,7 +12,7 @@ from fragfield.app.page import box, facts, heading, html, note
 from fragfield.app.pages.run import checked
 from fragfield.app.site_plan import imported, move, plan_of, site_in
 from fragfield.errors import InputError
-from fragfield.hazard.certainty import metres
+from fragfield.results.words import metres
 from fragfield_base.writing import write_bytes
 
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from fragfield.case.conversion.surroundings import bearing_of, direction_words
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Mapping
 
     from fragfield.case.schema import CaseTable
     from fragfield.case.tables.round import RoundTable
@@ -159,7 +159,7 @@ def attitude_of(case: CaseTable, *, given: bool = False) -> dict[str, Any]:
     return part | {"kind": kind, "words": words, "inclination_deg": inclination, "azimuth_deg": azimuth}
 
 
-def attitude_words(part: dict[str, Any]) -> str:
+def attitude_words(part: Mapping[str, Any]) -> str:
     """One line for terminal and report: the attitude, and how high the base stands over the ground."""
     words = str(part["words"])
     if part["kind"] == "any":

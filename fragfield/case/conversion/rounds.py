@@ -280,6 +280,7 @@ class RoundMasses:
     """Of the whole round."""
     segments: tuple[SegmentMass, ...] = ()
     """Of its profile; none where it is from a mesh file."""
+    fuze: float = 0.0
 
 
 def masses_of(entry: RoundTable) -> RoundMasses:
@@ -296,7 +297,7 @@ def masses_of(entry: RoundTable) -> RoundMasses:
     segments = tuple(
         SegmentMass(one.name, one.kind, casing * profile.volumes(one.start, one.end).casing) for one in profile.segments
     )
-    return RoundMasses(profile.casing_volume * casing, profile.charge_volume * charge, segments)
+    return RoundMasses(profile.casing_volume * casing, profile.charge_volume * charge, segments, profile.fuze_mass)
 
 
 def contents_text(entry: RoundTable) -> str:

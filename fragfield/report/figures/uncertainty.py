@@ -17,7 +17,7 @@ _LIGHT = "#9db7cf"
 
 def distribution_figure(run: RunFiles) -> Figure | None:
     """Cumulative distribution of the distance, with its quantiles, the run itself and the recommended one."""
-    found = run.part("uncertainty")
+    found = run.study
     entry, hazard = found.get("distance"), found.get("hazard")
     if not entry or not hazard:
         return None
@@ -36,7 +36,7 @@ def distribution_figure(run: RunFiles) -> Figure | None:
 
 def tornado_figure(run: RunFiles) -> Figure | None:
     """Bars from the mean distance with each input at its low end to that at its high end."""
-    entry = run.part("uncertainty").get("distance")
+    entry = run.study.get("distance")
     if not entry or not entry.get("tornado"):
         return None
     rows = sorted(entry["tornado"], key=lambda one: abs(one["high"] - one["low"]))
@@ -55,7 +55,7 @@ def tornado_figure(run: RunFiles) -> Figure | None:
 
 def places_figure(run: RunFiles) -> Figure | None:
     """Expected hits at each exposed site, 5 to 95 % over the inputs."""
-    places = [one for one in run.part("uncertainty").get("exposed") or [] if one["hits"] is not None]
+    places = [one for one in run.study.get("exposed") or [] if one["hits"] is not None]
     drawn = [one for one in places if one["hits"]["spread"]["high"] > 0.0]
     if not drawn:
         return None

@@ -87,7 +87,7 @@ def _energy_of_contact(run: RunFiles) -> list[Finding]:
     if largest is None or at_end is None:
         return []
     contact = part.get("contact")
-    gain = value_of(contact, "gain") if isinstance(contact, dict) else None
+    gain = None if contact is None else value_of(contact, "gain")
     verb, nothing = ("lost", "took") if gain is not None and gain < 0.0 else ("made", "supplied")
     text = (
         f"Contact has {verb} {number(100 * at_end, 2)} % of the products' work at the end, and at most "
@@ -187,12 +187,12 @@ def _unreacted(run: RunFiles) -> list[Finding]:
     ]
     found += [
         Finding(
-            "note" if exposure["verdict"] == "below" and exposure["resolved"] else "warning",
+            "note" if exposure.verdict == "below" and exposure.resolved else "warning",
             f"Round “{name}” was not initiated: {exposure_words(exposure)}. The criterion of critical energy is one of "
             "short plane shocks; it does not cover fragments, friction, fire and delayed reaction: a round below it "
             "is not therefore safe.",
         )
-        for name, exposure, initiated in exposed_rounds(run.part("burst"))
+        for name, exposure, initiated in exposed_rounds(run.burst_rounds)
         if not initiated
     ]
     shares = [

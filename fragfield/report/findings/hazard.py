@@ -12,8 +12,11 @@ from fragfield.numbers import number
 from fragfield.pipeline.grid_convergence import KINDS
 from fragfield.report.blocks import Finding
 from fragfield.report.tables.counted import counted_findings
+from fragfield.results.hazard import Hazard
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from fragfield.report.reading.run_files import RunFiles
 
 
@@ -111,9 +114,9 @@ def flight_findings(run: RunFiles) -> list[Finding]:
     return found
 
 
-def _certainty(hazard: dict[str, Any]) -> list[Finding]:
+def _certainty(hazard: Mapping[str, Any]) -> list[Finding]:
     """Whether the distance is determined, and whether there are enough realisations."""
-    words = certainty(hazard)
+    words = certainty(Hazard.read(hazard))
     if not hazard["determined"]:
         return [Finding("stop", f"{words[0].upper()}{words[1:]}.")]
     if words:
@@ -178,7 +181,7 @@ def counted(count: int, noun: str) -> str:
     return f"{number(count)} {noun}{'' if count == 1 else 's'}"
 
 
-def value_of(part: dict[str, Any], name: str) -> float | None:
+def value_of(part: Mapping[str, Any], name: str) -> float | None:
     """A number of a table of summary.json; None where there is none."""
     found = part.get(name)
     return float(found) if isinstance(found, (int, float)) and not isinstance(found, bool) else None

@@ -11,12 +11,13 @@ import numpy as np
 
 from fragfield.errors import InputError
 from fragfield.files.stamped import read_stamped_json, stored_case_text
+from fragfield.results.summary import Summary, read_summary
 from fragfield_base.arrays import numbers
 from fragfield_base.burst_snapshot import FUZE, GEOMETRIES, NODE_ARRAYS
 from fragfield_base.hdf5_files import reading
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterator, Mapping, Sequence
     from contextlib import AbstractContextManager
 
     import h5py
@@ -27,6 +28,8 @@ if TYPE_CHECKING:
     from fragfield.case import CaseTable
     from fragfield.case.tables.flight import HazardTable
     from fragfield.case.tables.site import DocumentTable
+    from fragfield.results.burst import BurstRound
+    from fragfield.results.site import Witness
     from transition.placement.mirroring import SymmetryPlane
 
 
@@ -66,7 +69,9 @@ class RunFiles:
     case: CaseTable | None = None
     """As resolved; None where the directory holds none."""
     case_text: str = ""
-    summary: dict[str, Any] = field(default_factory=dict)
+    summary: Summary = field(default_factory=Summary)
+    study: dict[str, Any] = field(default_factory=dict)
+    """uncertainty.json of a study of this run."""
     provenance: dict[str, str] = field(default_factory=dict)
     burst_time: float | None = None
     geometry: str = "3d"
@@ -101,22 +106,25 @@ class RunFiles:
         """Stages that this directory is to hold: the flight alone where the fragments are from a file."""
         return ["flight"] if self.fragments_file is not None else list(STAGE_FILES)
 
-    def part(self, name: str) -> dict[str, Any]:
-        """One part of summary.json ("burst", "break_up", "flight"), empty when absent."""
-        found = self.summary.get(name)
-        return found if isinstance(found, dict) else {}
+    def part(self, name: str) -> Mapping[str, Any]:
+        """One part of the summary ("burst", "break_up", "flight"), empty when absent."""
+        return getattr(self.summary, name) or {}
 
     @property
-    def witnesses(self) -> list[dict[str, Any]]:
-        """The witness surfaces' part of summary.json."""
-        found = self.summary.get("witness")
-        return found if isinstance(found, list) else []
+    def burst_rounds(self) -> Sequence[BurstRound]:
+        """The rounds of the burst in the summary."""
+        return () if self.summary.burst is None else self.summary.burst.rounds
+
+    @property
+    def witnesses(self) -> Sequence[Witness]:
+        """The witness surfaces' part of the summary."""
+        return self.summary.witness or ()
 
     @property
     def title(self) -> str:
         """Title of the case, else the folder's name."""
         own = self.case.title if self.case is not None else ""
-        return own or str(self.summary.get("title") or self.folder.resolve().name)
+        return own or self.summary.title or self.folder.resolve().name
 
     @property
     def criteria(self) -> HazardTable:
@@ -145,8 +153,7 @@ class RunFiles:
     @property
     def fragments_file(self) -> str | None:
         """Name of the file whose fragments were flown instead of those of a burst; None of a run with its own."""
-        found = self.part("flight").get("fragments_file")
-        return str(found) if found else None
+        return (self.summary.flight and self.summary.flight.fragments_file) or None
 
 
 def read_run(folder: Path | str, *, flown: bool = True, case: bool = True) -> RunFiles:
@@ -186,9 +193,9 @@ def read_run(folder: Path | str, *, flown: bool = True, case: bool = True) -> Ru
 
 def _read_texts(run: RunFiles, *, case: bool) -> None:
     if (path := run.folder / "summary.json").is_file():
-        run.summary = read_stamped_json(path)
+        run.summary = read_summary(read_stamped_json(path), path)
     if (path := run.folder / "uncertainty.json").is_file():
-        run.summary["uncertainty"] = read_stamped_json(path)
+        run.study = read_stamped_json(path)
     if case and (path := run.folder / "case.toml").is_file():
         from fragfield.case import read_resolved
 

@@ -11,10 +11,11 @@ from fragfield.numbers import SPACE, number
 from fragfield.report.blocks import Paragraph, Table
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterator, Mapping, Sequence
 
     from fragfield.report.blocks import Block
     from fragfield.report.reading.run_files import RunFiles
+    from fragfield.results.site import ExposedSite
 
 
 _GRAVEST = ("not met", "not determined", "not shown", "met")
@@ -22,10 +23,9 @@ _MOST_SITES = 8
 """Sites that the first page shows."""
 
 
-def exposed_entries(run: RunFiles) -> list[dict[str, Any]]:
+def exposed_entries(run: RunFiles) -> Sequence[ExposedSite]:
     """The entries `exposed` of summary.json; none where the case has no exposed sites."""
-    found = run.summary.get("exposed")
-    return [entry for entry in found if isinstance(entry, dict)] if isinstance(found, list) else []
+    return run.summary.exposed or ()
 
 
 def verdict_table(run: RunFiles) -> Iterator[Block]:
@@ -86,7 +86,7 @@ def exposed_tables(run: RunFiles) -> Iterator[Block]:
     yield from _walls(entries)
 
 
-def _walls(entries: list[dict[str, Any]]) -> Iterator[Block]:
+def _walls(entries: Sequence[ExposedSite]) -> Iterator[Block]:
     judged = [entry for entry in entries if entry["not_stopped"]]
     if not judged:
         return

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from fragfield.report.reading.run_files import RunFiles
+    from fragfield.results.burst import Exposure
 
 
 _BY = {"point": "own point", "delay": "own point, delayed", "shock": "shock"}
@@ -26,7 +27,7 @@ _NOTE = (
 def _ignition(run: RunFiles) -> Iterator[tuple[str, list[dict[str, Any]]]]:
     """Name of each round and what initiated it, in order of time."""
     for entry in run.part("burst").get("rounds") or []:
-        if isinstance(entry.get("ignition"), list):
+        if entry.get("ignition") is not None:
             yield str(entry.get("name")), entry["ignition"]
 
 
@@ -66,7 +67,7 @@ _EXPOSURE_NOTE = (
 
 def exposure_table(run: RunFiles) -> Iterator[Table]:
     """A line for each round without ignition points."""
-    lines = [_exposure_line(name, found, initiated) for name, found, initiated in exposed_rounds(run.part("burst"))]
+    lines = [_exposure_line(name, found, initiated) for name, found, initiated in exposed_rounds(run.burst_rounds)]
     if lines:
         head = (
             "Round", "Initiated", "Largest pressure (GPa)", "Strongest pulse (GPa)", "Held (µs)", "Energy (MJ/m²)",
@@ -82,17 +83,17 @@ def exposure_table(run: RunFiles) -> Iterator[Table]:
         )
 
 
-def _exposure_line(name: str, found: dict[str, Any], initiated: bool) -> tuple[str, ...]:
-    critical = found["critical_energy"]
+def _exposure_line(name: str, found: Exposure, initiated: bool) -> tuple[str, ...]:
+    critical = found.critical_energy
     limits = " to ".join(number(value / 1e6, 3) for value in critical) if critical else "–"
     return (
         name,
         "yes" if initiated else "no",
-        number(found["peak_pressure"] / 1e9, 3),
-        number(found["pulse_pressure"] / 1e9, 3),
-        number(found["held_time"] * 1e6, 3),
-        number(found["energy"] / 1e6, 3),
+        number(found.peak_pressure / 1e9, 3),
+        number(found.pulse_pressure / 1e9, 3),
+        number(found.held_time * 1e6, 3),
+        number(found.energy / 1e6, 3),
         limits,
-        found["verdict"] + ("" if found["resolved"] else ", cells too coarse"),
-        number(found["resolved_cell"] * 1e3, 2),
+        found.verdict + ("" if found.resolved else ", cells too coarse"),
+        number(found.resolved_cell * 1e3, 2),
     )

@@ -9,6 +9,7 @@ from fragfield.hazard.recommended import RULE, parts_of, parts_words
 from fragfield.numbers import SPACE, Row, number
 from fragfield.report.blocks import Block, Card, Cards, Paragraph, Points, Rows, Section, Table
 from fragfield.report.figures.uncertainty import distribution_figure, places_figure, tornado_figure
+from fragfield.results.hazard import Recommended
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -30,13 +31,13 @@ _ESTIMATOR = (
 
 def uncertainty_section(run: RunFiles, draw: Callable[..., Sequence[Block]]) -> list[Section]:
     """The section, or none where the run has no study of uncertainty."""
-    found = run.part("uncertainty")
+    found = run.study
     return [Section("uncertainty", "Uncertainty of the inputs", [*uncertainty_blocks(run, draw)])] if found else []
 
 
 def uncertainty_blocks(run: RunFiles, draw: Callable[..., Sequence[Block]]) -> Iterator[Block]:
     """All blocks of the section and of the page."""
-    found = run.part("uncertainty")
+    found = run.study
     yield from _states(found)
     if not found.get("distance"):
         yield Paragraph(f"No result: {found['states'].get('reason', 'no sample gave a distance')}.", kind="caution")
@@ -90,7 +91,7 @@ def _headline(found: Mapping[str, Any]) -> Iterator[Block]:
     span = f"{whole_metres(spread['low'])}{SPACE}–{SPACE}{whole_metres(spread['high'])}"
     what, error = "taken out" if spread["resolved"] else "included", f"± {spread['median_standard_error']:.1f}"
     cards = [
-        Card("Recommended distance", whole_metres(hazard["recommended"]), "m", parts_words(hazard)),
+        Card("Recommended distance", whole_metres(hazard["recommended"]), "m", parts_words(Recommended.read(hazard))),
         Card("Median over the inputs", whole_metres(spread["median"]), "m", f"{error} m for the number of samples"),
         Card("5 to 95 % over the inputs", span, "m", f"statistical errors of the samples {what}"),
     ]  # fmt: skip
@@ -104,7 +105,10 @@ def _headline(found: Mapping[str, Any]) -> Iterator[Block]:
 
 
 def _parts(hazard: Mapping[str, Any]) -> Block:
-    lines = [(row.words, f"{row.value:.1f}" if row.value is not None else "–", row.reason) for row in parts_of(hazard)]
+    lines = [
+        (row.words, f"{row.value:.1f}" if row.value is not None else "–", row.reason)
+        for row in parts_of(Recommended.read(hazard))
+    ]
     lines.append(("recommended distance", f"{hazard['recommended']:.1f}", ""))
     return Table("Parts of the recommended distance", ("Part", "m", "Not included"), tuple(lines), RULE)
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from fragfield.errors import InputError
 from fragfield.hazard.certainty import metres
-from fragfield.hazard.to_apply import DistanceOfUse, DistanceToApply
+from fragfield.results.rules import DistanceOfUse, DistanceToApply
 from fragfield_base.inputs import NotAllowedError, Quantity
 
 if TYPE_CHECKING:
@@ -70,7 +70,8 @@ def judged(summary: Mapping[str, Any], criteria: LimitCriteria) -> dict[str, Any
     hazard = summary.get("hazard") or {}
     distance = hazard.get("recommended")
     found = summary.get("distance_to_apply")
-    siting = DistanceToApply.read(found).siting if found else DistanceOfUse(None, None)
+    nothing = DistanceOfUse(distance=None, by=None, left_out=())
+    siting = DistanceToApply.read(found).siting if found else nothing
     sites = [entry for entry in summary.get("exposed") or [] if entry["verdict"] != "met"] if criteria.exposed else []
     reasons = [f"{entry['name']}: {entry['verdict']}" for entry in sites]
     if distance is None:

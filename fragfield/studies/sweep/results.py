@@ -9,6 +9,7 @@ from fragfield.errors import InputError
 from fragfield.hazard.certainty import whole_metres
 from fragfield.hazard.recommended import not_included_words
 from fragfield.quantities import column_of, shown
+from fragfield.results.hazard import Recommended
 from fragfield.studies.sweep.plan import labels_of
 from fragfield_base.writing import csv_table, write_text
 
@@ -30,9 +31,17 @@ def results_of(summary: Mapping[str, Any]) -> dict[str, Any]:
     times = [one for part in ("burst", "flight") if (one := (summary.get(part) or {}).get("wall_seconds")) is not None]
     return {
         **{one.name: one.of(summary) for one in shown("sweep")},
-        "not_included": not_included_words(summary.get("hazard") or {}),
+        "not_included": _not_included(summary.get("hazard")),
         "wall_seconds": sum(times) if times else None,
     }
+
+
+def _not_included(hazard: Mapping[str, Any] | None) -> str:
+    """In words; empty where nothing is known of the parts."""
+    if not hazard or "parts" not in hazard:
+        return ""
+    names = ("recommended", "parts", "not_included")
+    return not_included_words(Recommended.read({name: hazard[name] for name in names}))
 
 
 def write_tables(found: Mapping[str, Any], folder: Path) -> None:

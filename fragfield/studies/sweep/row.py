@@ -10,7 +10,7 @@ from fragfield.case import plain
 from fragfield.errors import InputError
 from fragfield.hazard.recommended import recommended_of
 from fragfield.pipeline.convergence import OF_A_SWEEP
-from fragfield.pipeline.job import finite
+from fragfield.results.part import to_json
 from fragfield.studies.numbers import answer_of, burst_of, flown_parts
 from fragfield.studies.sweep.results import DONE, KEPT, results_of
 from fragfield_base.reading import read_text
@@ -63,5 +63,5 @@ def _made(request: Mapping[str, Any]) -> dict[str, Any]:
         # no row lists what surfaces and sites meet, and their crossings take a third of the flight
         parts = flown_parts(case.model_copy(update={"witness": [], "exposed": []}), burst, request["threads"])
         parts["hazard"] = recommended_of(parts["hazard"], {"reason": OF_A_SWEEP})
-    results: Any = finite(results_of(parts))
+    results: Any = to_json(results_of(parts))
     return {"results": results, "message": "" if results["determined"] is not False else parts["hazard"]["reason"]}

@@ -12,8 +12,11 @@ from fragfield.files.stamped import read_stamped_json, stamped_json
 from fragfield.hazard.certainty import metres
 from fragfield.hazard.recommended import parts_words, recommended_of
 from fragfield.hazard.site_map import write_contours
-from fragfield.hazard.to_apply import DistanceToApply
+from fragfield.hazard.to_apply import distance_to_apply
 from fragfield.quantities import column_of, shown
+from fragfield.results.hazard import Hazard, Recommended
+from fragfield.results.part import to_json
+from fragfield.results.rules import Official, Rule
 from fragfield.studies.uncertainty.sample import results_of_summary
 from fragfield.studies.uncertainty.shares import Analysis, analyse
 from fragfield.studies.uncertainty.spread import spread_of, without_statistical_error
@@ -77,7 +80,12 @@ def _renew(nominal: RunDirectory, study: Mapping[str, Any]) -> None:
 
 def _to_apply(hazard: Mapping[str, Any], summary: Mapping[str, Any]) -> dict[str, Any]:
     rules = (summary.get("rules") or {}).get("rules") or ()
-    return DistanceToApply.of(hazard, summary.get("official"), rules).as_dict()
+    official = summary.get("official")
+    return to_json(
+        distance_to_apply(
+            Hazard.read(hazard), official and Official.read(official), [Rule.read(entry) for entry in rules]
+        )
+    )
 
 
 def read_results(folder: Path) -> dict[str, Any]:
@@ -122,7 +130,7 @@ def assess(study: Study, rows: Mapping[int, Mapping[str, Any]], summary: Mapping
     errors = _column(values, "standard_error")
     found["distance"] = _quantity(study, distance, errors)
     hazard = recommended_of(summary["hazard"], summary.get("convergence"), found)
-    found["hazard"] = {name: hazard[name] for name in _RECOMMENDED}
+    found["hazard"] = to_json({name: hazard[name] for name in _RECOMMENDED})
     found["distance_to_apply"] = _to_apply(hazard, summary)
     found["exposed"] = [
         {"name": site["name"]} | {name: _of_site(study, values, number, name, site[name]) for name in _SITE}
@@ -246,7 +254,8 @@ def print_study(found: Mapping[str, Any]) -> None:
             console.print(f"{site['name']}: expected hits {words}")
     for words in (found["distance_to_apply"]["line"], *found["distance_to_apply"]["words"]):
         console.print(words)
-    console.print(f"recommended distance {metres(found['hazard']['recommended'])}: {parts_words(found['hazard'])}")
+    hazard = Recommended.read(found["hazard"])
+    console.print(f"recommended distance {metres(hazard.recommended)}: {parts_words(hazard)}")
     cost = found["cost"]
     if cost["samples_made_now"]:
         each = cost["wall_seconds"] / cost["samples_made_now"]
