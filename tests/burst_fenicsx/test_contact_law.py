@@ -150,11 +150,11 @@ def pressed_once(law, pairs, facets, rows):
 @pytest.mark.parametrize("weight", [(0.25, 0.25, 0.25, 0.25), (0.1, 0.4, 0.4, 0.1), (0.0, 0.0, 0.0, 1.0)])
 @pytest.mark.parametrize("load", [0.0, 5.0])
 def test_springs_stay_below_the_bound_however_many_share_a_node(weight, load):
-    """K sum |c| W / m is the bound, W at least two; the face's nodes lose what the node gets, to the last bit."""
+    """K sum |c| W / m is the bound, W at least 3.2; the face's nodes lose what the node gets, to the last bit."""
     pairs, rows = one_node(FACE, weight)
     rows.load[:] = load
     pressed_once(Law(BUDGET, STEP, FRICTION), pairs, FACE, rows)
-    inverse = max(load, 2.0) * (1.0 / MASS[4] + (np.array(weight) / MASS[:4]).sum())
+    inverse = max(load, 3.2) * (1.0 / MASS[4] + (np.array(weight) / MASS[:4]).sum())
     assert pairs.stiffness[0] * inverse == pytest.approx(BUDGET, rel=1e-12)
     add_pairs(pairs, FACE, (1e3, 1e3), rows.sums)
     assert (rows.sums[:, :3].sum(axis=0) == 0.0).all()
@@ -163,7 +163,7 @@ def test_springs_stay_below_the_bound_however_many_share_a_node(weight, load):
     # All springs of an even load together: no mode of the nodes is faster than the bound.
     weights = np.append(-np.array(weight), 1.0)
     matrix = pairs.stiffness[0] * np.outer(weights, weights) / np.sqrt(np.outer(MASS, MASS))
-    assert max(load, 2.0) / 2.0 * 2.0 * np.linalg.eigvalsh(matrix).max() <= BUDGET * (1.0 + 1e-12)
+    assert max(load, 3.2) * np.linalg.eigvalsh(matrix).max() <= BUDGET * (1.0 + 1e-12)
 
 
 @pytest.mark.parametrize("plane", [False, True])
@@ -182,7 +182,7 @@ def test_friction_heats_by_its_force_times_the_way(plane):
         work -= 0.5 * (old + pairs.force[0]) @ ALONG * SPEED * STEP
     press = pairs.force[0, 2]
     if plane:
-        assert press == pytest.approx(0.5 * BUDGET * MASS[4] * DEPTH, rel=1e-12)
+        assert press == pytest.approx(0.4 * BUDGET * MASS[4] * DEPTH, rel=1e-12)
     assert pairs.force[0] == pytest.approx(press * np.array([-0.6 * FRICTION, -0.8 * FRICTION, 1.0]), rel=1e-12)
     assert heat[0] == 0.0 or heat[0] < heat[-1]
     assert heat[-1] == pytest.approx(FRICTION * press * SPEED * STEP, rel=1e-12)

@@ -32,7 +32,9 @@ __all__ = [
     "tally_pairs",
 ]
 
-_MIN_LOAD = 2.0  # of a node whose pairs are met and left: by two equal grids, or by a plane and a surface at once
+# Smallest load of a node taken where pairs are met and left: of two equal grids that meet it is 2, and a load that swings
+# below this leaves springs as they are. At a plane there is one pair, and perhaps surfaces besides.
+_MIN_LOAD, _MIN_LOAD_AT_PLANE = 3.2, 2.5
 
 
 class Rows(NamedTuple):
@@ -181,11 +183,11 @@ def stiffness_of(k: int, law: Law, pairs: Pairs, facets: np.ndarray, rows: Rows)
     By Cauchy and Schwarz the squared frequency of all springs together is below the bound where each is the bound over
     the sum of |c| W / m over its nodes: c the spring's weight on the node, W all springs' together, m the mass.
     """
-    node = np.uint64(pairs.node[k])
-    inverse = max(rows.load[node], _MIN_LOAD) / rows.mass[node]
+    node, minimum = np.uint64(pairs.node[k]), _MIN_LOAD if facets.shape[1] > 0 else _MIN_LOAD_AT_PLANE
+    inverse = max(rows.load[node], minimum) / rows.mass[node]
     for corner in range(facets.shape[1]):
         other, weight = np.uint64(facets[pairs.facet[k], corner]), pairs.weight[k, corner]
-        inverse += weight * max(rows.load[other], _MIN_LOAD) / rows.mass[other]
+        inverse += weight * max(rows.load[other], minimum) / rows.mass[other]
     return law.max_squared_frequency / inverse
 
 
