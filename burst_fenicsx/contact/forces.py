@@ -9,7 +9,7 @@ import numpy as np
 from mpi4py import MPI
 
 from burst_fenicsx.contact.collisions import CollidingSurfaces
-from burst_fenicsx.contact.nodes import ContactNodes
+from burst_fenicsx.contact.nodes import ContactNodes, ContactPairs
 from burst_fenicsx.contact.planes import PlaneContact, held_in_plane, nodes_at_planes
 from burst_fenicsx.contact.sliding import SlidingInterface, interface_faces
 from burst_fenicsx.contact.surfaces import OpenFaces, contact_surfaces
@@ -28,6 +28,7 @@ __all__ = ["ContactForces", "Penetrations", "max_squared_phase"]
 
 _SAFETY = 0.9  # fraction taken of the stability that the cells leave to contact
 _FIXED_STEP_CFL = 0.9  # a fixed step is taken to be this fraction of the stable one
+_PLANE_FRACTION = 0.4  # of the squared frequency, where planes are; the rest is the surfaces'
 _REACH = 1.0  # of the cell size: how far surfaces may approach between two searches
 _PLANE_REACH = 2.0  # of the cell size: distance from a plane within which nodes are looked after
 
@@ -236,12 +237,18 @@ class ContactForces:
         rows = self.nodes.rows
         self.nodes.exchange([rows.position, rows.velocity, rows.load[:, None]], given)
         for part in self._parts:
-            part.find_forces(max_squared_frequency, step)
-            add_pairs(part.pairs, part.facets, self.nodes.roundings, rows.sums)
+            part.find_forces(self._share(part) * max_squared_frequency, step)
+            add_pairs(part.pairs, part.facets, self.nodes.roundings, rows)
             self.friction += part.friction
         self._note(step, front_is_active=front_is_active)
         self.nodes.exchange([], [rows.sums])
         self.work += self.nodes.give(step, self._fraction)
+
+    def _share(self, part: ContactPairs) -> float:
+        """Fraction of the squared frequency that a kind may take up: planes and surfaces may push one node."""
+        if isinstance(part, PlaneContact):
+            return _PLANE_FRACTION
+        return 1.0 - _PLANE_FRACTION if part is self.collisions and self.planes else 1.0
 
     def _look(self, step: float) -> None:
         """Search, and look around on slide surfaces, where that is due after this step (s) on any rank; collective."""

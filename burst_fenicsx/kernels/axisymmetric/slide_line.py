@@ -89,9 +89,9 @@ def add_line_forces(contact: LineContact, charge: ChargeState, eroded: np.ndarra
     spread_pressure(spread, pairs, surface, rows.position)
     springs = Pairs(
         pairs.node, pairs.facet, pairs.point, pairs.weight, pairs.normal, pairs.gap, pairs.stiffness, pairs.slip,
-        contact.no_gas, pairs.force, pairs.energies,
+        contact.no_gas, pairs.force, pairs.reduced, pairs.energies,
     )  # fmt: skip
-    add_pairs(springs, surface.facets, (0.0, 0.0), rows.sums)
+    add_pairs(springs, surface.facets, (0.0, 0.0), rows)
     for c in range(contacts):
         for k in range(spread.count[c]):
             for i in range(3):

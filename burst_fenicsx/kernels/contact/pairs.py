@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from burst_fenicsx.kernels.constants import EVEN_SHARING
 from burst_fenicsx.kernels.contact.law import Law, add_product, spring
 from burst_fenicsx.kernels.lanes import block_kernel, kernel, lane_function
 from burst_fenicsx.kernels.threads import on_threads
@@ -32,10 +33,6 @@ __all__ = [
     "tally_pairs",
 ]
 
-# Smallest load of a node taken where pairs are met and left: of two equal grids that meet it is 2, and a load that swings
-# below this leaves springs as they are. At a plane there is one pair, and perhaps surfaces besides.
-_MIN_LOAD, _MIN_LOAD_AT_PLANE = 3.2, 2.5
-
 
 class Rows(NamedTuple):
     """The nodes that contact may push, as rows of arrays of its own."""
@@ -44,7 +41,7 @@ class Rows(NamedTuple):
     mass: np.ndarray  # (rows,) kg
     position: np.ndarray  # (rows, 3) m
     velocity: np.ndarray  # (rows, 3) m/s, the mean one over contact's step
-    load: np.ndarray  # (rows,) sum of the pairs' weights on the node in the last step, its own pairs with one each
+    load: np.ndarray  # (rows,) what the pairs of the last step lay on the node, see `add_pairs`
     sums: np.ndarray  # (rows, 4) N and the load, of this step
 
 
@@ -61,6 +58,7 @@ class Pairs(NamedTuple):
     slip: np.ndarray  # (pairs, 3) m, tangential displacement that the spring holds
     gas: np.ndarray  # (pairs,) N, along the normal
     force: np.ndarray  # (pairs, 3) N of the spring on the node
+    reduced: np.ndarray  # (pairs,) kg, reduced mass of surfaces that collide; of charges on their casings 0
     energies: np.ndarray  # (pairs, 2) J: stored in the spring, friction in this step
 
 
@@ -78,6 +76,7 @@ def no_pairs(node: np.ndarray, corners: int) -> Pairs:
         slip=np.zeros((count, 3)),
         gas=np.zeros(count),
         force=np.zeros((count, 3)),
+        reduced=np.zeros(count),
         energies=np.zeros((count, 2)),
     )
 
@@ -177,18 +176,22 @@ def relative_motion(k: int, step: float, pairs: Pairs, facets: np.ndarray, rows:
 
 
 @lane_function
-def stiffness_of(k: int, law: Law, pairs: Pairs, facets: np.ndarray, rows: Rows) -> float:
-    """Stiffness (N/m) that the step bears of a pair that meets and leaves surfaces.
+def _stiffness(k: int, law: Law, pairs: Pairs, facets: np.ndarray, rows: Rows) -> float:
+    """Stiffness (N/m) that the step bears of a pair that meets and leaves surfaces; its reduced mass.
 
-    By Cauchy and Schwarz the squared frequency of all springs together is below the bound where each is the bound over
-    the sum of |c| W / m over its nodes: c the spring's weight on the node, W all springs' together, m the mass.
+    Where several nodes share a facet its springs are softened. By Jensen's inequality the highest squared frequency of
+    all is at most twice the largest load.
     """
-    node, minimum = np.uint64(pairs.node[k]), _MIN_LOAD if facets.shape[1] > 0 else _MIN_LOAD_AT_PLANE
-    inverse = max(rows.load[node], minimum) / rows.mass[node]
+    node = np.uint64(pairs.node[k])
+    if facets.shape[1] == 0:
+        return law.max_squared_frequency * rows.mass[node]
+    inverse, load = 1.0 / rows.mass[node], rows.load[node]
     for corner in range(facets.shape[1]):
-        other, weight = np.uint64(facets[pairs.facet[k], corner]), pairs.weight[k, corner]
-        inverse += weight * max(rows.load[other], minimum) / rows.mass[other]
-    return law.max_squared_frequency / inverse
+        other = np.uint64(facets[pairs.facet[k], corner])
+        inverse += pairs.weight[k, corner] ** 2 / rows.mass[other]
+        load = max(load, rows.load[other])
+    pairs.reduced[k] = 1.0 / inverse
+    return 0.5 * law.max_squared_frequency * pairs.reduced[k] / max(load, EVEN_SHARING)
 
 
 @lane_function
@@ -200,7 +203,7 @@ def set_spring(k: int, law: Law, unloaded: float, pairs: Pairs, facets: np.ndarr
     normal = (pairs.normal[k, 0], pairs.normal[k, 1], pairs.normal[k, 2])
     slip = (pairs.slip[k, 0], pairs.slip[k, 1], pairs.slip[k, 2])
     force, stiffness, slip, stored, heat, _ = spring(
-        0.0, 0.0, 0.0, law.friction, np.inf, pairs.gap[k] + unloaded, stiffness_of(k, law, pairs, facets, rows), normal,
+        0.0, 0.0, 0.0, law.friction, np.inf, pairs.gap[k] + unloaded, _stiffness(k, law, pairs, facets, rows), normal,
         relative_motion(k, law.step, pairs, facets, rows), slip, pairs.stiffness[k],
     )  # fmt: skip
     pairs.stiffness[k] = stiffness
@@ -244,34 +247,38 @@ def press_on_planes(
 
 
 @block_kernel
-def add_pairs(pairs: Pairs, facets: np.ndarray, roundings: tuple[float, float], sums: np.ndarray) -> None:
-    """Add the pairs' forces (N) and weights to `sums` (rows, 4), exactly: the order of pairs does not matter.
+def add_pairs(pairs: Pairs, facets: np.ndarray, roundings: tuple[float, float], rows: Rows) -> None:
+    """Add the pairs' forces (N) and loads to the sums of the rows, exactly: the order of pairs does not matter.
 
-    Each term is rounded by `quantise` to a multiple of a power of two, with constants for forces and for weights: the
-    node gets what the facet's nodes give, to the last bit. Weights count wherever a node lies on a facet.
+    Each term is rounded by `quantise` to a multiple of a power of two, with constants for forces and for loads: the
+    node gets what the facet's nodes give, to the last bit. The load of a charge on its casing is its weight, wherever
+    it lies on a facet; that of a collision its reduced mass over the node's own, a plane lays none on it.
     """
     rounding, load_rounding = roundings
+    sums, mass = rows.sums, rows.mass
     for k in range(pairs.node.size):
         facet = pairs.facet[k]
         if facet < 0:
             continue
-        node, gas = np.uint64(pairs.node[k]), pairs.gas[k]
+        node, gas, reduced = np.uint64(pairs.node[k]), pairs.gas[k], pairs.reduced[k]
         force = (
             pairs.force[k, 0] + gas * pairs.normal[k, 0],
             pairs.force[k, 1] + gas * pairs.normal[k, 1],
             pairs.force[k, 2] + gas * pairs.normal[k, 2],
         )
-        sums[node, 3] += 1.0
         if facets.shape[1] == 0:
             for i in range(3):
                 sums[node, i] += quantise(force[i], rounding)
+            continue
+        sums[node, 3] += quantise(reduced / mass[node] if reduced > 0.0 else 1.0, load_rounding)
         for corner in range(facets.shape[1]):
             other, weight = np.uint64(facets[facet, corner]), pairs.weight[k, corner]
             for i in range(3):
                 push = quantise(weight * force[i], rounding)
                 sums[other, i] -= push
                 sums[node, i] += push
-            sums[other, 3] += quantise(weight, load_rounding)
+            load = weight * reduced / mass[other] if reduced > 0.0 else weight
+            sums[other, 3] += quantise(load, load_rounding)
 
 
 @block_kernel
