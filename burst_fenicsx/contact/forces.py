@@ -296,7 +296,7 @@ class ContactForces:
     def set_level(self, level: int) -> None:
         """Contact takes 2^`level` steps in a longest one from now on."""
         self._fraction = 1.0 / 2**level
-        self.nodes.place()
+        self.nodes.set_level(level)
 
     @property
     def _parts(self) -> list[Any]:

@@ -54,7 +54,8 @@ class ContactNodes:
             self._comm.Allreduce(MPI.IN_PLACE, owner)
         self._owner = owner
         zeros = np.zeros
-        self.rows = Rows(local, mass, zeros((count, 3)), zeros((count, 3)), zeros(count), zeros((count, 4)))
+        faster, (position, velocity) = zeros(count, dtype=bool), zeros((2, count, 3))
+        self.rows = Rows(local, mass, faster, position, velocity, zeros(count), zeros((count, 4)))
         self.roundings = CONTACT_FORCES * fields.nodes.rounding, rounding_constant(_LARGEST_LOAD)
         self.active = self.needed = np.zeros(0, dtype=np.int32)
         self._taken: dict[int, np.ndarray] = {}
@@ -89,6 +90,12 @@ class ContactNodes:
             values[rows_now.local[new]] for values in (nodes.position, nodes.velocity)
         )
         self.active = active
+
+    def set_level(self, level: int) -> None:
+        """Contact takes 2^`level` steps in a longest one from now on, and its last one has led here."""
+        rows, nodes = self.rows, self._fields.nodes
+        rows.faster[self.own] = nodes.finest[rows.local[self.own]] > level
+        self.place()
 
     def place(self) -> None:
         """Take the active nodes to have been where they are now at contact's last step."""

@@ -36,7 +36,7 @@ def test_work_on_rows_is_force_times_way():
     local = random.permutation(9).astype(np.int32)
 
     def rows():
-        return Rows(local, np.ones(9), last.copy(), np.zeros((9, 3)), np.zeros(9), sums.copy())
+        return Rows(local, np.ones(9), np.ones(9, dtype=bool), last.copy(), np.zeros((9, 3)), np.zeros(9), sums.copy())
 
     now, step = rows(), 1e-3
     moved = position[local] - last
@@ -51,7 +51,7 @@ def test_work_on_rows_is_force_times_way():
     before[local[chosen]] += 0.25 * sums[chosen, :3]
     assert give_rows(chosen, step, 0.25, 0.0, now, resultant) == pytest.approx(expected, rel=1e-12)
     np.testing.assert_array_equal(resultant, before)
-    # Without a step the velocity is the nodes' own.
+    # Without a step the velocity is the nodes' own, and that of nodes that take no shorter steps than contact.
     gather_rows(chosen, 0.0, position, velocity, 0.0, now)
     np.testing.assert_array_equal(now.velocity[chosen], velocity[local[chosen]])
     rounding = rounding_constant(8.0)

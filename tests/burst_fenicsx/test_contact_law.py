@@ -137,7 +137,8 @@ def one_node(facets, weight, velocity=(0.0, 0.0, 0.0), mass=MASS):
     pairs, count = no_pairs(np.array([4]), facets.shape[1]), len(mass)
     pairs.facet[0], pairs.gap[0], pairs.normal[0] = 0, -DEPTH, NORMAL
     pairs.weight[0] = weight
-    rows = Rows(np.arange(count, dtype=np.int32), mass, *np.zeros((2, count, 3)), np.zeros(count), np.zeros((count, 4)))
+    local, still = np.arange(count, dtype=np.int32), np.zeros(count, dtype=bool)
+    rows = Rows(local, mass, still, *np.zeros((2, count, 3)), np.zeros(count), np.zeros((count, 4)))
     rows.velocity[4], rows.position[4, 2] = velocity, -DEPTH
     return pairs, rows
 

@@ -200,9 +200,8 @@ def one_node_over(faces, node, outward, rounds=1):
 def met(pairs, seen, position, velocity, step=0.1):
     """Let the nodes at places (n, 3) m with velocities (n, 3) m/s meet the faces."""
     count = len(position)
-    rows = Rows(
-        np.arange(count, dtype=np.int32), np.ones(count), position, velocity, np.zeros(count), np.zeros((count, 4))
-    )
+    local, still = np.arange(count, dtype=np.int32), np.zeros(count, dtype=bool)
+    rows = Rows(local, np.ones(count), still, position, velocity, np.zeros(count), np.zeros((count, 4)))
     collide(Law(1.0, step, 0.0), pairs, seen, rows)
 
 

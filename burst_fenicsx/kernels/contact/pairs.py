@@ -39,6 +39,7 @@ class Rows(NamedTuple):
 
     local: np.ndarray  # (rows,) int32 local node, -1 where it is not here
     mass: np.ndarray  # (rows,) kg
+    faster: np.ndarray  # (rows,) bool, whether the node takes several steps in one of contact
     position: np.ndarray  # (rows, 3) m
     velocity: np.ndarray  # (rows, 3) m/s, the mean one over contact's step
     load: np.ndarray  # (rows,) what the pairs of the last step lay on the node, see `add_pairs`
@@ -87,8 +88,9 @@ def gather_rows(
 ) -> float:
     """Take over the motion of the `chosen` rows' nodes since the last time, a `step` (s) ago; clear their sums.
 
-    `position` and `velocity` (nodes, 3) are those of the local nodes. Returned is the work (J) of the forces of then in
-    half of the motion, exact: each row's is rounded by `quantise`.
+    `position` and `velocity` (nodes, 3) are those of the local nodes. A node that takes several steps in one of contact
+    has its mean velocity; one of longer steps moves at once by what it moves in several of contact's. Returned is the
+    work (J) of the forces of then in half of the motion, exact: each row's is rounded by `quantise`.
     """
     work = np.empty(chosen.size)
     on_threads(chosen.size, _gather_some, (chosen, step, position, velocity, rounding, rows, work))
@@ -118,7 +120,7 @@ def gather_row(row: int, step: float, position: np.ndarray, velocity: np.ndarray
     node, power = np.uint64(rows.local[row]), 0.0
     for i in range(3):
         now = position[node, i]
-        mean = (now - rows.position[row, i]) / step if step > 0.0 else velocity[node, i]
+        mean = (now - rows.position[row, i]) / step if rows.faster[row] and step > 0.0 else velocity[node, i]
         power += rows.sums[row, i] * mean
         rows.position[row, i], rows.velocity[row, i], rows.sums[row, i] = now, mean, 0.0
     rows.load[row], rows.sums[row, 3] = rows.sums[row, 3], 0.0
