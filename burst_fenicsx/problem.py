@@ -261,8 +261,8 @@ class BurstSettings:
     acceleration_left: Annotated[
         float, Bounds(0.0, 1.0, "a fraction of the energy", above=True, below=True, usual=(0.02, 0.2)), _NO_END
     ] = 0.1
-    """The burst ends where every casing's kinetic energy has at most this fraction to gain by its asymptote, which the
-    fragments' speeds are taken to."""
+    """The burst ends where every casing's kinetic energy, or that of all rounds that have touched, has at most this
+    fraction to gain by its asymptote, which the fragments' speeds are taken to."""
     time_limit: Annotated[Time, Bounds(1e-9, 0.1, "a burst is over within milliseconds"), _NO_END] = 1e-3
     """Never longer than this."""
     energy_tolerance: Annotated[float, Bounds(0.0, 1.0, "a fraction of the work", above=True)] = 0.05

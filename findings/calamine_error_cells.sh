@@ -24,7 +24,7 @@ theirs = [row[1] for row in python_calamine.CalamineWorkbook.from_path(sys.argv[
 others = [row[1].value for row in openpyxl.load_workbook(sys.argv[1], data_only=True).active.iter_rows()]
 print("python-calamine 0.9.1:", theirs)
 print("openpyxl 3.1.5:       ", others)
-assert theirs == ["number", 3.0, "", "", ""], "changed: error cells are told from empty ones"
+assert theirs == ["number", 3.0, "", "", ""], "changed: error cells are distinguished from empty ones"
 assert others == ["number", 3, "#DIV/0!", "#N/A", None]
 PYTHON
 echo "as described: errors of cells are read as empty cells"

@@ -336,5 +336,5 @@ def test_the_numbers_of_the_first_page_s_picture_are_those_of_today(tmp_path, mo
     draw_nothing(monkeypatch)
     found, shown = fragfield.run(CASE, out=tmp_path / "run", progress=False).summary, stored()
     for part in ("expected", "randomness", "grid"):
-        assert found["hazard"]["parts"][part] == pytest.approx(shown["hazard"]["parts"][part], abs=0.3)
-    assert found["distance_to_apply"]["line"] == shown["distance_to_apply"]["line"]
+        assert getattr(found.hazard.parts, part) == pytest.approx(shown["hazard"]["parts"][part], abs=0.3)
+    assert found.distance_to_apply.line == shown["distance_to_apply"]["line"]

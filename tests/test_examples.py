@@ -22,6 +22,7 @@ VARIES = ("wall seconds",)  # lines that depend on the machine
 # By script: a number that it prints, and what it was when the script was written.
 QUICK = {
     "arena_flight.py": (r"upper bound \(95 %\) (\d+) m", 149.0),
+    "own_fenicsx.py": (r"hazard distance: (\d+) m", 57.0),
     "terrain_and_barricade.py": (r"'right': (\d+)", 807.0),
 }
 SLOW = {

@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from transition.breaking_up import BreakUp, break_up, realisations
     from transition.cells.points import MaterialPoints
     from transition.errors import InputError
+    from transition.field import CasingInMesh, snapshot_of
     from transition.law.mott import MottLaw
     from transition.law.samplers import Graded, Quantile, Sampler
     from transition.results import BreakUpResult, SegmentResult
@@ -21,6 +22,7 @@ __all__ = [
     "BreakUp",
     "BreakUpResult",
     "BreakUpSettings",
+    "CasingInMesh",
     "Graded",
     "InputError",
     "MaterialPoints",
@@ -33,6 +35,7 @@ __all__ = [
     "Snapshot",
     "break_up",
     "realisations",
+    "snapshot_of",
 ]
 
 __getattr__, __dir__ = lazy_names(
@@ -42,6 +45,7 @@ __getattr__, __dir__ = lazy_names(
         "transition.breaking_up": "BreakUp break_up realisations",
         "transition.cells.points": "MaterialPoints",
         "transition.errors": "InputError",
+        "transition.field": "CasingInMesh snapshot_of",
         "transition.law.mott": "MottLaw",
         "transition.law.samplers": "Graded Quantile Sampler",
         "transition.results": "BreakUpResult SegmentResult",

@@ -15,7 +15,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from transition.cells.meridian import bilinear, mass_density, node_shares
+from transition.cells.interpolation import interpolated
+from transition.cells.meridian import mass_density, node_shares
 from transition.law.mass_quantiles import masses_at
 from transition.placement.means import mean_states
 from transition.placement.scatter import STIFFEST, mean_cosine
@@ -79,11 +80,11 @@ class SegmentIntensity:
         mean = np.einsum("mij,i,j->m", density, *(np.array([1.0, 0.0, 1.0 / 3.0]),) * 2)
         point, nodes = np.column_stack([along, across]), self.corners[ring]
         if not self.averaged:
-            return bilinear(self.state[nodes], point), here / mean[ring]
+            return interpolated(self.state[nodes], point), here / mean[ring]
         levels, states = self._means
         level = np.clip(np.searchsorted(levels, fragments) - 1, 0, len(levels) - 2)
         share = np.clip((fragments - levels[level]) / (levels[level + 1] - levels[level]), 0.0, 1.0)[:, None]
-        low, high = (bilinear(states[one[:, None], nodes], point) for one in (level, level + 1))
+        low, high = (interpolated(states[one[:, None], nodes], point) for one in (level, level + 1))
         return (1.0 - share) * low + share * high, here / mean[ring]
 
     @cached_property

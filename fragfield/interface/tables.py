@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from fragfield.results.summary import Summary
+
 
 _SHOWN = 8  # columns in a line
 _UNITS = {"kg": "kg", "m": "m", "m_s": "m/s", "s": "s", "J": "J", "deg": "degrees", "1_m2": "1/m2", "kg_m3": "kg/m3"}
@@ -226,9 +228,7 @@ _STAMPED = ("landing.h5", "fragments.h5", "burst_snapshot.h5")  # of one run; th
 _MOST_ROWS = 1_048_576 - 1  # of a sheet, below the names
 
 
-def write_workbook(
-    path: Path, run_directory: Path, title: str, summary: Mapping[str, Any], tables: Mapping[str, Table]
-) -> Path:
+def write_workbook(path: Path, run_directory: Path, title: str, summary: Summary, tables: Mapping[str, Table]) -> Path:
     """Write every table of a run as a sheet of one workbook; returns its path.
 
     Parameters
@@ -239,8 +239,8 @@ def write_workbook(
         The run's, whose files have its provenance.
     title : str
         Of its case.
-    summary : mapping
-        Its summary.json.
+    summary : Summary
+        Its results.
     tables : mapping
         Its tables by name.
 
@@ -304,7 +304,7 @@ def _about(run_directory: Path, title: str, tables: Mapping[str, Table]) -> Iter
         yield ["", harmless(line)]
 
 
-def _summary_rows(summary: Mapping[str, Any]) -> Iterator[list[Any]]:
+def _summary_rows(summary: Summary) -> Iterator[list[Any]]:
     yield ["key", "value", "unit", "meaning"]
     for one in QUANTITIES.values():
         value = None if "[]" in one.path or one.path.startswith("case") else one.of(summary)

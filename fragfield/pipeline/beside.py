@@ -7,23 +7,24 @@ import shutil
 import warnings
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from fragfield.files.run_directory import RunDirectory
 from fragfield.pipeline.job import Job, RunOptions
 from fragfield.pipeline.parallel import Team
+from fragfield.results import burst as results
 from fragfield.terminal.logs import LOGGERS
 from fragfield.terminal.progress import ProgressReporter
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterator
 
     from fragfield.case import CaseTable
     from fragfield.case.conversion.turned import Turned
     from fragfield.pipeline.flown import FlownEnsemble
     from transition import Snapshot
 
-    Burst = tuple[Mapping[str, Any], Snapshot]
+    Burst = tuple[results.Burst, Snapshot]
 
 
 def burst_beside(case: CaseTable, folder: Path, team: Team) -> Burst:
@@ -35,7 +36,8 @@ def burst_beside(case: CaseTable, folder: Path, team: Team) -> Burst:
 
     try:
         done = simulate(burst_rounds(case), burst_settings(case), folder, comm=team.alone, series=False)
-        return done.summary, Snapshot.read(folder / "burst_snapshot.h5")
+        summary = results.Burst.of_stage({**done.summary, "geometry_reason": ""})
+        return summary, Snapshot.read(folder / "burst_snapshot.h5")
     finally:
         shutil.rmtree(folder, ignore_errors=True)
 

@@ -12,19 +12,21 @@ import logging
 import math
 import time
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from fragfield.errors import EXIT_FAULT, exit_code_of, message_of
+from fragfield.hazard.recommended import hazard_of
 from fragfield.pipeline.beside import burst_beside, flown_beside, silent
 from fragfield.pipeline.grid_convergence import grid_convergence
 from fragfield.quantities import shown
+from fragfield.results.burst import Burst
+from fragfield.results.convergence import ConvergedQuantity, Convergence
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from fragfield.case import CaseTable
     from fragfield.pipeline.flown import FlownEnsemble
     from fragfield.pipeline.job import Job
+    from fragfield.results.hazard import Hazard
 
 
 OF_A_SWEEP = "no grid convergence: not computed for the runs of a sweep"
@@ -51,51 +53,42 @@ class _Result:
     errors: dict[str, float | None]
 
 
-def convergence_of(job: Job, flown: FlownEnsemble, headline: Mapping[str, Any]) -> dict[str, Any]:
-    """The part `convergence` of summary.json. On one rank.
+def convergence_of(job: Job, flown: FlownEnsemble, hazard: Hazard) -> Convergence:
+    """Grid convergence of a run whose burst and flight are complete.
 
     Parameters
     ----------
     job : Job
-        The run, whose burst and flight are complete.
-    flown, headline : FlownEnsemble, mapping
-        Its flight, and the part `hazard`.
-
-    Returns
-    -------
-    dict
-        `reason`: why there is none, or which sizes are missing and why; and where there is one: `sizes` (m, ascending),
-        `cells`, `representative_sizes` (m: of cells in the number that the meshes have), `realisations`, `seconds` and
-        `quantities`, by name `values`, `standard_errors` (hazard alone), `order`, `order_used`, `extrapolated`,
-        `uncertainty`, `factor` and `kind`, see `fragfield.pipeline.grid_convergence.GridConvergence`.
+        The run.
+    flown, hazard : FlownEnsemble, Hazard
+        Its flight, and what that gave.
     """
-    own_burst = job.source.results().burst if job.options.fragments is None else None
-    burst: Mapping[str, Any] = own_burst or {}
-    if reason := _why_none(job, burst):
-        return {"reason": reason}
-    own = _own_result(burst, flown, headline)
+    burst = job.source.results().burst if job.options.fragments is None else None
+    if (reason := _why_none(job, burst)) or burst is None:
+        return Convergence(reason=reason)
+    own = _own_result(burst, flown, hazard)
     job = replace(job, attitude=flown.attitude)  # of mixed attitudes the worst one, with other cells too
     began = time.perf_counter()
     words: list[str] = []
     assert job.case.burst is not None  # a run with a burst
-    dimensions = 2 if burst["geometry"] == "axisymmetric" else 3
+    dimensions = 2 if burst.geometry == "axisymmetric" else 3
     factors = _FACTORS[job.case.burst.convergence] if dimensions == 2 else _FACTORS_3D
     number = min(own.realisations, _MOST)
-    others = [_computed(job, with_cells(job.case, factor * own.size, number, burst["geometry"]), words)
+    others = [_computed(job, with_cells(job.case, factor * own.size, number, burst.geometry), words)
               for factor in reversed(factors)]  # fmt: skip
     results = sorted([own, *(one for one in others if one is not None)], key=lambda one: one.size)
     quantities = {one.name: _quantity(one.name, results, own, dimensions) for one in shown("convergence")}
     spent = time.perf_counter() - began
     _log.info("convergence: %d cell sizes in %.1f s more", len(results), spent)
-    return {
-        "sizes": [one.size for one in results],
-        "cells": [one.cells for one in results],
-        "representative_sizes": [_representative(one, own, dimensions) for one in results],
-        "realisations": [one.realisations for one in results],
-        "quantities": {name: found for name, found in quantities.items() if found is not None},
-        "seconds": spent,
-        "reason": "; ".join(words),
-    }
+    return Convergence(
+        sizes=tuple(one.size for one in results),
+        cells=tuple(one.cells for one in results),
+        representative_sizes=tuple(_representative(one, own, dimensions) for one in results),
+        realisations=tuple(one.realisations for one in results),
+        quantities={name: found for name, found in quantities.items() if found is not None},
+        seconds=spent,
+        reason="; ".join(words),
+    )
 
 
 def with_cells(case: CaseTable, size: float, realisations: int, geometry: str) -> CaseTable:
@@ -119,18 +112,18 @@ def with_cells(case: CaseTable, size: float, realisations: int, geometry: str) -
     )
 
 
-def _why_none(job: Job, burst: Mapping[str, Any]) -> str:
+def _why_none(job: Job, burst: Burst | None) -> str:
     """Why the run has no convergence of its own; empty where it has."""
     if job.options.fragments is not None:
         return "no grid convergence: the fragments are from another source"
-    if not burst or job.case.burst is None:
+    if burst is None or job.case.burst is None:
         return "no grid convergence: the burst is not part of this run"
     if job.options.lean:
         return OF_A_SWEEP
     asked = job.case.burst.convergence
     if asked == "off":
         return 'no grid convergence: burst.convergence = "off"'
-    if burst.get("geometry") != "axisymmetric" and asked != "final":
+    if burst.geometry != "axisymmetric" and asked != "final":
         return (
             'no grid convergence: a burst in three dimensions has it with burst.convergence = "final" alone, and this '
             f'run has "{asked}"'
@@ -138,22 +131,23 @@ def _why_none(job: Job, burst: Mapping[str, Any]) -> str:
     return ""
 
 
-def _own_result(burst: Mapping[str, Any], flown: FlownEnsemble, headline: Mapping[str, Any]) -> _Result:
+def _own_result(burst: Burst, flown: FlownEnsemble, hazard: Hazard) -> _Result:
     """The quantities of a burst and its flight."""
-    number = int(headline["realisations"])
     hazardous, of_count = flown.hazard.hazardous
-    known = bool(headline["determined"])
     parts = {
         "burst": burst,
-        "hazard": headline if known else {},
+        "hazard": hazard if hazard.determined else {},
         "flight": {"hazardous_fragments": hazardous},
     }
     values = {one.name: one.of(parts) for one in shown("convergence")}
-    errors = {"hazardous_fragments": of_count, "expected_distance": headline["standard_error"] if known else None}
-    if headline.get("method") == "integral":
+    errors = {
+        "hazardous_fragments": of_count,
+        "expected_distance": hazard.standard_error if hazard.determined else None,
+    }
+    if hazard.method == "integral":
         # The same points with every size: their errors are common. What the burst scatters shows about the line.
         errors = dict.fromkeys(errors, COMMON)
-    return _Result(burst["cell_size"], burst["cells"], number, values, errors)
+    return _Result(burst.cell_size, burst.cells, hazard.realisations, values, errors)
 
 
 def _computed(job: Job, case: CaseTable, words: list[str]) -> _Result | None:
@@ -169,10 +163,10 @@ def _computed(job: Job, case: CaseTable, words: list[str]) -> _Result | None:
             raise
         words.append(f"{size} could not be computed: {message_of(error)}")
         return None
-    headline = flown.hazard.headline
-    if not headline["determined"]:
-        words.append(f"{size} gave no distance: {headline['reason']}")
-    return _own_result(burst, flown, headline)
+    hazard = hazard_of(flown.hazard.headline)
+    if not hazard.determined:
+        words.append(f"{size} gave no distance: {hazard.reason}")
+    return _own_result(burst, flown, hazard)
 
 
 def _representative(one: _Result, own: _Result, dimensions: int) -> float:
@@ -180,7 +174,7 @@ def _representative(one: _Result, own: _Result, dimensions: int) -> float:
     return float(own.size * (own.cells / one.cells) ** (1.0 / dimensions))
 
 
-def _quantity(name: str, results: list[_Result], own: _Result, dimensions: int) -> dict[str, Any] | None:
+def _quantity(name: str, results: list[_Result], own: _Result, dimensions: int) -> ConvergedQuantity | None:
     """Convergence of one quantity; None where the run itself has no value of it."""
     if own.values[name] is None:
         return None
@@ -198,14 +192,6 @@ def _quantity(name: str, results: list[_Result], own: _Result, dimensions: int) 
         [errors[known[k]] for k in distinct] if statistical else None,
         at=own.size,
     )
-    entry: dict[str, Any] = {"values": values}
-    if name in own.errors:
-        entry["standard_errors"] = errors
-    return entry | {
-        "order": found.order,
-        "order_used": found.order_used,
-        "extrapolated": found.extrapolated,
-        "uncertainty": found.uncertainty,
-        "factor": found.factor,
-        "kind": found.kind,
-    }
+    return ConvergedQuantity(
+        values=tuple(values), standard_errors=tuple(errors) if name in own.errors else None, **vars(found)
+    )

@@ -77,7 +77,7 @@ def single_round(job: Job, realisations: Sequence[Fragments]) -> SingleRound:
             raise
         return SingleRound(None, f"no single round: it could not be computed: {message_of(error)}")
     _log.info("single round: burst alone and broken up in %.1f s", time.perf_counter() - began)
-    size = 1e3 * float(summary["cell_size"])
+    size = 1e3 * summary.cell_size
     return SingleRound(PolarField.of(fragments), f"the round alone, burst in its meridian with cells of {size:.3g} mm")
 
 

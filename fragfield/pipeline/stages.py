@@ -15,7 +15,6 @@ from fragfield.pipeline.arena import arena_realisation, read_arena, write_arena
 from fragfield.pipeline.job import Job
 from fragfield.results.break_up import BreakUp
 from fragfield.results.burst import Burst
-from fragfield.results.convergence import Convergence
 from fragfield.results.flight import Flight
 from fragfield.results.site import Obstacle, Witness
 from fragfield.results.summary import Summary, Warned
@@ -150,7 +149,7 @@ def fly(job: Job, stage: Stage) -> Summary:
     )
     rules = rules_of(job.case, single_round(job, realisations))
     official = official_part(job.case)
-    convergence = Convergence.read(convergence_of(job, flown, found_hazard))
+    convergence = convergence_of(job, flown, found_hazard)
     found_hazard = recommended_of(found_hazard, convergence)
     write_contours(job.case, flown.hazard, job.target, provenance, flown.exposed, found_hazard.recommended)
     for one in writing:

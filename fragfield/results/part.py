@@ -111,7 +111,7 @@ class Part(Mapping[str, Any]):
 
     @classmethod
     def of_stage(cls, values: Mapping[str, Any]) -> Self:
-        """A part from what a stage gives, which may hold more than a view, study or contract uses."""
+        """A part from what a stage or another version gives, which may hold more than a view or study uses."""
         return cls._read(_filled(cls, to_json(values), known_alone=True))
 
     @classmethod

@@ -74,9 +74,9 @@ def schema() -> dict[str, Any]:
 
 
 def read_summary(values: dict[str, Any], path: Path) -> Summary:
-    """The summary of a file; raises InputError where another version of the program wrote a part."""
+    """The summary of a file; raises InputError where another version wrote a part without a key of this one."""
     try:
-        return Summary.read(values)
+        return Summary.of_stage(values)
     except InputError as error:
         part = str(error).partition(".")[0].partition(":")[0]
         stage = STAGE_OF.get(part, "fly")

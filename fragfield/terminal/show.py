@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from io import StringIO
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
 from rich.console import Console
@@ -16,7 +16,7 @@ from fragfield.hazard.verdict import criterion_words, exposed_rounds, exposure_w
 from fragfield.numbers import SPACE, number, row
 from fragfield.pipeline.grid_convergence import KINDS
 from fragfield.quantities import shown
-from fragfield.results.summary import Summary
+from fragfield.results.summary import Summary, read_summary
 from fragfield.results.words import (
     basis_words,
     margin_metres,
@@ -199,7 +199,7 @@ def print_info(found: Mapping[str, Any]) -> None:
     if "directory" in found:
         stages = ", ".join(f"{name} {'done' if done else 'missing'}" for name, done in found["stages"].items())
         console.print(f"{found['directory']}: {stages}")
-        summary = replace(Summary.read(found["summary"]), title=found["title"])
+        summary = read_summary({**found["summary"], "title": found["title"]}, Path(found["directory"]) / "summary.json")
         print_summary(summary)
         if summary.burst is not None:
             console.print(f"burst computed in {duration(summary.burst.wall_seconds)}")

@@ -16,6 +16,7 @@ from fragfield.pipeline import attitudes
 from fragfield.pipeline.attitudes import fly_all
 from fragfield.pipeline.job import Job, RunOptions
 from fragfield.pipeline.parallel import Team
+from fragfield.results.part import to_json
 from fragfield.terminal.progress import ProgressReporter
 from tests.fragfield.plain_reports import draw_nothing
 from tests.fragfield.short_run import RINGS, invoke
@@ -105,18 +106,18 @@ def test_one_attitude_of_the_envelope_is_the_run_in_that_attitude(mixed, tmp_pat
 
 
 def test_the_worst_attitude_is_reported_with_the_curve(envelope):
-    rows = {(row["inclination_deg"], row["roll_deg"]): row for row in envelope.curve}
+    rows = {(row.inclination_deg, row.roll_deg): row for row in envelope.curve}
     assert {(60.0 * step, 0.0) for step in range(4)} < set(rows)
     assert list(rows) == sorted(rows)
-    worst = max(rows.values(), key=lambda row: row["upper"])
+    worst = max(rows.values(), key=lambda row: row.upper)
     expected = envelope.hazard.expected
     assert envelope.attitude.inclination == worst["inclination_deg"]
     assert expected.upper == worst["upper"]
     assert expected.distance == worst["expected"]
     for beside in (worst["inclination_deg"] - 20.0, worst["inclination_deg"] + 20.0):
         assert (beside, 0.0) in rows or not 0.0 <= beside <= 180.0
-    assert envelope.flights == sum(row["realisations"] for row in rows.values())
-    assert all(row["realisations"] >= 8 for row in rows.values())
+    assert envelope.flights == sum(row.realisations for row in rows.values())
+    assert all(row.realisations >= 8 for row in rows.values())
     # Its distance holds in every direction.
     assert set(expected.by_direction) == {expected.distance}
     assert set(expected.upper_by_direction) == {expected.upper}
@@ -125,8 +126,8 @@ def test_the_worst_attitude_is_reported_with_the_curve(envelope):
 def test_an_exposed_site_meets_its_worst_attitude(mixed, envelope):
     """No less than the mean of one attitude at any azimuth; the attitude is one of those flown."""
     (man,) = envelope.exposed
-    rows = {(row["inclination_deg"], row["roll_deg"]) for row in envelope.curve}
-    assert (man["worst_inclination_deg"], man["worst_roll_deg"]) in rows
+    rows = {(row.inclination_deg, row.roll_deg) for row in envelope.curve}
+    assert (man.worst_inclination_deg, man.worst_roll_deg) in rows
     leaning = replace(_job(mixed, few=True), attitude=Arrangement(_job(mixed).case).turned(60.0))
     (there,) = fly_all(leaning, _fragments(mixed)).exposed
     for name in ("density_normal", "density_ground"):
@@ -141,15 +142,16 @@ def test_the_envelope_does_not_depend_on_ranks_and_threads(on_ranks, mixed, enve
     script = tmp_path / "fly.py"
     script.write_text(
         "import sys, json, fragfield\n"
+        "from fragfield.results.part import to_json\n"
         "from fragfield.pipeline import attitudes\n"
         f"attitudes.INCLINATION = {STEPS}\n"
         f"run = fragfield.run({str(mixed)!r}, only='fly', progress=False, out={str(tmp_path / 'out')!r})\n"
         "from mpi4py import MPI\n"
         "if MPI.COMM_WORLD.rank == 0:\n"
-        "    sys.stdout.write(json.dumps(run.summary['hazard']))\n"
+        "    sys.stdout.write(json.dumps(to_json(run.summary.hazard)))\n"
     )
     hazard = json.loads(on_ranks(2, script))
-    assert hazard["attitude"]["curve"] == envelope.curve
+    assert hazard["attitude"]["curve"] == to_json(envelope.curve)
     assert hazard["upper"] == envelope.hazard.expected.upper
 
 
@@ -164,9 +166,9 @@ def test_fragments_of_a_file_are_not_turned(mixed, tmp_path):
 def test_summary_and_report_state_the_attitude(mixed, tmp_path, monkeypatch):
     draw_nothing(monkeypatch)
     run = fragfield.run(mixed, only="fly", progress=False, out=tmp_path / "out")
-    part = run.summary["hazard"]["attitude"]
-    assert part["kind"] == "any"
-    assert part["worst_inclination_deg"] in [row["inclination_deg"] for row in part["curve"]]
+    part = run.summary.hazard.attitude
+    assert part.kind == "any"
+    assert part.worst_inclination_deg in [row.inclination_deg for row in part.curve]
     done = invoke("report", tmp_path / "out")
     assert done.exit_code == 0, done.stderr
     page = (tmp_path / "out" / "report.html").read_text()

@@ -41,8 +41,8 @@ def test_a_run_holds_what_the_command_line_computes(tmp_path, done, tube, quick_
     printed = invoke("run", written, "--out", tmp_path / "run", "--json", "--quiet")
     assert printed.exit_code == 0, printed.output
     theirs = json.loads(printed.stdout)
-    assert theirs["burst"]["max_initial_speed"] == run.summary["burst"]["max_initial_speed"]
-    assert theirs["hazard"] == run.summary["hazard"]
+    assert theirs["burst"]["max_initial_speed"] == run.summary.burst.max_initial_speed
+    assert theirs["hazard"] == to_json(run.summary.hazard)
     other = fragfield.open(tmp_path / "run")
     assert other.case == run.case == tube
     assert (other.landing == run.landing).all()
@@ -53,30 +53,30 @@ def test_results_are_arrays(done):
     assert all(run.stages.values())
     assert run.report.is_file()
     assert "burst: begins" in run.log
-    assert len(run.fragments) == run.summary["break_up"]["fragments"] == len(run.landing)
-    assert len(run.realisations) == run.summary["break_up"]["realisations"] > 1
+    assert len(run.fragments) == run.summary.break_up.fragments == len(run.landing)
+    assert len(run.realisations) == run.summary.break_up.realisations > 1
     assert len(run.realisations[1]) != 0
     assert run.landing.dtype == flight.LANDING
-    assert len(run.hits) == run.summary["witness"][0]["hits"]
+    assert len(run.hits) == run.summary.witness[0].hits
     assert run.burst.time == pytest.approx(12e-6, rel=0.05)
     assert run.burst.is_axisymmetric
     assert run.burst.nodes["velocity"].shape == run.burst.nodes["position"].shape
     assert run.burst.history["time"].max() == pytest.approx(run.burst.time)
     assert [one.name for one in run.burst.rounds] == ["tube"]
-    assert run.exposed == []
+    assert run.exposed == ()
     assert any("Warning" in text for text in run.findings)
 
 
 def test_the_hazard_distance(done):
     run, _ = done
-    hazard, part = run.hazard, run.summary["hazard"]
-    assert hazard.determined is part["determined"] is True
+    hazard, part = run.hazard, run.summary.hazard
+    assert hazard.determined is part.determined is True
     assert (hazard.recommended, hazard.expected, hazard.upper, hazard.standard_error) == (
-        part["recommended"], part["expected"], part["upper"], part["standard_error"],
+        part.recommended, part.expected, part.upper, part.standard_error,
     )  # fmt: skip
     assert hazard.recommended >= hazard.upper > hazard.expected > 0.0
-    assert (hazard.parts, hazard.not_included) == (part["parts"], part["not_included"])
-    assert hazard.realisations == part["realisations"] == 8
+    assert (hazard.parts, hazard.not_included) == (part.parts, part.not_included)
+    assert hazard.realisations == part.realisations == 8
     assert hazard.ensemble.realisations == min(hazard.realisations, 200)  # of which single counts are kept
     assert hazard.direction is None
     assert hazard.reason == ""

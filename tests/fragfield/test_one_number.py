@@ -12,6 +12,7 @@ import pytest
 
 import fragfield
 from flight.arena import ArenaTable
+from fragfield.results.part import to_json
 from tests.flight.test_arena import burst
 from tests.fragfield.plain_reports import leave_out_figures
 from tests.fragfield.short_run import invoke
@@ -79,7 +80,7 @@ def test_python_and_a_comparison_take_the_number_of_the_file(run):
     hazard = json.loads((folder / "summary.json").read_text())["hazard"]
     opened = fragfield.open(folder)
     assert opened.hazard.recommended == hazard["recommended"]
-    assert opened.hazard.parts == hazard["parts"]
+    assert to_json(opened.hazard.parts) == hazard["parts"]
     found = invoke("compare", folder, folder, "--json")
     assert found.exit_code == 0, found.stderr
     assert str(hazard["recommended"]) in found.stdout

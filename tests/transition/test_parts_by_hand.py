@@ -10,7 +10,7 @@ import pytest
 
 from transition import BreakUp, BreakUpSettings, InputError
 from transition.cells.cell_points import numbers
-from transition.cells.shape_functions import CORNERS, modes, trilinear
+from transition.cells.interpolation import corner_coordinates, interpolated, modes
 from transition.kernels import sampling
 from transition.kernels.sampling import _A, _B, _C, _SHARE, _TILE, _X, _quantiles
 from transition.law.segment_law import _at_rupture
@@ -43,20 +43,22 @@ def test_modes_give_the_field_back():
     x, y, z = (2.0 * points - 1.0).T
     values = np.stack([np.ones(4), x, y, z, x * y, x * z, y * z, x * y * z])
     np.testing.assert_allclose(
-        trilinear(corners, points), np.einsum("ak,kaj->kj", values, made), rtol=1e-12, atol=1e-13
+        interpolated(corners, points), np.einsum("ak,kaj->kj", values, made), rtol=1e-12, atol=1e-13
     )
-    at_corners = np.stack([trilinear(corners[:1], 0.5 * (corner[None] + 1.0))[0] for corner in CORNERS])
+    at_corners = np.stack(
+        [interpolated(corners[:1], 0.5 * (corner[None] + 1.0))[0] for corner in corner_coordinates(8)]
+    )
     np.testing.assert_allclose(at_corners, corners[0], rtol=1e-13, atol=1e-14)
 
 
 def test_trilinear_is_exact_for_its_own_monomials():
-    corners, points = 0.5 * (CORNERS + 1.0), np.random.default_rng(8).random((20, 3))
+    corners, points = 0.5 * (corner_coordinates(8) + 1.0), np.random.default_rng(8).random((20, 3))
     x, y, z = corners.T
     u, v, w = points.T
     values = np.stack([x, y, z, x * y * z, x * y - 2 * z, y * z + 3], axis=-1)
     expected = np.column_stack([u, v, w, u * v * w, u * v - 2 * w, v * w + 3])
     for columns in (slice(0, 3), slice(3, 6)):
-        found = trilinear(np.repeat(values[None, :, columns], 20, axis=0), points)
+        found = interpolated(np.repeat(values[None, :, columns], 20, axis=0), points)
         np.testing.assert_allclose(found, expected[:, columns], atol=1e-14)
 
 

@@ -11,7 +11,8 @@ from scipy.stats import chi2, kstest
 
 from tests.transition.meridian import Meridian
 from transition.casing import casing_of
-from transition.cells.meridian import HalfPlane, bilinear, mass_density, node_shares, quad_modes, ring_volumes
+from transition.cells.interpolation import interpolated, modes
+from transition.cells.meridian import HalfPlane, mass_density, node_shares, ring_volumes
 from transition.cells.ring_points import RingPoints
 
 SQUARE = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
@@ -41,12 +42,12 @@ def test_ring_volumes_and_nodal_shares_are_the_integrals():
     np.testing.assert_allclose(node_shares(box[None])[0], [1 / 6, 1 / 3, 1 / 3, 1 / 6], rtol=1e-13)
     assert ring_volumes(box[None])[0] == pytest.approx(np.pi * 0.02**2 * 0.03, rel=1e-13)
     corners = quads_of(np.random.default_rng(2), 3)
-    modes, density = quad_modes(corners), mass_density(corners)
+    coefficients, density = modes(corners), mass_density(corners)
     for one in range(3):
 
         def measure(v, u, one=one):
-            p = np.array([1.0, u, v, u * v]) @ modes[one]
-            by_u, by_v = np.array([0, 1, 0, v]) @ modes[one], np.array([0, 0, 1, u]) @ modes[one]
+            p = np.array([1.0, u, v, u * v]) @ coefficients[one]
+            by_u, by_v = np.array([0, 1, 0, v]) @ coefficients[one], np.array([0, 0, 1, u]) @ coefficients[one]
             return p[0] * (by_u[0] * by_v[1] - by_u[1] * by_v[0])
 
         at = (0.3, -0.7)
@@ -93,7 +94,7 @@ def test_kinetic_energy_is_that_of_the_field():
     for u, a in zip(gauss, weight, strict=True):
         for v, b in zip(gauss, weight, strict=True):
             at = a * b * np.einsum("mij,i,j->m", density, u ** np.arange(3), v ** np.arange(3))
-            velocity = bilinear(made.state[..., 2:], np.tile([(u + 1) / 2, (v + 1) / 2], (400, 1)))
+            velocity = interpolated(made.state[..., 2:], np.tile([(u + 1) / 2, (v + 1) / 2], (400, 1)))
             energy += at * (velocity**2).sum(axis=1)
             whole += at
     exact = 0.5 * made.cell_mass @ (energy / whole)

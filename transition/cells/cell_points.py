@@ -20,8 +20,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.optimize import brentq
 
+from transition.cells.interpolation import modes
 from transition.cells.points import MaterialPoints, PointArrays
-from transition.cells.shape_functions import modes
 from transition.kernels.sampling import sample_cells
 
 if TYPE_CHECKING:

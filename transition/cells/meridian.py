@@ -14,19 +14,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fragfield_base.elementary import cos, sin
+from transition.cells.interpolation import corner_coordinates, modes
 from transition.errors import InputError
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from numpy.typing import ArrayLike, NDArray
-
-
-QUAD_CORNERS = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]], dtype=float)
-"""Reference coordinates of the nodes, counter-clockwise (VTK's order)."""
-
-_XI, _ETA = QUAD_CORNERS.T
-_MODES_AT_CORNERS = np.stack([np.ones(4), _XI, _ETA, _XI * _ETA])
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,32 +70,20 @@ class HalfPlane:
         return np.column_stack([radial * cos(angle), radial * sin(angle), axial]) @ self.frame
 
 
-def quad_modes(corners: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Coefficients (m, 4, k) of 1, xi, eta, xi eta from the values (m, 4, k) at the nodes; xi, eta in [-1, 1]."""
-    return np.asarray(np.einsum("ai,mik->mak", _MODES_AT_CORNERS / 4.0, corners, optimize=True))
-
-
-def bilinear(corners: NDArray[np.float64], point: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Bilinear interpolation (k, j) of values (k, 4, j) at the nodes, at the coordinates `point` (k, 2), 0 to 1."""
-    x, y = 2.0 * point[:, :1] - 1.0, 2.0 * point[:, 1:] - 1.0
-    weights = 0.25 * (1.0 + _XI * x) * (1.0 + _ETA * y)
-    return np.asarray(np.einsum("ka,kaj->kj", weights, corners))
-
-
 def mass_density(corners: NDArray[np.float64]) -> NDArray[np.float64]:
     """Radius times Jacobian determinant of quadrilaterals (m, 4, 2) in (r, z): coefficients (m, 3, 3) of xi^i eta^j.
 
     A ring's mass by area of the reference square is in proportion to it, in m3.
     """
-    modes = quad_modes(corners)
-    r, z = modes[..., 0], modes[..., 1]
+    found = modes(corners)
+    r, z = found[..., 0], found[..., 1]
     area = np.stack([r[:, i] * z[:, j] - r[:, j] * z[:, i] for i, j in ((1, 2), (1, 3), (3, 2))], axis=1)
-    found = np.zeros((len(modes), 3, 3))
+    density = np.zeros((len(corners), 3, 3))
     # r = r0 + r1 xi + r2 eta + r3 xi eta; determinant = a0 + a1 xi + a2 eta
     for k, (i, j) in enumerate(((0, 0), (1, 0), (0, 1), (1, 1))):
         for n, (p, q) in enumerate(((0, 0), (1, 0), (0, 1))):
-            found[:, i + p, j + q] += r[:, k] * area[:, n]
-    return found
+            density[:, i + p, j + q] += r[:, k] * area[:, n]
+    return density
 
 
 def _node_volumes(corners: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -111,9 +93,10 @@ def _node_volumes(corners: NDArray[np.float64]) -> NDArray[np.float64]:
     """
     density = mass_density(corners)
     volumes = np.zeros(corners.shape[:2])
-    for xi, eta in QUAD_CORNERS / np.sqrt(3.0):
+    corner = corner_coordinates(4)
+    for xi, eta in corner / np.sqrt(3.0):
         at = 2.0 * np.pi * np.einsum("mij,i,j->m", density, xi ** np.arange(3), eta ** np.arange(3))
-        volumes += np.outer(at, 0.25 * (1.0 + _XI * xi) * (1.0 + _ETA * eta))
+        volumes += np.outer(at, 0.25 * (1.0 + corner[:, 0] * xi) * (1.0 + corner[:, 1] * eta))
     return volumes
 
 

@@ -17,7 +17,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from transition.cells.meridian import mass_density, node_shares, quad_modes
+from transition.cells.interpolation import modes
+from transition.cells.meridian import mass_density, node_shares
 from transition.cells.points import MaterialPoints, PointArrays
 from transition.kernels.sampling import sample_rings
 
@@ -62,7 +63,7 @@ class RingPoints:
 
     @cached_property
     def _modes(self) -> NDArray[np.float64]:
-        return quad_modes(np.concatenate([self.state, self.reference], axis=2))
+        return modes(np.concatenate([self.state, self.reference], axis=2))
 
     @cached_property
     def _mean(self) -> NDArray[np.float64]:

@@ -39,7 +39,7 @@ def sample_cells(
     Parameters
     ----------
     modes : (m, 8, 9) float64
-        Coefficients of nine functions: position, velocity and position before the burst (`shape_functions.modes`).
+        Coefficients of nine functions: position, velocity and position before the burst (`interpolation.modes`).
     offset : (m + 1,) int64
         Points `offset[c]` to `offset[c + 1]` lie in cell c: an even number.
     cell_mass : (m,) float64

@@ -58,8 +58,10 @@ def outside_data(
     low, high = OUTER_DIAMETER
     if not low <= outer_diameter <= high:
         yield f"outer diameter {outer_diameter * 1e3:.4g} mm (data: {low * 1e3:g} to {high * 1e3:g} mm)"
-    wall, inner = equivalent_cylinder(outer_diameter, charge_ratio, casing_density, explosive_density)
-    ratio = wall / inner if inner > 0.0 else math.inf
+    ratio = math.inf
+    if charge_ratio > 0.0:
+        wall, inner = equivalent_cylinder(outer_diameter, charge_ratio, casing_density, explosive_density)
+        ratio = wall / inner
     low, high = WALL_RATIO
     if not low <= ratio <= high:
         yield f"wall over inner diameter {ratio:.3g} of the equivalent cylinder (data: {low:g} to {high:g})"

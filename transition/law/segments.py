@@ -88,7 +88,7 @@ def _recut(
         cells = own[place == k]
         if not cells.size:
             raise InputError(f"{where}: no casing cell has its centre between {start:g} and {end:g} m")
-        segments.append(_segment(snapshot, index, k, _measured(snapshot, index, data, cells, start, end), cells))
+        segments.append(_segment(snapshot, index, k, measured(snapshot, index, data, cells, start, end), cells))
     return segments
 
 
@@ -106,7 +106,7 @@ def _segment(
     return CasingSegment(index, number, data, cells, max(rate * data.outer_radius, 0.0))
 
 
-def _measured(
+def measured(
     snapshot: Snapshot, index: int, data: RoundData, cells: NDArray[np.int64], start: float, end: float
 ) -> SegmentRecord:
     """Describe a new segment by its cells.

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from transition.cells.meridian import bilinear, mass_density
-from transition.cells.shape_functions import trilinear
+from transition.cells.interpolation import interpolated
+from transition.cells.meridian import mass_density
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -63,7 +63,7 @@ def cell_shares(
     polar, azimuth = np.zeros(36), np.zeros(72)
     for index in np.ndindex((_SAMPLES,) * 3):
         point = np.broadcast_to((np.array(index) + 0.5) / _SAMPLES, (len(cell_mass), 3))
-        found = _shares(cell_mass, trilinear(node_velocity, point), np.asarray(axis))
+        found = _shares(cell_mass, interpolated(node_velocity, point), np.asarray(axis))
         polar += found[0] / _SAMPLES**3
         azimuth += found[1] / _SAMPLES**3
     return polar, azimuth
@@ -89,7 +89,7 @@ def ring_shares(
     weight *= (ring_mass / weight.sum(axis=(1, 2)))[:, None, None]
     polar, cones = np.zeros(36), np.zeros(_CONES)
     for a, b in np.ndindex(_SAMPLES, _SAMPLES):
-        velocity = bilinear(node_velocity, np.broadcast_to([middles[a], middles[b]], (len(ring_mass), 2)))
+        velocity = interpolated(node_velocity, np.broadcast_to([middles[a], middles[b]], (len(ring_mass), 2)))
         moving = np.hypot(velocity[:, 0], velocity[:, 1]) > 0.0
         angle = np.degrees(np.arctan2(np.abs(velocity[moving, 0]), velocity[moving, 1]))
         mass = weight[moving, a, b]
