@@ -91,6 +91,20 @@ def test_a_fixed_step_leaves_the_springs_less_than_a_fifth():
     assert budget < 4.0 / 5.0
 
 
+@pytest.mark.parametrize("planes", [(), (WALL,)])
+def test_surfaces_and_planes_share_the_budget(planes, monkeypatch):
+    """Where both push one node its springs are as stiff together as one of them alone; neither gets next to nothing."""
+    pair = [moved(box((1, 1, 1), (0.01,) * 3), (x, 0.0, 0.02), k) for k, x in enumerate((0.0, 0.02))]
+    contact = bodies(pair, [(0.0, 0.0, 0.0)] * 2, replace(QUIET, cell_size=0.01, planes=planes)).contact
+    budgets = []
+    for part in (contact.collisions, *contact.planes):
+        monkeypatch.setattr(part, "find_forces", lambda budget, _: budgets.append(budget))
+    contact.add_forces(np.sqrt(max_squared_phase(QUIET.time_step) / 8.0), 0.0, front_is_active=False)
+    assert len(budgets) == 1 + len(planes)
+    assert sum(budgets) == pytest.approx(8.0, rel=1e-12)
+    assert min(budgets) > 8.0 / 3.0
+
+
 def test_the_impulse_of_a_force_that_grows_evenly_is_exact(monkeypatch):
     """F = a t from rest: a t^2 / 2, by steps of any size."""
     contact, growth, time = against(box((1, 1, 1), (0.01,) * 3)).contact, np.array([2e9, -1e9, 5e8]), 0.0
