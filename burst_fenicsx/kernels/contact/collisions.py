@@ -28,8 +28,8 @@ _LATE = 0.1  # of the facet's initial edge: a node that came in beside one is ta
 _OPPOSED = -0.2  # cosine between a node's own normal and that of a facet that it may have entered
 _TIE = 1e-9  # distances that differ by less, relatively, are one
 _ALIKE = 1e-6  # cosines, and places over the facet's initial edge, that differ by less are one
-# Of the facet's initial edge: so much of a depth that was there before contact stays unloaded. Nodes of longer steps than
-# contact's come in by so little at once, and to load that would make energy.
+# Of the facet's initial edge: so much of a depth that was there before contact stays unloaded. Nodes of longer steps
+# than contact's come in by so little at once, and to load that would make energy.
 _KEPT = 0.01
 _LIKE = 0.5  # cosine above which a facet looks like the one that a node touched before
 
