@@ -114,11 +114,6 @@ class ContactNodes:
         work: float = give_rows(self.active, step, fraction, grid.rounding, self.rows, nodes.force)
         return work
 
-    def fetch(self) -> None:
-        """Bring the motion and the loads of the rows that are needed from their owners; collective."""
-        rows = self.rows
-        self.exchange([rows.position, rows.velocity, rows.load[:, None]], [])
-
     def exchange(self, fetched: Sequence[np.ndarray], given: Sequence[np.ndarray]) -> None:
         """Bring needed rows of arrays (rows, n) from their owners, and add those of sums (rows, n) to theirs.
 
