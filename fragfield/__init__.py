@@ -32,11 +32,13 @@ if TYPE_CHECKING:
     from fragfield.interface.case import Case
     from fragfield.interface.checking import CheckResult, Converted, check, convert
     from fragfield.interface.hazard import HazardDistance
-    from fragfield.interface.limit import Limit, run_limit
     from fragfield.interface.results import Run, open  # noqa: A004 - as h5py.File has its `open`
     from fragfield.interface.running import run
-    from fragfield.interface.studies import Sweep, Uncertainty, compare_runs, run_sweep, run_uncertainty
     from fragfield.interface.tables import Table
+    from fragfield.studies.limit import Limit, run_limit
+    from fragfield.studies.ratios import compare_runs
+    from fragfield.studies.sweep import Sweep, run_sweep
+    from fragfield.studies.uncertainty.study import Uncertainty, run_uncertainty
     from fragfield.terminal.progress import Progress
     from fragfield_base.errors import InputError, NumericalStop
 
@@ -77,11 +79,13 @@ __getattr__, __dir__ = lazy_names(
         "fragfield.interface.case": "Case",
         "fragfield.interface.checking": "CheckResult Converted check convert",
         "fragfield.interface.hazard": "HazardDistance",
-        "fragfield.interface.limit": "Limit run_limit",
         "fragfield.interface.results": "Run open",
         "fragfield.interface.running": "run",
-        "fragfield.interface.studies": "Sweep Uncertainty compare_runs run_sweep run_uncertainty",
         "fragfield.interface.tables": "Table",
+        "fragfield.studies.limit": "Limit run_limit",
+        "fragfield.studies.ratios": "compare_runs",
+        "fragfield.studies.sweep": "Sweep run_sweep",
+        "fragfield.studies.uncertainty.study": "Uncertainty run_uncertainty",
         "fragfield.terminal.progress": "Progress",
         "fragfield_base.errors": "InputError NumericalStop",
     },

@@ -17,6 +17,7 @@ from fragfield.case import CaseTable
 from fragfield.cli import app
 from fragfield.quantities import QUANTITIES
 from fragfield.results.summary import described
+from fragfield.studies.study import Study
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -193,6 +194,8 @@ def _entries(name: str, found: Any) -> Iterator[str]:  # noqa: ANN401 - whatever
     yield _documented(f"## {name}", name, found)
     if inspect.isclass(found) and not issubclass(found, BaseException):
         for member, value in vars(found).items():
+            if issubclass(found, Study) and hasattr(Study, member):
+                continue  # what the base asks of a study
             plain = getattr(found, member) if isinstance(value, (classmethod, staticmethod)) else value
             if not member.startswith("_") and (callable(plain) or isinstance(plain, property)) and plain.__doc__:
                 yield _documented(f"### {name}.{member}", member, plain)
@@ -206,7 +209,14 @@ def _documented(title: str, name: str, found: Any) -> str:  # noqa: ANN401 - wha
     pattern = rf"^({'|'.join(_SECTIONS)})\n-{{3,}}\n"
     head, *rest = re.split(pattern, inspect.getdoc(found) or "", flags=re.MULTILINE)
     parts.append(_prose(head))
+    left_out: tuple[str, ...] = ()
+    if inspect.isclass(found) and issubclass(found, Study):
+        left_out = ("Parameters", "Raises")  # which stand at its function
+    elif hasattr(found, "__wrapped__"):
+        left_out = ("Attributes",)
     for section, body in zip(rest[::2], rest[1::2], strict=True):
+        if section in left_out:
+            continue
         entries = re.findall(r"^(\S.*)\n?((?:(?: +.*)?\n?)*)", body.strip("\n"), re.MULTILINE)
         if section == "Examples":
             text = f"```python\n{body.strip()}\n```"

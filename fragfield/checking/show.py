@@ -12,6 +12,7 @@ from fragfield.case.conversion.attitude import attitude_words
 from fragfield.case.conversion.surroundings import direction_words
 from fragfield.hazard.certainty import metres
 from fragfield.hazard.contents import quantity_words
+from fragfield.results.hazard import Attitude
 from fragfield.results.rules import DistanceToApply
 from fragfield.terminal.progress import duration
 from fragfield.terminal.show import OFFICIAL_LABELS, number_text, plain_console, stripped
@@ -159,7 +160,7 @@ def _arrangement(found: Mapping[str, Any]) -> Iterator[str | Table]:
         axis = ", ".join(f"{value:g}" for value in entry["axis"])
         table.add_row(entry["name"], *place, f"({axis})", _ignition(entry))
     yield table
-    yield f"attitude: {attitude_words(found['attitude'])}"
+    yield f"attitude: {attitude_words(Attitude.read(found['attitude']))}"
     if nearest := found["min_clearance"]:
         first, second = nearest["rounds"]
         yield f"smallest clear distance: {nearest['clearance'] * 1e3:.4g} mm, {first} to {second}"

@@ -11,35 +11,15 @@ import signal
 import sys
 from contextlib import suppress
 
-from fragfield.cli import computing, drawings, looking, studies, tables
 from fragfield.cli.application import app
 from fragfield.cli.streams import finish_messages, prepare_process, silence
 from fragfield.errors import EXIT_INPUT, EXIT_INTERRUPTED, InputError, exit_code_of, interrupt, interrupt_again
 from fragfield_base.interruption import SIGNALS
 
-__all__ = ["app", "computing", "drawings", "looking", "main", "studies", "tables"]
+__all__ = ["app", "main"]
 
 
 _COMPLETE = "_FRAGFIELD_COMPLETE"
-_GROUPS = {
-    "A case and its result": ("new", "check", "run", "report", "view", "tables", "info", "app"),
-    "Files of others": ("convert", "import"),
-    "Studies of many runs": ("sweep", "limit", "uncertainty", "compare"),
-    "Stages of a run": ("burst", "break-up", "fly"),
-    "This machine": ("warm-up", "help"),
-}
-"""Commands in the order of their use."""
-
-
-def _grouped() -> None:
-    known = {command.name or command.callback.__name__: command for command in app.registered_commands}  # type: ignore[union-attr]
-    app.registered_commands[:] = [known.pop(name) for names in _GROUPS.values() for name in names]
-    assert not known, f"no group has {', '.join(known)}"
-    for command, group in zip(app.registered_commands, (key for key in _GROUPS for _ in _GROUPS[key]), strict=True):
-        command.rich_help_panel = group
-
-
-_grouped()
 
 
 def main() -> None:

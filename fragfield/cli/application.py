@@ -3,36 +3,52 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
+from typer.core import TyperGroup
 
 import fragfield
+from fragfield.cli.commands import COMMANDS, GROUPS, STUDIES
+from fragfield.cli.declare import LazyCommand, file_path
+from fragfield.cli.guard import guarded
+from fragfield.cli.streams import to_stdout
 from fragfield.errors import InputError
 from fragfield.pipeline.parallel import launched_commands, launched_rank
-from fragfield_base.paths import absolute
+from fragfield_base.paths import start_folder
+
+_COLLECTIVE = ("run", "burst", "break-up", "fly")
+"""Commands that compute on all ranks of an MPI launch."""
+
+
+class _Commands(TyperGroup):
+    """All commands, in the order of their groups."""
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__(**options)
+        known = {**self.commands, **{name: LazyCommand(one) for name, one in COMMANDS.items()}}
+        named = {name: group for group, names in GROUPS.items() for name in names}
+        order = [*named, *(name for name in known if name not in named)]
+        self.commands = {name: known[name] for name in order}
+        for name, one in self.commands.items():
+            group = "Studies of many runs" if name in STUDIES else "A case and its result"
+            one.rich_help_panel = named.get(name, group)  # type: ignore[attr-defined]
+
+    def list_commands(self, ctx: typer.Context) -> list[str]:  # type: ignore[override]
+        """In the order of their use."""
+        del ctx
+        return list(self.commands)
+
 
 app = typer.Typer(
     name="fragfield",
+    cls=_Commands,
     help="Hazard distances of the fragments of cased charges, for explosives safety: burst, break-up, flight, report.",
     no_args_is_help=True,
     rich_markup_mode="markdown",  # paragraphs fill the width, and what stands in brackets is shown
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-
-_COLLECTIVE = ("run", "burst", "break-up", "fly")
-"""Commands that compute on all ranks of an MPI launch."""
-
-
-def file_path(text: str) -> Path:
-    """A file or folder as it was typed, absolute; one that cannot be is refused once it is used."""
-    try:
-        return absolute(text, InputError)
-    except InputError:
-        if not text:
-            raise
-        return Path(text)
 
 
 def _show_version(wanted: bool) -> None:
@@ -68,53 +84,28 @@ def help_(
     app([*([command] if command else []), "--help"], prog_name=app.info.name)
 
 
-CaseOrRun = Annotated[
-    Path, typer.Argument(parser=file_path, metavar="CASE_OR_RUN", help="A case file, or the directory of a run.")
-]
-Out = Annotated[
-    Path | None,
-    typer.Option("--out", parser=file_path, metavar="DIR", help="Run directory; default runs/NAME, or the run itself."),
-]
-Settings = Annotated[
-    list[str] | None,
-    typer.Option("--set", metavar="KEY=VALUE", help="Replaces a value of the case, by its dotted key; repeatable."),
-]
-Threads = Annotated[int | None, typer.Option("--threads", min=1, metavar="N", help="Threads of each rank.")]
-Resume = Annotated[bool, typer.Option("--resume", help="Continue an interrupted run of the same case.")]
-Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace another case's run in DIR.")]
-Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress and no warnings; the result alone.")]
-Json = Annotated[bool, typer.Option("--json", help="One JSON object on stdout, and nothing else.")]
-ProgressFile = Annotated[
-    Path | None,
-    typer.Option(
-        "--progress-file",
-        parser=file_path,
-        metavar="FILE",
-        help="Keep the progress there as JSON, for another program.",
-    ),
-]
-Resolved = Annotated[
-    bool, typer.Option("--resolved", help="Print the case as well, with every default, in everyday units.")
-]
-Drawing = Annotated[
-    Path | None,
-    typer.Option(
-        "--drawing",
-        parser=file_path,
-        metavar="FILE",
-        help="Write a dimensioned drawing of each different round: .svg or .png.",
-    ),
-]
-FragmentsFile = Annotated[
-    Path | None,
-    typer.Option(
-        "--fragments",
-        parser=file_path,
-        metavar="FILE",
-        help="Fly these fragments (.h5, .csv, or an arena table), not the run's.",
-    ),
-]
-Scheduler = Annotated[
-    str | None,
-    typer.Option("--scheduler", metavar="ADDRESS", help="Run on the workers of this dask scheduler: tcp://node1:8786."),
-]
+@app.command("app")
+def open_pages(
+    case: Annotated[
+        Path | None,
+        typer.Argument(
+            parser=file_path, metavar="[CASE | RUN]", help="A case file, a run, or a folder; default: this one."
+        ),
+    ] = None,
+    port: Annotated[int, typer.Option("--port", min=0, max=65535, metavar="N", help="Default: a free one.")] = 0,
+    host: Annotated[
+        str, typer.Option("--host", metavar="ADDRESS", help="Address to listen at; in a container 0.0.0.0.")
+    ] = "127.0.0.1",
+    browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Open the default browser.")] = True,
+) -> None:
+    """Work on a case in the browser: draw the round, arrange the site, run, read the result; all on this machine."""
+    with guarded(json=False, quiet=False):
+        from fragfield.app.server import serve
+
+        serve(case or start_folder(InputError), announce=_announce, host=host, port=port, browser=browser)
+
+
+def _announce(words: str) -> None:
+    """Print the address at once: the command goes on."""
+    with to_stdout():
+        typer.echo(words)

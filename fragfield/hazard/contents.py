@@ -11,6 +11,7 @@ from fragfield.case.conversion.attitude import attitude_of
 from fragfield.case.conversion.exposed_sites import describe_exposed
 from fragfield.case.conversion.rounds import are_alike, heights, mirrored, placed
 from fragfield.case.conversion.surroundings import describe_surroundings, ground_height
+from fragfield.results.part import to_json
 from fragfield.results.rules import Contents
 from fragfield_base.substances import substance, substance_key, substance_title, substances_with
 
@@ -40,7 +41,7 @@ def arrangement(case: CaseTable) -> dict[str, Any]:
     bodies = [placed(entry) for entry in case.round]
     contact = burst_settings(case).contact
     return {
-        "attitude": attitude_of(case),
+        "attitude": to_json(attitude_of(case)),
         "rounds": [
             {
                 "name": entry.name,

@@ -6,9 +6,10 @@ import hashlib
 import math
 import re
 import tempfile
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 
@@ -22,6 +23,7 @@ from fragfield.importing.columns import Columns, columns_by_name
 from fragfield.importing.layout import lay_out
 from fragfield.importing.sheet import Guess, QuestionError, read_text_file
 from fragfield.importing.workbook import is_workbook, read_workbook
+from fragfield.interface.kinds import File, Kind, PathName
 from fragfield.version import __version__
 from fragfield_base.errors import names_allowed
 from fragfield_base.paths import absolute
@@ -29,9 +31,6 @@ from fragfield_base.units import UnitError, read_measure
 from fragfield_base.writing import write_bytes
 
 if TYPE_CHECKING:
-    import os
-    from collections.abc import Mapping
-
     from numpy.typing import NDArray
 
     from flight.arena import ArenaTable
@@ -85,7 +84,7 @@ class ImportedTable:
         """Name of the file beside the source that `write` takes."""
         return f"{self.source.stem}_{self.kind}.csv"
 
-    def write(self, path: str | os.PathLike[str] | None = None) -> Path:
+    def write(self, path: PathName | None = None) -> Path:
         """Write the file that a case reads; without a path into the working folder under `default_name`.
 
         Raises InputError: it would replace its own source, or cannot be written.
@@ -117,37 +116,60 @@ class ImportedTable:
 
 
 def import_table(
-    path: str | os.PathLike[str], kind: str | None = None, *, columns: Mapping[str, str] | None = None,
-    units: Mapping[str, str] | None = None, encoding: str | None = None, separator: str | None = None,
-    decimal: str | None = None, sheet: str | None = None, rows: str | None = None,
-    number_of_rounds: float | None = None, zone_width: float = 5.0, zone_angle: str | None = None,
-    from_base: bool = False, empty_zones: bool = False, case: str | os.PathLike[str] | None = None,
+    path: File,
+    kind: str | None = None,
+    *,
+    columns: Annotated[Mapping[str, str] | None, Kind(dict, "QUANTITY=NAME", "--column")] = None,
+    units: Annotated[Mapping[str, str] | None, Kind(dict, "QUANTITY=UNIT", "--unit")] = None,
+    encoding: str | None = None,
+    separator: str | None = None,
+    decimal: str | None = None,
+    sheet: str | None = None,
+    rows: str | None = None,
+    number_of_rounds: Annotated[float | None, Kind(float, "N", "--rounds")] = None,
+    zone_width: float = 5.0,
+    zone_angle: str | None = None,
+    from_base: bool = False,
+    empty_zones: bool = False,
+    case: File | None = None,
     casing_mass: str | float | None = None,
-) -> ImportedTable:  # fmt: skip
+) -> ImportedTable:
     """Read a table of a test in any usual form: CSV, XLSX, ODS.
 
     Parameters
     ----------
     path : path
-        The file.
+        Table of a test: CSV, XLSX, ODS.
     kind : str, optional
-        "arena" or "pit"; left out: as its columns show.
+        arena or pit; default: as its columns show.
     columns : mapping
-        Column of a quantity, by its name in the file or its number from 1: `{"mass": "Weight (g)"}`.
+        Column of a quantity by name or number; repeatable: mass="Weight (g)". In Python `{"mass": "Weight (g)"}`.
     units : mapping
-        Unit of a quantity, or of all masses, speeds, angles: `{"mass": "g"}`.
-    encoding, separator, decimal, sheet : str, optional
-        Of the file, where it does not show them: "cp1252"; "semicolon"; "point" or "comma"; a sheet's name.
+        Unit of a quantity, or of all masses, speeds, angles; repeatable: mass=g. In Python `{"mass": "g"}`.
+    encoding : str, optional
+        Of a text: utf-8, cp1252, mac_roman ...
+    separator : str, optional
+        Between cells: comma, semicolon, tab, bar.
+    decimal : str, optional
+        Of the numbers of a text: point or comma.
+    sheet : str, optional
+        Sheet of a workbook, by name or number.
     rows : str, optional
-        Lines of the file that hold the table with its names: "3:18".
+        Lines of the table with its names: 3:18 or 3:18,22:30.
     number_of_rounds : float, optional
-        That its numbers are of together; left out: one, or as a comment "# rounds = 4" says.
-    zone_width, zone_angle, from_base, empty_zones
-        Of arena tables: see `fragfield.importing.arena.ArenaOptions`.
+        Rounds that the numbers are of together; 0.25: a quarter of the azimuth.
+    zone_width : float
+        Of the zones that single pieces are put into (degrees).
+    zone_angle : str, optional
+        What the one angle of a zone is: from, centre or to.
+    from_base : bool
+        Angles of an arena table count from the base, not the nose.
+    empty_zones : bool
+        Zones without a row hold no fragment.
     case : path, optional
-        A case, with whose casing the mass is compared.
+        Compare the mass with the casing of this case.
     casing_mass : str or float, optional
-        The casing's mass, with its unit or in kg.
+        Compare the mass with that of the casing: "12.1 kg". In Python also a number in kg.
 
     Raises
     ------
@@ -219,7 +241,7 @@ def _check_choices(path: Path, kind: str | None, columns: Mapping[str, str], uni
             raise InputError(f"{path}: unit of {name!r}{names_allowed(name, known)}")
 
 
-def _casing(case: str | os.PathLike[str] | None, mass: str | float | None) -> float | None:
+def _casing(case: PathName | None, mass: str | float | None) -> float | None:
     """Mass of the casing (kg), of a case or as given."""
     if case is not None:
         from fragfield.case import load_case

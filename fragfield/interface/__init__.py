@@ -1,8 +1,5 @@
 """What a Python program calls, and the command line with it: a case, a run, and what a run directory holds.
 
-The names are those of `fragfield` itself: `fragfield.Case`, `fragfield.check`, `fragfield.run`, `fragfield.open`,
-`fragfield.run_sweep`, `fragfield.run_limit`, `fragfield.compare_runs` and `fragfield.run_uncertainty`. Each is loaded
-when it is first asked for, so that `import fragfield` costs nothing.
+The names are those of `fragfield` itself; each is loaded when it is first asked for. The arguments of `run`, `check`
+and `convert`, and what is said of them, are those of the commands (`fragfield.cli.declare`).
 """
-
-from __future__ import annotations

@@ -216,34 +216,3 @@ def _lines(case: Resolved) -> list[tuple[str, str]]:
     hazard = case.hazard
     lines.append(("hazard", f"{hazard.energy:g} J, 1 per {1.0 / hazard.density:.3g} m2, seed {case.seed}"))
     return lines
-
-
-def study_folder(
-    case: Case | str | os.PathLike[str], out: str | os.PathLike[str] | None, what: str
-) -> tuple[Path, Path]:
-    """The folder of the results, and where a case made in Python is written."""
-    if out is None:
-        path = case.path if isinstance(case, Case) else absolute(case, InputError)
-        if path is None:
-            raise InputError(f'out: missing; a case made in Python needs a folder, such as out="runs/first_{what}"')
-        out = Path("runs") / f"{path.resolve().stem}_{what}"
-    folder = absolute(out, InputError)
-    return folder, folder.with_name(f"{folder.name}.toml")
-
-
-def written_case(case: Case | str | os.PathLike[str], file: Path) -> Path:
-    """The file of a case; one made in Python is written."""
-    if not isinstance(case, Case):
-        return absolute(case, InputError)
-    file.parent.mkdir(parents=True, exist_ok=True)
-    case.write(file)
-    return file
-
-
-def setting_of(key: str, values: Sequence[Any]) -> str:
-    """Values of a key as the command line takes them."""
-    from fragfield.case.write import toml_value
-
-    if isinstance(values, str) or not hasattr(values, "__iter__"):
-        raise InputError(f"{key}: found {values!r}; needed: a list of its values, such as [{values!r}]")
-    return f"{key}={','.join(toml_value(value) for value in values)}"

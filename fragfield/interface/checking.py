@@ -19,46 +19,18 @@ from fragfield.checking.check import fragments_report
 from fragfield.contours import read as contours
 from fragfield.errors import InputError
 from fragfield.interface.case import Case, case_of
+from fragfield.interface.kinds import CaseOrRun, File, PathName, Settings
 from fragfield_base.paths import absolute
-from fragfield_base.writing import write_text
+from fragfield_base.writing import write_bytes, write_text
 
 if TYPE_CHECKING:
-    import os
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Mapping
     from pathlib import Path
 
-    from fragfield.case import CaseTable
     from fragfield.case.tables.base import Table
 
 
 _KINDS = ("svg", "png")
-
-
-def write_drawings(case: CaseTable, path: Path) -> list[Path]:
-    """Write the drawing of a resolved case's round; of several different rounds one each, numbered.
-
-    Raises
-    ------
-    InputError
-        The file's ending is none of .svg and .png, there are no rounds, one is a mesh, or it cannot be written.
-    """
-    from fragfield.report.figures.drawing import drawing_style, to_bytes
-    from fragfield.report.figures.round_drawing import draw_round, drawn_rounds, expected_masses
-    from fragfield_base.writing import write_bytes
-
-    kind = path.suffix.lower().lstrip(".")
-    if kind not in _KINDS:
-        raise InputError(f"--drawing: found {path.name}; allowed: a name that ends in .svg or .png")
-    if not case.round:
-        raise InputError("--drawing: found a case without [[round]]; allowed: a case with a round")
-    different = drawn_rounds(case)
-    written = []
-    for number, (item, expected) in enumerate(zip(different, expected_masses(case), strict=True), start=1):
-        target = path if len(different) == 1 else path.with_name(f"{path.stem}_{number}{path.suffix}")
-        with drawing_style():
-            drawn = to_bytes(draw_round(item, expected), kind)
-        written.append(write_bytes(target, drawn, InputError))
-    return written
 
 
 @dataclass(frozen=True, repr=False)
@@ -83,7 +55,7 @@ class CheckResult:
         """What looks doubtful in the case."""
         return list(self.found["warnings"])
 
-    def draw(self, path: str | os.PathLike[str]) -> list[Path]:
+    def draw(self, path: PathName) -> list[Path]:
         """Write the dimensioned drawing of the round (.svg or .png), of different rounds one each; their paths.
 
         Raises
@@ -91,7 +63,22 @@ class CheckResult:
         InputError
             Another ending, no round, a round from a mesh file, or no right to write.
         """
-        return write_drawings(self.case.values, absolute(path, InputError))
+        from fragfield.report.figures.drawing import drawing_style, to_bytes
+        from fragfield.report.figures.round_drawing import draw_round, drawn_rounds, expected_masses
+
+        case, target = self.case.values, absolute(path, InputError)
+        kind = target.suffix.lower().lstrip(".")
+        if kind not in _KINDS:
+            raise InputError(f"--drawing: found {target.name}; allowed: a name that ends in .svg or .png")
+        if not case.round:
+            raise InputError("--drawing: found a case without [[round]]; allowed: a case with a round")
+        different, written = drawn_rounds(case), []
+        for number, (item, expected) in enumerate(zip(different, expected_masses(case), strict=True), start=1):
+            name = target.name if len(different) == 1 else f"{target.stem}_{number}{target.suffix}"
+            with drawing_style():
+                drawn = to_bytes(draw_round(item, expected), kind)
+            written.append(write_bytes(target.with_name(name), drawn, InputError))
+        return written
 
     def __repr__(self) -> str:
         what = f"{self.found['mesh']['cells']} cells" if "mesh" in self.found else "no burst"
@@ -104,22 +91,22 @@ class CheckResult:
 
 
 def check(
-    case: Case | str | os.PathLike[str],
+    case: CaseOrRun,
     *,
-    set: Sequence[str] | Mapping[str, Any] = (),  # noqa: A002 - as `--set`
-    fragments: str | os.PathLike[str] | None = None,
+    set: Settings = (),  # noqa: A002 - as `--set`
+    fragments: File | None = None,
 ) -> CheckResult:
     """Masses, speeds, mesh and cost that follow from a case, and warnings.
 
     Parameters
     ----------
     case : Case or path
-        A case, a case file or a run directory.
-    set
-        Values that replace those of the case, see `Case.from_toml`.
+        A case file, or the directory of a run.
+    set : sequence of str, or mapping
+        Replaces a value of the case, by its dotted key; repeatable. In Python see `Case.from_toml`.
     fragments : path, optional
-        Fragments or an arena table that are to be flown instead of the run's own: `found["fragments"]` says what of the
-        casing they hold. The case then needs no burst, and without one nothing is said of it.
+        Fly these fragments (.h5, .csv, or an arena table), not the run's. In Python `found["fragments"]` says what of
+        the casing they hold.
 
     Raises
     ------
@@ -164,7 +151,7 @@ class Converted:
         head = "".join(f"# {note}\n" for note in self.notes if self.kind == "places")
         return head + tables_to_toml(self.tables)
 
-    def write(self, path: str | os.PathLike[str]) -> Path:
+    def write(self, path: PathName) -> Path:
         """Write the text into a new file (.toml); its path. Raises InputError where there is such a file."""
         target = absolute(path, InputError)
         if target.suffix != ".toml":
@@ -175,19 +162,18 @@ class Converted:
 
 
 def convert(
-    file: str | os.PathLike[str],
+    file: File,
     *,
-    set: Sequence[str] | Mapping[str, Any] = (),  # noqa: A002 - as `--set`
+    set: Settings = (),  # noqa: A002 - as `--set`
 ) -> Converted:
     """Turn a drawing, a table of diameters, or a map of places into what a case holds.
 
     Parameters
     ----------
     file : path
-        .dxf, .csv, .xlsx or .ods of a round's casing, or .geojson, .json, .kml or .kmz of places.
+        Drawing (.dxf), table of diameters, or map (.geojson, .kml, .kmz).
     set : sequence of str, or mapping
-        Values of the keys of `round.contour`, such as `["unit=1 mm"]`; of a map those of `site.places`, and `latitude`,
-        `longitude` and `bearing` of the site.
+        How it is read: a key of round.contour or site.places. Of a map in Python `latitude`, `longitude` and `bearing`.
 
     Raises
     ------

@@ -8,53 +8,50 @@ from typing import TYPE_CHECKING, Any
 
 from fragfield.errors import InputError, nearest
 from fragfield.interface.case import Case, case_of
+from fragfield.interface.kinds import CaseOrRun, Count, File, Folder, Follow, Settings
 from fragfield_base.ambient import check_variables, is_launched
 from fragfield_base.cores import let_threads_sleep
 from fragfield_base.paths import absolute
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
-
     from fragfield.interface.results import Run
     from fragfield.pipeline.job import RunOptions
-    from fragfield.terminal.progress import Progress
 
 
 def run(
-    case: Case | str | os.PathLike[str],
+    case: CaseOrRun,
     *,
-    out: str | os.PathLike[str] | None = None,
-    set: Sequence[str] | Mapping[str, Any] = (),  # noqa: A002 - as `--set`
-    only: str | None = None,
-    fragments: str | os.PathLike[str] | None = None,
-    threads: int | None = None,
+    out: Folder | None = None,
+    fragments: File | None = None,
+    set: Settings = (),  # noqa: A002 - as `--set`
+    threads: Count | None = None,
     resume: bool = False,
     overwrite: bool = False,
-    progress: bool | Callable[[Progress], object] = True,
+    progress: Follow = True,
+    only: str | None = None,
 ) -> Run:
     """Compute a case: burst, break-up, flight and report, or one of them.
 
     Parameters
     ----------
     case : Case or path
-        A case, a case file, or the directory of a run, whose case is taken.
+        A case file, or the directory of a run.
     out : path, optional
-        Run directory to write; left out: runs/NAME for NAME.toml, or the run directory given. A case made in Python
-        needs one.
-    set
-        Values that replace those of the case, see `Case.from_toml`.
-    only : "burst", "break-up", "fly" or "report", optional
-        One stage alone, from the files of the stages before it.
+        Run directory; default runs/NAME, or the run itself. A case made in Python needs one.
     fragments : path, optional
-        With `only="fly"`: fragments or an arena table to fly instead of the run's own.
+        Fly these fragments (.h5, .csv, or an arena table), not the run's. In Python with `only="fly"`.
+    set : sequence of str, or mapping
+        Replaces a value of the case, by its dotted key; repeatable. In Python see `Case.from_toml`.
     threads : int, optional
-        Threads of each rank; default: all cores that this process may use.
+        Threads of each rank; default all cores.
     resume : bool
-        Keep what is done of the same case and go on.
+        Continue an interrupted run of the same case.
     overwrite : bool
-        Replace the run in the directory.
+        Replace another case's run in DIR.
     progress : bool or callable
         True: a line on stderr where that is a terminal. A callable is given a `fragfield.Progress` now and then.
+    only : "burst", "break-up", "fly" or "report", optional
+        One stage alone, from the files of the stages before it.
 
     Returns
     -------
@@ -93,23 +90,21 @@ def run(
 
 
 def options_of(
-    case: Case | str | os.PathLike[str],
+    case: CaseOrRun,
     *,
-    out: str | os.PathLike[str] | None = None,
-    set: Sequence[str] | Mapping[str, Any] = (),  # noqa: A002 - as `--set`
-    fragments: str | os.PathLike[str] | None = None,
-    threads: int | None = None,
-    resume: bool = False,
-    overwrite: bool = False,
-    progress: bool | Callable[[Progress], object] = True,
+    out: Folder | None = None,
+    set: Settings = (),  # noqa: A002 - as `--set`
+    fragments: File | None = None,
+    progress: Follow = True,
     burst: bool = True,
+    **options: Any,
 ) -> RunOptions:
     """What the pipeline is asked for, by the arguments of `run`. A file is read later, by the first rank alone."""
     check_variables(InputError)
     is_launched(InputError)
     let_threads_sleep()
-    if threads is not None:
-        limit_threads(threads)
+    if options.get("threads") is not None:
+        limit_threads(options["threads"])
     from fragfield.case.checks.consistency import check_case
     from fragfield.case.messages import join_faults
     from fragfield.pipeline.job import RunOptions
@@ -126,10 +121,15 @@ def options_of(
             out = absolute(f"runs/{found.path.stem}", InputError)
         case = out
     return RunOptions(
-        absolute(case, InputError), None if out is None else absolute(out, InputError), threads, resume,
-        overwrite, progress is False, None if fragments is None else absolute(fragments, InputError), set,
-        made=made, follow=progress if callable(progress) else None,
-    )  # fmt: skip
+        absolute(case, InputError),
+        None if out is None else absolute(out, InputError),
+        fragments=None if fragments is None else absolute(fragments, InputError),
+        settings=set,
+        made=made,
+        quiet=progress is False,
+        follow=progress if callable(progress) else None,
+        **options,
+    )
 
 
 def limit_threads(number: object) -> None:

@@ -9,7 +9,7 @@ flown. All attitudes fly the same realisations.
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,9 +17,10 @@ from fragfield.case.conversion.attitude import attitude_of, is_mixed
 from fragfield.case.conversion.turned import Arrangement
 from fragfield.errors import InputError
 from fragfield.hazard.exposed import worst_of_attitudes
+from fragfield.pipeline.arena import read_arena
 from fragfield.pipeline.ensemble import EnsembleFlight, Flights
 from fragfield.pipeline.realisations import Realisations
-from fragfield.results.hazard import FlownAttitude
+from fragfield.results.hazard import Attitude, FlownAttitude
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -204,13 +205,11 @@ def attitudes_of(case: CaseTable) -> int:
     return len(coarse_attitudes(Arrangement(case)))
 
 
-def flown_attitude(job: Job, flown: FlownEnsemble) -> dict[str, Any]:
-    """The part `hazard.attitude` of summary.json: the attitude of what was flown, and the curve over mixed ones."""
-    from fragfield.pipeline.arena import read_arena
-
-    part = attitude_of(
-        job.case, given=job.options.fragments is not None and read_arena(job.options.fragments, job.case) is None
-    )
-    if flown.attitude is not None and flown.curve:
-        part |= {"worst_inclination_deg": flown.attitude.inclination, "worst_roll_deg": flown.attitude.roll}
-    return part | {"curve": flown.curve}
+def flown_attitude(job: Job, flown: FlownEnsemble) -> Attitude:
+    """The attitude of what was flown, and the curve over mixed ones."""
+    fragments = job.options.fragments
+    part = attitude_of(job.case, given=fragments is not None and read_arena(fragments, job.case) is None)
+    if flown.attitude is None or not flown.curve:
+        return part
+    worst = flown.attitude
+    return replace(part, worst_inclination_deg=worst.inclination, worst_roll_deg=worst.roll, curve=tuple(flown.curve))

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Sequence
 
     from numpy.typing import NDArray
 
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from flight.hazard.ensemble import EnsembleHazard
     from flight.hazard.pool import Completeness
     from fragfield.case.conversion.turned import Turned
+    from fragfield.results.hazard import FlownAttitude
     from fragfield.results.site import ExposedSite
 
 
@@ -44,7 +45,7 @@ class FlownEnsemble:
     """Realisations flown, in all attitudes."""
     attitude: Turned | None = None
     """The worst one of mixed attitudes, to which all else belongs."""
-    curve: Sequence[Mapping[str, Any]] = ()
+    curve: Sequence[FlownAttitude] = ()
     """Distances over mixed attitudes."""
     not_integrated_because: str = ""
     """Why the distance is no integral over a table of points; empty where it is."""

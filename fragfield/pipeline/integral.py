@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,8 +17,11 @@ from flight.hazard.pool import Completeness
 from fragfield.case.conversion.attitude import is_mixed
 from fragfield.case.conversion.symmetry import burst_geometry
 from fragfield.case.conversion.turned import Arrangement
+from fragfield.results.hazard import FlownAttitude
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from flight.hazard.ensemble import EnsembleHazard
     from flight.hazard.integral import Integral
     from fragfield.case import CaseTable
@@ -109,23 +112,23 @@ class Integrand:
         if attitude is not None or not is_mixed(self.case):
             return Solved(self.integral(attitude), attitude)
         arrangement = Arrangement(self.case)  # of one round of revolution, which a roll does not change
-        rows: dict[float, dict[str, Any]] = {}
+        rows: dict[float, FlownAttitude] = {}
 
         def add(inclination: float) -> None:
             if inclination in rows or not 0.0 <= inclination <= 180.0:
                 return
             integral = self.integral(arrangement.turned(inclination), finely=False)
             expected = integral.expected(every_direction=False)
-            rows[inclination] = {
+            rows[inclination] = FlownAttitude.read({
                 "inclination_deg": inclination, "roll_deg": 0.0, "expected": expected.distance,
                 "upper": expected.upper, "standard_error": expected.standard_error,
                 "direction_deg": expected.direction, "realisations": 0,
-            }  # fmt: skip
+            })  # fmt: skip
 
         for inclination in np.arange(0.0, 180.0 + 0.5 * COARSE, COARSE).tolist():
             add(inclination)
         worst = -1.0
-        while worst != (worst := max(rows, key=lambda one: rows[one]["expected"])):
+        while worst != (worst := max(rows, key=lambda one: rows[one].expected or 0.0)):
             add(worst - FINE)
             add(worst + FINE)
         turned = arrangement.turned(worst)
@@ -138,8 +141,8 @@ class Solved:
 
     integral: Integral
     attitude: Turned | None
-    curve: list[dict[str, Any]] = field(default_factory=list)
-    """Distances over mixed attitudes, as `hazard.attitude.curve` of summary.json."""
+    curve: Sequence[FlownAttitude] = ()
+    """Distances over mixed attitudes."""
     completeness: Completeness = field(default_factory=Completeness)
     """How the flights ended, where fragments were flown one by one."""
 

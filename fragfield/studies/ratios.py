@@ -1,47 +1,54 @@
-"""One run divided by another, a pair by its single round: ratios of the results, and the inputs that differ."""
+"""One run divided by another, a pair by its single round."""
 
 from __future__ import annotations
 
 import math
 from typing import TYPE_CHECKING, Any
 
-from fragfield.case import differences
 from fragfield.errors import InputError
-from fragfield.files.run_directory import RunDirectory
+from fragfield.interface.kinds import PathName
+from fragfield.interface.results import Run
+from fragfield.interface.tables import Table, table_of_rows
 from fragfield.quantities import shown, value_at
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
-    from pathlib import Path
+    from collections.abc import Iterator
 
     from fragfield.quantities import Quantity
+    from fragfield.results.summary import Summary
 
 
-def inputs_that_differ(run: Path, reference: Path) -> list[str]:
-    """A line a key in which the cases of two runs differ; raises InputError where a folder is no run."""
-    other, mine = (RunDirectory(folder).stored_case() for folder in (reference, run))
-    return differences(other, mine, words=("reference", "run"))
+def compare_runs(run: Run | PathName, reference: Run | PathName) -> Table:
+    """Divide what a run gave by what a reference run gave.
 
+    Recommended distances that hold different parts have no ratio: one would seem larger by what is known of it alone.
 
-def ratios(run: Path, reference: Path) -> list[dict[str, Any]]:
-    """A row a quantity that both runs have: its path in the summary, label, unit, both values, ratio and its error.
+    Parameters
+    ----------
+    run, reference : Run or path
+        Runs, or their directories.
 
-    The standard error is that of independent realisations, None where a run has none. Recommended distances that hold
-    different parts have no ratio: one would seem larger by what is known of it alone. Raises InputError where a
-    summary is damaged or has no results.
+    Returns
+    -------
+    Table
+        A row a quantity that both have: `quantity` (its path in the summary), `label`, `unit`, `run`, `reference` (SI),
+        `ratio` and `ratio_error` (standard error of independent realisations, NaN where a run has none).
+
+    Raises
+    ------
+    InputError
+        A directory is no run, or its summary is damaged or has no results.
     """
-    summaries = [_summary(folder) for folder in (run, reference)]
-    return [row for one in shown("compare") for row in _row(one, *summaries)]
+    runs = [one if isinstance(one, Run) else Run(one) for one in (run, reference)]
+    for one in runs:
+        one.case  # noqa: B018 - says what is wrong with the directory
+        if one.summary.burst is None and one.summary.flight is None:
+            raise InputError(f"{one.path}: its summary.json has no results; run `fragfield run` first")
+    summaries = [one.summary for one in runs]
+    return table_of_rows("ratios", [row for one in shown("compare") for row in _row(one, *summaries)])
 
 
-def _summary(folder: Path) -> dict[str, Any]:
-    found = RunDirectory(folder).summary()
-    if not any(isinstance(found.get(part), dict) for part in ("burst", "flight")):
-        raise InputError(f"{folder}: its summary.json has no results; run `fragfield run` first")
-    return found
-
-
-def _row(one: Quantity, run: Mapping[str, Any], reference: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
+def _row(one: Quantity, run: Summary, reference: Summary) -> Iterator[dict[str, Any]]:
     mine, other = one.of(run), one.of(reference)
     if mine is None or other is None:
         return
@@ -57,25 +64,10 @@ def _row(one: Quantity, run: Mapping[str, Any], reference: Mapping[str, Any]) ->
     }  # fmt: skip
 
 
-def _parts(summary: Mapping[str, Any]) -> set[str]:
+def _parts(summary: Summary) -> set[str]:
     """The parts that a recommended distance holds."""
-    return {name for name, value in summary["hazard"]["parts"].items() if value is not None}
-
-
-def print_ratios(found: Mapping[str, Any]) -> None:
-    """Print the inputs that differ and the ratios."""
-    from rich.table import Table
-
-    from fragfield.terminal.show import plain_console
-
-    console, table = plain_console(), Table(box=None, pad_edge=False)
-    for line in found["differences"] or ["no input differs"]:
-        console.print(line)
-    for head in ("", "unit", "run", "reference", "ratio", "±"):
-        table.add_column(head, justify="right" if head not in ("", "unit") else "left")
-    for row in found["ratios"]:
-        numbers = (row[key] for key in ("run", "reference", "ratio", "ratio_error"))
-        table.add_row(row["label"], row["unit"], *("" if value is None else f"{value:.4g}" for value in numbers))
-    console.print(table)
-    if any(row["ratio"] is None and row["reference"] for row in found["ratios"]):
-        console.print("no ratio of recommended distances: they hold different parts; compare the expected distances")
+    return (
+        set()
+        if summary.hazard is None
+        else {key for key, value in vars(summary.hazard.parts).items() if value is not None}
+    )

@@ -7,9 +7,7 @@ import time
 from pathlib import Path
 from typing import Any
 
-from fragfield.studies.sweep.plan import plan_sweep
-from fragfield.studies.sweep.results import FAILED
-from fragfield.studies.sweep.work import SweepOptions, run_sweep
+from fragfield.studies.sweep import run_sweep
 from fragfield_base.kernel_cache import cache_root
 
 _CASE = """
@@ -54,11 +52,11 @@ def warm_up() -> dict[str, Any]:
     with tempfile.TemporaryDirectory(prefix="fragfield-") as name:
         case = Path(name) / "warm_up.toml"
         case.write_text(_CASE, encoding="utf-8")
-        options = SweepOptions(Path(name) / "runs", quiet=True, keep_runs=True)  # a row alone needs fewer kernels
-        runs = run_sweep(plan_sweep(case, [_ROUNDS]), options)["runs"]
+        # a row alone needs fewer kernels
+        swept = run_sweep(case, [_ROUNDS], out=Path(name) / "runs", keep_runs=True, progress=False)
     root = cache_root()
     return {
         "seconds": time.perf_counter() - began,
         "cache": None if root is None else str(root),
-        "failures": [row["message"] for row in runs if row["state"] == FAILED],
+        "failures": list(swept.failures.values()),
     }

@@ -1,32 +1,72 @@
-"""What the processes of a study do in place of runs: functions that a new process can import."""
+"""Runs of a study by made-up laws: in threads of this process, or as functions that a new process can import."""
 
 from __future__ import annotations
 
 import os
 import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-__all__ = ["answer", "wait_for_interruption"]
+from fragfield.studies.tasks import Outcome
+
+__all__ = ["Threads", "answer", "in_threads", "wait_for_interruption"]
 
 
-def answer(request):
-    """Print as C code does, then end the process as the request says, or answer with its number and its threads."""
+class Threads:
+    """Workers of this process, which call a function of a task; see `fragfield.studies.workers.Workers`."""
+
+    def __init__(self, size, function):
+        self.size, self._function = size, function
+        self._pool, self.restarts = ThreadPoolExecutor(size), 0
+
+    def submit(self, task):
+        """Begin a run."""
+        return self._pool.submit(self._function, task)
+
+    def restart(self):
+        """Go on after a kill."""
+        self.restarts += 1
+
+    def interrupt(self):
+        """Begin no other."""
+        self._pool.shutdown(wait=False, cancel_futures=True)
+
+    def close(self):
+        """Wait for the runs at hand."""
+        self._pool.shutdown()
+
+
+def in_threads(monkeypatch, function):
+    """Let every study call a function of its tasks in threads of this process."""
+
+    def workers(scheduler, most, *, jobs, threads):
+        return Threads(min(jobs or 2, most), function)
+
+    monkeypatch.setattr("fragfield.studies.study.workers_of", workers)
+
+
+def answer(task):
+    """Print as C code does, then end the process as the values say, or answer with its number and its threads."""
     os.write(1, b"words\n")
-    if "signal" in request:
-        os.kill(os.getpid(), request["signal"])
-    if "exit" in request:
-        os._exit(request["exit"])
-    return os.getpid(), f"{os.environ['NUMBA_NUM_THREADS']} {request['threads']}"
+    if "once" in task.values and not Path(task.values["once"]).exists():
+        Path(task.values["once"]).touch()
+        os.kill(os.getpid(), 9)
+    if "signal" in task.values:
+        os.kill(os.getpid(), task.values["signal"])
+    if "exit" in task.values:
+        os._exit(task.values["exit"])
+    time.sleep(task.values.get("seconds", 0.0))
+    return Outcome(0, "", {"process": os.getpid(), "threads": os.environ["NUMBA_NUM_THREADS"]})
 
 
-def wait_for_interruption(request):
+def wait_for_interruption(task):
     """Wait, as a burst that writes a checkpoint in its own time when it is interrupted."""
-    out = request["out"]
+    out = task.directory
     try:
-        Path(f"{out}.begun").touch()
+        out.with_suffix(".begun").touch()
         time.sleep(60)
     except KeyboardInterrupt:
         time.sleep(0.5)
-        Path(f"{out}.checkpoint").touch()
-        return 130, "interrupted"
-    return 0, ""
+        out.with_suffix(".checkpoint").touch()
+        return Outcome(130, "interrupted")
+    return Outcome(0, "", {})

@@ -77,7 +77,7 @@ def test_an_attitude_becomes_an_axis(given, axis):
 )
 def test_the_attitude_in_words(given, kind, words):
     part = attitude_of(_case(given))
-    assert part["kind"] == kind
+    assert part.kind == kind
     assert attitude_words(part).startswith(words)
 
 
@@ -86,9 +86,9 @@ def test_rounds_that_stand_and_lie_are_named():
     entry = {**a_round(), "position": UP_1M}
     case = case_from_document(changed(round=[entry, lying]), source="case", folder=Path())
     part = attitude_of(case)
-    assert part["kind"] == "several"
-    assert part["words"] == "a upright, nose up; b lying, nose to azimuth 0°"
-    assert part["base_height"] == pytest.approx(0.5)
+    assert part.kind == "several"
+    assert part.words == "a upright, nose up; b lying, nose to azimuth 0°"
+    assert part.base_height == pytest.approx(0.5)
 
 
 def test_a_stack_has_the_attitude_of_its_round():

@@ -23,7 +23,7 @@ from tests.fragfield.short_run import ROOT, invoke, python
 CASES = sorted((ROOT / "cases").glob("*.toml"))
 COMMANDS = (
     "new", "check", "run", "report", "view", "tables", "info", "app", "convert", "import", "sweep", "limit",
-    "uncertainty", "compare", "burst", "break-up", "fly", "warm-up", "help",
+    "uncertainty", "burst", "break-up", "fly", "warm-up", "help",
 )  # fmt: skip
 HEAVY = ("dolfinx", "mpi4py", "petsc4py", "vtkmodules", "pyvista", "matplotlib", "gmsh")
 

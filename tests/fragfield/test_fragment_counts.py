@@ -19,7 +19,7 @@ from fragfield.case.write import to_toml
 from fragfield.checking.check import check_report
 from fragfield.errors import InputError
 from fragfield.studies.uncertainty.defaults import default_inputs
-from fragfield.studies.uncertainty.plan import plan_study
+from fragfield.studies.uncertainty.plan import plan_samples
 from fragfield_base.errors import InputError as AnyInputError
 from fragfield_base.units import read_measure
 from tests.fragfield.short_run import SHORT, invoke
@@ -236,7 +236,7 @@ def test_uncertainty_takes_the_standard_error(case_with_pit):
 
 def test_samples_of_a_study_vary_the_fitted_mean_mass(case_with_pit):
     case = load_changed_case(case_with_pit, {"break_up.mean_mass": "pit.csv"})
-    study = plan_study(case, samples=40, seed=4)
+    study = plan_samples(case, samples=40, seed=4)
     scales = []
     for number in range(study.samples):
         sample = case_from_document(study.document(number), source="sample", folder=Path("/nowhere"))

@@ -170,15 +170,14 @@ def test_a_signal_within_a_call_back_of_a_library_is_not_lost(kind):
     """Python drops what is raised there, with a traceback: a command that compiled went on after SIGTERM."""
     script = (
         "import ctypes, os, signal, sys, time\n"
-        "import fragfield.cli.computing as computing\n"
+        "import fragfield.interface.checking as checking\n"
         "from fragfield.cli import main\n"
-        "import fragfield\n"
         "def work(*arguments, **options):\n"
         "    call = ctypes.CFUNCTYPE(None)(lambda: os.kill(os.getpid(), signal." + kind + "))\n"
         "    call()\n"
         "    for _ in range(200):\n"
         "        time.sleep(0.05)\n"
-        "fragfield.check = work\n"
+        "checking.case_of = work\n"
         "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
         "signal.signal(signal.SIGHUP, signal.SIG_DFL)\n"  # nohup has it ignored
         "sys.argv = ['fragfield', 'check', 'none.toml']\n"

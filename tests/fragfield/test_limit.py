@@ -10,19 +10,17 @@ from pathlib import Path
 import pytest
 
 import fragfield
-from fragfield.case import read_resolved
 from fragfield.files.run_directory import RunDirectory
+from fragfield.hazard.contents import with_images
 from fragfield.hazard.recommended import recommended_of
 from fragfield.hazard.to_apply import distance_to_apply
 from fragfield.results.hazard import Hazard
 from fragfield.results.part import to_json
 from fragfield.results.rules import Official, Rule
-from fragfield.studies.limit import LimitCriteria
-from fragfield.studies.limit.criteria import judged
-from fragfield.studies.limit.plan import round_count
-from fragfield.studies.limit.search import limit_of
-from fragfield.studies.processes import LocalRuns
+from fragfield.studies.limit import LimitRow, judge, limit_of
+from fragfield.studies.tasks import Outcome
 from tests.fragfield.example_results import example
+from tests.fragfield.run_tasks import in_threads
 from tests.fragfield.short_run import invoke
 
 ROW = """title = "row"
@@ -67,34 +65,25 @@ def computed(monkeypatch):
     }
     made: list[int] = []
 
-    def call(_worker, request):
-        out = Path(request["out"])
-        out.mkdir(exist_ok=True)
-        case = read_resolved(Path(request["case_file"]))
-        rounds = round_count(case)
+    def call(task):
+        rounds = len(with_images(task.case))
         made.append(rounds)
-        directory = RunDirectory(out)
-        directory.write_case(case)
         if code := law["code"](rounds):
-            return code, "cell 7 is lost"
-        for name in ("burst_snapshot.h5", "fragments.h5", "landing.h5"):
-            (out / name).touch()
+            return Outcome(code, "cell 7 is lost")
         distance = law["distance"](rounds)
         hazard = {"determined": distance is not None, "reason": "airborne", "expected": distance, "upper": distance,
                   "standard_error": 1.0}  # fmt: skip
         hazard = recommended_of(
             example(Hazard, **hazard), {"reason": "no grid convergence: not computed for the runs of a sweep"}
         )
-        sites = [{"name": one.name, "verdict": "met" if law["met"](rounds) else "not met"} for one in case.exposed]
+        sites = [{"name": one.name, "verdict": "met" if law["met"](rounds) else "not met"} for one in task.case.exposed]
         rules = {"contents": {"explosive": 5.0 * rounds}}
         to_apply = to_json(distance_to_apply(hazard, None, []))
-        parts = {name: [] for name in ("burst", "break_up", "flight", "witness", "obstacle", "convergence", "official")}
-        directory.write_summary(
-            {**parts, "hazard": to_json(hazard), "exposed": sites, "rules": rules, "distance_to_apply": to_apply}
-        )
-        return 0, ""
+        summary = {"hazard": to_json(hazard), "exposed": sites, "rules": rules, "distance_to_apply": to_apply}
+        RunDirectory(task.directory).write_summary(summary)
+        return Outcome(0, "" if distance is not None else "airborne", task.results(summary))
 
-    monkeypatch.setattr(LocalRuns, "call", call)
+    in_threads(monkeypatch, call)
     return made, law
 
 
@@ -236,14 +225,15 @@ def test_a_distance_that_falls_is_said_and_every_number_shows_what_bisection_mis
     assert not any("taken to meet" in one for one in every.remarks)
 
 
-def row(rounds: int, distance: float, *, met: bool = True, error: float = 1.0) -> dict:
-    return {"rounds": rounds, "recommended": distance, "standard_error": error, "met": met, "to_apply": None,
-            "explosive": 1.0, "values": {"k": rounds}, "directory": "d", "exit_code": 0}  # fmt: skip
+def row(rounds: int, distance: float) -> LimitRow:
+    found = LimitRow(str(rounds), "d", "", {"k": rounds}, rounds=rounds, met=True, recommended=distance)
+    found.standard_error = 1.0
+    return found
 
 
 @pytest.mark.parametrize(("drop", "words"), [(0.0, None), (2.8, "within"), (2.9, "beyond")])
 def test_a_fall_is_judged_by_two_standard_errors_of_the_difference(drop, words):
-    found = limit_of([row(1, 80.0), row(2, 80.0 - drop)], "k", asked=[1, 2])["words"]  # 2 sqrt(2) = 2.83
+    found = limit_of([row(1, 80.0), row(2, 80.0 - drop)], asked=[1, 2])[2]  # 2 sqrt(2) = 2.83
     said = [one for one in found if one.startswith("Not monotonic")]
     assert len(said) == (words is not None)
     if words:
@@ -276,11 +266,10 @@ def test_official_distance_and_rules_must_not_exceed_the_given_one_either(offici
         )
         for name, distance, outside in rules
     ]
-    to_apply = distance_to_apply(hazard, part, entries)
-    assert (
-        judged({"hazard": hazard, "distance_to_apply": to_apply}, LimitCriteria(90.0, exposed=False))["reasons"]
-        == reasons
-    )
+    to_apply = to_json(distance_to_apply(hazard, part, entries))
+    found = row(1, 0.0)
+    judge(found, {"hazard": to_json(hazard), "distance_to_apply": to_apply}, 90.0, exposed=False)
+    assert (found.reasons, found.met) == (reasons, not reasons)
 
 
 @pytest.mark.slow

@@ -68,7 +68,7 @@ def real_study(short_meridian, tmp_path_factory):
 def test_real_samples_and_their_files(real_study):
     out, printed = real_study
     assert printed["states"]["done"] == 12
-    assert not (out / ".samples").exists()
+    assert not (out / ".scratch").exists()
     nominal = RunDirectory(out / "nominal").summary()["hazard"]
     assert {key: nominal[key] for key in printed["hazard"]} == printed["hazard"]
     page, report = ((out / name).read_text() for name in ("uncertainty.html", "nominal/report.html"))
@@ -87,8 +87,8 @@ def test_real_workers_two_of_which_one_is_killed(short_meridian, real_study, tmp
         env=environment(),
     )  # fmt: skip
     until = time.monotonic() + 600.0
-    journal = out / "samples.jsonl"
-    while not (journal.is_file() and journal.read_text().count("\n") >= 3):
+    journal = out / "uncertainty.jsonl"
+    while not (journal.is_file() and journal.read_text().count("\n") >= 4):
         assert process.poll() is None, process.stderr.read()
         assert time.monotonic() < until
         time.sleep(0.05)
@@ -102,8 +102,8 @@ def test_real_workers_two_of_which_one_is_killed(short_meridian, real_study, tmp
 def test_a_real_study_that_is_killed_goes_on(short_meridian, real_study, tmp_path):
     out = tmp_path / "cut"
     process = subprocess.Popen(_real(short_meridian, out, "--jobs", 2), env=environment())
-    journal, until = out / "samples.jsonl", time.monotonic() + 600.0
-    while not (journal.is_file() and journal.read_text().count("\n") >= 3):
+    journal, until = out / "uncertainty.jsonl", time.monotonic() + 600.0
+    while not (journal.is_file() and journal.read_text().count("\n") >= 4):
         assert process.poll() is None
         assert time.monotonic() < until
         time.sleep(0.05)

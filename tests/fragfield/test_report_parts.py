@@ -12,6 +12,7 @@ import numpy as np
 import pint
 import pytest
 
+import fragfield
 from docs.hooks.reference import summary_reference
 from fragfield.case import CaseTable
 from fragfield.numbers import _LADDERS, UNKNOWN, number, row
@@ -24,8 +25,7 @@ from fragfield.report.reading.run_files import RunFiles
 from fragfield.report.tables.stages import quantity_rows
 from fragfield.results.summary import Summary, schema
 from fragfield.results.words import margin_metres, metres, metres_and_error, whole_metres
-from fragfield.studies.ratios import ratios
-from fragfield.studies.sweep.results import results_of
+from fragfield.studies.sweep import results_of
 from fragfield.terminal.show import summary_text
 from tests.fragfield.example_results import example
 
@@ -328,4 +328,4 @@ def test_a_view_lists_an_output_by_its_mark_alone(reported_pair, monkeypatch):
     assert results_of(run.summary)["min_edge"] == value
     assert "| `min_edge` | m | Shortest edge of all |" in summary_reference()
     assert new in shown("convergence")
-    assert ratios(reported_pair, reported_pair)
+    assert len(fragfield.compare_runs(reported_pair, reported_pair))

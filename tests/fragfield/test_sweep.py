@@ -4,24 +4,17 @@ from __future__ import annotations
 
 import csv
 import json
-import os
-import pickle
-import signal
-import subprocess
-import sys
-import threading
-import time
-from pathlib import Path
+import shutil
 
 import pytest
 
+import fragfield
 from fragfield.case import load_case, load_changed_case, read_resolved
 from fragfield.errors import InputError
 from fragfield.files.run_directory import RunDirectory
-from fragfield.studies.processes import LocalRuns, perform
-from fragfield.studies.sweep import plan_sweep
-from fragfield.studies.sweep.results import results_of
-from tests.fragfield.run_tasks import answer
+from fragfield.studies.sweep import plan_runs, results_of
+from fragfield.studies.tasks import Outcome, perform
+from tests.fragfield.run_tasks import in_threads
 from tests.fragfield.short_run import RINGS, ROOT, invoke
 
 TUBE, PAIR = ROOT / "cases" / "tube.toml", ROOT / "cases" / "m107_pair.toml"
@@ -40,42 +33,34 @@ SUMMARY = {
 
 @pytest.fixture
 def calls(monkeypatch):
-    """Runs that are remembered and give a row or leave a finished directory; a code in the list makes one fail."""
-    made, codes = [], []
+    """Runs that are remembered and give a row, or leave their numbers in their directory; a code makes one fail."""
+    made, codes, summary = [], [], {**SUMMARY}
 
-    def call(_worker, request):
-        made.append(request)
-        if request["stage"] == "row":
-            code = codes.pop(0) if codes else 0
-            return code, "cell 7 is lost" if code else json.dumps({"results": results_of(SUMMARY), "message": ""})
-        out = Path(request["out"])
-        out.mkdir(exist_ok=True)
-        RunDirectory(out).write_case(read_resolved(Path(request["case_file"])))
+    def call(task):
+        made.append(task)
         if code := codes.pop(0) if codes else 0:
-            return code, "cell 7 is lost"
-        for name in ("burst_snapshot.h5", "fragments.h5", "landing.h5"):
-            (out / name).touch()
-        others = {
-            name: []
-            for name in ("witness", "obstacle", "exposed", "rules", "official", "distance_to_apply", "convergence")
-        }
-        RunDirectory(out).write_summary({**SUMMARY, **others})
-        return 0, ""
+            return Outcome(code, "cell 7 is lost")
+        if task.directory is not None:
+            (task.directory / "burst_snapshot.h5").touch()
+            RunDirectory(task.directory).write_summary(summary)
+        reason = "" if summary["hazard"]["determined"] else summary["hazard"]["reason"]
+        return Outcome(0, reason, task.results(summary))
 
-    monkeypatch.setattr(LocalRuns, "call", call)
-    return made, codes
+    in_threads(monkeypatch, call)
+    return made, codes, summary
 
 
 def test_a_plan_is_the_product_of_its_values():
-    plan = plan_sweep(TUBE, ["burst.cell_size=12 mm,15 mm", "round.0.explosive=tnt,comp_b"])
-    assert [run.name for run in plan.runs] == [
+    keys, runs = plan_runs(TUBE, ["burst.cell_size=12 mm,15 mm", "round.0.explosive=tnt,comp_b"])
+    assert keys == ["burst.cell_size", "round.0.explosive"]
+    assert [run.name for run in runs] == [
         "cell_size_12_mm_explosive_tnt", "cell_size_12_mm_explosive_comp_b",
         "cell_size_15_mm_explosive_tnt", "cell_size_15_mm_explosive_comp_b",
     ]  # fmt: skip
-    assert plan.runs[1].values == {"burst.cell_size": "12 mm", "round.0.explosive": "comp_b"}
-    assert plan.runs[1].case.burst.cell_size == pytest.approx(0.012)
-    assert plan.runs[1].case.round[0].explosive.name == "comp_b"
-    assert plan.runs[3].case.title.endswith(": burst.cell_size = 15 mm, round.0.explosive = comp_b")
+    assert runs[1].values == {"burst.cell_size": "12 mm", "round.0.explosive": "comp_b"}
+    assert runs[1].case.burst.cell_size == pytest.approx(0.012)
+    assert runs[1].case.round[0].explosive.name == "comp_b"
+    assert runs[3].case.title.endswith(": burst.cell_size = 15 mm, round.0.explosive = comp_b")
 
 
 @pytest.mark.parametrize(
@@ -91,10 +76,10 @@ def test_a_plan_is_the_product_of_its_values():
 def test_values_are_read_as_in_a_case_file(setting, values):
     if setting.startswith("title"):  # changes nothing that is computed
         with pytest.raises(InputError, match="are alike; give every value once"):
-            plan_sweep(TUBE, [setting])
+            plan_runs(TUBE, [setting])
         return
     key = setting.partition("=")[0]
-    assert [run.values[key] for run in plan_sweep(TUBE, [setting]).runs] == values
+    assert [run.values[key] for run in plan_runs(TUBE, [setting])[1]] == values
 
 
 @pytest.mark.parametrize(
@@ -137,19 +122,18 @@ def test_a_name_is_opened_where_a_key_goes_into_its_table():
 
 @pytest.mark.parametrize("keep", [["--keep-runs"], []], ids=["directories", "rows"])
 def test_a_failed_run_is_reported_and_the_others_go_on(tmp_path, calls, keep):
-    made, codes = calls
+    made, codes, _ = calls
     codes += [0, 3, 0]
     out = tmp_path / "out"
     done = invoke("sweep", TUBE, "burst.cell_size=12 mm,15 mm,20 mm", "--out", out, "--jobs", "1", *keep)
     assert done.exit_code == 3, done.stderr
-    assert len(made) == 3
+    assert [task.case.burst.cell_size for task in made] == [0.012, 0.015, 0.02]
     if keep:
-        assert made[0] == {"stage": "run", "case_file": str(out / "cell_size_12_mm.toml"),
-                           "out": str(out / "cell_size_12_mm"), "resume": False, "overwrite": False}  # fmt: skip
         assert read_resolved(out / "cell_size_15_mm.toml").burst.cell_size == pytest.approx(0.015)
+        assert made[0].directory == out / "cell_size_12_mm"
+        assert fragfield.open(made[0].directory).case.values == made[0].case
     else:
-        assert (made[0]["of"], pickle.loads(pickle.dumps(made[0]["case"])).burst.cell_size) == ("run", 0.012)
-        assert sorted(path.name for path in out.iterdir()) == ["sweep.csv", "sweep.json"]
+        assert sorted(path.name for path in out.iterdir()) == ["sweep.csv", "sweep.json", "sweep.jsonl"]
     assert "cell_size_15_mm failed (exit code 3): cell 7 is lost" in done.stdout
     for text in ("115", "110 ± 3.0", "90 to 130", "700", "do not include grid (not computed for the runs of a sweep)"):
         assert text in done.stdout, text
@@ -165,79 +149,80 @@ def test_a_failed_run_is_reported_and_the_others_go_on(tmp_path, calls, keep):
     assert stored["runs"][2]["results"]["largest_throw"] == 700.0
 
 
-def test_a_run_whose_distance_is_not_determined_is_done_and_says_so(tmp_path, calls, monkeypatch):
-    plain = LocalRuns.call
+def test_a_run_whose_distance_is_not_determined_is_done_and_says_so(tmp_path, calls):
     reason = "there are no fragments"
-
-    def call(worker, request):
-        plain(worker, request)
-        out = Path(request["out"])
-        found = RunDirectory(out).summary()
-        found["hazard"] |= {"recommended": None, "expected": None, "determined": False, "reason": reason}
-        RunDirectory(out).write_summary(found)
-        return 0, ""
-
-    monkeypatch.setattr(LocalRuns, "call", call)
-    done = invoke("sweep", TUBE, "burst.cell_size=12 mm,15 mm", "--out", tmp_path / "out", "--json", "--keep-runs")
-    found = json.loads(done.stdout)
-    assert (done.exit_code, found["exit_code"]) == (3, 3)
-    for row in found["runs"]:
-        assert (row["state"], row["exit_code"], row["message"]) == ("done", 3, reason)
-        assert row["results"]["recommended_distance"] is None
-        assert row["results"]["mean_initial_speed"] == 1000.0
-    kept = invoke("sweep", TUBE, "burst.cell_size=12 mm,15 mm", "--out", tmp_path / "out", "--json", "--resume")
-    assert kept.exit_code == 3, kept.output
-    assert [(row["state"], row["exit_code"]) for row in json.loads(kept.stdout)["runs"]] == [("kept", 3)] * 2
-    done = invoke("sweep", TUBE, "burst.cell_size=12 mm", "--out", tmp_path / "other", "--keep-runs")
-    assert "not determined" in done.stdout
+    calls[2]["hazard"] = SUMMARY["hazard"] | {
+        "recommended": None, "expected": None, "determined": False, "reason": reason,
+    }  # fmt: skip
+    arguments = ("sweep", TUBE, "burst.cell_size=12 mm,15 mm", "--out", tmp_path / "out", "--json")
+    for option, state in ((), "done"), (("--resume",), "kept"):
+        done = invoke(*arguments, *option)
+        assert done.exit_code == 3, done.output
+        for row in json.loads(done.stdout)["runs"]:
+            assert (row["state"], row["exit_code"], row["message"]) == (state, 3, reason)
+            assert row["results"]["recommended_distance"] is None
+            assert row["results"]["mean_initial_speed"] == 1000.0
+    assert "not determined" in invoke("sweep", TUBE, "burst.cell_size=12 mm", "--out", tmp_path / "other").stdout
 
 
 @pytest.mark.parametrize("keep", [["--keep-runs"], []], ids=["directories", "rows"])
 def test_resume_keeps_finished_runs_of_the_same_case(tmp_path, calls, keep):
-    made, codes = calls
+    made, codes, _ = calls
     codes += [0, 3]
-    options = ("--out", tmp_path / "out", "--json", "--jobs", "1", *keep)
+    out = tmp_path / "out"
+    options = ("--out", out, "--json", "--jobs", "1", *keep)
     arguments = ("sweep", TUBE, "burst.cell_size=12 mm,15 mm", *options)
     assert invoke(*arguments).exit_code == 3
+    before = (out / "sweep.jsonl").read_bytes()
+    refused = invoke(*arguments)
+    assert refused.exit_code == 2
+    assert f"{out}: holds a study of sweep; allowed: --resume to continue it, --overwrite to compute" in refused.stderr
+    assert (out / "sweep.jsonl").read_bytes() == before
     done = invoke(*arguments, "--resume")
     assert done.exit_code == 0
     assert [row["state"] for row in json.loads(done.stdout)["runs"]] == ["kept", "done"]
     assert len(made) == 3
-    assert not keep or made[-1]["resume"]
     more = invoke("sweep", TUBE, "burst.cell_size=12 mm,20 mm", *options, "--resume")
     assert [row["state"] for row in json.loads(more.stdout)["runs"]] == ["kept", "done"]
-    invoke(*arguments)  # without it all is made again
+    again = invoke(*arguments, "--resume")  # the row that the last table does not list is kept too
+    assert [row["state"] for row in json.loads(again.stdout)["runs"]] == ["kept", "kept"]
+    assert invoke(*arguments, "--overwrite").exit_code == 0
     assert len(made) == 6
+
+
+def test_a_row_whose_line_was_cut_off_or_whose_directory_is_gone_is_made_again(tmp_path, calls):
+    out = tmp_path / "out"
+    arguments = ("sweep", TUBE, "burst.cell_size=12 mm,15 mm,20 mm", "--out", out, "--json", "--jobs", "1")
+    assert invoke(*arguments, "--keep-runs").exit_code == 0
+    shutil.rmtree(out / "cell_size_12_mm")
+    journal = out / "sweep.jsonl"
+    journal.write_bytes(journal.read_bytes()[:-20])
+    (out / "sweep.json").write_text("{")  # the table is written, never read
+    done = invoke(*arguments, "--keep-runs", "--resume")
+    assert [row["state"] for row in json.loads(done.stdout)["runs"]] == ["done", "kept", "done"]
+    assert [json.loads(line)["name"] for line in journal.read_text().splitlines()[-2:]] == [
+        "cell_size_12_mm", "cell_size_20_mm",
+    ]  # fmt: skip
 
 
 @pytest.mark.parametrize("keep", [["--keep-runs"], []], ids=["directories", "rows"])
 def test_runs_of_another_case_are_refused_or_replaced(tmp_path, calls, keep):
-    made, _ = calls
-    case = tmp_path / "case.toml"
+    made, *_ = calls
+    case, out = tmp_path / "case.toml", tmp_path / "out"
     case.write_text(TUBE.read_text())
-    arguments = ("sweep", case, "burst.cell_size=12 mm", "--out", tmp_path / "out", *keep)
+    arguments = ("sweep", case, "burst.cell_size=12 mm", "--out", out, *keep)
     assert invoke(*arguments).exit_code == 0
     case.write_text(TUBE.read_text().replace("seed = 1", "seed = 2"))
-    for option in ((), ("--resume",)):
-        done = invoke(*arguments, *option)
-        assert done.exit_code == 2
-        words = ["run of another case; use another --out, or --overwrite", "seed: stored 1, now 2"]
-        if not keep:
-            words = [
-                f"{tmp_path / 'out' / 'sweep.json'}: holds the run cell_size_12_mm of another case; use another --out"
-            ]
-        assert all(one in done.stderr for one in words), done.stderr
+    done = invoke(*arguments, "--resume")
+    assert done.exit_code == 2
+    words = ["run of another case; use another --out, or --overwrite", "seed: stored 1, now 2"]
+    if not keep:
+        words = [f"{out / 'sweep.jsonl'}: holds the run cell_size_12_mm of another case; use another --out"]
+    assert all(one in done.stderr for one in words), done.stderr
+    assert invoke(*arguments, "--resume", "--stage", "burst").exit_code == 2
     assert len(made) == 1
     assert invoke(*arguments, "--overwrite").exit_code == 0
-    assert not keep or made[-1]["overwrite"]
-
-
-@pytest.mark.parametrize("text", ["{", "[]", '{"runs": [1]}', '{"runs": {"name": "x"}}'])
-def test_a_damaged_table_is_named(tmp_path, calls, text):
-    (tmp_path / "sweep.json").write_text(text)
-    done = invoke("sweep", TUBE, "burst.cell_size=12 mm", "--out", tmp_path, "--resume")
-    assert (done.exit_code, calls[0]) == (2, [])
-    assert f"{tmp_path / 'sweep.json'}: is no table of a sweep; remove it, or use another --out" in done.stderr
+    assert len(made) == 2
 
 
 @pytest.mark.dolfinx
@@ -248,17 +233,34 @@ def test_a_row_has_the_numbers_of_its_run_and_a_burst_is_made_once(tmp_path, mon
     monkeypatch.setattr(
         "burst_fenicsx.simulate", lambda *asked, **options: bursts.append(1) or simulate(*asked, **options)
     )
+
+    class Here:
+        size = 1
+
+        def submit(self, task):
+            from concurrent.futures import Future
+
+            future = Future()
+            future.set_result(perform(task))
+            return future
+
+        def interrupt(self):
+            pass
+
+        close = restart = interrupt
+
+    monkeypatch.setattr("fragfield.studies.study.workers_of", lambda *_, **__: Here())
     (tmp_path / "short.toml").write_text(RINGS)
-    rows = [
-        perform({"stage": "row", "of": "run", "threads": 1, "case": one.case})
-        for one in plan_sweep(tmp_path / "short.toml", ["flight.drag_factor=1,1.1"]).runs
-    ]
-    assert [code for code, _ in rows] == [0, 0], rows
+    factors = {"flight.drag_factor": [1.0, 1.1]}
+    rows = fragfield.run_sweep(tmp_path / "short.toml", factors, out=tmp_path / "rows", progress=False)
+    assert not rows.failures
     assert len(bursts) == 1
-    whole = {"stage": "run", "case_file": str(tmp_path / "short.toml"), "out": str(tmp_path / "run"), "threads": 1}
-    assert perform({**whole, "resume": False, "overwrite": False}) == (0, "")
-    found, other = (json.loads(message)["results"] for _, message in rows)
-    wanted = results_of(RunDirectory(tmp_path / "run").summary())
+    kept = fragfield.run_sweep(
+        tmp_path / "short.toml", {"flight.drag_factor": [1.0]}, out=tmp_path / "runs", keep_runs=True, progress=False
+    )
+    found, other = (row.results for row in rows.rows)
+    wanted = results_of(kept.runs[0].summary)
+    assert kept.rows[0].results == wanted
     # A row flies no realisation where the distance is an integral: it has no band of single events.
     apart = ("wall_seconds", "realisations", "single_event_low", "single_event_high")
     assert {k: v for k, v in found.items() if k not in apart} == {k: v for k, v in wanted.items() if k not in apart}
@@ -266,11 +268,18 @@ def test_a_row_has_the_numbers_of_its_run_and_a_burst_is_made_once(tmp_path, mon
     assert other["largest_throw"] < found["largest_throw"]
 
 
-def test_a_sweep_has_a_folder_of_its_own(tmp_path, calls):
-    (tmp_path / "case.toml").touch()
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("case.toml", "holds a run; a sweep needs a folder of its own"),
+        ("notes.txt", "holds notes.txt, which is no part of a study; allowed: a new or an empty folder, or a study's"),
+    ],
+)
+def test_a_sweep_has_a_folder_of_its_own(tmp_path, calls, name, words):
+    (tmp_path / name).touch()
     done = invoke("sweep", TUBE, "seed=1,2", "--out", tmp_path)
     assert done.exit_code == 2
-    assert f"{tmp_path}: holds a run; a sweep needs a folder of its own" in done.stderr
+    assert f"{tmp_path}: {words}" in done.stderr
 
 
 def test_a_sweep_does_not_run_under_mpirun(tmp_path, calls, monkeypatch):
@@ -280,101 +289,28 @@ def test_a_sweep_does_not_run_under_mpirun(tmp_path, calls, monkeypatch):
     assert "it does not run under mpirun" in done.stderr
 
 
-@pytest.mark.parametrize(
-    ("ends", "code", "message"),
-    [
-        ({"signal": 9}, -9, "ended by signal 9"),
-        ({"exit": 1}, 1, "exit code 1"),
-        ({"exit": 4}, 4, "a fault of the program; its traceback is in the run's log"),
-        ({"exit": 0}, 4, "a fault of the program; its traceback is in the run's log"),
-    ],
-)
-def test_why_a_run_failed_is_reported_and_the_next_has_a_new_process(ends, code, message):
-    runs = LocalRuns(1, 1, answer)
-    assert runs.call(ends) == (code, message)
-    assert runs.call({})[1] == "1 1"
-    runs.close()
+def test_an_interrupted_sweep_keeps_its_table(tmp_path, calls):
+    calls[1].extend([0, 130])
+    done = invoke("sweep", TUBE, "burst.cell_size=12 mm,15 mm,20 mm", "--out", tmp_path / "out", "--jobs", "1")
+    assert done.exit_code == 130
+    rows = json.loads((tmp_path / "out" / "sweep.json").read_text())["runs"]
+    assert [row["state"] for row in rows] == ["done", "waiting", "waiting"]
 
 
-def test_a_process_stays_has_its_threads_and_prints_nothing_among_results(capfd):
-    runs = LocalRuns(1, 3, answer)
-    first, second = runs.call({}), runs.call({})
-    runs.close()
-    assert first == second
-    assert first[1] == "3 3"
-    assert first[0] != os.getpid()
-    out, err = capfd.readouterr()
-    assert out == ""
-    assert err.count("words") == 2
-
-
-def test_a_script_is_not_run_again_by_its_processes(tmp_path):
-    script = tmp_path / "study.py"
-    script.write_text(
-        "from fragfield.studies.processes import LocalRuns\n"
-        "from tests.fragfield.run_tasks import answer\n"
-        "print('begun', flush=True)\n"
-        "runs = LocalRuns(2, 1, answer)\n"
-        "print(runs.call({})[1])\n"
-        "runs.close()\n"
-    )
-    done = subprocess.run(
-        [sys.executable, str(script)], capture_output=True, text=True, check=False,
-        env={**os.environ, "PYTHONPATH": str(ROOT)},
-    )  # fmt: skip
-    assert (done.returncode, done.stdout) == (0, "begun\n1 1\n"), done.stderr
-
-
-@pytest.mark.cores
-@pytest.mark.parametrize(("jobs", "most"), [(1, 1), (2, 2), (8, 4)])
-def test_so_many_runs_go_side_by_side(tmp_path, calls, monkeypatch, jobs, most):
-    plain, at_work, seen = LocalRuns.call, [], []
-    together = threading.Barrier(most)
-
-    def call(worker, request):
-        at_work.append(request)
-        together.wait(timeout=60.0)
-        seen.append(len(at_work))
-        answer = plain(worker, request)
-        at_work.remove(request)
-        return answer
-
-    monkeypatch.setattr(LocalRuns, "call", call)
-    sizes = ",".join(f"{size} mm" for size in (12, 13, 14, 15))
-    done = invoke("sweep", TUBE, f"burst.cell_size={sizes}", "--out", tmp_path / "out", "--jobs", jobs, "--json")
-    rows = json.loads(done.stdout)["runs"]
-    assert [row["state"] for row in rows] == ["done"] * 4
-    assert [row["values"]["burst.cell_size"] for row in rows] == sizes.split(",")
-    assert max(seen) == most
-
-
-@pytest.mark.cores
-def test_an_interruption_is_passed_on_once_and_waited_for(tmp_path):
-    """The workers end in their own time, as bursts that write a checkpoint; no further run is begun."""
-    out = tmp_path / "out"
-    code = (
-        "import signal\nfrom pathlib import Path\nfrom fragfield.studies import processes\n"
-        "from fragfield.studies.sweep import SweepOptions, plan_sweep, run_sweep\n"
-        "from tests.fragfield.run_tasks import wait_for_interruption\n"
-        "signal.signal(signal.SIGINT, signal.default_int_handler)\n"  # a shell's background processes ignore it
-        "processes.LocalRuns.__init__.__defaults__ = (wait_for_interruption,)\n"
-        f"plan = plan_sweep(Path({str(TUBE)!r}), ['burst.cell_size=12 mm,15 mm,20 mm'])\n"
-        f"run_sweep(plan, SweepOptions(Path({str(out)!r}), jobs=2, keep_runs=True))\n"
-    )
-    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
-    process = subprocess.Popen([sys.executable, "-c", code], stderr=subprocess.PIPE, text=True, env=environment)
-    begun = [out / f"cell_size_{size}_mm.begun" for size in (12, 15)]
-    until = time.monotonic() + 120.0
-    while not all(path.is_file() for path in begun):
-        assert process.poll() is None
-        assert time.monotonic() < until
-        time.sleep(0.05)
-    process.send_signal(signal.SIGINT)
-    assert "KeyboardInterrupt" in process.communicate(timeout=60)[1]
-    assert all(path.with_suffix(".checkpoint").is_file() for path in begun)
-    assert not (out / "cell_size_20_mm.begun").exists()
-    states = [row["state"] for row in json.loads((out / "sweep.json").read_text())["runs"]]
-    assert states == ["waiting"] * 3
+def test_a_sweep_in_python(tmp_path, calls):
+    case = fragfield.Case.from_toml(TUBE, set=["seed=11"])
+    found = fragfield.run_sweep(case, {"burst.cell_size": ["12 mm", "15 mm"]}, out=tmp_path / "out", keep_runs=True)
+    assert [run.case.values.seed for run in found.runs] == [11, 11]
+    assert found.table["burst.cell_size"].tolist() == ["12 mm", "15 mm"]
+    assert found.table["recommended_distance"].tolist() == [115.0, 115.0]
+    assert str(found) == f"2 runs over burst.cell_size, in {tmp_path / 'out'}"
+    made = fragfield.Case(title="made", burst={"cell_size": "9 mm"}, round=[
+        {"name": "a", "profile": "tube", "explosive": "tnt", "casing": "steel_paper", "position": ["0 m", "0 m", "1 m"]}
+    ])  # fmt: skip
+    with pytest.raises(fragfield.InputError, match=r"out: missing; a case made in Python needs a folder"):
+        fragfield.run_sweep(made, {"seed": [1]})
+    with pytest.raises(fragfield.InputError, match=r"seed: found 1; needed: a list of its values, such as \[1\]"):
+        fragfield.run_sweep(case, {"seed": 1}, out=tmp_path / "other")
 
 
 @pytest.mark.slow

@@ -7,10 +7,9 @@ import pytest
 from scipy import stats
 
 from fragfield.hazard.exposed import NORMAL_95
-from fragfield.studies.uncertainty.distributions import Distribution
+from fragfield.studies.uncertainty.inputs import Distribution
 from fragfield.studies.uncertainty.plan import latin_hypercube, seed_of, shared_bursts
-from fragfield.studies.uncertainty.shares import analyse, columns_of
-from fragfield.studies.uncertainty.spread import spread_of, without_statistical_error
+from fragfield.studies.uncertainty.statistics import analyse, columns_of, spread_of, without_statistical_error
 
 UNIFORM = Distribution("uniform", {"low": 0.0, "high": 1.0})
 

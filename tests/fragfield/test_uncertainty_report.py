@@ -14,9 +14,10 @@ from fragfield.report import write_report
 from fragfield.report.reading.run_files import read_run
 from fragfield.report.uncertainty_page import write_uncertainty_page
 from fragfield.results.summary import Summary
-from fragfield.results.words import metres
-from fragfield.studies.uncertainty.plan import plan_study
-from fragfield.studies.uncertainty.results import assess, print_study
+from fragfield.studies.study import Row
+from fragfield.studies.tasks import Outcome
+from fragfield.studies.uncertainty.plan import plan_samples
+from fragfield.studies.uncertainty.study import assess
 from tests.fragfield.example_results import complete
 from tests.fragfield.synthetic_run import write_run
 
@@ -35,8 +36,8 @@ SUMMARY = complete(Summary, {
 
 
 def _study(summary=SUMMARY, lost=()):
-    study = plan_study(load_case(M107), samples=60)
-    rows = {}
+    study = plan_samples(load_case(M107), samples=60)
+    rows = [Row(f"sample {number}", None, "", {}) for number in range(60)]
     for number in range(60):
         values = study.points[number] - 0.5
         distance = 100.0 + 20.0 * values[1] - 10.0 * values[6] + np.random.default_rng(number).normal(0.0, 1.0)
@@ -45,9 +46,10 @@ def _study(summary=SUMMARY, lost=()):
                  "hits_standard_error": 0.1 * hits, "probability": hits}  # fmt: skip
         results = {"distance": distance, "standard_error": 1.0, "determined": True, "reason": "", "exposed": [place],
                    "mean_initial_speed": 980.0, "speed_99": 1370.0, "fragments": 2500}  # fmt: skip
-        rows[number] = {"exit_code": 0, "results": results}
+        rows[number].fill(Outcome(0, "", results))
     for number in lost:
-        rows[number] = {"exit_code": 3, "message": "cell 7 is <lost>"}
+        rows[number] = Row(f"sample {number}", None, "", {})
+        rows[number].fill(Outcome(3, "cell 7 is <lost>"))
     return assess(study, rows, summary)
 
 
@@ -87,14 +89,6 @@ def test_too_few_samples_give_no_result(folder, tmp_path):
     assert found["distance"] is None
     text = write_uncertainty_page(tmp_path, folder, found).read_text()
     assert "No result: 5 samples gave a distance; at least 8 are needed." in text
-
-
-def test_the_terminal_prints_the_distance_to_apply(capsys):
-    found = {**_study(), "cost": {"samples_made_now": 0}, "directory": "study"}
-    print_study(found)
-    printed, distance = capsys.readouterr().out, metres(found["hazard"]["recommended"])
-    assert f"Distance to apply: {distance} (storage and handling), {distance} (disposal in the open)" in printed
-    assert f"recommended distance {distance}: expected distance" in printed
 
 
 def test_what_moves_the_distance_stands_under_its_own_heading(folder):

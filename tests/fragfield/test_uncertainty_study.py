@@ -5,20 +5,22 @@ from __future__ import annotations
 import csv
 import json
 import threading
+from concurrent.futures import BrokenExecutor
 from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
-import fragfield.studies.uncertainty.study as study_module
-from fragfield.cli import app
+import fragfield
 from fragfield.files.run_directory import RunDirectory
+from fragfield.files.stamped import read_stamped_json
 from fragfield.results.summary import Summary
-from fragfield.studies.processes import LocalRuns
-from fragfield.studies.uncertainty.journal import Journal
-from fragfield.studies.uncertainty.results import read_results
+from fragfield.studies.study import Journal
+from fragfield.studies.tasks import Outcome
+from fragfield.studies.uncertainty.study import Uncertainty
 from tests.fragfield.example_results import complete
+from tests.fragfield.run_tasks import in_threads
+from tests.fragfield.short_run import invoke
 
 ROOT = Path(__file__).parents[2]
 M107, PAIR = ROOT / "cases" / "m107_tnt.toml", ROOT / "cases" / "m107_pair.toml"
@@ -48,42 +50,49 @@ def _distance(case):
     return 100.0 + 100.0 * (heat - 1.0) - 30.0 * (case["flight"]["drag_factor"] - 1.0) + noise
 
 
-def _answer(request):
-    if request["stage"] == "burst":
-        return 0, ""
+def _answer(task):
+    if task.only == "burst":
+        return Outcome(0, "", {})
     found = {
-        "distance": _distance(request["case"]), "standard_error": 1.0, "determined": True, "reason": "",
+        "distance": _distance(task.case), "standard_error": 1.0, "determined": True, "reason": "",
         "mean_initial_speed": 980.0, "speed_99": 1370.0, "fragments": 2500, "exposed": [],
     }  # fmt: skip
-    return 0, json.dumps(found)
+    return Outcome(0, "", found)
 
 
 @pytest.fixture
 def made(monkeypatch, tmp_path):
-    """Samples by a made-up law in place of runs; the requests that were made, and codes that replace answers."""
-    requests, codes, guard = [], [], threading.Lock()
+    """Samples by a made-up law in place of runs; the tasks that were made, and codes that replace answers."""
+    tasks, codes, guard = [], [], threading.Lock()
 
-    def call(_worker, request):
+    def call(task):
         with guard:
-            requests.append(request)
+            tasks.append(task)
             code = codes.pop(0) if codes else 0
-        return _answer(request) if code == 0 else (code, f"ended with {code}")
+        if code < 0:
+            raise BrokenExecutor
+        return _answer(task) if code == 0 else Outcome(code, f"ended with {code}")
 
     directory = RunDirectory(tmp_path / "nominal_run")
     directory.make()
     directory.write_summary(SUMMARY)
-    monkeypatch.setattr(LocalRuns, "call", call)
-    monkeypatch.setattr(study_module, "_nominal", lambda *_: directory)
-    monkeypatch.setattr(study_module, "_pages", lambda *_: None)
-    return requests, codes
+    in_threads(monkeypatch, call)
+    monkeypatch.setattr(Uncertainty, "_nominal", lambda _: directory)
+    for name in ("write_report", "write_uncertainty_page"):
+        monkeypatch.setattr(f"fragfield.studies.uncertainty.study.{name}", lambda *_: None)
+    return tasks, codes
 
 
 def _invoke(out, *options, case=M107):
-    return CliRunner().invoke(app, ["uncertainty", str(case), "--out", str(out), "--quiet", *map(str, options)])
+    return invoke("uncertainty", case, "--out", out, "--quiet", *options)
+
+
+def read_results(folder):
+    return read_stamped_json(folder / "uncertainty.json")
 
 
 def _without_cost(folder):
-    return {key: value for key, value in read_results(folder).items() if key not in ("cost", "checksum", "nominal_run")}
+    return {key: value for key, value in read_results(folder).items() if key not in ("cost", "nominal_run")}
 
 
 def test_one_and_two_workers_give_the_same(made, tmp_path):
@@ -130,17 +139,17 @@ def test_a_killed_study_goes_on_and_is_the_same(made, tmp_path, monkeypatch):
     assert _invoke(whole, "--samples", 30).exit_code == 0
     plain, count = Journal.add, []
 
-    def add(journal, number, row):
-        plain(journal, number, row)
-        count.append(number)
+    def add(journal, row):
+        plain(journal, row)
+        count.append(row)
         if len(count) == 12:
             raise KeyboardInterrupt
 
     monkeypatch.setattr(Journal, "add", add)
     assert _invoke(cut, "--samples", 30, "--jobs", 2).exit_code == 130
     monkeypatch.setattr(Journal, "add", plain)
-    with (cut / "samples.jsonl").open("a") as file:
-        file.write('{"sample": 29, "exit_code": 0, "resul')  # what a crash leaves of a line
+    with (cut / "uncertainty.jsonl").open("a") as file:
+        file.write('{"name": "sample 29", "exit_code": 0, "resul')  # what a crash leaves of a line
     requests.clear()
     done = _invoke(cut, "--samples", 30, "--resume")
     assert done.exit_code == 0, done.output
@@ -157,7 +166,7 @@ def test_a_worker_that_is_killed_loses_no_sample(made, tmp_path):
     whole = tmp_path / "whole"
     assert _invoke(whole, "--samples", 20).exit_code == 0
     requests.clear()
-    codes += [0, -9, 0, -15, -9]
+    codes += [0, -9, 0, -9, -9]
     done = _invoke(tmp_path / "killed", "--samples", 20, "--jobs", 1)
     assert done.exit_code == 0, done.output
     assert len(requests) == 23
@@ -168,7 +177,7 @@ def test_failed_samples_are_counted_and_left_out(made, tmp_path):
     _, codes = made
     codes += [0, 3, -9, -9, -9]
     out = tmp_path / "out"
-    done = CliRunner().invoke(app, ["uncertainty", str(M107), "--out", str(out), "--samples", "40", "--jobs", "1"])
+    done = invoke("uncertainty", M107, "--out", out, "--samples", "40", "--jobs", "1")
     assert done.exit_code == 3, done.output
     assert "2 of 40 samples gave no distance and are left out" in done.output
     assert "sample 1: exit code 3: ended with 3" in done.output
@@ -183,28 +192,49 @@ def test_failed_samples_are_counted_and_left_out(made, tmp_path):
 
 
 def test_a_distance_that_is_not_determined_is_said(made, tmp_path, monkeypatch):
-    plain = LocalRuns.call
+    def call(task):
+        outcome = _answer(task)
+        if outcome.results["distance"] >= 96.0:
+            return outcome
+        reason = "mass has not landed"
+        none = {"distance": None, "standard_error": None, "determined": False, "reason": reason}
+        return Outcome(0, reason, outcome.results | none)
 
-    def call(worker, request):
-        code, text = plain(worker, request)
-        found = json.loads(text)
-        if found["distance"] < 96.0:
-            found |= {"distance": None, "standard_error": None, "determined": False, "reason": "mass has not landed"}
-        return code, json.dumps(found)
+    in_threads(monkeypatch, call)
+    for option in ([], ["--resume"]):
+        done = _invoke(tmp_path / "out", "--samples", 60, "--json", *option)
+        assert done.exit_code == 3
+        states = json.loads(done.stdout)["states"]
+        assert states["not_determined"] > 0
+        assert states["done"] + states["not_determined"] == 60
+        assert "not determined: mass has not landed" in states["messages"][0]
 
-    monkeypatch.setattr(LocalRuns, "call", call)
-    done = _invoke(tmp_path / "out", "--samples", 60, "--json")
-    assert done.exit_code == 3
-    states = json.loads(done.stdout)["states"]
-    assert states["not_determined"] > 0
-    assert states["done"] + states["not_determined"] == 60
-    assert "not determined: mass has not landed" in states["messages"][0]
+
+def test_in_python_and_where_no_sample_gives_a_distance(made, tmp_path):
+    found = fragfield.run_uncertainty(M107, out=tmp_path / "out", samples=60, seed=3, jobs=2, progress=False)
+    low, median, high = found.spread
+    assert low < median < high < found.recommended
+    assert found.recommended == found.found["hazard"]["recommended"]
+    assert found.effects["share"].sum() == pytest.approx(1.0)
+    assert str(found).splitlines()[0].startswith("Distance to apply: ")
+    made[1].extend([3] * 60)
+    lost = fragfield.run_uncertainty(M107, out=tmp_path / "lost", samples=60, progress=False)
+    with pytest.raises(fragfield.NotDeterminedError, match="0 samples gave a distance; at least 8 are needed"):
+        _ = lost.recommended
+    assert str(lost.effects) == "effects: no rows"
+
+
+def test_the_terminal_prints_the_distance_to_apply(made, tmp_path):
+    done = invoke("uncertainty", M107, "--out", tmp_path / "out", "--samples", "60")
+    to_apply = read_results(tmp_path / "out")["distance_to_apply"]
+    assert to_apply["line"] in done.stdout.splitlines()
+    assert "recommended distance " in done.stdout
 
 
 def test_another_study_is_not_mixed_in(made, tmp_path):
     out = tmp_path / "out"
     assert _invoke(out, "--samples", 20).exit_code == 0
-    before = (out / "samples.jsonl").read_bytes()
+    before = (out / "uncertainty.jsonl").read_bytes()
     for options, message in (
         ((), "holds a study of uncertainty; allowed: --resume to continue it, --overwrite to compute it again"),
         (("--resume", "--samples", 21), "this one differs in samples, points; use another --out, or --overwrite"),
@@ -214,7 +244,7 @@ def test_another_study_is_not_mixed_in(made, tmp_path):
         done = _invoke(out, *options)
         assert done.exit_code == 2
         assert message in done.stderr
-        assert (out / "samples.jsonl").read_bytes() == before
+        assert (out / "uncertainty.jsonl").read_bytes() == before
     assert _invoke(out, "--samples", 21, "--overwrite").exit_code == 0
     assert read_results(out)["design"]["samples"] == 21
 
@@ -223,10 +253,10 @@ def test_a_pair_makes_its_few_bursts_first(made, tmp_path):
     requests, _ = made
     done = _invoke(tmp_path / "out", "--samples", 30, "--jobs", 2, "--set", "uncertainty.bursts=8", case=PAIR)
     assert done.exit_code == 0, done.output
-    assert [request["stage"] for request in requests[:8]] == ["burst"] * 8
-    samples = [request for request in requests if request["stage"] == "sample"]
+    assert [task.only for task in requests[:8]] == ["burst"] * 8
+    samples = [task for task in requests if task.sample]
     assert len(samples) == 30
-    assert {Path(request["burst"]).name for request in samples} == {f"burst_{i:04d}" for i in range(8)}
+    assert {task.burst for task in samples} == {task.directory for task in requests[:8]}
     found = read_results(tmp_path / "out")
     assert found["design"]["bursts"] == 8
     assert "three dimensions" in found["design"]["geometry"]

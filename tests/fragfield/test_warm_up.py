@@ -9,13 +9,12 @@ import sys
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
 
-from fragfield.case import read_resolved
 from fragfield.case.conversion.symmetry import burst_geometry
-from fragfield.cli import app
-from fragfield.studies.processes import LocalRuns
+from fragfield.studies.tasks import Outcome
 from tests import kernel_caches
+from tests.fragfield.run_tasks import in_threads
+from tests.fragfield.short_run import invoke
 
 ROOT = Path(__file__).parents[2]
 COMPILED = """
@@ -40,17 +39,17 @@ sys.stdout.write("compiled: " + ", ".join(found))
 def test_a_meridian_and_a_pair_in_three_dimensions_are_computed_and_leave_nothing(monkeypatch):
     made = []
 
-    def call(_runs, request):
-        made.append((burst_geometry(read_resolved(Path(request["case_file"]))).geometry, Path(request["out"])))
-        return 3, "cell 7 is lost"
+    def call(task):
+        made.append((burst_geometry(task.case).geometry, task.directory))
+        return Outcome(3, "cell 7 is lost")
 
-    monkeypatch.setattr(LocalRuns, "call", call)
-    done = CliRunner().invoke(app, ["warm-up", "--json"])
+    in_threads(monkeypatch, call)
+    done = invoke("warm-up", "--json")
     assert done.exit_code == 3
     assert json.loads(done.stdout)["failures"] == ["cell 7 is lost"] * 2
     assert sorted(geometry for geometry, _ in made) == ["3d", "axisymmetric"]
     assert not any(out.parent.parent.exists() for _, out in made)
-    assert "a run failed: cell 7 is lost" in CliRunner().invoke(app, ["warm-up"]).stdout
+    assert "a run failed: cell 7 is lost" in invoke("warm-up").stdout
 
 
 @pytest.mark.slow

@@ -7,12 +7,14 @@ their fragments (`fragfield.pipeline.attitudes`).
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from dataclasses import replace
+from typing import TYPE_CHECKING, Literal
 
 from fragfield.case.conversion.surroundings import bearing_of, direction_words
+from fragfield.results.hazard import Attitude
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterator
 
     from fragfield.case.schema import CaseTable
     from fragfield.case.tables.round import RoundTable
@@ -118,58 +120,46 @@ def _site_faults(case: CaseTable, key: str) -> Iterator[str]:
         )
 
 
-def attitude_of(case: CaseTable, *, given: bool = False) -> dict[str, Any]:
-    """Attitude of the rounds of a resolved case, as `hazard.attitude` of summary.json has it.
-
-    Parameters
-    ----------
-    case : CaseTable
-        Resolved.
-    given : bool
-        Whether the fragments are those of a file, which have an attitude of their own.
-
-    Returns
-    -------
-    dict
-        `kind` ("upright", "lying", "inclined", "several", "any" or "given"), `words`, `inclination_deg` and
-        `azimuth_deg` (None where rounds differ or the attitude is any; the azimuth of a vertical axis is None),
-        `base_height` (m, of the lowest base's centre over the ground), `worst_inclination_deg`, `worst_roll_deg`
-        and `curve` (of "any", once flown).
-    """
+def attitude_of(case: CaseTable, *, given: bool = False) -> Attitude:
+    """Attitude of the rounds of a resolved case; `given`: of fragments of a file, which have one of their own."""
     from fragfield.case.conversion.surroundings import ground_height
 
-    part: dict[str, Any] = {
-        "kind": "several", "words": "", "inclination_deg": None, "azimuth_deg": None, "base_height": None,
-        "worst_inclination_deg": None, "worst_roll_deg": None, "curve": [],
-    }  # fmt: skip
+    nothing = Attitude(
+        kind="several", words="", inclination_deg=None, azimuth_deg=None, base_height=None,
+        worst_inclination_deg=None, worst_roll_deg=None, curve=(),
+    )  # fmt: skip
     if given or not case.round:
-        return part | {"kind": "given", "words": "as in the file of fragments"}
-    part["base_height"] = min(one.position[2] - ground_height(case, *one.position[:2]) for one in case.round)
+        return replace(nothing, kind="given", words="as in the file of fragments")
+    part = replace(
+        nothing, base_height=min(one.position[2] - ground_height(case, *one.position[:2]) for one in case.round)
+    )
     if is_mixed(case):
-        return part | {"kind": "any", "words": "mixed attitudes"}
+        return replace(part, kind="any", words="mixed attitudes")
     angles: dict[tuple[float, float | None], list[str]] = {}
     for entry in case.round:
         angles.setdefault(_angles(entry.axis), []).append(entry.name)
     if len(angles) > 1:
         listed = [f"{_names(names)} {_words(case, *angle)}" for angle, names in angles.items()]
-        return part | {"words": "; ".join(listed)}
+        return replace(part, words="; ".join(listed))
     ((inclination, azimuth),) = angles
-    kind = "upright" if inclination == 0.0 else "lying" if inclination == 90.0 else "inclined"
     words = _words(case, inclination, azimuth)
-    return part | {"kind": kind, "words": words, "inclination_deg": inclination, "azimuth_deg": azimuth}
+    kind: Literal["upright", "lying", "inclined"] = "lying" if inclination == 90.0 else "inclined"
+    if inclination == 0.0:
+        kind = "upright"
+    return replace(part, kind=kind, words=words, inclination_deg=inclination, azimuth_deg=azimuth)
 
 
-def attitude_words(part: Mapping[str, Any]) -> str:
+def attitude_words(part: Attitude) -> str:
     """One line for terminal and report: the attitude, and how high the base stands over the ground."""
-    words = str(part["words"])
-    if part["kind"] == "any":
+    words = part.words
+    if part.kind == "any":
         words += ", the distance is that of the worst"
-        if part["worst_inclination_deg"] is not None:
-            words += f": inclined by {part['worst_inclination_deg']:g} deg from upright"
-            if part["worst_roll_deg"]:
-                words += f", rolled by {part['worst_roll_deg']:g} deg"
-    if part["base_height"] is not None:
-        words += f"; base {'as placed ' if part['kind'] == 'any' else ''}{part['base_height']:.4g} m over the ground"
+        if part.worst_inclination_deg is not None:
+            words += f": inclined by {part.worst_inclination_deg:g} deg from upright"
+            if part.worst_roll_deg:
+                words += f", rolled by {part.worst_roll_deg:g} deg"
+    if part.base_height is not None:
+        words += f"; base {'as placed ' if part.kind == 'any' else ''}{part.base_height:.4g} m over the ground"
     return words
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,11 +15,12 @@ from fragfield.case import changed_document, plain
 from fragfield.case.conversion.symmetry import burst_geometry
 from fragfield.case.load import case_from_document
 from fragfield.case.schema import UncertaintyTable
-from fragfield.case.write import tables_to_toml
 from fragfield.errors import InputError
 from fragfield.studies.uncertainty.inputs import inputs_of
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
     from fragfield.case import CaseTable
@@ -67,8 +69,8 @@ def seed_of(study: int, sample: int) -> int:
 
 
 @dataclass(frozen=True, eq=False)
-class Study:
-    """A study of uncertain inputs."""
+class Plan:
+    """The samples of uncertain inputs."""
 
     case: CaseTable
     """Resolved, with every input as the case file has it."""
@@ -96,27 +98,28 @@ class Study:
         """Number of shared bursts; 0 where each sample has its own."""
         return 0 if self.burst is None else int(self.burst.max()) + 1
 
-    def draws(self, number: int) -> list[Any]:
-        """Values of the inputs in a sample, in their order."""
-        point = self.points[number]
-        return [entry.distribution.values([u])[0] for entry, u in zip(self.inputs, point, strict=True)]
+    @cached_property
+    def draws(self) -> list[tuple[Any, ...]]:
+        """Values of the inputs by sample, in their order."""
+        values = (one.distribution.values(self.points[:, i]) for i, one in enumerate(self.inputs))
+        return list(zip(*values, strict=True))
 
     def document(self, number: int) -> dict[str, Any]:
         """The resolved case of a sample, as tables."""
-        document = _changed(self._document, self.inputs, self.draws(number))
+        document = _changed(self._document, self.inputs, self.draws[number])
         document["title"] = f"{self.case.title}: sample {number}"
         document["seed"] = seed_of(self.seed, number)
         return document
 
-    def burst_text(self, number: int) -> str:
-        """The case of a shared burst as a case file."""
+    def burst_document(self, number: int) -> dict[str, Any]:
+        """The resolved case of a shared burst, as tables."""
         assert self.burst is not None
         sample = int(np.flatnonzero(self.burst == number)[0])
         inputs = [entry for entry in self.inputs if entry.in_burst]
-        draws = [draw for entry, draw in zip(self.inputs, self.draws(sample), strict=True) if entry.in_burst]
+        draws = [draw for entry, draw in zip(self.inputs, self.draws[sample], strict=True) if entry.in_burst]
         document = _changed(self._document, inputs, draws)
         document["title"] = f"{self.case.title}: burst {number}"
-        return tables_to_toml(document)
+        return document
 
     def identity(self) -> dict[str, Any]:
         """What must be the same for a study to go on: case, inputs, points and seeds."""
@@ -136,8 +139,8 @@ def _without_source(entry: UncertainInput) -> dict[str, Any]:
     return {key: value for key, value in entry.described().items() if key != "source"}
 
 
-def plan_study(case: CaseTable, *, samples: int | None = None, seed: int | None = None) -> Study:
-    """Plan a study of a resolved case; what is left out comes from its table [uncertainty].
+def plan_samples(case: CaseTable, *, samples: int | None = None, seed: int | None = None) -> Plan:
+    """Plan the samples of a resolved case; what is left out comes from its table [uncertainty].
 
     Raises InputError: there is no input, one makes a case that cannot be computed, or there are too few samples or
     bursts.
@@ -155,7 +158,7 @@ def plan_study(case: CaseTable, *, samples: int | None = None, seed: int | None 
         points, burst = shared_bursts(_in_burst(inputs), number, _bursts(table, inputs, number), seed)
     else:
         points = latin_hypercube(len(inputs), number, seed)
-    return Study(case, inputs, seed, table.realisations, points, burst, words, document)
+    return Plan(case, inputs, seed, table.realisations, points, burst, words, document)
 
 
 def _bare(case: CaseTable, table: UncertaintyTable) -> dict[str, Any]:
@@ -172,7 +175,7 @@ def _bare(case: CaseTable, table: UncertaintyTable) -> dict[str, Any]:
     return document
 
 
-def _changed(document: dict[str, Any], inputs: Any, draws: list[Any]) -> dict[str, Any]:  # noqa: ANN401 - of inputs
+def _changed(document: dict[str, Any], inputs: Any, draws: Sequence[Any]) -> dict[str, Any]:  # noqa: ANN401 - of inputs
     changes: dict[str, Any] = {}
     for entry, draw in zip(inputs, draws, strict=True):
         changes |= entry.changes(draw)
@@ -204,15 +207,14 @@ def _bursts(table: UncertaintyTable, inputs: tuple[UncertainInput, ...], samples
 def _check_ends(case: CaseTable, document: dict[str, Any], inputs: tuple[UncertainInput, ...]) -> tuple[bool, str]:
     """Whether every burst is axisymmetric, and why; the cases at the ends of every input must be sound."""
     choice = burst_geometry(case)
-    if choice.geometry != "axisymmetric":
-        return False, f"the burst is in three dimensions: {choice.reason}"
-    words = f"every sample has its own axisymmetric burst: {choice.reason}"
-    found = True
+    found = choice.geometry == "axisymmetric"
+    what = "every sample has its own axisymmetric burst" if found else "the burst is in three dimensions"
+    words = f"{what}: {choice.reason}"
     for entry in inputs:
         for u in _ENDS:
             draw = entry.distribution.values([u])[0]
             ended = case_of(document, entry, draw)
-            if burst_geometry(ended).geometry != "axisymmetric":
+            if found and burst_geometry(ended).geometry != "axisymmetric":
                 found = False
                 words = f"with {entry.name} = {draw} the burst is in three dimensions"
     return found, words

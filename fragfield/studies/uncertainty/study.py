@@ -1,250 +1,453 @@
-"""A study of uncertain inputs: the nominal run, the samples, the analysis, the pages."""
+"""Sample the uncertain inputs of a case: distribution of the distance, share of each input, one budget.
+
+The inputs are those of the table [uncertainty] and of the default set. Given the directory of a run, that run is the
+nominal one, and its report gains a section; else the case is run first.
+
+Exit code 3 where a sample failed or has no distance; they are counted and left out.
+"""
 
 from __future__ import annotations
 
-import json
-import logging
+import math
 import shutil
-import sys
 import time
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
-from fragfield.errors import EXIT_DONE, EXIT_INTERRUPTED, InputError
+import numpy as np
+from rich.table import Table as Lines
+
+from fragfield.case.load import case_from_document
+from fragfield.errors import EXIT_DONE, EXIT_NUMERICAL, InputError, NotDeterminedError
 from fragfield.files.run_directory import STAGES, RunDirectory
+from fragfield.files.stamped import stamped_json
+from fragfield.hazard.recommended import recommended_of
+from fragfield.hazard.site_map import write_contours
+from fragfield.hazard.to_apply import distance_to_apply
+from fragfield.interface.kinds import CaseOrRun, Samples, Seed, Settings
+from fragfield.interface.running import options_of
+from fragfield.interface.tables import Table, table_of_rows
 from fragfield.pipeline.chain import run_chain
 from fragfield.pipeline.job import RunOptions
-from fragfield.pipeline.parallel import launched_size
-from fragfield.studies.runner import make_all, runs_of
-from fragfield.studies.uncertainty.journal import Journal
-from fragfield.studies.uncertainty.plan import plan_study
-from fragfield.studies.uncertainty.results import write_results
+from fragfield.quantities import column_of, shown
+from fragfield.report import write_report
+from fragfield.report.uncertainty_page import write_uncertainty_page
+from fragfield.results.hazard import Hazard, Recommended
+from fragfield.results.part import to_json
+from fragfield.results.rules import Official, Rule
+from fragfield.results.words import metres, parts_words
+from fragfield.studies.study import DONE, FAILED, KEPT, WAITING, Row, Study, digest_of, maker
+from fragfield.studies.tasks import Task
+from fragfield.studies.uncertainty.plan import Plan, plan_samples
+from fragfield.studies.uncertainty.statistics import Analysis, analyse, spread_of, without_statistical_error
+from fragfield.version import __version__
 from fragfield_base.cores import cores
-from fragfield_base.writing import locked, write_text
+from fragfield_base.writing import write_text
 
 if TYPE_CHECKING:
-    from fragfield.studies.runner import Runs
-    from fragfield.studies.uncertainty.plan import Study
+    from collections.abc import Iterator, Mapping, Sequence
+
+    from numpy.typing import NDArray
+    from rich.console import Console
 
 
-NOMINAL, BURSTS, SCRATCH = "nominal", "bursts", ".samples"
-_TRIES = 3  # of a sample whose process was killed
+_RESULT = "uncertainty.json"
 _REPORT_SECONDS = 20.0
-_OWN = ("study.json", "samples.jsonl", "samples.csv", "uncertainty.json", "uncertainty.html", "figures")
-
-_log = logging.getLogger(__name__)
-
-
-@dataclass(frozen=True)
-class StudyOptions:
-    """How a study is made."""
-
-    folder: Path
-    """Holds the study."""
-    samples: int | None = None
-    seed: int | None = None
-    """Instead of those of the case."""
-    jobs: int | None = None
-    """Samples at one time; left out: one for each core, or each thread of the cluster."""
-    scheduler: str | None = None
-    """Address of a dask scheduler, whose workers make the samples."""
-    resume: bool = False
-    overwrite: bool = False
-    """Continue the study in the folder, or replace it."""
-    quiet: bool = False
-    """No progress."""
+_SITE = ("density", "hits", "probability")
+_RECOMMENDED = ("recommended", "parts", "not_included")
+_LEVELS = (0.01, *(round(0.02 * step, 2) for step in range(1, 50)), 0.99)
+_FEWEST = 8  # samples with a result, below which nothing is said
 
 
-def run_study(request: RunOptions, options: StudyOptions) -> dict[str, Any]:
-    """Make a study and write samples.csv, uncertainty.json, uncertainty.html and the report of the nominal run.
+@dataclass(repr=False)
+class Uncertainty(Study):
+    """What uncertain inputs do to the distance; samples that fail are counted and raise nothing.
 
     Parameters
     ----------
-    request : RunOptions
-        The case file with its `--set`, or a run directory, which then is the nominal run.
-    options : StudyOptions
-        How.
+    case : Case or path
+        A case file, or the directory of a run, which then is the nominal one.
+    samples : int, optional
+        Number of samples; default uncertainty.samples.
+    seed : int, optional
+        Of points and samples; default the case's.
+    set : sequence of str, or mapping
+        Replaces a value of the case, by its dotted key; repeatable.
 
-    Returns
-    -------
-    dict
-        uncertainty.json, with `directory`.
+    Attributes
+    ----------
+    path : Path
+        The folder: uncertainty.html, uncertainty.json, samples.csv and the nominal run.
+    found : dict
+        As `fragfield uncertainty --json` prints it: `exit_code` (3 where a sample failed or has no distance), `title`,
+        `inputs`, `design`, `states` (numbers of samples by state, and the first messages), `distance` (the expected
+        one) and `exposed` (spread, shares, tornado), `hazard`, the recommended distance of the nominal run with its
+        parts, and `distance_to_apply` with it, as in summary.json.
 
     Raises
     ------
     InputError, NumericalStop
-        As the plan and the nominal run raise them; samples that fail are counted, not raised. What was computed stays,
-        and `resume` goes on from there.
+        The case or the folder is at fault, or the nominal run stopped; what was computed stays.
     """
-    if launched_size() > 1:
-        raise InputError("uncertainty starts its own parallel runs; it does not run under mpirun")
-    study = plan_study(request.case(), samples=options.samples, seed=options.seed)
-    _make_folder(options)
-    with locked(options.folder, InputError):
-        journal = Journal(options.folder)
-        journal.begin(study.identity(), resume=options.resume, overwrite=options.overwrite)
-        if options.overwrite and not options.resume:
-            _remove(options.folder)
-        nominal = _nominal(request, options)
-        began = time.perf_counter()
-        with journal:
-            made = _samples(study, journal, options)
-        seconds = time.perf_counter() - began
-        cost = {"samples_made_now": made, "wall_seconds": seconds, "workers": options.jobs or cores()}
-        found = write_results(study, journal.rows, nominal, options.folder, cost)
-        _pages(nominal, options.folder, found)
-    return {"directory": str(options.folder), **found}
 
+    name: ClassVar[str] = "uncertainty"
+    rows_file: ClassVar[str] = "samples"
+    interim: ClassVar[bool] = False
+    case: CaseOrRun
 
-def _make_folder(options: StudyOptions) -> None:
-    folder = RunDirectory(options.folder)
-    folder.make()
-    if folder.exists:
-        raise InputError(f"{options.folder}: holds a run; a study of uncertainty needs a folder of its own")
-    known = {*_OWN, NOMINAL, BURSTS, SCRATCH}
-    other = sorted(entry.name for entry in options.folder.iterdir() if entry.name.removesuffix(".part") not in known)
-    if other:
-        raise InputError(
-            f"{options.folder}: holds {other[0]}, which is no part of a study; allowed: a new or an empty folder, or "
-            "a study's"
+    samples: Samples | None = field(default=None, kw_only=True)
+    seed: Seed | None = field(default=None, kw_only=True)
+    set: Settings = field(default=(), kw_only=True)
+
+    def plan(self) -> None:
+        """Draw the samples."""
+        self._request = options_of(self.case_file, set=self.set, progress=self.progress)
+        self._plan = plan_samples(self._request.case(), samples=self.samples, seed=self.seed)
+        self.sample_rows = [Row(f"sample {number}", None, "", {}) for number in range(self._plan.samples)]
+        self.bursts = [self._burst(number) for number in range(self._plan.bursts)]
+        self.rows = [*self.sample_rows, *(row for _, row in self.bursts)]
+
+    def _burst(self, number: int) -> tuple[Task, Row]:
+        name = f"burst_{number:04d}"
+        directory = self.path / "bursts" / name
+        case = case_from_document(self._plan.burst_document(number), source=name, folder=Path())
+        task = Task(name, case, _nothing, directory=directory, only="burst", threads=self.threads)
+        return task, Row(name, str(directory), digest_of(case), {})
+
+    def identity(self) -> dict[str, Any]:
+        """Case, inputs, points and seeds."""
+        return self._plan.identity()
+
+    def batches(self) -> Iterator[Sequence[Task]]:
+        """The bursts that samples share, of which none may fail, then the samples."""
+        if self.overwrite and not self.resume:
+            for name in ("bursts", "nominal", "figures"):
+                shutil.rmtree(self.path / name, ignore_errors=True)
+        self.nominal = self._nominal()
+        if self.bursts:
+            (self.path / "bursts").mkdir(exist_ok=True)
+            yield [task for task, _ in self.bursts]
+            for number, (_, row) in enumerate(self.bursts, start=1):
+                if row.state == FAILED:
+                    raise InputError(
+                        f"burst {number} of {len(self.bursts)} failed (exit code {row.exit_code}): {row.message}"
+                    )
+        self._began = self._said = time.monotonic()
+        yield [self._sample(number) for number in range(self._plan.samples)]
+        self._seconds = time.monotonic() - self._began
+
+    def _sample(self, number: int) -> Task:
+        shared = None if self._plan.burst is None else self.bursts[int(self._plan.burst[number])][0].directory
+        return Task(
+            self.sample_rows[number].name, self._plan.document(number), results_of_summary, burst=shared, sample=True,
+            threads=self.threads, scratch=self.scratch,
+        )  # fmt: skip
+
+    def _nominal(self) -> RunDirectory:
+        """The run with every input as the case has it: given as a directory, or made here."""
+        asked = self._request
+        if asked.target.is_dir():
+            directory = RunDirectory(asked.target)
+            if asked.settings:
+                raise InputError(
+                    f"{directory.path}: found --set with a run directory, whose run is the nominal one; "
+                    "allowed: with a case file"
+                )
+            if not directory.complete(STAGES["fly"]):
+                raise InputError(
+                    f"{directory.path}: has no flight; run `fragfield run {directory.path} --resume` first"
+                )
+            return directory
+        directory = RunDirectory(self.path / "nominal")
+        quiet = not self.progress
+        own = RunOptions(asked.target, directory.path, resume=True, quiet=quiet, settings=asked.settings)
+        stages = ("burst", "break-up", "fly")
+        for stage in [one for one in stages if not directory.complete(STAGES[one])]:
+            self.say(f"nominal run: {stage}")
+            run_chain(own if stage == "burst" else RunOptions(directory.path, quiet=quiet), stage)
+        return directory
+
+    def announce(self, task: Task, number: int, of: int) -> None:
+        """Say which burst begins."""
+        if not task.sample:
+            self.say(f"burst {number} of {of}")
+
+    def row_ended(self, row: Row) -> None:
+        """Say how far the samples are, from time to time."""
+        done, now = sum(one.state != WAITING for one in self.sample_rows), time.monotonic()
+        if row.directory is not None or (now - self._said < _REPORT_SECONDS and done < self._plan.samples):
+            return
+        self._said = now
+        left = (now - self._began) / self._made * (self._plan.samples - done)
+        self.say(f"sample {done} of {self._plan.samples}, about {left / 60.0:.1f} min left")
+
+    @property
+    def _made(self) -> int:
+        return sum(row.state in (DONE, FAILED) for row in self.sample_rows)
+
+    def make_runs(self) -> None:
+        """The runs; then the number in the nominal run, and the pages."""
+        super().make_runs()
+        nominal = self.nominal
+        write_uncertainty_page(self.path, nominal.path, self.found)
+        with suppress(InputError):  # a run that may only be read; the study has its own page
+            nominal.make()
+            write_text(nominal.file(_RESULT), self.text(), InputError)
+            self._renew()
+            write_report(nominal.path)
+
+    def _renew(self) -> None:
+        """The recommended distance with the study, in the nominal run's summary.json and map files."""
+        nominal, summary = self.nominal, self.nominal.summary()
+        hazard = recommended_of(summary["hazard"], summary.get("convergence"), self.found)
+        nominal.write_summary({**summary, "hazard": to_json(hazard), "distance_to_apply": _to_apply(hazard, summary)})
+        if nominal.file("contours.geojson").is_file():
+            from flight.files.ensemble import read_ensemble
+            from fragfield.files.provenance import provenance_of
+
+            case, ensemble = nominal.stored_case(), read_ensemble(nominal.file("ensemble.h5"))[0]
+            exposed = summary.get("exposed") or ()
+            write_contours(case, ensemble, nominal, provenance_of(case), exposed, hazard.recommended)
+
+    def text(self) -> str:
+        """The results with a checksum; the folder is where they lie."""
+        return stamped_json({key: value for key, value in self.found.items() if key != "directory"})
+
+    def result(self) -> dict[str, Any]:
+        """What the samples say, with the nominal run's summary."""
+        cost = {
+            "samples_made_now": self._made, "wall_seconds": self._seconds, "workers": self.jobs or cores(),
+        }  # fmt: skip
+        assessed = assess(self._plan, self.sample_rows, self.nominal.summary())
+        return {"directory": str(self.path), **assessed, "nominal_run": str(self.nominal.path), "cost": cost}
+
+    def csv_rows(self) -> Iterator[list[object]]:
+        """One row a sample: its draws, its state and its results."""
+        plan = self._plan
+        found = [row.results for row in self.sample_rows]
+        names = list(dict.fromkeys(site["name"] for one in found for site in one.get("exposed") or []))
+        units = {"distance": "m", "standard_error": "m", "density": "1/m^2"}
+        units |= {one.name: one.unit for one in shown("uncertainty")}
+        results = ["distance", "standard_error", *(one.name for one in shown("uncertainty"))]
+        heads = [*(column_of(entry.name, entry.unit) for entry in plan.inputs), "state"]
+        heads += [column_of(name, units.get(name, "")) for name in results]
+        heads += [f"{site}: {column_of(what, units.get(what, ''))}" for site in names for what in _SITE]
+        yield ["sample", *heads]
+        words = {WAITING: "missing", FAILED: "failed"}
+        for number, row in enumerate(self.sample_rows):
+            state = words.get(row.state) or ("done" if row.results["determined"] else "not determined")
+            at = {site["name"]: site for site in row.results.get("exposed") or []}
+            cells = [row.results.get(name) for name in results]
+            cells += [at.get(site, {}).get(what) for site in names for what in _SITE]
+            yield [number, *plan.draws[number], state, *cells]
+
+    def show(self, console: Console) -> None:
+        """Print the recommended distance, the shares of the inputs and the exposed sites."""
+        found = self.found
+        states = found["states"]
+        lost = states["failed"] + states["not_determined"] + states["missing"]
+        if lost:
+            console.print(f"{lost} of {found['design']['samples']} samples gave no distance and are left out:")
+            for message in states["messages"]:
+                console.print(f"  {message}")
+        if not found["distance"]:
+            console.print(f"no result: {states.get('reason', 'no sample gave a distance')}")
+            return
+        spread = found["distance"]["spread"]
+        console.print(
+            f"expected distance over the inputs: 5 % {spread['low']:.1f}, median {spread['median']:.1f}, 95 % "
+            f"{spread['high']:.1f} m (± {spread['high_standard_error']:.1f} m for {spread['samples']} samples)"
+        )
+        table = Lines(box=None, pad_edge=False)
+        for head in ("input", "share of the variance %", "distance at its 5 and 95 %, m"):
+            table.add_column(head, justify="left" if head == "input" else "right")
+        for one, bar in zip(found["distance"].get("shares", ()), found["distance"].get("tornado", ()), strict=True):
+            share = f"{100 * one['share']:.1f} ± {100 * one['share_standard_error']:.1f}"
+            table.add_row(one["name"], share, f"{bar['low']:.1f}  {bar['high']:.1f}")
+        console.print(table)
+        for site in found["exposed"]:
+            if site["hits"] is not None:
+                over = site["hits"]["spread"]
+                words = f"5 % {over['low']:.3g}, median {over['median']:.3g}, 95 % {over['high']:.3g}"
+                console.print(f"{site['name']}: expected hits {words}")
+        for words in (found["distance_to_apply"]["line"], *found["distance_to_apply"]["words"]):
+            console.print(words)
+        console.print(self._recommended_words())
+        cost = found["cost"]
+        if cost["samples_made_now"]:
+            each = cost["wall_seconds"] / cost["samples_made_now"]
+            console.print(f"{cost['samples_made_now']} samples in {cost['wall_seconds']:.0f} s, {each:.2f} s each")
+        console.print(f"written to {self.path}")
+
+    @property
+    def recommended(self) -> float:
+        """The recommended distance (m) of the nominal run with this study; NotDeterminedError where there is none."""
+        if not self.found["distance"]:
+            reason = self.found["states"].get("reason", "no sample gave a distance")
+            raise NotDeterminedError(f"the distance over the inputs is not determined: {reason}")
+        return float(self.found["hazard"]["recommended"])
+
+    def _recommended_words(self) -> str:
+        hazard = Recommended.read(self.found["hazard"])
+        return f"recommended distance {metres(hazard.recommended)}: {parts_words(hazard)}"
+
+    @property
+    def spread(self) -> tuple[float, float, float]:
+        """Expected distance (m) at 5, 50 and 95 % of the inputs' distribution; NaN where there is none."""
+        found = (self.found["distance"] or {}).get("spread") or {}
+        low, median, high = (float(found.get(key, math.nan)) for key in ("low", "median", "high"))
+        return low, median, high
+
+    @property
+    def effects(self) -> Table:
+        """A row an input: its share of the distance's variance, with standard error and 95 % interval.
+
+        Without rows where the samples are too few for shares.
+        """
+        return table_of_rows("effects", (self.found["distance"] or {}).get("shares") or [])
+
+    def __repr__(self) -> str:
+        return f"<fragfield.Uncertainty {str(self.path)!r}: {self._plan.samples} samples>"
+
+    def __str__(self) -> str:
+        if not self.found["distance"]:
+            return f"no distance over the inputs, see {self.path}"
+        low, median, high = (metres(value) for value in self.spread)
+        return (
+            f"{self.found['distance_to_apply']['line']}\n"
+            f"  {self._recommended_words()}\n"
+            f"  expected distance over the inputs: 5 % {low}, median {median}, 95 % {high}, "
+            f"{self._plan.samples} samples"
         )
 
 
-def _remove(folder: Path) -> None:
-    for name in (BURSTS, SCRATCH, NOMINAL, "figures"):
-        shutil.rmtree(folder / name, ignore_errors=True)
-    for name in ("samples.csv", "uncertainty.json", "uncertainty.html"):
-        (folder / name).unlink(missing_ok=True)
+run_uncertainty = maker(Uncertainty)
 
 
-def _nominal(request: RunOptions, options: StudyOptions) -> RunDirectory:
-    """The run with every input as the case has it: given as a directory, or made here."""
-    if request.target.is_dir():
-        directory = RunDirectory(request.target)
-        if request.settings:
-            raise InputError(
-                f"{directory.path}: found --set with a run directory, whose run is the nominal one; "
-                "allowed: with a case file"
-            )
-        if not directory.complete(STAGES["fly"]):
-            raise InputError(f"{directory.path}: has no flight; run `fragfield run {directory.path} --resume` first")
-        return directory
-    directory = RunDirectory(options.folder / NOMINAL)
-    done = [stage for stage in ("burst", "break-up", "fly") if directory.complete(STAGES[stage])]
-    own = RunOptions(request.target, directory.path, resume=True, quiet=options.quiet, settings=request.settings)
-    for stage in ("burst", "break-up", "fly"):
-        if stage not in done:
-            _report(f"nominal run: {stage}", options)
-            run_chain(own if stage == "burst" else RunOptions(directory.path, quiet=options.quiet), stage)
-    return directory
+def _nothing(summary: Mapping[str, Any]) -> dict[str, Any]:
+    """A burst that is shared is read where it lies."""
+    del summary
+    return {}
 
 
-def _samples(study: Study, journal: Journal, options: StudyOptions) -> int:
-    """Make the bursts that are shared, then every sample that is missing; how many were made."""
-    scratch = options.folder / SCRATCH
-    shutil.rmtree(scratch, ignore_errors=True)  # of a study that was killed
-    scratch.mkdir()
-    try:
-        _shared_bursts(study, options)
-        missing = [number for number in range(study.samples) if number not in journal.rows]
-        if missing:
-            _sample(study, missing, journal, options, str(scratch.resolve()))
-        return len(missing)
-    finally:
-        shutil.rmtree(scratch, ignore_errors=True)
+def results_of_summary(summary: Mapping[str, Any]) -> dict[str, Any]:
+    """The numbers of a sample that are kept (SI).
+
+    `distance`, the expected one, with its `standard_error`, None where it is not `determined`; `mean_initial_speed`,
+    `speed_99`, `fragments`, and for each exposed site its expected `density` (the larger of that normal to the path and
+    that on the ground), `hits` and `probability` with their standard errors.
+    """
+    hazard = summary["hazard"]
+    determined = bool(hazard["determined"])
+    return {
+        "distance": hazard["expected"] if determined else None,
+        "standard_error": hazard["standard_error"] if determined else None,
+        "determined": determined,
+        "reason": "" if determined else str(hazard["reason"]),
+        **{one.name: one.of(summary) for one in shown("uncertainty")},
+        "exposed": [_site(entry) for entry in summary.get("exposed") or []],
+    }
 
 
-def _sample(study: Study, missing: list[int], journal: Journal, options: StudyOptions, scratch: str) -> None:
-    progress = _Progress(study.samples, len(journal.rows), options)
-    runs = runs_of(options.scheduler, len(missing), jobs=options.jobs)
-
-    def make(number: int) -> tuple[int, str]:
-        burst = None if study.burst is None else str(_burst_directory(options, int(study.burst[number])).path.resolve())
-        asked = {"stage": "sample", "case": study.document(number), "scratch": scratch, "burst": burst}
-        return _call(runs, asked)
-
-    def ended(number: int, outcome: tuple[int, str]) -> None:
-        code, message = outcome
-        row = {"results": json.loads(message)} if code == EXIT_DONE else {"message": message}
-        journal.add(number, {"exit_code": code, **row})
-        progress.one_more()
-
-    make_all(runs, missing, make, ended)
+def _site(entry: Mapping[str, Any]) -> dict[str, Any]:
+    found: dict[str, Any] = {"name": entry["name"]}
+    densities = [entry[name] for name in ("density_normal", "density_ground") if entry.get(name)]
+    worst = max(densities, key=lambda one: one["expected"] or 0.0, default=None)
+    for name, value in (("density", worst), ("hits", entry.get("expected_hits"))):
+        found[name] = None if value is None else value["expected"]
+        found[f"{name}_standard_error"] = None if value is None else value["standard_error"]
+    probability = entry.get("probability")
+    found["probability"] = None if probability is None else probability["expected"]
+    return found
 
 
-def _call(runs: Runs, asked: dict[str, Any]) -> tuple[int, str]:
-    """A run; made again where its process was killed by a signal, which is no fault of the run."""
-    code, message = runs.call(asked)
-    for _ in range(_TRIES - 1):
-        if code >= 0:
-            break
-        code, message = runs.call(asked)
-    if code == EXIT_INTERRUPTED:
-        raise KeyboardInterrupt
-    return code, message
+def _to_apply(hazard: Hazard, summary: Mapping[str, Any]) -> dict[str, Any]:
+    rules = [Rule.read(entry) for entry in (summary.get("rules") or {}).get("rules") or ()]
+    official = summary.get("official")
+    return to_json(distance_to_apply(hazard, official and Official.read(official), rules))
 
 
-def _burst_directory(options: StudyOptions, number: int) -> RunDirectory:
-    return RunDirectory(options.folder / BURSTS / f"burst_{number:04d}")
+def assess(plan: Plan, rows: Sequence[Row], summary: Mapping[str, Any]) -> dict[str, Any]:
+    """What the samples say, with the nominal run's summary; see `Uncertainty.found`."""
+    values = [row.results for row in rows]
+    distance = _column(values, "distance")
+    known = int(np.isfinite(distance).sum())
+    nominal = results_of_summary(summary)
+    found: dict[str, Any] = {
+        "exit_code": EXIT_DONE if known == plan.samples else EXIT_NUMERICAL,
+        "program_version": __version__,
+        "title": plan.case.title,
+        "inputs": [entry.described() for entry in plan.inputs],
+        "design": {
+            "samples": plan.samples, "seed": plan.seed, "bursts": plan.bursts, "realisations": plan.realisations,
+            "geometry": plan.geometry,
+        },
+        "states": _states(rows, known),
+        "nominal": nominal,
+        "distance": None,
+        "exposed": [],
+        "hazard": None,
+    }  # fmt: skip
+    if known < _FEWEST:
+        found["states"]["reason"] = f"{known} samples gave a distance; at least {_FEWEST} are needed"
+        return found
+    found["distance"] = _quantity(plan, distance, _column(values, "standard_error"))
+    hazard = recommended_of(summary["hazard"], summary.get("convergence"), found)
+    found["hazard"] = to_json({name: getattr(hazard, name) for name in _RECOMMENDED})
+    found["distance_to_apply"] = _to_apply(hazard, summary)
+    found["exposed"] = [
+        {"name": site["name"]} | {name: _of_site(plan, values, number, name, site[name]) for name in _SITE}
+        for number, site in enumerate(nominal["exposed"])
+    ]
+    return found
 
 
-def _shared_bursts(study: Study, options: StudyOptions) -> None:
-    """Make the bursts that samples share; a burst that fails ends the study, since many samples need it."""
-    directories = [_burst_directory(options, number) for number in range(study.bursts)]
-    missing = [number for number, one in enumerate(directories) if not one.complete(STAGES["burst"])]
-    if not missing:
-        return
-    (options.folder / BURSTS).mkdir(exist_ok=True)
-    runs = runs_of(options.scheduler, len(missing), jobs=options.jobs)
-
-    def make(number: int) -> tuple[int, str]:
-        _report(f"burst {number + 1} of {study.bursts}", options)
-        case_file = (options.folder / BURSTS / f"burst_{number:04d}.toml").resolve()
-        write_text(case_file, study.burst_text(number), InputError)
-        out = directories[number].path.resolve()
-        asked = {"stage": "burst", "case_file": str(case_file), "out": str(out), "resume": True, "overwrite": False}
-        return _call(runs, asked)
-
-    def ended(number: int, outcome: tuple[int, str]) -> None:
-        code, message = outcome
-        if code != EXIT_DONE:
-            raise InputError(f"burst {number + 1} of {study.bursts} failed (exit code {code}): {message}")
-
-    make_all(runs, missing, make, ended)
+def _states(rows: Sequence[Row], known: int) -> dict[str, Any]:
+    failed = [row for row in rows if row.state == FAILED]
+    undetermined = [row for row in rows if row.state in (DONE, KEPT) and not row.results["determined"]]
+    messages = [f"{row.name}: exit code {row.exit_code}: {row.message}" for row in failed]
+    messages += [f"{row.name}: not determined: {row.message}" for row in undetermined]
+    return {
+        "done": known, "failed": len(failed), "not_determined": len(undetermined),
+        "missing": sum(row.state == WAITING for row in rows), "messages": messages[:10],
+    }  # fmt: skip
 
 
-def _pages(nominal: RunDirectory, folder: Path, found: dict[str, Any]) -> None:
-    """The study's own page, and its section in the report of the nominal run."""
-    from fragfield.report import write_report
-    from fragfield.report.uncertainty_page import write_uncertainty_page
-
-    write_uncertainty_page(folder, nominal.path, found)
-    with suppress(InputError):  # a run that may only be read; the study has its own page
-        nominal.make()
-        write_report(nominal.path)
+def _column(values: Sequence[Mapping[str, Any]], name: str) -> NDArray[np.float64]:
+    return np.array([math.nan if one.get(name) is None else one[name] for one in values], dtype=np.float64)
 
 
-class _Progress:
-    """Says on stderr how far the samples are, from time to time."""
+def _quantity(plan: Plan, values: NDArray[np.float64], errors: NDArray[np.float64]) -> dict[str, Any]:
+    """Spread, shares and tornado of one result."""
+    known = np.isfinite(values)
+    used = errors[known] if np.isfinite(errors[known]).all() else None
+    rng = np.random.default_rng(np.random.SeedSequence([plan.seed, 3]))
+    spread = spread_of(values[known], used, rng, None if plan.burst is None else plan.burst[known])
+    analysis = analyse(
+        [entry.distribution for entry in plan.inputs], plan.points, values, seed=plan.seed, burst=plan.burst
+    )
+    own, _ = without_statistical_error(values[known], spread.statistical_error**2)
+    entry: dict[str, Any] = {
+        "spread": spread.as_dict(),
+        "curve": {"level": list(_LEVELS), "value": np.quantile(own, _LEVELS).tolist()},
+    }
+    if not isinstance(analysis, Analysis):
+        return {**entry, "estimator": {"reason": analysis}}
+    names = [{"name": one.name} for one in plan.inputs]
+    entry["estimator"] = analysis.estimator
+    entry["shares"] = [name | one for name, one in zip(names, analysis.shares, strict=True)]
+    entry["tornado"] = [name | one for name, one in zip(names, analysis.tornado, strict=True)]
+    return entry
 
-    def __init__(self, samples: int, done: int, options: StudyOptions) -> None:
-        self._samples, self._before, self._done = samples, done, done
-        self._options = options
-        self._began = self._said = time.monotonic()
 
-    def one_more(self) -> None:
-        self._done += 1
-        now = time.monotonic()
-        if now - self._said < _REPORT_SECONDS and self._done < self._samples:
-            return
-        self._said = now
-        left = (now - self._began) / (self._done - self._before) * (self._samples - self._done)
-        _report(f"sample {self._done} of {self._samples}, about {left / 60.0:.1f} min left", self._options)
-
-
-def _report(text: str, options: StudyOptions) -> None:
-    if not options.quiet:
-        sys.stderr.write(f"{text}\n")
-        sys.stderr.flush()
+def _of_site(
+    plan: Plan, values: Sequence[Mapping[str, Any]], number: int, name: str, nominal: float | None
+) -> dict[str, Any] | None:
+    """One number of an exposed site, of the samples that have it."""
+    sites = [one["exposed"][number] if one.get("exposed") else {} for one in values]
+    found = _column(sites, name)
+    if np.isfinite(found).sum() < _FEWEST:
+        return None
+    return {"nominal": nominal, **_quantity(plan, found, _column(sites, f"{name}_standard_error"))}

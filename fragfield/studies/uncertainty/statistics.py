@@ -1,4 +1,4 @@
-"""Share of each input in the variance of a result, by rank regression.
+"""The spread of a result over the samples, and the share of each input in its variance, by rank regression.
 
 The ranks of the result are a linear function of the probabilities u of the inputs, fitted by least squares (Iman and
 Conover, Technometrics 21 (1979) 499): exact for what is monotone in each input, blind to what rises and falls again and
@@ -9,7 +9,7 @@ residuals keep their sample, or their shared burst, and change signs at random.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
@@ -20,11 +20,89 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from fragfield.studies.uncertainty.distributions import Distribution
+    from fragfield.studies.uncertainty.inputs import Distribution
 
 
-DRAWS = 1000
+QUANTILES = (0.05, 0.5, 0.95)
+_QUANTILE_DRAWS = 400
+_SIGN_DRAWS = 1000
 _TORNADO = (0.05, 0.95)
+
+
+@dataclass(frozen=True)
+class Spread:
+    """Quantiles of a result as the inputs alone spread it."""
+
+    low: float
+    median: float
+    high: float
+    """5, 50 and 95 %."""
+    low_standard_error: float
+    median_standard_error: float
+    high_standard_error: float
+    """For the number of samples, by the bootstrap."""
+    mean: float
+    standard_deviation: float
+    """Of the inputs' spread."""
+    statistical_error: float
+    """Standard deviation that the statistical errors of the samples add; taken out of the above."""
+    resolved: bool
+    """Whether the inputs' variance exceeds that of the statistical errors; where not, nothing is taken out and the
+    quantiles are too wide."""
+    samples: int
+    """How many."""
+
+    def as_dict(self) -> dict[str, Any]:
+        """As uncertainty.json has it."""
+        return asdict(self)
+
+
+def without_statistical_error(values: NDArray[np.float64], noise: float) -> tuple[NDArray[np.float64], bool]:
+    """Values drawn towards their mean until their variance is that of the inputs alone; and whether that was done.
+
+    `values` (n,); `noise`: variance of the values' own errors, independent of the inputs.
+    """
+    variance = float(values.var(ddof=1))
+    caused = variance - noise
+    if caused <= noise:
+        return values, noise == 0.0
+    mean = values.mean()
+    return mean + (values - mean) * np.sqrt(caused / variance), True
+
+
+def spread_of(
+    values: NDArray[np.float64],
+    errors: NDArray[np.float64] | None,
+    rng: np.random.Generator,
+    burst: NDArray[np.int64] | None = None,
+) -> Spread:
+    """Spread over samples.
+
+    `values` (n,); `errors` (n,): standard errors of the values; `rng`: of the bootstrap; `burst` (n,): shared bursts,
+    which the bootstrap then draws whole.
+    """
+    noise = 0.0 if errors is None else float((errors**2).mean())
+    own, resolved = without_statistical_error(values, noise)
+    quantiles = np.quantile(own, QUANTILES)
+    drawn = np.array([np.quantile(own[_drawn(len(own), burst, rng)], QUANTILES) for _ in range(_QUANTILE_DRAWS)])
+    error = drawn.std(axis=0, ddof=1)
+    names = ("low", "median", "high")
+    return Spread(
+        **dict(zip(names, quantiles.tolist(), strict=True)),
+        **{f"{name}_standard_error": one for name, one in zip(names, error.tolist(), strict=True)},
+        mean=float(own.mean()),
+        standard_deviation=float(own.std(ddof=1)),
+        statistical_error=float(np.sqrt(noise)),
+        resolved=resolved,
+        samples=len(values),
+    )
+
+
+def _drawn(number: int, burst: NDArray[np.int64] | None, rng: np.random.Generator) -> NDArray[np.int64]:
+    if burst is None:
+        return rng.integers(0, number, number)
+    names = np.unique(burst)
+    return np.concatenate([np.flatnonzero(burst == one) for one in rng.choice(names, len(names))])
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,7 +174,7 @@ def analyse(
     enlarged = (ranks - fitted) / np.sqrt(np.maximum(1.0 - (q**2).sum(axis=1), 1e-12))  # for leverage
     group = np.arange(number) if burst is None else np.unique(burst[known], return_inverse=True)[1]
     rng = np.random.default_rng(np.random.SeedSequence([seed, 2]))
-    signs = rng.choice([-1.0, 1.0], size=(DRAWS, int(group.max()) + 1))
+    signs = rng.choice([-1.0, 1.0], size=(_SIGN_DRAWS, int(group.max()) + 1))
     coefficients, draws = operator @ ranks, (fitted + enlarged * signs[:, group]) @ operator.T
     own, linear = draws.var(axis=0, ddof=1), operator @ values[known]
     ends = np.cumsum([1, *(part.shape[1] for part in parts)])

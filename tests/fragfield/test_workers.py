@@ -1,0 +1,314 @@
+"""Processes that make runs, of this machine and of a dask cluster: killed, interrupted, left alone; nothing is lost."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from concurrent.futures import BrokenExecutor
+
+import pytest
+
+from fragfield.errors import InputError
+from fragfield.studies import tasks, workers
+from fragfield.studies.tasks import Outcome, Task
+from fragfield.studies.workers import Cluster, Processes, make_all
+from fragfield_base.interruption import Interruption
+from fragfield_base.writing import locked
+from tests.fragfield.run_tasks import Threads, answer
+from tests.fragfield.short_run import RINGS, ROOT, invoke
+
+
+def task(name, **values):
+    return Task(str(name), {}, dict, values)
+
+
+def made(pool, some):
+    found = {}
+    make_all(pool, some, lambda one, outcome: found.__setitem__(one.name, outcome))
+    return found
+
+
+@pytest.mark.cores
+def test_a_process_stays_has_its_threads_and_prints_nothing_among_results(capfd):
+    found = made(Processes(1, 3, answer), [task(1), task(2)])
+    assert {outcome.results["threads"] for outcome in found.values()} == {"3"}
+    processes = {outcome.results["process"] for outcome in found.values()}
+    assert len(processes) == 1
+    assert os.getpid() not in processes
+    out, err = capfd.readouterr()
+    assert out == ""
+    assert err.count("words") == 2
+
+
+@pytest.mark.cores
+@pytest.mark.parametrize("ends", [{"signal": 9}, {"exit": 1}])
+def test_a_run_that_ends_its_process_is_tried_thrice_and_takes_no_other_with_it(ends):
+    some = [task("sound", seconds=0.5), task("fatal", **ends), *(task(number, seconds=0.1) for number in range(4))]
+    found = made(Processes(2, 1, answer), some)
+    assert found.pop("fatal") == Outcome(4, "its process was killed 3 times, for want of memory or by a signal")
+    assert sorted(found) == ["0", "1", "2", "3", "sound"]
+    assert all(outcome.code == 0 for outcome in found.values())
+
+
+@pytest.mark.cores
+def test_a_run_whose_process_is_killed_once_is_made_again(tmp_path):
+    found = made(Processes(2, 1, answer), [task(1, once=str(tmp_path / "killed")), task(2, seconds=0.3), task(3)])
+    assert [found[name].code for name in "123"] == [0, 0, 0]
+
+
+def test_after_a_kill_the_runs_at_hand_go_one_by_one():
+    """So that it is known which of them was fatal; the others then go side by side again."""
+    at_hand, most, together = [], {}, threading.Barrier(2)
+
+    def function(one):
+        at_hand.append(one.name)
+        if len(tries := [name for name in history if name == one.name]) == 0 and one.name in "12":
+            history.append(one.name)
+            at_hand.remove(one.name)
+            together.wait(10.0)
+            raise BrokenExecutor
+        history.append(one.name)
+        most[one.name] = len(at_hand)
+        time.sleep(0.05)
+        at_hand.remove(one.name)
+        return Outcome(0, "", {"tries": len(tries) + 1})
+
+    history: list[str] = []
+    found = made(Threads(2, function), [task(number) for number in range(1, 7)])
+    assert sorted(found) == ["1", "2", "3", "4", "5", "6"]
+    assert (most["1"], most["2"]) == (1, 1)
+    assert history.count("3") == 1
+
+
+def test_a_process_that_is_killed_while_it_is_idle_costs_no_try():
+    broken = [True]
+
+    class Killed(Threads):
+        def submit(self, one):
+            if broken and one.name == "2":
+                broken.clear()
+                raise BrokenExecutor
+            return super().submit(one)
+
+    pool = Killed(1, lambda one: Outcome(0, "", {}))
+    assert sorted(made(pool, map(task, range(5)))) == ["0", "1", "2", "3", "4"]
+    assert pool.restarts == 1
+
+
+def test_an_error_of_the_caller_interrupts_and_closes():
+    seen, pool = [], Threads(1, lambda one: Outcome(0, "", {}))
+    pool.interrupt = lambda: seen.append("interrupted")
+    pool.close = lambda: seen.append("closed")
+
+    def ended(_task, _outcome):
+        raise OSError("disk full")
+
+    with pytest.raises(OSError, match="disk full"):
+        make_all(pool, map(task, range(9)), ended)
+    assert seen == ["interrupted", "closed"]
+
+
+@pytest.mark.cores
+def test_a_script_is_not_run_again_by_its_processes(tmp_path):
+    script = tmp_path / "study.py"
+    script.write_text(
+        "from fragfield.studies.tasks import Task\n"
+        "from fragfield.studies.workers import Processes, make_all\n"
+        "from tests.fragfield.run_tasks import answer\n"
+        "print('begun', flush=True)\n"
+        "make_all(Processes(2, 1, answer), [Task('a', {}, dict)], lambda one, end: print(one.name, end.code))\n"
+    )
+    done = subprocess.run(
+        [sys.executable, str(script)], capture_output=True, text=True, check=False,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+    )  # fmt: skip
+    assert (done.returncode, done.stdout) == (0, "begun\na 0\n"), done.stderr
+
+
+@pytest.mark.cores
+@pytest.mark.parametrize("ends", ["killed", "interrupted"])
+def test_runs_end_with_their_checkpoints_when_the_study_does(tmp_path, ends):
+    """In their own time, as bursts that write a checkpoint; no further run is begun."""
+    code = (
+        "import signal\nfrom pathlib import Path\nfrom fragfield.studies.tasks import Task\n"
+        "from fragfield.studies.workers import Processes, make_all\n"
+        "from tests.fragfield.run_tasks import wait_for_interruption\n"
+        "signal.signal(signal.SIGINT, signal.default_int_handler)\n"  # a shell's background processes ignore it
+        f"some = [Task(name, {{}}, dict, directory=Path({str(tmp_path)!r}) / name) for name in 'abc']\n"
+        "make_all(Processes(2, 1, wait_for_interruption), some, print)\n"
+    )
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    process = subprocess.Popen([sys.executable, "-c", code], stderr=subprocess.PIPE, text=True, env=environment)
+    until = time.monotonic() + 120.0
+    while not all((tmp_path / f"{name}.begun").is_file() for name in "ab"):
+        assert process.poll() is None, process.stderr.read()
+        assert time.monotonic() < until
+        time.sleep(0.05)
+    if ends == "killed":
+        process.kill()
+    else:
+        process.send_signal(signal.SIGINT)
+        assert "KeyboardInterrupt" in process.communicate(timeout=60)[1]
+    while not all((tmp_path / f"{name}.checkpoint").is_file() for name in "ab"):
+        assert time.monotonic() < until
+        time.sleep(0.05)
+    process.communicate(timeout=60)
+    assert not (tmp_path / "c.begun").exists()
+
+
+def test_a_run_waits_for_the_process_of_a_lost_worker(tmp_path, monkeypatch):
+    """It holds the run directory until it has written its checkpoint."""
+    held, looked = threading.Event(), threading.Event()
+    ended: list[float] = []
+    monkeypatch.setattr(tasks, "_PAUSE", 0.01)
+
+    def hold():
+        with locked(tmp_path, InputError):
+            held.set()
+            looked.wait(0.3)
+            ended.append(time.monotonic())
+
+    thread = threading.Thread(target=hold)
+    thread.start()
+    held.wait()
+    tasks._await_lock(tmp_path)
+    assert ended
+    assert time.monotonic() >= ended[0]
+    thread.join()
+
+
+# --- dask
+
+
+@pytest.fixture
+def cluster(monkeypatch):
+    distributed = pytest.importorskip("distributed")
+    monkeypatch.setenv("PYTHONPATH", str(ROOT))
+    with distributed.LocalCluster(
+        n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None, memory_limit=0, silence_logs=50
+    ) as found:
+        yield found
+
+
+def _noting(folder, waits_for=""):
+    """A run that leaves its name and process, and answers; from the third on once a file is there."""
+
+    def perform_in_turn(one, _study):
+        import os
+        import time
+        from pathlib import Path
+
+        from fragfield.studies.tasks import Outcome
+
+        (Path(folder) / f"{one.name}-{os.getpid()}-{time.monotonic_ns()}").touch()
+        until = time.monotonic() + 60.0
+        while waits_for and int(one.name) > 2 and not Path(waits_for).exists() and time.monotonic() < until:
+            time.sleep(0.02)
+        return Outcome(0, f"answer {one.name}", {})
+
+    return perform_in_turn
+
+
+def test_a_worker_of_a_cluster_that_is_killed_loses_nothing(cluster, tmp_path, monkeypatch):
+    folder, go_on = tmp_path / "begun", tmp_path / "go_on"
+    folder.mkdir()
+    monkeypatch.setattr(workers, "perform_in_turn", _noting(str(folder), str(go_on)))
+    killed = []
+
+    def kill():
+        """The process of a run that waits."""
+        while not killed:
+            for path in folder.iterdir():
+                number, process, _ = map(int, path.name.split("-"))
+                if number > 2:
+                    killed.append(number)
+                    os.kill(process, signal.SIGKILL)
+                    go_on.touch()
+                    return
+            time.sleep(0.01)
+
+    thread = threading.Thread(target=kill, daemon=True)
+    thread.start()
+    pool = Cluster(cluster.scheduler_address, None, 100)
+    assert pool.size == 2
+    found = made(pool, [task(number) for number in range(12)])
+    assert {name: outcome.message for name, outcome in found.items()} == {str(n): f"answer {n}" for n in range(12)}
+    thread.join()
+    begun = [int(path.name.split("-")[0]) for path in folder.iterdir()]
+    assert begun.count(killed[0]) == 2  # the run of the killed worker was begun again, no other one
+    assert len(begun) == 13
+
+
+def test_an_interruption_reaches_the_cluster(cluster, monkeypatch, tmp_path):
+    monkeypatch.setattr(workers, "perform_in_turn", _noting(str(tmp_path)))
+
+    def ended(_task, _outcome):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        make_all(Cluster(cluster.scheduler_address, 1, 100), map(task, range(50)), ended)
+    assert len(list(tmp_path.iterdir())) < 5
+
+
+@pytest.mark.parametrize("address", ["tcp://127.0.0.1:1", "nowhere://x"])
+def test_a_scheduler_that_does_not_answer(address, monkeypatch, tmp_path):
+    pytest.importorskip("distributed")
+    monkeypatch.setattr(workers, "_ANSWER", 1.0)
+    words = ["sweep", ROOT / "cases" / "tube.toml", "seed=1,2", "--out", tmp_path / "out"]
+    done = invoke(*words, "--scheduler", address)
+    assert done.exit_code == 2, done.output
+    assert f"--scheduler: found '{address}': no dask scheduler answers there" in done.stderr
+
+
+def test_a_scheduler_without_workers():
+    distributed = pytest.importorskip("distributed")
+    with (
+        distributed.LocalCluster(n_workers=0, dashboard_address=None, silence_logs=50) as empty,
+        pytest.raises(InputError, match="it has no workers; start `dask worker tcp://"),
+    ):
+        Cluster(empty.scheduler_address, None, 4)
+
+
+def test_an_interrupted_study_ends_its_runs_and_the_next_one_begins(monkeypatch):
+    monkeypatch.setattr(workers, "perform", lambda _task: Outcome(0, str(workers.end_requested.is_set())))
+    assert workers.perform_in_turn(task(1), "first").message == "False"
+    workers.end_here("first")
+    with Interruption() as interruption:
+        assert interruption.asked()
+    assert workers.perform_in_turn(task(1), "first").code == 130
+    assert workers.perform_in_turn(task(1), "second").message == "False"
+
+
+@pytest.mark.slow
+@pytest.mark.dolfinx
+def test_a_real_sweep_on_a_cluster_of_which_one_worker_is_killed(cluster, tmp_path):
+    import json
+
+    case, out = tmp_path / "short.toml", tmp_path / "out"
+    case.write_text(RINGS)
+    killed = []
+
+    def kill():
+        until = time.monotonic() + 300.0
+        while time.monotonic() < until and not list(out.glob("*/burst_snapshot.h5")):
+            time.sleep(0.1)
+        killed.append(next(iter(cluster.workers.values())).pid)
+        os.kill(killed[0], signal.SIGKILL)
+
+    thread = threading.Thread(target=kill)
+    thread.start()
+    words = ["sweep", case, "burst.leakage.radius_ratio=1.6,1.7,1.8,1.9", "seed=1,2", "--out", out, "--json"]
+    done = invoke(*words, "--keep-runs", "--scheduler", cluster.scheduler_address)
+    thread.join()
+    assert killed
+    assert done.exit_code in (0, 3), done.output
+    rows = json.loads(done.stdout)["runs"]
+    assert [row["state"] for row in rows] == ["done"] * 8, [row["message"] for row in rows]
+    speeds = [row["results"]["mean_initial_speed"] for row in rows]
+    assert speeds[::2] == speeds[1::2]  # the seed changes nothing in the burst
+    here = invoke(*words[:3], "seed=1", "--out", tmp_path / "here", "--json", "--jobs", "1")
+    assert [row["results"]["mean_initial_speed"] for row in json.loads(here.stdout)["runs"]] == speeds[::2]
