@@ -92,14 +92,13 @@ class ChargeContacts(ContactPairs):
         row = nodes.rows_of(mesh.node[mesh.dofmap[charge[which], corner]])
         order = np.argsort(row, kind="stable")
         rows, first = np.unique(row[order], return_index=True)
-        whole = self._fields.mesh.comm.size == 1
+        in_one_order = beside.shape[1] == 2  # a meridian, of one rank
         return Attached(
             row=rows,
             first=np.append(first, len(row)).astype(np.int32),
             cell=charge[which[order]].astype(np.int32),
             slot=self._fields.blocks.slot_of_cell,
-            # One rank sums in one order.
-            roundings=(0.0, 0.0) if whole else (rounding_constant(_MOST_CELLS), rounding_constant(_LARGEST_PRESSURE)),
+            roundings=tuple(0.0 if in_one_order else rounding_constant(x) for x in (_MOST_CELLS, _LARGEST_PRESSURE)),
             total=np.zeros((len(nodes.rows.mass), 3)),
         )
 

@@ -124,10 +124,9 @@ class CollidingSurfaces(ContactPairs):
         active = np.concatenate([outer, inner])
         faces = self._with_others(faces, position, active)
         boxes, areas = self._boxes(faces, position), area_vectors(position[surfaces.faces[faces]])
-        normals = np.zeros_like(position)
         on_surface = faces < surfaces.on_surface
-        for corner in range(4):
-            np.add.at(normals, surfaces.faces[faces[on_surface], corner], areas[on_surface])
+        corners, each = surfaces.faces[faces[on_surface]].ravel(), np.repeat(areas[on_surface], 4, axis=0)
+        normals = np.stack([np.bincount(corners, each[:, i], len(position)) for i in range(3)], axis=1)
         surfaces.flatten(normals)
         normals[surfaces.inner] = 0.0  # they leave their wall by any side, and never meet their own round
         # Faces of surfaces are met by all nodes, those within casings by nodes of other rounds.

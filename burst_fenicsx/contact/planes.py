@@ -131,5 +131,9 @@ class PlaneContact(ContactPairs):
         """Springs with at most that squared frequency (1/s2) after a step (s), and what they sum up to."""
         law, pairs = Law(max_squared_frequency, step, self._friction), self.pairs
         press_on_planes(law, self._normal, self._level, self.near, pairs, self.facets, self._nodes.rows)
-        self.tally()
+        near, rounding = self.near, self._fields.grid.rounding
+        depth = np.where(pairs.stiffness[near] > 0.0, -pairs.gap[near], 0.0)
+        self.friction = float(quantise(pairs.energies[near, 1], rounding).sum())
+        self.deepest = float(depth.max(initial=0.0))
+        self.deepest_inner = float(depth[near >= self.on_surface].max(initial=0.0))
         self.given = quantise(pairs.force[self.near], self._rounding).sum(axis=0)
