@@ -27,6 +27,7 @@ BOND_STATE = ("bonded", "off")
 """Arrays from which pairs and contacts of charges go on."""
 _MOST_CELLS = 2.0**6
 _LARGEST_PRESSURE = 2.0**40  # Pa; bounds how finely sums over the cells of a node are rounded
+_ROUNDINGS = rounding_constant(_MOST_CELLS), rounding_constant(_LARGEST_PRESSURE)
 
 
 class ChargeContacts(ContactPairs):
@@ -98,7 +99,7 @@ class ChargeContacts(ContactPairs):
             first=np.append(first, len(row)).astype(np.int32),
             cell=charge[which[order]].astype(np.int32),
             slot=self._fields.blocks.slot_of_cell,
-            roundings=tuple(0.0 if in_one_order else rounding_constant(x) for x in (_MOST_CELLS, _LARGEST_PRESSURE)),
+            roundings=(0.0, 0.0) if in_one_order else _ROUNDINGS,
             total=np.zeros((len(nodes.rows.mass), 3)),
         )
 

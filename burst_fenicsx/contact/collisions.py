@@ -139,7 +139,7 @@ class CollidingSurfaces(ContactPairs):
         some = boxes[:: max(len(boxes) // _SAMPLE, 1)]
         cell = float(np.median((some[:, 3:] - some[:, :3]).max(axis=1))) if len(some) else self._reach
         first, candidate = find_candidates(position, bodies, areas, active.astype(np.int32), normals, boxes, cell)
-        normals /= np.maximum(np.linalg.norm(normals, axis=1), 1e-300)[:, None]
+        normals = normals / np.maximum(np.linalg.norm(normals, axis=1), 1e-300)[:, None]
         self._make_pairs(np.repeat(active, np.diff(first)), faces[candidate], normals)
 
     def _boxes(self, faces: np.ndarray, position: np.ndarray) -> np.ndarray:
