@@ -33,7 +33,6 @@ if TYPE_CHECKING:
     from burst_fenicsx.meshing.distributed import DistributedMesh
     from burst_fenicsx.meshing.mesh import CellMesh
 
-__all__ = ["AssembledBurst"]
 
 _log = logging.getLogger(__name__)
 
@@ -117,7 +116,6 @@ class AssembledBurst:
         )
 
     def _announce(self, rounds: int) -> None:
-        """Say what of the arrangement of so many rounds is computed, and what is left out."""
         if self.comm.rank > 0:
             return
         if not self.geometry.upright:
@@ -132,7 +130,6 @@ class AssembledBurst:
             )
 
     def _leakage(self, distributed: DistributedMesh) -> AxialSlices:
-        """Axial slices of the charges with this rank's own nodes."""
         surfaces, own = self.surfaces, distributed.node[: distributed.owned_nodes]
         return AxialSlices.of_charges(
             self.settings.leakage,
@@ -161,7 +158,6 @@ def _cell_size(mesh: CellMesh, rounds: Sequence[Round], wanted: float) -> float:
 
 
 def _check(rounds: Sequence[Round], settings: BurstSettings) -> None:
-    """Refuse what cannot be computed, before any work; raises InputError."""
     if not rounds:
         raise InputError("there is no round to burst")
     if not settings.cell_size > 0.0:

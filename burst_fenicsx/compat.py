@@ -15,21 +15,6 @@ if TYPE_CHECKING:
 
     from mpi4py import MPI
 
-__all__ = [
-    "add_ghosts",
-    "cell_space",
-    "cells_dofmap",
-    "create_hexahedral_mesh",
-    "create_quadrilateral_mesh",
-    "form",
-    "geometry_dofmap",
-    "quadrature_space",
-    "renumber_nodes",
-    "renumbered_map",
-    "renumbered_space",
-    "shared_nodes",
-    "vector_space",
-]
 
 _VERSION = tuple(int(part) for part in dolfinx.__version__.split(".")[:2])
 _MODERN = _VERSION >= (0, 7)
@@ -111,7 +96,6 @@ def create_hexahedral_mesh(
 
 
 def _count_used(cells: np.ndarray) -> int:
-    """How many different nodes the cells name."""
     used = np.zeros(int(cells.max(initial=-1)) + 1, dtype=bool)
     used[cells] = True
     return int(used.sum())
@@ -182,7 +166,6 @@ def _quietly(compiling: Callable[..., Any], *arguments: Any, **options: Any) -> 
 
 
 def _old_space(domain: Any, element: Any) -> Any:
-    """Space of dolfinx 0.5, which compiles its elements."""
     return _quietly(fem.FunctionSpace, domain, element, jit_params={"timeout": _COMPILE_SECONDS})
 
 

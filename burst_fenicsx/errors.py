@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from fragfield_base import errors
 
-__all__ = ["InputError", "NumericalStop"]
-
 
 class InputError(errors.InputError):
     """The input cannot be computed; the message says what was found and what is allowed."""
@@ -16,10 +14,8 @@ class NumericalStop(errors.NumericalStop):
 
     Parameters
     ----------
-    reason : str
-        What went wrong and where, in words.
-    time : float
-        Simulated time (s).
+    reason : what went wrong and where, in words.
+    time : simulated time (s).
     """
 
     def __init__(self, reason: str, time: float) -> None:

@@ -16,8 +16,7 @@ from burst_fenicsx.kernels.constants import PLANE_SLACK
 from burst_fenicsx.mechanics.fields import HEXAHEDRON
 from burst_fenicsx.mechanics.nodal_loads import NodalConstraint
 from burst_fenicsx.meshing import merge, mesh_round, quality
-from burst_fenicsx.meshing.distributed import distribute
-from burst_fenicsx.meshing.partition import partition
+from burst_fenicsx.meshing.distributed import distribute, partition
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -29,8 +28,6 @@ if TYPE_CHECKING:
     from burst_fenicsx.meshing.distributed import DistributedMesh
     from burst_fenicsx.meshing.mesh import CellMesh
     from burst_fenicsx.problem import BurstSettings, Mirror, Round
-
-__all__ = ["THREE_DIMENSIONS", "Geometry"]
 
 
 @dataclass(frozen=True)
@@ -76,7 +73,6 @@ def _mesh(
 
 
 def _check_planes(rounds: Sequence[Round], settings: BurstSettings, mesh: HexahedralMesh) -> None:
-    """Refuse rounds that a plane cuts or that stand behind it, of a mesh of all rounds (m); raises InputError."""
     slack = PLANE_SLACK * settings.cell_size
     for plane in settings.planes:
         normal = np.asarray(plane.normal) / np.linalg.norm(plane.normal)
@@ -91,7 +87,6 @@ def _check_planes(rounds: Sequence[Round], settings: BurstSettings, mesh: Hexahe
 
 
 def _distribute(comm: MPI.Comm, mesh: HexahedralMesh, rounds: Sequence[Round]) -> DistributedMesh:
-    """Give every rank its piece of the mesh."""
     owner = partition(mesh, rounds, comm.size) if comm.rank == 0 and comm.size > 1 else None
     return distribute(comm, mesh if comm.rank == 0 else None, destination=owner)
 

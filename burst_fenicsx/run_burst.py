@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from burst_fenicsx.problem import BurstSettings, Round
     from burst_fenicsx.simulation import BurstProgress, BurstResult
 
-__all__ = ["simulate"]
-
 
 def simulate(
     rounds: Sequence[Round],

@@ -24,15 +24,13 @@ from burst_fenicsx.meshing.placement import FACING, frame
 from burst_fenicsx.problem import BurstSettings, Mirror, Round
 from burst_fenicsx.records.gather import output_fields, snapshot_fields
 from burst_fenicsx.records.measures import RoundMeasures
-from burst_fenicsx.records.rounds import round_records
-from burst_fenicsx.records.summary import Clocks, burst_summary
+from burst_fenicsx.records.summary import Clocks, burst_summary, round_records
 from burst_fenicsx.symmetry.completion import POINTS, STRESSES, VECTORS, turned_stress
 from fragfield_base.interruption import Interruption
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-__all__ = ["BurstProgress", "BurstResult", "Clocks", "Simulation"]
 
 _log = logging.getLogger(__name__)
 
@@ -199,7 +197,6 @@ class Simulation(AssembledBurst):
             self.acceleration_complete = time
 
     def _expected_end(self) -> float:
-        """When the acceleration will have ended the burst (s), by the entries so far; infinite while a charge burns."""
         return self.acceleration.end() if self.settings.end_time is None and self._burnt_out() else np.inf
 
     @property
@@ -268,7 +265,6 @@ class Simulation(AssembledBurst):
             self._writing.begin(partial(self._write_series, self._series, time, points, cells))
 
     def _finish_series(self) -> None:
-        """Wait until every state so far is written, for good."""
         self._writing.wait()
         if self._series is not None:
             self._series.flush()
@@ -282,7 +278,6 @@ class Simulation(AssembledBurst):
         series.write(time, points.pop("position"), point_data=points, cell_data=cells)
 
     def _to_world(self, *groups: dict[str, np.ndarray]) -> None:
-        """Carry positions, vectors of nodes and stresses, by name, from an upright round to where it stands."""
         if self.geometry.upright:
             _carry(groups, frame(self.rounds[0].axis), self.rounds[0].position)
 
@@ -379,7 +374,6 @@ class Simulation(AssembledBurst):
         return np.sqrt(1.0 + np.maximum(np.nan_to_num(left), 0.0))
 
     def _warn_of_contact(self) -> None:
-        """Warn where contact has made or lost much of the work by the end."""
         last = self.ledger.entries[-1]
         if last.contact_error > LARGEST_CONTACT_ERROR and self.comm.rank == 0:
             _log.warning(
@@ -391,7 +385,6 @@ class Simulation(AssembledBurst):
             )
 
     def _write_revolved(self) -> None:
-        """Write the last state of a meridian swept around the axis, for ParaView."""
         points, cells = output_fields(self.fields, self.contact.force if self.contact.exists else None)
         start = {"reference": self.mesh.nodes}
         self._to_world(points, cells, start)

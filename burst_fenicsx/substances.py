@@ -9,8 +9,6 @@ from burst_fenicsx.errors import InputError
 from fragfield_base.bounds import Bounds
 from fragfield_base.inputs import Density, EnergyRange, PositivePressure, Pressure, Quantity, Speed
 
-__all__ = ["CasingMaterial", "Explosive", "JonesWilkinsLee", "ProductModel"]
-
 ProductModel = Literal["landau", "landau_cj", "jwl"]
 
 

@@ -72,6 +72,7 @@ def compiled_with(
     def kernel(*arguments: Any) -> Any:  # noqa: ANN401
         return compiled(*arguments)
 
+    kernel.compiled = compiled  # type: ignore[attr-defined]
     overload = importlib.import_module("numba.extending").overload  # by name: only those who compile load numba
     overload(kernel, jit_options={"no_cfunc_wrapper": True, **options}, strict=False)(lambda *_: function)
     return kernel

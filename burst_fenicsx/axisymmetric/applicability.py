@@ -13,7 +13,6 @@ if TYPE_CHECKING:
 
     from burst_fenicsx.problem import BurstSettings, RigidPlane, Round
 
-__all__ = ["CLEARANCE", "clearance", "lowest_height", "why_not_axisymmetric"]
 
 CLEARANCE = 4.0
 """Largest outer radii between a round and a plane beyond which the casing is taken not to reach it while it is

@@ -9,8 +9,7 @@ import numpy as np
 
 from burst_fenicsx import compat
 from burst_fenicsx.axisymmetric.applicability import lowest_height, why_not_axisymmetric
-from burst_fenicsx.axisymmetric.mesh import meridian_quality, mesh_meridian
-from burst_fenicsx.axisymmetric.rings import areas, folded, longest_edges, nodal_volumes, ring_volumes
+from burst_fenicsx.axisymmetric.mesh import areas, folded, longest_edges, mesh_meridian, nodal_volumes, ring_volumes
 from burst_fenicsx.axisymmetric.slide_line import meridian_contact
 from burst_fenicsx.errors import InputError, NumericalStop
 from burst_fenicsx.geometries import Geometry
@@ -18,6 +17,7 @@ from burst_fenicsx.kernels.step.assembly import RINGS
 from burst_fenicsx.mechanics.fields import Element
 from burst_fenicsx.mechanics.nodal_loads import NodalConstraint
 from burst_fenicsx.meshing.distributed import DistributedMesh
+from burst_fenicsx.meshing.quality import quality
 from burst_fenicsx.problem import Part
 
 if TYPE_CHECKING:
@@ -31,7 +31,6 @@ if TYPE_CHECKING:
     from burst_fenicsx.meshing.mesh import CellMesh
     from burst_fenicsx.problem import BurstSettings, Mirror, Round
 
-__all__ = ["MERIDIAN", "RING", "axis_constraint", "on_dolfinx"]
 
 _TO_TENSOR = [0, 1, 3, 2]  # counter-clockwise to tensor-product order; its own inverse
 
@@ -50,7 +49,7 @@ def _mesh(
     profile = rounds[0].profile
     assert profile is not None
     mesh = mesh_meridian(profile, settings.cell_size)
-    return mesh, meridian_quality(mesh, profile)
+    return mesh, quality(mesh, profile)
 
 
 def on_dolfinx(comm: MPI.Comm, mesh: MeridianMesh, _: Sequence[Round] = ()) -> DistributedMesh:
@@ -85,7 +84,6 @@ def axis_constraint(_: CellMesh, fields: BurstFields) -> tuple[NodalConstraint, 
 
 
 def _check_planes(fields: BurstFields, rounds: Sequence[Round], settings: BurstSettings, time: float) -> None:
-    """Stop where a ring of the casing reaches a plane."""
     (item,), mesh = rounds, fields.mesh
     nodes = np.unique(mesh.dofmap[mesh.part == Part.CASING])
     radius, _, height = fields.nodes.position[nodes].T
@@ -116,7 +114,6 @@ def _burn_rates(corners: np.ndarray, volumes: np.ndarray, velocity: float) -> np
 
 
 def _largest_faces(corners: np.ndarray) -> np.ndarray:
-    """Largest face of each ring (cells,) in m2."""
     nodes, cells = _corner_cells(corners)
     return 2.0 * np.pi * corners[..., 0].max(axis=1) * longest_edges(nodes, cells)
 

@@ -59,12 +59,9 @@ class Table:
 
     Parameters
     ----------
-    values : mapping
-        The table.
-    where : str
-        File and table, as it shall stand at the start of a message.
-    allowed : iterable of str
-        Every key that the table may have.
+    values : the table.
+    where : file and table, as it shall stand at the start of a message.
+    allowed : every key that the table may have.
 
     Raises
     ------

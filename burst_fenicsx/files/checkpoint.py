@@ -24,7 +24,6 @@ if TYPE_CHECKING:
 
     from burst_fenicsx.mechanics.solver import BurstSolver
 
-__all__ = ["FORMAT", "read_checkpoint", "write_checkpoint"]
 
 FORMAT = "fragfield burst checkpoint 13"  # 13: rows of contact
 
@@ -53,7 +52,6 @@ def _kept(solver: BurstSolver) -> Iterator[tuple[str, Any, tuple[str, ...]]]:
 
 
 def _arrays(solver: BurstSolver) -> dict[str, np.ndarray]:
-    """All that this rank goes on from; collective."""
     contact, levels = solver.contact, solver.levels
     found = {
         "longest_step": np.array(levels.step),
@@ -131,7 +129,6 @@ def read_checkpoint(path: Path, solver: BurstSolver, mesh_key: str) -> dict[str,
 
 
 def _group(arrays: h5py.Group, name: str) -> dict[str, np.ndarray]:
-    """The arrays of a group, which may be missing where it holds none."""
     return {key: values[()] for key, values in arrays[name].items()} if name in arrays else {}
 
 

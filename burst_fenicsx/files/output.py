@@ -24,8 +24,6 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
 
-__all__ = ["FORMAT", "Background", "SIX_COMPONENTS", "TimeSeries"]
-
 FORMAT = "fragfield burst series"
 SIX_COMPONENTS = ("xx", "yy", "zz", "xy", "yz", "zx")
 """Order in which a symmetric tensor of six columns is understood."""
@@ -46,12 +44,10 @@ class TimeSeries:
 
     Parameters
     ----------
-    path : Path
-        Where to write, without suffix, for example `run/burst`.
+    path : where to write, without suffix, for example `run/burst`.
     cells : array (m, 8) or (m, 4) of int
         Nodes of each hexahedron or quadrilateral, in VTK order.
-    provenance : mapping of str to str, optional
-        Written as attributes of the first file.
+    provenance : optional, written as attributes of the first file.
     resume_at : float, optional
         Continue the files of an earlier run from this time (s): outputs after it are dropped, none before it.
 
@@ -105,13 +101,11 @@ class TimeSeries:
 
         Parameters
         ----------
-        time : float
-            Simulated time (s), later than the one before.
+        time : simulated time (s), later than the one before.
         positions : array (n, 3)
             Nodes now (m).
-        point_data, cell_data : mapping of name to array, optional
-            Fields of n or m rows: scalars (n,), vectors (n, 3), tensors (n, 3, 3), (n, 9) or, symmetric, (n, 6) in
-            the order of `SIX_COMPONENTS`. Every output carries the same names.
+        point_data, cell_data : optional, fields of n or m rows: scalars (n,), vectors (n, 3), tensors (n, 3, 3), (n, 9)
+            or, symmetric, (n, 6) in the order of `SIX_COMPONENTS`. Every output carries the same names.
 
         Raises
         ------
@@ -148,7 +142,6 @@ class TimeSeries:
             flush_folder(folder)
 
     def _file(self, number: int) -> Path:
-        """File of a state; the first holds the cells too."""
         return self.folder / f"{number:04d}.h5"
 
     def _save(self, number: int, time: float, arrays: Mapping[str, NDArray[Any]]) -> None:

@@ -20,7 +20,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["FEWEST_SECTORS", "MOST_CELLS", "MOST_SECTORS", "Revolution", "revolution", "write_revolved"]
 
 MOST_CELLS = 300_000
 FEWEST_SECTORS, MOST_SECTORS = 24, 96
@@ -37,16 +36,11 @@ class Revolution:
 
     Attributes
     ----------
-    sectors : int
-        Number of sectors of the circle, a multiple of four.
-    cells : (k, 8) int64
-        Nodes of the hexahedra in VTK's order; wedges at the axis have equal nodes.
-    node, angle : (n,) int64, (n,) float64
-        Node of the meridian that each node comes from, and its angle about the axis (rad).
-    cell, cell_angle : (k,) int64, (k,) float64
-        Cell of the meridian that each cell comes from, and the angle of its centre (rad).
-    origin, frame : (3,), (3, 3) float64
-        A point of the axis (m); rows outward, across and axis.
+    sectors : number of sectors of the circle, a multiple of four.
+    cells : (k, 8) nodes of the hexahedra in VTK's order; wedges at the axis have equal nodes.
+    node, angle : (n,) node of the meridian that each node comes from, and its angle about the axis (rad).
+    cell, cell_angle : (k,) cell of the meridian that each cell comes from, and the angle of its centre (rad).
+    origin, frame : (3,) and (3, 3): a point of the axis (m); rows outward, across and axis.
     """
 
     sectors: int
@@ -133,14 +127,10 @@ def revolution(
 
     Parameters
     ----------
-    reference : (nodes, 3)
-        Nodes before the burst (m), in the half plane through the axis along `frame(axis)[0]`.
-    cells : (m, 4)
-        Their nodes, counter-clockwise in (r, z).
-    position, axis : three numbers
-        A point of the axis (m) and its direction, from the base to the nose.
-    most_cells : int
-        Wanted bound on the number of cells: as many sectors as it allows are taken, a multiple of four between
+    reference : (nodes, 3) nodes before the burst (m), in the half plane through the axis along `frame(axis)[0]`.
+    cells : (m, 4) their nodes, counter-clockwise in (r, z).
+    position, axis : A point of the axis (m) and its direction, from the base to the nose.
+    most_cells : wanted bound on the number of cells: as many sectors as it allows are taken, a multiple of four between
         `FEWEST_SECTORS` and `MOST_SECTORS`. It is exceeded where it allows less than `FEWEST_SECTORS`: these are taken
         up to ten times as many cells, beyond that four, so that there are never more cells than ten times the bound or
         four for every quadrilateral, whichever is more.
@@ -186,18 +176,12 @@ def write_revolved(
 
     Parameters
     ----------
-    path : Path
-        Without suffix, for example `run/burst_revolved`.
-    swept : Revolution
-        The sweep of the meridian.
-    time : float
-        Simulated time (s).
-    positions : (nodes, 3)
-        Nodes of the meridian now (m), in its half plane.
-    point_data, cell_data : mapping of name to array
-        Fields of the meridian, as `TimeSeries.write` takes them, tensors with six columns.
-    provenance : mapping of str to str, optional
-        Written as attributes of the HDF5 file.
+    path : without suffix, for example `run/burst_revolved`.
+    swept : the sweep of the meridian.
+    time : simulated time (s).
+    positions : (nodes, 3) nodes of the meridian now (m), in its half plane.
+    point_data, cell_data : fields of the meridian, as `TimeSeries.write` takes them, tensors with six columns.
+    provenance : optional, written as attributes of the HDF5 file.
 
     Raises
     ------

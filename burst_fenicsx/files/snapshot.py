@@ -32,8 +32,6 @@ if TYPE_CHECKING:
     from burst_fenicsx.records.measures import RoundMeasures
     from fragfield_base.burst_snapshot import SegmentRecord
 
-__all__ = ["RoundRecord", "write_snapshot"]
-
 
 @dataclass(frozen=True)
 class RoundRecord:

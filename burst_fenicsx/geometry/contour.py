@@ -16,7 +16,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["Contour"]
 
 # A flatter arc is a straight line to 1e-4 of its chord, and its closed form would lose digits.
 LARGEST_RADIUS_OVER_CHORD = 1e4
@@ -28,15 +27,11 @@ class Contour:
 
     Parameters
     ----------
-    stations : sequence of float
-        Axial stations of the points, from the nose end, strictly increasing (m), shape (n,).
-    radii : sequence of float
-        Radii at the points, not negative (m), shape (n,).
-    arcs : sequence of float, optional
-        Signed arc radius of each piece (m), shape (n - 1,): 0 for a straight line, positive where the arc bulges
-        away from the axis, negative where it bulges towards the axis. Always the shorter arc of the circle.
-    name : str
-        What the contour is, for messages (file and key).
+    stations : axial stations of the points, from the nose end, strictly increasing (m), shape (n,).
+    radii : radii at the points, not negative (m), shape (n,).
+    arcs : optional, signed arc radius of each piece (m), shape (n - 1,): 0 for a straight line, positive where the arc
+        bulges away from the axis, negative where it bulges towards the axis. Always the shorter arc of the circle.
+    name : what the contour is, for messages (file and key).
 
     Raises
     ------
@@ -147,8 +142,7 @@ class Contour:
 
         Parameters
         ----------
-        station : array_like
-            Stations (m), any shape; within `start` and `end`.
+        station : stations (m), any shape; within `start` and `end`.
 
         Returns
         -------
@@ -189,8 +183,7 @@ class Contour:
 
         Parameters
         ----------
-        start, end : float, optional
-            Stations (m); the whole contour by default. What lies outside the contour counts nothing.
+        start, end : optional, stations (m); the whole contour by default. What lies outside the contour counts nothing.
 
         Returns
         -------

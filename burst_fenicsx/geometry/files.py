@@ -14,7 +14,6 @@ from burst_fenicsx.geometry.segments import SEGMENT_KINDS, Segment, SegmentKind,
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-__all__ = ["load_profile", "profile_from_table", "profile_names"]
 
 PROFILES = DATA_DIRECTORY / "profiles"
 KEYS = ("name", "title", "unit", "source", "notes", "outer", "cavity", "charge", "fuze", "segment")
@@ -69,12 +68,9 @@ def profile_from_table(values: Mapping[str, Any], where: str, name: str = "profi
 
     Parameters
     ----------
-    values : mapping
-        The tables as read.
-    where : str
-        File, as it shall stand in messages.
-    name : str
-        Name, where the tables give none.
+    values : the tables as read.
+    where : file, as it shall stand in messages.
+    name : name, where the tables give none.
 
     Raises
     ------

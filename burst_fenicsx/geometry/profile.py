@@ -16,7 +16,6 @@ if TYPE_CHECKING:
 
     from burst_fenicsx.geometry.contour import Contour
 
-__all__ = ["FUZE_DENSITIES", "Fuze", "PartVolumes", "Profile", "CrossSection"]
 
 FUZE_DENSITIES = (100.0, 9000.0)
 """Mean density that a fuze in its cavity may have (kg/m3): lighter than cork, or denser than brass, none is."""
@@ -57,20 +56,13 @@ class Profile:
 
     Parameters
     ----------
-    name : str
-        Name, for messages and files.
-    outer : Contour
-        Outside of the casing; starts at station 0.
-    cavity : Contour
-        Inside of the casing, within the outer contour; where it does not reach an end, the casing is solid there.
-    charge_front : float
-        Station of the charge's front (m): the charge fills the cavity from its base end to here.
-    fuze : Fuze, optional
-        What fills the cavity before the charge; needed exactly when the charge does not fill the cavity.
-    segments : tuple of Segment
-        Axial segments of the casing; empty: cut automatically (see `automatic_segments`).
-    source, notes : str
-        Where the numbers come from.
+    name : name, for messages and files.
+    outer : outside of the casing; starts at station 0.
+    cavity : inside of the casing, within the outer contour; where it does not reach an end, the casing is solid there.
+    charge_front : station of the charge's front (m): the charge fills the cavity from its base end to here.
+    fuze : optional, what fills the cavity before the charge; needed exactly when the charge does not fill the cavity.
+    segments : axial segments of the casing; empty: cut automatically (see `automatic_segments`).
+    source, notes : where the numbers come from.
 
     Raises
     ------
@@ -227,8 +219,7 @@ class Profile:
 
         Parameters
         ----------
-        station : array_like
-            Stations (m) within the round, any shape.
+        station : stations (m) within the round, any shape.
 
         Returns
         -------

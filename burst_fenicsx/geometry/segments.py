@@ -17,7 +17,6 @@ if TYPE_CHECKING:
 
     from burst_fenicsx.geometry.contour import Contour
 
-__all__ = ["SEGMENT_KINDS", "Segment", "SegmentKind", "automatic_segments", "check_segments"]
 
 SegmentKind = Literal["nose", "wall", "base"]
 SEGMENT_KINDS: tuple[SegmentKind, ...] = ("nose", "wall", "base")
@@ -68,10 +67,8 @@ def automatic_segments(outer: Contour, cavity: Contour, charge_front: float) -> 
 
     Parameters
     ----------
-    outer, cavity : Contour
-        The casing's contours (m).
-    charge_front : float
-        Station of the charge's front (m).
+    outer, cavity : the casing's contours (m).
+    charge_front : station of the charge's front (m).
 
     Returns
     -------

@@ -15,7 +15,6 @@ from fragfield_base.kernel_cache import compiled_with, digest_of
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-__all__ = ["LANES", "block_kernel", "inlined_kernel", "kernel", "lane_function", "parallel_kernel", "widest_vectors"]
 
 LANES = 16
 """Cells per block: two AVX-512 vectors of doubles, four AVX2 ones. Loops over 8 would be unrolled, not vectorised."""
@@ -51,6 +50,24 @@ def lane_function(function: Callable[..., Any]) -> Any:
 def parallel_kernel(function: Callable[..., Any]) -> Any:
     """Compile `function` with its `prange` loops shared by threads."""
     return _compile(function, parallel=True)
+
+
+def chosen(kernels: list[Any], column: int) -> Any:
+    """Block kernel that calls the one of a law: its number stands in a column of the parameters, the first argument."""
+    *first, last = kernels
+    for number in reversed(range(len(first))):
+        last = _chosen(number, column, first[number], last)
+    return last
+
+
+def _chosen(number: int, column: int, this: Any, others: Any) -> Any:
+    @block_kernel
+    def choose(parameters: Any, *arguments: Any) -> Any:
+        if parameters[column] == number:
+            return this(parameters, *arguments)
+        return others(parameters, *arguments)
+
+    return choose
 
 
 @intrinsic

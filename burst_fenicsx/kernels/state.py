@@ -10,8 +10,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-__all__ = ["ChargeState", "Grid", "HeldNodes", "Motion", "Nodes", "Schedule", "SolidState", "Totals"]
-
 
 class Nodes(NamedTuple):
     """Nodal fields, each (nodes, 3), and how the terms of the forces are rounded."""
@@ -36,8 +34,6 @@ class Grid(NamedTuple):
     filled: np.ndarray  # (blocks,) int32, lanes that hold a cell
     material: np.ndarray  # (blocks,) int32, row of the material's parameters
     level: np.ndarray  # (blocks,) int32, of the cells' step: the longest one over 2^level
-    mixed: np.ndarray  # (blocks,) int8, whether a node of the cells takes shorter steps than they do
-    in_rows: np.ndarray  # (blocks, LANES / WIDTH) int8, whether so many lanes are a row of cells, see `Blocks`
     mass: np.ndarray  # (slots,) kg
     volume: np.ndarray  # (slots,) m3, current
     viscous: np.ndarray  # (slots,) Pa, artificial viscous pressure of the last step
@@ -125,3 +121,16 @@ class Totals(NamedTuple):
             np.zeros(chunks),
             np.zeros(chunks, dtype=np.int32),
         )
+
+
+class Cells(NamedTuple):
+    """What the cells of a rank are stepped with."""
+
+    nodes: Nodes
+    grid: Grid
+    schedule: Schedule
+    solid: SolidState
+    charge: ChargeState
+    inverse_share: np.ndarray  # (blocks, 4 LANES) 1/kg, of rings each cell's share of its nodes' masses; else empty
+    totals: Totals
+    scratch: np.ndarray  # (threads, rows), see `cells.layout`

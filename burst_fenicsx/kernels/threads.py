@@ -21,8 +21,6 @@ from burst_fenicsx.kernels.lanes import parallel_kernel
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-__all__ = ["on_threads"]
-
 # Of a piece as the loop calls it: from where to where it goes, and where its other arguments stand.
 _ARGUMENTS = types.intp, types.intp, types.voidptr
 
@@ -35,7 +33,6 @@ def _call(
     last: Any,  # noqa: ARG001
     data: Any,  # noqa: ARG001
 ) -> tuple[Any, Callable[..., Any]]:
-    """Call the piece at the address `code`."""
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:  # noqa: ARG001
         kind = context.call_conv.get_function_type(types.none, _ARGUMENTS)
@@ -53,6 +50,33 @@ def _loop(threads: int, count: int, code: np.uint64, data: np.uint64) -> None:
     for number in numba.prange(threads):
         thread = np.int64(number)
         _call(code, thread * count // threads, (thread + 1) * count // threads, data)
+
+
+def address_of(function: Any, arguments: tuple[Any, ...]) -> np.uint64:
+    """Address of a kernel's machine code for arguments of the types of these; it is compiled where it has to be."""
+    signature = tuple(numba.typeof(argument) for argument in arguments)
+    dispatcher = function.compiled
+    dispatcher.compile(signature)
+    compiled = dispatcher.overloads[signature]
+    return np.uint64(compiled.library.get_pointer_to_function(compiled.fndesc.llvm_func_name))
+
+
+@intrinsic
+def call_at(typing_context: Any, code: Any, arguments: Any) -> tuple[Any, Callable[..., Any]]:  # noqa: ARG001
+    """Call the kernel whose `address_of` arguments of just these types is `code`; it may neither raise nor return.
+
+    A large kernel that is linked to its callers instead is compiled again with each of them.
+    """
+
+    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        kinds = signature.args[1].types
+        kind = context.call_conv.get_function_type(types.none, kinds)
+        status = [cgutils.alloca_once(builder, argument.pointee) for argument in kind.args[:2]]
+        given = context.get_arg_packer(kinds).as_arguments(builder, cgutils.unpack_tuple(builder, values[1]))
+        builder.call(builder.inttoptr(values[0], kind.as_pointer()), [*status, *given])
+        return context.get_dummy_value()
+
+    return types.none(types.uint64, arguments), generate
 
 
 @intrinsic
@@ -97,7 +121,6 @@ def on_threads(
 
 
 def _linked(context: Any, function: Any, signature: Any) -> Callable[..., Any]:
-    """What generates a call of a compiled function, which is linked to the caller."""
     found = context.get_function(function, signature)
     context.add_linking_libs(getattr(found, "libs", ()))
     return found

@@ -14,14 +14,6 @@ from fragfield_base.substances import is_substance, read_substance, substance, s
 if TYPE_CHECKING:
     from fragfield_base.substances import Kind, Substance
 
-__all__ = [
-    "burst_explosive_names",
-    "casing_names",
-    "explosive_names",
-    "load_casing",
-    "load_explosive",
-    "load_substance",
-]
 
 JWL_KEYS = tuple(item.name for item in fields(JonesWilkinsLee))
 EXPLOSIVE_KEYS = (*(item.name for item in fields(Explosive) if item.name != "name"), "gurney")
@@ -49,9 +41,8 @@ def load_explosive(name_or_path: str | Path) -> Explosive:
 
     Parameters
     ----------
-    name_or_path : str or Path
-        A built-in name or another name of it ("comp_b", "Composition B"), or a file that ends in .toml: of the form of
-        those in `fragfield_base/substances/explosives`, or tables of `EXPLOSIVE_KEYS`, of several of which
+    name_or_path : A built-in name or another name of it ("comp_b", "Composition B"), or a file that ends in .toml: of
+        the form of those in `fragfield_base/substances/explosives`, or tables of `EXPLOSIVE_KEYS`, of several of which
         "file.toml#name" takes one.
 
     Raises
@@ -87,10 +78,9 @@ def load_casing(name_or_path: str | Path) -> CasingMaterial:
 
     Parameters
     ----------
-    name_or_path : str or Path
-        A built-in name or another name of it ("steel_1045", "AISI 1045"), or a file that ends in .toml: of the form of
-        those in `fragfield_base/substances/casings`, or tables of `CASING_KEYS`, of several of which "file.toml#name"
-        takes one.
+    name_or_path : A built-in name or another name of it ("steel_1045", "AISI 1045"), or a file that ends in .toml: of
+        the form of those in `fragfield_base/substances/casings`, or tables of `CASING_KEYS`, of several of which
+        "file.toml#name" takes one.
 
     Raises
     ------
@@ -180,7 +170,6 @@ def _entry(name_or_path: str | Path, kind: Kind, keys: tuple[str, ...]) -> tuple
 
 
 def _flat(found: Substance, keys: tuple[str, ...]) -> dict[str, Any]:
-    """The values of a substance that the burst takes, in one table."""
     table: dict[str, Any] = {"source": found.sources(*_SOURCES)}
     for name, group in found.groups.items():
         if name in keys and name not in group.values:

@@ -23,17 +23,6 @@ if TYPE_CHECKING:
     from burst_fenicsx.meshing.distributed import DistributedMesh
     from burst_fenicsx.problem import Leakage, Round
 
-__all__ = [
-    "AxialSlices",
-    "burn_rates",
-    "cell_ignition",
-    "compression_burn_start",
-    "earliest_motion",
-    "ignition_times",
-    "largest_faces",
-    "place_ignition",
-]
-
 
 def place_ignition(item: Round, length: float) -> tuple[np.ndarray, np.ndarray]:
     """Places (points, 3) in m and delays (points,) in s of a round's ignition points; `length` is the round's (m)."""
@@ -186,7 +175,6 @@ class AxialSlices:
 
     @cached_property
     def _weight(self) -> np.ndarray:
-        """Weight of the nodes of each slice (slices,)."""
         return np.maximum(self.count, 1.0)
 
     @cached_property

@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from burst_fenicsx.kernels.state import Totals
     from burst_fenicsx.mechanics.fields import BurstFields
 
-__all__ = ["check_cells", "erode", "erode_at_end"]
-
 
 def erode(state: BurstFields) -> None:
     """Mark metal without strength that has folded while it was expanded, or of which hardly any volume is left.
@@ -73,7 +71,6 @@ def check_cells(state: BurstFields, totals: Totals, stable_step: float, time: fl
 
 
 def _in_words(state: BurstFields, cell: int) -> str:
-    """Which local cell has turned inside out, and where."""
     mesh = state.mesh
     x, y, z = state.nodes.position[mesh.dofmap[cell]].mean(axis=0) * 1e3
     return (

@@ -6,29 +6,35 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
+import numba
 import numpy as np
 from dolfinx import fem
 from mpi4py import MPI
 
 from burst_fenicsx import compat
 from burst_fenicsx.kernels.axisymmetric import quadrilateral
-from burst_fenicsx.kernels.axisymmetric.quadrilateral import AxisymmetricState
 from burst_fenicsx.kernels.cells import one_point
 from burst_fenicsx.kernels.cells.erosion import WHOLE
 from burst_fenicsx.kernels.cells.hexahedron import hexahedron_volumes
 from burst_fenicsx.kernels.cells.layout import SOLID_PARAMETERS
 from burst_fenicsx.kernels.constants import AHEAD, LARGEST_WORK
-from burst_fenicsx.kernels.geometry.shapes import folded_cells
 from burst_fenicsx.kernels.lanes import LANES
-from burst_fenicsx.kernels.state import ChargeState, Grid, Nodes, SolidState
-from burst_fenicsx.kernels.step.assembly import FULL_QUADRATURE, ONE_POINT, RINGS
-from burst_fenicsx.kernels.step.levels import blocks_are_mixed, move_lanes
+from burst_fenicsx.kernels.state import Cells, ChargeState, Grid, Nodes, SolidState, Totals
+from burst_fenicsx.kernels.step.assembly import (
+    FULL_QUADRATURE,
+    ONE_POINT,
+    RINGS,
+    CellKernels,
+    cell_kernels,
+    make_scratch,
+)
 from burst_fenicsx.kernels.vectors.exact import quantise, rounding_constant
 from burst_fenicsx.materials import laws
 from burst_fenicsx.materials.products import make_products
 from burst_fenicsx.mechanics.detonation import burn_rates, cell_ignition, earliest_motion, largest_faces
 from burst_fenicsx.mechanics.material_tables import fastest_signal, largest_pressure, material_tables
 from burst_fenicsx.mechanics.schedule import Blocks, Chunks
+from burst_fenicsx.meshing.quality import folded_cells
 from burst_fenicsx.problem import Part
 from fragfield_base.elementary import cbrt
 
@@ -38,8 +44,6 @@ if TYPE_CHECKING:
     from burst_fenicsx.materials.products import Products
     from burst_fenicsx.meshing.distributed import DistributedMesh
     from burst_fenicsx.problem import BurstSettings, Round
-
-__all__ = ["BurstFields", "Element", "make_fields"]
 
 
 @dataclass(frozen=True)
@@ -98,7 +102,8 @@ class BurstFields:
     element, kind : of the cells, and which kernels step it.
     products : products of each round's charge.
     nodes, grid, solid, charge : the kernels' views of the functions' arrays, and what they need besides; velocities are
-        half a step behind the positions. rings : what quadrilaterals have besides; None of hexahedra.
+        half a step behind the positions. inverse_share : as in `Cells`.
+    totals, scratch : what the kernels add up, and their scratch.
     blocks : cells in blocks, chunks and colours. chunks : what arranges them.
     """
 
@@ -116,9 +121,24 @@ class BurstFields:
     grid: Grid
     solid: SolidState
     charge: ChargeState
-    rings: AxisymmetricState | None
+    inverse_share: np.ndarray
+    totals: Totals
+    scratch: np.ndarray
     blocks: Blocks
     chunks: Chunks
+
+    @property
+    def cells(self) -> Cells:
+        """What the kernels step the cells with."""
+        return Cells(
+            self.nodes, self.grid, self.blocks.schedule, self.solid, self.charge,
+            self.inverse_share, self.totals, self.scratch,
+        )  # fmt: skip
+
+    @cached_property
+    def kernels(self) -> CellKernels:
+        """Machine code that steps the cells; it does not depend on how they are arranged."""
+        return cell_kernels(self.kind, self.cells)
 
     def volumes(self) -> np.ndarray:
         """Volumes of this rank's cells now (cells,) in m3; of eroded ones as they were then."""
@@ -138,7 +158,6 @@ class BurstFields:
 
     @cached_property
     def _casing(self) -> np.ndarray:
-        """Own cells of casings (k,)."""
         return np.flatnonzero(self.mesh.part == Part.CASING)
 
     def folded(self, cells: np.ndarray | slice = slice(None)) -> np.ndarray:
@@ -226,18 +245,14 @@ class BurstFields:
         source = old.slot_of_cell[new.cells.ravel()]
         hourglass = np.zeros((len(new.cells), self.solid.hourglass.shape[1]))
         of_solids = np.flatnonzero(new.material % len(Part) != Part.CHARGE)  # a charge's cells store none
-        move_lanes(source, of_solids, self.solid.hourglass, hourglass)
+        hourglass[of_solids] = _moved(self.solid.hourglass, source.reshape(-1, LANES)[of_solids])
         grid, solid = self.grid, self.solid
         self.blocks = new
-        mixed = np.empty(len(new.cells), dtype=np.int8)
-        blocks_are_mixed(new.cells, new.level, grid.dofmap, self.nodes.finest, mixed)
         self.grid = grid._replace(
             cells=new.cells,
             filled=new.count,
             material=new.material,
             level=new.level,
-            mixed=mixed,
-            in_rows=new.in_rows,
             mass=grid.mass[source],
             volume=grid.volume[source],
             viscous=grid.viscous[source],
@@ -248,10 +263,15 @@ class BurstFields:
             softening_scale=solid.softening_scale[source],
             eroded=solid.eroded[source],
         )
-        if self.rings is not None:
-            inverse_share = np.empty((len(new.cells), self.rings.inverse_share.shape[1]))
-            move_lanes(source, np.arange(len(new.cells)), self.rings.inverse_share, inverse_share)
-            self.rings = AxisymmetricState(inverse_share)
+        if self.inverse_share.size:
+            self.inverse_share = _moved(self.inverse_share, source.reshape(-1, LANES))
+
+
+def _moved(rows: np.ndarray, source: np.ndarray) -> np.ndarray:
+    """Rows of lanes (blocks, rows LANES) in a new order of the slots; `source` (blocks, LANES) are the old ones."""
+    old = rows.reshape(len(rows), -1, LANES)
+    moved = old[source[:, None] // LANES, np.arange(old.shape[1])[None, :, None], source[:, None] % LANES]
+    return moved.reshape(len(source), rows.shape[1])
 
 
 def make_fields(
@@ -313,7 +333,7 @@ def make_fields(
     )  # fmt: skip
     grid = Grid(
         mesh.dofmap, blocks.cells, blocks.count, blocks.material, blocks.level,
-        np.zeros(len(blocks.cells), dtype=np.int8), blocks.in_rows, blocks.by_slot(cell_mass), slot_volume,
+        blocks.by_slot(cell_mass), slot_volume,
         np.zeros_like(slot_volume), np.full_like(slot_volume, np.inf), 0.0,
         rounding_constant(LARGEST_WORK * pressure * float(mesh.cell_sums(volume))),
     )  # fmt: skip
@@ -351,7 +371,10 @@ def make_fields(
             axial_slice=axial_slice.astype(np.int32),
             leakage=leakage,
         ),
-        rings=AxisymmetricState(_by_lanes(blocks.by_slot(1.0 / corner_mass))) if element.kind == RINGS else None,
+        inverse_share=_by_lanes(blocks.by_slot(1.0 / corner_mass)) if element.kind == RINGS else np.zeros((0, 0)),
+        totals=Totals.of_chunks(blocks.schedule.chunk.size, len(rounds)),
+        # For every thread that there may be: how many step is settled again at every call.
+        scratch=make_scratch(numba.config.NUMBA_NUM_THREADS),
         blocks=blocks,
         chunks=chunks,
     )
@@ -364,7 +387,6 @@ def _by_lanes(values: np.ndarray) -> np.ndarray:
 
 
 def _functions(mesh: DistributedMesh, points: int) -> dict[str, Any]:
-    """The state as functions by name, all zero; `points` in a cell. Collective."""
     of_cells, at_points = mesh.cell_space(), mesh.cell_space(points=points) if points > 1 else None
     spaces = {
         "velocity": mesh.vector_space,
@@ -405,5 +427,4 @@ def _nodal_masses(mesh: DistributedMesh, scratch: Any, cell_mass: np.ndarray, co
 
 
 def _largest(mesh: DistributedMesh, values: np.ndarray) -> float:
-    """Largest of the values over all ranks."""
     return float(mesh.comm.allreduce(float(values.max(initial=0.0)), op=MPI.MAX))

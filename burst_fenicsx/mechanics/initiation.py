@@ -26,7 +26,6 @@ if TYPE_CHECKING:
     from burst_fenicsx.mechanics.fields import BurstFields
     from burst_fenicsx.problem import Round
 
-__all__ = ["ShockInitiations", "Source"]
 
 _BELOW = -1.0  # held time of a cell whose pressure is below the threshold
 

@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from burst_fenicsx.contact import ContactForces
     from burst_fenicsx.mechanics.fields import BurstFields
 
-__all__ = ["Entry", "Ledger"]
-
 
 @dataclass
 class Entry:

@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from burst_fenicsx.materials.products import Products
     from burst_fenicsx.problem import BurstSettings, Round
 
-__all__ = ["FUZE", "density_of_fuze", "largest_pressure", "material_tables"]
 
 FUZE = CasingMaterial(
     name="fuze",
@@ -95,7 +94,6 @@ def fastest_signal(solid: np.ndarray, products: Sequence[Products], rounds: Sequ
 
 
 def _law_of(material: CasingMaterial) -> tuple[int, ModuleType]:
-    """Number and module of a solid's law."""
     for number, law in enumerate(laws("solids")):
         if type(material) is law.MATERIAL:
             return number, law
@@ -103,7 +101,6 @@ def _law_of(material: CasingMaterial) -> tuple[int, ModuleType]:
 
 
 def _charge_row(item: Round, settings: BurstSettings, model: Products) -> tuple[float, ...]:
-    """Columns of an explosive before those of its products."""
     explosive = item.explosive
     by_compression = 1.0 / (1.0 - model.cj_volume) if settings.burn == "time_or_compression" else 0.0
     return (

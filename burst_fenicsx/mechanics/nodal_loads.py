@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     from burst_fenicsx.mechanics.fields import BurstFields
     from burst_fenicsx.mechanics.ledger import Ledger
 
-__all__ = ["NodalConstraint", "NodalLoads", "held_nodes"]
-
 
 class NodalConstraint:
     """Nodes that may not move along a direction, such as those of a symmetry plane.
@@ -86,5 +84,4 @@ class NodalLoads:
             ledger.damping -= half_step * self._power(self._damping_force)
 
     def _power(self, force: np.ndarray) -> float:
-        """Power (W) of nodal forces (nodes, 3) in N on all ranks; collective."""
         return float(self._fields.mesh.node_sums((force * self._fields.nodes.velocity).sum(axis=1)))

@@ -9,10 +9,6 @@ import numpy as np
 
 from burst_fenicsx.kernels.lanes import LANES
 from burst_fenicsx.kernels.state import Schedule
-from burst_fenicsx.kernels.step.levels import colour_groups
-from burst_fenicsx.kernels.vectors.transposition import WIDTH
-
-__all__ = ["AT_REST", "Blocks", "Chunks", "chunk_size"]
 
 AT_REST = -1
 """Level of cells that take no steps."""
@@ -36,8 +32,6 @@ class Blocks:
     ----------
     cells : (blocks, LANES) int32, padded with the last cell of the block.
     count, material, level : (blocks,) int32; a block of level l takes 2^l steps in a longest one.
-    in_rows : (blocks, LANES / WIDTH) int8, whether the numbers of so many lanes' cells follow one another, and those of
-        their nodes at every corner: what the kernels gather of them lies without gaps.
     schedule : the chunks and their colours.
     """
 
@@ -45,7 +39,6 @@ class Blocks:
     count: np.ndarray
     material: np.ndarray
     level: np.ndarray
-    in_rows: np.ndarray
     schedule: Schedule
 
     @cached_property
@@ -98,7 +91,6 @@ class Chunks:
         self._charge = np.asarray(is_charge)[material]
         self._chunk = np.arange(cells) // (size or chunk_size(cells))
         self._chunks = int(self._chunk[-1]) + 1 if cells else 0
-        self._follows = np.append((np.diff(dofmap, axis=0) == 1).all(axis=1), False)  # the next cell, in a row
         colour = _colour_chunks(self._chunk, dofmap, self._chunks)
         colours = int(colour.max()) + 1 if len(colour) else 0
         self._chunk_order = np.argsort(colour, kind="stable").astype(np.int32)
@@ -139,26 +131,19 @@ class Chunks:
             active=active,
         )
         cells = order[lanes].astype(np.int32).reshape(-1, LANES)
-        rows = cells.reshape(-1, LANES // WIDTH, WIDTH)
-        in_rows = ((np.diff(rows) == 1) & self._follows[rows[..., :-1]]).all(axis=-1)
-        return Blocks(
-            cells,
-            count.astype(np.int32),
-            material[first].astype(np.int32),
-            block_level,
-            in_rows.astype(np.int8),
-            schedule,
-        )
+        return Blocks(cells, count.astype(np.int32), material[first].astype(np.int32), block_level, schedule)
 
 
 def _colour_chunks(chunk_of_cell: np.ndarray, dofmap: np.ndarray, chunks: int) -> np.ndarray:
-    """Greedy colouring of the chunks, two being neighbours if they share a node."""
-    order = np.argsort(chunk_of_cell, kind="stable")
-    first = np.searchsorted(chunk_of_cell[order], np.arange(chunks + 1))
+    """Greedy colouring of the chunks, two being neighbours if they share a node; their cells follow one another."""
     colour = np.empty(chunks, dtype=np.int32)
-    words = 1
-    while not colour_groups(
-        order, first, dofmap, np.zeros((int(dofmap.max(initial=-1)) + 1, words), np.uint64), colour
-    ):
-        words *= 2
+    taken: list[np.ndarray] = []  # of each colour, the nodes of its chunks
+    first = np.searchsorted(chunk_of_cell, np.arange(chunks + 1))
+    for chunk in range(chunks):
+        nodes = dofmap[first[chunk] : first[chunk + 1]].ravel()
+        free = (number for number, of_colour in enumerate(taken) if not of_colour[nodes].any())
+        colour[chunk] = next(free, len(taken))
+        if colour[chunk] == len(taken):
+            taken.append(np.zeros(int(dofmap.max(initial=-1)) + 1, dtype=bool))
+        taken[colour[chunk]][nodes] = True
     return colour

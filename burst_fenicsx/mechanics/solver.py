@@ -9,8 +9,7 @@ import numpy as np
 
 from burst_fenicsx import compat
 from burst_fenicsx.kernels.constants import EROSION_INTERVAL
-from burst_fenicsx.kernels.state import Totals
-from burst_fenicsx.kernels.step.assembly import advance_halves, make_scratch
+from burst_fenicsx.kernels.step.assembly import RINGS, Interval, advance_halves
 from burst_fenicsx.kernels.vectors.rows import hold_rows
 from burst_fenicsx.mechanics.erosion import check_cells, erode
 from burst_fenicsx.mechanics.nodal_loads import NodalLoads, held_nodes
@@ -27,8 +26,6 @@ if TYPE_CHECKING:
     from burst_fenicsx.mechanics.ledger import Ledger
     from burst_fenicsx.mechanics.nodal_loads import NodalConstraint
     from burst_fenicsx.problem import BurstSettings
-
-__all__ = ["BurstSolver"]
 
 
 class BurstSolver:
@@ -73,9 +70,6 @@ class BurstSolver:
         self.constraints = constraints
         self.time, self.time_step = 0.0, 0.0
         self.steps, self.cell_steps = 0, 0
-        self._totals = Totals.of_chunks(fields.blocks.schedule.chunk.size, len(fields.products))
-        # For every thread that there may be: how many step is settled again at every call.
-        self._scratch = make_scratch(numba.config.NUMBA_NUM_THREADS)
         self.burning = BurningTimes(fields)
         self.loads = NodalLoads(fields, settings.damping, external)
         self.levels = Subcycling(fields, contact)
@@ -119,20 +113,20 @@ class BurstSolver:
         several, of_contact = self.fields.mesh.comm.size > 1, 0 if self._in_substeps else self.levels.contact_level
         at_once = 1 if several else 2 ** (self.levels.highest - of_contact)
         velocity_step = 0.5 * (self.time_step + step)
-        self._totals.clear()
+        self.fields.totals.clear()
         for substep in range(at_once, substeps + 1, at_once):
-            self._advance_halves(2 * (substep - at_once), 2 * substep - 1, begin, step, step, velocity_step)
+            self._advance_halves(Interval(2 * (substep - at_once), 2 * substep - 1, begin, step, step, velocity_step))
             if substep == at_once:
                 self.loads.accumulate_work(self.ledger, 0.5 * step)
             self.time = begin + step * (substep / substeps)
             if substep == substeps:
                 self.leakage.update(self.fields.nodes.position)
             self._add_forces(step, substep)
-        self.ledger.add(self._totals.energy, self._totals.released)
+        self.ledger.add(self.fields.totals.energy, self.fields.totals.released)
 
     def add_forces(self, step: float) -> None:
         """Resultant at the present positions (Eq. 2) of all nodes, at the end of a macro step (s); tallies the work."""
-        self._totals.clear()
+        self.fields.totals.clear()
         self.fields.nodes.force[:] = 0.0
         self._add_forces(step, 2**self.levels.highest)
 
@@ -143,7 +137,7 @@ class BurstSolver:
         step is of the macro step `step` (s).
         """
         state, levels, several = self.fields, self.levels, self.fields.mesh.comm.size > 1
-        self._advance_halves(2 * substep - 1, 2 * substep, self.time, 0.0, step, 0.0)
+        self._advance_halves(Interval(2 * substep - 1, 2 * substep, self.time, 0.0, step, 0.0))
         if several:
             compat.add_ghosts(state.functions["force"].x)
         contact_is_due = substep % 2 ** (levels.highest - levels.contact_level) == 0
@@ -156,20 +150,15 @@ class BurstSolver:
         self.loads.add_forces(self.time)  # after the sum over ranks
         hold_rows(state.nodes.force, *held_nodes(self.constraints))
         if substep == 2**levels.highest:
-            self.control.take_stable_step(self._totals.stable_step)
+            self.control.take_stable_step(self.fields.totals.stable_step)
 
-    def _advance_halves(
-        self, first: int, last: int, begin: float, duration: float, step: float, velocity_step: float
-    ) -> None:
-        """Cells and nodes by halves of the substeps, see `kernels.step.assembly.advance_halves`."""
-        state, level, along = self.fields, self.levels.contact_level, None
+    def _advance_halves(self, interval: Interval) -> None:
+        state, level, along, threads = self.fields, self.levels.contact_level, None, numba.get_num_threads()
         if self.contact is not None and self._in_substeps:
-            along = self.contact.in_substeps(self.control.uncut_step, step, level, self.burning.front_until)
-        advance_halves(
-            numba.get_num_threads(), first, last, begin, duration, step, velocity_step, state.kind, state.nodes,
-            self.levels.motion, held_nodes(self.constraints), state.grid, state.blocks.schedule, state.solid,
-            state.charge, state.rings, along, self._totals, self._scratch,
-        )  # fmt: skip
+            along = self.contact.in_substeps(self.control.uncut_step, interval.step, level, self.burning.front_until)
+        threads = 1 if state.kind == RINGS else threads  # their forces are not rounded
+        held = held_nodes(self.constraints)
+        advance_halves(interval, state.kind, state.kernels, threads, state.cells, self.levels.motion, held, along)
         if self.contact is not None and self._in_substeps:
             self.contact.take_sums()
 
@@ -187,11 +176,11 @@ class BurstSolver:
         if self.contact is not None:
             self.contact.set_level(self.levels.contact_level)
         self.add_forces(0.0)
-        self.ledger.add(self._totals.energy, self._totals.released)  # of cells that have just been eroded
+        self.ledger.add(self.fields.totals.energy, self.fields.totals.released)  # of cells that have just been eroded
 
     def bring_velocities(self) -> None:
         """Bring the velocities from half a step before to the time of the positions."""
-        self._advance_halves(0, 1, self.time, 0.0, 0.0, 0.5 * self.time_step)
+        self._advance_halves(Interval(0, 1, self.time, 0.0, 0.0, 0.5 * self.time_step))
         self.time_step = 0.0
 
     def erode_metal(self) -> None:
@@ -202,4 +191,4 @@ class BurstSolver:
 
     def check_cells(self) -> None:
         """Stop if a cell has turned inside out or anything is not a number; collective."""
-        check_cells(self.fields, self._totals, self.control.stable_step, self.time)
+        check_cells(self.fields, self.fields.totals, self.control.stable_step, self.time)

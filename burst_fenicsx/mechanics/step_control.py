@@ -27,8 +27,6 @@ if TYPE_CHECKING:
     from burst_fenicsx.mechanics.subcycling import Subcycling
     from burst_fenicsx.problem import TimeStep
 
-__all__ = ["BurningTimes", "StepControl"]
-
 
 class StepControl:
     """Chooses the macro step and, with local time stepping, the levels of the cells.
@@ -144,7 +142,6 @@ class StepControl:
         return allowed
 
     def _minimum(self, values: np.ndarray) -> float:
-        """Minimum of all ranks' values; collective."""
         minimum, comm = float(values.min(initial=np.inf)), self._fields.mesh.comm
         return float(comm.allreduce(minimum, op=MPI.MIN)) if comm.size > 1 else minimum
 

@@ -17,15 +17,12 @@ from mpi4py import MPI
 
 from burst_fenicsx.kernels.constants import BELOW_CONTACT, CONTACT_CANDIDATES, HIGHEST_LEVEL, LONGEST_STEP
 from burst_fenicsx.kernels.state import Motion
-from burst_fenicsx.kernels.step.levels import node_levels, raise_levels
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from burst_fenicsx.contact import ContactForces
     from burst_fenicsx.mechanics.fields import BurstFields
-
-__all__ = ["Subcycling"]
 
 
 class Subcycling:
@@ -55,7 +52,10 @@ class Subcycling:
             inverse_mass=fields.inverse_mass,
             moving=np.array([nodes]),
         )
-        # Of the cells around the nodes, by the levels that were looked at last.
+        # The cells around each node, one node after the other; their levels as they were looked at last.
+        corners = fields.mesh.all_dofmap
+        order = np.argsort(corners.ravel(), kind="stable")
+        self._around, self._first = order // corners.shape[1], np.searchsorted(corners.ravel()[order], np.arange(nodes))
         self._finest, self._coarsest = np.zeros(nodes, dtype=np.int8), np.zeros(nodes, dtype=np.int8)
         self._looked_at: np.ndarray | None = None
         self.highest = 0
@@ -114,7 +114,9 @@ class Subcycling:
         """Raise levels until those of cells that share a node differ by one at most; collective."""
         while True:
             self._find_node_levels(level)
-            raised = raise_levels(self._fields.mesh.dofmap, self._finest, level)
+            wanted = np.maximum(level, self._finest[self._fields.mesh.dofmap].max(axis=1, initial=0) - 1)
+            raised = np.count_nonzero(wanted > level)
+            level[:] = wanted
             if self._comm.size > 1:
                 raised = self._comm.allreduce(raised)
             if raised == 0:
@@ -124,12 +126,14 @@ class Subcycling:
     def _find_node_levels(self, level: np.ndarray) -> None:
         """Highest and lowest level of the cells around every node, from those of this rank's cells; collective."""
         mesh, finest, coarsest = self._fields.mesh, self._finest, self._coarsest
-        if self._of_cells is None:
-            node_levels(mesh.all_dofmap, level, finest, coarsest)
+        if self._of_cells is not None:
+            self._of_cells.x.array[: mesh.cells] = level
+            self._of_cells.x.scatter_forward()
+            level = self._of_cells.x.array.astype(np.int8)
+        around = level[self._around]
+        finest[:], coarsest[:] = (reduce.reduceat(around, self._first) for reduce in (np.maximum, np.minimum))
+        if self._of_nodes is None:
             return
-        self._of_cells.x.array[: mesh.cells] = level
-        self._of_cells.x.scatter_forward()
-        node_levels(mesh.all_dofmap, self._of_cells.x.array.astype(np.int8), finest, coarsest)
         # Around the outer nodes of other ranks' cells some cells are missing here: their owner has them all.
         both = self._of_nodes.x.array.reshape(-1, 3)
         both[:, 0], both[:, 1] = finest, coarsest

@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from burst_fenicsx.meshing.mesh import CellMesh, HexahedralMesh
     from burst_fenicsx.problem import Mirror
 
-__all__ = ["cut_mesh", "cut_section", "split_charges", "turn_to"]
 
 _Mesh = TypeVar("_Mesh", bound="CellMesh")
 

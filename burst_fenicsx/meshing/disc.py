@@ -13,7 +13,6 @@ from fragfield_base.elementary import cos, sin
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["CORE_RADIUS", "CORE_SIDE_RADIUS", "SectionGrid", "equal_area_factor", "section_grid"]
 
 # Corner distance of the core square over the disc's radius, and the turn of each of its sides' arcs: with them the
 # three angles at a corner of the core are 130 and twice 115 degrees, and its cells are as large as those of the rings.
@@ -29,14 +28,10 @@ class SectionGrid:
 
     Attributes
     ----------
-    inner : numpy.ndarray, shape (n, 2)
-        Nodes times the radius of the boundary between cavity and wall.
-    outer : numpy.ndarray, shape (n, 2)
-        Nodes times the outer radius; a node lies at `inner * r_i + outer * r_o`.
-    quads : numpy.ndarray, int64, shape (k, 4)
-        Counter-clockwise quadrilaterals, the cavity's first.
-    cavity_quads : int
-        How many of them lie within the cavity.
+    inner : (n, 2) nodes times the radius of the boundary between cavity and wall.
+    outer : (n, 2) nodes times the outer radius; a node lies at `inner * r_i + outer * r_o`.
+    quads : (k, 4) counter-clockwise quadrilaterals, the cavity's first.
+    cavity_quads : how many of them lie within the cavity.
     """
 
     inner: NDArray[np.float64]
@@ -63,12 +58,9 @@ def section_grid(core: int, rings: int, wall: int) -> SectionGrid:
 
     Parameters
     ----------
-    core : int
-        Cells along a side of the core square, N; the circumference has 4 N.
-    rings : int
-        Rings of cells between core and wall.
-    wall : int
-        Rings of cells through the wall.
+    core : cells along a side of the core square, N; the circumference has 4 N.
+    rings : rings of cells between core and wall.
+    wall : rings of cells through the wall.
     """
     around = 4 * core
     angle = -0.25 * np.pi + 2.0 * np.pi * np.arange(around) / around

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal, overload
@@ -10,15 +9,22 @@ from typing import TYPE_CHECKING, Any, Literal, overload
 import numpy as np
 
 from burst_fenicsx import compat
-from burst_fenicsx.kernels.vectors.rows import place_rows
+from burst_fenicsx.meshing.mesh import cell_centres
+from burst_fenicsx.meshing.placement import to_local
+from burst_fenicsx.problem import Part
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from mpi4py import MPI
+    from numpy.typing import NDArray
 
     from burst_fenicsx.meshing.mesh import HexahedralMesh
+    from burst_fenicsx.problem import Round
 
-__all__ = ["DistributedMesh", "distribute", "gather_rows"]
 
+_COST_OF_CHARGE = 0.8  # of a casing's cell and step: the kernels' times in benchmarks/README.md
+_SAME_AZIMUTH = 1e-6  # rad; of layers that lie behind each other
 _MOST_SPREAD = 2.0  # of the span of a cell's nodes over that in dolfinx's order: beyond it dolfinx's is taken
 
 
@@ -207,7 +213,7 @@ def gather_rows(
     """Rows of all ranks at their places in the whole, on rank 0, or everywhere; None elsewhere. Collective."""
     if comm.size == 1:
         result = np.empty(values.shape, dtype=values.dtype)
-        _place(places, values, result)
+        result[places] = values
         return result
     pieces = comm.allgather((places, values)) if everywhere else comm.gather((places, values), root=0)
     if pieces is None:
@@ -215,14 +221,34 @@ def gather_rows(
     total = sum(len(where) for where, _ in pieces)
     result = np.empty((total, *values.shape[1:]), dtype=values.dtype)
     for where, what in pieces:
-        _place(where, what, result)
+        result[where] = what
     return result
 
 
-def _place(places: np.ndarray, values: np.ndarray, result: np.ndarray) -> None:
-    """Copy `values` to the places, one a row, of `result`."""
-    if values.dtype == np.float64:
-        width = math.prod(values.shape[1:])  # said, so that a rank may have no row
-        place_rows(np.ascontiguousarray(values).reshape(-1, width), places, result.reshape(-1, width))
-    else:
-        result[places] = values
+def partition(mesh: HexahedralMesh, rounds: Sequence[Round], ranks: int) -> NDArray[np.int32]:
+    """Rank of every cell (cells,): equal costs in the order of rounds, azimuths and stations.
+
+    Cells near the front take the shortest steps, and all ranks wait for the slowest in each of them: of slabs across
+    the axis those with the front work while the others wait. Sectors have the same share of every layer, of charge and
+    casing, and so of every level of local time stepping, at any time.
+
+    With as many ranks as rounds or fewer, ranks have whole rounds as far as they are alike; with more, sectors; with
+    more than there are cells around, pieces of sectors along the axis.
+
+    Parameters
+    ----------
+    mesh : all cells. rounds : in order; where they stand. ranks : how many there are.
+    """
+    azimuth = np.zeros(len(mesh.cells))
+    centres = cell_centres(mesh)
+    for index, item in enumerate(rounds):
+        own = mesh.round == index
+        local = to_local(centres[own], item.position, item.axis)
+        azimuth[own] = np.round(np.arctan2(local[:, 1], local[:, 0]) / _SAME_AZIMUTH)
+    order = np.lexsort((mesh.station, azimuth, mesh.round))
+    cost = np.where(mesh.part == Part.CHARGE, _COST_OF_CHARGE, 1.0)[order]
+    # A cell belongs to the share in which its middle lies.
+    reached = np.cumsum(cost) - 0.5 * cost
+    owner = np.empty(len(order), dtype=np.int32)
+    owner[order] = np.minimum(reached / cost.sum() * ranks, ranks - 1)
+    return owner

@@ -25,7 +25,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-__all__ = ["GROUPS", "WALL_PIECES", "read_gmsh"]
 
 GROUPS = {"casing": Part.CASING, "charge": Part.CHARGE, "fuze": Part.FUZE}
 WALL_PIECES = 4  # automatic segments along the charge
@@ -56,20 +55,15 @@ def read_gmsh(
 
     Parameters
     ----------
-    path : str or Path
-        A .msh file of gmsh (format 2.2 or 4.1).
-    unit : str
-        Unit of the file's lengths: "m", "cm", "mm" or "in".
-    file_position, file_axis : sequence of float
-        Centre of the base plane and direction from base to nose in the file's coordinates (in `unit`). By default the
-        axis is +z through x = y = 0 and the base is the lowest node along it.
-    position, axis : sequence of float
-        Where the round shall stand in the world (m), as for `Round`.
+    path : A .msh file of gmsh (format 2.2 or 4.1).
+    unit : unit of the file's lengths: "m", "cm", "mm" or "in".
+    file_position, file_axis : centre of the base plane and direction from base to nose in the file's coordinates (in
+        `unit`). By default the axis is +z through x = y = 0 and the base is the lowest node along it.
+    position, axis : where the round shall stand in the world (m), as for `Round`.
     segments : sequence, optional
         Stations between segments (m, from the nose end), or the segments themselves. By default what lies before the
         charge is the nose, what lies behind it the base, and the casing around it is cut into four equal lengths.
-    round_index : int
-        Index to write into the mesh.
+    round_index : index to write into the mesh.
 
     Returns
     -------
@@ -128,7 +122,6 @@ def read_gmsh(
 
 
 def _parsed(path: Path) -> Any:  # noqa: ANN401 - meshio's class
-    """What a file holds."""
     import meshio
 
     if not path.is_file():

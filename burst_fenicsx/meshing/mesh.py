@@ -20,18 +20,6 @@ if TYPE_CHECKING:
 
     from burst_fenicsx.geometry import Segment
 
-__all__ = [
-    "CellMesh",
-    "HexahedralMesh",
-    "across_edges",
-    "cell_centres",
-    "cell_volumes",
-    "merge",
-    "outer_faces",
-    "part_volumes",
-    "shared_edges",
-]
-
 
 _Mesh = TypeVar("_Mesh", bound="CellMesh")
 
@@ -42,28 +30,17 @@ class CellMesh(ABC):
 
     Attributes
     ----------
-    nodes : numpy.ndarray, float64, shape (n, 3)
-        Coordinates (m).
-    cells : numpy.ndarray, int64, shape (m, 8) or (m, 4)
-        Nodes of the cells: of hexahedra in tensor-product order, of quadrilaterals counter-clockwise.
-    part : numpy.ndarray, int32, shape (m,)
-        `Part` of each cell.
-    round : numpy.ndarray, int32, shape (m,)
-        Index of the round of each cell.
-    segment : numpy.ndarray, int32, shape (m,)
-        Index into that round's segments; -1 for charge and fuze.
-    station : numpy.ndarray, float64, shape (m,)
-        Axial station of the cell's centre, from the nose end (m).
-    segments : tuple of tuple of Segment
-        The segments of each round.
-    lengths : tuple of float
-        The length of each round (m).
-    interface_pairs : numpy.ndarray, int64, shape (pairs, 2)
-        Nodes that lie in the same place on both sides of a split face: the charge's and the casing's or fuze's.
-    held : numpy.ndarray, uint8, shape (n,), or None
-        Where rounds are cut at planes of symmetry: bit k is set for the nodes in plane k. None: nothing is cut.
-    held_normals : tuple of (int, tuple of float)
-        The bits that are used and the unit normals of their planes.
+    nodes : (n, 3) coordinates (m).
+    cells : nodes of the cells: (m, 8) of hexahedra in tensor-product order, (m, 4) of quadrilaterals counter-clockwise.
+    part : (m,) `Part` of each cell.
+    round : (m,) index of the round of each cell.
+    segment : (m,) index into that round's segments; -1 for charge and fuze.
+    station : (m,) axial station of the cell's centre, from the nose end (m).
+    segments : the segments of each round.
+    lengths : the length of each round (m).
+    interface_pairs : (pairs, 2) nodes in the same place on both sides of a split face: the charge's, the other part's.
+    held : (n,) where rounds are cut at planes of symmetry: bit k is set for the nodes in plane k. None: nothing is cut.
+    held_normals : the bits that are used and the unit normals of their planes.
     """
 
     nodes: NDArray[np.float64]
@@ -97,9 +74,11 @@ class CellMesh(ABC):
         """Edge of the mean cell (m)."""
 
     @property
-    @abstractmethod
     def shortest_edge(self) -> float:
         """Shortest edge (m)."""
+        from burst_fenicsx.meshing.quality import edge_lengths  # which imports this module
+
+        return float(edge_lengths(self)[0].min())
 
     @property
     def places(self) -> NDArray[np.int64]:
@@ -127,23 +106,20 @@ class HexahedralMesh(CellMesh):
         """Edge of the mean cell (m)."""
         return float(self.volumes.mean() ** (1.0 / 3.0))
 
-    @property
-    def shortest_edge(self) -> float:
-        """Shortest edge (m)."""
-        from burst_fenicsx.kernels.geometry.shapes import edge_extremes
-
-        shortest, _ = edge_extremes(self.nodes, self.cells)
-        return float(shortest.min())
-
     @cached_property
     def neighbours(self) -> NDArray[np.int32]:
         """The cell behind each of a cell's faces (cells, 6), across splits too; -1 where there is none.
 
         Behind a plane of symmetry lies a cell's own image: there the cell itself is named.
         """
-        from burst_fenicsx.kernels.geometry.shapes import face_neighbours  # kernels are imported where they are used
-
-        found: NDArray[np.int32] = face_neighbours(self.cells, self.places)
+        a, b, c, d = np.sort(self.places[self.cells][:, FACES], axis=2).reshape(-1, 4).T
+        first, second = a * len(self.nodes) + b, c * len(self.nodes) + d
+        order = np.lexsort((second, first))
+        same = (first[order[1:]] == first[order[:-1]]) & (second[order[1:]] == second[order[:-1]])
+        one, other = order[:-1][same], order[1:][same]
+        found = np.full(6 * len(self.cells), -1, dtype=np.int32)
+        found[one], found[other] = other // 6, one // 6
+        found = found.reshape(-1, 6)
         if self.held is not None:
             cell, side = np.nonzero(found < 0)
             corners = self.held[self.cells[cell[:, None], FACES[side]]]

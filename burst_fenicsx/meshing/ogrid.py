@@ -13,13 +13,12 @@ import numpy as np
 from burst_fenicsx.errors import InputError
 from burst_fenicsx.kernels.geometry.faces import reordered
 from burst_fenicsx.meshing.cut import cut_mesh, cut_section, turn_to
-from burst_fenicsx.meshing.disc import CORE_RADIUS, CORE_SIDE_RADIUS, SectionGrid, section_grid
+from burst_fenicsx.meshing.disc import CORE_RADIUS, CORE_SIDE_RADIUS, section_grid
 from burst_fenicsx.meshing.gmsh_import import read_gmsh
 from burst_fenicsx.meshing.mesh import HexahedralMesh
 from burst_fenicsx.meshing.placement import place
 from burst_fenicsx.meshing.quality import check_quality, quality
-from burst_fenicsx.meshing.sizing import GridCounts, grid_counts
-from burst_fenicsx.problem import Part
+from burst_fenicsx.meshing.sizing import band_radii, cell_names, grid_counts
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -29,7 +28,6 @@ if TYPE_CHECKING:
     from burst_fenicsx.geometry import Profile
     from burst_fenicsx.problem import Mirror, Round
 
-__all__ = ["mesh_profile", "mesh_round"]
 
 SMALLEST_END = 0.1  # radius of nose or base end over the largest: below, the cells at a tip would rule the time step
 
@@ -41,15 +39,11 @@ def mesh_round(
 
     Parameters
     ----------
-    cased_round : Round
-        With a profile (meshed with `cell_size`) or a mesh file (see `read_gmsh`; in its `mesh_unit`, base
-        at its lowest z).
-    cell_size : float
-        Edge of the mean cell (m); of no concern to a mesh file.
-    round_index : int
-        Index to write into the mesh.
-    cuts : sequence of Mirror
-        Planes of symmetry through the axis of a round with a profile; the side of their normals is kept.
+    cased_round : with a profile (meshed with `cell_size`) or a mesh file (see `read_gmsh`; in its `mesh_unit`, base at
+        its lowest z).
+    cell_size : edge of the mean cell (m); of no concern to a mesh file.
+    round_index : index to write into the mesh.
+    cuts : planes of symmetry through the axis of a round with a profile; the side of their normals is kept.
 
     Raises
     ------
@@ -85,17 +79,12 @@ def mesh_profile(
 
     Parameters
     ----------
-    profile : Profile
-        The round.
-    cell_size : float
-        Edge of the mean cell (m): the number of cells is about volume / cell_size^3.
-    position, axis : sequence of float
-        Centre of the base plane (m) and direction from base to nose.
-    round_index : int
-        Index to write into the mesh.
-    cuts : sequence of Mirror
-        Planes of symmetry through the axis, at right angles to each other: the grid is turned so that they are planes
-        of nodes, and the side of their normals is kept.
+    profile : the round.
+    cell_size : edge of the mean cell (m): the number of cells is about volume / cell_size^3.
+    position, axis : centre of the base plane (m) and direction from base to nose.
+    round_index : index to write into the mesh.
+    cuts : planes of symmetry through the axis, at right angles to each other: the grid is turned so that they are
+        planes of nodes, and the side of their normals is kept.
 
     Returns
     -------
@@ -114,7 +103,9 @@ def mesh_profile(
     grid = cut_section(section_grid(counts.core, counts.rings, counts.wall), turn, axis, cuts)
     stations = counts.stations
     outer = profile.outer.radius(stations)
-    inner = _band_radii(profile, counts, outer)
+    # In solid ends wall cells are as deep as the smallest within.
+    smallest = min((1.0 - CORE_RADIUS) / counts.rings, 0.5 * np.pi * CORE_SIDE_RADIUS / counts.core)
+    inner = band_radii(profile, stations, 1.0 / (1.0 + counts.wall * smallest))
 
     across = grid.inner[None] * inner[:, None, None] + grid.outer[None] * outer[:, None, None]
     local = np.empty((*across.shape[:2], 3))
@@ -126,7 +117,7 @@ def mesh_profile(
     # The layer behind (nearer to the base) holds the cell's lower face, the layer before its upper face.
     front = grid.quads[None] + section_nodes * np.arange(layers)[:, None, None]
     cells = reordered(np.concatenate([front + section_nodes, front], axis=2).reshape(-1, 8))
-    part, segment, station = _names(profile, stations, grid)
+    part, segment, station = cell_names(profile, stations, np.arange(len(grid.quads)) < grid.cavity_quads)
 
     filled = part.ravel() >= 0
     nodes, used_cells = _used(local.reshape(-1, 3), cells[filled])
@@ -156,46 +147,7 @@ def _check_ends(profile: Profile) -> None:
                 )
 
 
-def _band_radii(profile: Profile, counts: GridCounts, outer: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Radius of the boundary between cavity and wall blocks at every layer boundary (m).
-
-    The cavity's contour where there is one. In a solid end it runs from the cavity's end to the fraction of the outer
-    radius at which wall cells are as deep as the smallest within; the change takes one (largest) radius of length.
-    """
-    stations, cavity = counts.stations, profile.cavity
-    inner = cavity.radius(np.clip(stations, cavity.start, cavity.end))
-    smallest = min((1.0 - CORE_RADIUS) / counts.rings, 0.5 * np.pi * CORE_SIDE_RADIUS / counts.core)
-    even = 1.0 / (1.0 + counts.wall * smallest)
-    for end, solid in ((cavity.start, stations < cavity.start), (cavity.end, stations > cavity.end)):
-        if not np.any(solid):
-            continue
-        fraction = float(cavity.radius(end) / profile.outer.radius(end))
-        reach = np.clip(np.abs(stations[solid] - end) / profile.max_radius, 0.0, 1.0)
-        blend = reach**2 * (3.0 - 2.0 * reach)
-        inner[solid] = outer[solid] * (fraction + blend * (even - fraction))
-    return inner
-
-
-def _names(
-    profile: Profile, stations: NDArray[np.float64], grid: SectionGrid
-) -> tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.float64]]:
-    """Part (-1: void), segment and station of every cell, shape (layers, quads)."""
-    centre = 0.5 * (stations[1:] + stations[:-1])
-    quads = len(grid.quads)
-    within = np.arange(quads) < grid.cavity_quads
-    content = np.full(len(centre), Part.CASING, dtype=np.int32)
-    content[(centre > profile.cavity.start) & (centre < profile.cavity.end)] = Part.CHARGE
-    front = (centre > profile.cavity.start) & (centre < profile.charge_front)
-    content[front] = Part.FUZE if profile.fuze is not None and profile.fuze.fill == "inert" else -1
-    part = np.where(within[None, :], content[:, None], np.int32(Part.CASING)).astype(np.int32)
-    ends = np.array([segment.end for segment in profile.segments[:-1]])
-    layer_segment = np.searchsorted(ends, centre).astype(np.int32)
-    segment = np.where(part == Part.CASING, layer_segment[:, None], np.int32(-1)).astype(np.int32)
-    return part, segment, np.repeat(centre[:, None], quads, axis=1)
-
-
 def _used(nodes: NDArray[np.float64], cells: NDArray[np.int64]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Drop nodes that no cell uses, keeping the order."""
     used = np.zeros(len(nodes), dtype=bool)
     used[cells.ravel()] = True
     if used.all():

@@ -13,7 +13,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["FACING", "frame", "place", "to_local"]
 
 FACING = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 """Axes of the frame in which a meridian is drawn: r along x and z along y, seen along -z as ParaView first looks."""

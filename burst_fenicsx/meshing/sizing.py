@@ -11,13 +11,13 @@ import numpy as np
 
 from burst_fenicsx.errors import InputError
 from burst_fenicsx.meshing.disc import CORE_RADIUS, CORE_SIDE_RADIUS
+from burst_fenicsx.problem import Part
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from burst_fenicsx.geometry import Contour, Profile
 
-__all__ = ["FEWEST_WALL_CELLS", "GridCounts", "check_mesh_size", "grid_counts", "layer_stations"]
 
 FEWEST_WALL_CELLS = 3
 FEWEST_CORE_CELLS = 4  # a circumference of 16
@@ -143,3 +143,40 @@ def grid_counts(profile: Profile, cell_size: float) -> GridCounts:
     if best is None:
         raise InputError(f"cell_size = {cell_size * 1e3:g} mm: no grid was found for {profile.name}")
     return best[1]
+
+
+def band_radii(profile: Profile, stations: NDArray[np.float64], even: float) -> NDArray[np.float64]:
+    """Radius of the boundary between cavity and wall cells at every layer boundary (m).
+
+    The cavity's contour where there is one. In a solid end it runs from the cavity's end to the fraction `even` of the
+    outer radius; the change takes one (largest) radius of length.
+    """
+    cavity, outer = profile.cavity, profile.outer.radius(stations)
+    inner: NDArray[np.float64] = cavity.radius(np.clip(stations, cavity.start, cavity.end))
+    for end, solid in ((cavity.start, stations < cavity.start), (cavity.end, stations > cavity.end)):
+        if not np.any(solid):
+            continue
+        fraction = float(cavity.radius(end) / profile.outer.radius(end))
+        reach = np.clip(np.abs(stations[solid] - end) / profile.max_radius, 0.0, 1.0)
+        blend = reach**2 * (3.0 - 2.0 * reach)
+        inner[solid] = outer[solid] * (fraction + blend * (even - fraction))
+    return inner
+
+
+def cell_names(
+    profile: Profile, stations: NDArray[np.float64], within: NDArray[np.bool_]
+) -> tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.float64]]:
+    """Part (-1: void), segment and station of the cells, shape (layers, cells of a layer).
+
+    `within` (cells of a layer,) are those inside the cavity's contour.
+    """
+    centre = 0.5 * (stations[1:] + stations[:-1])
+    content = np.full(len(centre), Part.CASING, dtype=np.int32)
+    content[(centre > profile.cavity.start) & (centre < profile.cavity.end)] = Part.CHARGE
+    front = (centre > profile.cavity.start) & (centre < profile.charge_front)
+    content[front] = Part.FUZE if profile.fuze is not None and profile.fuze.fill == "inert" else -1
+    part = np.where(within[None, :], content[:, None], np.int32(Part.CASING)).astype(np.int32)
+    ends = np.array([segment.end for segment in profile.segments[:-1]])
+    layer_segment = np.searchsorted(ends, centre).astype(np.int32)
+    segment = np.where(part == Part.CASING, layer_segment[:, None], np.int32(-1)).astype(np.int32)
+    return part, segment, np.repeat(centre[:, None], len(within), axis=1)

@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     from burst_fenicsx.materials.products import Products
     from burst_fenicsx.problem import Leakage
 
-__all__ = ["Acceleration"]
 
 _FEWEST_ENTRIES = 4  # of which a line is taken
 

@@ -28,7 +28,6 @@ if TYPE_CHECKING:
     from burst_fenicsx.mechanics.fields import BurstFields
     from burst_fenicsx.problem import Round
 
-__all__ = ["COLUMNS", "Exposure", "ShockExposures", "verdict"]
 
 COLUMNS = ("peak", "energy", "square", "impulse", "pulse_energy", "pulse_square", "pulse_impulse", "time")
 """Of each watched cell: largest pressure so far (Pa); energy (J/m2), integrals of p^2 (Pa2 s) and of p (Pa s) of the

@@ -14,7 +14,6 @@ if TYPE_CHECKING:
     from burst_fenicsx.mechanics.fields import BurstFields
     from burst_fenicsx.meshing.distributed import DistributedMesh
 
-__all__ = ["nodal_stress", "output_fields", "snapshot_fields"]
 
 _Arrays = dict[str, np.ndarray]
 

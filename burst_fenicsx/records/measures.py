@@ -20,15 +20,6 @@ if TYPE_CHECKING:
     from burst_fenicsx.meshing.mesh import CellMesh
     from burst_fenicsx.records.surfaces import RadialSurfaces
 
-__all__ = [
-    "SPEED_QUANTILES",
-    "Distortion",
-    "Measures",
-    "RoundMeasures",
-    "escape_speed",
-    "speed_quantiles",
-    "speeds_and_bound",
-]
 
 _log = logging.getLogger(__name__)
 

@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from burst_fenicsx.axisymmetric.mesh import MeridianMesh
     from burst_fenicsx.problem import Round
 
-__all__ = ["LATERAL", "RadialSurfaces", "cut_along", "radial_surfaces"]
 
 # A face belongs to the lateral surface if its normal leans less than this from the radial direction (cosine).
 LATERAL = 0.5
@@ -133,7 +132,6 @@ def _lateral_nodes(mesh: HexahedralMesh | MeridianMesh, cells: np.ndarray, outwa
 
 
 def _marked(numbers: np.ndarray, count: int) -> np.ndarray:
-    """Mark (count,) the numbers that occur."""
     marked = np.zeros(count, dtype=bool)
     marked[numbers] = True
     return marked

@@ -25,7 +25,6 @@ if TYPE_CHECKING:
 
     Arrays = dict[str, NDArray]
 
-__all__ = ["EXTENSIVE", "POINTS", "STRESSES", "VECTORS", "Completion", "turned_stress"]
 
 Placed = TypeVar("Placed", "Source", "Exposure")
 
@@ -94,7 +93,6 @@ class Completion:
         )
 
     def _join(self, mesh: HexahedralMesh) -> tuple[int, NDArray[np.int64]]:
-        """Number the whole's nodes and make its cells."""
         part = self._part
         held = np.zeros(len(mesh.nodes), dtype=np.int64) if mesh.held is None else mesh.held.astype(np.int64)
         of_round = np.empty(len(mesh.nodes), dtype=np.int64)
@@ -139,7 +137,6 @@ class Completion:
         }
 
     def _reflected(self, name: str, own: NDArray, copy: _Copy) -> NDArray:
-        """What is called `name` at a copy's nodes or cells."""
         if name in POINTS:
             return self._part.place(own, copy.mirrors)
         if name in VECTORS:

@@ -26,7 +26,6 @@ if TYPE_CHECKING:
 
     Vector = NDArray[np.float64]
 
-__all__ = ["SAME_LENGTH", "Refusal", "find_planes", "triple"]
 
 SAME_LENGTH = 1e-9
 """Distance (m) up to which positions are the same."""

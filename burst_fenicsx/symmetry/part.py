@@ -20,8 +20,6 @@ if TYPE_CHECKING:
 
     Vector = NDArray[np.float64]
 
-__all__ = ["SymmetricPart", "reflected", "smallest_part", "symmetry_words"]
-
 
 def reflected(vectors: Vector, matrix: Vector) -> Vector:
     """Vectors (..., 3) after the transformation `matrix` (3, 3); where that only turns signs, by signs alone."""

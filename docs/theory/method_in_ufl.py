@@ -20,7 +20,7 @@ from burst_fenicsx.meshing import HexahedralMesh
 from burst_fenicsx.problem import BurstSettings, Hourglass, Leakage, TimeStep, Viscosity
 from validation.solid.bodies import grid, solver_on
 
-STEEL = load_casing("steel_paper")
+STEEL = replace(load_casing("steel_paper"), shear_softening_strain=0.4)  # shear is nearer its limit in some cells only
 STEP, STEPS = 2.5e-7, 60  # s
 
 
@@ -87,8 +87,9 @@ def returned(s1: Any, s2: Any, s3: Any, tau: Any, sigma: Any) -> tuple[Any, Any,
 def tresca(trial: Any, shear_strain: Any, volume_strain: Any) -> tuple[Any, Any, Any]:
     """Stress returned to the softened strengths, and the plastic strains with what the elastic law leaves over."""
     modulus, poisson, pick = STEEL.elastic_modulus, STEEL.poisson_ratio, ufl.conditional
-    tau = STEEL.shear_strength * ufl.max_value(0, 1 - shear_strain / STEEL.shear_softening_strain)
-    sigma = STEEL.tensile_strength * ufl.max_value(0, 1 - volume_strain / STEEL.tensile_softening_strain)
+    of_limits = shear_strain / STEEL.shear_softening_strain, volume_strain / STEEL.tensile_softening_strain
+    left = ufl.max_value(0, 1 - ufl.max_value(*of_limits))
+    tau, sigma = STEEL.shear_strength * left, STEEL.tensile_strength * left
     s1, s2, s3, first, alone, others = principal(trial)
     e1, e2, e3 = (r - s for r, s in zip(returned(s1, s2, s3, tau, sigma), (s1, s2, s3), strict=True))
     e, upper, lower = pick(first, e1, e3), pick(first, e2, e1), pick(first, e3, e2)

@@ -137,11 +137,11 @@ def _meshed(item: Round, settings: BurstSettings, cuts: Sequence[Mirror]) -> tup
     from burst_fenicsx.meshing.cut import split_charges
 
     if settings.geometry == "axisymmetric":
-        from burst_fenicsx.axisymmetric.mesh import meridian_quality, mesh_meridian
+        from burst_fenicsx.axisymmetric.mesh import mesh_meridian
 
         assert item.profile is not None
         meridian = mesh_meridian(item.profile, settings.cell_size)
-        found = meridian_quality(meridian, item.profile)
+        found = quality(meridian, item.profile)
         return (split_charges(meridian) if settings.contact.charge_casing == "sliding" else meridian), found
     mesh = mesh_round(item, settings.cell_size, cuts=cuts)
     if settings.contact.charge_casing == "sliding":

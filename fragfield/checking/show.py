@@ -10,10 +10,10 @@ from rich.table import Table
 from fragfield.case import to_toml
 from fragfield.case.conversion.attitude import attitude_words
 from fragfield.case.conversion.surroundings import direction_words
-from fragfield.hazard.certainty import metres
 from fragfield.hazard.contents import quantity_words
 from fragfield.results.hazard import Attitude
 from fragfield.results.rules import DistanceToApply
+from fragfield.results.words import metres
 from fragfield.terminal.progress import duration
 from fragfield.terminal.show import OFFICIAL_LABELS, number_text, plain_console, stripped
 from fragfield_base.substances import substance_title

@@ -156,7 +156,9 @@ def _burst(case: CaseTable, task: Task) -> Burst:
         _last.clear()  # before the next one is made: two of them may not fit into the memory
         if task.burst is not None:
             run = RunDirectory(task.burst)
-            _last[key] = run.summary()["burst"], Snapshot.read(run.file("burst_snapshot.h5"))
+            burst = run.results().burst
+            assert burst is not None  # a run that is shared
+            _last[key] = burst, Snapshot.read(run.file("burst_snapshot.h5"))
         else:
             scratch = task.scratch if task.scratch is not None and task.scratch.is_dir() else None
             _last[key] = burst_beside(case, Path(tempfile.mkdtemp(prefix="burst-", dir=scratch)), Team())

@@ -11,7 +11,6 @@ import pytest
 pytest.importorskip("dolfinx")
 
 from burst_fenicsx.errors import NumericalStop
-from burst_fenicsx.kernels.cells import layout
 from burst_fenicsx.kernels.cells.one_point import vector_square
 from burst_fenicsx.problem import Hourglass, IgnitionPoint, Part, Viscosity
 from tests.burst_fenicsx.boxes import BARE, ELASTIC, STEEL, TNT, boundary_nodes, box, burst, distorted_box
@@ -37,13 +36,6 @@ def burnt(settings, stretch):
     solver.fields.nodes.position[:] *= stretch
     solver.add_forces(0.0)
     return solver
-
-
-@pytest.mark.parametrize("material", ["SOLID_", "CHARGE_"])
-def test_no_two_quantities_of_a_material_share_a_row(material):
-    rows = [row for name, row in vars(layout).items() if name.startswith(material) and isinstance(row, int)]
-    assert len(rows) > 3
-    assert len(set(rows)) == len(rows)
 
 
 @pytest.mark.parametrize("quadrature", QUADRATURES)

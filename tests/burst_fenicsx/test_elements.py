@@ -39,7 +39,7 @@ QUADRATURES = ("one_point", "full")
 def moved(solver, place, step):
     """Carry the nodes to their next places and accumulate the work, as a step does."""
     carried(solver, place, step)
-    solver.ledger.add(solver._totals.energy, solver._totals.released)
+    solver.ledger.add(solver.fields.totals.energy, solver.fields.totals.released)
 
 
 def isotropic_stress(strain, material=ELASTIC):

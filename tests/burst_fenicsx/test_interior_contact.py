@@ -14,10 +14,10 @@ from mpi4py import MPI
 
 from burst_fenicsx.contact.surfaces import contact_surfaces, outward_sides
 from burst_fenicsx.files.checkpoint import read_checkpoint, write_checkpoint
-from burst_fenicsx.kernels.geometry.shapes import folded_cells
 from burst_fenicsx.mechanics.nodal_loads import NodalConstraint
 from burst_fenicsx.meshing import merge
 from burst_fenicsx.meshing.cut import split_charges
+from burst_fenicsx.meshing.quality import folded_cells
 from burst_fenicsx.problem import Mirror, Part, TimeStep
 from tests.burst_fenicsx.bodies import QUIET, bodies, momentum, moved
 from tests.burst_fenicsx.boxes import ELASTIC, box, rotation_matrix

@@ -11,7 +11,6 @@ import pytest
 from burst_fenicsx.errors import InputError
 from burst_fenicsx.geometry import Contour, Fuze, Profile, load_profile, profile_names
 from burst_fenicsx.kernels.geometry.faces import FACES, area_vectors, reordered
-from burst_fenicsx.kernels.geometry.shapes import folded_cells
 from burst_fenicsx.materials.library import load_casing, load_explosive
 from burst_fenicsx.meshing import (
     HexahedralMesh,
@@ -25,6 +24,7 @@ from burst_fenicsx.meshing import (
     scaled_jacobians,
 )
 from burst_fenicsx.meshing.placement import frame, to_local
+from burst_fenicsx.meshing.quality import folded_cells
 from burst_fenicsx.problem import Part, Round
 
 UNIT_CUBE = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)], dtype=float)

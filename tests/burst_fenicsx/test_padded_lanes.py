@@ -28,10 +28,12 @@ OVER_SLOTS = ("grid/volume", "grid/viscous", "grid/stable", "solid/eroded", "sol
 
 def by_slots(fields):
     """Every array over slots, (slots, ...)."""
-    grid, solid, rings = fields.grid, fields.solid, fields.rings
+    grid, solid = fields.grid, fields.solid
     over = {name: getattr(grid, name) for name in ("mass", "volume", "viscous", "stable")}
     over |= {name: getattr(solid, name) for name in ("eroded", "softening_scale")}
-    lanes = {"hourglass": solid.hourglass} | ({"inverse_share": rings.inverse_share} if rings is not None else {})
+    lanes = {"hourglass": solid.hourglass} | (
+        {"inverse_share": fields.inverse_share} if fields.inverse_share.size else {}
+    )
     for name, values in lanes.items():
         over[name] = values.reshape(len(values), -1, LANES).transpose(0, 2, 1).reshape(fields.blocks.cells.size, -1)
     return over

@@ -8,7 +8,7 @@ import pytest
 pytest.importorskip("numba")
 
 from burst_fenicsx.meshing import merge, mesh_round
-from burst_fenicsx.meshing.partition import partition
+from burst_fenicsx.meshing.distributed import partition
 from burst_fenicsx.problem import Part
 from tests.burst_fenicsx.tubes import tube
 

@@ -22,25 +22,24 @@ import hashlib
 import numpy as np
 from numba.core.registry import cpu_target
 from burst_fenicsx.kernels.step.assembly import make_scratch
-from burst_fenicsx.kernels.cells.one_point import STORED_ROWS, move
-from burst_fenicsx.kernels.cells.layout import STRESS, VELOCITY
+from burst_fenicsx.kernels.cells.one_point import velocity_gradient
+from burst_fenicsx.kernels.cells.layout import POSITION, STRESS, VELOCITY
 from burst_fenicsx.kernels.lanes import LANES
-from burst_fenicsx.kernels.cells.solid import make_solid
-from burst_fenicsx.materials.solids import tresca
+from burst_fenicsx.kernels.cells.solid import return_stress
 
 corners = np.array([[(n >> i) & 1 for i in range(3)] for n in range(8)], dtype=float)
 random = np.random.default_rng(7)
 rows = make_scratch(1)[0]
 places = 4e-3 * (corners[:, :, None] + 0.2 * random.random((8, 3, LANES)))
-rows[: 24 * LANES] = places.ravel()
+rows[POSITION * LANES : (POSITION + 24) * LANES] = places.ravel()
 rows[VELOCITY * LANES : (VELOCITY + 24) * LANES] = 1e3 * random.standard_normal(24 * LANES)
-move(1e-8, rows)
+velocity_gradient(1e-8, rows)
 moved = rows.copy()
 rows[:] = 0.0
 rows[STRESS * LANES : (STRESS + 6) * LANES] = 2e9 * random.standard_normal(6 * LANES)
 trial = rows.copy()
 material = np.array([2.05e11, 0.29, 7850.0, 0.06, 1.5, 0.1, 0.05, 0.0, 4e8, 9e8, 2.0, 5.0])
-make_solid(tresca, STORED_ROWS).return_plastic(material, rows)
+return_stress(material, rows)
 assert np.isfinite(moved).all() and np.isfinite(rows).all() and (rows != trial).any()
 name = cpu_target.target_context.codegen().magic_tuple()[1]
 print(name, hashlib.sha256(moved.tobytes() + rows.tobytes()).hexdigest())

@@ -10,7 +10,6 @@ import pytest
 
 pytest.importorskip("dolfinx")
 
-from burst_fenicsx.kernels.step.levels import node_levels, raise_levels
 from burst_fenicsx.mechanics.nodal_loads import NodalConstraint
 from burst_fenicsx.mechanics.schedule import Chunks
 from burst_fenicsx.problem import TimeStep
@@ -80,8 +79,6 @@ def test_levels_follow_the_cells_and_differ_by_one_at_most():
     np.testing.assert_array_equal(motion.level, finest[motion.order])
     np.testing.assert_array_equal(motion.has_coarser_cell, below[motion.order])
     np.testing.assert_array_equal(motion.inverse_mass, fields.inverse_mass[motion.order])
-    mixed = [finest[fields.mesh.dofmap[cells]].max() for cells in fields.blocks.cells] > fields.blocks.level
-    np.testing.assert_array_equal(fields.grid.mixed, mixed)
     assert [int((finest >= min_level).sum()) for min_level in range(cycles.highest + 1)] == list(motion.moving)
     assert cycles.cell_steps == (2 ** level.astype(int)).sum()
 
@@ -193,25 +190,13 @@ def test_contacts_step_is_a_share_of_the_steps_of_the_cells():
     assert found[0.01, 0.4] == pytest.approx(0.5 * found[0.01, 0.8], rel=1e-9)
 
 
-def mesh_and_levels(seed=0):
-    """Hexahedra with random levels: nodes of each cell (cells, 8), and levels (cells,)."""
-    mesh = box((4, 3, 2), (4.0, 3.0, 2.0))
-    return mesh.cells.astype(np.int32), np.random.default_rng(seed).integers(0, 6, len(mesh.cells)).astype(np.int8)
-
-
 @pytest.mark.parametrize("seed", range(4))
 def test_levels_are_raised_until_neighbours_differ_by_one_and_no_farther(seed):
     """The lowest levels not below the given ones: the highest of those of all cells less the cells between."""
-    cells, given = mesh_and_levels(seed)
-    level, nodes = given.copy(), int(cells.max()) + 1
-    finest, coarsest = np.empty(nodes, dtype=np.int8), np.empty(nodes, dtype=np.int8)
-    raised = None
-    while raised != 0:
-        node_levels(cells, level, finest, coarsest)
-        before = level.copy()
-        raised = raise_levels(cells, finest, level)
-        assert raised == (level != before).sum()
-    index = np.array(list(itertools.product(range(4), range(3), range(2))))
+    solver = burst(box((4, 3, 2), (4.0, 3.0, 2.0)), BARE, casing=ELASTIC)
+    given = np.random.default_rng(seed).integers(0, 6, 24).astype(np.int8)
+    level = solver.levels._graded(given.copy())
+    index = np.array(list(itertools.product(range(4), range(3), range(2))))[solver.fields.mesh.cell]
     apart = np.abs(index[:, None] - index[None]).max(axis=2)  # cells that share a node are one apart
     np.testing.assert_array_equal(level, (given[None] - apart).max(axis=1))
 

@@ -8,13 +8,13 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from burst_fenicsx.kernels.cells.elastic import ring_trial, turned_trial
+from burst_fenicsx.kernels.cells.layout import SOLID_OWN
 from burst_fenicsx.materials.solids.tresca import (
     is_elastic,
     principal_stresses,
-    return_ring_stress,
     return_stress,
-    softened_strength,
+    strengths,
+    without_strength,
 )
 from tests.burst_fenicsx.boxes import matrices
 
@@ -198,36 +198,29 @@ def test_principal_stresses_equal_lapacks_to_round_off(trials):
     assert max(worst_value, worst_stress, worst_dyad) < 1e-14, (worst_value, worst_stress, worst_dyad)
 
 
-def test_the_stress_of_a_ring_is_returned_as_any_other(trials):
-    _, tau, sigma, _, stress = (column[::5] for column in trials)
-    stress = stress * [1.0, 1.0, 1.0, 0.0, 0.0, 1.0]
-    expected = returned(stress, tau, sigma)
-    for k, arguments in enumerate(zip(stress.tolist(), tau.tolist(), sigma.tolist(), strict=True)):
-        found = return_ring_stress(tuple(arguments[0]), *arguments[1:], MODULUS, POISSON)
-        scale = np.abs(stress[k]).max() + tau[k]
-        np.testing.assert_allclose(found[0], expected[0][k], rtol=0.0, atol=1e-11 * scale)
-        np.testing.assert_allclose(found[1:3], [expected[1][k], expected[2][k]], rtol=0.0, atol=1e-10 * scale / MODULUS)
-        assert found[3] == pytest.approx(expected[3][k], rel=1e-9, abs=1e-10 * scale**2 / MODULUS)
-        assert return_ring_stress(tuple(arguments[0]), np.inf, np.inf, MODULUS, POISSON) == (
-            tuple(arguments[0]), 0.0, 0.0, 0.0,
-        )  # fmt: skip
-
-
-def test_a_ring_turns_as_any_cell_to_the_last_bit():
-    random = np.random.default_rng(5)
-    for _ in range(50):
-        rr, rz, zr, zz, hoop = random.normal(0.0, 1e5, 5).tolist()
-        xx, yy, zz_, zx = random.normal(0.0, 1e9, 4).tolist()
-        rate = ((rr, 0.0, rz), (0.0, hoop, 0.0), (zr, 0.0, zz))
-        arguments = (xx, yy, zz_, 0.0, 0.0, zx), rate, 1e-6, 1.2e11, 8e10
-        assert ring_trial(*arguments) == turned_trial(*arguments)
-
-
-def test_strength_falls_linearly_to_zero_and_stays_there():
-    """Eq. 9."""
-    strengths = [softened_strength(8e8, strain, 2.0) for strain in (0.0, 0.125, 0.25, 0.5, 0.75, 10.0)]
-    assert strengths == [8e8, 6e8, 4e8, 0.0, 0.0, 0.0]
-    assert softened_strength(8e8, 10.0, 0.0) == 8e8
+@pytest.mark.parametrize(
+    ("shear", "volume", "left"),
+    [
+        (0, 0, 1),
+        (0.125, 0, 0.75),
+        (0, 0.125, 0.5),
+        (0.25, 0.1, 0.5),
+        (0.1, 0.2, 0.2),
+        (0.5, 0, 0),
+        (0, 0.25, 0),
+        (9, 9, 0),
+    ],
+)
+def test_both_strengths_fall_linearly_with_the_strain_that_is_nearer_its_limit(shear, volume, left):
+    """Eq. 9: what is torn in shear bears no tension, and the other way round; without limits nothing softens."""
+    row = np.array([0.0] * SOLID_OWN + [8e8, 1e9, 2.0, 4.0])
+    assert strengths(row, shear, volume, 1.0) == pytest.approx((8e8 * left, 1e9 * left), rel=1e-12, abs=1e-6)
+    assert strengths(row, 2.0 * shear, 2.0 * volume, 0.5) == strengths(row, shear, volume, 1.0)
+    points = np.array([[shear, 0.0]]), np.array([[volume, 0.0]])
+    assert not without_strength(row[None], *points, np.ones(1))[0]  # the second point holds
+    assert without_strength(row[None], *(column[:, :1] for column in points), np.ones(1))[0] == (left == 0)
+    row[-2:] = 0.0
+    assert strengths(row, shear, volume, 1.0) == (8e8, 1e9)
 
 
 @pytest.mark.dolfinx
@@ -260,6 +253,9 @@ def test_a_softened_cell_carries_compression_only(quadrature):
     base = strain(2.0 * shear, 50, base)
     assert state.shear_strain.min() > 0.05
     assert np.ptp(np.linalg.eigvalsh(matrices(state.stress[0, 0]))) < 1e-6 * 8e8
+    base = strain(np.diag([1e-3, 1e-3, 1e-3]), 5, base)
+    assert np.abs(state.stress[:1]).max() < 1e-6 * 8e8  # torn in shear alone it bears no tension
+    assert state.volume_strain.max() < 0.01
     base = strain(np.diag([0.03, 0.03, 0.03]), 50, base)
     assert state.volume_strain.min() > 0.05
     assert np.abs(state.stress[:1]).max() < 1e-6 * 8e8

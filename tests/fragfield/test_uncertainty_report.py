@@ -50,7 +50,7 @@ def _study(summary=SUMMARY, lost=()):
     for number in lost:
         rows[number] = Row(f"sample {number}", None, "", {})
         rows[number].fill(Outcome(3, "cell 7 is <lost>"))
-    return assess(study, rows, summary)
+    return assess(study, rows, Summary.read(summary))
 
 
 @pytest.fixture(scope="module")

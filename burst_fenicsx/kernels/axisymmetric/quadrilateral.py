@@ -15,70 +15,33 @@ that its mode decays and oscillates as in a cube of the same size; they are boun
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from burst_fenicsx.kernels.cells import layout as at
 from burst_fenicsx.kernels.cells.one_point import resist_mode
 from burst_fenicsx.kernels.constants import MOST_DAMPED
-from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function, widest_vectors
-from burst_fenicsx.kernels.state import Grid, Nodes
-from burst_fenicsx.kernels.vectors.nodal_values import make_gather
+from burst_fenicsx.kernels.lanes import LANES, block_kernel, inlined_kernel, lane_function, widest_vectors
+from burst_fenicsx.kernels.vectors.gather import gather_nodes
 from burst_fenicsx.kernels.vectors.tensors import (
     Matrix,
-    Symmetric,
-    Vector,
     dot,
     fma,
+    load_symmetric,
     load_vector,
     scaled,
     store_matrix,
     store_vector,
 )
 
-__all__ = [
-    "RINGS",
-    "STORED_ROWS",
-    "AxisymmetricState",
-    "Four",
-    "add_forces",
-    "bound",
-    "dashpots",
-    "gather",
-    "may_exceed",
-    "move",
-    "ring_integrals",
-    "set_damping",
-    "set_stiffness",
-    "springs_and_dashpots",
-    "store_forces",
-    "turn_stored",
-]
+if TYPE_CHECKING:
+    from burst_fenicsx.kernels.state import Grid, Nodes
 
 Four = tuple[float, float, float, float]
 
-
-# Rows of the scratch besides those of `cells.layout`.
-_VELOCITY = at.POSITION + 12
-_BR, _BZ, _A = at.GRADIENT, at.GRADIENT + 4, at.GRADIENT + 8  # m2
-_INVERSE_SHARE = at.GRADIENT + 12  # inverse of the cell's share of its nodes' masses, 4 rows, 1/kg
-_MODE_R, _MODE_Z = at.RING, at.RING + 1  # hourglass mode of the positions, m
-_AREA = at.RING + 2  # of the quadrilateral, m2
-_GAMMA_SQUARE = at.RING + 3  # sum over the nodes of gamma^2 times the inverse share, 1/kg
-
-
-class AxisymmetricState(NamedTuple):
-    """What rings have besides the arrays of all cells."""
-
-    inverse_share: np.ndarray  # (blocks, 4 LANES) 1/kg, inverse of each cell's share of its nodes' masses
-
-
-_gather, _gather_means = make_gather(corners=4)
-
 STORED_ROWS = 3
 """Numbers of elastic hourglass forces that a cell stores: those of its one mode."""
-RINGS = True
 
 _SIXTH, _TWELFTH = 2.0 * np.pi / 6.0, 2.0 * np.pi / 12.0
 
@@ -131,7 +94,6 @@ def _load(scratch: np.ndarray, row: int, lane: int) -> Four:
 
 @lane_function
 def _load_nodes(scratch: np.ndarray, row: int, lane: int) -> tuple[Four, Four]:
-    """Radial and axial components of nodal values."""
     return (
         (
             scratch[row * LANES + lane],
@@ -154,22 +116,17 @@ def _store(v: Four, scratch: np.ndarray, row: int, lane: int) -> None:
     scratch[(row + 2) * LANES + lane], scratch[(row + 3) * LANES + lane] = v[2], v[3]
 
 
-@block_kernel
-def gather(block: int, nodes: Nodes, grid: Grid, element: AxisymmetricState, scratch: np.ndarray) -> None:
+@inlined_kernel
+def gather(block: int, nodes: Nodes, grid: Grid, inverse_share: np.ndarray, scratch: np.ndarray) -> None:
     """Gather positions and velocities of a block's nodes, mean ones over the cells' step, and their mass shares."""
-    cells, rows = grid.cells[block], scratch[_VELOCITY * LANES :]
-    _gather(cells, grid.dofmap, nodes.position, scratch[at.POSITION * LANES :])
-    if grid.mixed[block]:
-        _gather_means(cells, grid.dofmap, grid.level[block], nodes.finest, nodes.velocity, nodes.mean, rows)
-    else:
-        _gather(cells, grid.dofmap, nodes.velocity, rows)
+    gather_nodes(block, nodes, grid, scratch[at.POSITION * LANES :], scratch[at.VELOCITY * LANES :])
     for k in range(4 * LANES):
-        scratch[_INVERSE_SHARE * LANES + k] = element.inverse_share[block, k]
+        scratch[at.INVERSE_SHARE * LANES + k] = inverse_share[block, k]
 
 
 @block_kernel
-def move(step: float, scratch: np.ndarray) -> None:
-    """From nodal positions and velocities to the cells' motion in the step (s) and their shape after it.
+def velocity_gradient(step: float, scratch: np.ndarray) -> None:
+    """Mean velocity gradient and hourglass rate of the rings in a step (s), and their shape after it.
 
     The velocity gradient is the mean one on the mid-step configuration. The length L in c dt <= L is 2 c over the
     highest frequency, omega^2 = rho c^2 / V times the largest eigenvalue of the sum over the nodes of g g^T / m_a with
@@ -178,7 +135,7 @@ def move(step: float, scratch: np.ndarray) -> None:
     """
     widest_vectors()
     for lane in range(LANES):
-        (r, z), (vr, vz) = _load_nodes(scratch, at.POSITION, lane), _load_nodes(scratch, _VELOCITY, lane)
+        (r, z), (vr, vz) = _load_nodes(scratch, at.POSITION, lane), _load_nodes(scratch, at.VELOCITY, lane)
         h = 0.5 * step
         middle_r = (r[0] - h * vr[0], r[1] - h * vr[1], r[2] - h * vr[2], r[3] - h * vr[3])
         middle_z = (z[0] - h * vz[0], z[1] - h * vz[1], z[2] - h * vz[2], z[3] - h * vz[3])
@@ -195,11 +152,12 @@ def move(step: float, scratch: np.ndarray) -> None:
         store_vector((qr, 0.0, qz), scratch, at.HOURGLASS_RATE, lane)
 
         br, bz, a, volume, area = ring_integrals(r, z)
-        _store(br, scratch, _BR, lane)
-        _store(bz, scratch, _BZ, lane)
-        _store(a, scratch, _A, lane)
-        scratch[at.VOLUME * LANES + lane], scratch[_AREA * LANES + lane] = volume, area
-        w = _load(scratch, _INVERSE_SHARE, lane)
+        _store(br, scratch, at.BR, lane)
+        _store(bz, scratch, at.BZ, lane)
+        _store(a, scratch, at.HOOP, lane)
+        scratch[at.VOLUME * LANES + lane] = scratch[at.MIN_VOLUME * LANES + lane] = volume
+        scratch[at.AREA * LANES + lane] = area
+        w = _load(scratch, at.INVERSE_SHARE, lane)
         u0, u1 = w[0] if r[0] > 0.0 else 0.0, w[1] if r[1] > 0.0 else 0.0
         u2, u3 = w[2] if r[2] > 0.0 else 0.0, w[3] if r[3] > 0.0 else 0.0
         g0, g1, g2, g3 = br[0] + a[0], br[1] + a[1], br[2] + a[2], br[3] + a[3]
@@ -208,117 +166,78 @@ def move(step: float, scratch: np.ndarray) -> None:
         rz = g0 * bz[0] * u0 + g1 * bz[1] * u1 + g2 * bz[2] * u2 + g3 * bz[3] * u3
         largest = 0.5 * (rr + zz) + np.sqrt(0.25 * (rr - zz) * (rr - zz) + rz * rz)
         over = 1.0 / volume
-        scratch[at.FREQUENCY * LANES + lane] = 0.5 * over * np.sqrt(scratch[at.MASS * LANES + lane] * largest)
+        frequency = 0.5 * over * np.sqrt(scratch[at.MASS * LANES + lane] * largest)
+        scratch[at.FREQUENCY * LANES + lane], scratch[at.LENGTH * LANES + lane] = frequency, 1.0 / frequency
         hr, hz = r[0] - r[1] + r[2] - r[3], z[0] - z[1] + z[2] - z[3]
-        scratch[_MODE_R * LANES + lane], scratch[_MODE_Z * LANES + lane] = hr, hz
+        scratch[at.MODE_R * LANES + lane], scratch[at.MODE_Z * LANES + lane] = hr, hz
         hr, hz = over * hr, over * hz
         y0, y1 = 1.0 - hr * br[0] - hz * bz[0], -1.0 - hr * br[1] - hz * bz[1]
         y2, y3 = 1.0 - hr * br[2] - hz * bz[2], -1.0 - hr * br[3] - hz * bz[3]
-        scratch[_GAMMA_SQUARE * LANES + lane] = y0 * y0 * w[0] + y1 * y1 * w[1] + y2 * y2 * w[2] + y3 * y3 * w[3]
-
-
-@lane_function
-def store_forces(
-    stress: Symmetric,
-    resistance: Vector,
-    fraction: float,
-    rounding: float,  # noqa: ARG001 - one rank sums in one order: nothing is rounded
-    scratch: np.ndarray,
-    lane: int,
-) -> None:
-    """Nodal forces (N) times `fraction` in the place of the positions: four rows of radial, four of axial ones.
-
-    `stress` (Pa) with the viscous pressure taken off; `resistance` the generalised hourglass force (N).
-    """
-    br, bz, a = _load(scratch, _BR, lane), _load(scratch, _BZ, lane), _load(scratch, _A, lane)
-    over = 1.0 / scratch[at.VOLUME * LANES + lane]
-    hr, hz = over * scratch[_MODE_R * LANES + lane], over * scratch[_MODE_Z * LANES + lane]
-    srr, stt, szz, _, _, srz = stress
-    qr, qz = fraction * resistance[0], fraction * resistance[2]
-    # The linear part of gamma acts like a stress, which need not be symmetric.
-    rr, rz, hoop = qr * hr - fraction * srr, qr * hz - fraction * srz, fraction * stt
-    zr, zz = qz * hr - fraction * srz, qz * hz - fraction * szz
-    _store(
-        (
-            rr * br[0] + rz * bz[0] - hoop * a[0] - qr,
-            rr * br[1] + rz * bz[1] - hoop * a[1] + qr,
-            rr * br[2] + rz * bz[2] - hoop * a[2] - qr,
-            rr * br[3] + rz * bz[3] - hoop * a[3] + qr,
-        ),
-        scratch,
-        at.POSITION,
-        lane,
-    )
-    _store(
-        (
-            zr * br[0] + zz * bz[0] - qz,
-            zr * br[1] + zz * bz[1] + qz,
-            zr * br[2] + zz * bz[2] - qz,
-            zr * br[3] + zz * bz[3] + qz,
-        ),
-        scratch,
-        at.POSITION + 4,
-        lane,
-    )
-
-
-@block_kernel
-def add_forces(block: int, grid: Grid, scratch: np.ndarray, force: np.ndarray) -> None:
-    """Add the nodal forces of a block's cells to `force` (nodes, 3) in N."""
-    cells = grid.cells[block]
-    for n in range(4):
-        for lane in range(grid.filled[block]):
-            node = np.uint64(grid.dofmap[np.uint64(cells[lane]), n])
-            force[node, 0] += scratch[(at.POSITION + n) * LANES + lane]
-            force[node, 2] += scratch[(at.POSITION + 4 + n) * LANES + lane]
+        scratch[at.GAMMA_SQUARE * LANES + lane] = y0 * y0 * w[0] + y1 * y1 * w[1] + y2 * y2 * w[2] + y3 * y3 * w[3]
 
 
 @lane_function
 def turn_stored(rotation: Matrix, scratch: np.ndarray, lane: int) -> None:
     """Turn the stored elastic force with the cell."""
     (xx, _, xz), _, (zx, _, zz) = rotation
-    x, z = scratch[at.HOURGLASS_FORCE * LANES + lane], scratch[(at.HOURGLASS_FORCE + 2) * LANES + lane]
-    scratch[at.HOURGLASS_FORCE * LANES + lane] = fma(xx, x, xz * z)
-    scratch[(at.HOURGLASS_FORCE + 2) * LANES + lane] = fma(zx, x, zz * z)
-
-
-@lane_function
-def set_damping(viscous: float, sound: float, scratch: np.ndarray, lane: int) -> float:
-    """Set the viscous coefficient of a lane from the dimensionless one."""
-    damping = viscous * scratch[at.MASS * LANES + lane] * sound * scratch[at.FREQUENCY * LANES + lane]
-    scratch[at.DAMPING * LANES + lane] = damping
-    return damping
-
-
-@lane_function
-def set_stiffness(fraction: float, modulus: float, step: float, scratch: np.ndarray, lane: int) -> float:
-    """Set the spring's coefficient of a lane for a step (s), `modulus` (Pa) that of a plane wave."""
-    stiffness = fraction / 9.0 * modulus * step * scratch[at.VOLUME * LANES + lane] / scratch[_AREA * LANES + lane]
-    scratch[at.SPRING * LANES + lane] = stiffness
-    return stiffness
-
-
-@lane_function
-def may_exceed(coefficient: float, per_step: float, scratch: np.ndarray, lane: int) -> bool:  # noqa: ARG001
-    """No: the limit costs so little that it is set at once, for a step of inverse `per_step` (1/s)."""
-    scratch[at.COEFFICIENT_LIMIT * LANES + lane] = per_step / scratch[_GAMMA_SQUARE * LANES + lane]
-    return False
+    x, z = scratch[at.HOURGLASS_STORED * LANES + lane], scratch[(at.HOURGLASS_STORED + 2) * LANES + lane]
+    scratch[at.HOURGLASS_STORED * LANES + lane] = fma(xx, x, xz * z)
+    scratch[(at.HOURGLASS_STORED + 2) * LANES + lane] = fma(zx, x, zz * z)
 
 
 @block_kernel
-def bound(step: float, needed: bool, scratch: np.ndarray) -> None:
-    """Nothing: see `may_exceed`."""
+def hourglass_coefficients(
+    viscous: float, stiffness: float, modulus: float, step: float, next_dt: float, scratch: np.ndarray
+) -> None:
+    """As `one_point.hourglass_coefficients`, always with the limit, which costs little here."""
+    widest_vectors()
+    per_step = 1.0 / next_dt if next_dt > 0.0 else np.inf
+    for lane in range(LANES):
+        frequency, mass = scratch[at.FREQUENCY * LANES + lane], scratch[at.MASS * LANES + lane]
+        scratch[at.DAMPING * LANES + lane] = viscous * mass * scratch[at.SOUND * LANES + lane] * frequency
+        width = scratch[at.VOLUME * LANES + lane] / scratch[at.AREA * LANES + lane]
+        scratch[at.SPRING * LANES + lane] = stiffness / 9.0 * modulus * step * width
+        scratch[at.COEFFICIENT_LIMIT * LANES + lane] = per_step / scratch[at.GAMMA_SQUARE * LANES + lane]
 
 
-@lane_function
-def dashpots(scratch: np.ndarray, lane: int) -> tuple[Vector, float]:
+@block_kernel
+def dashpots(scratch: np.ndarray) -> None:
     """Viscous force (N) against the mode and its power (W)."""
-    rate = load_vector(scratch, at.HOURGLASS_RATE, lane)
-    damping = min(scratch[at.DAMPING * LANES + lane], MOST_DAMPED * scratch[at.COEFFICIENT_LIMIT * LANES + lane])
-    return scaled(damping, rate), damping * dot(rate, rate)
+    for lane in range(LANES):
+        rate = load_vector(scratch, at.HOURGLASS_RATE, lane)
+        damping = min(scratch[at.DAMPING * LANES + lane], MOST_DAMPED * scratch[at.COEFFICIENT_LIMIT * LANES + lane])
+        store_vector(scaled(damping, rate), scratch, at.HOURGLASS_FORCE, lane)
+        scratch[at.HOURGLASS_POWER * LANES + lane] = damping * dot(rate, rate)
 
 
-@lane_function
-def springs_and_dashpots(scratch: np.ndarray, lane: int) -> tuple[Vector, float]:
+@block_kernel
+def springs_and_dashpots(scratch: np.ndarray) -> None:
     """Elastic and viscous force (N) against the mode and its power (W)."""
-    return resist_mode(0, scratch, lane)
+    for lane in range(LANES):
+        scratch[at.HOURGLASS_POWER * LANES + lane] = resist_mode(0, scratch, lane)
+
+
+@block_kernel
+def nodal_forces(fraction: float, scratch: np.ndarray) -> None:
+    """Nodal forces (N) times `fraction`; one thread sums them in one order, so they are not rounded."""
+    widest_vectors()
+    for lane in range(LANES):
+        br, bz, a = _load(scratch, at.BR, lane), _load(scratch, at.BZ, lane), _load(scratch, at.HOOP, lane)
+        over = 1.0 / scratch[at.VOLUME * LANES + lane]
+        hr, hz = over * scratch[at.MODE_R * LANES + lane], over * scratch[at.MODE_Z * LANES + lane]
+        srr, stt, szz, _, _, srz = load_symmetric(scratch, at.STRESS, lane)
+        pressure = scratch[at.PRESSURE * LANES + lane] + scratch[at.VISCOUS * LANES + lane]
+        srr, stt, szz = srr - pressure, stt - pressure, szz - pressure
+        qr = fraction * scratch[at.HOURGLASS_FORCE * LANES + lane]
+        qz = fraction * scratch[(at.HOURGLASS_FORCE + 2) * LANES + lane]
+        # The linear part of gamma acts like a stress, which need not be symmetric.
+        rr, rz, hoop = qr * hr - fraction * srr, qr * hz - fraction * srz, fraction * stt
+        zr, zz = qz * hr - fraction * srz, qz * hz - fraction * szz
+        scratch[at.FORCE * LANES + lane] = rr * br[0] + rz * bz[0] - hoop * a[0] - qr
+        scratch[(at.FORCE + 3) * LANES + lane] = rr * br[1] + rz * bz[1] - hoop * a[1] + qr
+        scratch[(at.FORCE + 6) * LANES + lane] = rr * br[2] + rz * bz[2] - hoop * a[2] - qr
+        scratch[(at.FORCE + 9) * LANES + lane] = rr * br[3] + rz * bz[3] - hoop * a[3] + qr
+        scratch[(at.FORCE + 2) * LANES + lane] = zr * br[0] + zz * bz[0] - qz
+        scratch[(at.FORCE + 5) * LANES + lane] = zr * br[1] + zz * bz[1] + qz
+        scratch[(at.FORCE + 8) * LANES + lane] = zr * br[2] + zz * bz[2] - qz
+        scratch[(at.FORCE + 11) * LANES + lane] = zr * br[3] + zz * bz[3] + qz

@@ -1,49 +1,169 @@
-"""The step of a block of cells, one routine for every element and every material.
+"""The element forces (Eq. 1): what happens to the blocks of a chunk in a step, one routine for metal, one for charges.
 
-What a module of an element and one of a material have to offer:
-
-Element (`one_point`, `eight_points`, `axisymmetric.quadrilateral`)
-    gather, move : nodal values into the scratch; the cells' mean motion in the step and their shape after it.
-    POINTS, MIN_VOLUME (row) : with several points, their number; smallest volume that a point stands for (m3).
-    move_point, add_point, end_points : with several, motion at one, what its stress adds, and what is left of all.
-    store_forces, add_forces : nodal forces of a mean stress and of hourglass forces; into the nodes' sums.
-    turn_stored : stored forces of hourglass control turned with the cell.
-    set_damping, set_stiffness : coefficients of a lane; both return what the step must bear of a vector of square one.
-    STORED_ROWS : numbers of elastic hourglass forces that a cell stores. RINGS : whether its cells are rings.
-    may_exceed, bound : whether that may be too much; upper limits of the coefficients.
-    dashpots, springs_and_dashpots : generalised forces against the modes (N) and their power (W).
-
-Material (`solid.make_solid`, `charge`)
-    PARAMETERS, HAS_SPRINGS : columns of its table; whether its hourglass control has springs.
-    load, make_update, store : the cells' state into the scratch, through the step, and back.
-    prefetch_state : the state of a block brought near before it is loaded.
-    load_point, store_point : the state of one point, where there is any.
-    elasticity, sound_speeds, total_stress : for the stable step, viscosity and forces.
-    erode, clear_state : of cells that are no continuum any more, see `erosion`.
+`element` is one of those of `step.assembly`, known while compiling by its length: what belongs to another element is
+left out.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from burst_fenicsx.kernels.axisymmetric import quadrilateral
+from burst_fenicsx.kernels.cells import charge as gas
+from burst_fenicsx.kernels.cells import eight_points, one_point
 from burst_fenicsx.kernels.cells import layout as at
+from burst_fenicsx.kernels.cells import solid as metal
 from burst_fenicsx.kernels.cells.erosion import drop_forces, freeze_cells
-from burst_fenicsx.kernels.cells.solid import make_solid
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, inlined_kernel, lane_function, widest_vectors
-from burst_fenicsx.kernels.vectors.cell_values import load_slots, prefetch_dofs, prefetch_slots, store_slots
 from burst_fenicsx.kernels.vectors.exact import quantise, row_sum
-from burst_fenicsx.materials import laws
+from burst_fenicsx.kernels.vectors.gather import add_nodal_forces, load_slots, store_slots
+from burst_fenicsx.problem import Part
 
 if TYPE_CHECKING:
-    from types import ModuleType
+    from burst_fenicsx.kernels.state import Cells, Grid
 
-    from burst_fenicsx.kernels.state import Grid, Nodes, SolidState
+_PARTS = len(Part)  # rows of material parameters that each round has
+_LINEAR, _QUADRATIC, _DAMPING, _STIFFNESS = (
+    at.SOLID_PARAMETERS.index(name)
+    for name in ("linear_viscosity", "quadratic_viscosity", "hourglass_viscous", "hourglass_stiffness")
+)
+_GAS_LINEAR, _GAS_QUADRATIC, _GAS_DAMPING = (
+    at.CHARGE_PARAMETERS.index(name) for name in ("linear_viscosity", "quadratic_viscosity", "hourglass_viscous")
+)
 
-__all__ = ["make_block", "make_solid_block", "viscosity_and_step"]
 
-_LAW = at.SOLID_PARAMETERS.index("law")
+@block_kernel
+def advance_solids(
+    element: tuple[int, ...], first: int, last: int, step: float, cells: Cells, scratch: np.ndarray
+) -> None:
+    """Advance blocks of solid cells and add their nodal forces, times the fraction that their step is of `step` (s).
+
+    The sums and limits of `_add_work` stand in the row `ENERGY` of the scratch.
+    """
+    widest_vectors()
+    nodes, grid, state = cells.nodes, cells.grid, cells.solid
+    energy = scratch[at.ENERGY * LANES :]
+    for block in range(first, last):
+        fraction = 1.0 / (1 << grid.level[block])
+        own_step = fraction * step
+        next_dt = max(own_step, fraction * grid.longest)
+        parameters = state.parameters[grid.material[block]]
+        _load(block, grid, scratch)
+        if len(element) == 2:
+            quadrilateral.gather(block, nodes, grid, cells.inverse_share, scratch)
+            quadrilateral.velocity_gradient(own_step, scratch)
+        else:
+            one_point.gather(block, nodes, grid, scratch)
+            one_point.velocity_gradient(own_step, scratch)
+        if len(element) == 3:
+            eight_points.begin_points(scratch)
+        metal.load(block, state, scratch)
+        any_eroded = metal.erode(block, parameters, grid, state, scratch) > 0
+        for point in range(state.stress.shape[1]):
+            if len(element) == 3:
+                eight_points.velocity_gradient(point, own_step, scratch)
+            if any_eroded:
+                freeze_cells(block, grid, state.eroded, scratch)
+            metal.load_point(block, point, grid, state, scratch)
+            metal.trial_stress(element, own_step, parameters, scratch)
+            metal.return_stress(parameters, scratch)
+            if len(element) == 3:
+                eight_points.add_stress(point, scratch)
+            metal.store_point(block, point, grid, state, scratch)
+        if len(element) == 3:
+            eight_points.end_points(scratch)
+        modulus = metal.sound_speeds(parameters, scratch)
+        viscosity(parameters[_LINEAR], parameters[_QUADRATIC], scratch)
+        damping, stiffness = parameters[_DAMPING], parameters[_STIFFNESS]
+        if len(element) == 1:
+            one_point.hourglass_coefficients(damping, stiffness, modulus, own_step, next_dt, scratch)
+        elif len(element) == 2:
+            quadrilateral.hourglass_coefficients(damping, stiffness, modulus, own_step, next_dt, scratch)
+        else:
+            eight_points.hourglass_coefficients(damping, next_dt, scratch)
+        if any_eroded:
+            metal.clear_state(block, parameters, grid, state, scratch)
+        if len(element) == 1:
+            one_point.springs_and_dashpots(scratch)
+            one_point.nodal_forces(fraction, nodes.rounding, scratch)
+        elif len(element) == 2:
+            quadrilateral.springs_and_dashpots(scratch)
+            quadrilateral.nodal_forces(fraction, scratch)
+        else:
+            one_point.dashpots(scratch)
+            eight_points.nodal_forces(fraction, nodes.rounding, scratch)
+        if any_eroded:
+            drop_forces(block, state.eroded, scratch)
+        add_nodal_forces(block, grid, scratch[at.FORCE * LANES :], nodes.force)
+        energy[0] += metal.store(block, grid, state, scratch)
+        _add_work(block, own_step, fraction, grid, scratch, energy)
+
+
+@block_kernel
+def advance_charges(
+    element: tuple[int, ...],
+    first: int,
+    last: int,
+    step: float,
+    time: float,
+    cells: Cells,
+    scratch: np.ndarray,
+    released: np.ndarray,
+) -> None:
+    """The same of a charge's blocks to the `time` (s); `released` (rounds, 2) J as in `Totals`, added to."""
+    widest_vectors()
+    nodes, grid, state, eroded = cells.nodes, cells.grid, cells.charge, cells.solid.eroded
+    energy = scratch[at.ENERGY * LANES :]
+    for block in range(first, last):
+        fraction = 1.0 / (1 << grid.level[block])
+        own_step = fraction * step
+        next_dt = max(own_step, fraction * grid.longest)
+        parameters = state.parameters[grid.material[block]]
+        _load(block, grid, scratch)
+        if len(element) == 2:
+            quadrilateral.gather(block, nodes, grid, cells.inverse_share, scratch)
+            quadrilateral.velocity_gradient(own_step, scratch)
+        else:
+            one_point.gather(block, nodes, grid, scratch)
+            one_point.velocity_gradient(own_step, scratch)
+        min_burn = gas.load(block, time, parameters, grid, state, scratch)
+        any_eroded = gas.erode(block, parameters, eroded, scratch) > 0
+        if any_eroded:
+            freeze_cells(block, grid, eroded, scratch)
+        energy[0] += gas.pressure(block, own_step, min_burn, parameters, grid, state, scratch)
+        gas.sound_speeds(parameters, scratch)
+        viscosity(parameters[_GAS_LINEAR], parameters[_GAS_QUADRATIC], scratch)
+        if len(element) == 2:
+            quadrilateral.hourglass_coefficients(parameters[_GAS_DAMPING], 0.0, 0.0, own_step, next_dt, scratch)
+        else:
+            one_point.hourglass_coefficients(parameters[_GAS_DAMPING], 0.0, 0.0, own_step, next_dt, scratch)
+        if any_eroded:
+            gas.clear_state(block, eroded, scratch)
+        if len(element) == 2:
+            quadrilateral.dashpots(scratch)
+            quadrilateral.nodal_forces(fraction, scratch)
+        else:
+            one_point.dashpots(scratch)
+            one_point.nodal_forces(fraction, nodes.rounding, scratch)
+        if any_eroded:
+            drop_forces(block, eroded, scratch)
+        add_nodal_forces(block, grid, scratch[at.FORCE * LANES :], nodes.force)
+        work, heat = gas.store(block, parameters, grid, state, scratch)
+        owner = grid.material[block] // _PARTS
+        released[owner, 0] += work
+        released[owner, 1] += heat
+        energy[3] += work
+        energy[4] += heat
+        _add_work(block, own_step, fraction, grid, scratch, energy)
+
+
+@inlined_kernel
+def _load(block: int, grid: Grid, scratch: np.ndarray) -> None:
+    load_slots(block, grid.mass, scratch[at.MASS * LANES :])
+    load_slots(block, grid.volume, scratch[at.OLD_VOLUME * LANES :])
+    load_slots(block, grid.viscous, scratch[at.OLD_VISCOUS * LANES :])
 
 
 @lane_function
@@ -71,220 +191,49 @@ def viscosity_and_step(
 
 
 @block_kernel
-def _lower_limits(
-    block: int, min_volume: int, fraction: float, grid: Grid, scratch: np.ndarray, limits: np.ndarray
-) -> None:
-    """Take a block's stable steps over `fraction` (s) and volumes (m3) into the smallest of `limits`."""
-    for lane in range(grid.filled[block]):
-        stable, volume = scratch[at.STABLE * LANES + lane], scratch[min_volume * LANES + lane]
-        if stable < fraction * limits[0]:
-            limits[0] = stable / fraction
-        if not volume >= limits[1]:
-            # Not a number must not be overwritten by the next cell.
-            limits[1] = volume if volume == volume else -np.inf
-            limits[2] = grid.cells[block, lane]
+def viscosity(linear: float, quadratic: float, scratch: np.ndarray) -> None:
+    """Artificial viscous pressure of a block's cells and their stable steps with it."""
+    widest_vectors()
+    for lane in range(LANES):
+        viscous, stable = viscosity_and_step(
+            scratch[at.DILATATION * LANES + lane],
+            scratch[at.LENGTH * LANES + lane],
+            scratch[at.DENSITY * LANES + lane],
+            scratch[at.SOUND * LANES + lane],
+            scratch[at.FASTEST * LANES + lane],
+            linear,
+            quadratic,
+        )
+        scratch[at.VISCOUS * LANES + lane], scratch[at.STABLE * LANES + lane] = viscous, stable
 
 
-@lane_function
-def _nothing(*_: Any) -> None:
-    """What an element of one point does for its points, and a material whose points have no state."""
-
-
-def make_block(element: ModuleType, material: Any) -> Any:  # noqa: ANN401
-    """Kernel that advances a block of cells of one element and one material.
-
-    It is compiled into its caller, and so are the parts of the element and the material that work on one lane: the
-    loops over the lanes are vectorised as if they had been written out for this pair.
-    """
-    update = material.make_update(element.turn_stored)
-    resistance_of = element.springs_and_dashpots if material.HAS_SPRINGS else element.dashpots
-    linear, quadratic = (material.PARAMETERS.index(f"{name}_viscosity") for name in ("linear", "quadratic"))
-    springs, damping = material.HAS_SPRINGS, material.PARAMETERS.index("hourglass_viscous")
-    stiffness = material.PARAMETERS.index("hourglass_stiffness") if springs else 0
-    points, min_volume = getattr(element, "POINTS", 1), getattr(element, "MIN_VOLUME", at.VOLUME)
-    move_point, add_point, end_points = (
-        getattr(element, name, _nothing) for name in ("move_point", "add_point", "end_points")
-    )
-    load, store, erode, clear_state = material.load, material.store, material.erode, material.clear_state
-    prefetch_state = material.prefetch_state
-    load_point, store_point = (getattr(material, name, _nothing) for name in ("load_point", "store_point"))
-    elasticity, sound_speeds, total_stress = material.elasticity, material.sound_speeds, material.total_stress
-
-    @block_kernel
-    def stiffen(step: float, next_dt: float, parameters: np.ndarray, scratch: np.ndarray) -> int:
-        """Artificial viscosity, stable steps and hourglass coefficients; count the cells that may not bear the latter.
-
-        Their limits depend on the next step, `next_dt` (s).
-        """
-        widest_vectors()
-        constants = elasticity(parameters)
-        per_step = 1.0 / next_dt if next_dt > 0.0 else np.inf
-        count = 0
-        for lane in range(LANES):
-            density = scratch[at.MASS * LANES + lane] / scratch[at.VOLUME * LANES + lane]
-            sound, fastest = sound_speeds(density, constants, parameters, scratch, lane)
-            viscous, stable = viscosity_and_step(
-                scratch[at.DILATATION * LANES + lane],
-                1.0 / scratch[at.FREQUENCY * LANES + lane],
-                density,
-                sound,
-                fastest,
-                parameters[linear],
-                parameters[quadratic],
-            )
-            scratch[at.VISCOUS * LANES + lane] = viscous
-            scratch[at.STABLE * LANES + lane] = stable
-            most = element.set_damping(parameters[damping], sound, scratch, lane)
-            if springs:
-                most = max(most, element.set_stiffness(parameters[stiffness], constants[0], step, scratch, lane))
-            count += 1 if element.may_exceed(most, per_step, scratch, lane) else 0
-        return count
-
-    @block_kernel
-    def resist(fraction: float, rounding: float, scratch: np.ndarray) -> None:
-        """Nodal forces of stress, artificial viscosity and hourglass control."""
-        widest_vectors()
-        for lane in range(LANES):
-            resistance, power = resistance_of(scratch, lane)
-            scratch[at.POWER * LANES + lane] = power
-            element.store_forces(total_stress(scratch, lane), resistance, fraction, rounding, scratch, lane)
-
-    @block_kernel
-    def find_work(
-        step: float, fraction: float, filled: int, rounding: float, scratch: np.ndarray, limits: np.ndarray
-    ) -> int:
-        """Work of viscosity and hourglass control of the lanes that hold a cell; count those below the `limits`."""
-        widest_vectors()
-        count = 0
-        for lane in range(LANES):
-            volume, viscous = scratch[at.VOLUME * LANES + lane], scratch[at.VISCOUS * LANES + lane]
-            # Mean of both ends of the step, as the forces work: at a front q changes within it.
-            viscous = 0.5 * (scratch[at.OLD_VISCOUS * LANES + lane] + viscous)
-            heat = -quantise(viscous * (volume - scratch[at.OLD_VOLUME * LANES + lane]), rounding)
-            work = quantise(scratch[at.POWER * LANES + lane] * step, rounding)
-            scratch[at.HEAT * LANES + lane] = heat if lane < filled else 0.0
-            scratch[at.POWER * LANES + lane] = work if lane < filled else 0.0
-            low = scratch[at.STABLE * LANES + lane] < fraction * limits[0]
-            count += 0 if (scratch[min_volume * LANES + lane] >= limits[1]) & (not low) else 1
-        return count
-
-    @block_kernel
-    def add_work(
-        block: int,
-        step: float,
-        fraction: float,
-        grid: Grid,
-        scratch: np.ndarray,
-        energy: np.ndarray,
-        limits: np.ndarray,
-    ) -> None:
-        """Add up the work of viscosity and hourglass control and find the limits."""
-        if find_work(step, fraction, grid.filled[block], grid.rounding, scratch, limits) > 0:
-            _lower_limits(block, min_volume, fraction, grid, scratch, limits)
-        store_slots(block, scratch, at.VISCOUS, grid.viscous)
-        store_slots(block, scratch, at.STABLE, grid.stable)
-        store_slots(block, scratch, at.VOLUME, grid.volume)
-        energy[1] += row_sum(scratch, at.HEAT)
-        energy[2] += row_sum(scratch, at.POWER)
-
-    @block_kernel
-    def prefetch_next(block: int, grid: Grid, state: Any) -> None:  # noqa: ANN401
-        """Bring near what the next block keeps, and which nodes the one after it has; its nodes `gather` brings."""
-        last = len(grid.filled) - 1
-        next_block = min(block + 1, last)
-        prefetch_slots(next_block, grid.mass)
-        prefetch_slots(next_block, grid.volume)
-        prefetch_slots(next_block, grid.viscous)
-        prefetch_slots(next_block, grid.stable)
-        prefetch_state(next_block, grid, state)
-        prefetch_dofs(grid.cells[min(block + 2, last)], grid.dofmap)
-
-    @inlined_kernel
-    def advance_block(
-        block: int,
-        step: float,
-        time: float,
-        fraction: float,
-        nodes: Nodes,
-        grid: Grid,
-        state: Any,  # noqa: ANN401 - of the material
-        rings: Any,  # noqa: ANN401 - what the element keeps besides
-        eroded: np.ndarray,
-        scratch: np.ndarray,
-        energy: np.ndarray,
-        limits: np.ndarray,
-    ) -> None:
-        """Advance one block of cells by `step` to `time` (s) and add its nodal forces times `fraction`.
-
-        Parameters
-        ----------
-        fraction : `step` over the longest that any cell takes.
-        state : `SolidState` or `ChargeState`. rings : `AxisymmetricState` of rings, else None.
-        eroded : that of `SolidState`.
-        energy : (5,) J, added to: plastic, viscous and hourglass work of this step, work of the charge's pressure, and
-            the part of it that the charge's own artificial viscosity turns to heat.
-        limits : (3,): smallest stable step over `fraction` (s), smallest volume (m3) and its cell; updated.
-        """
-        parameters = state.parameters[grid.material[block]]
-        element.gather(block, nodes, grid, rings, scratch)
-        load_slots(block, grid.mass, scratch, at.MASS)
-        load_slots(block, grid.volume, scratch, at.OLD_VOLUME)
-        load_slots(block, grid.viscous, scratch, at.OLD_VISCOUS)
-        element.move(step, scratch)
-        stage = load(block, time, parameters, grid, state, scratch)
-        any_eroded = erode(block, min_volume, parameters, grid, state, eroded, scratch) > 0
-        for point in range(points):
-            move_point(point, step, scratch)
-            if any_eroded:
-                freeze_cells(block, min_volume, grid, eroded, scratch)
-            load_point(block, point, grid, state, scratch)
-            update(block, step, stage, parameters, grid, state, scratch, energy)
-            add_point(point, scratch)
-            store_point(block, point, grid, state, scratch)
-        end_points(scratch)
-        next_dt = max(step, fraction * grid.longest)
-        element.bound(next_dt, stiffen(step, next_dt, parameters, scratch) > 0, scratch)
-        if any_eroded:
-            clear_state(block, grid, parameters, state, eroded, scratch)
-        prefetch_next(block, grid, state)
-        resist(fraction, nodes.rounding, scratch)
-        if any_eroded:
-            drop_forces(block, eroded, scratch)
-        element.add_forces(block, grid, scratch, nodes.force)
-        store(block, step, parameters, grid, state, scratch, energy)
-        add_work(block, step, fraction, grid, scratch, energy, limits)
-
-    return advance_block
-
-
-def make_solid_block(element: ModuleType) -> Any:  # noqa: ANN401
-    """Kernel that advances a block of solid cells of one element by the law of their material."""
-
-    def before(number: int, advance: Any, others: Any) -> Any:  # noqa: ANN401
-        @inlined_kernel
-        def choose(
-            block: int,
-            step: float,
-            time: float,
-            fraction: float,
-            nodes: Nodes,
-            grid: Grid,
-            state: SolidState,
-            rings: Any,  # noqa: ANN401
-            eroded: np.ndarray,
-            scratch: np.ndarray,
-            energy: np.ndarray,
-            limits: np.ndarray,
-        ) -> None:
-            if state.parameters[grid.material[block], _LAW] == number:
-                advance(block, step, time, fraction, nodes, grid, state, rings, eroded, scratch, energy, limits)
-            else:
-                others(block, step, time, fraction, nodes, grid, state, rings, eroded, scratch, energy, limits)
-
-        return choose
-
-    rings = getattr(element, "RINGS", False)
-    *first, last = (make_block(element, make_solid(law, element.STORED_ROWS, rings=rings)) for law in laws("solids"))
-    for number in reversed(range(len(first))):
-        last = before(number, first[number], last)
-    return last
+@inlined_kernel
+def _add_work(block: int, step: float, fraction: float, grid: Grid, scratch: np.ndarray, energy: np.ndarray) -> None:
+    """Add the work of viscosity and hourglass control to `energy`, keep the smallest step and volume in its end."""
+    widest_vectors()
+    filled, rounding = grid.filled[block], grid.rounding
+    below = 0
+    for lane in range(LANES):
+        volume, viscous = scratch[at.VOLUME * LANES + lane], scratch[at.VISCOUS * LANES + lane]
+        # Mean of both ends of the step, as the forces work: at a front q changes within it.
+        viscous = 0.5 * (scratch[at.OLD_VISCOUS * LANES + lane] + viscous)
+        heat = -quantise(viscous * (volume - scratch[at.OLD_VOLUME * LANES + lane]), rounding)
+        work = quantise(scratch[at.HOURGLASS_POWER * LANES + lane] * step, rounding)
+        scratch[at.HEAT * LANES + lane] = heat if lane < filled else 0.0
+        scratch[at.HOURGLASS_POWER * LANES + lane] = work if lane < filled else 0.0
+        low = scratch[at.STABLE * LANES + lane] < fraction * energy[5]
+        below += 0 if (scratch[at.MIN_VOLUME * LANES + lane] >= energy[6]) & (not low) else 1
+    if below > 0:
+        for lane in range(filled):
+            stable, volume = scratch[at.STABLE * LANES + lane], scratch[at.MIN_VOLUME * LANES + lane]
+            if stable < fraction * energy[5]:
+                energy[5] = stable / fraction
+            if not volume >= energy[6]:
+                # NaN must not be overwritten by the next cell.
+                energy[6] = volume if volume == volume else -np.inf
+                energy[7] = grid.cells[block, lane]
+    store_slots(block, scratch[at.VISCOUS * LANES :], grid.viscous)
+    store_slots(block, scratch[at.STABLE * LANES :], grid.stable)
+    store_slots(block, scratch[at.VOLUME * LANES :], grid.volume)
+    energy[1] += row_sum(scratch, at.HEAT)
+    energy[2] += row_sum(scratch, at.HOURGLASS_POWER)

@@ -7,8 +7,6 @@ import numpy as np
 from burst_fenicsx.kernels.cells import layout as at
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function, widest_vectors
 
-__all__ = ["burn_by_compression", "mix", "unreacted"]
-
 _BULK, _SHEAR, _STRENGTH, _SLOPE, _LIMIT = (
     at.CHARGE_PARAMETERS.index(name)
     for name in (
@@ -27,8 +25,8 @@ def burn_by_compression(parameters: np.ndarray, scratch: np.ndarray) -> None:
     widest_vectors()
     for lane in range(LANES):
         relative = scratch[at.VOLUME * LANES + lane] * parameters[0] / scratch[at.MASS * LANES + lane]
-        compressed = scratch[at.CHARGE_BY_COMPRESSION * LANES + lane] * (1.0 - relative)
-        scratch[at.CHARGE_BURN * LANES + lane] = max(scratch[at.CHARGE_BURN * LANES + lane], min(compressed, 1.0))
+        compressed = scratch[at.BY_COMPRESSION * LANES + lane] * (1.0 - relative)
+        scratch[at.BURN * LANES + lane] = max(scratch[at.BURN * LANES + lane], min(compressed, 1.0))
 
 
 @lane_function
@@ -36,11 +34,11 @@ def mix(
     relative: float, products: float, stiffness: float, parameters: np.ndarray, scratch: np.ndarray, lane: int
 ) -> None:
     """Pressure and stiffness (Pa) of a cell at V/V0 from those of its products and of its unreacted part."""
-    xi = scratch[at.CHARGE_BURN * LANES + lane]
+    xi = scratch[at.BURN * LANES + lane]
     pressure, slope = unreacted(relative, parameters)
     unreacted_stiffness = slope / relative + 4.0 / 3.0 * parameters[_SHEAR]
-    scratch[at.CHARGE_PRESSURE * LANES + lane] = xi * products + (1.0 - xi) * pressure
-    scratch[at.CHARGE_STIFFNESS * LANES + lane] = xi * stiffness + (1.0 - xi) * unreacted_stiffness
+    scratch[at.GAS_PRESSURE * LANES + lane] = xi * products + (1.0 - xi) * pressure
+    scratch[at.GAS_STIFFNESS * LANES + lane] = xi * stiffness + (1.0 - xi) * unreacted_stiffness
 
 
 @lane_function

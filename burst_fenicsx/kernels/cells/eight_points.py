@@ -14,21 +14,11 @@ from __future__ import annotations
 import numpy as np
 
 from burst_fenicsx.kernels.cells import layout as at
-from burst_fenicsx.kernels.cells import one_point
 from burst_fenicsx.kernels.cells.hexahedron import Modes, cell_modes, store_nodal_forces
-from burst_fenicsx.kernels.cells.one_point import (
-    Forces,
-    add_forces,
-    dashpots,
-    force_modes,
-    gather,
-    longest_square,
-    may_exceed,
-)
+from burst_fenicsx.kernels.cells.one_point import force_modes, longest_square
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function, widest_vectors
 from burst_fenicsx.kernels.vectors.tensors import (
     Matrix,
-    Symmetric,
     add_outer,
     add_scaled,
     add_vector,
@@ -45,30 +35,6 @@ from burst_fenicsx.kernels.vectors.tensors import (
     store_vector,
 )
 
-__all__ = [
-    "MIN_VOLUME",
-    "STORED_ROWS",
-    "POINTS",
-    "add_forces",
-    "add_point",
-    "bound",
-    "dashpots",
-    "end_points",
-    "gather",
-    "may_exceed",
-    "move",
-    "move_point",
-    "set_damping",
-    "set_stiffness",
-    "springs_and_dashpots",
-    "store_forces",
-    "turn_stored",
-]
-
-POINTS, MIN_VOLUME = 8, at.POINTS_MIN_VOLUME
-STORED_ROWS = one_point.STORED_ROWS
-springs_and_dashpots = dashpots
-
 _GAUSS = 1.0 / np.sqrt(3.0)
 
 
@@ -84,7 +50,6 @@ def _coordinates(point: int) -> tuple[float, float, float]:
 
 @lane_function
 def _store_modes(modes: Modes, scratch: np.ndarray, row: int, lane: int) -> None:
-    """Put an eighth of the modes in 21 rows."""
     a, b, f, c, e, d, g = modes
     store_vector(scaled(0.125, a), scratch, row, lane)
     store_vector(scaled(0.125, b), scratch, row + 3, lane)
@@ -117,28 +82,26 @@ def _cofactors(tangents: Matrix) -> tuple[Matrix, float]:
 
 
 @block_kernel
-def move(step: float, scratch: np.ndarray) -> None:
-    """As `one_point.move`; the modes and the smallest volume of a point besides; sums are set to zero."""
-    one_point.move(step, scratch)
+def begin_points(scratch: np.ndarray) -> None:
+    """After `one_point.velocity_gradient`: modes and smallest volume of a point; sums are set to zero."""
     widest_vectors()
     for lane in range(LANES):
         _store_modes(cell_modes(scratch, at.POSITION, lane), scratch, at.POINTS_POSITION, lane)
         _store_modes(cell_modes(scratch, at.VELOCITY, lane), scratch, at.POINTS_VELOCITY, lane)
-        scratch[MIN_VOLUME * LANES + lane] = scratch[at.VOLUME * LANES + lane]
         scratch[at.POINTS_TENSION * LANES + lane] = 0.0
         scratch[at.POINTS_PLASTIC * LANES + lane] = 0.0
-    for point in range(POINTS):
+    for point in range(8):
         xi, eta, zeta = _coordinates(point)
         for lane in range(LANES):
             u, v, w = _tangents(xi, eta, zeta, scratch, at.POINTS_POSITION, lane)
             volume = 8.0 * dot(u, cross(v, w))
-            scratch[MIN_VOLUME * LANES + lane] = min(scratch[MIN_VOLUME * LANES + lane], volume)
+            scratch[at.MIN_VOLUME * LANES + lane] = min(scratch[at.MIN_VOLUME * LANES + lane], volume)
     for k in range(21 * LANES):
-        scratch[at.POINTS_SUM * LANES + k] = 0.0
+        scratch[at.POINTS_FORCE * LANES + k] = 0.0
 
 
 @block_kernel
-def move_point(point: int, step: float, scratch: np.ndarray) -> None:
+def velocity_gradient(point: int, step: float, scratch: np.ndarray) -> None:
     """Velocity gradient at a point, its dilatation replaced by the cell's mean one, and the Jacobian after the step."""
     widest_vectors()
     xi, eta, zeta = _coordinates(point)
@@ -170,7 +133,7 @@ def move_point(point: int, step: float, scratch: np.ndarray) -> None:
 
 
 @block_kernel
-def add_point(point: int, scratch: np.ndarray) -> None:
+def add_stress(point: int, scratch: np.ndarray) -> None:
     """Add a point's deviatoric force to the modes of the nodal forces: -s . cofactor . dN/dxi, of weight one.
 
     dN_a/dxi = xi_a (1 + eta_a eta) (1 + zeta_a zeta) / 8, so a traction on xi enters the modes xi, xi eta,
@@ -184,18 +147,21 @@ def add_point(point: int, scratch: np.ndarray) -> None:
         push = ((mean - xx, -xy, -zx), (-xy, mean - yy, -yz), (-zx, -yz, mean - zz))
         cofactor = load_matrix(scratch, at.POINTS_COFACTOR, lane)
         t, u, v = apply(push, cofactor[0]), apply(push, cofactor[1]), apply(push, cofactor[2])
-        add_vector(t, scratch, at.POINTS_SUM, lane)
-        add_vector(u, scratch, at.POINTS_SUM + 3, lane)
-        add_vector(add_scaled(scaled(eta, t), xi, u), scratch, at.POINTS_SUM + 6, lane)
-        add_vector(v, scratch, at.POINTS_SUM + 9, lane)
-        add_vector(add_scaled(scaled(zeta, t), xi, v), scratch, at.POINTS_SUM + 12, lane)
-        add_vector(add_scaled(scaled(zeta, u), eta, v), scratch, at.POINTS_SUM + 15, lane)
+        add_vector(t, scratch, at.POINTS_FORCE, lane)
+        add_vector(u, scratch, at.POINTS_FORCE + 3, lane)
+        add_vector(add_scaled(scaled(eta, t), xi, u), scratch, at.POINTS_FORCE + 6, lane)
+        add_vector(v, scratch, at.POINTS_FORCE + 9, lane)
+        add_vector(add_scaled(scaled(zeta, t), xi, v), scratch, at.POINTS_FORCE + 12, lane)
+        add_vector(add_scaled(scaled(zeta, u), eta, v), scratch, at.POINTS_FORCE + 15, lane)
         add_vector(
-            add_scaled(add_scaled(scaled(eta * zeta, t), xi * zeta, u), xi * eta, v), scratch, at.POINTS_SUM + 18, lane
+            add_scaled(add_scaled(scaled(eta * zeta, t), xi * zeta, u), xi * eta, v),
+            scratch,
+            at.POINTS_FORCE + 18,
+            lane,
         )
         scratch[at.POINTS_TENSION * LANES + lane] += mean * scratch[at.POINTS_DETERMINANT * LANES + lane]
         scratch[at.POINTS_PLASTIC * LANES + lane] += (
-            scratch[at.SOLID_DISSIPATION * LANES + lane] * scratch[at.POINTS_MIDDLE * LANES + lane]
+            scratch[at.DISSIPATION * LANES + lane] * scratch[at.POINTS_MIDDLE * LANES + lane]
         )
 
 
@@ -206,50 +172,37 @@ def end_points(scratch: np.ndarray) -> None:
         inverse = 1.0 / scratch[at.VOLUME * LANES + lane]
         mean = scratch[at.POINTS_TENSION * LANES + lane] * inverse
         store_symmetric((mean, mean, mean, 0.0, 0.0, 0.0), scratch, at.STRESS, lane)
-        scratch[at.SOLID_DISSIPATION * LANES + lane] = scratch[at.POINTS_PLASTIC * LANES + lane] * inverse
-
-
-@lane_function
-def turn_stored(rotation: Matrix, scratch: np.ndarray, lane: int) -> None:
-    """Nothing: nothing is stored."""
-
-
-@lane_function
-def set_damping(viscous: float, sound: float, scratch: np.ndarray, lane: int) -> float:
-    """As for the one-point cell where no point has strength left, else zero."""
-    spent = scratch[at.SOLID_STRENGTH * LANES + lane] == 0.0
-    return one_point.set_damping(viscous if spent else 0.0, sound, scratch, lane)
-
-
-@lane_function
-def set_stiffness(fraction: float, modulus: float, step: float, scratch: np.ndarray, lane: int) -> float:  # noqa: ARG001
-    """None: the points resist."""
-    scratch[at.SPRING * LANES + lane] = 0.0
-    return 0.0
+        scratch[at.DISSIPATION * LANES + lane] = scratch[at.POINTS_PLASTIC * LANES + lane] * inverse
 
 
 @block_kernel
-def bound(step: float, needed: bool, scratch: np.ndarray) -> None:  # noqa: ARG001
-    """Limit the coefficient by the longest hourglass vector: closer to what the step bears it costs energy."""
+def hourglass_coefficients(viscous: float, step: float, scratch: np.ndarray) -> None:
+    """Dashpots as of the one-point cell where no point has strength left, else none; no springs.
+
+    They are limited by the longest hourglass vector: closer to what the step (s) bears it costs energy.
+    """
     for lane in range(LANES):
-        limit = scratch[at.MASS * LANES + lane] / (8.0 * step * longest_square(scratch, lane)) if step > 0.0 else np.inf
+        frequency, mass = scratch[at.FREQUENCY * LANES + lane], scratch[at.MASS * LANES + lane]
+        own = viscous if scratch[at.STRENGTH * LANES + lane] == 0.0 else 0.0
+        scratch[at.DAMPING * LANES + lane] = 0.25 * own * mass * scratch[at.SOUND * LANES + lane] * frequency
+        limit = mass / (8.0 * step * longest_square(scratch, lane)) if step > 0.0 else np.inf
         for a in range(4):
             scratch[(at.COEFFICIENT_LIMIT + a) * LANES + lane] = limit
 
 
-@lane_function
-def store_forces(
-    stress: Symmetric, resistance: Forces, fraction: float, rounding: float, scratch: np.ndarray, lane: int
-) -> None:
-    """As `one_point.store_forces`, with the deviatoric forces of the points."""
-    m1, m2, m3, m4, m5, m6, m7 = force_modes(stress, resistance, scratch, lane)
-    modes = (
-        add_scaled(m1, 0.125, load_vector(scratch, at.POINTS_SUM, lane)),
-        add_scaled(m2, 0.125, load_vector(scratch, at.POINTS_SUM + 3, lane)),
-        add_scaled(m3, 0.125, load_vector(scratch, at.POINTS_SUM + 6, lane)),
-        add_scaled(m4, 0.125, load_vector(scratch, at.POINTS_SUM + 9, lane)),
-        add_scaled(m5, 0.125, load_vector(scratch, at.POINTS_SUM + 12, lane)),
-        add_scaled(m6, 0.125, load_vector(scratch, at.POINTS_SUM + 15, lane)),
-        add_scaled(m7, 0.125, load_vector(scratch, at.POINTS_SUM + 18, lane)),
-    )
-    store_nodal_forces(modes, fraction, rounding, scratch, at.FORCE, lane)
+@block_kernel
+def nodal_forces(fraction: float, rounding: float, scratch: np.ndarray) -> None:
+    """As `one_point.nodal_forces`, with the deviatoric forces of the points."""
+    widest_vectors()
+    for lane in range(LANES):
+        m1, m2, m3, m4, m5, m6, m7 = force_modes(scratch, lane)
+        modes = (
+            add_scaled(m1, 0.125, load_vector(scratch, at.POINTS_FORCE, lane)),
+            add_scaled(m2, 0.125, load_vector(scratch, at.POINTS_FORCE + 3, lane)),
+            add_scaled(m3, 0.125, load_vector(scratch, at.POINTS_FORCE + 6, lane)),
+            add_scaled(m4, 0.125, load_vector(scratch, at.POINTS_FORCE + 9, lane)),
+            add_scaled(m5, 0.125, load_vector(scratch, at.POINTS_FORCE + 12, lane)),
+            add_scaled(m6, 0.125, load_vector(scratch, at.POINTS_FORCE + 15, lane)),
+            add_scaled(m7, 0.125, load_vector(scratch, at.POINTS_FORCE + 18, lane)),
+        )
+        store_nodal_forces(modes, fraction, rounding, scratch, at.FORCE, lane)

@@ -12,29 +12,20 @@ from __future__ import annotations
 import numpy as np
 
 from burst_fenicsx.kernels.cells import layout as at
-from burst_fenicsx.kernels.lanes import LANES, block_kernel
+from burst_fenicsx.kernels.lanes import LANES, block_kernel, inlined_kernel
 from burst_fenicsx.kernels.state import Grid
-
-__all__ = [
-    "BEFORE",
-    "NOW",
-    "WHOLE",
-    "clear_lane",
-    "drop_forces",
-    "freeze_cells",
-]
 
 WHOLE, NOW, BEFORE = 0, 1, 2
 """Values of `SolidState.eroded`: a cell that is whole, that is eroded in this step, or in an earlier one."""
 
 
-@block_kernel
-def freeze_cells(block: int, min_volume: int, grid: Grid, eroded: np.ndarray, scratch: np.ndarray) -> None:
-    """Leave eroded cells the volume that they had and give them no motion; `min_volume` is a row of the scratch."""
+@inlined_kernel
+def freeze_cells(block: int, grid: Grid, eroded: np.ndarray, scratch: np.ndarray) -> None:
+    """Leave eroded cells the volume that they had and give them no motion."""
     for lane in range(LANES):
         slot = block * LANES + lane
         if eroded[slot] != WHOLE:
-            scratch[at.VOLUME * LANES + lane] = scratch[min_volume * LANES + lane] = grid.volume[slot]
+            scratch[at.VOLUME * LANES + lane] = scratch[at.MIN_VOLUME * LANES + lane] = grid.volume[slot]
             scratch[at.DILATATION * LANES + lane] = 0.0
             for k in range(9):
                 scratch[(at.RATE + k) * LANES + lane] = 0.0
@@ -47,6 +38,7 @@ def clear_lane(scratch: np.ndarray, lane: int) -> None:
     """Take stress, viscosity, hourglass control and the bound on the step from an eroded cell."""
     for k in range(6):
         scratch[(at.STRESS + k) * LANES + lane] = 0.0
+    scratch[at.PRESSURE * LANES + lane] = 0.0
     for k in range(4):
         scratch[(at.COEFFICIENT_LIMIT + k) * LANES + lane] = 0.0
     scratch[at.VISCOUS * LANES + lane] = scratch[at.DAMPING * LANES + lane] = 0.0
@@ -58,6 +50,6 @@ def drop_forces(block: int, eroded: np.ndarray, scratch: np.ndarray) -> None:
     """Set the nodal forces of eroded cells to zero, which their shape may have made NaN; `eroded` (slots,)."""
     for lane in range(LANES):
         if eroded[block * LANES + lane] != WHOLE:
-            scratch[at.POWER * LANES + lane] = 0.0
+            scratch[at.HOURGLASS_POWER * LANES + lane] = 0.0
             for n in range(24):
                 scratch[(at.FORCE + n) * LANES + lane] = 0.0

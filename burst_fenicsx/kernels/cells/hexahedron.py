@@ -24,10 +24,8 @@ from typing import TypeAlias
 
 import numpy as np
 
-from burst_fenicsx.kernels.lanes import LANES, block_kernel, kernel, lane_function
-from burst_fenicsx.kernels.vectors.nodal_values import gather_modes
+from burst_fenicsx.kernels.lanes import LANES, block_kernel, kernel, lane_function, widest_vectors
 from burst_fenicsx.kernels.vectors.tensors import (
-    Matrix,
     Vector,
     add_cross,
     add_outer,
@@ -40,22 +38,6 @@ from burst_fenicsx.kernels.vectors.tensors import (
     scaled,
     store_vector,
 )
-from burst_fenicsx.kernels.vectors.transposition import WIDTH
-
-__all__ = [
-    "PER_CELL",
-    "Gradient",
-    "Modes",
-    "block_volumes",
-    "cell_gradient",
-    "cell_modes",
-    "hexahedron_volumes",
-    "load_gradient",
-    "modes_earlier",
-    "squared_gradients",
-    "store_gradient",
-    "store_nodal_forces",
-]
 
 Modes: TypeAlias = tuple[Vector, Vector, Vector, Vector, Vector, Vector, Vector]
 Gradient: TypeAlias = tuple[Vector, Vector, Vector, Vector, Vector, Vector]
@@ -66,9 +48,27 @@ PER_CELL = 1.0 / 64.0
 _THIRD = 1.0 / 3.0
 
 
+@block_kernel
+def to_modes(rows: np.ndarray) -> None:
+    """Turn nodal values in 24 rows, 3 n + i for node n, into modes 1, 2, 4, 3, 5, 6, 7 in the first 21 of them."""
+    widest_vectors()
+    for i in range(3):
+        for lane in range(LANES):
+            a, b = rows[i * LANES + lane], rows[(i + 3) * LANES + lane]
+            c, d = rows[(i + 6) * LANES + lane], rows[(i + 9) * LANES + lane]
+            e, f = rows[(i + 12) * LANES + lane], rows[(i + 15) * LANES + lane]
+            g, h = rows[(i + 18) * LANES + lane], rows[(i + 21) * LANES + lane]
+            a, b, c, d, e, f, g, h = a + b, b - a, c + d, d - c, e + f, f - e, g + h, h - g
+            a, b, c, d, e, f, g, h = a + c, b + d, c - a, d - b, e + g, f + h, g - e, h - f
+            rows[i * LANES + lane], rows[(i + 3) * LANES + lane] = b + f, c + g
+            rows[(i + 6) * LANES + lane], rows[(i + 9) * LANES + lane] = e - a, d + h
+            rows[(i + 12) * LANES + lane], rows[(i + 15) * LANES + lane] = f - b, g - c
+            rows[(i + 18) * LANES + lane] = h - d
+
+
 @lane_function
 def cell_modes(scratch: np.ndarray, row: int, lane: int) -> Modes:
-    """Modes 1 to 7 of a nodal vector field that `gather_modes` has put in the rows from `row` on."""
+    """Modes 1 to 7 of a nodal vector field that `to_modes` has put in the rows from `row` on."""
     a, b, c = load_vector(scratch, row, lane), load_vector(scratch, row + 3, lane), load_vector(scratch, row + 6, lane)
     f, e = load_vector(scratch, row + 9, lane), load_vector(scratch, row + 12, lane)
     d, g = load_vector(scratch, row + 15, lane), load_vector(scratch, row + 18, lane)
@@ -118,17 +118,6 @@ def cell_gradient(modes: Modes) -> tuple[Gradient, float]:
 
 
 @lane_function
-def _sum_of_squares(gradient: Gradient) -> Matrix:
-    """Sum over modes 1 to 6 of the products g_i g_j."""
-    total = outer(gradient[0], gradient[0])
-    total = add_outer(total, gradient[1], gradient[1])
-    total = add_outer(total, gradient[2], gradient[2])
-    total = add_outer(total, gradient[3], gradient[3])
-    total = add_outer(total, gradient[4], gradient[4])
-    return add_outer(total, gradient[5], gradient[5])
-
-
-@lane_function
 def squared_gradients(gradient: Gradient) -> tuple[Vector, float]:
     """An eighth of the sums of b_i^2 over the nodes (m4), and of a bound on the largest eigenvalue of b_a b_a^T.
 
@@ -138,7 +127,12 @@ def squared_gradients(gradient: Gradient) -> tuple[Vector, float]:
     largest eigenvalue of the sum of b_a b_a^T over the nodes (Flanagan and Belytschko 1981, Eq. 63). It is bounded
     from above by trace/3 + sqrt(2/3) |deviator|, which is exact for cubes and for flat cells.
     """
-    (xx, xy, zx), (_, yy, yz), (_, _, zz) = _sum_of_squares(gradient)
+    total = outer(gradient[0], gradient[0])
+    total = add_outer(total, gradient[1], gradient[1])
+    total = add_outer(total, gradient[2], gradient[2])
+    total = add_outer(total, gradient[3], gradient[3])
+    total = add_outer(total, gradient[4], gradient[4])
+    (xx, xy, zx), (_, yy, yz), (_, _, zz) = add_outer(total, gradient[5], gradient[5])
     mean = (xx + yy + zz) * _THIRD
     diagonal = (xx - mean, yy - mean, zz - mean)
     side = (xy, yz, zx)
@@ -184,7 +178,7 @@ def _store_component(
 def store_nodal_forces(
     modes: Modes, fraction: float, rounding: float, scratch: np.ndarray, row: int, lane: int
 ) -> None:
-    """Transform the modes of the nodal forces (N) back, times `fraction`, and put them rounded as `gather` puts fields.
+    """Transform the modes of the nodal forces (N) back, times `fraction`, rounded, 3 n + i for node n, to 24 rows.
 
     The transform is its own inverse times 8. `rounding` is the constant of `exact.quantise`.
     """
@@ -194,34 +188,17 @@ def store_nodal_forces(
     _store_component(f1[2], f2[2], f3[2], f4[2], f5[2], f6[2], f7[2], fraction, rounding, scratch, row + 2, lane)
 
 
-@block_kernel
-def block_volumes(
-    cells: np.ndarray,
-    dofmap: np.ndarray,
-    in_rows: np.ndarray,
-    position: np.ndarray,
-    modes: np.ndarray,
-    volume: np.ndarray,
-) -> None:
-    """Exact volumes (LANES,) of a block's trilinear cells in m3; arguments as for `gather_modes`, `modes` its rows."""
-    gather_modes(cells, dofmap, in_rows, position, modes)
-    for lane in range(LANES):
-        _, whole = cell_gradient(cell_modes(modes, 0, lane))
-        volume[lane] = PER_CELL * whole
-
-
 @kernel
 def hexahedron_volumes(position: np.ndarray, dofmap: np.ndarray) -> np.ndarray:
     """Exact volume of each trilinear cell (cells,) in m3; `position` (nodes, 3) m, `dofmap` (cells, 8) int32."""
-    count = dofmap.shape[0]
-    volumes, cells = np.empty(count), np.empty(LANES, dtype=np.int32)
-    modes, volume, in_rows = np.empty(21 * LANES), np.empty(LANES), np.zeros(LANES // WIDTH, dtype=np.int8)
-    for first in range(0, count, LANES):
-        for lane in range(LANES):
-            cells[lane] = min(first + lane, count - 1)
-        block_volumes(cells, dofmap, in_rows, position, modes, volume)
-        for lane in range(min(LANES, count - first)):
-            volumes[first + lane] = volume[lane]
+    volumes, modes = np.empty(dofmap.shape[0]), np.zeros(24 * LANES)
+    for cell in range(dofmap.shape[0]):
+        for n in range(8):
+            for i in range(3):
+                modes[(3 * n + i) * LANES] = position[dofmap[cell, n], i]
+        to_modes(modes)
+        _, whole = cell_gradient(cell_modes(modes, 0, 0))
+        volumes[cell] = PER_CELL * whole
     return volumes
 
 

@@ -1,58 +1,82 @@
 """Rows of the scratch of a block, `LANES` doubles each: what one loop over the lanes leaves to the next.
 
-Since all rows lie at constant distances, the compiler sees that they do not overlap. Rows are reused once what they
-hold has been used, so that fewer stay in the cache: the nodal forces take the place of the positions, the material's
-own rows that of the velocities. Rows of one material or element alone begin with its name.
+Each name has rows of its own, at constant distances, so the compiler sees that no two overlap.
 """
 
 from __future__ import annotations
 
-POSITION, VELOCITY = 0, 24  # of a hexahedron the modes 1, 2, 4, 3, 5, 6, 7 of its nodes', m and m/s; else nodal values
-HOURGLASS_MODES = POSITION + 9  # those of the positions, 12 rows, m
-FORCE = 0  # nodal values, N
-GRADIENT = 48  # of the volume by the nodes' positions, 18 rows, m2; of a hexahedron as `cell_gradient` gives it
-RING = 66  # of a ring's own, 4 rows
-OLD_VOLUME, OLD_VISCOUS, HEAT = 70, 71, 72  # before the step, m3 and Pa; work of the viscosity, J
-PLASTIC, PRODUCTS_WORK, PRODUCTS_HEAT = 73, 74, 75  # work of the step, J
-RATE = 78  # velocity gradient at the point that the material is asked for, 9 rows, 1/s
-HOURGLASS_RATE = 87  # of the modes, 12 rows, m/s
-VOLUME = 99  # m3
-FREQUENCY = 100  # inverse of the length that governs the stable step, 1/m
-GRADIENT_SQUARES = 101  # squares of the norms of the mean gradient over the nodes over the volume, 3 rows, 1/m2
-MASS = 104  # kg
-VISCOUS, STABLE = 105, 106  # artificial viscous pressure, Pa; stable step, s
-DAMPING = 107  # viscous hourglass coefficient, N s/m
-COEFFICIENT_LIMIT = 108  # upper limit of it for each mode, 4 rows, N s/m
-POWER = 112  # of the hourglass forces, W
-DILATATION = 113  # rate of the volume over the volume, mean over the cell, 1/s
 
-STRESS = VELOCITY  # 6 rows, Pa; of a charge the deviator of its unreacted part
+class _Rows:
+    """Hands out rows one after the other."""
 
-SOLID_SHEAR_STRAIN, SOLID_VOLUME_STRAIN = VELOCITY + 6, VELOCITY + 7  # plastic
-SOLID_SOFTENING = VELOCITY + 8  # inverse factor on the limit strains
-SOLID_DISSIPATION = VELOCITY + 9  # in this step, J/m3
-SPRING = VELOCITY + 10  # hourglass springs' coefficient times the step, N s/m
-HOURGLASS_FORCE = VELOCITY + 11  # stored elastic hourglass forces, 12 rows or the element's `STORED_ROWS`, N
-SOLID_STRENGTH = VELOCITY + 23  # with several points, the largest shear strength of those done, Pa
+    taken = 0
 
-CHARGE_OLD_DEVIATOR = VELOCITY + 6  # of the unreacted charge before the step, 6 rows, Pa
-CHARGE_OLD_PRESSURE, CHARGE_PRESSURE = VELOCITY + 13, VELOCITY + 14  # of the whole cell before leakage, Pa
-CHARGE_BURN = VELOCITY + 15  # burnt fraction
-CHARGE_BY_COMPRESSION = VELOCITY + 16  # burnt fraction over the compression
-CHARGE_ENERGY = VELOCITY + 17  # internal energy of the products, J/m3 of initial volume
-CHARGE_LEAKAGE = VELOCITY + 18  # factor on the pressure
-CHARGE_STIFFNESS = VELOCITY + 19  # -V dP/dV, Pa
-CHARGE_POWER = VELOCITY + 20  # of the deviator, W/m3
+    def __call__(self, number: int = 1) -> int:
+        self.taken += number
+        return self.taken - number
 
-POINTS_SUM = 170  # modes 1 to 7 of the nodal forces, 21 rows, an eighth of a N
-POINTS_POSITION, POINTS_VELOCITY = 114, 135  # an eighth of the modes 1 to 7, 21 rows each, m and m/s
-POINTS_COFACTOR = 156  # of the Jacobian at the point, 9 rows, m2
-POINTS_DETERMINANT, POINTS_MIDDLE = 165, 166  # volume of the point, m3; the same half a step ago
-POINTS_TENSION = 167  # sum over the points of the mean stress times the volume, J
-POINTS_PLASTIC = 168  # plastic work of the step, J
-POINTS_MIN_VOLUME = 169  # eight times the smallest volume of a point, m3
 
-SCRATCH_ROWS = 192
+_rows = _Rows()
+
+# Of all cells.
+MASS, VOLUME, OLD_VOLUME = _rows(), _rows(), _rows()  # kg; m3 after and before the step
+MIN_VOLUME = _rows()  # smallest volume that a point of the cell stands for, m3
+POSITION, VELOCITY = _rows(24), _rows(24)  # of a hexahedron modes, see `one_point.gather`; else nodal values, m and m/s
+HOURGLASS_MODES = POSITION + 9  # those of the positions of a hexahedron, 12 rows, m
+RATE, DILATATION = _rows(9), _rows()  # velocity gradient at the point in hand, and mean rate of the volume, 1/s
+STRESS = _rows(6)  # at the point in hand, Pa; of a charge the deviator of its unreacted part
+PRESSURE = _rows()  # taken off the stress besides viscosity: the products' after venting, Pa; zero in metal
+SOUND, FASTEST = _rows(), _rows()  # sound speed, and the one that the step must allow for, m/s
+LENGTH, FREQUENCY = _rows(), _rows()  # that governs the stable step, m, and its inverse, 1/m
+DENSITY = _rows()  # kg/m3
+VISCOUS, OLD_VISCOUS = _rows(), _rows()  # artificial viscous pressure after and before the step, Pa
+STABLE = _rows()  # stable step, s
+FORCE = _rows(24)  # nodal forces, N
+HEAT, PLASTIC = _rows(), _rows()  # work of the viscosity and of the plastic strains in the step, J
+
+# Of hourglass control.
+GRADIENT = _rows(18)  # of the volume by the nodes' positions, as `hexahedron.cell_gradient` gives it, m2
+GRADIENT_SQUARES = _rows(3)  # squares of the norms of the mean gradient over the nodes over the volume, 1/m2
+HOURGLASS_RATE = _rows(12)  # of the modes, m/s
+HOURGLASS_STORED = _rows(12)  # elastic forces that a cell stores, or the element's `STORED_ROWS`, N
+HOURGLASS_FORCE = _rows(12)  # generalised forces against the modes, N
+DAMPING, SPRING = _rows(), _rows()  # coefficients: of the dashpots; of the springs times the step, N s/m
+COEFFICIENT_LIMIT = _rows(4)  # upper limit of the coefficients for each mode, N s/m
+HOURGLASS_POWER = _rows()  # W
+
+# Of metal.
+SHEAR_STRAIN, VOLUME_STRAIN = _rows(), _rows()  # plastic, at the point in hand
+SOFTENING = _rows()  # inverse factor on the limit strains
+DISSIPATION = _rows()  # in this step, J/m3
+STRENGTH = _rows()  # largest shear strength of the points done, Pa
+
+# Of a charge.
+OLD_DEVIATOR = _rows(6)  # of the unreacted charge before the step, Pa
+OLD_GAS_PRESSURE, GAS_PRESSURE = _rows(), _rows()  # of the whole cell before venting, Pa
+BURN = _rows()  # burnt fraction
+BY_COMPRESSION = _rows()  # burnt fraction over the compression
+GAS_ENERGY = _rows()  # internal energy of the products, J/m3 of initial volume
+LEAKAGE = _rows()  # factor on the pressure
+GAS_STIFFNESS = _rows()  # -V dP/dV, Pa
+DEVIATOR_POWER = _rows()  # W/m3
+GAS_WORK, GAS_HEAT = _rows(), _rows()  # of the pressure and of the viscosity in the step, J
+
+# Of a ring.
+BR, BZ, HOOP = _rows(4), _rows(4), _rows(4)  # see `axisymmetric.quadrilateral`, m2
+INVERSE_SHARE = _rows(4)  # inverse of the cell's share of its nodes' masses, 1/kg
+MODE_R, MODE_Z = _rows(), _rows()  # hourglass mode of the positions, m
+AREA = _rows()  # of the quadrilateral, m2
+GAMMA_SQUARE = _rows()  # sum over the nodes of gamma^2 times the inverse share, 1/kg
+
+# Of a hexahedron with several points.
+POINTS_POSITION, POINTS_VELOCITY = _rows(21), _rows(21)  # an eighth of the modes 1 to 7, m and m/s
+POINTS_FORCE = _rows(21)  # modes 1 to 7 of the nodal forces, an eighth of a N
+POINTS_COFACTOR = _rows(9)  # of the Jacobian at the point, m2
+POINTS_DETERMINANT, POINTS_MIDDLE = _rows(), _rows()  # volume of the point, m3; the same half a step ago
+POINTS_TENSION, POINTS_PLASTIC = _rows(), _rows()  # sums: mean stress times volume, plastic work, J
+
+ENERGY = _rows()  # not by lanes: five sums, J, see `Totals`; then smallest stable step, smallest volume and its cell
+SCRATCH_ROWS = _rows.taken
 """Rows of `LANES` doubles that a block of any kind needs."""
 
 SOLID_PARAMETERS = (

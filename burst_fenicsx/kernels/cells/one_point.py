@@ -7,7 +7,7 @@ bounded by what the step lets a cell bear whose hourglass vectors its distortion
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -23,19 +23,19 @@ from burst_fenicsx.kernels.cells.hexahedron import (
     squared_gradients,
     store_gradient,
     store_nodal_forces,
+    to_modes,
 )
 from burst_fenicsx.kernels.constants import MOST_DAMPED, MOST_STIFF
-from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function, widest_vectors
-from burst_fenicsx.kernels.state import Grid, Nodes
-from burst_fenicsx.kernels.vectors.nodal_values import add_nodal_forces, gather_mean_modes, gather_modes, prefetch_nodes
+from burst_fenicsx.kernels.lanes import LANES, block_kernel, inlined_kernel, lane_function, widest_vectors
+from burst_fenicsx.kernels.vectors.gather import gather_nodes
 from burst_fenicsx.kernels.vectors.tensors import (
     Matrix,
-    Symmetric,
     Vector,
     add_outer,
     add_scaled,
     apply,
     dot,
+    load_symmetric,
     load_vector,
     outer,
     scaled,
@@ -43,27 +43,8 @@ from burst_fenicsx.kernels.vectors.tensors import (
     subtract_from_product,
 )
 
-__all__ = [
-    "STORED_ROWS",
-    "Forces",
-    "add_forces",
-    "bound",
-    "dashpots",
-    "force_modes",
-    "gather",
-    "longest_square",
-    "may_exceed",
-    "move",
-    "resist_mode",
-    "set_damping",
-    "set_stiffness",
-    "springs_and_dashpots",
-    "store_forces",
-    "turn_stored",
-    "vector_square",
-]
-
-Forces = tuple[Vector, Vector, Vector, Vector]
+if TYPE_CHECKING:
+    from burst_fenicsx.kernels.state import Grid, Nodes
 
 _ROOT_8 = np.sqrt(8.0)
 
@@ -71,22 +52,18 @@ STORED_ROWS = 12
 """Numbers of elastic hourglass forces that a cell stores, three of each mode."""
 
 
-@block_kernel
-def gather(block: int, nodes: Nodes, grid: Grid, element: Any, scratch: np.ndarray) -> None:  # noqa: ANN401, ARG001
-    """Gather modes of the positions and velocities of a block, the velocities mean ones over the cells' step."""
-    cells, in_rows, rows = grid.cells[block], grid.in_rows[block], scratch[at.VELOCITY * LANES :]
-    gather_modes(cells, grid.dofmap, in_rows, nodes.position, scratch[at.POSITION * LANES :])
-    if grid.mixed[block]:
-        gather_mean_modes(cells, grid.dofmap, grid.level[block], nodes.finest, nodes.velocity, nodes.mean, rows)
-    else:
-        gather_modes(cells, grid.dofmap, in_rows, nodes.velocity, rows)
-    next_cells = grid.cells[min(block + 1, len(grid.filled) - 1)]
-    prefetch_nodes(next_cells, grid.dofmap, nodes.position, nodes.velocity, nodes.force)
+@inlined_kernel
+def gather(block: int, nodes: Nodes, grid: Grid, scratch: np.ndarray) -> None:
+    """Gather modes of the positions and of the velocities, mean ones over the cells' step, of a block."""
+    positions, velocities = scratch[at.POSITION * LANES :], scratch[at.VELOCITY * LANES :]
+    gather_nodes(block, nodes, grid, positions, velocities)
+    to_modes(positions)
+    to_modes(velocities)
 
 
 @block_kernel
-def move(step: float, scratch: np.ndarray) -> None:
-    """From modes of places and velocities to what describes the cells' motion in the step (s) and their shape then.
+def velocity_gradient(step: float, scratch: np.ndarray) -> None:
+    """Mean velocity gradient and hourglass rates of the cells in a step (s), and their shape after it.
 
     The velocity gradient is the mean one on the mid-step configuration. The hourglass rates are
     q_ia = sum over nodes of gamma_a v_i (Flanagan and Belytschko 1981, Eq. 43-51): gamma is the mode less its linear
@@ -108,8 +85,9 @@ def move(step: float, scratch: np.ndarray) -> None:
         store_gradient(gradient, scratch, at.GRADIENT, lane)
         (xx, yy, zz), largest = squared_gradients(gradient)
         inverse = 1.0 / volume
-        scratch[at.VOLUME * LANES + lane] = PER_CELL * volume
-        scratch[at.FREQUENCY * LANES + lane] = inverse * np.sqrt(16.0 * largest)
+        scratch[at.VOLUME * LANES + lane] = scratch[at.MIN_VOLUME * LANES + lane] = PER_CELL * volume
+        frequency = inverse * np.sqrt(16.0 * largest)
+        scratch[at.FREQUENCY * LANES + lane], scratch[at.LENGTH * LANES + lane] = frequency, 1.0 / frequency
         square = 8.0 * inverse * inverse
         store_vector((square * xx, square * yy, square * zz), scratch, at.GRADIENT_SQUARES, lane)
 
@@ -139,28 +117,23 @@ def _move_component(i: int, middle: Modes, gradient: Gradient, inverse: float, s
 
 
 @lane_function
-def force_modes(
-    stress: Symmetric,
-    resistance: Forces,
-    scratch: np.ndarray,
-    lane: int,
-) -> Modes:
-    """Modes of the nodal forces (N), f_a = -sigma b_a - Q gamma_a.
-
-    Parameters
-    ----------
-    stress : sigma with the viscous pressure taken off (Pa).
-    resistance : generalised hourglass forces Q of the modes 3, 5, 6, 7 (N).
-    scratch : the rows `HOURGLASS_MODES`, `GRADIENT` and `VOLUME` are read.
-    """
-    h3, h5, h6, h7 = resistance
+def force_modes(scratch: np.ndarray, lane: int) -> Modes:
+    """Modes of the nodal forces (N), f_a = -sigma b_a - Q gamma_a: stress less pressures, and hourglass forces."""
+    h3, h5 = load_vector(scratch, at.HOURGLASS_FORCE, lane), load_vector(scratch, at.HOURGLASS_FORCE + 3, lane)
+    h6, h7 = load_vector(scratch, at.HOURGLASS_FORCE + 6, lane), load_vector(scratch, at.HOURGLASS_FORCE + 9, lane)
     # The linear part of gamma acts like a stress, which need not be symmetric.
     linear = outer(h3, load_vector(scratch, at.HOURGLASS_MODES, lane))
     linear = add_outer(linear, h5, load_vector(scratch, at.HOURGLASS_MODES + 3, lane))
     linear = add_outer(linear, h6, load_vector(scratch, at.HOURGLASS_MODES + 6, lane))
     linear = add_outer(linear, h7, load_vector(scratch, at.HOURGLASS_MODES + 9, lane))
-    xx, yy, zz, xy, yz, zx = stress
-    pull = _opposed(linear, PER_CELL / scratch[at.VOLUME * LANES + lane], ((xx, xy, zx), (xy, yy, yz), (zx, yz, zz)))
+    xx, yy, zz, xy, yz, zx = load_symmetric(scratch, at.STRESS, lane)
+    pressure = scratch[at.PRESSURE * LANES + lane] + scratch[at.VISCOUS * LANES + lane]
+    factor = PER_CELL / scratch[at.VOLUME * LANES + lane]
+    pull = (
+        add_scaled(scaled(-PER_CELL, (xx - pressure, xy, zx)), factor, linear[0]),
+        add_scaled(scaled(-PER_CELL, (xy, yy - pressure, yz)), factor, linear[1]),
+        add_scaled(scaled(-PER_CELL, (zx, yz, zz - pressure)), factor, linear[2]),
+    )
     p, q, s3, r, s5, s6 = load_gradient(scratch, at.GRADIENT, lane)
     return (
         apply(pull, p),
@@ -173,64 +146,23 @@ def force_modes(
     )
 
 
-@lane_function
-def _opposed(matrix: Matrix, factor: float, stress: Matrix) -> Matrix:
-    """Matrix k M - sigma, sigma for `cell_gradient`'s gradient."""
-    x, y, z = stress
-    return (
-        add_scaled(scaled(-PER_CELL, x), factor, matrix[0]),
-        add_scaled(scaled(-PER_CELL, y), factor, matrix[1]),
-        add_scaled(scaled(-PER_CELL, z), factor, matrix[2]),
-    )
-
-
-@lane_function
-def store_forces(
-    stress: Symmetric, resistance: Forces, fraction: float, rounding: float, scratch: np.ndarray, lane: int
-) -> None:
-    """Put the nodal forces (N) of a stress (Pa) and of hourglass forces (N) in place of the positions.
-
-    They are multiplied by `fraction`; `rounding` is the constant of `exact.quantise`.
-    """
-    store_nodal_forces(force_modes(stress, resistance, scratch, lane), fraction, rounding, scratch, at.FORCE, lane)
-
-
 @block_kernel
-def add_forces(block: int, grid: Grid, scratch: np.ndarray, force: np.ndarray) -> None:
-    """Add the nodal forces of a block's cells to `force` (nodes, 3) in N."""
-    rows = scratch[at.FORCE * LANES :]
-    add_nodal_forces(grid.filled[block], grid.cells[block], grid.dofmap, grid.in_rows[block], rows, force)
+def nodal_forces(fraction: float, rounding: float, scratch: np.ndarray) -> None:
+    """Nodal forces (N) of stress, pressures and hourglass control, times `fraction`, rounded (see `exact.quantise`)."""
+    widest_vectors()
+    for lane in range(LANES):
+        store_nodal_forces(force_modes(scratch, lane), fraction, rounding, scratch, at.FORCE, lane)
 
 
 @lane_function
 def turn_stored(rotation: Matrix, scratch: np.ndarray, lane: int) -> None:
     """Turn the stored elastic forces with the cell."""
-    store_vector(apply(rotation, load_vector(scratch, at.HOURGLASS_FORCE, lane)), scratch, at.HOURGLASS_FORCE, lane)
-    store_vector(
-        apply(rotation, load_vector(scratch, at.HOURGLASS_FORCE + 3, lane)), scratch, at.HOURGLASS_FORCE + 3, lane
-    )
-    store_vector(
-        apply(rotation, load_vector(scratch, at.HOURGLASS_FORCE + 6, lane)), scratch, at.HOURGLASS_FORCE + 6, lane
-    )
-    store_vector(
-        apply(rotation, load_vector(scratch, at.HOURGLASS_FORCE + 9, lane)), scratch, at.HOURGLASS_FORCE + 9, lane
-    )
-
-
-@lane_function
-def set_damping(viscous: float, sound: float, scratch: np.ndarray, lane: int) -> float:
-    """Set the viscous coefficient of a lane from the dimensionless one; what the step must bear (N s/m)."""
-    damping = 0.25 * viscous * scratch[at.MASS * LANES + lane] * sound * scratch[at.FREQUENCY * LANES + lane]
-    scratch[at.DAMPING * LANES + lane] = damping
-    return damping * (1.0 / MOST_DAMPED)
-
-
-@lane_function
-def set_stiffness(fraction: float, modulus: float, step: float, scratch: np.ndarray, lane: int) -> float:
-    """Set the springs' coefficient of a lane for a step (s), `modulus` (Pa) that of a plane wave; likewise."""
-    spring = fraction / 36.0 * modulus * step * (1.0 / scratch[at.FREQUENCY * LANES + lane])
-    scratch[at.SPRING * LANES + lane] = spring
-    return spring * (1.0 / MOST_STIFF)
+    h3, h5 = load_vector(scratch, at.HOURGLASS_STORED, lane), load_vector(scratch, at.HOURGLASS_STORED + 3, lane)
+    h6, h7 = load_vector(scratch, at.HOURGLASS_STORED + 6, lane), load_vector(scratch, at.HOURGLASS_STORED + 9, lane)
+    store_vector(apply(rotation, h3), scratch, at.HOURGLASS_STORED, lane)
+    store_vector(apply(rotation, h5), scratch, at.HOURGLASS_STORED + 3, lane)
+    store_vector(apply(rotation, h6), scratch, at.HOURGLASS_STORED + 6, lane)
+    store_vector(apply(rotation, h7), scratch, at.HOURGLASS_STORED + 9, lane)
 
 
 @lane_function
@@ -247,11 +179,36 @@ def longest_square(scratch: np.ndarray, lane: int) -> float:
     return 10.01 + 5.01 * mode_square * (sx + sy + sz)
 
 
-@lane_function
-def may_exceed(coefficient: float, per_step: float, scratch: np.ndarray, lane: int) -> bool:
-    """Whether an hourglass coefficient may exceed what the step, of inverse `per_step` (1/s), bears."""
-    limit = scratch[at.MASS * LANES + lane] * (0.125 * per_step)
-    return coefficient * longest_square(scratch, lane) > limit
+@block_kernel
+def hourglass_coefficients(
+    viscous: float, stiffness: float, modulus: float, step: float, next_dt: float, scratch: np.ndarray
+) -> None:
+    """Coefficients of hourglass control, and what the next step, `next_dt` (s), lets each cell bear of them.
+
+    `viscous` and `stiffness` are dimensionless, `modulus` (Pa) is that of a plane wave; `step` (s) is the last one.
+    Where no cell of the block can come near its limit, there is none.
+    """
+    widest_vectors()
+    per_step = 1.0 / next_dt if next_dt > 0.0 else np.inf
+    near = 0
+    for lane in range(LANES):
+        frequency, mass = scratch[at.FREQUENCY * LANES + lane], scratch[at.MASS * LANES + lane]
+        damping = 0.25 * viscous * mass * scratch[at.SOUND * LANES + lane] * frequency
+        spring = stiffness / 36.0 * modulus * step * scratch[at.LENGTH * LANES + lane]
+        scratch[at.DAMPING * LANES + lane], scratch[at.SPRING * LANES + lane] = damping, spring
+        most = max(damping * (1.0 / MOST_DAMPED), spring * (1.0 / MOST_STIFF))
+        near += 1 if most * longest_square(scratch, lane) > mass * (0.125 * per_step) else 0
+    if near == 0:
+        for k in range(4 * LANES):
+            scratch[at.COEFFICIENT_LIMIT * LANES + k] = np.inf
+        return
+    for lane in range(LANES):
+        sx, sy, sz = load_vector(scratch, at.GRADIENT_SQUARES, lane)
+        gradient_norm = (np.sqrt(sx), np.sqrt(sy), np.sqrt(sz))
+        coefficient_limit = scratch[at.MASS * LANES + lane] / (8.0 * next_dt)
+        for a in range(4):
+            square = vector_square(load_vector(scratch, at.HOURGLASS_MODES + 3 * a, lane), gradient_norm)
+            scratch[(at.COEFFICIENT_LIMIT + a) * LANES + lane] = coefficient_limit / square
 
 
 @lane_function
@@ -265,54 +222,44 @@ def vector_square(mode: Vector, gradient_norm: Vector) -> float:
 
 
 @block_kernel
-def bound(step: float, needed: bool, scratch: np.ndarray) -> None:
-    """Find the hourglass coefficients that the step (s) lets each cell bear: where none is `needed`, without limit."""
-    widest_vectors()
-    if not needed:
-        for k in range(4 * LANES):
-            scratch[at.COEFFICIENT_LIMIT * LANES + k] = np.inf
-        return
-    for lane in range(LANES):
-        sx, sy, sz = load_vector(scratch, at.GRADIENT_SQUARES, lane)
-        gradient_norm = (np.sqrt(sx), np.sqrt(sy), np.sqrt(sz))
-        coefficient_limit = scratch[at.MASS * LANES + lane] / (8.0 * step)
-        for a in range(4):
-            square = vector_square(load_vector(scratch, at.HOURGLASS_MODES + 3 * a, lane), gradient_norm)
-            scratch[(at.COEFFICIENT_LIMIT + a) * LANES + lane] = coefficient_limit / square
-
-
-@lane_function
-def dashpots(scratch: np.ndarray, lane: int) -> tuple[Forces, float]:
+def dashpots(scratch: np.ndarray) -> None:
     """Viscous forces (N) against the modes, with the coefficient that all four bear, and their power (W)."""
-    b3, b5 = scratch[at.COEFFICIENT_LIMIT * LANES + lane], scratch[(at.COEFFICIENT_LIMIT + 1) * LANES + lane]
-    b6, b7 = scratch[(at.COEFFICIENT_LIMIT + 2) * LANES + lane], scratch[(at.COEFFICIENT_LIMIT + 3) * LANES + lane]
-    damping = min(scratch[at.DAMPING * LANES + lane], MOST_DAMPED * min(b3, b5, b6, b7))
-    q3, q5 = load_vector(scratch, at.HOURGLASS_RATE, lane), load_vector(scratch, at.HOURGLASS_RATE + 3, lane)
-    q6, q7 = load_vector(scratch, at.HOURGLASS_RATE + 6, lane), load_vector(scratch, at.HOURGLASS_RATE + 9, lane)
-    power = damping * (dot(q3, q3) + dot(q5, q5) + dot(q6, q6) + dot(q7, q7))
-    return (scaled(damping, q3), scaled(damping, q5), scaled(damping, q6), scaled(damping, q7)), power
+    widest_vectors()
+    for lane in range(LANES):
+        b3, b5 = scratch[at.COEFFICIENT_LIMIT * LANES + lane], scratch[(at.COEFFICIENT_LIMIT + 1) * LANES + lane]
+        b6, b7 = scratch[(at.COEFFICIENT_LIMIT + 2) * LANES + lane], scratch[(at.COEFFICIENT_LIMIT + 3) * LANES + lane]
+        damping = min(scratch[at.DAMPING * LANES + lane], MOST_DAMPED * min(b3, b5, b6, b7))
+        q3, q5 = load_vector(scratch, at.HOURGLASS_RATE, lane), load_vector(scratch, at.HOURGLASS_RATE + 3, lane)
+        q6, q7 = load_vector(scratch, at.HOURGLASS_RATE + 6, lane), load_vector(scratch, at.HOURGLASS_RATE + 9, lane)
+        store_vector(scaled(damping, q3), scratch, at.HOURGLASS_FORCE, lane)
+        store_vector(scaled(damping, q5), scratch, at.HOURGLASS_FORCE + 3, lane)
+        store_vector(scaled(damping, q6), scratch, at.HOURGLASS_FORCE + 6, lane)
+        store_vector(scaled(damping, q7), scratch, at.HOURGLASS_FORCE + 9, lane)
+        power = damping * (dot(q3, q3) + dot(q5, q5) + dot(q6, q6) + dot(q7, q7))
+        scratch[at.HOURGLASS_POWER * LANES + lane] = power
 
 
 @lane_function
-def resist_mode(a: int, scratch: np.ndarray, lane: int) -> tuple[Vector, float]:
-    """Force (N) against one mode, viscous and stored elastic one, and its power (W).
+def resist_mode(a: int, scratch: np.ndarray, lane: int) -> float:
+    """Set the force (N) against one mode, viscous and stored elastic one; its power (W).
 
     The stored forces have been turned with the cell; they are advanced.
     """
     rate = load_vector(scratch, at.HOURGLASS_RATE + 3 * a, lane)
     coefficient_limit = scratch[(at.COEFFICIENT_LIMIT + a) * LANES + lane]
     spring = min(scratch[at.SPRING * LANES + lane], MOST_STIFF * coefficient_limit)
-    elastic = add_scaled(load_vector(scratch, at.HOURGLASS_FORCE + 3 * a, lane), spring, rate)
-    store_vector(elastic, scratch, at.HOURGLASS_FORCE + 3 * a, lane)
+    elastic = add_scaled(load_vector(scratch, at.HOURGLASS_STORED + 3 * a, lane), spring, rate)
+    store_vector(elastic, scratch, at.HOURGLASS_STORED + 3 * a, lane)
     force = add_scaled(elastic, min(scratch[at.DAMPING * LANES + lane], MOST_DAMPED * coefficient_limit), rate)
-    return force, dot(force, rate)
+    store_vector(force, scratch, at.HOURGLASS_FORCE + 3 * a, lane)
+    return dot(force, rate)
 
 
-@lane_function
-def springs_and_dashpots(scratch: np.ndarray, lane: int) -> tuple[Forces, float]:
+@block_kernel
+def springs_and_dashpots(scratch: np.ndarray) -> None:
     """Elastic and viscous forces (N) against the modes and their power (W)."""
-    h3, p3 = resist_mode(0, scratch, lane)
-    h5, p5 = resist_mode(1, scratch, lane)
-    h6, p6 = resist_mode(2, scratch, lane)
-    h7, p7 = resist_mode(3, scratch, lane)
-    return (h3, h5, h6, h7), p3 + p5 + p6 + p7
+    widest_vectors()
+    for lane in range(LANES):
+        p3, p5 = resist_mode(0, scratch, lane), resist_mode(1, scratch, lane)
+        p6, p7 = resist_mode(2, scratch, lane), resist_mode(3, scratch, lane)
+        scratch[at.HOURGLASS_POWER * LANES + lane] = p3 + p5 + p6 + p7

@@ -1,188 +1,152 @@
-"""Casing and fuze: objective rate, plastic return and softening at every point; element erosion of what is torn."""
+"""Casing and fuze: objective trial stress (Hughes and Winget 1980), plastic return, softening; torn metal is eroded."""
 
 from __future__ import annotations
 
-from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from burst_fenicsx.kernels.axisymmetric import quadrilateral
 from burst_fenicsx.kernels.cells import layout as at
-from burst_fenicsx.kernels.cells.elastic import elastic_energy, moduli, ring_trial, turned_trial
+from burst_fenicsx.kernels.cells import one_point
 from burst_fenicsx.kernels.cells.erosion import BEFORE, NOW, WHOLE, clear_lane
 from burst_fenicsx.kernels.constants import NOTHING_LEFT
-from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function, widest_vectors
-from burst_fenicsx.kernels.state import Grid, SolidState
-from burst_fenicsx.kernels.vectors.cell_values import (
-    cells_of_lanes,
-    load_slots,
-    prefetch_slots,
-)
+from burst_fenicsx.kernels.lanes import LANES, block_kernel, chosen, inlined_kernel, lane_function, widest_vectors
 from burst_fenicsx.kernels.vectors.exact import quantise, row_sum
-from burst_fenicsx.kernels.vectors.tensors import Symmetric, load_matrix, load_symmetric, store_symmetric
-from burst_fenicsx.kernels.vectors.transposition import (
-    WIDTH,
-    address,
-    addresses,
-    later,
-    load_triples,
-    prefetch,
-    store_triples,
+from burst_fenicsx.kernels.vectors.gather import load_slots
+from burst_fenicsx.kernels.vectors.tensors import (
+    Matrix,
+    Symmetric,
+    apply,
+    dot,
+    fma,
+    load_matrix,
+    load_symmetric,
+    store_symmetric,
 )
+from burst_fenicsx.materials import laws
 
 if TYPE_CHECKING:
     from types import ModuleType
 
-__all__ = ["make_solid"]
+    from burst_fenicsx.kernels.state import Grid, SolidState
 
-_DENSITY = at.SOLID_PARAMETERS.index("density")
-_STRESS_BYTES, _HALF_A_STRESS = np.uint64(48), np.uint64(24)  # of a point's stress
+_DENSITY, _LAW = at.SOLID_PARAMETERS.index("density"), at.SOLID_PARAMETERS.index("law")
 
 
-@block_kernel
-def _load_point(block: int, point: int, grid: Grid, state: SolidState, scratch: np.ndarray) -> None:
-    """Gather the state of one point of each cell into lanes."""
-    points = np.uint64(state.stress.shape[1])
-    start = address(state.stress) + _STRESS_BYTES * np.uint64(point)
-    for first in range(0, LANES, WIDTH):
-        stored = addresses(start, _STRESS_BYTES * points, cells_of_lanes(grid.cells[block], first))
-        load_triples(stored, scratch, at.STRESS * LANES + first)
-        load_triples(later(stored, _HALF_A_STRESS), scratch, (at.STRESS + 3) * LANES + first)
+@lane_function
+def moduli(parameters: np.ndarray) -> tuple[float, float]:
+    """Shear modulus and Lame's first parameter (Pa)."""
+    shear = 0.5 * parameters[0] / (1.0 + parameters[1])
+    return shear, 2.0 * shear * parameters[1] / (1.0 - 2.0 * parameters[1])
+
+
+@lane_function
+def elastic_energy(stress: Symmetric, parameters: np.ndarray) -> float:
+    """Elastic energy by volume (J/m3) of a stress (Pa)."""
+    xx, yy, zz, xy, yz, zx = stress
+    square = xx * xx + yy * yy + zz * zz + 2.0 * (xy * xy + yz * yz + zx * zx)
+    trace = xx + yy + zz
+    return 0.5 * (((1.0 + parameters[1]) * square - parameters[1] * trace * trace) / parameters[0])
+
+
+@lane_function
+def spin(rate: Matrix, step: float) -> Matrix:
+    """Rotation of the step after Hughes and Winget (1980): Q = (1 - w/2)^-1 (1 + w/2), w = spin times step.
+
+    Exact for a rigid rotation of any size below half a turn, because the velocity gradient `rate` (1/s) is taken on the
+    mid-step configuration.
+    """
+    # Half the rotation vector of w.
+    x = 0.25 * step * (rate[2][1] - rate[1][2])
+    y = 0.25 * step * (rate[0][2] - rate[2][0])
+    z = 0.25 * step * (rate[1][0] - rate[0][1])
+    xx, yy, zz = x * x, y * y, z * z
+    f = 2.0 / (1.0 + xx + yy + zz)
+    fx, fy, fz = f * x, f * y, f * z
+    return (
+        (1.0 - f * (yy + zz), fx * y - fz, fz * x + fy),
+        (fx * y + fz, 1.0 - f * (zz + xx), fy * z - fx),
+        (fz * x - fy, fy * z + fx, 1.0 - f * (xx + yy)),
+    )
+
+
+@lane_function
+def elastic_trial(
+    stress: Symmetric, rotation: Matrix, rate: Matrix, step: float, lame: float, shear: float
+) -> Symmetric:
+    """Rotate a stress and add the elastic increment: Q sigma Q^T + lambda tr(de) 1 + 2 G de.
+
+    `stress` in Pa; `rate` is the velocity gradient (1/s); `lame` and `shear` moduli (Pa).
+    """
+    xx, yy, zz, xy, yz, zx = stress
+    whole = ((xx, xy, zx), (xy, yy, yz), (zx, yz, zz))
+    qx, qy, qz = rotation
+    # The stress is symmetric, so its products with the rows of Q are the rows of Q sigma.
+    ax, ay, az = apply(whole, qx), apply(whole, qy), apply(whole, qz)
+    twice, half = 2.0 * shear * step, shear * step
+    pressure = lame * step * (rate[0][0] + rate[1][1] + rate[2][2])
+    return (
+        dot(ax, qx) + fma(twice, rate[0][0], pressure),
+        dot(ay, qy) + fma(twice, rate[1][1], pressure),
+        dot(az, qz) + fma(twice, rate[2][2], pressure),
+        fma(half, rate[0][1] + rate[1][0], dot(ax, qy)),
+        fma(half, rate[1][2] + rate[2][1], dot(ay, qz)),
+        fma(half, rate[2][0] + rate[0][2], dot(az, qx)),
+    )
+
+
+@inlined_kernel
+def load(block: int, state: SolidState, scratch: np.ndarray) -> None:
+    """Gather what a block's cells keep besides the state of their points."""
+    load_slots(block, state.softening_scale, scratch[at.SOFTENING * LANES :])
+    for lane in range(LANES):
+        scratch[at.STRENGTH * LANES + lane] = scratch[at.PRESSURE * LANES + lane] = 0.0
+    for k in range(state.hourglass.shape[1]):
+        scratch[at.HOURGLASS_STORED * LANES + k] = state.hourglass[block, k]
+
+
+@inlined_kernel
+def load_point(block: int, point: int, grid: Grid, state: SolidState, scratch: np.ndarray) -> None:
+    """Gather the state of one point of each cell."""
     for lane in range(LANES):
         cell = np.uint64(grid.cells[block, lane])
-        scratch[at.SOLID_SHEAR_STRAIN * LANES + lane] = state.shear_strain[cell, point]
-        scratch[at.SOLID_VOLUME_STRAIN * LANES + lane] = state.volume_strain[cell, point]
+        for k in range(6):
+            scratch[(at.STRESS + k) * LANES + lane] = state.stress[cell, point, k]
+        scratch[at.SHEAR_STRAIN * LANES + lane] = state.shear_strain[cell, point]
+        scratch[at.VOLUME_STRAIN * LANES + lane] = state.volume_strain[cell, point]
 
 
-@block_kernel
-def _store_point(block: int, point: int, grid: Grid, state: SolidState, scratch: np.ndarray) -> None:
+@inlined_kernel
+def store_point(block: int, point: int, grid: Grid, state: SolidState, scratch: np.ndarray) -> None:
     """Write the state of one point of each cell back."""
-    points = np.uint64(state.stress.shape[1])
-    start = address(state.stress) + _STRESS_BYTES * np.uint64(point)
-    for first in range(0, LANES, WIDTH):
-        stored = addresses(start, _STRESS_BYTES * points, cells_of_lanes(grid.cells[block], first))
-        store_triples(scratch, at.STRESS * LANES + first, stored)
-        store_triples(scratch, (at.STRESS + 3) * LANES + first, later(stored, _HALF_A_STRESS))
     for lane in range(grid.filled[block]):
         cell = np.uint64(grid.cells[block, lane])
-        state.shear_strain[cell, point] = scratch[at.SOLID_SHEAR_STRAIN * LANES + lane]
-        state.volume_strain[cell, point] = scratch[at.SOLID_VOLUME_STRAIN * LANES + lane]
-
-
-@lane_function
-def _elasticity(parameters: np.ndarray) -> tuple[float, float]:
-    """Modulus of a plane wave (Pa), and what is left of its speed without shear strength."""
-    shear, lame = moduli(parameters)
-    stiff = lame + 2.0 * shear
-    return stiff, np.sqrt((lame + 2.0 / 3.0 * shear) / stiff)
-
-
-@lane_function
-def _total_stress(scratch: np.ndarray, lane: int) -> Symmetric:
-    """Stress with the viscous pressure taken off (Pa)."""
-    viscous = scratch[at.VISCOUS * LANES + lane]
-    xx, yy, zz, xy, yz, zx = load_symmetric(scratch, at.STRESS, lane)
-    return xx - viscous, yy - viscous, zz - viscous, xy, yz, zx
+        for k in range(6):
+            state.stress[cell, point, k] = scratch[(at.STRESS + k) * LANES + lane]
+        state.shear_strain[cell, point] = scratch[at.SHEAR_STRAIN * LANES + lane]
+        state.volume_strain[cell, point] = scratch[at.VOLUME_STRAIN * LANES + lane]
 
 
 @block_kernel
-def _clear_state(
-    block: int, grid: Grid, parameters: np.ndarray, state: SolidState, eroded: np.ndarray, scratch: np.ndarray
-) -> None:
-    """Take stress and resistance from eroded cells; what they hold elastically goes to the plastic work."""
+def trial_stress(element: tuple[int, ...], step: float, parameters: np.ndarray, scratch: np.ndarray) -> None:
+    """Turn the stress, and what hourglass control has stored, with the cell, and add the elastic increment."""
+    widest_vectors()
+    shear, lame = moduli(parameters)
     for lane in range(LANES):
-        slot = block * LANES + lane
-        if eroded[slot] == WHOLE:
-            continue
-        cell, points = np.uint64(grid.cells[block, lane]), state.stress.shape[1]
-        scratch[at.SOLID_DISSIPATION * LANES + lane] = 0.0
-        for point in range(points):
-            s = state.stress[cell, point]
-            if eroded[slot] == NOW:
-                stress = (s[0], s[1], s[2], s[3], s[4], s[5])
-                scratch[at.SOLID_DISSIPATION * LANES + lane] += elastic_energy(stress, parameters) / points
-            if lane < grid.filled[block]:
-                s[:] = 0.0
-        eroded[slot] = BEFORE
-        scratch[at.SPRING * LANES + lane] = 0.0
-        for k in range(12):
-            scratch[(at.HOURGLASS_FORCE + k) * LANES + lane] = 0.0
-        clear_lane(scratch, lane)
+        rate = load_matrix(scratch, at.RATE, lane)
+        rotation = spin(rate, step)
+        old = load_symmetric(scratch, at.STRESS, lane)
+        store_symmetric(elastic_trial(old, rotation, rate, step, lame, shear), scratch, at.STRESS, lane)
+        scratch[at.DISSIPATION * LANES + lane] = 0.0
+        if len(element) == 1:  # known while compiling
+            one_point.turn_stored(rotation, scratch, lane)
+        elif len(element) == 2:
+            quadrilateral.turn_stored(rotation, scratch, lane)
 
 
-def make_solid(law: ModuleType, stored_rows: int, *, rings: bool = False) -> SimpleNamespace:
-    """Material of solids for `block.make_block`, with the strength of a module of `materials.solids`.
-
-    `stored_rows` is how many numbers of hourglass forces the element stores; of `rings` the hoop stress is principal.
-    """
-    strengths, is_elastic = law.strengths, law.is_elastic
-    trial_of, return_stress = turned_trial, law.return_stress
-    if rings:
-        trial_of, return_stress = ring_trial, getattr(law, "return_ring_stress", law.return_stress)
-
-    @block_kernel
-    def load(
-        block: int,
-        time: float,  # noqa: ARG001
-        parameters: np.ndarray,  # noqa: ARG001
-        grid: Grid,  # noqa: ARG001
-        state: SolidState,
-        scratch: np.ndarray,
-    ) -> float:
-        """Gather what a block's cells keep besides the state of their points."""
-        load_slots(block, state.softening_scale, scratch, at.SOLID_SOFTENING)
-        for lane in range(LANES):
-            scratch[at.SOLID_STRENGTH * LANES + lane] = 0.0
-        for k in range(stored_rows * LANES):
-            scratch[at.HOURGLASS_FORCE * LANES + k] = state.hourglass[block, k]
-        return 0.0
-
-    @block_kernel
-    def prefetch_state(block: int, grid: Grid, state: SolidState) -> None:
-        """Bring a block's state near."""
-        prefetch_slots(block, state.softening_scale)
-        points = np.uint64(8 * state.shear_strain.shape[1])
-        for lane in (0, WIDTH, LANES - 1):
-            later_by = points * np.uint64(grid.cells[block, lane])
-            prefetch(address(state.shear_strain) + later_by)
-            prefetch(address(state.volume_strain) + later_by)
-        start = address(state.hourglass) + np.uint64(block * stored_rows * LANES * 8)
-        for line in range(stored_rows * LANES * 8 // 64):
-            prefetch(start + np.uint64(64 * line))
-        start, stride = address(state.stress), _STRESS_BYTES * np.uint64(state.stress.shape[1])
-        for lane in range(LANES):
-            prefetch(start + stride * np.uint64(grid.cells[block, lane]))
-
-    @block_kernel
-    def find_work(filled: int, rounding: float, scratch: np.ndarray) -> None:
-        """Plastic work of the lanes that hold a cell."""
-        widest_vectors()
-        for lane in range(LANES):
-            work = scratch[at.SOLID_DISSIPATION * LANES + lane] * scratch[at.VOLUME * LANES + lane]
-            scratch[at.PLASTIC * LANES + lane] = quantise(work, rounding) if lane < filled else 0.0
-
-    @block_kernel
-    def store(
-        block: int,
-        step: float,  # noqa: ARG001
-        parameters: np.ndarray,  # noqa: ARG001
-        grid: Grid,
-        state: SolidState,
-        scratch: np.ndarray,
-        energy: np.ndarray,
-    ) -> None:
-        """Write the stored hourglass forces back and add up the plastic work."""
-        for k in range(stored_rows * LANES):
-            state.hourglass[block, k] = scratch[at.HOURGLASS_FORCE * LANES + k]
-        find_work(grid.filled[block], grid.rounding, scratch)
-        energy[0] += row_sum(scratch, at.PLASTIC)
-
-    @lane_function
-    def strengths_of(parameters: np.ndarray, scratch: np.ndarray, lane: int) -> tuple[float, float]:
-        """Shear and tensile strength (Pa) after the strains so far."""
-        shear_strain = scratch[at.SOLID_SHEAR_STRAIN * LANES + lane]
-        volume_strain = scratch[at.SOLID_VOLUME_STRAIN * LANES + lane]
-        return strengths(parameters, shear_strain, volume_strain, scratch[at.SOLID_SOFTENING * LANES + lane])
+def _returning(law: ModuleType) -> Any:  # noqa: ANN401 - compiled functions
+    strengths, is_elastic, return_stress = law.strengths, law.is_elastic, law.return_stress
 
     @block_kernel
     def return_plastic(parameters: np.ndarray, scratch: np.ndarray) -> None:
@@ -193,70 +157,52 @@ def make_solid(law: ModuleType, stored_rows: int, *, rings: bool = False) -> Sim
         """
         widest_vectors()
         for lane in range(LANES):
-            tau, sigma = strengths_of(parameters, scratch, lane)
+            shear_strain = scratch[at.SHEAR_STRAIN * LANES + lane]
+            volume_strain = scratch[at.VOLUME_STRAIN * LANES + lane]
+            scale = scratch[at.SOFTENING * LANES + lane]
+            tau, sigma = strengths(parameters, shear_strain, volume_strain, scale)
             trial = load_symmetric(scratch, at.STRESS, lane)
             elastic = is_elastic(trial, tau, sigma)
-            stress, shear_strain, volume_strain, dissipation = return_stress(
+            stress, more_shear, more_volume, dissipation = return_stress(
                 trial, np.inf if elastic else tau, np.inf if elastic else sigma, parameters[0], parameters[1]
             )
             store_symmetric(stress, scratch, at.STRESS, lane)
-            scratch[at.SOLID_SHEAR_STRAIN * LANES + lane] += shear_strain
-            scratch[at.SOLID_VOLUME_STRAIN * LANES + lane] += volume_strain
-            scratch[at.SOLID_DISSIPATION * LANES + lane] = dissipation
-
-    def make_update(turn_stored: Any) -> Any:  # noqa: ANN401 - compiled functions
-        """Kernel that advances the stress at a point of each cell; `turn_stored` is the hourglass control's."""
-
-        @block_kernel
-        def try_elastic(step: float, parameters: np.ndarray, scratch: np.ndarray) -> int:
-            """Turn what is stored and add the elastic increment; count the cells that may be plastic."""
-            widest_vectors()
-            shear, lame = moduli(parameters)
-            plastic = 0
-            for lane in range(LANES):
-                rate = load_matrix(scratch, at.RATE, lane)
-                rotation, stress = trial_of(load_symmetric(scratch, at.STRESS, lane), rate, step, lame, shear)
-                store_symmetric(stress, scratch, at.STRESS, lane)
-                turn_stored(rotation, scratch, lane)
-                tau, sigma = strengths_of(parameters, scratch, lane)
-                plastic += 0 if is_elastic(stress, tau, sigma) else 1
-                scratch[at.SOLID_DISSIPATION * LANES + lane] = 0.0
-            return plastic
-
-        @block_kernel
-        def update(
-            block: int,  # noqa: ARG001
-            step: float,
-            stage: float,  # noqa: ARG001
-            parameters: np.ndarray,
-            grid: Grid,  # noqa: ARG001
-            state: SolidState,
-            scratch: np.ndarray,
-            energy: np.ndarray,  # noqa: ARG001
-        ) -> None:
-            if try_elastic(step, parameters, scratch) > 0:
-                return_plastic(parameters, scratch)
-            if state.stress.shape[1] > 1:
-                for lane in range(LANES):
-                    tau, _ = strengths_of(parameters, scratch, lane)
-                    scratch[at.SOLID_STRENGTH * LANES + lane] = max(scratch[at.SOLID_STRENGTH * LANES + lane], tau)
-
-        return update
-
-    @lane_function
-    def sound_speeds(
-        density: float, constants: tuple[float, float], parameters: np.ndarray, scratch: np.ndarray, lane: int
-    ) -> tuple[float, float]:
-        """Sound speed, and the one that the step must allow for (m/s); `constants` are those of `elasticity`.
-
-        Without shear strength only the bulk modulus answers, and the step may be longer by a quarter.
-        """
-        sound = np.sqrt(constants[0] / density)
-        tau, _ = strengths_of(parameters, scratch, lane)
-        return sound, sound if (tau > 0.0) | (scratch[at.SOLID_STRENGTH * LANES + lane] > 0.0) else constants[1] * sound
+            scratch[at.SHEAR_STRAIN * LANES + lane] = shear_strain + more_shear
+            scratch[at.VOLUME_STRAIN * LANES + lane] = volume_strain + more_volume
+            scratch[at.DISSIPATION * LANES + lane] = dissipation
 
     @block_kernel
-    def is_spent(cell: int, parameters: np.ndarray, scale: float, state: SolidState) -> bool:
+    def return_block(parameters: np.ndarray, scratch: np.ndarray) -> None:
+        """Return the trial stresses at a point of a block's cells to their strengths, where any may exceed them."""
+        widest_vectors()
+        plastic = 0
+        for lane in range(LANES):
+            tau, sigma = strengths(
+                parameters,
+                scratch[at.SHEAR_STRAIN * LANES + lane],
+                scratch[at.VOLUME_STRAIN * LANES + lane],
+                scratch[at.SOFTENING * LANES + lane],
+            )
+            plastic += 0 if is_elastic(load_symmetric(scratch, at.STRESS, lane), tau, sigma) else 1
+        if plastic > 0:
+            return_plastic(parameters, scratch)
+        for lane in range(LANES):
+            tau, _ = strengths(
+                parameters,
+                scratch[at.SHEAR_STRAIN * LANES + lane],
+                scratch[at.VOLUME_STRAIN * LANES + lane],
+                scratch[at.SOFTENING * LANES + lane],
+            )
+            scratch[at.STRENGTH * LANES + lane] = max(scratch[at.STRENGTH * LANES + lane], tau)
+
+    return return_block
+
+
+def _spending(law: ModuleType) -> Any:  # noqa: ANN401
+    strengths = law.strengths
+
+    @block_kernel
+    def is_spent(parameters: np.ndarray, cell: int, scale: float, state: SolidState) -> bool:
         """Whether the metal of a cell has lost its shear strength at every point; `scale` that of softening."""
         for point in range(state.shear_strain.shape[1]):
             tau, _ = strengths(parameters, state.shear_strain[cell, point], state.volume_strain[cell, point], scale)
@@ -265,45 +211,81 @@ def make_solid(law: ModuleType, stored_rows: int, *, rings: bool = False) -> Sim
         tau, _ = strengths(parameters, 0.0, 0.0, scale)
         return tau > 0.0
 
-    @block_kernel
-    def erode(
-        block: int,
-        min_volume: int,
-        parameters: np.ndarray,
-        grid: Grid,
-        state: SolidState,
-        eroded: np.ndarray,
-        scratch: np.ndarray,
-    ) -> int:
-        """Mark cells without strength of which hardly any volume is left; how many of the block are eroded.
+    return is_spent
 
-        A cell is judged before its state advances, so that a shape out of which no finite number can come reaches no
-        state. `min_volume` is a row of the scratch.
-        """
-        slot, count = block * LANES, 0
-        for lane in range(LANES):
-            if eroded[slot + lane] == WHOLE:
-                volume = scratch[min_volume * LANES + lane] * parameters[_DENSITY]
-                if not volume > NOTHING_LEFT * scratch[at.MASS * LANES + lane]:
-                    cell = np.uint64(grid.cells[block, lane])
-                    if is_spent(cell, parameters, scratch[at.SOLID_SOFTENING * LANES + lane], state):
-                        eroded[slot + lane] = NOW
-            count += 0 if eroded[slot + lane] == WHOLE else 1
-        return count
 
-    return SimpleNamespace(
-        PARAMETERS=at.SOLID_PARAMETERS,
-        HAS_SPRINGS=True,
-        load=load,
-        load_point=_load_point,
-        make_update=make_update,
-        return_plastic=return_plastic,
-        store_point=_store_point,
-        store=store,
-        prefetch_state=prefetch_state,
-        elasticity=_elasticity,
-        sound_speeds=sound_speeds,
-        total_stress=_total_stress,
-        erode=erode,
-        clear_state=_clear_state,
-    )
+return_stress = chosen([_returning(law) for law in laws("solids")], _LAW)
+_is_spent = chosen([_spending(law) for law in laws("solids")], _LAW)
+
+
+@block_kernel
+def sound_speeds(parameters: np.ndarray, scratch: np.ndarray) -> float:
+    """Set sound speeds, and those that the step must allow for; modulus of a plane wave (Pa).
+
+    Without shear strength only the bulk modulus answers, and the step may be longer by a quarter.
+    """
+    widest_vectors()
+    shear, lame = moduli(parameters)
+    stiff = lame + 2.0 * shear
+    weak = np.sqrt((lame + 2.0 / 3.0 * shear) / stiff)
+    for lane in range(LANES):
+        density = scratch[at.MASS * LANES + lane] / scratch[at.VOLUME * LANES + lane]
+        scratch[at.DENSITY * LANES + lane] = density
+        sound = np.sqrt(stiff / density)
+        scratch[at.SOUND * LANES + lane] = sound
+        scratch[at.FASTEST * LANES + lane] = sound if scratch[at.STRENGTH * LANES + lane] > 0.0 else weak * sound
+    return stiff
+
+
+@inlined_kernel
+def store(block: int, grid: Grid, state: SolidState, scratch: np.ndarray) -> float:
+    """Write the stored hourglass forces back; plastic work (J) of the lanes that hold a cell."""
+    widest_vectors()
+    for k in range(state.hourglass.shape[1]):
+        state.hourglass[block, k] = scratch[at.HOURGLASS_STORED * LANES + k]
+    filled, rounding = grid.filled[block], grid.rounding
+    for lane in range(LANES):
+        work = scratch[at.DISSIPATION * LANES + lane] * scratch[at.VOLUME * LANES + lane]
+        scratch[at.PLASTIC * LANES + lane] = quantise(work, rounding) if lane < filled else 0.0
+    return row_sum(scratch, at.PLASTIC)
+
+
+@inlined_kernel
+def erode(block: int, parameters: np.ndarray, grid: Grid, state: SolidState, scratch: np.ndarray) -> int:
+    """Mark cells without strength of which hardly any volume is left; how many of the block are eroded.
+
+    A cell is judged before its state advances, so that a shape out of which no finite number can come reaches no state.
+    """
+    slot, count = block * LANES, 0
+    for lane in range(LANES):
+        if state.eroded[slot + lane] == WHOLE:
+            mass = scratch[at.MIN_VOLUME * LANES + lane] * parameters[_DENSITY]
+            if not mass > NOTHING_LEFT * scratch[at.MASS * LANES + lane]:
+                cell = np.uint64(grid.cells[block, lane])
+                if _is_spent(parameters, cell, scratch[at.SOFTENING * LANES + lane], state):
+                    state.eroded[slot + lane] = NOW
+        count += 0 if state.eroded[slot + lane] == WHOLE else 1
+    return count
+
+
+@inlined_kernel
+def clear_state(block: int, parameters: np.ndarray, grid: Grid, state: SolidState, scratch: np.ndarray) -> None:
+    """Take stress and resistance from eroded cells; what they hold elastically goes to the plastic work."""
+    for lane in range(LANES):
+        slot = block * LANES + lane
+        if state.eroded[slot] == WHOLE:
+            continue
+        cell, points = np.uint64(grid.cells[block, lane]), state.stress.shape[1]
+        scratch[at.DISSIPATION * LANES + lane] = 0.0
+        for point in range(points):
+            s = state.stress[cell, point]
+            if state.eroded[slot] == NOW:
+                stress = (s[0], s[1], s[2], s[3], s[4], s[5])
+                scratch[at.DISSIPATION * LANES + lane] += elastic_energy(stress, parameters) / points
+            if lane < grid.filled[block]:
+                s[:] = 0.0
+        state.eroded[slot] = BEFORE
+        scratch[at.SPRING * LANES + lane] = 0.0
+        for k in range(12):
+            scratch[(at.HOURGLASS_STORED + k) * LANES + lane] = 0.0
+        clear_lane(scratch, lane)

@@ -6,41 +6,53 @@ order. The sums are therefore bitwise the same for any number of threads.
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING, NamedTuple
+
 import numba
 import numpy as np
 
-from burst_fenicsx.kernels.axisymmetric import quadrilateral
-from burst_fenicsx.kernels.axisymmetric.quadrilateral import AxisymmetricState
-from burst_fenicsx.kernels.axisymmetric.slide_line import LineContact, act_on_line
-from burst_fenicsx.kernels.cells import charge as charge_cells
-from burst_fenicsx.kernels.cells import eight_points, one_point
-from burst_fenicsx.kernels.cells.block import make_block, make_solid_block
-from burst_fenicsx.kernels.cells.layout import SCRATCH_ROWS
-from burst_fenicsx.kernels.lanes import LANES, kernel, widest_vectors
-from burst_fenicsx.kernels.state import ChargeState, Grid, HeldNodes, Motion, Nodes, Schedule, SolidState, Totals
-from burst_fenicsx.kernels.threads import on_threads
+from burst_fenicsx.kernels.axisymmetric.slide_line import act_on_line
+from burst_fenicsx.kernels.cells.block import advance_charges, advance_solids
+from burst_fenicsx.kernels.cells.layout import ENERGY, SCRATCH_ROWS
+from burst_fenicsx.kernels.lanes import LANES, kernel
+from burst_fenicsx.kernels.threads import address_of, call_at, on_threads
 from burst_fenicsx.kernels.vectors.rows import hold_rows
-from burst_fenicsx.problem import Part
 
-__all__ = [
-    "FULL_QUADRATURE",
-    "ONE_POINT",
-    "RINGS",
-    "advance_halves",
-    "make_scratch",
-]
+if TYPE_CHECKING:
+    from burst_fenicsx.kernels.axisymmetric.slide_line import LineContact
+    from burst_fenicsx.kernels.state import Cells, HeldNodes, Motion, Nodes
 
 ONE_POINT, RINGS, FULL_QUADRATURE = (1,), (1, 1), (2, 2, 2)
 """Elements, distinguished by the length of these, known while compiling: hexahedra, rings, hexahedra in full."""
 
 _LINE = 8  # doubles of a cache line, and of the widest vectors
-_PARTS = len(Part)  # rows of material parameters that each round has
 
-_advance_solid = make_solid_block(one_point)
-_advance_solid_full = make_solid_block(eight_points)
-_advance_charge = make_block(one_point, charge_cells)
-_advance_solid_rings = make_solid_block(quadrilateral)
-_advance_charge_rings = make_block(quadrilateral, charge_cells)
+
+class Interval(NamedTuple):
+    """Which part of a macro step is made: the halves `first` to `last` of its substeps."""
+
+    first: int
+    last: int
+    begin: float  # s, time at the beginning of the macro step
+    duration: float  # s, that passes in it
+    step: float  # s, by which nodes and cells advance in it
+    velocity_step: float  # s, interval of the velocity update in its first half
+
+
+class CellKernels(NamedTuple):
+    """Machine code of `advance_solids` and `advance_charges` for an element, at addresses (see `kernels.threads`)."""
+
+    solids: np.uint64
+    charges: np.uint64
+
+
+def cell_kernels(element: tuple[int, ...], cells: Cells) -> CellKernels:
+    """Compile the kernels of an element for arrays of the types of `cells`, or find them in the cache."""
+    work = cells.scratch[0]
+    return CellKernels(
+        address_of(advance_solids, (element, 0, 0, 0.0, cells, work)),
+        address_of(advance_charges, (element, 0, 0, 0.0, 0.0, cells, work, cells.totals.released[0])),
+    )
 
 
 def make_scratch(threads: int) -> np.ndarray:
@@ -48,7 +60,7 @@ def make_scratch(threads: int) -> np.ndarray:
 
     Vectors that straddle two lines would cost a tenth of the forces.
     """
-    doubles = (SCRATCH_ROWS + 4) * LANES
+    doubles = SCRATCH_ROWS * LANES
     room = np.zeros(threads * doubles + _LINE)
     first = -(room.ctypes.data // room.itemsize) % _LINE
     return room[first : first + threads * doubles].reshape(threads, doubles)
@@ -56,62 +68,46 @@ def make_scratch(threads: int) -> np.ndarray:
 
 @kernel
 def advance_halves(
-    threads: int,
-    first: int,
-    last: int,
-    begin: float,
-    duration: float,
-    step: float,
-    velocity_step: float,
+    interval: Interval,
     element: tuple[int, ...],
-    nodes: Nodes,
+    kernels: CellKernels,
+    threads: int,
+    cells: Cells,
     motion: Motion,
     held: HeldNodes,
-    grid: Grid,
-    schedule: Schedule,
-    solid: SolidState,
-    charge: ChargeState,
-    rings: AxisymmetricState | None,
     contact: LineContact | None,
-    totals: Totals,
-    scratch: np.ndarray,
 ) -> None:
-    """Advance by the halves `first` to `last` of the substeps of a macro step `step` (s).
+    """Advance by halves of the substeps of a macro step, on so many `threads`.
 
     In the half 2 k the nodes move from the substep k to the next one (Eq. 3), and their used forces are cleared. In
     the half 2 k + 1 the cells that end a step there follow and add forces (N) to their nodes (Eq. 1). A cell of level l
-    advances by `step` / 2^l, and its forces count for that fraction of it, and so do those of a meridian's `contact`
+    advances by the step / 2^l, and its forces count for that fraction of it, and so do those of a meridian's `contact`
     (Eqs. 12-15) at the ends of its own steps. Held nodes lose their forces where more halves follow.
-
-    The work is shared by so many `threads`. The macro step begins at the time `begin` (s) and lasts `duration` (s);
-    `velocity_step` is the interval of the velocity update in its first half (s). `element` is one of those above; the
-    kernels of the others are not compiled. The stresses, pressures and histories in `solid` and `charge` are advanced
-    in place. `totals` receives the sums and limits of every chunk.
     """
-    highest = motion.moving.size - 1
-    for half in range(first, last):
+    highest, nodes, step = motion.moving.size - 1, cells.nodes, interval.step
+    for half in range(interval.first, interval.last):
         substep = half // 2
         if half == 2 * substep:
-            if half > first:
+            if half > interval.first:
                 hold_rows(nodes.force, held.direction, held.first, held.node)
             moving = motion.moving[_min_level(substep, highest)]
-            interval = step if substep > 0 else velocity_step
-            if len(element) == 2:  # rings are advanced by one thread; known while compiling
-                _move_nodes(0, moving, motion, interval, step, substep, nodes)
+            velocity_step = step if substep > 0 else interval.velocity_step
+            if threads > 1:
+                on_threads(moving, _move_nodes, (motion, velocity_step, step, substep, nodes))
             else:
-                on_threads(moving, _move_nodes, (motion, interval, step, substep, nodes))
+                _move_nodes(0, moving, motion, velocity_step, step, substep, nodes)
             continue
-        min_level, time = _min_level(substep + 1, highest), begin + duration * ((substep + 1) / (1 << highest))
+        min_level = _min_level(substep + 1, highest)
+        time = interval.begin + interval.duration * ((substep + 1) / (1 << highest))
+        schedule = cells.schedule
         for colour in range(schedule.colour_offset.size - 1):
             chunks = schedule.chunk[schedule.colour_offset[colour] : schedule.colour_offset[colour + 1]]
-            cells = element, nodes, grid, schedule, solid, charge, rings, totals
-            if len(element) == 2:
-                for chunk in chunks:
-                    _run_chunk(chunk, step, time, min_level, *cells, scratch[0])
+            if threads > 1:
+                on_threads(threads, _run_pieces, (threads, chunks, step, time, min_level, element, kernels, cells))
             else:
-                on_threads(threads, _run_pieces, (threads, chunks, step, time, min_level, *cells, scratch))
+                _run_pieces(0, 1, 1, chunks, step, time, min_level, element, kernels, cells)
         if contact is not None and min_level <= contact.level:
-            act_on_line(time, contact, nodes, grid, solid, charge)
+            act_on_line(time, contact, nodes, cells.grid, cells.solid, cells.charge)
 
 
 @kernel
@@ -137,21 +133,29 @@ def _run_pieces(
     time: float,
     min_level: int,
     element: tuple[int, ...],
-    nodes: Nodes,
-    grid: Grid,
-    schedule: Schedule,
-    solid: SolidState,
-    charge: ChargeState,
-    rings: AxisymmetricState | None,
-    totals: Totals,
-    scratch: np.ndarray,
+    kernels: CellKernels,
+    cells: Cells,
 ) -> None:
     """Run the pieces of a colour's `chunks` from `start` to `stop`, of so many `threads`."""
-    work = scratch[numba.get_thread_id()]
+    schedule, totals = cells.schedule, cells.totals
+    work = cells.scratch[numba.get_thread_id()]
+    energy = work[ENERGY * LANES : ENERGY * LANES + 8]
     first = _piece_begins(start, threads, chunks, schedule.active, min_level)
     last = _piece_begins(stop, threads, chunks, schedule.active, min_level)
     for k in range(first, last):
-        _run_chunk(chunks[k], step, time, min_level, element, nodes, grid, schedule, solid, charge, rings, totals, work)
+        chunk = chunks[k]
+        energy[:5] = 0.0
+        energy[5] = energy[6] = np.inf
+        energy[7] = -1.0
+        solids, charges = schedule.first_solid[chunk], schedule.first_charge[chunk]
+        end = solids + schedule.active[chunk, min_level, 0]
+        call_at(kernels.solids, (element, np.int64(solids), np.int64(end), step, cells, work))
+        end = charges + schedule.active[chunk, min_level, 1]
+        released = totals.released[chunk]
+        call_at(kernels.charges, (element, np.int64(charges), np.int64(end), step, time, cells, work, released))
+        totals.energy[chunk] += energy[:5]
+        totals.stable_step[chunk], totals.smallest_volume[chunk] = energy[5], energy[6]
+        totals.smallest[chunk] = int(energy[7])
 
 
 @kernel
@@ -170,68 +174,6 @@ def _piece_begins(thread: int, threads: int, chunks: np.ndarray, active: np.ndar
             return k
         before += own
     return chunks.size
-
-
-@kernel
-def _run_chunk(
-    chunk: int,
-    step: float,
-    time: float,
-    min_level: int,
-    element: tuple[int, ...],
-    nodes: Nodes,
-    grid: Grid,
-    schedule: Schedule,
-    solid: SolidState,
-    charge: ChargeState,
-    rings: AxisymmetricState | None,
-    totals: Totals,
-    work: np.ndarray,
-) -> None:
-    """Run the blocks of one chunk that take part, solid ones first."""
-    widest_vectors()  # also for the stack, which is this kernel's where others are compiled into it
-    energy = work[SCRATCH_ROWS * LANES : SCRATCH_ROWS * LANES + 5]
-    limits = work[SCRATCH_ROWS * LANES + 5 : SCRATCH_ROWS * LANES + 8]
-    energy[:] = 0.0
-    limits[0] = limits[1] = np.inf
-    limits[2] = -1.0
-    first = schedule.first_solid[chunk]
-    for block in range(first, first + schedule.active[chunk, min_level, 0]):
-        level = grid.level[block]
-        fraction = 1.0 / (1 << level)
-        if len(element) == 1:  # known while compiling: the other branches are left out
-            _advance_solid(
-                block, fraction * step, time, fraction, nodes, grid, solid, None, solid.eroded, work, energy, limits
-            )
-        elif len(element) == 2:
-            _advance_solid_rings(
-                block, fraction * step, time, fraction, nodes, grid, solid, rings, solid.eroded, work, energy, limits
-            )
-        else:
-            _advance_solid_full(
-                block, fraction * step, time, fraction, nodes, grid, solid, None, solid.eroded, work, energy, limits
-            )
-    first = schedule.first_charge[chunk]
-    for block in range(first, first + schedule.active[chunk, min_level, 1]):
-        level = grid.level[block]
-        fraction = 1.0 / (1 << level)
-        work_before, heat_before = energy[3], energy[4]
-        if len(element) == 2:
-            _advance_charge_rings(
-                block, fraction * step, time, fraction, nodes, grid, charge, rings, solid.eroded, work, energy, limits
-            )
-        else:
-            _advance_charge(
-                block, fraction * step, time, fraction, nodes, grid, charge, None, solid.eroded, work, energy, limits
-            )
-        owner = grid.material[block] // _PARTS
-        totals.released[chunk, owner, 0] += energy[3] - work_before
-        totals.released[chunk, owner, 1] += energy[4] - heat_before
-    for i in range(5):
-        totals.energy[chunk, i] += energy[i]
-    totals.stable_step[chunk] = limits[0]
-    totals.smallest_volume[chunk] = limits[1]
-    totals.smallest[chunk] = int(limits[2])
 
 
 @kernel

@@ -15,8 +15,6 @@ import numpy as np
 
 from burst_fenicsx.kernels.lanes import LANES, kernel, lane_function
 
-__all__ = ["quantise", "quantum", "rounding_constant", "row_sum"]
-
 
 def rounding_constant(largest: float) -> float:
     """Constant with which `quantise` rounds terms of up to `largest`; sums of up to 4 `largest` are exact then.

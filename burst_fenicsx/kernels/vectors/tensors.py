@@ -18,29 +18,6 @@ if TYPE_CHECKING:
 
     import numpy as np
 
-__all__ = [
-    "Matrix",
-    "Symmetric",
-    "Vector",
-    "add_cross",
-    "add_outer",
-    "add_scaled",
-    "add_vector",
-    "apply",
-    "cross",
-    "dot",
-    "fma",
-    "load_matrix",
-    "load_symmetric",
-    "load_vector",
-    "outer",
-    "scaled",
-    "store_matrix",
-    "store_symmetric",
-    "store_vector",
-    "subtract_from_product",
-    "symmetric_square",
-]
 
 Vector: TypeAlias = tuple[float, float, float]
 Matrix: TypeAlias = tuple[Vector, Vector, Vector]

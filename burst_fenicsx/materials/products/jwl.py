@@ -19,7 +19,6 @@ if TYPE_CHECKING:
 
     from burst_fenicsx.problem import Explosive, JonesWilkinsLee
 
-__all__ = ["NAMES", "PARAMETERS", "JwlProducts", "make", "press"]
 
 NAMES = ("jwl",)
 PARAMETERS = ("A", "B", "R1", "R2", "omega")
@@ -130,15 +129,15 @@ def press(parameters: np.ndarray, scratch: np.ndarray) -> None:
     for lane in range(LANES):
         per_volume = parameters[0] / scratch[at.MASS * LANES + lane]
         v = scratch[at.VOLUME * LANES + lane] * per_volume
-        xi = scratch[at.CHARGE_BURN * LANES + lane]
+        xi = scratch[at.BURN * LANES + lane]
         change = v - scratch[at.OLD_VOLUME * LANES + lane] * per_volume
         e1, e2 = a * np.exp(-r1 * v), b * np.exp(-r2 * v)
         cold = (1.0 - omega / (r1 * v)) * e1 + (1.0 - omega / (r2 * v)) * e2
-        others = scratch[at.CHARGE_OLD_PRESSURE * LANES + lane] + (1.0 - xi) * unreacted(v, parameters)[0]
-        rest = scratch[at.CHARGE_ENERGY * LANES + lane] - 0.5 * others * change
+        others = scratch[at.OLD_GAS_PRESSURE * LANES + lane] + (1.0 - xi) * unreacted(v, parameters)[0]
+        rest = scratch[at.GAS_ENERGY * LANES + lane] - 0.5 * others * change
         p = max((cold + omega * rest / v) / (1.0 + 0.5 * xi * omega * change / v), 0.0)
         e = rest - 0.5 * xi * p * change
-        scratch[at.CHARGE_ENERGY * LANES + lane] = e
+        scratch[at.GAS_ENERGY * LANES + lane] = e
         slope = e1 * (r1 * v - omega - omega / (r1 * v)) + e2 * (r2 * v - omega - omega / (r2 * v))
         # On the isentrope.
         mix(v, p, max(slope + omega * (e / v + p), p), parameters, scratch, lane)

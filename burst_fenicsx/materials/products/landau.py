@@ -20,7 +20,6 @@ if TYPE_CHECKING:
 
     from burst_fenicsx.problem import Explosive
 
-__all__ = ["NAMES", "PARAMETERS", "LandauProducts", "inverse_cube_root", "make", "press"]
 
 NAMES = ("landau", "landau_cj")
 PARAMETERS = ("P0", "Pk", "Vk")

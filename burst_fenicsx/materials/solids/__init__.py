@@ -5,7 +5,6 @@ PARAMETERS : the law's columns of the table of solids, from `SOLID_OWN` on.
 constants : those columns of a material.
 strengths : shear and tensile strength (Pa) of a lane after plastic strains; numbers of one lane, compiled.
 is_elastic, return_stress : whether a stress keeps within them; a trial stress returned to them, likewise.
-return_ring_stress : the same of rings, where that is simpler: their stress has no parts xy and yz. It may be left out.
 without_strength : which cells have lost their shear strength, arrays.
 """
 

@@ -18,20 +18,6 @@ from burst_fenicsx.kernels.lanes import lane_function
 from burst_fenicsx.kernels.vectors.tensors import Symmetric, Vector, dot, fma, symmetric_square
 from burst_fenicsx.problem import CasingMaterial
 
-__all__ = [
-    "MATERIAL",
-    "PARAMETERS",
-    "constants",
-    "is_elastic",
-    "principal_stresses",
-    "return_principal",
-    "return_ring_stress",
-    "return_stress",
-    "softened_strength",
-    "strengths",
-    "without_strength",
-]
-
 MATERIAL = CasingMaterial
 PARAMETERS = ("tau", "sigma", "inverse_shear_limit", "inverse_volume_limit")
 
@@ -54,29 +40,25 @@ def constants(material: CasingMaterial) -> tuple[float, ...]:
 def without_strength(
     parameters: np.ndarray, shear_strain: np.ndarray, volume_strain: np.ndarray, scale: np.ndarray
 ) -> np.ndarray:
-    """Whether each cell (cells,) has lost its shear strength at every point.
+    """Whether each cell (cells,) has lost its strength at every point.
 
     `parameters` (cells, columns); strains (cells, points); `scale` (cells,) inverse factor on the limit strains.
     """
-    del volume_strain
-    least: np.ndarray = shear_strain.min(axis=1)
-    return least * parameters[:, _SHEAR_LIMIT] * scale >= 1.0
-
-
-@lane_function
-def softened_strength(initial: float, strain: float, inverse_limit: float) -> float:
-    """Strength after the plastic strain `strain` (Eq. 9); zero and no less once the limit strain is reached.
-
-    `inverse_limit` is 1/gamma_lim or 1/eps_lim; zero switches softening off.
-    """
-    return initial * max(0.0, 1.0 - strain * inverse_limit)
+    of_shear, of_volume = parameters[:, _SHEAR_LIMIT, None], parameters[:, _VOLUME_LIMIT, None]
+    used = np.maximum(shear_strain * of_shear, volume_strain * of_volume).min(axis=1) * scale
+    spent: np.ndarray = used >= 1.0
+    return spent
 
 
 @lane_function
 def strengths(parameters: np.ndarray, shear_strain: float, volume_strain: float, scale: float) -> tuple[float, float]:
-    """Shear and tensile strength (Pa) after plastic strains; `scale` is the inverse factor on the limit strains."""
-    tau = softened_strength(parameters[_TAU], shear_strain, parameters[_SHEAR_LIMIT] * scale)
-    return tau, softened_strength(parameters[_SIGMA], volume_strain, parameters[_VOLUME_LIMIT] * scale)
+    """Shear and tensile strength (Pa) after plastic strains (Eq. 9), both by the strain that is nearer its limit.
+
+    `scale` is the inverse factor on the limit strains. At a limit both are gone: metal torn in shear bears no tension.
+    """
+    used = scale * max(shear_strain * parameters[_SHEAR_LIMIT], volume_strain * parameters[_VOLUME_LIMIT])
+    left = max(0.0, 1.0 - used)
+    return parameters[_TAU] * left, parameters[_SIGMA] * left
 
 
 @lane_function
@@ -272,26 +254,4 @@ def return_stress(
         fma(alone, dyad[4], fma(half, difference[4], yz)),
         fma(alone, dyad[5], fma(half, difference[5], zx)),
     )
-    return returned, shear_strain, volume_strain, work
-
-
-@lane_function
-def return_ring_stress(
-    stress: Symmetric, tau: float, sigma: float, modulus: float, poisson: float
-) -> tuple[Symmetric, float, float, float]:
-    """The same as `return_stress` for a ring, whose hoop stress yy is a principal one: those in the plane by Mohr."""
-    xx, hoop, zz, _, _, zx = stress
-    centre, half = 0.5 * (xx + zz), 0.5 * (xx - zz)
-    radius = np.sqrt(fma(half, half, zx * zx))
-    upper, lower = centre + radius, centre - radius
-    over = 1.0 / (radius + _TINY)
-    s1, s2, s3 = max(upper, hoop), max(min(upper, hoop), lower), min(lower, hoop)
-    r1, r2, r3 = return_principal(s1, s2, s3, tau, sigma, poisson)
-    e1, e2, e3 = r1 - s1, r2 - s2, r3 - s3
-    shear_strain, volume_strain, work = _plastic_flow((e1, e2, e3), (r1, r2, r3), modulus, poisson)
-    first, last = hoop >= upper, hoop < lower
-    alone = e1 if first else (e3 if last else e2)
-    above, below = (e2 if first else e1), (e2 if last else e3)
-    middle, apart = 0.5 * (above + below), 0.5 * (above - below) * over
-    returned = fma(apart, half, xx + middle), hoop + alone, fma(-apart, half, zz + middle), 0.0, 0.0, fma(apart, zx, zx)
     return returned, shear_strain, volume_strain, work

@@ -12,7 +12,7 @@ import math
 import shutil
 import time
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -36,7 +36,6 @@ from fragfield.report import write_report
 from fragfield.report.uncertainty_page import write_uncertainty_page
 from fragfield.results.hazard import Hazard, Recommended
 from fragfield.results.part import to_json
-from fragfield.results.rules import Official, Rule
 from fragfield.results.words import metres, parts_words
 from fragfield.studies.study import DONE, FAILED, KEPT, WAITING, Row, Study, digest_of, maker
 from fragfield.studies.tasks import Task
@@ -51,6 +50,9 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
     from rich.console import Console
+
+    from fragfield.results.rules import DistanceToApply
+    from fragfield.results.summary import Summary
 
 
 _RESULT = "uncertainty.json"
@@ -200,15 +202,16 @@ class Uncertainty(Study):
 
     def _renew(self) -> None:
         """The recommended distance with the study, in the nominal run's summary.json and map files."""
-        nominal, summary = self.nominal, self.nominal.summary()
-        hazard = recommended_of(summary["hazard"], summary.get("convergence"), self.found)
-        nominal.write_summary({**summary, "hazard": to_json(hazard), "distance_to_apply": _to_apply(hazard, summary)})
+        nominal, summary = self.nominal, self.nominal.results()
+        assert summary.hazard is not None  # it was flown
+        hazard = recommended_of(summary.hazard, summary.convergence, self.found)
+        nominal.write_results(replace(summary, hazard=hazard, distance_to_apply=_to_apply(hazard, summary)))
         if nominal.file("contours.geojson").is_file():
             from flight.files.ensemble import read_ensemble
             from fragfield.files.provenance import provenance_of
 
             case, ensemble = nominal.stored_case(), read_ensemble(nominal.file("ensemble.h5"))[0]
-            exposed = summary.get("exposed") or ()
+            exposed = summary.exposed or ()
             write_contours(case, ensemble, nominal, provenance_of(case), exposed, hazard.recommended)
 
     def text(self) -> str:
@@ -220,7 +223,7 @@ class Uncertainty(Study):
         cost = {
             "samples_made_now": self._made, "wall_seconds": self._seconds, "workers": self.jobs or cores(),
         }  # fmt: skip
-        assessed = assess(self._plan, self.sample_rows, self.nominal.summary())
+        assessed = assess(self._plan, self.sample_rows, self.nominal.results())
         return {"directory": str(self.path), **assessed, "nominal_run": str(self.nominal.path), "cost": cost}
 
     def csv_rows(self) -> Iterator[list[object]]:
@@ -363,13 +366,11 @@ def _site(entry: Mapping[str, Any]) -> dict[str, Any]:
     return found
 
 
-def _to_apply(hazard: Hazard, summary: Mapping[str, Any]) -> dict[str, Any]:
-    rules = [Rule.read(entry) for entry in (summary.get("rules") or {}).get("rules") or ()]
-    official = summary.get("official")
-    return to_json(distance_to_apply(hazard, official and Official.read(official), rules))
+def _to_apply(hazard: Hazard, summary: Summary) -> DistanceToApply:
+    return distance_to_apply(hazard, summary.official, () if summary.rules is None else summary.rules.rules)
 
 
-def assess(plan: Plan, rows: Sequence[Row], summary: Mapping[str, Any]) -> dict[str, Any]:
+def assess(plan: Plan, rows: Sequence[Row], summary: Summary) -> dict[str, Any]:
     """What the samples say, with the nominal run's summary; see `Uncertainty.found`."""
     values = [row.results for row in rows]
     distance = _column(values, "distance")
@@ -394,9 +395,10 @@ def assess(plan: Plan, rows: Sequence[Row], summary: Mapping[str, Any]) -> dict[
         found["states"]["reason"] = f"{known} samples gave a distance; at least {_FEWEST} are needed"
         return found
     found["distance"] = _quantity(plan, distance, _column(values, "standard_error"))
-    hazard = recommended_of(summary["hazard"], summary.get("convergence"), found)
+    assert summary.hazard is not None  # it was flown
+    hazard = recommended_of(summary.hazard, summary.convergence, found)
     found["hazard"] = to_json({name: getattr(hazard, name) for name in _RECOMMENDED})
-    found["distance_to_apply"] = _to_apply(hazard, summary)
+    found["distance_to_apply"] = to_json(_to_apply(hazard, summary))
     found["exposed"] = [
         {"name": site["name"]} | {name: _of_site(plan, values, number, name, site[name]) for name in _SITE}
         for number, site in enumerate(nominal["exposed"])

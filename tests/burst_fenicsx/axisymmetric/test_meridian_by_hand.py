@@ -13,8 +13,15 @@ pytest.importorskip("dolfinx")
 
 from burst_fenicsx.axisymmetric.applicability import CLEARANCE, clearance, why_not_axisymmetric
 from burst_fenicsx.axisymmetric.meridian import MERIDIAN, RING
-from burst_fenicsx.axisymmetric.mesh import edge_neighbours, mesh_meridian, outer_edges
-from burst_fenicsx.axisymmetric.rings import areas, folded, longest_edges, ring_volumes
+from burst_fenicsx.axisymmetric.mesh import (
+    areas,
+    edge_neighbours,
+    folded,
+    longest_edges,
+    mesh_meridian,
+    outer_edges,
+    ring_volumes,
+)
 from burst_fenicsx.axisymmetric.slide_line import smooth_line
 from burst_fenicsx.errors import InputError, NumericalStop
 from burst_fenicsx.geometry import load_profile

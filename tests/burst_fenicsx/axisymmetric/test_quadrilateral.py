@@ -13,7 +13,7 @@ import dolfinx.fem
 import ufl
 
 from burst_fenicsx import compat
-from burst_fenicsx.axisymmetric.rings import folded, nodal_volumes, ring_volumes
+from burst_fenicsx.axisymmetric.mesh import folded, nodal_volumes, ring_volumes
 from burst_fenicsx.kernels.axisymmetric.quadrilateral import ring_integrals
 from burst_fenicsx.kernels.lanes import LANES
 from burst_fenicsx.problem import Part

@@ -56,11 +56,11 @@ def press(parameters, scratch):
     for lane in range(LANES):
         per_volume = parameters[0] / scratch[at.MASS * LANES + lane]
         v = scratch[at.VOLUME * LANES + lane] * per_volume
-        change = v - scratch[at.CHARGE_OLD_VOLUME * LANES + lane] * per_volume
-        xi = scratch[at.CHARGE_BURN * LANES + lane]
-        others = scratch[at.CHARGE_OLD_PRESSURE * LANES + lane] + (1.0 - xi) * unreacted(v, parameters)[0]
-        rest = scratch[at.CHARGE_ENERGY * LANES + lane] - 0.5 * others * change
+        change = v - scratch[at.OLD_VOLUME * LANES + lane] * per_volume
+        xi = scratch[at.BURN * LANES + lane]
+        others = scratch[at.OLD_GAS_PRESSURE * LANES + lane] + (1.0 - xi) * unreacted(v, parameters)[0]
+        rest = scratch[at.GAS_ENERGY * LANES + lane] - 0.5 * others * change
         # dE = -P dV with the mean of P over the step, which is linear in E.
         p = w * rest / v / (1.0 + 0.5 * xi * w * change / v)
-        scratch[at.CHARGE_ENERGY * LANES + lane] = rest - 0.5 * xi * p * change
+        scratch[at.GAS_ENERGY * LANES + lane] = rest - 0.5 * xi * p * change
         mix(v, p, (1.0 + w) * p, parameters, scratch, lane)
