@@ -36,19 +36,12 @@ class NotDeterminedError(RuntimeError):
     """The distance that was asked for is not determined; the message says why."""
 
 
-def _loaded(name: str, modules: Iterable[str]) -> tuple[type[BaseException], ...]:
-    found = (getattr(sys.modules.get(module), name, None) for module in modules)
-    return tuple(error for error in found if isinstance(error, type) and issubclass(error, BaseException))
-
-
 def exit_code_of(error: BaseException) -> int:
     """Exit code of the command line for an error: 2 input, 3 numerical stop, 130 interrupted, 4 anything else."""
     if isinstance(error, KeyboardInterrupt):
         return EXIT_INTERRUPTED
     if isinstance(error, errors.InputError):
         return EXIT_INPUT
-    if isinstance(error, _loaded("PictureUnavailableError", ("fragfield.view.offscreen",))):
-        return EXIT_INPUT  # the machine lacks a library; the message says which
     if isinstance(error, (errors.NumericalStop, NotDeterminedError)):
         return EXIT_NUMERICAL
     if isinstance(error, (MemoryError, OSError)):

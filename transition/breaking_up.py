@@ -195,6 +195,11 @@ class BreakUp:
         """Expected number of fragments by Mott's law."""
         return float(sum(law.n0 for law in self.laws)) * (len(self._images) + 1)
 
+    @property
+    def axisymmetric(self) -> bool:
+        """Whether the casing is of rings."""
+        return isinstance(self._casing, RingCasing)
+
     def _check_number(self) -> None:
         """Refuse a law that would make dust of the casings: it would fill the memory before it says so."""
         expected = self.number

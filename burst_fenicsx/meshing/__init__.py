@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from burst_fenicsx.meshing.gmsh_import import read_gmsh
-from burst_fenicsx.meshing.mesh import HexahedralMesh, cell_centres, cell_volumes, merge, part_volumes
+from burst_fenicsx.meshing.mesh import HexahedralMesh, cell_centres, cell_volumes, edge_lengths, merge, part_volumes
 from burst_fenicsx.meshing.ogrid import mesh_profile, mesh_round
-from burst_fenicsx.meshing.quality import MeshQuality, edge_lengths, quality, scaled_jacobians
+from burst_fenicsx.meshing.quality import MeshQuality, quality, scaled_jacobians
 
 __all__ = [
     "HexahedralMesh",

@@ -76,8 +76,6 @@ class CellMesh(ABC):
     @property
     def shortest_edge(self) -> float:
         """Shortest edge (m)."""
-        from burst_fenicsx.meshing.quality import edge_lengths  # which imports this module
-
         return float(edge_lengths(self)[0].min())
 
     @property
@@ -225,3 +223,13 @@ def across_edges(corners: np.ndarray) -> np.ndarray:
     found = np.full(corners.size, -1, dtype=np.int32)
     found[one], found[other] = other // 4, one // 4
     return found.reshape(corners.shape)
+
+
+def edge_lengths(mesh: CellMesh) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Each cell's shortest and longest edge (m), shapes (m,)."""
+    corners = mesh.nodes[mesh.cells]
+    ends = [(n, (n + 1) % 4) for n in range(4)]
+    if corners.shape[1] == 8:
+        ends = [(n, n | bit) for bit in (1, 2, 4) for n in range(8) if not n & bit]
+    lengths = np.stack([np.linalg.norm(corners[:, b] - corners[:, a], axis=1) for a, b in ends])
+    return lengths.min(axis=0), lengths.max(axis=0)

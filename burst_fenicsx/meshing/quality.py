@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from burst_fenicsx.errors import InputError
-from burst_fenicsx.meshing.mesh import part_volumes
+from burst_fenicsx.meshing.mesh import edge_lengths, part_volumes
 from burst_fenicsx.problem import Part
 
 if TYPE_CHECKING:
@@ -22,7 +22,6 @@ if TYPE_CHECKING:
 
 _MIN_SCALED_JACOBIAN = 0.2
 _LARGEST_MASS_ERROR = 0.02
-_SIDES = [(0, 1), (1, 2), (2, 3), (3, 0)]  # of a quadrilateral
 
 
 @dataclass(frozen=True)
@@ -115,14 +114,6 @@ def _edge_vectors(corners: NDArray[np.float64]) -> Iterator[list[NDArray[np.floa
 def _triple_products(x: NDArray[np.float64], y: NDArray[np.float64], z: NDArray[np.float64]) -> NDArray[np.float64]:
     products: NDArray[np.float64] = np.einsum("ij,ij->i", x, np.cross(y, z))
     return products
-
-
-def edge_lengths(mesh: CellMesh) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Each cell's shortest and longest edge (m), shapes (m,)."""
-    corners = mesh.nodes[mesh.cells]
-    ends = [(n, n | bit) for bit in (1, 2, 4) for n in range(8) if not n & bit] if corners.shape[1] == 8 else _SIDES
-    lengths = np.stack([np.linalg.norm(corners[:, b] - corners[:, a], axis=1) for a, b in ends])
-    return lengths.min(axis=0), lengths.max(axis=0)
 
 
 def quality(mesh: CellMesh, profile: Profile | None = None, fraction: float = 1.0) -> MeshQuality:

@@ -15,9 +15,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import fragfield
+from fragfield.results.hazard import Hazard
 from fragfield.results.part import to_json
 from fragfield.results.rules import DistanceToApply
-from fragfield.results.words import metres, parts_words
+from fragfield.results.words import metres, parts_of, parts_words
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -66,18 +67,19 @@ def stored() -> dict[str, Any]:
 
 def shown_words(parts: Mapping[str, Any]) -> list[str]:
     """What a summary's first lines say of it."""
-    hazard = parts["hazard"]
+    hazard = Hazard.read(parts["hazard"])
     line = DistanceToApply.read(parts["distance_to_apply"]).line
-    return [line, f"recommended distance {metres(hazard['recommended'])}", f"  {parts_words(hazard)}"]
+    return [line, f"recommended distance {metres(hazard.recommended)}", f"  {parts_words(hazard)}"]
 
 
 def example() -> str:
     """The first lines and their sum as Markdown."""
     found = stored()
-    hazard = found["hazard"]
-    widths = " + ".join(rf"{hazard['parts'][name]:.1f}^2" for name in ("randomness", "grid"))
+    hazard = Hazard.read(found["hazard"])
+    base, *others = [part.value for part in parts_of(hazard) if part.value is not None]
+    widths = " + ".join(f"{width:.1f}^2" for width in others)
     lines = "\n".join(found["words"])
-    total = rf"${hazard['base']:.1f} + \sqrt{{{widths}}} = {hazard['recommended']:.1f}$ m"
+    total = rf"${base:.1f} + \sqrt{{{widths}}} = {hazard.recommended:.1f}$ m"
     return f"```text\n{lines}\n```\n\n{total}, rounded up to whole metres in print."
 
 

@@ -15,7 +15,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
+    from collections.abc import Sequence
+
+    from numpy.typing import ArrayLike, NDArray
 
     from flight.hazard.criteria import Criteria
     from flight.hazard.density.distance import ExpectedDistance
@@ -26,6 +28,12 @@ if TYPE_CHECKING:
 
 
 LOW, HIGH = 0.05, 0.95  # of single events
+
+
+def quantiles(values: ArrayLike, levels: float | Sequence[float]) -> Array:
+    """Quantiles over the first axis below which a further value lies that often (Weibull 1939); 95 %: from 19 on."""
+    at = np.asarray(levels, dtype=np.float64)
+    return np.asarray(np.quantile(np.asarray(values, dtype=np.float64), at, axis=0, method="weibull"))
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,7 +103,7 @@ class EnsembleHazard:
     @property
     def exceeded_throw(self) -> float:
         """Farthest last landing that one event in twenty exceeds (m): by the intensity, or over the realisations."""
-        return float(np.quantile(self.throw, HIGH)) if self.integral is None else self.integral.throw
+        return float(quantiles(self.throw, HIGH)) if self.integral is None else self.integral.throw
 
     @property
     def hazardous(self) -> tuple[float, float | None]:
@@ -161,12 +169,12 @@ class EnsembleHazard:
     @property
     def single_event(self) -> tuple[float, float, float]:
         """Median, 5 and 95 % of `events` (m)."""
-        low, median, high = (float(value) for value in np.quantile(self.events, [LOW, 0.5, HIGH]))
+        low, median, high = (float(value) for value in quantiles(self.events, [LOW, 0.5, HIGH]))
         return median, low, high
 
     def summary(self) -> dict[str, Any]:
         """Numbers for the part `flight` of summary.json: throws and numbers of fragments of the realisations kept."""
-        low, median, high = (float(value) for value in np.quantile(self.throw, [LOW, 0.5, HIGH]))
+        low, median, high = (float(value) for value in quantiles(self.throw, [LOW, 0.5, HIGH]))
         throw, numbers = self.by_sector["max_throw"], ("fragments", "hazardous")
         return {
             "max_range": median,
@@ -189,5 +197,5 @@ class EnsembleHazard:
 
 
 def _curve(each: NDArray[Any], pooled: NDArray[Any]) -> Curve:
-    low, median, high = np.quantile(each, [LOW, 0.5, HIGH], axis=0)
+    low, median, high = quantiles(each, [LOW, 0.5, HIGH])
     return Curve(median, low, high, np.asarray(pooled, dtype=np.float64))

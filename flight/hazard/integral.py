@@ -29,7 +29,7 @@ import numpy as np
 from flight.arguments import require_number
 from flight.drag import Drag
 from flight.hazard.density.density_counts import DensityGroups
-from flight.hazard.density.expected import DRAWS, expected_distance
+from flight.hazard.density.expected import expected_distance
 from flight.scene.air import STANDARD_GRAVITY, StandardAtmosphere
 from flight.scene.ricochet import Ricochet
 from fragfield_base.cores import cores
@@ -143,14 +143,12 @@ class Integral:
     hazardous_error: float
     method: str = "integral"
 
-    def expected(self, *, every_direction: bool = True, draws: int = DRAWS) -> ExpectedDistance:
+    def expected(self) -> ExpectedDistance:
         """The hazard distance; its standard error and bound are those of the quadrature."""
         whole, *short = (
             expected_distance(
                 DensityGroups.of(self.directions, fields if self.directions.axisymmetric else self._folded(fields)),
                 self.criteria.density,
-                draws=draws,
-                every_direction=every_direction,
             )
             for fields in self.fields
         )

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from flight.hazard.density.density_counts import DensityGroups, density_counts
-from flight.hazard.density.expected import DRAWS, Estimate, expected_distance
+from flight.hazard.density.expected import Estimate, expected_distance
 from flight.hazard.density.sectors import Tally, tally
 from flight.hazard.ensemble import EnsembleHazard
 from flight.rows import Status
@@ -199,25 +199,20 @@ class PooledFlights:
             self._events.append(added)
             self._tallies.append(counts.tally)
 
-    def expected(self, *, draws: int = DRAWS, every_direction: bool = True) -> ExpectedDistance:
-        """The distance by all legs of the flights; arguments as of `expected_distance`."""
-        return expected_distance(self.groups, self.criteria.density, draws=draws, every_direction=every_direction)
+    def expected(self) -> ExpectedDistance:
+        """The distance by all legs of the flights."""
+        return expected_distance(self.groups, self.criteria.density)
 
-    def hazard(
-        self, tolerance: float = TOLERANCE, *, every_direction: bool = True, integral: Integral | None = None
-    ) -> EnsembleHazard:
-        """The hazard over all realisations, with `every_direction` as in `expected`; InputError where there is none.
+    def hazard(self, tolerance: float = TOLERANCE, *, integral: Integral | None = None) -> EnsembleHazard:
+        """The hazard over all realisations; InputError where there is none.
 
         The distance is that of an `integral`, where one is given.
         """
-        if integral is not None:
-            found = integral.expected(every_direction=every_direction)
-        else:
-            found = self.expected(every_direction=every_direction)
+        found = self.expected() if integral is None else integral.expected()
         if self._short is not None and integral is None:
-            short = expected_distance(self._short, self.criteria.density, every_direction=every_direction)
+            short = expected_distance(self._short, self.criteria.density)
             found = replace(found, without_ricochet=short)
-        alone = Estimate(self.groups, self.criteria.density, draws=0, seed=0)
-        events = np.array([alone.alone(one, found.distance) for one in self._events])
+        alone = Estimate(self.groups, self.criteria.density)
+        events = np.array([alone.alone(one) for one in self._events])
         counts, reason = Tally.join(self._tallies), self.completeness.reason
         return EnsembleHazard(counts, self.criteria, tolerance, found, events, reason, integral)

@@ -89,7 +89,8 @@ class Panel:
         across = np.cross(up, normal)
         if np.linalg.norm(across) <= 1e-9 * np.linalg.norm(up):
             raise InputError(
-                f"witness {self.name}: up {self.up} is along the normal {self.normal}; a level panel needs another up"
+                f"witness {self.name}: up {[*self.up]} is along the normal "
+                f"{[*self.normal]}; a level panel needs another up"
             )
         across = _unit(self.name, "up", across)
         return normal, across, np.cross(normal, across)

@@ -98,7 +98,7 @@ def check(call: Call, done: CheckResult, *, drawing: File | None = None, resolve
     Parameters
     ----------
     drawing : path
-        Write a dimensioned drawing of each different round: .svg or .png.
+        Write a dimensioned drawing of each different round: .svg.
     resolved : bool
         Print the case as well, with every default, in everyday units.
     """
@@ -215,21 +215,19 @@ def import_(call: Call, done: ImportedTable, *, out: File | None = None) -> Give
 
 
 @command()
-def view(call: Call, run: CaseOrRun, *, window: bool = False) -> Given:
-    """Write pictures of a run, the burst at four times and the fragments; ParaView opens its .xdmf files.
+def view(call: Call, run: CaseOrRun) -> Given:
+    """Write pictures of a run, the burst at two times and the fragments; ParaView opens its .xdmf files.
 
     Parameters
     ----------
     run : path
         A case file, or the directory of a run.
-    window : bool
-        Open pyvista's window instead.
     """
     from fragfield.interface.running import options_of
     from fragfield.view import view_run
 
     del call
-    written = view_run(options_of(run).source.path, window=window)
+    written = view_run(options_of(run).source.path)
     return Given({"pictures": [str(path) for path in written]}, print_paths)
 
 

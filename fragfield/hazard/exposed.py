@@ -47,9 +47,6 @@ if TYPE_CHECKING:
     Fields = tuple[NDArray[np.float64], NDArray[np.float64]]
 
 
-NORMAL_95 = 1.6448536269514722
-
-
 def share_bound(count: int, number: int, level: float = LEVEL) -> float:
     """One-sided upper bound of a probability that came true `count` times in `number` (Clopper and Pearson 1934)."""
     from scipy.special import betaincinv
@@ -296,7 +293,7 @@ def _all_round(
     They are not where directions differ, where the site has an energy or a height of its own, or where too few
     fragments reach so far that a bound could be drawn from them.
     """
-    from flight.hazard.density.expected import KINDS
+    from flight.hazard.density.expected import KINDS, NORMAL_95
 
     usual = case.hazard.energy, case.hazard.person_height
     if expected is None or expected.direction is not None or not expected.density_high.size:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from pydantic import ValidationError
 
 from fragfield.case.changes import read_settings
-from fragfield.case.messages import explain, join_faults
+from fragfield.case.faults import CaseFaults, explain
 from fragfield.case.tables.round import ContourTable
 from fragfield.case.tables.site import PlacesTable, SiteTable
 from fragfield.case.write import plain, tables_to_toml
@@ -21,16 +21,13 @@ from fragfield.errors import InputError
 from fragfield.interface.case import Case, case_of
 from fragfield.interface.kinds import CaseOrRun, File, PathName, Settings
 from fragfield_base.paths import absolute
-from fragfield_base.writing import write_bytes, write_text
+from fragfield_base.writing import write_text
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
     from fragfield.case.tables.base import Table
-
-
-_KINDS = ("svg", "png")
 
 
 @dataclass(frozen=True, repr=False)
@@ -56,28 +53,24 @@ class CheckResult:
         return list(self.found["warnings"])
 
     def draw(self, path: PathName) -> list[Path]:
-        """Write the dimensioned drawing of the round (.svg or .png), of different rounds one each; their paths.
+        """Write the dimensioned drawing of the round (.svg), of different rounds one each; their paths.
 
         Raises
         ------
         InputError
             Another ending, no round, a round from a mesh file, or no right to write.
         """
-        from fragfield.report.figures.drawing import drawing_style, to_bytes
-        from fragfield.report.figures.round_drawing import draw_round, drawn_rounds, expected_masses
+        from fragfield.report.figures.rounds import draw_round, drawn_rounds, expected_masses
 
         case, target = self.case.values, absolute(path, InputError)
-        kind = target.suffix.lower().lstrip(".")
-        if kind not in _KINDS:
-            raise InputError(f"--drawing: found {target.name}; allowed: a name that ends in .svg or .png")
+        if target.suffix.lower() != ".svg":
+            raise InputError(f"--drawing: found {target.name}; allowed: a name that ends in .svg")
         if not case.round:
             raise InputError("--drawing: found a case without [[round]]; allowed: a case with a round")
         different, written = drawn_rounds(case), []
         for number, (item, expected) in enumerate(zip(different, expected_masses(case), strict=True), start=1):
             name = target.name if len(different) == 1 else f"{target.stem}_{number}{target.suffix}"
-            with drawing_style():
-                drawn = to_bytes(draw_round(item, expected), kind)
-            written.append(write_bytes(target.with_name(name), drawn, InputError))
+            written.append(write_text(target.with_name(name), draw_round(item, expected), InputError))
         return written
 
     def __repr__(self) -> str:
@@ -211,4 +204,4 @@ def _table(model: type[Model], values: Mapping[str, Any]) -> Model:
     try:
         return model.model_validate(dict(values))
     except ValidationError as error:
-        raise InputError(join_faults("--set", explain(error, model))) from None
+        raise CaseFaults("--set", explain(error, model)) from None

@@ -23,8 +23,7 @@ if TYPE_CHECKING:
     from flight import Fragments
     from fragfield.interface.hazard import HazardDistance
     from fragfield.interface.tables import Table
-    from fragfield.report.blocks import Block, Finding, Illustration
-    from fragfield.report.figures.drawing import Drawing
+    from fragfield.report.findings.finding import Finding
     from fragfield.report.reading.run_files import RoundTables, RunFiles
     from fragfield.results.rules import Official
     from fragfield.results.site import ExposedSite
@@ -192,7 +191,9 @@ class Run:
     @property
     def figures(self) -> dict[str, str]:
         """Names of the report's figures, and their titles; a few may have no data in this run."""
-        return {name: title for name, (title, _) in figures_of(self.files).items()}
+        from fragfield.report.figures.registered import FIGURES
+
+        return {name: FIGURES[name].words(self.files)[0] for name in _drawn_figures()}
 
     def figure(self, name: str) -> Figure:
         """A figure of the report as one of matplotlib.
@@ -204,7 +205,18 @@ class Run:
         InputError
             Another name, or the run has no data for it.
         """
-        return draw(self.files, name)
+        from fragfield.report.figures.drawing import drawing_style
+        from fragfield.report.figures.registered import FIGURES
+
+        known = _drawn_figures()
+        if name not in known:
+            raise InputError(f"figure: found {name!r}{nearest(str(name), known)}; allowed: {', '.join(known)}")
+        with drawing_style():
+            figure = FIGURES[name].draw(self.files)
+        if figure is None or isinstance(figure, str):
+            title, _ = FIGURES[name].words(self.files)
+            raise InputError(f"{self.path}: holds no data for the figure {name} ({title})")
+        return figure
 
     def _file(self, name: str, stage: str) -> Path:
         path = self.path / name
@@ -285,35 +297,9 @@ class Burst:
         )
 
 
-def figures_of(run: RunFiles) -> dict[str, tuple[str, Drawing]]:
-    """By name: title and drawing function of every figure that the report of a run has, in its order."""
-    from fragfield.report.sections import sections
+def _drawn_figures() -> list[str]:
+    """Names of the report's figures that matplotlib draws; those of the rounds are SVG, see `CheckResult.draw`."""
+    from fragfield.report.figures.registered import FIGURES
+    from fragfield.report.figures.rounds import DRAWINGS
 
-    found: dict[str, tuple[str, Drawing]] = {}
-
-    def note(name: str, title: str, caption: str, function: Drawing) -> list[Illustration]:
-        del caption
-        found[name] = (title, function)
-        return []
-
-    def no_picture(name: str, title: str, caption: str) -> list[Block]:
-        del name, title, caption
-        return []
-
-    sections(run, note, no_picture)
-    return found
-
-
-def draw(run: RunFiles, name: str) -> Figure:
-    """A figure by its name; raises InputError for another name, or where the run has no data for it."""
-    from fragfield.report.figures.drawing import drawing_style
-
-    known = figures_of(run)
-    if name not in known:
-        raise InputError(f"figure: found {name!r}{nearest(str(name), known)}; allowed: {', '.join(known)}")
-    with drawing_style():
-        figure = known[name][1](run)
-        if figure is None:
-            raise InputError(f"{run.folder}: holds no data for the figure {name} ({known[name][0]})")
-
-    return figure
+    return [name for name in FIGURES if name not in DRAWINGS]

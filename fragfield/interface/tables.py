@@ -308,7 +308,7 @@ def _summary_rows(summary: Summary) -> Iterator[list[Any]]:
     yield ["key", "value", "unit", "meaning"]
     for one in QUANTITIES.values():
         value = None if "[]" in one.path or one.path.startswith("case") else one.of(summary)
-        if value is not None and not isinstance(value, dict | list):
+        if isinstance(value, str | int | float):
             yield [one.path, _cell(value), one.unit, harmless(one.label)]
 
 

@@ -150,7 +150,7 @@ class _Envelope:
         one = self.flown[key]
         self.all.expected = max(self.all.expected, sum(each.done for each in self.flown.values()) + number - one.done)
         one.fly(number)
-        expected = one.found.pool.expected(every_direction=False)
+        expected = one.found.pool.expected()
         self.rows[key] = FlownAttitude.read(
             {
                 "inclination_deg": key[0],

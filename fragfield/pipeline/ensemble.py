@@ -39,7 +39,7 @@ _log = logging.getLogger(__name__)
 def break_up_all(job: Job, snapshot_file: Path) -> tuple[BreakUpResult, list[Fragments]]:
     """Break the casings up as often as the case asks: the first realisation, and the fragments of the others."""
     import transition
-    from fragfield.case.conversion.stages import break_up_settings
+    from fragfield.case.problem import break_up_settings
 
     seed = job.case.seed
     prepared = transition.BreakUp(transition.Snapshot.read(snapshot_file), break_up_settings(job.case))
@@ -109,7 +109,7 @@ class _Found:
         from flight.hazard.density.directions import Directions
         from flight.hazard.pool import PooledFlights
         from fragfield.case.conversion.exposed_sites import exposed_sites_of
-        from fragfield.case.conversion.stages import hazard_criteria, hazard_directions, hazard_grid, kernel_degrees
+        from fragfield.case.problem import hazard_criteria, hazard_directions, hazard_grid, kernel_degrees
         from fragfield.hazard.exposed import ExposedSums
         from fragfield.pipeline.arena import arena_basis
 
@@ -127,8 +127,6 @@ class _Found:
         sites = exposed_sites_of(job.case)
         alike = basis == "all_azimuths"
         self.exposed = ExposedSums(job.case, sites, grid, kernel, turned=turned, alike=alike)
-        # of a site, and of whether the distance lies within the map
-        self.thorough = not job.numbers_alone or bool(sites) or job.case.flight.ground.map is not None
 
     def add(self, parts: Sequence[_Part]) -> None:
         """Add realisations in the order of their numbers, so that no sum depends on threads."""
@@ -141,16 +139,12 @@ class _Found:
 
     def wanted(self, done: int, *, more: bool) -> int:
         """How many realisations to have, as many as there are where they are enough."""
-        from flight.hazard.density.expected import DRAWS
-
         most, tolerance = self.case.hazard.max_realisations, self.case.hazard.tolerance
         if not more or done >= most or self.pool.completeness.reason:
             return done
         if self.integral is not None and not self.exposed.sites:
             return done
-        error = self.pool.expected(draws=DRAWS // 4, every_direction=False).uncertainty  # fewer, to save time
-        if error <= tolerance:  # so is it by all draws, from which the verdict comes?
-            error = self.pool.expected(every_direction=False).uncertainty
+        error = self.pool.expected().uncertainty
         if error <= tolerance:
             return done
         needed = math.ceil(1.1 * done * (error / tolerance) ** 2) if math.isfinite(error) else most
@@ -163,7 +157,7 @@ class _Found:
         assert first is not None
         witnesses = {name: np.stack([table[name] for table in self.tables]) for name in self.tables[0]}
         unended = self.pool.completeness.reason
-        found = self.pool.hazard(self.case.hazard.tolerance, every_direction=self.thorough, integral=self.integral)
+        found = self.pool.hazard(self.case.hazard.tolerance, integral=self.integral)
         found = replace(found, undetermined=unended or beyond_map_words(self.case, found.expected))
         exposed = self.exposed.assess(found, determined=not unended) if self.exposed.sites else []
         return FlownEnsemble(
@@ -185,7 +179,7 @@ class Flights:
     """Flights with one progress: the first on all threads, the others side by side."""
 
     def __init__(self, job: Job) -> None:
-        from fragfield.case.conversion.stages import flight_arguments, hazard_criteria, hazard_grid
+        from fragfield.case.problem import flight_arguments, hazard_criteria, hazard_grid
         from fragfield.hazard.exposed import ExposedPlaces
 
         self.arguments = flight_arguments(job.case)

@@ -15,8 +15,8 @@ import numpy as np
 from flight.hazard.integral import POINTS, SMALLEST_SCATTER, integrate
 from flight.hazard.pool import Completeness
 from fragfield.case.conversion.attitude import is_mixed
-from fragfield.case.conversion.symmetry import burst_geometry
 from fragfield.case.conversion.turned import Arrangement
+from fragfield.case.problem import burst_geometry
 from fragfield.results.hazard import FlownAttitude
 
 if TYPE_CHECKING:
@@ -38,19 +38,19 @@ SAMPLE_POINTS = 512
 COARSE, FINE = 15.0, 5.0  # degrees from one inclination to the next: of all, then beside the worst
 
 
-def why_not_integrated(case: CaseTable, *, given: bool = False) -> str:
+def why_not_integrated(case: CaseTable, *, given: bool = False, rings: bool = False) -> str:
     """Why the expected density of a resolved case is no integral over a table of points; empty where it is.
 
-    `given`: the fragments come from another source.
+    `given`: the fragments come from another source; `rings`: the burst was axisymmetric, else the case says so.
     """
     if given or case.burst is None or not case.round:
         return "the fragments come from another source"
     if len(case.round) > 1:
         return "several rounds, whose fragments may strike each other"
-    geometry = burst_geometry(case)
+    geometry = None if rings else burst_geometry(case)
     wind, shape = case.flight.wind, case.flight.shape
     reasons = {
-        geometry.reason: geometry.geometry != "axisymmetric",
+        "" if geometry is None else geometry.reason: geometry is not None and geometry.geometry != "axisymmetric",
         "exposed sites beside rounds of any attitude": is_mixed(case) and bool(case.exposed),
         "wind": wind.speed != 0.0 or any(wind.speeds or ()),
         "a map of heights": case.flight.ground.map is not None,
@@ -84,7 +84,7 @@ class Integrand:
         `finely`: with the points that the distance in a worst direction needs.
         """
         from flight.hazard.density.directions import Directions
-        from fragfield.case.conversion.stages import (
+        from fragfield.case.problem import (
             flight_arguments,
             hazard_criteria,
             hazard_directions,
@@ -118,7 +118,7 @@ class Integrand:
             if inclination in rows or not 0.0 <= inclination <= 180.0:
                 return
             integral = self.integral(arrangement.turned(inclination), finely=False)
-            expected = integral.expected(every_direction=False)
+            expected = integral.expected()
             rows[inclination] = FlownAttitude.read({
                 "inclination_deg": inclination, "roll_deg": 0.0, "expected": expected.distance,
                 "upper": expected.upper, "standard_error": expected.standard_error,
@@ -163,7 +163,7 @@ class Solved:
         none = np.zeros((0, self.integral.directions.grid.sectors), dtype=np.int64)
         return EnsembleHazard(
             Tally(none, none, none.astype(np.float64)), self.integral.criteria, tolerance,
-            self.integral.expected(every_direction=False), np.zeros(0), integral=self.integral,
+            self.integral.expected(), np.zeros(0), integral=self.integral,
         )  # fmt: skip
 
 

@@ -98,8 +98,6 @@ class Job:
     """What was asked for."""
     attitude: Turned | None = None
     """The one attitude in which an arrangement of mixed attitudes is flown; left out: all."""
-    numbers_alone: bool = False
-    """Neither bounds by direction nor bands of densities, unless another number rests on them."""
     sample: bool = False
     """Whether an integral is that of a sample, as of `Integrand`."""
 

@@ -68,7 +68,8 @@ class Realisations:
         from fragfield.pipeline.weighted import WeightedFlights, why_not_weighted
 
         job = self.job
-        reason = why_not_integrated(job.case, given=job.options.fragments is not None)
+        rings = self._prepared is not None and self._prepared.axisymmetric
+        reason = why_not_integrated(job.case, given=job.options.fragments is not None, rings=rings)
         method = "integral" if not reason else "weighted_fragments"
         if not reason and self._prepared is None and self._snapshot is None:
             reason = "the burst's snapshot is not at hand"
@@ -93,7 +94,7 @@ class Realisations:
         if self._prepared is not None or self._snapshot is None:
             return
         import transition
-        from fragfield.case.conversion.stages import break_up_settings
+        from fragfield.case.problem import break_up_settings
 
         snapshot = transition.Snapshot.read(self._snapshot)
         self._prepared = transition.BreakUp(snapshot, break_up_settings(self.job.case))

@@ -29,7 +29,7 @@ def table_width(job: Job, table: ArenaTable, number: int) -> float:
     import flight
     from flight.hazard.density.directions import Directions
     from flight.hazard.pool import FlightCounts, PooledFlights
-    from fragfield.case.conversion.stages import flight_arguments, hazard_criteria, hazard_grid, kernel_degrees
+    from fragfield.case.problem import flight_arguments, hazard_criteria, hazard_grid, kernel_degrees
 
     case, basis = job.case, arena_basis(job.case)[0]
     grid, criteria = hazard_grid(case), hazard_criteria(case)
@@ -41,7 +41,7 @@ def table_width(job: Job, table: ArenaTable, number: int) -> float:
             fragments = above_ground(arena_realisation(of, case, one, law=law), arguments["ground"], warn=False)
             flown = flight.fly(fragments, **arguments, threads=job.cores)
             pool.add(FlightCounts.of(flown, fragments, ground=arguments["ground"], gravity=case.flight.gravity))
-        return float(pool.expected(draws=2, every_direction=False).distance)
+        return float(pool.expected().distance)
 
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", flight.FlightWarning)  # reported for the run itself

@@ -70,7 +70,7 @@ class WeightedFlights:
         """The expected density, on rank 0."""
         from flight.hazard.density.directions import Directions
         from flight.hazard.pool import Completeness
-        from fragfield.case.conversion.stages import hazard_criteria, hazard_directions, hazard_grid, kernel_degrees
+        from fragfield.case.problem import hazard_criteria, hazard_directions, hazard_grid, kernel_degrees
 
         parts = [self._flown(number) for number in range(SETS)]
         basis, mirrors = hazard_directions(self.case)
@@ -83,7 +83,7 @@ class WeightedFlights:
     def _flown(self, number: int) -> WeightedCounts:
         from flight import FlightWarning
         from flight.fluence import Weights
-        from fragfield.case.conversion.stages import flight_arguments, hazard_criteria, hazard_grid
+        from fragfield.case.problem import flight_arguments, hazard_criteria, hazard_grid
 
         made = self.broken.weighted(number, fragments_of_set(self.case, len(self.broken.rounds)))
         arguments = flight_arguments(self.case) | {"witnesses": (), "sample": 0, "contact": None, "seed": number}

@@ -1,49 +1,76 @@
-"""Assembles the report: figures to files, and one self-contained HTML page."""
+"""Writes the report: figures to files, and sections by their templates into one self-contained HTML page."""
 
 from __future__ import annotations
 
 import base64
-from contextlib import nullcontext
-from dataclasses import replace
+import subprocess
+import sys
+from contextlib import contextmanager, nullcontext
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
-from importlib import resources
-from itertools import groupby
+from functools import cache, partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from markupsafe import Markup, escape
 
-from fragfield.errors import InputError
-from fragfield.report.blocks import Columns, Illustration
-from fragfield.report.figures.drawing import draw_figure
+from fragfield.case.conversion.surroundings import direction_words
+from fragfield.errors import EXIT_INPUT, InputError
+from fragfield.hazard.to_apply import USES
+from fragfield.hazard.verdict import criterion_words, part_text
+from fragfield.numbers import SPACE, number
+from fragfield.report.figures.registered import FIGURES
 from fragfield.report.map_page import write_map
 from fragfield.report.reading.run_files import read_run
-from fragfield.report.sections import sections
-from fragfield.report.tables.stages import digest_of
+from fragfield.report.sections import SECTIONS, STUDY, Section, catalogue, digest_of
+from fragfield.results.words import margin_metres, rounded_metres, whole_metres
 from fragfield.version import __version__
-from fragfield.view.offscreen import drawing
+from fragfield.view import picture_fault
 from fragfield_base.writing import write_files, write_text
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable, Iterator, Mapping, Sequence
+    from contextlib import AbstractContextManager
 
-    from matplotlib.figure import Figure
+    from jinja2 import Environment
 
-    from fragfield.report.blocks import Block, Section
     from fragfield.report.reading.run_files import RunFiles
-    from fragfield.report.sections import Draw
+    from fragfield.results.site import Estimate, Probability
 
 
-_MIME = {"svg": "image/svg+xml", "png": "image/png"}
+_PICTURES = {
+    "picture_of_fragments": (
+        "Fragment cloud",
+        (
+            "Fragments 100 µs after {when}, drag neglected, coloured by initial speed. Spheres stand for the mass, not "
+            "to scale; shapes are not known."
+        ),
+    ),
+    "picture_of_burst": (
+        "Section of the burst",
+        (
+            "Section through the axis halfway and at the end, viewed along +y, coloured by speed: light is fast, dark "
+            "is slow. The thin line is the outline of the casing."
+        ),
+    ),
+}
+_LONGEST_NUMBER = 18  # characters of a cell: "1,017.4 ± 4.0", "12,345 – 23,456"
 
 
-def write_report(
-    run_dir: Path | str,
-    path: Path | str | None = None,
-    *,
-    pictures: bool = True,
-) -> Path:
-    """Write the report of a run, whole or in part.
+@dataclass(frozen=True)
+class _Illustration:
+    """A figure of the page with its data URI, or why there is none."""
+
+    name: str
+    title: str
+    caption: str
+    image: str = ""
+    missing: str = ""
+    count: int = 0
+
+
+def write_report(run_dir: Path | str, path: Path | str | None = None, *, pictures: bool = True) -> Path:
+    """Write the report of a run, whole or in part, and its map where there is one.
 
     Parameters
     ----------
@@ -66,129 +93,170 @@ def write_report(
     """
     run = read_run(Path(run_dir))
     target = Path(path) if path is not None else run.folder / "report.html"
-    folder = target.parent / "figures"
-    with drawing(run.folder, folder, wide=False) if pictures else nullcontext() as finish:
-        illustrator = _Illustrator(run, folder, finish)
-        return _write(
-            run, illustrator, target, lambda: sections(run, illustrator.draw, illustrator.picture),
-            lambda written: write_map(run, target.with_name("map.html"), identity=identity_line(run), written=written),
-        )  # fmt: skip
+    names = [name for name in FIGURES if not name.startswith("uncertainty_") or run.study]
+    written = _write(run, target, SECTIONS, names, pictures=pictures)
+    write_map(run, target.with_name("map.html"), identity=identity_line(run), written=written)
+    return target
 
 
-def write_page(run: RunFiles, target: Path, parts: Callable[[Draw], list[Section]]) -> Path:
-    """Write a page of other sections with the report's template, figures in `figures` beside it; the page.
+def write_uncertainty_page(folder: Path, run_directory: Path, found: Mapping[str, Any]) -> Path:
+    """Write uncertainty.html and its figures.
 
-    Raises InputError: no right to write.
+    `folder`: the study's; `run_directory`: the nominal run, for title, document number and version; `found`:
+    uncertainty.json.
     """
-    illustrator = _Illustrator(run, target.parent / "figures", None)
-    return _write(run, illustrator, target, lambda: parts(illustrator.draw), lambda _: None)
+    run = read_run(run_directory)
+    run.study = dict(found)
+    target = folder / "uncertainty.html"
+    _write(run, target, STUDY, [name for name in FIGURES if name.startswith("uncertainty_")], pictures=False)
+    return target
 
 
-def _write(
-    run: RunFiles,
-    illustrator: _Illustrator,
-    target: Path,
-    make: Callable[[], list[Section]],
-    beside: Callable[[str], object],
-) -> Path:
+def _write(run: RunFiles, target: Path, sections: Sequence[Section], names: Sequence[str], *, pictures: bool) -> str:
+    """Draw, render and write a page; the time at which it was written."""
+    written = datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")
     try:
-        illustrator.folder.mkdir(parents=True, exist_ok=True)
-        parts = _counted(make())
-        illustrator.finish(parts)
-        written = datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")
-        page = _render(run, parts, illustrator.count, written)
-        beside(written)
+        drawn = _draw(run, target.parent / "figures", names, pictures=pictures)
+        page = _render(run, sections, drawn, written)
     except OSError as error:
         raise InputError(f"{target}: the report cannot be written ({error.strerror or error})") from error
-    return write_text(target, page, InputError)
+    write_text(target, page, InputError)
+    return written
 
 
-class _Illustrator:
-    """Draws each figure once, and keeps it as SVG beside the page; pictures come from another process."""
-
-    def __init__(self, run: RunFiles, folder: Path, pictures: Callable[[], str] | None) -> None:
-        self.run = run
-        self.folder = folder
-        self.pictures = pictures
-        self.count = 0
-        self.files: dict[Path, bytes] = {}
-
-    def draw(
-        self, name: str, title: str, caption: str, function: Callable[[RunFiles], Figure | None]
-    ) -> list[Illustration]:
-        if (drawn := draw_figure(self.run, function)) is None:
-            return []
-        self.count += 1
-        self.files[self.folder / f"{name}.svg"] = drawn
-        return [Illustration(name, title, caption, image=_uri(drawn, "svg"))]
-
-    def picture(self, name: str, title: str, caption: str) -> list[Block]:
-        if self.pictures is None:
-            return []
-        self.count += 1
-        return [Illustration(name, title, caption)]
-
-    def finish(self, parts: list[Section]) -> None:
-        """Write the files, put the pictures in their places once they are drawn, and figures side by side."""
-        write_files(self.files, InputError)
-        fault = self.pictures() if self.pictures is not None else ""
-        for part in parts:
-            part.blocks = list(_side_by_side([self._with_picture(block, fault) for block in part.blocks]))
-
-    def _with_picture(self, block: Block, fault: str) -> Block:
-        """A picture, or why there is none."""
-        if not isinstance(block, Illustration) or block.image:
-            return block
-        if fault:
-            return replace(block, missing=fault)
-        return replace(block, image=_uri((self.folder / f"{block.name}.png").read_bytes(), "png"))
+def _draw(run: RunFiles, folder: Path, names: Sequence[str], *, pictures: bool) -> dict[str, _Illustration]:
+    """The figures that there is data for, each kept as a file as well."""
+    folder.mkdir(parents=True, exist_ok=True)
+    drawing: AbstractContextManager[Callable[[], str]] = _pictures(run, folder) if pictures else nullcontext(lambda: "")
+    found = {}
+    with drawing as finish:
+        files = {name: svg for name in names if (svg := FIGURES[name].svg(run)) is not None}
+        write_files({folder / f"{name}.svg": svg for name, svg in files.items()}, InputError)
+        for name, svg in files.items():
+            found[name] = _Illustration(name, *FIGURES[name].words(run), image=_uri(svg, "svg+xml"))
+        fault = finish()
+    data = {"picture_of_fragments": run.fragments, "picture_of_burst": run.nodes} if pictures else {}
+    when = "launch" if run.fragments_file is not None else "the end of the burst"
+    for name in (name for name, there in data.items() if there):
+        title, caption = _PICTURES[name]
+        image = "" if fault else _uri((folder / f"{name}.png").read_bytes(), "png")
+        found[name] = _Illustration(name, title, caption.format(when=when), image, fault)
+    return found
 
 
-def _side_by_side(blocks: list[Block]) -> Iterator[Block]:
-    """The blocks, with figures that follow each other in columns."""
-    for of_figures, group in groupby(blocks, key=lambda block: isinstance(block, Illustration)):
-        members = tuple(group)
-        if of_figures and len(members) > 1:
-            yield Columns(members)
-        else:
-            yield from members
+@contextmanager
+def _pictures(run: RunFiles, folder: Path) -> Iterator[Callable[[], str]]:
+    """Have the pictures drawn beside, where a driver that ends VTK's process does not end this one.
 
+    Gives a function that waits for them and returns why there are none, or nothing.
+    """
+    if fault := picture_fault():
+        yield lambda: fault
+        return
+    command = [sys.executable, "-m", "fragfield.view", str(run.folder.absolute()), str(folder.absolute())]
+    with subprocess.Popen(command, stdin=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True) as process:
 
-def _counted(parts: list[Section]) -> list[Section]:
-    """The sections with their numbers, the annexes with letters."""
-    body = sum(not part.annex for part in parts)
-    for place, part in enumerate(parts):
-        part.count = chr(ord("A") + place - body) if part.annex else str(place + 1)
-    return parts
+        def finish() -> str:
+            words = process.communicate()[1].strip().splitlines()
+            said = [f"exit code {process.returncode}", *words]
+            if process.returncode == EXIT_INPUT:
+                raise InputError(said[-1])
+            return f"VTK fails to draw without a window here ({said[-1]})" if process.returncode else ""
+
+        try:
+            yield finish
+        finally:
+            process.kill()
 
 
 def _uri(data: bytes, kind: str) -> str:
-    return f"data:{_MIME[kind]};base64,{base64.b64encode(data).decode('ascii')}"
+    return f"data:image/{kind};base64,{base64.b64encode(data).decode('ascii')}"
 
 
-def _render(run: RunFiles, parts: list[object] | object, figures: int, written: str) -> str:
-    from jinja2 import Environment, StrictUndefined
-    from jinja2.loaders import DictLoader
+def _render(run: RunFiles, sections: Sequence[Section], drawn: Mapping[str, _Illustration], written: str) -> str:
+    environment, document = _environment(), run.document
+    numbered: list[str] = []
 
-    folder = resources.files("fragfield.report") / "templates"
-    sources = {name: (folder / name).read_text(encoding="utf-8") for name in ("report.html", "report.css")}
-    environment = Environment(
-        loader=DictLoader(sources), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
-    )
-    environment.filters["css_text"] = css_text
-    environment.filters["code"] = code_words
+    def figures(*names: str) -> str:
+        there = [drawn[name] for name in names if name in drawn]
+        numbered.extend(one.name for one in there)
+        first = len(numbered) - len(there) + 1
+        blocks: Any = environment.get_template("blocks.html").module
+        return Markup(blocks.illustrations([replace(one, count=first + at) for at, one in enumerate(there)]))
+
+    every = {
+        "run": run, "document": document, "hazard": run.summary.hazard, "figures": figures,
+        "catalogue": partial(catalogue, run),
+    }  # fmt: skip
+    shown: list[dict[str, Any]] = []
+    for section in sections:
+        if (body := _body(run, section, environment, every)) is not None:
+            number_of = sum(not one["annex"] for one in shown)
+            count = chr(ord("A") + len(shown) - number_of) if section.annex else str(number_of + 1)
+            shown.append({"key": section.key, "title": section.title, "annex": section.annex, "count": count,
+                          "body": Markup(body)})  # fmt: skip
     return environment.get_template("report.html").render(
-        title=run.title,
-        sections=parts,
-        figures=figures,
-        style=sources["report.css"],
+        every, title=run.title, sections=shown, style=environment.get_template("report.css").render(),
         program_version=run.provenance.get("program_version") or __version__,
-        computed=_readable(run.provenance.get("date", "")),
-        written=written,
-        document=run.document,
-        identity=identity_line(run),
+        computed=_readable(run.provenance.get("date", "")), written=written, identity=identity_line(run),
         missing=run.missing,
-    )
+    )  # fmt: skip
+
+
+def _body(run: RunFiles, section: Section, environment: Environment, every: Mapping[str, Any]) -> str | None:
+    """A section by its template, the word that its stage has not been run, or nothing."""
+    if section.stage in run.missing:
+        words = f"<p>Not computed: the stage “{section.stage}” has not been run in this directory.</p>"
+        return None if section.annex else words
+    if (context := section.context(run)) is None:
+        return None
+    return environment.get_template(f"{section.key}.html").render(every, **context)
+
+
+@cache
+def _environment() -> Environment:
+    from jinja2 import Environment, PackageLoader, StrictUndefined
+
+    environment = Environment(
+        loader=PackageLoader("fragfield.report"), autoescape=lambda name: name != "report.css",
+        undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True, extensions=["jinja2.ext.do"],
+    )  # fmt: skip
+    environment.filters |= {
+        "css_text": css_text,
+        "code": code_words,
+        "worded": _worded,
+        "number": number,
+        "mm": lambda metres: number(round(1e3 * float(metres), 1), 4),
+        "metres": whole_metres,
+        "whole": rounded_metres,
+        "margin": margin_metres,
+        "few": _few,
+        "bounded": _bounded,
+        "use": lambda use: USES.get(use, "comparison"),
+        "criterion": criterion_words,
+        "part_of_it": part_text,
+        "direction": lambda one: direction_words(one.azimuth_deg, one.bearing_deg, whole=True),
+    }
+    return environment
+
+
+def _worded(lines: Sequence[Sequence[str]]) -> list[bool]:
+    """By column, whether it holds words, which are broken and begin at the left."""
+    return [any(len(cell) > _LONGEST_NUMBER for cell in column) for column in zip(*lines, strict=True)]
+
+
+def _few(value: float | None) -> str:
+    """Two digits, however small."""
+    if value is None:
+        return "–"
+    return "0" if value <= 0.0 else number(float(f"{value:.2g}"), 2)
+
+
+def _bounded(value: Estimate | Probability | None, scale: float = 1.0) -> str:
+    """An expected value and its upper bound."""
+    if value is None or value.expected is None or value.upper is None:
+        return "–"
+    return f"{_few(scale * value.expected)};{SPACE}{_few(scale * value.upper)}"
 
 
 def _readable(date: str) -> str:

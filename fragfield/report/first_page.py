@@ -1,83 +1,39 @@
-"""The report's first page: what was computed, the recommended distance, verdicts, reasons and signatures."""
+"""What was computed, as the first page says it: rounds, attitude, site, criterion, cells."""
 
 from __future__ import annotations
 
 import math
 from typing import TYPE_CHECKING
 
+from fragfield.case.conversion.attitude import attitude_of, attitude_words
 from fragfield.case.conversion.surroundings import air_words, wind_words
-from fragfield.hazard.certainty import basis_words, whole_metres
-from fragfield.hazard.recommended import parts_words
 from fragfield.numbers import Row, number
-from fragfield.report.blocks import Block, Card, Cards, Columns, Group, Paragraph, Points, Rows, Section, Signatures
-from fragfield.report.findings.reasons import reasons_against, reasons_for
-from fragfield.report.tables.attitudes import attitude_sentence
-from fragfield.report.tables.exposed_sites import verdict_table
-from fragfield.report.tables.rules import prescribed_table
-from fragfield.results.rules import DistanceToApply
 from fragfield_base.substances import substance_title
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterator
 
     from fragfield.case import CaseTable
-    from fragfield.report.blocks import Finding
     from fragfield.report.reading.run_files import RunFiles
 
 
-def decision_section(run: RunFiles, all_findings: Sequence[Finding]) -> Section:
-    """The page on which a decision is taken and signed."""
-    trust, doubt = reasons_for(run), reasons_against(run, all_findings)
-    blocks: list[Block] = [
-        Columns((
-            Group((Cards(tuple(_distances(run))), *_prescribed(run))),
-            Rows("What was computed", tuple(_what(run))),
-        )),
-        *verdict_table(run),
-        Columns((
-            Group((Paragraph("Reasons to trust it", kind="heading"), Points(tuple(trust)))),
-            Group((Paragraph("Reasons against", kind="heading"), Points(tuple(doubt)))),
-        )),
-        _signatures(run),
-    ]  # fmt: skip
-    return Section("decision", "Decision", blocks)
-
-
-def _prescribed(run: RunFiles) -> Iterator[Block]:
-    """What each distance is by, what was left out, and the prescribed ones."""
-    if part := run.part("distance_to_apply"):
-        yield Points(DistanceToApply.read(part).words)
-    yield from prescribed_table(run)
-
-
-def _distances(run: RunFiles) -> Iterator[Card]:
-    """The distance to apply, and the computed one with its parts in one line."""
-    if part := run.part("distance_to_apply"):
-        yield Card("Distance to apply", DistanceToApply.read(part).distances, "")
-    title, hazard = "Computed: recommended distance", run.summary.hazard
-    if hazard is None:
-        yield Card(title, "–", "", "not computed")
-    elif not hazard.determined:
-        yield Card(title, "not determined", "", hazard.reason)
-    else:
-        note = f"{parts_words(hazard)}. Basis: {basis_words(hazard)}."
-        yield Card(title, whole_metres(hazard.recommended), "m", note)
-
-
-def _what(run: RunFiles) -> Iterator[Row]:
-    """The rows of the arrangement and its site."""
+def what_was_computed(run: RunFiles) -> Iterator[Row]:
+    """The rows of the arrangement and its site: "What was computed"."""
     case = run.case
     if run.fragments_file is not None:
         yield Row("Fragments", f"of {run.fragments_file}; no burst was computed")
     else:
         yield from _rounds(run)
-    if contents := run.part("rules").get("contents"):
+    rules, hazard = run.summary.rules, run.summary.hazard
+    if contents := rules.contents if rules else None:
         yield Row(
             "Net explosive quantity",
-            f"{number(contents['explosive'], 3)} kg (TNT equivalent {number(contents['tnt'], 3)} kg)",
+            f"{number(contents.explosive, 3)} kg (TNT equivalent {number(contents.tnt, 3)} kg)",
         )
-    if attitude := attitude_sentence(run):
-        yield Row("Attitude and height", attitude.removeprefix("Attitude: ").removesuffix("."))
+    if hazard is not None:
+        yield Row("Attitude and height", attitude_words(hazard.attitude))
+    elif case is not None:
+        yield Row("Attitude and height", attitude_words(attitude_of(case, given=run.fragments_file is not None)))
     if case is None:
         return
     yield from _site(case)
@@ -86,8 +42,8 @@ def _what(run: RunFiles) -> Iterator[Row]:
     if case.burst is not None and run.fragments_file is None:
         size = f"{number(1e3 * case.burst.cell_size, 3)} mm"
         yield Row("Cell size", f"{size}; grid convergence: {case.burst.convergence}")
-    if count := run.part("hazard").get("realisations"):
-        yield Row("Realisations", number(count))
+    if hazard is not None:
+        yield Row("Realisations", number(hazard.realisations))
 
 
 def _rounds(run: RunFiles) -> Iterator[Row]:
@@ -109,7 +65,7 @@ def _rounds(run: RunFiles) -> Iterator[Row]:
         yield Row("Fill", fill)
         yield Row("Casing", casing)
     if kinds:
-        images = sum(bool(item.get("mirror_of")) for item in run.part("break_up").get("rounds") or [])
+        images = sum(bool(one.mirror_of) for one in run.summary.break_up.rounds) if run.summary.break_up else 0
         behind = f"; {number(images)} more behind planes of symmetry" if images else ""
         yield Row("Number of rounds", f"{number(len(run.rounds))}{behind}")
 
@@ -126,11 +82,3 @@ def _site(case: CaseTable) -> Iterator[Row]:
     if case.site is not None:
         latitude, longitude = (math.degrees(angle) for angle in (case.site.latitude, case.site.longitude))
         yield Row("Site", f"{latitude:.5f}°, {longitude:.5f}°")
-
-
-def _signatures(run: RunFiles) -> Signatures:
-    document = run.document
-    return Signatures(
-        ("Computed by", "Reviewed by", "Approved by"),
-        (document.prepared_by, document.reviewed_by, document.approved_by),
-    )

@@ -69,8 +69,9 @@ def write_map(run: RunFiles, path: Path, *, identity: str, written: str) -> bool
     # "</" ends a script element wherever it stands
     text = json.dumps(data, allow_nan=False).replace("</", "<\\/")
     environment = Environment(autoescape=True, undefined=StrictUndefined)
+    to_apply = run.summary.distance_to_apply
     page = environment.from_string(source).render(
-        title=run.title, to_apply=run.part("distance_to_apply").get("line", ""), data=text,
+        title=run.title, to_apply=to_apply.line if to_apply else "", data=text,
         identity=f"{identity} · " if identity else "", written=written,
         program_version=run.provenance.get("program_version") or __version__,
     )  # fmt: skip

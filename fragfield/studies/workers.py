@@ -90,6 +90,8 @@ def make_all(
                 if outcome.code == EXIT_INTERRUPTED:
                     raise KeyboardInterrupt
                 ended(at_hand.pop(future), outcome)
+                del future  # a cluster makes a run again whose result is held here and lost there
+            del done
             if killed:
                 workers.restart()
                 for task in at_hand.values():

@@ -1,8 +1,7 @@
-"""Looking at a run: pictures drawn off-screen, or pyvista's window; ParaView opens burst.xdmf and trajectories.xdmf."""
+"""Pictures of a run by pyvista; ParaView opens burst.xdmf and trajectories.xdmf for all else."""
 
 from __future__ import annotations
 
-from fragfield.view.offscreen import PictureUnavailableError, offscreen_fault
-from fragfield.view.show import view_run
+from fragfield.view.pictures import burst_sections, picture_fault, view_run
 
-__all__ = ["PictureUnavailableError", "offscreen_fault", "view_run"]
+__all__ = ["burst_sections", "picture_fault", "view_run"]

@@ -1,164 +1,231 @@
-"""Pictures drawn off-screen: the section of the burst over time, and the cloud of fragments."""
+"""Pictures drawn by pyvista without a window: the section of the burst at two times, and the cloud of fragments."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import ctypes
+import io
+import os
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from fragfield.errors import InputError
-from fragfield.report.figures.drawing import COLUMN, SPEED_MAP, WIDE, blank_figure, drawing_style, to_bytes
-from fragfield.view.scenes import STREAK, burst_states, cut, fragment_points, section
+from fragfield.report.figures.drawing import SPEED_MAP, round_length
+from fragfield.report.reading.run_files import read_run
 from fragfield_base.writing import write_bytes
+from fragfield_base.xdmf import check_xdmf
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     import pyvista
-    from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
     from fragfield.report.reading.run_files import RunFiles
 
 
-_PIXELS_HIGH = 900
-_LIGHT: dict[str, Any] = {"ambient": 0.45, "diffuse": 0.65, "specular": 0.0}
+STREAK = 1e-4
+"""Time (s) that fragments have flown on, without drag, where they are shown."""
+_LIBRARIES = {
+    "libEGL.so.1": "EGL",
+    "libOSMesa.so.8": "OSOpenGL",
+    "libOSMesa.so.6": "OSOpenGL",
+    "libOSMesa.so": "OSOpenGL",
+}
+_CASING = 0  # part of a cell, as the snapshot numbers them
+_BAR: dict[str, Any] = {"n_labels": 3, "fmt": "%.0f", "title_font_size": 22, "label_font_size": 22, "color": "black",
+                        "width": 0.5, "height": 0.06, "position_x": 0.25, "position_y": 0.02}  # fmt: skip
 
 
-def write_pictures(run: RunFiles, folder: Path, *, wide: bool) -> None:
-    """Write every picture that the run has data for: wide ones, the burst at four times, or of a column, at two."""
-    folder.mkdir(parents=True, exist_ok=True)
-    drawn = {}
-    if run.nodes:
-        drawn["picture_of_burst"] = burst_figure(run, 4 if wide else 2)
-    if run.fragments:
-        drawn["picture_of_fragments"] = fragments_figure(run, WIDE if wide else COLUMN)
-    with drawing_style():
-        for name, figure in drawn.items():
-            write_bytes(folder / f"{name}.png", to_bytes(figure, "png"), InputError)
+def view_run(run_directory: Path | str, folder: Path | str | None = None) -> list[Path]:
+    """Write picture_of_burst.png and picture_of_fragments.png, as far as the run has data for them.
+
+    `folder`: for the pictures; left out: `figures` in the run's.
+
+    Raises InputError: neither burst nor break-up has been run, a file is damaged, or VTK cannot draw here.
+    """
+    run = read_run(Path(run_directory), flown=False, case=False)
+    if not run.nodes and not run.fragments:
+        raise InputError(f"{run.folder}: nothing to show; run `fragfield burst` or `fragfield break-up` first")
+    if fault := picture_fault():
+        raise InputError(fault)
+    target = run.folder / "figures" if folder is None else Path(folder)
+    target.mkdir(parents=True, exist_ok=True)
+    pictures = {"burst": (run.nodes, _burst), "fragments": (run.fragments, _fragments)}
+    return [
+        write_bytes(target / f"picture_of_{name}.png", _png(draw(run)), InputError)
+        for name, (data, draw) in pictures.items()
+        if data
+    ]
 
 
-@dataclass(frozen=True)
-class _Frame:
-    """A section at one time, with its extent in x and z (m)."""
-
-    time: float
-    pixels: NDArray[np.uint8]
-    extent: tuple[float, float, float, float]
-
-
-def burst_figure(run: RunFiles, frames: int) -> Figure:
-    """Figure of the section at `frames` times side by side, two in the width of a column."""
-    grids = burst_states(run, frames)
-    fastest = max(float(grid.point_data["speed"].max()) for _, grid in grids) or 1.0
-    drawn = [_Frame(time, *_render_section(grid, fastest)) for time, grid in grids]
-    return _panels(drawn, fastest, max(COLUMN, 0.5 * COLUMN * len(drawn)))
+def picture_fault() -> str:
+    """Why VTK cannot draw here, with the cure; empty where it can. Points VTK to a library that needs no display."""
+    for library, window in _LIBRARIES.items():
+        try:
+            ctypes.CDLL(library)
+        except OSError:
+            continue
+        os.environ["VTK_DEFAULT_OPENGL_WINDOW"] = f"vtk{window}RenderWindow"
+        return ""
+    return (
+        "VTK needs libEGL or libOSMesa to draw without a window, neither of which is installed; install libegl1 "
+        "(Debian: apt-get install libegl1), then run `fragfield report` or `fragfield view` again"
+    )
 
 
-def _panels(drawn: list[_Frame], fastest: float, width: float) -> Figure:
-    """The sections with one scale of length and one of speed."""
-    widths = [frame.extent[1] - frame.extent[0] for frame in drawn]
-    low, high = min(frame.extent[2] for frame in drawn), max(frame.extent[3] for frame in drawn)
-    height = float(np.clip((width - 1.2) * (high - low) / sum(widths), 1.8, 5.5))
-    with drawing_style():
-        figure = blank_figure(width, height + 1.35)
-        axes = figure.subplots(1, len(drawn), sharey=True, squeeze=False, gridspec_kw={"width_ratios": widths})[0]
-        for axis, frame in zip(axes, drawn, strict=True):
-            left, right, bottom, top = (edge * 1e3 for edge in frame.extent)
-            axis.imshow(frame.pixels, extent=(left, right, bottom, top), interpolation="antialiased")
-            axis.set(title=f"{frame.time * 1e6:.0f} µs", ylim=(low * 1e3, high * 1e3), xlabel="x (mm)")
-            axis.grid(visible=False)
-        axes[0].set_ylabel("z (mm)")
-        figure.subplots_adjust(
-            left=0.6 / width, right=1.0 - 0.1 / width, bottom=1.05 / (height + 1.35), top=1.0 - 0.25 / height
-        )
-        _speed_bar(figure, fastest)
-    return figure
+def burst_sections(run: RunFiles) -> list[tuple[float, pyvista.PolyData, pyvista.PolyData]]:
+    """Time (s), section coloured by `speed` (m/s) and outline of the casings, halfway and at the end of the burst.
 
-
-def _render_section(
-    grid: pyvista.UnstructuredGrid, fastest: float
-) -> tuple[NDArray[np.uint8], tuple[float, float, float, float]]:
-    """Picture of the half behind the section, viewed along +y, and its extent in x and z (m)."""
+    Images behind planes of symmetry are cut with the rounds; of an axisymmetric burst both sides of the meridian are
+    shown. Raises InputError: burst.xdmf is damaged.
+    """
     import pyvista
 
-    bounds = np.asarray(grid.bounds, dtype=float)
-    margin = 0.02 * max(bounds[1] - bounds[0], bounds[5] - bounds[4])
-    extent = (bounds[0] - margin, bounds[1] + margin, bounds[4] - margin, bounds[5] + margin)
-    size = np.array([extent[1] - extent[0], extent[3] - extent[2]])
-    pixels = tuple(round(length) for length in size / size[1] * _PIXELS_HIGH)
-    plotter = pyvista.Plotter(off_screen=True, window_size=pixels)
-    plotter.set_background("white")
-    colours = {"scalars": "speed", "cmap": SPEED_MAP, "clim": (0.0, fastest), "show_scalar_bar": False, **_LIGHT}
-    plotter.add_mesh(section(grid), **colours)
-    plane, outline = cut(grid)
-    for mesh, look in ((plane, colours), (outline, {"color": "black", "line_width": 1.5})):
-        if mesh.n_cells:
-            # A little nearer to the eye, so that cells that reach through the plane do not hide it.
-            plotter.add_mesh(mesh.translate((0.0, -float(size.max()) * (1.0 if mesh is plane else 1.1), 0.0)), **look)
-    centre = (0.5 * (extent[0] + extent[1]), 0.5 * (bounds[2] + bounds[3]), 0.5 * (extent[2] + extent[3]))
-    plotter.camera_position = [(centre[0], centre[1] - 10.0 * float(size.max()), centre[2]), centre, (0, 0, 1)]
-    plotter.enable_parallel_projection()
-    plotter.camera.parallel_scale = 0.5 * float(size[1])
-    picture = plotter.screenshot(None, return_img=True)
-    plotter.close()
-    return picture, extent
+    from burst_fenicsx.meshing.placement import FACING, to_local
+
+    end, points = run.burst_time or 0.0, run.nodes["position"]
+    if run.is_axisymmetric:
+        points = to_local(points, *(run.rounds[0].attributes[key] for key in ("position", "axis")))
+    kind = pyvista.CellType.QUAD if run.is_axisymmetric else pyvista.CellType.HEXAHEDRON
+    last = pyvista.UnstructuredGrid({kind: run.cells["nodes"]}, points)
+    last.cell_data["part"] = np.asarray(run.cells["part"], dtype=np.int32)
+    last.point_data["velocity"] = run.nodes["velocity"]
+    states = [(end, last)]
+    if (path := run.folder / "burst.xdmf").is_file() and (run.folder / "burst").is_dir():
+        check_xdmf(path, InputError, "run `fragfield burst` again")  # VTK would crash on damaged files
+        reader: Any = pyvista.get_reader(str(path))
+        if earlier := [time for time in reader.time_values if 0.0 < time < 0.999 * end]:
+            half = min(earlier, key=lambda time: abs(time - 0.5 * end))
+            reader.set_active_time_value(half)
+            grid = _checked(reader.read(), path)
+            if run.is_axisymmetric:
+                grid.points = np.asarray(grid.points) @ FACING.T
+            states.insert(0, (half, grid))
+    return [(time, *_cut(grid, run)) for time, grid in states]
 
 
-def _speed_bar(figure: Figure, fastest: float) -> None:
-    """The scale of speeds along the foot of the figure, above which its panels are placed."""
-    from matplotlib.cm import ScalarMappable
-    from matplotlib.colors import Normalize
-
-    width, height = figure.get_size_inches()
-    place = figure.add_axes((0.12, 0.42 / height, 0.76, 0.019 * width / height))
-    bar = figure.colorbar(ScalarMappable(Normalize(0.0, fastest), SPEED_MAP), cax=place, orientation="horizontal")
-    bar.set_label("Speed (m/s)")
-    bar.outline.set_visible(False)  # type: ignore[operator]
+def _checked(grid: pyvista.UnstructuredGrid, where: Path) -> pyvista.UnstructuredGrid:
+    if "velocity" not in grid.point_data or "part" not in grid.cell_data:
+        raise InputError(f"{where}: velocity or part is missing; run `fragfield burst` again")
+    if grid.cell_connectivity.min() < 0 or grid.cell_connectivity.max() >= grid.n_points:
+        raise InputError(f"{where}: cells refer to nodes that do not exist; run `fragfield burst` again")
+    return grid
 
 
-def fragments_figure(run: RunFiles, width: float) -> Figure:
-    """Figure of the fragments some time on without drag, sized by mass, coloured by speed; width in inches."""
+def _cut(grid: pyvista.UnstructuredGrid, run: RunFiles) -> tuple[pyvista.PolyData, pyvista.PolyData]:
+    """The section of a state, and the outline of the casings in it."""
     import pyvista
 
-    points, _ = fragment_points(run, STREAK)
-    fastest = float(points.point_data["speed"].max()) or 1.0
+    from transition.placement.mirroring import images
+
+    grid.point_data["speed"] = np.linalg.norm(grid.point_data["velocity"], axis=1)
+    copies = [(np.diag([-1.0, 1.0, 1.0]), np.zeros(3))] if run.is_axisymmetric else []
+    copies += [(image.matrix, image.shift) for image in images(run.planes, str(run.folder))]
+    whole = pyvista.merge([grid, *(_copied(grid, *copy) for copy in copies)], merge_points=False)
+    casing = whole.extract_cells(np.flatnonzero(whole.cell_data["part"] == _CASING))
+    if run.is_axisymmetric:
+        section, casing_section = whole.extract_surface(algorithm=None), casing.extract_surface(algorithm=None)
+    else:  # a hair behind the axis, where planes of the mesh coincide with it
+        height = _axis_of_section(run) + 1e-4 * float(whole.bounds[3] - whole.bounds[2])
+        section, casing_section = (one.slice(normal="y", origin=(0.0, height, 0.0)) for one in (whole, casing))
+    if not casing_section.n_cells:
+        return section, casing_section
+    return section, casing_section.extract_feature_edges(
+        boundary_edges=True, feature_edges=False, manifold_edges=False, non_manifold_edges=False
+    )
+
+
+def _copied(
+    grid: pyvista.UnstructuredGrid, matrix: NDArray[np.float64], shift: NDArray[np.float64]
+) -> pyvista.UnstructuredGrid:
+    copy = grid.copy()
+    copy.points = np.asarray(grid.points) @ matrix.T + shift
+    return copy
+
+
+def _axis_of_section(run: RunFiles) -> float:
+    """The y (m) of the axis that is cut: of the round next to the centre, or before it; the same at all times."""
+    from transition.placement.mirroring import images
+
+    centres = []
+    for item in run.rounds:
+        position, axis = (np.asarray(item.attributes[key], dtype=np.float64) for key in ("position", "axis"))
+        centre = position + 0.5 * float(item.attributes["length"]) * axis / np.linalg.norm(axis)
+        centres += [centre, *(image.place(centre) for image in images(run.planes, str(run.folder)))]
+    places = [float(centre[1]) for centre in centres]
+    middle = 0.5 * (min(places) + max(places))
+    # Of two rounds equally near the front one is cut.
+    return min(places, key=lambda y: (round(abs(y - middle), 6), y))
+
+
+def _burst(run: RunFiles) -> pyvista.Plotter:
+    """The sections beside each other, with one scale of length and one of speed."""
+    sections = burst_sections(run)
+    fastest = max(float(section.point_data["speed"].max()) for _, section, _ in sections) or 1.0
+    plotter = _plotter((1, len(sections)), (600, 640))
+    bounds = np.array([section.bounds for _, section, _ in sections])
+    low, high = bounds[:, ::2].min(axis=0), bounds[:, 1::2].max(axis=0)
+    for place, (time, section, outline) in enumerate(sections):
+        plotter.subplot(0, place)
+        plotter.add_text(f"{1e6 * time:.0f} µs", font_size=14, color="black")
+        plotter.add_mesh(section, scalars="speed", cmap=SPEED_MAP, clim=(0.0, fastest), ambient=1.0, diffuse=0.0,
+                         scalar_bar_args={**_BAR, "title": "Speed (m/s)" + " " * place})  # fmt: skip
+        if outline.n_cells:
+            plotter.add_mesh(outline, color="black", line_width=2)
+        plotter.view_xz()
+        plotter.enable_parallel_projection()
+        plotter.reset_camera(bounds=tuple(np.ravel([low, high], order="F")))
+        plotter.camera.zoom(0.9)
+        _length_bar(plotter, low, high)
+    return plotter
+
+
+def _length_bar(plotter: pyvista.Plotter, low: NDArray[np.float64], high: NDArray[np.float64]) -> None:
+    """A bar of a round length above what is drawn."""
+    import pyvista
+
+    length = round_length(0.5 * float(high[0] - low[0]))
+    middle, top = 0.5 * float(low[0] + high[0]), float(high[2]) + 0.06 * float(high[2] - low[2])
+    ends = [(middle + side * length / 2.0, float(low[1]), top) for side in (-1.0, 1.0)]
+    plotter.add_mesh(pyvista.Line(*ends), color="black", line_width=4)
+    plotter.add_point_labels([ends[1]], [f" {1e3 * length:g} mm"], shape=None, show_points=False, font_size=22,
+                             text_color="black", always_visible=True)  # fmt: skip
+
+
+def _fragments(run: RunFiles) -> pyvista.Plotter:
+    """The fragments some time on without drag, spheres by mass, coloured by speed."""
+    import pyvista
+
+    velocity = run.fragments["velocity"]
+    points = pyvista.PolyData(run.fragments["position"] + STREAK * velocity)
+    points.point_data["speed"] = np.linalg.norm(velocity, axis=1)
+    points.point_data["size"] = np.cbrt(run.fragments["mass"])
     # A mean fragment is drawn as a hundredth of the cloud, whatever its size: true sizes may vanish.
     enlarged = 0.009 * float(points.length) / max(float(points.point_data["size"].mean()), 1e-9)
-    symbols = points.glyph(
-        scale="size", factor=enlarged, orient=False, geom=pyvista.Sphere(theta_resolution=8, phi_resolution=8)
-    )
-    plotter = pyvista.Plotter(off_screen=True, window_size=(1500, 1100))
-    plotter.set_background("white")
-    plotter.add_mesh(symbols, scalars="speed", cmap=SPEED_MAP, clim=(0.0, fastest), show_scalar_bar=False, **_LIGHT)
+    sphere = pyvista.Sphere(theta_resolution=8, phi_resolution=8)
+    plotter = _plotter((1, 1), (800, 640))
+    plotter.add_mesh(points.glyph(scale="size", factor=enlarged, orient=False, geom=sphere), scalars="speed",
+                     cmap=SPEED_MAP, ambient=0.45, diffuse=0.65, specular=0.0,
+                     scalar_bar_args={**_BAR, "title": "Initial speed (m/s)"})  # fmt: skip
+    wide, deep, high = np.ptp(points.points, axis=0)
+    plotter.add_text(f"Cloud {wide:.2f} x {deep:.2f} x {high:.2f} m", font_size=12, color="black")
     plotter.view_vector((-1.0, -1.6, 0.7), viewup=(0, 0, 1))
     plotter.enable_parallel_projection()
     plotter.reset_camera(bounds=points.bounds)
     plotter.camera.zoom(1.25)
-    picture = _cropped(plotter.screenshot(None, return_img=True))
+    return plotter
+
+
+def _plotter(shape: tuple[int, int], size: tuple[int, int]) -> pyvista.Plotter:
+    import pyvista
+
+    plotter = pyvista.Plotter(off_screen=True, shape=shape, window_size=(size[0] * shape[1], size[1]), border=False)
+    plotter.set_background("white")
+    return plotter
+
+
+def _png(plotter: pyvista.Plotter) -> bytes:
+    buffer = io.BytesIO()
+    plotter.screenshot(buffer)
     plotter.close()
-    extents = np.ptp(points.points, axis=0)
-    text = f"Cloud {extents[0]:.2f} × {extents[1]:.2f} × {extents[2]:.2f} m; spheres {enlarged:.2g} times their size"
-    return _cloud(picture, fastest, text, width, 0.45 * width + 1.5)
-
-
-def _cloud(picture: NDArray[np.uint8], fastest: float, text: str, width: float, height: float) -> Figure:
-    with drawing_style():
-        figure = blank_figure(width, height)
-        axis = figure.add_axes((0.02, 0.85 / height, 0.96, 1.0 - 1.1 / height))
-        axis.imshow(picture, interpolation="antialiased")
-        axis.set_axis_off()
-        axis.set_title(text, loc="center", fontsize=8 if width > 5 else 7, fontweight="normal")
-        _speed_bar(figure, fastest)
-    return figure
-
-
-def _cropped(picture: NDArray[np.uint8], margin: int = 12) -> NDArray[np.uint8]:
-    """The picture without its white borders."""
-    drawn = picture.min(axis=2) < 250
-    rows, columns = np.flatnonzero(drawn.any(axis=1)), np.flatnonzero(drawn.any(axis=0))
-    if not len(rows):
-        return picture
-    top, bottom, left, right = rows[0], rows[-1], columns[0], columns[-1]
-    return picture[max(0, top - margin) : bottom + margin, max(0, left - margin) : right + margin]
+    return buffer.getvalue()

@@ -37,7 +37,7 @@ def distance_of(realisations) -> tuple[float, float]:
     for fragments in realisations:
         result = flight.fly(fragments, fluence=criteria.fluence_grid(grid), sample=0, threads=1)
         groups.add(*density_counts(result))
-    found = expected_distance(groups, criteria.density, every_direction=False)
+    found = expected_distance(groups, criteria.density)
     return found.distance, found.standard_error
 
 

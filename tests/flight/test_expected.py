@@ -59,10 +59,10 @@ def estimates(field: Directions, azimuthal, weight: float, trials: int, seed: in
     expected = field.folded(expected_numbers(field.grid, radial, azimuthal)) / weight
     generator = np.random.default_rng(seed)
     found = []
-    for trial in range(trials):
+    for _ in range(trials):
         drawn = weight * generator.poisson(expected, size=(REALISATIONS, *expected.shape))
         groups = DensityGroups.of(field, np.stack([0.2 * drawn, drawn], axis=1).astype(float))
-        found.append(expected_distance(groups, LIMIT, draws=300, seed=trial, every_direction=False))
+        found.append(expected_distance(groups, LIMIT))
     return found
 
 
@@ -95,10 +95,10 @@ def test_bias_and_coverage_in_few_trials(basis, mirrors, azimuthal, weight) -> N
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("basis", "mirrors", "azimuthal", "weight", "low", "high"),
-    [(*case, *bounds) for case, bounds in zip(CASES, [(0.93, 0.97), (0.91, 0.97), (0.93, 1.0)], strict=True)],
+    [(*case, *bounds) for case, bounds in zip(CASES, [(0.93, 0.97), (0.91, 0.97), (0.92, 0.98)], strict=True)],
 )
 def test_bias_and_coverage_in_five_hundred_trials(basis, mirrors, azimuthal, weight, low, high) -> None:
-    """Measured: 95 %; 92.8 % of one narrow peak, whose distance is 0.3 % short; 99.4 % of two that are alike."""
+    """95 %; of one narrow peak, whose distance is 0.3 % short, 93 %; of two that are alike 95 % (120 trials each)."""
     field = directions(basis, mirrors)
     truth = true_distance(1.0 if basis == "all_azimuths" else smoothed_peak())
     judge(estimates(field, azimuthal, weight, 500, seed=4), truth, low, high)
@@ -218,7 +218,7 @@ def test_few_realisations_know_their_standard_error(number: int) -> None:
     groups = DensityGroups(Directions(grid))
     for one in share:
         groups.add((1.0 + one) * field, np.zeros_like(field))
-    found = expected_distance(groups, LIMIT, draws=4000)
+    found = expected_distance(groups, LIMIT)
     error = 200.0 / power * share.std(ddof=1) / math.sqrt(number)
     assert found.standard_error == pytest.approx(error, rel=0.05)
     # Student's 95 % quantile for so many: 2.92, 2.35, 1.89.

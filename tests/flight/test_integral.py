@@ -162,7 +162,7 @@ def test_it_is_the_mean_of_realisations(spray: Spray, directions: Directions, gr
 
 def test_a_vertical_axis_has_one_distance_in_all_directions() -> None:
     """The weights in every direction of an upright round are those of the integral over all azimuths."""
-    one = integrate(Spray(), UPRIGHT, Criteria()).expected(every_direction=False)
+    one = integrate(Spray(), UPRIGHT, Criteria()).expected()
     every = integrate(Spray(), DIRECTED, Criteria()).expected()
     assert np.ptp(every.by_direction) < 0.02
     assert every.distance == pytest.approx(one.distance, rel=2e-3)
@@ -181,14 +181,14 @@ def test_a_lying_round_turned_in_azimuth_turns_its_directions() -> None:
 def test_neither_a_last_bit_nor_the_threads_move_it() -> None:
     first = integrate(Spray(), UPRIGHT, Criteria(), threads=1, points=1024)
     assert np.array_equal(first.fields, integrate(Spray(), UPRIGHT, Criteria(), threads=2, points=1024).fields)
-    base = first.expected(every_direction=False).distance
+    base = first.expected().distance
     for change in (1e-6, -1e-6):
         moved = integrate(Spray(speed=900.0 * (1.0 + change)), UPRIGHT, Criteria(), points=1024)
-        assert abs(moved.expected(every_direction=False).distance - base) < 2e-3
+        assert abs(moved.expected().distance - base) < 2e-3
 
 
 def test_its_error_is_that_of_its_points() -> None:
-    few, many = (integrate(Spray(), UPRIGHT, Criteria(), points=n).expected(every_direction=False) for n in (512, 8192))
+    few, many = (integrate(Spray(), UPRIGHT, Criteria(), points=n).expected() for n in (512, 8192))
     assert many.standard_error < 0.3 * few.standard_error
     assert abs(few.distance - many.distance) < 4.0 * few.standard_error
 

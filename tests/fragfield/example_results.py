@@ -30,7 +30,7 @@ def _completed(part: type[Part], values: dict[str, Any], run: dict[str, Any]) ->
     optional = {one.name for one in fields(part) if one.default is not MISSING or one.default_factory is not MISSING}
     for key, _, kind in outputs(part):
         inner, own = _part(kind), run.get(key)
-        own = own[0] if isinstance(own, list) and own and inner else own
+        own = (own[0] if own else None) if isinstance(own, list) and inner else own
         if inner is not None and key in values and values[key] is not None:
             other = own if isinstance(own, dict) else _find(inner, Summary, _RUN)
             if isinstance(values[key], list):

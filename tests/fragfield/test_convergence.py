@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import signal
 import subprocess
@@ -22,15 +23,17 @@ from fragfield.pipeline.grid_convergence import grid_convergence
 from fragfield.pipeline.job import Job, RunOptions
 from fragfield.pipeline.parallel import Team
 from fragfield.report.findings.hazard import convergence_findings
-from fragfield.report.tables.convergence import convergence_tables
 from fragfield.results.burst import Burst
 from fragfield.results.hazard import Hazard
+from fragfield.results.part import to_json
 from fragfield.results.summary import Summary
 from fragfield.results.words import not_included_words
 from fragfield.terminal.progress import ProgressReporter
 from fragfield.terminal.show import convergence_words
 from tests.fragfield.example_results import example
+from tests.fragfield.plain_reports import plain_report
 from tests.fragfield.short_run import ROOT, command, environment
+from tests.fragfield.synthetic_run import write_run
 
 BURST = {"geometry": "axisymmetric", "wall_seconds": 10.0, "cells": 1600,
          "cell_size": 0.003, "mean_initial_speed": 1009.0, "max_initial_speed": 1400.0, "outer_diameter": 0.4,
@@ -221,7 +224,7 @@ def _run(share, *, kind="monotone", tolerance=0.02):
     parts = {"convergence": {"sizes": sizes, "quantities": {"expected_distance": quantity}, "reason": ""},
              "hazard": {"expected": 100.0, "determined": True, "tolerance": tolerance},
              "burst": {"cell_size": 0.003}}  # fmt: skip
-    return SimpleNamespace(part=lambda name: parts.get(name, {}))
+    return SimpleNamespace(summary=example(Summary, **parts))
 
 
 def test_a_distance_that_its_cells_leave_open_is_a_warning():
@@ -233,14 +236,16 @@ def test_a_distance_that_its_cells_leave_open_is_a_warning():
     assert good.weight == "good"
 
 
-def test_the_report_has_a_line_for_each_quantity():
-    (table,) = convergence_tables(_run(0.03))
-    assert table.head[1] == "3\u00a0mm (this run)"
-    (line,) = table.lines
+def test_the_report_has_a_line_for_each_quantity(tmp_path):
+    folder = write_run(tmp_path / "run")
+    summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+    summary["convergence"] = to_json(_run(0.03).summary.convergence)
+    summary["burst"]["cell_size"] = 0.003
+    (folder / "summary.json").write_text(json.dumps(summary), encoding="utf-8")
+    head, line = plain_report(folder).tables["Grid convergence"]
+    assert head[1] == "3 mm (this run)"
     assert line == (
-        "Expected distance (m)",
-        "100\u00a0±\u00a01", "101\u00a0±\u00a01", "103\u00a0±\u00a01",
-        "1.5", "99", "3", "order observed",
+        "Expected distance (m)", "100 ± 1", "101 ± 1", "103 ± 1", "1.5", "99", "3", "order observed",
     )  # fmt: skip
 
 

@@ -7,11 +7,13 @@ from pathlib import Path
 import pytest
 
 from fragfield.case import load_case
-from fragfield.case.conversion.symmetry import burst_geometry
+from fragfield.case.problem import burst_geometry
 from fragfield.report.findings import evidence
 from fragfield.report.reading.run_files import RunFiles
 from fragfield.results.summary import Summary
 from tests.fragfield.example_results import example
+from tests.fragfield.plain_reports import plain_report
+from tests.fragfield.synthetic_run import write_run
 from validation.record import EVIDENCE, read_record, write_evidence
 from validation.runs import ROOT
 
@@ -64,13 +66,14 @@ def test_given_fragments_are_held_against_the_flight_alone():
     assert {row["case"] for row in evidence.bearing(arena)} == {"m107_1944"}
 
 
-def test_a_comparison_is_shown_with_its_difference_and_source():
-    paragraph, table = evidence.validation_blocks(ready("m107_tnt"))
+def test_a_comparison_is_shown_with_its_difference_and_source(tmp_path):
+    page = plain_report(write_run(tmp_path / "run", rounds=1))
     row = next(row for row in evidence.evidence()["comparisons"] if row["case"] == "m107_1944")
-    assert row["source"] in table.note
-    (line,) = (line for line in table.lines if line[0] == f"m107_1944: {row['quantity']}")
-    assert line[3] == f"{100 * row['error']:+.1f} %".replace("-", "−")
-    assert "checks passed" in paragraph.text
+    (line,) = (line for line in page.tables["Comparisons that bear on this case"]
+               if line[0] == f"m107_1944: {row['quantity']}")  # fmt: skip
+    assert line[3] == f"{100 * row['error']:+.1f} %"
+    assert row["source"] in page.sections["validation"]
+    assert "checks passed" in page.sections["validation"]
 
 
 def test_the_evidence_is_that_of_the_record_and_short(tmp_path):

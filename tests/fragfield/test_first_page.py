@@ -18,8 +18,8 @@ from fragfield.checking.case_warnings import doubts, thinnest_wall
 from fragfield.hazard.recommended import recommended_of
 from fragfield.hazard.verdict import part_text
 from fragfield.report import read_run
-from fragfield.report.figures.drawing import draw_figure, drawing_style, new_figure, plain_name
-from fragfield.report.figures.site import exposed_figure, site_figure
+from fragfield.report.figures.drawing import drawing_style, new_figure, plain_name
+from fragfield.report.figures.registered import FIGURES
 from fragfield.report.findings.hazard import convergence_findings
 from fragfield.report.findings.reasons import reasons_for
 from fragfield.report.reading.run_files import RunFiles
@@ -162,8 +162,8 @@ def test_names_are_neither_mathematics_nor_boxes():
 
 def test_figures_with_such_names_are_drawn(run):
     read = read_run(run[0])
-    for figure in (exposed_figure, site_figure):
-        assert b"<svg" in draw_figure(read, figure)
+    for name in ("exposed_sites", "site_map"):
+        assert b"<svg" in FIGURES[name].svg(read)
 
 
 def test_a_comparison_of_a_single_round_is_no_reason_to_trust_a_stack(tmp_path):

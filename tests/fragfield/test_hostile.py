@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import get_args, get_type_hints
 
 import pytest
+from typer.main import get_command
 
 from fragfield.cli import app
 from fragfield.cli.application import file_path
@@ -141,13 +142,13 @@ def test_surroundings_that_no_run_survives_are_one_line_and_exit_2(tmp_path, var
 def test_every_file_that_is_typed_is_made_absolute():
     """The command line leaves the folder in which it began: a relative name would mean another file."""
     loose, found = [], 0
-    for one in app.registered_commands:
+    for command, one in get_command(app).commands.items():
         hints = get_type_hints(one.callback, localns={"Path": Path}, include_extras=True)
         for name, hint in hints.items():
             kinds = (hint.__origin__, *get_args(hint.__origin__)) if hasattr(hint, "__metadata__") else ()
             if Path in kinds:
                 found += 1
-                loose += [f"{one.callback.__name__} {name}"] if hint.__metadata__[0].parser is not file_path else []
+                loose += [f"{command} {name}"] if hint.__metadata__[0].parser is not file_path else []
     assert found > 20
     assert loose == []
 

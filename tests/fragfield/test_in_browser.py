@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from tests.fragfield.browser import needs_chromium, open_page, script_errors
-from tests.fragfield.test_report import FIGURES
+from tests.fragfield.test_report import SHOWN
 
 pytestmark = needs_chromium
 A4 = (210.0, 297.0)
@@ -55,7 +55,7 @@ def test_every_figure_is_drawn_without_sideways_scrolling(run, tmp_path, width):
     assert title[1] != "-", done.stderr
     found = json.loads(unescape(title[1]))
     assert found["width"] == width
-    assert found["seen"] == [True] * len(FIGURES)
+    assert found["seen"] == [True] * len(SHOWN)
     assert found["wide"] == 0
     assert found["out"] == []
     assert found["tables"] == [], "tables that are cut at the edge"

@@ -11,13 +11,11 @@ from fragfield.case import load_case
 from fragfield.hazard.contents import COMPARISON, DISPOSAL, SITING, contents_of
 from fragfield.hazard.rules import rules_for
 from fragfield.hazard.to_apply import distance_to_apply, official_part
-from fragfield.report import read_run
-from fragfield.report.tables.rules import prescribed_table
 from fragfield.results.hazard import Hazard
 from fragfield.results.part import to_json
 from fragfield.results.rules import DistanceToApply, Official, Rule
 from tests.fragfield.example_results import example
-from tests.fragfield.plain_reports import draw_nothing
+from tests.fragfield.plain_reports import Report, draw_nothing
 from tests.fragfield.short_run import RINGS, ROOT, invoke
 
 OFFICIAL = '\n[official]\nhazardous_fragment_distance = "{hazardous}"\nsource = "Authority, table 1, p. 7"\n'
@@ -248,8 +246,8 @@ def test_every_view_of_a_run_shows_the_distance_to_apply(run):
     assert found.computed == summary["hazard"]["recommended"]
     assert (found.siting.distance, found.siting.by) == (9000.0, "the official hazardous fragment distance")
     assert str(opened.hazard).startswith(f"{line}\nrecommended distance ")
-    (table,) = prescribed_table(read_run(folder))
-    lines = {entry[0]: entry[1:] for entry in table.lines}
+    table = Report((folder / "report.html").read_text(encoding="utf-8")).tables["Prescribed distances"]
+    lines = {entry[0]: entry[1:] for entry in table}
     assert lines["Official hazardous fragment distance"] == ("9,000", "Authority, table 1, p. 7")
     page, site = ((folder / name).read_text(encoding="utf-8") for name in ("report.html", "map.html"))
     assert line.removeprefix("Distance to apply: ") in page

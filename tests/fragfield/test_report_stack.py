@@ -8,18 +8,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fragfield.case import CaseTable
 from fragfield.case.load import case_from_document
-from fragfield.hazard.verdict import exposed_rounds, exposure_words
-from fragfield.report.blocks import Rows, Table
+from fragfield.hazard.verdict import exposure_words
 from fragfield.report.findings.findings import findings
-from fragfield.report.reading.run_files import RunFiles, read_run
-from fragfield.report.sections import sections
-from fragfield.report.tables.ignition import exposure_table, ignition_table
+from fragfield.report.reading.run_files import RunFiles
 from fragfield.results.burst import Exposure
 from fragfield.results.summary import Summary
 from fragfield.terminal.show import print_summary
 from tests.fragfield.example_results import complete, example
+from tests.fragfield.plain_reports import plain_report
 from tests.fragfield.synthetic_run import write_run
 
 CONTACT = {
@@ -38,21 +35,11 @@ def changed(folder, change):
     return folder
 
 
-def blocks(folder):
-    """All blocks of the report by the key of their section, without figures."""
-    parts = sections(read_run(folder), lambda *_: [], lambda *_: [])
-    return {part.key: part.blocks for part in parts}
-
-
-def table(found, title):
-    return next(block for block in found if isinstance(block, (Rows, Table)) and block.title == title)
-
-
 @pytest.fixture(scope="module")
 def pallet(tmp_path_factory):
     def change(summary):
         burst = summary["burst"]
-        burst["contact"], burst["max_penetration"] = CONTACT, 4.2e-4
+        burst["contact"] |= CONTACT
         for index, one in enumerate(burst["rounds"]):
             one["products_balance"] = 0.99 if index else 0.12
             one["mean_initial_speed"] = 1085.0 + 10.0 * index
@@ -63,28 +50,6 @@ def pallet(tmp_path_factory):
 
 
 ROUND = {"profile": "tube", "explosive": "tnt", "casing": "steel_paper"}
-
-
-def plain(text):
-    return text.replace("\u00a0", " ").replace("\u202f", " ").replace("\u2212", "-")
-
-
-def test_ignition_and_initiation_are_reported_in_words():
-    rounds = [
-        {**ROUND, "name": "a", "position": ["0.1 m", "0.0 m", "1.0 m"],
-         "ignition": [{"station": "0.1 m", "delay": "3e-06 s"}, {"station": "0.2 m", "delay": "0.0 s"}]},
-        {**ROUND, "name": "b", "position": ["0.1 m", "0.0 m", "1.0 m"], "ignition": [],
-         "initiation": {"pressure": "5e9 Pa", "duration": "2e-07 s"}},
-    ]  # fmt: skip
-    run = RunFiles(None, case=CaseTable.model_validate({"round": rounds}))
-    from fragfield.report.tables.rounds import arrangement_table
-
-    (found,) = arrangement_table(run)
-    assert [line[-1] for line in found.lines] == ["at 0 and 3 µs", "by 5 GPa held for 0.200 µs"]
-    assert found.lines[0][1:5] == ("100", "0", "1,000", "0, 0, 1")
-    alone = RunFiles(None, case=CaseTable.model_validate({"round": rounds[:1]}))
-    assert not list(arrangement_table(alone)), "one round stands in its own table"
-
 
 IGNITION = {
     "a": [{"by": "point", "time": 0.0, "place": [0.0, 0.0, 0.3], "station": 0.0},
@@ -100,9 +65,14 @@ def _initiated():
     return RunFiles(None, summary=example(Summary, burst={"rounds": rounds}))
 
 
-def test_when_where_and_by_what_each_round_was_initiated():
-    (found,) = ignition_table(_initiated())
-    assert [tuple(map(plain, line)) for line in found.lines] == [
+def test_when_where_and_by_what_each_round_was_initiated(tmp_path):
+    def change(summary):
+        rounds = summary["burst"]["rounds"]
+        for one, (name, found) in zip(rounds, IGNITION.items(), strict=True):
+            one |= {"name": name, "ignition": found}
+
+    folder = changed(write_run(tmp_path / "run", rounds=3), change)
+    assert plain_report(folder).tables["Ignition of the rounds"][1:] == [
         ("a", "own point", "0", "0", "0", "300", "0"),
         ("a", "own point, delayed", "4", "0", "0", "0", "300"),
         ("b", "shock", "43.21", "122.5", "-10", "200", "100"),
@@ -118,35 +88,23 @@ def test_a_round_that_was_never_initiated_is_warned_of_once_and_one_initiated_by
 
 
 def test_every_round_has_its_line_with_the_products_balance(pallet):
-    found = table(blocks(pallet)["burst"], "Rounds at the end of the burst")
-    assert len(found.lines) == 8
-    assert all(len(line) == len(found.head) for line in found.lines)
-    assert found.head[-1] == "Products (%)"
-    assert [line[-1] for line in found.lines] == ["12", *["99"] * 7]
-    assert [plain(line[5]) for line in found.lines[:3]] == ["1,085", "1,095", "1,105"]
+    head, *lines = plain_report(pallet).tables["Rounds at the end of the burst"]
+    assert len(lines) == 8
+    assert all(len(line) == len(head) for line in lines)
+    assert head[-1] == "Products (%)"
+    assert [line[-1] for line in lines] == ["12", *["99"] * 7]
+    assert [line[5] for line in lines[:3]] == ["1,085", "1,095", "1,105"]
 
 
 def test_contact_is_reported_with_its_overlaps_in_millimetres_and_cells(pallet):
-    rows = {row.name: row for row in table(blocks(pallet)["burst"], "Contact").rows}
-    front = rows["Largest overlap of charge and casing, while a front passes"]
-    assert plain(front.value) == "420.0 µm"
-    assert plain(front.note) == "3.5 % of a cell"
-    assert rows["Contacts of charge and casing: bonded"].value == "0"
-    assert rows["– that have slid off an edge"].value == "5,120"
-    assert plain(rows["Heat of friction"].value) == "84 kJ"
-    assert "Largest overlap with a plane" not in rows, "nothing reached a plane"
-
-
-def test_images_are_named_with_their_rounds(pallet):
-    found = table(blocks(pallet)["break-up"], "Fragments by round")
-    assert found.head[1] == "Image of"
-    assert [line[1] for line in found.lines] == ["–"] * 4 + ["round A", "round B", "round C", "round D"]
-    run = read_run(pallet)
-    for index, line in enumerate(found.lines):
-        masses = run.fragments["mass"][run.fragments["round"] == index]
-        assert line[2] == f"{len(masses):,}"
-        assert float(line[4]) == pytest.approx(1e3 * masses.max(), rel=1e-3)
-    assert "value='8; 4 more behind planes of symmetry'" in str(blocks(pallet)["decision"][0])
+    page = plain_report(pallet)
+    rows = {line[0]: line[1] for line in page.tables["Mesh and contact"]}
+    assert rows["Largest overlap of charge and casing, while a front passes 3.5 % of a cell"] == "420.0 µm"
+    assert rows["Contacts of charge and casing: bonded"] == "0"
+    assert rows["– that have slid off an edge"] == "5,120"
+    assert rows["Heat of friction"] == "84 kJ"
+    assert not any("Largest overlap with a plane" in name for name in rows), "nothing reached a plane"
+    assert "8; 4 more behind planes of symmetry" in page.sections["decision"]
 
 
 def reported(case=None, records=(), **burst):
@@ -202,8 +160,7 @@ def test_findings_report_what_has_passed_through(passed, weight, words):
 
 
 def test_nothing_is_said_of_contact_where_nothing_touched():
-    for burst in ({"max_penetration": None}, {"max_penetration": 0.0}, {}, {"contact": dict.fromkeys(CONTACT, 0)}):
-        assert not any("of a cell" in text for _, text in reported(**burst))
+    assert not any("of a cell" in text for _, text in reported(contact=dict.fromkeys(CONTACT, 0)))
 
 
 def test_rounds_without_contact_are_reported_once():
@@ -218,15 +175,14 @@ def test_rounds_without_contact_are_reported_once():
 
 
 def test_a_round_that_did_not_detonate_is_named():
-    began = {"ignition": IGNITION["a"]}
+    balances = {"donor": 0.98, "waiting": 0.0}
     rounds = [
-        {"name": "donor", "products_balance": 0.98, **began},
-        {"name": "waiting", "products_balance": 0.0, **began},
+        {"name": name, "products_balance": balance, "ignition": IGNITION["a"]} for name, balance in balances.items()
     ]
     found = [text for weight, text in reported(rounds=rounds) if weight == "warning" and "Round “" in text]
     assert len(found) == 1
     assert found[0].startswith("Round “waiting” gave 0 % of its charge's heat")
-    assert not any("Round “" in text for _, text in reported(rounds=[{"name": name, **began} for name in "ab"]))
+    assert not any("Round “" in text for _, text in reported(rounds=rounds[:1]))
 
 
 def test_hourglass_control_that_shows_in_the_speeds_is_reported():
@@ -277,14 +233,17 @@ def test_a_sentence_gives_pressure_time_energy_threshold_and_what_the_cells_allo
     assert weak == "largest pressure 0.4 GPa, never above the threshold of 1 GPa from which a pulse is counted"
 
 
-def test_only_rounds_that_wait_are_in_the_table():
-    run = run_with()
-    assert [(name, initiated) for name, _, initiated in exposed_rounds(run.burst_rounds)] == [("acceptor", False)]
-    (table,) = exposure_table(run)
-    assert table.lines == (
-        ("acceptor", "no", "3.95", "3.20", "2.50", "1.50", "1.38 to 1.84", "within, cells too coarse", "1.8"),
-    )
-    assert list(exposure_table(RunFiles(Path(), summary=example(Summary, burst={"rounds": [{"name": "donor"}]})))) == []
+def test_only_rounds_that_wait_are_in_the_table(tmp_path):
+    def change(summary):
+        donor, acceptor = summary["burst"]["rounds"]
+        donor["ignition"], acceptor["ignition"] = IGNITION["a"], []
+        acceptor["exposure"] = EXPOSURE
+
+    page = plain_report(changed(write_run(tmp_path / "run", rounds=2), change))
+    (line,) = page.tables["Shock loading of rounds without ignition points"][1:]
+    assert line[1:] == ("no", "3.95", "3.20", "2.50", "1.50", "1.38 to 1.84", "within, cells too coarse", "1.8")
+    title = "Shock loading of rounds without ignition points"
+    assert title not in plain_report(write_run(tmp_path / "other", rounds=2)).tables
 
 
 @pytest.mark.parametrize(

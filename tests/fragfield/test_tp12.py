@@ -11,16 +11,14 @@ import pytest
 
 import transition
 from fragfield.case import load_case
-from fragfield.case.conversion.stages import break_up_settings
+from fragfield.case.problem import break_up_settings
 from fragfield.files.run_directory import SCRATCH, RunDirectory
 from fragfield.hazard.rules import BEAM, STACK, rules_of, stack_counts, tp12_part, tp12_rules
 from fragfield.pipeline.job import Job, RunOptions
 from fragfield.pipeline.parallel import Team
 from fragfield.pipeline.single_round import REALISATIONS, SingleRound, single_round, single_round_case
-from fragfield.report import read_run
-from fragfield.report.tables.rules import rule_tables
 from fragfield.terminal.progress import ProgressReporter
-from tests.fragfield.plain_reports import draw_nothing
+from tests.fragfield.plain_reports import draw_nothing, plain_report
 from tests.fragfield.short_run import invoke
 
 BURST = """seed = 1
@@ -219,8 +217,8 @@ def test_single_lying_and_stacked_rounds_have_the_same_beam(tmp_path, monkeypatc
         assert parts[name]["beam"]["distance"] == pytest.approx(parts["upright"]["beam"]["distance"], rel=0.038), name
     assert parts["pair"]["stack"]["distance"] > parts["pair"]["beam"]["distance"]
     assert parts["upright"]["stack"] is None
-    table = next(iter(rule_tables(read_run(tmp_path / "pair"))))
-    assert [row[0] for row in table.lines[1:3]] == [BEAM, STACK]
+    table = plain_report(tmp_path / "pair").tables["Distances by rules, compared with the computed one"]
+    assert [row[0] for row in table[2:4]] == [BEAM, STACK]
     metres = [math.ceil(parts["pair"][name]["distance"]) for name in ("beam", "stack")]
-    assert [row[2] for row in table.lines[1:3]] == [f"{one}" for one in metres]
+    assert [row[2] for row in table[2:4]] == [f"{one}" for one in metres]
     assert not (tmp_path / "pair" / SCRATCH).exists()

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from fragfield.hazard.exposed import NORMAL_95
+from flight.hazard.density.expected import NORMAL_95
 from fragfield.studies.uncertainty.inputs import Distribution
 from fragfield.studies.uncertainty.plan import latin_hypercube, seed_of, shared_bursts
 from fragfield.studies.uncertainty.statistics import analyse, columns_of, spread_of, without_statistical_error

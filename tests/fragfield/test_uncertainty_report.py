@@ -10,9 +10,8 @@ import pytest
 
 from fragfield.case import load_case
 from fragfield.files.stamped import stamped_json
-from fragfield.report import write_report
+from fragfield.report import write_report, write_uncertainty_page
 from fragfield.report.reading.run_files import read_run
-from fragfield.report.uncertainty_page import write_uncertainty_page
 from fragfield.results.summary import Summary
 from fragfield.studies.study import Row
 from fragfield.studies.tasks import Outcome
@@ -93,6 +92,6 @@ def test_too_few_samples_give_no_result(folder, tmp_path):
 
 def test_what_moves_the_distance_stands_under_its_own_heading(folder):
     page = write_uncertainty_page(folder, folder, read_run(folder).study).read_text()
-    shares = page[page.index('<section id="shares">') : page.index('<section id="inputs">')]
+    shares = page[page.index('<section id="shares">') : page.index('<section id="uncertain-inputs">')]
     assert "figure-uncertainty_tornado" in shares
     assert "Share of each input" in shares

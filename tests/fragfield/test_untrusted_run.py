@@ -61,7 +61,7 @@ def test_cells_of_a_series_that_name_no_node_are_refused(run_copy, node, without
     _foreign(run_copy / "burst" / "0000.h5", _set("cells", node))
     done = invoke("report", run_copy, "--quiet")
     assert done.exit_code == 2, done.stderr
-    assert "0000.h5: cells refer to nodes that do not exist" in done.stderr
+    assert "burst.xdmf: cells refer to nodes that do not exist" in done.stderr
 
 
 @pytest.mark.parametrize(

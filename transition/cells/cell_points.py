@@ -14,7 +14,9 @@ dimensions it weighs 0.16 mean masses: about 1.8 g for a 155 mm shell, whose haz
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from functools import cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -23,13 +25,14 @@ from scipy.optimize import brentq
 from transition.cells.interpolation import modes
 from transition.cells.points import MaterialPoints, PointArrays
 from transition.kernels.sampling import sample_cells
+from transition.law.mott import MottLaw, MottPart
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.typing import NDArray
 
-    from transition.law.mott import MottLaw
+    from transition.law.mott import Dimension
 
 
 POINTS_PER_FRAGMENT = 8
@@ -40,11 +43,18 @@ _EIGHT_UP_TO = 400_000  # points of a casing up to which every cell has eight at
 
 def lightest_that_matters(law: MottLaw) -> float:
     """Mass (kg) of the fragment above which fragments hold `MASS_THAT_MATTERS` of the mass of `law`."""
+    return law.mean * _lightest(tuple((part.dimension, part.weight) for part in law.parts))
+
+
+@cache
+def _lightest(parts: tuple[tuple[Dimension, float], ...]) -> float:
+    """That of a law of the mean mass one, with these dimensions and weights of its parts."""
+    law = MottLaw(tuple(MottPart(dimension, 1.0 / math.factorial(dimension), weight) for dimension, weight in parts))
 
     def excess(logarithm: float) -> float:
-        return float(law.mass_fraction_above(law.mean * np.exp(logarithm))) - MASS_THAT_MATTERS
+        return float(law.mass_fraction_above(np.exp(logarithm))) - MASS_THAT_MATTERS
 
-    return float(law.mean * np.exp(brentq(excess, -20.0, 3.0)))
+    return float(np.exp(brentq(excess, -20.0, 3.0)))
 
 
 def numbers(

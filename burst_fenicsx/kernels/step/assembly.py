@@ -153,7 +153,8 @@ def _run_pieces(
         end = charges + schedule.active[chunk, min_level, 1]
         released = totals.released[chunk]
         call_at(kernels.charges, (element, np.int64(charges), np.int64(end), step, time, cells, work, released))
-        totals.energy[chunk] += energy[:5]
+        for part in range(5):  # two slices would have numba compile the text of an error
+            totals.energy[chunk, part] += energy[part]
         totals.stable_step[chunk], totals.smallest_volume[chunk] = energy[5], energy[6]
         totals.smallest[chunk] = int(energy[7])
 

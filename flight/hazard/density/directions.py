@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 KERNEL = 10.0
 """Half-width of the azimuth kernel (degrees): narrower than the jets between neighbouring rounds."""
 RADIAL = 0.04  # h: standard deviation of the radial kernel in ln r
+_TOGETHER = 32  # positions whose densities are computed from the cells that matter to them
 SPACING = 0.02  # in ln r, of the positions at which the density is computed; between them it is a power of r
 _COSINE_MOMENT = 1.0 / 3.0 - 2.0 / math.pi**2  # second moment of the raised cosine over its half-width squared
 
@@ -156,6 +157,22 @@ class RadialSmoothing:
         self.smooth = np.diff(0.5 * _erf(gap / math.sqrt(2.0)), axis=0) / width
         self.slope = -np.diff(np.exp(-0.5 * gap**2), axis=0) / (width * RADIAL * math.sqrt(2.0 * math.pi))
         self.area = (2.0 * math.pi / grid.azimuth_cells) * np.exp(2.0 * self.places)
+
+    def smoothed(self, number: Array, last: int) -> tuple[Array, Array]:
+        """Number per ln r and its derivative at the first places (..., last) from numbers by cell (..., r)."""
+        found = np.zeros((2, *number.shape[:-1], last))
+        for begin in range(0, last, _TOGETHER):
+            here = slice(begin, min(begin + _TOGETHER, last))
+            cells = held(self.smooth[: number.shape[-1], here].any(axis=1))
+            for values, kernel in zip(found, (self.smooth, self.slope), strict=True):
+                values[..., here] = np.tensordot(number[..., cells], kernel[cells, here], 1)
+        return found[0], found[1]
+
+
+def held(used: NDArray[np.bool_]) -> slice:
+    """From the first to the last that is used."""
+    places = np.flatnonzero(used)
+    return slice(int(places[0]), int(places[-1]) + 1) if places.size else slice(0)
 
 
 def _raised_cosine(gap: Array, half: float) -> Array:

@@ -36,7 +36,7 @@ class ExpectedDistance:
     mirrors : tuple of float
         Azimuths of mirror planes about which directions were folded (degrees).
     max_bias : float
-        Bias of taking the worst direction, taken off `distance`; `upper` is above it.
+        Bias of taking the worst direction, taken off `distance`.
     azimuth, by_direction, upper_by_direction : (k,) float64
         Directions all around (degrees), the distance in each, and its one-sided 95 % bound in that direction (NaN for
         a single realisation), neither beyond the distance and the bound above. Over all azimuths one entry.

@@ -15,11 +15,13 @@ more, as much as its noise asks: its Fourier component k passes by S/(S + N), wi
 realisations, which is the same for all k, and the prior variance S of greatest likelihood (empirical Bayes: a penalised
 Fourier series whose penalty the data choose). Directions that are alike pool themselves, and what stands out of the
 noise stays. What the mean of the largest of draws exceeds the largest by is the bias that is left (`max_bias`): it is
-taken off the distance, and the upper bound is above both. Deviations pass by the root, as those of the posterior do
-(Wahba 1983): they bear the flattening of peaks too.
+taken off the distance. Deviations pass by the root, as those of the posterior do (Wahba 1983): they bear the flattening
+of peaks too.
 
 Certainty. Standard error and one-sided 95 % bound come from the bootstrap over realisations (Efron 1979), or over
-groups of neighbouring ones, with Student's factor for their number, in ln r.
+groups of neighbouring ones, in ln r. By as much as a draw changes the density at the distance of a direction, the mean
+density is raised or lowered everywhere: where that falls through the limit is the drawn distance. The standard error is
+that of the largest of all directions; the bound adds Student's factor times the scatter in the worst direction.
 """
 
 from __future__ import annotations
@@ -33,7 +35,7 @@ import numpy as np
 from flight.arguments import require_number
 from flight.errors import InputError
 from flight.hazard.density.density_counts import DensityGroups
-from flight.hazard.density.directions import RADIAL, SPACING
+from flight.hazard.density.directions import RADIAL, SPACING, held
 from flight.hazard.density.distance import ExpectedDistance
 
 if TYPE_CHECKING:
@@ -43,7 +45,8 @@ if TYPE_CHECKING:
 
 
 KINDS = ("ground", "normal")
-INSIDE, BEYOND = 0.6, 1.0  # of ln r about a distance, in which its bootstrap looks for it
+INSIDE = 0.6  # of ln r that a draw may lie short of a distance
+_LOWEST = 1e-40  # density over the limit that is not none
 NEAR_WORST = 0.3  # ln r below the worst direction's distance, within which others compete with it
 DECAYS = (0.0, 1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0)
 WIDTHS = (2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 16.0, 24.0, 32.0)
@@ -57,12 +60,12 @@ _ROUNDS = 3
 
 
 class Estimate:
-    """One estimate: fields, positions and draws, and the distances from them.
+    """One estimate: densities in all directions, how they scatter, and the distances from them.
 
     Fields are smoothed over distance first, group by group: all that follows is linear in them up to the density.
     """
 
-    def __init__(self, groups: DensityGroups, limit: float, draws: int, seed: int) -> None:
+    def __init__(self, groups: DensityGroups, limit: float) -> None:
         self.directions, self.limit = groups.directions, limit
         self.sums, self.sizes = groups.sums, groups.sizes  # (g, 2, c, r)
         grid = self.directions.grid
@@ -70,77 +73,49 @@ class Estimate:
             grid = grid.up_to(grid.reach + grid.cell * (self.sums.shape[-1] - grid.shape[1]))
             self.directions = replace(self.directions, grid=grid)
         self.total, self.count = self.sums.sum(axis=0), int(self.sizes.sum())
-        radial = self.directions.radial
+        self.radial = self.directions.radial
         occupied = np.flatnonzero(self.total.any(axis=(0, 1)))
-        end = math.log(self.directions.grid.edges[occupied[-1] + 1]) if occupied.size else radial.places[0]
-        self.last = min(len(radial.places), int(np.searchsorted(radial.places, end + 4.0 * RADIAL)) + 2)
-        self.radial = radial
+        end = math.log(self.directions.grid.edges[occupied[-1] + 1]) if occupied.size else self.radial.places[0]
+        self.last = min(len(self.radial.places), int(np.searchsorted(self.radial.places, end + 4.0 * RADIAL)) + 2)
+        self.places, self.area = self.radial.places[: self.last], self.radial.area[: self.last]
         self.several = len(self.sums) > 1
-        picks = np.random.default_rng(seed).multinomial(
-            len(self.sizes), np.full(len(self.sizes), 1.0 / len(self.sizes)), size=draws
-        )
-        self.draws = picks / (picks @ self.sizes)[:, None] if self.several else np.zeros((0, 1))
+        self.draws = np.zeros((0, 1))  # of the mean's weights of the groups, less those that they have
+        if self.several:
+            number = len(self.sizes)
+            picks = np.random.default_rng(0).multinomial(number, np.full(number, 1.0 / number), size=DRAWS)
+            self.draws = picks / (picks @ self.sizes)[:, None] - 1.0 / self.count
         # Of means, and of deviations from them, by class (2, d, c).
         self.weights = np.stack([self.directions.weights()] * len(KINDS))
         self.deviations = self.weights.copy()
         if self.several and not self.directions.axisymmetric:
             self._smooth_over_azimuth()
 
-    @property
-    def everywhere(self) -> slice:
-        """All positions up to the farthest fragment."""
-        return slice(0, self.last)
-
-    def _smoothed(self, number: Array, where: slice) -> tuple[Array, Array]:
-        """Number per ln r (..., j) and its derivative from numbers per distance cell (..., r)."""
-        smooth, slope = self.radial.smooth[: number.shape[-1], where], self.radial.slope[: number.shape[-1], where]
-        return number @ smooth, number @ slope
-
-    def _density(self, smoothed: tuple[Array, Array], where: slice) -> Array:
-        """Densities (..., j) in 1/m2 from means per realisation and azimuth cell of what `_smoothed` gives."""
-        found, change = smoothed
+    def _density(self, number: Array) -> Array:
+        """Densities (..., j) in 1/m2 from means (..., r) per realisation and azimuth cell."""
+        found, change = self.radial.smoothed(number, self.last)
         with np.errstate(divide="ignore", invalid="ignore"):
             tilt = np.where(found > 0.0, change / found, 0.0)
-        return np.asarray(found * np.exp(-0.5 * (RADIAL * tilt) ** 2) / self.radial.area[where])
+        return np.asarray(found * np.exp(-0.5 * (RADIAL * tilt) ** 2) / self.area)
 
-    def _through(self, density: Array, where: slice) -> Array:
+    def _through(self, density: Array) -> Array:
         """`ln r` (...) at which densities (..., j) fall through the limit for the last time; -inf where never above."""
-        positions = self.radial.places[where]
         above = density >= self.limit
         reached = above.any(axis=-1)
-        last = np.minimum(len(positions) - 1 - np.argmax(above[..., ::-1], axis=-1), len(positions) - 2)
+        last = np.minimum(len(self.places) - 1 - np.argmax(above[..., ::-1], axis=-1), len(self.places) - 2)
         with np.errstate(divide="ignore", invalid="ignore"):
             here, there = (
                 np.log(np.take_along_axis(density, at[..., None], axis=-1)[..., 0] / self.limit)
                 for at in (last, last + 1)
             )
             share = np.clip(here / (here - there), 0.0, 1.0)
-        return np.asarray(np.where(reached, positions[last] + np.nan_to_num(share) * SPACING, -np.inf))
+        return np.asarray(np.where(reached, self.places[last] + np.nan_to_num(share) * SPACING, -np.inf))
 
-    def _around(self, *centres: float) -> slice:
-        """Places about distances (ln r)."""
-        known = [one for one in centres if math.isfinite(one)]
-        if not known:
-            return self.everywhere
-        begin, end = np.searchsorted(self.radial.places, [min(known) - INSIDE, max(known) + BEYOND])
-        return slice(min(int(begin), self.last - 2), min(int(end), self.last))
+    def alone(self, sums: Array) -> float:
+        """The distance (m) of one realisation, whose sums (2, c, r) are of the groups or reach less far."""
+        return float(np.exp(self._through(self._density(self.directions.weights() @ sums)).max()))
 
-    def alone(self, sums: Array, near: float) -> float:
-        """The distance (m) of one realisation, whose sums (2, c, r) are of the groups or reach less far.
-
-        Looked for from somewhat below `near` (m) first, to save time.
-        """
-        number, found = self.directions.weights() @ sums, -np.inf
-        begin = int(np.searchsorted(self.radial.places, math.log(max(near, 1e-3)) - INSIDE))
-        for where in (slice(min(begin, self.last - 2), self.last), self.everywhere):
-            found = self._through(self._density(self._smoothed(number, where), where), where).max()
-            if np.isfinite(found):
-                break
-        return float(np.exp(found))
-
-    def result(self, *, every_direction: bool) -> ExpectedDistance:
+    def result(self) -> ExpectedDistance:
         """Distances, bound and curves."""
-        here = self.everywhere
         number, densities, found = self._mean()
         larger = found.max(axis=0)
         worst = int(np.argmax(larger))
@@ -148,43 +123,44 @@ class Estimate:
         middle, bias = math.exp(plain), 0.0
         error, upper = None, None
         each = np.full(len(larger), np.nan)
+        low = high = densities[:, worst, :0]
         if self.several:
             groups = len(self.sizes)
             factor = math.sqrt(groups / (groups - 1))
+            relative = self._relative(number, densities, found)  # (2, d, b)
+            drawn = self._drawn(densities, found, relative)
             near = larger >= plain - NEAR_WORST
-            drawn = {d: self.draws_of(found, d) for d in np.flatnonzero(near | every_direction).tolist()}
-            largest = np.max([drawn[d] for d in np.flatnonzero(near).tolist()], axis=0)
-            spread, bound = _spread(largest) * factor, _student(groups - 1)
-            if middle > 0.0 and len(larger) > 1:
-                bias = middle * max(0.0, math.expm1(float(largest.mean()) - plain))
-            error, upper, middle = middle * spread, middle * math.exp(bound * spread), middle - bias
-            for d, draws in drawn.items():
-                each[d] = math.exp(larger[d] + bound * _spread(draws) * factor)
-            if not middle > 0.0:
-                error, upper = self._where_none(drawn)
-            each[each > upper], each[worst] = upper, upper  # the headline bounds every direction
-        mean = self._density(self._smoothed(number[:, worst], here), here)
-        low, high = self._band(worst) if every_direction and self.several else (mean[:, :0], mean[:, :0])
+            largest, bound = drawn[near].max(axis=0), _student(groups - 1)
+            if middle > 0.0:
+                spread = float(largest.std(ddof=1)) * factor
+                if len(larger) > 1:
+                    bias = middle * max(0.0, math.expm1(float(largest.mean()) - plain))
+                upper = (middle - bias) * math.exp(bound * factor * float(drawn[worst].std(ddof=1)))
+                error, middle = middle * spread, middle - bias
+            else:
+                reach = np.where(largest > self.places[0], np.exp(largest), 0.0)
+                error, upper = float(reach.std(ddof=1)), float(np.quantile(reach, 0.95))
+            each = np.minimum(np.exp(larger + bound * factor * drawn.std(axis=1, ddof=1)), upper)
+            each[worst] = upper
+            band = np.exp(self._band(number[:, worst], worst))
+            low, high = densities[:, worst] / band, densities[:, worst] * band
         axisymmetric = self.directions.axisymmetric
-        reach = np.minimum(np.exp(larger), middle)
         of_every = np.zeros(1, dtype=np.int64) if axisymmetric else self.directions.of_every
-        shown = of_every[:0] if axisymmetric or not every_direction else of_every
         return ExpectedDistance(
             middle, upper, error, float(np.exp(found[0].max())), float(np.exp(found[1].max())), self.directions.basis,
             None if axisymmetric else float(self.directions.azimuth[worst]), self.count, len(self.sizes),
             None if axisymmetric else self.directions.kernel, self.directions.mirrors,
             bias,
-            self.directions.grid.width * np.arange(len(of_every)), reach[of_every], each[of_every],
-            np.exp(self.radial.places[here]), mean, low, high,
-            density_by_direction=densities[:, shown].astype(np.float32),
+            self.directions.grid.width * np.arange(len(of_every)), np.minimum(np.exp(larger), middle)[of_every],
+            each[of_every], np.exp(self.places), densities[:, worst], low, high,
+            density_by_direction=densities[:, of_every[:0] if axisymmetric else of_every].astype(np.float32),
         )  # fmt: skip
 
     def _mean(self) -> tuple[Array, Array, Array]:
         """Numbers (2, d, r) per azimuth cell in every direction, densities (2, d, j), and ln of distances (2, d)."""
-        here = self.everywhere
-        number = np.einsum("kdc,kcr->kdr", self.weights, self.total) / self.count
-        densities = self._density(self._smoothed(number, here), here)
-        return number, densities, self._through(densities, here)
+        number = self.weights @ self.total / self.count
+        densities = self._density(number)
+        return number, densities, self._through(densities)
 
     def _smooth_over_azimuth(self) -> None:
         """Settle the smoothing of each kind about the distance that it gives."""
@@ -192,45 +168,52 @@ class Estimate:
             found = self._mean()[2]
             for kind in range(len(KINDS)):
                 if math.isfinite(worst := float(found[kind].max())):
-                    begin, end = np.searchsorted(self.radial.places, [worst - _ABOUT, worst + _ABOUT])
-                    where = slice(min(int(begin), self.last - 1), max(min(int(end), self.last), int(begin) + 1))
+                    begin, end = np.searchsorted(self.places, [worst - _ABOUT, worst + _ABOUT])
+                    where = slice(min(int(begin), len(self.places) - 1), max(int(end), int(begin) + 1))
                     smooth = self.radial.smooth[: self.sums.shape[-1], where]
-                    cells = self.directions.unfolded((self.sums[:, kind] @ smooth).swapaxes(1, 2))
-                    kept = passed(np.fft.rfft(cells), self.sizes)
+                    cells = held(smooth.any(axis=1))
+                    near = np.tensordot(self.sums[:, kind, :, cells], smooth[cells], 1).swapaxes(1, 2)
+                    kept = passed(np.fft.rfft(self.directions.unfolded(near)), self.sizes)
                     self.weights[kind] = self.directions.weights(kept)
                     self.deviations[kind] = self.directions.weights(np.sqrt(kept))
 
-    def _where_none(self, drawn: dict[int, Array]) -> tuple[float, float]:
-        """Standard error and bound where the mean density nowhere reaches the limit, but that of some draws may."""
-        highest = np.max(list(drawn.values()), axis=0)
-        reach = np.where(highest > self.radial.places[0], np.exp(highest), 0.0)
-        return float(reach.std(ddof=1)), float(np.quantile(reach, 0.95))
+    def _relative(self, number: Array, densities: Array, found: Array) -> Array:
+        """Deviations (2, d, b) of the bootstrap's mean densities, over the mean, at the distances or where highest."""
+        at = np.searchsorted(self.places, found)
+        at = np.where(np.isfinite(found), np.minimum(at, len(self.places) - 1), densities.argmax(axis=-1))
+        cells = held(self.radial.smooth[: number.shape[-1], at.min() : at.max() + 1].any(axis=1))
+        smooth, slope = (one[cells].T[at] for one in (self.radial.smooth, self.radial.slope))  # (2, d, r)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            mean, change = ((number[..., cells] * one).sum(axis=-1)[..., None] for one in (smooth, slope))
+            tilt = RADIAL * change / mean
+            kernel = np.nan_to_num(((1.0 + tilt**2) * smooth - RADIAL * tilt * slope) / mean)
+        sums = [np.tensordot(self.sums[:, kind, :, cells], kernel[kind], (2, 1)) for kind in range(len(KINDS))]
+        groups = np.stack([np.einsum("gcd,dc->gd", *both) for both in zip(sums, self.deviations, strict=True)], axis=1)
+        return np.moveaxis(np.tensordot(self.draws, groups, 1), 0, -1)
 
-    def _drawn_densities(self, direction: int, kind: int, where: slice) -> Array:
-        """Mean densities (b, j) of the bootstrap's draws in a direction."""
-        mean = self._smoothed(self.weights[kind, direction] @ self.total[kind] / self.count, where)
-        fields = np.einsum("c,gcr->gr", self.deviations[kind, direction], self.sums[:, kind])
-        centre = self._smoothed(fields.sum(axis=0) / self.count, where)
-        smooth, slope = (
-            self.draws @ part + (of_mean - of_fields)
-            for part, of_mean, of_fields in zip(self._smoothed(fields, where), mean, centre, strict=True)
-        )
-        return self._density((np.maximum(smooth, 0.0), slope), where)
+    def _band(self, number: Array, direction: int) -> Array:
+        """1.645 standard deviations (2, j) of ln density in a direction, whose mean numbers are (2, r)."""
+        fields = np.einsum("kc,gkcr->gkr", self.deviations[:, direction], self.sums)
+        (mean, change), (smooth, slope) = (self.radial.smoothed(one, self.last) for one in (number, fields))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            tilt = RADIAL * change / mean
+            groups = np.nan_to_num(((1.0 + tilt**2) * smooth - RADIAL * tilt * slope) / mean)
+        away = groups - self.sizes[:, None, None] * (groups.sum(axis=0) / self.count)
+        scatter = np.sqrt((away**2).sum(axis=0)) / self.count  # as that of draws
+        return NORMAL_95 * np.minimum(scatter, 1.0)
 
-    def draws_of(self, found: Array, direction: int) -> Array:
-        """Draws (b,) of ln of the larger distance in one direction; short of the window they end at its beginning."""
-        where = self._around(*found[:, direction][found[:, direction] >= found[:, direction].max() - NEAR_WORST])
-        drawn = np.full(len(self.draws), self.radial.places[where.start])
-        for kind in range(len(KINDS)):
-            if found[kind, direction] >= found[:, direction].max() - NEAR_WORST:
-                drawn = np.maximum(drawn, self._through(self._drawn_densities(direction, kind, where), where))
+    def _drawn(self, densities: Array, found: Array, relative: Array) -> Array:
+        """Draws (d, b) of ln of the larger distance in every direction."""
+        drawn = np.full(relative.shape[1:], -np.inf)
+        with np.errstate(divide="ignore"):
+            highest = np.log(np.maximum(np.maximum.accumulate(densities[..., ::-1], axis=-1) / self.limit, _LOWEST))
+            levels = -np.log(np.maximum(1.0 + relative, 0.0))
+        for kind, d in np.ndindex(found.shape):
+            if found[kind, d] >= found[:, d].max() - NEAR_WORST:
+                shortest = max(self.places[0], found[kind, d] - INSIDE)
+                through = np.interp(levels[kind, d], highest[kind, d], self.places[::-1], right=shortest)
+                drawn[d] = np.maximum(drawn[d], np.maximum(through, shortest))
         return drawn
-
-    def _band(self, direction: int) -> tuple[Array, Array]:
-        """5 and 95 % of the mean density's draws in one direction (2, j)."""
-        here = self.everywhere
-        bands = [np.quantile(self._drawn_densities(direction, k, here), [0.05, 0.95], axis=0) for k in range(2)]
-        return np.stack([low for low, _ in bands]), np.stack([high for _, high in bands])
 
 
 def passed(components: NDArray[np.complex128], sizes: NDArray[np.int64]) -> Array:
@@ -256,14 +239,9 @@ def passed(components: NDArray[np.complex128], sizes: NDArray[np.int64]) -> Arra
     return kept
 
 
-def _spread(draws: Array) -> float:
-    """Standard deviation of draws in ln r."""
-    return float(draws.std(ddof=1))
-
-
 def _student(freedom: int) -> float:
     """95 % quantile of Student's distribution: Cornish-Fisher about the normal quantile (4 digits from 5 on)."""
-    z, v = 1.6448536269514722, float(max(freedom, 1))
+    z, v = NORMAL_95, float(max(freedom, 1))
     return (
         z
         + (z**3 + z) / (4.0 * v)
@@ -273,17 +251,15 @@ def _student(freedom: int) -> float:
 
 
 DRAWS = 1000
+NORMAL_95 = 1.6448536269514722
 
 
-def expected_distance(
-    groups: DensityGroups, limit: float, *, draws: int = DRAWS, seed: int = 0, every_direction: bool = True
-) -> ExpectedDistance:
+def expected_distance(groups: DensityGroups, limit: float) -> ExpectedDistance:
     """Estimate the distance at which the expected density falls below `limit` (1/m2) for the last time.
 
-    `draws` and `seed` are those of the bootstrap; `every_direction`: bounds of every direction and of the density too,
-    not of the distance alone. Raises InputError where there is no realisation.
+    Raises InputError where there is no realisation.
     """
     require_number("hazard", "limit", limit, "1/m2")
     if not groups.realisations:
         raise InputError("hazard: no realisation to assess")
-    return Estimate(groups, limit, draws, seed).result(every_direction=every_direction)
+    return Estimate(groups, limit).result()

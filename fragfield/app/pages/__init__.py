@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 from nicegui import ui
 
-from fragfield.app.drawing import PATTERNS
 from fragfield.app.page import PAGES, CasePage, box, note, set_defaults
 from fragfield.errors import InputError
+from fragfield.report.figures.rounds import PATTERNS
 
 if TYPE_CHECKING:
     from fragfield.app.document import Session

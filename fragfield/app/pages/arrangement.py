@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 from nicegui import run, ui
 
-from fragfield.app.drawing import plan_svg
 from fragfield.app.forms import entries_form, form
 from fragfield.app.page import box, facts, fold, heading, html, note
 from fragfield.app.pages.run import checked, kilograms
 from fragfield.numbers import number
+from fragfield.report.figures.arrangement import plan_svg
 
 if TYPE_CHECKING:
     from fragfield.app.page import CasePage

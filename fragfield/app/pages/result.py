@@ -13,7 +13,6 @@ from nicegui import run as threads
 from nicegui import ui
 
 import fragfield
-from fragfield.app.drawing import round_length
 from fragfield.app.forms import form
 from fragfield.app.page import Raw, act, box, choose, facts, heading, html, note, shown_facts
 from fragfield.case import differences
@@ -21,6 +20,7 @@ from fragfield.files.run_directory import RunDirectory
 from fragfield.hazard.verdict import criterion_words
 from fragfield.numbers import SPACE, number
 from fragfield.quantities import QUANTITIES
+from fragfield.report.figures.drawing import round_length
 from fragfield.results.words import metres, parts_words, whole_metres
 
 if TYPE_CHECKING:

@@ -15,11 +15,11 @@ from burst_fenicsx.geometry.files import PROFILES, profile_names
 from burst_fenicsx.materials.library import burst_explosive_names, casing_names, load_casing, load_explosive
 from burst_fenicsx.problem import Round
 from fragfield.app.contour import ContourTable, from_case, to_case
-from fragfield.app.drawing import round_facts, round_svg
 from fragfield.app.forms import field_input, files_in, form, keep_file, upload
 from fragfield.app.page import Raw, act, box, choose, facts, fold, heading, html, note
 from fragfield.errors import InputError
 from fragfield.numbers import number
+from fragfield.report.figures.rounds import round_facts, round_svg
 from fragfield_base.units import UnitError, read_measure
 
 if TYPE_CHECKING:
@@ -274,7 +274,7 @@ class _RoundEditor:
             return
         self.picture.classes(remove="stale")
         numbers = round_facts(item)
-        pictures = (round_svg(item, numbers["centre"], self.texts, narrow=narrow) for narrow in (False, True))
+        pictures = (round_svg(item, numbers["centre"], narrow=narrow) for narrow in (False, True))
         self.picture.set_content("".join(pictures))
         self.facts.set_content(_facts_table(self.texts, numbers, self._expected()))
         used = (item.explosive, item.casing)

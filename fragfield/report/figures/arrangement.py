@@ -1,67 +1,98 @@
-"""Plan and elevation of the rounds as they stand, images behind planes of symmetry and the ground with them."""
+"""Plan and elevation of the rounds as they stand, as SVG: images behind planes of symmetry and the ground with them."""
 
 from __future__ import annotations
 
+from functools import partial
+from html import escape
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fragfield.report.figures.drawing import GREY, INK, LINES, new_figure, plain_name
+from fragfield.report.figures.drawing import figure, round_length
+from fragfield.report.figures.rounds import svg_file, svg_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
     from burst_fenicsx.geometry import Profile
     from fragfield.case import CaseTable
-    from fragfield.case.tables.round import PlaneTable
     from fragfield.report.reading.run_files import RunFiles
 
 
 _STATIONS, _AROUND = 41, 36  # of a round's surface
-_MOST_NAMED = 4
-_ROOM = 0.25  # beside the rounds, of their largest extent
+_PLAN_WIDTH, _MOST_HEIGHT, _MARGIN = 560.0, 420.0, 0.15
+_MOST_NAMED = 24
 
 
-def arrangement_figure(run: RunFiles) -> Figure | None:
-    """Outlines of the rounds seen from above and along +y; None where no contours or places are known."""
-    case = run.case
-    if case is None or run.fragments_file is not None or not case.round:
-        return None
-    bodies = list(_bodies(case))
+def plan_svg(case: CaseTable, vertical: int, title: str) -> str:
+    """The rounds of a resolved case seen from above (`vertical` = 1) or along +y (2); images behind planes dashed.
+
+    `case`: resolved; `vertical`: axis that points upwards in the picture; `title`: for readers that do not see it.
+    """
+    bodies = list(outlines(case, vertical))
     if not bodies:
-        return None
+        return ""
     from fragfield.case.conversion.surroundings import ground_height
 
-    points = np.concatenate([surface for _, surface, _ in bodies])
-    ground = ground_height(case, *points[:, :2].mean(axis=0))
+    centre = np.mean([entry.position[:2] for entry in case.round], axis=0)
+    ground = ground_height(case, *centre) if vertical == 2 else None
+    points = np.concatenate([outline for _, outline, _ in bodies])
     low, high = points.min(axis=0), points.max(axis=0)
-    low[2] = min(low[2], ground)
-    room = _ROOM * float((high - low).max())
-    across = float((high - low)[0]) + 2.0 * room
-    ratios = [float((high - low)[axis]) + 2.0 * room for axis in (1, 2)]
-    turn = 90.0 if len(bodies) > 1 and ratios[0] < across else 0.0  # names of neighbours beside each other
-    height = float(np.clip(3.0 * sum(ratios) / across + 1.0, 3.0, 5.0))
-    figure, (plan, elevation) = new_figure(2, 1, height=height, gridspec_kw={"height_ratios": ratios})
-    for axes, vertical, title in ((plan, 1, "Plan, from above"), (elevation, 2, "Elevation, seen along +y")):
-        for name, surface, image in bodies:
-            outline = _hull(surface[:, [0, vertical]])
-            axes.fill(*outline.T, facecolor="#e9edf2" if image else "#c9d3df", edgecolor=INK, linewidth=0.8,
-                      linestyle="--" if image else "-", hatch="" if image else "///", zorder=2)  # fmt: skip
-            if name and not image and len(case.round) <= _MOST_NAMED:
-                axes.annotate(plain_name(name), outline.mean(axis=0), ha="center", va="center", fontsize=7, zorder=4,
-                              rotation=turn, bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.6})  # fmt: skip
-        axes.set(title=title, aspect="equal", ylabel=f"{'xyz'[vertical]} (m)")
-        axes.set(xlim=(low[0] - room, high[0] + room), ylim=(low[vertical] - room, high[vertical] + room))
-    elevation.axhline(ground, color=INK, linewidth=1.6, label=f"ground, z = {ground:g} m")
-    for number, plane in enumerate(case.plane):
-        _mark_plane((plan, elevation), plane, LINES[1 + number % 3])
-    elevation.set_xlabel("x (m)")
-    elevation.legend(loc="upper center", bbox_to_anchor=(0.5, -0.3 * 3.0 / height), ncols=2)
-    return figure
+    if ground is not None:
+        low[1] = min(low[1], ground)
+    room = _MARGIN * float((high - low).max())
+    low, high = low - room, high + room
+    scale = min(_PLAN_WIDTH / (high - low)[0], _MOST_HEIGHT / (high - low)[1])
+    height = scale * float((high - low)[1])
+    left = 0.5 * (_PLAN_WIDTH - scale * float((high - low)[0]))
+
+    def at(place: NDArray[np.float64]) -> tuple[float, float]:
+        x, y = scale * (place - low)
+        return left + float(x), height - float(y)
+
+    parts = []
+    if ground is not None:
+        y = at(np.array([low[0], ground]))[1]
+        words = escape(f"z = {ground:g} m")
+        parts.append(f'<path class="ground" d="M0 {y:.1f}H{_PLAN_WIDTH:g}"/>')
+        parts.append(f'<text class="small start" x="4" y="{y + 12:.1f}">{words}</text>')
+    initiated = {entry.name for entry in case.round if entry.ignition}
+    for name, outline, image in bodies:
+        corners = " ".join(f"{x:.1f},{y:.1f}" for x, y in map(at, outline))
+        parts.append(f'<polygon class="{"image" if image else "body"}" points="{corners}"/>')
+        x, y = at(outline.mean(axis=0))
+        if not image and name in initiated:
+            parts.append(f'<circle class="initiated" cx="{x:.1f}" cy="{y:.1f}" r="4"/>')
+        if not image and len(case.round) <= _MOST_NAMED:
+            parts.append(f'<text class="small halo" x="{x:.1f}" y="{y - 8:.1f}">{escape(name)}</text>')
+    parts += _planes(case, vertical, low, at, height)
+    bar = round_length(0.25 * _PLAN_WIDTH / scale)
+    foot = height + 16
+    parts.append(f'<path class="dimension" d="M10 {foot - 4:.1f}v8M10 {foot:.1f}h{scale * bar:.1f}m0 -4v8"/>')
+    parts.append(f'<text class="small start" x="{16 + scale * bar:.1f}" y="{foot + 4:.1f}">{bar:g} m</text>')
+    head = f'<svg viewBox="0 0 {_PLAN_WIDTH:g} {height + 30:.0f}" role="img" aria-label="{escape(title)}">'
+    return f"{head}{''.join(parts)}</svg>"
+
+
+def _planes(case: CaseTable, vertical: int, low: NDArray[np.float64], at: Any, height: float) -> Iterator[str]:  # noqa: ANN401
+    """Planes that are level or upright, as lines where they are seen on edge."""
+    for number_of, plane in enumerate(case.plane):
+        normal, point = (np.array(one, dtype=float) for one in (plane.normal, plane.point))
+        along = int(np.argmax(np.abs(normal)))
+        if abs(normal[along]) < (1.0 - 1e-9) * np.linalg.norm(normal) or along not in (0, vertical):
+            continue
+        x, y = at(np.array([point[0], low[1]])) if along == 0 else at(np.array([low[0], point[along]]))
+        words = f"{plane.kind} plane {plane.name}"
+        if along == 0:
+            yield f'<path class="plane" d="M{x:.1f} 0V{height:.1f}"/>' + svg_text(
+                x + 4, 12 + 12 * number_of, words, "small start halo"
+            )
+        else:
+            yield f'<path class="plane" d="M0 {y:.1f}H{_PLAN_WIDTH:g}"/>' + svg_text(
+                _PLAN_WIDTH - 4, y - 4, words, "small end halo"
+            )
 
 
 def outlines(case: CaseTable, vertical: int) -> Iterator[tuple[str, NDArray[np.float64], bool]]:
@@ -113,16 +144,14 @@ def _hull(points: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.asarray(points[ConvexHull(points).vertices])
 
 
-def _mark_plane(axes: tuple[Axes, Axes], plane: PlaneTable, style: dict[str, Any]) -> None:
-    """A plane that is level or upright, as a line where it is seen on edge."""
-    assert plane.normal is not None  # resolved
-    assert plane.point is not None
-    normal, point = np.array(plane.normal, dtype=float), np.array(plane.point, dtype=float)
-    along = int(np.argmax(np.abs(normal)))
-    if abs(normal[along]) < (1.0 - 1e-9) * np.linalg.norm(normal):
-        return
-    label = f"{plane.kind} plane {plain_name(plane.name)}"
-    for panel, vertical in zip(axes, (1, 2), strict=True):
-        line = panel.axvline if along == 0 else panel.axhline if along == vertical else None
-        if line is not None:
-            line(point[along], color=GREY if along == 2 else style["color"], linestyle="-.", linewidth=1.0, label=label)
+def _plan(run: RunFiles, vertical: int, title: str) -> str | None:
+    if run.case is None or run.fragments_file is not None or not run.case.round:
+        return None
+    return svg_file(plan_svg(run.case, vertical, title)) or None
+
+
+for _name, _title, _vertical in (("plan", "Plan, from above", 1), ("elevation", "Elevation, seen along +y", 2)):
+    figure(
+        _name, _title, "Outlines of the rounds where they stand; dashed: images behind planes of symmetry, which burst "
+        "as well.",
+    )(partial(_plan, vertical=_vertical, title=_title))  # fmt: skip

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fragfield.report.figures.drawing import ACCENT, GREY, INK, LINES, new_figure, plain_name
+from fragfield.quantities import shown
+from fragfield.report.figures.drawing import ACCENT, GREY, INK, LINES, figure, new_figure, plain_name
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -26,8 +27,12 @@ _LEDGER = {
 }
 
 
-def speed_along_round(run: RunFiles) -> Figure | None:
-    """Mean and largest casing speed against the fraction of the length, all rounds; of many the mean alone."""
+@figure(
+    "speed_along_round", "Speed along the round",
+    "Casing speed at the end of the burst against the station from the nose, as a fraction of the length: mean by "
+    "mass, and largest cell, of each axial bin. Dotted lines separate the segments.",
+)  # fmt: skip
+def _speed_along_round(run: RunFiles) -> Figure | None:
     if not run.rounds:
         return None
     figure, (axis,) = new_figure(height=2.8)
@@ -76,8 +81,12 @@ def _mark_segments(axis: object, run: RunFiles) -> None:
             )  # fmt: skip
 
 
-def casing_over_time(run: RunFiles) -> Figure | None:
-    """Mean casing speed and outer diameter against time."""
+@figure(
+    "casing_over_time", "Casing over time",
+    "Mean speed of the casing by mass, and the largest over the stations of the azimuthal mean outer diameter. A "
+    "dotted vertical line marks the time at which acceleration is complete.",
+)  # fmt: skip
+def _casing_over_time(run: RunFiles) -> Figure | None:
     if not {"time", "mean_casing_speed", "outer_diameter"} <= set(run.history):
         return None
     time = run.history["time"] * 1e6
@@ -86,18 +95,21 @@ def casing_over_time(run: RunFiles) -> Figure | None:
     speed.set(ylabel="Mean casing speed (m/s)", title="Speed")
     diameter.plot(time, run.history["outer_diameter"] * 1e3, **LINES[0])
     diameter.set(ylabel="Outer diameter (mm)", title="Largest mean diameter")
-    done = run.part("burst").get("acceleration_complete")
+    done = run.summary.burst.acceleration_complete if run.summary.burst else None
     for axis in (speed, diameter):
         axis.set_xlim(0, time[-1])
-        if isinstance(done, (int, float)) and np.isfinite(done):
+        if done is not None:
             axis.axvline(done * 1e6, color=ACCENT, linewidth=0.9, linestyle=":")
     speed.set_ylim(bottom=0)
     diameter.set_xlabel("Time (µs)")
     return figure
 
 
-def energy_ledger(run: RunFiles) -> Figure | None:
-    """Where the work of the products went, and what does not close, against time."""
+@figure(
+    "energy_ledger", "Energy ledger over time",
+    "Work of the products and how it is distributed; below, the imbalance of the sum.",
+)  # fmt: skip
+def _energy_ledger(run: RunFiles) -> Figure | None:
     if not {"time", "products_work", "energy_error"} <= set(run.history):
         return None
     time = run.history["time"] * 1e6
@@ -121,4 +133,36 @@ def energy_ledger(run: RunFiles) -> Figure | None:
     reach = max(1.25, 1.1 * float(np.nanmax(np.abs(percent), initial=0.0)))
     error.set(ylim=(-reach, reach), xlim=(0, time[-1]), xlabel="Time (µs)", title="Imbalance (dotted: 1 %)")
     error.set_ylabel("% of the\nproducts' work")
+    return figure
+
+
+@figure(
+    "grid_convergence", "Values by cell size",
+    "Each value divided by that of this run (vertical line), with its statistical error; open circles at zero: limits, "
+    "where an order was observed.",
+)  # fmt: skip
+def _convergence_figure(run: RunFiles) -> Figure | None:
+    found, burst = run.summary.convergence, run.summary.burst
+    if found is None or burst is None or len(found.sizes or ()) < 2:
+        return None
+    figure, (axis,) = new_figure(height=2.8)
+    own, sizes = burst.cell_size, [1e3 * size for size in found.sizes or ()]
+    at = min(range(len(sizes)), key=lambda i: abs(sizes[i] - 1e3 * own))
+    for style, one in zip(LINES, shown("convergence"), strict=False):
+        entry = (found.quantities or {}).get(one.name)
+        scale = None if entry is None else entry.values[at]
+        if entry is None or not scale:
+            continue
+        known = [(i, value / scale) for i, value in enumerate(entry.values) if value is not None]
+        errors = entry.standard_errors
+        bars = [(errors[i] or 0.0) / scale for i, _ in known] if errors else None
+        axis.errorbar([sizes[i] for i, _ in known], [value for _, value in known], yerr=bars, marker="o",
+                      markersize=3.5, capsize=2, label=one.label, **style)  # fmt: skip
+        if entry.extrapolated is not None:
+            axis.plot(0.0, entry.extrapolated / scale, marker="o", markersize=4, fillstyle="none", **style)
+    axis.axvline(1e3 * own, color=ACCENT, linewidth=0.9, linestyle=":")
+    axis.axhline(1.0, color=GREY, linewidth=0.7)
+    axis.set(xlabel="Cell size (mm)", ylabel="Value / value of this run")
+    axis.set_xlim(left=-0.03 * max(sizes))
+    axis.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2))
     return figure

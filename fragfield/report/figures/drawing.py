@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import io
 import logging
+import math
 from contextlib import contextmanager
+from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
@@ -16,7 +18,8 @@ if TYPE_CHECKING:
 
     from fragfield.report.reading.run_files import RunFiles
 
-    Drawing = Callable[[RunFiles], Figure | None]
+    Draw = Callable[[RunFiles], Figure | str | None]
+    Words = str | Callable[[RunFiles], str]
 
 
 _log = logging.getLogger(__name__)
@@ -167,8 +170,42 @@ def to_bytes(figure: Figure, kind: str, dots: int = 200) -> bytes:
     return buffer.getvalue()
 
 
-def draw_figure(run: RunFiles, function: Drawing) -> bytes | None:
-    """A figure of a run as SVG; None where there is no data for it."""
-    with drawing_style():
-        figure = function(run)
-        return None if figure is None else to_bytes(figure, "svg")
+@dataclass(frozen=True)
+class ReportFigure:
+    """A figure of the report: its words, as they are or from a run, and what draws it; nothing without data."""
+
+    name: str
+    title: Words
+    caption: Words
+    draw: Draw
+
+    def words(self, run: RunFiles) -> tuple[str, str]:
+        """Its title and caption for a run."""
+        title, caption = (one if isinstance(one, str) else one(run) for one in (self.title, self.caption))
+        return title, caption
+
+    def svg(self, run: RunFiles) -> bytes | None:
+        """The figure of a run as SVG; None where there is no data for it."""
+        with drawing_style():
+            drawn = self.draw(run)
+            return drawn.encode() if isinstance(drawn, str) else None if drawn is None else to_bytes(drawn, "svg")
+
+
+FIGURES: dict[str, ReportFigure] = {}
+"""All figures of the report by name; application and Python ask for them here."""
+
+
+def figure(name: str, title: Words, caption: Words) -> Callable[[Draw], Draw]:
+    """Enter a function that draws a run, or returns None, as the figure of that name."""
+
+    def enter(function: Draw) -> Draw:
+        FIGURES[name] = ReportFigure(name, title, caption, function)
+        return function
+
+    return enter
+
+
+def round_length(most: float) -> float:
+    """The largest of 1, 2 and 5 times a power of ten that is no longer."""
+    step = 10.0 ** math.floor(math.log10(most))
+    return max(factor * step for factor in (1.0, 2.0, 5.0) if factor * step <= most)

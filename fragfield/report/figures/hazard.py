@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fragfield.case.conversion.surroundings import bearing_of, direction_words
 from fragfield.hazard.certainty import metres
-from fragfield.report.figures.drawing import ACCENT, INK, LINES, new_figure
+from fragfield.report.figures.drawing import ACCENT, GREY, INK, LINES, figure, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from fragfield.report.reading.run_files import RunFiles
+    from fragfield.results.hazard import FlownAttitude
 
 
 _SHADE = 0.28  # of a band's colour: seen on paper, and two on each other still distinguished
@@ -23,8 +25,11 @@ _HATCHES = ("", "////")
 _BESIDE = 1.6  # of the largest distance that the curve marks, up to which it is shown
 
 
-def landing_map(run: RunFiles) -> Figure | None:
-    """Where fragments came down, hazardous or not, with range rings and the recommended distance."""
+@figure(
+    "landing_map", "Landing points",
+    "Landing points of the fragments of the first realisation, seen from above, y upwards.",
+)  # fmt: skip
+def _landing_map(run: RunFiles) -> Figure | None:
     rows, limit = run.landed, run.criteria.energy
     if not len(rows):
         return None
@@ -43,7 +48,7 @@ def landing_map(run: RunFiles) -> Figure | None:
     reach = float(distance.max()) * 1.04
     for radius in _ring_radii(reach):
         _ring(axis, radius, color="#5d6670", dashes=":", label=f"{radius:g} m", angle=45.0)
-    if recommended := run.part("hazard").get("recommended"):
+    if recommended := run.summary.hazard.recommended if run.summary.hazard else None:
         reach = max(reach, 1.04 * recommended)
         _ring(axis, recommended, color=ACCENT, dashes="-", label=f"recommended {metres(recommended)}", angle=290.0)
     _outline(axis, run)
@@ -83,8 +88,13 @@ def _ring(axis: Axes, radius: float, *, color: str, dashes: str, label: str, ang
     )  # fmt: skip
 
 
-def density_curve(run: RunFiles) -> Figure | None:
-    """Expected hazardous fragments per acceptable area against distance, where the distance is decided."""
+@figure(
+    "density_curve", "Density by distance",
+    "Expected number of hazardous fragments per acceptable area, over all azimuths where they are alike, else in the "
+    "direction that decides. Shaded: 5 to 95 % of the bootstrap, the certainty of the mean, not the scatter of single "
+    "events.",
+)  # fmt: skip
+def _density_curve(run: RunFiles) -> Figure | None:
     found = run.ensemble
     if found is None or not len(run.landed) or not found.expected.density.any():
         return None
@@ -104,7 +114,7 @@ def density_curve(run: RunFiles) -> Figure | None:
     axis.axhline(1.0, color=ACCENT, linewidth=1.4, label=f"criterion, 1 per {1 / acceptable:.1f} m²")
     marked = [] if found.undetermined else [
         (expected.distance, ":", "expected"), (expected.upper, "--", "upper bound (95 %)"),
-        (run.part("hazard").get("recommended"), "-", "recommended"),
+        (run.summary.hazard.recommended if run.summary.hazard else None, "-", "recommended"),
     ]  # fmt: skip
     for distance, dashes, words in marked:
         if distance:
@@ -122,8 +132,14 @@ def _closed(values: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.append(values, values[0])
 
 
-def polar_by_sector(run: RunFiles) -> Figure | None:
-    """Number and initial speed of the fragments through the first witness surface by sector, around the rounds."""
+@figure(
+    "polar_by_sector", "Number and speed around the rounds",
+    lambda run: "Fragments that cross the witness surface over all realisations: median and band of 5 to 95 % by "
+    f"sector, in degrees from +x counter-clockwise, seen from above{_of_x(run)}.",
+)  # fmt: skip
+def _polar_by_sector(run: RunFiles) -> Figure | None:
+    if run.summary.hazard and run.summary.hazard.basis == "all_azimuths":
+        return None  # sectors differ from each other at random alone
     name = next((name for name, table in run.witness_ensemble.items() if table["hits"].any()), None)
     if name is None:
         return None
@@ -159,3 +175,40 @@ def _around(axis: Axes, turn: NDArray[np.float64], each: NDArray[Any], label: st
             turn, _closed(low), _closed(high), color=style["color"], alpha=_SHADE, linewidth=0,
             hatch=_HATCHES[number], label=f"5 to 95 % of {len(each)}", zorder=1,
         )  # fmt: skip
+
+
+def _of_x(run: RunFiles) -> str:
+    bearing = None if run.case is None else bearing_of(run.case, 0.0)
+    return "" if bearing is None else f"; +x points to {direction_words(0.0, bearing)}"
+
+
+@figure(
+    "attitude_curve", "Distance by attitude",
+    "Distance by the inclination of the rounds from upright, each in its worst direction; of an arrangement that is "
+    "not axisymmetric the worst roll of each inclination.",
+)  # fmt: skip
+def _attitude_figure(run: RunFiles) -> Figure | None:
+    hazard = run.summary.hazard
+    if hazard is None or not hazard.attitude.curve:
+        return None
+    worst: dict[float, FlownAttitude] = {}
+    for one in hazard.attitude.curve:
+        known = worst.setdefault(one.inclination_deg, one)
+        if (one.upper or one.expected or 0.0) > (known.upper or known.expected or 0.0):
+            worst[one.inclination_deg] = one
+    shown = [worst[inclination] for inclination in sorted(worst)]
+    figure, (axis,) = new_figure(height=2.9)
+    axis.errorbar(
+        [one.inclination_deg for one in shown], [one.expected or np.nan for one in shown],
+        yerr=[2.0 * (one.standard_error or 0.0) for one in shown], marker="o", markersize=3.5, capsize=2,
+        label="of the expected density, ± 2 standard errors", **LINES[0],
+    )  # fmt: skip
+    if bounds := [(one.inclination_deg, one.upper) for one in shown if one.upper is not None]:
+        axis.plot(*zip(*bounds, strict=True), color=GREY, linewidth=1.0, linestyle="--", label="upper bound (95 %)")
+    if hazard.recommended is not None:
+        axis.axhline(hazard.recommended, color=ACCENT, linewidth=1.2, label="recommended distance")
+    axis.set(xlabel="Inclination from upright (°)", ylabel="Expected distance (m)", xlim=(-3.0, 183.0))
+    axis.set_xticks(range(0, 181, 30))
+    axis.set_ylim(bottom=0.0)
+    axis.legend(loc="upper center", bbox_to_anchor=(0.5, -0.18))
+    return figure

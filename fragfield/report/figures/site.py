@@ -10,8 +10,7 @@ import numpy as np
 from fragfield.hazard.certainty import metres
 from fragfield.hazard.site_map import COLORS, KINDS, VERDICTS, extent_of, shapes_of
 from fragfield.hazard.verdict import governing
-from fragfield.report.figures.drawing import ACCENT, GREY, INK, new_figure, plain_name
-from fragfield.report.tables.exposed_sites import exposed_entries
+from fragfield.report.figures.drawing import ACCENT, GREY, INK, figure, new_figure, plain_name, round_length
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -34,9 +33,10 @@ def site_shapes(run: RunFiles) -> tuple[CaseTable, list[Shape]] | None:
     case = run.case
     if run.ensemble is None or case is None:
         return None
-    if not (exposed_entries(run) or case.obstacle or case.site is not None or case.flight.ground.map is not None):
+    exposed = run.summary.exposed or ()
+    if not (exposed or case.obstacle or case.site is not None or case.flight.ground.map is not None):
         return None
-    shapes = shapes_of(case, run.ensemble, exposed_entries(run), run.part("hazard").get("recommended"))
+    shapes = shapes_of(case, run.ensemble, exposed, run.summary.hazard.recommended if run.summary.hazard else None)
     return (case, shapes) if shapes else None
 
 
@@ -47,8 +47,12 @@ def north_of(case: CaseTable) -> float | None:
     return 90.0 if case.flight.ground.map is not None else None
 
 
-def site_figure(run: RunFiles) -> Figure | None:
-    """The map with scale bar and north."""
+@figure(
+    "site_map", "Map of the site",
+    "Distance by direction, exposed sites by their verdict, barricades and buildings, and lines of equal height, in "
+    "the site's frame.",
+)  # fmt: skip
+def _site_figure(run: RunFiles) -> Figure | None:
     found = site_shapes(run)
     if found is None:
         return None
@@ -144,16 +148,11 @@ def _once(labels: set[str], label: str) -> str:
 
 def _scale(axis: Axes) -> None:
     (left, right), (low, high) = axis.get_xlim(), axis.get_ylim()
-    length = _round_length(0.22 * (right - left))
+    length = round_length(0.22 * (right - left))
     x, y = left + 0.04 * (right - left), low + 0.035 * (high - low)
     axis.plot([x, x + length], [y, y], color=INK, linewidth=2.2, solid_capstyle="butt", zorder=7)
     axis.annotate(f"{length:g} m", (x + 0.5 * length, y), xytext=(0, 4), textcoords="offset points", ha="center",
                   fontsize=7.5, zorder=7, bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.5})  # fmt: skip
-
-
-def _round_length(most: float) -> float:
-    step = 10.0 ** math.floor(math.log10(most))
-    return max(factor * step for factor in (1.0, 2.0, 5.0) if factor * step <= most)
 
 
 def _north(axis: Axes, azimuth: float) -> None:
@@ -176,18 +175,22 @@ def _north(axis: Axes, azimuth: float) -> None:
     )
 
 
-def exposed_figure(run: RunFiles) -> Figure | None:
-    """Every site's governing value over its criterion, with its bound, on a logarithmic axis."""
-    entries = [entry for entry in exposed_entries(run) if entry["verdict"] != "not determined"]
+@figure(
+    "exposed_sites", "Exposed sites against their criteria",
+    "Expected value (dot) and upper bound (95 %, bar) over the site's limit; left of the line the criterion is met.",
+)  # fmt: skip
+def _exposed_figure(run: RunFiles) -> Figure | None:
+    entries = [entry for entry in run.summary.exposed or () if entry.verdict != "not determined"]
     if not entries:
         return None
     height = 1.1 + 0.34 * len(entries)
     figure, (axis,) = new_figure(height=height)
     bounds = []
     for row, entry in enumerate(entries):
-        limit, value, style = entry["criterion"]["limit"], governing(entry), VERDICTS[entry["verdict"]]
-        assert value is not None  # the verdict is determined
-        upper, expected = value["upper"] / limit, value["expected"] / limit
+        limit, value, style = entry.criterion.limit, governing(entry), VERDICTS[entry.verdict]
+        if value is None or value.upper is None or value.expected is None:
+            continue  # not where a verdict is determined
+        upper, expected = value.upper / limit, value.expected / limit
         axis.plot([max(expected, 1e-6), upper], [row, row], color=style.color, linewidth=2.4, solid_capstyle="butt")
         axis.plot(upper, row, marker="|", color=style.color, markersize=10, markeredgewidth=2.0)
         if expected > 0.0:
@@ -195,7 +198,7 @@ def exposed_figure(run: RunFiles) -> Figure | None:
         bounds.append((max(expected, 0.2 * upper), upper))
     axis.axvline(1.0, color=ACCENT, linewidth=1.1)
     axis.set(
-        xscale="log", yticks=range(len(entries)), yticklabels=[plain_name(entry["name"]) for entry in entries],
+        xscale="log", yticks=range(len(entries)), yticklabels=[plain_name(entry.name) for entry in entries],
         xlabel="Part of the criterion",
         xlim=(0.3 * min(low for low, _ in bounds), 3.0 * max(1.0, *(high for _, high in bounds))),
     )  # fmt: skip

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from fragfield.report.figures.drawing import ACCENT, GREY, INK, LINES, new_figure, plain_name
+from fragfield.report.figures.drawing import ACCENT, GREY, INK, LINES, figure, new_figure, plain_name
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -15,8 +15,12 @@ if TYPE_CHECKING:
 _LIGHT = "#9db7cf"
 
 
-def distribution_figure(run: RunFiles) -> Figure | None:
-    """Cumulative distribution of the distance, with its quantiles, the run itself and the recommended one."""
+@figure(
+    "uncertainty_distribution", "Distribution of the expected distance",
+    "Share of the samples whose distance is not larger, statistical errors of the samples taken out; uprights: 5, 50 "
+    "and 95 %, the distance of the run itself, and the recommended one.",
+)  # fmt: skip
+def _distribution_figure(run: RunFiles) -> Figure | None:
     found = run.study
     entry, hazard = found.get("distance"), found.get("hazard")
     if not entry or not hazard:
@@ -34,8 +38,12 @@ def distribution_figure(run: RunFiles) -> Figure | None:
     return figure
 
 
-def tornado_figure(run: RunFiles) -> Figure | None:
-    """Bars from the mean distance with each input at its low end to that at its high end."""
+@figure(
+    "uncertainty_tornado", "Effect of each input on the expected distance",
+    "Mean distance with one input at 5 % and at 95 % of its own distribution (for discrete inputs over all steps), by "
+    "linear regression. Light: the input at its low end.",
+)  # fmt: skip
+def _tornado_figure(run: RunFiles) -> Figure | None:
     entry = run.study.get("distance")
     if not entry or not entry.get("tornado"):
         return None
@@ -53,8 +61,11 @@ def tornado_figure(run: RunFiles) -> Figure | None:
     return figure
 
 
-def places_figure(run: RunFiles) -> Figure | None:
-    """Expected hits at each exposed site, 5 to 95 % over the inputs."""
+@figure(
+    "uncertainty_sites", "Exposed sites over the inputs",
+    "Expected hits at each exposed site: 5 to 95 % over the inputs (bar), median (dot), the run itself (cross).",
+)  # fmt: skip
+def _places_figure(run: RunFiles) -> Figure | None:
     places = [one for one in run.study.get("exposed") or [] if one["hits"] is not None]
     drawn = [one for one in places if one["hits"]["spread"]["high"] > 0.0]
     if not drawn:

@@ -8,13 +8,11 @@ from importlib import resources
 from typing import TYPE_CHECKING, Any, Literal
 
 from fragfield.numbers import number
-from fragfield.report.blocks import Paragraph, Table
 from fragfield_base.substances import substance_key
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Mapping
 
-    from fragfield.report.blocks import Block
     from fragfield.report.reading.run_files import RunFiles
 
 
@@ -60,18 +58,6 @@ def validation_words(run: RunFiles) -> tuple[Literal["warning", "note", "good"],
     if revision and not revision.endswith("+") and revisions == [revision]:
         return "good" if passed == judged else "note", f"{text}, computed by the same revision as this result."
     return "note", f"{text}, computed by version {version}, but by another revision of the source than this result."
-
-
-def validation_blocks(run: RunFiles) -> Iterator[Block]:
-    """The section: numbers of checks, and the comparisons."""
-    yield Paragraph(
-        f"{validation_words(run)[1]} validation/README.md of the source says case by case what is compared."
-    )
-    if rows := bearing(run):
-        lines = tuple((f"{row['case']}: {row['quantity']}", *shown(row)) for row in rows)
-        head = ("Compared with measurements", "Computed", "Test", "Difference", "Its own uncertainty")
-        sources = dict.fromkeys(f"{row['case']}: {row['source']}" for row in rows)
-        yield Table("Comparisons that bear on this case", head, lines, f"{'; '.join(sources)}.")
 
 
 def shown(row: Mapping[str, Any]) -> tuple[str, str, str, str]:

@@ -5,13 +5,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from fragfield.checking.case_warnings import doubts
-from fragfield.report.blocks import Finding
+from fragfield.report.findings.break_up import break_up_findings
 from fragfield.report.findings.burst import burst_findings, ledger_findings
 from fragfield.report.findings.evidence import validation_words
-from fragfield.report.findings.hazard import break_up_findings, convergence_findings, flight_findings, imprint_findings
+from fragfield.report.findings.finding import Finding
+from fragfield.report.findings.hazard import convergence_findings, flight_findings, imprint_findings
 
 if TYPE_CHECKING:
-    from fragfield.report.blocks import Weight
+    from fragfield.report.findings.finding import Weight
     from fragfield.report.reading.run_files import RunFiles
 
 
@@ -46,8 +47,7 @@ def _stages(run: RunFiles) -> list[Finding]:
 def _recorded(run: RunFiles) -> list[Finding]:
     """What the case is unusual in, and what the stages warned of, each once."""
     found = list(doubts(run.case, burst=run.fragments_file is None)) if run.case is not None else []
-    records = run.summary.get("findings") or []
-    found += [str(one["text"]) for one in records if one["code"] not in _JUDGED]
+    found += [one.text for one in run.summary.findings if one.code not in _JUDGED]
     return [Finding("warning", _sentence(text)) for text in dict.fromkeys(found)]
 
 

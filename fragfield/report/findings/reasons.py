@@ -15,7 +15,7 @@ from fragfield.report.findings.statements import limits, many_rounds
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
-    from fragfield.report.blocks import Finding
+    from fragfield.report.findings.finding import Finding
     from fragfield.report.reading.run_files import RunFiles
 
 
@@ -86,5 +86,5 @@ def _missed(run: RunFiles) -> Iterator[str]:
 
 def _left_out(run: RunFiles) -> Iterator[str]:
     """Parts of the recommended distance that are not known."""
-    for name, why in (run.part("hazard").get("not_included") or {}).items():
+    for name, why in run.summary.hazard.not_included.items() if run.summary.hazard else ():
         yield f"The recommended distance does not include the part “{PARTS[name]}”: {why}."

@@ -21,11 +21,13 @@ _MEANS = {
 
 
 def summary_terms(run: RunFiles) -> str:
-    """What the recommended distance and its parts are."""
-    criteria, hazard = run.criteria, run.part("hazard")
+    """What the recommended distance and its parts are; nothing before there is one."""
+    criteria, hazard = run.criteria, run.summary.hazard
+    if hazard is None:
+        return ""
     if run.fragments_file is None:
-        mean = _MEANS[hazard.get("method", "realisations")]
-    elif hazard.get("realisations", 1) > 1:
+        mean = _MEANS[hazard.method]
+    elif hazard.realisations > 1:
         mean = f"the mean over random draws from the table {run.fragments_file}"
     else:
         mean = f"of the fragments of {run.fragments_file} alone"
@@ -34,12 +36,12 @@ def summary_terms(run: RunFiles) -> str:
         f"below one per {1.0 / criteria.density:.1f} m² for the last time: {mean}, on the ground or normal to the "
         "paths below a person's height, whichever distance is larger. "
     )
-    if hazard.get("upper") is not None and hazard.get("method", "realisations") == "realisations":
+    if hazard.upper is not None and hazard.method == "realisations":
         what = "the break-up" if run.fragments_file is None else "the draws"
         text += f"The randomness of {what} is a one-sided band of 95 % by a bootstrap over the realisations. "
-    if hazard.get("recommended") is not None:
+    if hazard.recommended is not None:
         text += f"Recommended distance: {RULE[0].lower()}{RULE[1:]} "
-    if hazard.get("ricochet", "none") != "none":
+    if hazard.ricochet != "none":
         text += (
             "It counts what fragments do after their first impact on the ground too, from which they ricochet at "
             "grazing angles: that is the larger distance, and the one without ricochet is given beside it. "
@@ -64,7 +66,7 @@ def _limits(run: RunFiles) -> Iterator[str]:
             f"Number, mass, speed and direction of the fragments are those of {run.fragments_file}: what was not "
             "measured there is not in the result."
         )
-    if (run.part("hazard").get("attitude") or {}).get("kind") == "any":
+    if run.summary.hazard and run.summary.hazard.attitude.kind == "any":
         yield (
             "Mixed attitudes: the recommended distance is that of the worst attitude and holds in every direction. "
             "Landings, densities, hits on witness surfaces and tables by azimuth are those of that attitude, nose to "

@@ -28,7 +28,6 @@ if TYPE_CHECKING:
     from fragfield.case import CaseTable
     from fragfield.case.tables.flight import HazardTable
     from fragfield.case.tables.site import DocumentTable
-    from fragfield.results.burst import BurstRound
     from fragfield.results.site import Witness
     from transition.placement.mirroring import SymmetryPlane
 
@@ -105,15 +104,6 @@ class RunFiles:
     def stages(self) -> list[str]:
         """Stages that this directory is to hold: the flight alone where the fragments are from a file."""
         return ["flight"] if self.fragments_file is not None else list(STAGE_FILES)
-
-    def part(self, name: str) -> Mapping[str, Any]:
-        """One part of the summary ("burst", "break_up", "flight"), empty when absent."""
-        return getattr(self.summary, name) or {}
-
-    @property
-    def burst_rounds(self) -> Sequence[BurstRound]:
-        """The rounds of the burst in the summary."""
-        return () if self.summary.burst is None else self.summary.burst.rounds
 
     @property
     def witnesses(self) -> Sequence[Witness]:

@@ -15,6 +15,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from flight.hazard.ensemble import quantiles
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
@@ -83,12 +85,11 @@ def spread_of(
     """
     noise = 0.0 if errors is None else float((errors**2).mean())
     own, resolved = without_statistical_error(values, noise)
-    quantiles = np.quantile(own, QUANTILES)
-    drawn = np.array([np.quantile(own[_drawn(len(own), burst, rng)], QUANTILES) for _ in range(_QUANTILE_DRAWS)])
+    drawn = np.array([quantiles(own[_drawn(len(own), burst, rng)], QUANTILES) for _ in range(_QUANTILE_DRAWS)])
     error = drawn.std(axis=0, ddof=1)
     names = ("low", "median", "high")
     return Spread(
-        **dict(zip(names, quantiles.tolist(), strict=True)),
+        **dict(zip(names, quantiles(own, QUANTILES).tolist(), strict=True)),
         **{f"{name}_standard_error": one for name, one in zip(names, error.tolist(), strict=True)},
         mean=float(own.mean()),
         standard_deviation=float(own.std(ddof=1)),

@@ -32,8 +32,7 @@ from fragfield.interface.tables import Table, table_of_rows
 from fragfield.pipeline.chain import run_chain
 from fragfield.pipeline.job import RunOptions
 from fragfield.quantities import column_of, shown
-from fragfield.report import write_report
-from fragfield.report.uncertainty_page import write_uncertainty_page
+from fragfield.report import write_report, write_uncertainty_page
 from fragfield.results.hazard import Hazard, Recommended
 from fragfield.results.part import to_json
 from fragfield.results.words import metres, parts_words

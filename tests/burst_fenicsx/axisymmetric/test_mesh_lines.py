@@ -1,4 +1,4 @@
-"""Lines of the meridian's mesh through the solid ends of a casing."""
+"""The line of the cavity through the solid ends of a casing, as both kinds of mesh have it."""
 
 from __future__ import annotations
 
@@ -7,23 +7,25 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from burst_fenicsx.axisymmetric.mesh import _radii
+from burst_fenicsx.axisymmetric.mesh import mesh_meridian
 from burst_fenicsx.geometry import load_profile
+from burst_fenicsx.meshing.sizing import band_radii
 
 
 @pytest.mark.parametrize("name", ["m107", "tube"])
 def test_the_cavitys_line_goes_on_smoothly_into_the_solid_ends(name):
-    """Without a jump at the cavity's ends; no line crosses another, and the outermost is the contour."""
+    """Without a jump at the cavity's ends, and within the contour everywhere."""
     profile = load_profile(name)
-    core, wall, small = 6, 4, 1e-9
+    even, small = 0.6, 1e-9
     ends = [end for end in (profile.cavity.start, profile.cavity.end) if small < end < profile.length - small]
     stations = np.sort(np.concatenate([[end - small, end, end + small] for end in ends] or [[0.5 * profile.length]]))
-    radii = _radii(profile, stations, core, wall)
+    radii = band_radii(profile, stations, even)
     for row in range(0, len(stations) - 2, 3):
-        assert np.ptp(radii[row : row + 3, core]) < 1e-6
-    everywhere = _radii(profile, np.linspace(0.0, profile.length, 200)[1:-1], core, wall)
-    assert (np.diff(everywhere, axis=1) > 0.0).all()
-    np.testing.assert_allclose(everywhere[:, -1], profile.outer.radius(np.linspace(0.0, profile.length, 200)[1:-1]))
+        assert np.ptp(radii[row : row + 3]) < 1e-6
+    everywhere = np.linspace(0.0, profile.length, 200)[1:-1]
+    radii = band_radii(profile, everywhere, even)
+    assert (radii > 0.0).all()
+    assert (radii < profile.outer.radius(everywhere)).all()
 
 
 @pytest.mark.parametrize("at_front", [True, False])
@@ -36,11 +38,27 @@ def test_columns_become_even_one_radius_into_a_solid_end(at_front):
     )  # fmt: skip
     reach = np.array([-0.5, 0.0, 0.25, 0.5, 0.75, 1.0, 1.5, 3.0])
     stations = 0.5 - 0.1 * reach if at_front else 0.5 + 0.1 * reach
-    core, wall = 6, 2
-    radii = _radii(profile, stations, core, wall)
+    radii = band_radii(profile, stations, 0.75)
     blend = np.array([0.0, 0.0, 5.0 / 32.0, 0.5, 27.0 / 32.0, 1.0, 1.0, 1.0])
-    np.testing.assert_allclose(radii[:, core], 0.06 + blend * (0.075 - 0.06), rtol=1e-12)
-    np.testing.assert_allclose(radii[:, core // 2], 0.5 * radii[:, core], rtol=1e-12)
-    np.testing.assert_allclose(radii[:, core + 1], 0.5 * (radii[:, core] + 0.1), rtol=1e-12)
-    np.testing.assert_allclose(radii[:, -1], 0.1, rtol=1e-12)
-    np.testing.assert_allclose(radii[:, 0], 0.0, atol=1e-15)
+    np.testing.assert_allclose(radii, 0.06 + blend * (0.075 - 0.06), rtol=1e-12)
+
+
+@pytest.mark.parametrize("name", ["m107", "tube"])
+def test_columns_are_even_to_both_sides_of_the_cavitys_line_and_end_on_the_contour(name):
+    profile = load_profile(name)
+    mesh = mesh_meridian(profile, 8e-3)
+    heights = np.unique(mesh.nodes[:, 2])
+    rows = [np.sort(mesh.nodes[mesh.nodes[:, 2] == height, 0]) for height in heights]
+    whole = max(map(len, rows))
+    checked = 0
+    for height, radii in zip(heights, rows, strict=True):
+        if len(radii) < whole:  # beside a void
+            continue
+        checked += 1
+        station = np.array([profile.length - height])
+        np.testing.assert_allclose(radii[-1], profile.outer.radius(station)[0], rtol=1e-12)
+        widths = np.diff(radii)
+        assert (widths > 0.0).all()
+        steps = np.flatnonzero(np.abs(np.diff(widths)) > 1e-9 * radii[-1])
+        assert len(steps) <= 1, "columns change their width at the cavity's line alone"
+    assert checked > 20

@@ -1,0 +1,323 @@
+"""Dimensioned drawing of a round as SVG, quick enough to follow what is typed."""
+
+from __future__ import annotations
+
+from functools import partial
+from html import escape
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fragfield.errors import InputError
+from fragfield.numbers import number
+from fragfield.report.figures.drawing import figure
+from fragfield_base.substances import substance_title
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+
+    from burst_fenicsx.geometry import Profile
+    from burst_fenicsx.geometry.contour import Contour
+    from burst_fenicsx.problem import Round
+    from fragfield.case import CaseTable
+    from fragfield.report.reading.run_files import RunFiles
+
+
+DRAWINGS = ("drawing_1", "drawing_2", "drawing_3", "plan", "elevation")
+"""Names of the figures drawn here; a report draws no more different rounds than these."""
+
+_WIDTHS = {False: 640.0, True: 350.0}  # of the picture, in its own units; narrow: of a telephone
+_COLUMN = 470.0  # of a page, or a telephone
+_HEIGHT, _SIDE, _FOOT = 182.0, 40.0, 96.0  # of the round, beside and below it
+_SAMPLES = 120  # stations of a contour
+_ROOM = 50.0  # that the text of a length needs
+
+
+def round_facts(item: Round) -> dict[str, float]:
+    """Masses (kg), C/M, fuze density (kg/m3), centre of mass, length and diameter (m) of a round with a profile."""
+    masses, profile = round_masses(item), item.profile
+    assert profile is not None
+    return {
+        **masses,
+        "whole": sum(masses.values()),
+        "ratio": masses["charge"] / masses["casing"],
+        "fuze_density": profile.fuze_density,
+        "centre": centre_of_mass(item),
+        "length": profile.length,
+        "diameter": 2.0 * profile.max_radius,
+    }
+
+
+def round_svg(item: Round, centre: float, *, narrow: bool = False) -> str:
+    """The section of a round along its axis, nose to the left, with lengths, diameters, walls and centre of mass.
+
+    `item`: with a profile; `centre`: station of its centre of mass (m); `narrow`: for a telephone: fewer texts fit
+    beside each other.
+    """
+    assert item.profile is not None
+    return _Section(item.profile, _WIDTHS[narrow]).svg(centre, "narrow" if narrow else "wide")
+
+
+_FILLS = (
+    "<defs>"
+    '<pattern id="hatch" width="6" height="6" patternUnits="userSpaceOnUse" patternTransform="rotate(45)">'
+    '<rect width="6" height="6" fill="#d3d8de"/><path d="M0 0V6" stroke="#5d6670"/></pattern>'
+    '<pattern id="dots" width="7" height="7" patternUnits="userSpaceOnUse"><rect width="7" height="7" fill="#f6ead2"/>'
+    '<circle cx="2" cy="2" r="0.9" fill="#7a4b00"/></pattern>'
+    '<pattern id="cross" width="8" height="8" patternUnits="userSpaceOnUse"><rect width="8" height="8" fill="#dcebf2"/>'
+    '<path d="M0 0L8 8M8 0L0 8" stroke="#3d8fa6" stroke-width="0.7"/></pattern></defs>'
+)
+_STYLE = """
+svg .casing { fill: url(#hatch); stroke: #1d2733; stroke-width: 1.1; }
+svg .charge { fill: url(#dots); stroke: #1d2733; stroke-width: .8; }
+svg .fuze { fill: url(#cross); stroke: #1d2733; stroke-width: .8; }
+svg .void { fill: #fff; stroke: #1d2733; stroke-width: .8; }
+svg .axis { stroke: #1d2733; stroke-width: .7; stroke-dasharray: 10 3 2 3; fill: none; }
+svg .extension { stroke: #8b95a1; stroke-width: .5; fill: none; }
+svg .dimension, svg .wall { stroke: #1d2733; stroke-width: 1; fill: none; }
+svg .wall { stroke-width: 1.4; }
+svg .centre { fill: #fff; stroke: #1d2733; }
+svg text { font-size: 11px; fill: #1d2733; text-anchor: middle; font-family: inherit; }
+svg text.small { font-size: 10px; }
+svg text.label { font-size: 12px; }
+svg text.start { text-anchor: start; }
+svg text.end { text-anchor: end; }
+svg text.halo { paint-order: stroke; stroke: #fff; stroke-width: 3px; }
+svg .body { fill: url(#hatch); stroke: #1d2733; }
+svg .image { fill: #f2f4f6; stroke: #5d6670; stroke-dasharray: 5 3; }
+svg .initiated { fill: #c4601d; stroke: #fff; }
+svg .ground { stroke: #6b4e16; stroke-width: 2; fill: none; }
+svg .plane { stroke: #c4601d; stroke-width: 1; stroke-dasharray: 8 3 2 3; fill: none; }
+"""
+
+PATTERNS = (
+    f'<svg width="0" height="0" style="position:absolute" aria-hidden="true"><style>{_STYLE}</style>{_FILLS}</svg>'
+)
+"""Fills of all drawings, once in every page."""
+
+
+class _Section:
+    """A round in its picture: where its stations and radii are drawn."""
+
+    def __init__(self, profile: Profile, width: float) -> None:
+        self.profile, self.width = profile, width
+        self.scale = min((width - 2.0 * _SIDE) / profile.length, 0.5 * _HEIGHT / profile.max_radius)
+        self.left = 0.5 * (width - self.scale * profile.length)
+        self.diameters = self._diameters()
+        self.head = 20.0 + 16.0 * len(self.diameters)  # above the round
+        self.middle = self.head + 16.0 + self.scale * profile.max_radius
+        self.base = self.middle + self.scale * profile.max_radius
+
+    def svg(self, centre: float, kind: str, notes: Sequence[str] = ()) -> str:
+        """The whole picture."""
+        start, foot = self.left - 12, self.base + _FOOT + 10.0
+        parts = [
+            self._area(self.profile.outer, (0.0, self.profile.length), "casing"),
+            *self._contents(),
+            _line(start, self.middle, self.left + self.scale * self.profile.length + 12, self.middle, "axis"),
+            *self._lengths(),
+            *self._walls(),
+            *self._centre(centre),
+            *(svg_text(0.5 * self.width, foot + 14 * line, words, "small") for line, words in enumerate(notes)),
+        ]
+        height = foot + 14 * len(notes) if notes else self.base + _FOOT
+        size = f'viewBox="0 0 {self.width:g} {height:.0f}" role="img"'
+        return (
+            f'<svg class="drawing {kind}" {size} aria-label="Dimensioned section of the round">{"".join(parts)}</svg>'
+        )
+
+    def _x(self, station: float) -> float:
+        return self.left + self.scale * station
+
+    def _diameters(self) -> list[str]:
+        """The largest diameters and those of the ends, in lines that fit."""
+        profile = self.profile
+        stations = np.linspace(profile.charge_front, profile.charge_end, 401)
+        charge = float(profile.cavity.radius(stations).max())
+        ends = [("nose", profile.outer.radii[0]), ("base", profile.outer.radii[-1])]
+        named = [("", profile.outer.max_radius), ("charge", charge), *ends]
+        words = [f"{name} ⌀ {_mm(2.0 * radius)}".strip() for name, radius in named]
+        return [", ".join(words)] if self.width > 500.0 else [", ".join(words[:2]), ", ".join(words[2:])]
+
+    def _contents(self) -> Iterator[str]:
+        """Charge, and before it fuze or void."""
+        profile = self.profile
+        if profile.fuze is not None:
+            kind = "fuze" if profile.fuze.fill == "inert" else "void"
+            yield self._area(profile.cavity, (profile.cavity.start, profile.charge_front), kind)
+        yield self._area(profile.cavity, (profile.charge_front, profile.charge_end), "charge")
+
+    def _area(self, contour: Contour, between: tuple[float, float], kind: str) -> str:
+        corners = [station for station in contour.stations if between[0] < station < between[1]]
+        stations = np.unique([*np.linspace(*between, _SAMPLES), *corners])
+        across, along = self.scale * contour.radius(stations), self.left + self.scale * stations
+        upper = [f"{x:.1f},{self.middle - y:.1f}" for x, y in zip(along, across, strict=True)]
+        lower = [f"{x:.1f},{self.middle + y:.1f}" for x, y in zip(along[::-1], across[::-1], strict=True)]
+        return f'<polygon class="{kind}" points="{" ".join([*upper, *lower])}"/>'
+
+    def _lengths(self) -> Iterator[str]:
+        """Below the round: its segments, charge and fuze, and the whole length; above it the largest diameters."""
+        profile, base = self.profile, self.base
+        taken = [0.0, 0.0]  # up to which both lines of texts are full
+        for segment in profile.segments:
+            start, end = self._x(segment.start), self._x(segment.end)
+            middle = 0.5 * (start + end)
+            yield _line(end, self.middle, end, base + 18, "extension")
+            yield from _dimension(start, end, base + 18, "")
+            line = next((one for one in (0, 1) if middle - 0.5 * _ROOM > taken[one]), None)
+            if line is None:  # no room for its length
+                continue
+            yield svg_text(middle, base + (29, 41)[line], _mm(segment.end - segment.start), "small")
+            taken[line] = middle + 0.5 * _ROOM
+            if line == 0 and end - start > max(_ROOM, 5.0 * len(segment.name)):
+                yield svg_text(middle, base + 41, segment.name, "small")
+                taken[1] = middle + 0.5 * max(_ROOM, 5.0 * len(segment.name))
+        front, end = self._x(profile.charge_front), self._x(profile.charge_end)
+        yield from _dimension(front, end, base + 54, f"charge {_mm(profile.charge_end - profile.charge_front)}")
+        if profile.fuze is not None and profile.charge_front > profile.cavity.start:
+            start = self._x(profile.cavity.start)
+            yield from _dimension(start, front, base + 54, _mm(profile.charge_front - profile.cavity.start))
+        length = f"length {_mm(profile.length)}"
+        yield from _dimension(self.left, self._x(profile.length), base + 76, length)
+        for line, words in enumerate(self.diameters):
+            yield svg_text(0.5 * self.width, 15 + 16 * line, words, "label")
+
+    def _walls(self) -> Iterator[str]:
+        """Above the round: the thickness of the wall in the middle of each segment of the wall."""
+        low, high, last = self.profile.cavity.start, self.profile.cavity.end, -_ROOM
+        for segment in self.profile.segments:
+            station = 0.5 * (segment.start + segment.end)
+            if segment.kind != "wall" or not low < station < high:
+                continue
+            section, x = self.profile.section(station), self._x(station)
+            radii = (section.outer_radius, section.inner_radius)
+            outer, inner = (self.middle - self.scale * float(radius) for radius in radii)
+            yield _line(x, inner, x, outer, "wall")
+            if x - last > 1.7 * _ROOM:
+                yield _line(x, outer, x, self.head + 4, "extension")
+                yield svg_text(x, self.head, f"wall {_mm(float(section.wall))}", "small")
+                last = x
+
+    def _centre(self, station: float) -> Iterator[str]:
+        x, y = self._x(station), self.middle
+        yield f'<circle class="centre" cx="{x:.1f}" cy="{y:.1f}" r="5"/>'
+        yield _line(x - 5, y, x + 5, y, "wall") + _line(x, y - 5, x, y + 5, "wall")
+        side, kind = (-8, "end") if x > 0.6 * self.width else (8, "start")
+        yield svg_text(x + side, y - 8, f"centre of mass {_mm(station)}", f"small {kind} halo")
+
+
+def _dimension(start: float, end: float, y: float, words: str) -> Iterator[str]:
+    ticks = "".join(f"M{x - 3:.1f} {y + 3:.1f}L{x + 3:.1f} {y - 3:.1f}" for x in (start, end))
+    yield f'<path class="dimension" d="M{start:.1f} {y:.1f}H{end:.1f}{ticks}"/>'
+    if words:
+        yield svg_text(0.5 * (start + end), y + 11, words, "small")
+
+
+def _line(x: float, y: float, to_x: float, to_y: float, kind: str) -> str:
+    return f'<path class="{kind}" d="M{x:.1f} {y:.1f}L{to_x:.1f} {to_y:.1f}"/>'
+
+
+def svg_text(x: float, y: float, words: str, kind: str) -> str:
+    """Words of a kind (CSS classes) at a place of a drawing."""
+    return f'<text class="{kind}" x="{x:.1f}" y="{y:.1f}">{escape(words)}</text>'
+
+
+def _mm(length: float) -> str:
+    return f"{number(1e3 * length, 4)} mm"
+
+
+def drawn_rounds(case: CaseTable) -> list[Round]:
+    """The rounds of a resolved case that differ in more than place and ignition."""
+    from fragfield.case.conversion.rounds import burst_rounds, first_alike
+
+    rounds = burst_rounds(case) if case.round else []
+    return [rounds[index] for index in dict.fromkeys(first_alike(case))] if rounds else []
+
+
+def expected_masses(case: CaseTable) -> list[dict[str, float]]:
+    """Masses (kg) of casing and charge that the drawings of `drawn_rounds` give, as far as the case has them."""
+    from fragfield.case.conversion.rounds import first_alike
+
+    tables = [case.round[index].expected for index in dict.fromkeys(first_alike(case))] if case.round else []
+    return [{} if table is None else {key: mass for key, mass in table if mass is not None} for table in tables]
+
+
+def round_masses(item: Round) -> dict[str, float]:
+    """Masses of casing, charge and fuze of a round with a profile (kg)."""
+    assert item.profile is not None
+    return {
+        "casing": item.profile.casing_volume * item.casing.density,
+        "charge": item.profile.charge_volume * item.explosive.density,
+        "fuze": item.profile.fuze_mass,
+    }
+
+
+def centre_of_mass(item: Round) -> float:
+    """Station (m from the nose) of the centre of mass of a round with a profile, its fuze evenly in its cavity."""
+    profile = item.profile
+    assert profile is not None
+    corners = [*profile.outer.stations, *profile.cavity.stations, profile.charge_front]
+    edges = np.unique([*np.linspace(0.0, profile.length, 201), *corners])
+    # Gauss points of each interval: areas are polynomials, or nearly so, between corners.
+    nodes, weights = np.polynomial.legendre.leggauss(8)
+    half = 0.5 * np.diff(edges)[:, None]
+    stations = 0.5 * (edges[1:] + edges[:-1])[:, None] + half * nodes
+    section = profile.section(stations)
+    charge, inner = section.charge_radius**2, section.inner_radius**2
+    casing = item.casing.density * (section.outer_radius**2 - inner)
+    line_mass = half * weights * (casing + item.explosive.density * charge + profile.fuze_density * (inner - charge))
+    return float((line_mass * stations).sum() / line_mass.sum())
+
+
+def draw_round(item: Round, expected: Mapping[str, float] | None = None) -> str:
+    """The drawing of a round as a file of its own, with the masses (kg) that its own drawing gives as `expected`.
+
+    Raises InputError: the round is a mesh of hexahedra, which has no contour.
+    """
+    if item.profile is None:
+        raise InputError(f'round "{item.name}": found mesh = "{item.mesh_file}"; allowed for a drawing: a profile')
+    mass = round_masses(item)
+    fuze = f", fuze {number(mass['fuze'], 3)} kg" if mass["fuze"] else ""
+    whole, ratio = number(sum(mass.values()), 4), number(mass["charge"] / mass["casing"], 3)
+    known = [
+        f"{key} {number(value, 4)} kg ({round(100.0 * (mass[key] / value - 1.0), 2) + 0.0:+.2f} %)"
+        for key, value in (expected or {}).items()
+    ]
+    notes = (
+        f"casing {number(mass['casing'], 4)} kg ({item.casing.name}), charge {number(mass['charge'], 4)} kg",
+        f"({substance_title(item.explosive.name)}){fuze}; whole {whole} kg, charge / casing {ratio}",
+        *([f"By its drawing: {', '.join(known)}"] if known else []),
+        "Stations and lengths from the nose.",
+    )
+    return svg_file(_Section(item.profile, _COLUMN).svg(centre_of_mass(item), "column", notes))
+
+
+def svg_file(svg: str) -> str:
+    """A drawing as a file of its own, with its styles and fills; empty for none."""
+    head, _, rest = svg.partition(">")
+    return (
+        f'{head} xmlns="http://www.w3.org/2000/svg" font-family="DejaVu Sans, sans-serif">'
+        f"<style>{_STYLE}</style>{_FILLS}{rest}"
+        if svg
+        else ""
+    )
+
+
+def _drawing(run: RunFiles, at: int) -> str | None:
+    """The drawing of a run's different round of that number; None where there is none, or it has no contour."""
+    rounds = drawn_rounds(run.case) if run.case is not None and run.fragments_file is None else []
+    if run.case is None or at >= len(rounds) or rounds[at].profile is None:
+        return None
+    return draw_round(rounds[at], expected_masses(run.case)[at])
+
+
+def _name_of(run: RunFiles, at: int) -> str:
+    return "" if run.case is None else f"Drawing of {drawn_rounds(run.case)[at].name}"
+
+
+for _at, _name in enumerate(DRAWINGS[:3]):
+    figure(
+        _name, partial(_name_of, at=_at),
+        "Section along the axis: casing (lines), charge (dots), fuze (crosses), with the segments of the break-up. "
+        "Cross in a circle: centre of mass.",
+    )(partial(_drawing, at=_at))  # fmt: skip
