@@ -91,7 +91,7 @@ class LineInterface(ChargeContacts):
             span=contact[surface.corner[covered]].astype(np.int32),
             over=np.zeros((count, SPREAD), dtype=np.int32),
             share=np.zeros((count, SPREAD)),
-            count=np.zeros(count, dtype=np.int32),
+            bearing=np.zeros(count, dtype=np.int32),
         )
         self._no_gas, self.watched = np.zeros(count), nodes.own
         self.sums, self.deepest_so_far = np.zeros(2), np.zeros(2)

@@ -68,8 +68,8 @@ class ContactNodes:
     def watch(self, rows: np.ndarray) -> None:
         """Keep these rows up to date from now on, and push no others; collective."""
         comm, rows_now = self._comm, self.rows
-        chosen = np.zeros(len(self._number), dtype=bool)
-        chosen[rows] = True
+        chosen, before = np.zeros((2, len(self._number)), dtype=bool)
+        chosen[rows], before[self.active], before[self.needed] = True, True, True
         if comm.size > 1:
             wanted = np.flatnonzero(chosen & (self._owner != comm.rank)).astype(np.int32)
             owner = self._owner[wanted]
@@ -80,11 +80,8 @@ class ContactNodes:
             for some in self._lent.values():
                 chosen[some] = True
         active = self.own[chosen[self.own]]
-        new = chosen[self.own]
-        new[np.isin(self.own, self.active)] = False
-        left = ~chosen
+        new, left = active[~before[active]], before & ~chosen
         rows_now.sums[left], rows_now.load[left] = 0.0, 0.0
-        new = self.own[new]
         nodes = self._fields.nodes
         rows_now.position[new], rows_now.velocity[new] = (
             values[rows_now.local[new]] for values in (nodes.position, nodes.velocity)

@@ -9,8 +9,9 @@ import numpy as np
 
 from burst_fenicsx.contact.nodes import ContactPairs
 from burst_fenicsx.kernels.contact.law import Law
-from burst_fenicsx.kernels.contact.pairs import no_pairs, press_on_planes
-from burst_fenicsx.kernels.vectors.exact import quantise, quantum, rounding_constant
+from burst_fenicsx.kernels.contact.pairs import no_pairs, press_on_plane
+from burst_fenicsx.kernels.vectors.exact import quantum, rounding_constant
+from burst_fenicsx.kernels.vectors.rows import largest_speed
 from burst_fenicsx.meshing.mesh import outer_faces
 from burst_fenicsx.problem import Part
 
@@ -97,6 +98,7 @@ class PlaneContact(ContactPairs):
     ) -> None:
         super().__init__(fields, nodes, no_pairs(row, 0), np.zeros((1, 0), dtype=np.int32))
         self.on_surface, self._reach = on_surface, reach
+        self._local = nodes.rows.local[row]
         nodes_of_all = int(fields.mesh.domain.geometry.index_map().size_global)
         self._rounding = rounding_constant(0.25 * nodes_of_all * _LARGEST_FORCE * quantum(fields.nodes.rounding))
         normal = np.asarray(plane.normal, dtype=float)
@@ -114,13 +116,11 @@ class PlaneContact(ContactPairs):
     @property
     def fastest(self) -> float:
         """Largest speed (m/s) of this rank's own nodes that may meet it."""
-        velocity = self._fields.nodes.velocity[self._nodes.rows.local[self.pairs.node]]
-        return float(np.sqrt((velocity**2).sum(axis=1).max(initial=0.0)))
+        return float(largest_speed(self._fields.nodes.velocity, self._local))
 
     def look(self, fastest: float) -> None:
         """Find the near nodes again; `fastest` is the largest speed (m/s) on any rank."""
-        position = self._fields.nodes.position[self._nodes.rows.local[self.pairs.node]]
-        height = (position * self._normal).sum(axis=1)
+        height = self._fields.nodes.position[self._local] @ self._normal
         near = (height < self._level + self._reach) | (self.pairs.facet >= 0)
         self.near = np.flatnonzero(near).astype(np.int32)
         self.watched = self.pairs.node[self.near]
@@ -129,11 +129,9 @@ class PlaneContact(ContactPairs):
 
     def find_forces(self, max_squared_frequency: float, step: float) -> None:
         """Springs with at most that squared frequency (1/s2) after a step (s), and what they sum up to."""
-        law, pairs = Law(max_squared_frequency, step, self._friction), self.pairs
-        press_on_planes(law, self._normal, self._level, self.near, pairs, self.facets, self._nodes.rows)
-        near, rounding = self.near, self._fields.grid.rounding
-        depth = np.where(pairs.stiffness[near] > 0.0, -pairs.gap[near], 0.0)
-        self.friction = float(quantise(pairs.energies[near, 1], rounding).sum())
-        self.deepest = float(depth.max(initial=0.0))
-        self.deepest_inner = float(depth[near >= self.on_surface].max(initial=0.0))
-        self.given = quantise(pairs.force[self.near], self._rounding).sum(axis=0)
+        law, roundings = Law(max_squared_frequency, step, self._friction), (self._fields.grid.rounding, self._rounding)
+        self.friction, given, self.deepest, self.deepest_inner = press_on_plane(
+            law, self._normal, self._level, self.near, self.on_surface, roundings, self.pairs, self.facets,
+            self._nodes.rows,
+        )  # fmt: skip
+        self.given = np.array(given)

@@ -9,7 +9,7 @@ pytest.importorskip("dolfinx")
 
 from burst_fenicsx.kernels.constants import BENT, ENTRY, MOST_CORRECTION
 from burst_fenicsx.kernels.contact.law import Law, bonded_spring, has_left, spring
-from burst_fenicsx.kernels.contact.pairs import Rows, add_pairs, no_pairs, press_on_planes, set_spring
+from burst_fenicsx.kernels.contact.pairs import Rows, add_pairs, no_pairs, press_on_plane, set_spring
 from burst_fenicsx.kernels.lanes import kernel
 
 pytestmark = pytest.mark.dolfinx
@@ -148,6 +148,14 @@ def pressed_once(law, pairs, facets, rows):
     set_spring(0, law, 0.0, pairs, facets, rows)
 
 
+def pressed_on_plane(law, normal, pairs, rows):
+    """A step of the one pair of a plane through the origin: what it sums up is the pair's own."""
+    near, plane = np.zeros(1, dtype=np.int32), np.zeros((1, 0), dtype=np.int32)
+    friction, force, deepest, inner = press_on_plane(law, normal, 0.0, near, 1, (0.0, 0.0), pairs, plane, rows)
+    assert (friction, deepest, inner) == (pairs.energies[0, 1], -pairs.gap[0], 0.0)
+    np.testing.assert_array_equal(force, pairs.force[0])
+
+
 @pytest.mark.parametrize("weight", [(0.25, 0.25, 0.25, 0.25), (0.1, 0.4, 0.4, 0.1), (0.0, 0.0, 0.0, 1.0)])
 @pytest.mark.parametrize("load", [0.0, 5.0])
 def test_the_reduced_mass_is_the_force_over_the_acceleration_of_the_gap(weight, load):
@@ -175,7 +183,7 @@ def test_friction_heats_by_its_force_times_the_way(plane):
     for _ in range(30):
         old = pairs.force[0].copy()
         if plane:
-            press_on_planes(law, np.array(NORMAL), 0.0, np.zeros(1, dtype=np.int32), pairs, facets, rows)
+            pressed_on_plane(law, np.array(NORMAL), pairs, rows)
         else:
             pressed_once(law, pairs, facets, rows)
         heat.append(pairs.energies[0, 1])
@@ -200,7 +208,7 @@ def test_a_plane_rubs_alike_whichever_way_it_faces():
         heat = []
         for _ in range(30):
             law = Law(BUDGET, STEP, FRICTION)
-            press_on_planes(law, turn[:, 2].copy(), 0.0, np.zeros(1, dtype=np.int32), pairs, plane, rows)
+            pressed_on_plane(law, turn[:, 2].copy(), pairs, rows)
             heat.append(pairs.energies[0, 1])
         found.append((turn.T @ pairs.force[0], pairs.energies[0, 0], heat))
     for force, stored, heat in found[1:]:

@@ -34,7 +34,7 @@ class Spread(NamedTuple):
     span: np.ndarray  # (spans, 2) int32, contacts at the ends of each edge of the charge, in the line's direction
     over: np.ndarray  # (contacts, SPREAD) int32 rows of the line that bear the pressure of each contact
     share: np.ndarray  # (contacts, SPREAD) which add up to one
-    count: np.ndarray  # (contacts,) int32, so many of them
+    bearing: np.ndarray  # (contacts,) int32, so many of them
 
 
 class LineContact(NamedTuple):
@@ -93,7 +93,7 @@ def add_line_forces(contact: LineContact, charge: ChargeState, eroded: np.ndarra
     )  # fmt: skip
     add_pairs(springs, surface.facets, (0.0, 0.0), rows)
     for c in range(contacts):
-        for k in range(spread.count[c]):
+        for k in range(spread.bearing[c]):
             for i in range(3):
                 push = spread.share[c, k] * pairs.gas[c] * pairs.normal[c, i]
                 rows.sums[spread.over[c, k], i] -= push
@@ -103,18 +103,18 @@ def add_line_forces(contact: LineContact, charge: ChargeState, eroded: np.ndarra
 @block_kernel
 def spread_pressure(spread: Spread, pairs: Pairs, surface: Surface, position: np.ndarray) -> None:
     """Find over which rows of the line, and in which shares, the pressure of every node of the charge is spread."""
-    spread.count[:] = 0
+    spread.bearing[:] = 0
     for k in range(spread.span.shape[0]):
         _spread_span(spread.span[k, 0], spread.span[k, 1], spread, pairs, surface, position)
     for c in range(pairs.node.size):
         total = 0.0
-        for k in range(spread.count[c]):
+        for k in range(spread.bearing[c]):
             total += spread.share[c, k]
         if total > 0.0:
-            for k in range(spread.count[c]):
+            for k in range(spread.bearing[c]):
                 spread.share[c, k] /= total
         else:
-            spread.count[c] = 0
+            spread.bearing[c] = 0
             for k in range(2):
                 _add_share(c, surface.facets[pairs.facet[c], k], pairs.weight[c, k], spread)
 
@@ -171,7 +171,7 @@ def _leads_on(edge: int, last: int, neighbour: np.ndarray) -> bool:
 @lane_function
 def _add_share(c: int, row: int, weight: float, spread: Spread) -> None:
     """Add a weight to a row's share of the pressure of a contact."""
-    count = spread.count[c]
+    count = spread.bearing[c]
     for k in range(count):
         if spread.over[c, k] == row:
             spread.share[c, k] += weight
@@ -180,4 +180,4 @@ def _add_share(c: int, row: int, weight: float, spread: Spread) -> None:
         spread.share[c, count - 1] += weight
         return
     spread.over[c, count], spread.share[c, count] = row, weight
-    spread.count[c] = count + 1
+    spread.bearing[c] = count + 1

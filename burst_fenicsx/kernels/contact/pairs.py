@@ -26,7 +26,7 @@ __all__ = [
     "give_row",
     "give_rows",
     "no_pairs",
-    "press_on_planes",
+    "press_on_plane",
     "relative_motion",
     "release",
     "set_spring",
@@ -226,13 +226,24 @@ def release(k: int, pairs: Pairs) -> None:
 
 
 @kernel
-def press_on_planes(
-    law: Law, normal: np.ndarray, level: float, near: np.ndarray, pairs: Pairs, plane: np.ndarray, rows: Rows
-) -> None:
+def press_on_plane(
+    law: Law,
+    normal: np.ndarray,
+    level: float,
+    near: np.ndarray,
+    inner: int,
+    roundings: tuple[float, float],
+    pairs: Pairs,
+    plane: np.ndarray,
+    rows: Rows,
+) -> tuple[float, Vector, float, float]:
     """Springs of the pairs `near` (k,) a plane: a facet of no nodes, `plane` (1, 0), with the unit `normal` (3,).
 
-    `level` (m) is the normal times a point of the plane.
+    `level` (m) is the normal times a point of the plane; pairs from `inner` on are of inner nodes. Returned are friction
+    (J) in this step and the force (N) of the plane, exact sums by the two constants of `quantise`, and the deepest of
+    all pairs and of those of inner nodes (m).
     """
+    friction, x, y, z, deepest, deepest_inner = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for k in near:
         node, gap = np.uint64(pairs.node[k]), -level
         for i in range(3):
@@ -242,10 +253,18 @@ def press_on_planes(
             for i in range(3):
                 pairs.normal[k, i] = normal[i]
             set_spring(k, law, 0.0, pairs, plane, rows)
+            x += quantise(pairs.force[k, 0], roundings[1])
+            y += quantise(pairs.force[k, 1], roundings[1])
+            z += quantise(pairs.force[k, 2], roundings[1])
+            deepest = max(deepest, -gap)
+            deepest_inner = max(deepest_inner, -gap) if k >= inner else deepest_inner
         elif pairs.facet[k] >= 0:
             release(k, pairs)
         else:
             pairs.energies[k, 1] = 0.0
+            continue
+        friction += quantise(pairs.energies[k, 1], roundings[0])
+    return friction, (x, y, z), deepest, deepest_inner
 
 
 @block_kernel
