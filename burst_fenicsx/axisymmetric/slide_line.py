@@ -99,8 +99,8 @@ class LineInterface(ChargeContacts):
     def in_substeps(self, law: Law, level: int, front_until: float) -> LineContact:
         """As the kernels take it along."""
         return LineContact(
-            law, level, front_until, self.groups, self.surface, self.pairs, self._no_gas, self.bonds, self.spread,
-            self.attached._replace(slot=self._fields.blocks.slot_of_cell), self._nodes.rows, self.sums,
+            law, level, front_until, self.around, self.groups, self.surface, self.pairs, self._no_gas, self.bonds,
+            self.spread, self.attached._replace(slot=self._fields.blocks.slot_of_cell), self._nodes.rows, self.sums,
             self.deepest_so_far,
         )  # fmt: skip
 
@@ -195,6 +195,7 @@ def smooth_line(nodes: np.ndarray, edges: np.ndarray) -> tuple[Surface, np.ndarr
         member=(order // 2).astype(np.int32),
         mirrors=np.where(nodes[group_node, 0] == 0.0, 1.0, 0.0)[:, None, None] * np.array([[_AXIS]]),
         known=np.ones(len(edges), dtype=bool),
+        area=np.zeros((len(edges), 3)),
         vector=np.zeros((len(group_node), 3)),
     )
     return surface, group_node

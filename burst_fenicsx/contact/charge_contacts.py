@@ -45,7 +45,7 @@ class ChargeContacts(ContactPairs):
     Attributes
     ----------
     bonds, surface, attached : the kernels' arrays.
-    groups : (k,) int32, those around the contacts.
+    groups, around : (k,) int32, groups and facets around the contacts.
     """
 
     def __init__(
@@ -71,6 +71,7 @@ class ChargeContacts(ContactPairs):
             cells=cells,
             strength=strength,
             beside=beside,
+            area=np.zeros((len(beside), 3)),
             bonded=np.ones(count, dtype=np.int8),
             off=np.zeros(count, dtype=np.int8),
         )
@@ -80,6 +81,7 @@ class ChargeContacts(ContactPairs):
         self.pairs.point[:, 0] = np.where((at == 0) | (at == 3), -1.0, 1.0)
         self.pairs.point[:, 1] = np.where(at < 2, -1.0, 1.0) if corners == 4 else 0.0
         self.groups = np.arange(len(surface.first) - 1, dtype=np.int32)
+        self.around = np.arange(len(beside), dtype=np.int32)
         self.attached = self._around(beside)
 
     def _around(self, beside: np.ndarray) -> Attached:

@@ -94,9 +94,10 @@ class SlidingInterface(ChargeContacts):
             surface.known[:] = near
             self._border = near & ~inner
             self.groups = np.unique(surface.corner[near]).astype(np.int32)
-        beside = self.bonds.beside[_members(surface, self.bonds.group)]
-        around = surface.facets[_members(surface, self.groups)]
-        rows = [self.pairs.node, beside[beside >= 0], around.ravel(), self.attached.row]
+        own, near = _members(surface, self.bonds.group), _members(surface, self.groups)
+        self.around = np.unique(np.concatenate([own, near])).astype(np.int32)
+        beside = self.bonds.beside[own]
+        rows = [self.pairs.node, beside[beside >= 0], surface.facets[near].ravel(), self.attached.row]
         self.watched = np.unique(np.concatenate(rows))
 
     def _widened(self, chosen: np.ndarray) -> np.ndarray:
@@ -122,7 +123,9 @@ class SlidingInterface(ChargeContacts):
     def find_forces(self, max_squared_frequency: float, step: float) -> None:
         """Springs with at most that squared frequency (1/s2) after a step (s)."""
         law = self.law(max_squared_frequency, step)
-        slide_charges(law, self.groups, self.surface, self.pairs, self.bonds, self.attached.total, self._nodes.rows)
+        slide_charges(
+            law, self.around, self.groups, self.surface, self.pairs, self.bonds, self.attached.total, self._nodes.rows
+        )
         self.tally()
 
 
@@ -182,6 +185,7 @@ def smooth_surface(
         member=(order // 4).astype(np.int32),
         mirrors=mirrors,
         known=np.ones(len(faces), dtype=bool),
+        area=np.zeros((len(faces), 3)),
         vector=np.zeros((groups, 3)),
     )
     return surface, group_node

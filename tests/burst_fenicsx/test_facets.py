@@ -9,7 +9,7 @@ from scipy.optimize import minimize
 pytest.importorskip("dolfinx")
 
 from burst_fenicsx.contact.sliding import smooth_surface
-from burst_fenicsx.kernels.contact.facets import closest_point, find_point, group_vectors
+from burst_fenicsx.kernels.contact.facets import area_vectors, closest_point, find_point, group_vectors
 
 pytestmark = pytest.mark.dolfinx
 
@@ -25,9 +25,14 @@ def sheet():
     nodes = np.stack([u, v, 1.5 * np.abs(u - 0.5) + 0.05 * np.sin(9 * u) * np.cos(7 * v)], axis=-1)
     nodes += np.random.default_rng(3).normal(0, 0.004, nodes.shape)
     surface, _ = smooth_surface(nodes, faces.astype(np.int32))
-    groups = np.arange(len(surface.vector), dtype=np.int32)
-    group_vectors(0, len(groups), groups, surface, nodes)
+    sum_vectors(surface, nodes)
     return nodes, surface
+
+
+def sum_vectors(surface, nodes):
+    facets, groups = (np.arange(len(values), dtype=np.int32) for values in (surface.facets, surface.vector))
+    area_vectors(0, len(facets), facets, surface.facets, nodes, surface.area)
+    group_vectors(0, len(groups), groups, surface)
 
 
 def at(face, xi, eta, nodes, surface):
@@ -151,5 +156,5 @@ def test_in_a_plane_of_symmetry_the_normal_lies_in_it_and_counts_the_image(held)
     lies = np.zeros((4, 2), dtype=bool)
     lies[0, list(held)] = True
     surface, group_node = smooth_surface(corner, np.array(faces, dtype=np.int32), lies, np.eye(3)[:2])
-    group_vectors(0, 4, np.arange(4, dtype=np.int32), surface, corner)
+    sum_vectors(surface, corner)
     np.testing.assert_allclose(surface.vector[group_node == 0][0], expected, atol=1e-15)

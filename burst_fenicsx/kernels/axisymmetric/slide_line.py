@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from burst_fenicsx.kernels.contact.facets import Surface, group_vectors
+from burst_fenicsx.kernels.contact.facets import Surface, area_vectors, group_vectors
 from burst_fenicsx.kernels.contact.law import Law
 from burst_fenicsx.kernels.contact.pairs import Pairs, Rows, add_pairs, gather_row, give_row, tally_pairs
 from burst_fenicsx.kernels.contact.sliding import Attached, Bonds, edge_weight, slide, sum_attached
@@ -43,6 +43,7 @@ class LineContact(NamedTuple):
     law: Law  # of contact's step; without stiffness (its frequency 0) nothing acts yet
     level: int  # of contact's step, the macro step over 2^level
     front_until: float  # s, until which a front runs or is being reflected
+    facets: np.ndarray  # (facets,) int32, all
     groups: np.ndarray  # (groups,) int32, all
     surface: Surface
     pairs: Pairs
@@ -84,7 +85,10 @@ def add_line_forces(contact: LineContact, charge: ChargeState, eroded: np.ndarra
     surface, pairs, rows, spread = contact.surface, contact.pairs, contact.rows, contact.spread
     attached, contacts = contact.attached, pairs.node.size
     sum_attached(0, attached.row.size, attached, charge, eroded)
-    group_vectors(0, contact.groups.size, contact.groups, surface, rows.position)
+    facets, beside = contact.facets, contact.bonds.beside
+    area_vectors(0, facets.size, facets, surface.facets, rows.position, surface.area)
+    area_vectors(0, facets.size, facets, beside, rows.position, contact.bonds.area)
+    group_vectors(0, contact.groups.size, contact.groups, surface)
     slide(0, contacts, contact.law, surface, pairs, contact.bonds, attached.total, rows)
     spread_pressure(spread, pairs, surface, rows.position)
     springs = Pairs(

@@ -15,10 +15,10 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 
 from burst_fenicsx.kernels.contact.law import add_product, product, vector_product
-from burst_fenicsx.kernels.lanes import block_kernel, lane_function
+from burst_fenicsx.kernels.lanes import block_kernel, inlined_kernel, lane_function
 from burst_fenicsx.kernels.vectors.tensors import Vector
 
-__all__ = ["Surface", "area_vector", "closest_point", "find_point", "group_vectors", "weigh"]
+__all__ = ["Surface", "area_vectors", "closest_point", "find_point", "group_vectors", "weigh"]
 
 _NEWTON, _WALKS, _CLOSEST = 12, 10, 4
 _CLOSE = 1e-6  # last change of a facet's coordinates: by quadratic convergence the error left is far smaller
@@ -41,7 +41,8 @@ class Surface(NamedTuple):
     member: np.ndarray  # int32, facets of each group
     mirrors: np.ndarray  # (groups, planes, 3) normals of the planes of symmetry in which the group's node lies, or zero
     known: np.ndarray  # (facets,) bool, whether this rank knows the positions of the facet and of those around it
-    vector: np.ndarray  # (groups, 3) sums of the facets' area vectors (m2), of edges their lengths (m), now
+    area: np.ndarray  # (facets, 3) area vectors (m2), of edges their lengths (m), now
+    vector: np.ndarray  # (groups, 3) their sums over each group's facets, now
 
 
 _Point: TypeAlias = tuple[Vector, Vector, Vector, Vector]
@@ -134,7 +135,7 @@ def _improve(
     return gap, n, size, along, d_xi, d_eta
 
 
-@block_kernel
+@inlined_kernel
 def find_point(
     x: Vector, facet: int, xi: float, eta: float, single: bool, surface: Surface, position: np.ndarray
 ) -> tuple[int, float, float, float, Vector, float, float]:
@@ -190,7 +191,7 @@ def closest_point(x: Vector, nodes: np.ndarray, position: np.ndarray) -> tuple[f
 
 
 @lane_function
-def area_vector(nodes: np.ndarray, position: np.ndarray) -> Vector:
+def _area_vector(nodes: np.ndarray, position: np.ndarray) -> Vector:
     """Area vector of a facet of `nodes` (corners,) in m2; of an edge its length times its normal (m)."""
     p, q = _row(position, np.uint64(nodes[0])), _row(position, np.uint64(nodes[1]))
     if nodes.size == 2:
@@ -202,7 +203,18 @@ def area_vector(nodes: np.ndarray, position: np.ndarray) -> Vector:
 
 
 @block_kernel
-def group_vectors(first: int, last: int, chosen: np.ndarray, surface: Surface, position: np.ndarray) -> None:
+def area_vectors(
+    first: int, last: int, chosen: np.ndarray, facets: np.ndarray, position: np.ndarray, area: np.ndarray
+) -> None:
+    """Area vectors, into `area` (facets, 3), of the `chosen` facets from `first` to `last` that have nodes."""
+    for k in range(first, last):
+        facet = chosen[k]
+        if facets[facet, 0] >= 0:
+            area[facet, 0], area[facet, 1], area[facet, 2] = _area_vector(facets[facet], position)
+
+
+@block_kernel
+def group_vectors(first: int, last: int, chosen: np.ndarray, surface: Surface) -> None:
     """Sum the facets' area vectors over the `chosen` groups from `first` to `last`, into `surface.vector`.
 
     In a plane of symmetry those of the image's facets belong to it: the sum lies in the plane, twice as long.
@@ -210,7 +222,7 @@ def group_vectors(first: int, last: int, chosen: np.ndarray, surface: Surface, p
     for k in range(first, last):
         group, v = chosen[k], (0.0, 0.0, 0.0)
         for at in range(surface.first[group], surface.first[group + 1]):
-            v = add_product(v, 1.0, area_vector(surface.facets[surface.member[at]], position))
+            v = add_product(v, 1.0, _row(surface.area, np.uint64(surface.member[at])))
         for plane in range(surface.mirrors.shape[1]):
             n = (
                 surface.mirrors[group, plane, 0],

@@ -239,9 +239,9 @@ def press_on_plane(
 ) -> tuple[float, Vector, float, float]:
     """Springs of the pairs `near` (k,) a plane: a facet of no nodes, `plane` (1, 0), with the unit `normal` (3,).
 
-    `level` (m) is the normal times a point of the plane; pairs from `inner` on are of inner nodes. Returned are friction
-    (J) in this step and the force (N) of the plane, exact sums by the two constants of `quantise`, and the deepest of
-    all pairs and of those of inner nodes (m).
+    `level` (m) is the normal times a point of the plane; pairs from `inner` on are of inner nodes. Returned are
+    friction (J) in this step and the force (N) of the plane, exact sums by the two constants of `quantise`, and the
+    deepest of all pairs and of those of inner nodes (m).
     """
     friction, x, y, z, deepest, deepest_inner = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for k in near:

@@ -12,7 +12,7 @@ import numpy as np
 
 from burst_fenicsx.kernels.cells.erosion import WHOLE
 from burst_fenicsx.kernels.constants import OFF_EDGE
-from burst_fenicsx.kernels.contact.facets import Surface, area_vector, find_point, group_vectors, weigh
+from burst_fenicsx.kernels.contact.facets import Surface, area_vectors, find_point, group_vectors, weigh
 from burst_fenicsx.kernels.contact.law import Law, add_product, bonded_spring, has_left, product
 from burst_fenicsx.kernels.contact.pairs import Pairs, Rows, relative_motion
 from burst_fenicsx.kernels.lanes import block_kernel, kernel, lane_function
@@ -43,6 +43,7 @@ class Bonds(NamedTuple):
     cells: np.ndarray  # (contacts,) number of the charge's cells around the node, of all ranks
     strength: np.ndarray  # (contacts,) Pa, shear strength of the unreacted explosive
     beside: np.ndarray  # (facets, corners) int32 rows of the charge's nodes at each facet; -1 where none lies
+    area: np.ndarray  # (facets, 3) area vectors of these facets of the charge (m2), of edges their lengths (m), now
     bonded: np.ndarray  # (contacts,) int8, 1 until broken or burnt
     off: np.ndarray  # (contacts,) int8, 1 where the node has left its surface or has only released cells, 2 where it
     # belongs to both sides
@@ -75,13 +76,22 @@ def attached_state(attached: Attached, charge: ChargeState, eroded: np.ndarray) 
 
 @kernel
 def slide_charges(
-    law: Law, groups: np.ndarray, surface: Surface, pairs: Pairs, bonds: Bonds, attached: np.ndarray, rows: Rows
+    law: Law,
+    facets: np.ndarray,
+    groups: np.ndarray,
+    surface: Surface,
+    pairs: Pairs,
+    bonds: Bonds,
+    attached: np.ndarray,
+    rows: Rows,
 ) -> None:
-    """Find every contact's point and force, and advance its state; `groups` are those around them.
+    """Find every contact's point and force, and advance its state; `facets` and `groups` are those around them.
 
     `attached` (rows, 3) are the sums of `sum_attached` over all ranks.
     """
-    on_threads(groups.size, group_vectors, (groups, surface, rows.position))
+    on_threads(facets.size, area_vectors, (facets, surface.facets, rows.position, surface.area))
+    on_threads(facets.size, area_vectors, (facets, bonds.beside, rows.position, bonds.area))
+    on_threads(groups.size, group_vectors, (groups, surface))
     on_threads(pairs.node.size, slide, (law, surface, pairs, bonds, attached, rows))
 
 
@@ -145,12 +155,13 @@ def _area(c: int, n: Vector, surface: Surface, pairs: Pairs, bonds: Bonds, posit
     """A contact's part of the charge's surface, projected on the normal (m2): what a pressure acts on (Eq. 14)."""
     group, total = bonds.group[c], (0.0, 0.0, 0.0)
     for at in range(surface.first[group], surface.first[group + 1]):
-        nodes = bonds.beside[surface.member[at]]
+        facet = np.uint64(surface.member[at])
+        nodes, area = bonds.beside[facet], bonds.area
         if nodes[0] < 0:
             continue
         share = 0.25
         if nodes.size == 2:
             other = nodes[1] if nodes[0] == pairs.node[c] else nodes[0]
             share = edge_weight(position[pairs.node[c], 0], position[other, 0])
-        total = add_product(total, share, area_vector(nodes, position))
+        total = add_product(total, share, (area[facet, 0], area[facet, 1], area[facet, 2]))
     return abs(product(total, n))
