@@ -30,7 +30,7 @@ _SAFETY = 0.9  # fraction taken of the stability that the cells leave to contact
 _FIXED_STEP_CFL = 0.9  # a fixed step is taken to be this fraction of the stable one
 _PLANE_FRACTION = 0.4  # of the squared frequency, where planes are; the rest is the surfaces'
 _REACH = 1.0  # of the cell size: how far surfaces may approach between two searches
-_PLANE_REACH = 4.0  # of the cell size: distance from a plane within which nodes are looked after
+_PLANE_REACH = 2.0  # of the cell size: distance from a plane within which nodes are looked after
 
 
 @dataclass

@@ -201,11 +201,11 @@ def test_the_pressure_of_nodes_that_have_changed_places_presses_where_they_are(c
     for number in (8, 9, 10, 11):
         c = order[number]
         found = np.zeros(COUNT + 1)
-        over = contacts.spread.over[c, : contacts.spread.count[c]]
+        over = contacts.spread.over[c, : contacts.spread.bearing[c]]
         np.add.at(
             found,
             np.rint(start[local[over], 2] / edge).astype(int),
-            contacts.spread.share[c, : contacts.spread.count[c]],
+            contacts.spread.share[c, : contacts.spread.bearing[c]],
         )
         np.testing.assert_allclose(found, shares_by_hand(places, number), atol=1e-6)
 

@@ -102,7 +102,7 @@ def test_an_even_pressure_loads_the_line_evenly_wherever_the_charge_has_slid(sha
     force = pressed(solver)
     exact = line_load(solver)
     on_line = np.unique(line.edges)
-    bearers = contacts.spread.count
+    bearers = contacts.spread.bearing
     assert bearers.min() >= 2
     assert bearers.max() >= 5  # several of the line's nodes under one of the charge's
     assert (contacts.off == 0).all()
