@@ -240,6 +240,14 @@ def run_function(
     )  # fmt: skip
 
 
+def start_function(module: str, name: str, *arguments: str) -> subprocess.Popen[bytes]:
+    """Start a function as `run_function` does, without waiting for it; what it writes is dropped."""
+    return subprocess.Popen(
+        _command(module, name, arguments), stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL, env=own_environment(), cwd=_FOLDER,
+    )  # fmt: skip
+
+
 def _command(module: str, name: str, arguments: tuple[str, ...]) -> list[str]:
     code = (
         "import sys; arguments = sys.argv[1:]; sys.argv[1:] = []; "
