@@ -52,7 +52,6 @@ def read_esri_grid(path: Path) -> Raster:
 
 
 def _header(path: Path, lines: list[str]) -> tuple[dict[str, float], int]:
-    """Values by their keys, and the first line after them."""
     header: dict[str, float] = {}
     start = 0
     for start, line in enumerate(lines):

@@ -139,7 +139,6 @@ def _cut_words(raster: Raster, down: slice, across: slice) -> list[str]:
 
 
 def _of_own_grid(raster: Raster, plane: Plane) -> Grid:
-    """The nodes as they are, of a map along its own axes."""
     try:
         down, across = _window(raster, plane)
     except InputError:

@@ -289,7 +289,6 @@ class HeightMap:
 
 
 def _height_at_site(grid: Grid, path: Path, site: tuple[float, float] | None) -> float:
-    """The map's height at x = y = 0 (m)."""
     place = "" if site is None else f" {site}"
     hole = ~np.isfinite(grid.heights)  # elsewhere it does not matter here
     raw = HeightMap(np.where(hole, 0.0, grid.heights), grid.step, grid.corner, name=str(path))

@@ -67,7 +67,6 @@ class RingPoints:
 
     @cached_property
     def _mean(self) -> NDArray[np.float64]:
-        """Means by mass (m, 4) of position and velocity."""
         return np.asarray(np.einsum("ma,maj->mj", node_shares(self.reference), self.state))
 
     @cached_property
