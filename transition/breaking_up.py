@@ -13,23 +13,20 @@ import numpy as np
 
 from fragfield_base.cores import cores
 from transition.casing import RingCasing, casing_of
-from transition.cells.cell_points import POINTS_PER_FRAGMENT, lightest_that_matters
-from transition.cells.points import MaterialPoints
+from transition.cells.points import POINTS_PER_FRAGMENT, MaterialPoints, lightest_that_matters
 from transition.draws import Draws
 from transition.errors import InputError
 from transition.law.samplers import Graded, Quantile, Sampler
 from transition.law.segment_law import outside_of, segment_laws
 from transition.law.segments import CasingSegment, casing_segments
-from transition.ledger import CasingSums, ledger
 from transition.placement.directions import Directions, Shares, compare_directions
 from transition.placement.isometry import Attitude, Isometry, draw_attitude, rotation
 from transition.placement.mirroring import Image, images
 from transition.placement.placing import CURVE_DRAWS, Clusters, Sheet, place
 from transition.placement.scatter import scattered
-from transition.results import BreakUpResult, BrokenRound, SegmentResult
+from transition.results import BreakUpResult, BrokenRound, CasingSums, SegmentResult, ledger, summarised
 from transition.settings import MOST_FRAGMENTS, BreakUpSettings
 from transition.snapshot import Snapshot
-from transition.summary import summarised
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence

@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flight.errors import InputError
-from flight.files.esri_grid import read_esri_grid
 from flight.files.gdal_raster import DRIVERS, own_environment, read_gdal_raster
 from flight.files.map_plane import Plane, plane_of, read_projection, vertical_of
-from flight.files.raster import HEIGHT_UNITS, MOST_NODES, metres_of, unit_words
+from flight.files.raster import HEIGHT_UNITS, MOST_NODES, metres_of, read_esri_grid, unit_words
 
 if TYPE_CHECKING:
     from pathlib import Path
