@@ -295,7 +295,8 @@ def _several(name: str, given: Any, kinds: tuple[type, ...]) -> tuple[Any, ...]:
 def _check_kinds(**given: tuple[Any, type, str]) -> None:
     for name, (value, kind, example) in given.items():
         if not (isinstance(value, kind) or (value is None and name != "fragments")):
-            raise InputError(f"fly: {name} is {value!r}; allowed: flight.{kind.__name__}{example}")
+            module = "flight.fluence" if kind.__module__ == "flight.fluence" else "flight"
+            raise InputError(f"fly: {name} is {value!r}; allowed: {module}.{kind.__name__}{example}")
 
 
 def _check(
