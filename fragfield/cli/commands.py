@@ -103,10 +103,15 @@ def check(call: Call, done: CheckResult, *, drawing: File | None = None, resolve
         Print the case as well, with every default, in everyday units.
     """
     from fragfield.checking.show import print_check
+    from fragfield.results.part import to_json
 
     del call
-    drawn = {} if drawing is None else {"drawings": [str(path) for path in done.draw(drawing)]}
-    return Given(done.found | drawn, lambda found: print_check(found, done.case.values if resolved else None))
+    drawn = [] if drawing is None else [str(path) for path in done.draw(drawing)]
+
+    def show(_: dict[str, Any]) -> None:
+        print_check(done.found, done.case.values if resolved else None, drawings=drawn)
+
+    return Given(to_json(done.found) | ({"drawings": drawn} if drawn else {}), show)
 
 
 @command(_RUN, "only fragments")
@@ -285,7 +290,9 @@ def warm_up(call: Call, found: dict[str, Any]) -> Given:
 
 def _of_study(call: Call, study: Any) -> Given:  # noqa: ANN401 - a `Study`, not loaded for it
     del call
-    return Given(study.found, lambda _: study.print(), study.exit_code)
+    from fragfield.results.part import to_json
+
+    return Given(to_json(study.found), lambda _: study.print(), study.exit_code)
 
 
 def studies() -> Iterator[Command]:

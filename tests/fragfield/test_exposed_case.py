@@ -14,9 +14,10 @@ from flight.hazard.density.distance import ExpectedDistance
 from flight.hazard.exposed import COUNTS
 from flight.scene.plan import signed_area
 from fragfield.case import load_case
-from fragfield.case.conversion.exposed_sites import describe_exposed, exposed_sites_of
+from fragfield.case.conversion.exposed_sites import exposed_sites_of
 from fragfield.case.conversion.surroundings import direction_words, site_of
 from fragfield.case.load import case_from_document
+from fragfield.checking.arrangement import describe_exposed
 from fragfield.hazard.exposed import ExposedCounts, ExposedSums, share_bound
 from fragfield.hazard.places import Places, PlaceSums, sum_bound
 from fragfield.hazard.verdict import no_margin, verdict_of
@@ -116,10 +117,10 @@ def test_a_margin_is_given_where_density_decides_and_nothing_stands_between(tmp_
 
 
 def test_check_shows_bearings_where_there_is_a_site(tmp_path):
-    without, within = (describe_exposed(load(tmp_path, more + OPEN.format(x=0, y=60)))[0] for more in ("", SITE))
-    assert without["azimuth_deg"] == within["azimuth_deg"]
-    assert without["bearing_deg"] is None
-    assert (within["azimuth_deg"] + within["bearing_deg"]) % 360.0 == pytest.approx(30.0)
+    without, within = (next(describe_exposed(load(tmp_path, more + OPEN.format(x=0, y=60)))) for more in ("", SITE))
+    assert without.azimuth_deg == within.azimuth_deg
+    assert without.bearing_deg is None
+    assert (within.azimuth_deg + within.bearing_deg) % 360.0 == pytest.approx(30.0)
     assert direction_words(90.0, None) == "azimuth 90°"
     assert direction_words(90.0, 300.0) == "bearing 300° (WNW)"
     assert direction_words(90.1, 359.6, whole=True) == "bearing 0° (N)"

@@ -117,10 +117,10 @@ def test_check_is_that_of_the_command_line(tmp_path, tube):
     found = fragfield.check(tube)
     printed = invoke("check", tube.write(tmp_path / "tube.toml"), "--json")
     assert json.loads(printed.stdout) == json.loads(json.dumps(found.found))
-    assert found.warnings == found.found["warnings"] != []
-    assert found.found["mesh"]["cells"] > 100
+    assert found.warnings == [*found.found.warnings] != []
+    assert found.found.mesh.cells > 100
     finer = fragfield.check(tube, set={"burst.cell_size": "7 mm", "seed": 3})
-    assert finer.found["mesh"]["cells"] > 2 * found.found["mesh"]["cells"]
+    assert finer.found.mesh.cells > 2 * found.found.mesh.cells
 
 
 def test_where_a_run_goes(tmp_path, monkeypatch, tube):

@@ -215,7 +215,7 @@ def test_check_shows_official_distances_quantity_and_rules(tmp_path):
     assert found["official"]["covers"] is True
     path.write_text(RINGS, encoding="utf-8")
     assert "Distance to apply: 381 m (storage and handling), " in invoke("check", path).stdout
-    assert fragfield.check(path).found["official"] is None
+    assert fragfield.check(path).found.official is None
 
 
 @pytest.fixture(scope="module")
