@@ -77,10 +77,11 @@ class CheckedRound(Part):
 
 
 class Shock(Part):
-    """Pressure held for a time that initiates a round; null where it is reported alone."""
+    """Pressure held for a time that initiates a round, null where the shock is reported alone."""
 
     pressure: float | None = out("Pressure", "Pa")
     duration: float | None = out("Duration", "s")
+    floor: float | None = out("From which a pulse counts", "Pa")
 
 
 class PlacedRound(Part):
