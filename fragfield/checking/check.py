@@ -11,7 +11,7 @@ import numpy as np
 from fragfield.case import plain
 from fragfield.case.checks.estimates import check_numbers, given_fragments
 from fragfield.case.conversion.attitude import is_mixed
-from fragfield.case.conversion.rounds import burst_rounds, first_alike
+from fragfield.case.conversion.rounds import burst_rounds, first_alike, masses_of
 from fragfield.case.faults import Doubt
 from fragfield.case.problem import break_up_settings, burst_geometry, burst_settings
 from fragfield.checking.arrangement import arrangement
@@ -158,8 +158,8 @@ def _round(entry: Round, settings: BurstSettings, mesh: CellMesh, times: int) ->
     exact = dict(in_mesh)
     shape = _mesh_extent(entry, mesh)
     if (profile := entry.profile) is not None:
-        exact["casing_mass"] = profile.casing_volume * entry.casing.density
-        exact["charge_mass"] = profile.charge_volume * entry.explosive.density
+        masses = masses_of(entry)
+        exact = {"casing_mass": masses.casing, "charge_mass": masses.charge}
         shape = {
             "profile": profile.name, "length": profile.length, "outer_diameter": 2.0 * profile.max_radius,
             "fuze_mass": profile.fuze_mass, "fuze_density": profile.fuze_density,
@@ -200,18 +200,20 @@ def _mesh_extent(entry: Round, mesh: CellMesh) -> dict[str, Any]:
 def _segments(entry: Round, profile: Profile, mesh: CellMesh, times: int) -> Iterator[CheckedSegment]:
     from burst_fenicsx.problem import Part
 
-    for segment in profile.segments:
-        volumes = profile.volumes(segment.start, segment.end)
-        casing, charge = volumes.casing * entry.casing.density, volumes.charge * entry.explosive.density
+    for segment, masses in zip(profile.segments, masses_of(entry).segments, strict=True):
         inside = (mesh.station >= segment.start) & (mesh.station < segment.end)
         disc = times / (math.pi * (segment.end - segment.start))
         whole, inner = (
             disc * float(mesh.volumes[part].sum()) for part in (inside, inside & (mesh.part != Part.CASING))
         )
-        speed = gurney_speed(entry.explosive.detonation_velocity, charge / casing) if charge > 0.0 else None
+        speed = (
+            gurney_speed(entry.explosive.detonation_velocity, masses.charge / masses.casing)
+            if masses.charge > 0.0
+            else None
+        )
         yield CheckedSegment(
             name=segment.name, kind=segment.kind, start=segment.start, end=segment.end,
-            mean_wall=math.sqrt(whole) - math.sqrt(inner), casing_mass=casing, charge_mass=charge, gurney_speed=speed,
+            mean_wall=math.sqrt(whole) - math.sqrt(inner), casing_mass=masses.casing, charge_mass=masses.charge, gurney_speed=speed,
         )  # fmt: skip
 
 

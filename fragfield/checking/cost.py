@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fragfield.case.conversion.rounds import masses_of
 from fragfield.results.check import ExpectedCost
 from transition.law.mean_mass import gurney_speed
 
@@ -57,11 +58,7 @@ def expected_end(settings: BurstSettings, rounds: Sequence[Round]) -> float | No
     if len(profiles) < len(rounds):
         return None
     front = np.array([one.explosive.detonation_velocity for one in rounds])
-    ratio = [
-        profile.charge_volume * one.explosive.density / (profile.casing_volume * one.casing.density)
-        for one, profile in zip(rounds, profiles, strict=True)
-    ]
-    speed = np.array([gurney_speed(*pair) for pair in zip(front, ratio, strict=True)])
+    speed = np.array([gurney_speed(one.explosive.detonation_velocity, masses_of(one).ratio) for one in rounds])
     radius = np.array([profile.max_radius for profile in profiles])
     half = np.array([0.5 * (profile.charge_end - profile.charge_front) for profile in profiles]) / front
     initiated = np.array([max((point.delay for point in one.ignition), default=np.inf) for one in rounds])

@@ -93,12 +93,11 @@ def contents_of(case: CaseTable) -> Contents | None:
         one, mass = burst_round(entry, f"round[{number + 1}]"), masses[first[number]]
         if one.profile is not None:
             profiles.append(one.profile)
-        whole = mass.charge + mass.casing + mass.fuze
         factor, said = tnt_equivalent(one.explosive.name)
         if said:
             words.append(said)
-        explosive, all_up = explosive + times * mass.charge, all_up + times * whole
-        tnt, heaviest = tnt + times * mass.charge * factor, max(heaviest, whole)
+        explosive, all_up = explosive + times * mass.charge, all_up + times * mass.whole
+        tnt, heaviest = tnt + times * mass.charge * factor, max(heaviest, mass.whole)
     known = len(profiles) == len(case.round)
     in_a_row = _on_a_line(positions)
     return Contents(
