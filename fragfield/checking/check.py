@@ -206,14 +206,12 @@ def _segments(entry: Round, profile: Profile, mesh: CellMesh, times: int) -> Ite
         whole, inner = (
             disc * float(mesh.volumes[part].sum()) for part in (inside, inside & (mesh.part != Part.CASING))
         )
-        speed = (
-            gurney_speed(entry.explosive.detonation_velocity, masses.charge / masses.casing)
-            if masses.charge > 0.0
-            else None
-        )
+        ratio = masses.charge / masses.casing
+        speed = gurney_speed(entry.explosive.detonation_velocity, ratio) if ratio > 0.0 else None
         yield CheckedSegment(
             name=segment.name, kind=segment.kind, start=segment.start, end=segment.end,
-            mean_wall=math.sqrt(whole) - math.sqrt(inner), casing_mass=masses.casing, charge_mass=masses.charge, gurney_speed=speed,
+            mean_wall=math.sqrt(whole) - math.sqrt(inner), casing_mass=masses.casing, charge_mass=masses.charge,
+            gurney_speed=speed,
         )  # fmt: skip
 
 

@@ -38,9 +38,9 @@ def test_the_arrangement_is_reported_with_its_nearest_pair():
     found = check_report(_case(round=[ROUND, other], stack={**_row(3, "30 mm"), "round": "shell"})).arrangement
     assert [entry.name for entry in found.rounds] == ["shell_1", "shell_2", "shell_3", "other"]
     assert found.rounds[0].position == pytest.approx([-(WIDTH + 0.03), 0.0, 0.0])
-    assert found.min_clearance.rounds == ["shell_1", "shell_2"]
+    assert found.min_clearance.rounds == ("shell_1", "shell_2")
     assert found.min_clearance.clearance == pytest.approx(0.03)
-    assert found.planes == []
+    assert found.planes == ()
     assert check_report(_case()).arrangement.min_clearance is None
 
 
@@ -123,9 +123,8 @@ def test_the_cost_of_a_stack_is_that_of_its_rounds():
     assert eight.mesh.min_edge == pytest.approx(one.mesh.min_edge)
     assert one.expected.memory_bytes < eight.expected.memory_bytes < 8 * one.expected.memory_bytes
     assert len(eight.rounds) == 8
-    assert {key: eight.rounds[7][key] for key in ("casing_mass", "gurney_speed")} == {
-        key: one.rounds[0][key] for key in ("casing_mass", "gurney_speed")
-    }
+    (first,), last = one.rounds, eight.rounds[7]
+    assert (last.casing_mass, last.gurney_speed) == (first.casing_mass, first.gurney_speed)
 
 
 def test_rounds_that_wait_for_the_shock_lengthen_the_burst():
@@ -166,7 +165,7 @@ def test_check_names_the_plane_that_one_initiation_breaks():
     found = check_report(_case(round=[shell], stack={**_row(2), "initiated": [1]})).symmetry
     assert found.share == 0.5
     (refused,) = found.not_used
-    assert refused.normal == [1.0, 0.0, 0.0]
+    assert refused.normal == (1.0, 0.0, 0.0)
     assert refused.reason.endswith("are not initiated alike")
 
 
