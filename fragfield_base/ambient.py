@@ -64,12 +64,14 @@ _FORCED = {
     "MPLBACKEND": "agg",
     "PETSC_OPTIONS": "-no_signal_handler",  # PETSc would take SIGHUP for itself, and end the process at once
     "PYTHONSAFEPATH": "1",
+    "UCX_DEBUG_SIGNO": "0",  # UCX, below MPICH and Open MPI, takes SIGHUP for its debugger
 }
 _ALONE = {
     # A single process needs no network, and no daemon of Open MPI's, which asks for ssh and for a temporary folder.
     "OMPI_MCA_btl": "self",
     "OMPI_MCA_ess_singleton_isolated": "1",
     "OMPI_MCA_pml": "ob1",
+    "UCX_TLS": "self",
 }
 _INSTALLED = ("site-packages", "dist-packages")
 _OBJECTS = 50_000
@@ -235,6 +237,14 @@ def run_function(
     return subprocess.run(
         _command(module, name, arguments), stdin=subprocess.DEVNULL, capture_output=True, timeout=timeout,
         env=own_environment(), cwd=_FOLDER, check=False,
+    )  # fmt: skip
+
+
+def start_function(module: str, name: str, *arguments: str) -> subprocess.Popen[bytes]:
+    """Start a function as `run_function` does, without waiting for it; what it writes is dropped."""
+    return subprocess.Popen(
+        _command(module, name, arguments), stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL, env=own_environment(), cwd=_FOLDER,
     )  # fmt: skip
 
 

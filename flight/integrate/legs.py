@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from flight.fragments import Fragments
-    from flight.integrate.job import Flown
+    from flight.rows import Flown
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,6 +69,11 @@ class Legs:
         number = np.arange(len(landing))
         stopped = (landing["status"] != Status.TIME_OUT) | np.isinf(self.clock[:, 1])
         return np.asarray(np.minimum.reduceat(np.where(stopped, number, len(landing)), self.first[:-1]))
+
+    def last(self, landing: NDArray[Any]) -> NDArray[np.int64]:
+        """The leg after the last contact of each fragment whose flight (`landing`) has not ended before."""
+        begin = self.first[1:] - 1
+        return begin[landing["time"] >= self.clock[begin, 0]]
 
     def flown(self, landing: NDArray[Any]) -> NDArray[np.int64]:
         """Legs that were flown: none after its fragment's last."""

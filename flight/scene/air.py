@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING, Annotated, Literal, Protocol
 
 import numpy as np
@@ -123,6 +124,9 @@ class StandardAtmosphere:
 
     def table(self) -> AirTable:
         """Return the table that the kernels read; its error is below 1e-9 of the value."""
+        return _standard_table(self)
+
+    def _table(self) -> AirTable:
         entries = np.arange(TABLE_BOTTOM, TABLE_TOP + 0.5 * TABLE_STEP, TABLE_STEP)
         columns = []
         middle = 0.5 * (entries[:-1] + entries[1:])
@@ -173,6 +177,12 @@ class StandardAtmosphere:
         return slowness, -0.5 * slowness * lapse / temperature
 
 
+@lru_cache(maxsize=8)
+def _standard_table(air: StandardAtmosphere) -> AirTable:
+    return air._table()
+
+
+@lru_cache(maxsize=1)
 def _layer_bases() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     temperature, pressure = [SEA_LEVEL_TEMPERATURE], [SEA_LEVEL_PRESSURE]
     for thickness, lapse in zip(np.diff(LAYER_BASE)[:-1], LAYER_LAPSE[:-1], strict=True):
