@@ -18,7 +18,7 @@ from fragfield.cli.guard import print_paths
 from fragfield.errors import EXIT_DONE, EXIT_NUMERICAL, InputError
 from fragfield.interface.kinds import CaseOrRun, File, Kind, PathName, RunFolder
 from fragfield.pipeline.parallel import launched_rank
-from fragfield_base.paths import absolute
+from fragfield_base.paths import absolute, shown
 
 if TYPE_CHECKING:
     from fragfield.importing.table import ImportedTable
@@ -103,13 +103,15 @@ def check(call: Call, done: CheckResult, *, drawing: File | None = None, resolve
         Print the case as well, with every default, in everyday units.
     """
     from fragfield.checking.show import print_check
-    from fragfield.results.part import to_json
+    from fragfield.results.part import to_json, with_texts
+    from fragfield.terminal.logs import visible
 
     del call
     drawn = [] if drawing is None else [str(path) for path in done.draw(drawing)]
 
     def show(_: dict[str, Any]) -> None:
-        print_check(done.found, done.case.values if resolved else None, drawings=drawn)
+        found = with_texts(done.found, lambda text: str(visible(shown(text))))
+        print_check(found, done.case.values if resolved else None, drawings=shown(drawn))
 
     return Given(to_json(done.found) | ({"drawings": drawn} if drawn else {}), show)
 

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self, dataclass_transform, get_
 from fragfield.errors import InputError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Callable, Iterator, Mapping
 
     from pydantic import TypeAdapter
 
@@ -183,6 +183,19 @@ def part_in(kind: Any) -> type[Part] | None:  # noqa: ANN401 - a type
         return kind
     inner = (part_in(one) for one in get_args(kind) if not str(kind).startswith("dict"))
     return next((one for one in inner if one is not None), None)
+
+
+def with_texts(value: Any, change: Callable[[str], str]) -> Any:  # noqa: ANN401 - of the kind that is given
+    """A part, list or table in which every text is changed."""
+    if isinstance(value, str):
+        return change(value)
+    if isinstance(value, Part):
+        names = (one.name for one in dataclasses.fields(value))  # type: ignore[arg-type]
+        changed = {name: with_texts(getattr(value, name), change) for name in names}
+        return dataclasses.replace(value, **changed)  # type: ignore[type-var]
+    if isinstance(value, dict):
+        return {key: with_texts(entry, change) for key, entry in value.items()}
+    return type(value)(with_texts(one, change) for one in value) if isinstance(value, (list, tuple)) else value
 
 
 def to_json(value: object) -> Any:  # noqa: ANN401 - a value of JSON
