@@ -240,6 +240,16 @@ def run_function(
     )  # fmt: skip
 
 
+def start_function(
+    module: str, name: str, *arguments: str, stderr: int = subprocess.DEVNULL
+) -> subprocess.Popen[bytes]:
+    """Start a function as `run_function` does, without waiting for it; its output is dropped, or `stderr` a pipe."""
+    return subprocess.Popen(
+        _command(module, name, arguments), stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
+        stderr=stderr, env=own_environment(), cwd=_FOLDER,
+    )  # fmt: skip
+
+
 def _command(module: str, name: str, arguments: tuple[str, ...]) -> list[str]:
     code = (
         "import sys; arguments = sys.argv[1:]; sys.argv[1:] = []; "

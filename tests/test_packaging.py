@@ -47,6 +47,8 @@ def test_the_version_stands_the_same_everywhere():
         "conda-recipe": recipe()["context"]["version"],
     }
     assert set(versions.values()) == {fragfield.__version__}, versions
+    released = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))["date-released"]
+    assert f"\n## [{fragfield.__version__}] - {released}\n" in (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
 
 
 def test_extras_that_are_named_exist():

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import http.server
+import json
 import shutil
 import subprocess
 import sys
@@ -17,6 +18,7 @@ from pathlib import Path
 import pytest
 
 import fragfield
+from tests.matrix import wheel_python
 
 pytestmark = pytest.mark.slow
 ROOT = Path(__file__).resolve().parent.parent
@@ -193,3 +195,27 @@ def test_the_whole_computes_a_case_beside_the_systems_dolfinx(index, tmp_path):
     run(program, "run", ROOT / "cases" / "tube.toml", *options, cwd=tmp_path)
     for name in ("burst_snapshot.h5", "summary.json", "report.html"):
         assert (tmp_path / "run" / name).is_file(), name
+
+
+@pytest.mark.slow  # compiles all kernels
+@pytest.mark.dolfinx
+@pytest.mark.skipif(wheel_python() is None, reason="no Python here takes PyPI's wheel of dolfinx")
+def test_both_and_the_extra_are_all_that_an_empty_environment_needs(index, tmp_path):
+    """dolfinx, MPI and h5py from PyPI: a new case is checked and computed, and on two ranks by its launcher."""
+    run(wheel_python(), "-m", "venv", tmp_path / "venv", cwd=tmp_path)
+    python = tmp_path / "venv" / "bin" / "python"
+    pip("install", "--quiet", "--extra-index-url", index, "fragfield[dolfinx]", python=python, cwd=tmp_path)
+    assert pip("check", python=python, cwd=tmp_path).strip() == "No broken requirements found."
+    program = python.with_name("fragfield")
+    run(program, "new", "trial.toml", "--round", "m107", cwd=tmp_path)
+    options = ("--set", "burst.cell_size=15 mm", "--set", "burst.end_time=60 us")
+    run(program, "check", "trial.toml", *options, cwd=tmp_path)
+    run(program, "run", "trial.toml", *options, "--out", "run", "--quiet", cwd=tmp_path)
+    assert (tmp_path / "run" / "report.html").is_file()
+    launcher = python.with_name("mpiexec")
+    run(launcher, "-n", "2", program, "burst", "trial.toml", *options, "--out", "two", "--quiet", cwd=tmp_path)
+    code = (
+        "import json, sys; print([json.load(open(f'{name}/summary.json'))['burst']['cells'] for name in sys.argv[1:]])"
+    )
+    one, two = json.loads(run(python, "-c", code, "run", "two", cwd=tmp_path).stdout)
+    assert one == two

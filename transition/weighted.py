@@ -14,7 +14,7 @@ high at the level, where distances are decided, and all weigh by the density of 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -39,6 +39,8 @@ if TYPE_CHECKING:
 
 SLOPES = 2
 """First impacts on the ground or an obstacle whose facets' slopes are coordinates too."""
+COPIES, MOST_COPIES = 4, 32
+"""Of a fragment of the mean mass that leaves near the level after it has met others, and of the heaviest."""
 _COORDINATES = 7 + SLOPES
 _LEVEL = math.radians(1.5)  # half-width of the Lorentz curve about the level
 _NATURAL = 0.25  # fraction of the fragments that leave near the level with a direction as the scatter has it
@@ -58,10 +60,13 @@ class WeightedFragments(NamedTuple):
 
 def unit_points(number: int, points: int) -> Array:
     """Points (n, c) of Sobol's set, scrambled (Matousek 1998) by a seed of its own: a power of two of them."""
+    return np.clip(_sobol(_COORDINATES, points, number), 1e-12, 1.0 - 1e-12)
+
+
+def _sobol(coordinates: int, points: int, seed: int) -> Array:
     from scipy.stats import qmc  # takes its time to load
 
-    made = qmc.Sobol(_COORDINATES, scramble=True, seed=number).random_base2(points.bit_length() - 1)
-    return np.asarray(np.clip(made, 1e-12, 1.0 - 1e-12))
+    return np.asarray(qmc.Sobol(coordinates, scramble=True, seed=seed).random_base2(points.bit_length() - 1))
 
 
 @dataclass(frozen=True, eq=False)
@@ -187,6 +192,46 @@ class Casings:
         return WeightedFragments(made, number * weight, np.ascontiguousarray(ndtri(points[:, 7 : 7 + SLOPES])))
 
 
+def spread_out(
+    fragments: Fragments, groups: NDArray[np.int64], width: float, generator: np.random.Generator
+) -> WeightedFragments:
+    """Fragments that have met others, each with several elevations about its own.
+
+    The elevations scatter by `width` (rad), and first move towards the mean of their group, whose number is in `groups`
+    (n,), by as much as keeps its variance (West 1993). A fragment of the mean mass near the level becomes `COPIES`,
+    others a power of two in proportion to their mass, since the heavy ones decide distances; most are aimed at the
+    level.
+    """
+    mass, speed = fragments.mass, np.linalg.norm(fragments.velocity, axis=1)
+    heading = np.arctan2(fragments.velocity[:, 1], fragments.velocity[:, 0])
+    elevation = np.arcsin(np.clip(fragments.velocity[:, 2] / np.maximum(speed, 1e-300), -1.0, 1.0))
+    mean = (np.bincount(groups, mass * elevation) / np.maximum(np.bincount(groups, mass), 1e-300))[groups]
+    squared = np.bincount(groups, mass * (elevation - mean) ** 2) / np.maximum(np.bincount(groups, mass), 1e-300)
+    spread = (np.abs(mean) < _STEEPEST) & (squared[groups] > width**2) & (width > 0.0)
+    narrower = np.sqrt(1.0 - width**2 / np.where(spread, squared[groups], np.inf))
+    elevation = mean + narrower * (elevation - mean)
+    level = spread & (np.abs(elevation) < _REACH * width + _LEVEL)
+    wanted = np.clip(COPIES * mass / mass.mean(), 1.0, MOST_COPIES)
+    times = np.where(level, 2 ** np.round(np.log2(wanted)).astype(np.int64), 1)
+    which = np.repeat(np.arange(len(speed)), times)
+    number = np.arange(len(which)) - np.repeat(np.cumsum(times) - times, times)
+    points = _sobol(1 + SLOPES, MOST_COPIES, 0)[number] + generator.random((len(speed), 1 + SLOPES))[which]
+    points = np.clip(points % 1.0, 1e-12, 1.0 - 1e-12)
+    before, scatter = elevation[which], np.where(spread, width, 0.0)[which]
+    natural = np.where(level, _NATURAL, 1.0)[which]
+    aim = points[:, 0] >= natural
+    after = before + scatter * ndtri(np.where(aim, 0.5, points[:, 0] / natural))
+    share = (points[:, 0] - natural) / np.maximum(1.0 - natural, 1e-300)
+    after, of_aim = _aimed_at_level(before, width, aim, share, after)
+    normal = np.exp(-0.5 * ((after - before) / np.maximum(scatter, 1e-300)) ** 2)
+    normal /= math.sqrt(2.0 * math.pi) * np.maximum(scatter, 1e-300)
+    weight = np.where(level[which], normal / np.maximum(natural * normal + (1.0 - natural) * of_aim, 1e-300), 1.0)
+    ahead = np.column_stack([np.cos(heading[which]), np.sin(heading[which])])
+    velocity = speed[which, None] * np.column_stack([np.cos(after)[:, None] * ahead, np.sin(after)])
+    made = replace(fragments.select(which), velocity=velocity)
+    return WeightedFragments(made, weight / times[which], np.ascontiguousarray(ndtri(points[:, 1:])))
+
+
 def _shift(mass: Array, velocity: Array, scatter: float) -> Array:
     """The mean of the shift by which `transition.placement.scatter.scattered` keeps a segment's momentum (3,)."""
     speed = np.linalg.norm(velocity, axis=1)
@@ -226,9 +271,8 @@ def aimed(directions: Array, uniform: Array, scatter: float) -> tuple[Array, Arr
     elevation = np.arcsin(np.clip(upward, -1.0, 1.0))
     aside = np.arctan2(side, outward)
     # Aimed at the level: its elevation by a Lorentz curve, its azimuth normal about that before.
-    low, high = (np.arctan(np.clip(before + sign * _REACH * scatter, -1.5, 1.5) / _LEVEL) for sign in (-1.0, 1.0))
-    part = np.clip((uniform[:, 0] - natural) / np.maximum(1.0 - natural, 1e-300), 0.0, 1.0)
-    elevation = np.where(aim, _LEVEL * np.tan(low + part * (high - low)), elevation)
+    share = (uniform[:, 0] - natural) / np.maximum(1.0 - natural, 1e-300)
+    elevation, of_aim = _aimed_at_level(before, scatter, aim, share, elevation)
     width = scatter / np.sqrt(np.maximum(np.cos(elevation) * cosine, 1e-9))
     aside = np.where(aim, width * ndtri(uniform[:, 1]), aside)
     made = np.cos(elevation) * np.cos(heading + aside), np.cos(elevation) * np.sin(heading + aside), np.sin(elevation)
@@ -238,10 +282,22 @@ def aimed(directions: Array, uniform: Array, scatter: float) -> tuple[Array, Arr
     angle = 2.0 * np.arcsin(np.minimum(0.5 * chord, 1.0))
     ratio = np.where(angle > 1e-6, angle / np.maximum(np.sin(angle), 1e-300), 1.0)
     wanted = ratio * np.exp(-0.5 * (angle / scatter) ** 2) / (2.0 * math.pi * scatter**2)
-    inside = np.abs(elevation - before) <= _REACH * scatter
-    of_aim = np.where(inside, _LEVEL / (_LEVEL**2 + elevation**2) / (high - low), 0.0)
     of_aim *= np.exp(-0.5 * (aside / width) ** 2) / (math.sqrt(2.0 * math.pi) * width * np.cos(elevation))
     return after, np.where(level, wanted / (natural * wanted + (1.0 - natural) * of_aim), 1.0)
+
+
+def _aimed_at_level(
+    before: Array, scatter: float, aim: NDArray[np.bool_], share: Array, others: Array
+) -> tuple[Array, Array]:
+    """Elevations (n,) by a Lorentz curve about the level at quantiles `share` of it, and its density (1/rad) there.
+
+    It ends at `_REACH` standard deviations (rad) from the elevations before; those that are not aimed are `others`.
+    """
+    low, high = (np.arctan(np.clip(before + sign * _REACH * scatter, -1.5, 1.5) / _LEVEL) for sign in (-1.0, 1.0))
+    elevation = np.where(aim, _LEVEL * np.tan(low + np.clip(share, 0.0, 1.0) * (high - low)), others)
+    inside = np.abs(elevation - before) <= _REACH * scatter
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return elevation, np.where(inside, _LEVEL / (_LEVEL**2 + elevation**2) / (high - low), 0.0)
 
 
 def _turned(vectors: Array, about: Array) -> Array:

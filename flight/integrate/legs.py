@@ -70,6 +70,11 @@ class Legs:
         stopped = (landing["status"] != Status.TIME_OUT) | np.isinf(self.clock[:, 1])
         return np.asarray(np.minimum.reduceat(np.where(stopped, number, len(landing)), self.first[:-1]))
 
+    def last(self, landing: NDArray[Any]) -> NDArray[np.int64]:
+        """The leg after the last contact of each fragment whose flight (`landing`) has not ended before."""
+        begin = self.first[1:] - 1
+        return begin[landing["time"] >= self.clock[begin, 0]]
+
     def flown(self, landing: NDArray[Any]) -> NDArray[np.int64]:
         """Legs that were flown: none after its fragment's last."""
         number = np.arange(len(landing))

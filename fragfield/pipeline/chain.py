@@ -16,6 +16,7 @@ from fragfield.errors import EXIT_FAULT, InputError, exit_code_of, message_of
 from fragfield.files.run_directory import STAGES
 from fragfield.pipeline.arena import read_arena
 from fragfield.pipeline.job import Job
+from fragfield.pipeline.kernels import compiled_beside
 from fragfield.pipeline.parallel import Team
 from fragfield.pipeline.stages import perform
 from fragfield.terminal.logs import logged, visible
@@ -24,7 +25,7 @@ from fragfield_base.hdf5_files import check_sound
 from fragfield_base.writing import has_locks
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
 
     from fragfield.case import CaseTable
     from fragfield.files.run_directory import RunDirectory, Stage
@@ -54,6 +55,9 @@ def run_chain(options: RunOptions, only: str | None = None) -> None:
             _warn_of_locks(directory, team)
         job = Job(case, directory if from_burst else options.source, directory, team, reporter, options)
         stages = _waiting(job) if only is None else [STAGES[only]]
+        flight_compiled: Callable[[], object] = _do_nothing
+        if team.size == 1 and stages[0].name == "burst" and len(stages) > 1 and not options.lean:
+            flight_compiled = held.enter_context(compiled_beside(case, quiet=options.quiet))
         with _together(team):
             if stages[0].name == "burst":
                 perform(job, stages.pop(0))
@@ -66,8 +70,14 @@ def run_chain(options: RunOptions, only: str | None = None) -> None:
         with _releasing(team):
             job = replace(job, team=team.of_one)
             for stage in stages:
+                if stage.name == "fly":
+                    flight_compiled()
                 if stage.name != "report" or not options.lean:
                     perform(job, stage)
+
+
+def _do_nothing() -> None:
+    pass
 
 
 def _load_together(job: Job) -> None:

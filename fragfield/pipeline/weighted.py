@@ -1,16 +1,21 @@
 """The expected density from flights of weighted fragments, where the scene does not admit the integral.
 
-They are a fixed number for each round and tolerance, in sets with fixed seeds, so that the case's seed is not in the
-distance.
+They are flown in sets with fixed seeds, so that the case's seed is not in the distance: eight sets of a number for each
+round and tolerance. Where fragments of different rounds may strike each other a set is a realisation of the break-up
+instead, whose fragments have met; then each becomes several, of other elevations and with weights.
 """
 
 from __future__ import annotations
 
 import math
 import warnings
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from flight.errors import FlightWarning
 from flight.hazard.weighted import count_weighted, expected_of
 from fragfield.case.conversion.attitude import is_mixed
 from fragfield.case.conversion.clearance import min_clearance
@@ -19,10 +24,13 @@ from fragfield.pipeline.flown import above_ground
 from fragfield.pipeline.integral import Solved
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from flight.fragments import Fragments
     from flight.hazard.weighted import WeightedCounts
     from fragfield.case import CaseTable
-    from fragfield.pipeline.parallel import Team
     from transition import BreakUp
+    from transition.weighted import WeightedFragments
 
 
 SETS = 8
@@ -31,16 +39,18 @@ POINTS = 2**15
 USUAL = 0.02
 _FEWEST, _MOST = 2**10, 2**17
 _EXPANSION = 1.0  # m of two casings until they break up, with room
+MET, _MORE = 24, 8
+"""Realisations whose fragments meet: the fewest for the usual tolerance, and the fewest more."""
+_SMOOTHED = 0.5  # of the scatter of directions: the width by which elevations are smoothed after contact
+_SEED = 0x5EED
 
 
 def why_not_weighted(case: CaseTable) -> str:
     """Why the expected density of a resolved case that is not integrated is taken from realisations; or empty."""
-    if is_mixed(case):
-        return "rounds of any attitude"
-    return "several rounds, whose fragments may strike each other" if _may_meet(case) else ""
+    return "rounds of any attitude" if is_mixed(case) else ""
 
 
-def _may_meet(case: CaseTable) -> bool:
+def may_meet(case: CaseTable) -> bool:
     """Whether fragments of different rounds can strike each other: rounds do not stand far apart."""
     collisions = case.flight.collisions
     if collisions == "none":
@@ -59,20 +69,28 @@ def fragments_of_set(case: CaseTable, rounds: int) -> int:
 
 @dataclass(frozen=True, eq=False)
 class WeightedFlights:
-    """Flights of weighted fragments of a case as its rounds stand. Collective."""
+    """Flights of weighted fragments of a case as its rounds stand."""
 
     case: CaseTable
     broken: BreakUp
-    team: Team
     threads: int
 
-    def solve(self) -> Solved | None:
-        """The expected density, on rank 0."""
+    def solve(self) -> Solved:
+        """The expected density."""
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", FlightWarning)  # reported for the realisations
+            if may_meet(self.case):
+                return self._met()
+            number = fragments_of_set(self.case, len(self.broken.rounds))
+            return self._solved(
+                [self._flown(one, self.broken.weighted(one, number), self.threads) for one in range(SETS)]
+            )
+
+    def _solved(self, parts: Sequence[WeightedCounts]) -> Solved:
         from flight.hazard.density.directions import Directions
         from flight.hazard.pool import Completeness
         from fragfield.case.problem import hazard_criteria, hazard_directions, hazard_grid, kernel_degrees
 
-        parts = [self._flown(number) for number in range(SETS)]
         basis, mirrors = hazard_directions(self.case)
         grid = hazard_grid(self.case)
         used = tuple(one for one in mirrors if grid.maps(one)) if basis == "worst_direction" else ()
@@ -80,16 +98,63 @@ class WeightedFlights:
         completeness = sum((part.completeness for part in parts), Completeness())
         return Solved(expected_of(parts, directions, hazard_criteria(self.case)), None, completeness=completeness)
 
-    def _flown(self, number: int) -> WeightedCounts:
-        from flight import FlightWarning
-        from flight.fluence import Weights
-        from fragfield.case.problem import flight_arguments, hazard_criteria, hazard_grid
+    def _met(self) -> Solved:
+        """By realisations whose fragments have met: more, until the distance is known to the tolerance."""
 
-        made = self.broken.weighted(number, fragments_of_set(self.case, len(self.broken.rounds)))
-        arguments = flight_arguments(self.case) | {"witnesses": (), "sample": 0, "contact": None, "seed": number}
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", FlightWarning)  # reported for the realisations
-            return count_weighted(
-                above_ground(made.fragments, arguments["ground"], warn=False), Weights(made.number, made.slopes),
-                hazard_grid(self.case), hazard_criteria(self.case), **arguments, threads=self.threads,
-            )  # fmt: skip
+        def flown(number: int) -> WeightedCounts:
+            arguments = self._arguments(number)
+            fragments = above_ground(self.broken.fragments(_SEED, number), arguments["ground"], warn=False)
+            width = _SMOOTHED * self.broken.settings.direction_scatter
+            generator = np.random.default_rng([_SEED, number])
+            return self._flown(number, after_contact(fragments, width, generator, **arguments, threads=1), 1)
+
+        parts: list[WeightedCounts] = []
+        tolerance, most = self.case.hazard.tolerance, max(SETS, self.case.hazard.max_realisations)
+        target = min(max(SETS, round(MET * min(1.0, USUAL / tolerance) ** 2)), most)
+        with ThreadPoolExecutor(self.threads) as pool:
+            while True:
+                parts += pool.map(flown, range(len(parts), target))
+                solved = self._solved(parts)
+                needed = target * (solved.integral.expected().uncertainty / tolerance) ** 2
+                if needed <= target or target >= most or solved.completeness.reason:
+                    return solved
+                more = min(max(target + _MORE, math.ceil(needed)), 2 * target) if math.isfinite(needed) else most
+                target = min(more, most)
+
+    def _arguments(self, number: int) -> dict[str, Any]:
+        from fragfield.case.problem import flight_arguments
+
+        return flight_arguments(self.case) | {"witnesses": (), "sample": 0, "seed": number}
+
+    def _flown(self, number: int, made: WeightedFragments, threads: int) -> WeightedCounts:
+        from flight.fluence import Weights
+        from fragfield.case.problem import hazard_criteria, hazard_grid
+
+        arguments = self._arguments(number) | {"contact": None}
+        return count_weighted(
+            above_ground(made.fragments, arguments["ground"], warn=False), Weights(made.number, made.slopes),
+            hazard_grid(self.case), hazard_criteria(self.case), **arguments, threads=threads,
+        )  # fmt: skip
+
+
+def after_contact(
+    fragments: Fragments, width: float, generator: np.random.Generator, **flight_arguments: Any
+) -> WeightedFragments:
+    """Fragments after their last contact with each other, with elevations smoothed by a width (rad).
+
+    Those of a segment that were struck are one group, and those that were not. `flight_arguments`: of `flight.fly`,
+    with contact.
+    """
+    from flight import CONTACTS, Domain, fly
+    from flight.integrate.legs import legs_between
+    from transition.weighted import spread_out
+
+    origin = flight_arguments.get("origin", (0.0, 0.0))
+    farthest = float(np.linalg.norm(fragments.position[:, :2] - origin, axis=1).max())
+    near = fly(fragments, **flight_arguments, domain=Domain(radius=farthest + flight_arguments["contact"].distance))
+    contacts = np.zeros(0, dtype=CONTACTS) if near.contacts is None else near.contacts
+    legs = legs_between(fragments, contacts)
+    last = legs.last(near.landing)
+    struck = np.diff(legs.first)[legs.owner[last]] > 1
+    groups = np.unique(np.column_stack([fragments.segment[legs.owner[last]], struck]), axis=0, return_inverse=True)[1]
+    return spread_out(legs.fragments.select(last), groups.ravel(), width, generator)

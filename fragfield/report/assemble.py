@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 import subprocess
-import sys
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
@@ -26,6 +25,7 @@ from fragfield.report.sections import SECTIONS, STUDY, Section, catalogue, diges
 from fragfield.results.words import margin_metres, rounded_metres, whole_metres
 from fragfield.version import __version__
 from fragfield.view import picture_fault
+from fragfield_base.ambient import start_function
 from fragfield_base.writing import write_files, write_text
 
 if TYPE_CHECKING:
@@ -36,6 +36,7 @@ if TYPE_CHECKING:
 
     from fragfield.report.reading.run_files import RunFiles
     from fragfield.results.site import Estimate, Probability
+    from fragfield.results.uncertainty import UncertaintyResult
 
 
 _PICTURES = {
@@ -99,14 +100,14 @@ def write_report(run_dir: Path | str, path: Path | str | None = None, *, picture
     return target
 
 
-def write_uncertainty_page(folder: Path, run_directory: Path, found: Mapping[str, Any]) -> Path:
+def write_uncertainty_page(folder: Path, run_directory: Path, found: UncertaintyResult) -> Path:
     """Write uncertainty.html and its figures.
 
     `folder`: the study's; `run_directory`: the nominal run, for title, document number and version; `found`:
-    uncertainty.json.
+    what the samples say.
     """
     run = read_run(run_directory)
-    run.study = dict(found)
+    run.study = found
     target = folder / "uncertainty.html"
     _write(run, target, STUDY, [name for name in FIGURES if name.startswith("uncertainty_")], pictures=False)
     return target
@@ -153,11 +154,11 @@ def _pictures(run: RunFiles, folder: Path) -> Iterator[Callable[[], str]]:
     if fault := picture_fault():
         yield lambda: fault
         return
-    command = [sys.executable, "-m", "fragfield.view", str(run.folder.absolute()), str(folder.absolute())]
-    with subprocess.Popen(command, stdin=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True) as process:
+    paths = (str(run.folder.absolute()), str(folder.absolute()))
+    with start_function("fragfield.view.pictures", "draw_beside", *paths, stderr=subprocess.PIPE) as process:
 
         def finish() -> str:
-            words = process.communicate()[1].strip().splitlines()
+            words = process.communicate()[1].decode(errors="replace").strip().splitlines()
             said = [f"exit code {process.returncode}", *words]
             if process.returncode == EXIT_INPUT:
                 raise InputError(said[-1])

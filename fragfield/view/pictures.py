@@ -5,12 +5,13 @@ from __future__ import annotations
 import ctypes
 import io
 import os
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fragfield.errors import InputError
+from fragfield.errors import EXIT_INPUT, InputError
 from fragfield.report.figures.drawing import SPEED_MAP, round_length
 from fragfield.report.reading.run_files import read_run
 from fragfield_base.writing import write_bytes
@@ -56,6 +57,16 @@ def view_run(run_directory: Path | str, folder: Path | str | None = None) -> lis
         for name, (data, draw) in pictures.items()
         if data
     ]
+
+
+def draw_beside(run_directory: str, folder: str) -> int:
+    """As `view_run`, in a process of its own; its exit code, with the words of a refusal on standard error."""
+    try:
+        view_run(run_directory, folder)
+    except InputError as error:
+        sys.stderr.write(f"{error}\n")
+        return EXIT_INPUT
+    return 0
 
 
 def picture_fault() -> str:

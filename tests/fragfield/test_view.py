@@ -62,14 +62,15 @@ def test_missing_library_is_reported_and_the_report_goes_on(run, monkeypatch):
         ("import os; os.write(2, b'burst.h5: damaged\\n'); os._exit(2)", None),
     ],
 )
-def test_an_end_of_the_drawing_process_does_not_end_the_report(run, tmp_path, monkeypatch, child, words):
+def test_an_end_of_the_drawing_process_does_not_end_the_report(run, monkeypatch, child, words):
     """A library without a driver ends VTK's process by a signal; errors of ours come as what they are."""
-    python = tmp_path / "python"
-    python.write_text(f'#!/bin/sh\nexec {sys.executable} -c "{child}"\n')
-    python.chmod(0o700)
+
+    def start(*_, stderr):
+        return subprocess.Popen([sys.executable, "-c", child], stderr=stderr)
+
     monkeypatch.setattr(assemble, "FIGURES", {})
     monkeypatch.setattr(assemble, "picture_fault", lambda: "")
-    monkeypatch.setattr(assemble.sys, "executable", str(python))
+    monkeypatch.setattr(assemble, "start_function", start)
     if words is None:
         with pytest.raises(InputError, match=r"burst\.h5: damaged"):
             write_report(run)

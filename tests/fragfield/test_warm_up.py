@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
+from fragfield.case import load_case
 from fragfield.case.problem import burst_geometry
+from fragfield.pipeline import kernels
 from fragfield.studies.tasks import Outcome
 from tests import kernel_caches
 from tests.fragfield.run_tasks import in_threads
@@ -73,3 +77,43 @@ def test_the_tests_share_the_kernels_of_today():
     """What `tests/kernel_caches.py` takes over and links are the cache folders that the kernels name now."""
     states = {name.partition("/")[0] for name in kernel_caches.folders()}
     assert sorted(state.partition("-")[0] for state in states) == ["burst", "flight", "transition"]
+
+
+@pytest.mark.parametrize(
+    ("missing", "available", "line", "started"),
+    [
+        (["burst", "flight"], 2, "burst and flight: compiling kernels: once for this version on this machine", True),
+        (["burst", "flight"], 1, "burst and flight: compiling kernels", False),
+        (["flight"], 2, "flight: compiling kernels", False),
+        ([], 2, "", False),
+    ],
+)
+def test_a_first_run_says_what_it_compiles_and_shares_it(monkeypatch, capsys, missing, available, line, started):
+    """The second process is waited for where its kernels are needed, and ended where the run ends before."""
+    calls = []
+
+    def start(module, name, path):
+        assert "[burst]" in Path(path).read_text()
+        calls.append(f"{module}:{name}")
+        return SimpleNamespace(wait=lambda: calls.append("wait"), terminate=lambda: calls.append("end"))
+
+    monkeypatch.setattr(kernels, "_missing", lambda: missing)
+    monkeypatch.setattr(kernels, "cores", lambda: available)
+    monkeypatch.setattr(kernels, "start_function", start)
+    case = load_case(ROOT / "cases" / "tube.toml")
+    with kernels.compiled_beside(case, quiet=False) as wait:
+        wait()
+    assert calls == (["fragfield.studies.warm_up:compile_flight", "wait", "end", "wait"] if started else [])
+    assert capsys.readouterr().err.startswith(line)
+    with kernels.compiled_beside(case, quiet=True):
+        pass
+    assert capsys.readouterr().err == ""
+
+
+@pytest.mark.slow
+def test_the_second_process_compiles_what_the_flight_calls(tmp_path):
+    shutil.copy(ROOT / "cases" / "tube.toml", tmp_path)
+    script = f"from fragfield.studies.warm_up import compile_flight; compile_flight({str(tmp_path / 'tube.toml')!r})"
+    variables = {**os.environ, "PYTHONPATH": str(ROOT), "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+    subprocess.run([sys.executable, "-c", script], env=variables, check=True, cwd=tmp_path)
+    assert {path.name.split(".")[1].partition("-")[0] for path in (tmp_path / "cache").rglob("*.nbi")} >= {"fly_chunk"}

@@ -7,6 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from scipy.special import ndtr, ndtri
 
 import flight
 from flight.fluence import PolarGrid, Weights
@@ -16,13 +17,15 @@ from flight.hazard.density.expected import expected_distance
 from flight.hazard.integral import integrate
 from flight.hazard.pool import FlightCounts, PooledFlights
 from flight.hazard.weighted import count_weighted, expected_of
+from flight.integrate.legs import legs_between
 from fragfield.case import load_case
 from fragfield.pipeline.flown import above_ground
 from fragfield.pipeline.integral import why_not_integrated
-from fragfield.pipeline.weighted import why_not_weighted
+from fragfield.pipeline.weighted import after_contact, may_meet, why_not_weighted
 from tests.fragfield.short_run import ROOT
 from tests.transition.meridian import Meridian
 from transition import BreakUp, BreakUpSettings
+from transition.weighted import spread_out
 
 GRID = PolarGrid.of(72, 10.0, 10.0, 600.0)
 CRITERIA = Criteria()
@@ -158,14 +161,99 @@ ROUND = ROOT / "cases" / "grenade_155_tnt.toml"
         (ROUND, ("flight.wind.speed=5 m/s",), ""),
         (ROUND, ("burst.geometry=3d",), ""),
         (ROUND, ("burst.geometry=3d", "round.0.attitude=any"), "any attitude"),
-        (ROOT / "cases" / "m107_pair.toml", (), "strike each other"),
-        (ROOT / "cases" / "m107_pair.toml", ("flight.collisions=none",), ""),
-        (ROOT / "cases" / "m107_pair.toml", ("stack.gap=9 m",), "strike each other"),
-        (ROOT / "cases" / "m107_pair.toml", ("stack.gap=12 m",), ""),
-        (ROOT / "cases" / "m107_pair_mirrored.toml", (), "strike each other"),
+        (ROOT / "cases" / "m107_pair.toml", (), ""),
     ],
 )
 def test_where_weighted_fragments_are_flown(case, settings, words):
     loaded = load_case(case, settings)
     assert why_not_integrated(loaded)
     assert (words in why_not_weighted(loaded)) if words else not why_not_weighted(loaded)
+
+
+@pytest.mark.parametrize(
+    ("case", "settings", "meet"),
+    [
+        (ROUND, ("burst.geometry=3d",), False),
+        (ROOT / "cases" / "m107_pair.toml", (), True),
+        (ROOT / "cases" / "m107_pair.toml", ("flight.collisions=none",), False),
+        (ROOT / "cases" / "m107_pair.toml", ("stack.gap=9 m",), True),
+        (ROOT / "cases" / "m107_pair.toml", ("stack.gap=12 m",), False),
+        (ROOT / "cases" / "m107_pair_mirrored.toml", (), True),
+    ],
+)
+def test_where_fragments_may_meet(case, settings, meet):
+    assert may_meet(load_case(case, settings)) == meet
+
+
+def test_elevations_spread_out_as_they_were():
+    """Normal elevations keep their mean and variance, heavy fragments become more, and numbers by elevation stay."""
+    degrees, scatter, width, number = 5.0, 6.0, 3.0, 20_000
+    elevation = np.radians(degrees + scatter * ndtri((np.arange(number) + 0.5) / number))
+    mass = np.random.default_rng(2).permutation(np.tile([0.002, 0.01, 0.02, 0.0008], number // 4))
+    velocity = 1000.0 * np.column_stack([np.cos(elevation), np.zeros(number), np.sin(elevation)])
+    before = flight.Fragments(mass, (0.0, 0.0, 1.0), velocity, 2600.0)
+    made = spread_out(before, np.zeros(number, dtype=np.int64), math.radians(width), np.random.default_rng(1))
+    fragments = made.fragments
+    masses, of_each = (one.mass[np.abs(one.velocity[:, 2]) < 50.0] for one in (before, fragments))
+    times = {one: (of_each == one).sum() / (masses == one).sum() for one in set(mass)}
+    assert times[0.02] > 5.0 * times[0.002]
+    assert made.number.sum() == pytest.approx(number, rel=0.01)
+    assert fragments.speed == pytest.approx(1000.0)
+    after = np.degrees(np.arcsin(fragments.velocity[:, 2] / 1000.0))
+    mean = np.average(after, weights=made.number)
+    assert mean == pytest.approx(degrees, abs=0.1)
+    assert np.average((after - mean) ** 2, weights=made.number) == pytest.approx(scatter**2, rel=0.03)
+    for low, high in ((-20.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (5.0, 6.0)):
+        inside = np.where((after > low) & (after < high), made.number, 0.0)
+        expected = number * float(np.diff(ndtr((np.array([low, high]) - degrees) / scatter))[0])
+        assert inside.sum() == pytest.approx(expected, abs=4.0 * math.sqrt((inside**2).sum()) + 0.01 * expected)
+
+
+def test_a_fragment_flies_on_after_its_last_contact():
+    """One is struck twice, one never, and one comes to rest on the ground before its contact is due."""
+    fragments = flight.Fragments([0.01] * 4, 1.0 + np.eye(4, 3), np.full((4, 3), 100.0))
+    contacts = np.zeros(3, dtype=flight.CONTACTS)
+    contacts["time"], contacts["first"], contacts["second"] = [0.1, 0.2, 0.3], [0, 0, 2], [3, 3, 3]
+    contacts["first_after"], contacts["second_after"] = [[1.0], [2.0], [3.0]], [[4.0], [5.0], [6.0]]
+    landing = np.zeros(4, dtype=flight.LANDING)
+    landing["time"] = [9.0, 9.0, 0.25, 9.0]
+    legs = legs_between(fragments, contacts)
+    assert legs.fragments.velocity[legs.last(landing), 0].tolist() == [2.0, 100.0, 6.0]
+
+
+def test_fragments_that_meet_no_other_fly_on():
+    """Those of one round alone."""
+    fragments = flight.Fragments([0.01] * 4, 1.0 + np.eye(4, 3), [[900.0, 0.0, 300.0]] * 4, 2600.0, [0, 0, 0, 0])
+    made = after_contact(fragments, 0.05, np.random.default_rng(0), contact=flight.Contact(between="rounds"))
+    assert made.fragments.velocity == pytest.approx(fragments.velocity)
+    assert made.number.tolist() == [1.0] * 4
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore::flight.FlightWarning")
+def test_fragments_that_met_fly_as_the_mean_of_realisations(broken, tmp_path):
+    """Two rounds side by side: in every quadrant within 4.5 standard errors of realisations."""
+    contact, scatter = flight.Contact(between="rounds"), broken.settings.direction_scatter
+
+    def pair(source, number):
+        one, other = source.fragments(1, number), source.fragments(2, number)
+        return flight.Fragments(
+            np.concatenate([one.mass, other.mass]),
+            np.concatenate([one.position, other.position + np.array([0.2, 0.0, 0.0])]),
+            np.concatenate([one.velocity, other.velocity]), 2600.0, np.repeat([0, 1], [len(one), len(other)]),
+        )  # fmt: skip
+
+    met, drawn = [], []
+    for number in range(REALISATIONS):
+        fragments = pair(broken, number)
+        result = flight.fly(fragments, contact=contact, fluence=CRITERIA.fluence_grid(GRID), seed=number)
+        drawn.append(by_quadrant(FlightCounts.of(result, fragments).density))
+        if number < REALISATIONS // 3:
+            generator = np.random.default_rng(number)
+            made = after_contact(pair(broken, number + REALISATIONS), 0.5 * scatter, generator, contact=contact)
+            counts = count_weighted(made.fragments, Weights(made.number, made.slopes), GRID, CRITERIA)
+            met.append(by_quadrant(counts.whole))
+    met, drawn = np.array(met), np.array(drawn)
+    error = np.sqrt(met.var(axis=0, ddof=1) / len(met) + drawn.var(axis=0, ddof=1) / len(drawn))
+    gap = met.mean(axis=0) - drawn.mean(axis=0)
+    assert (np.abs(gap) < 4.5 * error + 0.01 * drawn.mean(axis=0)).all(), gap / error

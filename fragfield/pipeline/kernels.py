@@ -1,0 +1,60 @@
+"""Kernels that a first run compiles: those of the flight in a second process, while the first computes the burst."""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from fragfield.case.write import to_toml
+from fragfield.terminal.progress import COMPILING
+from fragfield_base.ambient import start_function
+from fragfield_base.cores import cores
+from fragfield_base.kernel_cache import cache_root
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from fragfield.case import CaseTable
+
+__all__ = ["compiled_beside"]
+
+_SECONDS = {"burst": 35, "flight": 45}
+"""What compiling takes on one core of 2.5 GHz."""
+
+
+@contextmanager
+def compiled_beside(case: CaseTable, *, quiet: bool) -> Iterator[Callable[[], object]]:
+    """Compile the flight's kernels in another process where the cache has none; what is yielded waits for them.
+
+    `quiet`: without a line on standard error on what is compiled and how long that takes.
+    """
+    missing = _missing()
+    if missing and not quiet:
+        seconds = [_SECONDS[name] for name in missing]
+        about = max(seconds) if cores() > 1 else sum(seconds)
+        sys.stderr.write(f"{' and '.join(missing)}: {COMPILING}, about {about} s\n")
+    if missing != ["burst", "flight"] or cores() < 2:
+        yield lambda: None
+        return
+    with tempfile.TemporaryDirectory(prefix="fragfield-", ignore_cleanup_errors=True) as folder:
+        path = Path(folder) / "case.toml"
+        path.write_text(to_toml(case), encoding="utf-8")
+        process = start_function("fragfield.studies.warm_up", "compile_flight", str(path))
+        try:
+            yield process.wait
+        finally:
+            process.terminate()
+            process.wait()
+
+
+def _missing() -> list[str]:
+    """Stages of which no kernel is in the cache; none where nothing can be kept."""
+    from burst_fenicsx.kernels import lanes
+    from flight.kernels import compiling
+
+    root = cache_root()
+    folders = {"burst": lanes._FOLDER, "flight": f"flight-{compiling._STAMP}"}
+    return [] if root is None else [name for name, one in folders.items() if not any((root / one).rglob("*.nbi"))]
