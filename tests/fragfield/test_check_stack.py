@@ -144,14 +144,14 @@ def test_rounds_that_wait_for_the_shock_lengthen_the_burst():
 def test_a_pallet_is_expected_to_end_when_its_computed_burst_does(side, measured):
     """Ends of n x n M107, Comp B, by this program at 12 mm (3 x 3 at 8 mm): within a fifth, far from a single one's."""
     pallet = {"arrangement": "pallet", "counts": [side, side, 1], "gap": "21.7 mm"}
-    expected = check_report(_ended_by_itself(stack=pallet))["expected"]["end_time"]
+    expected = check_report(_ended_by_itself(stack=pallet)).expected.end_time
     assert expected == pytest.approx(measured, rel=0.2)
-    assert expected > 1.5 * check_report(_ended_by_itself())["expected"]["end_time"]
+    assert expected > 1.5 * check_report(_ended_by_itself()).expected.end_time
 
 
 def test_rounds_far_apart_are_expected_to_end_alone():
-    single = check_report(_ended_by_itself())["expected"]["end_time"]
-    far = check_report(_ended_by_itself(stack=_row(4, "2 m")))["expected"]["end_time"]
+    single = check_report(_ended_by_itself()).expected.end_time
+    far = check_report(_ended_by_itself(stack=_row(4, "2 m"))).expected.end_time
     assert far == pytest.approx(single)
 
 
