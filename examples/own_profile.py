@@ -58,8 +58,8 @@ def main(folder: Path) -> Path:
         ],
         hazard={"tolerance": 0.05},
     )
-    (found,) = fragfield.check(case).found["rounds"]
-    print(f"casing {found['casing_mass']:.2f} kg, charge {found['charge_mass']:.2f} kg")
+    (found,) = fragfield.check(case).found.rounds
+    print(f"casing {found.casing_mass:.2f} kg, charge {found.charge_mass:.2f} kg")
     run = fragfield.run(case, out=folder / "run", overwrite=True)
     print(run.burst)
     print(run.hazard)
@@ -75,10 +75,10 @@ def main(folder: Path) -> Path:
     shape.set(ylabel="Radius (mm)", aspect="equal")
     shape.legend(loc="center")
     speed.plot(along["station"][present] * 1e3, along["mean_speed"][present], "o-", color="#16365c", label="computed")
-    for segment in found["segments"]:
-        if segment["gurney_speed"]:
-            ends = np.array([segment["start"], segment["end"]]) * 1e3
-            speed.plot(ends, [segment["gurney_speed"]] * 2, "--", color="#c4601d")
+    for segment in found.segments:
+        if segment.gurney_speed:
+            ends = np.array([segment.start, segment.end]) * 1e3
+            speed.plot(ends, [segment.gurney_speed] * 2, "--", color="#c4601d")
     speed.plot([], [], "--", color="#c4601d", label="Gurney, by segment")
     speed.set(xlabel="Station from the nose (mm)", ylabel="Casing speed (m/s)", ylim=(0.0, None))
     speed.legend()

@@ -25,8 +25,8 @@ def main(folder: Path) -> Path:
             "hazard.tolerance": 0.05,
         },
     )
-    symmetry = fragfield.check(case).found["symmetry"]
-    print(f"{len(symmetry['planes'])} planes of symmetry, {100.0 * symmetry['share']:.0f} % is computed")
+    symmetry = fragfield.check(case).found.symmetry
+    print(f"{len(symmetry.planes)} planes of symmetry, {100.0 * symmetry.share:.0f} % is computed")
     run = fragfield.run(case, out=folder / "run", overwrite=True)
     print(run)
     print(f"worst direction: {run.hazard.direction:.0f} degrees from +x")

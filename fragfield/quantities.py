@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from fragfield.numbers import SPACE, Row, row
-from fragfield.results.part import Out, Part, outputs, part_in
+from fragfield.results.part import Out, Part, outputs, part_in, value_at
 from fragfield.results.summary import STAGE_OF, Summary
 from fragfield.results.words import rounded_metres, whole_metres
 
@@ -53,14 +53,6 @@ def column_of(name: str, unit: str) -> str:
     """Column of a value in a table: its name and unit, as `mean_initial_speed_m_s`."""
     end = unit.replace("/", "_").replace("^", "")
     return name if not end or name.endswith(f"_{end}") else f"{name}_{end}"
-
-
-def value_at(summary: object, path: str) -> Any:  # noqa: ANN401 - a value of JSON
-    """The value at a path of keys joined by dots; None where a key is missing."""
-    found: Any = summary
-    for key in path.split("."):
-        found = found.at(key) if isinstance(found, Part) else found.get(key) if isinstance(found, dict) else None
-    return found
 
 
 def _quantities(part: type[Part], path: str, stage: str) -> Iterator[Quantity]:

@@ -1,4 +1,4 @@
-"""Point-face contact of colliding surfaces on one rank: search, forces, and their sums over ranks (Eqs. 16-18)."""
+"""Colliding surfaces on one rank: which facets each node may meet, and their forces (Eqs. 16-18)."""
 
 from __future__ import annotations
 
@@ -8,30 +8,31 @@ from typing import TYPE_CHECKING
 import numpy as np
 from mpi4py import MPI
 
-from burst_fenicsx.contact.boxes import are_inside, around_rounds, meet_others
-from burst_fenicsx.contact.exchange import CONTACT_FORCES, Fetched, Given, Halo, NearFaces
-from burst_fenicsx.kernels.contact.collisions import find_contacts
-from burst_fenicsx.kernels.contact.search import Bodies, face_boxes, find_candidates, node_normals
-from burst_fenicsx.kernels.contact.springs import CollisionLaw, Collisions, add_reactions, take_reactions
-from burst_fenicsx.kernels.geometry.smooth_faces import face_vectors
-from burst_fenicsx.kernels.vectors.exact import quantise, rounding_constant
-from burst_fenicsx.kernels.vectors.rows import clear_rows, copy_motion, largest_speed
+from burst_fenicsx.contact.nodes import ContactPairs
+from burst_fenicsx.contact.search import box_around, boxes_around, meet
+from burst_fenicsx.kernels.contact.collisions import Candidates, collide
+from burst_fenicsx.kernels.contact.law import Law
+from burst_fenicsx.kernels.contact.pairs import no_pairs
+from burst_fenicsx.kernels.contact.search import Bodies, find_candidates
+from burst_fenicsx.kernels.geometry.faces import area_vectors
+from burst_fenicsx.kernels.vectors.rows import largest_speed
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from burst_fenicsx.contact.nodes import ContactNodes
     from burst_fenicsx.contact.surfaces import ContactSurfaces
     from burst_fenicsx.mechanics.fields import BurstFields
 
 __all__ = ["CollidingSurfaces"]
 
 _MARGIN = 0.5  # of an edge: how deep a node may lie and still be found
-_LARGEST_LOAD = 2.0**10
-_SEARCH = ("searched_at", "travel", "searches")
 _SAMPLE = 1000  # boxes from which the edge of the search's grid is taken
+_KEPT = ("facet", "normal", "gap", "stiffness", "slip", "energies")
+_SEARCH = ("searched_at", "travel", "searches")
 
 
-class CollidingSurfaces:
+class CollidingSurfaces(ContactPairs):
     """Contact of every surface with every other, and of a casing with itself.
 
     Where the outer layer of a wall folds, inner nodes overtake it. Nodes of a casing, inner ones as well, meet
@@ -39,81 +40,58 @@ class CollidingSurfaces:
 
     Each rank looks for the faces that its own nodes meet, among those that lie near them: other ranks send it theirs.
     Between two searches, the faces a node may meet are known, and with them the other ranks' nodes whose positions a
-    rank needs and to which it gives forces; these are exchanged.
+    rank needs and to which it gives forces.
 
     Parameters
     ----------
-    surfaces : of the whole mesh.
-    state : this rank's fields.
+    surfaces : of the whole mesh. fields : this rank's fields. nodes : contact's rows.
     friction_angle : degrees.
     reach : how far two surfaces may approach each other before the next search (m).
 
     Attributes
     ----------
-    state : the kernels' arrays.
-    searches : how many have been made. near_faces : brings what they need from other ranks.
+    seen : the facets of each pair, which is one of a node and a round. searches : how many have been made.
+    received : how many surface nodes the last search brought from other ranks.
     searched_at : positions (surface nodes, 3) in m at the last search, of the nodes here; none before the first.
     travel : how far surfaces may have approached each other since (m).
     """
 
-    def __init__(self, surfaces: ContactSurfaces, fields: BurstFields, friction_angle: float, reach: float) -> None:
-        self.surfaces = surfaces
-        self.searches = 0
-        self._fields = fields
+    def __init__(
+        self,
+        surfaces: ContactSurfaces,
+        fields: BurstFields,
+        nodes: ContactNodes,
+        friction_angle: float,
+        reach: float,
+    ) -> None:
+        nothing = np.zeros(0, dtype=np.int32)
+        super().__init__(fields, nodes, no_pairs(nothing, 4), np.zeros((0, 4), dtype=np.int32))
         self._comm = fields.mesh.comm
         self._friction = math.tan(math.radians(friction_angle))
         self._reach = reach
-        self._load_rounding = rounding_constant(_LARGEST_LOAD)
-        count = len(surfaces.node)
-        row = np.full(int(surfaces.node.max(initial=-1)) + 1, -1, dtype=np.int64)
-        row[surfaces.node] = np.arange(count)
-        own = fields.mesh.node[: fields.mesh.owned_nodes]
-        rows = np.where(own < len(row), row[np.minimum(own, len(row) - 1)], -1)
-        every = fields.mesh.local_node(surfaces.node)
-        self._known_rows = np.flatnonzero(every >= 0)  # of all nodes that are here, ghosts too ...
-        self._known_local = every[self._known_rows]  # ... and these nodes
-        self._local = np.flatnonzero(rows >= 0).astype(np.int32)  # this rank's own nodes on surfaces ...
-        self._rows = rows[self._local].astype(np.int32)  # ... and their rows
-        inner = self._rows[surfaces.inner[self._rows]]
-        of_round = surfaces.node_round[inner]
-        # Own inner nodes of casings by round.
-        self._inner = {index: inner[of_round == index] for index in np.unique(of_round).tolist()}
-        self._on_surface = 0  # so many pairs, the first, are of nodes on a surface
-        self._bodies = _bodies_of(surfaces)
-        self._rounds = int(self._bodies.node_round.max(initial=-1)) + 1
-        self._whole = np.ones(len(surfaces.faces), dtype=bool)  # faces of cells that are not eroded
-        self.near_faces = NearFaces(self._comm, surfaces, fields.mesh)
-        self._halo = Halo(self._comm, self._rows, count)
-        self._position, self._velocity = np.zeros((count, 3)), np.zeros((count, 3))
-        self._sums = np.zeros((count, 4))
-        self._mass = np.zeros(count)
-        self._mass[self._rows] = fields.mass[self._local]
+        self._row = nodes.rows_of(surfaces.node)
+        local = nodes.rows.local[self._row]
+        self._known = np.flatnonzero(local >= 0)  # of the surface nodes, ghosts too
+        self._own = np.flatnonzero((local >= 0) & (local < fields.mesh.owned_nodes))
+        self._local = local[self._own]
+        self._rounds = int(surfaces.node_round.max(initial=-1)) + 1
+        self.searched_at, self.travel, self.searches, self.received = np.zeros((0, 3)), np.inf, 0, 0
+        self.take(surfaces, None)
+        self.seen = self._candidates(nothing, nothing, np.zeros((len(self._row), 3)), nothing, nothing)
+
+    def take(self, surfaces: ContactSurfaces, eroded: np.ndarray | None) -> None:
+        """From the next search on, which is due now, nothing meets but the `surfaces` without `eroded` cells' faces."""
+        self.surfaces = surfaces
+        self.facets = self._row[surfaces.faces]
+        whole = np.ones(len(surfaces.faces), dtype=bool) if eroded is None else ~eroded[surfaces.cell]
+        here = np.ones_like(whole)
         if self._comm.size > 1:
-            self._comm.Allreduce(MPI.IN_PLACE, self._mass)
-        self.searched_at = np.zeros((0, 3))
+            mesh = self._fields.mesh
+            cells = np.zeros(int(surfaces.cell.max(initial=-1)) + 1, dtype=bool)
+            cells[mesh.cell[mesh.cell < len(cells)]] = True
+            here = cells[surfaces.cell]
+        self._standing = np.flatnonzero(whole & here)  # of this rank's cells
         self.travel = np.inf
-        no_one = np.zeros(0, dtype=np.int32)
-        self.state: Collisions = Collisions(
-            node=no_one,
-            other=no_one,
-            first=np.zeros(1, dtype=np.int64),
-            candidate=no_one,
-            faces=surfaces.faces,
-            node_round=surfaces.node_round,
-            edge=surfaces.edge,
-            near=no_one,
-            ball=np.zeros((len(surfaces.faces), 5)),
-            bound=np.zeros((len(surfaces.faces), 20)),
-            outward=np.zeros((count, 3)),
-            sharing=np.zeros(count),
-            **_no_contact(0),
-            face=no_one,
-            weight=np.zeros((0, 4)),
-            push=np.zeros((0, 4)),
-            energies=np.zeros((0, 2)),
-        )
-        self._near_rows = self._near_local = np.zeros(0, dtype=np.int32)
-        self._any_near = False  # on any rank
 
     @property
     def fastest(self) -> float:
@@ -128,228 +106,160 @@ class CollidingSurfaces:
         self.travel += 2.0 * step * speed
         return self.travel > self._reach
 
-    def drop_faces(self, eroded: np.ndarray, opened: ContactSurfaces | None = None) -> None:
-        """From the next search on, which is due now, nothing meets the faces of `eroded` cells (cells of the mesh,).
-
-        `opened` are the surfaces with those faces that lie open now.
-        """
-        if opened is not None:
-            self.surfaces, self._bodies = opened, _bodies_of(opened)
-            self.near_faces = NearFaces(self._comm, opened, self._fields.mesh)
-            count = len(opened.faces)
-            self.state = self.state._replace(
-                faces=opened.faces,
-                edge=opened.edge,
-                ball=np.zeros((count, 5)),
-                bound=np.zeros((count, 20)),
-            )
-        self._whole = ~eroded[self.surfaces.cell]
-        self.travel = np.inf
-
     def search(self) -> None:
         """Look for the faces that each node may meet; collective."""
-        position = np.zeros((len(self.surfaces.node), 3))
-        position[self._known_rows] = self._fields.nodes.position[self._known_local]
+        position = np.zeros((len(self._row), 3))
+        position[self._known] = self._fields.nodes.position[self._nodes.rows.local[self._row[self._known]]]
         self.search_from(position)
 
     def search_from(self, position: np.ndarray) -> None:
         """Search with this rank's surface nodes at `position` (surface nodes, 3) in m; collective."""
-        self.searched_at = position
+        surfaces = self.surfaces
+        self.searched_at, self.travel = position, 0.0
         self.searches += 1
-        self.travel = 0.0
-        surfaces, bodies = self.surfaces, self._bodies
-        faces, boxes = self.near_faces.own, self._boxes(self.near_faces.own, position)
-        within = self._inner_within_reach(faces, boxes, position)
-        active = self._rows[surfaces.outside[self._rows]]
-        on_surface = len(active)
-        active = np.concatenate([active, within])
-        if self._comm.size > 1:
-            standing = self._whole[faces]
-            received = self.near_faces.exchange(faces[standing], boxes[standing], position[active], position)
-            faces = np.concatenate([faces, received])
-            boxes = np.concatenate([boxes, self._boxes(received, position)])
-            order = np.argsort(faces)
-            faces, boxes = faces[order], boxes[order]
-        normals, areas = np.empty_like(position), np.zeros((len(surfaces.faces), 3))
-        face_vectors(position, surfaces.faces, faces, areas)
-        outer = faces[(faces < surfaces.on_surface) & self._whole[faces]]
-        node_normals(areas, surfaces.faces, outer, normals)
-        self.surfaces.flatten(normals)
+        faces = self._standing
+        inner = self._own[surfaces.inner[self._own]]
+        outer = self._own[surfaces.outside[self._own]]
+        inner = inner[self._within_reach(inner, faces, position)]
+        active = np.concatenate([outer, inner])
+        faces = self._with_others(faces, position, active)
+        boxes, areas = self._boxes(faces, position), area_vectors(position[surfaces.faces[faces]])
+        on_surface = faces < surfaces.on_surface
+        corners, each = surfaces.faces[faces[on_surface]].ravel(), np.repeat(areas[on_surface], 4, axis=0)
+        normals = np.stack([np.bincount(corners, each[:, i], len(position)) for i in range(3)], axis=1)
+        surfaces.flatten(normals)
         normals[surfaces.inner] = 0.0  # they leave their wall by any side, and never meet their own round
-        size = np.linalg.norm(normals, axis=1)
-        self.state.outward[:] = normals / np.where(size > 0.0, size, 1.0)[:, None]
-        some_boxes = boxes[:: max(len(boxes) // _SAMPLE, 1)]
-        cell = float(np.median((some_boxes[:, 3:] - some_boxes[:, :3]).max(axis=1))) if len(boxes) else self._reach
         # Faces of surfaces are met by all nodes, those within casings by nodes of other rounds.
-        bodies = self._bodies
-        members = np.where(faces < surfaces.on_surface, -1, bodies.face_round[faces])
-        reached = meet_others(boxes, members, position[active], bodies.node_round[active])
-        reached = np.flatnonzero(reached & self._whole[faces])
-        boxes, reached = boxes[reached], faces[reached]
-        first, candidate = find_candidates(position, bodies.only(reached), areas[reached], active, normals, boxes, cell)
-        candidate = reached[candidate]
-        # A node's faces by their rounds: with each of them it makes a pair.
-        slave = np.repeat(np.arange(len(active)), np.diff(first))
-        key = slave * self._rounds + surfaces.face_round[candidate]
-        order = np.argsort(key, kind="stable")
-        candidate, key = candidate[order], key[order]
-        begins = np.flatnonzero(np.diff(key, prepend=-1))
-        slave, other = np.divmod(key[begins], self._rounds)
-        self._on_surface = int(np.count_nonzero(slave < on_surface))
-        met = np.zeros(len(surfaces.faces), dtype=bool)
-        met[candidate] = True
-        count = len(begins)
-        slaves, other = active[slave], other.astype(np.int32)
-        self.state = self.state._replace(
-            node=slaves,
-            other=other,
-            first=np.append(begins, len(candidate)),
-            candidate=candidate,
-            near=np.flatnonzero(met).astype(np.int32),
-            face=np.full(count, -1, dtype=np.int32),
-            weight=np.zeros((count, 4)),
-            push=np.zeros((count, 4)),
-            energies=np.zeros((count, 2)),
-            **self._kept(slaves, other),
-        )
-        near = np.zeros(len(surfaces.node), dtype=bool)
-        near[slaves] = True
-        near[surfaces.faces[met]] = True
-        self._halo.need(np.flatnonzero(near))
-        near[self._halo.asked] = True
-        own = np.flatnonzero(near[self._rows])
-        self._near_rows, self._near_local = self._rows[own], self._local[own]
-        self._any_near = bool(len(own))
+        members, reached = np.where(on_surface, -1, surfaces.face_round[faces]), np.zeros(len(faces), dtype=bool)
+        for index in np.unique(members):
+            own, others = members == index, position[active[surfaces.node_round[active] != index]]
+            reached[own] = meet(boxes[own], box_around(others, others))
+        faces, boxes, areas = faces[reached], boxes[reached], areas[reached]
+        bodies = Bodies(surfaces.faces[faces], surfaces.face_round[faces], surfaces.node_round, ~on_surface[reached])
+        some = boxes[:: max(len(boxes) // _SAMPLE, 1)]
+        cell = float(np.median((some[:, 3:] - some[:, :3]).max(axis=1))) if len(some) else self._reach
+        first, candidate = find_candidates(position, bodies, areas, active.astype(np.int32), normals, boxes, cell)
+        normals = normals / np.maximum(np.linalg.norm(normals, axis=1), 1e-300)[:, None]
+        self._make_pairs(np.repeat(active, np.diff(first)), faces[candidate], normals)
+
+    def _boxes(self, faces: np.ndarray, position: np.ndarray) -> np.ndarray:
+        """Boxes (k, 6) m of `faces` (k,), widened by what the search looks ahead."""
+        surfaces = self.surfaces
+        return boxes_around(position[surfaces.faces[faces]], self._reach + _MARGIN * surfaces.edge[faces])
+
+    def _within_reach(self, inner: np.ndarray, faces: np.ndarray, position: np.ndarray) -> np.ndarray:
+        """Whether own `inner` surface nodes lie in the box around another round's faces (k,) bool; collective.
+
+        `faces` are this rank's.
+        """
+        surfaces, found = self.surfaces, np.zeros(len(inner), dtype=bool)
+        if not surfaces.inner.any():
+            return found
+        faces = faces[faces < surfaces.on_surface]
+        boxes, of_round = self._boxes(faces, position), surfaces.face_round[faces]
+        around = np.array([box_around(*np.hsplit(boxes[of_round == index], 2)) for index in range(self._rounds)])
         if self._comm.size > 1:
-            self._any_near = self._comm.allreduce(self._any_near, op=MPI.LOR)
-        self.state.sharing[~near] = 0.0
+            around[:, 3:] *= -1.0
+            self._comm.Allreduce(MPI.IN_PLACE, around, op=MPI.MIN)
+            around[:, 3:] *= -1.0
+        for index, box in enumerate(around):
+            others = surfaces.node_round[inner] != index
+            at = position[inner]
+            found |= others & meet(np.hstack([at, at]), box)
+        return found
+
+    def _with_others(self, faces: np.ndarray, position: np.ndarray, active: np.ndarray) -> np.ndarray:
+        """Own `faces` and those of other ranks that meet the box around the `active` nodes, ascending; collective.
+
+        Every rank sends those of its own cells that another one's nodes may meet: what a rank receives goes with the
+        surface near it. `position` (surface nodes, 3) is set for the corners of the faces received.
+        """
+        comm = self._comm
+        if comm.size == 1:
+            return faces
+        everyone = np.array(comm.allgather(box_around(position[active], position[active])))
+        boxes = self._boxes(faces, position)
+        messages: list[tuple[np.ndarray, np.ndarray] | None] = [None] * comm.size
+        for rank, box in enumerate(everyone):
+            chosen = faces[meet(boxes, box)]
+            if rank != comm.rank and len(chosen):
+                messages[rank] = chosen, position[np.unique(self.surfaces.faces[chosen])]
+        pieces = [piece for piece in comm.alltoall(messages) if piece is not None]
+        self.received = 0
+        for chosen, corners in pieces:
+            position[np.unique(self.surfaces.faces[chosen])] = corners
+            self.received += len(corners)
+        return np.sort(np.concatenate([faces, *(chosen for chosen, _ in pieces)]))
+
+    def _make_pairs(self, node: np.ndarray, face: np.ndarray, normals: np.ndarray) -> None:
+        """Make a pair of every node and round by the faces that nodes may meet (k,), and keep what touches."""
+        surfaces = self.surfaces
+        # Those of inner nodes last; a node's faces by their rounds.
+        key = (surfaces.inner[node] * len(self._row) + node) * self._rounds + surfaces.face_round[face]
+        order = np.lexsort((face, key))
+        node, face, key = node[order], face[order], key[order]
+        begins = np.flatnonzero(np.diff(key, prepend=-1))
+        node, other = node[begins], surfaces.face_round[face[begins]]
+        self.on_surface = int(np.count_nonzero(~surfaces.inner[node]))
+        before, pairs = self.pairs, no_pairs(self._row[node], 4)
+        touching = np.flatnonzero(before.facet >= 0)
+        then = before.node[touching].astype(np.int64) * self._rounds + self.seen.other[touching]
+        now = pairs.node.astype(np.int64) * self._rounds + other
+        _, kept, rows = np.intersect1d(now, then, assume_unique=True, return_indices=True)
+        for name in _KEPT:
+            getattr(pairs, name)[kept] = getattr(before, name)[touching[rows]]
+        unloaded = np.zeros(len(node))
+        unloaded[kept] = self.seen.unloaded[touching[rows]]
+        self.pairs = pairs
+        first = np.append(begins, len(face))
+        self.seen = self._candidates(other, node, normals, first, face)._replace(unloaded=unloaded)
+        self.watched = np.unique(np.concatenate([pairs.node, self.facets[self.seen.near].ravel()]))
+
+    def _candidates(
+        self, other: np.ndarray, node: np.ndarray, normals: np.ndarray, first: np.ndarray, face: np.ndarray
+    ) -> Candidates:
+        """Candidates of pairs of surface nodes (pairs,) and rounds."""
+        surfaces = self.surfaces
+        return Candidates(
+            other=other.astype(np.int32),
+            same=surfaces.node_round[node] == other,
+            outward=normals[node],
+            unloaded=np.zeros(len(node)),
+            first=first.astype(np.int64),
+            candidate=face.astype(np.int32),
+            facets=self.facets,
+            edge=surfaces.edge,
+            near=np.unique(face).astype(np.int32),
+            ball=np.zeros((len(self.facets), 5)),
+        )
 
     def arrays(self) -> dict[str, np.ndarray]:
         """What a checkpoint keeps: the last search, and the pairs that touch."""
-        touching = np.flatnonzero(self.state.touching)
-        kept = {name: getattr(self.state, name)[touching] for name in ("node", "other", *_no_contact(0))}
+        touching = self.pairs.facet >= 0
+        kept = {name: getattr(self.pairs, name)[touching] for name in ("node", *_KEPT)}
+        kept |= {name: getattr(self.seen, name)[touching] for name in ("other", "unloaded")}
         return kept | {name: np.asarray(getattr(self, name)) for name in _SEARCH}
 
     def restore(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Go on from what `arrays` gave; collective."""
         at, travel, searches = (arrays[name] for name in _SEARCH)
         if len(at):
-            self.state = self.state._replace(**{name: arrays[name] for name in ("node", "other", *_no_contact(0))})
+            self.pairs = no_pairs(arrays["node"], 4)._replace(**{name: arrays[name] for name in _KEPT})
+            self.seen = self.seen._replace(other=arrays["other"], unloaded=arrays["unloaded"])
             self.search_from(at)
             self.travel = float(travel)
         self.searches = int(searches)
 
-    def _boxes(self, faces: np.ndarray, position: np.ndarray) -> np.ndarray:
-        """Boxes (k, 6) m of some `faces` (k,), widened by what the search looks ahead; `position` (nodes, 3) m."""
-        surfaces, boxes = self.surfaces, np.empty((len(faces), 6))
-        face_boxes(position, surfaces.faces[faces], self._reach + _MARGIN * surfaces.edge[faces], boxes)
-        return boxes
-
-    def _inner_within_reach(self, faces: np.ndarray, boxes: np.ndarray, position: np.ndarray) -> np.ndarray:
-        """Own inner nodes that lie in the box around another round's faces; collective.
-
-        `boxes` (k, 6) m are those of this rank's `faces` (k,).
-        """
-        nothing = np.zeros(0, dtype=np.int32)
-        if not self.surfaces.inner.any():
-            return nothing
-        outer = faces < self.surfaces.on_surface
-        around = around_rounds(self._bodies.face_round[faces[outer]], boxes[outer], self._rounds)
-        if self._comm.size > 1:
-            around[:, 3:] *= -1.0
-            self._comm.Allreduce(MPI.IN_PLACE, around, op=MPI.MIN)
-            around[:, 3:] *= -1.0
-        within = [
-            nodes[are_inside(position[nodes], np.delete(around, index, axis=0))] for index, nodes in self._inner.items()
-        ]
-        return np.concatenate([nothing, *within])
-
-    def _kept(self, node: np.ndarray, other: np.ndarray) -> dict[str, np.ndarray]:
-        """The state of contact of pairs (k,), from what it was before the search; of new ones, none."""
-        kept, state = _no_contact(len(node)), self.state
-        rows = np.flatnonzero(state.touching)
-        before = state.node[rows].astype(np.int64) * self._rounds + state.other[rows]
-        now = node.astype(np.int64) * self._rounds + other
-        order = np.argsort(now)
-        place = np.searchsorted(now, before, sorter=order)
-        found = np.flatnonzero(now[order[np.minimum(place, len(now) - 1)]] == before) if len(now) else rows[:0]
-        for name, values in kept.items():
-            values[order[place[found]]] = getattr(state, name)[rows[found]]
-        return kept
-
-    def bring(self, velocity: np.ndarray) -> tuple[list[Fetched], list[Given]]:
-        """What ranks exchange before the forces: positions, velocities and loads of the near nodes."""
-        if not self._any_near:
-            return [], []
-        rows, local = self._near_rows, self._near_local
-        copy_motion(self._fields.nodes.position, velocity, local, rows, self._position, self._velocity)
-        return [(self._halo, (self._position, self._velocity, self.state.sharing[:, None]))], []
-
-    def find_forces(self, max_squared_frequency: float, step: float) -> list[Given]:
-        """Find the contact forces, from what `bring` has brought.
-
-        `max_squared_frequency` bounds the springs over the nodes' masses (1/s2); `step` is the step (s) that led here.
-        Returned is what ranks exchange before `take_reactions`.
-        """
-        if not self._any_near:
-            return []
-        law = CollisionLaw(max_squared_frequency, step, self._friction)
-        find_contacts(law, self.state, self._position, self._velocity, self._mass)
-        clear_rows(self._sums, self._near_rows)
-        clear_rows(self._sums, self._halo.needed)
-        rounding = CONTACT_FORCES * self._fields.nodes.rounding
-        add_reactions(self.state, self._mass, rounding, self._load_rounding, self._sums)
-        return [(self._halo, self._sums)]
-
-    def take_reactions(self, force: np.ndarray) -> None:
-        """Add the contact forces on this rank's own nodes to `force` (nodes, 3) in N."""
-        if self._any_near:
-            take_reactions(self._sums, self._near_rows, self._near_local, self.state.sharing, force)
-
-    @property
-    def energies(self) -> np.ndarray:
-        """Spring energy now and friction in the last step (J), exact, on this rank's nodes."""
-        total: np.ndarray = quantise(self.state.energies, self._fields.grid.rounding).sum(axis=0)
-        return total
+    def find_forces(self, max_squared_frequency: float, step: float) -> None:
+        """Springs with at most that squared frequency (1/s2) after a step (s)."""
+        collide(Law(max_squared_frequency, step, self._friction), self.pairs, self.seen, self._nodes.rows)
+        self.tally()
 
     def touching_rounds(self) -> np.ndarray:
         """Which rounds' surfaces touch each other now (rounds, rounds); collective."""
-        state, touching = self.state, np.zeros((self._rounds, self._rounds), dtype=bool)
-        rows = np.flatnonzero(state.touching)
-        touching[state.node_round[state.node[rows]], state.other[rows]] = True
+        touching, met = np.zeros((self._rounds, self._rounds), dtype=bool), self.pairs.facet >= 0
+        own = self.surfaces.node_round[np.searchsorted(self._row, self.pairs.node[met])]
+        touching[own, self.seen.other[met]] = True
         if self._comm.size > 1:
             self._comm.Allreduce(MPI.IN_PLACE, touching, op=MPI.LOR)
         return touching
-
-    @property
-    def pushed(self) -> np.ndarray:
-        """Nodes of this rank that may be given a force till the next search (k,) int32."""
-        return self._near_local
-
-    @property
-    def deepest(self) -> float:
-        """Largest penetration now (m), of this rank's nodes."""
-        return float(self.state.penetration.max(initial=0.0))
-
-    @property
-    def deepest_interior(self) -> float:
-        """Largest penetration now (m), of this rank's inner nodes of casings."""
-        return float(self.state.penetration[self._on_surface :].max(initial=0.0))
-
-
-def _no_contact(pairs: int) -> dict[str, np.ndarray]:
-    """What the state holds of each pair, where nothing touches."""
-    return {
-        "touching": np.zeros(pairs, dtype=bool),
-        "normal": np.zeros((pairs, 3)),
-        "slip": np.zeros((pairs, 3)),
-        "penetration": np.zeros(pairs),
-        "unloaded": np.zeros(pairs),
-        "stiffness": np.zeros(pairs),
-    }
-
-
-def _bodies_of(surfaces: ContactSurfaces) -> Bodies:
-    """What the search has to know of the surfaces."""
-    within = np.arange(len(surfaces.faces)) >= surfaces.on_surface
-    return Bodies(surfaces.faces, surfaces.face_round, surfaces.node_round, within)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from contextlib import contextmanager
 from dataclasses import astuple, dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -10,14 +9,14 @@ import numpy as np
 from mpi4py import MPI
 
 from burst_fenicsx.contact.collisions import CollidingSurfaces
-from burst_fenicsx.contact.exchange import Fetched, Given, exchange_rows
+from burst_fenicsx.contact.nodes import ContactNodes, ContactPairs
 from burst_fenicsx.contact.planes import PlaneContact, held_in_plane, nodes_at_planes
-from burst_fenicsx.contact.sliding import SlidingInterface
+from burst_fenicsx.contact.sliding import SlidingInterface, interface_faces
 from burst_fenicsx.contact.surfaces import OpenFaces, contact_surfaces
-from burst_fenicsx.kernels.vectors.rows import acting_rows, place_rows, take_means, work_on_rows
+from burst_fenicsx.kernels.contact.pairs import add_pairs
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Sequence
 
     from burst_fenicsx.contact.charge_contacts import ChargeContacts
     from burst_fenicsx.kernels.axisymmetric.slide_line import LineContact
@@ -73,19 +72,19 @@ def max_squared_phase(step: TimeStep) -> float:
 
 
 class ContactForces:
-    """Contact forces of a burst on one rank, summed from their parts.
+    """Contact forces of a burst on one rank: pairs of a node and a facet of several kinds, summed over one set of rows.
 
     Parameters
     ----------
     fields : this rank's fields.
     time_step : from which the stiffness of every spring is taken, see `max_squared_phase`.
     cells : number of cells of the whole mesh.
-    touched : (nodes,) bool, whether contact may give a force to the node.
-    interface, collisions, planes : the parts. open_faces : of several rounds, see `OpenFaces`.
+    nodes : the rows; none where nothing may touch.
+    interface, collisions, planes : the kinds. open_faces : of several rounds, see `OpenFaces`.
 
     Attributes
     ----------
-    force : (nodes, 3) N, on this rank's nodes.
+    touched : (nodes,) bool, whether contact may give a force to the node.
     friction, work : J so far, on this rank: heat of friction, and work of all contact forces on the nodes, action and
         reaction, from these forces and the nodes' own motion.
     plane_force, impulse : (3,) N and N s, of the planes on the nodes of all ranks: now, and so far.
@@ -98,7 +97,7 @@ class ContactForces:
         fields: BurstFields,
         time_step: TimeStep,
         cells: int,
-        touched: np.ndarray,
+        nodes: ContactNodes,
         *,
         interface: ChargeContacts | None = None,
         collisions: CollidingSurfaces | None = None,
@@ -108,84 +107,75 @@ class ContactForces:
         self._max_squared_phase = max_squared_phase(time_step)
         self._fields = fields
         self.comm = fields.mesh.comm
-        self.touched = touched
+        self.nodes = nodes
+        local = nodes.rows.local
+        self.touched = np.zeros(len(fields.mass), dtype=bool)
+        self.touched[local[local >= 0]] = True
         self.interface, self.collisions, self.planes = interface, collisions, list(planes)
         self._sliding = interface if isinstance(interface, SlidingInterface) else None
         self._open_faces = open_faces
-        self.force = np.zeros_like(fields.nodes.force)
         self.friction = 0.0
         self.work = 0.0
         self.plane_force, self.impulse = np.zeros(3), np.zeros(3)
         self.penetrations = Penetrations()
         self.eroded = np.zeros(cells, dtype=bool)
-        self._nodes = np.flatnonzero(touched).astype(np.int32)
-        self._always = interface.nodes if interface is not None else np.zeros(0, dtype=np.int32)
-        self._met: list[np.ndarray] = []  # nodes that planes and surfaces may push till one looks again
-        self._pushed = self._always  # these and those of bonds
-        self._acting = np.zeros(0, dtype=np.int32)  # those of them that have a force
         self._fraction = 1.0  # contact's step over the longest one
-        # Nodes that take several steps in one of contact, where they were at the last one of that (m), and room for
-        # their velocities (m/s) while the means stand there.
-        self._faster = np.zeros(0, dtype=np.int32)
-        self._last_position = self._own_velocity = np.zeros((0, 3))
+        self._watch()
 
     @classmethod
     def of_mesh(cls, mesh: HexahedralMesh, fields: BurstFields, settings: BurstSettings) -> ContactForces:
-        """All parts that a burst in three dimensions has; `mesh` is the whole mesh."""
-        own, contact, size = fields.mesh, settings.contact, settings.cell_size
+        """All kinds that a burst in three dimensions has; `mesh` is the whole mesh."""
+        contact, size = settings.contact, settings.cell_size
         surfaces = contact_surfaces(mesh) if contact.surfaces or settings.planes else None
-        touched = [surfaces.node] if surfaces is not None else []
+        touched = [np.zeros(0, dtype=np.int64)]
+        if surfaces is not None:
+            touched.append(surfaces.node)
+            at_planes, interior = nodes_at_planes(mesh, surfaces)
+            touched += [at_planes] if settings.planes else []
+        if len(mesh.interface_pairs):
+            touched += [mesh.interface_pairs.ravel(), interface_faces(mesh)[0].ravel()]
+        nodes = ContactNodes(fields, np.unique(np.concatenate(touched)))
         interface, collisions, open_faces = None, None, None
         if len(mesh.interface_pairs):
-            interface = SlidingInterface(mesh, fields, contact)
-            touched.append(interface.numbers)
+            interface = SlidingInterface(mesh, fields, nodes, contact)
         if contact.surfaces and surfaces is not None:
-            collisions = CollidingSurfaces(surfaces, fields, contact.surface_friction_angle, _REACH * size)
+            collisions = CollidingSurfaces(surfaces, fields, nodes, contact.surface_friction_angle, _REACH * size)
             open_faces = OpenFaces(mesh, surfaces) if len(np.unique(mesh.round)) > 1 else None
         planes: list[PlaneContact] = []
-        if settings.planes and surfaces is not None:
-            nodes, interior = nodes_at_planes(mesh, surfaces)
-            touched.append(nodes)
-            for plane in settings.planes:
-                free = ~held_in_plane(mesh, nodes, plane)
-                local = own.local_node(nodes[free])
-                rows = np.flatnonzero((local >= 0) & (local < own.owned_nodes))
-                rows = rows[np.argsort(interior[free][rows], kind="stable")]
-                outer = int(np.count_nonzero(~interior[free][rows]))
-                planes.append(PlaneContact(plane, fields, local[rows], outer, _PLANE_REACH * size))
-        may_touch = np.zeros(len(own.node), dtype=bool)
-        for numbers in touched:
-            local = own.local_node(numbers)
-            may_touch[local[local >= 0]] = True
+        for plane in settings.planes:
+            row = nodes.rows_of(at_planes)
+            may = np.isin(row, nodes.own) & ~held_in_plane(mesh, at_planes, plane)
+            row = np.concatenate([row[may & ~interior], row[may & interior]])
+            outer = int(np.count_nonzero(may & ~interior))
+            planes.append(PlaneContact(plane, fields, nodes, row, outer, _PLANE_REACH * size))
         return cls(
-            fields, settings.time_step, len(mesh.cells), may_touch,
+            fields, settings.time_step, len(mesh.cells), nodes,
             interface=interface, collisions=collisions, planes=planes, open_faces=open_faces,
         )  # fmt: skip
 
-    def _find_pushed(self) -> None:
-        """Find the nodes that may have a force of contact, where those near a plane or another surface have changed."""
-        near = [plane.pushed for plane in self.planes]
-        if self.collisions is not None:
-            near.append(self.collisions.pushed)
-        if len(near) != len(self._met) or any(now is not before for now, before in zip(near, self._met, strict=True)):
-            self._met = near
-            self._pushed = self._any_of(self._always, *near)
+    @property
+    def force(self) -> np.ndarray:
+        """Contact's forces (nodes, 3) in N, on this rank's own nodes."""
+        return self.nodes.force
 
-    def _any_of(self, *groups: np.ndarray) -> np.ndarray:
-        """Nodes (k,) int32 that are in any of the groups, each once, in order; quicker than to sort them."""
-        found = np.zeros(len(self.force), dtype=bool)
-        for nodes in groups:
-            found[nodes] = True
-        return np.flatnonzero(found).astype(np.int32)
+    def _watch(self) -> None:
+        """Take over which rows the kinds need; collective."""
+        parts = [part.watched for part in (self.interface, self.collisions, *self.planes) if part is not None]
+        self.nodes.watch(np.concatenate([np.zeros(0, dtype=np.int32), *parts]))
 
     def look_again(self) -> None:
         """Go on from forces and contacts that a checkpoint has put in place; collective."""
-        self._acting = np.flatnonzero(self.force.any(axis=1)).astype(np.int32)
-        self._pushed = self._any_of(self._always, self._acting)
-        if self.interface is not None:
-            self.interface.look_around()
+        if self._sliding is not None:
+            self._sliding.look_around()
         for plane in self.planes:
-            plane.look_again()
+            plane.look(self._largest(plane.fastest))
+        sums = self.nodes.rows.sums.copy()
+        self._watch()
+        self.nodes.rows.sums[:] = sums
+        self.nodes.place()
+
+    def _largest(self, value: float) -> float:
+        return self.comm.allreduce(value, op=MPI.MAX) if self.comm.size > 1 else value
 
     @property
     def exists(self) -> bool:
@@ -210,8 +200,8 @@ class ContactForces:
         """Take over which cells of the whole mesh are eroded."""
         self.eroded[:] = eroded
         if self.collisions is not None and self.eroded.any():
-            opened = self._open_faces.opened(self.eroded) if self._open_faces is not None else None
-            self.collisions.drop_faces(self.eroded, opened)
+            surfaces = self.collisions.surfaces if self._open_faces is None else self._open_faces.opened(self.eroded)
+            self.collisions.take(surfaces, self.eroded)
 
     @property
     def acts_in_substeps(self) -> bool:
@@ -241,110 +231,82 @@ class ContactForces:
         if not self.exists or stable_for <= 0.0:
             return
         max_squared_frequency = self._max_squared_phase / stable_for**2
-        with self._mean_velocities(step) as velocity:
-            self._accumulate_work(step, velocity)  # and clear the forces
-            self._look(step)
-            self._push_surfaces(max_squared_frequency, step, velocity, front_is_active=front_is_active)
-            self._push_from_planes(max_squared_frequency, step, velocity)
-            self._find_pushed()
-            self._acting = acting_rows(self.force, self._pushed)
-            self._accumulate_work(step, velocity, self._fields.nodes.force)
+        self.work += self.nodes.gather(step)
+        self._look(step)
+        given = [] if self._sliding is None else [self._sliding.sum_attached()]
+        rows = self.nodes.rows
+        self.nodes.exchange([rows.position, rows.velocity, rows.load[:, None]], given)
         for part in self._parts:
-            self.friction += part.energies[1]
+            part.find_forces(self._share(part) * max_squared_frequency, step)
+            add_pairs(part.pairs, part.facets, self.nodes.roundings, rows)
+            self.friction += part.friction
+        self._note(step, front_is_active=front_is_active)
+        self.nodes.exchange([], [rows.sums])
+        self.work += self.nodes.give(step, self._fraction)
 
-    def _accumulate_work(self, step: float, velocity: np.ndarray, resultant: np.ndarray | None = None) -> None:
-        """Add the work of the forces as they are now in half of a step (s) at the mean velocities (nodes, 3) in it.
-
-        The forces are added to the `resultant` (nodes, 3) in N, or cleared for those to come.
-        """
-        rounding = self._fields.grid.rounding
-        self.work += work_on_rows(0.5 * step, self.force, self._acting, velocity, rounding, self._fraction, resultant)
+    def _share(self, part: ContactPairs) -> float:
+        """Fraction of the squared frequency that a kind may take up: planes and surfaces may push one node."""
+        if isinstance(part, PlaneContact):
+            return _PLANE_FRACTION
+        return 1.0 - _PLANE_FRACTION if part is self.collisions and self.planes else 1.0
 
     def _look(self, step: float) -> None:
         """Search, and look around on slide surfaces, where that is due after this step (s) on any rank; collective."""
-        interface, collisions = self._sliding, self.collisions
+        sliding, collisions = self._sliding, self.collisions
         ahead = np.zeros(2)
-        if interface is not None:
-            ahead[0] = interface.comes_to_border
+        if sliding is not None and self.comm.size > 1:
+            ahead[0] = sliding.comes_to_border
         if collisions is not None:
             ahead[1] = collisions.fastest
         if self.comm.size > 1:
             self.comm.Allreduce(MPI.IN_PLACE, ahead, op=MPI.MAX)
-        if interface is not None and ahead[0]:
-            interface.look_around()
+        looked = False
+        if sliding is not None and ahead[0]:
+            sliding.look_around()
+            looked = True
         if collisions is not None and collisions.search_is_due(step, float(ahead[1])):
             collisions.search()
+            looked = True
+        for plane in self.planes:
+            if plane.look_is_due(step):
+                plane.look(self._largest(plane.fastest))
+                looked = True
+        if looked:
+            self._watch()
 
-    def _push_surfaces(
-        self, max_squared_frequency: float, step: float, velocity: np.ndarray, *, front_is_active: bool
-    ) -> None:
-        """Forces of the bonds and of colliding surfaces at the mean velocities (nodes, 3) in m/s; collective."""
-        interface, collisions, deepest = self._sliding, self.collisions, self.penetrations
-        fetched: list[Fetched] = []
-        given: list[Given] = []
-        for part in (interface, collisions):
-            if part is not None:
-                some, sums = part.bring(velocity)
-                fetched, given = fetched + some, given + sums
-        exchange_rows(self.comm, fetched, given)
-        given = []
-        if interface is not None:
-            given += interface.find_forces(max_squared_frequency, step, velocity, self.force)
-            deepest.at_interface(interface.deepest, front_is_active=front_is_active)
+    def _note(self, step: float, *, front_is_active: bool) -> None:
+        """Note penetrations, and the impulse that planes have given, by the trapezoidal rule; collective."""
+        deepest, sliding, collisions = self.penetrations, self._sliding, self.collisions
+        if sliding is not None:
+            deepest.at_interface(sliding.deepest, front_is_active=front_is_active)
         if collisions is not None:
-            given += collisions.find_forces(
-                max_squared_frequency * (1.0 - _PLANE_FRACTION if self.planes else 1.0), step
-            )
             deepest.collision = max(deepest.collision, collisions.deepest)
-            deepest.interior_collision = max(deepest.interior_collision, collisions.deepest_interior)
-        exchange_rows(self.comm, [], given)
-        for part in (interface, collisions):
-            if part is not None:
-                part.take_reactions(self.force)
-
-    def _push_from_planes(self, max_squared_frequency: float, step: float, velocity: np.ndarray) -> None:
-        """Forces of the planes, and the impulse that they have given, by the trapezoidal rule; collective."""
+            deepest.interior_collision = max(deepest.interior_collision, collisions.deepest_inner)
         if not self.planes:
             return
         now = np.zeros(3)
         for plane in self.planes:
-            plane.add_forces(max_squared_frequency * _PLANE_FRACTION, step, velocity, self.force)
             now += plane.given
-            self.penetrations.plane = max(self.penetrations.plane, plane.deepest)
-            self.penetrations.interior_plane = max(self.penetrations.interior_plane, plane.deepest_interior)
+            deepest.plane = max(deepest.plane, plane.deepest)
+            deepest.interior_plane = max(deepest.interior_plane, plane.deepest_inner)
         now = self.comm.allreduce(now) if self.comm.size > 1 else now
         self.impulse += 0.5 * step * (self.plane_force + now)
         self.plane_force = now
 
     def set_level(self, level: int) -> None:
-        """Contact takes 2^`level` steps in a longest one from now on; the levels of the nodes are known by then."""
+        """Contact takes 2^`level` steps in a longest one from now on."""
         self._fraction = 1.0 / 2**level
-        nodes = self._fields.nodes
-        self._faster = self._nodes[nodes.finest[self._nodes] > level]
-        self._last_position = nodes.position[self._faster]
-        self._own_velocity = np.empty_like(self._last_position)
-
-    @contextmanager
-    def _mean_velocities(self, step: float) -> Iterator[np.ndarray]:
-        """Mean velocities (nodes, 3) over contact's step (s): while they are used, in place of the velocities."""
-        nodes, faster = self._fields.nodes, self._faster
-        if step <= 0.0 or not len(faster):
-            yield nodes.velocity
-            return
-        take_means(faster, nodes.position, step, self._last_position, self._own_velocity, nodes.velocity)
-        try:
-            yield nodes.velocity
-        finally:
-            place_rows(self._own_velocity, faster, nodes.velocity)
+        self.nodes.set_level(level)
 
     @property
-    def _parts(self) -> list[ChargeContacts | CollidingSurfaces | PlaneContact]:
-        return [part for part in (self.interface, self.collisions, *self.planes) if part is not None]
+    def _parts(self) -> list[Any]:
+        return [part for part in (self._sliding, self.collisions, *self.planes) if part is not None]
 
     @property
     def spring_energy(self) -> float:
         """Energy now in the springs (J), on this rank."""
-        return float(sum(part.energies[0] for part in self._parts))
+        parts = (self.interface, self.collisions, *self.planes)
+        return float(sum(part.spring_energy for part in parts if part is not None))
 
     @property
     def energy(self) -> float:

@@ -7,13 +7,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from burst_fenicsx.kernels.contact.planes import PlaneLaw, PlaneState, nodes_near, plane_sums, push_from_plane
+from burst_fenicsx.contact.nodes import ContactPairs
+from burst_fenicsx.kernels.contact.law import Law
+from burst_fenicsx.kernels.contact.pairs import no_pairs, press_on_plane
 from burst_fenicsx.kernels.vectors.exact import quantum, rounding_constant
 from burst_fenicsx.kernels.vectors.rows import largest_speed
 from burst_fenicsx.meshing.mesh import outer_faces
 from burst_fenicsx.problem import Part
 
 if TYPE_CHECKING:
+    from burst_fenicsx.contact.nodes import ContactNodes
     from burst_fenicsx.contact.surfaces import ContactSurfaces
     from burst_fenicsx.mechanics.fields import BurstFields
     from burst_fenicsx.meshing import HexahedralMesh
@@ -65,80 +68,70 @@ def held_in_plane(mesh: HexahedralMesh, nodes: np.ndarray, plane: RigidPlane | M
     return lies & (np.abs(height) < _IN_PLANE)
 
 
-class PlaneContact:
-    """One rigid plane against the given nodes of this rank.
+class PlaneContact(ContactPairs):
+    """One rigid plane, a facet without mass, against the given nodes of this rank.
 
     Parameters
     ----------
     plane : the plane.
     fields : this rank's fields.
-    nodes : local nodes of this rank's own that may meet it.
+    nodes : contact's rows.
+    row : (k,) own ones that may meet it.
     on_surface : how many of them, the first, lie on a surface; the others are interior ones.
     reach : distance (m) from the plane within which nodes are looked after; beyond, none can meet it before one looks
         again.
 
     Attributes
     ----------
-    near : (k,) int32, the nodes of the state that are looked after. pushed : (k,) int32, their local numbers.
+    near : (k,) int32, pairs that are looked after.
     given : (3,) N, force that the plane gives now to this rank's nodes, an exact sum.
-    energies : (2,) J, spring energy now and friction in the last step, exact, on this rank's nodes.
-    deepest, deepest_interior : largest penetration now (m), of this rank's nodes and of the interior ones.
     """
 
     def __init__(
         self,
         plane: RigidPlane | Mirror,
         fields: BurstFields,
-        nodes: np.ndarray,
+        nodes: ContactNodes,
+        row: np.ndarray,
         on_surface: int,
         reach: float,
     ) -> None:
-        self._on_surface = on_surface
-        self._fields = fields
+        super().__init__(fields, nodes, no_pairs(row, 0), np.zeros((1, 0), dtype=np.int32))
+        self.on_surface, self._reach = on_surface, reach
+        self._local = nodes.rows.local[row]
         nodes_of_all = int(fields.mesh.domain.geometry.index_map().size_global)
         self._rounding = rounding_constant(0.25 * nodes_of_all * _LARGEST_FORCE * quantum(fields.nodes.rounding))
-        self._reach = reach
         normal = np.asarray(plane.normal, dtype=float)
         self._normal = normal / np.linalg.norm(normal)
         self._level = float(self._normal @ np.asarray(plane.point, dtype=float))
         self._friction = math.tan(math.radians(plane.friction_angle))
-        count = len(nodes)
-        self.state: PlaneState = PlaneState(
-            node=np.asarray(nodes, dtype=np.int32),
-            slip=np.zeros((count, 3)),
-            penetration=np.zeros(count),
-            stiffness=np.zeros(count),
-            energies=np.zeros((count, 2)),
-        )
-        self.look_again()
+        self.near = np.zeros(0, dtype=np.int32)
+        self._fastest, self._travel, self.given = 0.0, np.inf, np.zeros(3)
 
-    def look_again(self) -> None:
-        """Have the near nodes found again at the next step."""
-        self.near = self.pushed = np.zeros(0, dtype=np.int32)
-        self._fastest, self._travel = 0.0, np.inf
-        self.given, self.energies = np.zeros(3), np.zeros(2)
-        self.deepest = self.deepest_interior = 0.0
-
-    def _find_near(self, step: float) -> None:
-        """Find the near nodes again where others may have met the plane in this step (s)."""
+    def look_is_due(self, step: float) -> bool:
+        """Whether others may have met the plane in this step (s); the same on every rank."""
         self._travel += step * self._fastest
-        if self._travel <= self._reach:
-            return
-        nodes, node = self._fields.nodes, self.state.node
-        self.near = nodes_near(self._normal, self._level + self._reach, self.state, nodes.position)
-        self.pushed = node[self.near]
-        self._fastest, self._travel = max(_FASTEST, _GROWTH * largest_speed(nodes.velocity, node)), 0.0
+        return self._travel > self._reach
 
-    def add_forces(self, max_squared_frequency: float, step: float, velocity: np.ndarray, force: np.ndarray) -> None:
-        """Add the plane's forces to `force` (nodes, 3) in N.
+    @property
+    def fastest(self) -> float:
+        """Largest speed (m/s) of this rank's own nodes that may meet it."""
+        return float(largest_speed(self._fields.nodes.velocity, self._local))
 
-        `max_squared_frequency` is its stiffness over a node's mass (1/s2), `step` the step (s) that led here,
-        and `velocity` (nodes, 3) the mean one over it (m/s).
-        """
-        self._find_near(step)
-        law = PlaneLaw(self._normal, self._level, max_squared_frequency, step, self._friction)
-        state, fields = self.state, self._fields
-        push_from_plane(law, self.near, state, fields.mass, fields.nodes.position, velocity, force)
-        self.energies, self.given, self.deepest, self.deepest_interior = plane_sums(
-            self._normal, self._on_surface, self.near, state, fields.grid.rounding, self._rounding
-        )
+    def look(self, fastest: float) -> None:
+        """Find the near nodes again; `fastest` is the largest speed (m/s) on any rank."""
+        height = self._fields.nodes.position[self._local] @ self._normal
+        near = (height < self._level + self._reach) | (self.pairs.facet >= 0)
+        self.near = np.flatnonzero(near).astype(np.int32)
+        self.watched = self.pairs.node[self.near]
+        self.pairs.energies[~near] = 0.0
+        self._fastest, self._travel = max(_FASTEST, _GROWTH * fastest), 0.0
+
+    def find_forces(self, max_squared_frequency: float, step: float) -> None:
+        """Springs with at most that squared frequency (1/s2) after a step (s), and what they sum up to."""
+        law, roundings = Law(max_squared_frequency, step, self._friction), (self._fields.grid.rounding, self._rounding)
+        self.friction, given, self.deepest, self.deepest_inner = press_on_plane(
+            law, self._normal, self._level, self.near, self.on_surface, roundings, self.pairs, self.facets,
+            self._nodes.rows,
+        )  # fmt: skip
+        self.given = np.array(given)

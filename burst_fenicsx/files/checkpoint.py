@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from burst_fenicsx.contact.charge_contacts import CONTACT_STATE
+from burst_fenicsx.contact.charge_contacts import BOND_STATE, PAIR_STATE
 from burst_fenicsx.errors import InputError
 from burst_fenicsx.mechanics.ledger import Entry
 from fragfield_base.hdf5_files import creating, reading
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from burst_fenicsx.mechanics.solver import BurstSolver
 
 
-FORMAT = "fragfield burst checkpoint 12"  # 12: rounds that have touched
+FORMAT = "fragfield burst checkpoint 13"  # 13: rows of contact
 
 
 def _kept(solver: BurstSolver) -> Iterator[tuple[str, Any, tuple[str, ...]]]:
@@ -41,14 +41,14 @@ def _kept(solver: BurstSolver) -> Iterator[tuple[str, Any, tuple[str, ...]]]:
     yield "ledger", solver.ledger, ("sums", "released", "external_work", "damping")
     if contact is None:
         return
-    yield "contact", contact, ("friction", "work", "force", "eroded", "plane_force", "impulse")
+    yield "contact", contact, ("friction", "work", "eroded", "plane_force", "impulse")
+    yield "contact_rows", contact.nodes.rows, ("sums",)
     if contact.interface is not None:
-        yield "interface", contact.interface.contacts, CONTACT_STATE
+        yield "interface", contact.interface.pairs, PAIR_STATE
+        yield "bonds", contact.interface.bonds, BOND_STATE
     yield "penetrations", contact.penetrations, tuple(item.name for item in fields(contact.penetrations))
     for number, plane in enumerate(contact.planes):
-        yield f"plane_{number}", plane.state, ("slip", "penetration", "stiffness")
-    if contact.collisions is not None:
-        yield "collisions", contact.collisions.state, ("sharing",)
+        yield f"plane_{number}", plane.pairs, PAIR_STATE
 
 
 def _arrays(solver: BurstSolver) -> dict[str, np.ndarray]:
@@ -152,9 +152,9 @@ def _restore(arrays: h5py.Group, solver: BurstSolver) -> None:
         solver.burning.update()
     if contact is None:
         return
-    contact.look_again()
     if contact.collisions is not None:
         contact.collisions.restore(_group(arrays, "search"))
+    contact.look_again()
 
 
 def _put(arrays: h5py.Group, name: str, owner: Any, keys: tuple[str, ...]) -> None:  # noqa: ANN401 - any object

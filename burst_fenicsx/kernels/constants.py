@@ -31,6 +31,8 @@ SMOOTH = math.cos(math.radians(45.0))
 
 EVEN_SHARING = 1.6
 """Smallest sum of the reduced masses of a node's contacts over its own mass: that of two equal grids that meet."""
+UNLOADED_TIME = 2e-6
+"""In which a depth (s) that was there before contact is taken up by the spring."""
 
 # Cells.
 

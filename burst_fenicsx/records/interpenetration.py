@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from mpi4py import MPI
 
+from burst_fenicsx.contact.search import in_balls
 from burst_fenicsx.contact.surfaces import outward_sides, sides_beside
 from burst_fenicsx.errors import NumericalStop
 from burst_fenicsx.kernels.constants import LARGEST_PASSED_FRACTION
-from burst_fenicsx.kernels.contact.search import Bodies, find_candidates
 from burst_fenicsx.problem import Mirror, Part
 from burst_fenicsx.records.within_rounds import CasingRadii, hold
 
@@ -29,7 +29,6 @@ _BEHIND_PLANE = 0.01  # of the cell size: a node less deep than this behind a pl
 # Of the cell size: a node less deep than this in a cell of another round is in contact with it. In stacks 99 % of all
 # contacts are less deep than 0.11, and the deepest is 0.18.
 _OVERLAP = 0.15
-_BOXES = 1000  # of cells from which the edge of the search's grid is taken
 
 _log = logging.getLogger(__name__)
 
@@ -257,43 +256,21 @@ class InterpenetrationCheck:
         rows = np.flatnonzero(reached & ~fields.eroded & ~fields.folded())
         if not len(rows):
             return taken
-        volume = fields.volumes()[rows]
-        filled = np.minimum(self._initial_volume[fields.mesh.cell[rows]] / np.maximum(volume, 1e-300), 1.0)
-        first, candidate = self._candidates(points, rounds, rows, boxes[rows])
+        filled = np.ones(len(fields.eroded))
+        volume = np.maximum(fields.volumes()[rows], 1e-300)
+        filled[rows] = np.minimum(self._initial_volume[fields.mesh.cell[rows]] / volume, 1.0)
+        corners = position[fields.mesh.dofmap[rows]]
+        centre = corners.mean(axis=1)
+        radius = np.sqrt(((corners - centre[:, None]) ** 2).sum(axis=2).max(axis=1))
         outward = self._outward | sides_beside(self._neighbours, self._eroded)
-        count = np.diff(first)
-        for k in range(int(count.max())):  # the k-th candidate of every point that has as many
-            point = np.flatnonzero(count > k)
-            row = candidate[first[point] + k]
-            cell = rows[row]
-            counts = (filled[row] > taken[point]) & (~self._charge[cell] | enclosed[point, fields.mesh.round[cell]])
-            point, row, cell = point[counts], row[counts], cell[counts]
-            held = hold(position[fields.mesh.dofmap[cell]], points[point], outward[cell], self._overlap)
-            taken[point[held]] = filled[row[held]]
+        point, cell = in_balls(points, centre, radius)
+        cell = rows[cell]
+        counts = ~self._charge[cell] | enclosed[point, fields.mesh.round[cell]]
+        counts &= fields.mesh.round[cell] != rounds[point]
+        point, cell = point[counts], cell[counts]
+        held = hold(position[fields.mesh.dofmap[cell]], points[point], outward[cell], self._overlap)
+        np.maximum.at(taken, point[held], filled[cell[held]])
         return taken
-
-    def _candidates(
-        self, points: np.ndarray, rounds: np.ndarray, rows: np.ndarray, boxes: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Cells of other rounds in whose boxes (rows, 6) points (n, 3) of `rounds` (n,) lie.
-
-        Returns
-        -------
-        For every point the first of its own among what was found (n + 1,), and that as indices into `rows`.
-        """
-        count, some = len(points), boxes[:: max(len(rows) // _BOXES, 1)]
-        of_cell, of_node = self._fields.mesh.round[rows].astype(np.int32), rounds.astype(np.int32)
-        bodies = Bodies(np.zeros((len(rows), 4), dtype=np.int32), of_cell, of_node, np.zeros(len(rows), dtype=bool))
-        first, candidate = find_candidates(
-            points,
-            bodies,
-            np.zeros((len(rows), 3)),
-            np.arange(count, dtype=np.int32),
-            np.zeros((count, 3)),  # without normals, nothing is found in a node's own round
-            boxes,
-            float(np.median((some[:, 3:] - some[:, :3]).max(axis=1))),
-        )
-        return first, candidate
 
     def check(self, time: float) -> None:
         """Look at `time` (s); collective.

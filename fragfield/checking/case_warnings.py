@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from fragfield.case.conversion.rounds import burst_round, first_alike
 from fragfield.case.faults import Doubt
 from fragfield.case.tables.flight import CylinderTable
 from fragfield.hazard.contents import arrangement_warnings, with_images
+from fragfield.results.check import Graded
 from fragfield_base.substances import graded, substance, substance_names
 
 if TYPE_CHECKING:
@@ -25,12 +26,12 @@ if TYPE_CHECKING:
     from burst_fenicsx.geometry import Profile
     from burst_fenicsx.problem import BurstSettings, CasingMaterial, Explosive, Round
     from fragfield.case import CaseTable
+    from fragfield.results.check import CheckedRound, ExpectedCost
 
 
-def substances_of(entry: Round) -> dict[str, dict[str, str]]:
-    """Name of a round's explosive and casing, with the grades of their values; of the user's own values none."""
-    materials: dict[str, CasingMaterial | Explosive] = {"explosive": entry.explosive, "casing": entry.casing}
-    return {kind: {"name": one.name, "grades": graded(one.source)} for kind, one in materials.items()}
+def graded_name(one: CasingMaterial | Explosive) -> Graded:
+    """A substance with the grades of its values."""
+    return Graded(name=one.name, grades=graded(one.source))
 
 
 def waiting_on_estimates(rounds: Sequence[Round]) -> Iterator[str]:
@@ -60,25 +61,25 @@ _FUZE_DENSITIES = (700.0, 8000.0)  # kg/m3: from plastics, partly hollow, to sol
 
 
 def case_warnings(
-    case: CaseTable, settings: BurstSettings, described: Sequence[dict[str, Any]], expected: dict[str, Any]
+    case: CaseTable, settings: BurstSettings, described: Sequence[CheckedRound], expected: ExpectedCost
 ) -> Iterator[str]:
     """Warnings of `check`: `described` are a case's rounds as `check_report` describes them, `expected` the cost."""
     yield from doubts(case)
     yield from map_warnings(case)
     fixed = settings.time_step.fixed
-    if fixed is not None and fixed > 0.5 * expected["stable_time_step"]:
+    if fixed is not None and fixed > 0.5 * expected.stable_time_step:
         yield Doubt(
             "burst.time_step.fixed",
-            f" = {fixed:g} s; the first stable step is about {expected['stable_time_step']:.3g} s "
+            f" = {fixed:g} s; the first stable step is about {expected.stable_time_step:.3g} s "
             "and falls while cells are compressed",
         )
     for index, number in Counter(first_alike(case)).items():
         others = f" and {number - 1} alike" if number > 1 else ""
-        whose = f" ({described[index]['name']}{others})"
+        whose = f" ({described[index].name}{others})"
         for words in _round_warnings(settings, described[index]):
             yield Doubt(f"round[{index + 1}]", f"{whose}: {words}")
     yield from obstacle_warnings(case, settings, described)
-    yield from witness_warnings(case, max(found["outer_diameter"] for found in described))
+    yield from witness_warnings(case, max(one.outer_diameter for one in described))
 
 
 def doubts(case: CaseTable, *, burst: bool = True) -> Iterator[str]:
@@ -138,7 +139,7 @@ def thinnest_wall(profile: Profile) -> tuple[float, float]:
     return float(walls[thinnest]), float(stations[thinnest])
 
 
-def mean_mass_warnings(case: CaseTable, rounds: Sequence[Round], described: Sequence[dict[str, Any]]) -> Iterator[str]:
+def mean_mass_warnings(case: CaseTable, rounds: Sequence[Round], described: Sequence[CheckedRound]) -> Iterator[str]:
     """Rounds near which no published mean masses are; a mean mass that is given or fitted needs none."""
     from transition.law.mean_mass_data import outside_data
 
@@ -148,67 +149,66 @@ def mean_mass_warnings(case: CaseTable, rounds: Sequence[Round], described: Sequ
     if case.break_up.mean_mass_is_file:
         return
     for index, number in Counter(first_alike(case)).items():
-        entry, found = rounds[index], described[index]
+        entry, known = rounds[index], described[index]
         casing = entry.casing.density, yield_stress(entry.casing)
         filling = entry.explosive.name, entry.explosive.density
-        texts = list(outside_data(found["outer_diameter"], found["charge_ratio"], casing, filling))
+        texts = list(outside_data(known.outer_diameter, known.charge_ratio, casing, filling))
         if texts:
             others = f" and {number - 1} alike" if number > 1 else ""
             yield Doubt(
                 f"round[{index + 1}]",
-                f" ({found['name']}{others}): no published mean masses of fragments are close: "
+                f" ({known.name}{others}): no published mean masses of fragments are close: "
                 f"{'; '.join(texts)}. No published scatter covers it: measure the mean mass, or vary it and compare "
                 "the distances",
             )
 
 
-def _heavy_mean(case: CaseTable, described: Sequence[dict[str, Any]]) -> Iterator[str]:
+def _heavy_mean(case: CaseTable, described: Sequence[CheckedRound]) -> Iterator[str]:
     mean = float(case.break_up.mean_mass)
     for index in dict.fromkeys(first_alike(case)):
-        segments = described[index].get("segments", []) if case.break_up.segments is None else []
-        light = [f'"{one["name"]}" ({one["casing_mass"]:.3g} kg)' for one in segments if one["casing_mass"] < mean]
+        segments = (described[index].segments or ()) if case.break_up.segments is None else ()
+        light = [f'"{one.name}" ({one.casing_mass:.3g} kg)' for one in segments if one.casing_mass < mean]
         if light:
             yield Doubt(
                 f"round[{index + 1}]",
-                f" ({described[index]['name']}): break_up.mean_mass = {mean:g} kg is above the "
+                f" ({described[index].name}): break_up.mean_mass = {mean:g} kg is above the "
                 "mass of "
                 f"{' and '.join(light)}, of which each stays one piece",
             )
 
 
-def _round_warnings(settings: BurstSettings, found: dict[str, Any]) -> Iterator[str]:
+def _round_warnings(settings: BurstSettings, known: CheckedRound) -> Iterator[str]:
     low, high = _FUZE_DENSITIES
-    if found.get("fuze_density") and not low <= found["fuze_density"] <= high:
+    if known.fuze_density and not low <= known.fuze_density <= high:
         yield (
-            f"the fuze of {found['fuze_mass']:.3g} kg has {found['fuze_density']:.0f} kg/m3 in its cavity; "
-            "usual: "
-            f"{low:g} to {high:g} kg/m3, for what fills the cavity alone"
+            f"the fuze of {known.fuze_mass:.3g} kg has {known.fuze_density:.0f} kg/m3 in its cavity; usual: {low:g} to "
+            f"{high:g} kg/m3, for what fills the cavity alone"
         )
-    for name, error in found["mass_error_of_mesh"].items():
+    for name, error in known.mass_error_of_mesh.items():
         if abs(error) > _MASS_TOLERANCE:
             yield f"{name} of the mesh is off by {error:+.2%}; use smaller cells to follow the contour"
-    passage = found["charge_length"] / found["detonation_velocity"]
+    passage = known.charge_length / known.detonation_velocity
     if settings.end_time is not None and settings.end_time < passage:
         yield f"burst.end_time = {settings.end_time:g} s ends before the front has passed ({passage:.3g} s)"
 
 
-def obstacle_warnings(case: CaseTable, settings: BurstSettings, described: Sequence[dict[str, Any]]) -> Iterator[str]:
+def obstacle_warnings(case: CaseTable, settings: BurstSettings, described: Sequence[CheckedRound]) -> Iterator[str]:
     """Obstacles of the flight that a casing reaches while it grows: the burst does not know them."""
     from transition.law.mean_mass import gurney_speed
 
-    for number, (entry, found) in enumerate(zip(case.round, described, strict=True), start=1):
-        radius = 0.5 * found["outer_diameter"]
+    for number, (entry, known) in enumerate(zip(case.round, described, strict=True), start=1):
+        radius = 0.5 * known.outer_diameter
         growth = _GROWTH * radius
-        if settings.end_time is not None and found["charge_ratio"] > 0.0:
-            growth = settings.end_time * gurney_speed(found["detonation_velocity"], found["charge_ratio"])
-        along = np.asarray(entry.axis) / np.linalg.norm(entry.axis) * found["length"]
+        if settings.end_time is not None and known.charge_ratio > 0.0:
+            growth = settings.end_time * gurney_speed(known.detonation_velocity, known.charge_ratio)
+        along = np.asarray(entry.axis) / np.linalg.norm(entry.axis) * known.length
         axis = np.asarray(entry.position) + np.linspace(0.0, 1.0, 9)[:, None] * along
         for obstacle in case.obstacle:
             plan = outline_of(obstacle)
             away = min(_distances(point[:2], plan)[0] for point in axis)
             if away < radius + growth:
                 yield (
-                    f"obstacle {obstacle.name}: {away:.3g} m from the axis of round[{number}] ({found['name']}), whose "
+                    f"obstacle {obstacle.name}: {away:.3g} m from the axis of round[{number}] ({known.name}), whose "
                     f"casing grows to about {radius + growth:.2g} m in the burst, where no obstacle stops it: a run "
                     'whose fragments start inside it is refused; move it, or use a plane of kind "wall" in the burst'
                 )

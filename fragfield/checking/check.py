@@ -11,24 +11,38 @@ import numpy as np
 from fragfield.case import plain
 from fragfield.case.checks.estimates import check_numbers, given_fragments
 from fragfield.case.conversion.attitude import is_mixed
-from fragfield.case.conversion.rounds import burst_rounds, first_alike
+from fragfield.case.conversion.rounds import burst_rounds, first_alike, masses_of
 from fragfield.case.faults import Doubt
 from fragfield.case.problem import break_up_settings, burst_geometry, burst_settings
-from fragfield.checking.case_warnings import case_warnings, mean_mass_warnings, substances_of, waiting_on_estimates
+from fragfield.checking.arrangement import arrangement
+from fragfield.checking.case_warnings import case_warnings, graded_name, mean_mass_warnings, waiting_on_estimates
 from fragfield.checking.cost import expected_cost
 from fragfield.contours.read import is_of_file
-from fragfield.hazard.contents import arrangement, contents_of
+from fragfield.hazard.contents import contents_of
 from fragfield.hazard.rules import rules_for
 from fragfield.hazard.to_apply import distance_to_apply, official_part
 from fragfield.pipeline.arena import read_arena
 from fragfield.pipeline.attitudes import attitudes_of
-from fragfield.results.part import to_json
+from fragfield.results.burst import ComputedPart
+from fragfield.results.check import (
+    Checked,
+    CheckedBurst,
+    CheckedFragments,
+    CheckedMesh,
+    CheckedRound,
+    CheckedSegment,
+    ChosenGeometry,
+    Contour,
+    DrawnMass,
+)
+from fragfield.results.flight import Recovered
 from transition.law.mean_mass import gurney_coefficient, gurney_speed
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Iterator, Sequence
     from pathlib import Path
 
+    from burst_fenicsx.geometry import Profile
     from burst_fenicsx.meshing import MeshQuality
     from burst_fenicsx.meshing.mesh import CellMesh
     from burst_fenicsx.problem import BurstSettings, Explosive, Mirror, Round
@@ -36,21 +50,10 @@ if TYPE_CHECKING:
     from fragfield.case.tables.round import RoundTable
 
 
-def check_report(case: CaseTable) -> dict[str, Any]:
+def check_report(case: CaseTable) -> CheckedBurst:
     """What `fragfield check` reports of a resolved case with a burst.
 
-    Returns
-    -------
-    dict
-        `case`, `rounds`, `arrangement`, `geometry`, `mesh` (of what is computed), `symmetry`, `expected`,
-        `warnings`, `official` (as in summary.json), `contents` (net explosive quantity and masses), `rules` (those by
-        mass, each with its distance or the reason why it does not apply) and `distance_to_apply` (as in summary.json,
-        without the computed distance); numbers in SI.
-
-    Raises
-    ------
-    InputError
-        The mesh cannot be made: the contours do not allow it, or a mesh file is at fault.
+    Raises InputError: the mesh cannot be made, since the contours do not allow it or a mesh file is at fault.
     """
     from burst_fenicsx.symmetry import smallest_part
 
@@ -65,53 +68,56 @@ def check_report(case: CaseTable) -> dict[str, Any]:
     ]
     meshed: dict[tuple[Any, ...], CellMesh] = {}
     qualities: dict[tuple[Any, ...], MeshQuality] = {}
-    descriptions: dict[int, dict[str, Any]] = {}
+    descriptions: dict[int, CheckedRound] = {}
     for key, index, cuts in zip(computed, part.indices, part.cuts, strict=True):
         if key not in meshed:
             meshed[key], qualities[key] = _meshed(rounds[index], settings, cuts)
             descriptions.setdefault(first[index], _round(rounds[index], settings, meshed[key], 1 << len(cuts)))
     of_round = [computed[source] for source in part.source.tolist()]
     described = [
-        {**descriptions[key], **_of_drawing(table, descriptions[key]), "name": table.name}
+        replace(descriptions[key], **_of_drawing(table, descriptions[key]), name=table.name)
         for (key, _), table in zip(of_round, case.round, strict=True)
     ]
     cells = sum(qualities[key].cells for key in computed)
-    symmetry = part.summary()
-    expected = expected_cost(settings, rounds, [meshed[key] for key in of_round], cells, symmetry["share"])
-    if is_mixed(case):
-        expected["attitudes"] = attitudes_of(case)
-    return {
-        "case": plain(case),
-        "rounds": described,
-        "arrangement": arrangement(case),
-        "geometry": {"choice": settings.geometry, "reason": burst_geometry(case).reason},
-        "mesh": {
-            "cells": cells,
-            "nodes": sum(qualities[key].nodes for key in computed),
-            "min_scaled_jacobian": min(one.min_scaled_jacobian for one in qualities.values()),
-            "max_aspect_ratio": max(one.max_aspect_ratio for one in qualities.values()),
-            "min_edge": min(one.min_edge for one in qualities.values()),
-        },
-        "symmetry": symmetry,
-        "expected": expected,
-        "warnings": [
+    symmetry = ComputedPart.of_stage(part.summary())
+    attitudes = attitudes_of(case) if is_mixed(case) else None
+    expected = expected_cost(settings, rounds, [meshed[key] for key in of_round], cells, symmetry.share, attitudes)
+    return CheckedBurst(
+        case=plain(case),
+        rounds=tuple(described),
+        arrangement=arrangement(case),
+        geometry=ChosenGeometry(choice=settings.geometry, reason=burst_geometry(case).reason),
+        mesh=CheckedMesh(
+            cells=cells,
+            nodes=sum(qualities[key].nodes for key in computed),
+            min_scaled_jacobian=min(one.min_scaled_jacobian for one in qualities.values()),
+            max_aspect_ratio=max(one.max_aspect_ratio for one in qualities.values()),
+            min_edge=min(one.min_edge for one in qualities.values()),
+        ),
+        symmetry=symmetry,
+        expected=expected,
+        warnings=(
             *case_warnings(case, settings, described, expected),
             *waiting_on_estimates(rounds),
             *mean_mass_warnings(case, rounds, described),
             *(Doubt(key, f": {words}") for key, words in check_numbers(case, break_up_settings(case), margin=1.0)),
-        ],
+        ),
         **_prescribed(case),
-    }
+    )
 
 
-def _of_drawing(table: RoundTable, found: Mapping[str, Any]) -> dict[str, Any]:
+def _of_drawing(table: RoundTable, known: CheckedRound) -> dict[str, Any]:
     made: dict[str, Any] = {}
     if isinstance(table.profile, dict) and is_of_file(table.profile):
-        made["contour"] = {"source": table.profile["source"], "notes": table.profile.get("notes", "")}
+        made["contour"] = Contour(source=table.profile["source"], notes=table.profile.get("notes", ""))
     if table.expected is not None:
-        masses = {key: getattr(table.expected, key) for key in ("casing", "charge")}
         made["drawing"] = {
-            key: {"mass": mass, "deviation": found[f"{key}_mass"] / mass - 1.0} for key, mass in masses.items() if mass
+            key: DrawnMass(mass=mass, deviation=exact / mass - 1.0)
+            for key, mass, exact in (
+                ("casing", table.expected.casing, known.casing_mass),
+                ("charge", table.expected.charge, known.charge_mass),
+            )
+            if mass
         }
     return made
 
@@ -119,12 +125,8 @@ def _of_drawing(table: RoundTable, found: Mapping[str, Any]) -> dict[str, Any]:
 def _prescribed(case: CaseTable) -> dict[str, Any]:
     contents = contents_of(case)
     rules, official = tuple(rules_for(contents, case.official)), official_part(case)
-    return {
-        "official": to_json(official),
-        "contents": to_json(contents),
-        "rules": to_json(rules),
-        "distance_to_apply": to_json(distance_to_apply(None, official, rules)),
-    }
+    to_apply = distance_to_apply(None, official, rules)
+    return {"official": official, "contents": contents, "rules": rules, "distance_to_apply": to_apply}
 
 
 def _meshed(item: Round, settings: BurstSettings, cuts: Sequence[Mirror]) -> tuple[CellMesh, MeshQuality]:
@@ -144,39 +146,43 @@ def _meshed(item: Round, settings: BurstSettings, cuts: Sequence[Mirror]) -> tup
     return mesh, quality(mesh)
 
 
-def _round(entry: Round, settings: BurstSettings, mesh: CellMesh, times: int) -> dict[str, Any]:
+def _round(entry: Round, settings: BurstSettings, mesh: CellMesh, times: int) -> CheckedRound:
     """What follows from a round; it is `times` its mesh."""
     from burst_fenicsx.meshing import part_volumes
     from burst_fenicsx.problem import Part
 
     meshed = part_volumes(mesh)
     density = {Part.CASING: entry.casing.density, Part.CHARGE: entry.explosive.density}
-    found: dict[str, Any] = {"name": entry.name}
-    found |= substances_of(entry)
     in_mesh = {"casing_mass": times * meshed[Part.CASING] * density[Part.CASING]}
     in_mesh["charge_mass"] = times * meshed[Part.CHARGE] * density[Part.CHARGE]
     exact = dict(in_mesh)
-    if entry.profile is not None:
-        profile = entry.profile
-        exact["casing_mass"] = profile.casing_volume * entry.casing.density
-        exact["charge_mass"] = profile.charge_volume * entry.explosive.density
-        found |= {"profile": profile.name, "length": profile.length, "outer_diameter": 2.0 * profile.max_radius}
-        found |= {"fuze_mass": profile.fuze_mass, "fuze_density": profile.fuze_density}
-        found |= {"charge_length": profile.charge_end - profile.charge_front}
-        found["segments"] = list(_segments(entry, mesh, times))
-    else:
-        found |= _mesh_extent(entry, mesh)
-    found |= exact
-    found["mass_error_of_mesh"] = {key: in_mesh[key] / exact[key] - 1.0 for key in exact if exact[key] > 0.0}
-    ratio = exact["charge_mass"] / exact["casing_mass"]
-    found["charge_ratio"] = ratio
-    found["detonation_velocity"] = entry.explosive.detonation_velocity
-    found["gurney_constant"] = gurney_coefficient(entry.explosive.detonation_velocity)
-    found["gurney_speed"] = gurney_speed(entry.explosive.detonation_velocity, ratio)
-    return found | _products(entry.explosive, settings)
+    shape = _mesh_extent(entry, mesh)
+    if (profile := entry.profile) is not None:
+        masses = masses_of(entry)
+        exact = {"casing_mass": masses.casing, "charge_mass": masses.charge}
+        shape = {
+            "profile": profile.name, "length": profile.length, "outer_diameter": 2.0 * profile.max_radius,
+            "fuze_mass": profile.fuze_mass, "fuze_density": profile.fuze_density,
+            "charge_length": profile.charge_end - profile.charge_front,
+            "segments": tuple(_segments(entry, profile, mesh, times)),
+        }  # fmt: skip
+    shape |= exact
+    detonation_velocity, ratio = entry.explosive.detonation_velocity, exact["charge_mass"] / exact["casing_mass"]
+    return CheckedRound(
+        name=entry.name,
+        explosive=graded_name(entry.explosive),
+        casing=graded_name(entry.casing),
+        **shape,
+        mass_error_of_mesh={key: in_mesh[key] / exact[key] - 1.0 for key in exact if exact[key] > 0.0},
+        charge_ratio=ratio,
+        detonation_velocity=detonation_velocity,
+        gurney_constant=gurney_coefficient(detonation_velocity),
+        gurney_speed=gurney_speed(detonation_velocity, ratio),
+        **_products(entry.explosive, settings),
+    )
 
 
-def _mesh_extent(entry: Round, mesh: CellMesh) -> dict[str, float]:
+def _mesh_extent(entry: Round, mesh: CellMesh) -> dict[str, Any]:
     from burst_fenicsx.problem import Part
 
     axis = np.array(entry.axis) / np.linalg.norm(entry.axis)
@@ -191,30 +197,22 @@ def _mesh_extent(entry: Round, mesh: CellMesh) -> dict[str, float]:
     }
 
 
-def _segments(entry: Round, mesh: CellMesh, times: int) -> Iterator[dict[str, Any]]:
-    """Masses by the contours; the mean wall is that of the mesh, by volume, as the burst records it."""
+def _segments(entry: Round, profile: Profile, mesh: CellMesh, times: int) -> Iterator[CheckedSegment]:
     from burst_fenicsx.problem import Part
 
-    assert entry.profile is not None
-    for segment in entry.profile.segments:
-        volumes = entry.profile.volumes(segment.start, segment.end)
-        casing, charge = volumes.casing * entry.casing.density, volumes.charge * entry.explosive.density
+    for segment, masses in zip(profile.segments, masses_of(entry).segments, strict=True):
         inside = (mesh.station >= segment.start) & (mesh.station < segment.end)
         disc = times / (math.pi * (segment.end - segment.start))
         whole, inner = (
             disc * float(mesh.volumes[part].sum()) for part in (inside, inside & (mesh.part != Part.CASING))
         )
-        speed = gurney_speed(entry.explosive.detonation_velocity, charge / casing) if charge > 0.0 else None
-        yield {
-            "name": segment.name,
-            "kind": segment.kind,
-            "start": segment.start,
-            "end": segment.end,
-            "mean_wall": math.sqrt(whole) - math.sqrt(inner),
-            "casing_mass": casing,
-            "charge_mass": charge,
-            "gurney_speed": speed,
-        }
+        ratio = masses.charge / masses.casing
+        speed = gurney_speed(entry.explosive.detonation_velocity, ratio) if ratio > 0.0 else None
+        yield CheckedSegment(
+            name=segment.name, kind=segment.kind, start=segment.start, end=segment.end,
+            mean_wall=math.sqrt(whole) - math.sqrt(inner), casing_mass=masses.casing, charge_mass=masses.charge,
+            gurney_speed=speed,
+        )  # fmt: skip
 
 
 def _products(explosive: Explosive, settings: BurstSettings) -> dict[str, Any]:
@@ -225,37 +223,30 @@ def _products(explosive: Explosive, settings: BurstSettings) -> dict[str, Any]:
     if not isinstance(products, LandauProducts):
         return {"energy_density": products.energy}
     return {
-        "P0": products.initial_pressure,
-        "Pk": products.knee_pressure,
-        "Vk_over_V0": products.knee_volume,
+        "initial_pressure": products.initial_pressure,
+        "knee_pressure": products.knee_pressure,
+        "knee_volume": products.knee_volume,
         "energy_density": products.energy,
         "effective_gurney_constant": {str(v): products.gurney_velocity(v) for v in (2.0, 3.0, 7.0)},
     }
 
 
-def fragments_report(case: CaseTable, path: Path) -> dict[str, Any]:
-    """What a file of fragments or an arena table holds.
+def fragments_report(case: CaseTable, path: Path) -> Checked:
+    """What a file of fragments or an arena table holds, and what is doubtful in it.
 
-    Returns
-    -------
-    dict
-        `fragments`: `file`, `number` and `mass` (kg) of all fragments as they are flown, of an arena table those of one
-        round; and of that `recovered`, as `flight.recovered` of summary.json. `warnings`, and `official`, `contents`,
-        `rules` and `distance_to_apply` as of `check_report`.
-
-    Raises
-    ------
-    InputError
-        The file cannot be read, or an arena table has not the mass of the case's rounds.
+    Raises InputError: the file cannot be read, or an arena table has not the mass of the case's rounds.
     """
-    found = read_arena(path, case)
-    if found is None:
+    if (known := read_arena(path, case)) is None:
         from flight import Fragments
 
         fragments = Fragments.read(path)
-        held = {"file": path.name, "number": len(fragments), "mass": float(fragments.mass.sum())}
-        return {"fragments": held, "warnings": given_fragments(case, path), **_prescribed(case)}
-    table, recovered = found
-    held = {"file": path.name, "number": float(table.number.sum()), "mass": table.total_mass}
-    warnings = [recovered.warning] if recovered.warning else []
-    return {"fragments": {**held, "recovered": recovered.summary()}, "warnings": warnings, **_prescribed(case)}
+        held = CheckedFragments(file=path.name, number=len(fragments), mass=float(fragments.mass.sum()))
+        warnings = given_fragments(case, path)
+    else:
+        table, recovered = known
+        held = CheckedFragments(
+            file=path.name, number=float(table.number.sum()), mass=table.total_mass,
+            recovered=Recovered(**recovered.summary()),
+        )  # fmt: skip
+        warnings = [recovered.warning] if recovered.warning else []
+    return Checked(case=plain(case), fragments=held, warnings=tuple(warnings), **_prescribed(case))

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fragfield.case.conversion.rounds import masses_of
+from fragfield.results.check import ExpectedCost
 from transition.law.mean_mass import gurney_speed
 
 if TYPE_CHECKING:
@@ -24,37 +26,23 @@ _BYTES_AT_START = 272e6
 
 
 def expected_cost(
-    settings: BurstSettings, rounds: Sequence[Round], meshes: Sequence[CellMesh], cells: int, share: float
-) -> dict[str, Any]:
-    """Estimate what a burst will cost.
-
-    Parameters
-    ----------
-    settings : BurstSettings
-        How the burst is computed.
-    rounds : sequence of Round
-        The cased charges.
-    meshes : sequence of CellMesh
-        Of each round, or of its computed part.
-    cells : int
-        That are computed.
-    share : float
-        Their fraction of the whole.
-
-    Returns
-    -------
-    dict
-        `stable_time_step` (s), the first one; `end_time` (s), None where a round is from a mesh file and the case gives
-        none; `memory_bytes`.
-    """
-    return {
-        "stable_time_step": min(
+    settings: BurstSettings,
+    rounds: Sequence[Round],
+    meshes: Sequence[CellMesh],
+    cells: int,
+    share: float,
+    attitudes: int | None,
+) -> ExpectedCost:
+    """Estimate what a burst will cost: `meshes` of the computed parts of rounds, `cells` a `share` of the whole."""
+    return ExpectedCost(
+        stable_time_step=min(
             mesh.shortest_edge / max(_sound_speed(entry), entry.explosive.detonation_velocity)
             for entry, mesh in zip(rounds, meshes, strict=True)
         ),
-        "end_time": expected_end(settings, rounds),
-        "memory_bytes": _BYTES_AT_START + (_BYTES_PER_CELL + _BYTES_PER_CELL_OF_WHOLE / share) * cells,
-    }
+        end_time=expected_end(settings, rounds),
+        memory_bytes=_BYTES_AT_START + (_BYTES_PER_CELL + _BYTES_PER_CELL_OF_WHOLE / share) * cells,
+        attitudes=attitudes,
+    )
 
 
 def expected_end(settings: BurstSettings, rounds: Sequence[Round]) -> float | None:
@@ -70,11 +58,7 @@ def expected_end(settings: BurstSettings, rounds: Sequence[Round]) -> float | No
     if len(profiles) < len(rounds):
         return None
     front = np.array([one.explosive.detonation_velocity for one in rounds])
-    ratio = [
-        profile.charge_volume * one.explosive.density / (profile.casing_volume * one.casing.density)
-        for one, profile in zip(rounds, profiles, strict=True)
-    ]
-    speed = np.array([gurney_speed(*pair) for pair in zip(front, ratio, strict=True)])
+    speed = np.array([gurney_speed(one.explosive.detonation_velocity, masses_of(one).ratio) for one in rounds])
     radius = np.array([profile.max_radius for profile in profiles])
     half = np.array([0.5 * (profile.charge_end - profile.charge_front) for profile in profiles]) / front
     initiated = np.array([max((point.delay for point in one.ignition), default=np.inf) for one in rounds])

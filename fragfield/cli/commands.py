@@ -18,7 +18,7 @@ from fragfield.cli.guard import print_paths
 from fragfield.errors import EXIT_DONE, EXIT_NUMERICAL, InputError
 from fragfield.interface.kinds import CaseOrRun, File, Kind, PathName, RunFolder
 from fragfield.pipeline.parallel import launched_rank
-from fragfield_base.paths import absolute
+from fragfield_base.paths import absolute, shown
 
 if TYPE_CHECKING:
     from fragfield.importing.table import ImportedTable
@@ -103,10 +103,17 @@ def check(call: Call, done: CheckResult, *, drawing: File | None = None, resolve
         Print the case as well, with every default, in everyday units.
     """
     from fragfield.checking.show import print_check
+    from fragfield.results.part import to_json, with_texts
+    from fragfield.terminal.logs import visible
 
     del call
-    drawn = {} if drawing is None else {"drawings": [str(path) for path in done.draw(drawing)]}
-    return Given(done.found | drawn, lambda found: print_check(found, done.case.values if resolved else None))
+    drawn = [] if drawing is None else [str(path) for path in done.draw(drawing)]
+
+    def show(_: dict[str, Any]) -> None:
+        found = with_texts(done.found, lambda text: str(visible(shown(text))))
+        print_check(found, done.case.values if resolved else None, drawings=shown(drawn))
+
+    return Given(to_json(done.found) | ({"drawings": drawn} if drawn else {}), show)
 
 
 @command(_RUN, "only fragments")
@@ -285,7 +292,9 @@ def warm_up(call: Call, found: dict[str, Any]) -> Given:
 
 def _of_study(call: Call, study: Any) -> Given:  # noqa: ANN401 - a `Study`, not loaded for it
     del call
-    return Given(study.found, lambda _: study.print(), study.exit_code)
+    from fragfield.results.part import to_json
+
+    return Given(to_json(study.found), lambda _: study.print(), study.exit_code)
 
 
 def studies() -> Iterator[Command]:

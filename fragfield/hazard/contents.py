@@ -1,17 +1,15 @@
-"""What stands there: relative positions of rounds and planes, net explosive quantity and masses for the rules."""
+"""What stands there: images of rounds, net explosive quantity and masses for the rules."""
 
 from __future__ import annotations
 
 from functools import cache
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from fragfield.case.conversion.attitude import attitude_of
-from fragfield.case.conversion.exposed_sites import describe_exposed
-from fragfield.case.conversion.rounds import are_alike, heights, mirrored, placed
-from fragfield.case.conversion.surroundings import describe_surroundings, ground_height
-from fragfield.results.part import to_json
+from fragfield.case.conversion.clearance import min_clearance, placed_body
+from fragfield.case.conversion.rounds import are_alike, burst_round, first_alike, images, masses_of, mirrored
+from fragfield.case.conversion.surroundings import ground_height
 from fragfield.results.rules import Contents
 from fragfield_base.substances import substance, substance_key, substance_title, substances_with
 
@@ -23,86 +21,16 @@ if TYPE_CHECKING:
     from burst_fenicsx.geometry import Profile
     from fragfield.case import CaseTable
     from fragfield.case.conversion.clearance import Body
-    from fragfield.case.tables.round import PlaneTable, RoundTable
+    from fragfield.case.tables.round import RoundTable
 
 
 _SAME_HEIGHT = 1e-6  # of the ground in the burst and in flight (m)
 
 
-def arrangement(case: CaseTable) -> dict[str, Any]:
-    """Rounds, smallest clear distance, planes and contact of a resolved case with a burst; SI, angles in degrees.
-
-    `attitude` (as `hazard.attitude` of summary.json), `rounds` (name, position, axis, number of ignition points, first
-    and last delay, `initiation`), `min_clearance` (two names and the clear distance, or None for a single round),
-    `planes` (name, kind, the nearest round and its clear distance), `surroundings` (of the flight) and `contact`.
-    """
-    from fragfield.case.problem import burst_settings
-
-    bodies = [placed(entry) for entry in case.round]
-    contact = burst_settings(case).contact
-    return {
-        "attitude": to_json(attitude_of(case)),
-        "rounds": [
-            {
-                "name": entry.name,
-                "position": list(entry.position),
-                "axis": list(entry.axis),
-                "ignition_points": len(entry.ignition or []),
-                "delays": [min(times), max(times)] if (times := [p.delay for p in entry.ignition or []]) else None,
-                "initiation": entry.initiation.model_dump() if entry.initiation else None,
-            }
-            for entry in case.round
-        ],
-        "min_clearance": _min_clearance(case, bodies),
-        "planes": [_plane(case, plane, bodies) for plane in case.plane],
-        "surroundings": {**describe_surroundings(case), "exposed": describe_exposed(case)},
-        "contact": {
-            "charge_casing": contact.charge_casing,
-            "cohesion": contact.cohesion,
-            "tensile_strength": contact.tensile_strength,
-            "friction_angle_deg": contact.friction_angle,
-            "surfaces": contact.surfaces,
-            "surface_friction_angle_deg": contact.surface_friction_angle,
-        },
-    }
-
-
-def _min_clearance(case: CaseTable, bodies: Sequence[Body]) -> dict[str, Any] | None:
-    from fragfield.case.conversion.clearance import min_clearance
-
-    found = min_clearance(bodies)
-    if found is None:
-        return None
-    first, second, gap = found
-    return {"rounds": [case.round[first].name, case.round[second].name], "clearance": max(gap, 0.0)}
-
-
-def _plane(case: CaseTable, plane: PlaneTable, bodies: Sequence[Body]) -> dict[str, Any]:
-    from fragfield.case.problem import rigid_plane
-
-    low = [heights(body, plane)[0] for body in bodies]
-    nearest = int(np.argmin(np.round(low, 9)))
-    rigid = rigid_plane(plane)
-    return {
-        "name": plane.name,
-        "kind": plane.kind,
-        "point": list(rigid.point),
-        "normal": list(rigid.normal),
-        "friction_angle_deg": None if plane.kind == "symmetry" else rigid.friction_angle,
-        "nearest_round": case.round[nearest].name,
-        "clearance": max(low[nearest], 0.0),
-    }
-
-
 def with_images(case: CaseTable) -> NDArray[np.float64]:
     """Positions (m) of the rounds and of all their mirror images, shape (n, 3)."""
     places = np.array([entry.position for entry in case.round], dtype=np.float64)
-    for plane in case.plane:
-        if plane.kind == "symmetry":
-            normal, point = np.array(plane.normal), np.array(plane.point)
-            images = places - 2.0 * ((places - point) @ normal)[:, None] * normal
-            places = np.concatenate([places, images])
-    return places
+    return np.concatenate([places @ mirror.T + shift for mirror, shift in images(case)])
 
 
 def image_names(case: CaseTable) -> list[str]:
@@ -154,12 +82,10 @@ def quantity_words(explosive: float, tnt: float, equivalents: Sequence[str]) -> 
 
 def contents_of(case: CaseTable) -> Contents | None:
     """What a resolved case's rounds hold, images behind planes of symmetry too; None of a case without rounds."""
-    from fragfield.case.conversion.rounds import burst_round, first_alike, masses_of
-
     if not case.round:
         return None
     positions = with_images(case)
-    images = len(positions) // len(case.round)
+    times = len(positions) // len(case.round)
     explosive = tnt = all_up = heaviest = 0.0
     words, profiles, first = [], [], first_alike(case)
     masses = {index: masses_of(case.round[index]) for index in set(first)}
@@ -167,12 +93,11 @@ def contents_of(case: CaseTable) -> Contents | None:
         one, mass = burst_round(entry, f"round[{number + 1}]"), masses[first[number]]
         if one.profile is not None:
             profiles.append(one.profile)
-        whole = mass.charge + mass.casing + mass.fuze
         factor, said = tnt_equivalent(one.explosive.name)
         if said:
             words.append(said)
-        explosive, all_up = explosive + images * mass.charge, all_up + images * whole
-        tnt, heaviest = tnt + images * mass.charge * factor, max(heaviest, whole)
+        explosive, all_up = explosive + times * mass.charge, all_up + times * mass.whole
+        tnt, heaviest = tnt + times * mass.charge * factor, max(heaviest, mass.whole)
     known = len(profiles) == len(case.round)
     in_a_row = _on_a_line(positions)
     return Contents(
@@ -200,8 +125,6 @@ def _on_a_line(positions: NDArray[np.float64]) -> bool:
 
 def _clearance(case: CaseTable, profiles: Sequence[Profile]) -> float | None:
     """Smallest clear distance (m) between the rounds of a row and their images."""
-    from fragfield.case.conversion.clearance import min_clearance, placed_body
-
     placed = [
         (np.array(entry.position, dtype=np.float64), np.array(entry.axis, dtype=np.float64), profile)
         for profile, entry in zip(profiles, case.round, strict=True)

@@ -19,22 +19,13 @@ from typing import TYPE_CHECKING, Any
 
 from fragfield.results.convergence import Convergence
 from fragfield.results.hazard import DistanceParts, Hazard
-from fragfield.results.words import (
-    PARTS,
-    Part,
-    not_included_words,
-    parts_of,
-    parts_words,
-)
-
-__all__ = [  # words, until all ask for them in results/words.py
-    "PARTS", "RULE", "Part", "hazard_of", "not_included_words", "parts_of", "parts_words", "recommended_of",
-]  # fmt: skip
+from fragfield.results.words import PARTS
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from fragfield.results.hazard import WithoutRicochet
+    from fragfield.results.uncertainty import UncertaintyResult
 
 
 RULE = (
@@ -57,29 +48,28 @@ def hazard_of(headline: Mapping[str, Any]) -> Hazard:
 
 
 def recommended_of(
-    hazard: Hazard | Mapping[str, Any],
-    convergence: Convergence | Mapping[str, Any] | None,
-    study: Mapping[str, Any] | None = None,
+    hazard: Hazard,
+    convergence: Convergence | None,
+    study: UncertaintyResult | None = None,
 ) -> Hazard:
     """The part `hazard` of the summary with the recommended distance, its parts, and why others are not included.
 
     Parameters
     ----------
     hazard, convergence : Hazard, Convergence
-        Parts of the summary, or what flights and other cell sizes gave.
-    study : mapping, optional
-        uncertainty.json of a study of this run.
+        Parts of the summary.
+    study : UncertaintyResult, optional
+        Of a study of this run.
     """
-    hazard = hazard if isinstance(hazard, Hazard) else hazard_of(hazard)
     if not hazard.determined or hazard.expected is None:
         nothing = DistanceParts(**dict.fromkeys(PARTS))
         short = replace(hazard.without_ricochet, recommended=None)
         return replace(hazard, recommended=None, parts=nothing, not_included={}, without_ricochet=short)
-    spread = ((study or {}).get("distance") or {}).get("spread")
+    distance = None if study is None else study.distance
     grid, no_grid = _grid(convergence)
     parts = DistanceParts(
         expected=hazard.expected, **_statistical(hazard, hazard), grid=grid, table=hazard.table_width,
-        inputs=None if spread is None else max(float(spread["high"]) - hazard.expected, 0.0),
+        inputs=None if distance is None else max(distance.spread.high - hazard.expected, 0.0),
     )  # fmt: skip
     reasons = {
         "grid": no_grid,
@@ -102,9 +92,9 @@ def _statistical(hazard: Hazard, of: Hazard | WithoutRicochet) -> dict[str, floa
     return {"quadrature": width if integrated else None, "randomness": None if integrated else width}
 
 
-def _grid(convergence: Convergence | Mapping[str, Any] | None) -> tuple[float | None, str]:
+def _grid(convergence: Convergence | None) -> tuple[float | None, str]:
     """Half-width (m) by the cell size, or why it is not known."""
-    found = convergence if isinstance(convergence, Convergence) else Convergence.read(convergence or {"reason": ""})
+    found = convergence or Convergence(reason="")
     entry = (found.quantities or {}).get("expected_distance")
     if entry is not None and entry.uncertainty is not None:
         return entry.uncertainty, ""

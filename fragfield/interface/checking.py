@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -13,13 +13,14 @@ from fragfield.case.changes import read_settings
 from fragfield.case.faults import CaseFaults, explain
 from fragfield.case.tables.round import ContourTable
 from fragfield.case.tables.site import PlacesTable, SiteTable
-from fragfield.case.write import plain, tables_to_toml
+from fragfield.case.write import tables_to_toml
 from fragfield.checking import check as checking
 from fragfield.checking.check import fragments_report
 from fragfield.contours import read as contours
 from fragfield.errors import InputError
 from fragfield.interface.case import Case, case_of
 from fragfield.interface.kinds import CaseOrRun, File, PathName, Settings
+from fragfield.results.check import Checked, CheckedBurst
 from fragfield_base.paths import absolute
 from fragfield_base.writing import write_text
 
@@ -38,19 +39,19 @@ class CheckResult:
     ----------
     case : Case
         The case.
-    found : dict
-        As `fragfield check --json` prints it: `rounds`, `arrangement`, `geometry`, `mesh`, `symmetry`, `expected`,
-        `warnings`, `official`, `contents`, `rules`, `distance_to_apply`, and `fragments` where such were given; numbers
-        in SI. Of a case without a burst there are no `rounds` to `expected`.
+    found : Checked
+        What `fragfield check --json` prints, by attribute: `warnings`, `official`, `contents`, `rules`,
+        `distance_to_apply`, `fragments` (None where none were given), and of a case with a burst `rounds`,
+        `arrangement`, `geometry`, `mesh`, `symmetry`, `expected`; numbers in SI.
     """
 
     case: Case
-    found: dict[str, Any]
+    found: Checked | CheckedBurst
 
     @property
     def warnings(self) -> list[str]:
         """What looks doubtful in the case."""
-        return list(self.found["warnings"])
+        return list(self.found.warnings)
 
     def draw(self, path: PathName) -> list[Path]:
         """Write the dimensioned drawing of the round (.svg), of different rounds one each; their paths.
@@ -74,7 +75,7 @@ class CheckResult:
         return written
 
     def __repr__(self) -> str:
-        what = f"{self.found['mesh']['cells']} cells" if "mesh" in self.found else "no burst"
+        what = f"{self.found.mesh.cells} cells" if isinstance(self.found, CheckedBurst) else "no burst"
         return f"<fragfield.CheckResult {self.case.title!r}: {what}, {len(self.warnings)} warnings>"
 
     def __str__(self) -> str:
@@ -98,7 +99,7 @@ def check(
     set : sequence of str, or mapping
         Replaces a value of the case, by its dotted key; repeatable. In Python see `Case.from_toml`.
     fragments : path, optional
-        Fly these fragments (.h5, .csv, or an arena table), not the run's. In Python `found["fragments"]` says what of
+        Fly these fragments (.h5, .csv, or an arena table), not the run's. In Python `found.fragments` says what of
         the casing they hold.
 
     Raises
@@ -109,10 +110,10 @@ def check(
     found = case_of(case, set=set, burst=fragments is None)
     given = None if fragments is None else fragments_report(found.values, absolute(fragments, InputError))
     if found.values.burst is None and given is not None:
-        return CheckResult(found, {"case": plain(found.values), **given})
+        return CheckResult(found, given)
     report = checking.check_report(found.values)
     if given is not None:
-        report |= {"fragments": given["fragments"], "warnings": [*report["warnings"], *given["warnings"]]}
+        report = replace(report, fragments=given.fragments, warnings=(*report.warnings, *given.warnings))
     return CheckResult(found, report)
 
 

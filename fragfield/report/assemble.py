@@ -36,6 +36,7 @@ if TYPE_CHECKING:
 
     from fragfield.report.reading.run_files import RunFiles
     from fragfield.results.site import Estimate, Probability
+    from fragfield.results.uncertainty import UncertaintyResult
 
 
 _PICTURES = {
@@ -99,14 +100,14 @@ def write_report(run_dir: Path | str, path: Path | str | None = None, *, picture
     return target
 
 
-def write_uncertainty_page(folder: Path, run_directory: Path, found: Mapping[str, Any]) -> Path:
+def write_uncertainty_page(folder: Path, run_directory: Path, found: UncertaintyResult) -> Path:
     """Write uncertainty.html and its figures.
 
     `folder`: the study's; `run_directory`: the nominal run, for title, document number and version; `found`:
-    uncertainty.json.
+    what the samples say.
     """
     run = read_run(run_directory)
-    run.study = dict(found)
+    run.study = found
     target = folder / "uncertainty.html"
     _write(run, target, STUDY, [name for name in FIGURES if name.startswith("uncertainty_")], pictures=False)
     return target

@@ -23,6 +23,7 @@ from fragfield.report.findings.findings import findings
 from fragfield.report.findings.reasons import reasons_against, reasons_for
 from fragfield.report.first_page import what_was_computed
 from fragfield.report.study import of_distance, study
+from fragfield.results.part import to_json
 from fragfield.results.words import basis_words, distances, metres_and_error, parts_words, whole_metres
 from fragfield_base.substances import substance_title
 
@@ -275,7 +276,7 @@ def _burst(run: RunFiles) -> dict[str, Any] | None:
     rows = [row("Cell size", size, "m"), *(line for one in shown("mesh", "burst") for line in one.rows(run.summary))]
     words = {"3d": "three dimensions", "axisymmetric": "axisymmetric"}[burst.geometry]
     rows.append(row("Geometry of the burst", words, "", burst.geometry_reason))
-    for line in symmetry_words(burst.symmetry):
+    for line in symmetry_words(to_json(burst.symmetry)):
         head, _, rest = line.partition(": ")
         rows.append(Row(head.capitalize(), rest))
     for one in shown("report", "burst.contact", "burst.passed_through"):

@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING, Any
 
 from fragfield.hazard.recommended import RULE
 from fragfield.numbers import SPACE, Row
-from fragfield.results.hazard import Recommended
 from fragfield.results.words import parts_of, parts_words, whole_metres
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterator
 
     from fragfield.report.reading.run_files import RunFiles
+    from fragfield.results.uncertainty import UncertaintyResult
 
 
 _ESTIMATOR = (
@@ -24,27 +24,27 @@ _APPLIES = {"value": "", "factor": "factor on the case's value: ", "shift": "add
 
 def study(run: RunFiles) -> dict[str, Any] | None:
     """A study of uncertainty: the recommended distance with its parts, shares of the inputs, and their sources."""
-    if not (found := run.study):
+    if (found := run.study) is None:
         return None
     shown_inputs = {"study": found, "inputs": [*_uncertain_inputs(found)], "places": [*_places(found)]}
-    if not (entry := found.get("distance")):
+    if (entry := found.distance) is None or (hazard := found.hazard) is None:
         return shown_inputs
-    spread, hazard, estimator = entry["spread"], Recommended.read(found["hazard"]), entry["estimator"]
-    span = f"{whole_metres(spread['low'])}{SPACE}–{SPACE}{whole_metres(spread['high'])}"
-    error, what = f"± {spread['median_standard_error']:.1f}", "taken out" if spread["resolved"] else "included"
+    spread, estimator = entry.spread, entry.estimator
+    span = f"{whole_metres(spread.low)}{SPACE}–{SPACE}{whole_metres(spread.high)}"
+    error, what = f"± {spread.median_standard_error:.1f}", "taken out" if spread.resolved else "included"
     shares = [
         (
-            one["name"],
-            f"{100 * one['share']:.1f}{SPACE}±{SPACE}{100 * one['share_standard_error']:.1f}",
-            f"{100 * one['share_low']:.0f}{SPACE}–{SPACE}{100 * one['share_high']:.0f}",
+            one.name,
+            f"{100 * one.share:.1f}{SPACE}±{SPACE}{100 * one.share_standard_error:.1f}",
+            f"{100 * one.share_low:.0f}{SPACE}–{SPACE}{100 * one.share_high:.0f}",
         )
-        for one in sorted(entry.get("shares") or (), key=lambda one: -float(one["share"]))
+        for one in sorted(entry.shares, key=lambda one: -one.share)
     ]
-    left = f"{100 * (1.0 - estimator['explained']):.0f}" if shares else ""
+    left = f"{100 * (1.0 - (estimator.explained or 0.0)):.0f}"
     return shown_inputs | {
         "cards": (
             ("Recommended distance", whole_metres(hazard.recommended), "m", parts_words(hazard)),
-            ("Median over the inputs", whole_metres(spread["median"]), "m", f"{error} m for the number of samples"),
+            ("Median over the inputs", whole_metres(spread.median), "m", f"{error} m for the number of samples"),
             ("5 to 95 % over the inputs", span, "m", f"statistical errors of the samples {what}"),
         ),
         "parts": [
@@ -53,40 +53,35 @@ def study(run: RunFiles) -> dict[str, Any] | None:
         ],
         "rule": RULE,
         "shares": shares,
-        "estimator": _ESTIMATOR.format(samples=estimator["samples"], left=left) if shares else "",
+        "estimator": _ESTIMATOR.format(samples=estimator.samples, left=left) if shares else "",
     }
 
 
 def of_distance(run: RunFiles) -> dict[str, Any] | None:
     """The same, where samples gave a distance."""
-    return study(run) if run.study.get("distance") else None
+    return study(run) if run.study and run.study.distance else None
 
 
-def _places(found: Mapping[str, Any]) -> Iterator[tuple[str, ...]]:
-    quantities = (("density", "density (1/m²)"), ("hits", "expected hits"), ("probability", "probability of a hit"))
-    for place in found["exposed"]:
-        for name, words in quantities:
-            if (entry := place[name]) is None:
+def _places(found: UncertaintyResult) -> Iterator[tuple[str, ...]]:
+    for site in found.exposed:
+        for entry, words in (
+            (site.density, "density (1/m²)"), (site.hits, "expected hits"), (site.probability, "probability of a hit"),
+        ):  # fmt: skip
+            if entry is None:
                 continue
-            spread, largest = (
-                entry["spread"],
-                max(entry.get("shares") or [], key=lambda one: one["share"], default=None),
-            )
-            most = "–" if largest is None else f"{largest['name']} ({100 * largest['share']:.0f}{SPACE}%)"
-            values = (entry["nominal"], spread["low"], spread["median"], spread["high"])
-            yield (place["name"], words, *(f"{value:.3g}" for value in values), most)
+            largest = max(entry.shares, key=lambda one: one.share, default=None)
+            most = "–" if largest is None else f"{largest.name} ({100 * largest.share:.0f}{SPACE}%)"
+            values = (entry.nominal, entry.spread.low, entry.spread.median, entry.spread.high)
+            yield (site.name, words, *(f"{value:.3g}" for value in values), most)
 
 
-def _uncertain_inputs(found: Mapping[str, Any]) -> Iterator[Row]:
+def _uncertain_inputs(found: UncertaintyResult) -> Iterator[Row]:
     """What is uncertain, and where that comes from, in running text."""
-    for entry in found["inputs"]:
-        keys = entry["keys"]
-        more = f" and {len(keys) - 2} more" if len(keys) > 2 else ""
-        words, source = (
-            text[:1].upper() + text[1:] for text in (_APPLIES[entry["applies"]] + entry["words"], entry["source"])
-        )
+    for entry in found.inputs:
+        more = f" and {len(entry.keys) - 2} more" if len(entry.keys) > 2 else ""
+        words, source = (text[:1].upper() + text[1:] for text in (_APPLIES[entry.applies] + entry.words, entry.source))
         yield Row(
-            entry["name"][:1].upper() + entry["name"][1:],
-            f"{words}. Key: {', '.join(keys[:2])}{more}. {source}",
-            note="judgement" if entry["judgement"] else "",
+            entry.name[:1].upper() + entry.name[1:],
+            f"{words}. Key: {', '.join(entry.keys[:2])}{more}. {source}",
+            note="judgement" if entry.judgement else "",
         )

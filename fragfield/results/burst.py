@@ -36,14 +36,19 @@ class UnusedPlane(Part):
     reason: str = out("Why it is no plane of symmetry")
 
 
-class Symmetry(Part):
-    """What of the arrangement was computed."""
+class ComputedPart(Part):
+    """What of the arrangement is computed."""
 
     planes: tuple[SymmetryPlane, ...] = out("Planes of symmetry used")
     computed_rounds: tuple[ComputedRound, ...] = out("Rounds computed, whole or in part")
     image_rounds: tuple[ImageRound, ...] = out("Rounds that are images of computed ones")
     share: float = out("Fraction of the arrangement that was computed")
     not_used: tuple[UnusedPlane, ...] = out("Planes that the positions alone would allow")
+
+
+class Symmetry(ComputedPart):
+    """What of the arrangement was computed."""
+
     all_cells: int = out("Cells with those of the images")
 
 

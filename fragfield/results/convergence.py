@@ -10,7 +10,7 @@ from fragfield.results.part import Part, out
 class ConvergedQuantity(Part):
     """Grid convergence of a quantity."""
 
-    values: tuple[float | None, ...] = out("By size, as in `sizes`")  # type: ignore[assignment]  # as keys are read
+    values: tuple[float | None, ...] = out("By size, as in `sizes`")
     standard_errors: tuple[float | None, ...] | None = out(
         "Statistical errors, of distances and counts alone", default=None
     )

@@ -10,14 +10,13 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Mapping
 from functools import cache
 from typing import TYPE_CHECKING, Any, ClassVar, Self, dataclass_transform, get_args, get_type_hints
 
 from fragfield.errors import InputError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator, Mapping
 
     from pydantic import TypeAdapter
 
@@ -79,7 +78,7 @@ def out(
 
 
 @dataclass_transform(frozen_default=True, kw_only_default=True, field_specifiers=(out, dataclasses.field))
-class Part(Mapping[str, Any]):
+class Part:
     """A part of the summary; subclasses are frozen dataclasses with keyword arguments."""
 
     whole: ClassVar[bool] = False
@@ -89,25 +88,13 @@ class Part(Mapping[str, Any]):
     def __init_subclass__(cls) -> None:
         dataclasses.dataclass(frozen=True, kw_only=True)(cls)
 
-    # Reading by key, until every reader asks for attributes.
-
-    def __getitem__(self, key: str) -> Any:  # noqa: ANN401
-        value = self.at(key)
-        if key not in list(self):
-            raise KeyError(key)
-        return value
-
-    def __iter__(self) -> Iterator[str]:
-        for one in dataclasses.fields(self):  # type: ignore[arg-type]
-            if getattr(self, one.name) is not None or one.default is not None:
-                yield one.metadata.get("out", Out()).key or one.name
-
-    def __len__(self) -> int:
-        return sum(1 for _ in self)
-
-    def at(self, key: str) -> Any:  # noqa: ANN401 - a value of any type
-        """The value of a key of the file; None where there is none."""
-        return getattr(self, _names(type(self)).get(key, key), None)
+    @classmethod
+    def known(cls, **values: Any) -> Self:
+        """A part of which these values alone are known; others are None."""
+        made = cls.__new__(cls)
+        for name in marks(cls):
+            object.__setattr__(made, name, values.get(name))
+        return made
 
     @classmethod
     def of_stage(cls, values: Mapping[str, Any]) -> Self:
@@ -127,7 +114,7 @@ class Part(Mapping[str, Any]):
         from pydantic import ValidationError
 
         try:
-            return adapter(cls).validate_python(values)  # a class is hashable
+            return adapter(cls).validate_python(values)  # type: ignore[arg-type]  # a class is hashable
         except ValidationError as error:
             first = error.errors()[0]
             where = ".".join(str(key) for key in first["loc"])
@@ -142,9 +129,18 @@ def adapter(part: type[Any]) -> TypeAdapter[Any]:
     return TypeAdapter(part)
 
 
+def value_at(summary: object, path: str) -> Any:  # noqa: ANN401 - a value of JSON
+    """The value at a path of keys of the file, joined by dots; None where there is none."""
+    found: Any = summary
+    for key in path.split("."):
+        name = _names(type(found)).get(key, key)  # type: ignore[arg-type]
+        found = found.get(key) if isinstance(found, dict) else getattr(found, name, None)
+    return found
+
+
 @cache
-def _names(part: type[Part]) -> dict[str, str]:
-    return {mark.key: name for name, mark in marks(part).items() if mark.key}
+def _names(part: type[Any]) -> dict[str, str]:
+    return {mark.key: name for name, mark in marks(part).items() if mark.key} if issubclass(part, Part) else {}
 
 
 def marks(part: type[Part]) -> dict[str, Out]:
@@ -171,7 +167,7 @@ def _filled(part: type[Part], values: Any, *, known_alone: bool = False) -> Any:
         return [_filled(part, one, known_alone=known_alone) for one in values]
     if not isinstance(values, dict):
         return values
-    kinds, found = _kinds(part), {}
+    kinds, found = _kinds(part), {}  # type: ignore[arg-type]
     for key, value in values.items():
         number, inner = kinds.get(key, (False, None))
         if inner is not None:
@@ -189,12 +185,32 @@ def part_in(kind: Any) -> type[Part] | None:  # noqa: ANN401 - a type
     return next((one for one in inner if one is not None), None)
 
 
+def with_texts(value: Any, change: Callable[[str], str]) -> Any:  # noqa: ANN401 - of the kind that is given
+    """A part, list or table in which every text is changed."""
+    if isinstance(value, str):
+        return change(value)
+    if isinstance(value, Part):
+        names = (one.name for one in dataclasses.fields(value))  # type: ignore[arg-type]
+        changed = {name: with_texts(getattr(value, name), change) for name in names}
+        return dataclasses.replace(value, **changed)  # type: ignore[type-var]
+    if isinstance(value, dict):
+        return {key: with_texts(entry, change) for key, entry in value.items()}
+    return type(value)(with_texts(one, change) for one in value) if isinstance(value, (list, tuple)) else value
+
+
 def to_json(value: object) -> Any:  # noqa: ANN401 - a value of JSON
     """A part, or values of a stage, as JSON has them: what was never reached, NaN and infinity, is null."""
     if hasattr(value, "tolist"):
         value = value.tolist()
     if isinstance(value, Part):
-        return {key: to_json(value[key]) for key in value}
+        entries = ((one, getattr(value, one.name)) for one in dataclasses.fields(value))  # type: ignore[arg-type]
+        return {
+            one.metadata.get("out", Out()).key or one.name: to_json(entry)
+            for one, entry in entries
+            if entry is not None or one.default is not None
+        }
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        return to_json(vars(value))
     if isinstance(value, dict):
         return {str(key): to_json(entry) for key, entry in value.items()}
     if isinstance(value, (list, tuple)):

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from itertools import pairwise
 from math import hypot
 from pathlib import Path
@@ -26,7 +26,8 @@ from fragfield.files.run_directory import RunDirectory
 from fragfield.hazard.contents import with_images
 from fragfield.interface.kinds import Every, Length, Steps
 from fragfield.interface.tables import Table, table_of_rows
-from fragfield.results.rules import DistanceOfUse, DistanceToApply
+from fragfield.results.part import Part, out
+from fragfield.results.rules import DistanceOfUse
 from fragfield.results.words import metres, whole_metres
 from fragfield.studies.study import DONE, FAILED, KEPT, Row, exit_code_of_rows, maker
 from fragfield.studies.sweep import Sweep, settings_of
@@ -37,6 +38,7 @@ if TYPE_CHECKING:
 
     from rich.console import Console
 
+    from fragfield.results.summary import Summary
     from fragfield.studies.sweep import Planned
     from fragfield.studies.tasks import Task
 
@@ -74,6 +76,30 @@ class LimitRow(Row):
     """Why the criteria are not met."""
 
 
+class Reached(Part):
+    """A number of rounds; kg, m."""
+
+    value: Any = out("Of the key")
+    rounds: int
+    explosive: float | None = out("Net explosive quantity", "kg")
+    recommended: float | None = out("Recommended distance", "m")
+    run: str | None = out("Its run directory")
+
+
+class LimitResult(Part):
+    """What a limit gives."""
+
+    directory: str
+    case_file: str
+    key: str
+    criteria: str
+    limit: Reached | None = out("None where not even the smallest number meets the criteria")
+    first_not_met: Reached | None = out("None where all meet them")
+    words: tuple[str, ...]
+    exit_code: int
+    runs: tuple[LimitRow, ...]
+
+
 @dataclass(repr=False)
 class Limit(Sweep):
     """The largest number of rounds for which a case still meets its criteria.
@@ -92,10 +118,10 @@ class Limit(Sweep):
     ----------
     path : Path
         The folder: a run directory for each run, limit.csv and limit.json.
-    found : dict
-        As `fragfield limit --json` prints it: `key`, `criteria`, `limit` (value, rounds, explosive, recommended, run;
-        None where not even the smallest meets them), `first_not_met` (the same; None where all meet them), `words`,
-        `exit_code` and `runs`: those computed, as in a sweep, with `rounds`, `met`, quantities and `reasons`.
+    found : LimitResult
+        What `fragfield limit --json` prints, by attribute: `key`, `criteria`, `limit` and `first_not_met` (value,
+        rounds, explosive, recommended, run), `words`, `exit_code` and `runs`: those computed, as in a sweep, with
+        `rounds`, `met`, quantities and `reasons`.
 
     Raises
     ------
@@ -162,17 +188,17 @@ class Limit(Sweep):
             if row.state == FAILED:
                 row.met, row.reasons = False, [f"the run failed: {row.message}"]
             elif row.directory is not None and row.state in (DONE, KEPT):
-                judge(row, RunDirectory(Path(row.directory)).summary(), self._limit, exposed=self._exposed)
+                judge(row, RunDirectory(Path(row.directory)).results(), self._limit, exposed=self._exposed)
 
-    def result(self) -> dict[str, Any]:
+    def result(self) -> Part:
         """The limit, with sentences, and the rows computed."""
         rows = self.computed
         limit, first_not_met, words = limit_of(rows, asked=[row.rounds for row in self.rows])
-        return {
-            "directory": str(self.path), "case_file": str(self.case_file), "key": self.key, "criteria": self.criteria,
-            "limit": self._named(limit), "first_not_met": self._named(first_not_met), "words": words,
-            "exit_code": exit_code_of_rows(rows), "runs": [asdict(row) for row in rows],
-        }  # fmt: skip
+        return LimitResult(
+            directory=str(self.path), case_file=str(self.case_file), key=self.key, criteria=self.criteria,
+            limit=self._named(limit), first_not_met=self._named(first_not_met), words=tuple(words),
+            exit_code=exit_code_of_rows(rows), runs=tuple(rows),
+        )  # fmt: skip
 
     @property
     def computed(self) -> list[LimitRow]:
@@ -187,13 +213,13 @@ class Limit(Sweep):
             parts.append(f"the distance to apply for storage and handling is at most {metres(self._limit)}")
         return " and ".join(parts)
 
-    def _named(self, row: LimitRow | None) -> dict[str, Any] | None:
+    def _named(self, row: LimitRow | None) -> Reached | None:
         if row is None:
             return None
-        return {
-            "value": row.values[self.key], "rounds": row.rounds, "explosive": row.explosive,
-            "recommended": row.recommended, "run": row.directory,
-        }  # fmt: skip
+        return Reached(
+            value=row.values[self.key], rounds=row.rounds, explosive=row.explosive, recommended=row.recommended,
+            run=row.directory,
+        )  # fmt: skip
 
     def csv_rows(self) -> Iterator[list[object]]:
         """One row a run computed."""
@@ -220,27 +246,27 @@ class Limit(Sweep):
 
     def _words(self) -> list[str]:
         """The limit in one sentence, and what is to be known of it."""
-        limit = self.found["limit"]
+        limit = self.found.limit
         if limit is None:
             return [f"limit: none, so that {self.criteria}", *self.remarks]
-        quantity = "" if limit["explosive"] is None else f", net explosive quantity {limit['explosive']:.3g} kg"
-        where = f"{_rounds(self.rounds)} ({self.key} = {limit['value']}{quantity})"
+        quantity = "" if limit.explosive is None else f", net explosive quantity {limit.explosive:.3g} kg"
+        where = f"{_rounds(self.rounds)} ({self.key} = {limit.value}{quantity})"
         return [f"limit: {where}, so that {self.criteria}", *self.remarks]
 
     @property
     def rounds(self) -> int:
         """Largest number of rounds up to which all that was computed meets the criteria; 0 where none does."""
-        return 0 if self.found["limit"] is None else int(self.found["limit"]["rounds"])
+        return 0 if self.found.limit is None else int(self.found.limit.rounds)
 
     @property
     def explosive(self) -> float:
         """Net explosive quantity (kg) at the limit; 0 where not even the smallest is allowed."""
-        return 0.0 if self.found["limit"] is None else float(self.found["limit"]["explosive"])
+        return 0.0 if self.found.limit is None else float(self.found.limit.explosive)
 
     @property
     def remarks(self) -> list[str]:
         """What is to be known of the limit: gaps, quantities that do not rise, larger prescribed distances."""
-        return list(self.found["words"])
+        return list(self.found.words)
 
     @property
     def table(self) -> Table:
@@ -263,21 +289,19 @@ class Limit(Sweep):
 run_limit = maker(Limit)
 
 
-def judge(row: LimitRow, summary: Mapping[str, Any], limit: float | None, *, exposed: bool) -> None:
+def judge(row: LimitRow, summary: Summary, limit: float | None, *, exposed: bool) -> None:
     """Fill a row with the run's quantities, and whether it meets a distance (m) and the criteria of exposed sites.
 
     A rule that is left out for its range counts by its formula.
     """
-    hazard = summary.get("hazard") or {}
-    part = summary.get("distance_to_apply")
-    nothing = DistanceOfUse(distance=None, by=None, left_out=())
-    siting = DistanceToApply.read(part).siting if part else nothing
-    row.explosive = ((summary.get("rules") or {}).get("contents") or {}).get("explosive")
-    row.to_apply, row.recommended = siting.distance, hazard.get("recommended")
-    row.standard_error = hazard.get("standard_error")
-    sites = [entry for entry in summary.get("exposed") or [] if entry["verdict"] != "met"] if exposed else []
-    row.not_met = [entry["name"] for entry in sites]
-    row.reasons = [f"{entry['name']}: {entry['verdict']}" for entry in sites]
+    hazard, to_apply, rules = summary.hazard, summary.distance_to_apply, summary.rules
+    siting = to_apply.siting if to_apply else DistanceOfUse(distance=None, by=None, left_out=())
+    row.explosive = rules.contents.explosive if rules and rules.contents else None
+    row.to_apply, row.recommended = siting.distance, hazard.recommended if hazard else None
+    row.standard_error = hazard.standard_error if hazard else None
+    sites = [entry for entry in summary.exposed or () if entry.verdict != "met"] if exposed else []
+    row.not_met = [entry.name for entry in sites]
+    row.reasons = [f"{entry.name}: {entry.verdict}" for entry in sites]
     if row.recommended is None:
         row.reasons.append("the distance is not determined")
     if limit is not None:

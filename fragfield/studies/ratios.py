@@ -9,7 +9,8 @@ from fragfield.errors import InputError
 from fragfield.interface.kinds import PathName
 from fragfield.interface.results import Run
 from fragfield.interface.tables import Table, table_of_rows
-from fragfield.quantities import shown, value_at
+from fragfield.quantities import shown
+from fragfield.results.part import value_at
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -23,6 +23,7 @@ from fragfield.files.run_directory import RunDirectory
 from fragfield.interface.case import Case
 from fragfield.interface.kinds import Address, CaseFile, Count, Folder
 from fragfield.pipeline.parallel import launched_size
+from fragfield.results.part import to_json
 from fragfield.studies.tasks import Outcome, Task
 from fragfield.studies.workers import make_all, workers_of
 from fragfield.terminal.show import plain_console
@@ -34,6 +35,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
 
     from rich.console import Console
+
+    from fragfield.results.part import Part
 
 
 Parameters = ParamSpec("Parameters")
@@ -99,8 +102,8 @@ class Study(ABC):
     ----------
     path : Path
         The folder, with all results as JSON and a row a run as CSV.
-    found : dict
-        The results, as `--json` prints them.
+    found
+        The results by attribute; `--json` prints them.
     """
 
     name: ClassVar[str]
@@ -120,7 +123,7 @@ class Study(ABC):
     scheduler: Address | None = None
     progress: bool = True
     path: Path = field(init=False)
-    found: dict[str, Any] = field(init=False, default_factory=dict)
+    found: Any = field(init=False, default=None)
     rows: Sequence[Row] = field(init=False, default=())
     """All, of runs that wait as well; filled by `plan`."""
 
@@ -154,7 +157,7 @@ class Study(ABC):
         """The runs that come next, each time after those before have filled their rows."""
 
     @abstractmethod
-    def result(self) -> dict[str, Any]:
+    def result(self) -> Part:
         """What follows from the rows, with `exit_code`."""
 
     @abstractmethod
@@ -276,7 +279,7 @@ class Study(ABC):
 
     def text(self) -> str:
         """The results as JSON."""
-        return json.dumps(self.found, indent=1, allow_nan=False) + "\n"
+        return json.dumps(to_json(self.found), indent=1, allow_nan=False) + "\n"
 
     def say(self, words: str) -> None:
         """A line on stderr."""
@@ -292,7 +295,7 @@ class Study(ABC):
     @property
     def exit_code(self) -> int:
         """3 where a run failed or its distance is not determined."""
-        return int(self.found["exit_code"])
+        return int(self.found.exit_code)
 
     def print(self) -> None:
         """Print the result on stdout."""

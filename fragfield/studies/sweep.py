@@ -14,7 +14,7 @@ import hashlib
 import itertools
 import re
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 from rich.table import Table as Lines
@@ -31,7 +31,8 @@ from fragfield.interface.results import Run
 from fragfield.interface.results import open as open_run
 from fragfield.interface.tables import Table, table_of_rows
 from fragfield.quantities import column_of, shown
-from fragfield.results.hazard import Recommended
+from fragfield.results.part import Part
+from fragfield.results.summary import Summary
 from fragfield.results.words import not_included_words, whole_metres
 from fragfield.studies.study import DONE, FAILED, KEPT, Row, Study, digest_of, exit_code_of_rows, maker
 from fragfield.studies.tasks import Task
@@ -52,6 +53,17 @@ _LONGEST_NAME = 100  # characters; a file's name may have 255 bytes
 _NOT_IN_NAMES = re.compile(r"[^A-Za-z0-9.+-]+")
 
 
+class SweepResult(Part):
+    """What a sweep gives."""
+
+    directory: str
+    case_file: str
+    stage: str
+    keys: tuple[str, ...]
+    exit_code: int
+    runs: tuple[Row, ...]
+
+
 @dataclass(repr=False)
 class Sweep(Study):
     """A case computed for every combination of values, side by side; a run that fails raises nothing.
@@ -69,9 +81,9 @@ class Sweep(Study):
     ----------
     path : Path
         The folder: sweep.csv, sweep.json, and the run directories that are kept.
-    found : dict
-        As `fragfield sweep --json` prints it: `keys`, `exit_code`, and `runs` with `name`, `directory` (None where none
-        is kept), `values`, `state` ("done", "kept", "failed" or "waiting"), `message` and `results` each.
+    found : SweepResult
+        What `fragfield sweep --json` prints, by attribute: `keys`, `exit_code`, and `runs` with `name`, `directory`
+        (None where none is kept), `values`, `state` ("done", "kept", "failed" or "waiting"), `message` and `results`.
 
     Raises
     ------
@@ -112,7 +124,8 @@ class Sweep(Study):
             name, case, self.results_of, values, directory.path if kept else None,
             only="burst" if self.stage == "burst" else None, threads=self.threads, scratch=self.scratch,
         )  # fmt: skip
-        row = Row(name, str(directory.path) if kept else None, digest_of(case), values, results=self.results_of({}))
+        folder, nothing = str(directory.path) if kept else None, self.results_of(Summary())
+        row = Row(name, folder, digest_of(case), values, results=nothing)
         return task, row
 
     def batches(self) -> Iterator[Sequence[Task]]:
@@ -123,17 +136,17 @@ class Sweep(Study):
         """Rows of bursts alone are no rows of whole runs."""
         return {"stage": self.stage}
 
-    def result(self) -> dict[str, Any]:
+    def result(self) -> Part:
         """The rows."""
-        return {
-            "directory": str(self.path), "case_file": str(self.case_file), "stage": self.stage, "keys": self.keys,
-            "exit_code": exit_code_of_rows(self.rows), "runs": [asdict(row) for row in self.rows],
-        }  # fmt: skip
+        return SweepResult(
+            directory=str(self.path), case_file=str(self.case_file), stage=self.stage, keys=tuple(self.keys),
+            exit_code=exit_code_of_rows(self.rows), runs=tuple(self.rows),
+        )  # fmt: skip
 
     def csv_rows(self) -> Iterator[list[object]]:
         """One row a run."""
         units = {one.name: one.unit for one in shown("sweep")}
-        results = [column_of(name, units.get(name, "")) for name in results_of({})]
+        results = [column_of(name, units.get(name, "")) for name in results_of(Summary())]
         yield ["run", *self.keys, "state", "exit_code", *results, "message"]
         for row in self.rows:
             yield [row.name, *row.values.values(), row.state, row.exit_code, *row.results.values(), row.message]
@@ -170,7 +183,7 @@ class Sweep(Study):
                 console.print(f"the recommended distances do not include {words}")
 
     @staticmethod
-    def results_of(summary: Mapping[str, Any]) -> dict[str, Any]:
+    def results_of(summary: Summary) -> dict[str, Any]:
         """What a row keeps of a summary, by name in SI; None for what was not computed."""
         return results_of(summary)
 
@@ -201,27 +214,18 @@ class Sweep(Study):
 run_sweep = maker(Sweep)
 
 
-def results_of(summary: Mapping[str, Any]) -> dict[str, Any]:
+def results_of(summary: Summary) -> dict[str, Any]:
     """What a sweep lists of a summary, by name in SI, see `fragfield.quantities`; None for what was not computed.
 
     Beside these `not_included`, parts that the recommended distance does not include, and `wall_seconds` of burst and
     flight together.
     """
-    times = [one for part in ("burst", "flight") if (one := (summary.get(part) or {}).get("wall_seconds")) is not None]
+    times = [one.wall_seconds for one in (summary.burst, summary.flight) if one is not None]
     return {
         **{one.name: one.of(summary) for one in shown("sweep")},
-        "not_included": _not_included(summary.get("hazard") or {}),
+        "not_included": "" if summary.hazard is None else not_included_words(summary.hazard),
         "wall_seconds": sum(times) if times else None,
     }
-
-
-def _not_included(hazard: Mapping[str, Any]) -> str:
-    """In words; empty where nothing is known of the parts."""
-    if "parts" not in hazard:
-        return ""
-    return not_included_words(
-        Recommended.read({name: hazard[name] for name in ("recommended", "parts", "not_included")})
-    )
 
 
 def _number(value: float | None) -> str:

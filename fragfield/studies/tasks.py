@@ -15,10 +15,14 @@ from fragfield.case import CaseTable
 from fragfield.case.load import case_from_document
 from fragfield.errors import EXIT_DONE, EXIT_FAULT, InputError, exit_code_of, message_of
 from fragfield.files.run_directory import RunDirectory
-from fragfield.hazard.recommended import recommended_of
+from fragfield.hazard.recommended import hazard_of, recommended_of
 from fragfield.pipeline.convergence import OF_A_SWEEP
 from fragfield.pipeline.job import RunOptions
+from fragfield.results.break_up import BreakUp
+from fragfield.results.convergence import Convergence
+from fragfield.results.flight import Flight
 from fragfield.results.part import to_json
+from fragfield.results.summary import Summary
 from fragfield.terminal.logs import to_stderr
 from fragfield_base.writing import locked
 
@@ -39,7 +43,7 @@ class Task:
     """Of its row, and of its directory in the folder of the study."""
     case: CaseTable | Mapping[str, Any]
     """Resolved; or tables, which are resolved where the run is made."""
-    results: Callable[[Mapping[str, Any]], dict[str, Any]]
+    results: Callable[[Summary], dict[str, Any]]
     """What is kept of its summary."""
     values: dict[str, Any] = field(default_factory=dict)
     """By dotted key what distinguishes it."""
@@ -92,20 +96,19 @@ def perform(task: Task) -> Outcome:
         return Outcome.of(error)
 
 
-def _outcome(task: Task, summary: dict[str, Any]) -> Outcome:
-    results: Any = to_json(task.results(summary))
-    hazard = summary.get("hazard") or {}
-    return Outcome(EXIT_DONE, "" if hazard.get("determined", True) else str(hazard["reason"]), results)
+def _outcome(task: Task, summary: Summary) -> Outcome:
+    reason = "" if summary.hazard is None or summary.hazard.determined else summary.hazard.reason
+    return Outcome(EXIT_DONE, reason, to_json(task.results(summary)))
 
 
-def _in_directory(task: Task, directory: Path) -> dict[str, Any]:
+def _in_directory(task: Task, directory: Path) -> Summary:
     from fragfield.pipeline.chain import run_chain
 
     _await_lock(directory)
     assert isinstance(task.case, CaseTable)
     options = RunOptions(directory, resume=True, quiet=True, threads=task.threads, lean=True, made=task.case)
     run_chain(options, task.only)
-    return RunDirectory(directory).summary()
+    return RunDirectory(directory).results()
 
 
 def _await_lock(directory: Path) -> None:
@@ -119,8 +122,8 @@ def _await_lock(directory: Path) -> None:
             time.sleep(_PAUSE)
 
 
-def _numbers(task: Task) -> dict[str, Any]:
-    """Burst, break-up and flight as a run makes them, of summary.json what tables of studies list."""
+def _numbers(task: Task) -> Summary:
+    """Burst, break-up and flight as a run makes them; of their parts of the summary what tables of studies list."""
     from fragfield.pipeline.beside import flown_beside
 
     case = task.case
@@ -128,19 +131,19 @@ def _numbers(task: Task) -> dict[str, Any]:
         case = case_from_document(dict(case), source=task.name, folder=Path())
     summary, snapshot = _burst(case, task)
     if task.only == "burst":
-        return {"burst": summary}
+        return Summary(burst=summary)
     if not task.sample:  # no row lists what surfaces and sites meet, and their crossings take a third of the flight
         case = case.model_copy(update={"witness": [], "exposed": []})
     began = time.perf_counter()
     flown, fragments = flown_beside(case, snapshot, task.threads, sample=task.sample)
-    hazard = flown.hazard.headline
-    return {
-        "burst": summary,
-        "break_up": {"fragments": fragments},
-        "flight": {"wall_seconds": time.perf_counter() - began},
-        "hazard": hazard if task.sample else to_json(recommended_of(hazard, {"reason": OF_A_SWEEP})),
-        "exposed": flown.exposed,
-    }
+    hazard = hazard_of(flown.hazard.headline)
+    return Summary(
+        burst=summary,
+        break_up=BreakUp.known(fragments=fragments),
+        flight=Flight.known(wall_seconds=time.perf_counter() - began),
+        hazard=hazard if task.sample else recommended_of(hazard, Convergence(reason=OF_A_SWEEP)),
+        exposed=tuple(flown.exposed),
+    )
 
 
 def _burst(case: CaseTable, task: Task) -> Burst:

@@ -115,7 +115,7 @@ def summary_text(result: BurstResult) -> str:
 def share_received(going: Simulation) -> float:
     """Of all surface nodes, how many of other ranks' the last search was sent."""
     collisions = going.contact.collisions
-    return collisions.near_faces.received / len(collisions.surfaces.node) if collisions else 0.0
+    return collisions.received / len(collisions.surfaces.node) if collisions else 0.0
 
 
 @contextmanager

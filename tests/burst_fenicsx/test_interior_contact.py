@@ -86,6 +86,14 @@ def collide(order=(0, 1), *, until=50e-6, contacts=None, **changes):
     return solver
 
 
+def touches_inside(solver):
+    """Whether any interior node touches a face."""
+    contact = solver.contact
+    pairs, surfaces = contact.collisions.pairs, contact.collisions.surfaces
+    interior = contact.nodes.rows_of(surfaces.node[surfaces.interior])
+    return np.isin(pairs.node[pairs.facet >= 0], interior).any()
+
+
 def test_folding_walls_do_not_pass_each_other():
     """Four cells thick, at 1000 m/s each: in the end no node is beyond the plane of symmetry by a tenth of a cell.
 
@@ -110,8 +118,7 @@ def test_contact_of_interior_nodes_is_the_same_after_exchanging_the_bodies():
     for order in ((0, 1), (1, 0)):
         solver = collide(order, contacts=3)
         assert solver.contact.penetrations.interior_collision > 0.0
-        surfaces, state = solver.contact.collisions.surfaces, solver.contact.collisions.state
-        assert (surfaces.interior[state.node[state.face >= 0]]).any()
+        assert touches_inside(solver)
         fields = solver.fields
         half = len(fields.mass) // 2
         number = fields.mesh.node
@@ -159,7 +166,8 @@ def test_nodes_of_the_bore_look_for_other_rounds():
     collisions.search()
     inner = np.flatnonzero(collisions.surfaces.inner & (collisions.surfaces.node_round == 0))
     assert len(inner) == 8
-    assert set(inner.tolist()) <= set(collisions.state.node[collisions.state.other == 1].tolist())
+    rows = solver.contact.nodes.rows_of(collisions.surfaces.node[inner])
+    assert set(rows.tolist()) <= set(collisions.pairs.node[collisions.seen.other == 1].tolist())
 
 
 def test_a_lone_body_has_neither_interior_nodes_nor_layers():
@@ -202,8 +210,7 @@ def test_ranks_change_no_bit_of_interior_contact(tmp_path, on_ranks):
 def test_a_checkpoint_keeps_interior_contact_to_the_last_bit(tmp_path):
     """Written while interior nodes touch, read into a new solver: the same places 40 steps later, searches included."""
     solver = collide(contacts=5)
-    surfaces, state = solver.contact.collisions.surfaces, solver.contact.collisions.state
-    assert surfaces.interior[state.node[state.touching]].any()
+    assert touches_inside(solver)
     write_checkpoint(tmp_path / "checkpoint.h5", solver, {}, "walls")
     again = thrown()
     read_checkpoint(tmp_path / "checkpoint.h5", again, "walls")

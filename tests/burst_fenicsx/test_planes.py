@@ -47,21 +47,21 @@ def test_a_plane_pushes_every_node_that_is_through_it(height):
     (wall,) = contact.planes
     assert wall.given == pytest.approx(contact.force.sum(axis=0), rel=1e-12)  # an exact sum of rounded terms
     assert wall.deepest == pytest.approx(height, rel=1e-12)
-    assert wall.deepest_interior == pytest.approx(max(height - 0.01, 0.0), abs=1e-12)
+    assert wall.deepest_inner == pytest.approx(max(height - 0.01, 0.0), abs=1e-12)
 
 
 @pytest.mark.parametrize(("seen", "speed"), [(0.0, 1e4), (3e3, 1e4), (2e4, 4e4)])
 def test_no_node_reaches_a_plane_unseen(seen, speed):
     """Layer by layer, in steps of any size, at 10 km/s or at twice the speed seen when one looked: pushed at once."""
     solver = against(moved(box((1, 1, 800), (0.002, 0.002, 0.2)), (0.0, 0.0, 0.011)), (0.0, 0.0, -seen))
-    (plane,), nodes, random = solver.contact.planes, solver.fields.nodes, np.random.default_rng(4)
+    contact, nodes, random = solver.contact, solver.fields.nodes, np.random.default_rng(4)
+    (plane,) = contact.planes
     numbers = []
     while nodes.position[:, 2].max() > 0.0:
         step = random.choice([1.2e-4, 5.2e-4, 1.9e-3]) * random.uniform(0.8, 1.0) / speed
         nodes.position[:, 2] -= step * speed
-        force = np.zeros_like(nodes.force)
-        plane.add_forces(1e10, step, nodes.velocity, force)
-        np.testing.assert_array_equal(force[:, 2] > 0.0, nodes.position[:, 2] < 0.0)
+        contact.add_forces(1e-6, step, front_is_active=False)
+        np.testing.assert_array_equal(contact.force[:, 2] > 0.0, nodes.position[:, 2] < 0.0)
         numbers.append(len(plane.near))
     assert numbers[0] == 0
     assert len(set(numbers)) > 30  # few at a time are looked after
@@ -97,9 +97,8 @@ def test_surfaces_and_planes_share_the_budget(planes, monkeypatch):
     pair = [moved(box((1, 1, 1), (0.01,) * 3), (x, 0.0, 0.02), k) for k, x in enumerate((0.0, 0.02))]
     contact = bodies(pair, [(0.0, 0.0, 0.0)] * 2, replace(QUIET, cell_size=0.01, planes=planes)).contact
     budgets = []
-    monkeypatch.setattr(contact.collisions, "find_forces", lambda budget, _: [budgets.append(budget)][:0])
-    for plane in contact.planes:
-        monkeypatch.setattr(plane, "add_forces", lambda budget, *_: budgets.append(budget))
+    for part in (contact.collisions, *contact.planes):
+        monkeypatch.setattr(part, "find_forces", lambda budget, _: budgets.append(budget))
     contact.add_forces(np.sqrt(max_squared_phase(QUIET.time_step) / 8.0), 0.0, front_is_active=False)
     assert len(budgets) == 1 + len(planes)
     assert sum(budgets) == pytest.approx(8.0, rel=1e-12)
@@ -110,7 +109,7 @@ def test_the_impulse_of_a_force_that_grows_evenly_is_exact(monkeypatch):
     """F = a t from rest: a t^2 / 2, by steps of any size."""
     contact, growth, time = against(box((1, 1, 1), (0.01,) * 3)).contact, np.array([2e9, -1e9, 5e8]), 0.0
     (plane,) = contact.planes
-    monkeypatch.setattr(plane, "add_forces", lambda *_: None)
+    monkeypatch.setattr(plane, "find_forces", lambda *_: None)
     for step in [1e-6, 3e-6, 0.5e-6, 2e-6, 2e-6]:
         time += step
         plane.given = growth * time

@@ -11,7 +11,7 @@ import pytest
 pytest.importorskip("numba")
 pytest.importorskip("mpi4py")
 
-from burst_fenicsx.contact.exchange import CONTACT_FORCES
+from burst_fenicsx.contact.nodes import CONTACT_FORCES
 from burst_fenicsx.kernels.lanes import kernel
 from burst_fenicsx.kernels.vectors.exact import quantise, quantum, rounding_constant
 

@@ -1,17 +1,22 @@
-"""The search for colliding surfaces against brute force, and the closest point of a face against closed forms."""
+"""Colliding surfaces: the search and the face that a node has entered, against brute force."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
-from scipy.optimize import minimize
 
-from burst_fenicsx.contact.boxes import meet
-from burst_fenicsx.kernels.contact.collisions import find_contacts
-from burst_fenicsx.kernels.contact.search import Bodies, face_boxes, find_candidates, node_normals
-from burst_fenicsx.kernels.contact.springs import CollisionLaw, Collisions
-from burst_fenicsx.kernels.geometry.bilinear import closest_point
-from burst_fenicsx.kernels.geometry.smooth_faces import face_vectors
+pytest.importorskip("dolfinx")
+
+from burst_fenicsx.contact.search import box_around, boxes_around, in_balls, meet
+from burst_fenicsx.kernels.constants import UNLOADED_TIME
+from burst_fenicsx.kernels.contact.collisions import Candidates, collide
+from burst_fenicsx.kernels.contact.facets import closest_point
+from burst_fenicsx.kernels.contact.law import Law
+from burst_fenicsx.kernels.contact.pairs import Rows, no_pairs
+from burst_fenicsx.kernels.contact.search import Bodies, find_candidates
+from burst_fenicsx.kernels.geometry.faces import area_vectors
+
+pytestmark = pytest.mark.dolfinx
 
 
 def test_boxes_meet_where_they_overlap_along_every_axis():
@@ -21,6 +26,27 @@ def test_boxes_meet_where_they_overlap_along_every_axis():
     expected = [all(a[i] <= one[3 + i] and one[i] <= a[3 + i] for i in range(3)) for a in boxes]
     assert 0.05 < np.mean(expected) < 0.6
     assert meet(boxes, one).tolist() == expected
+
+
+def test_around_nothing_is_a_box_that_meets_nothing():
+    boxes = boxes_around(np.random.default_rng(1).normal(size=(50, 4, 3)), np.full(50, 1.0))
+    assert meet(boxes, box_around(np.zeros((1, 3)), np.ones((1, 3)))).any()
+    assert not meet(boxes, box_around(np.zeros((0, 3)), np.zeros((0, 3)))).any()
+
+
+@pytest.mark.parametrize("largest", [1.0, 30.0])
+def test_balls_hold_the_points_that_brute_force_finds(largest):
+    """Balls of like sizes, and a few large ones."""
+    rng = np.random.default_rng(3)
+    points, centre = rng.uniform(0.0, 1.0, (400, 3)), rng.uniform(0.0, 1.0, (300, 3))
+    radius = rng.uniform(0.02, 0.1, 300)
+    radius[:5] *= largest
+    expected = np.linalg.norm(points[:, None] - centre, axis=2) <= radius
+    found = in_balls(points, centre, radius)
+    pairs = list(zip(*found, strict=True))
+    assert len(set(pairs)) == len(pairs) == expected.sum() > 50
+    assert expected[found].all()
+    assert [len(some) for some in in_balls(points[:0], centre, radius)] == [0, 0]
 
 
 def sheets(count, seed, bodies=4):
@@ -43,11 +69,10 @@ def sheets(count, seed, bodies=4):
 
 
 def found_by_hash(nodes, bodies, reach, cell):
-    boxes, normals = np.empty((len(bodies.faces), 6)), np.empty_like(nodes)
-    face_boxes(nodes, bodies.faces, np.full(len(bodies.faces), reach), boxes)
-    areas, every = np.zeros((len(bodies.faces), 3)), np.arange(len(bodies.faces), dtype=np.int32)
-    face_vectors(nodes, bodies.faces, every, areas)
-    node_normals(areas, bodies.faces, every, normals)
+    corners, normals = nodes[bodies.faces], np.zeros_like(nodes)
+    boxes, areas = boxes_around(corners, np.full(len(corners), reach)), area_vectors(corners)
+    for corner in range(4):
+        np.add.at(normals, bodies.faces[:, corner], areas)
     active = np.arange(len(nodes), dtype=np.int32)
     first, faces = find_candidates(nodes, bodies, areas, active, normals, boxes, cell)
     return {(node, face) for node in active for face in faces[first[node] : first[node + 1]]}, len(faces)
@@ -153,41 +178,31 @@ def test_pairs_grow_no_faster_than_the_surfaces():
     assert 1.4 < counts[1] / counts[0] < 2.8
 
 
-def point_of(place, corner):
-    result = np.empty(8)
-    closest_point(*place, corner, result)
-    return result[:2], result[2:5], result[5:]
+def one_node_over(faces, node, outward, rounds=1):
+    """Pairs of a node, the last of all, with each of other rounds, of which each has as many of the faces."""
+    pairs, count = no_pairs(np.full(rounds, node), 4), len(faces)
+    turned = np.asarray(outward) / max(np.linalg.norm(outward), 1e-300)
+    seen = Candidates(
+        other=np.arange(rounds, dtype=np.int32),
+        same=np.zeros(rounds, dtype=bool),
+        outward=np.tile(turned, (rounds, 1)),
+        unloaded=np.zeros(rounds),
+        first=np.linspace(0, count, rounds + 1).astype(np.int64),
+        candidate=np.arange(count, dtype=np.int32),
+        facets=faces,
+        edge=np.ones(count),
+        near=np.arange(count, dtype=np.int32),
+        ball=np.zeros((count, 5)),
+    )
+    return pairs, seen
 
 
-def test_closest_point_of_a_flat_face():
-    """Foot of the perpendicular within, clamped without; the normal looks outward."""
-    corner = np.array([[0.0, 0, 0], [2, 0, 0], [2, 1, 0], [0, 1, 0]])
-    local, place, normal = point_of((1.5, 0.25, -0.3), corner)
-    assert local == pytest.approx([0.5, -0.5])
-    assert place == pytest.approx([1.5, 0.25, 0.0])
-    assert normal == pytest.approx([0, 0, 1])
-    assert point_of((5.0, -2.0, 0.1), corner)[1] == pytest.approx([2, 0, 0])
-
-
-def test_closest_point_of_a_twisted_face_is_the_nearest():
-    """Against a minimiser, on warped faces and points near them."""
-    rng = np.random.default_rng(11)
-    square = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
-    for _ in range(30):
-        corner = square + rng.uniform(-0.15, 0.15, (4, 3))
-        local = rng.uniform(-0.95, 0.95, 2)
-
-        def at(uv, corner=corner):
-            x, y = uv
-            weight = 0.25 * np.array([(1 - x) * (1 - y), (1 + x) * (1 - y), (1 + x) * (1 + y), (1 - x) * (1 + y)])
-            return weight @ corner
-
-        target = at(local) + rng.normal(0, 0.02, 3)
-        best = minimize(
-            lambda uv, target=target, at=at: np.sum((at(uv) - target) ** 2), local, bounds=[(-1, 1)] * 2, tol=1e-14
-        )
-        _, place, _ = point_of(target, corner)
-        assert np.linalg.norm(place - target) == pytest.approx(np.sqrt(best.fun), rel=1e-3, abs=1e-6)
+def met(pairs, seen, position, velocity, step=0.1):
+    """Let the nodes at places (n, 3) m with velocities (n, 3) m/s meet the faces."""
+    count = len(position)
+    local, still = np.arange(count, dtype=np.int32), np.zeros(count, dtype=bool)
+    rows = Rows(local, np.ones(count), still, position, velocity, np.zeros(count), np.zeros((count, 4)))
+    collide(Law(1.0, step, 0.0), pairs, seen, rows)
 
 
 @pytest.mark.parametrize("slope", [0.0, 0.2])
@@ -200,12 +215,11 @@ def test_of_two_equally_near_faces_geometry_decides(slope):
     left, right = [0, 2, 3, 1], [2, 4, 5, 3]
     taken = []
     for faces in ([left, right], [right, left]):
-        state = one_node_over(np.array(faces, dtype=np.int32), node=6, outward=[slope, 0.0, -1.0])
-        law = CollisionLaw(max_squared_frequency=1.0, step=0.1, friction=0.0)
+        pairs, seen = one_node_over(np.array(faces, dtype=np.int32), node=6, outward=[slope, 0.0, -1.0])
         velocity = np.zeros_like(position)
         velocity[6] = (0.0, 0.0, -1.0)
-        find_contacts(law, state, position, velocity, np.ones(7))
-        taken.append(faces[state.face[0]])
+        met(pairs, seen, position, velocity)
+        taken.append(faces[pairs.facet[0]])
     assert taken == [left, left]
 
 
@@ -216,46 +230,56 @@ def test_a_node_behind_the_faces_of_two_rounds_is_pushed_out_of_both():
         + [[0.0, y, z] for y, z in ((-1, -1), (1, -1), (1, 1), (-1, 1))] + [[-0.01, 0.1, -0.02]], dtype=float
     )  # fmt: skip
     faces = np.arange(8, dtype=np.int32).reshape(2, 4)
-    one = one_node_over(faces, node=8, outward=[-1.0, 0.0, -1.0])
-    pairs = {name: np.repeat(getattr(one, name), 2, axis=0) for name in PAIR}
-    state = one._replace(**pairs, other=np.arange(2, dtype=np.int32), first=np.arange(3), face=np.full(2, -1, np.int32))
+    pairs, seen = one_node_over(faces, node=8, outward=[-1.0, 0.0, -1.0], rounds=2)
     velocity = np.zeros_like(position)
     velocity[8] = (-1.0, 0.0, -1.0)
-    law = CollisionLaw(max_squared_frequency=1.0, step=0.1, friction=0.0)
-    find_contacts(law, state, position, velocity, np.ones(9))
-    assert state.face.tolist() == [0, 1]
-    assert state.penetration == pytest.approx([0.02, 0.01])
-    assert (state.push[:, [2, 0]].diagonal() > 0.0).all()
-    assert state.push[0, :2] == pytest.approx(0.0, abs=1e-15)
-    assert state.push[1, 1:3] == pytest.approx(0.0, abs=1e-15)
+    met(pairs, seen, position, velocity)
+    assert pairs.facet.tolist() == [0, 1]
+    assert -pairs.gap == pytest.approx([0.02, 0.01])
+    assert (pairs.force[:, [2, 0]].diagonal() > 0.0).all()
+    assert pairs.force[0, :2] == pytest.approx(0.0, abs=1e-15)
+    assert pairs.force[1, 1:] == pytest.approx(0.0, abs=1e-15)
 
 
-PAIR = ("node", "touching", "normal", "slip", "penetration", "unloaded", "stiffness", "weight", "push", "energies")
+def test_a_depth_that_was_there_before_contact_is_loaded_within_microseconds():
+    """A node at rest, met beside a face: nothing presses at first, later all of its depth but for 1 % of the edge."""
+    position = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0], [0.1, 0.2, -0.05]], dtype=float)
+    faces, still, step = np.arange(4, dtype=np.int32)[None], np.zeros((5, 3)), 0.05 * UNLOADED_TIME
+    pairs, seen = one_node_over(faces, node=4, outward=[0.0, 0.0, -1.0])
+    press = []
+    for _ in range(100):
+        met(pairs, seen, position, still, step)
+        press.append(pairs.force[0, 2])
+        assert pairs.gap[0] == pytest.approx(-0.05)
+    assert press[0] == 0.0
+    assert (np.diff(press) >= 0.0).all()
+    assert press[20] == pytest.approx(pairs.stiffness[0] * 0.05 * (1.0 - 0.95**20), rel=1e-9)
+    assert press[-1] == pytest.approx(pairs.stiffness[0] * (0.05 - 0.01), rel=1e-9)
 
 
 def test_bounds_reject_no_face_that_a_node_has_entered():
     """The face found is the one of brute force over all faces with the closest point alone."""
     rng = np.random.default_rng(5)
-    places, bodies = sheets(6, seed=3, bodies=1)
-    sheet, faces = 6.0 * places + rng.uniform(-0.1, 0.1, places.shape), bodies.faces
-    law, node = CollisionLaw(max_squared_frequency=1.0, step=0.1, friction=0.0), len(sheet)
-    met = []
+    sheet, bodies = sheets(6, seed=3, bodies=1)
+    faces, sheet = bodies.faces, 6.0 * sheet + rng.uniform(-0.1, 0.1, sheet.shape)
+    node, entered = len(sheet), []
     for _ in range(2000):
         under = sheet[rng.integers(node)] + rng.uniform(-0.4, 0.4, 3)
         moving = rng.normal(0.0, 4.0, 3)
-        outward = rng.normal(0.0, 1.0, 3)
-        state = one_node_over(faces, node, outward)
+        pairs, seen = one_node_over(faces, node, rng.normal(0.0, 1.0, 3))
         position, velocity = np.vstack([sheet, under]), np.vstack([np.zeros_like(sheet), moving])
-        find_contacts(law, state, position, velocity, np.ones(node + 1))
-        found = entered_face(sheet[faces], under, moving, state.outward[node], law.step)
-        assert state.face[0] == found
-        met.append(found)
-    assert 200 < np.count_nonzero(np.array(met) >= 0) < 1800
+        met(pairs, seen, position, velocity)
+        found = entered_face(sheet[faces], under, moving, seen.outward[0], 0.1)
+        assert pairs.facet[0] == found
+        entered.append(found)
+    assert 200 < np.count_nonzero(np.array(entered) >= 0) < 1800
 
 
 def entered_face(corners, place, velocity, outward, step):
     """Number of the nearest face of another round at rest that a node has just entered, -1 for none."""
-    near = [point_of(place, corner) for corner in corners]
+    four = np.arange(4, dtype=np.int32)
+    points = [closest_point(tuple(place), four, corner) for corner in corners]
+    near = [(np.array([xi, eta]), np.array(foot), np.array(turned)) for xi, eta, foot, turned in points]
     away = np.array([place - foot for _, foot, _ in near])
     normal = np.array([turned for *_, turned in near])
     distance, depth = np.linalg.norm(away, axis=1), -(away * normal).sum(axis=1)
@@ -268,36 +292,3 @@ def entered_face(corners, place, velocity, outward, step):
     off_rim = np.abs(near[best][0]).max() >= 1.0
     in_front = (-depth > 0.1 * distance[best]) & (distance < distance[best])
     return -1 if off_rim and in_front.any() else best
-
-
-def one_node_over(faces, node, outward):
-    """A node of one round, the last of all, that looks for the faces of another."""
-    nodes, count = node + 1, len(faces)
-    of_node = np.zeros(nodes, dtype=np.int32)
-    of_node[node] = 1
-    turned = np.zeros((nodes, 3))
-    turned[node] = np.asarray(outward) / np.linalg.norm(outward)
-    return Collisions(
-        node=np.array([node], dtype=np.int32),
-        other=np.zeros(1, dtype=np.int32),
-        first=np.array([0, count], dtype=np.int64),
-        candidate=np.arange(count, dtype=np.int32),
-        faces=faces,
-        node_round=of_node,
-        edge=np.ones(count),
-        near=np.arange(count, dtype=np.int32),
-        ball=np.zeros((count, 5)),
-        bound=np.zeros((count, 20)),
-        outward=turned,
-        sharing=np.zeros(nodes),
-        touching=np.zeros(1, dtype=bool),
-        normal=np.zeros((1, 3)),
-        slip=np.zeros((1, 3)),
-        penetration=np.zeros(1),
-        unloaded=np.zeros(1),
-        stiffness=np.zeros(1),
-        face=np.full(1, -1, dtype=np.int32),
-        weight=np.zeros((1, 4)),
-        push=np.zeros((1, 4)),
-        energies=np.zeros((1, 2)),
-    )

@@ -39,12 +39,8 @@ def layered():
 
 def ends(solver):
     """Local nodes of the charge on the interface, and their interface_pairs of the casing."""
-    interface = solver.contact.interface
-    own = interface.contacts.contact
-    order = np.argsort(interface.contacts.row[own])
-    pairs = interface.contacts.row[own][order]
-    _, first = np.unique(pairs, return_index=True)
-    charge = interface.contacts.slave[own][order][first]
+    contact = solver.contact
+    charge = np.unique(contact.nodes.rows.local[contact.interface.pairs.node])
     start = solver.fields.start
     solid = []
     for node in charge:
@@ -87,8 +83,7 @@ def pulled(direction, traction, rise, contact, damping=2e5, *, lateral=False):
 
 def bonded(solver):
     """Whether each contact of the solver's interface is bonded."""
-    contacts = solver.contact.interface.contacts
-    return contacts.bonded[contacts.contact] != 0
+    return solver.contact.interface.bonds.bonded != 0
 
 
 def load_at_break(solver, traction, rise):
@@ -173,7 +168,7 @@ def test_charge_and_casing_conserve_momentum_and_angular_momentum():
         size = np.abs(contact.force).sum() * SIDE
         largest = max(largest, size)
         # Tangential springs act at the node, their reaction on the face: apart by the gap.
-        gap = np.abs(contact.interface.contacts.gap).max()
+        gap = np.abs(contact.interface.pairs.gap).max()
         assert np.abs(moment).max() <= (1e-9 + gap / SIDE) * size
     assert largest > 0.0
     size = np.abs(solver.fields.mass[:, None] * solver.fields.nodes.velocity).sum()
@@ -304,14 +299,12 @@ def test_a_tube_with_open_ends_is_a_little_slower_than_with_shared_nodes(tmp_pat
 def test_a_bond_that_breaks_turns_its_stored_slip_into_heat():
     """Sheared and pulled at once: what a tangential spring held at the break is the heat of that step."""
     solver = pulled((0.6, 0.0, 0.8), 60e6, 2e-4, ContactSettings(tensile_strength=10e6, cohesion=1e12), damping=0.0)
-    contacts = solver.contact.interface.contacts
-    own, found = contacts.contact, 0
+    pairs, bonds, found = solver.contact.interface.pairs, solver.contact.interface.bonds, 0
     while solver.time < 2e-4:
-        whole, stiffness = contacts.bonded[own] != 0, contacts.stiffness[own].copy()
-        held = 0.5 * stiffness * (contacts.slip[own] ** 2).sum(axis=1)
+        whole, held = bonds.bonded != 0, 0.5 * pairs.stiffness * (pairs.slip**2).sum(axis=1)
         solver.step()
-        broken = whole & (contacts.bonded[own] == 0) & (contacts.stiffness[own] == 0.0)
-        assert contacts.tally[own][broken, 1] == pytest.approx(held[broken], rel=1e-12)
+        broken = whole & (bonds.bonded == 0) & (pairs.stiffness == 0.0)
+        assert pairs.energies[broken, 1] == pytest.approx(held[broken], rel=1e-12)
         found += int((broken & (held > 0.0)).sum())
     assert found > 5
 

@@ -9,12 +9,14 @@ import pytest
 
 pytest.importorskip("burst_fenicsx.compat")
 
-from burst_fenicsx.contact.slide_surface import interface_faces, make_contacts, smooth_surface
+from burst_fenicsx.contact.sliding import interface_faces, smooth_surface
 from burst_fenicsx.contact.surfaces import OpenFaces, contact_surfaces, sides_beside
+from burst_fenicsx.kernels.contact.facets import weigh
 from burst_fenicsx.meshing import merge
 from burst_fenicsx.meshing.cut import split_charges
 from burst_fenicsx.problem import Part
-from tests.burst_fenicsx.boxes import box, grid
+from tests.burst_fenicsx.bodies import QUIET, bodies
+from tests.burst_fenicsx.boxes import TNT, box, grid
 
 pytestmark = pytest.mark.dolfinx
 
@@ -89,35 +91,40 @@ def test_faces_are_one_smooth_surface_where_they_lean_by_less_than_half_a_right_
     surface, group_row = smooth_surface(nodes, faces)
     on_ridge = np.isclose(nodes[:, 0], 0.0)
     np.testing.assert_array_equal(np.bincount(group_row), np.where(on_ridge & (not smooth), 2, 1))
-    assert len(surface.first_face) == len(group_row) + 1
+    assert len(surface.first) == len(group_row) + 1
     for face, row in enumerate(faces):
         for k in range(4):
             corner = surface.corner[face, k]
             assert group_row[corner] == row[k]
-            assert face in surface.face[surface.first_face[corner] : surface.first_face[corner + 1]]
+            assert face in surface.member[surface.first[corner] : surface.first[corner + 1]]
             edge = {int(row[k]), int(row[(k + 1) % 4])}
             others = [other for other in range(len(faces)) if other != face and edge <= set(faces[other].tolist())]
             ridge = on_ridge[list(edge)].all()
             assert surface.neighbour[face, k] == (others[0] if others and (smooth or not ridge) else -1)
     assert surface.known.all()
-    np.testing.assert_array_equal(surface.faces, faces)
+    np.testing.assert_array_equal(surface.facets, faces)
 
 
 def test_every_contact_begins_at_its_own_corner_and_shares_its_node():
-    nodes, faces = roof(90.0)
-    surface, group_row = smooth_surface(nodes, faces)
-    strength = np.arange(len(group_row), dtype=float)
-    contacts = make_contacts(surface, group_row, group_row, np.arange(3), strength, strength, len(nodes))
-    xi, eta = contacts.point.T
-    weights = 0.25 * np.stack(
-        [(1 - xi) * (1 - eta), (1 + xi) * (1 - eta), (1 + xi) * (1 + eta), (1 - xi) * (1 + eta)], 1
-    )
-    place = np.einsum("ck,cki->ci", weights, nodes[faces[contacts.face]])
-    np.testing.assert_allclose(place, nodes[group_row], atol=1e-15)
-    np.testing.assert_array_equal(contacts.of_node, np.bincount(group_row)[group_row])
-    np.testing.assert_array_equal(contacts.strength, strength)
-    assert (contacts.bonded == 1).all()
-    assert (contacts.off == 0).all()
+    """The edge of a charge's cube between its casing's floor and wall has two contacts a node."""
+    mesh = box((2, 2, 2), (0.02,) * 3)
+    centre = mesh.nodes[mesh.cells].mean(axis=1)
+    charge = (centre[:, 0] > 0.01) & (centre[:, 2] > 0.01)
+    mesh = split_charges(replace(mesh, part=np.where(charge, Part.CHARGE, Part.CASING).astype(np.int32)))
+    solver = bodies([mesh], [(0.0,) * 3], QUIET)
+    interface, rows, start = solver.contact.interface, solver.contact.nodes.rows, solver.fields.start
+    pairs, bonds = interface.pairs, interface.bonds
+    weight = np.array([[weigh(corner, 4, xi, eta) for corner in range(4)] for xi, eta in pairs.point])
+    nodes = start[rows.local[interface.facets[pairs.facet]]]
+    node = rows.local[pairs.node]
+    np.testing.assert_allclose(np.einsum("ck,cki->ci", weight, nodes), start[node], atol=1e-15)
+    at_edge = np.isclose(start[node, 0], 0.01) & np.isclose(start[node, 2], 0.01)
+    np.testing.assert_array_equal(bonds.of_node, np.where(at_edge, 2.0, 1.0))
+    assert at_edge.sum() == 2 * 3
+    np.testing.assert_allclose(bonds.strength, TNT.shear_strength)
+    np.testing.assert_array_equal(bonds.cells, np.where(np.isclose(start[node, 1], 0.01), 2.0, 1.0))
+    assert (bonds.bonded == 1).all()
+    assert (bonds.off == 0).all()
 
 
 @pytest.mark.parametrize("step", [0.0, 1.0])

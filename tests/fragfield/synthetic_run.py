@@ -19,7 +19,7 @@ from flight.hazard.density.sectors import SECTOR_HITS
 from flight.hazard.ensemble import EnsembleHazard
 from flight.rows import LANDING, Status
 from fragfield.files.stamped import stamped_toml
-from fragfield.hazard.recommended import recommended_of
+from fragfield.hazard.recommended import hazard_of, recommended_of
 from fragfield.results.part import to_json
 from fragfield.results.summary import Summary
 from tests.flight.fields import ensemble_of_landings
@@ -362,7 +362,7 @@ def _flight(folder: Path, fragments: dict[str, np.ndarray], summary: dict[str, A
     }  # fmt: skip
     found = _ensemble(folder, columns, by_azimuth)
     summary["flight"] |= {name: found.summary()[name] for name in ("hazardous_fragments", "realisations")}
-    summary["hazard"] = to_json(recommended_of(found.headline, None))
+    summary["hazard"] = to_json(recommended_of(hazard_of(found.headline), None))
     summary["witness"] = [{"name": "ring", "hits": len(mass), "by_azimuth": by_azimuth}]
 
 

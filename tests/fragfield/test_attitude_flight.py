@@ -16,7 +16,7 @@ from fragfield.pipeline import attitudes
 from fragfield.pipeline.attitudes import fly_all
 from fragfield.pipeline.job import Job, RunOptions
 from fragfield.pipeline.parallel import Team
-from fragfield.results.part import to_json
+from fragfield.results.part import to_json, value_at
 from fragfield.terminal.progress import ProgressReporter
 from tests.fragfield.plain_reports import draw_nothing
 from tests.fragfield.short_run import RINGS, invoke
@@ -111,10 +111,10 @@ def test_the_worst_attitude_is_reported_with_the_curve(envelope):
     assert list(rows) == sorted(rows)
     worst = max(rows.values(), key=lambda row: row.upper)
     expected = envelope.hazard.expected
-    assert envelope.attitude.inclination == worst["inclination_deg"]
-    assert expected.upper == worst["upper"]
-    assert expected.distance == worst["expected"]
-    for beside in (worst["inclination_deg"] - 20.0, worst["inclination_deg"] + 20.0):
+    assert envelope.attitude.inclination == worst.inclination_deg
+    assert expected.upper == worst.upper
+    assert expected.distance == worst.expected
+    for beside in (worst.inclination_deg - 20.0, worst.inclination_deg + 20.0):
         assert (beside, 0.0) in rows or not 0.0 <= beside <= 180.0
     assert envelope.flights == sum(row.realisations for row in rows.values())
     assert all(row.realisations >= 8 for row in rows.values())
@@ -131,9 +131,9 @@ def test_an_exposed_site_meets_its_worst_attitude(mixed, envelope):
     leaning = replace(_job(mixed, few=True), attitude=Arrangement(_job(mixed).case).turned(60.0))
     (there,) = fly_all(leaning, _fragments(mixed)).exposed
     for name in ("density_normal", "density_ground"):
-        assert man[name]["expected"] <= man[name]["upper"]
-    assert max(man[name]["upper"] for name in ("density_normal", "density_ground")) >= max(
-        there[name]["expected"] for name in ("density_normal", "density_ground")
+        assert value_at(man, f"{name}.expected") <= value_at(man, f"{name}.upper")
+    assert max(value_at(man, f"{name}.upper") for name in ("density_normal", "density_ground")) >= max(
+        value_at(there, f"{name}.expected") for name in ("density_normal", "density_ground")
     )
 
 
@@ -142,7 +142,7 @@ def test_the_envelope_does_not_depend_on_ranks_and_threads(on_ranks, mixed, enve
     script = tmp_path / "fly.py"
     script.write_text(
         "import sys, json, fragfield\n"
-        "from fragfield.results.part import to_json\n"
+        "from fragfield.results.part import to_json, value_at\n"
         "from fragfield.pipeline import attitudes\n"
         f"attitudes.INCLINATION = {STEPS}\n"
         f"run = fragfield.run({str(mixed)!r}, only='fly', progress=False, out={str(tmp_path / 'out')!r})\n"

@@ -99,10 +99,10 @@ def test_check_shows_the_choice_and_meshes_the_whole_ring(capsys):
     """The meridian's masses are those of the whole round: no plane of symmetry cuts it."""
     one = case({"cell_size": "8 mm"})
     found = check_report(one)
-    assert found["geometry"] == {"choice": "axisymmetric", "reason": burst_geometry(one).reason}
-    assert 500 < found["mesh"]["cells"] < 1000
-    assert abs(found["rounds"][0]["mass_error_of_mesh"]["casing_mass"]) < 1e-3
-    assert abs(found["rounds"][0]["mass_error_of_mesh"]["charge_mass"]) < 1e-3
+    assert (found.geometry.choice, found.geometry.reason) == ("axisymmetric", burst_geometry(one).reason)
+    assert 500 < found.mesh.cells < 1000
+    assert abs(found.rounds[0].mass_error_of_mesh["casing_mass"]) < 1e-3
+    assert abs(found.rounds[0].mass_error_of_mesh["charge_mass"]) < 1e-3
     print_check(found, one)
     assert "burst: axisymmetric (one round of revolution, initiated on its axis" in capsys.readouterr().out
 

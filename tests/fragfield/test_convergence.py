@@ -80,7 +80,7 @@ def _stub(monkeypatch, values, made):
         return example(Burst, **burst), share
 
     def flown(_case, share, *_):
-        headline = replace(HEADLINE, expected=share * HEADLINE.expected)
+        headline = to_json(replace(HEADLINE, expected=share * HEADLINE.expected))
         return SimpleNamespace(hazard=SimpleNamespace(hazardous=FLOWN.hazard.hazardous, headline=headline)), 5
 
     monkeypatch.setattr(module, "burst_beside", burst)
@@ -108,9 +108,9 @@ def test_a_run_without_convergence_says_why(job, change, words):
         job = replace(job, options=replace(job.options, fragments=job.target.path / "fragments.h5"))
     job = replace(job, options=replace(job.options, lean="lean" in change))
     found = convergence_of(job, FLOWN, HEADLINE)
-    assert set(found) == {"reason"}
-    assert found["reason"].startswith("no grid convergence: ")
-    assert words in found["reason"]
+    assert set(to_json(found)) == {"reason"}
+    assert found.reason.startswith("no grid convergence: ")
+    assert words in found.reason
     assert convergence_words(found) == []  # the recommended distance says it
     assert words in not_included_words(recommended_of(HEADLINE, found))
 
@@ -120,16 +120,16 @@ def test_a_manufactured_burst_gives_its_order_and_limit(job, monkeypatch):
     _stub(monkeypatch, lambda size: 1000.0 + 1e6 * size**2, made)  # 1009 at 3 mm
     found = convergence_of(_with(job, "final"), FLOWN, HEADLINE)
     assert [1e3 * size for size, _ in made] == pytest.approx([6.0, 3.0 * 2**0.5, 3.0 / 2**0.5])
-    assert list(found["sizes"]) == sorted(found["sizes"])
-    assert len(found["sizes"]) == 4
-    speed = found["quantities"]["mean_initial_speed"]
-    assert speed["kind"] == "monotone"
-    assert speed["order"] == pytest.approx(2.0, abs=0.01)
-    assert speed["extrapolated"] == pytest.approx(1000.0, abs=0.1)
-    assert speed["uncertainty"] == pytest.approx(1.25 * 9.0, rel=0.02)  # of the run's own size, not of the finest
-    distance = found["quantities"]["expected_distance"]
-    assert list(distance["standard_errors"]) == [1.0] * 4
-    assert distance["kind"] == "statistical"  # 0.9 m of cells in differences known to 1.4 m
+    assert list(found.sizes) == sorted(found.sizes)
+    assert len(found.sizes) == 4
+    speed = found.quantities["mean_initial_speed"]
+    assert speed.kind == "monotone"
+    assert speed.order == pytest.approx(2.0, abs=0.01)
+    assert speed.extrapolated == pytest.approx(1000.0, abs=0.1)
+    assert speed.uncertainty == pytest.approx(1.25 * 9.0, rel=0.02)  # of the run's own size, not of the finest
+    distance = found.quantities["expected_distance"]
+    assert list(distance.standard_errors) == [1.0] * 4
+    assert distance.kind == "statistical"  # 0.9 m of cells in differences known to 1.4 m
     (line,) = convergence_words(found)
     assert "(2.12, 3, 4.24, 6 mm): mean initial speed, by mass ± 11\u00a0m/s, order 2" in line
 
@@ -152,7 +152,7 @@ def test_the_case_alone_decides_sizes_and_realisations(job, monkeypatch, asked, 
         found = convergence_of(_with(job, asked), FLOWN, replace(HEADLINE, realisations=realisations))
         assert [size / 0.003 for size, _ in made] == pytest.approx(factors)
         assert {count for _, count in made} == {number}
-        assert len(found["sizes"]) == 1 + len(factors)
+        assert len(found.sizes) == 1 + len(factors)
 
 
 def test_an_unknown_preset_is_refused_with_those_that_exist():
@@ -165,29 +165,29 @@ def test_sizes_count_by_the_number_of_cells(job, monkeypatch):
     made = []
     _stub(monkeypatch, lambda size: 1009.0 + size, made)
     flat = convergence_of(_with(job, "final"), FLOWN, HEADLINE)
-    assert flat["representative_sizes"] == pytest.approx(flat["sizes"], rel=1e-3)
+    assert flat.representative_sizes == pytest.approx(flat.sizes, rel=1e-3)
     job.source.burst["geometry"] = "3d"  # the stub's cells are as many as in two dimensions
     solid = convergence_of(_with(job, "final"), FLOWN, HEADLINE)
-    assert solid["representative_sizes"][1:] == pytest.approx([0.003 * 2 ** (1 / 3), 0.003 * 4 ** (1 / 3)], rel=1e-3)
+    assert solid.representative_sizes[1:] == pytest.approx([0.003 * 2 ** (1 / 3), 0.003 * 4 ** (1 / 3)], rel=1e-3)
 
 
 def test_a_size_that_fails_is_reported_and_the_others_count(job, monkeypatch):
     made = []
     _stub(monkeypatch, lambda size: InputError("no layer") if size > 0.005 else 1009.0 + size, made)
     found = convergence_of(job, FLOWN, HEADLINE)
-    assert len(found["sizes"]) == 2
-    assert found["reason"] == "6 mm could not be computed: no layer"
+    assert len(found.sizes) == 2
+    assert found.reason == "6 mm could not be computed: no layer"
     _stub(monkeypatch, lambda _: InputError("no layer"), made)
     found = convergence_of(job, FLOWN, HEADLINE)
-    assert found["reason"] == "6 mm could not be computed: no layer; 4.24 mm could not be computed: no layer"
-    assert recommended_of(HEADLINE, found)["not_included"]["grid"] == found["reason"]
+    assert found.reason == "6 mm could not be computed: no layer; 4.24 mm could not be computed: no layer"
+    assert recommended_of(HEADLINE, found).not_included["grid"] == found.reason
 
 
 def test_a_run_without_a_distance_has_no_convergence_of_it(job, monkeypatch):
     _stub(monkeypatch, lambda size: 1009.0 + size, [])
     found = convergence_of(job, FLOWN, replace(HEADLINE, determined=False))
-    assert "expected_distance" not in found["quantities"]
-    assert "mean_initial_speed" in found["quantities"]
+    assert "expected_distance" not in found.quantities
+    assert "mean_initial_speed" in found.quantities
 
 
 @pytest.mark.parametrize("error", [InputError("the mesh cannot be made"), KeyboardInterrupt()])
@@ -204,7 +204,7 @@ def test_nothing_is_left_behind(job, monkeypatch, error):
         with pytest.raises(KeyboardInterrupt):
             convergence_of(job, FLOWN, HEADLINE)
     else:
-        assert convergence_of(job, FLOWN, HEADLINE)["reason"] == "6 mm could not be computed: the mesh cannot be made"
+        assert convergence_of(job, FLOWN, HEADLINE).reason == "6 mm could not be computed: the mesh cannot be made"
     assert list(job.target.path.iterdir()) == []
 
 

@@ -141,13 +141,14 @@ def test_check_says_how_a_contour_was_read_and_what_its_masses_differ_by(tmp_pat
         f'contour = {{ file = "shell.dxf", {keys} }}\n'
     )
     found = fragfield.check(tmp_path / "case.toml")
-    assert found.found["rounds"][0]["drawing"]["casing"]["deviation"] == pytest.approx(
+    assert found.found.rounds[0].drawing["casing"].deviation == pytest.approx(
         11.81 / 11.8 - 1.0, abs=1.5e-4
     )  # chords within 0.01 mm hold 1.1e-4 less
     shown = str(found)
     assert "unit millimetres, by $INSUNITS; axis y = 0, a centre line; nose left" in shown.replace("\n", " ")
     assert "casing mass, contours against drawing" in shown
-    assert f"{100 * found.found['rounds'][0]['drawing']['casing']['deviation']:+.2f}" in shown
+    deviation = found.found.rounds[0].drawing["casing"].deviation
+    assert f"{100 * deviation:+.2f}" in shown
 
 
 def test_convert_writes_a_profile_and_tables_of_places(tmp_path):

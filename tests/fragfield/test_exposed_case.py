@@ -14,13 +14,14 @@ from flight.hazard.density.distance import ExpectedDistance
 from flight.hazard.exposed import COUNTS
 from flight.scene.plan import signed_area
 from fragfield.case import load_case
-from fragfield.case.conversion.exposed_sites import describe_exposed, exposed_sites_of
+from fragfield.case.conversion.exposed_sites import exposed_sites_of
 from fragfield.case.conversion.surroundings import direction_words, site_of
 from fragfield.case.load import case_from_document
+from fragfield.checking.arrangement import describe_exposed
 from fragfield.hazard.exposed import ExposedCounts, ExposedSums, share_bound
 from fragfield.hazard.places import Places, PlaceSums, sum_bound
 from fragfield.hazard.verdict import no_margin, verdict_of
-from fragfield.results.part import to_json
+from fragfield.results.part import to_json, value_at
 from fragfield.results.site import ExposedSite
 from tests.fragfield.example_results import example
 
@@ -116,10 +117,10 @@ def test_a_margin_is_given_where_density_decides_and_nothing_stands_between(tmp_
 
 
 def test_check_shows_bearings_where_there_is_a_site(tmp_path):
-    without, within = (describe_exposed(load(tmp_path, more + OPEN.format(x=0, y=60)))[0] for more in ("", SITE))
-    assert without["azimuth_deg"] == within["azimuth_deg"]
-    assert without["bearing_deg"] is None
-    assert (within["azimuth_deg"] + within["bearing_deg"]) % 360.0 == pytest.approx(30.0)
+    without, within = (next(describe_exposed(load(tmp_path, more + OPEN.format(x=0, y=60)))) for more in ("", SITE))
+    assert without.azimuth_deg == within.azimuth_deg
+    assert without.bearing_deg is None
+    assert (within.azimuth_deg + within.bearing_deg) % 360.0 == pytest.approx(30.0)
     assert direction_words(90.0, None) == "azimuth 90°"
     assert direction_words(90.0, 300.0) == "bearing 300° (WNW)"
     assert direction_words(90.1, 359.6, whole=True) == "bearing 0° (N)"
@@ -169,7 +170,7 @@ def test_coverage_where_hits_come_in_bundles(bundle):
         (ground, _), _, _ = sums.worst(
             [sums.places.centre(here) + np.array([[0.0, 0.0], [1e-3, 0.0], [0.0, 1e-3]])], []
         )
-        held += ground["upper"] * sums.places.area[here] >= bundle * events
+        held += ground.upper * sums.places.area[here] >= bundle * events
     assert held / trials >= 0.95 - 2.0 * np.sqrt(0.05 * 0.95 / trials), held / trials
 
 
@@ -227,20 +228,20 @@ def test_densities_of_a_site_by_hand(counts, bound):
     area = places.area[here]
     mean, error = np.mean(counts), np.std(counts, ddof=1) / 2.0
     for name, unit in (("density_ground", area), ("density_normal", area / longest)):
-        found = [entry[name][key] * unit for key in ("expected", "upper", "standard_error")]
+        found = [value_at(entry, f"{name}.{key}") * unit for key in ("expected", "upper", "standard_error")]
         assert found == pytest.approx([mean, bound / 4.0, error], rel=1e-5), name
-    assert entry["places"] == 1
-    assert entry["worst_place"] == pytest.approx([80.0, 0.9], abs=5.0)
+    assert entry.places == 1
+    assert entry.worst_place == pytest.approx([80.0, 0.9], abs=5.0)
 
 
 def test_every_target_on_a_road_counts():
     landings = np.zeros(GRID.shape)
     landings[:, 40:] = 0.05
     entry = assessed(ROAD, fields=4 * [(landings, landings)])
-    hits = 2 * 10.0 * entry["density_normal"]["expected"]
+    hits = 2 * 10.0 * entry.density_normal.expected
     assert hits > 0.0
-    assert entry["expected_hits"]["expected"] == pytest.approx(hits)
-    assert entry["probability"]["expected"] == pytest.approx(1.0 - math.exp(-hits))
+    assert entry.expected_hits.expected == pytest.approx(hits)
+    assert entry.probability.expected == pytest.approx(1.0 - math.exp(-hits))
 
 
 def test_hits_on_a_building_by_hand():
@@ -249,10 +250,10 @@ def test_hits_on_a_building_by_hand():
     weights = np.array((2, 2, 2, 0)) / shadow
     counts = {"hits": (2, 2, 2, 0), "through": (1, 0, 1, 0), "fluence": weights, "fluence_squares": weights / shadow}
     entry = assessed(OFFICE, counts)
-    assert entry["expected_hits"]["upper"] == pytest.approx(BY_PAIRS / 4.0, rel=1e-5)
-    assert entry["density_normal"]["upper"] == pytest.approx(BY_PAIRS / 4.0 / shadow, rel=1e-5)
-    assert to_json(entry["probability"]) == {"expected": 0.75, "upper": pytest.approx(0.95**0.25)}
-    assert to_json(entry["not_stopped"]["probability"]) == {"expected": 0.5, "upper": pytest.approx(0.9024, abs=1e-4)}
+    assert entry.expected_hits.upper == pytest.approx(BY_PAIRS / 4.0, rel=1e-5)
+    assert entry.density_normal.upper == pytest.approx(BY_PAIRS / 4.0 / shadow, rel=1e-5)
+    assert to_json(entry.probability) == {"expected": 0.75, "upper": pytest.approx(0.95**0.25)}
+    assert to_json(entry.not_stopped.probability) == {"expected": 0.5, "upper": pytest.approx(0.9024, abs=1e-4)}
 
 
 def test_where_all_azimuths_are_alike_the_curve_is_taken_at_the_nearest_edge():
@@ -267,11 +268,11 @@ def test_where_all_azimuths_are_alike_the_curve_is_taken_at_the_nearest_edge():
     entry = assessed(PERSON, expected=expected)
     factor = 1.8331 * math.sqrt(10.0 / 9.0)
     for name, density in (("density_ground", 77.5**-3.0), ("density_normal", 2.0 * 77.5**-3.0)):
-        found = [entry[name][key] / density for key in ("expected", "upper", "standard_error")]
+        found = [value_at(entry, f"{name}.{key}") / density for key in ("expected", "upper", "standard_error")]
         assert found == pytest.approx([1.0, math.exp(0.1 * factor), 0.1], rel=1e-4)
-    assert entry["margin"] == pytest.approx(77.5 - 110.0, abs=0.01)
+    assert entry.margin == pytest.approx(77.5 - 110.0, abs=0.01)
     own = assessed(PERSON | {"energy": "100 J"}, expected=expected)
-    assert own["density_ground"]["expected"] == 0.0, "a site with an energy of its own takes what was counted for it"
+    assert own.density_ground.expected == 0.0, "a site with an energy of its own takes what was counted for it"
 
 
 @pytest.mark.parametrize(
@@ -298,6 +299,6 @@ def test_margin_and_nearest_edge_of_a_larger_area_are_never_better():
         corners = [[60, -half - 7], [60 + 2 * half, -half - 7], [60 + 2 * half, half], [60, half]]
         points = [[f"{x} m", f"{y} m"] for x, y in corners]
         entry = assessed({"name": "meadow", "kind": "area", "points": points}, expected=expected)
-        found.append([entry["distance"], entry["margin"]])
+        found.append([entry.distance, entry.margin])
     assert found[1] == pytest.approx(found[0], abs=0.01)
     assert found[0] == pytest.approx([60.0, -50.0], abs=0.01)

@@ -68,10 +68,10 @@ def test_an_even_density_is_found_at_every_site() -> None:
     for _ in range(10):
         add(sums, landings, 2.0 * landings)
     for entry in entries(sums):
-        assert AREA * entry["density_ground"]["expected"] == pytest.approx(0.3, rel=1e-9)
-        assert AREA * entry["density_normal"]["expected"] == pytest.approx(0.6, rel=1e-9)
-        assert entry["largest_energy"] is None
-        assert AREA * entry["density_ground"]["upper"] > 0.3
+        assert AREA * entry.density_ground.expected == pytest.approx(0.3, rel=1e-9)
+        assert AREA * entry.density_normal.expected == pytest.approx(0.6, rel=1e-9)
+        assert entry.largest_energy is None
+        assert AREA * entry.density_ground.upper > 0.3
 
 
 def test_the_direction_of_the_nose_is_the_worst_whatever_the_azimuth_of_a_site() -> None:
@@ -82,11 +82,11 @@ def test_the_direction_of_the_nose_is_the_worst_whatever_the_azimuth_of_a_site()
     for azimuth in (0.37 * GRID.width, 2.37 * GRID.width, 35.37 * GRID.width):  # no point on the edge of a cell
         sums = sites(azimuth)
         add(sums, beam, 0.0 * beam)
-        found.append([AREA * entry["density_ground"]["expected"] for entry in entries(sums)])
+        found.append([AREA * entry.density_ground.expected for entry in entries(sums)])
     for person, road, area in found:
         assert (person, road) == pytest.approx(found[0][:2], rel=1e-9)
         assert (person, area) == pytest.approx((5.0, 5.0), rel=1e-2), "wider than kernel and pieces, however cut"
-    assert entries(sums)[0]["verdict"] == "not met"
+    assert entries(sums)[0].verdict == "not met"
 
 
 @pytest.mark.parametrize("alike", [False, True])
@@ -97,7 +97,7 @@ def test_bounds_of_a_person_by_hand(alike: bool) -> None:
     rings = places.ring[places.touched(every.sites[0].pieces)]
     cell = int(np.flatnonzero(np.isin(places.ring[places.of_cells[0]], rings))[0])
 
-    def person(counts: tuple[int, ...], turn: int = 0) -> dict:
+    def person(counts: tuple[int, ...], turn: int = 0) -> ExposedSite:
         sums = ExposedSums(every.case, every.sites[:1], GRID, KERNEL, turned=True, alike=alike)
         for number in counts:
             field = np.zeros(GRID.shape)
@@ -105,12 +105,14 @@ def test_bounds_of_a_person_by_hand(alike: bool) -> None:
             add(sums, field, field)
         return entries(sums)[0]
 
-    most = max(person((1,), turn)["density_ground"]["expected"] for turn in range(GRID.azimuth_cells))
-    found = person((2, 1, 1, 2))["density_ground"]
+    most = max(person((1,), turn).density_ground.expected for turn in range(GRID.azimuth_cells))
+    found = person((2, 1, 1, 2)).density_ground
     wanted = {"expected": 1.5 * most, "upper": gamma.ppf(0.95, 6.4, scale=1.25) / 4.0 * most}
-    assert {key: found[key] for key in wanted} == pytest.approx(wanted, rel=0.03), "a little more: of smaller places"
-    assert found["standard_error"] == pytest.approx(most / np.sqrt(12.0), rel=1e-4)
-    assert person((0,))["density_ground"]["upper"] >= 2.9957 * most * (1.0 - 1e-4)
+    assert {key: getattr(found, key) for key in wanted} == pytest.approx(wanted, rel=0.03), (
+        "a little more: of smaller places"
+    )
+    assert found.standard_error == pytest.approx(most / np.sqrt(12.0), rel=1e-4)
+    assert person((0,)).density_ground.upper >= 2.9957 * most * (1.0 - 1e-4)
 
 
 def test_of_attitudes_the_one_nearest_to_the_criterion_counts() -> None:
@@ -122,6 +124,6 @@ def test_of_attitudes_the_one_nearest_to_the_criterion_counts() -> None:
     rows = [((0.0, 0.0), [entry(0.2)]), ((90.0, 30.0), [entry(0.9)]), ((180.0, 0.0), [entry(0.4)])]
     (worst,) = worst_of_attitudes(rows)
     assert part_of_criterion(worst) == 0.9
-    assert (worst["worst_inclination_deg"], worst["worst_roll_deg"]) == (90.0, 30.0)
+    assert (worst.worst_inclination_deg, worst.worst_roll_deg) == (90.0, 30.0)
     (open_,) = worst_of_attitudes([*rows, ((60.0, 0.0), [entry(None)])])
-    assert open_["worst_inclination_deg"] == 60.0, "what is not determined in one attitude is not determined"
+    assert open_.worst_inclination_deg == 60.0, "what is not determined in one attitude is not determined"

@@ -97,11 +97,9 @@ def test_the_thinnest_wall_is_that_of_the_contour_wherever_it_lies():
 
 def test_the_mean_walls_of_check_are_those_that_the_burst_records(run):
     folder, _ = run
-    (round_,) = fragfield.check(folder / "case.toml").found["rounds"]
+    (round_,) = fragfield.check(folder / "case.toml").found.rounds
     recorded = read_run(folder).rounds[0].segments
-    assert [one["mean_wall"] for one in round_["segments"]] == pytest.approx(
-        recorded["wall_thickness"].tolist(), rel=1e-9
-    )
+    assert [one.mean_wall for one in round_.segments] == pytest.approx(recorded["wall_thickness"].tolist(), rel=1e-9)
 
 
 def test_wind_air_and_every_direction_are_given_by_bearing_where_there_is_a_site(run):

@@ -204,7 +204,7 @@ def test_check_refuses_a_file_that_is_missing_or_of_another_round(case_with_pit)
     write_groups(folder / "part.csv", pieces(0.014, 0.3 * CASING), rounds=0.3)
     for name in ("two.csv", "part.csv"):
         case = load_changed_case(case_with_pit, {"break_up.mean_mass": name})
-        assert not any("published mean masses" in line for line in check_report(case)["warnings"])
+        assert not any("published mean masses" in line for line in check_report(case).warnings)
 
 
 def test_rounds_that_differ_have_no_common_table(tmp_path):
@@ -311,9 +311,9 @@ def test_what_contradicts_or_has_no_meaning_is_refused(changes, message):
 
 
 def test_check_warns_where_no_data_are_near():
-    near = check_report(load_case(CASES / "m107_tnt.toml"))["warnings"]
+    near = check_report(load_case(CASES / "m107_tnt.toml")).warnings
     assert not any("published mean masses" in line for line in near)
-    (warning,) = (line for line in check_report(load_case(CYLINDER))["warnings"] if "published mean masses" in line)
+    (warning,) = (line for line in check_report(load_case(CYLINDER)).warnings if "published mean masses" in line)
     assert warning.startswith(
         "round[1] (cylinder): no published mean masses of fragments are close: outer diameter 30.6 mm"
     )
@@ -322,4 +322,4 @@ def test_check_warns_where_no_data_are_near():
 
 def test_check_does_not_warn_where_the_mean_mass_is_given():
     case = load_changed_case(CYLINDER, {"break_up.mean_mass": "3 g"})
-    assert not any("published mean masses" in line for line in check_report(case)["warnings"])
+    assert not any("published mean masses" in line for line in check_report(case).warnings)

@@ -11,6 +11,7 @@ import flight
 import fragfield
 from fragfield.errors import exit_code_of
 from fragfield.interface import running
+from fragfield.results.part import to_json
 from tests.fragfield.short_run import RINGS, ROOT, invoke, python
 from tests.fragfield.small_tube import BURST, TUBE, tube_case
 
@@ -116,11 +117,11 @@ def test_set_takes_texts_and_mappings():
 def test_check_is_that_of_the_command_line(tmp_path, tube):
     found = fragfield.check(tube)
     printed = invoke("check", tube.write(tmp_path / "tube.toml"), "--json")
-    assert json.loads(printed.stdout) == json.loads(json.dumps(found.found))
-    assert found.warnings == found.found["warnings"] != []
-    assert found.found["mesh"]["cells"] > 100
+    assert json.loads(printed.stdout) == json.loads(json.dumps(to_json(found.found)))
+    assert found.warnings == [*found.found.warnings] != []
+    assert found.found.mesh.cells > 100
     finer = fragfield.check(tube, set={"burst.cell_size": "7 mm", "seed": 3})
-    assert finer.found["mesh"]["cells"] > 2 * found.found["mesh"]["cells"]
+    assert finer.found.mesh.cells > 2 * found.found.mesh.cells
 
 
 def test_where_a_run_goes(tmp_path, monkeypatch, tube):

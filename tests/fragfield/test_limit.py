@@ -14,9 +14,11 @@ from fragfield.files.run_directory import RunDirectory
 from fragfield.hazard.contents import with_images
 from fragfield.hazard.recommended import recommended_of
 from fragfield.hazard.to_apply import distance_to_apply
+from fragfield.results.convergence import Convergence
 from fragfield.results.hazard import Hazard
-from fragfield.results.part import to_json
-from fragfield.results.rules import Official, Rule
+from fragfield.results.rules import Official, Rule, Rules
+from fragfield.results.site import ExposedSite
+from fragfield.results.summary import Summary
 from fragfield.studies.limit import LimitRow, judge, limit_of
 from fragfield.studies.tasks import Outcome
 from tests.fragfield.example_results import example
@@ -73,14 +75,16 @@ def computed(monkeypatch):
         distance = law["distance"](rounds)
         hazard = {"determined": distance is not None, "reason": "airborne", "expected": distance, "upper": distance,
                   "standard_error": 1.0}  # fmt: skip
-        hazard = recommended_of(
-            example(Hazard, **hazard), {"reason": "no grid convergence: not computed for the runs of a sweep"}
-        )
+        not_computed = Convergence(reason="no grid convergence: not computed for the runs of a sweep")
+        hazard = recommended_of(example(Hazard, **hazard), not_computed)
         sites = [{"name": one.name, "verdict": "met" if law["met"](rounds) else "not met"} for one in task.case.exposed]
-        rules = {"contents": {"explosive": 5.0 * rounds}}
-        to_apply = to_json(distance_to_apply(hazard, None, []))
-        summary = {"hazard": to_json(hazard), "exposed": sites, "rules": rules, "distance_to_apply": to_apply}
-        RunDirectory(task.directory).write_summary(summary)
+        summary = Summary(
+            hazard=hazard,
+            exposed=tuple(example(ExposedSite, **one) for one in sites),
+            rules=example(Rules, contents={"explosive": 5.0 * rounds}),
+            distance_to_apply=distance_to_apply(hazard, None, []),
+        )
+        RunDirectory(task.directory).write_results(summary)
         return Outcome(0, "" if distance is not None else "airborne", task.results(summary))
 
     in_threads(monkeypatch, call)
@@ -134,7 +138,7 @@ def test_bisection_finds_the_largest_number_in_few_runs(case_file, computed, lim
     assert found.explosive == 5.0 * expected
     assert len(made) == len(set(made)) <= 2 + math.ceil(math.log2(19))
     assert (min(made), max(made)) == (1, 20)
-    assert found.found["first_not_met"]["rounds"] == expected + 1
+    assert found.found.first_not_met.rounds == expected + 1
     assert found.table["rounds"].tolist() == sorted(made)
     assert str(found).startswith(f"limit: {expected} round")
 
@@ -266,9 +270,9 @@ def test_official_distance_and_rules_must_not_exceed_the_given_one_either(offici
         )
         for name, distance, outside in rules
     ]
-    to_apply = to_json(distance_to_apply(hazard, part, entries))
+    summary = Summary(hazard=hazard, distance_to_apply=distance_to_apply(hazard, part, entries))
     found = row(1, 0.0)
-    judge(found, {"hazard": to_json(hazard), "distance_to_apply": to_apply}, 90.0, exposed=False)
+    judge(found, summary, 90.0, exposed=False)
     assert (found.reasons, found.met) == (reasons, not reasons)
 
 

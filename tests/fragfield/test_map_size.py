@@ -63,13 +63,13 @@ def test_the_farthest_throw_is_that_at_the_best_elevation(tmp_path: Path) -> Non
 
 
 def test_check_names_the_size_that_a_map_must_have(tmp_path: Path) -> None:
-    words = [one for one in check_report(read(tmp_path, 500.0, SITE))["warnings"] if "flight.ground.map" in one]
+    words = [one for one in check_report(read(tmp_path, 500.0, SITE)).warnings if "flight.ground.map" in one]
     assert len(words) == 1
     assert "ends 500 m from the rounds (bearing 90° (E))" in words[0]
     found = re.search(r"about (\d+) m.* from (-\d+) to (\d+) m along x", words[0])
     throw, low, high = map(float, found.groups())
     assert 500.0 < throw <= high == -low < throw + 50.0
-    large = check_report(read(tmp_path, high, SITE))["warnings"]
+    large = check_report(read(tmp_path, high, SITE)).warnings
     assert not any("flight.ground.map" in one for one in large), "a map of the size that is named is large enough"
 
 
@@ -167,6 +167,6 @@ height = "3 m"
 thickness = "0.3 m"
 """
         (tmp_path / "case.toml").write_text(text)
-        words = [one for one in check_report(load_case(tmp_path / "case.toml"))["warnings"] if "obstacle wall" in one]
+        words = [one for one in check_report(load_case(tmp_path / "case.toml")).warnings if "obstacle wall" in one]
         assert bool(words) == named
         assert all("0.1 m from the axis of round[1] (tube), whose casing grows to about" in one for one in words)

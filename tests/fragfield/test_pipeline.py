@@ -216,7 +216,7 @@ def test_realisations_shared_over_ranks_are_those_of_one(on_ranks, whole_run, tm
         "from mpi4py import MPI\n"
         "for stage in ('break-up', 'fly'):\n"
         f"    run = fragfield.run({str(folder)!r}, only=stage, progress=False)\n"
-        'sys.stdout.write(f\'{run.summary["break_up"]["realisations"]}/{len(run.landing)}\\n\')\n'
+        "sys.stdout.write(f'{run.summary.break_up.realisations}/{len(run.landing)}\\n')\n"
     )
     printed = on_ranks(ranks, script)
     landed = len(fragfield.open(whole_run[0]).landing)

@@ -11,8 +11,8 @@ import pytest
 
 from flight.scene.plan import signed_area
 from fragfield.case import load_case
-from fragfield.case.conversion.exposed_sites import describe_exposed
 from fragfield.case.tables.site import PlacesTable
+from fragfield.checking.arrangement import describe_exposed
 from fragfield.errors import InputError
 from fragfield.places.polygons import box_around, convex_parts
 from fragfield.places.tables import tables_of_places
@@ -87,7 +87,7 @@ def test_every_kind_of_place_of_a_geojson(tmp_path, caplog):
     for words in ("1 features without a place", "its 1 holes", "not convex, in", "1 places ignored"):
         assert words in said
     assert case.site.places is None  # the tables stand for it
-    assert len(describe_exposed(case)) == len(exposed)
+    assert len([*describe_exposed(case)]) == len(exposed)
 
 
 KML = f"""<?xml version="1.0" encoding="UTF-8"?>

@@ -212,10 +212,10 @@ def test_check_shows_official_distances_quantity_and_rules(tmp_path):
     assert "Distance to apply: 112 m (storage and handling), " in done.stdout
     assert "of a cased item whose own is not known” (381 m by its formula), because the round's own" in done.stdout
     found = fragfield.check(path).found
-    assert found["official"]["covers"] is True
+    assert found.official.covers is True
     path.write_text(RINGS, encoding="utf-8")
     assert "Distance to apply: 381 m (storage and handling), " in invoke("check", path).stdout
-    assert fragfield.check(path).found["official"] is None
+    assert fragfield.check(path).found.official is None
 
 
 @pytest.fixture(scope="module")

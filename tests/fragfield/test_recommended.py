@@ -11,6 +11,8 @@ import pytest
 from fragfield.hazard.recommended import recommended_of
 from fragfield.results.convergence import Convergence
 from fragfield.results.hazard import Hazard, WithoutRicochet
+from fragfield.results.part import to_json
+from fragfield.results.uncertainty import SampledQuantity, Spread, UncertaintyResult
 from fragfield.results.words import not_included_words, parts_of, parts_words
 from tests.fragfield.example_results import example
 
@@ -27,17 +29,17 @@ def grid(uncertainty, reason=""):
 
 
 def study(median, high, error=1.0):
-    spread = {"low": 90.0, "median": median, "high": high, "high_standard_error": error}
-    return {"distance": {"spread": spread}}
+    spread = Spread.known(low=90.0, median=median, high=high, high_standard_error=error)
+    return UncertaintyResult.known(distance=SampledQuantity.known(spread=spread))
 
 
 def test_without_a_study_randomness_and_grid_are_added_as_squares():
     found = recommended_of(HAZARD, grid(4.0))
     assert found.recommended == pytest.approx(105.0)
-    assert {name: width for name, width in found.parts.items() if width is not None} == {
+    assert {name: width for name, width in to_json(found.parts).items() if width is not None} == {
         "expected": 100.0, "randomness": 3.0, "grid": 4.0
     }  # fmt: skip
-    assert recommended_of(replace(HAZARD, table_width=12.0), grid(4.0))["recommended"] == pytest.approx(113.0)
+    assert recommended_of(replace(HAZARD, table_width=12.0), grid(4.0)).recommended == pytest.approx(113.0)
     assert found.not_included == {"inputs": "no study of uncertain inputs"}
     own = {name: getattr(HAZARD, name) for name in ("recommended", "parts", "not_included", "without_ricochet")}
     assert replace(found, **own) == HAZARD  # nothing of the run's own is changed
@@ -61,18 +63,21 @@ def test_an_integral_has_the_error_of_its_points_and_no_randomness():
 
 @pytest.mark.parametrize("spread", [(60.0, 70.0, 0.0), (98.0, 98.0, 0.0), (99.0, 101.0, 2.0), (120.0, 150.0, 3.0)])
 def test_a_study_never_lowers_the_distance(spread):
-    alone = recommended_of(HAZARD, grid(4.0))["recommended"]
+    alone = recommended_of(HAZARD, grid(4.0)).recommended
     with_study = recommended_of(HAZARD, grid(4.0), study(*spread))
-    assert with_study["recommended"] >= alone
-    assert with_study["parts"]["inputs"] == max(spread[1] - 100.0, 0.0)
+    assert with_study.recommended >= alone
+    assert with_study.parts.inputs == max(spread[1] - 100.0, 0.0)
 
 
 @pytest.mark.parametrize(
     ("convergence", "reason"),
     [
-        ({"reason": "no grid convergence: the fragments are from another source"}, "the fragments are from another"),
+        (
+            Convergence(reason="no grid convergence: the fragments are from another source"),
+            "the fragments are from another",
+        ),
         (None, "no other cell size gave a distance"),
-        ({"quantities": {}, "reason": "12 mm gave no distance: airborne"}, "12 mm gave no distance: airborne"),
+        (Convergence(quantities={}, reason="12 mm gave no distance: airborne"), "12 mm gave no distance: airborne"),
         (grid(None), "no other cell size gave a distance"),
     ],
 )
@@ -95,8 +100,8 @@ def test_a_distance_that_is_not_determined_has_no_recommended_one():
     hazard = replace(HAZARD, determined=False, expected=None, upper=None, without_ricochet=short)
     found = recommended_of(hazard, grid(4.0), study(101.0, 113.0))
     assert found.recommended is None
-    assert set(found.parts.values()) == {None}
-    assert found.without_ricochet["recommended"] is None
+    assert set(vars(found.parts).values()) == {None}
+    assert found.without_ricochet.recommended is None
     assert (parts_of(found), parts_words(found), not_included_words(found)) == ([], "", "")
 
 
@@ -107,7 +112,7 @@ def test_without_ricochet_the_same_grid_and_its_own_randomness():
     assert replace(found.without_ricochet, recommended=None) == short
     assert found.without_ricochet.recommended == pytest.approx(96.0)
     found = recommended_of(hazard, grid(4.0), study(102.0, 102.0, 0.0))
-    assert found.without_ricochet["recommended"] == pytest.approx(90.0 + math.sqrt(40.0))
+    assert found.without_ricochet.recommended == pytest.approx(90.0 + math.sqrt(40.0))
 
 
 def test_the_rule_covers_95_percent():
@@ -117,7 +122,7 @@ def test_the_rule_covers_95_percent():
     of_inputs, of_randomness, index = 6.0, 1.5, 4.0
     hazard = replace(HAZARD, upper=100.0 + NORMAL_95 * of_randomness)
     inputs = study(100.0, 100.0 + NORMAL_95 * of_inputs, 0.0)
-    found = recommended_of(hazard, grid(index), inputs)["recommended"]
+    found = recommended_of(hazard, grid(index), inputs).recommended
     random = 100.0 + rng.normal(0.0, of_inputs, n) + rng.normal(0.0, of_randomness, n)
     for sigma in (index / 1.96, index / NORMAL_95):
         assert 0.945 < (random + rng.normal(0.0, sigma, n) <= found).mean() < 0.965

@@ -23,7 +23,7 @@ from tests.fragfield.short_run import SHORT
 PAGE = Path(__file__).with_name("refusals.txt")
 BASE: dict[str, Any] = {**tomllib.loads(SHORT), "title": "base"}
 BASE["round"][0].pop("attitude")
-ALWAYS = check_report(case_from_document(BASE, source="case.toml", folder=PAGE.parent))["warnings"]
+ALWAYS = check_report(case_from_document(BASE, source="case.toml", folder=PAGE.parent)).warnings
 
 
 def blocks(text: str) -> list[list[str]]:
@@ -40,7 +40,7 @@ def answer(settings: list[str]) -> str:
         case = case_from_document(document, source="case.toml", folder=folder)
     except InputError as error:
         return "\n".join(f"! {line}" for line in str(error).replace(str(folder), "FOLDER").splitlines())
-    return "\n".join(f"? {line}" for line in check_report(case)["warnings"] if line not in ALWAYS) or "? nothing new"
+    return "\n".join(f"? {line}" for line in check_report(case).warnings if line not in ALWAYS) or "? nothing new"
 
 
 def written(text: str) -> str:

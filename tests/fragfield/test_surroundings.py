@@ -17,8 +17,9 @@ from fragfield.case import load_case, read_resolved, to_toml
 from fragfield.case.checks.estimates import map_warnings
 from fragfield.case.conversion.clearance import min_clearance
 from fragfield.case.conversion.rounds import meshed, placed
-from fragfield.case.conversion.surroundings import describe_surroundings, site_of
+from fragfield.case.conversion.surroundings import site_of
 from fragfield.case.problem import flight_arguments
+from fragfield.checking.arrangement import describe_surroundings
 from fragfield.errors import InputError
 from fragfield.pipeline.flown import above_ground
 from tests.fragfield.short_run import invoke
@@ -220,8 +221,8 @@ def test_a_map_finds_its_place_by_the_site(folder) -> None:
     expected = slope(e0 - PLACE[0] + east * 0.9996, n0 - PLACE[1] + off + north * 0.9996)
     assert ground.at(x, y) + ground.datum == pytest.approx(expected, abs=0.1)
     found = describe_surroundings(case)
-    assert found["ground"]["crs"] == "WGS 84 / UTM zone 32N"
-    assert found["altitude"] == pytest.approx(ground.datum)
+    assert found.ground["crs"] == "WGS 84 / UTM zone 32N"
+    assert found.altitude == pytest.approx(ground.datum)
 
 
 @pytest.mark.parametrize("degrees", [190.0, -170.0, -530.0 + 360.0])

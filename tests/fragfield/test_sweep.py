@@ -12,8 +12,10 @@ import fragfield
 from fragfield.case import load_case, load_changed_case, read_resolved
 from fragfield.errors import InputError
 from fragfield.files.run_directory import RunDirectory
+from fragfield.results.summary import Summary
 from fragfield.studies.sweep import plan_runs, results_of
 from fragfield.studies.tasks import Outcome, perform
+from tests.fragfield.example_results import complete
 from tests.fragfield.run_tasks import in_threads
 from tests.fragfield.short_run import RINGS, ROOT, invoke
 
@@ -42,9 +44,9 @@ def calls(monkeypatch):
             return Outcome(code, "cell 7 is lost")
         if task.directory is not None:
             (task.directory / "burst_snapshot.h5").touch()
-            RunDirectory(task.directory).write_summary(summary)
+            RunDirectory(task.directory).write_summary(complete(Summary, summary))
         reason = "" if summary["hazard"]["determined"] else summary["hazard"]["reason"]
-        return Outcome(0, reason, task.results(summary))
+        return Outcome(0, reason, task.results(Summary.read(complete(Summary, summary))))
 
     in_threads(monkeypatch, call)
     return made, codes, summary

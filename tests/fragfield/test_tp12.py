@@ -103,12 +103,12 @@ def test_rounds_that_differ_have_no_single_round(tmp_path, rounds, reason):
 def test_without_a_single_round_the_rules_say_why(tmp_path):
     case = case_of(tmp_path, tube("a", 0.0), tube("b", 0.3).replace('"tnt"', '"comp_b"'))
     found = rules_of(case, SingleRound(None, "no single round: the rounds differ in contents or casing"))
-    beam, stack = found["rules"][:2]
-    assert (beam["name"], stack["name"]) == (BEAM, STACK)
+    beam, stack = found.rules[:2]
+    assert (beam.name, stack.name) == (BEAM, STACK)
     for rule in (beam, stack):
-        assert rule["distance"] is None
-        assert "the rounds differ" in rule["inputs"]
-        assert "the rounds differ" in rule["reason"]
+        assert rule.distance is None
+        assert "the rounds differ" in rule.inputs
+        assert "the rounds differ" in rule.reason
 
 
 @pytest.mark.parametrize(
@@ -123,10 +123,10 @@ def test_the_case_says_how_the_rule_counts(tmp_path, table, number):
         tail=f"[hazard.stack_rule]\n{table}",
     )
     part = tp12_part(case, single())
-    assert part["stack"]["effective_number"] == pytest.approx(number)
+    assert part.stack.effective_number == pytest.approx(number)
     (beam, stack) = tp12_rules(case, part)
     assert f"N_E = {number:.3g} of" in stack.inputs
-    assert stack.distance == part["stack"]["distance"] > beam.distance
+    assert stack.distance == part.stack.distance > beam.distance
     alone = case.model_copy(update={"round": case.round[:1]})
     assert [rule.name for rule in tp12_rules(alone, tp12_part(alone, single()))] == [BEAM]
 
@@ -155,7 +155,7 @@ def test_both_distances_use_the_criteria_of_the_case(tmp_path, key, value, longe
     usual = tp12_part(case_of(tmp_path, *rounds), single())
     other = tp12_part(case_of(tmp_path, *rounds, hazard=f'{key} = "{value}"'), single())
     for name in ("beam", "stack"):
-        assert (other[name]["distance"] > usual[name]["distance"]) == longer
+        assert (getattr(other, name).distance > getattr(usual, name).distance) == longer
 
 
 def test_drag_and_air_of_the_case_count(tmp_path):
@@ -164,11 +164,11 @@ def test_drag_and_air_of_the_case_count(tmp_path):
     thin = tp12_part(
         case_of(tmp_path, *rounds, tail='[flight]\nair = { model = "standard", altitude = "3000 m" }\n'), single()
     )
-    assert thin["beam"]["distance"] > usual["beam"]["distance"]
-    assert thin["stack"]["distance"] > usual["stack"]["distance"]
+    assert thin.beam.distance > usual.beam.distance
+    assert thin.stack.distance > usual.stack.distance
     smooth = tp12_part(case_of(tmp_path, *rounds, tail="[flight]\ndrag = 0.6\n"), single())
-    assert smooth["beam"]["distance"] > usual["beam"]["distance"]
-    assert smooth["stack"] == usual["stack"]  # the paper's own C_D
+    assert smooth.beam.distance > usual.beam.distance
+    assert smooth.stack == usual.stack  # the paper's own C_D
 
 
 @pytest.mark.dolfinx

@@ -14,6 +14,10 @@ from fragfield.studies.uncertainty.statistics import analyse, columns_of, spread
 UNIFORM = Distribution("uniform", {"low": 0.0, "high": 1.0})
 
 
+def _uniform(number):
+    return [(f"input {i}", UNIFORM) for i in range(number)]
+
+
 # --- distributions ------------------------------------------------------------------------------------------------
 
 
@@ -89,15 +93,15 @@ def test_shares_of_a_linear_model_with_noise():
     c = np.array([4.0, 2.0, 1.0, 0.0])
     points = latin_hypercube(4, 400, 2)
     values = points @ c + rng.normal(0.0, 0.6, 400)
-    found = analyse([UNIFORM] * 4, points, values, seed=1)
-    shares = np.array([one["share"] for one in found.shares])
-    errors = np.array([one["share_standard_error"] for one in found.shares])
+    found = analyse(_uniform(4), points, values, seed=1)
+    shares = np.array([one.share for one in found.shares])
+    errors = np.array([one.share_standard_error for one in found.shares])
     expected = c**2 / (c**2).sum()
     assert (np.abs(shares - expected) < 3.0 * errors + 0.01).all(), (shares, errors)
     np.testing.assert_allclose(shares, expected, atol=0.03)
     assert shares.sum() == pytest.approx(1.0)
     assert errors[0] < 0.03
-    bars = [one["high"] - one["low"] for one in found.tornado]
+    bars = [one.high - one.low for one in found.tornado]
     np.testing.assert_allclose(bars, 0.9 * c, atol=0.15)
 
 
@@ -105,11 +109,11 @@ def test_shares_depend_on_ranks_alone():
     """A result and a steep monotone function of it have the same shares, and what is not monotone is not explained."""
     points = latin_hypercube(2, 200, 4)
     values = points @ [2.0, 1.0]
-    found, steep = (analyse([UNIFORM] * 2, points, one, seed=1) for one in (values, np.exp(9.0 * values)))
+    found, steep = (analyse(_uniform(2), points, one, seed=1) for one in (values, np.exp(9.0 * values)))
     assert found.shares == steep.shares
-    assert found.estimator["explained"] > 0.98
-    bowl = analyse([UNIFORM] * 2, points, (points[:, 0] - 0.5) ** 2, seed=1)
-    assert bowl.estimator["explained"] < 0.05
+    assert found.estimator.explained > 0.98
+    bowl = analyse(_uniform(2), points, (points[:, 0] - 0.5) ** 2, seed=1)
+    assert bowl.estimator.explained < 0.05
 
 
 def test_the_stated_error_is_the_spread_over_repetitions():
@@ -119,9 +123,9 @@ def test_the_stated_error_is_the_spread_over_repetitions():
     for seed in range(120):
         points = latin_hypercube(3, 60, seed)
         values = points @ c + np.random.default_rng(seed).normal(0.0, 0.8, 60)
-        found = analyse([UNIFORM] * 3, points, values, seed=seed)
-        shares.append([one["share"] for one in found.shares])
-        errors.append([one["share_standard_error"] for one in found.shares])
+        found = analyse(_uniform(3), points, values, seed=seed)
+        shares.append([one.share for one in found.shares])
+        errors.append([one.share_standard_error for one in found.shares])
     spread, stated = np.std(shares, axis=0, ddof=1), np.mean(errors, axis=0)
     np.testing.assert_allclose(stated, spread, rtol=0.3)
 
@@ -133,9 +137,9 @@ def test_a_discrete_input_has_its_share():
     step = np.array([0.0, 1.0, 0.3])[kinds.quantile(points[:, 0]).astype(int)]
     shares = np.array([0.5, 0.25, 0.25])
     own = shares @ np.array([0.0, 1.0, 0.3]) ** 2 - (shares @ np.array([0.0, 1.0, 0.3])) ** 2
-    found = analyse([kinds, UNIFORM], points, step + points[:, 1], seed=1)
-    assert found.shares[0]["share"] == pytest.approx(own / (own + 1.0 / 12.0), abs=0.03)
-    assert found.tornado[0]["high"] - found.tornado[0]["low"] == pytest.approx(1.0, abs=0.01)
+    found = analyse([("step", kinds), *_uniform(1)], points, step + points[:, 1], seed=1)
+    assert found.shares[0].share == pytest.approx(own / (own + 1.0 / 12.0), abs=0.03)
+    assert found.tornado[0].high - found.tornado[0].low == pytest.approx(1.0, abs=0.01)
 
 
 def test_few_shared_bursts_are_known_less_well_than_many():
@@ -146,9 +150,9 @@ def test_few_shared_bursts_are_known_less_well_than_many():
         rng = np.random.default_rng(seed)
         points, burst = shared_bursts(np.array([True, False]), 120, 8, seed)
         values = points @ c + rng.normal(0.0, 0.3, 8)[burst] + rng.normal(0.0, 0.05, 120)
-        found = analyse([UNIFORM] * 2, points, values, seed=seed, burst=burst)
-        shares.append(found.shares[0]["share"])
-        errors.append(found.shares[0]["share_standard_error"])
+        found = analyse(_uniform(2), points, values, seed=seed, burst=burst)
+        shares.append(found.shares[0].share)
+        errors.append(found.shares[0].share_standard_error)
     assert np.mean(shares) == pytest.approx(0.5, abs=0.05)
     assert 0.5 < np.mean(errors) / np.std(shares, ddof=1) < 2.0
     assert np.mean(errors) > 0.03
@@ -156,9 +160,10 @@ def test_few_shared_bursts_are_known_less_well_than_many():
 
 def test_too_few_samples_are_said():
     points = latin_hypercube(8, 9, 1)
-    assert "9 samples are too few for 8 inputs" in analyse([UNIFORM] * 8, points, points.sum(axis=1), seed=1)
+    inputs = _uniform(8)
+    assert "9 samples are too few for 8 inputs" in analyse(inputs, points, points.sum(axis=1), seed=1).estimator.reason
     same = np.ones(9)
-    assert analyse([UNIFORM] * 8, points, same, seed=1) == "the samples do not differ"
+    assert analyse(inputs, points, same, seed=1).estimator.reason == "the samples do not differ"
 
 
 # --- The spread of a distance over the inputs: statistical errors taken out, and the error of its quantiles

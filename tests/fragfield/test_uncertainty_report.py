@@ -12,6 +12,7 @@ from fragfield.case import load_case
 from fragfield.files.stamped import stamped_json
 from fragfield.report import write_report, write_uncertainty_page
 from fragfield.report.reading.run_files import read_run
+from fragfield.results.part import to_json
 from fragfield.results.summary import Summary
 from fragfield.studies.study import Row
 from fragfield.studies.tasks import Outcome
@@ -55,14 +56,14 @@ def _study(summary=SUMMARY, lost=()):
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     folder = write_run(tmp_path_factory.mktemp("report") / "run", rounds=1, title="A <round>")
-    (folder / "uncertainty.json").write_text(stamped_json(_study(lost=(3, 4))))
+    (folder / "uncertainty.json").write_text(stamped_json(to_json(_study(lost=(3, 4)))))
     return folder
 
 
 def test_the_run_has_a_section_and_a_card(folder):
     text = write_report(folder, pictures=False).read_text()
     found = read_run(folder).study
-    recommended = int(np.ceil(found["hazard"]["recommended"]))
+    recommended = int(np.ceil(found.hazard.recommended))
     assert '<section id="uncertainty">' in text
     assert re.search(rf">Recommended distance</dt>\s*<dd><span class=\"value\">{recommended}</span>", text)
     for words in (
@@ -73,8 +74,8 @@ def test_the_run_has_a_section_and_a_card(folder):
     ):  # fmt: skip
         assert words in text, words
     assert "<gate>" not in text
-    for entry in found["inputs"]:
-        assert entry["source"].split(":")[0][:30] in text.replace("&#39;", "'")
+    for entry in found.inputs:
+        assert entry.source.split(":")[0][:30] in text.replace("&#39;", "'")
 
 
 def test_a_run_without_a_study_has_no_section(folder, tmp_path, without_figures):
@@ -84,8 +85,8 @@ def test_a_run_without_a_study_has_no_section(folder, tmp_path, without_figures)
 
 def test_too_few_samples_give_no_result(folder, tmp_path):
     found = _study(lost=range(55))
-    assert found["exit_code"] == 3
-    assert found["distance"] is None
+    assert found.exit_code == 3
+    assert found.distance is None
     text = write_uncertainty_page(tmp_path, folder, found).read_text()
     assert "No result: 5 samples gave a distance; at least 8 are needed." in text
 

@@ -214,7 +214,7 @@ def test_in_python_and_where_no_sample_gives_a_distance(made, tmp_path):
     found = fragfield.run_uncertainty(M107, out=tmp_path / "out", samples=60, seed=3, jobs=2, progress=False)
     low, median, high = found.spread
     assert low < median < high < found.recommended
-    assert found.recommended == found.found["hazard"]["recommended"]
+    assert found.recommended == found.found.hazard.recommended
     assert found.effects["share"].sum() == pytest.approx(1.0)
     assert str(found).splitlines()[0].startswith("Distance to apply: ")
     made[1].extend([3] * 60)

@@ -12,9 +12,11 @@ from fragfield.app.page import box, facts, fold, heading, html, note
 from fragfield.app.pages.run import checked, kilograms
 from fragfield.numbers import number
 from fragfield.report.figures.arrangement import plan_svg
+from fragfield.results.part import to_json
 
 if TYPE_CHECKING:
     from fragfield.app.page import CasePage
+    from fragfield.results.check import CheckedBurst, PlacedRound
 
 
 _MOST_LISTED = 40
@@ -71,33 +73,32 @@ def _stack(page: CasePage) -> None:
         form(page, ("stack",), without=("arrangement",))
 
 
-def _facts(page: CasePage, found: dict[str, Any] | None) -> str:
+def _facts(page: CasePage, found: CheckedBurst | str | None) -> str:
     """Clear gap, net explosive quantity, what is computed and what is image, and each round's place and time."""
     texts = page.texts
-    if found is None or "refused" in found:
-        words = texts("arrangement.cannot") if found is None else found["refused"]
-        return f'<p class="fault">{escape(words)}</p>'
+    if found is None or isinstance(found, str):
+        return f'<p class="fault">{escape(found or texts("arrangement.cannot"))}</p>'
     from burst_fenicsx.symmetry import symmetry_words
 
-    arranged = found["arrangement"]
-    rows = [(texts("run.geometry"), f"{found['geometry']['choice']} ({found['geometry']['reason']})")]
-    if gap := arranged["min_clearance"]:
-        (first, second), distance = gap["rounds"], number(1e3 * gap["clearance"], 4)
+    arranged = found.arrangement
+    rows = [(texts("run.geometry"), f"{found.geometry.choice} ({found.geometry.reason})")]
+    if gap := arranged.min_clearance:
+        (first, second), distance = gap.rounds, number(1e3 * gap.clearance, 4)
         between = texts("arrangement.between", distance=distance, first=first, second=second)
         rows.append((texts("arrangement.clear"), between))
-    if contents := found.get("contents"):
-        rows.append((texts("run.neq"), f"{kilograms(contents['explosive'])} (TNT {kilograms(contents['tnt'])})"))
-    rows += [(texts("arrangement.computed"), words) for words in symmetry_words(found["symmetry"])]
-    rows.append((texts("arrangement.attitude"), arranged["attitude"]["words"]))
-    listed = [_round_row(page, entry) for entry in arranged["rounds"][:_MOST_LISTED]]
+    if contents := found.contents:
+        rows.append((texts("run.neq"), f"{kilograms(contents.explosive)} (TNT {kilograms(contents.tnt)})"))
+    rows += [(texts("arrangement.computed"), words) for words in symmetry_words(to_json(found.symmetry))]
+    rows.append((texts("arrangement.attitude"), arranged.attitude.words))
+    listed = [_round_row(page, entry) for entry in arranged.rounds[:_MOST_LISTED]]
     return f"{facts(rows)}<h3>{escape(texts('arrangement.rounds'))}</h3>{facts(listed)}"
 
 
-def _round_row(page: CasePage, entry: dict[str, Any]) -> tuple[str, str, str]:
-    place, delays, texts = ", ".join(number(1e3 * one, 4) for one in entry["position"]), entry["delays"], page.texts
+def _round_row(page: CasePage, entry: PlacedRound) -> tuple[str, str, str]:
+    place, delays, texts = ", ".join(number(1e3 * one, 4) for one in entry.position), entry.delays, page.texts
     shock = texts("arrangement.by_shock")
     return (
-        entry["name"],
+        entry.name,
         f"({place}) mm",
         texts("arrangement.initiated_at", time=number(1e6 * delays[0], 3)) if delays else shock,
     )

@@ -21,6 +21,7 @@ from fragfield_base.reading import read_text
 if TYPE_CHECKING:
     from fragfield.app.jobs import Job
     from fragfield.app.page import CasePage
+    from fragfield.results.check import CheckedBurst
 
 
 PRESETS = {"quick": (13, "off", 8), "standard": (26, "standard", None), "final": (39, "final", 100)}
@@ -57,8 +58,8 @@ def content(page: CasePage) -> None:
     ui.timer(_LOOK, job.look)
 
 
-def checked(page: CasePage) -> dict[str, Any] | None:
-    """What `fragfield check` finds of the draft; None where it has faults, which the page shows already."""
+def checked(page: CasePage) -> CheckedBurst | str | None:
+    """What `fragfield check` reports of the draft, or why it refuses it; None of one with faults, which stand there."""
     case = page.case.resolved()
     if case is None:
         return None
@@ -67,15 +68,16 @@ def checked(page: CasePage) -> dict[str, Any] | None:
     try:
         return check_report(case)
     except fragfield.InputError as error:
-        return {"refused": str(error), "warnings": []}
+        return str(error)
 
 
-def _show_findings(page: CasePage, place: Any, found: dict[str, Any] | None) -> None:  # noqa: ANN401 - an element
+def _show_findings(page: CasePage, place: Any, found: CheckedBurst | str | None) -> None:  # noqa: ANN401 - an element
     texts = page.texts
     rows = [("error", fault.key, fault.words) for fault in page.case.faults()]
-    if found is not None:
-        rows += [("error", "", found["refused"])] if "refused" in found else []
-        rows += [("warning", getattr(words, "key", ""), words) for words in found["warnings"]]
+    if isinstance(found, str):
+        rows.append(("error", "", found))
+    elif found is not None:
+        rows += [("warning", getattr(words, "key", ""), words) for words in found.warnings]
     place.clear()
     place.props("data-box=findings")  # known from now on
     with place:
@@ -95,19 +97,19 @@ def kilograms(mass: float) -> str:
     return f"{number(mass, 3)} kg"
 
 
-def _cost(page: CasePage, found: dict[str, Any]) -> str:
+def _cost(page: CasePage, found: CheckedBurst | str) -> str:
     """What is computed, and what the last run of this name took."""
     texts = page.texts
-    if "refused" in found:
+    if isinstance(found, str):
         return ""
-    expected, contents, last = found["expected"], found.get("contents"), _last_time(page)
+    contents, last = found.contents, _last_time(page)
     rows = {
-        "geometry": f"{found['geometry']['choice']} ({found['geometry']['reason']})",
-        "cells": number(found["mesh"]["cells"]),
-        "memory": f"{expected['memory_bytes'] / 1e9:.2g} GB",
+        "geometry": f"{found.geometry.choice} ({found.geometry.reason})",
+        "cells": number(found.mesh.cells),
+        "memory": f"{found.expected.memory_bytes / 1e9:.2g} GB",
         "also": texts("run.also_is"),
         "last": last,
-        "neq": kilograms(contents["explosive"]) if contents else "",
+        "neq": kilograms(contents.explosive) if contents else "",
     }
     return facts([(texts(f"run.{name}"), words) for name, words in rows.items() if words])
 

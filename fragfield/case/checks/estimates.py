@@ -56,9 +56,8 @@ def expected_means(item: Round, settings: BreakUpSettings) -> list[SegmentMean]:
     if item.profile is None or not isinstance(settings.mean_mass, (str, float)):
         return []
     found = []
-    for segment in item.profile.segments:
-        volumes = item.profile.volumes(segment.start, segment.end)
-        mass, charge = volumes.casing * item.casing.density, volumes.charge * item.explosive.density
+    for segment, masses in zip(item.profile.segments, masses_of(item).segments, strict=True):
+        mass, charge = masses.casing, masses.charge
         if segment.kind != "wall" or not charge > 0.0:
             continue
         section = item.profile.section(0.5 * (segment.start + segment.end))

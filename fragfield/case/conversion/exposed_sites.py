@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flight.scene.plan import contains, signed_area
-from fragfield.case.conversion.surroundings import bearing_of, ground_height, site_of
+from fragfield.case.conversion.surroundings import ground_height, site_of
 from fragfield.case.faults import Fault
 from fragfield.case.tables.surroundings import (
     AreaTable,
@@ -282,17 +282,3 @@ def _is_convex(corners: Array) -> bool:
     around = np.degrees(np.unwrap(np.arctan2(ways[:, 1], ways[:, 0])))
     once = abs(around[-1] - around[0]) < 360.0
     return bool(((turn >= 0.0).all() or (turn <= 0.0).all()) and once and signed_area(corners) != 0.0)
-
-
-def describe_exposed(case: CaseTable) -> list[dict[str, Any]]:
-    """Exposed sites for `fragfield check`: name, kind, distance and direction of the nearest edge."""
-    found = []
-    for exposed in exposed_sites_of(case):
-        away = exposed.edge() - np.asarray(case.flight.origin)
-        distance = np.hypot(away[:, 0], away[:, 1])
-        nearest = int(np.argmin(distance))
-        azimuth = math.degrees(math.atan2(away[nearest, 1], away[nearest, 0])) % 360.0
-        entry = {"name": exposed.table.name, "kind": exposed.table.kind, "distance": float(distance[nearest])}
-        direction = {"azimuth_deg": azimuth, "bearing_deg": bearing_of(case, azimuth)}
-        found.append({**entry, **direction})
-    return found

@@ -12,6 +12,7 @@ import numpy as np
 
 from fragfield.case.conversion.surroundings import ground_height
 from fragfield.case.faults import Fault
+from fragfield.case.tables.round import RoundTable
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
     from burst_fenicsx.problem import Round
     from fragfield.case.conversion.clearance import Body
     from fragfield.case.schema import CaseTable
-    from fragfield.case.tables.round import PlaneTable, RoundTable
+    from fragfield.case.tables.round import PlaneTable
 
     Array = NDArray[np.float64]
 
@@ -188,11 +189,12 @@ _CONTENTS = {"profile", "mesh", "mesh_unit", "explosive", "casing"}
 
 @dataclass(frozen=True)
 class SegmentMass:
-    """An axial segment of a casing: its kind ("nose", "wall" or "base"), and the mass of the casing in it (kg)."""
+    """An axial segment of a casing: its kind ("nose", "wall" or "base"), and masses of casing and charge in it (kg)."""
 
     name: str
     kind: str
     casing: float
+    charge: float
 
 
 @dataclass(frozen=True)
@@ -201,26 +203,34 @@ class RoundMasses:
 
     casing: float
     charge: float
-    """Of the whole round."""
     segments: tuple[SegmentMass, ...] = ()
     """Of its profile; none where it is from a mesh file."""
     fuze: float = 0.0
 
+    @property
+    def whole(self) -> float:
+        """All of it."""
+        return self.casing + self.charge + self.fuze
 
-def masses_of(entry: RoundTable) -> RoundMasses:
-    """Masses of a resolved round."""
-    item = burst_round(entry, entry.name)
+    @property
+    def ratio(self) -> float:
+        """Charge over casing."""
+        return self.charge / self.casing
+
+
+def masses_of(entry: RoundTable | Round) -> RoundMasses:
+    """Masses of a round, resolved or as the burst has it."""
+    item = burst_round(entry, entry.name) if isinstance(entry, RoundTable) else entry
     casing, charge = item.casing.density, item.explosive.density
-    if entry.mesh is not None:
+    profile = profile_of(entry) if isinstance(entry, RoundTable) and entry.mesh is None else item.profile
+    if profile is None:
         from burst_fenicsx.meshing import mesh_round, part_volumes
         from burst_fenicsx.problem import Part
 
         volumes = part_volumes(mesh_round(item, 1.0))
         return RoundMasses(volumes[Part.CASING] * casing, volumes[Part.CHARGE] * charge)
-    profile = profile_of(entry)
-    segments = tuple(
-        SegmentMass(one.name, one.kind, casing * profile.volumes(one.start, one.end).casing) for one in profile.segments
-    )
+    parts = ((one, profile.volumes(one.start, one.end)) for one in profile.segments)
+    segments = tuple(SegmentMass(one.name, one.kind, casing * of.casing, charge * of.charge) for one, of in parts)
     return RoundMasses(profile.casing_volume * casing, profile.charge_volume * charge, segments, profile.fuze_mass)
 
 

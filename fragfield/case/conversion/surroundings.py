@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import asdict
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -78,40 +77,6 @@ def check_surroundings(case: CaseTable) -> None:
     scene = Scene(found["ground"], found["ricochet"], tuple(found["obstacles"]))
     rounds = np.array([entry.position for entry in case.round], dtype=np.float64).reshape(-1, 3)
     scene.check_places(rounds, case.flight.origin, "rounds")
-
-
-def describe_surroundings(case: CaseTable) -> dict[str, Any]:
-    """Ground, ricochet and obstacles in numbers, for `fragfield check` (m)."""
-    import numpy as np
-
-    from flight.scene.scene import Scene
-
-    found = surroundings(case)
-    ground, ricochet = found["ground"], found["ricochet"]
-    scene = Scene(ground)
-    described: dict[str, Any] = {"height": ground} if isinstance(ground, float) else _map_extent(ground)
-    obstacles = []
-    for obstacle, entry in zip(found["obstacles"], case.obstacle, strict=True):
-        tops = obstacle.crest(scene.ground_at)[1]
-        heights = {"base": float(tops.min()) - obstacle.height, "top": float(tops.max()), "height": obstacle.height}
-        standing = {"name": entry.name, "kind": entry.kind, **heights, "follows": bool(np.ptp(tops) > 0.0)}
-        obstacles.append({**standing, "ricochet": entry.ricochet})
-    return {
-        "ground": described,
-        "altitude": altitude_of(case) if case.flight.air.model == "standard" else None,
-        "air": air_words(case),
-        "wind": wind_words(case),
-        "ricochet": None if ricochet is None else asdict(ricochet),
-        "obstacles": obstacles,
-    }
-
-
-def _map_extent(ground: HeightMap) -> dict[str, Any]:
-    (west, south), (east, north) = ground.corner, ground.end
-    heights = ground.heights
-    lengths = {"x": [west, east], "y": [south, north], "z": [float(heights.min()), float(heights.max())]}
-    nodes = {"nodes": [heights.shape[1], heights.shape[0]], "cell": list(ground.step), "filled": ground.filled}
-    return {"map": ground.name, **nodes, **lengths, "datum": ground.datum, **ground.facts}
 
 
 @lru_cache(maxsize=2)

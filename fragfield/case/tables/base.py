@@ -24,7 +24,12 @@ class Table(BaseModel):
     """A table of the case file. The docstring under a field is its entry in the reference."""
 
     model_config = ConfigDict(
-        extra="forbid", strict=True, frozen=True, use_attribute_docstrings=True, validate_default=False
+        extra="forbid",
+        strict=True,
+        frozen=True,
+        use_attribute_docstrings=True,
+        validate_default=False,
+        defer_build=True,
     )
     ORDER: ClassVar[tuple[str, ...]] = ()
     """The first keys in the order of the file, where it is not that of the stage's dataclass."""

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fragfield.case.conversion.rounds import burst_rounds, first_alike, masses_of
 from fragfield.errors import InputError
 from fragfield.numbers import number
 from fragfield.report.figures.drawing import figure
@@ -35,12 +36,14 @@ _ROOM = 50.0  # that the text of a length needs
 
 def round_facts(item: Round) -> dict[str, float]:
     """Masses (kg), C/M, fuze density (kg/m3), centre of mass, length and diameter (m) of a round with a profile."""
-    masses, profile = round_masses(item), item.profile
+    masses, profile = masses_of(item), item.profile
     assert profile is not None
     return {
-        **masses,
-        "whole": sum(masses.values()),
-        "ratio": masses["charge"] / masses["casing"],
+        "casing": masses.casing,
+        "charge": masses.charge,
+        "fuze": masses.fuze,
+        "whole": masses.whole,
+        "ratio": masses.ratio,
         "fuze_density": profile.fuze_density,
         "centre": centre_of_mass(item),
         "length": profile.length,
@@ -228,28 +231,14 @@ def _mm(length: float) -> str:
 
 def drawn_rounds(case: CaseTable) -> list[Round]:
     """The rounds of a resolved case that differ in more than place and ignition."""
-    from fragfield.case.conversion.rounds import burst_rounds, first_alike
-
     rounds = burst_rounds(case) if case.round else []
     return [rounds[index] for index in dict.fromkeys(first_alike(case))] if rounds else []
 
 
 def expected_masses(case: CaseTable) -> list[dict[str, float]]:
     """Masses (kg) of casing and charge that the drawings of `drawn_rounds` give, as far as the case has them."""
-    from fragfield.case.conversion.rounds import first_alike
-
     tables = [case.round[index].expected for index in dict.fromkeys(first_alike(case))] if case.round else []
     return [{} if table is None else {key: mass for key, mass in table if mass is not None} for table in tables]
-
-
-def round_masses(item: Round) -> dict[str, float]:
-    """Masses of casing, charge and fuze of a round with a profile (kg)."""
-    assert item.profile is not None
-    return {
-        "casing": item.profile.casing_volume * item.casing.density,
-        "charge": item.profile.charge_volume * item.explosive.density,
-        "fuze": item.profile.fuze_mass,
-    }
 
 
 def centre_of_mass(item: Round) -> float:
@@ -276,15 +265,15 @@ def draw_round(item: Round, expected: Mapping[str, float] | None = None) -> str:
     """
     if item.profile is None:
         raise InputError(f'round "{item.name}": found mesh = "{item.mesh_file}"; allowed for a drawing: a profile')
-    mass = round_masses(item)
-    fuze = f", fuze {number(mass['fuze'], 3)} kg" if mass["fuze"] else ""
-    whole, ratio = number(sum(mass.values()), 4), number(mass["charge"] / mass["casing"], 3)
+    mass = masses_of(item)
+    fuze = f", fuze {number(mass.fuze, 3)} kg" if mass.fuze else ""
+    whole, ratio = number(mass.whole, 4), number(mass.ratio, 3)
     known = [
-        f"{key} {number(value, 4)} kg ({round(100.0 * (mass[key] / value - 1.0), 2) + 0.0:+.2f} %)"
+        f"{key} {number(value, 4)} kg ({round(100.0 * (getattr(mass, key) / value - 1.0), 2) + 0.0:+.2f} %)"
         for key, value in (expected or {}).items()
     ]
     notes = (
-        f"casing {number(mass['casing'], 4)} kg ({item.casing.name}), charge {number(mass['charge'], 4)} kg",
+        f"casing {number(mass.casing, 4)} kg ({item.casing.name}), charge {number(mass.charge, 4)} kg",
         f"({substance_title(item.explosive.name)}){fuze}; whole {whole} kg, charge / casing {ratio}",
         *([f"By its drawing: {', '.join(known)}"] if known else []),
         "Stations and lengths from the nose.",

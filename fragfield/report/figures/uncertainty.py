@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from fragfield.report.reading.run_files import RunFiles
+    from fragfield.results.uncertainty import SampledSiteQuantity
 
 
 _LIGHT = "#9db7cf"
@@ -21,18 +22,16 @@ _LIGHT = "#9db7cf"
     "and 95 %, the distance of the run itself, and the recommended one.",
 )  # fmt: skip
 def _distribution_figure(run: RunFiles) -> Figure | None:
-    found = run.study
-    entry, hazard = found.get("distance"), found.get("hazard")
-    if not entry or not hazard:
+    if run.study is None or (entry := run.study.distance) is None or (hazard := run.study.hazard) is None:
         return None
     figure, (axis,) = new_figure(height=3.0)
-    curve, spread = entry["curve"], entry["spread"]
-    axis.plot(curve["value"], [100.0 * level for level in curve["level"]], **LINES[0])
-    for name, level in (("low", 5), ("median", 50), ("high", 95)):
-        axis.plot([spread[name]] * 2, [0, level], color=GREY, linewidth=0.8)
-        axis.plot(spread[name], level, "o", color=INK, markersize=3.5)
-    axis.axvline(hazard["parts"]["expected"], color=GREY, linestyle=":", linewidth=1.2, label="the run itself")
-    axis.axvline(hazard["recommended"], color=ACCENT, linewidth=1.4, label="recommended")
+    curve, spread = entry.curve, entry.spread
+    axis.plot(curve.value, [100.0 * level for level in curve.level], **LINES[0])
+    for value, level in ((spread.low, 5), (spread.median, 50), (spread.high, 95)):
+        axis.plot([value] * 2, [0, level], color=GREY, linewidth=0.8)
+        axis.plot(value, level, "o", color=INK, markersize=3.5)
+    axis.axvline(hazard.parts.expected or 0.0, color=GREY, linestyle=":", linewidth=1.2, label="the run itself")
+    axis.axvline(hazard.recommended or 0.0, color=ACCENT, linewidth=1.4, label="recommended")
     axis.set(xlabel="Expected distance (m)", ylabel="Samples (%)", ylim=(0, 100))
     axis.legend(loc="upper left")
     return figure
@@ -44,18 +43,17 @@ def _distribution_figure(run: RunFiles) -> Figure | None:
     "linear regression. Light: the input at its low end.",
 )  # fmt: skip
 def _tornado_figure(run: RunFiles) -> Figure | None:
-    entry = run.study.get("distance")
-    if not entry or not entry.get("tornado"):
+    if run.study is None or (entry := run.study.distance) is None or not entry.tornado:
         return None
-    rows = sorted(entry["tornado"], key=lambda one: abs(one["high"] - one["low"]))
+    rows = sorted(entry.tornado, key=lambda one: abs(one.high - one.low))
     height = 0.9 + 0.27 * len(rows)
     figure, (axis,) = new_figure(height=height)
-    mean = entry["spread"]["mean"]
+    mean = entry.spread.mean
     for place, row in enumerate(rows):
-        for name, colour in (("low", _LIGHT), ("high", LINES[0]["color"])):
-            axis.barh(place, row[name] - mean, left=mean, height=0.62, color=colour)
+        for value, colour in ((row.low, _LIGHT), (row.high, LINES[0]["color"])):
+            axis.barh(place, value - mean, left=mean, height=0.62, color=colour)
     axis.axvline(mean, color=INK, linewidth=0.8)
-    axis.set_yticks(range(len(rows)), [plain_name(row["name"]) for row in rows])
+    axis.set_yticks(range(len(rows)), [plain_name(row.name) for row in rows])
     axis.set(xlabel="Expected distance (m)")
     axis.grid(visible=False, axis="y")
     return figure
@@ -66,26 +64,23 @@ def _tornado_figure(run: RunFiles) -> Figure | None:
     "Expected hits at each exposed site: 5 to 95 % over the inputs (bar), median (dot), the run itself (cross).",
 )  # fmt: skip
 def _places_figure(run: RunFiles) -> Figure | None:
-    places = [one for one in run.study.get("exposed") or [] if one["hits"] is not None]
-    drawn = [one for one in places if one["hits"]["spread"]["high"] > 0.0]
+    sites = () if run.study is None else run.study.exposed
+    drawn = [(one.name, one.hits) for one in sites if one.hits is not None and one.hits.spread.high > 0.0]
     if not drawn:
         return None
     height = 1.0 + 0.3 * len(drawn)
     figure, (axis,) = new_figure(height=height)
-    floor = min(value for one in drawn for value in _values(one) if value > 0.0) / 3.0
-    for place, one in enumerate(reversed(drawn)):
-        low, median, high, nominal = (max(value, floor) for value in _values(one))
+    floor = min(value for _, hits in drawn for value in _values(hits) if value > 0.0) / 3.0
+    for place, (_, hits) in enumerate(reversed(drawn)):
+        low, median, high, nominal = (max(value, floor) for value in _values(hits))
         axis.plot([low, high], [place, place], color=LINES[0]["color"], linewidth=5, solid_capstyle="butt", alpha=0.45)
         axis.plot(median, place, "o", color=LINES[0]["color"], markersize=4)
         axis.plot(nominal, place, "x", color=ACCENT, markersize=5)
-    axis.set_yticks(range(len(drawn)), [plain_name(one["name"]) for one in reversed(drawn)])
+    axis.set_yticks(range(len(drawn)), [plain_name(name) for name, _ in reversed(drawn)])
     axis.set(xlabel="Expected hazardous hits", xscale="log")
     axis.grid(visible=False, axis="y")
     return figure
 
 
-def _values(one: dict[str, dict[str, dict[str, float]]]) -> list[float]:
-    entry = one["hits"]
-    spread = entry["spread"]
-    nominal: float = entry["nominal"] or 0.0  # type: ignore[assignment]
-    return [spread["low"], spread["median"], spread["high"], nominal]
+def _values(hits: SampledSiteQuantity) -> tuple[float, ...]:
+    return hits.spread.low, hits.spread.median, hits.spread.high, hits.nominal or 0.0

@@ -5,12 +5,12 @@ from __future__ import annotations
 from itertools import chain, islice
 from typing import TYPE_CHECKING, Any
 
-from fragfield.hazard.recommended import PARTS
 from fragfield.numbers import number
 from fragfield.report.findings.burst import burst_findings, ledger_findings
 from fragfield.report.findings.evidence import bearing, shown
 from fragfield.report.findings.hazard import convergence_findings, flight_findings
 from fragfield.report.findings.statements import limits, many_rounds
+from fragfield.results.words import PARTS
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence

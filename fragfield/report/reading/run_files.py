@@ -12,6 +12,7 @@ import numpy as np
 from fragfield.errors import InputError
 from fragfield.files.stamped import read_stamped_json, stored_case_text
 from fragfield.results.summary import Summary, read_summary
+from fragfield.results.uncertainty import UncertaintyResult
 from fragfield_base.arrays import numbers
 from fragfield_base.burst_snapshot import FUZE, GEOMETRIES, NODE_ARRAYS
 from fragfield_base.hdf5_files import reading
@@ -69,8 +70,8 @@ class RunFiles:
     """As resolved; None where the directory holds none."""
     case_text: str = ""
     summary: Summary = field(default_factory=Summary)
-    study: dict[str, Any] = field(default_factory=dict)
-    """uncertainty.json of a study of this run."""
+    study: UncertaintyResult | None = None
+    """Of a study of this run."""
     provenance: dict[str, str] = field(default_factory=dict)
     burst_time: float | None = None
     geometry: str = "3d"
@@ -185,7 +186,10 @@ def _read_texts(run: RunFiles, *, case: bool) -> None:
     if (path := run.folder / "summary.json").is_file():
         run.summary = read_summary(read_stamped_json(path), path)
     if (path := run.folder / "uncertainty.json").is_file():
-        run.study = read_stamped_json(path)
+        try:
+            run.study = UncertaintyResult.of_stage(read_stamped_json(path))
+        except InputError as error:
+            raise InputError(f"{path}: another version wrote it ({error}); run `fragfield uncertainty` again") from None
     if case and (path := run.folder / "case.toml").is_file():
         from fragfield.case import read_resolved
 

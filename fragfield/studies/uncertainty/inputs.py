@@ -11,6 +11,7 @@ from fragfield.case.checks.uncertain_inputs import parameters_of
 from fragfield.case.keys import unit_of_key
 from fragfield.case.schema import CaseTable, UncertainInputTable
 from fragfield.errors import InputError
+from fragfield.results.uncertainty import SampledInput
 from fragfield.studies.uncertainty.defaults import default_inputs
 from fragfield_base.inputs import with_unit
 
@@ -132,20 +133,20 @@ class UncertainInput:
 
         return dict.fromkeys(self.keys, moved)
 
-    def described(self) -> dict[str, Any]:
+    def described(self) -> SampledInput:
         """As uncertainty.json has it."""
-        return {
-            "name": self.name,
-            "keys": list(self.keys),
-            "applies": self.applies,
-            "distribution": self.distribution.kind,
-            "parameters": dict(self.distribution.parameters),
-            "unit": self.unit,
-            "words": self.distribution.words() + (f" {self.unit}" if self.unit else ""),
-            "source": self.source,
-            "judgement": self.judgement,
-            "is_default": self.is_default,
-        }
+        return SampledInput(
+            name=self.name,
+            keys=self.keys,
+            applies=self.applies,
+            distribution=self.distribution.kind,
+            parameters=dict(self.distribution.parameters),
+            unit=self.unit,
+            words=self.distribution.words() + (f" {self.unit}" if self.unit else ""),
+            source=self.source,
+            judgement=self.judgement,
+            is_default=self.is_default,
+        )
 
 
 def _moved(old: object, draw: float, *, factor: bool) -> object:

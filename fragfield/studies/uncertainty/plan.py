@@ -16,6 +16,7 @@ from fragfield.case.load import case_from_document
 from fragfield.case.problem import burst_geometry
 from fragfield.case.schema import UncertaintyTable
 from fragfield.errors import InputError
+from fragfield.results.part import to_json
 from fragfield.studies.uncertainty.inputs import inputs_of
 
 if TYPE_CHECKING:
@@ -136,7 +137,7 @@ class Plan:
 
 
 def _without_source(entry: UncertainInput) -> dict[str, Any]:
-    return {key: value for key, value in entry.described().items() if key != "source"}
+    return {key: value for key, value in to_json(entry.described()).items() if key != "source"}
 
 
 def plan_samples(case: CaseTable, *, samples: int | None = None, seed: int | None = None) -> Plan:

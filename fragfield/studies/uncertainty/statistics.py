@@ -9,13 +9,13 @@ residuals keep their sample, or their shared burst, and change signs at random.
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from flight.hazard.ensemble import quantiles
+from fragfield.results.uncertainty import Bar, Estimator, Share, Spread
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -29,34 +29,6 @@ QUANTILES = (0.05, 0.5, 0.95)
 _QUANTILE_DRAWS = 400
 _SIGN_DRAWS = 1000
 _TORNADO = (0.05, 0.95)
-
-
-@dataclass(frozen=True)
-class Spread:
-    """Quantiles of a result as the inputs alone spread it."""
-
-    low: float
-    median: float
-    high: float
-    """5, 50 and 95 %."""
-    low_standard_error: float
-    median_standard_error: float
-    high_standard_error: float
-    """For the number of samples, by the bootstrap."""
-    mean: float
-    standard_deviation: float
-    """Of the inputs' spread."""
-    statistical_error: float
-    """Standard deviation that the statistical errors of the samples add; taken out of the above."""
-    resolved: bool
-    """Whether the inputs' variance exceeds that of the statistical errors; where not, nothing is taken out and the
-    quantiles are too wide."""
-    samples: int
-    """How many."""
-
-    def as_dict(self) -> dict[str, Any]:
-        """As uncertainty.json has it."""
-        return asdict(self)
 
 
 def without_statistical_error(values: NDArray[np.float64], noise: float) -> tuple[NDArray[np.float64], bool]:
@@ -106,17 +78,12 @@ def _drawn(number: int, burst: NDArray[np.int64] | None, rng: np.random.Generato
     return np.concatenate([np.flatnonzero(burst == one) for one in rng.choice(names, len(names))])
 
 
-@dataclass(frozen=True, eq=False)
-class Analysis:
-    """What the samples say of one result."""
+class Analysis(NamedTuple):
+    """What the samples say of one result, by input."""
 
-    shares: list[dict[str, float]]
-    """For each input `share`, `share_standard_error`, and `share_low`, `share_high` (95 %)."""
-    tornado: list[dict[str, float]]
-    """For each input the mean result with it at 5 % and 95 % of its probability, `low` and `high`, by a regression of
-    the values themselves; of a discrete input the smallest and the largest over its steps."""
-    estimator: dict[str, Any]
-    """`explained`, the part of the ranks' variance that the regression explains (R^2), and `samples`."""
+    estimator: Estimator
+    shares: tuple[Share, ...] = ()
+    tornado: tuple[Bar, ...] = ()
 
 
 def columns_of(distribution: Distribution, u: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -134,18 +101,18 @@ def columns_of(distribution: Distribution, u: NDArray[np.float64]) -> NDArray[np
 
 
 def analyse(
-    distributions: Sequence[Distribution],
+    inputs: Sequence[tuple[str, Distribution]],
     points: NDArray[np.float64],
     values: NDArray[np.float64],
     *,
     seed: int,
     burst: NDArray[np.int64] | None = None,
-) -> Analysis | str:
+) -> Analysis:
     """Shares and tornado of one result over all samples.
 
     Parameters
     ----------
-    distributions : d Distributions
+    inputs : d names and Distributions
     points : (n, d) float64
         In the unit cube.
     values : (n,) float64
@@ -157,16 +124,18 @@ def analyse(
 
     Returns
     -------
-    Analysis, or why there is none, in words
+    Analysis, without shares and tornado where its estimator has a reason
     """
+    distributions = [one for _, one in inputs]
     known = np.isfinite(values)
     number = int(known.sum())
     if number < 2 or not np.ptp(values[known]) > 0.0:
-        return "the samples do not differ"
+        return Analysis(Estimator(reason="the samples do not differ"))
     parts = [columns_of(one, points[known, i]) for i, one in enumerate(distributions)]
     matrix = np.hstack([np.ones((number, 1)), *parts])
     if number < matrix.shape[1] + 2:
-        return f"{number} samples are too few for {len(distributions)} inputs; needed: {matrix.shape[1] + 2}"
+        few = f"{number} samples are too few for {len(distributions)} inputs; needed: {matrix.shape[1] + 2}"
+        return Analysis(Estimator(reason=few))
     order = np.argsort(np.argsort(values[known], kind="stable"), kind="stable")
     ranks = (order + 0.5) / number
     q, r = np.linalg.qr(matrix)
@@ -184,13 +153,15 @@ def analyse(
     share, of_draws = (_shares(found**2 - times * own, places) for found, times in ((coefficients, 1.0), (draws, 2.0)))
     low, high = np.quantile(of_draws, [0.025, 0.975], axis=0)
     error = of_draws.std(axis=0, ddof=1)
+    shares = np.column_stack([share, error, low, high]).tolist()
+    names = ("share", "share_standard_error", "share_low", "share_high")
     return Analysis(
-        [
-            {"share": share[i], "share_standard_error": error[i], "share_low": low[i], "share_high": high[i]}
-            for i in range(len(parts))
-        ],
-        [_bar(one, linear[place], linear[0]) for one, place in zip(distributions, places, strict=True)],
-        {"explained": float(fitted.var() / ranks.var()), "samples": number},
+        Estimator(explained=float(fitted.var() / ranks.var()), samples=number),
+        tuple(
+            Share(name=name, **dict(zip(names, row, strict=True)))
+            for (name, _), row in zip(inputs, shares, strict=True)
+        ),
+        tuple(_bar(*entry, linear[place], linear[0]) for entry, place in zip(inputs, places, strict=True)),
     )
 
 
@@ -201,9 +172,9 @@ def _shares(squares: NDArray[np.float64], places: Sequence[slice]) -> NDArray[np
     return np.asarray(each / np.where(total > 0.0, total, 1.0))
 
 
-def _bar(distribution: Distribution, coefficients: NDArray[np.float64], mean: float) -> dict[str, float]:
+def _bar(name: str, distribution: Distribution, coefficients: NDArray[np.float64], mean: float) -> Bar:
     """The mean result with one input at its ends, by a linear regression."""
     u = np.array(_TORNADO) if distribution.is_continuous else np.linspace(1e-9, 1.0 - 1e-9, 401)
     effect = mean + columns_of(distribution, u) @ coefficients
     low, high = effect if distribution.is_continuous else (effect.min(), effect.max())
-    return {"low": float(low), "high": float(high)}
+    return Bar(name=name, low=float(low), high=float(high))

@@ -35,11 +35,21 @@ from fragfield.quantities import column_of, shown
 from fragfield.report import write_report, write_uncertainty_page
 from fragfield.results.hazard import Hazard, Recommended
 from fragfield.results.part import to_json
+from fragfield.results.uncertainty import (
+    Curve,
+    Design,
+    SampledQuantity,
+    SampledSite,
+    SampledSiteQuantity,
+    States,
+    StudyCost,
+    UncertaintyResult,
+)
 from fragfield.results.words import metres, parts_words
 from fragfield.studies.study import DONE, FAILED, KEPT, WAITING, Row, Study, digest_of, maker
 from fragfield.studies.tasks import Task
 from fragfield.studies.uncertainty.plan import Plan, plan_samples
-from fragfield.studies.uncertainty.statistics import Analysis, analyse, spread_of, without_statistical_error
+from fragfield.studies.uncertainty.statistics import analyse, spread_of, without_statistical_error
 from fragfield.version import __version__
 from fragfield_base.cores import cores
 from fragfield_base.writing import write_text
@@ -51,13 +61,13 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from fragfield.results.rules import DistanceToApply
+    from fragfield.results.site import ExposedSite
     from fragfield.results.summary import Summary
 
 
 _RESULT = "uncertainty.json"
 _REPORT_SECONDS = 20.0
 _SITE = ("density", "hits", "probability")
-_RECOMMENDED = ("recommended", "parts", "not_included")
 _LEVELS = (0.01, *(round(0.02 * step, 2) for step in range(1, 50)), 0.99)
 _FEWEST = 8  # samples with a result, below which nothing is said
 
@@ -81,11 +91,11 @@ class Uncertainty(Study):
     ----------
     path : Path
         The folder: uncertainty.html, uncertainty.json, samples.csv and the nominal run.
-    found : dict
-        As `fragfield uncertainty --json` prints it: `exit_code` (3 where a sample failed or has no distance), `title`,
-        `inputs`, `design`, `states` (numbers of samples by state, and the first messages), `distance` (the expected
-        one) and `exposed` (spread, shares, tornado), `hazard`, the recommended distance of the nominal run with its
-        parts, and `distance_to_apply` with it, as in summary.json.
+    found : UncertaintyResult
+        What `fragfield uncertainty --json` prints, by attribute: `exit_code` (3 where a sample failed or has no
+        distance), `title`, `inputs`, `design`, `states` (numbers of samples by state, and the first messages),
+        `distance` (the expected one) and `exposed` (spread, shares, tornado), `hazard`, the recommended distance of
+        the nominal run with its parts, and `distance_to_apply` with it, as in summary.json.
 
     Raises
     ------
@@ -215,15 +225,15 @@ class Uncertainty(Study):
 
     def text(self) -> str:
         """The results with a checksum; the folder is where they lie."""
-        return stamped_json({key: value for key, value in self.found.items() if key != "directory"})
+        return stamped_json(to_json(replace(self.found, directory=None)))
 
-    def result(self) -> dict[str, Any]:
+    def result(self) -> UncertaintyResult:
         """What the samples say, with the nominal run's summary."""
-        cost = {
-            "samples_made_now": self._made, "wall_seconds": self._seconds, "workers": self.jobs or cores(),
-        }  # fmt: skip
+        cost = StudyCost(
+            samples_made_now=self._made, wall_seconds=self._seconds, workers=self.jobs or cores()
+        )  # fmt: skip
         assessed = assess(self._plan, self.sample_rows, self.nominal.results())
-        return {"directory": str(self.path), **assessed, "nominal_run": str(self.nominal.path), "cost": cost}
+        return replace(assessed, directory=str(self.path), nominal_run=str(self.nominal.path), cost=cost)
 
     def csv_rows(self) -> Iterator[list[object]]:
         """One row a sample: its draws, its state and its results."""
@@ -247,60 +257,58 @@ class Uncertainty(Study):
 
     def show(self, console: Console) -> None:
         """Print the recommended distance, the shares of the inputs and the exposed sites."""
-        found = self.found
-        states = found["states"]
-        lost = states["failed"] + states["not_determined"] + states["missing"]
+        found, states = self.found, self.found.states
+        lost = states.failed + states.not_determined + states.missing
         if lost:
-            console.print(f"{lost} of {found['design']['samples']} samples gave no distance and are left out:")
-            for message in states["messages"]:
+            console.print(f"{lost} of {found.design.samples} samples gave no distance and are left out:")
+            for message in states.messages:
                 console.print(f"  {message}")
-        if not found["distance"]:
-            console.print(f"no result: {states.get('reason', 'no sample gave a distance')}")
+        if not found.distance:
+            console.print(f"no result: {states.reason}")
             return
-        spread = found["distance"]["spread"]
+        spread = found.distance.spread
         console.print(
-            f"expected distance over the inputs: 5 % {spread['low']:.1f}, median {spread['median']:.1f}, 95 % "
-            f"{spread['high']:.1f} m (± {spread['high_standard_error']:.1f} m for {spread['samples']} samples)"
+            f"expected distance over the inputs: 5 % {spread.low:.1f}, median {spread.median:.1f}, 95 % "
+            f"{spread.high:.1f} m (± {spread.high_standard_error:.1f} m for {spread.samples} samples)"
         )
         table = Lines(box=None, pad_edge=False)
         for head in ("input", "share of the variance %", "distance at its 5 and 95 %, m"):
             table.add_column(head, justify="left" if head == "input" else "right")
-        for one, bar in zip(found["distance"].get("shares", ()), found["distance"].get("tornado", ()), strict=True):
-            share = f"{100 * one['share']:.1f} ± {100 * one['share_standard_error']:.1f}"
-            table.add_row(one["name"], share, f"{bar['low']:.1f}  {bar['high']:.1f}")
+        for one, bar in zip(found.distance.shares, found.distance.tornado, strict=True):
+            share = f"{100 * one.share:.1f} ± {100 * one.share_standard_error:.1f}"
+            table.add_row(one.name, share, f"{bar.low:.1f}  {bar.high:.1f}")
         console.print(table)
-        for site in found["exposed"]:
-            if site["hits"] is not None:
-                over = site["hits"]["spread"]
-                words = f"5 % {over['low']:.3g}, median {over['median']:.3g}, 95 % {over['high']:.3g}"
-                console.print(f"{site['name']}: expected hits {words}")
-        for words in (found["distance_to_apply"]["line"], *found["distance_to_apply"]["words"]):
+        for site in found.exposed:
+            if site.hits is not None:
+                over = site.hits.spread
+                words = f"5 % {over.low:.3g}, median {over.median:.3g}, 95 % {over.high:.3g}"
+                console.print(f"{site.name}: expected hits {words}")
+        for words in (found.distance_to_apply.line, *found.distance_to_apply.words):
             console.print(words)
         console.print(self._recommended_words())
-        cost = found["cost"]
-        if cost["samples_made_now"]:
-            each = cost["wall_seconds"] / cost["samples_made_now"]
-            console.print(f"{cost['samples_made_now']} samples in {cost['wall_seconds']:.0f} s, {each:.2f} s each")
+        if number := found.cost.samples_made_now:
+            seconds = found.cost.wall_seconds
+            console.print(f"{number} samples in {seconds:.0f} s, {seconds / number:.2f} s each")
         console.print(f"written to {self.path}")
 
     @property
     def recommended(self) -> float:
         """The recommended distance (m) of the nominal run with this study; NotDeterminedError where there is none."""
-        if not self.found["distance"]:
-            reason = self.found["states"].get("reason", "no sample gave a distance")
-            raise NotDeterminedError(f"the distance over the inputs is not determined: {reason}")
-        return float(self.found["hazard"]["recommended"])
+        if not self.found.distance:
+            raise NotDeterminedError(f"the distance over the inputs is not determined: {self.found.states.reason}")
+        return float(self.found.hazard.recommended)
 
     def _recommended_words(self) -> str:
-        hazard = Recommended.read(self.found["hazard"])
+        hazard = self.found.hazard
         return f"recommended distance {metres(hazard.recommended)}: {parts_words(hazard)}"
 
     @property
     def spread(self) -> tuple[float, float, float]:
         """Expected distance (m) at 5, 50 and 95 % of the inputs' distribution; NaN where there is none."""
-        found = (self.found["distance"] or {}).get("spread") or {}
-        low, median, high = (float(found.get(key, math.nan)) for key in ("low", "median", "high"))
-        return low, median, high
+        if not self.found.distance:
+            return math.nan, math.nan, math.nan
+        spread = self.found.distance.spread
+        return spread.low, spread.median, spread.high
 
     @property
     def effects(self) -> Table:
@@ -308,17 +316,17 @@ class Uncertainty(Study):
 
         Without rows where the samples are too few for shares.
         """
-        return table_of_rows("effects", (self.found["distance"] or {}).get("shares") or [])
+        return table_of_rows("effects", to_json(self.found.distance.shares if self.found.distance else ()))
 
     def __repr__(self) -> str:
         return f"<fragfield.Uncertainty {str(self.path)!r}: {self._plan.samples} samples>"
 
     def __str__(self) -> str:
-        if not self.found["distance"]:
+        if not self.found.distance:
             return f"no distance over the inputs, see {self.path}"
         low, median, high = (metres(value) for value in self.spread)
         return (
-            f"{self.found['distance_to_apply']['line']}\n"
+            f"{self.found.distance_to_apply.line}\n"
             f"  {self._recommended_words()}\n"
             f"  expected distance over the inputs: 5 % {low}, median {median}, 95 % {high}, "
             f"{self._plan.samples} samples"
@@ -328,40 +336,40 @@ class Uncertainty(Study):
 run_uncertainty = maker(Uncertainty)
 
 
-def _nothing(summary: Mapping[str, Any]) -> dict[str, Any]:
+def _nothing(summary: Summary) -> dict[str, Any]:
     """A burst that is shared is read where it lies."""
     del summary
     return {}
 
 
-def results_of_summary(summary: Mapping[str, Any]) -> dict[str, Any]:
+def results_of_summary(summary: Summary) -> dict[str, Any]:
     """The numbers of a sample that are kept (SI).
 
     `distance`, the expected one, with its `standard_error`, None where it is not `determined`; `mean_initial_speed`,
     `speed_99`, `fragments`, and for each exposed site its expected `density` (the larger of that normal to the path and
     that on the ground), `hits` and `probability` with their standard errors.
     """
-    hazard = summary["hazard"]
-    determined = bool(hazard["determined"])
+    hazard = summary.hazard
+    assert hazard is not None  # it was flown
+    determined = hazard.determined
     return {
-        "distance": hazard["expected"] if determined else None,
-        "standard_error": hazard["standard_error"] if determined else None,
+        "distance": hazard.expected if determined else None,
+        "standard_error": hazard.standard_error if determined else None,
         "determined": determined,
-        "reason": "" if determined else str(hazard["reason"]),
+        "reason": "" if determined else hazard.reason,
         **{one.name: one.of(summary) for one in shown("uncertainty")},
-        "exposed": [_site(entry) for entry in summary.get("exposed") or []],
+        "exposed": [_site(entry) for entry in summary.exposed or ()],
     }
 
 
-def _site(entry: Mapping[str, Any]) -> dict[str, Any]:
-    found: dict[str, Any] = {"name": entry["name"]}
-    densities = [entry[name] for name in ("density_normal", "density_ground") if entry.get(name)]
-    worst = max(densities, key=lambda one: one["expected"] or 0.0, default=None)
-    for name, value in (("density", worst), ("hits", entry.get("expected_hits"))):
-        found[name] = None if value is None else value["expected"]
-        found[f"{name}_standard_error"] = None if value is None else value["standard_error"]
-    probability = entry.get("probability")
-    found["probability"] = None if probability is None else probability["expected"]
+def _site(entry: ExposedSite) -> dict[str, Any]:
+    densities = [one for one in (entry.density_normal, entry.density_ground) if one]
+    worst = max(densities, key=lambda one: one.expected or 0.0, default=None)
+    found: dict[str, Any] = {"name": entry.name}
+    for name, value in (("density", worst), ("hits", entry.expected_hits)):
+        found[name] = value and value.expected
+        found[f"{name}_standard_error"] = value and value.standard_error
+    found["probability"] = entry.probability and entry.probability.expected
     return found
 
 
@@ -369,51 +377,52 @@ def _to_apply(hazard: Hazard, summary: Summary) -> DistanceToApply:
     return distance_to_apply(hazard, summary.official, () if summary.rules is None else summary.rules.rules)
 
 
-def assess(plan: Plan, rows: Sequence[Row], summary: Summary) -> dict[str, Any]:
+def assess(plan: Plan, rows: Sequence[Row], summary: Summary) -> UncertaintyResult:
     """What the samples say, with the nominal run's summary; see `Uncertainty.found`."""
     values = [row.results for row in rows]
     distance = _column(values, "distance")
     known = int(np.isfinite(distance).sum())
+    few = f"{known} samples gave a distance; at least {_FEWEST} are needed" if known < _FEWEST else None
     nominal = results_of_summary(summary)
-    found: dict[str, Any] = {
-        "exit_code": EXIT_DONE if known == plan.samples else EXIT_NUMERICAL,
-        "program_version": __version__,
-        "title": plan.case.title,
-        "inputs": [entry.described() for entry in plan.inputs],
-        "design": {
-            "samples": plan.samples, "seed": plan.seed, "bursts": plan.bursts, "realisations": plan.realisations,
-            "geometry": plan.geometry,
-        },
-        "states": _states(rows, known),
-        "nominal": nominal,
-        "distance": None,
-        "exposed": [],
-        "hazard": None,
-    }  # fmt: skip
-    if known < _FEWEST:
-        found["states"]["reason"] = f"{known} samples gave a distance; at least {_FEWEST} are needed"
+    found = UncertaintyResult(
+        exit_code=EXIT_DONE if known == plan.samples else EXIT_NUMERICAL,
+        program_version=__version__,
+        title=plan.case.title,
+        inputs=tuple(entry.described() for entry in plan.inputs),
+        design=Design(
+            samples=plan.samples, seed=plan.seed, bursts=plan.bursts, realisations=plan.realisations,
+            geometry=plan.geometry,
+        ),
+        states=_states(rows, known, few),
+        nominal=nominal,
+        distance=None if few else SampledQuantity(**_quantity(plan, distance, _column(values, "standard_error"))),
+        exposed=(),
+        hazard=None,
+    )  # fmt: skip
+    if few:
         return found
-    found["distance"] = _quantity(plan, distance, _column(values, "standard_error"))
     assert summary.hazard is not None  # it was flown
     hazard = recommended_of(summary.hazard, summary.convergence, found)
-    found["hazard"] = to_json({name: getattr(hazard, name) for name in _RECOMMENDED})
-    found["distance_to_apply"] = to_json(_to_apply(hazard, summary))
-    found["exposed"] = [
-        {"name": site["name"]} | {name: _of_site(plan, values, number, name, site[name]) for name in _SITE}
-        for number, site in enumerate(nominal["exposed"])
-    ]
-    return found
+    return replace(
+        found,
+        hazard=Recommended(recommended=hazard.recommended, parts=hazard.parts, not_included=hazard.not_included),
+        distance_to_apply=_to_apply(hazard, summary),
+        exposed=tuple(
+            SampledSite(name=site["name"], **{name: _of_site(plan, values, number, name, site[name]) for name in _SITE})
+            for number, site in enumerate(nominal["exposed"])
+        ),
+    )
 
 
-def _states(rows: Sequence[Row], known: int) -> dict[str, Any]:
+def _states(rows: Sequence[Row], known: int, reason: str | None) -> States:
     failed = [row for row in rows if row.state == FAILED]
     undetermined = [row for row in rows if row.state in (DONE, KEPT) and not row.results["determined"]]
     messages = [f"{row.name}: exit code {row.exit_code}: {row.message}" for row in failed]
     messages += [f"{row.name}: not determined: {row.message}" for row in undetermined]
-    return {
-        "done": known, "failed": len(failed), "not_determined": len(undetermined),
-        "missing": sum(row.state == WAITING for row in rows), "messages": messages[:10],
-    }  # fmt: skip
+    return States(
+        done=known, failed=len(failed), not_determined=len(undetermined),
+        missing=sum(row.state == WAITING for row in rows), messages=tuple(messages[:10]), reason=reason,
+    )  # fmt: skip
 
 
 def _column(values: Sequence[Mapping[str, Any]], name: str) -> NDArray[np.float64]:
@@ -421,34 +430,24 @@ def _column(values: Sequence[Mapping[str, Any]], name: str) -> NDArray[np.float6
 
 
 def _quantity(plan: Plan, values: NDArray[np.float64], errors: NDArray[np.float64]) -> dict[str, Any]:
-    """Spread, shares and tornado of one result."""
+    """Spread, curve, shares and tornado of one result."""
     known = np.isfinite(values)
     used = errors[known] if np.isfinite(errors[known]).all() else None
     rng = np.random.default_rng(np.random.SeedSequence([plan.seed, 3]))
     spread = spread_of(values[known], used, rng, None if plan.burst is None else plan.burst[known])
-    analysis = analyse(
-        [entry.distribution for entry in plan.inputs], plan.points, values, seed=plan.seed, burst=plan.burst
-    )
+    inputs = [(entry.name, entry.distribution) for entry in plan.inputs]
+    analysis = analyse(inputs, plan.points, values, seed=plan.seed, burst=plan.burst)
     own, _ = without_statistical_error(values[known], spread.statistical_error**2)
-    entry: dict[str, Any] = {
-        "spread": spread.as_dict(),
-        "curve": {"level": list(_LEVELS), "value": np.quantile(own, _LEVELS).tolist()},
-    }
-    if not isinstance(analysis, Analysis):
-        return {**entry, "estimator": {"reason": analysis}}
-    names = [{"name": one.name} for one in plan.inputs]
-    entry["estimator"] = analysis.estimator
-    entry["shares"] = [name | one for name, one in zip(names, analysis.shares, strict=True)]
-    entry["tornado"] = [name | one for name, one in zip(names, analysis.tornado, strict=True)]
-    return entry
+    curve = Curve(level=_LEVELS, value=tuple(np.quantile(own, _LEVELS).tolist()))
+    return {"spread": spread, "curve": curve, **analysis._asdict()}
 
 
 def _of_site(
     plan: Plan, values: Sequence[Mapping[str, Any]], number: int, name: str, nominal: float | None
-) -> dict[str, Any] | None:
+) -> SampledSiteQuantity | None:
     """One number of an exposed site, of the samples that have it."""
     sites = [one["exposed"][number] if one.get("exposed") else {} for one in values]
     found = _column(sites, name)
     if np.isfinite(found).sum() < _FEWEST:
         return None
-    return {"nominal": nominal, **_quantity(plan, found, _column(sites, f"{name}_standard_error"))}
+    return SampledSiteQuantity(nominal=nominal, **_quantity(plan, found, _column(sites, f"{name}_standard_error")))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,6 +12,7 @@ from mpi4py import MPI
 from burst_fenicsx.axisymmetric.meridian import RING, axis_constraint, on_dolfinx
 from burst_fenicsx.axisymmetric.mesh import MeridianMesh
 from burst_fenicsx.axisymmetric.slide_line import meridian_contact
+from burst_fenicsx.kernels.axisymmetric.slide_line import add_line_forces
 from burst_fenicsx.mechanics.fields import make_fields
 from burst_fenicsx.mechanics.ledger import Ledger
 from burst_fenicsx.mechanics.nodal_loads import NodalConstraint
@@ -20,6 +22,8 @@ from tests.burst_fenicsx.boxes import BARE, ELASTIC, TNT, no_leakage, plain_inpu
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
+
+    from burst_fenicsx.kernels.contact.law import Law
 
 __all__ = ["hold", "meridian", "named", "random_meridian", "rectangle", "ring_burst", "stressed", "whole_steps"]
 
@@ -126,3 +130,28 @@ def hold(solver: BurstSolver, held: np.ndarray) -> None:
     across, along = (NodalConstraint(np.flatnonzero(held[:, k]), np.eye(3)[2 * k]) for k in range(2))
     solver.constraints = (*solver.constraints, across, along)
     solver.add_forces(0.0)
+
+
+def contacts_of(solver: BurstSolver) -> SimpleNamespace:
+    """The charge's contacts: arrays of pairs and bonds, the local nodes `slave`, and those of the line's `edges`."""
+    interface, rows = solver.contact.interface, solver.contact.nodes.rows
+    return SimpleNamespace(
+        **interface.pairs._asdict(),
+        **interface.bonds._asdict(),
+        slave=rows.local[interface.pairs.node],
+        edges=rows.local[interface.surface.facets],
+        hollow=interface.surface.hollow,
+        spread=interface.spread,
+    )
+
+
+def line_forces(solver: BurstSolver, law: Law, velocity: np.ndarray | None = None) -> np.ndarray:
+    """Forces of contact (nodes, 3) in N at the places that the nodes now have, as a step of the kernels finds them."""
+    fields, rows = solver.fields, solver.contact.nodes.rows
+    velocity = fields.nodes.velocity if velocity is None else velocity
+    rows.position[:], rows.velocity[:] = fields.nodes.position[rows.local], velocity[rows.local]
+    rows.load[:], rows.sums[:] = rows.sums[:, 3], 0.0
+    add_line_forces(solver.contact.interface.in_substeps(law, 0, 0.0), fields.charge, fields.solid.eroded)
+    force = np.zeros_like(fields.nodes.force)
+    force[rows.local] = rows.sums[:, :3]
+    return force

@@ -22,7 +22,7 @@ from burst_fenicsx.axisymmetric.mesh import (
     outer_edges,
     ring_volumes,
 )
-from burst_fenicsx.axisymmetric.slide_line import _across_creases, _smooth_groups
+from burst_fenicsx.axisymmetric.slide_line import smooth_line
 from burst_fenicsx.errors import InputError, NumericalStop
 from burst_fenicsx.geometry import load_profile
 from burst_fenicsx.problem import IgnitionPoint, Mirror, Part, RigidPlane, ShockInitiation
@@ -107,26 +107,20 @@ def test_a_line_is_smooth_where_it_turns_by_less_than_half_a_right_angle(order):
     """And creases that turn right are hollow on the right, where the charge lies to the left of none."""
     nodes, edges = line([44.0, -44.0, 46.0, -46.0])
     edges = edges[order]
-    neighbour, end, sides = _smooth_groups(nodes, edges)
-    across = _across_creases(nodes, edges, neighbour)
+    surface, group_node = smooth_line(nodes, edges)
     at = {int(edge[0]): k for k, edge in enumerate(edges)}  # edge by its first node
     for node in range(5):
         own = at[node]
-        for k, other in ((0, node - 1), (1, node + 1)):
+        for k, side, other in ((0, 3, node - 1), (1, 1, node + 1)):
             corner = node if k == 0 else node + 1
-            smooth = corner in (1, 2)
-            expected = at[other] if smooth else -1
-            assert neighbour[own, k] == expected
-            group = sides[end[own, k]]
-            wanted = {own, at[other]} if smooth else {own, -1}
-            assert set(group.tolist()) == wanted
-            hollow = corner == 4
-            assert across[own, k] == (at[other] if hollow else -1)
-    # Every group of two has the edge that ends there first, and each end has one group.
-    assert len(sides) == 2 * 5 - 2
-    assert sorted(end.ravel().tolist()) == sorted(
-        [*range(len(sides)), *(k for k in range(len(sides)) if sides[k, 1] >= 0)]
-    )
+            smooth, hollow = corner in (1, 2), corner == 4
+            assert surface.neighbour[own, side] == (at[other] if smooth else -1)
+            assert surface.hollow[own, side] == (at[other] if hollow else -1)
+            group = surface.corner[own, k]
+            assert group_node[group] == corner
+            members = surface.member[surface.first[group] : surface.first[group + 1]]
+            assert sorted(members.tolist()) == sorted([own, at[other]] if smooth else [own])
+    assert len(group_node) == 2 * 5 - 2
 
 
 def test_areas_edges_and_rates_of_quadrilaterals():

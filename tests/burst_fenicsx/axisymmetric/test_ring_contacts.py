@@ -9,13 +9,11 @@ import pytest
 
 pytest.importorskip("burst_fenicsx.compat")
 
-from burst_fenicsx.contact.charge_contacts import slide_law
-from burst_fenicsx.kernels.axisymmetric.slide_line import add_line_forces
-from burst_fenicsx.kernels.contact.slide_law import SlideLaw
+from burst_fenicsx.kernels.contact.law import Law
 from burst_fenicsx.kernels.vectors.exact import quantum
 from burst_fenicsx.meshing.cut import split_charges
 from burst_fenicsx.problem import ContactSettings, Part
-from tests.burst_fenicsx.axisymmetric.meridians import meridian, named, ring_burst
+from tests.burst_fenicsx.axisymmetric.meridians import contacts_of, line_forces, meridian, named, ring_burst
 from tests.burst_fenicsx.axisymmetric.test_slide_line import COUNT, bench, line_load, pressed
 from tests.burst_fenicsx.bodies import QUIET
 from tests.burst_fenicsx.boxes import TNT
@@ -38,7 +36,7 @@ def slid(tensile, cohesion, friction=FRICTION, *, gap=0.0, slip=0.0, burnt=0.0, 
     settings = ContactSettings(tensile_strength=tensile, cohesion=cohesion, friction_angle=angle)
     solver = ring_burst(bench("cylinder"), replace(QUIET, contact=settings))
     interface, state = solver.contact.interface, solver.fields
-    contacts, position = interface.contacts, state.nodes.position
+    contacts, position = contacts_of(solver), state.nodes.position
     state.charge.burn_fraction[:], state.charge.pressure[:] = burnt, 0.0
     charge = np.unique(state.mesh.dofmap[state.mesh.part == Part.CHARGE])
     velocity, heat = np.zeros_like(position), np.zeros(len(contacts.slave))
@@ -47,16 +45,13 @@ def slid(tensile, cohesion, friction=FRICTION, *, gap=0.0, slip=0.0, burnt=0.0, 
             position[charge, 0] -= gap if number == 1 else 0.0  # the charge lies within
             position[charge, 2] += slip / steps
             velocity[charge, 2] = slip / steps / STEP
-        add_line_forces(
-            slide_law(settings, BUDGET, STEP), interface.line, contacts, state.charge, state.solid.eroded,
-            state.blocks.slot_of_cell, position, velocity, state.mass, np.zeros_like(velocity),
-        )  # fmt: skip
-        heat += contacts.tally[:, 1]
+        line_forces(solver, interface.law(BUDGET, STEP), velocity)
+        heat += contacts.energies[:, 1]
     inner = np.abs(state.start[contacts.slave, 2] / LENGTH_OF_BENCH - 0.5) < 0.3
     # Each node's share of the surface: 2 pi r times the cell.
     area = 2.0 * np.pi * position[contacts.slave, 0] * LENGTH_OF_BENCH / CELLS_OF_BENCH
-    press, shear = np.abs(contacts.force).T / area
-    found = contacts.bonded, contacts.stiffness / area, press, shear, contacts.tally[:, 1] / area, heat / area
+    press, _, shear = np.abs(contacts.force).T / area
+    found = contacts.bonded, contacts.stiffness / area, press, shear, contacts.energies[:, 1] / area, heat / area
     return tuple(values[inner] for values in found)
 
 
@@ -102,30 +97,27 @@ def test_the_heat_of_sliding_rings_is_friction_times_the_way():
 @pytest.mark.parametrize(("shape", "axis"), [("cylinder", 2), ("disc", 0)])
 def test_what_charge_and_casing_do_together_is_no_slip(shape, axis):
     """Both carried along the line, the charge by a little more: the springs hold the difference, and no heat comes."""
-    law = SlideLaw(BUDGET, STEP, 1e12, 1e12, 0.0)
+    law = Law(BUDGET, STEP, 0.0, 1e12, 1e12)
     common, more = 1e-6, 2e-8
     for both, own in ((common, more), (-common, more), (common, 0.0)):
         solver = ring_burst(bench(shape), QUIET)
-        interface, state = solver.contact.interface, solver.fields
-        contacts, position = interface.contacts, state.nodes.position
+        _interface, state = solver.contact.interface, solver.fields
+        contacts, position = contacts_of(solver), state.nodes.position
         contacts.strength[:] = 1e15
         state.charge.burn_fraction[:] = state.charge.pressure[:] = 0.0
         charge = np.unique(state.mesh.dofmap[state.mesh.part == Part.CHARGE])
         energy, forces, moved = [], np.zeros((2, *state.nodes.force.shape)), np.zeros_like(position)
         for force in forces:
             position += moved
-            add_line_forces(
-                law, interface.line, contacts, state.charge, state.solid.eroded, state.blocks.slot_of_cell,
-                position, moved / STEP, state.mass, force,
-            )  # fmt: skip
-            energy.append(contacts.tally.copy())
+            force[:] = line_forces(solver, law, moved / STEP)
+            energy.append(contacts.energies.copy())
             moved[:, axis] = both
             moved[charge, axis] += own
         inner = np.abs(state.start[contacts.slave, axis] / LENGTH_OF_BENCH - 0.5) < 0.3
-        slipped = np.abs(contacts.slip[inner])
+        slipped = np.linalg.norm(contacts.slip[inner], axis=1)
         np.testing.assert_allclose(slipped, own, rtol=1e-5, atol=1e-13)
-        spring = contacts.stiffness[inner] * contacts.slip[inner]
-        np.testing.assert_allclose(np.abs(contacts.force[inner, axis // 2]), np.abs(spring), rtol=1e-5, atol=1e-6)
+        spring = contacts.stiffness[inner] * slipped
+        np.testing.assert_allclose(np.abs(contacts.force[inner, axis]), np.abs(spring), rtol=1e-5, atol=1e-6)
         assert np.abs(energy[1][inner, 1]).max() == 0.0
         # What the springs store is the work of the relative motion: nothing is left over.
         np.testing.assert_allclose(energy[1][inner, 0], 0.5 * contacts.stiffness[inner] * own**2, rtol=1e-5, atol=1e-12)
@@ -136,20 +128,16 @@ def test_what_charge_and_casing_do_together_is_no_slip(shape, axis):
 def test_the_spring_of_a_contact_is_as_stiff_as_its_reduced_mass_bears():
     """Alone between two nodes of the line: k (1/m + w0^2/m0 + w1^2/m1) is the budget."""
     solver = ring_burst(bench("cylinder"), QUIET)
-    interface, state = solver.contact.interface, solver.fields
-    contacts, line, position = interface.contacts, interface.line, state.nodes.position
+    _interface, state = solver.contact.interface, solver.fields
+    contacts, position = contacts_of(solver), state.nodes.position
     state.charge.burn_fraction[:] = state.charge.pressure[:] = 0.0
     charge = np.unique(state.mesh.dofmap[state.mesh.part == Part.CHARGE])
     position[charge, 2] += 0.3 * LENGTH_OF_BENCH / CELLS_OF_BENCH
-    force = np.zeros_like(state.nodes.force)
-    add_line_forces(
-        SlideLaw(BUDGET, STEP, 1e12, 1e12, 0.0), line, contacts, state.charge, state.solid.eroded,
-        state.blocks.slot_of_cell, position, np.zeros_like(force), state.mass, force,
-    )  # fmt: skip
+    line_forces(solver, Law(BUDGET, STEP, 0.0, 1e12, 1e12))
     inner = np.abs(state.start[contacts.slave, 2] / LENGTH_OF_BENCH - 0.5) < 0.3
     assert inner.sum() > 10
     np.testing.assert_allclose(np.sort(contacts.weight[inner], axis=1), [[0.3, 0.7]] * inner.sum(), rtol=1e-9)
-    ends = line.edges[contacts.face[inner]]
+    ends = contacts.edges[contacts.facet[inner]]
     inverse = 1.0 / state.mass[contacts.slave[inner]] + (contacts.weight[inner] ** 2 / state.mass[ends]).sum(axis=1)
     np.testing.assert_allclose(contacts.stiffness[inner] * inverse, BUDGET, rtol=1e-12)
 
@@ -157,7 +145,7 @@ def test_the_spring_of_a_contact_is_as_stiff_as_its_reduced_mass_bears():
 def test_the_ledger_takes_the_heat_of_sliding_rings():
     """Pressed and dragged along: what the step hands to contact is the heat of all contacts, and never negative."""
     solver = ring_burst(bench("cylinder"), replace(QUIET, contact=ContactSettings(cohesion=0.0, friction_angle=20.0)))
-    state, contacts = solver.fields, solver.contact.interface.contacts
+    state, contacts = solver.fields, contacts_of(solver)
     charge = np.unique(state.mesh.dofmap[state.mesh.part == Part.CHARGE])
     solver.control.uncut_step = STEP
     heat, given = 0.0, []
@@ -165,7 +153,7 @@ def test_the_ledger_takes_the_heat_of_sliding_rings():
         state.nodes.position[charge, 0 if number == 0 else 2] += 2e-7 if number == 0 else 2e-5
         state.nodes.velocity[charge, 2] = 2e-5 / STEP if number else 0.0
         solver.add_forces(STEP)
-        heat += contacts.tally[:, 1].sum()
+        heat += contacts.energies[:, 1].sum()
         given.append(solver.contact.friction)
     rounded = len(given) * len(contacts.slave) * quantum(state.grid.rounding)
     assert given[-1] == pytest.approx(heat, rel=1e-12, abs=rounded)
@@ -201,8 +189,8 @@ def shares_by_hand(places, sliding):
 def test_the_pressure_of_nodes_that_have_changed_places_presses_where_they_are(changed):
     """Two of the charge's nodes, on one edge or on several, in their order or not: shares of the load by hand."""
     solver = ring_burst(bench("cylinder"), QUIET)
-    contacts = solver.contact.interface.contacts
-    position, start = solver.fields.nodes.position, solver.fields.start
+    contacts = contacts_of(solver)
+    position, start, local = solver.fields.nodes.position, solver.fields.start, solver.contact.nodes.rows.local
     edge = LENGTH_OF_BENCH / CELLS_OF_BENCH
     place = start[contacts.slave, 2] / edge
     order = np.argsort(place)
@@ -213,23 +201,26 @@ def test_the_pressure_of_nodes_that_have_changed_places_presses_where_they_are(c
     for number in (8, 9, 10, 11):
         c = order[number]
         found = np.zeros(COUNT + 1)
-        over = contacts.spread_over[c, : contacts.spread_count[c]]
-        np.add.at(found, np.rint(start[over, 2] / edge).astype(int), contacts.spread[c, : contacts.spread_count[c]])
+        over = contacts.spread.over[c, : contacts.spread.bearing[c]]
+        np.add.at(
+            found,
+            np.rint(start[local[over], 2] / edge).astype(int),
+            contacts.spread.share[c, : contacts.spread.bearing[c]],
+        )
         np.testing.assert_allclose(found, shares_by_hand(places, number), atol=1e-6)
 
 
 def test_one_edge_of_the_charge_spreads_its_pressure_over_all_edges_of_the_line():
     """The charge's other nodes are gathered in the first of 24 edges: the load is that of the even pressure."""
     solver = ring_burst(bench("cylinder"), QUIET)
-    interface, position = solver.contact.interface, solver.fields.nodes.position
-    nodes = interface.contacts.slave
+    position, nodes = solver.fields.nodes.position, contacts_of(solver).slave
     place = solver.fields.start[nodes, 2]
     inner = place < LENGTH_OF_BENCH - 1e-9
     for number in range(11):  # as far as a point is looked for at once
         position[nodes[inner], 2] = place[inner] * (1.0 - 0.1 * number * COUNT / (COUNT + 1))
         force = pressed(solver)
     exact = line_load(solver)
-    on_line = np.unique(interface.line.edges)
+    on_line = np.unique(contacts_of(solver).edges)
     assert np.abs(force[on_line] - exact[on_line]).max() < 1e-12 * np.abs(exact).max()
 
 
@@ -242,25 +233,20 @@ def test_contacts_begin_at_the_edges_that_the_charge_covers(plug):
     within = np.where(at_charge, Part.CHARGE, Part.FUZE)
     mesh = split_charges(named(mesh, np.where(centre[:, 0] < 0.02, within, Part.CASING)))
     solver = ring_burst(mesh, QUIET)
-    interface, start = solver.contact.interface, solver.fields.start
-    contacts, line = interface.contacts, interface.line
-    assert len(line.edges) == 8
-    ends = start[line.edges[contacts.face], 2]
+    contacts, start = contacts_of(solver), solver.fields.start
+    assert len(contacts.edges) == 8
+    ends = start[contacts.edges[contacts.facet], 2]
     low, high = (0.0, 0.02) if plug == "above" else (0.02, 0.04)
     assert (ends > low - 1e-9).all()
     assert (ends < high + 1e-9).all()
-    place = (1.0 - contacts.point) * ends[:, 0] + contacts.point * ends[:, 1]
+    place = 0.5 * ((1.0 - contacts.point[:, 0]) * ends[:, 0] + (1.0 + contacts.point[:, 0]) * ends[:, 1])
     np.testing.assert_allclose(place, start[contacts.slave, 2], atol=1e-12)
     np.testing.assert_allclose(np.sort(place), np.linspace(low, high, 5), atol=1e-12)
-    # Its own edges of the charge, one at either end and two between.
-    number = (contacts.side[:, :, 0] >= 0).sum(axis=1)
-    np.testing.assert_array_equal(number, np.where(np.isclose(place, low) | np.isclose(place, high), 1, 2))
-    for c in range(5):
-        for a, b in contacts.side[c][contacts.side[c, :, 0] >= 0]:
-            assert contacts.slave[c] in (a, b)
-            assert abs(start[a, 2] - start[b, 2]) == pytest.approx(0.005)
-            assert start[[a, b], 0] == pytest.approx([0.02, 0.02])
+    # Edges of the charge at four of the line's.
+    beside = contacts.beside[contacts.beside[:, 0] >= 0]
+    assert set(beside.ravel().tolist()) == set(contacts.node.tolist())
+    assert len(beside) == 4
     # The spans between them, in the line's direction.
-    assert len(contacts.span) == 4
-    way = start[contacts.slave[contacts.span[:, 1]], 2] - start[contacts.slave[contacts.span[:, 0]], 2]
+    assert len(contacts.spread.span) == 4
+    way = start[contacts.slave[contacts.spread.span[:, 1]], 2] - start[contacts.slave[contacts.spread.span[:, 0]], 2]
     np.testing.assert_allclose(way, -0.005, atol=1e-12)

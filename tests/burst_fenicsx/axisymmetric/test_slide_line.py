@@ -10,14 +10,21 @@ import pytest
 pytest.importorskip("burst_fenicsx.compat")
 
 from burst_fenicsx.axisymmetric.mesh import mesh_meridian
-from burst_fenicsx.axisymmetric.slide_line import _line_edges
+from burst_fenicsx.axisymmetric.slide_line import line_edges
 from burst_fenicsx.geometry import load_profile
-from burst_fenicsx.kernels.axisymmetric.slide_line import add_line_forces
 from burst_fenicsx.kernels.cells.erosion import BEFORE
-from burst_fenicsx.kernels.contact.slide_law import SlideLaw
+from burst_fenicsx.kernels.contact.law import Law
 from burst_fenicsx.meshing.cut import split_charges
 from burst_fenicsx.problem import ContactSettings, Part
-from tests.burst_fenicsx.axisymmetric.meridians import hold, meridian, named, ring_burst, whole_steps
+from tests.burst_fenicsx.axisymmetric.meridians import (
+    contacts_of,
+    hold,
+    line_forces,
+    meridian,
+    named,
+    ring_burst,
+    whole_steps,
+)
 from tests.burst_fenicsx.bodies import QUIET
 from tests.burst_fenicsx.boxes import STEEL as TUBE
 from tests.burst_fenicsx.boxes import TNT, run_until
@@ -25,8 +32,8 @@ from tests.burst_fenicsx.boxes import TNT, run_until
 pytestmark = pytest.mark.dolfinx
 
 PRESSURE, COUNT, LENGTH = 3e9, 24, 0.06
-LAW = SlideLaw(1e8, 1e-7, 0.0, 0.0, 0.0)
-STIFF = SlideLaw(1e14, 1e-7, 0.0, 0.0, 0.0)  # as in a step of 50 ns
+LAW = Law(1e8, 1e-7, 0.0, 0.0, 0.0)
+STIFF = Law(1e14, 1e-7, 0.0, 0.0, 0.0)  # as in a step of 50 ns
 
 
 def bench(shape):
@@ -47,20 +54,15 @@ def bench(shape):
 
 def pressed(solver, pressure=PRESSURE, law=LAW):
     """Forces of contact (nodes, 3) under an even pressure, at the places that the nodes now have."""
-    interface, fields = solver.contact.interface, solver.fields
+    fields = solver.fields
     fields.charge.burn_fraction[:] = 1.0
     fields.charge.pressure[:] = pressure
-    force = np.zeros_like(fields.nodes.force)
-    add_line_forces(
-        law, interface.line, interface.contacts, fields.charge, fields.solid.eroded, fields.blocks.slot_of_cell,
-        fields.nodes.position, fields.nodes.velocity, fields.mass, force,
-    )  # fmt: skip
-    return force
+    return line_forces(solver, law)
 
 
 def line_load(solver):
     """Consistent nodal forces (nodes, 3) of the even pressure on all edges of the line that the charge covers."""
-    line, position = solver.contact.interface.line, solver.fields.nodes.position
+    line, position = contacts_of(solver), solver.fields.nodes.position
     force = np.zeros_like(position)
     for a, b in line.edges:
         (ra, _, za), (rb, _, zb) = position[a], position[b]
@@ -78,8 +80,8 @@ def test_an_even_pressure_loads_the_line_evenly_wherever_the_charge_has_slid(sha
     Every node of the line, the end ones and that on the axis included, takes the consistent load of the line.
     """
     solver = ring_burst(bench(shape), QUIET)
-    interface, position = solver.contact.interface, solver.fields.nodes.position
-    contacts, line, start = interface.contacts, interface.line, solver.fields.start
+    contacts, position, start = contacts_of(solver), solver.fields.nodes.position, solver.fields.start
+    line = contacts
     first, last = start[line.edges[0, 0]], start[line.edges[-1, 1]]
     along = last - first
     random = np.random.default_rng(3)
@@ -100,7 +102,7 @@ def test_an_even_pressure_loads_the_line_evenly_wherever_the_charge_has_slid(sha
     force = pressed(solver)
     exact = line_load(solver)
     on_line = np.unique(line.edges)
-    bearers = contacts.spread_count
+    bearers = contacts.spread.bearing
     assert bearers.min() >= 2
     assert bearers.max() >= 5  # several of the line's nodes under one of the charge's
     assert (contacts.off == 0).all()
@@ -180,9 +182,9 @@ def test_a_node_slides_through_a_hollow_corner_and_one_that_began_there_has_both
     centre = mesh.nodes[mesh.cells].mean(axis=1)
     gas = (centre[:, 0] < 0.02) & (centre[:, 2] > 0.01)
     solver = ring_burst(split_charges(named(mesh, np.where(gas, Part.CHARGE, Part.CASING))), QUIET)
-    contacts, line = solver.contact.interface.contacts, solver.contact.interface.line
+    contacts = line = contacts_of(solver)
     position, start = solver.fields.nodes.position, solver.fields.start
-    assert (line.across >= 0).sum() == 2  # the edges that meet in the corner
+    assert (line.hollow >= 0).sum() == 2  # the edges that meet in the corner
     at = start[contacts.slave]
     corner = np.flatnonzero((np.abs(at[:, 0] - 0.02) < 1e-9) & (np.abs(at[:, 2] - 0.01) < 1e-9))
     assert len(corner) == 2
@@ -197,8 +199,8 @@ def test_a_node_slides_through_a_hollow_corner_and_one_that_began_there_has_both
         pressed(solver)
         assert contacts.off[c] == 0
         assert contacts.gap[c] == pytest.approx(gap, abs=1e-12)
-    np.testing.assert_allclose(contacts.normal[c], [0.0, 1.0], atol=1e-12)
-    assert start[line.edges[contacts.face[c]], 2] == pytest.approx([0.01, 0.01])
+    np.testing.assert_allclose(contacts.normal[c], [0.0, 0.0, 1.0], atol=1e-12)
+    assert start[line.edges[contacts.facet[c]], 2] == pytest.approx([0.01, 0.01])
 
 
 def test_products_behind_the_line_are_moved_back_by_a_force_of_the_size_of_their_pressure():
@@ -209,10 +211,10 @@ def test_products_behind_the_line_are_moved_back_by_a_force_of_the_size_of_their
     gone = []
     for gap in (-1e-3, 1e-3, -1.4e-3):
         solver = ring_burst(bench("cylinder"), QUIET)
-        contacts, position = solver.contact.interface.contacts, solver.fields.nodes.position
+        contacts, position = contacts_of(solver), solver.fields.nodes.position
         pressed(solver, law=STIFF)
         (c,) = np.flatnonzero(np.abs(solver.fields.start[contacts.slave, 2] - 0.5 * LENGTH) < 1e-9)
-        own = np.linalg.norm(contacts.pressing[c])
+        own = contacts.gas[c]
         assert contacts.stiffness[c] * abs(gap) > 50.0 * own
         position[contacts.slave[c], 0] -= gap
         pressed(solver, law=STIFF)
@@ -232,13 +234,15 @@ def test_products_behind_the_line_are_moved_back_by_a_force_of_the_size_of_their
 def test_eroded_products_and_products_on_eroded_metal_press_no_more():
     """A node whose cells have all been eroded, and one on an edge whose metal has, have left the line for good."""
     solver = ring_burst(bench("cylinder"), QUIET)
-    contacts, line = solver.contact.interface.contacts, solver.contact.interface.line
+    contacts = line = contacts_of(solver)
     pressed(solver)
     touching = contacts.stiffness > 0.0
     assert touching.all()
     eroded, slot = solver.fields.solid.eroded, solver.fields.blocks.slot_of_cell
-    eroded[slot[contacts.cell[contacts.first_cell[3] : contacts.first_cell[4]]]] = BEFORE
-    torn = contacts.face[15]
+    attached = solver.contact.interface.attached
+    (k,) = np.flatnonzero(attached.row == contacts.node[3])
+    eroded[slot[attached.cell[attached.first[k] : attached.first[k + 1]]]] = BEFORE
+    torn = contacts.facet[15]
     mesh = solver.fields.mesh
     at_edge = np.isin(mesh.dofmap, line.edges[torn]).sum(axis=1) == 2
     metal = at_edge & (mesh.part == Part.CASING)
@@ -247,7 +251,7 @@ def test_eroded_products_and_products_on_eroded_metal_press_no_more():
     solver.contact.drop_faces(solver.fields.eroded_metal)
     force = pressed(solver)
     gone = np.flatnonzero(contacts.off == 1)
-    np.testing.assert_array_equal(gone, np.union1d([3], np.flatnonzero(contacts.face == torn)))
+    np.testing.assert_array_equal(gone, np.union1d([3], np.flatnonzero(contacts.facet == torn)))
     assert (contacts.stiffness[gone] == 0.0).all()
     assert (force[contacts.slave[gone]] == 0.0).all()
     # A node with one live cell left goes on pressing.
@@ -259,7 +263,7 @@ def test_the_charges_nodes_at_the_rim_of_a_fuze_belong_to_both_sides():
     """The M107: one node of charge, casing and fuze, without a contact's force; all others are split."""
     mesh = split_charges(mesh_meridian(load_profile("m107"), 8e-3))
     solver = ring_burst(mesh, QUIET)
-    contacts = solver.contact.interface.contacts
+    contacts = contacts_of(solver)
     (rim,) = np.flatnonzero(contacts.off == 2)
     touched = [np.unique(mesh.cells[mesh.part == part]) for part in (Part.CHARGE, Part.CASING, Part.FUZE)]
     node = solver.fields.mesh.node[contacts.slave[rim]]
@@ -275,7 +279,7 @@ def test_the_charges_nodes_at_the_rim_of_a_fuze_belong_to_both_sides():
 def test_the_line_of_a_round_with_a_fuze_runs_along_its_casing_alone():
     """The M107: every edge belongs to the casing; a charge lies at all those that casing and charge share."""
     mesh = split_charges(mesh_meridian(load_profile("m107"), 8e-3))
-    edges, cell, covered = _line_edges(mesh)
+    edges, cell, covered = line_edges(mesh)
     assert (mesh.part[cell] == Part.CASING).all()
     assert np.isin(edges, mesh.cells[mesh.part == Part.CASING]).all()
 
@@ -298,7 +302,7 @@ def test_the_line_leads_on_behind_a_fuze_however_cells_are_numbered(order):
     centre = mesh.nodes[mesh.cells].mean(axis=1)
     within = np.where(centre[:, 2] < 0.02, Part.CHARGE, Part.FUZE)
     mesh = split_charges(named(mesh, np.where(centre[:, 0] < 0.02, within, Part.CASING)))
-    edges, cell, covered = _line_edges(mesh)
+    edges, cell, covered = line_edges(mesh)
     np.testing.assert_allclose(np.sort(mesh.nodes[edges[:, 1], 2]), 0.005 * np.arange(8), atol=1e-12)
     np.testing.assert_allclose(mesh.nodes[edges, 0], 0.02, atol=1e-12)
     assert (mesh.part[cell] == Part.CASING).all()
@@ -309,7 +313,7 @@ def test_the_line_leads_on_behind_a_fuze_however_cells_are_numbered(order):
 def test_a_node_leaves_the_line_a_quarter_of_an_edge_beyond_its_end(beyond, off):
     """It touched until then; one within the line that is as far away stays."""
     solver = ring_burst(bench("cylinder"), QUIET)
-    contacts, line = solver.contact.interface.contacts, solver.contact.interface.line
+    contacts = line = contacts_of(solver)
     position, start = solver.fields.nodes.position, solver.fields.start
     pressed(solver)
     assert (contacts.stiffness > 0.0).all()
@@ -329,7 +333,7 @@ def test_a_node_newly_met_lies_no_deeper_than_it_can_have_come(deep, off):
     edge = LENGTH / COUNT
     for way in (0.0, 0.02):
         solver = ring_burst(bench("cylinder"), QUIET)
-        contacts, position = solver.contact.interface.contacts, solver.fields.nodes.position
+        contacts, position = contacts_of(solver), solver.fields.nodes.position
         pressed(solver)
         (c,) = np.flatnonzero(np.abs(solver.fields.start[contacts.slave, 2] - 0.5 * LENGTH) < 1e-9)
         node = contacts.slave[c]
