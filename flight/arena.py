@@ -75,7 +75,6 @@ class ArenaTable:
     max_speed: Array
 
     def __post_init__(self) -> None:
-        """Refuse what cannot be flown."""
         edges = self.zones
         if len(edges) < 2 or abs(edges[0]) > 1e-9 or abs(edges[-1] - 180.0) > 1e-9 or (np.diff(edges) <= 0.0).any():
             raise InputError("arena: zones must rise from 0 to 180 degrees without a gap")

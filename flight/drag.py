@@ -53,7 +53,6 @@ class Drag:
     source: str = field(default="", repr=False)
 
     def __post_init__(self) -> None:
-        """Refuse a table that cannot be read."""
         mach, coefficient = self.mach, self.coefficient
         if mach.ndim != 1 or mach.size == 0 or coefficient.shape != mach.shape:
             raise InputError(f"drag {self.name}: {mach.shape} Mach numbers and {coefficient.shape} coefficients")

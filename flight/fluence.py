@@ -53,7 +53,6 @@ class PolarGrid:
     cells: int = 60
 
     def __post_init__(self) -> None:
-        """Refuse grids without cells."""
         require_number("hazard", "distance_cell", self.cell, "m", above=0.0)
         require_numbers("hazard", self, {"sectors": "", "cuts": "", "cells": ""}, low=1.0)
 

@@ -91,7 +91,6 @@ class Fragments:
         _check(self)
 
     def __len__(self) -> int:
-        """Number of fragments."""
         return int(self.mass.size)
 
     def __repr__(self) -> str:

@@ -193,8 +193,7 @@ class FlightResult:
 
         With obstacles also obstacle_hits.h5, with contact between fragments contacts.h5.
         """
-        from flight.files import results as files
-        from flight.files.hdf5 import write_table
+        from flight.files.hdf5 import csv_columns, write_table, write_trajectories
         from flight.files.text_tables import Labels, write_columns
 
         folder = Path(folder)
@@ -204,27 +203,25 @@ class FlightResult:
         except OSError as error:
             raise InputError(f"{folder}: cannot be made a folder ({error})") from None
         names = [witness.name for witness in self.witnesses]
-        written = [
-            write_table(self.landing, folder / "landing.h5", "landing", (), stamp),
-            write_table(self.hits, folder / "hits.h5", "hits", names, stamp),
+        tables: list[tuple[str, NDArray[Any], str, list[str], Labels | None]] = [
+            ("landing", self.landing, "", [], None),
+            ("hits", self.hits, "witness", names, None),
         ]
-        if csv:
-            written.append(write_columns(folder / "landing.csv", files.csv_columns(self.landing), stamp))
-            columns = files.csv_columns(self.hits, "witness", names)
-            written.append(write_columns(folder / "witness.csv", columns, stamp))
         if self.obstacles:
+            first = np.cumsum([0, *(len(obstacle.faces) for obstacle in self.obstacles)])
+            faces = [face for obstacle in self.obstacles for face in obstacle.faces]
+            face = Labels(faces, first[self.obstacle_hits["obstacle"]] + self.obstacle_hits["face"])
             names = [obstacle.name for obstacle in self.obstacles]
-            written.append(write_table(self.obstacle_hits, folder / "obstacle_hits.h5", "obstacle_hits", names, stamp))
-            if csv:
-                first = np.cumsum([0, *(len(obstacle.faces) for obstacle in self.obstacles)])
-                faces = [face for obstacle in self.obstacles for face in obstacle.faces]
-                face = Labels(faces, first[self.obstacle_hits["obstacle"]] + self.obstacle_hits["face"])
-                columns = files.csv_columns(self.obstacle_hits, "obstacle", names, face)
-                written.append(write_columns(folder / "obstacle_hits.csv", columns, stamp))
+            tables.append(("obstacle_hits", self.obstacle_hits, "obstacle", names, face))
         if self.contacts is not None:
-            written.append(write_table(self.contacts, folder / "contacts.h5", "contacts", (), stamp))
+            tables.append(("contacts", self.contacts, "", [], None))
+        written = []
+        for kind, table, what, names, labels in tables:
+            written.append(write_table(table, folder / f"{kind}.h5", kind, names, stamp))
             if csv:
-                written.append(write_columns(folder / "contacts.csv", files.csv_columns(self.contacts), stamp))
+                columns = csv_columns(table, what, names, labels)
+                path = folder / ("witness.csv" if kind == "hits" else f"{kind}.csv")
+                written.append(write_columns(path, columns, stamp))
         if len(self.trajectories):
-            written += files.write_trajectories(self.trajectories, self.landing, folder / "trajectories.xdmf", stamp)
+            written += write_trajectories(self.trajectories, self.landing, folder / "trajectories.xdmf", stamp)
         return written

@@ -133,7 +133,6 @@ class Trajectories:
     velocity: NDArray[np.float64]
 
     def __len__(self) -> int:
-        """Number of paths."""
         return int(self.fragment.size)
 
     def __repr__(self) -> str:

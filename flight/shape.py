@@ -41,7 +41,6 @@ class Mean:
     shape_factor: float = DEFAULT_SHAPE_FACTOR
 
     def __post_init__(self) -> None:
-        """Refuse what is no shape factor."""
         require_number("shape", "shape factor of the mean", self.shape_factor, "kg/m3", above=0.0)
 
     def factors(self, kinds: NDArray[np.int64], seed: int) -> NDArray[np.float64]:  # noqa: ARG002 - nothing is drawn
@@ -61,7 +60,6 @@ class Lognormal:
     median: float = NATURAL_FRAGMENTS_MEAN
 
     def __post_init__(self) -> None:
-        """Refuse what is no distribution."""
         require_number("shape", "median of the lognormal", self.median, "kg/m3", above=0.0)
         require_number("shape", "spread of the lognormal", self.spread, "", low=0.0, high=2.0)
 
@@ -89,7 +87,6 @@ class Box:
     """Of the casing's material (kg/m3)."""
 
     def __post_init__(self) -> None:
-        """Refuse what is no box."""
         if not (real_array("shape", "ratios of the box", self.ratios, "", (3,)) > 0.0).all():
             raise InputError(f"shape: ratios of the box are {self.ratios}, needed: three finite numbers above zero")
         require_number("shape", "density of the box", self.density, "kg/m3", above=0.0)

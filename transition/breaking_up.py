@@ -13,23 +13,20 @@ import numpy as np
 
 from fragfield_base.cores import cores
 from transition.casing import RingCasing, casing_of
-from transition.cells.cell_points import POINTS_PER_FRAGMENT, lightest_that_matters
-from transition.cells.points import MaterialPoints
+from transition.cells.points import POINTS_PER_FRAGMENT, MaterialPoints, lightest_that_matters
 from transition.draws import Draws
 from transition.errors import InputError
 from transition.law.samplers import Graded, Quantile, Sampler
 from transition.law.segment_law import outside_of, segment_laws
 from transition.law.segments import CasingSegment, casing_segments
-from transition.ledger import CasingSums, ledger
 from transition.placement.directions import Directions, Shares, compare_directions
 from transition.placement.isometry import Attitude, Isometry, draw_attitude, rotation
 from transition.placement.mirroring import Image, images
 from transition.placement.placing import CURVE_DRAWS, Clusters, Sheet, place
 from transition.placement.scatter import scattered
-from transition.results import BreakUpResult, BrokenRound, SegmentResult
+from transition.results import BreakUpResult, BrokenRound, CasingSums, SegmentResult, ledger, summarised
 from transition.settings import MOST_FRAGMENTS, BreakUpSettings
 from transition.snapshot import Snapshot
-from transition.summary import summarised
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -43,8 +40,6 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class _Part:
-    """What one realisation makes of one segment, or of its image."""
-
     result: SegmentResult
     points: MaterialPoints
     clusters: Clusters
@@ -169,12 +164,10 @@ class BreakUp:
         return casings.at(unit_points(number, points))
 
     def _base(self, broken: BrokenRound) -> NDArray[np.float64]:
-        """Centre of the base plane of a round (3,) in m."""
         position = np.asarray(self.snapshot.rounds[broken.computed].position)
         return position if broken.image is None else broken.image.place(position)
 
     def _attitude(self, seed: int, number: int) -> Attitude:
-        """How this realisation is turned and tilted."""
         seed, number = _whole("seed", seed), _whole("realisation", number)
         return draw_attitude(seed, number, turned=self._turned, tilt=self.settings.tilt)
 
@@ -246,7 +239,6 @@ class BreakUp:
     def _fragments(
         self, results: Sequence[SegmentResult], placed: Sequence[tuple[NDArray[np.float64], ...]], attitude: Attitude
     ) -> Fragments:
-        """All fragments, mirrored, turned and tilted."""
         from flight.fragments import Fragments
 
         mass, position, velocity = (np.concatenate(arrays) for arrays in zip(*placed, strict=True))
@@ -294,7 +286,6 @@ class BreakUp:
         )
 
     def _casing_sums(self, computed: int) -> CasingSums:
-        """Sums over the casing of a computed round."""
         if computed not in self._sums:
             self._sums[computed] = self._casing.sums(computed)
         return self._sums[computed]
@@ -317,7 +308,6 @@ class BreakUp:
 
 
 def _scattered(part: _Part, placed: tuple[NDArray[np.float64], ...]) -> tuple[NDArray[np.float64], ...]:
-    """Masses, positions and velocities of a segment's fragments with the random deviation of their directions."""
     if part.angles is None:
         return placed
     mass, position, velocity = placed

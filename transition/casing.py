@@ -10,10 +10,9 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
-from transition.cells.cell_points import CellPoints, numbers
-from transition.cells.ring_points import POINTS_TOGETHER, RingPoints
-from transition.ledger import CasingSums, casing_sums, ring_sums
+from transition.cells.points import POINTS_TOGETHER, CellPoints, RingPoints, numbers
 from transition.placement.directions import Shares, cell_shares, ring_shares
+from transition.results import CasingSums, casing_sums, ring_sums
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -119,7 +119,6 @@ def snapshot_of(
 
 
 def _checked(mesh: Any, casings: Sequence[CasingInMesh], cell_tags: Any) -> tuple[int, int]:  # noqa: ANN401
-    """Nodes of a cell and dimensions of the mesh."""
     name, dimension = str(mesh.topology.cell_type.name), int(mesh.geometry.dim)
     nodes = {("hexahedron", 3): 8, ("quadrilateral", 2): 4, ("quadrilateral", 3): 4}.get((name, dimension), 0)
     if not nodes:
@@ -177,7 +176,6 @@ def _at_corners(function: Any, mesh: Any, nodes: int) -> Array:  # noqa: ANN401
 
 
 def _gathered(comm: Any, ids: NDArray[np.int64], *arrays: NDArray[Any]) -> list[NDArray[Any]]:  # noqa: ANN401
-    """Rows of all ranks in the order of their numbers."""
     numbers, *parts = (np.concatenate(one) for one in zip(*comm.allgather((ids, *arrays)), strict=True))
     order = np.argsort(numbers, kind="stable")
     return [one[order] for one in parts]

@@ -17,7 +17,7 @@ import numpy as np
 
 from transition.cells.interpolation import interpolated
 from transition.cells.meridian import mass_density, node_shares
-from transition.law.mass_quantiles import masses_at
+from transition.law.samplers import masses_at
 from transition.placement.means import mean_states
 from transition.placement.scatter import STIFFEST, mean_cosine
 

@@ -1,21 +1,28 @@
-"""What the break-up hands back: rounds, segments, and one realisation of both."""
+"""What the break-up hands back: rounds, segments, one realisation, its ledger, and its part of summary.json."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from numpy.typing import NDArray
+
     from flight.fragments import Fragments
     from transition.cells.points import MaterialPoints
+    from transition.law.count_fit import CountFit
     from transition.law.samplers import Draw
     from transition.law.segment_law import SegmentLaw
     from transition.law.segments import CasingSegment
-    from transition.ledger import BreakUpLedger
     from transition.placement.directions import Directions
-    from transition.placement.isometry import Attitude
+    from transition.placement.isometry import Attitude, Isometry
     from transition.placement.mirroring import Image
     from transition.placement.placing import Clusters
+    from transition.settings import BreakUpSettings
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,3 +101,239 @@ class BreakUpResult:
     ledger: BreakUpLedger
     ledgers: tuple[tuple[int, BreakUpLedger], ...]
     summary: dict[str, Any]
+
+
+@dataclass(frozen=True)
+class BreakUpLedger:
+    """Mass, momentum and energy before and after. SI units.
+
+    The casing's momentum and energy are those of its lumped nodal masses (an eighth of each cell's mass at each of
+    its nodes; for a ring the integral of rho N_a 2 pi r dA), as the burst stage steps them.
+    """
+
+    mass: float
+    casing_mass: float
+    """Of the fragments and of the casing cells (kg)."""
+    mass_error: float
+    """(mass - casing_mass)/casing_mass."""
+    momentum: tuple[float, float, float]
+    casing_momentum: tuple[float, float, float]
+    """Vector sums (kg m/s)."""
+    momentum_error: float
+    """Length of the difference over the casing's sum of mass times speed, since opposite sides cancel in the momentum
+    itself."""
+    energy: float
+    casing_energy: float
+    """Kinetic (J)."""
+    energy_error: float
+    """(energy - casing_energy)/casing_energy; 0 for a casing at rest."""
+    cell_energy: float
+    """Kinetic energy of the cells moving as one piece each (J), rings by their cross-section. Fragments smaller than a
+    cell keep more of the casing's energy, those of many cells less."""
+
+
+@dataclass(frozen=True)
+class CasingSums:
+    """Sums over a casing, see `BreakUpLedger`: mass (kg), momentum (kg m/s), sum of mass times speed, energies (J)."""
+
+    mass: float
+    momentum: NDArray[np.float64]
+    scale: float
+    energy: float
+    cell_energy: float
+
+    def moved(self, motion: Isometry) -> CasingSums:
+        """The sums of the casing after a rotation or behind planes of symmetry; the scale is left as it is."""
+        return replace(self, momentum=motion.vector(self.momentum))
+
+    def __add__(self, other: CasingSums) -> CasingSums:
+        return CasingSums(*(getattr(self, f.name) + getattr(other, f.name) for f in fields(self)))
+
+
+def casing_sums(cell_mass: NDArray[np.float64], node_velocity: NDArray[np.float64]) -> CasingSums:
+    """Sums over casing cells: masses (m,) in kg, velocities of their nodes (m, 8, 3) in m/s."""
+    cell_velocity = node_velocity.mean(axis=1)
+    squares = np.einsum("ckj,ckj->ck", node_velocity, node_velocity)
+    speed = np.sqrt(squares)
+    return CasingSums(
+        mass=float(cell_mass.sum()),
+        momentum=cell_mass @ cell_velocity,
+        scale=float(cell_mass @ speed.mean(axis=1)),
+        energy=0.5 * float(cell_mass @ squares.mean(axis=1)),
+        cell_energy=0.5 * float(cell_mass @ np.einsum("ij,ij->i", cell_velocity, cell_velocity)),
+    )
+
+
+def ring_sums(
+    ring_mass: NDArray[np.float64],
+    shares: NDArray[np.float64],
+    velocity: NDArray[np.float64],
+    axis: NDArray[np.float64],
+) -> CasingSums:
+    """Sums over the rings of an axisymmetric casing.
+
+    `ring_mass` (m,), `shares` (m, 4): masses (kg) and their shares at the nodes
+    (`transition.cells.meridian.node_shares`); `velocity` (m, 4, 2): radial and axial velocity of the nodes (m/s);
+    `axis` (3,): unit axis of the round.
+    """
+    nodal = ring_mass[:, None] * shares
+    squares = (velocity**2).sum(axis=2)
+    mean = np.einsum("ma,maj->mj", shares, velocity)
+    return CasingSums(
+        mass=float(ring_mass.sum()),
+        momentum=float((nodal * velocity[..., 1]).sum()) * axis,
+        scale=float((nodal * np.sqrt(squares)).sum()),
+        energy=0.5 * float((nodal * squares).sum()),
+        cell_energy=0.5 * float(ring_mass @ (mean**2).sum(axis=1)),
+    )
+
+
+def ledger(fragments: Fragments, casing: CasingSums) -> BreakUpLedger:
+    """Compare fragments, as handed over, with the sums of the casing that they were made from."""
+    mass, velocity = fragments.mass, fragments.velocity
+    total = float(mass.sum())
+    momentum = mass @ velocity
+    energy = 0.5 * float(mass @ np.einsum("ij,ij->i", velocity, velocity))
+    difference = float(np.linalg.norm(momentum - casing.momentum))
+    return BreakUpLedger(
+        mass=total,
+        casing_mass=casing.mass,
+        mass_error=(total - casing.mass) / casing.mass,
+        momentum=_triple(momentum),
+        casing_momentum=_triple(casing.momentum),
+        momentum_error=difference / casing.scale if casing.scale > 0.0 else 0.0,
+        energy=energy,
+        casing_energy=casing.energy,
+        energy_error=(energy - casing.energy) / casing.energy if casing.energy > 0.0 else 0.0,
+        cell_energy=casing.cell_energy,
+    )
+
+
+def _triple(vector: NDArray[np.float64]) -> tuple[float, float, float]:
+    return float(vector[0]), float(vector[1]), float(vector[2])
+
+
+def summarised(
+    rounds: Sequence[BrokenRound],
+    results: Sequence[SegmentResult],
+    ledgers: Mapping[int, BreakUpLedger],
+    directions: Mapping[int, Directions],
+    handed_over: BreakUpLedger,
+    settings: BreakUpSettings,
+    outside: Mapping[str, Sequence[str]],
+    attitude: Attitude,
+    fit: CountFit | None = None,
+) -> dict[str, Any]:
+    """Numbers of one realisation.
+
+    Parameters
+    ----------
+    rounds : sequence of BrokenRound
+        Computed rounds, then mirrored ones.
+    results : sequence of SegmentResult
+        Segments of all of them.
+    ledgers, directions : mappings from a round's number
+        For the rounds that have fragments.
+    handed_over : BreakUpLedger
+        Of all rounds together.
+    settings : BreakUpSettings
+        Choices of the break-up.
+    outside : mapping from a round's name
+        In which respects no published data on mean masses are near it.
+    attitude : Attitude
+        How all fragments were turned about the round's axis, and tilted.
+    fit : CountFit or None
+        Of the mean masses to the pieces of a test.
+    """
+    return {
+        "fragments": sum(r.fragments for r in results),
+        "points": sum(r.points for r in results),
+        "mass": handed_over.mass,
+        "mass_error": handed_over.mass_error,
+        "momentum_error": handed_over.momentum_error,
+        "energy_error": handed_over.energy_error,
+        "casing_energy": handed_over.casing_energy,
+        "energy_lost": handed_over.casing_energy - handed_over.energy,
+        "sampler": settings.sampler,
+        "velocity": settings.velocity,
+        "mean_mass": _mean_mass(settings, fit, outside),
+        "direction_scatter": settings.direction_scatter,
+        "turn": attitude.turn,
+        "tilt": list(attitude.tilt),
+        "tilt_deviation": settings.tilt,
+        "rounds": [
+            _round_summary(rounds[number], [r for r in results if r.round == number], ledgers[number], found)
+            for number, found in directions.items()
+        ],
+    }
+
+
+def _mean_mass(settings: BreakUpSettings, fit: CountFit | None, outside: Mapping[str, Sequence[str]]) -> dict[str, Any]:
+    if fit is None:
+        factor, source = settings.factor
+    elif settings.mean_mass_factor is None:
+        factor, source = fit.factor, fit.label
+    else:
+        factor, source = settings.mean_mass_factor, "input"
+    law = settings.mean_mass if isinstance(settings.mean_mass, str) else "given"
+    return {
+        "law": law if fit is None else "fitted",
+        "factor": factor,
+        "factor_source": source,
+        "outside_data": [{"round": name, "text": text} for name, texts in outside.items() for text in texts],
+        **({} if fit is None else {"test": fit.summary()}),
+    }
+
+
+def _round_summary(
+    broken: BrokenRound, results: Sequence[SegmentResult], handed_over: BreakUpLedger, directions: Directions
+) -> dict[str, Any]:
+    return {
+        "name": broken.name,
+        "mirror_of": broken.mirror_of,
+        "fragments": sum(r.fragments for r in results),
+        "mass": float(sum(r.draw.mass.sum() for r in results)),
+        "mass_error": handed_over.mass_error,
+        "momentum_error": handed_over.momentum_error,
+        "energy_error": handed_over.energy_error,
+        "polar_difference": directions.polar_difference,
+        "azimuth_difference": directions.azimuth_difference,
+        "directions": {
+            "polar_deg": directions.polar.tolist(),
+            "polar_fragments": directions.polar_fragments.tolist(),
+            "polar_cells": directions.polar_cells.tolist(),
+            "azimuth_deg": directions.azimuth.tolist(),
+            "azimuth_fragments": directions.azimuth_fragments.tolist(),
+            "azimuth_cells": directions.azimuth_cells.tolist(),
+        },
+        "segments": [_segment_summary(r) for r in results],
+    }
+
+
+def _segment_summary(result: SegmentResult) -> dict[str, Any]:
+    data, law = result.segment.data, result.law
+    return {
+        "name": data.name,
+        "kind": data.kind,
+        "start": data.start,
+        "end": data.end,
+        "mean_mass": law.law.mean,
+        "mu": law.law.parts[0].mu,
+        "n0": law.n0,
+        "parts": [{"dimension": p.dimension, "mu": p.mu, "mass_fraction": p.weight} for p in law.law.parts],
+        "fragments": result.fragments,
+        "mass": float(result.draw.mass.sum()),
+        "mass_deficit": result.draw.deficit,
+        "casing_mass": law.mass,
+        "heaviest": float(result.draw.mass.max()),
+        "v0": law.v0,
+        "speed": data.speed,
+        "rupture": law.rupture,
+        "rupture_radius": law.radius,
+        "rupture_wall": law.wall,
+        "strain_rate": law.rate,
+        "method": result.draw.method,
+        "closure": result.draw.closure,
+        "points": result.points,
+        "resolved": result.resolved,
+    }

@@ -135,7 +135,6 @@ class BreakUpSettings:
     the burst stage."""
 
     def __post_init__(self) -> None:
-        """Refuse what has no meaning."""
         check_inputs(self, "break_up", InputError)
         if isinstance(self.segments, Mapping):
             for name, stations in self.segments.items():

@@ -108,7 +108,6 @@ class Snapshot:
     geometry: str = "3d"
 
     def __post_init__(self) -> None:
-        """Refuse what cannot be broken up."""
         _check(self)
 
     @cached_property

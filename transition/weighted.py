@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from scipy.special import ndtri
 
-from transition.law.mass_quantiles import masses_at
+from transition.law.samplers import masses_at
 from transition.placement.scatter import STIFFEST, mean_cosine
 
 if TYPE_CHECKING:

@@ -29,7 +29,7 @@ class Grid(NamedTuple):
     be the same in them as in the lane that holds the cell: as `Blocks.by_slot` and `BurstFields.regroup` put it.
     """
 
-    dofmap: np.ndarray  # (cells, 8) int32 nodes
+    nodes: np.ndarray  # (blocks, corners, LANES) int32
     cells: np.ndarray  # (blocks, LANES) int32, padded with the block's last cell
     filled: np.ndarray  # (blocks,) int32, lanes that hold a cell
     material: np.ndarray  # (blocks,) int32, row of the material's parameters

@@ -249,6 +249,7 @@ class BurstFields:
         grid, solid = self.grid, self.solid
         self.blocks = new
         self.grid = grid._replace(
+            nodes=new.nodes(self.mesh.dofmap),
             cells=new.cells,
             filled=new.count,
             material=new.material,
@@ -332,7 +333,7 @@ def make_fields(
         np.zeros(len(position), dtype=np.int8), np.zeros_like(position),
     )  # fmt: skip
     grid = Grid(
-        mesh.dofmap, blocks.cells, blocks.count, blocks.material, blocks.level,
+        blocks.nodes(mesh.dofmap), blocks.cells, blocks.count, blocks.material, blocks.level,
         blocks.by_slot(cell_mass), slot_volume,
         np.zeros_like(slot_volume), np.full_like(slot_volume, np.inf), 0.0,
         rounding_constant(LARGEST_WORK * pressure * float(mesh.cell_sums(volume))),

@@ -61,6 +61,10 @@ class Blocks:
         levels: np.ndarray = self.level[self.slot_of_cell // LANES]
         return levels
 
+    def nodes(self, dofmap: np.ndarray) -> np.ndarray:
+        """Nodes of the cells by corner and lane, (blocks, corners, LANES) int32; `dofmap` (cells, corners) int32."""
+        return np.ascontiguousarray(dofmap[self.cells].transpose(0, 2, 1))
+
     def by_slot(self, values: np.ndarray) -> np.ndarray:
         """Values of cells (cells, ...) in the order of the slots; padded lanes repeat their block's last cell."""
         result: np.ndarray = values[self.cells.ravel()]

@@ -223,7 +223,6 @@ class FragmentEnsemble(Sequence[Fragments]):
     """Names of the rounds."""
 
     def __len__(self) -> int:
-        """Number of realisations."""
         return len(self.offset) - 1
 
     @overload

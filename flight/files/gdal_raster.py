@@ -234,7 +234,6 @@ def _raster(path: Path, form: str, dataset: Any, number: int, found: dict[str, A
 
 
 def _crs(dataset: Any) -> Any:  # noqa: ANN401
-    """The file's coordinate system as pyproj's."""
     if not dataset.crs:
         return None
     import pyproj

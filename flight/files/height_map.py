@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flight.errors import InputError
-from flight.files.esri_grid import read_esri_grid
 from flight.files.gdal_raster import DRIVERS, own_environment, read_gdal_raster
 from flight.files.map_plane import Plane, plane_of, read_projection, vertical_of
-from flight.files.raster import HEIGHT_UNITS, MOST_NODES, metres_of, unit_words
+from flight.files.raster import HEIGHT_UNITS, MOST_NODES, metres_of, read_esri_grid, unit_words
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -139,7 +138,6 @@ def _cut_words(raster: Raster, down: slice, across: slice) -> list[str]:
 
 
 def _of_own_grid(raster: Raster, plane: Plane) -> Grid:
-    """The nodes as they are, of a map along its own axes."""
     try:
         down, across = _window(raster, plane)
     except InputError:

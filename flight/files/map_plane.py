@@ -94,7 +94,6 @@ def vertical_of(path: Path, crs: Any) -> Vertical:  # noqa: ANN401
 
 
 def _horizontal(path: Path, crs: Any) -> Any:  # noqa: ANN401
-    """The part of a coordinate system on the plane."""
     if crs.is_bound:
         return _horizontal(path, crs.source_crs)
     if crs.is_compound:
@@ -176,7 +175,6 @@ def _without_earth(
     site: tuple[float, float] | None,
     earth: tuple[float, float, float] | None,
 ) -> Plane:
-    """The plane of a map that does not say where on Earth it lies."""
     if earth is not None and abs(math.remainder(earth[2] - _EAST, 360.0)) > 1e-6:
         raise InputError(
             f"{raster.path}: the bearing of +x is {earth[2]:g} degrees; allowed: {_EAST:g}, since the map has no "

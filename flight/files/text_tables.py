@@ -50,7 +50,6 @@ class Labels:
     """(n,) int: number of every row's text."""
 
     def __len__(self) -> int:
-        """Number of rows."""
         return len(self.which)
 
     @classmethod
@@ -122,7 +121,6 @@ def _format(column: NDArray[Any] | Labels) -> str:
 
 
 def _cells(column: NDArray[Any] | Labels, rows: slice) -> list[Any]:
-    """Some rows of a column, as its format takes them."""
     if not isinstance(column, Labels):
         return list(column[rows].tolist())
     texts = [csv_cell(text) for text in column.texts]

@@ -84,7 +84,6 @@ class Contact:
     between: Literal["all", "rounds"] = "all"
 
     def __post_init__(self) -> None:
-        """Refuse what cannot be."""
         units = {"density": "kg/m3", "distance": "m", "time_limit": "s", "min_speed": "m/s", "duration": "s"}
         require_numbers("contact", self, units, above=0.0)
         require_number("contact", "restitution", self.restitution, "", low=0.0, high=1.0)
@@ -203,7 +202,6 @@ class Encounters:
         return Touch(contact.restitution, friction, contact.min_speed, contact.duration, self.ground)
 
     def _spheres(self) -> Spheres:
-        """The fragments at launch, in `order`."""
         from flight.kernels.contacts import PARTNERS, Spheres
 
         fragments = self.fragments.select(self.order)

@@ -237,7 +237,6 @@ def range_table(
 def _fly_in_contact(
     job: FlightJob, contact: Contact, threads: int, on_progress: Callable[[FlightProgress], None] | None, began: float,
 ) -> tuple[Flown, Encounters]:  # fmt: skip
-    """Find all contacts, then fly the legs between them."""
     encounters = Encounters(job.fragments, contact, job.around, job.limits.ground, threads)
     legs = legs_between(job.fragments, encounters.contacts)
     # Slopes of the ground are a fragment's own, whatever legs contact makes of its flight.
@@ -285,7 +284,6 @@ def _chosen(sample: int | ArrayLike, number: int, seed: int) -> NDArray[np.int64
 
 
 def _several(name: str, given: Any, kinds: tuple[type, ...]) -> tuple[Any, ...]:  # noqa: ANN401 - what a user gave
-    """One or several of some kinds, or InputError."""
     several = (given,) if isinstance(given, kinds) or not np.iterable(given) else tuple(given)
     for one in several:
         if not isinstance(one, kinds):
@@ -297,7 +295,8 @@ def _several(name: str, given: Any, kinds: tuple[type, ...]) -> tuple[Any, ...]:
 def _check_kinds(**given: tuple[Any, type, str]) -> None:
     for name, (value, kind, example) in given.items():
         if not (isinstance(value, kind) or (value is None and name != "fragments")):
-            raise InputError(f"fly: {name} is {value!r}; allowed: flight.{kind.__name__}{example}")
+            module = "flight.fluence" if kind.__module__ == "flight.fluence" else "flight"
+            raise InputError(f"fly: {name} is {value!r}; allowed: {module}.{kind.__name__}{example}")
 
 
 def _check(

@@ -27,7 +27,6 @@ class Adaptive:
     longest_step: float = math.inf
 
     def __post_init__(self) -> None:
-        """Refuse what cannot be stepped."""
         require_number("integrator", "tolerance", self.tolerance, "", low=1e-14, high=1e-2)
         require_number("integrator", "longest_step", self.longest_step, "s")
         if not self.longest_step > 0.0:
@@ -41,7 +40,6 @@ class FixedStep:
     step: float = 1e-4
 
     def __post_init__(self) -> None:
-        """Refuse what cannot be stepped."""
         require_number("integrator", "step", self.step, "s", above=0.0)
 
 
@@ -77,7 +75,6 @@ class Domain:
     floor: float = -math.inf
 
     def __post_init__(self) -> None:
-        """Refuse an empty domain."""
         require_numbers("domain", self, {"radius": "m", "ceiling": "m", "floor": "m"})
         if not self.radius > 0.0:
             raise InputError(f"domain: radius is {self.radius} m, needed: above zero")

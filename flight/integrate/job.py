@@ -323,7 +323,6 @@ def _around(rows: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _sorted(rows: NDArray[np.float64], fragment: int) -> NDArray[np.float64]:
-    """Rows by fragment and then time, those of one time as they came."""
     return rows[np.lexsort((rows[:, 0], rows[:, fragment]))]
 
 
@@ -339,7 +338,6 @@ def _joined(parts: list[NDArray[Any]], kind: np.dtype[Any]) -> NDArray[Any]:
 
 
 def _horizontal(rows: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Length of the first two columns."""
     from flight.kernels.angles import row_lengths
 
     result = np.empty(len(rows))

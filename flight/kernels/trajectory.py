@@ -89,7 +89,9 @@ def _with_room(table: Array, used: int, more: int) -> Array:
     if used + more <= table.shape[0]:
         return table
     longer = np.empty((2 * (used + more), table.shape[1]))
-    longer[:used] = table[:used]
+    for row in range(used):  # a slice that is assigned takes seconds to compile
+        for column in range(table.shape[1]):
+            longer[row, column] = table[row, column]
     return longer
 
 
@@ -164,17 +166,19 @@ def fly_chunk(
     rows, flying, free = np.zeros(LANES, np.int64), np.zeros(LANES, np.int64), np.zeros(LANES, np.bool_)
 
     number = stop - start
-    waiting = np.arange(number)  # a ring of those to be launched: first all, then those that ricochet
+    waiting = np.empty(number, np.int64)  # a ring of those to be launched: first all, then those that ricochet
     taken, queued = 0, number
     for row in range(number):
         ends.last[row, 0] = clock[start + row, 0]
         for j in range(3):
             ends.last[row, 1 + j], ends.last[row, 4 + j] = position[start + row, j], velocity[start + row, j]
-        ends.first[row, 7:9] = 0.0
+        waiting[row] = row
+        ends.first[row, 7] = ends.first[row, 8] = 0.0
         ends.first[row, 9], ends.first[row, 10] = np.inf, -np.inf
     prepared = used = 0
     active = min(LANES, number)
-    free[:active] = True
+    for lane in range(active):
+        free[lane] = True
     while True:
         # fill free lanes with the fragments that wait; add lanes or close the ranks as they are many or few
         lane = 0

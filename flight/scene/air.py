@@ -67,7 +67,6 @@ class ConstantAir:
     sound_speed_everywhere: float = 340.294
 
     def __post_init__(self) -> None:
-        """Refuse what is not air."""
         require_number("air", "density_everywhere", self.density_everywhere, "kg/m3", low=0.0)
         require_number("air", "sound_speed_everywhere", self.sound_speed_everywhere, "m/s", above=0.0)
 
@@ -100,7 +99,6 @@ class StandardAtmosphere:
     temperature_offset: float = 0.0
 
     def __post_init__(self) -> None:
-        """Refuse a site outside the atmosphere."""
         require_number("air", "site_altitude", self.site_altitude, "m", low=-5000.0, high=84_000.0)
         require_number("air", "temperature_offset", self.temperature_offset, "K", low=-80.0, high=80.0)
 

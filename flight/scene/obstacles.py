@@ -51,8 +51,6 @@ class _Standing:
 
 @dataclass(frozen=True)
 class _AlongLine(_Standing):
-    """An obstacle along a line on the ground."""
-
     start: Offset
     """x and y of one end of its centre line or crest."""
     end: Offset
@@ -95,7 +93,6 @@ class Wall(_AlongLine):
     faces: ClassVar[tuple[str, ...]] = ("left", "right", "start", "end", "top", "under")
 
     def __post_init__(self) -> None:
-        """Refuse what is not a wall."""
         _check(self, ("start", "end"), ("height", "thickness"))
         _check_line(self)
 
@@ -118,7 +115,6 @@ class Barricade(_AlongLine):
     faces: ClassVar[tuple[str, ...]] = ("left", "right", "start", "end", "crest", "under")
 
     def __post_init__(self) -> None:
-        """Refuse what is not a bank."""
         _check(self, ("start", "end"), ("height", "crest_width"))
         require_number(f"obstacle {self.name}", "slope", self.slope, "", low=0.0)
         _check_line(self)
@@ -148,7 +144,6 @@ class Building(_Standing):
     faces: ClassVar[tuple[str, ...]] = ("left", "right", "back", "front", "roof", "under")
 
     def __post_init__(self) -> None:
-        """Refuse what is not a box."""
         _check(self, ("position",), ("length", "width", "height"))
         require_number(f"obstacle {self.name}", "azimuth", self.azimuth, "degrees", finite=True)
 
@@ -203,7 +198,6 @@ def pack_obstacles(obstacles: Sequence[Obstacle], lowest: float | None, ground: 
 
 
 def _centre(obstacle: Obstacle) -> NDArray[np.float64]:
-    """Of its plan (2,)."""
     if isinstance(obstacle, Building):
         return np.array(obstacle.position, dtype=np.float64)
     return 0.5 * np.add(obstacle.start, obstacle.end)

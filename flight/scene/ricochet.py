@@ -80,7 +80,6 @@ class Ricochet:
     source: str = ""
 
     def __post_init__(self) -> None:
-        """Refuse what is no law."""
         what = f"ricochet {self.name}"
         require_number(what, "critical_angle", self.critical_angle, "degrees", above=0.0, high=STEEPEST)
         require_number(what, "speed_kept", self.speed_kept, "", above=0.0, high=1.0)

@@ -41,7 +41,6 @@ class Cylinder:
     name: str = "cylinder"
 
     def __post_init__(self) -> None:
-        """Refuse what is not a cylinder."""
         require_number(f"witness {self.name}", "radius", self.radius, "m", above=0.0)
         require_numbers(f"witness {self.name}", self, {"bottom": "m", "top": "m"})
         real_array(f"witness {self.name}", "centre", self.centre, "m", (2,))
@@ -71,7 +70,6 @@ class Panel:
     name: str = "panel"
 
     def __post_init__(self) -> None:
-        """Refuse what is not a rectangle."""
         for what, unit in (("centre", "m"), ("normal", ""), ("up", "")):
             real_array(f"witness {self.name}", what, getattr(self, what), unit, (3,))
         require_numbers(f"witness {self.name}", self, {"width": "m", "height": "m"}, above=0.0)

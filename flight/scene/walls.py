@@ -94,7 +94,6 @@ class StoppingWall:
     """Cylinder strength of concrete."""
 
     def __post_init__(self) -> None:
-        """Refuse materials without a relation."""
         if self.material not in MATERIALS:
             raise InputError(f"wall: material is {self.material!r}, allowed: {' or '.join(MATERIALS)}")
         require_numbers("wall", self, {"thickness": "m", "strength": "Pa"}, above=0.0)

@@ -106,7 +106,6 @@ class Wind:
     velocity: NDArray[np.float64]
 
     def __post_init__(self) -> None:
-        """Refuse a profile that cannot be read."""
         height, velocity = self.height, self.velocity
         if height.ndim != 1 or height.size == 0 or velocity.shape != (height.size, 2):
             raise InputError(

@@ -6,6 +6,8 @@ import math
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import ConvexHull
 
 from fragfield.case.conversion.rounds import masses_of
 from fragfield.results.check import ExpectedCost
@@ -13,6 +15,8 @@ from transition.law.mean_mass import gurney_speed
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+
+    from numpy.typing import NDArray
 
     from burst_fenicsx.meshing.mesh import CellMesh
     from burst_fenicsx.problem import BurstSettings, Round
@@ -49,8 +53,10 @@ def expected_end(settings: BurstSettings, rounds: Sequence[Round]) -> float | No
     """Time (s) at which a burst may end; None where a round is from a mesh file.
 
     A casing sets out when the front has passed half of its charge and grows at Gurney's speed until it has expanded as
-    far as casings are accelerated. A round without ignition point is initiated when the casing of another reaches it;
-    distances are those of the bases' centres less the radii, as for rounds that stand side by side.
+    far as casings are accelerated. Casings that reach each other until then go on as one, from the area that they take
+    to as many times their own as for a single one: the gas of inner rounds pushes until the outer ones have gone. A
+    round without ignition point is initiated when the casing of another reaches it; distances are those of the bases'
+    centres less the radii, as for rounds that stand side by side.
     """
     if settings.end_time is not None:
         return settings.end_time
@@ -70,8 +76,27 @@ def expected_end(settings: BurstSettings, rounds: Sequence[Round]) -> float | No
         distance = np.linalg.norm(position - position[donor], axis=1) - radius - radius[donor]
         arrival = initiated[donor] + half[donor] + np.maximum(distance, 0.0) / speed[donor]
         initiated = np.where(waiting & ~done, np.minimum(initiated, arrival), initiated)
-    complete = initiated + half + (_EXPANSION_AT_END - 1.0) * radius / speed
-    return min(float(complete.max()), settings.time_limit)
+    travel = (_EXPANSION_AT_END - 1.0) * radius
+    apart = np.linalg.norm(position[:, None] - position[None, :], axis=2) - radius[:, None] - radius[None, :]
+    groups, group = connected_components(apart < travel[:, None] + travel[None, :], directed=False)
+    complete = [
+        (initiated + half)[members].max() + _growth(position[members], radius[members]) / speed[members].mean()
+        for members in (np.flatnonzero(group == index) for index in range(groups))
+    ]
+    return min(float(max(complete)), settings.time_limit)
+
+
+def _growth(position: NDArray[np.float64], radius: NDArray[np.float64]) -> float:
+    """Growth of the radius (m) of rounds at `position` (rounds, 3) m that expand as one until their end.
+
+    They begin as the disc of the area of their convex hull, seen from above, and end as that of their own areas, at
+    most the hull's, times the square of a casing's expansion.
+    """
+    rim = np.linspace(0.0, 2.0 * np.pi, 48, endpoint=False)
+    corners = position[:, None, :2] + radius[:, None, None] * np.column_stack([np.cos(rim), np.sin(rim)])
+    hull = ConvexHull(corners.reshape(-1, 2)).volume  # of a plane figure its area
+    end = _EXPANSION_AT_END * np.sqrt(min(np.pi * (radius**2).sum(), hull) / np.pi)
+    return float(max(end - np.sqrt(hull / np.pi), (_EXPANSION_AT_END - 1.0) * radius.max()))
 
 
 def _sound_speed(entry: Round) -> float:

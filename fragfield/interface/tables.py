@@ -122,8 +122,7 @@ def _fragments(folder: Path) -> Mapping[str, Any]:
 
 def _flown(name: str, what: str = "") -> Callable[[Path], Mapping[str, Any]]:
     def columns(folder: Path) -> Mapping[str, Any]:
-        from flight.files.hdf5 import read_table
-        from flight.files.results import csv_columns
+        from flight.files.hdf5 import csv_columns, read_table
 
         rows, names = read_table(folder / f"{name}.h5", name)
         return csv_columns(rows, what, names)

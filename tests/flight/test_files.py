@@ -24,7 +24,7 @@ def written(tmp_path_factory) -> tuple[FlightResult, Path]:
     folder = tmp_path_factory.mktemp("out") / "run"
     result = fly(cloud(300), witnesses=[Cylinder(7.62, name="ring"), Cylinder(30.0, name="far")], sample=12)
     paths = result.write(folder, PROVENANCE)
-    names = ["landing.h5", "hits.h5", "landing.csv", "witness.csv", "trajectories.xdmf", "trajectories.h5"]
+    names = ["landing.h5", "landing.csv", "hits.h5", "witness.csv", "trajectories.xdmf", "trajectories.h5"]
     assert [path.name for path in paths] == names
     return result, folder
 

@@ -140,6 +140,21 @@ def test_rounds_that_wait_for_the_shock_lengthen_the_burst():
     assert ends[2] - ends[0] == pytest.approx(3 * step)
 
 
+@pytest.mark.parametrize(("side", "measured"), [(2, 220e-6), (3, 272e-6), (4, 438e-6), (5, 542e-6)])
+def test_a_pallet_is_expected_to_end_when_its_computed_burst_does(side, measured):
+    """Ends of n x n M107, Comp B, by this program at 12 mm (3 x 3 at 8 mm): within a fifth, far from a single one's."""
+    pallet = {"arrangement": "pallet", "counts": [side, side, 1], "gap": "21.7 mm"}
+    expected = check_report(_ended_by_itself(stack=pallet)).expected.end_time
+    assert expected == pytest.approx(measured, rel=0.2)
+    assert expected > 1.5 * check_report(_ended_by_itself()).expected.end_time
+
+
+def test_rounds_far_apart_are_expected_to_end_alone():
+    single = check_report(_ended_by_itself()).expected.end_time
+    far = check_report(_ended_by_itself(stack=_row(4, "2 m"))).expected.end_time
+    assert far == pytest.approx(single)
+
+
 def _ended_by_itself(**tables):
     case = _case(**tables)
     return case.model_copy(update={"burst": case.burst.model_copy(update={"end_time": None, "stop": "acceleration"})})

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from transition import BreakUp, BreakUpSettings, InputError
-from transition.cells.cell_points import numbers
 from transition.cells.interpolation import corner_coordinates, interpolated, modes
+from transition.cells.points import numbers
 from transition.kernels import sampling
 from transition.kernels.sampling import _A, _B, _C, _SHARE, _TILE, _X, _quantiles
 from transition.law.segment_law import _at_rupture

@@ -7,8 +7,7 @@ import pytest
 
 from tests.transition.synthetic import Tube
 from transition import BreakUpSettings, break_up
-from transition.cells.cell_points import CellPoints
-from transition.cells.points import MaterialPoints
+from transition.cells.points import CellPoints, MaterialPoints
 
 
 def cells_of(generator, number):

@@ -13,7 +13,7 @@ from tests.transition.meridian import Meridian
 from transition.casing import casing_of
 from transition.cells.interpolation import interpolated, modes
 from transition.cells.meridian import HalfPlane, mass_density, node_shares, ring_volumes
-from transition.cells.ring_points import RingPoints
+from transition.cells.points import RingPoints
 
 SQUARE = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
 TILTED = HalfPlane(np.array([0.3, -0.2, 1.1]), np.linalg.qr(np.random.default_rng(5).normal(size=(3, 3)))[0])

@@ -8,8 +8,8 @@ import pytest
 from flight.fragments import Fragments
 from transition import InputError
 from transition.cells.meridian import HalfPlane, check_meridian
-from transition.ledger import casing_sums, ledger, ring_sums
 from transition.placement.directions import cell_shares, compare_directions, ring_shares
+from transition.results import casing_sums, ledger, ring_sums
 
 UPRIGHT = HalfPlane(np.zeros(3), np.eye(3))
 

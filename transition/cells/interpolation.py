@@ -2,7 +2,7 @@
 
 The shape functions are those of dolfinx's Lagrange elements of degree 1, tabulated by basix. A function of this space
 is also a sum over modes, the products of the reference coordinates from -1 to 1 (1, xi, eta, zeta, xi eta, ...). The
-sign of each under a reflection of the coordinates is known, which is what `transition.cells.cell_points` needs.
+sign of each under a reflection of the coordinates is known, which is what `transition.cells.points` needs.
 """
 
 from __future__ import annotations

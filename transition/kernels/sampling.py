@@ -57,7 +57,8 @@ def sample_cells(
     for cell in range(offset.size - 1):
         begin, number = offset[cell], offset[cell + 1] - offset[cell]
         share = cell_mass[cell] / number
-        mean[:] = 0.0
+        for j in range(_FUNCTIONS):
+            mean[j] = 0.0
         for pair in range(number // 2):
             u = 2.0 * ((shift[cell, 0] + pair * _STEP[0]) % 1.0) - 1.0
             v = 2.0 * ((shift[cell, 1] + pair * _STEP[1]) % 1.0) - 1.0

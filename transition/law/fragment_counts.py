@@ -54,7 +54,6 @@ class FragmentCounts:
     scale: float = 1.0
 
     def __post_init__(self) -> None:
-        """Refuse what cannot be fitted."""
         where = f"{self.source}: fragments by mass"
         edges, number = np.asarray(self.edges, dtype=float), np.asarray(self.number, dtype=float)
         if len(edges) - len(number) not in (0, 1) or not len(number):

@@ -109,7 +109,6 @@ def segment_law(
 
 
 def _state(segment: CasingSegment, mass: float, data: RoundData, settings: BreakUpSettings) -> tuple[float, _Rupture]:
-    """Speed (m/s) and state at rupture that the laws take."""
     where = f"round {data.name!r}, segment {segment.data.name!r}"
     speed = _speed(segment, mass, data, settings, where)
     radius, wall, source = _at_rupture(segment, settings, where)

@@ -74,7 +74,6 @@ def images(planes: Sequence[SymmetryPlane], source: str = "planes") -> tuple[Ima
 
 
 def _mirrored(image: Image, plane: SymmetryPlane) -> Image:
-    """First `image`, then the reflection at a plane."""
     normal = np.asarray(plane.normal)
     matrix = np.eye(3) - 2.0 * np.outer(normal, normal)
     shift = matrix @ image.shift + 2.0 * float(normal @ plane.point) * normal

@@ -23,7 +23,6 @@ from burst_fenicsx.kernels.cells import layout as at
 from burst_fenicsx.kernels.cells.one_point import resist_mode
 from burst_fenicsx.kernels.constants import MOST_DAMPED
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, inlined_kernel, lane_function, widest_vectors
-from burst_fenicsx.kernels.vectors.gather import gather_nodes
 from burst_fenicsx.kernels.vectors.tensors import (
     Matrix,
     dot,
@@ -36,7 +35,7 @@ from burst_fenicsx.kernels.vectors.tensors import (
 )
 
 if TYPE_CHECKING:
-    from burst_fenicsx.kernels.state import Grid, Nodes
+    pass
 
 Four = tuple[float, float, float, float]
 
@@ -117,9 +116,8 @@ def _store(v: Four, scratch: np.ndarray, row: int, lane: int) -> None:
 
 
 @inlined_kernel
-def gather(block: int, nodes: Nodes, grid: Grid, inverse_share: np.ndarray, scratch: np.ndarray) -> None:
-    """Gather positions and velocities of a block's nodes, mean ones over the cells' step, and their mass shares."""
-    gather_nodes(block, nodes, grid, scratch[at.POSITION * LANES :], scratch[at.VELOCITY * LANES :])
+def load_shares(block: int, inverse_share: np.ndarray, scratch: np.ndarray) -> None:
+    """Copy the inverse of a block's shares of its nodes' masses."""
     for k in range(4 * LANES):
         scratch[at.INVERSE_SHARE * LANES + k] = inverse_share[block, k]
 

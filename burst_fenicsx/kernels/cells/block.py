@@ -18,11 +18,11 @@ from burst_fenicsx.kernels.cells import solid as metal
 from burst_fenicsx.kernels.cells.erosion import drop_forces, freeze_cells
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, inlined_kernel, lane_function, widest_vectors
 from burst_fenicsx.kernels.vectors.exact import quantise, row_sum
-from burst_fenicsx.kernels.vectors.gather import add_nodal_forces, load_slots, store_slots
+from burst_fenicsx.kernels.vectors.gather import add_nodal_forces, gather_nodes, load_slots, store_slots
 from burst_fenicsx.problem import Part
 
 if TYPE_CHECKING:
-    from burst_fenicsx.kernels.state import Cells, Grid
+    from burst_fenicsx.kernels.state import Cells, Grid, Nodes
 
 _PARTS = len(Part)  # rows of material parameters that each round has
 _LINEAR, _QUADRATIC, _DAMPING, _STIFFNESS = (
@@ -50,12 +50,11 @@ def advance_solids(
         own_step = fraction * step
         next_dt = max(own_step, fraction * grid.longest)
         parameters = state.parameters[grid.material[block]]
-        _load(block, grid, scratch)
+        _load(block, nodes, grid, scratch)
         if len(element) == 2:
-            quadrilateral.gather(block, nodes, grid, cells.inverse_share, scratch)
+            quadrilateral.load_shares(block, cells.inverse_share, scratch)
             quadrilateral.velocity_gradient(own_step, scratch)
         else:
-            one_point.gather(block, nodes, grid, scratch)
             one_point.velocity_gradient(own_step, scratch)
         if len(element) == 3:
             eight_points.begin_points(scratch)
@@ -121,12 +120,11 @@ def advance_charges(
         own_step = fraction * step
         next_dt = max(own_step, fraction * grid.longest)
         parameters = state.parameters[grid.material[block]]
-        _load(block, grid, scratch)
+        _load(block, nodes, grid, scratch)
         if len(element) == 2:
-            quadrilateral.gather(block, nodes, grid, cells.inverse_share, scratch)
+            quadrilateral.load_shares(block, cells.inverse_share, scratch)
             quadrilateral.velocity_gradient(own_step, scratch)
         else:
-            one_point.gather(block, nodes, grid, scratch)
             one_point.velocity_gradient(own_step, scratch)
         min_burn = gas.load(block, time, parameters, grid, state, scratch)
         any_eroded = gas.erode(block, parameters, eroded, scratch) > 0
@@ -160,7 +158,8 @@ def advance_charges(
 
 
 @inlined_kernel
-def _load(block: int, grid: Grid, scratch: np.ndarray) -> None:
+def _load(block: int, nodes: Nodes, grid: Grid, scratch: np.ndarray) -> None:
+    gather_nodes(block, nodes, grid, scratch[at.POSITION * LANES :], scratch[at.VELOCITY * LANES :])
     load_slots(block, grid.mass, scratch[at.MASS * LANES :])
     load_slots(block, grid.volume, scratch[at.OLD_VOLUME * LANES :])
     load_slots(block, grid.viscous, scratch[at.OLD_VISCOUS * LANES :])

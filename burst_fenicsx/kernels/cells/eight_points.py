@@ -14,7 +14,7 @@ from __future__ import annotations
 import numpy as np
 
 from burst_fenicsx.kernels.cells import layout as at
-from burst_fenicsx.kernels.cells.hexahedron import Modes, cell_modes, store_nodal_forces
+from burst_fenicsx.kernels.cells.hexahedron import Modes, load_modes, store_nodal_forces
 from burst_fenicsx.kernels.cells.one_point import force_modes, longest_square
 from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function, widest_vectors
 from burst_fenicsx.kernels.vectors.tensors import (
@@ -86,8 +86,8 @@ def begin_points(scratch: np.ndarray) -> None:
     """After `one_point.velocity_gradient`: modes and smallest volume of a point; sums are set to zero."""
     widest_vectors()
     for lane in range(LANES):
-        _store_modes(cell_modes(scratch, at.POSITION, lane), scratch, at.POINTS_POSITION, lane)
-        _store_modes(cell_modes(scratch, at.VELOCITY, lane), scratch, at.POINTS_VELOCITY, lane)
+        _store_modes(load_modes(scratch, at.POSITION, lane), scratch, at.POINTS_POSITION, lane)
+        _store_modes(load_modes(scratch, at.VELOCITY, lane), scratch, at.POINTS_VELOCITY, lane)
         scratch[at.POINTS_TENSION * LANES + lane] = 0.0
         scratch[at.POINTS_PLASTIC * LANES + lane] = 0.0
     for point in range(8):

@@ -24,7 +24,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from burst_fenicsx.kernels.lanes import LANES, block_kernel, kernel, lane_function, widest_vectors
+from burst_fenicsx.kernels.lanes import LANES, kernel, lane_function
 from burst_fenicsx.kernels.vectors.tensors import (
     Vector,
     add_cross,
@@ -40,6 +40,7 @@ from burst_fenicsx.kernels.vectors.tensors import (
 )
 
 Modes: TypeAlias = tuple[Vector, Vector, Vector, Vector, Vector, Vector, Vector]
+Component: TypeAlias = tuple[float, float, float, float, float, float, float]
 Gradient: TypeAlias = tuple[Vector, Vector, Vector, Vector, Vector, Vector]
 
 PER_CELL = 1.0 / 64.0
@@ -48,31 +49,38 @@ PER_CELL = 1.0 / 64.0
 _THIRD = 1.0 / 3.0
 
 
-@block_kernel
-def to_modes(rows: np.ndarray) -> None:
-    """Turn nodal values in 24 rows, 3 n + i for node n, into modes 1, 2, 4, 3, 5, 6, 7 in the first 21 of them."""
-    widest_vectors()
-    for i in range(3):
-        for lane in range(LANES):
-            a, b = rows[i * LANES + lane], rows[(i + 3) * LANES + lane]
-            c, d = rows[(i + 6) * LANES + lane], rows[(i + 9) * LANES + lane]
-            e, f = rows[(i + 12) * LANES + lane], rows[(i + 15) * LANES + lane]
-            g, h = rows[(i + 18) * LANES + lane], rows[(i + 21) * LANES + lane]
-            a, b, c, d, e, f, g, h = a + b, b - a, c + d, d - c, e + f, f - e, g + h, h - g
-            a, b, c, d, e, f, g, h = a + c, b + d, c - a, d - b, e + g, f + h, g - e, h - f
-            rows[i * LANES + lane], rows[(i + 3) * LANES + lane] = b + f, c + g
-            rows[(i + 6) * LANES + lane], rows[(i + 9) * LANES + lane] = e - a, d + h
-            rows[(i + 12) * LANES + lane], rows[(i + 15) * LANES + lane] = f - b, g - c
-            rows[(i + 18) * LANES + lane] = h - d
+@lane_function
+def component_modes(rows: np.ndarray, row: int, lane: int) -> Component:
+    """Modes 1 to 7 of a component of a nodal vector field, whose value at node n stands in the row `row` + 3 n."""
+    a, b = rows[row * LANES + lane], rows[(row + 3) * LANES + lane]
+    c, d = rows[(row + 6) * LANES + lane], rows[(row + 9) * LANES + lane]
+    e, f = rows[(row + 12) * LANES + lane], rows[(row + 15) * LANES + lane]
+    g, h = rows[(row + 18) * LANES + lane], rows[(row + 21) * LANES + lane]
+    a, b, c, d, e, f, g, h = a + b, b - a, c + d, d - c, e + f, f - e, g + h, h - g
+    a, b, c, d, e, f, g, h = a + c, b + d, c - a, d - b, e + g, f + h, g - e, h - f
+    return b + f, c + g, d + h, e - a, f - b, g - c, h - d
 
 
 @lane_function
-def cell_modes(scratch: np.ndarray, row: int, lane: int) -> Modes:
-    """Modes 1 to 7 of a nodal vector field that `to_modes` has put in the rows from `row` on."""
-    a, b, c = load_vector(scratch, row, lane), load_vector(scratch, row + 3, lane), load_vector(scratch, row + 6, lane)
-    f, e = load_vector(scratch, row + 9, lane), load_vector(scratch, row + 12, lane)
-    d, g = load_vector(scratch, row + 15, lane), load_vector(scratch, row + 18, lane)
-    return a, b, f, c, e, d, g
+def cell_modes(x: Component, y: Component, z: Component) -> Modes:
+    """Modes 1 to 7 of a nodal vector field, from those of its components."""
+    return (
+        (x[0], y[0], z[0]),
+        (x[1], y[1], z[1]),
+        (x[2], y[2], z[2]),
+        (x[3], y[3], z[3]),
+        (x[4], y[4], z[4]),
+        (x[5], y[5], z[5]),
+        (x[6], y[6], z[6]),
+    )
+
+
+@lane_function
+def load_modes(rows: np.ndarray, row: int, lane: int) -> Modes:
+    """Modes 1 to 7 of a nodal vector field, whose nodal values stand in 24 rows from `row` on, 3 n + i for node n."""
+    return cell_modes(
+        component_modes(rows, row, lane), component_modes(rows, row + 1, lane), component_modes(rows, row + 2, lane)
+    )
 
 
 @lane_function
@@ -191,13 +199,12 @@ def store_nodal_forces(
 @kernel
 def hexahedron_volumes(position: np.ndarray, dofmap: np.ndarray) -> np.ndarray:
     """Exact volume of each trilinear cell (cells,) in m3; `position` (nodes, 3) m, `dofmap` (cells, 8) int32."""
-    volumes, modes = np.empty(dofmap.shape[0]), np.zeros(24 * LANES)
+    volumes, values = np.empty(dofmap.shape[0]), np.zeros(24 * LANES)
     for cell in range(dofmap.shape[0]):
         for n in range(8):
             for i in range(3):
-                modes[(3 * n + i) * LANES] = position[dofmap[cell, n], i]
-        to_modes(modes)
-        _, whole = cell_gradient(cell_modes(modes, 0, 0))
+                values[(3 * n + i) * LANES] = position[dofmap[cell, n], i]
+        _, whole = cell_gradient(load_modes(values, 0, 0))
         volumes[cell] = PER_CELL * whole
     return volumes
 

@@ -7,27 +7,26 @@ bounded by what the step lets a cell bear whose hourglass vectors its distortion
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from burst_fenicsx.kernels.cells import layout as at
 from burst_fenicsx.kernels.cells.hexahedron import (
     PER_CELL,
+    Component,
     Gradient,
     Modes,
     cell_gradient,
     cell_modes,
+    component_modes,
     load_gradient,
+    load_modes,
     modes_earlier,
     squared_gradients,
     store_gradient,
     store_nodal_forces,
-    to_modes,
 )
 from burst_fenicsx.kernels.constants import MOST_DAMPED, MOST_STIFF
-from burst_fenicsx.kernels.lanes import LANES, block_kernel, inlined_kernel, lane_function, widest_vectors
-from burst_fenicsx.kernels.vectors.gather import gather_nodes
+from burst_fenicsx.kernels.lanes import LANES, block_kernel, lane_function, widest_vectors
 from burst_fenicsx.kernels.vectors.tensors import (
     Matrix,
     Vector,
@@ -43,22 +42,10 @@ from burst_fenicsx.kernels.vectors.tensors import (
     subtract_from_product,
 )
 
-if TYPE_CHECKING:
-    from burst_fenicsx.kernels.state import Grid, Nodes
-
 _ROOT_8 = np.sqrt(8.0)
 
 STORED_ROWS = 12
 """Numbers of elastic hourglass forces that a cell stores, three of each mode."""
-
-
-@inlined_kernel
-def gather(block: int, nodes: Nodes, grid: Grid, scratch: np.ndarray) -> None:
-    """Gather modes of the positions and of the velocities, mean ones over the cells' step, of a block."""
-    positions, velocities = scratch[at.POSITION * LANES :], scratch[at.VELOCITY * LANES :]
-    gather_nodes(block, nodes, grid, positions, velocities)
-    to_modes(positions)
-    to_modes(velocities)
 
 
 @block_kernel
@@ -72,15 +59,20 @@ def velocity_gradient(step: float, scratch: np.ndarray) -> None:
     """
     widest_vectors()
     for lane in range(LANES):
-        position, velocity = cell_modes(scratch, at.POSITION, lane), cell_modes(scratch, at.VELOCITY, lane)
-        middle = modes_earlier(position, -0.5 * step, velocity)
+        position, vx = load_modes(scratch, at.POSITION, lane), component_modes(scratch, at.VELOCITY, lane)
+        vy, vz = component_modes(scratch, at.VELOCITY + 1, lane), component_modes(scratch, at.VELOCITY + 2, lane)
+        middle = modes_earlier(position, -0.5 * step, cell_modes(vx, vy, vz))
         gradient, volume = cell_gradient(middle)
         inverse = 1.0 / volume
-        _move_component(0, middle, gradient, inverse, scratch, lane)
-        _move_component(1, middle, gradient, inverse, scratch, lane)
-        _move_component(2, middle, gradient, inverse, scratch, lane)
+        _move_component(0, vx, middle, gradient, inverse, scratch, lane)
+        _move_component(1, vy, middle, gradient, inverse, scratch, lane)
+        _move_component(2, vz, middle, gradient, inverse, scratch, lane)
         xx, yy = scratch[at.RATE * LANES + lane], scratch[(at.RATE + 4) * LANES + lane]
         scratch[at.DILATATION * LANES + lane] = xx + yy + scratch[(at.RATE + 8) * LANES + lane]
+        store_vector(position[2], scratch, at.HOURGLASS_MODES, lane)
+        store_vector(position[4], scratch, at.HOURGLASS_MODES + 3, lane)
+        store_vector(position[5], scratch, at.HOURGLASS_MODES + 6, lane)
+        store_vector(position[6], scratch, at.HOURGLASS_MODES + 9, lane)
         gradient, volume = cell_gradient(position)
         store_gradient(gradient, scratch, at.GRADIENT, lane)
         (xx, yy, zz), largest = squared_gradients(gradient)
@@ -93,16 +85,15 @@ def velocity_gradient(step: float, scratch: np.ndarray) -> None:
 
 
 @lane_function
-def _move_component(i: int, middle: Modes, gradient: Gradient, inverse: float, scratch: np.ndarray, lane: int) -> None:
+def _move_component(
+    i: int, velocity: Component, middle: Modes, gradient: Gradient, inverse: float, scratch: np.ndarray, lane: int
+) -> None:
     """Row i of the mean velocity gradient L_ij = sum of v_ai b_aj / V, and that component of the hourglass rates.
 
     `middle` are the modes of the positions half a step ago, `gradient` and `inverse` what `cell_gradient` makes of
-    them, the volume inverted.
+    them, the volume inverted; `velocity` are modes of that component.
     """
-    v1, v2 = scratch[(at.VELOCITY + i) * LANES + lane], scratch[(at.VELOCITY + 3 + i) * LANES + lane]
-    v4, v3 = scratch[(at.VELOCITY + 6 + i) * LANES + lane], scratch[(at.VELOCITY + 9 + i) * LANES + lane]
-    v5, v6 = scratch[(at.VELOCITY + 12 + i) * LANES + lane], scratch[(at.VELOCITY + 15 + i) * LANES + lane]
-    v7 = scratch[(at.VELOCITY + 18 + i) * LANES + lane]
+    v1, v2, v3, v4, v5, v6, v7 = velocity
     row = scaled(v1, gradient[0])
     row = add_scaled(row, v2, gradient[1])
     row = add_scaled(row, v3, gradient[2])

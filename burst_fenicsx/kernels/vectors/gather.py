@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from burst_fenicsx.kernels.lanes import LANES, inlined_kernel
+from burst_fenicsx.kernels.vectors.transposition import WIDTH, add_triples, load_triples
 
 if TYPE_CHECKING:
     from burst_fenicsx.kernels.state import Grid, Nodes
@@ -34,27 +35,23 @@ def gather_nodes(block: int, nodes: Nodes, grid: Grid, positions: np.ndarray, ve
 
     Velocities are means over the cells' step where nodes take shorter ones.
     """
-    level = grid.level[block]
-    for lane in range(LANES):
-        cell = np.uint64(grid.cells[block, lane])
-        for n in range(grid.dofmap.shape[1]):
-            node = np.uint64(grid.dofmap[cell, n])
-            for i in range(3):
-                positions[(3 * n + i) * LANES + lane] = nodes.position[node, i]
-            if nodes.finest[node] > level:
-                for i in range(3):
-                    velocities[(3 * n + i) * LANES + lane] = nodes.mean[node, i]
-            else:
-                for i in range(3):
-                    velocities[(3 * n + i) * LANES + lane] = nodes.velocity[node, i]
+    level, corners = grid.level[block], grid.nodes.shape[1]
+    position, velocity, mean, finest = nodes.position, nodes.velocity, nodes.mean, nodes.finest
+    for n in range(corners):
+        for lane in range(0, LANES, WIDTH):
+            first, row = (block * corners + n) * LANES + lane, 3 * n * LANES + lane
+            load_triples(position, position, finest, level, grid.nodes, first, positions, row)
+            load_triples(velocity, mean, finest, level, grid.nodes, first, velocities, row)
 
 
 @inlined_kernel
 def add_nodal_forces(block: int, grid: Grid, rows: np.ndarray, force: np.ndarray) -> None:
     """Add the nodal forces in the rows, 3 n + i for node n, to `force` (nodes, 3) in N."""
-    for lane in range(grid.filled[block]):
-        cell = np.uint64(grid.cells[block, lane])
-        for n in range(grid.dofmap.shape[1]):
-            node = np.uint64(grid.dofmap[cell, n])
+    corners, filled = grid.nodes.shape[1], grid.filled[block]
+    for n in range(corners):
+        for lane in range(0, filled - WIDTH + 1, WIDTH):
+            add_triples(rows, 3 * n * LANES + lane, grid.nodes, (block * corners + n) * LANES + lane, force)
+        for lane in range(filled // WIDTH * WIDTH, filled):
+            node = np.uint64(grid.nodes[block, n, lane])
             for i in range(3):
                 force[node, i] += rows[(3 * n + i) * LANES + lane]
