@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import asdict
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,6 +18,8 @@ from fragfield.case.problem import burst_settings, rigid_plane
 from fragfield.results.check import (
     Arrangement,
     Clearance,
+    FlatGround,
+    GroundMap,
     PlacedObstacle,
     PlacedPlane,
     PlacedRound,
@@ -27,6 +29,7 @@ from fragfield.results.check import (
     Shock,
     Surroundings,
 )
+from fragfield.results.part import marks
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -99,7 +102,7 @@ def describe_surroundings(case: CaseTable) -> Surroundings:
             )
         )  # fmt: skip
     return Surroundings(
-        ground={"height": ground} if isinstance(ground, float) else _map_extent(ground),
+        ground=FlatGround(height=ground) if isinstance(ground, float) else _map_extent(ground),
         altitude=altitude_of(case) if case.flight.air.model == "standard" else None,
         air=air_words(case),
         wind=wind_words(case),
@@ -109,12 +112,15 @@ def describe_surroundings(case: CaseTable) -> Surroundings:
     )
 
 
-def _map_extent(ground: HeightMap) -> dict[str, Any]:
+def _map_extent(ground: HeightMap) -> GroundMap:
     (west, south), (east, north) = ground.corner, ground.end
     heights = ground.heights
-    lengths = {"x": [west, east], "y": [south, north], "z": [float(heights.min()), float(heights.max())]}
-    nodes = {"nodes": [heights.shape[1], heights.shape[0]], "cell": list(ground.step), "filled": ground.filled}
-    return {"map": ground.name, **nodes, **lengths, "datum": ground.datum, **ground.facts}
+    stated = {key: value for key, value in ground.facts.items() if key in marks(GroundMap)}
+    return GroundMap(
+        map=ground.name, nodes=(heights.shape[1], heights.shape[0]), cell=(ground.step[0], ground.step[1]),
+        filled=ground.filled, x=(west, east), y=(south, north), z=(float(heights.min()), float(heights.max())),
+        datum=ground.datum, **stated,
+    )  # fmt: skip
 
 
 def describe_exposed(case: CaseTable) -> Iterator[PlacedSite]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from io import StringIO
-from typing import TYPE_CHECKING, Any, Literal, TextIO
+from typing import TYPE_CHECKING, Literal, TextIO
 
 from rich.table import Table
 
@@ -12,14 +12,14 @@ from fragfield.case import to_toml
 from fragfield.case.conversion.attitude import attitude_words
 from fragfield.case.conversion.surroundings import direction_words
 from fragfield.hazard.contents import quantity_words
-from fragfield.results.check import CheckedBurst
+from fragfield.results.check import CheckedBurst, GroundMap
 from fragfield.results.part import to_json
 from fragfield.results.words import metres
 from fragfield.terminal.show import OFFICIAL_LABELS, number_text, plain_console, stripped
 from fragfield_base.substances import substance_title
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Iterator, Sequence
 
     from fragfield.case import CaseTable
     from fragfield.results.check import (
@@ -182,27 +182,27 @@ def _arrangement(found: Arrangement) -> Iterator[str | Table]:
     yield f"contact: {inner}; {outer}"
 
 
-def _map(ground: Mapping[str, Any]) -> Iterator[str | Table]:
-    (west, east), (south, north), (low, high) = ground["x"], ground["y"], ground["z"]
+def _map(ground: GroundMap) -> Iterator[str | Table]:
+    (west, east), (south, north), (low, high) = ground.x, ground.y, ground.z
     yield (
-        f"ground: {ground['map']}, {ground['nodes'][0]} x {ground['nodes'][1]} nodes {ground['cell'][0]:.5g} m by "
-        f"{ground['cell'][1]:.5g} m apart, x {west:.6g} to {east:.6g} m, y {south:.6g} to {north:.6g} m, z {low:.4g} "
+        f"ground: {ground.map}, {ground.nodes[0]} x {ground.nodes[1]} nodes {ground.cell[0]:.5g} m by "
+        f"{ground.cell[1]:.5g} m apart, x {west:.6g} to {east:.6g} m, y {south:.6g} to {north:.6g} m, z {low:.4g} "
         f"to {high:.4g} m; beyond it level at the height of its edge"
     )
-    if not ground.get("format"):
+    if not ground.format:
         return
-    holes = f"{ground['filled']} nodes, filled" if ground["filled"] else "none"
+    holes = f"{ground.filled} nodes, filled" if ground.filled else "none"
     for label, words in (
-        ("format", ground["format"]), ("coordinate system", ground["crs"]), ("plan", ground["plan_unit"]),
-        ("position", ground["position"]), ("north", ground["north"]), ("heights", ground["height_unit"]),
-        ("datum of heights", f"{ground['vertical']}; z = 0 at {ground['datum']:.6g} m"), ("holes", holes),
-        *(("note", note) for note in ground["notes"]),
+        ("format", ground.format), ("coordinate system", ground.crs), ("plan", ground.plan_unit),
+        ("position", ground.position), ("north", ground.north), ("heights", ground.height_unit),
+        ("datum of heights", f"{ground.vertical}; z = 0 at {ground.datum:.6g} m"), ("holes", holes),
+        *(("note", note) for note in ground.notes or ()),
     ):  # fmt: skip
         yield f"  {label}: {words}"
 
 
 def _surroundings(found: Surroundings) -> Iterator[str | Table]:
-    if "map" in found.ground:
+    if isinstance(found.ground, GroundMap):
         yield from _map(found.ground)
     yield f"air: {found.air}"
     yield f"wind: {found.wind}"

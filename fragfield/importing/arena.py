@@ -52,12 +52,6 @@ class ArenaOptions:
     """What a single angle of a zone is: "from", "centre" or "to"."""
 
 
-def is_arena(columns: Mapping[str, int]) -> bool:
-    """Whether columns by name are those of an arena table."""
-    zones = "zone" in columns or "zone_from" in columns
-    return zones and bool({"number", "mass", "mean_mass", "total_mass"} & set(columns))
-
-
 def arena_table(
     layout: Layout, chosen: Mapping[str, str], units: Mapping[str, str], options: ArenaOptions
 ) -> tuple[ArenaTable, list[Guess], list[str]]:

@@ -136,6 +136,33 @@ class PlacedSite(Part):
     bearing_deg: float | None = out("Null without `[site]`", "deg")
 
 
+class FlatGround(Part):
+    """Ground of one height."""
+
+    height: float
+
+
+class GroundMap(Part):
+    """A map of heights: nodes, edges of a cell, extent, filled holes, height of z = 0; then what its file states."""
+
+    map: str
+    nodes: tuple[int, int]
+    cell: tuple[float, float]
+    filled: int
+    x: tuple[float, float]
+    y: tuple[float, float]
+    z: tuple[float, float]
+    datum: float | None = out("Null where it is not known", "m")
+    format: str | None = None
+    crs: str | None = None
+    plan_unit: str | None = None
+    position: str | None = None
+    north: str | None = None
+    height_unit: str | None = None
+    vertical: str | None = None
+    notes: tuple[str, ...] | None = None
+
+
 class RicochetLaw(Part):
     """The law of ricochet off the ground."""
 
@@ -148,9 +175,9 @@ class RicochetLaw(Part):
 
 
 class Surroundings(Part):
-    """Surroundings of the flight; `ground` as the map describes itself, air and wind in words."""
+    """Surroundings of the flight; air and wind in words."""
 
-    ground: dict[str, Any]
+    ground: FlatGround | GroundMap
     altitude: float | None = out("Of z = 0 in the standard atmosphere", "m")
     air: str
     wind: str

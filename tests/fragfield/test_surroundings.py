@@ -221,7 +221,7 @@ def test_a_map_finds_its_place_by_the_site(folder) -> None:
     expected = slope(e0 - PLACE[0] + east * 0.9996, n0 - PLACE[1] + off + north * 0.9996)
     assert ground.at(x, y) + ground.datum == pytest.approx(expected, abs=0.1)
     found = describe_surroundings(case)
-    assert found.ground["crs"] == "WGS 84 / UTM zone 32N"
+    assert found.ground.crs == "WGS 84 / UTM zone 32N"
     assert found.altitude == pytest.approx(ground.datum)
 
 
