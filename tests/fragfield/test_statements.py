@@ -37,7 +37,7 @@ def test_bounds_of_exposed_sites(events: float, bundle: float) -> None:
             field = np.zeros(GRID.shape)
             field[turns[0], cells[0]] = hits
             sums.add(field, field)
-        held.append([entry["upper"] >= truth for entry in sums.worst([SITE], [])[0]])
+        held.append([entry.upper >= truth for entry in sums.worst([SITE], [])[0]])
     landings, paths = np.mean(held, axis=0)
     assert 0.92 <= landings <= 0.995
     assert paths >= landings, "a single path may be longer than the place is high: its bound is wider"
