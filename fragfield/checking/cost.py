@@ -6,8 +6,6 @@ import math
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.sparse.csgraph import connected_components
-from scipy.spatial import ConvexHull
 
 from fragfield.case.conversion.rounds import masses_of
 from fragfield.results.check import ExpectedCost
@@ -77,6 +75,10 @@ def expected_end(settings: BurstSettings, rounds: Sequence[Round]) -> float | No
         arrival = initiated[donor] + half[donor] + np.maximum(distance, 0.0) / speed[donor]
         initiated = np.where(waiting & ~done, np.minimum(initiated, arrival), initiated)
     travel = (_EXPANSION_AT_END - 1.0) * radius
+    if len(rounds) == 1:
+        return min(float((initiated + half + travel / speed)[0]), settings.time_limit)
+    from scipy.sparse.csgraph import connected_components
+
     apart = np.linalg.norm(position[:, None] - position[None, :], axis=2) - radius[:, None] - radius[None, :]
     groups, group = connected_components(apart < travel[:, None] + travel[None, :], directed=False)
     complete = [
@@ -92,6 +94,8 @@ def _growth(position: NDArray[np.float64], radius: NDArray[np.float64]) -> float
     They begin as the disc of the area of their convex hull, seen from above, and end as that of their own areas, at
     most the hull's, times the square of a casing's expansion.
     """
+    from scipy.spatial import ConvexHull
+
     rim = np.linspace(0.0, 2.0 * np.pi, 48, endpoint=False)
     corners = position[:, None, :2] + radius[:, None, None] * np.column_stack([np.cos(rim), np.sin(rim)])
     hull = ConvexHull(corners.reshape(-1, 2)).volume  # of a plane figure its area

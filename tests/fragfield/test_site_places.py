@@ -49,8 +49,8 @@ def test_a_larger_area_is_never_better(x: float, y: float, half: float, u: float
     large, small = (SUMS.worst([square(*place, size)], [])[0] for place, size in
                     (((x, y), half), ((x + shift[0], y + shift[1]), part * half)))  # fmt: skip
     for inner, outer in zip(small, large, strict=True):
-        assert outer["expected"] >= inner["expected"]
-        assert outer["upper"] >= inner["upper"] * (1.0 - 1e-12)
+        assert outer.expected >= inner.expected
+        assert outer.upper >= inner.upper * (1.0 - 1e-12)
 
 
 @settings(max_examples=40, deadline=None)
@@ -66,8 +66,8 @@ def test_a_longer_road_is_never_better(points: list[tuple[float, float]], width:
 
     part, whole = (SUMS.worst(strips(line), [])[0] for line in (points[:-1], points))
     for shorter, longer in zip(part, whole, strict=True):
-        assert longer["expected"] >= shorter["expected"]
-        assert longer["upper"] >= shorter["upper"] * (1.0 - 1e-12)
+        assert longer.expected >= shorter.expected
+        assert longer.upper >= shorter.upper * (1.0 - 1e-12)
 
 
 def test_the_meadow_around_the_small_one_finds_its_hot_spot() -> None:
@@ -83,7 +83,7 @@ def test_the_meadow_around_the_small_one_finds_its_hot_spot() -> None:
     large = [np.array([[60.0, -700.0], [1460.0, -700.0], [1460.0, 700.0], [60.0, 700.0]])]
     (one, _), centre, few = sums.worst(small, [])
     (two, _), _, many = sums.worst(large, [])
-    assert one["expected"] == two["expected"] > 1.0 / LARGEST**2 / 1.7
+    assert one.expected == two.expected > 1.0 / LARGEST**2 / 1.7
     assert np.hypot(*(centre - [70.0, 1.2])) < LARGEST
     assert few < 200 < many, "as many places as the site touches, all counted by the flight itself"
 
@@ -95,7 +95,7 @@ def test_ground_under_obstacles_does_not_count() -> None:
     site = [square(60.0, 0.0, 1.0)]
     (alone, _), _, _ = sums.worst(site, [])
     (beside, _), _, _ = sums.worst(site, [np.array([[50.0, -20.0], [60.5, -20.0], [60.5, 20.0], [50.0, 20.0]])])
-    assert 1.2 * alone["expected"] < beside["expected"] <= 4.0 * alone["expected"] * 1.3
+    assert 1.2 * alone.expected < beside.expected <= 4.0 * alone.expected * 1.3
 
 
 def test_a_kernel_over_azimuth_keeps_what_it_spreads() -> None:
