@@ -293,7 +293,7 @@ def _all_round(
     They are not where directions differ, where the site has an energy or a height of its own, or where too few
     fragments reach so far that a bound could be drawn from them.
     """
-    from flight.hazard.density.expected import KINDS, NORMAL_95
+    from flight.hazard.density.expected import KINDS
 
     usual = case.hazard.energy, case.hazard.person_height
     if expected is None or expected.direction is not None or not expected.density_high.size:
@@ -317,8 +317,8 @@ def _all_round(
         if not np.isfinite([mean[worst], low[worst], high[worst]]).all():
             return None
         with np.errstate(invalid="ignore"):
-            spread = 0.5 * (high - low) / NORMAL_95
-            upper = np.exp(mean + factor * spread)
+            spread = 0.5 * (high - low) / factor
+            upper = np.exp(high)
         value = math.exp(mean[worst])
         bound = float(upper[np.isfinite(upper)].max())
         made[name] = Estimate(expected=value, upper=bound, standard_error=value * float(spread[worst]))

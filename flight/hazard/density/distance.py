@@ -44,7 +44,7 @@ class ExpectedDistance:
         Places of the curves.
     density, density_low, density_high : (2, j) float64
         Expected density on the ground and normal to the path (1/m2) over all azimuths or in the worst direction, and
-        5 and 95 % of the bootstrap's draws: the certainty of the mean, not the scatter of single events.
+        its one-sided bounds of 95 % at each place: the certainty of the mean, not the scatter of single events.
     without_ricochet : ExpectedDistance or None
         The same of what fragments do before their first impact on the ground; None where they stay there.
     density_by_direction : (2, k, j) float32

@@ -21,7 +21,10 @@ of peaks too.
 Certainty. Standard error and one-sided 95 % bound come from the bootstrap over realisations (Efron 1979), or over
 groups of neighbouring ones, in ln r. By as much as a draw changes the density at the distance of a direction, the mean
 density is raised or lowered everywhere: where that falls through the limit is the drawn distance. The standard error is
-that of the largest of all directions; the bound adds Student's factor times the scatter in the worst direction.
+that of the largest of all directions. The bound is where the upper edge of the density's band in the worst direction
+falls through the limit, with Student's factor: noise decorrelates over a kernel's width, and grows with the distance,
+so that the scatter at the distance alone gives too short a bound. Where several directions compete the band is narrower
+by what the largest of them scatters less.
 """
 
 from __future__ import annotations
@@ -130,20 +133,23 @@ class Estimate:
             relative = self._relative(number, densities, found)  # (2, d, b)
             drawn = self._drawn(densities, found, relative)
             near = larger >= plain - NEAR_WORST
-            largest, bound = drawn[near].max(axis=0), _student(groups - 1)
+            largest, scatter = drawn[near].max(axis=0), drawn.std(axis=1, ddof=1)
+            width = _student(groups - 1) * factor * self._scatter(number[:, worst], worst)
+            low, high = densities[:, worst] * np.exp(-width), densities[:, worst] * np.exp(width)
+            each = np.exp(larger + _student(groups - 1) * factor * scatter)
             if middle > 0.0:
-                spread = float(largest.std(ddof=1)) * factor
+                spread = float(largest.std(ddof=1))
                 if len(larger) > 1:
                     bias = middle * max(0.0, math.expm1(float(largest.mean()) - plain))
-                upper = (middle - bias) * math.exp(bound * factor * float(drawn[worst].std(ddof=1)))
-                error, middle = middle * spread, middle - bias
+                narrower = min(1.0, spread / scatter[worst]) if scatter[worst] > 0.0 else 1.0
+                beyond = float(self._through(densities[:, worst] * np.exp(narrower * width)).max()) - plain
+                error, middle = middle * spread * factor, middle - bias
+                upper = middle * math.exp(beyond)
             else:
                 reach = np.where(largest > self.places[0], np.exp(largest), 0.0)
                 error, upper = float(reach.std(ddof=1)), float(np.quantile(reach, 0.95))
-            each = np.minimum(np.exp(larger + bound * factor * drawn.std(axis=1, ddof=1)), upper)
+            each = np.minimum(each, upper)
             each[worst] = upper
-            band = np.exp(self._band(number[:, worst], worst))
-            low, high = densities[:, worst] / band, densities[:, worst] * band
         axisymmetric = self.directions.axisymmetric
         of_every = np.zeros(1, dtype=np.int64) if axisymmetric else self.directions.of_every
         return ExpectedDistance(
@@ -191,8 +197,8 @@ class Estimate:
         groups = np.stack([np.einsum("gcd,dc->gd", *both) for both in zip(sums, self.deviations, strict=True)], axis=1)
         return np.moveaxis(np.tensordot(self.draws, groups, 1), 0, -1)
 
-    def _band(self, number: Array, direction: int) -> Array:
-        """1.645 standard deviations (2, j) of ln density in a direction, whose mean numbers are (2, r)."""
+    def _scatter(self, number: Array, direction: int) -> Array:
+        """Standard deviations (2, j) of ln density in a direction, whose mean numbers are (2, r)."""
         fields = np.einsum("kc,gkcr->gkr", self.deviations[:, direction], self.sums)
         (mean, change), (smooth, slope) = (self.radial.smoothed(one, self.last) for one in (number, fields))
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -200,7 +206,7 @@ class Estimate:
             groups = np.nan_to_num(((1.0 + tilt**2) * smooth - RADIAL * tilt * slope) / mean)
         away = groups - self.sizes[:, None, None] * (groups.sum(axis=0) / self.count)
         scatter = np.sqrt((away**2).sum(axis=0)) / self.count  # as that of draws
-        return NORMAL_95 * np.minimum(scatter, 1.0)
+        return np.asarray(np.minimum(scatter, 1.0))
 
     def _drawn(self, densities: Array, found: Array, relative: Array) -> Array:
         """Draws (d, b) of ln of the larger distance in every direction."""
